@@ -1,0 +1,206 @@
+# leastaction. `make help` lists the targets; objects go to $(BUILD), nothing else is touched.
+#
+#   make CC=clang CFLAGS='-O2 -g' BUILD=build-clang V=1      what can be chosen
+#   make O1=1 BUILD=build-o1                                 kernels scalar at -O1: the oracle
+#   make WERROR=1 SAN=1                                      warnings are errors; ASan and UBSan
+
+BUILD  ?= build
+PREFIX ?= /usr/local
+CFLAGS ?= -O2 -g
+VERSION = 0.1.0
+
+ifeq ($(origin CC),default)
+CC = gcc
+endif
+Q = $(if $(V),,@)
+say = $(if $(V),@:,@printf '  %-5s %s\n' $(1) $(2))
+
+MACHINE := $(shell $(CC) -dumpmachine 2>/dev/null)
+CLANG   := $(findstring clang,$(shell $(CC) --version 2>/dev/null))
+X86     := $(filter x86_64%,$(MACHINE))
+ISAS    := base $(if $(X86),avx2 avx512)
+
+# ---- flags ----
+
+WARN = -Wall -Wextra -Wpedantic -Wshadow -Wstrict-prototypes -Wconversion $(if $(WERROR),-Werror)
+# No -ffast-math: these two only promise that nobody reads errno or the exception flags, which is
+# what vector loops need. clang finds glibc's vector functions by -fveclib, gcc by declarations.
+MATH = -fno-math-errno -fno-trapping-math $(if $(CLANG),$(if $(X86),-fveclib=libmvec))
+ifdef SAN
+SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+endif
+PKG_CFLAGS := $(patsubst -I%,-isystem %,$(shell pkg-config --cflags hdf5 openblas lapacke 2>/dev/null))
+PKG_LIBS   := $(shell pkg-config --libs hdf5 openblas lapacke 2>/dev/null)
+ALL_CFLAGS = -std=c11 -D_XOPEN_SOURCE=700 -I. $(PKG_CFLAGS) $(WARN) -fPIC -fopenmp $(MATH) \
+             $(if $(X86),,-DAD_ONLY_BASE) $(CFLAGS) $(SANITIZE)
+LIBS = $(PKG_LIBS) -lm -ldl
+
+# Vector code: one source compiled for each element type and instruction set, chosen at run time.
+SIMD = $(if $(O1),-O1 -fno-openmp -fno-tree-vectorize -Wno-unknown-pragmas,-O3)
+ISA_base   =
+ISA_avx2   = -mavx2 -mfma
+ISA_avx512 = -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx2 -mfma -mprefer-vector-width=512
+
+# ---- what is built ----
+
+KERNELS := $(wildcard autodiff/kernels.c)
+LIB_SRC := $(filter-out $(KERNELS),$(wildcard autodiff/*.c physics/*.c physics/scenes/*.c hnn/*.c quantum/*.c))
+LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) \
+           $(if $(KERNELS),$(foreach t,f32 f64,$(foreach i,$(ISAS),$(BUILD)/autodiff/kernels_$(t)_$(i).o)))
+HAND    := $(wildcard apps/hand_kernels.c)
+APP_SRC := $(filter-out $(HAND),$(wildcard apps/*.c))
+APP_OBJ := $(filter-out $(BUILD)/apps/main.o,$(APP_SRC:%.c=$(BUILD)/%.o)) \
+           $(if $(HAND),$(foreach i,$(ISAS),$(BUILD)/apps/hand_kernels_$(i).o))
+TEST_DIRS ?= $(wildcard tests/*)
+TEST_SRC := $(wildcard $(addsuffix /test_*.c,$(TEST_DIRS)))
+TESTS    := $(TEST_SRC:%.c=$(BUILD)/%)
+HELP_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(filter-out $(wildcard tests/*/test_*.c),$(wildcard tests/*.c tests/*/*.c)))
+PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/ops.def autodiff/optim.h physics/physics.h \
+              physics/horizons.h hnn/hnn.h quantum/quantum.h)
+
+A  = $(BUILD)/libleastaction.a
+SO = $(BUILD)/libleastaction.so
+COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
+
+.PHONY: all test check demo charts bench lint sanitize test-o1 install uninstall clean help FORCE
+.DELETE_ON_ERROR:
+.SECONDARY:
+
+all: $(A) $(SO) $(COMMAND) $(if $(filter build,$(BUILD)),$(if $(COMMAND),leastaction))
+
+help:
+	@echo 'make [TARGET] [BUILD=build] [CC=gcc] [CFLAGS=...] [PREFIX=/usr/local] [DESTDIR=] [V=1]'
+	@echo
+	@echo '  all        library (.a, .so) and the command ./leastaction'
+	@echo '  test       install what is missing, build, run every test'
+	@echo '  check      the same without installing; TEST_DIRS=tests/autodiff for a part'
+	@echo '  demo       install, build, run the six published scenes, leave pictures in demo/'
+	@echo '  charts     speed against accuracy, in charts/'
+	@echo '  bench      gradients by the tape against hand-written C'
+	@echo '  lint       warnings are errors (gcc, clang), cppcheck, format, exported names'
+	@echo '  sanitize   every test under ASan and UBSan'
+	@echo '  test-o1    tests of the tape with kernels compiled plainly: the oracle'
+	@echo '  install uninstall clean'
+
+# ---- compile ----
+
+# Rewritten when the flags change, so that a change of flags rebuilds.
+$(BUILD)/flags: FORCE
+	@mkdir -p $(@D)
+	@echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' | cmp -s - $@ || echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' > $@
+
+compile = $(CC) $(ALL_CFLAGS) -MMD -MP -c $< -o $@
+
+$(BUILD)/%.o: %.c $(BUILD)/flags
+	$(call say,CC,$<)
+	@mkdir -p $(@D)
+	$(Q)$(compile)
+
+# $(1) f32 or f64, $(2) instruction set
+define kernel_rule
+$(BUILD)/autodiff/kernels_$(1)_$(2).o: autodiff/kernels.c $(BUILD)/flags
+	$$(call say,CC,'$$< ($(1), $(2))')
+	@mkdir -p $$(@D)
+	$(Q)$$(compile) $$(SIMD) $$(ISA_$(2)) -DAD_KERNEL_$(subst f,F,$(1)) -DAD_KERNEL_ISA=$(2)
+endef
+define hand_rule
+$(BUILD)/apps/hand_kernels_$(1).o: apps/hand_kernels.c $(BUILD)/flags
+	$$(call say,CC,'$$< ($(1))')
+	@mkdir -p $$(@D)
+	$(Q)$$(compile) $$(SIMD) $$(ISA_$(1)) -ffp-contract=fast -DHAND_ISA=$(1)
+endef
+$(foreach t,f32 f64,$(foreach i,$(ISAS),$(eval $(call kernel_rule,$(t),$(i)))))
+$(foreach i,$(ISAS),$(eval $(call hand_rule,$(i))))
+
+-include $(shell find $(BUILD) -name '*.d' 2>/dev/null)
+
+# ---- link ----
+
+archive = rm -f $@ && $(AR) rcs $@ $(filter %.o,$^)
+
+$(A): $(LIB_OBJ)
+	$(call say,AR,$@)
+	$(Q)$(archive)
+
+# The version script hides whatever does not carry a public prefix.
+$(SO): $(LIB_OBJ) scripts/leastaction.map
+	$(call say,LD,$@)
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -shared -Wl,-soname,libleastaction.so.0 \
+	    -Wl,--version-script=scripts/leastaction.map $(filter %.o,$^) $(LIBS) -o $@
+
+$(BUILD)/apps.a: $(APP_OBJ)
+	$(call say,AR,$@)
+	$(Q)$(archive)
+
+$(BUILD)/tests/helpers.a: $(HELP_OBJ)
+	@mkdir -p $(@D)
+	$(Q)$(archive)
+
+# All of the library goes in, and its names are exported: a scene's shared object finds them here.
+$(BUILD)/leastaction: $(BUILD)/apps/main.o $(BUILD)/apps.a $(A)
+	$(call say,LD,$@)
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -rdynamic $< $(BUILD)/apps.a \
+	    -Wl,--whole-archive $(A) -Wl,--no-whole-archive $(LIBS) -o $@
+
+leastaction: $(BUILD)/leastaction
+	@ln -sf $< $@
+
+# Tests named test_alloc* may replace malloc, calloc and realloc (__wrap_malloc, __real_malloc).
+wrap_alloc = $(if $(findstring /test_alloc,$@),$(foreach f,malloc calloc realloc,-Wl,--wrap=$(f)))
+
+# Tests link statically, so that they reach internals; exported names are for scenes loaded in tests.
+$(TESTS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/tests/helpers.a $(BUILD)/apps.a $(A)
+	$(call say,LD,$@)
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -rdynamic $(wrap_alloc) $< $(BUILD)/tests/helpers.a $(BUILD)/apps.a \
+	    $(A) $(LIBS) -lcmocka -o $@
+
+# ---- run ----
+
+# Installing comes before a second make, which then finds compiler and libraries.
+test:
+	@scripts/install-deps
+	@$(MAKE) --no-print-directory check
+
+check: $(COMMAND) $(TESTS)
+	@LEASTACTION_BUILD=$(BUILD) scripts/run-tests $(TESTS)
+
+demo:
+	@scripts/install-deps
+	@$(MAKE) --no-print-directory all
+	@scripts/demo $(BUILD)/leastaction demo
+
+bench: all
+	@$(BUILD)/leastaction chart gradients --out $(BUILD)/bench
+
+charts: all
+	@$(BUILD)/leastaction chart gradients --out charts
+
+lint:
+	@scripts/lint
+
+sanitize:
+	@ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1 \
+	    $(MAKE) --no-print-directory BUILD=$(BUILD)/sanitize SAN=1 CFLAGS='-O1 -g' check
+
+test-o1:
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 TEST_DIRS=tests/autodiff check
+
+# ---- install ----
+
+ROOT = $(DESTDIR)$(PREFIX)
+
+install: all
+	install -d $(ROOT)/bin $(ROOT)/lib/pkgconfig
+	install $(BUILD)/leastaction $(ROOT)/bin/
+	install -m 644 $(A) $(ROOT)/lib/
+	install $(SO) $(ROOT)/lib/libleastaction.so.0
+	ln -sf libleastaction.so.0 $(ROOT)/lib/libleastaction.so
+	for h in $(PUBLIC); do install -D -m 644 $$h $(ROOT)/include/leastaction/$$h; done
+	sed 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' scripts/leastaction.pc.in > $(ROOT)/lib/pkgconfig/leastaction.pc
+
+uninstall:
+	rm -f $(ROOT)/bin/leastaction $(ROOT)/lib/libleastaction.* $(ROOT)/lib/pkgconfig/leastaction.pc
+	rm -rf $(ROOT)/include/leastaction
+
+clean:
+	rm -rf $(BUILD) leastaction
