@@ -1,0 +1,28 @@
+/* A subcommand: one file, one const struct, one line in the table of main.c. */
+#ifndef APPS_COMMAND_H
+#define APPS_COMMAND_H
+
+#include "options.h"
+
+#define LEASTACTION_VERSION "0.1.0"
+
+enum {
+    DONE = 0,
+    NOT_REACHED = 1, /* ran, but did not reach what was asked */
+    WRONG_USE = 2    /* wrong use or bad input */
+};
+
+struct command {
+    struct command_line line;
+    size_t bytes; /* of its struct of options, which begins with struct common */
+    /* Returns the exit status; a message in `error` is printed after it. */
+    int (*run)(const void *options, struct ad_error *error);
+};
+
+extern const struct command command_scenes, command_path, command_check, command_chart,
+    command_dump;
+
+/* The exit status that an error of the library stands for. */
+int command_status(const struct ad_error *error);
+
+#endif

@@ -1,0 +1,287 @@
+/* Command lines from tables (options.h). */
+#include "options.h"
+#include "../physics/physics.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define AT(member) offsetof(struct common, member)
+
+static const struct option general[] = {
+    {"help", NULL, OPTION_FLAG, NULL, "this text", AT(help)},
+    {"version", NULL, OPTION_FLAG, NULL, "the version", AT(version)},
+    {"json", NULL, OPTION_FLAG, NULL, "one JSON object as the last line", AT(json)},
+    {"quiet", NULL, OPTION_FLAG, NULL, "no progress line, no notes", AT(quiet)},
+    {"seed", "N", OPTION_SEED, "1", "of every random number", AT(seed)},
+    {"threads", "N", OPTION_COUNT, "1", "results do not depend on it", AT(threads)},
+};
+
+static const struct option outputs[] = {
+    {"out", "FILE.h5", OPTION_TEXT, NULL, "everything, as HDF5", AT(out)},
+    {"csv", "FILE", OPTION_TEXT, NULL, "the result as CSV; - is standard output", AT(csv)},
+    {"plot", "FILE", OPTION_TEXT, NULL, "picture: .svg, .png or animated .gif", AT(plot)},
+};
+
+#define COUNT(table) (sizeof(table) / sizeof(table)[0])
+
+/* ---- the rows of a command line: its own, then the common ones ---- */
+
+static size_t n_rows(const struct command_line *line)
+{
+    return line->n_options + COUNT(general) + (line->outputs ? COUNT(outputs) : 0);
+}
+
+static const struct option *row(const struct command_line *line, size_t k)
+{
+    if (k < line->n_options)
+        return &line->options[k];
+    k -= line->n_options;
+    if (!line->outputs)
+        return &general[k];
+    return k < COUNT(outputs) ? &outputs[k] : &general[k - COUNT(outputs)];
+}
+
+static const struct option *find(const struct command_line *line, const char *name, size_t length)
+{
+    for (size_t k = 0; k < n_rows(line); k++)
+        if (strlen(row(line, k)->name) == length && strncmp(row(line, k)->name, name, length) == 0)
+            return row(line, k);
+    return NULL;
+}
+
+static enum ad_status unknown(const struct command_line *line, const char *name, size_t length,
+                              struct ad_error *error)
+{
+    const char *names[64], *nearest;
+    char given[64];
+    size_t n = 0;
+    for (; n < n_rows(line) && n < COUNT(names); n++)
+        names[n] = row(line, n)->name;
+    snprintf(given, sizeof given, "%.*s", (int)length, name);
+    nearest = phys_nearest(given, n, names);
+    if (nearest)
+        return ad_fail(error, AD_E_ARGUMENT, "unknown option --%s; did you mean --%s?", given,
+                       nearest);
+    return ad_fail(error, AD_E_ARGUMENT, "unknown option --%s; --help lists them", given);
+}
+
+/* ---- values ---- */
+
+bool options_number(const char *text, double *value)
+{
+    char *end;
+    if (isspace((unsigned char)*text))
+        return false;
+    *value = strtod(text, &end);
+    return end != text && *end == '\0' && isfinite(*value);
+}
+
+/* A whole number from 0 to `most`, in decimal digits alone. */
+static bool whole_number(const char *text, uint64_t most, uint64_t *value)
+{
+    if (*text == '\0' || strspn(text, "0123456789") != strlen(text))
+        return false;
+    errno = 0;
+    unsigned long long parsed = strtoull(text, NULL, 10);
+    *value = parsed;
+    return errno == 0 && parsed <= most;
+}
+
+static enum ad_status add_setting(struct settings *settings, const char *text,
+                                  struct ad_error *error)
+{
+    const char *equals = strchr(text, '=');
+    double value;
+    if (!equals || equals == text || !options_number(equals + 1, &value))
+        return ad_fail(error, AD_E_ARGUMENT, "--set: expected NAME=VALUE with a number, got '%s'",
+                       text);
+    struct setting *grown = realloc(settings->setting, (settings->n + 1) * sizeof *grown);
+    if (grown)
+        settings->setting = grown;
+    char *name = strndup(text, (size_t)(equals - text));
+    if (!grown || !name) {
+        free(name);
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    }
+    settings->setting[settings->n++] = (struct setting){name, value};
+    return AD_OK;
+}
+
+static const char *const expected[] = {
+    [OPTION_TEXT] = "a text",
+    [OPTION_NUMBER] = "a number",
+    [OPTION_COUNT] = "a whole number",
+    [OPTION_SEED] = "a whole number",
+};
+
+/* Stores `text` as the value of an option. */
+static enum ad_status store(const struct option *option, const char *text, char *values,
+                            struct ad_error *error)
+{
+    void *at = values + option->offset;
+    uint64_t whole = 0;
+    bool right = true;
+    switch (option->kind) {
+    case OPTION_FLAG:
+        *(bool *)at = true;
+        break;
+    case OPTION_TEXT:
+        *(const char **)at = text;
+        right = *text != '\0';
+        break;
+    case OPTION_NUMBER:
+        right = options_number(text, at);
+        break;
+    case OPTION_COUNT:
+        right = whole_number(text, OPTION_NO_COUNT - 1, &whole);
+        *(size_t *)at = (size_t)whole;
+        break;
+    case OPTION_SEED:
+        right = whole_number(text, UINT64_MAX, at);
+        break;
+    case OPTION_SETTINGS:
+        return add_setting(at, text, error);
+    }
+    if (right)
+        return AD_OK;
+    return ad_fail(error, AD_E_ARGUMENT, "--%s: expected %s, got '%s'", option->name,
+                   expected[option->kind], text);
+}
+
+/* What an option holds until it is given. */
+static void store_default(const struct option *option, char *values)
+{
+    struct ad_error error = {0};
+    void *at = values + option->offset;
+    if (option->kind == OPTION_NUMBER)
+        *(double *)at = OPTION_NO_NUMBER;
+    if (option->kind == OPTION_COUNT)
+        *(size_t *)at = OPTION_NO_COUNT;
+    if (option->fallback)
+        store(option, option->fallback, values, &error);
+}
+
+/* ---- words ---- */
+
+static enum ad_status parse_option(const struct command_line *line, int argc, char *const argv[],
+                                   int *word, char *values, struct ad_error *error)
+{
+    const char *name = argv[*word] + 2, *equals = strchr(name, '=');
+    size_t length = equals ? (size_t)(equals - name) : strlen(name);
+    const struct option *option = find(line, name, length);
+    if (!option)
+        return unknown(line, name, length, error);
+    if (option->kind == OPTION_FLAG) {
+        if (equals)
+            return ad_fail(error, AD_E_ARGUMENT, "--%s takes no value", option->name);
+        return store(option, "", values, error);
+    }
+    if (equals)
+        return store(option, equals + 1, values, error);
+    if (*word + 1 >= argc || strncmp(argv[*word + 1], "--", 2) == 0)
+        return ad_fail(error, AD_E_ARGUMENT, "--%s needs a value: --%s %s", option->name,
+                       option->name, option->placeholder);
+    return store(option, argv[++*word], values, error);
+}
+
+static enum ad_status parse_argument(const struct command_line *line, const char *word,
+                                     struct common *common, struct ad_error *error)
+{
+    size_t k = common->n_arguments;
+    if (k >= COUNT(common->argument) || !line->arguments[k])
+        return ad_fail(error, AD_E_ARGUMENT, "unexpected argument '%s'", word);
+    common->argument[common->n_arguments++] = word;
+    return AD_OK;
+}
+
+/* Two results in one file would overwrite each other. */
+static enum ad_status check_outputs(const struct common *common, struct ad_error *error)
+{
+    const char *const names[] = {"out", "csv", "plot"};
+    const char *const files[] = {common->out, common->csv, common->plot};
+    for (size_t a = 0; a < COUNT(files); a++)
+        for (size_t b = a + 1; b < COUNT(files); b++)
+            if (files[a] && files[b] && strcmp(files[a], files[b]) == 0)
+                return ad_fail(error, AD_E_ARGUMENT, "--%s and --%s name the same file, '%s'",
+                               names[a], names[b], files[a]);
+    return AD_OK;
+}
+
+static enum ad_status check_arguments(const struct command_line *line, const struct common *common,
+                                      struct ad_error *error)
+{
+    for (size_t k = common->n_arguments; k < COUNT(line->arguments) && line->arguments[k]; k++)
+        if (line->arguments[k][0] != '[')
+            return ad_fail(error, AD_E_ARGUMENT, "missing argument %s", line->arguments[k]);
+    if (common->threads == 0)
+        return ad_fail(error, AD_E_ARGUMENT, "--threads: expected at least 1, got '0'");
+    return check_outputs(common, error);
+}
+
+enum ad_status options_parse(const struct command_line *line, int argc, char *const argv[],
+                             void *values, struct ad_error *error)
+{
+    struct common *common = values;
+    enum ad_status status = AD_OK;
+    for (size_t k = 0; k < n_rows(line); k++)
+        store_default(row(line, k), values);
+    for (int k = 0; k < argc && status == AD_OK; k++) {
+        if (strcmp(argv[k], "-h") == 0)
+            common->help = true;
+        else if (argv[k][0] == '-' && argv[k][1] != '\0' && argv[k][1] != '-')
+            status =
+                ad_fail(error, AD_E_ARGUMENT, "unknown option %s; options begin with --", argv[k]);
+        else if (strncmp(argv[k], "--", 2) == 0)
+            status = parse_option(line, argc, argv, &k, values, error);
+        else
+            status = parse_argument(line, argv[k], common, error);
+        if (common->help || common->version)
+            return status;
+    }
+    return status == AD_OK ? check_arguments(line, common, error) : status;
+}
+
+void options_free(const struct command_line *line, void *values)
+{
+    for (size_t k = 0; k < n_rows(line); k++) {
+        if (row(line, k)->kind != OPTION_SETTINGS)
+            continue;
+        struct settings *settings = (void *)((char *)values + row(line, k)->offset);
+        for (size_t s = 0; s < settings->n; s++)
+            free(settings->setting[s].name);
+        free(settings->setting);
+        *settings = (struct settings){0};
+    }
+}
+
+/* ---- help ---- */
+
+static void help_row(const struct option *option, FILE *out)
+{
+    char left[64];
+    snprintf(left, sizeof left, "--%s%s%s", option->name, option->placeholder ? " " : "",
+             option->placeholder ? option->placeholder : "");
+    fprintf(out, "  %-24s  %s", left, option->help);
+    if (option->fallback)
+        fprintf(out, " [%s]", option->fallback);
+    fputc('\n', out);
+}
+
+void options_help(const struct command_line *line, FILE *out)
+{
+    fprintf(out, "leastaction %s", line->name);
+    for (size_t k = 0; k < COUNT(line->arguments) && line->arguments[k]; k++)
+        fprintf(out, " %s", line->arguments[k]);
+    fprintf(out, " [options]\n\n%s\n\n", line->what);
+    for (size_t k = 0; k < n_rows(line); k++) {
+        if (k > 0 && k == line->n_options)
+            fputc('\n', out);
+        help_row(row(line, k), out);
+    }
+    if (line->more)
+        fprintf(out, "\n%s\n", line->more);
+}

@@ -1,0 +1,74 @@
+/* Command lines from tables: one row an option, from which parsing, --help and the error messages
+   come. A subcommand's options land in a struct of its own that begins with struct common. */
+#ifndef APPS_OPTIONS_H
+#define APPS_OPTIONS_H
+
+#include "../autodiff/autodiff.h"
+
+#include <math.h>
+#include <stdio.h>
+
+enum option_kind {
+    OPTION_FLAG,    /* bool */
+    OPTION_TEXT,    /* const char *; NULL if not given */
+    OPTION_NUMBER,  /* double, finite; OPTION_NO_NUMBER (NaN) if not given */
+    OPTION_COUNT,   /* size_t; OPTION_NO_COUNT if not given */
+    OPTION_SEED,    /* uint64_t */
+    OPTION_SETTINGS /* struct settings: NAME=VALUE, repeatable */
+};
+
+#define OPTION_NO_NUMBER ((double)NAN)
+#define OPTION_NO_COUNT  SIZE_MAX
+
+struct option {
+    const char *name, *placeholder; /* without dashes; placeholder NULL: a flag */
+    enum option_kind kind;
+    const char *fallback; /* parsed first, and shown; NULL: not given, and `help` says what then */
+    const char *help;
+    size_t offset; /* of its destination in the struct of options */
+};
+
+/* NAME=VALUE as often as --set was given. */
+struct settings {
+    size_t n;
+    struct setting {
+        char *name; /* owned */
+        double value;
+    } * setting;
+};
+
+/* What every subcommand takes. */
+struct common {
+    bool help, version, json, quiet;
+    uint64_t seed;
+    size_t threads;
+    const char *out, *csv, *plot; /* where the subcommand has results to write */
+    const char *argument[2];      /* what is not an option, in order; NULL beyond the last */
+    size_t n_arguments;
+    const char *command; /* the whole command line, quoted for a shell; set by main */
+};
+
+/* The command line of one subcommand. */
+struct command_line {
+    const char *name, *what;  /* "path", "stationary path between two ends" */
+    const char *arguments[2]; /* placeholders: "SCENE" is needed, "[SCENE]" optional */
+    bool outputs;             /* takes --out, --csv and --plot */
+    const struct option *options;
+    size_t n_options;
+    const char *more; /* closing paragraph of --help, or NULL */
+};
+
+/* Fills `values` (a struct that begins with struct common) from the words after the subcommand.
+   AD_E_ARGUMENT names the option and what was expected. Where --help or --version was given the
+   rest is not looked at. Ends with options_free. */
+enum ad_status options_parse(const struct command_line *line, int argc, char *const argv[],
+                             void *values, struct ad_error *error);
+void options_free(const struct command_line *line, void *values);
+
+/* The text of --help. */
+void options_help(const struct command_line *line, FILE *out);
+
+/* A number, all of `text`: false for anything else, infinities and NaN. */
+bool options_number(const char *text, double *value);
+
+#endif

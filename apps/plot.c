@@ -1,0 +1,177 @@
+/* Pictures by gnuplot (plot.h): commands and data go to temporary files, gnuplot draws to a third.
+ */
+#include "plot.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/wait.h>
+
+static const struct format {
+    const char *extension, *terminal;
+    bool animated;
+} formats[] = {
+    {".svg", "svg size 1040,440 font 'Helvetica,13' background 'white'", false},
+    {".png", "pngcairo size 1560,660 font 'Helvetica,13' fontscale 1.2", false},
+    {".gif", "gif animate delay 8 loop 0 size 1040,440", true},
+};
+
+static const struct format *format_of(const char *target)
+{
+    const char *dot = strrchr(target, '.');
+    for (size_t k = 0; dot && k < sizeof formats / sizeof *formats; k++)
+        if (strcasecmp(dot, formats[k].extension) == 0)
+            return &formats[k];
+    return NULL;
+}
+
+/* Begins the file of the target's name with another extension. */
+static enum ad_status begin_beside(struct phys_whole *file, const char *target,
+                                   const char *extension, struct ad_error *error)
+{
+    size_t stem = (size_t)(strrchr(target, '.') - target);
+    char *name = malloc(stem + strlen(extension) + 1);
+    if (!name)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    memcpy(name, target, stem);
+    strcpy(name + stem, extension);
+    enum ad_status status = phys_whole_begin(file, name, error);
+    free(name);
+    return status;
+}
+
+enum ad_status plot_begin(struct plot *plot, const char *target, struct ad_error *error)
+{
+    const struct format *format = format_of(target);
+    *plot = (struct plot){0};
+    if (!format)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--plot: expected a name ending in .svg, .png or .gif, "
+                       "got '%s'",
+                       target);
+    plot->terminal = format->terminal;
+    plot->animated = format->animated;
+    if (phys_whole_begin(&plot->picture_file, target, error) != AD_OK ||
+        begin_beside(&plot->data_file, target, ".dat", error) != AD_OK ||
+        begin_beside(&plot->script_file, target, ".gp", error) != AD_OK) {
+        plot_abandon(plot);
+        return error->status;
+    }
+    plot->data = fopen(plot->data_file.temporary, "w");
+    plot->script = open_memstream(&plot->script_text, &plot->script_length);
+    if (plot->data && plot->script)
+        return AD_OK;
+    plot_abandon(plot);
+    return ad_fail(error, AD_E_IO, "%s: cannot be written", target);
+}
+
+/* Closes a stream of ours; false if anything written to it was lost. */
+static bool close_stream(FILE **stream)
+{
+    bool written = *stream && !ferror(*stream);
+    if (*stream && fclose(*stream) != 0)
+        written = false;
+    *stream = NULL;
+    return written;
+}
+
+void plot_abandon(struct plot *plot)
+{
+    close_stream(&plot->data);
+    close_stream(&plot->script);
+    free(plot->script_text);
+    phys_whole_abandon(&plot->picture_file);
+    phys_whole_abandon(&plot->data_file);
+    phys_whole_abandon(&plot->script_file);
+    *plot = (struct plot){0};
+}
+
+/* A gnuplot variable that holds a name. */
+static void assign(FILE *out, const char *variable, const char *name)
+{
+    fprintf(out, "%s = '", variable);
+    for (; *name; name++)
+        fputs(*name == '\'' ? "''" : (char[]){*name, '\0'}, out);
+    fputs("'\n", out);
+}
+
+/* The script file, for a data file and a picture of these names. */
+static bool write_script(const struct plot *plot, const char *data, const char *picture)
+{
+    FILE *out = fopen(plot->script_file.temporary, "w");
+    if (!out)
+        return false;
+    assign(out, "data", data);
+    assign(out, "picture", picture);
+    fprintf(out, "set terminal %s\nset output picture\n", plot->terminal);
+    fwrite(plot->script_text, 1, plot->script_length, out);
+    return close_stream(&out);
+}
+
+/* Runs gnuplot on the script; its exit status as the shell reports it (127: not there), and its
+   first line. */
+static int run_gnuplot(const struct plot *plot, char *line, int size)
+{
+    const char *name = plot->script_file.temporary;
+    char *command = malloc(4 * strlen(name) + 32), *end;
+    if (!command)
+        return -1;
+    end = stpcpy(command, "exec gnuplot '");
+    for (; *name; name++)
+        end = *name == '\'' ? stpcpy(end, "'\\''") : (*end = *name, end + 1);
+    strcpy(end, "' 2>&1");
+    FILE *gnuplot = popen(command, "r");
+    free(command);
+    if (!gnuplot)
+        return -1;
+    char rest[256];
+    *line = '\0';
+    for (char *to = line; fgets(to, to == line ? size : (int)sizeof rest, gnuplot);)
+        if (strspn(to, " \t\r\n^") != strlen(to))
+            to = rest;
+    line[strcspn(line, "\n")] = '\0';
+    int status = pclose(gnuplot);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+/* Without gnuplot: data and commands, under names of their own. */
+static enum ad_status keep(struct plot *plot, struct ad_error *error)
+{
+    char *data = strdup(plot->data_file.target), *script = strdup(plot->script_file.target);
+    enum ad_status status = AD_OK;
+    if (!data || !script || !write_script(plot, data, plot->picture_file.target))
+        status = ad_fail(error, AD_E_IO, "%s: cannot be written", plot->script_file.target);
+    if (status == AD_OK)
+        status = phys_whole_commit(&plot->data_file, error);
+    if (status == AD_OK)
+        status = phys_whole_commit(&plot->script_file, error);
+    if (status == AD_OK)
+        fprintf(stderr, "gnuplot is not installed: wrote %s and %s; draw with: gnuplot %s\n", data,
+                script, script);
+    free(data);
+    free(script);
+    return status;
+}
+
+enum ad_status plot_commit(struct plot *plot, struct ad_error *error)
+{
+    if (!plot->picture_file.target)
+        return AD_OK;
+    enum ad_status status = AD_OK;
+    char line[160];
+    const char *picture = plot->picture_file.target;
+    if (!close_stream(&plot->data) || !close_stream(&plot->script) ||
+        !write_script(plot, plot->data_file.temporary, plot->picture_file.temporary)) {
+        status = ad_fail(error, AD_E_IO, "%s: its data cannot be written", picture);
+    } else {
+        int exit = run_gnuplot(plot, line, (int)sizeof line);
+        if (exit == 127)
+            status = keep(plot, error);
+        else if (exit != 0)
+            status = ad_fail(error, AD_E_IO, "%s: gnuplot failed: %s", picture, line);
+        else
+            status = phys_whole_commit(&plot->picture_file, error);
+    }
+    plot_abandon(plot);
+    return status;
+}
