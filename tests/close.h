@@ -1,6 +1,6 @@
 /* The one comparison of doubles in the tests: assert_close(a, b, rtol, atol) holds when
-   |a - b| <= atol + rtol |b|, where b is what was expected. NaN is close to nothing, an infinity only
-   to itself. A failure prints both values with all digits, and their difference. */
+   |a - b| <= atol + rtol |b|, where b is what was expected. NaN is close to nothing, an infinity
+   only to itself. A failure prints both values with all digits, and their difference. */
 #ifndef TESTS_CLOSE_H
 #define TESTS_CLOSE_H
 
