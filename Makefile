@@ -7,7 +7,7 @@
 BUILD  ?= build
 PREFIX ?= /usr/local
 CFLAGS ?= -O2 -g
-VERSION = 0.1.0
+VERSION := $(shell sed -n 's/.*LEASTACTION_VERSION "\(.*\)"/\1/p' apps/command.h 2>/dev/null)
 
 ifeq ($(origin CC),default)
 CC = gcc
@@ -29,14 +29,15 @@ MATH = -fno-math-errno -fno-trapping-math $(if $(CLANG),$(if $(X86),-fveclib=lib
 ifdef SAN
 SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
 endif
-PKG_CFLAGS := $(patsubst -I%,-isystem %,$(shell pkg-config --cflags hdf5 openblas lapacke 2>/dev/null))
+PKG_CFLAGS := $(patsubst -I%,-isystem %,$(filter-out -I/usr/include/$(MACHINE),$(shell pkg-config --cflags hdf5 openblas lapacke 2>/dev/null)))
 PKG_LIBS   := $(shell pkg-config --libs hdf5 openblas lapacke 2>/dev/null)
 ALL_CFLAGS = -std=c11 -D_XOPEN_SOURCE=700 -I. $(PKG_CFLAGS) $(WARN) -fPIC -fopenmp $(MATH) \
              $(if $(X86),,-DAD_ONLY_BASE) $(CFLAGS) $(SANITIZE)
 LIBS = $(PKG_LIBS) -lm -ldl
 
 # Vector code: one source compiled for each element type and instruction set, chosen at run time.
-SIMD = $(if $(O1),-O1 -fno-openmp -fno-tree-vectorize -Wno-unknown-pragmas,-O3)
+SIMD = $(if $(O1),-O1 -fno-openmp -fno-tree-vectorize -Wno-unknown-pragmas,-O3) \
+       $(if $(CLANG),-Wno-pass-failed)
 ISA_base   =
 ISA_avx2   = -mavx2 -mfma
 ISA_avx512 = -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx2 -mfma -mprefer-vector-width=512

@@ -1,0 +1,27 @@
+/* Gradients of the action written by hand: what a program without automatic differentiation would
+   run, and so the yardstick of `leastaction chart gradients`.
+
+   Each kernel is the objective of one scene at its defaults under the rule left+repeat: the mean of
+   T - V over slices (and bodies, for threebody and gas). Paths are [dof x HAND_SLICES], row-major,
+   the layout of the library. */
+#ifndef APPS_HAND_H
+#define APPS_HAND_H
+
+enum { HAND_SLICES = 100 };
+
+struct hand_kernel {
+    const char *scene;
+    int dof;
+    double dt;
+    double (*gradient)(const double *x,
+                       double *g); /* fills g [dof x HAND_SLICES]; returns the mean */
+    double (*primal)(const double *x);
+};
+
+enum { HAND_THREEBODY, HAND_DBLPEND, HAND_GAS, HAND_N };
+
+/* The kernels [HAND_N] as compiled for the k-th best instruction set of this machine; NULL past the
+   last. */
+const struct hand_kernel *hand_build(int k);
+
+#endif
