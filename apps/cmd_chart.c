@@ -1,0 +1,60 @@
+/* leastaction chart: measurements that make a chart, one function each. */
+#include "command.h"
+#include "charts.h"
+#include "../physics/physics.h"
+
+#include <stdio.h>
+#include <string.h>
+
+struct options {
+    struct common common;
+    bool quick;
+    const char *folder;
+};
+
+static const struct chart {
+    const char *name;
+    int (*draw)(const char *folder, bool quick, FILE *out);
+} charts[] = {
+    {"gradients", chart_gradients},
+};
+
+enum { N_CHARTS = sizeof charts / sizeof *charts };
+
+static enum ad_status unknown(const char *name, struct ad_error *error)
+{
+    const char *names[N_CHARTS];
+    for (size_t k = 0; k < N_CHARTS; k++)
+        names[k] = charts[k].name;
+    const char *nearest = phys_nearest(name, N_CHARTS, names);
+    return ad_fail(error, AD_E_ARGUMENT, "unknown chart '%s'; did you mean '%s'?", name,
+                   nearest ? nearest : names[0]);
+}
+
+static int run(const void *values, struct ad_error *error)
+{
+    const struct options *options = values;
+    const char *name = options->common.argument[0];
+    for (size_t k = 0; k < N_CHARTS; k++)
+        if (strcmp(name, charts[k].name) == 0)
+            return charts[k].draw(options->folder, options->quick, stdout);
+    unknown(name, error);
+    return WRONG_USE;
+}
+
+#define AT(member) offsetof(struct options, member)
+
+static const struct option table[] = {
+    {"out", "DIR", OPTION_TEXT, "charts", "folder for the data and the picture", AT(folder)},
+    {"quick", NULL, OPTION_FLAG, NULL, "fewer repetitions", AT(quick)},
+};
+
+const struct command command_chart = {
+    .line = {.name = "chart",
+             .what = "speed against accuracy, measured: gradients",
+             .arguments = {"KIND"},
+             .options = table,
+             .n_options = sizeof table / sizeof *table},
+    .bytes = sizeof(struct options),
+    .run = run,
+};
