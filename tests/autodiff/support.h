@@ -1,0 +1,34 @@
+/* What the tests of the tape share: reproducible values, one-call evaluation, checks of a gradient.
+ */
+#ifndef TESTS_AUTODIFF_SUPPORT_H
+#define TESTS_AUTODIFF_SUPPORT_H
+
+#include "autodiff/autodiff.h"
+#include "tests/close.h"
+
+/* splitmix64: any seed will do. */
+uint64_t random_bits(uint64_t *state);
+double uniform(uint64_t *state, double lo, double hi);
+size_t below(uint64_t *state, size_t n);
+/* n values in [lo, hi) representable in f32, so that both types see the same; the caller frees. */
+double *random_values(uint64_t *state, size_t n, double lo, double hi);
+
+/* A program of these outputs; fails the test with the tape's message if it does not compile. */
+ad_program *compile(ad_tape *tape, size_t n, const ad_var out[]);
+/* Value of y (rows*cols) at x[k] = at[k]; the caller frees. */
+double *evaluate(ad_var y, size_t n, const ad_var x[], const double *const at[]);
+/* The same for a value without inputs, or of 1x1. */
+double evaluate_scalar(ad_var y, size_t n, const ad_var x[], const double *const at[]);
+
+/* Sum of y's elements times fixed irregular weights: a scalar in which every element counts. */
+ad_var weighted_sum(ad_var y);
+
+/* ad_check_gradient and ad_check_second; a failure prints the worst entry and `name`. */
+void assert_gradient(const char *name, ad_var y, size_t n, const ad_var x[],
+                     const double *const at[], double tolerance, size_t entries);
+void assert_second(const char *name, ad_var y, size_t n, const ad_var x[], const double *const at[],
+                   double tolerance, size_t entries);
+
+void assert_tape_ok(const ad_tape *tape);
+
+#endif

@@ -1,0 +1,416 @@
+/* Every elementwise operation of ops.def: values against scalar libm, first and second order
+   against differences, f32 against f64; all ways of broadcasting, sizes that cross the executor's
+   blocks. */
+#include "support.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- references: the expressions of the table, evaluated here one element at a time ---- */
+
+typedef double R;
+#define F(name) name
+
+static double power(double a, double b)
+{
+    double y = 1;
+    for (double k = 0; k < fabs(b); k++)
+        y *= a;
+    return b < 0 ? 1 / y : y;
+}
+
+#define AD_UNARY(name, value, dx, lo, hi)                                                          \
+    static double name##_reference(double x, double b, double c)                                   \
+    {                                                                                              \
+        (void)b, (void)c;                                                                          \
+        return value;                                                                              \
+    }
+#define AD_BINARY(name, value, da, db, lo, hi)                                                     \
+    static double name##_reference(double a, double b, double c)                                   \
+    {                                                                                              \
+        (void)c;                                                                                   \
+        return value;                                                                              \
+    }
+#define AD_TERNARY(name, value, da, db, dc, lo, hi)                                                \
+    static double name##_reference(double a, double b, double c) { return value; }
+#include "autodiff/ops.def"
+
+struct op {
+    const char *name;
+    enum ad_op op;
+    int arity;
+    double lo, hi;
+    double (*reference)(double, double, double);
+};
+
+static const struct op ops[] = {
+#define AD_UNARY(name, value, dx, lo, hi)      {#name, AD_OP_##name, 1, lo, hi, name##_reference},
+#define AD_BINARY(name, value, da, db, lo, hi) {#name, AD_OP_##name, 2, lo, hi, name##_reference},
+#define AD_TERNARY(name, value, da, db, dc, lo, hi)                                                \
+    {#name, AD_OP_##name, 3, lo, hi, name##_reference},
+#include "autodiff/ops.def"
+};
+enum { N_OPS = sizeof ops / sizeof ops[0] };
+
+/* ---- arguments ---- */
+
+enum kind { FULL, SCALAR, COLUMN, ROW, N_KINDS };
+
+static const size_t sizes[][2] = {{1, 1}, {3, 7}, {5, 131}, {2, 1000}};
+enum { N_SIZES = sizeof sizes / sizeof sizes[0] };
+
+/* Every kind of each argument against every kind of its neighbour. */
+static size_t combinations(int arity) { return arity == 1 ? 1 : N_KINDS * N_KINDS; }
+
+static enum kind kind_of(int arity, size_t combination, int input)
+{
+    static const enum kind third[] = {FULL, ROW, SCALAR, COLUMN};
+    if (arity == 1)
+        return FULL;
+    if (input == 2)
+        return third[(combination + combination / N_KINDS) % N_KINDS];
+    return (enum kind)(input ? combination / N_KINDS : combination % N_KINDS);
+}
+
+static bool kinked(enum ad_op op)
+{
+    switch (op) {
+    case AD_OP_abs:
+    case AD_OP_sign:
+    case AD_OP_step:
+    case AD_OP_relu:
+    case AD_OP_min:
+    case AD_OP_max:
+    case AD_OP_lt:
+    case AD_OP_le:
+    case AD_OP_eq:
+    case AD_OP_ne:
+        return true;
+    default:
+        return false;
+    }
+}
+
+/* Kinks (at 0, or where both arguments are equal) stay away from every value: input 0 lies around
+   odd multiples of 1/16, input 1 around even ones. Conditions of select are 0 or something else. */
+static double avoid_kinks(const struct op *op, int input, double x)
+{
+    if (op->op == AD_OP_select && input == 0)
+        return x < 0 ? 0 : x;
+    if (!kinked(op->op))
+        return x;
+    double cell = floor(x * 8), jitter = x * 8 - cell;
+    return (float)((cell + (input ? 0.0 : 0.5) + 0.3 * jitter) / 8);
+}
+
+struct arguments {
+    size_t rows, cols; /* of the result */
+    size_t shape[3][2];
+    double *at[3];
+};
+
+static struct arguments draw(const struct op *op, size_t size, size_t combination)
+{
+    struct arguments a = {.rows = 1, .cols = 1};
+    uint64_t state = 1000 * (uint64_t)op->op + 100 * size + combination;
+    for (int k = 0; k < op->arity; k++) {
+        enum kind kind = kind_of(op->arity, combination, k);
+        size_t rows = kind == FULL || kind == COLUMN ? sizes[size][0] : 1;
+        size_t cols = kind == FULL || kind == ROW ? sizes[size][1] : 1;
+        a.shape[k][0] = rows;
+        a.shape[k][1] = cols;
+        a.rows = rows > a.rows ? rows : a.rows;
+        a.cols = cols > a.cols ? cols : a.cols;
+        a.at[k] = random_values(&state, rows * cols, op->lo, op->hi);
+        for (size_t i = 0; i < rows * cols; i++)
+            a.at[k][i] = avoid_kinks(op, k, a.at[k][i]);
+    }
+    return a;
+}
+
+static void release(struct arguments *a)
+{
+    for (int k = 0; k < 3; k++)
+        free(a->at[k]);
+}
+
+static double element(const struct arguments *a, int k, size_t r, size_t c)
+{
+    if (!a->at[k])
+        return 0;
+    size_t rows = a->shape[k][0], cols = a->shape[k][1];
+    return a->at[k][(rows == 1 ? 0 : r) * cols + (cols == 1 ? 0 : c)];
+}
+
+static ad_var record(ad_tape *tape, const struct op *op, const struct arguments *a, ad_var x[3])
+{
+    for (int k = 0; k < op->arity; k++)
+        x[k] = ad_input(tape, a->shape[k][0], a->shape[k][1], NULL);
+    if (op->arity == 1)
+        return ad_unary(op->op, x[0]);
+    if (op->arity == 2)
+        return ad_binary(op->op, AD_ARG(x[0]), AD_ARG(x[1]));
+    return ad_ternary(op->op, AD_ARG(x[0]), AD_ARG(x[1]), AD_ARG(x[2]));
+}
+
+/* powi takes its exponent as a number: tested below. */
+static bool applies(const struct op *op) { return op->op != AD_OP_powi; }
+
+typedef void test(const struct op *op, const struct arguments *a);
+
+static void for_each_op(test *f, size_t largest)
+{
+    for (size_t i = 0; i < N_OPS; i++)
+        for (size_t s = 0; s < N_SIZES && applies(&ops[i]); s++)
+            for (size_t c = 0; c < combinations(ops[i].arity); c++) {
+                struct arguments a = draw(&ops[i], s, c);
+                if (a.rows * a.cols <= largest)
+                    f(&ops[i], &a);
+                release(&a);
+            }
+}
+
+/* ---- values ---- */
+
+static void compare_values(const struct op *op, const struct arguments *a, enum ad_type type,
+                           double rtol, double atol)
+{
+    ad_tape *tape = ad_tape_new(type);
+    ad_var x[3], y = record(tape, op, a, x);
+    double *v = evaluate(y, (size_t)op->arity, x, (const double *const *)a->at);
+    assert_int_equal(ad_rows(y), a->rows);
+    assert_int_equal(ad_cols(y), a->cols);
+    for (size_t r = 0; r < a->rows; r++)
+        for (size_t c = 0; c < a->cols; c++) {
+            double in[] = {element(a, 0, r, c), element(a, 1, r, c), element(a, 2, r, c)};
+            double expected = op->reference(in[0], in[1], in[2]), got = v[r * a->cols + c];
+            if (!is_close(got, expected, rtol, atol))
+                fail_msg("%s(%.17g, %.17g, %.17g) is %.17g, not %.17g", op->name, in[0], in[1],
+                         in[2], got, expected);
+        }
+    free(v);
+    ad_tape_free(tape);
+}
+
+/* libmvec promises 4 ulp. */
+static void values_f64(const struct op *op, const struct arguments *a)
+{
+    compare_values(op, a, AD_F64, 1e-15, 4e-16);
+}
+
+static void values_f32(const struct op *op, const struct arguments *a)
+{
+    compare_values(op, a, AD_F32, 6e-7, 2e-7);
+}
+
+static void test_values_f64(void **state)
+{
+    (void)state;
+    for_each_op(values_f64, SIZE_MAX);
+}
+
+static void test_values_f32(void **state)
+{
+    (void)state;
+    for_each_op(values_f32, SIZE_MAX);
+}
+
+/* ---- derivatives ---- */
+
+static void first_order(const struct op *op, const struct arguments *a)
+{
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x[3], y = weighted_sum(record(tape, op, a, x));
+    assert_gradient(op->name, y, (size_t)op->arity, x, (const double *const *)a->at, 1e-8, 9);
+    ad_tape_free(tape);
+}
+
+static void second_order(const struct op *op, const struct arguments *a)
+{
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x[3], y = weighted_sum(record(tape, op, a, x));
+    assert_second(op->name, y, (size_t)op->arity, x, (const double *const *)a->at, 1e-7, 5);
+    ad_tape_free(tape);
+}
+
+static void test_first_order(void **state)
+{
+    (void)state;
+    for_each_op(first_order, SIZE_MAX);
+}
+
+static void test_second_order(void **state)
+{
+    (void)state;
+    for_each_op(second_order, 1000);
+}
+
+/* Third order: the second-order check of one entry's gradient. */
+static void third_order(const struct op *op, const struct arguments *a)
+{
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x[3], g[3], y = weighted_sum(record(tape, op, a, x));
+    ad_grad(y, (size_t)op->arity, x, g);
+    ad_var slope = weighted_sum(g[0]);
+    for (int k = 1; k < op->arity; k++)
+        slope = ad_add(slope, weighted_sum(g[k]));
+    assert_second(op->name, slope, (size_t)op->arity, x, (const double *const *)a->at, 1e-6, 3);
+    ad_tape_free(tape);
+}
+
+static void test_third_order(void **state)
+{
+    (void)state;
+    for_each_op(third_order, 21);
+}
+
+static double *gradient_of_first(const struct op *op, const struct arguments *a, enum ad_type type)
+{
+    ad_tape *tape = ad_tape_new(type);
+    ad_var x[3], g[3], y = weighted_sum(record(tape, op, a, x));
+    assert_int_equal(ad_grad(y, (size_t)op->arity, x, g), AD_OK);
+    double *v = evaluate(g[0], (size_t)op->arity, x, (const double *const *)a->at);
+    ad_tape_free(tape);
+    return v;
+}
+
+static void both_types(const struct op *op, const struct arguments *a)
+{
+    double *wide = gradient_of_first(op, a, AD_F64), *narrow = gradient_of_first(op, a, AD_F32);
+    size_t n = a->shape[0][0] * a->shape[0][1];
+    double largest = 0;
+    for (size_t i = 0; i < n; i++)
+        largest = fmax(largest, fabs(wide[i]));
+    for (size_t i = 0; i < n; i++)
+        if (!is_close(narrow[i], wide[i], 0, 2e-5 * largest))
+            fail_msg("%s: gradient %zu is %.9g in f32, %.9g in f64", op->name, i, narrow[i],
+                     wide[i]);
+    free(wide);
+    free(narrow);
+}
+
+static void test_gradient_f32_is_f64(void **state)
+{
+    (void)state;
+    for_each_op(both_types, SIZE_MAX);
+}
+
+/* ---- powers with a number as exponent ---- */
+
+static const double exponents[] = {-32, -7, -3, -2, -1,  -0.5, 0,  0.5, 1,
+                                   1.5, 2,  3,  4,  5.5, 7,    16, 31,  32};
+
+static void test_number_powers(void **state)
+{
+    (void)state;
+    uint64_t seed = 99;
+    for (size_t k = 0; k < sizeof exponents / sizeof exponents[0]; k++) {
+        double c = exponents[k], lo = c == floor(c) ? -1.4 : 0.5;
+        double *at = random_values(&seed, 5 * 131, lo, 1.6);
+        for (size_t i = 0; i < 5 * 131; i++)
+            at[i] += fabs(at[i]) < 0.4 ? 0.8 : 0;
+        ad_tape *tape = ad_tape_new(AD_F64);
+        ad_var x = ad_input(tape, 5, 131, NULL), y = ad_pow(x, c);
+        double *v = evaluate(y, 1, &x, (const double *const[]){at});
+        for (size_t i = 0; i < 5 * 131; i++)
+            assert_close(v[i], pow(at[i], c), 1e-14, 0);
+        char name[32];
+        snprintf(name, sizeof name, "pow(x, %g)", c);
+        assert_gradient(name, weighted_sum(y), 1, &x, (const double *const[]){at}, 1e-8, 25);
+        assert_second(name, weighted_sum(y), 1, &x, (const double *const[]){at}, 1e-7, 25);
+        free(v);
+        free(at);
+        ad_tape_free(tape);
+    }
+}
+
+/* ---- numbers on either side ---- */
+
+#define BOTH_SIDES(X)                                                                              \
+    X(add) X(sub) X(mul) X(div) X(pow) X(atan2) X(hypot) X(min) X(max) X(lt) X(le) X(eq) X(ne)
+
+typedef ad_var with_number(ad_var x, double c);
+#define RECORD(name)                                                                               \
+    static ad_var name##_right(ad_var x, double c) { return ad_##name(x, c); }                     \
+    static ad_var name##_left(ad_var x, double c) { return ad_##name(c, x); }
+BOTH_SIDES(RECORD)
+
+static const struct {
+    const char *name;
+    with_number *right, *left;
+    double (*reference)(double, double, double);
+} sided[] = {
+#define ENTRY(name) {#name, name##_right, name##_left, name##_reference},
+    BOTH_SIDES(ENTRY)};
+
+/* Neutral numbers, powers of two and signs are simplified when recording: values must not show it.
+ */
+static void test_numbers_on_either_side(void **state)
+{
+    (void)state;
+    static const double numbers[] = {0, 1, -1, 2, 0.5, -4, 3, 0.7};
+    uint64_t seed = 7;
+    for (size_t k = 0; k < sizeof sided / sizeof sided[0]; k++)
+        for (size_t j = 0; j < sizeof numbers / sizeof numbers[0]; j++) {
+            double c = numbers[j], *at = random_values(&seed, 3 * 7, 0.3, 2);
+            at[4] = 2;
+            at[5] = 1;
+            const double *const values[] = {at};
+            ad_tape *tape = ad_tape_new(AD_F64);
+            ad_var x = ad_input(tape, 3, 7, NULL);
+            double *right = evaluate(sided[k].right(x, c), 1, &x, values);
+            double *left = evaluate(sided[k].left(x, c), 1, &x, values);
+            for (size_t i = 0; i < 3 * 7; i++) {
+                assert_close(right[i], sided[k].reference(at[i], c, 0), 1e-15, 0);
+                if (strcmp(sided[k].name, "pow") != 0 || c >= 0)
+                    assert_close(left[i], sided[k].reference(c, at[i], 0), 1e-15, 0);
+            }
+            free(right);
+            free(left);
+            free(at);
+            ad_tape_free(tape);
+        }
+}
+
+/* Factors of factors are merged when recording. */
+static void test_chained_factors(void **state)
+{
+    (void)state;
+    uint64_t seed = 8;
+    double *at = random_values(&seed, 3 * 7, -2, 2);
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, 3, 7, NULL);
+    ad_var y = ad_neg(ad_mul(ad_neg(ad_mul(3.0, ad_neg(ad_div(x, 8.0)))), -0.5));
+    double *v = evaluate(y, 1, &x, (const double *const[]){at});
+    for (size_t i = 0; i < 3 * 7; i++)
+        assert_close(v[i], 3.0 / 8 * 0.5 * at[i], 1e-15, 0);
+    assert_gradient("factors", weighted_sum(y), 1, &x, (const double *const[]){at}, 1e-9, 0);
+    free(v);
+    free(at);
+    ad_tape_free(tape);
+}
+
+static void test_names(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < N_OPS; i++)
+        assert_string_equal(ad_op_name(ops[i].op), ops[i].name);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_names),
+        cmocka_unit_test(test_values_f64),
+        cmocka_unit_test(test_values_f32),
+        cmocka_unit_test(test_first_order),
+        cmocka_unit_test(test_second_order),
+        cmocka_unit_test(test_third_order),
+        cmocka_unit_test(test_gradient_f32_is_f64),
+        cmocka_unit_test(test_number_powers),
+        cmocka_unit_test(test_numbers_on_either_side),
+        cmocka_unit_test(test_chained_factors),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

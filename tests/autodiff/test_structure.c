@@ -1,0 +1,593 @@
+/* Operations that move or reduce values: against one-element-at-a-time formulas, adjoint identities
+   of the linear ones, first and second order, f32 and f64, several sizes. */
+#include "support.h"
+
+#include <stdlib.h>
+
+struct matrix {
+    size_t rows, cols;
+    const double *v;
+};
+
+static double at(const struct matrix *m, size_t r, size_t c) { return m->v[r * m->cols + c]; }
+
+/* The value recorded, and element (r, c) of the same by definition; x[0], x[1] are the arguments.
+ */
+typedef ad_var record(const ad_var x[2]);
+typedef double element(const struct matrix x[2], size_t r, size_t c);
+
+/* ---- sums ---- */
+
+static ad_var sum(const ad_var x[2]) { return ad_sum(x[0]); }
+
+static double sum_element(const struct matrix x[2], size_t r, size_t c)
+{
+    double s = 0;
+    (void)r, (void)c;
+    for (size_t i = 0; i < x->rows * x->cols; i++)
+        s += x->v[i];
+    return s;
+}
+
+static ad_var sum_rows(const ad_var x[2]) { return ad_sum_rows(x[0]); }
+
+static double sum_rows_element(const struct matrix x[2], size_t r, size_t c)
+{
+    double s = 0;
+    (void)r;
+    for (size_t i = 0; i < x->rows; i++)
+        s += at(x, i, c);
+    return s;
+}
+
+static ad_var sum_cols(const ad_var x[2]) { return ad_sum_cols(x[0]); }
+
+static double sum_cols_element(const struct matrix x[2], size_t r, size_t c)
+{
+    double s = 0;
+    (void)c;
+    for (size_t i = 0; i < x->cols; i++)
+        s += at(x, r, i);
+    return s;
+}
+
+static ad_var mean(const ad_var x[2]) { return ad_mean(x[0]); }
+
+static double mean_element(const struct matrix x[2], size_t r, size_t c)
+{
+    return sum_element(x, r, c) / (double)(x->rows * x->cols);
+}
+
+static ad_var dot(const ad_var x[2]) { return ad_dot(x[0], x[1]); }
+
+static double dot_element(const struct matrix x[2], size_t r, size_t c)
+{
+    double s = 0;
+    (void)r, (void)c;
+    for (size_t i = 0; i < x->rows; i++)
+        for (size_t j = 0; j < x->cols; j++)
+            s += at(x, i, j) * at(x + 1, x[1].rows == 1 ? 0 : i, x[1].cols == 1 ? 0 : j);
+    return s;
+}
+
+/* ---- matrices ---- */
+
+static ad_var matmul_nn(const ad_var x[2]) { return ad_matmul(x[0], false, x[1], false); }
+
+static double matmul_nn_element(const struct matrix x[2], size_t r, size_t c)
+{
+    double s = 0;
+    for (size_t k = 0; k < x->cols; k++)
+        s += at(x, r, k) * at(x + 1, k, c);
+    return s;
+}
+
+static ad_var matmul_nt(const ad_var x[2]) { return ad_matmul(x[0], false, x[1], true); }
+
+static double matmul_nt_element(const struct matrix x[2], size_t r, size_t c)
+{
+    double s = 0;
+    for (size_t k = 0; k < x->cols; k++)
+        s += at(x, r, k) * at(x + 1, c, k);
+    return s;
+}
+
+static ad_var matmul_tn(const ad_var x[2]) { return ad_matmul(x[0], true, x[1], false); }
+
+static double matmul_tn_element(const struct matrix x[2], size_t r, size_t c)
+{
+    double s = 0;
+    for (size_t k = 0; k < x->rows; k++)
+        s += at(x, k, r) * at(x + 1, k, c);
+    return s;
+}
+
+static ad_var matmul_tt(const ad_var x[2]) { return ad_matmul(x[0], true, x[1], true); }
+
+static double matmul_tt_element(const struct matrix x[2], size_t r, size_t c)
+{
+    double s = 0;
+    for (size_t k = 0; k < x->rows; k++)
+        s += at(x, k, r) * at(x + 1, c, k);
+    return s;
+}
+
+static ad_var gram(const ad_var x[2]) { return ad_matmul(x[0], false, x[0], true); }
+
+static double gram_element(const struct matrix x[2], size_t r, size_t c)
+{
+    double s = 0;
+    for (size_t k = 0; k < x->cols; k++)
+        s += at(x, r, k) * at(x, c, k);
+    return s;
+}
+
+static ad_var transpose(const ad_var x[2]) { return ad_transpose(x[0]); }
+
+static double transpose_element(const struct matrix x[2], size_t r, size_t c)
+{
+    return at(x, c, r);
+}
+
+/* ---- views ---- */
+
+static ad_var slice_rows(const ad_var x[2])
+{
+    return ad_slice_rows(x[0], ad_rows(x[0]) / 3, (ad_rows(x[0]) + 1) / 2);
+}
+
+static double slice_rows_element(const struct matrix x[2], size_t r, size_t c)
+{
+    return at(x, r + x->rows / 3, c);
+}
+
+static ad_var slice_cols(const ad_var x[2])
+{
+    return ad_slice_cols(x[0], ad_cols(x[0]) / 3, (ad_cols(x[0]) + 1) / 2);
+}
+
+static double slice_cols_element(const struct matrix x[2], size_t r, size_t c)
+{
+    return at(x, r, c + x->cols / 3);
+}
+
+static ad_var last_row(const ad_var x[2]) { return ad_row(x[0], ad_rows(x[0]) - 1); }
+
+static double last_row_element(const struct matrix x[2], size_t r, size_t c)
+{
+    (void)r;
+    return at(x, x->rows - 1, c);
+}
+
+static ad_var last_col(const ad_var x[2]) { return ad_col(x[0], ad_cols(x[0]) - 1); }
+
+static double last_col_element(const struct matrix x[2], size_t r, size_t c)
+{
+    (void)c;
+    return at(x, r, x->cols - 1);
+}
+
+static ad_var reshape(const ad_var x[2]) { return ad_reshape(x[0], ad_cols(x[0]), ad_rows(x[0])); }
+
+static double reshape_element(const struct matrix x[2], size_t r, size_t c)
+{
+    return x->v[r * x->rows + c];
+}
+
+static ad_var broadcast_row(const ad_var x[2])
+{
+    return ad_broadcast(ad_row(x[0], 0), 4, ad_cols(x[0]));
+}
+
+static double broadcast_row_element(const struct matrix x[2], size_t r, size_t c)
+{
+    (void)r;
+    return at(x, 0, c);
+}
+
+static ad_var broadcast_col(const ad_var x[2])
+{
+    return ad_broadcast(ad_col(x[0], 0), ad_rows(x[0]), 300);
+}
+
+static double broadcast_col_element(const struct matrix x[2], size_t r, size_t c)
+{
+    (void)c;
+    return at(x, r, 0);
+}
+
+static ad_var broadcast_scalar(const ad_var x[2]) { return ad_broadcast(ad_sum(x[0]), 3, 151); }
+
+/* A view of a view of a view: rows 1.. of the transpose of all but the last two columns, reshaped.
+ */
+static ad_var views(const ad_var x[2])
+{
+    size_t rows = ad_rows(x[0]), cols = ad_cols(x[0]);
+    ad_var inner = ad_slice_cols(x[0], 0, cols - 2);
+    ad_var turned = ad_slice_rows(ad_transpose(inner), 1, cols - 3);
+    return ad_reshape(ad_slice_rows(turned, 0, cols - 3), 1, (cols - 3) * rows);
+}
+
+static double views_element(const struct matrix x[2], size_t r, size_t c)
+{
+    (void)r;
+    return at(x, c % x->rows, 1 + c / x->rows);
+}
+
+/* ---- indices ---- */
+
+enum { LIST = 300 };
+
+static size_t picked(size_t k, size_t rows) { return (k * k * 5 + k * 3 + rows - 1) % rows; }
+
+static ad_var gather(const ad_var x[2])
+{
+    uint32_t list[LIST];
+    size_t n = 2 * ad_rows(x[0]) + 1;
+    for (size_t k = 0; k < n; k++)
+        list[k] = (uint32_t)picked(k, ad_rows(x[0]));
+    return ad_gather_rows(x[0], n, list);
+}
+
+static double gather_element(const struct matrix x[2], size_t r, size_t c)
+{
+    return at(x, picked(r, x->rows), c);
+}
+
+enum { HEIGHT = 4 };
+
+static ad_var scatter(const ad_var x[2])
+{
+    uint32_t list[LIST];
+    for (size_t k = 0; k < ad_rows(x[0]); k++)
+        list[k] = (uint32_t)picked(k, HEIGHT);
+    return ad_scatter_rows(x[0], list, HEIGHT);
+}
+
+static double scatter_element(const struct matrix x[2], size_t r, size_t c)
+{
+    double s = 0;
+    for (size_t k = 0; k < x->rows; k++)
+        if (picked(k, HEIGHT) == r)
+            s += at(x, k, c);
+    return s;
+}
+
+static ad_var concat_rows(const ad_var x[2])
+{
+    return ad_concat_rows(3, (ad_var[]){x[0], x[1], x[0]});
+}
+
+static double concat_rows_element(const struct matrix x[2], size_t r, size_t c)
+{
+    return at(x + (r / x->rows == 1), r % x->rows, c);
+}
+
+static ad_var concat_cols(const ad_var x[2])
+{
+    return ad_concat_cols(3, (ad_var[]){x[1], x[0], x[0]});
+}
+
+static double concat_cols_element(const struct matrix x[2], size_t r, size_t c)
+{
+    return at(x + (c / x->cols == 0), r, c % x->cols);
+}
+
+static ad_var place(const ad_var x[2])
+{
+    return ad_place(x[0].tape, ad_rows(x[0]) + 2, ad_cols(x[0]) + 3, 3,
+                    (ad_var[]){x[0], x[1], ad_row(x[0], 0)}, (size_t[]){0, 1, 1},
+                    (size_t[]){0, 2, 1});
+}
+
+static double placed(const struct matrix *x, size_t rows, size_t r, size_t c, size_t row,
+                     size_t col)
+{
+    bool inside = r >= row && r - row < rows && c >= col && c - col < x->cols;
+    return inside ? at(x, r - row, c - col) : 0;
+}
+
+static double place_element(const struct matrix x[2], size_t r, size_t c)
+{
+    return placed(x, x->rows, r, c, 0, 0) + placed(x + 1, x->rows, r, c, 1, 2) +
+           placed(x, 1, r, c, 1, 1);
+}
+
+/* ---- time differences ---- */
+
+static ad_var diff(const ad_var x[2]) { return ad_diff(x[0], 2.5, false); }
+
+static double diff_element(const struct matrix x[2], size_t r, size_t c)
+{
+    size_t i = c < x->cols - 1 ? c : x->cols - 2;
+    return 2.5 * (at(x, r, i + 1) - at(x, r, i));
+}
+
+static ad_var diff_repeat(const ad_var x[2]) { return ad_diff(x[0], 2.5, true); }
+
+static ad_var diff_adjoint(const ad_var x[2])
+{
+    return ad_diff_adjoint(x[0], -1.5, false, ad_cols(x[0]) + 1);
+}
+
+static double diff_adjoint_element(const struct matrix x[2], size_t r, size_t c)
+{
+    double before = c > 0 ? at(x, r, c - 1) : 0, after = c < x->cols ? at(x, r, c) : 0;
+    return -1.5 * (before - after);
+}
+
+static ad_var diff_adjoint_repeat(const ad_var x[2])
+{
+    return ad_diff_adjoint(x[0], -1.5, true, ad_cols(x[0]));
+}
+
+/* The last column of the difference stands twice, so its adjoint is the sum of both. */
+static double diff_adjoint_repeat_element(const struct matrix x[2], size_t r, size_t c)
+{
+    size_t n = x->cols;
+    double before = c > 0 ? at(x, r, c - 1) : 0, after = c + 1 < n ? at(x, r, c) : 0;
+    if (c == n - 1)
+        before += at(x, r, n - 1);
+    if (c == n - 2)
+        after += at(x, r, n - 1);
+    return -1.5 * (before - after);
+}
+
+/* ---- the table ---- */
+
+enum second { NONE, SAME, ONE_ROW, ONE_COL, COLS_BY_4, FOUR_BY_COLS, ROWS_BY_4, FOUR_BY_ROWS };
+
+static const struct structure {
+    const char *name;
+    record *record;
+    element *element;
+    enum second second;
+    size_t min_cols;
+    bool linear; /* in all arguments together */
+} cases[] = {
+    {"sum", sum, sum_element, NONE, 1, true},
+    {"sum_rows", sum_rows, sum_rows_element, NONE, 1, true},
+    {"sum_cols", sum_cols, sum_cols_element, NONE, 1, true},
+    {"mean", mean, mean_element, NONE, 1, true},
+    {"dot", dot, dot_element, SAME, 1, false},
+    {"dot with a row", dot, dot_element, ONE_ROW, 1, false},
+    {"dot with a column", dot, dot_element, ONE_COL, 1, false},
+    {"matmul", matmul_nn, matmul_nn_element, COLS_BY_4, 1, false},
+    {"matmul, b transposed", matmul_nt, matmul_nt_element, FOUR_BY_COLS, 1, false},
+    {"matmul, a transposed", matmul_tn, matmul_tn_element, ROWS_BY_4, 1, false},
+    {"matmul, both transposed", matmul_tt, matmul_tt_element, FOUR_BY_ROWS, 1, false},
+    {"x x'", gram, gram_element, NONE, 1, false},
+    {"transpose", transpose, transpose_element, NONE, 1, true},
+    {"slice_rows", slice_rows, slice_rows_element, NONE, 1, true},
+    {"slice_cols", slice_cols, slice_cols_element, NONE, 1, true},
+    {"row", last_row, last_row_element, NONE, 1, true},
+    {"col", last_col, last_col_element, NONE, 1, true},
+    {"reshape", reshape, reshape_element, NONE, 1, true},
+    {"broadcast a row", broadcast_row, broadcast_row_element, NONE, 1, true},
+    {"broadcast a column", broadcast_col, broadcast_col_element, NONE, 1, true},
+    {"broadcast a scalar", broadcast_scalar, sum_element, NONE, 1, true},
+    {"views of views", views, views_element, NONE, 4, true},
+    {"gather_rows", gather, gather_element, NONE, 1, true},
+    {"scatter_rows", scatter, scatter_element, NONE, 1, true},
+    {"concat_rows", concat_rows, concat_rows_element, SAME, 1, true},
+    {"concat_cols", concat_cols, concat_cols_element, SAME, 1, true},
+    {"place", place, place_element, SAME, 1, true},
+    {"diff", diff, diff_element, NONE, 2, true},
+    {"diff, repeated", diff_repeat, diff_element, NONE, 2, true},
+    {"diff_adjoint", diff_adjoint, diff_adjoint_element, NONE, 1, true},
+    {"diff_adjoint, repeated", diff_adjoint_repeat, diff_adjoint_repeat_element, NONE, 2, true},
+};
+enum { N_CASES = sizeof cases / sizeof cases[0] };
+
+static const size_t sizes[][2] = {{1, 1}, {1, 2}, {3, 7}, {7, 1}, {5, 131}, {130, 5}, {3, 1000}};
+enum { N_SIZES = sizeof sizes / sizeof sizes[0] };
+
+static struct matrix second_argument(const struct structure *s, size_t rows, size_t cols)
+{
+    switch (s->second) {
+    case SAME:
+        return (struct matrix){rows, cols, NULL};
+    case ONE_ROW:
+        return (struct matrix){1, cols, NULL};
+    case ONE_COL:
+        return (struct matrix){rows, 1, NULL};
+    case COLS_BY_4:
+        return (struct matrix){cols, 4, NULL};
+    case FOUR_BY_COLS:
+        return (struct matrix){4, cols, NULL};
+    case ROWS_BY_4:
+        return (struct matrix){rows, 4, NULL};
+    case FOUR_BY_ROWS:
+        return (struct matrix){4, rows, NULL};
+    default:
+        return (struct matrix){0, 0, NULL};
+    }
+}
+
+/* One case at one size: matrices of random values, and inputs for them on a tape. */
+struct trial {
+    const struct structure *s;
+    size_t n; /* arguments */
+    struct matrix m[2];
+    const double *at[2];
+    ad_tape *tape;
+    ad_var x[2];
+};
+
+static struct trial begin(const struct structure *s, size_t size, enum ad_type type)
+{
+    uint64_t state = 31 * size + (uint64_t)(s - cases);
+    size_t rows = sizes[size][0], cols = sizes[size][1];
+    struct trial t = {.s = s, .n = s->second == NONE ? 1 : 2, .tape = ad_tape_new(type)};
+    t.m[0] = (struct matrix){rows, cols, NULL};
+    t.m[1] = second_argument(s, rows, cols);
+    for (size_t k = 0; k < t.n; k++) {
+        t.at[k] = t.m[k].v = random_values(&state, t.m[k].rows * t.m[k].cols, -2, 2);
+        t.x[k] = ad_input(t.tape, t.m[k].rows, t.m[k].cols, NULL);
+    }
+    return t;
+}
+
+static void end(struct trial *t)
+{
+    for (size_t k = 0; k < t->n; k++)
+        free((void *)t->at[k]);
+    ad_tape_free(t->tape);
+}
+
+typedef void test(struct trial *t);
+
+static void for_each_case(test *f, enum ad_type type)
+{
+    for (size_t k = 0; k < N_CASES; k++)
+        for (size_t size = 0; size < N_SIZES; size++)
+            if (sizes[size][1] >= cases[k].min_cols) {
+                struct trial t = begin(&cases[k], size, type);
+                f(&t);
+                end(&t);
+            }
+}
+
+/* ---- values ---- */
+
+/* Rounding of a sum is bounded by that of the sum of absolute values: 2 each, 1000 of them. */
+static void compare_values(struct trial *t, double atol)
+{
+    ad_var y = t->s->record(t->x);
+    double *v = evaluate(y, t->n, t->x, t->at);
+    for (size_t r = 0; r < ad_rows(y); r++)
+        for (size_t c = 0; c < ad_cols(y); c++) {
+            double expected = t->s->element(t->m, r, c), got = v[r * ad_cols(y) + c];
+            if (!is_close(got, expected, 0, atol))
+                fail_msg("%s of %zu x %zu: (%zu, %zu) is %.17g, not %.17g", t->s->name,
+                         t->m[0].rows, t->m[0].cols, r, c, got, expected);
+        }
+    free(v);
+}
+
+static void values_f64(struct trial *t) { compare_values(t, 1e-12); }
+
+static void values_f32(struct trial *t) { compare_values(t, 2e-4); }
+
+static void test_values(void **state)
+{
+    (void)state;
+    for_each_case(values_f64, AD_F64);
+    for_each_case(values_f32, AD_F32);
+}
+
+/* ---- <A x, y> = <x, A' y>, where A' y is the gradient of <A x, y> ---- */
+
+static void adjoint_identity(struct trial *t)
+{
+    if (!t->s->linear)
+        return;
+    ad_var y = t->s->record(t->x), g[2];
+    size_t rows = ad_rows(y), cols = ad_cols(y);
+    uint64_t state = 5;
+    double *weights = random_values(&state, rows * cols, -2, 2), left = 0, right = 0;
+    ad_var dot_y = ad_dot(ad_const(t->tape, rows, cols, weights), y);
+    assert_int_equal(ad_grad(dot_y, t->n, t->x, g), AD_OK);
+    for (size_t i = 0; i < rows * cols; i++)
+        left += weights[i] * t->s->element(t->m, i / cols, i % cols);
+    for (size_t k = 0; k < t->n; k++) {
+        double *adjoint = evaluate(g[k], t->n, t->x, t->at);
+        for (size_t i = 0; i < t->m[k].rows * t->m[k].cols; i++)
+            right += t->at[k][i] * adjoint[i];
+        free(adjoint);
+    }
+    if (!is_close(right, left, 1e-13, 1e-10))
+        fail_msg("%s of %zu x %zu: <x, A'y> is %.17g, <Ax, y> is %.17g", t->s->name, t->m[0].rows,
+                 t->m[0].cols, right, left);
+    free(weights);
+}
+
+static void test_adjoint_identities(void **state)
+{
+    (void)state;
+    for_each_case(adjoint_identity, AD_F64);
+}
+
+/* ---- derivatives, between nonlinear functions so that the second order is not empty ---- */
+
+static ad_var sandwich(struct trial *t)
+{
+    ad_var inner[2];
+    for (size_t k = 0; k < t->n; k++)
+        inner[k] = ad_sin(t->x[k]);
+    return weighted_sum(ad_tanh(t->s->record(inner)));
+}
+
+static void derivatives(struct trial *t)
+{
+    ad_var y = sandwich(t);
+    assert_gradient(t->s->name, y, t->n, t->x, t->at, 1e-7, 15);
+    assert_second(t->s->name, y, t->n, t->x, t->at, 1e-6, 9);
+}
+
+static void test_derivatives(void **state)
+{
+    (void)state;
+    for_each_case(derivatives, AD_F64);
+}
+
+/* ---- one value used by several ---- */
+
+/* Rows taken apart and put together again, columns overlapping: adjoints of slices add up. */
+static void test_overlapping_slices(void **state)
+{
+    (void)state;
+    uint64_t seed = 12;
+    double *values = random_values(&seed, 6 * 301, -1, 1);
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, 6, 301, NULL);
+    ad_var y = ad_scalar(tape, 0);
+    for (size_t i = 0; i < 6; i++)
+        for (size_t j = 0; j <= i; j++)
+            y = ad_add(y, ad_dot(ad_sin(ad_row(x, i)), ad_square(ad_row(x, j))));
+    y = ad_add(y, ad_sum(ad_exp(ad_mul(ad_slice_cols(x, 0, 300), ad_slice_cols(x, 1, 300)))));
+    y = ad_add(y, ad_sum(ad_cos(ad_slice_rows(ad_slice_cols(x, 7, 100), 2, 3))));
+    y = ad_add(y, ad_mean(ad_square(x)));
+    const double *const at_x[] = {values};
+    assert_gradient("slices", y, 1, &x, at_x, 1e-9, 60);
+    assert_second("slices", y, 1, &x, at_x, 1e-8, 40);
+    free(values);
+    ad_tape_free(tape);
+}
+
+/* A pair law: gather, elementwise, scatter; the Hessian is symmetric. */
+static void test_pair_law(void **state)
+{
+    (void)state;
+    enum { BODIES = 7, PAIRS = BODIES * (BODIES - 1) / 2, COLS = 33 };
+    uint32_t first[PAIRS], second[PAIRS];
+    size_t n = 0;
+    for (uint32_t i = 0; i < BODIES; i++)
+        for (uint32_t j = i + 1; j < BODIES; j++) {
+            first[n] = i;
+            second[n++] = j;
+        }
+    uint64_t seed = 13;
+    double *values = random_values(&seed, BODIES * COLS, -1, 1);
+    const double *const at_x[] = {values};
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, BODIES, COLS, "x");
+    ad_var d = ad_sub(ad_gather_rows(x, PAIRS, first), ad_gather_rows(x, PAIRS, second));
+    ad_var law = ad_recip(ad_sqrt(ad_add(ad_square(d), 0.3)));
+    ad_var force = ad_scatter_rows(ad_mul(law, d), first, BODIES);
+    ad_var y = ad_add(ad_sum(law), ad_dot(ad_sin(force), x));
+    assert_gradient("pair law", y, 1, &x, at_x, 1e-8, 40);
+    assert_second("pair law", y, 1, &x, at_x, 1e-7, 40);
+    free(values);
+    ad_tape_free(tape);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_values),      cmocka_unit_test(test_adjoint_identities),
+        cmocka_unit_test(test_derivatives), cmocka_unit_test(test_overlapping_slices),
+        cmocka_unit_test(test_pair_law),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
