@@ -1,0 +1,219 @@
+/* From the tape to the graph of what the outputs need: dead nodes dropped, equal nodes shared,
+   what depends on constants alone marked. */
+#include "program.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static void mark_live(const ad_tape *tape, uint8_t *live)
+{
+    for (size_t id = tape->n_nodes; id-- > 0;) {
+        const struct node *n = node_at(tape, (uint32_t)id);
+        if (n->op == AD_OP_input)
+            live[id] = 1; /* programs keep all inputs: they can always be set */
+        if (!live[id])
+            continue;
+        if (n->op == AD_OP_place) {
+            const uint32_t *list = tape->lists + n->aux;
+            for (size_t k = 0; k < list[0]; k++)
+                live[list[1 + 3 * k]] = 1;
+            continue;
+        }
+        for (int k = 0; k < ad_ops[n->op].arity; k++)
+            live[n->in[k]] = 1;
+    }
+}
+
+/* ---- equal nodes ---- */
+
+static uint64_t mix(uint64_t h, uint64_t x)
+{
+    h = (h ^ x) * 0x9e3779b97f4a7c15u;
+    return h ^ h >> 29;
+}
+
+static uint64_t hash_bytes(uint64_t h, const void *data, size_t bytes)
+{
+    const char *p = data;
+    for (; bytes >= 8; p += 8, bytes -= 8) {
+        uint64_t x;
+        memcpy(&x, p, 8);
+        h = mix(h, x);
+    }
+    uint64_t x = 0;
+    memcpy(&x, p, bytes);
+    return mix(h, x);
+}
+
+/* What a node holds beside its inputs. */
+static const void *payload(const ad_tape *tape, const struct value *v, size_t *bytes)
+{
+    *bytes = 0;
+    switch (v->op) {
+    case AD_OP_constant:
+        *bytes = (size_t)v->rows * v->cols * sizeof(double);
+        return tape->numbers + v->aux;
+    case AD_OP_diff:
+    case AD_OP_diff_adjoint:
+        *bytes = sizeof(double);
+        return tape->numbers + v->aux;
+    case AD_OP_gather:
+    case AD_OP_scatter:
+        *bytes = (tape->lists[v->aux] + 1) * sizeof(uint32_t);
+        return tape->lists + v->aux;
+    case AD_OP_matmul:
+        *bytes = sizeof v->aux;
+        return &v->aux;
+    default:
+        return NULL;
+    }
+}
+
+static uint64_t hash(const ad_tape *tape, const struct value *v)
+{
+    uint64_t h = mix(mix(mix(v->op, v->rows), v->cols), v->in[0]);
+    h = mix(mix(h, v->in[1]), v->in[2]);
+    size_t bytes;
+    const void *data = payload(tape, v, &bytes);
+    return data ? hash_bytes(h, data, bytes) : h;
+}
+
+static bool equal(const ad_tape *tape, const struct value *a, const struct value *b)
+{
+    if (a->op != b->op || a->rows != b->rows || a->cols != b->cols ||
+        memcmp(a->in, b->in, sizeof a->in) != 0)
+        return false;
+    size_t na, nb;
+    const void *da = payload(tape, a, &na), *db = payload(tape, b, &nb);
+    return na == nb && (!na || memcmp(da, db, na) == 0);
+}
+
+static bool commutes(uint16_t op)
+{
+    return op == AD_OP_add || op == AD_OP_mul || op == AD_OP_eq || op == AD_OP_ne;
+}
+
+/* The value equal to v recorded before, or a new one. */
+static uint32_t share(struct graph *g, struct value v, uint32_t *table, size_t mask)
+{
+    bool single = v.op == AD_OP_input || v.op == AD_OP_place;
+    size_t slot = hash(g->tape, &v) & mask;
+    while (!single && table[slot]) {
+        if (equal(g->tape, &g->values[table[slot] - 1], &v))
+            return table[slot] - 1;
+        slot = (slot + 1) & mask;
+    }
+    g->values[g->n++] = v;
+    if (!single)
+        table[slot] = (uint32_t)g->n;
+    return (uint32_t)g->n - 1;
+}
+
+static struct value renumbered(const struct graph *g, const struct node *n, uint32_t id)
+{
+    struct value v = {.op = n->op,
+                      .rows = n->rows,
+                      .cols = n->cols,
+                      .in = {n->in[0], n->in[1], n->in[2]},
+                      .aux = n->aux,
+                      .node = id};
+    bool constant = n->op != AD_OP_input;
+    uint32_t inputs = n_inputs(&v);
+    for (uint32_t k = 0; k < inputs; k++) {
+        v.in[k] = g->renumber[n->in[k]];
+        constant &= g->values[v.in[k]].flags & VALUE_CONSTANT;
+    }
+    if (n->op == AD_OP_place) {
+        const uint32_t *list = g->tape->lists + n->aux;
+        for (size_t k = 0; k < list[0]; k++)
+            constant &= g->values[g->renumber[list[1 + 3 * k]]].flags & VALUE_CONSTANT;
+    }
+    if (commutes(v.op) && v.in[0] > v.in[1]) {
+        uint32_t swap = v.in[0];
+        v.in[0] = v.in[1];
+        v.in[1] = swap;
+    }
+    v.flags = constant ? VALUE_CONSTANT : 0;
+    return v;
+}
+
+/* ---- inputs and outputs by node ---- */
+
+static int by_node(const void *a, const void *b)
+{
+    const struct port *p = a, *q = b;
+    return p->node != q->node ? (p->node > q->node) - (p->node < q->node) : q->input - p->input;
+}
+
+static bool list_ports(struct graph *g, size_t n_out, const ad_var out[])
+{
+    size_t inputs = 0;
+    for (size_t i = 0; i < g->n; i++)
+        inputs += g->values[i].op == AD_OP_input;
+    g->ports = malloc((inputs + n_out + 1) * sizeof *g->ports);
+    if (!g->ports)
+        return false;
+    for (size_t i = 0; i < g->n; i++)
+        if (g->values[i].op == AD_OP_input)
+            g->ports[g->n_ports++] = (struct port){g->values[i].node, (uint32_t)i, true};
+    for (size_t k = 0; k < n_out; k++) {
+        uint32_t value = g->renumber[out[k].id];
+        g->values[value].flags |= VALUE_OUTPUT;
+        g->ports[g->n_ports++] = (struct port){out[k].id, value, false};
+    }
+    qsort(g->ports, g->n_ports, sizeof *g->ports, by_node);
+    return true;
+}
+
+static size_t power_of_two_above(size_t n)
+{
+    size_t p = 16;
+    while (p < n)
+        p *= 2;
+    return p;
+}
+
+bool ad_graph_build(struct graph *g, const ad_tape *tape, size_t n_out, const ad_var out[])
+{
+    bool built = false;
+    size_t live_nodes = 0, mask = 0;
+    uint32_t *table = NULL;
+    uint8_t *live = calloc(tape->n_nodes, 1);
+    g->tape = tape;
+    g->renumber = malloc(tape->n_nodes * sizeof *g->renumber);
+    if (!live || !g->renumber)
+        goto done;
+    memset(g->renumber, 0xff, tape->n_nodes * sizeof *g->renumber); /* UINT32_MAX: not live */
+    for (size_t k = 0; k < n_out; k++)
+        live[out[k].id] = 1;
+    mark_live(tape, live);
+    for (size_t id = 0; id < tape->n_nodes; id++)
+        live_nodes += live[id];
+    mask = power_of_two_above(live_nodes + live_nodes / 2) - 1;
+    table = calloc(mask + 1, sizeof *table);
+    g->values = malloc((live_nodes + 1) * sizeof *g->values);
+    if (!table || !g->values)
+        goto done;
+    for (size_t id = 0; id < tape->n_nodes; id++)
+        if (live[id])
+            g->renumber[id] = share(
+                g, renumbered(g, node_at(tape, (uint32_t)id), (uint32_t)id), table, mask);
+    built = list_ports(g, n_out, out);
+done:
+    free(live);
+    free(table);
+    return built;
+}
+
+void ad_graph_release(struct graph *g)
+{
+    free(g->values);
+    free(g->locs);
+    free(g->ports);
+    free(g->lists);
+    free(g->renumber);
+    free(g->order);
+    free(g->group_of);
+    free(g->groups);
+    *g = (struct graph){0};
+}

@@ -1,0 +1,85 @@
+/* Inside of autodiff: the tape's memory, shared by recording, gradient and compiler. */
+#ifndef AUTODIFF_INTERNAL_H
+#define AUTODIFF_INTERNAL_H
+
+#include "autodiff.h"
+
+#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
+
+/* One recorded operation. What in[] and aux mean beyond inputs:
+       constant        aux: first of its rows*cols doubles in `numbers`
+       slice           in[1], in[2]: first row, first column
+       gather, scatter aux: index list in `lists` (length, then row numbers)
+       place           aux: part list in `lists` (count, then id, row, column of each)
+       diff(_adjoint)  aux: scale in `numbers`; in[2]: repeat
+       matmul          aux: bit 0 transposes a, bit 1 transposes b */
+struct node {
+    uint16_t op;
+    uint16_t flags;
+    uint32_t rows, cols;
+    uint32_t in[3];
+    uint32_t aux;
+};
+
+enum { NODE_LABELLED = 1 };
+
+struct label {
+    uint32_t id;
+    uint32_t text; /* offset in `texts` */
+};
+
+#define BLOCK_BITS 12 /* nodes come in blocks: growing never copies them */
+#define BLOCK_SIZE (1u << BLOCK_BITS)
+
+struct ad_tape {
+    enum ad_type type;
+    struct ad_error error;
+    struct node **blocks;
+    size_t n_nodes, n_blocks, max_blocks;
+    double *numbers; /* constants */
+    size_t n_numbers, max_numbers;
+    uint32_t *lists; /* index and part lists */
+    size_t n_lists, max_lists;
+    struct label *labels;
+    size_t n_labels, max_labels;
+    char *texts;
+    size_t n_texts, max_texts;
+};
+
+static inline struct node *node_at(const ad_tape *tape, uint32_t id)
+{
+    return &tape->blocks[id >> BLOCK_BITS][id & (BLOCK_SIZE - 1)];
+}
+
+static inline size_t node_size(const struct node *n)
+{
+    return (size_t)n->rows * n->cols;
+}
+
+static inline size_t type_bytes(enum ad_type type)
+{
+    return type == AD_F32 ? sizeof(float) : sizeof(double);
+}
+
+struct op_info {
+    const char *name;
+    uint8_t arity;
+    bool elementwise;
+};
+extern const struct op_info ad_ops[AD_N_OPS];
+
+/* Makes room for `more` further elements of `size` bytes; false when memory is exhausted. */
+bool ad_reserve(void **array, size_t n, size_t *max, size_t more, size_t size);
+
+/* Appends a node; on failure the error is kept and the handle of node 0 returned. */
+ad_var ad_append(ad_tape *tape, struct node node);
+/* Appends numbers or list entries; returns the offset of the first, UINT32_MAX when out of memory. */
+uint32_t ad_append_numbers(ad_tape *tape, size_t n, const double *values);
+uint32_t ad_append_list(ad_tape *tape, size_t n, const uint32_t *values);
+
+/* The value of a scalar constant; false if x is none. */
+bool ad_constant_value(ad_var x, double *value);
+/* Text of the label of a node, or NULL. */
+const char *ad_label_of(const ad_tape *tape, uint32_t id);
+
+#endif

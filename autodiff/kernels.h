@@ -1,0 +1,45 @@
+/* Kernels: the loops over lanes, built once per element type and instruction set. */
+#ifndef AUTODIFF_KERNELS_H
+#define AUTODIFF_KERNELS_H
+
+#include "autodiff.h"
+
+/* o[i] = f(a[i], b[i], c[i]) for n lanes. o may be one of the inputs, no other overlap. */
+typedef void ad_kernel(size_t n, void *o, const void *a, const void *b, const void *c);
+
+/* Variants by which inputs are one number for all lanes. */
+enum { VARIANT_A_NUMBER = 1, VARIANT_B_NUMBER = 2, N_VARIANTS = 4 };
+
+/* Factors of one step of an optimiser; the bias corrections of Adam are in rate and epsilon. */
+struct ad_step {
+    double rate;     /* x -= rate * direction */
+    double keep;     /* x *= keep first: decoupled weight decay */
+    double decay;    /* g += decay * x */
+    double momentum; /* SGD */
+    double beta1, beta2, epsilon;
+};
+
+struct ad_kernels {
+    const char *isa;
+    ad_kernel *op[AD_N_OPS][N_VARIANTS]; /* unary: first two; ternary: first only */
+    double (*sum)(size_t n, const void *a);
+    /* o[i] = scale*(a[i+1] - a[i]) */
+    void (*diff)(size_t n, void *o, const void *a, double scale);
+    /* o[k] = sum of n doubles partial[k + i*stride], in order, as the element type */
+    void (*collect)(size_t count, void *o, size_t n, const double *partial);
+    /* true if a lane is not finite; *lane is the first */
+    bool (*nonfinite)(size_t n, const void *a, size_t *lane);
+    /* o [cols x rows] = transpose of a [rows x cols], row strides ldo, lda, lists as elsewhere */
+    void (*transpose)(size_t rows, size_t cols, void *o, size_t ldo, const void *a, size_t lda);
+    void (*from_double)(size_t n, void *o, const double *a);
+    void (*to_double)(size_t n, double *o, const void *a);
+    /* steps of the optimisers, optim_step.h; v, m: moments */
+    void (*sgd)(size_t n, void *x, const void *g, void *v, const struct ad_step *step);
+    void (*adam)(size_t n, void *x, const void *g, void *m, void *v, const struct ad_step *step);
+};
+
+/* The fastest set this machine runs; LEASTACTION_ISA=base|avx2|avx512 in the environment asks for a
+   lesser one (for tests). */
+const struct ad_kernels *ad_kernels_for(enum ad_type type);
+
+#endif

@@ -1,0 +1,47 @@
+/* First-order optimisers over one flat vector of n elements (f32 or f64).
+   x and g are updated in place of, never owned; a step allocates nothing. */
+#ifndef AUTODIFF_OPTIM_H
+#define AUTODIFF_OPTIM_H
+
+#include "autodiff.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum ad_optimiser_method { AD_SGD, AD_ADAM };
+
+/* Zero means "none" for momentum and weight_decay. */
+struct ad_optimiser_settings {
+    enum ad_optimiser_method method;
+    double learning_rate;
+    double momentum;             /* SGD: v = momentum v + g, x -= rate v */
+    double beta1, beta2, epsilon; /* Adam (Kingma and Ba 2015, algorithm 1) */
+    double weight_decay;         /* g += weight_decay x, as in PyTorch's Adam and SGD ... */
+    bool decoupled;              /* ... or x -= rate weight_decay x (AdamW) */
+};
+
+/* The usual settings of a method: rate 1e-3, betas .9 and .999, epsilon 1e-8, nothing else. */
+struct ad_optimiser_settings ad_optimiser_defaults(enum ad_optimiser_method method);
+
+typedef struct ad_optimiser ad_optimiser;
+
+/* NULL when memory is exhausted. */
+ad_optimiser *ad_optimiser_new(const struct ad_optimiser_settings *settings, enum ad_type type,
+                               size_t n);
+void ad_optimiser_free(ad_optimiser *optimiser);
+
+/* One step: x [n] moves against g [n], both of the optimiser's type. */
+void ad_optimiser_step(ad_optimiser *optimiser, void *x, const void *g);
+/* Learning rate from the next step on (schedules). */
+void ad_optimiser_set_rate(ad_optimiser *optimiser, double learning_rate);
+
+/* State for checkpoints: steps taken, and the moments, `bytes` long (velocity for SGD; m then v for
+   Adam), owned by the optimiser. Writing both back resumes bitwise. */
+uint64_t *ad_optimiser_steps(ad_optimiser *optimiser);
+void *ad_optimiser_state(ad_optimiser *optimiser, size_t *bytes);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

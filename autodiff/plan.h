@@ -1,0 +1,40 @@
+/* Between schedule and program: where values lie (storage.c), what is executed (emit.c). */
+#ifndef AUTODIFF_PLAN_H
+#define AUTODIFF_PLAN_H
+
+#include "program.h"
+
+struct plan {
+    struct graph *graph;
+    struct ad_program *program;
+    size_t memory; /* bytes of values so far */
+    /* per value, while planning */
+    uint32_t *last;  /* last group that reads it */
+    uint32_t *host;  /* place operation whose memory it borrows, 0 none */
+    uint32_t *link;  /* lists of dying and of free memory */
+    uint32_t *spot;  /* emit: last reader within the segment; then the tile slot */
+    /* growth of the program's arrays */
+    size_t max_instructions, max_segments, max_sinks, max_parts, max_numbers;
+    size_t tile_bytes;
+};
+
+/* Element k of place operation v. */
+static inline const uint32_t *place_part(const struct graph *g, const struct value *v, size_t k)
+{
+    return g->tape->lists + v->aux + 1 + 3 * k;
+}
+
+static inline size_t place_count(const struct graph *g, const struct value *v)
+{
+    return g->tape->lists[v->aux];
+}
+
+/* The parts follow each other along rows or columns and fill the result. */
+bool ad_place_tiles(const struct graph *graph, const struct value *v);
+
+/* Gives every stored value its memory and turns all locations into byte offsets. */
+bool ad_plan_storage(struct plan *plan);
+/* Writes the instructions and segments. */
+bool ad_plan_emit(struct plan *plan);
+
+#endif

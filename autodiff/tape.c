@@ -1,0 +1,204 @@
+/* The tape: growing memory for recorded nodes, constants, lists and labels. */
+#include "internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+const struct op_info ad_ops[AD_N_OPS] = {
+#define AD_STRUCTURE(name, arity) [AD_OP_##name] = {#name, arity, false},
+#define AD_UNARY(name, value, dx, lo, hi) [AD_OP_##name] = {#name, 1, true},
+#define AD_BINARY(name, value, da, db, lo, hi) [AD_OP_##name] = {#name, 2, true},
+#define AD_TERNARY(name, value, da, db, dc, lo, hi) [AD_OP_##name] = {#name, 3, true},
+#include "ops.def"
+};
+
+const char *ad_op_name(enum ad_op op)
+{
+    return (unsigned)op < AD_N_OPS ? ad_ops[op].name : "?";
+}
+
+bool ad_reserve(void **array, size_t n, size_t *max, size_t more, size_t size)
+{
+    if (more <= *max - n)
+        return true;
+    size_t grown = *max + *max / 2 + 16;
+    if (grown < n + more)
+        grown = n + more;
+    if (grown > SIZE_MAX / size)
+        return false;
+    void *moved = realloc(*array, grown * size);
+    if (!moved)
+        return false;
+    *array = moved;
+    *max = grown;
+    return true;
+}
+
+static enum ad_status out_of_memory(ad_tape *tape)
+{
+    return ad_fail(&tape->error, AD_E_MEMORY, "out of memory after %zu nodes", tape->n_nodes);
+}
+
+/* Node 0 is the constant 0: what failed operations return, so that handles stay valid. */
+static bool record_zero(ad_tape *tape)
+{
+    uint32_t number = ad_append_numbers(tape, 1, &(double){0});
+    if (number == UINT32_MAX)
+        return false;
+    ad_append(tape, (struct node){.op = AD_OP_constant, .rows = 1, .cols = 1, .aux = number});
+    return tape->error.status == AD_OK;
+}
+
+ad_tape *ad_tape_new(enum ad_type type)
+{
+    ad_tape *tape = calloc(1, sizeof *tape);
+    if (!tape)
+        return NULL;
+    tape->type = type;
+    if (!record_zero(tape)) {
+        ad_tape_free(tape);
+        return NULL;
+    }
+    return tape;
+}
+
+void ad_tape_reset(ad_tape *tape)
+{
+    tape->error = (struct ad_error){0};
+    tape->n_nodes = tape->n_numbers = tape->n_lists = tape->n_labels = tape->n_texts = 0;
+    record_zero(tape); /* fits: it did before */
+}
+
+void ad_tape_free(ad_tape *tape)
+{
+    if (!tape)
+        return;
+    for (size_t i = 0; i < tape->n_blocks; i++)
+        free(tape->blocks[i]);
+    free(tape->blocks);
+    free(tape->numbers);
+    free(tape->lists);
+    free(tape->labels);
+    free(tape->texts);
+    free(tape);
+}
+
+const struct ad_error *ad_tape_error(const ad_tape *tape)
+{
+    return &tape->error;
+}
+
+size_t ad_tape_size(const ad_tape *tape)
+{
+    return tape->n_nodes;
+}
+
+size_t ad_tape_bytes(const ad_tape *tape)
+{
+    return sizeof *tape + tape->n_blocks * BLOCK_SIZE * sizeof(struct node) +
+           tape->max_blocks * sizeof *tape->blocks + tape->max_numbers * sizeof *tape->numbers +
+           tape->max_lists * sizeof *tape->lists + tape->max_labels * sizeof *tape->labels +
+           tape->max_texts;
+}
+
+static bool add_block(ad_tape *tape)
+{
+    if (!ad_reserve((void **)&tape->blocks, tape->n_blocks, &tape->max_blocks, 1,
+                    sizeof *tape->blocks))
+        return false;
+    struct node *block = malloc(BLOCK_SIZE * sizeof *block);
+    if (!block)
+        return false;
+    tape->blocks[tape->n_blocks++] = block;
+    return true;
+}
+
+ad_var ad_append(ad_tape *tape, struct node node)
+{
+    ad_var zero = {tape, 0};
+    if (tape->error.status != AD_OK)
+        return zero;
+    if (tape->n_nodes >= UINT32_MAX - 1 ||
+        (tape->n_nodes == tape->n_blocks * BLOCK_SIZE && !add_block(tape))) {
+        out_of_memory(tape);
+        return zero;
+    }
+    uint32_t id = (uint32_t)tape->n_nodes++;
+    *node_at(tape, id) = node;
+    return (ad_var){tape, id};
+}
+
+uint32_t ad_append_numbers(ad_tape *tape, size_t n, const double *values)
+{
+    if (n >= UINT32_MAX - tape->n_numbers ||
+        !ad_reserve((void **)&tape->numbers, tape->n_numbers, &tape->max_numbers, n,
+                    sizeof *tape->numbers)) {
+        out_of_memory(tape);
+        return UINT32_MAX;
+    }
+    memcpy(tape->numbers + tape->n_numbers, values, n * sizeof *values);
+    tape->n_numbers += n;
+    return (uint32_t)(tape->n_numbers - n);
+}
+
+uint32_t ad_append_list(ad_tape *tape, size_t n, const uint32_t *values)
+{
+    if (n + 1 >= UINT32_MAX - tape->n_lists ||
+        !ad_reserve((void **)&tape->lists, tape->n_lists, &tape->max_lists, n + 1,
+                    sizeof *tape->lists)) {
+        out_of_memory(tape);
+        return UINT32_MAX;
+    }
+    uint32_t *list = tape->lists + tape->n_lists;
+    list[0] = (uint32_t)n;
+    memcpy(list + 1, values, n * sizeof *values);
+    tape->n_lists += n + 1;
+    return (uint32_t)(tape->n_lists - n - 1);
+}
+
+size_t ad_rows(ad_var x)
+{
+    return x.tape ? node_at(x.tape, x.id)->rows : 0;
+}
+
+size_t ad_cols(ad_var x)
+{
+    return x.tape ? node_at(x.tape, x.id)->cols : 0;
+}
+
+bool ad_constant_value(ad_var x, double *value)
+{
+    const struct node *n = node_at(x.tape, x.id);
+    if (n->op != AD_OP_constant || node_size(n) != 1)
+        return false;
+    *value = x.tape->numbers[n->aux];
+    return true;
+}
+
+ad_var ad_label(ad_var x, const char *label)
+{
+    ad_tape *tape = x.tape;
+    if (!tape || !label || tape->error.status != AD_OK)
+        return x;
+    size_t length = strlen(label) + 1;
+    if (length > UINT32_MAX - tape->n_texts ||
+        !ad_reserve((void **)&tape->texts, tape->n_texts, &tape->max_texts, length, 1) ||
+        !ad_reserve((void **)&tape->labels, tape->n_labels, &tape->max_labels, 1,
+                    sizeof *tape->labels)) {
+        out_of_memory(tape);
+        return x;
+    }
+    memcpy(tape->texts + tape->n_texts, label, length);
+    tape->labels[tape->n_labels++] = (struct label){x.id, (uint32_t)tape->n_texts};
+    tape->n_texts += length;
+    node_at(tape, x.id)->flags |= NODE_LABELLED;
+    return x;
+}
+
+const char *ad_label_of(const ad_tape *tape, uint32_t id)
+{
+    for (size_t i = tape->n_labels; i-- > 0;)
+        if (tape->labels[i].id == id)
+            return tape->texts + tape->labels[i].text;
+    return NULL;
+}
