@@ -3,7 +3,6 @@
 #include "charts.h"
 #include "../physics/physics.h"
 
-#include <stdio.h>
 #include <string.h>
 
 struct options {
@@ -14,7 +13,7 @@ struct options {
 
 static const struct chart {
     const char *name;
-    int (*draw)(const char *folder, bool quick, FILE *out);
+    int (*draw)(const struct chart_settings *settings, struct ad_error *error);
 } charts[] = {
     {"gradients", chart_gradients},
 };
@@ -35,9 +34,11 @@ static int run(const void *values, struct ad_error *error)
 {
     const struct options *options = values;
     const char *name = options->common.argument[0];
+    const struct chart_settings settings = {options->folder, options->quick, options->common.json,
+                                            options->common.quiet};
     for (size_t k = 0; k < N_CHARTS; k++)
         if (strcmp(name, charts[k].name) == 0)
-            return charts[k].draw(options->folder, options->quick, stdout);
+            return charts[k].draw(&settings, error);
     unknown(name, error);
     return WRONG_USE;
 }

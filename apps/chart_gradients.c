@@ -1,0 +1,149 @@
+/* leastaction chart gradients: nanoseconds, ratio to hand-written C, gradient per value. */
+#include "charts.h"
+#include "command.h"
+#include "hand.h"
+#include "json.h"
+#include "race.h"
+#include "../physics/whole.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+
+/* Above this the two are not the gradient of one function, and comparing their speed says nothing.
+ */
+static const double tolerance = 1e-11;
+
+/* One table of columns for the print, the CSV and the JSON. */
+static const struct column {
+    const char *key, *title;
+    int width, digits;
+    int over, under; /* quotient of two measurements; under < 0: nanoseconds */
+} columns[] = {
+    {"tape_gradient_ns", "tape", 10, 0, TAPE_GRADIENT, -1},
+    {"hand_gradient_ns", "hand", 8, 0, HAND_GRADIENT, -1},
+    {"gradient_ratio", "ratio", 6, 2, TAPE_GRADIENT, HAND_GRADIENT},
+    {"tape_primal_ns", "primal", 10, 0, TAPE_PRIMAL, -1},
+    {"hand_primal_ns", "hand", 8, 0, HAND_PRIMAL, -1},
+    {"tape_gradient_per_primal", "grad/primal", 12, 2, TAPE_GRADIENT, TAPE_PRIMAL},
+    {"hand_gradient_per_primal", "hand", 6, 2, HAND_GRADIENT, HAND_PRIMAL},
+    {"adam_step_per_gradient", "Adam step/grad", 15, 2, ADAM_STEP, TAPE_GRADIENT},
+};
+
+enum { N_COLUMNS = sizeof columns / sizeof *columns };
+
+static double cell(const struct column *c, const double *ns)
+{
+    return c->under < 0 ? ns[c->over] : ns[c->over] / ns[c->under];
+}
+
+static void print_table(FILE *out, const struct race races[HAND_N])
+{
+    fprintf(out, "%-10s", "");
+    for (size_t c = 0; c < N_COLUMNS; c++)
+        fprintf(out, " %*s", columns[c].width, columns[c].title);
+    for (int scene = 0; scene < HAND_N; scene++) {
+        fprintf(out, "\n%-10s", hand_build(0)[scene].scene);
+        for (size_t c = 0; c < N_COLUMNS; c++)
+            fprintf(out, " %*.*f", columns[c].width, columns[c].digits,
+                    cell(&columns[c], races[scene].ns));
+    }
+    fputs("\nnanoseconds a call, one thread, f64, 100 slices, left+repeat\n", out);
+}
+
+static void print_json(FILE *out, const struct race races[HAND_N])
+{
+    struct json json;
+    json_open(&json, out);
+    for (int scene = 0; scene < HAND_N; scene++) {
+        json_object(&json, hand_build(0)[scene].scene);
+        for (size_t c = 0; c < N_COLUMNS; c++)
+            json_number(&json, columns[c].key, cell(&columns[c], races[scene].ns));
+        json_number(&json, "disagreement", races[scene].disagreement);
+        json_end_object(&json);
+    }
+    json_close(&json);
+}
+
+/* Model name of the processor as Linux gives it. */
+static void print_machine(FILE *out)
+{
+    char line[256];
+    FILE *info = fopen("/proc/cpuinfo", "r");
+    while (info && fgets(line, sizeof line, info))
+        if (strncmp(line, "model name", 10) == 0 && strchr(line, ':')) {
+            fprintf(out, "# machine: %s", strchr(line, ':') + 2);
+            break;
+        }
+    if (info)
+        fclose(info);
+}
+
+static void print_csv(FILE *out, const struct race races[HAND_N])
+{
+    char date[32] = "";
+    time_t now = time(NULL);
+    strftime(date, sizeof date, "%Y-%m-%d", gmtime(&now));
+    print_machine(out);
+    fprintf(out, "# date: %s\n# compiler: %s\n", date, __VERSION__);
+    fputs("scene,dof,slices", out);
+    for (size_t c = 0; c < N_COLUMNS; c++)
+        fprintf(out, ",%s", columns[c].key);
+    fputs(",disagreement", out);
+    for (int scene = 0; scene < HAND_N; scene++) {
+        const struct hand_kernel *hand = &hand_build(0)[scene];
+        fprintf(out, "\n%s,%d,%d", hand->scene, hand->dof, HAND_SLICES);
+        for (size_t c = 0; c < N_COLUMNS; c++)
+            fprintf(out, ",%.6g", cell(&columns[c], races[scene].ns));
+        fprintf(out, ",%.3g", races[scene].disagreement);
+    }
+    fputc('\n', out);
+}
+
+static enum ad_status write_csv(struct phys_whole *file, const struct race races[HAND_N],
+                                struct ad_error *error)
+{
+    FILE *out = fopen(file->temporary, "w");
+    if (out)
+        print_csv(out, races);
+    if (!out || ferror(out) || fclose(out) != 0)
+        return ad_fail(error, AD_E_IO, "%s: %s", file->target, strerror(errno));
+    return phys_whole_commit(file, error);
+}
+
+/* Before anything is measured: a folder that cannot be written is found at once. */
+static enum ad_status begin_csv(struct phys_whole *file, const char *folder, struct ad_error *error)
+{
+    char name[4096];
+    if (mkdir(folder, 0777) != 0 && errno != EEXIST)
+        return ad_fail(error, AD_E_IO, "%s: %s", folder, strerror(errno));
+    if (snprintf(name, sizeof name, "%s/gradients.csv", folder) >= (int)sizeof name)
+        return ad_fail(error, AD_E_ARGUMENT, "--out: the name is too long");
+    return phys_whole_begin(file, name, error);
+}
+
+int chart_gradients(const struct chart_settings *settings, struct ad_error *error)
+{
+    struct race races[HAND_N];
+    struct phys_whole csv;
+    bool agree = true;
+    if (begin_csv(&csv, settings->folder, error) != AD_OK)
+        return command_status(error);
+    for (int scene = 0; scene < HAND_N && error->status == AD_OK; scene++)
+        if (race_run(scene, settings->quick, &races[scene], error) == AD_OK)
+            agree = agree && races[scene].disagreement < tolerance;
+    if (error->status == AD_OK)
+        write_csv(&csv, races, error);
+    phys_whole_abandon(&csv);
+    if (error->status != AD_OK)
+        return command_status(error);
+    if (!settings->quiet)
+        print_table(stdout, races);
+    if (!agree)
+        fputs("leastaction: the gradients by the tape and by hand differ\n", stderr);
+    if (settings->json)
+        print_json(stdout, races);
+    return agree ? DONE : NOT_REACHED;
+}

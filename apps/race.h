@@ -1,0 +1,17 @@
+/* The gradient of the action by the tape against hand-written C: same function, same path. */
+#ifndef APPS_RACE_H
+#define APPS_RACE_H
+
+#include "../autodiff/autodiff.h"
+
+enum { TAPE_GRADIENT, HAND_GRADIENT, TAPE_PRIMAL, HAND_PRIMAL, ADAM_STEP, RACE_JOBS };
+
+struct race {
+    double ns[RACE_JOBS]; /* of one call; ADAM_STEP: gradient by the tape and the step */
+    double disagreement;  /* of the two gradients, relative to the largest entry */
+};
+
+/* Measures scene number `scene` of hand.h. */
+enum ad_status race_run(int scene, bool quick, struct race *race, struct ad_error *error);
+
+#endif

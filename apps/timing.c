@@ -1,0 +1,57 @@
+/* Medians of many batches; a batch is long enough for the clock and short enough to miss most
+   interruptions. */
+#include "timing.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <time.h>
+
+static const double batch_ns = 2e5;
+
+enum { MAX_JOBS = 8 };
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
+}
+
+/* The first call of a batch is not counted: it finds the cache as the other jobs left it. */
+static double batch(const struct timed *job, size_t calls)
+{
+    job->run(job->context);
+    double start = now();
+    for (size_t k = 0; k < calls; k++)
+        job->run(job->context);
+    return (now() - start) / (double)calls;
+}
+
+static size_t calls_in_a_batch(const struct timed *job)
+{
+    double ns = batch(job, 1);
+    ns = batch(job, 1 + (size_t)(batch_ns / (ns + 1)));
+    return 1 + (size_t)(batch_ns / ns);
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+void time_in_turn(size_t n, struct timed jobs[], size_t rounds)
+{
+    double ns[MAX_JOBS][TIMING_ROUNDS];
+    size_t calls[MAX_JOBS];
+    assert(n <= MAX_JOBS && 0 < rounds && rounds <= TIMING_ROUNDS);
+    for (size_t j = 0; j < n; j++)
+        calls[j] = calls_in_a_batch(&jobs[j]);
+    for (size_t r = 0; r < rounds; r++)
+        for (size_t j = 0; j < n; j++)
+            ns[j][r] = batch(&jobs[j], calls[j]);
+    for (size_t j = 0; j < n; j++) {
+        qsort(ns[j], rounds, sizeof ns[j][0], ascending);
+        jobs[j].nanoseconds = ns[j][rounds / 2];
+    }
+}

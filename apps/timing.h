@@ -1,0 +1,19 @@
+/* How long short jobs take, measured side by side. */
+#ifndef APPS_TIMING_H
+#define APPS_TIMING_H
+
+#include <stddef.h>
+
+struct timed {
+    void (*run)(void *context);
+    void *context;
+    double nanoseconds; /* of one call: the median over batches */
+};
+
+enum { TIMING_ROUNDS = 101, TIMING_QUICK = 15 };
+
+/* Times jobs[0..n-1] in turn, a batch of each per round, so that what disturbs the machine disturbs
+   all of them alike. At most TIMING_ROUNDS rounds. */
+void time_in_turn(size_t n, struct timed jobs[], size_t rounds);
+
+#endif
