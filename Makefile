@@ -63,7 +63,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all test check demo charts bench lint sanitize test-o1 install uninstall clean help FORCE
+.PHONY: all build-tests test check demo charts bench lint format sanitize test-o1 install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -79,6 +79,7 @@ help:
 	@echo '  charts     speed against accuracy, in charts/'
 	@echo '  bench      gradients by the tape against hand-written C'
 	@echo '  lint       warnings are errors (gcc, clang), cppcheck, format, exported names'
+	@echo '  format     clang-format everything'
 	@echo '  sanitize   every test under ASan and UBSan'
 	@echo '  test-o1    tests of the tape with kernels compiled plainly: the oracle'
 	@echo '  install uninstall clean'
@@ -155,6 +156,8 @@ $(TESTS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/tests/helpers.a $(BUILD)/apps.a $(A)
 	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -rdynamic $(wrap_alloc) $< $(BUILD)/tests/helpers.a $(BUILD)/apps.a \
 	    $(A) $(LIBS) -lcmocka -o $@
 
+build-tests: $(TESTS)
+
 # ---- run ----
 
 # Installing comes before a second make, which then finds compiler and libraries.
@@ -177,7 +180,10 @@ charts: all
 	@$(BUILD)/leastaction chart gradients --out charts
 
 lint:
-	@scripts/lint
+	@scripts/lint $(BUILD)
+
+format:
+	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff physics physics/scenes hnn quantum apps tests tests/*))
 
 sanitize:
 	@ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1 \

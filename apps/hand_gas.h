@@ -1,9 +1,9 @@
 /* The pair loop of the gas for LANES slices; included for each width, no header of its own. */
 #define GAS_JOIN(a, b) a##_##b
 #define GAS_NAME(a, b) GAS_JOIN(a, b)
-#define lanes          GAS_NAME(lanes, LANES)
-#define load           GAS_NAME(load, LANES)
-#define total          GAS_NAME(total, LANES)
+#define lanes GAS_NAME(lanes, LANES)
+#define load GAS_NAME(load, LANES)
+#define total GAS_NAME(total, LANES)
 
 typedef double lanes __attribute__((vector_size(8 * LANES)));
 

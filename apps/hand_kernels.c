@@ -66,10 +66,10 @@ static double kinetic_gradient(const double *restrict x, double dt, double weigh
 
 /* ---- three bodies: V = -k sum 1 / (r + eps), r = sqrt(d^2 + soft) ---- */
 
-#define THREEBODY_DT     0.5
-#define THREEBODY_K      1.3e-4
-#define THREEBODY_EPS    1e-6
-#define THREEBODY_SOFT   1e-6
+#define THREEBODY_DT 0.5
+#define THREEBODY_K 1.3e-4
+#define THREEBODY_EPS 1e-6
+#define THREEBODY_SOFT 1e-6
 #define THREEBODY_WEIGHT (1.0 / (3 * N))
 
 static inline double distance(double dx, double dy)
@@ -124,7 +124,7 @@ static double threebody_gradient(const double *restrict x, double *restrict g)
 /* ---- double pendulum, m = l = g = 1:
         L = va^2 + vb^2/2 + va vb cos(a - b) + 2 cos a + cos b ---- */
 
-#define DBLPEND_DT     0.06
+#define DBLPEND_DT 0.06
 #define DBLPEND_WEIGHT (1.0 / N)
 
 /* sin and cos of one argument in one loop would be merged into a call that has no vector version.
@@ -201,9 +201,9 @@ static double dblpend_gradient(const double *restrict x, double *restrict g)
 
 /* ---- Lennard-Jones gas: V = k sum (s/r)^12 - (s/r)^6, r^2 = d^2 + soft ---- */
 
-#define GAS_DT   0.2
-#define GAS_K    1e-4
-#define GAS_S2   (0.04 * 0.04)
+#define GAS_DT 0.2
+#define GAS_K 1e-4
+#define GAS_S2 (0.04 * 0.04)
 #define GAS_SOFT 1e-6
 
 enum { BODIES = 50, DOF = 2 * BODIES };
@@ -221,7 +221,7 @@ enum { EIGHTS = N / 8 * 8 };
 #else
 enum { EIGHTS = 0 };
 #define gas_potential_8 gas_potential_4
-#define gas_force_8     gas_force_4
+#define gas_force_8 gas_force_4
 #endif
 
 static double gas_primal(const double *x)
