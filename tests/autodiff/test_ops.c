@@ -45,7 +45,7 @@ struct op {
 };
 
 static const struct op ops[] = {
-#define AD_UNARY(name, value, dx, lo, hi)      {#name, AD_OP_##name, 1, lo, hi, name##_reference},
+#define AD_UNARY(name, value, dx, lo, hi) {#name, AD_OP_##name, 1, lo, hi, name##_reference},
 #define AD_BINARY(name, value, da, db, lo, hi) {#name, AD_OP_##name, 2, lo, hi, name##_reference},
 #define AD_TERNARY(name, value, da, db, dc, lo, hi)                                                \
     {#name, AD_OP_##name, 3, lo, hi, name##_reference},
