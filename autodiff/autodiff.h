@@ -74,6 +74,13 @@ void ad_tape_reset(ad_tape *tape);
 void ad_tape_free(ad_tape *tape);
 /* First error of the recording (status AD_OK if none). Lives as long as the tape. */
 const struct ad_error *ad_tape_error(const ad_tape *tape);
+/* Keeps an error in the tape, as operations do: for callbacks that find they cannot record what they
+   should. Returns a handle that later operations pass through. */
+ad_var ad_refuse(ad_tape *tape, enum ad_status status, const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 3, 4)))
+#endif
+    ;
 /* Number of values recorded so far. */
 size_t ad_tape_size(const ad_tape *tape);
 /* Bytes held by the tape (nodes, constants, labels, index lists). */

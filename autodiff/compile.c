@@ -94,13 +94,11 @@ static bool plan_program(struct graph *g, ad_program *p)
     struct plan plan = {.graph = g,
                         .program = p,
                         .last = calloc(n, sizeof *plan.last),
-                        .host = calloc(n, sizeof *plan.host),
                         .link = calloc(n, sizeof *plan.link),
                         .spot = calloc(n, sizeof *plan.spot)};
-    bool done = plan.last && plan.host && plan.link && plan.spot && copy_labels(p, g) &&
+    bool done = plan.last && plan.link && plan.spot && copy_labels(p, g) &&
                 ad_plan_storage(&plan) && ad_plan_emit(&plan) && allocate_memory(p, &plan);
     free(plan.last);
-    free(plan.host);
     free(plan.link);
     free(plan.spot);
     return done;
@@ -127,7 +125,7 @@ enum ad_status ad_compile(ad_tape *tape, size_t n_out, const ad_var out[], ad_pr
         p->element = type_bytes(tape->type);
         p->kernels = ad_kernels_for(tape->type);
         done = ad_graph_build(&graph, tape, n_out, out) && ad_graph_schedule(&graph) &&
-               plan_program(&graph, p);
+               ad_graph_merge(&graph) && plan_program(&graph, p);
     }
     if (done) {
         take_arrays(p, &graph);

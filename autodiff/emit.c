@@ -248,13 +248,44 @@ static bool emit_stencil(struct plan *p, uint32_t id)
            append_instruction(p, in);
 }
 
+/* The sink of this segment that adds into the same memory, or a new one. */
+static bool find_sink(struct plan *p, const struct segment *s, uint32_t id, struct sink sink,
+                      uint32_t *number)
+{
+    struct graph *g = p->graph;
+    struct ad_program *program = p->program;
+    uint32_t total = id;
+    while ((g->values[total].flags & VALUE_BORROWED) &&
+           (g->values[g->host[total]].flags & VALUE_MERGED))
+        total = g->host[total];
+    if (total != id) { /* spot of a merged value: 1 + the sink all its terms share */
+        *number = p->spot[total] - 1;
+        if (p->spot[total])
+            return true;
+        p->spot[total] = (uint32_t)program->n_sinks + 1;
+    }
+    /* private copies of the chunks: sums in double, added rows only where chunks split rows */
+    size_t copies = s->chunks;
+    if (sink.kind == DO_ADD_ROWS) {
+        copies = s->by_rows && s->chunks > 1 ? s->chunks : 0;
+        sink.stride = ((size_t)sink.rows * sink.cols * program->element + 63) / 64 * 64;
+    } else {
+        copies = sink.kind == DO_SUM_COLS && s->by_rows ? 1 : copies;
+        sink.stride = sink.rows * sizeof(double);
+    }
+    sink.partial = p->memory;
+    p->memory += (copies * sink.stride + 63) / 64 * 64;
+    *number = (uint32_t)program->n_sinks;
+    return APPEND(program->sinks, program->n_sinks, p->max_sinks, sink);
+}
+
 static bool emit_sink(struct plan *p, const struct segment *s, uint32_t id)
 {
     struct graph *g = p->graph;
     const struct value *v = &g->values[id], *x = &g->values[v->in[0]];
     struct ad_program *program = p->program;
     struct loc result = g->locs[id];
-    struct instruction in = {.n_in = 1, .value = id, .loc = {0, v->in[0], 0, (uint32_t)program->n_sinks}};
+    struct instruction in = {.n_in = 1, .value = id, .loc = {0, v->in[0]}};
     struct sink sink = {.instruction = (uint32_t)program->n_instructions,
                         .rows = v->rows,
                         .cols = v->cols};
@@ -264,24 +295,14 @@ static bool emit_sink(struct plan *p, const struct segment *s, uint32_t id)
         result.rs = 0;
     if (v->op == AD_OP_scatter)
         result.list = v->in[1];
-    if (in.kind == DO_ADD_ROWS)
-        in.run = program->kernels->op[AD_OP_add][g->locs[v->in[0]].cs == 0 && x->cols > 1 ? 2 : 0];
+    if (in.kind == DO_ADD_ROWS) {
+        bool number = g->locs[v->in[0]].cs == 0 && x->cols > 1;
+        in.run = program->kernels->op[v->flags & VALUE_NEGATED ? AD_OP_sub : AD_OP_add]
+                                     [number ? VARIANT_B_NUMBER : 0];
+    }
     in.flat = tile_is_flat(&g->locs[v->in[0]], s);
-    /* private copies of the chunks: sums in double, added rows only where chunks split rows */
-    size_t copies = in.kind == DO_SUM_COLS && s->by_rows ? 1 : s->chunks;
-    if (in.kind == DO_ADD_ROWS)
-        copies = s->by_rows && s->chunks > 1 ? s->chunks : 0;
-    sink.stride = (size_t)v->rows * v->cols *
-                  (in.kind == DO_ADD_ROWS ? program->element : sizeof(double));
-    sink.stride = (sink.stride + 63) / 64 * 64;
-    if (in.kind == DO_SUM_COLS)
-        sink.stride = v->rows * sizeof(double); /* collected with rows as the inner index */
-    if (in.kind == DO_SUM)
-        sink.stride = sizeof(double);
-    sink.partial = p->memory;
-    p->memory += (copies * sink.stride + 63) / 64 * 64;
-    return append_loc(g, result, &in.loc[0]) && append_instruction(p, in) &&
-           APPEND(program->sinks, program->n_sinks, p->max_sinks, sink);
+    return find_sink(p, s, id, sink, &in.loc[3]) && append_loc(g, result, &in.loc[0]) &&
+           append_instruction(p, in);
 }
 
 static bool emit_fused(struct plan *p, const struct group *group, struct segment s)
@@ -349,7 +370,7 @@ static bool emit_place(struct plan *p, uint32_t id, struct instruction *in, stru
         const uint32_t *at = place_part(g, v, k);
         uint32_t x = g->renumber[at[0]], root = g->locs[x].root;
         size_t there = g->locs[id].off + ((size_t)at[1] * v->cols + at[2]) * p->program->element;
-        if ((g->values[root].flags & VALUE_BORROWED) && p->host[root] == id &&
+        if ((g->values[root].flags & VALUE_BORROWED) && g->host[root] == id &&
             g->locs[root].off == there)
             continue; /* computed in place */
         struct part part = {x, g->values[x].rows, g->values[x].cols, at[1], at[2]};
@@ -386,14 +407,18 @@ bool ad_plan_emit(struct plan *p)
 {
     struct graph *g = p->graph;
     for (uint32_t i = 0; i < g->n_groups; i++) {
+        if (i == g->n_constant_groups)
+            p->program->n_constant_segments = p->program->n_segments;
+        if (!g->groups[i].count)
+            continue;
         struct segment s = {.first = (uint32_t)p->program->n_instructions,
                             .first_sink = (uint32_t)p->program->n_sinks};
         uint32_t id = g->order[g->groups[i].first];
         if (is_alone(g->values[id].op) ? !emit_alone(p, id, s)
                                        : !emit_fused(p, &g->groups[i], s))
             return false;
-        if (i + 1 == g->n_constant_groups)
-            p->program->n_constant_segments = p->program->n_segments;
     }
+    if (g->n_constant_groups == g->n_groups)
+        p->program->n_constant_segments = p->program->n_segments;
     return true;
 }

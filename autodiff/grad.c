@@ -103,14 +103,47 @@ static double ad_value(ad_var c)
     return value;
 }
 
+/* c g, the number multiplied into one that g, or a factor of g, already has. */
+static ad_var scaled(ad_var g, double c)
+{
+    const struct node *n = node_at(g.tape, g.id);
+    double inner;
+    for (int k = 0; k < 2 && n->op == AD_OP_mul; k++) {
+        const struct node *factor = node_at(g.tape, n->in[k]);
+        if (factor->op == AD_OP_mul && ad_constant_value((ad_var){g.tape, factor->in[1]}, &inner))
+            return ad_mul(ad_scale((ad_var){g.tape, n->in[k]}, c),
+                          ((ad_var){g.tape, n->in[1 - k]}));
+    }
+    return ad_scale(g, c);
+}
+
+/* Moves the number of a factor c d to g: shared by all inputs, and often free there. */
+static void move_number(ad_var *g, ad_arg *d)
+{
+    if (!d->var.tape)
+        return;
+    const struct node *n = node_at(d->var.tape, d->var.id);
+    double c = -1;
+    if (n->op != AD_OP_neg &&
+        !(n->op == AD_OP_mul && ad_constant_value((ad_var){g->tape, n->in[1]}, &c)))
+        return;
+    *g = scaled(*g, c);
+    d->var.id = n->in[0];
+}
+
 /* Adds g * d to the adjoint of input k of y. A d of 0 is no dependence. */
 static void chain(struct sweep *s, const struct node *y, int k, ad_var g, ad_arg d)
 {
     uint32_t to = y->in[k];
     if (!d.var.tape && d.value == 0)
         return;
+    if (d.var.tape && ad_constant_value(d.var, &d.value))
+        d.var.tape = NULL;
+    move_number(&g, &d);
     ad_var c;
-    if (!d.var.tape || !s->tainted)
+    if (!d.var.tape)
+        c = scaled(g, d.value);
+    else if (!s->tainted)
         c = ad_binary(AD_OP_mul, AD_ARG(g), d);
     else if (branches(y->op) || (y->op == AD_OP_mul0 && k == 1))
         c = ad_binary(AD_OP_mul0, d, AD_ARG(g));

@@ -214,6 +214,7 @@ void ad_graph_release(struct graph *g)
     free(g->renumber);
     free(g->order);
     free(g->group_of);
+    free(g->host);
     free(g->groups);
     *g = (struct graph){0};
 }

@@ -77,6 +77,9 @@ ad_var ad_append(ad_tape *tape, struct node node);
 uint32_t ad_append_numbers(ad_tape *tape, size_t n, const double *values);
 uint32_t ad_append_list(ad_tape *tape, size_t n, const uint32_t *values);
 
+/* c x, with factors of factors multiplied into one. */
+ad_var ad_scale(ad_var x, double c);
+
 /* The value of a scalar constant; false if x is none. */
 bool ad_constant_value(ad_var x, double *value);
 /* Text of the label of a node, or NULL. */

@@ -47,14 +47,16 @@ VECTOR_BINARY(hypot)
 #endif
 #endif
 
-/* a^b for whole |b| <= 32, by squaring; the same products for every lane. */
+/* a^b for whole |b| <= 32, by squaring; all six bits, so that lanes stay together. */
 static inline R power(R a, R b)
 {
     int n = (int)F(fabs)(b);
     R result = 1, square = a;
-    for (; n; n >>= 1, square *= square)
-        if (n & 1)
-            result *= square;
+#pragma GCC unroll 6
+    for (int bit = 0; bit < 6; bit++) {
+        result = n >> bit & 1 ? result * square : result;
+        square *= square;
+    }
     return b < 0 ? 1 / result : result;
 }
 

@@ -12,7 +12,9 @@ enum value_flags {
     VALUE_OUTPUT = 2,
     VALUE_VIEW = 4,    /* reads another value's memory; has none of its own */
     VALUE_STORED = 8,  /* lies in memory, not in a tile */
-    VALUE_BORROWED = 16 /* lies inside the place operation that collects it */
+    VALUE_BORROWED = 16, /* lies in the memory of its host */
+    VALUE_MERGED = 32,   /* a sum of sinks: they add into its memory, nothing is left to do */
+    VALUE_NEGATED = 64   /* a sink that subtracts */
 };
 
 /* One live node; in[] and aux as in struct node, in[] renumbered. */
@@ -59,12 +61,14 @@ struct graph {
     size_t n_lists, max_lists;
     uint32_t *renumber; /* node -> value, while compiling */
     uint32_t *order, *group_of;
+    uint32_t *host; /* of borrowed values: whose memory they lie in */
     struct group *groups;
     size_t n_groups, n_constant_groups;
 };
 
 bool ad_graph_build(struct graph *graph, const ad_tape *tape, size_t n_out, const ad_var out[]);
 bool ad_graph_schedule(struct graph *graph);
+bool ad_graph_merge(struct graph *graph);
 void ad_graph_release(struct graph *graph);
 
 static inline bool is_leaf(const struct value *v)
@@ -110,7 +114,7 @@ static inline bool reads_in_step(const struct graph *g, const struct value *v, u
         return false;
     const struct value *x = &g->values[v->in[k]];
     bool same = is_sink(v->op) || (x->rows == v->rows && x->cols == v->cols);
-    return same && !(x->flags & VALUE_VIEW) && !is_leaf(x) && !is_alone(x->op) && !is_sink(x->op);
+    return same && !(x->flags & (VALUE_VIEW | VALUE_MERGED)) && !is_leaf(x) && !is_alone(x->op) && !is_sink(x->op);
 }
 
 /* ---- program ---- */

@@ -80,15 +80,14 @@ ad_var ad_unary(enum ad_op op, ad_var x)
     return elementwise(x.tape, op, 1, &x);
 }
 
-/* c x, with factors of factors multiplied into one. */
-static ad_var scale(ad_var x, double c)
+ad_var ad_scale(ad_var x, double c)
 {
     double inner;
     const struct node *n = node_at(x.tape, x.id);
     if (n->op == AD_OP_mul && ad_constant_value((ad_var){x.tape, n->in[1]}, &inner))
-        return scale((ad_var){x.tape, n->in[0]}, c * inner);
+        return ad_scale((ad_var){x.tape, n->in[0]}, c * inner);
     if (n->op == AD_OP_neg)
-        return scale((ad_var){x.tape, n->in[0]}, -c);
+        return ad_scale((ad_var){x.tape, n->in[0]}, -c);
     if (c == 1)
         return x;
     if (c == -1)
@@ -143,12 +142,12 @@ static bool simplify_right(enum ad_op op, ad_var x, double c, ad_var *y)
         *y = x;
         return c == 0;
     case AD_OP_mul:
-        *y = scale(x, c);
+        *y = ad_scale(x, c);
         return true;
     case AD_OP_div:
         if (!is_power_of_two(c))
             return false;
-        *y = scale(x, 1 / c);
+        *y = ad_scale(x, 1 / c);
         return true;
     case AD_OP_pow:
         return power(x, c, y);
@@ -166,8 +165,24 @@ static bool simplify_left(enum ad_op op, double c, ad_var x, ad_var *y)
         *y = ad_neg(x);
         return true;
     }
-    if (op == AD_OP_div && c == 1) {
-        *y = ad_recip(x);
+    if (op == AD_OP_div) { /* the gradient needs 1/x as well */
+        *y = ad_scale(ad_recip(x), c);
+        return true;
+    }
+    return false;
+}
+
+/* Sums of negated terms are differences. */
+static bool simplify_signs(enum ad_op op, ad_var a, ad_var b, ad_var *y)
+{
+    const struct node *na = node_at(a.tape, a.id), *nb = node_at(b.tape, b.id);
+    if ((op == AD_OP_add || op == AD_OP_sub) && nb->op == AD_OP_neg) {
+        ad_var c = {b.tape, nb->in[0]};
+        *y = op == AD_OP_add ? ad_sub(a, c) : ad_add(a, c);
+        return true;
+    }
+    if (op == AD_OP_add && na->op == AD_OP_neg) {
+        *y = ad_sub(b, ((ad_var){a.tape, na->in[0]}));
         return true;
     }
     return false;
@@ -188,7 +203,11 @@ ad_var ad_binary(enum ad_op op, ad_arg a, ad_arg b)
         return y;
     if (number_a && b.var.tape && simplify_left(op, ca, b.var, &y))
         return y;
-    return elementwise(tape, op, 2, (ad_var[]){as_var(tape, a), as_var(tape, b)});
+    a.var = as_var(tape, a);
+    b.var = as_var(tape, b);
+    if (simplify_signs(op, a.var, b.var, &y))
+        return y;
+    return elementwise(tape, op, 2, (ad_var[]){a.var, b.var});
 }
 
 ad_var ad_ternary(enum ad_op op, ad_arg a, ad_arg b, ad_arg c)

@@ -38,6 +38,8 @@ static void find_uses(struct plan *p)
             v->flags |= VALUE_STORED;
         for (uint32_t k = 0; k < n_inputs(v); k++)
             use(p, operand_loc(g, v, k)->root, group, reads_in_step(g, v, k));
+        if (v->flags & VALUE_BORROWED && p->last[g->host[i]] < group)
+            p->last[g->host[i]] = group;
         if (v->op == AD_OP_place)
             for (size_t k = 0; k < place_count(g, v); k++)
                 use(p, g->locs[part_value(g, v, k)].root, group, false);
@@ -95,7 +97,7 @@ static void lend(struct plan *p, uint32_t i)
         uint32_t root = l->root;
         g->values[root].flags |= VALUE_BORROWED;
         g->locs[root].off = (size_t)at[1] * v->cols + at[2];
-        p->host[root] = i;
+        g->host[root] = i;
         if (p->last[i] < p->last[root])
             p->last[i] = p->last[root];
     }
@@ -157,7 +159,9 @@ static void allocate_group(struct plan *p, uint32_t group, uint8_t *placed, uint
     for (uint32_t k = 0; k < g->groups[group].count; k++) {
         uint32_t i = g->order[g->groups[group].first + k];
         const struct value *v = &g->values[i];
-        uint32_t owner = v->flags & VALUE_BORROWED ? p->host[i] : i;
+        uint32_t owner = i;
+        while (g->values[owner].flags & VALUE_BORROWED)
+            owner = g->host[owner];
         if (!(v->flags & VALUE_STORED) || placed[owner])
             continue;
         allocate(p, owner, is_permanent(&g->values[owner]) ? NULL : free_list);
@@ -207,9 +211,9 @@ bool ad_plan_storage(struct plan *p)
             lend(p, i);
     if (!allocate_all(p))
         return false;
-    for (uint32_t i = 0; i < g->n; i++)
+    for (uint32_t i = (uint32_t)g->n; i-- > 0;) /* hosts come after their borrowers */
         if (g->values[i].flags & VALUE_BORROWED)
-            g->locs[i].off = g->locs[p->host[i]].off + g->locs[i].off * p->program->element;
+            g->locs[i].off = g->locs[g->host[i]].off + g->locs[i].off * p->program->element;
     for (uint32_t i = 0; i < g->n_locs; i++) {
         struct loc *l = &g->locs[i];
         bool own = i < g->n && !(g->values[i].flags & VALUE_VIEW);

@@ -243,6 +243,11 @@ ad_var ad_gather_rows(ad_var x, size_t n, const uint32_t rows[])
 
 ad_var ad_scatter_rows(ad_var x, const uint32_t rows[], size_t height)
 {
+    if (failed(x))
+        return failure(x);
+    const struct node *n = node_at(x.tape, x.id);
+    if (n->op == AD_OP_neg) /* adding up first leaves less to negate */
+        return ad_neg(ad_scatter_rows((ad_var){x.tape, n->in[0]}, rows, height));
     return indexed(x, AD_OP_scatter, ad_rows(x), rows, height, height);
 }
 
