@@ -1,0 +1,84 @@
+/* Files for tests (files.h). */
+#include "files.h"
+
+#include "close.h"
+
+#include <ftw.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static struct path folder;
+
+int files_setup(void **state)
+{
+    (void)state;
+    const char *base = getenv("TMPDIR");
+    snprintf(folder.text, sizeof folder.text, "%s/leastaction-XXXXXX", base ? base : "/tmp");
+    return mkdtemp(folder.text) ? 0 : -1;
+}
+
+static int remove_one(const char *path, const struct stat *status, int type, struct FTW *walk)
+{
+    (void)status, (void)type, (void)walk;
+    return remove(path);
+}
+
+int files_teardown(void **state)
+{
+    (void)state;
+    return nftw(folder.text, remove_one, 8, FTW_DEPTH | FTW_PHYS);
+}
+
+static struct path join(const char *base, const char *name)
+{
+    struct path path;
+    int n = snprintf(path.text, sizeof path.text, "%s/%s", base, name);
+    assert_in_range(n, 1, sizeof path.text - 1);
+    return path;
+}
+
+struct path files_temporary(const char *name) { return join(folder.text, name); }
+
+struct path files_write(const char *name, const char *text, size_t size)
+{
+    struct path path = files_temporary(name);
+    FILE *stream = fopen(path.text, "wb");
+    assert_non_null(stream);
+    assert_int_equal(fwrite(text, 1, size, stream), size);
+    assert_int_equal(fclose(stream), 0);
+    return path;
+}
+
+struct path files_write_text(const char *name, const char *text)
+{
+    return files_write(name, text, strlen(text));
+}
+
+char *files_read(const char *path, size_t *size)
+{
+    FILE *stream = fopen(path, "rb");
+    assert_non_null(stream);
+    assert_int_equal(fseek(stream, 0, SEEK_END), 0);
+    long length = ftell(stream);
+    assert_in_range(length, 0, 1 << 30);
+    rewind(stream);
+    *size = (size_t)length;
+    char *text = calloc(1, *size + 1);
+    assert_non_null(text);
+    assert_int_equal(fread(text, 1, *size, stream), *size);
+    fclose(stream);
+    return text;
+}
+
+struct path files_shared(const char *name)
+{
+    const char *base = getenv("LEASTACTION_SHARED");
+    struct path path = join(base ? base : "../shared", name);
+    if (access(path.text, R_OK) != 0) {
+        print_message("skipped: no %s\n", path.text);
+        skip();
+    }
+    return path;
+}

@@ -1,0 +1,30 @@
+/* Files for tests: a folder of their own, and the reference data beside the repository. */
+#ifndef TESTS_FILES_H
+#define TESTS_FILES_H
+
+#include <stddef.h>
+
+enum { PATH_ROOM = 512 };
+
+struct path {
+    char text[PATH_ROOM];
+};
+
+/* cmocka setup and teardown of a group: a new folder in $TMPDIR or /tmp, removed with all in it. */
+int files_setup(void **state);
+int files_teardown(void **state);
+
+/* A name in that folder. */
+struct path files_temporary(const char *name);
+/* Writes `size` bytes to it, and returns it. */
+struct path files_write(const char *name, const char *text, size_t size);
+/* The same for a string. */
+struct path files_write_text(const char *name, const char *text);
+/* Contents of a file as a string (free); fails the test if it cannot be read. */
+char *files_read(const char *path, size_t *size);
+
+/* A name in the reference data, $LEASTACTION_SHARED or ../shared; skips the test, saying so, where
+   it is absent. */
+struct path files_shared(const char *name);
+
+#endif

@@ -1,0 +1,396 @@
+/* The table reader against strtod, every shape of text it takes, and every damage it names. */
+#include "../../physics/table.h"
+#include "../../physics/text.h"
+#include "../close.h"
+#include "../files.h"
+
+#include <locale.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
+
+static uint64_t random_bits(void)
+{
+    static uint64_t x = 88172645463325252u; /* xorshift64 */
+    x ^= x << 13;
+    x ^= x >> 7;
+    return x ^= x << 17;
+}
+
+/* ---- numbers ---- */
+
+static void assert_reads_as_strtod(const char *text)
+{
+    double value = 0, expected = strtod(text, NULL);
+    const char *end = phys_text_number(text, text + strlen(text), &value);
+    if (!end || *end || memcmp(&value, &expected, sizeof value) != 0)
+        fail_msg("%s reads as %.17g, expected %.17g", text, value, expected);
+}
+
+/* Doubles of all magnitudes with fewer, enough and more digits than they need. */
+static void test_numbers_of_all_sizes(void **state)
+{
+    (void)state;
+    static const char *const formats[] = {"%.17g", "%.18e", "%.15E", "%.3f",
+                                          "%.6g",  "%.40e", "%.0f"};
+    for (int i = 0; i < 200000; i++) {
+        uint64_t bits = random_bits();
+        double value;
+        char text[512];
+        memcpy(&value, &bits, sizeof value);
+        if (!isfinite(value))
+            continue;
+        if (i % 2) /* every other one of ordinary size */
+            value = (double)(int64_t)bits * pow(10, (double)(bits % 40) - 30);
+        snprintf(text, sizeof text, formats[bits % LENGTH(formats)], value);
+        assert_reads_as_strtod(text);
+    }
+}
+
+/* Numbers halfway between two doubles go to the even one, and a hair above goes up. */
+static void test_numbers_halfway(void **state)
+{
+    (void)state;
+    static const char *const tails[] = {".5", ".500", ".50000001", ".4999999", "5e-1", "50001e-4"};
+    for (int i = 0; i < 20000; i++) {
+        uint64_t whole = (UINT64_C(1) << 52) + (random_bits() >> 12);
+        char text[64];
+        snprintf(text, sizeof text, "%llu%s", (unsigned long long)whole, tails[i % 6]);
+        assert_reads_as_strtod(text);
+    }
+}
+
+static void test_numbers_at_the_edges(void **state)
+{
+    (void)state;
+    static const char *const texts[] = {
+        "0",
+        "-0",
+        "+.5",
+        "5.",
+        "0e0",
+        "00012.500e+00",
+        "1e22",
+        "1e23",
+        "9007199254740993",
+        "9007199254740992.99999999999999999999",
+        "18446744073709551616",
+        "1e-400",
+        "-1e400",
+        "4.9406564584124654e-324",
+        "2.4703282292062328e-324",
+        "1.7976931348623157e308",
+        "2.2250738585072011e-308",
+        "0.000000000000000000000000000000000000000001234567890123456789",
+        "123456789012345678901234567890",
+        "1e99999999999999999999",
+        "1e-99999999999999999999",
+        "0.1e1000000000000",
+        "9999999999999999999e27",
+        "9999999999999999999e-27",
+    };
+    for (size_t k = 0; k < LENGTH(texts); k++)
+        assert_reads_as_strtod(texts[k]);
+}
+
+/* 1 + 2^-53 is halfway to the next double: 1 followed by 900 zeros decides. */
+static void test_numbers_of_many_digits(void **state)
+{
+    (void)state;
+    char text[1200] = "1.00000000000000011102230246251565404236316680908203125";
+    assert_reads_as_strtod(text);
+    size_t n = strlen(text);
+    memset(text + n, '0', 900);
+    assert_reads_as_strtod(text);
+    strcpy(text + n + 900, "1e0");
+    assert_reads_as_strtod(text);
+    double value;
+    assert_non_null(phys_text_number(text, text + strlen(text), &value));
+    assert_true(value == 1 + 2 * 0x1p-53);
+}
+
+static void test_numbers_end_where_they_end(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text;
+        int length; /* 0: none */
+        double value;
+    } cases[] = {
+        {"1.5abc", 3, 1.5}, {"2e", 1, 2},  {"2e+", 1, 2}, {"1.2.3", 3, 1.2}, {"1d2", 3, 100},
+        {"1D-2,", 4, 0.01}, {"-", 0, 0},   {".", 0, 0},   {"", 0, 0},        {"e5", 0, 0},
+        {"nan", 0, 0},      {"inf", 0, 0}, {"+-1", 0, 0}, {"0x10", 1, 0},    {" 1", 0, 0},
+        {"-.e1", 0, 0},     {"1,5", 1, 1},
+    };
+    for (size_t k = 0; k < LENGTH(cases); k++) {
+        double value = 0;
+        const char *text = cases[k].text,
+                   *end = phys_text_number(text, text + strlen(text), &value);
+        assert_int_equal(end ? end - text : 0, cases[k].length);
+        assert_true(value == cases[k].value);
+    }
+    double value;
+    const char *text = "12345"; /* nothing is read beyond the end it is given */
+    assert_ptr_equal(phys_text_number(text, text + 2, &value), text + 2);
+    assert_true(value == 12);
+}
+
+/* ---- tables that are fine ---- */
+
+static void assert_table(const char *text, size_t rows, size_t cols, const double *expected)
+{
+    struct ad_error error = {0};
+    size_t r = 0, c = 0;
+    double *values = NULL;
+    struct path file = files_write_text("table.csv", text);
+    if (phys_table_read(file.text, &r, &c, &values, &error) != AD_OK)
+        fail_msg("%s", error.message);
+    assert_int_equal(r, rows);
+    assert_int_equal(c, cols);
+    for (size_t k = 0; k < rows * cols; k++)
+        assert_true(values[k] == expected[k]);
+    free(values);
+}
+
+static void test_every_shape_of_text(void **state)
+{
+    (void)state;
+    static const double expected[] = {0.125, -3.7e5, 41.0625, 9.81, 6.022e23, -1e-3};
+    static const char *const texts[] = {
+        "0.125,-3.7e5,41.0625\n9.81,6.022e23,-1e-3\n",
+        "0.125,-3.7e5,41.0625\n9.81,6.022e23,-1e-3",         /* no newline at the end */
+        "0.125, -3.7e5 ,41.0625\r\n9.81,6.022e23,-1e-3\r\n", /* CRLF */
+        "0.125;-3.7e5;41.0625\n9.81;6.022e23;-1e-3\n",
+        "  0.125 -3.7e5\t41.0625  \n9.81\t\t6.022E+23 -1.e-3\t\n",
+        "x1,y1,x2\n0.125,-3.7e5,41.0625\n9.81,6.022e23,-1e-3\n",
+        "\xef\xbb\xbfx1 [m],\"y1\",1st\n0.125,-3.7e5,41.0625\n9.81,6.022e23,-1e-3\n",
+        "\xef\xbb\xbf"
+        "0.125,-3.7e5,41.0625\n9.81,6.022e23,-1e-3\n",
+        "# a, b\n\n%trial time\n0.125 -3.7e5 41.0625 # first\n \t\n9.81 6.022e23 -1e-3%\n\n#end",
+        "+.125,-37e4,4.10625D1\n 9.81,6.022e23,-.001\n",
+    };
+    for (size_t k = 0; k < LENGTH(texts); k++)
+        assert_table(texts[k], 2, 3, expected);
+    assert_table("7.25", 1, 1, (double[]){7.25});
+    assert_table("1 2,3", 1, 3, (double[]){1, 2, 3});
+}
+
+static void test_pipe(void **state)
+{
+    (void)state;
+    struct path fifo = files_temporary("fifo");
+    assert_int_equal(mkfifo(fifo.text, 0600), 0);
+    enum { ROWS = 30000 };
+    pid_t writer = fork();
+    if (writer == 0) {
+        FILE *stream = fopen(fifo.text, "w");
+        for (int i = 0; stream && i < ROWS; i++)
+            fprintf(stream, "%d,%d.25\n", i, 2 * i);
+        _exit(!stream || fclose(stream) != 0);
+    }
+    size_t rows, cols;
+    double *values;
+    struct ad_error error = {0};
+    assert_int_equal(phys_table_read(fifo.text, &rows, &cols, &values, &error), AD_OK);
+    assert_int_equal(rows, ROWS);
+    assert_int_equal(cols, 2);
+    for (int i = 0; i < ROWS; i++)
+        assert_true(values[2 * i] == i && values[2 * i + 1] == 2 * i + 0.25);
+    free(values);
+    assert_int_equal(waitpid(writer, NULL, 0), writer);
+}
+
+/* The published starts: their shapes, and a value read by eye. */
+static void test_reference_paths(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        size_t rows, cols;
+        double first;
+    } cases[] = {{"dblpend", 200, 2, 1.346396851538482764e+00},
+                 {"ephemeris", 65, 10, -1.351726041276556969e+09},
+                 {"freebody", 60, 1, 0},
+                 {"gas", 100, 100, 4.834044009405148445e-01},
+                 {"pendulum", 100, 1, 1.570796326794896558e+00},
+                 {"threebody", 100, 6, 4.000000000000000222e-01}};
+    for (size_t k = 0; k < LENGTH(cases); k++) {
+        char name[64];
+        snprintf(name, sizeof name, "reference/ncf/%s_init.csv", cases[k].name);
+        struct path file = files_shared(name);
+        size_t rows, cols;
+        double *values;
+        struct ad_error error = {0};
+        if (phys_table_read(file.text, &rows, &cols, &values, &error) != AD_OK)
+            fail_msg("%s", error.message);
+        assert_int_equal(rows, cases[k].rows);
+        assert_int_equal(cols, cases[k].cols);
+        assert_true(values[0] == cases[k].first);
+        free(values);
+    }
+}
+
+/* ---- damage ---- */
+
+static void assert_refused(const char *text, size_t size, const char *expected)
+{
+    struct ad_error error = {0};
+    struct path file = files_write("bad.csv", text, size);
+    size_t rows = 17, cols = 19;
+    double marker = 0, *values = &marker;
+    assert_int_equal(phys_table_read(file.text, &rows, &cols, &values, &error), AD_E_INPUT);
+    assert_int_equal(error.status, AD_E_INPUT);
+    assert_memory_equal(error.message, file.text, strlen(file.text));
+    assert_string_equal(error.message + strlen(file.text), expected);
+    assert_true(rows == 17 && cols == 19 && values == &marker); /* nothing is touched */
+}
+
+static void test_damage_is_named(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text, *expected;
+    } cases[] = {
+        {"", ":0: expected rows of numbers, found none"},
+        {"\n# nothing\n\n", ":3: expected rows of numbers, found none"},
+        {"x,y\n", ":1: expected rows of numbers, found none"},
+        {"1,2\n3,abc\n", ":2:3: expected a number, found 'abc'"},
+        {"1,2\n3,4x\n", ":2:3: expected a number, found '4x'"},
+        {"x,y\na,b\n1,2\n", ":2:1: expected a number, found 'a'"},
+        {"0.5,abc\n", ":1:5: expected a number, found 'abc'"},
+        {"abc,0.5\n", ":1:1: expected a number, found 'abc'"},
+        {"\xef\xbb\xbf"
+         "0.5,abc\n",
+         ":1:5: expected a number, found 'abc'"},
+        {"1,nan\n", ":1:3: expected a number, found 'nan'"},
+        {"nan,-NaN\n1,2\n", ":1:1: expected a number, found 'nan'"},
+        {"1 2\n3 -Inf\n", ":2:3: expected a number, found '-Inf'"},
+        {"1 2\n3 1e999\n", ":2:3: expected a finite number, found '1e999'"},
+        {"1,2,3\n4,5\n", ":2:4: expected 3 numbers as in line 1, found 2"},
+        {"# c\nx y\n1 2\n3 4 5\n", ":4:6: expected 2 numbers as in line 3, found 3"},
+        {"1,,2\n", ":1:3: expected a number, found ','"},
+        {",1\n", ":1:1: expected a number, found ','"},
+        {"1,2,\n", ":1:5: expected a number after ',', found the end of the line"},
+        {"1,2;3\n", ":1:4: expected ',' between numbers as before, found ';' (a decimal comma?)"},
+        {"1;2\n1,5;2\n",
+         ":2:2: expected ';' between numbers as before, found ',' (a decimal comma?)"},
+        {"\"1\",\"2\"\n\"3\",\"4\"\n", ":2:1: expected a number, found '\"3\"'"},
+        {"1 2\n3 a_word_longer_than_any_message_wants\n",
+         ":2:3: expected a number, found 'a_word_longer_than_any_mes...'"},
+        {"1 0x10\n", ":1:3: expected a number, found '0x10'"},
+        {"1 2e\n", ":1:3: expected a number, found '2e'"},
+        {"1 \x01\xff\n", ":1:3: expected a number, found '?\?'"},
+    };
+    for (size_t k = 0; k < LENGTH(cases); k++)
+        assert_refused(cases[k].text, strlen(cases[k].text), cases[k].expected);
+    assert_refused("1,2\n3,\0004\n", 9, ":2:3: expected a number, found '?'");
+}
+
+static void test_files_that_cannot_be_read(void **state)
+{
+    (void)state;
+    size_t rows, cols;
+    double *values;
+    struct ad_error error = {0};
+    struct path file = files_temporary("absent.csv");
+    assert_int_equal(phys_table_read(file.text, &rows, &cols, &values, &error), AD_E_IO);
+    assert_non_null(strstr(error.message, "absent.csv: cannot be read: No such file"));
+    error = (struct ad_error){0};
+    file = files_temporary("");
+    assert_int_equal(phys_table_read(file.text, &rows, &cols, &values, &error), AD_E_IO);
+    assert_non_null(strstr(error.message, "Is a directory"));
+    assert_int_equal(phys_table_read(file.text, &rows, &cols, &values, NULL), AD_E_IO);
+}
+
+/* ---- writing ---- */
+
+static void test_written_tables_read_the_same(void **state)
+{
+    (void)state;
+    enum { ROWS = 211, COLS = 7 };
+    static double values[ROWS * COLS];
+    for (size_t k = 0; k < LENGTH(values); k++) {
+        do {
+            uint64_t bits = random_bits();
+            memcpy(&values[k], &bits, sizeof bits);
+        } while (!isfinite(values[k]));
+    }
+    struct path file = files_temporary("written.csv");
+    for (int named = 0; named < 2; named++) {
+        struct ad_error error = {0};
+        size_t rows, cols;
+        double *back;
+        const char *header = named ? "a,b,c,d,e,f,g" : NULL;
+        assert_int_equal(phys_table_write(file.text, header, ROWS, COLS, values, &error), AD_OK);
+        assert_int_equal(phys_table_read(file.text, &rows, &cols, &back, &error), AD_OK);
+        assert_int_equal(rows, ROWS);
+        assert_int_equal(cols, COLS);
+        assert_memory_equal(back, values, sizeof values);
+        free(back);
+    }
+    size_t size;
+    char *text = files_read(file.text, &size);
+    assert_memory_equal(text, "a,b,c,d,e,f,g\n", 14);
+    free(text);
+}
+
+static void test_unwritable_leaves_nothing(void **state)
+{
+    (void)state;
+    struct ad_error error = {0};
+    struct path file = files_temporary("no/such/folder.csv");
+    assert_int_equal(phys_table_write(file.text, NULL, 1, 1, (double[]){1}, &error), AD_E_IO);
+    assert_non_null(strstr(error.message, "folder.csv: cannot be written"));
+}
+
+/* A comma for a decimal point, where the machine has such a locale, changes nothing. */
+static void test_locale(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"de_DE.UTF-8", "fr_FR.UTF-8", "de_DE", "nl_NL.UTF-8"};
+    const char *found = NULL;
+    for (size_t k = 0; k < LENGTH(names) && !found; k++)
+        found = setlocale(LC_NUMERIC, names[k]);
+    if (!found) {
+        print_message("skipped: no locale with a decimal comma\n");
+        skip();
+    }
+    double values[] = {1.5, 3.25e-200}, expected[] = {1.5, 3.25e-200};
+    struct ad_error error = {0};
+    size_t rows, cols;
+    double *back = NULL;
+    struct path file = files_temporary("locale.csv");
+    enum ad_status written = phys_table_write(file.text, NULL, 1, 2, values, &error);
+    enum ad_status read = phys_table_read(file.text, &rows, &cols, &back, &error);
+    setlocale(LC_NUMERIC, "C");
+    assert_int_equal(written, AD_OK);
+    assert_int_equal(read, AD_OK);
+    assert_int_equal(cols, 2);
+    assert_memory_equal(back, expected, sizeof expected);
+    free(back);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_numbers_of_all_sizes),
+        cmocka_unit_test(test_numbers_halfway),
+        cmocka_unit_test(test_numbers_at_the_edges),
+        cmocka_unit_test(test_numbers_of_many_digits),
+        cmocka_unit_test(test_numbers_end_where_they_end),
+        cmocka_unit_test(test_every_shape_of_text),
+        cmocka_unit_test(test_pipe),
+        cmocka_unit_test(test_reference_paths),
+        cmocka_unit_test(test_damage_is_named),
+        cmocka_unit_test(test_files_that_cannot_be_read),
+        cmocka_unit_test(test_written_tables_read_the_same),
+        cmocka_unit_test(test_unwritable_leaves_nothing),
+        cmocka_unit_test(test_locale),
+    };
+    return cmocka_run_group_tests_name("table", tests, files_setup, files_teardown);
+}
