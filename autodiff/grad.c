@@ -143,12 +143,8 @@ static void chain(struct sweep *s, const struct node *y, int k, ad_var g, ad_arg
     ad_var c;
     if (!d.var.tape)
         c = scaled(g, d.value);
-    else if (!s->tainted)
-        c = ad_binary(AD_OP_mul, AD_ARG(g), d);
-    else if (branches(y->op) || (y->op == AD_OP_mul0 && k == 1))
-        c = ad_binary(AD_OP_mul0, d, AD_ARG(g));
     else
-        c = ad_binary(AD_OP_mul0, AD_ARG(g), d);
+        c = ad_binary(s->tainted ? AD_OP_mul0 : AD_OP_mul, AD_ARG(g), d);
     accumulate(s, to, reduce_to(c, y, node_at(s->tape, to)));
 }
 
