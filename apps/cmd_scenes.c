@@ -104,8 +104,10 @@ static enum ad_status list(bool as_json, struct ad_error *error)
 static enum ad_status details(const char *name, bool as_json, struct ad_error *error)
 {
     struct phys_system system;
-    if (phys_system_open(name, &system, error) != AD_OK)
+    if (phys_system_open(name, &system, error) != AD_OK) {
+        phys_system_close(&system);
         return error->status;
+    }
     if (as_json) {
         struct json json;
         json_open(&json, stdout);

@@ -18,7 +18,7 @@ enum option_kind {
 };
 
 #define OPTION_NO_NUMBER ((double)NAN)
-#define OPTION_NO_COUNT  SIZE_MAX
+#define OPTION_NO_COUNT SIZE_MAX
 
 struct option {
     const char *name, *placeholder; /* without dashes; placeholder NULL: a flag */

@@ -1,0 +1,171 @@
+/* leastaction path: the path of stationary action between two ends. */
+#include "command.h"
+#include "interrupt.h"
+#include "path.h"
+
+#include <stdlib.h>
+
+/* The files a run was asked to write, all begun before it starts. */
+struct outputs {
+    phys_runfile *file;
+    struct result csv;
+    struct plot plot;
+};
+
+static void outputs_abandon(struct outputs *outputs)
+{
+    phys_runfile_abandon(outputs->file);
+    result_abandon(&outputs->csv);
+    plot_abandon(&outputs->plot);
+}
+
+static enum ad_status outputs_begin(const struct common *common, struct outputs *outputs,
+                                    struct ad_error *error)
+{
+    *outputs = (struct outputs){0};
+    if ((common->out && phys_runfile_create(common->out, &outputs->file, error) != AD_OK) ||
+        result_begin(&outputs->csv, common->csv, error) != AD_OK ||
+        (common->plot && plot_begin(&outputs->plot, common->plot, error) != AD_OK))
+        outputs_abandon(outputs);
+    return error->status;
+}
+
+static enum ad_status outputs_commit(struct outputs *outputs, struct ad_error *error)
+{
+    if (phys_runfile_commit(outputs->file, error) == AD_OK &&
+        result_commit(&outputs->csv, error) == AD_OK)
+        plot_commit(&outputs->plot, error);
+    outputs->file = NULL;
+    outputs_abandon(outputs);
+    return error->status;
+}
+
+static enum ad_status solve(struct path_run *run, struct path_record *record,
+                            struct path_result *result, struct ad_error *error)
+{
+    if (error->status != AD_OK)
+        return error->status;
+    run->settings.progress = path_record_step;
+    run->settings.context = record;
+    interrupt_catch();
+    run->solver->solve(&run->system, &run->settings, run->path, &result->info, error);
+    progress_end(&record->progress);
+    if (record->failed)
+        ad_fail(error, AD_E_MEMORY, "out of memory for the history of the run");
+    return error->status;
+}
+
+static enum ad_status write_results(const struct path_run *run, const struct path_record *record,
+                                    const struct path_result *result, struct outputs *outputs,
+                                    struct ad_error *error)
+{
+    if (outputs->file)
+        path_file_end(run, record, result, outputs->file, error);
+    if (outputs->csv.out)
+        path_write_csv(run, outputs->csv.out);
+    if (outputs->plot.script)
+        path_picture(run, record, result, &outputs->plot);
+    if (error->status == AD_OK)
+        outputs_commit(outputs, error);
+    else
+        outputs_abandon(outputs);
+    return error->status;
+}
+
+/* Whether the run reached what was asked. */
+static int judge(const struct path_run *run, const struct path_result *result,
+                 struct ad_error *error)
+{
+    if (result->info.stop == PHYS_STOP_INTERRUPTED)
+        ad_fail(error, AD_E_ARGUMENT, "interrupted after step %zu of %zu; results are those so far",
+                result->info.steps, run->settings.steps);
+    else if (run->settings.tolerance > 0 && result->info.stop != PHYS_STOP_TOLERANCE)
+        ad_fail(error, AD_E_ARGUMENT,
+                "not converged: |gradient| %.3g after %zu steps, asked for %.3g of its start",
+                result->info.grad_norm, result->info.steps, run->settings.tolerance);
+    return error->status == AD_OK ? DONE : NOT_REACHED;
+}
+
+static int run_path(struct path_run *run, struct ad_error *error)
+{
+    const struct common *common = &run->options->common;
+    struct path_record record;
+    struct path_result result = {0};
+    struct outputs outputs;
+    if (outputs_begin(common, &outputs, error) != AD_OK)
+        return command_status(error);
+    int status = NOT_REACHED;
+    path_record_begin(&record, run, outputs.file, common->plot != NULL);
+    if (outputs.file)
+        path_file_begin(run, outputs.file, error);
+    if (solve(run, &record, &result, error) != AD_OK ||
+        path_measure(run, &result, error) != AD_OK) {
+        outputs_abandon(&outputs);
+    } else if (write_results(run, &record, &result, &outputs, error) == AD_OK) {
+        (common->json ? path_print_json : path_print)(run, &result);
+        status = judge(run, &result, error);
+    }
+    path_record_free(&record);
+    return status;
+}
+
+static int run(const void *options, struct ad_error *error)
+{
+    struct path_run path_run;
+    int status = WRONG_USE;
+    if (path_setup(options, &path_run, error) == AD_OK)
+        status = run_path(&path_run, error);
+    else
+        status = command_status(error);
+    path_run_free(&path_run);
+    return status;
+}
+
+#define AT(member) offsetof(struct path_options, member)
+
+static const struct option table[] = {
+    {"solver", "NAME", OPTION_TEXT, "adam", "how the path is found", AT(solver)},
+    {"rule", "NAME", OPTION_TEXT, NULL, "action rule: left, left+repeat [left; paper: left+repeat]",
+     AT(rule)},
+    {"slices", "N", OPTION_COUNT, NULL, "points of the path, both ends included [the scene's]",
+     AT(slices)},
+    {"dt", "DT", OPTION_NUMBER, NULL, "time from slice to slice [the scene's]", AT(dt)},
+    {"steps", "K", OPTION_COUNT, NULL, "of the solver [as published, else 500]", AT(steps)},
+    {"lr", "X", OPTION_NUMBER, NULL, "learning rate [as published, else 0.01]", AT(learning_rate)},
+    {"tol", "E", OPTION_NUMBER, NULL, "stop where |gradient| is E of its start [never]",
+     AT(tolerance)},
+    {"init", "HOW", OPTION_TEXT, NULL, "start: line, ode, or FILE.csv [line; paper: ode]",
+     AT(init)},
+    {"noise", "SIGMA", OPTION_NUMBER, NULL, "on the start [none; paper: as published with ode]",
+     AT(noise)},
+    {"reference", "FILE.csv", OPTION_TEXT, NULL, "errors are against this path [see below]",
+     AT(reference)},
+    {"set", "NAME=VALUE", OPTION_SETTINGS, NULL, "a parameter of the scene; repeatable", AT(set)},
+    {"preset", "paper", OPTION_TEXT, NULL, "the published setting of the scene, all of it",
+     AT(preset)},
+    {"every", "K", OPTION_COUNT, NULL, "steps between paths stored by --out [about 200 in all]",
+     AT(every)},
+    {"data", "DIR", OPTION_TEXT, NULL, "ephemeris: a folder of Horizons vector tables", AT(data)},
+    {"from", "DATE", OPTION_TEXT, NULL, "ephemeris: first epoch, YYYY-MM-DD or an index", AT(from)},
+    {"days", "N", OPTION_COUNT, NULL, "ephemeris: epochs, one a slice", AT(days)},
+    {"dims", "2|3", OPTION_COUNT, NULL, "ephemeris: coordinates of a body", AT(dims)},
+    {"bodies", "NAMES", OPTION_TEXT, NULL, "ephemeris: names or ids, as in sun,mercury,399",
+     AT(bodies)},
+};
+
+const struct command command_path = {
+    .line = {.name = "path",
+             .what = "stationary path between two ends",
+             .arguments = {"SCENE"},
+             .outputs = true,
+             .options = table,
+             .n_options = sizeof table / sizeof *table,
+             .more =
+                 "SCENE is a name from `leastaction scenes`, or a shared object. FILE.csv is\n"
+                 "[slices x coordinates], one row a slice. The reference path is, without\n"
+                 "--reference, the motion from the first two slices by the same discretisation\n"
+                 "(rules left and left+repeat) or tightly integrated (other rules); the table\n"
+                 "itself with --data and no preset."},
+    .bytes = sizeof(struct path_options),
+    .run = run,
+};

@@ -1,0 +1,103 @@
+/* The parts of `leastaction path`: what is asked (options), made definite (path_setup), run and
+   recorded (path_record), measured (path_measure), and written (path_write, path_picture). */
+#ifndef APPS_PATH_H
+#define APPS_PATH_H
+
+#include "options.h"
+#include "plot.h"
+#include "progress.h"
+#include "result.h"
+#include "../physics/physics.h"
+#include "../physics/runfile.h"
+
+struct path_options {
+    struct common common;
+    const char *solver, *rule, *init, *reference, *preset;
+    const char *data, *from, *bodies; /* of the ephemeris */
+    size_t slices, steps, every, days, dims;
+    double dt, learning_rate, noise, tolerance;
+    struct settings set;
+};
+
+/* Action and energies of one path, as the paper prints them, and what a descent sees. */
+struct path_figures {
+    double action, action_mean, kinetic_mean, potential_mean, objective, grad_norm;
+};
+
+/* A run made definite. Paths are [dof x slices]. */
+struct path_run {
+    const struct path_options *options;
+    struct phys_system system;
+    const struct phys_preset *preset; /* NULL: none asked for */
+    const struct phys_solver *solver;
+    struct phys_path_settings settings;
+    double damping;          /* of the ODE path; 1: none */
+    struct phys_noise noise; /* on the start; sigma 0: none */
+    size_t every;            /* steps from one stored path to the next */
+    double *reference, *start, *path;
+};
+
+/* Everything up to the start: scene, parameters, rule, solver, span, reference path, start.
+   Ends with path_run_free, whatever it returned. */
+enum ad_status path_setup(const struct path_options *options, struct path_run *run,
+                          struct ad_error *error);
+void path_run_free(struct path_run *run);
+
+/* Reads the tables of --data and takes the span from them: `observed` [dof x slices] is NULL
+   without --data. Options of the ephemeris with any other scene are refused. */
+enum ad_status path_ephemeris(const struct path_options *options, struct path_run *run,
+                              double **observed, struct ad_error *error);
+
+/* ---- recording (path_record.c) ---- */
+
+/* History of a run, and paths on the way: to the run file as they come, a few for the picture. */
+struct path_record {
+    const struct path_run *run;
+    phys_runfile *file; /* NULL: no --out */
+    struct progress progress;
+    size_t n, room;
+    struct path_figures *figures; /* [n], one a step, the start first */
+    size_t frame_every, n_frames, frame_room;
+    size_t *frame_step;
+    double *frames; /* [n_frames x dof x slices] */
+    bool failed;    /* out of memory */
+};
+
+/* `pictures`: keep frames. `file` may be NULL. */
+void path_record_begin(struct path_record *record, const struct path_run *run, phys_runfile *file,
+                       bool pictures);
+/* The progress callback of a solver; context is the record. */
+bool path_record_step(void *record, const struct phys_path_step *step);
+void path_record_free(struct path_record *record);
+
+/* ---- measuring (path_measure.c) ---- */
+
+struct path_result {
+    struct phys_path_info info;
+    struct path_figures reference, start, found;
+    double mse_initial, mse_final, max_error, energy_drift;
+};
+
+/* Fills all but `info`. */
+enum ad_status path_measure(const struct path_run *run, struct path_result *result,
+                            struct ad_error *error);
+
+/* ---- writing ---- */
+
+/* The name of a reason to stop. */
+const char *path_stop_name(enum phys_stop stop);
+void path_print(const struct path_run *run, const struct path_result *result);
+void path_print_json(const struct path_run *run, const struct path_result *result);
+/* The found path, one row a slice under a line of names. */
+void path_write_csv(const struct path_run *run, FILE *out);
+/* What is known before the run, and what is known after. Errors of HDF5 are kept in the file. */
+enum ad_status path_file_begin(const struct path_run *run, phys_runfile *file,
+                               struct ad_error *error);
+enum ad_status path_file_end(const struct path_run *run, const struct path_record *record,
+                             const struct path_result *result, phys_runfile *file,
+                             struct ad_error *error);
+/* Data and commands of the picture. */
+void path_picture(const struct path_run *run, const struct path_record *record,
+                  const struct path_result *result, struct plot *plot);
+
+#endif

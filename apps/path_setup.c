@@ -1,0 +1,274 @@
+/* A path run made definite (path.h): options, else the preset, else the scene say what is run. */
+#include "path.h"
+#include "../physics/table.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    STORED = 200,  /* paths in a run file, about */
+    SUBSTEPS = 100 /* of the integrated reference, a slice */
+};
+
+static size_t count_or(size_t given, size_t otherwise)
+{
+    return given != OPTION_NO_COUNT ? given : otherwise;
+}
+
+static double number_or(double given, double otherwise)
+{
+    return !isnan(given) ? given : otherwise;
+}
+
+static double *path_new(const struct path_run *run, struct ad_error *error)
+{
+    size_t dof = run->system.dof, slices = run->settings.slices;
+    double *path =
+        slices <= SIZE_MAX / sizeof *path / dof ? malloc(slices * dof * sizeof *path) : NULL;
+    if (!path)
+        ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", slices);
+    return path;
+}
+
+/* ---- scene and parameters ---- */
+
+static enum ad_status choose_preset(const struct path_options *options, struct path_run *run,
+                                    struct ad_error *error)
+{
+    const struct phys_scene *scene = run->system.scene;
+    if (!options->preset)
+        return AD_OK;
+    if (strcmp(options->preset, "paper") != 0)
+        return ad_fail(error, AD_E_ARGUMENT, "--preset: expected paper, got '%s'", options->preset);
+    if (!scene->paper)
+        return ad_fail(error, AD_E_ARGUMENT, "--preset paper: scene %s is not in the paper",
+                       scene->name);
+    run->preset = scene->paper;
+    return AD_OK;
+}
+
+static enum ad_status set_parameters(const struct path_options *options, struct path_run *run,
+                                     struct ad_error *error)
+{
+    for (size_t k = 0; run->preset && k < run->preset->n_set; k++)
+        phys_system_set(&run->system, run->preset->set[k].name, run->preset->set[k].value, error);
+    for (size_t k = 0; k < options->set.n && error->status == AD_OK; k++)
+        phys_system_set(&run->system, options->set.setting[k].name, options->set.setting[k].value,
+                        error);
+    return error->status;
+}
+
+/* ---- settings ---- */
+
+static void choose_settings(const struct path_options *options, struct path_run *run)
+{
+    const struct phys_scene *scene = run->system.scene;
+    const struct phys_preset *preset = run->preset, *paper = scene->paper;
+    struct phys_path_settings *settings = &run->settings;
+    settings->slices = count_or(options->slices, preset ? preset->slices : scene->slices);
+    settings->dt = number_or(options->dt, preset ? preset->dt : scene->dt);
+    settings->steps = count_or(options->steps, paper ? paper->steps : 500);
+    settings->learning_rate =
+        number_or(options->learning_rate, paper ? paper->learning_rate : 1e-2);
+    settings->tolerance = number_or(options->tolerance, 0);
+    settings->energy_weight = preset ? preset->energy_weight : 0;
+    settings->threads = options->common.threads;
+    run->damping = preset ? preset->damping : 1;
+    run->every = count_or(options->every, (settings->steps + STORED - 1) / STORED);
+    if (run->every == 0 && options->every == OPTION_NO_COUNT)
+        run->every = 1; /* no steps at all: the start is stored */
+}
+
+/* The published noise belongs to the preset's own start; a sigma given replaces its size. */
+static void choose_noise(const struct path_options *options, struct path_run *run)
+{
+    bool published = run->preset && (!options->init || strcmp(options->init, "ode") == 0);
+    run->noise = published ? run->preset->noise : (struct phys_noise){.scale = 1};
+    run->noise.sigma = number_or(options->noise, run->noise.sigma);
+}
+
+static enum ad_status check_settings(const struct path_options *options, const struct path_run *run,
+                                     struct ad_error *error)
+{
+    const struct phys_path_settings *settings = &run->settings;
+    if (settings->slices < 3)
+        return ad_fail(error, AD_E_ARGUMENT, "--slices: expected at least 3, got %zu",
+                       settings->slices);
+    if (!(settings->dt > 0))
+        return ad_fail(error, AD_E_ARGUMENT, "--dt: expected more than 0, got %g", settings->dt);
+    if (!(settings->learning_rate > 0))
+        return ad_fail(error, AD_E_ARGUMENT, "--lr: expected more than 0, got %g",
+                       settings->learning_rate);
+    if (!(settings->tolerance >= 0))
+        return ad_fail(error, AD_E_ARGUMENT, "--tol: expected at least 0, got %g",
+                       settings->tolerance);
+    if (!(run->noise.sigma >= 0))
+        return ad_fail(error, AD_E_ARGUMENT, "--noise: expected at least 0, got %g",
+                       run->noise.sigma);
+    if (options->every == 0)
+        return ad_fail(error, AD_E_ARGUMENT, "--every: expected at least 1, got 0");
+    return AD_OK;
+}
+
+/* ---- paths ---- */
+
+/* A path from a file [slices x dof], turned into [dof x slices]. */
+static double *read_path(const struct path_run *run, const char *file, struct ad_error *error)
+{
+    size_t dof = run->system.dof, slices = run->settings.slices, rows, columns;
+    double *table, *path = NULL;
+    if (phys_table_read(file, &rows, &columns, &table, error) != AD_OK)
+        return NULL;
+    if (columns != dof)
+        ad_fail(error, AD_E_INPUT, "%s: %zu columns, expected the %zu coordinates of %s", file,
+                columns, dof, run->system.scene->name);
+    else if (rows != slices)
+        ad_fail(error, AD_E_INPUT, "%s: %zu rows, expected %zu slices (--slices)", file, rows,
+                slices);
+    else
+        path = path_new(run, error);
+    for (size_t k = 0; path && k < dof; k++)
+        for (size_t i = 0; i < slices; i++)
+            path[k * slices + i] = table[i * dof + k];
+    free(table);
+    return path;
+}
+
+/* Columns 0 and 1 of `path`: from `given`, else from the scene's start. */
+static enum ad_status first_slices(const struct path_run *run, const double *given, double *path,
+                                   struct ad_error *error)
+{
+    size_t dof = run->system.dof, n = run->settings.slices;
+    double *q = malloc(2 * dof * sizeof *q), *v = q ? q + dof : NULL;
+    if (!q)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (given || run->system.scene->start(run->system.params, run->options->common.seed, q, v,
+                                          error) == AD_OK)
+        for (size_t k = 0; k < dof; k++) {
+            path[k * n] = given ? given[k * n] : q[k];
+            path[k * n + 1] = given ? given[k * n + 1] : q[k] + v[k] * run->settings.dt;
+        }
+    free(q);
+    return error->status;
+}
+
+/* For the left rules the equations of the discretised action march the published ODE path; other
+   rules are held against the motion itself. */
+static enum ad_status integrate(const struct path_run *run, phys_motion *motion, double *path,
+                                struct ad_error *error)
+{
+    size_t dof = run->system.dof, n = run->settings.slices;
+    double dt = run->settings.dt;
+    if (strncmp(run->settings.rule->name, "left", 4) == 0)
+        return phys_ode_path(motion, n, dt, run->damping, path, error);
+    double *q = malloc(2 * dof * sizeof *q), *v = q ? q + dof : NULL;
+    if (!q)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; k < dof; k++) {
+        q[k] = path[k * n];
+        v[k] = (path[k * n + 1] - path[k * n]) / dt;
+    }
+    phys_fine_path(motion, q, v, n, dt, SUBSTEPS, path, error);
+    free(q);
+    return error->status;
+}
+
+/* The motion from the first two slices of `given`, else from the scene's start. */
+static double *motion_path(const struct path_run *run, const double *given, struct ad_error *error)
+{
+    phys_motion *motion = NULL;
+    double *path = path_new(run, error);
+    if (path && first_slices(run, given, path, error) == AD_OK &&
+        phys_motion_new(&run->system, &motion, error) == AD_OK)
+        integrate(run, motion, path, error);
+    phys_motion_free(motion);
+    if (error->status == AD_OK)
+        return path;
+    free(path);
+    return NULL;
+}
+
+/* A straight line between the ends of `between`. */
+static void draw_line(const struct path_run *run, const double *between, double *path)
+{
+    size_t n = run->settings.slices;
+    for (size_t k = 0; k < run->system.dof; k++)
+        for (size_t i = 0; i < n; i++) {
+            double s = (double)i / (double)(n - 1);
+            path[k * n + i] = (1 - s) * between[k * n] + s * between[k * n + n - 1];
+        }
+}
+
+/* The start, from the file that was read, the motion, or a line between the ends of what was
+   observed, else of the motion; then the noise. */
+static void make_start(struct path_run *run, const double *file, const double *motion,
+                       const double *observed)
+{
+    const char *init = run->options->init;
+    size_t bytes = run->system.dof * run->settings.slices * sizeof(double);
+    bool line = init ? strcmp(init, "line") == 0 : !run->preset;
+    if (file)
+        memcpy(run->start, file, bytes);
+    else if (line)
+        draw_line(run, observed ? observed : motion, run->start);
+    else
+        memcpy(run->start, motion, bytes);
+    if (run->noise.sigma > 0)
+        phys_noise_add(&run->noise, &run->system, run->settings.slices, run->options->common.seed,
+                       run->start);
+    memcpy(run->path, run->start, bytes);
+}
+
+static enum ad_status make_paths(struct path_run *run, double *observed, struct ad_error *error)
+{
+    const struct path_options *options = run->options;
+    const char *init = options->init;
+    bool from_file = init && strcmp(init, "line") != 0 && strcmp(init, "ode") != 0;
+    double *file = from_file ? read_path(run, init, error) : NULL, *motion = NULL;
+    if (error->status == AD_OK && options->reference)
+        run->reference = read_path(run, options->reference, error);
+    if (error->status == AD_OK)
+        motion = motion_path(run, file ? file : observed, error);
+    if (error->status == AD_OK && (run->start = path_new(run, error)) &&
+        (run->path = path_new(run, error)))
+        make_start(run, file, motion, observed);
+    if (!run->reference && error->status == AD_OK) {
+        double **best = observed && !run->preset ? &observed : &motion;
+        run->reference = *best;
+        *best = NULL;
+    }
+    free(file);
+    free(motion);
+    free(observed);
+    return error->status;
+}
+
+enum ad_status path_setup(const struct path_options *options, struct path_run *run,
+                          struct ad_error *error)
+{
+    double *observed = NULL;
+    *run = (struct path_run){.options = options};
+    if (phys_system_open(options->common.argument[0], &run->system, error) != AD_OK ||
+        choose_preset(options, run, error) != AD_OK || set_parameters(options, run, error) != AD_OK)
+        return error->status;
+    run->solver = phys_solver_find(options->solver, error);
+    const char *rule = run->preset ? "left+repeat" : "left";
+    run->settings.rule = phys_rule_find(options->rule ? options->rule : rule, error);
+    choose_settings(options, run);
+    choose_noise(options, run);
+    if (error->status != AD_OK || path_ephemeris(options, run, &observed, error) != AD_OK ||
+        check_settings(options, run, error) != AD_OK) {
+        free(observed);
+        return error->status;
+    }
+    return make_paths(run, observed, error);
+}
+
+void path_run_free(struct path_run *run)
+{
+    free(run->reference);
+    free(run->start);
+    free(run->path);
+    phys_system_close(&run->system);
+}

@@ -1,0 +1,211 @@
+/* Results of a path run (path.h): table, JSON, CSV and run file. */
+#include "path.h"
+#include "json.h"
+#include "command.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *path_stop_name(enum phys_stop stop)
+{
+    static const char *const names[] = {
+        [PHYS_STOP_STEPS] = "all steps taken",
+        [PHYS_STOP_TOLERANCE] = "tolerance reached",
+        [PHYS_STOP_INTERRUPTED] = "interrupted",
+    };
+    return names[stop];
+}
+
+/* ---- table ---- */
+
+static void print_row(const char *name, double reference, double start, double found,
+                      const char *unit)
+{
+    printf("  %-14s", name);
+    for (int k = 0; k < 3; k++) {
+        double value = k == 0 ? reference : k == 1 ? start : found;
+        if (isnan(value))
+            printf(" %13s", "");
+        else
+            printf(" %13.6g", value);
+    }
+    printf("  %s\n", unit);
+}
+
+void path_print(const struct path_run *run, const struct path_result *result)
+{
+    const struct phys_scene *scene = run->system.scene;
+    const struct path_figures *r = &result->reference, *s = &result->start, *f = &result->found;
+    const char *energy = scene->energy_unit;
+    char unit[64], square[64];
+    snprintf(unit, sizeof unit, "%s %s", energy, scene->time_unit);
+    snprintf(square, sizeof square, "%s^2", scene->unit);
+    printf("%s: %zu slices of %g %s, rule %s, %s, %zu steps in %.3g s, %s\n\n", scene->name,
+           run->settings.slices, run->settings.dt, scene->time_unit, run->settings.rule->name,
+           run->solver->name, result->info.steps, result->info.seconds,
+           path_stop_name(result->info.stop));
+    printf("  %-14s %13s %13s %13s\n", "", "reference", "start", "found");
+    print_row("S mean", r->action_mean, s->action_mean, f->action_mean, energy);
+    print_row("T mean", r->kinetic_mean, s->kinetic_mean, f->kinetic_mean, energy);
+    print_row("V mean", r->potential_mean, s->potential_mean, f->potential_mean, energy);
+    print_row("action", r->action, s->action, f->action, unit);
+    print_row("|gradient|", r->grad_norm, s->grad_norm, f->grad_norm, "");
+    print_row("MSE", NAN, result->mse_initial, result->mse_final, square);
+    print_row("largest error", NAN, NAN, result->max_error, scene->unit);
+    print_row("energy drift", NAN, NAN, result->energy_drift, "of the start");
+}
+
+/* ---- JSON ---- */
+
+void path_print_json(const struct path_run *run, const struct path_result *result)
+{
+    struct json json;
+    json_open(&json, stdout);
+    json_text(&json, "scene", run->system.scene->name);
+    json_count(&json, "dof", run->system.dof);
+    json_count(&json, "slices", run->settings.slices);
+    json_number(&json, "dt", run->settings.dt);
+    json_text(&json, "solver", run->solver->name);
+    json_text(&json, "rule", run->settings.rule->name);
+    json_count(&json, "steps", result->info.steps);
+    json_number(&json, "seconds", result->info.seconds);
+    json_number(&json, "action", result->found.action);
+    json_number(&json, "action_mean", result->found.action_mean);
+    json_number(&json, "kinetic_mean", result->found.kinetic_mean);
+    json_number(&json, "potential_mean", result->found.potential_mean);
+    json_number(&json, "grad_norm", result->info.grad_norm);
+    json_null(&json, "morse_index");
+    json_number(&json, "mse_initial", result->mse_initial);
+    json_number(&json, "mse_final", result->mse_final);
+    json_number(&json, "max_error", result->max_error);
+    json_number(&json, "energy_drift", result->energy_drift);
+    json_text(&json, "stop", path_stop_name(result->info.stop));
+    json_close(&json);
+}
+
+/* ---- CSV ---- */
+
+void path_write_csv(const struct path_run *run, FILE *out)
+{
+    size_t dof = run->system.dof, n = run->settings.slices;
+    char name[32];
+    for (size_t k = 0; k < dof; k++) {
+        phys_coordinate_name(&run->system, k, name, sizeof name);
+        fprintf(out, "%s%s", k ? "," : "", name);
+    }
+    fputc('\n', out);
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = 0; k < dof; k++)
+            fprintf(out, "%.17g%c", run->path[k * n + i], k + 1 < dof ? ',' : '\n');
+}
+
+/* ---- run file ---- */
+
+static void file_parameters(const struct path_run *run, phys_runfile *file)
+{
+    const struct phys_scene *scene = run->system.scene;
+    phys_runfile_folder(file, "parameters");
+    for (size_t k = 0; k < scene->n_params; k++)
+        phys_runfile_number(file, "parameters", scene->params[k].name,
+                            phys_system_get(&run->system, scene->params[k].name),
+                            scene->params[k].unit);
+}
+
+static void file_path(const struct path_run *run, phys_runfile *file, const char *name,
+                      const double *path)
+{
+    phys_runfile_write(file, name, AD_F64, 2, (size_t[]){run->system.dof, run->settings.slices},
+                       path);
+    phys_runfile_text(file, name, "unit", run->system.scene->unit);
+    phys_runfile_text(file, name, "axes", "coordinate, slice");
+}
+
+static enum ad_status file_times(const struct path_run *run, phys_runfile *file,
+                                 struct ad_error *error)
+{
+    size_t n = run->settings.slices;
+    double *time = malloc(n * sizeof *time);
+    if (!time)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t i = 0; i < n; i++)
+        time[i] = (double)i * run->settings.dt;
+    phys_runfile_write(file, "time", AD_F64, 1, &n, time);
+    phys_runfile_text(file, "time", "unit", run->system.scene->time_unit);
+    free(time);
+    return AD_OK;
+}
+
+enum ad_status path_file_begin(const struct path_run *run, phys_runfile *file,
+                               struct ad_error *error)
+{
+    const struct phys_scene *scene = run->system.scene;
+    const struct phys_path_settings *settings = &run->settings;
+    phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
+    phys_runfile_text(file, "/", "command", run->options->common.command);
+    phys_runfile_text(file, "/", "scene", scene->name);
+    phys_runfile_text(file, "/", "solver", run->solver->name);
+    phys_runfile_text(file, "/", "rule", settings->rule->name);
+    phys_runfile_number(file, "/", "dt", settings->dt, scene->time_unit);
+    phys_runfile_number(file, "/", "learning_rate", settings->learning_rate, NULL);
+    phys_runfile_number(file, "/", "energy_weight", settings->energy_weight, NULL);
+    phys_runfile_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
+    file_parameters(run, file);
+    file_path(run, file, "reference", run->reference);
+    phys_runfile_extendable(file, "step", AD_F64, 1, (size_t[]){0});
+    phys_runfile_extendable(file, "path", AD_F64, 3,
+                            (size_t[]){0, run->system.dof, settings->slices});
+    phys_runfile_text(file, "path", "unit", scene->unit);
+    phys_runfile_text(file, "path", "axes", "stored step, coordinate, slice");
+    return file_times(run, file, error);
+}
+
+/* One column of the history as a dataset. */
+static void file_column(const struct path_record *record, phys_runfile *file, const char *name,
+                        const char *unit, size_t offset, double *column)
+{
+    for (size_t i = 0; i < record->n; i++)
+        memcpy(&column[i], (const char *)&record->figures[i] + offset, sizeof *column);
+    phys_runfile_write(file, name, AD_F64, 1, &record->n, column);
+    if (unit)
+        phys_runfile_text(file, name, "unit", unit);
+}
+
+static enum ad_status file_history(const struct path_run *run, const struct path_record *record,
+                                   phys_runfile *file, struct ad_error *error)
+{
+    const char *energy = run->system.scene->energy_unit;
+    double *column = malloc(record->n * sizeof *column);
+    if (!column)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+#define COLUMN(member, unit)                                                                       \
+    file_column(record, file, "history/" #member, unit, offsetof(struct path_figures, member),     \
+                column)
+    COLUMN(action, NULL);
+    COLUMN(action_mean, energy);
+    COLUMN(kinetic_mean, energy);
+    COLUMN(potential_mean, energy);
+    COLUMN(objective, NULL);
+    COLUMN(grad_norm, NULL);
+#undef COLUMN
+    free(column);
+    return AD_OK;
+}
+
+enum ad_status path_file_end(const struct path_run *run, const struct path_record *record,
+                             const struct path_result *result, phys_runfile *file,
+                             struct ad_error *error)
+{
+    if (result->info.steps % run->every != 0) { /* the found path is always the last one stored */
+        double step = (double)result->info.steps;
+        phys_runfile_append(file, "step", &step);
+        phys_runfile_append(file, "path", run->path);
+    }
+    phys_runfile_integer(file, "/", "steps", (int64_t)result->info.steps, NULL);
+    phys_runfile_text(file, "/", "stop", path_stop_name(result->info.stop));
+    phys_runfile_number(file, "/", "mse_initial", result->mse_initial, NULL);
+    phys_runfile_number(file, "/", "mse_final", result->mse_final, NULL);
+    phys_runfile_number(file, "/", "max_error", result->max_error, run->system.scene->unit);
+    phys_runfile_number(file, "/", "energy_drift", result->energy_drift, NULL);
+    return file_history(run, record, file, error);
+}
