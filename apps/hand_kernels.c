@@ -93,32 +93,48 @@ static double threebody_primal(const double *x)
     return THREEBODY_WEIGHT * (T - THREEBODY_K * V);
 }
 
+/* q [6 x (N + 2)]: the path with a slice before and one behind, such that every slice has the same
+   kinetic terms: no step before the first, the last step once more (backwards) behind the last. */
+static void with_ghosts(const double *restrict x, double *restrict q)
+{
+    for (int k = 0; k < 6; k++, x += N, q += N + 2) {
+        q[0] = x[0];
+        memcpy(q + 1, x, N * sizeof *x);
+        q[N + 1] = x[N - 2];
+    }
+}
+
 static double threebody_gradient(const double *restrict x, double *restrict g)
 {
-    const double weight = THREEBODY_WEIGHT * THREEBODY_K;
-    double T = 0, V = 0;
-    for (int k = 0; k < 6; k += 2)
-        T += kinetic_gradient(x + k * N, THREEBODY_DT, THREEBODY_WEIGHT, g + k * N);
-#pragma omp simd reduction(+ : V)
+    enum { M = N + 2 };
+    const double inertia = THREEBODY_WEIGHT / (THREEBODY_DT * THREEBODY_DT);
+    const double strength = THREEBODY_WEIGHT * THREEBODY_K;
+    double q[6 * M], T = 0, V = 0;
+    with_ghosts(x, q);
+#pragma omp simd reduction(+ : T, V)
     for (int i = 0; i < N; i++) {
-        double ax = x[i], ay = x[N + i], bx = x[2 * N + i], by = x[3 * N + i];
-        double cx = x[4 * N + i], cy = x[5 * N + i];
+        const double *p = q + i;
+        double ax = p[1], ay = p[M + 1], bx = p[2 * M + 1], by = p[3 * M + 1];
+        double cx = p[4 * M + 1], cy = p[5 * M + 1];
         double abx = ax - bx, aby = ay - by, acx = ax - cx, acy = ay - cy;
         double bcx = bx - cx, bcy = by - cy;
         double rab = distance(abx, aby), rac = distance(acx, acy), rbc = distance(bcx, bcy);
         double uab = 1 / (rab + THREEBODY_EPS), uac = 1 / (rac + THREEBODY_EPS);
         double ubc = 1 / (rbc + THREEBODY_EPS);
-        double fab = weight * uab * uab / rab, fac = weight * uac * uac / rac,
-               fbc = weight * ubc * ubc / rbc;
+        double fab = strength * uab * uab / rab, fac = strength * uac * uac / rac;
+        double fbc = strength * ubc * ubc / rbc;
+        double force[6] = {-fab * abx - fac * acx, -fab * aby - fac * acy, fab * abx - fbc * bcx,
+                           fab * aby - fbc * bcy,  fac * acx + fbc * bcx,  fac * acy + fbc * bcy};
         V -= uab + uac + ubc;
-        g[i] -= fab * abx + fac * acx;
-        g[N + i] -= fab * aby + fac * acy;
-        g[2 * N + i] += fab * abx - fbc * bcx;
-        g[3 * N + i] += fab * aby - fbc * bcy;
-        g[4 * N + i] += fac * acx + fbc * bcx;
-        g[5 * N + i] += fac * acy + fbc * bcy;
+        for (int k = 0; k < 6; k++) {
+            double before = p[k * M + 1] - p[k * M], after = p[k * M + 2] - p[k * M + 1];
+            T += after * after;
+            g[k * N + i] = inertia * (before - after) + force[k];
+        }
     }
-    return THREEBODY_WEIGHT * (T - THREEBODY_K * V);
+    for (int k = 0; k < 6; k++)
+        g[k * N + N - 2] -= inertia * (x[k * N + N - 1] - x[k * N + N - 2]);
+    return THREEBODY_WEIGHT * (0.5 / (THREEBODY_DT * THREEBODY_DT) * T - THREEBODY_K * V);
 }
 
 /* ---- double pendulum, m = l = g = 1:
