@@ -151,10 +151,11 @@ leastaction: $(BUILD)/leastaction
 wrap_alloc = $(if $(findstring /test_alloc,$@),$(foreach f,malloc calloc realloc,-Wl,--wrap=$(f)))
 
 # Tests link statically, so that they reach internals; exported names are for scenes loaded in tests.
-$(TESTS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/tests/helpers.a $(BUILD)/apps.a $(A)
+$(TESTS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/tests/helpers.a $(A)
 	$(call say,LD,$@)
-	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -rdynamic $(wrap_alloc) $< $(BUILD)/tests/helpers.a $(BUILD)/apps.a \
-	    $(A) $(LIBS) -lcmocka -o $@
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -rdynamic $(wrap_alloc) $< $(BUILD)/tests/helpers.a \
+	    $(filter %/apps.a,$^) $(A) $(LIBS) -lcmocka -o $@
+$(filter-out $(BUILD)/tests/autodiff/% $(BUILD)/tests/physics/%,$(TESTS)): $(BUILD)/apps.a
 
 build-tests: $(TESTS)
 
@@ -165,7 +166,7 @@ test:
 	@scripts/install-deps
 	@$(MAKE) --no-print-directory check
 
-check: $(COMMAND) $(TESTS)
+check: $(if $(findstring tests/apps,$(TEST_DIRS)),$(COMMAND)) $(TESTS)
 	@LEASTACTION_BUILD=$(BUILD) scripts/run-tests $(TESTS)
 
 demo:
