@@ -1,4 +1,5 @@
 /* Compiling: from a tape to a program, and the program's inputs, outputs and reports. */
+#include "exec.h"
 #include "plan.h"
 
 #include <math.h>
@@ -130,6 +131,9 @@ enum ad_status ad_compile(ad_tape *tape, size_t n_out, const ad_var out[], ad_pr
     if (done) {
         take_arrays(p, &graph);
         trim(p, &graph);
+        done = ad_resolve_calls(p);
+    }
+    if (done) {
         write_constants(p, tape);
         ad_program_execute(p, 0, p->n_constant_segments, NULL);
         *program = p;
@@ -158,19 +162,21 @@ void ad_program_free(ad_program *p)
     free(p->numbers);
     free(p->lists);
     free(p->ports);
+    free(p->calls);
     free(p->memory);
     free(p->tiles);
+    free(p->more_tiles);
     free(p);
 }
 
 void ad_set_threads(ad_program *p, size_t threads)
 {
     threads = threads < 1 ? 1 : threads > 1024 ? 1024 : threads;
-    char *tiles = aligned_alloc(ALIGNMENT, threads * p->tile_bytes);
-    if (!tiles)
+    char *more = threads > 1 ? aligned_alloc(ALIGNMENT, (threads - 1) * p->tile_bytes) : NULL;
+    if (threads > 1 && !more)
         return; /* goes on with the threads it has */
-    free(p->tiles);
-    p->tiles = tiles;
+    free(p->more_tiles);
+    p->more_tiles = more;
     p->threads = threads;
 }
 
@@ -269,6 +275,6 @@ struct ad_program_info ad_program_info(const ad_program *p)
                  p->n_instructions * sizeof *p->instructions + p->n_segments * sizeof *p->segments +
                  p->n_sinks * sizeof *p->sinks + p->n_parts * sizeof *p->parts +
                  p->n_numbers * sizeof *p->numbers + p->n_lists * sizeof *p->lists +
-                 p->n_ports * sizeof *p->ports;
+                 p->n_ports * sizeof *p->ports + p->n_calls * sizeof *p->calls;
     return info;
 }

@@ -164,12 +164,18 @@ struct segment {
     bool fused;
     bool clear;      /* place: parts do not cover the result */
     uint32_t first_sink, n_sinks;
+    uint32_t first_call, n_calls; /* segments of a single tile */
 };
 
-struct check {
-    uint32_t value, row, col;
-    double found;
+/* A kernel call with all addresses known; run NULL: a is the instruction to run. */
+struct call {
+    ad_kernel *run;
+    size_t n;
+    void *o;
+    const void *a, *b, *c;
 };
+
+struct check;
 
 struct ad_program {
     enum ad_type type;
@@ -186,6 +192,8 @@ struct ad_program {
     size_t n_sinks;
     struct part *parts;
     size_t n_parts;
+    struct call *calls;
+    size_t n_calls;
     double *numbers;
     size_t n_numbers;
     uint32_t *lists;
@@ -196,7 +204,8 @@ struct ad_program {
     uint32_t *label_values;
     size_t n_labels;
     char *memory;        /* values */
-    char *tiles;         /* one stretch a thread */
+    char *tiles;         /* of the first thread, and of the others */
+    char *more_tiles;
     size_t memory_bytes, tile_bytes;
     size_t threads;
     bool has_matmul;

@@ -1,0 +1,90 @@
+/* Inside of the executor: one tile, one operation that stands alone, one segment. */
+#ifndef AUTODIFF_EXEC_H
+#define AUTODIFF_EXEC_H
+
+#include "program.h"
+
+/* Where a value first was not finite; value UINT32_MAX: nowhere. */
+struct check {
+    uint32_t value, row, col;
+    double found;
+};
+
+/* A window of a segment's iteration space, and the memory its locations count from. */
+struct tile {
+    uint32_t row, rows, col, cols;
+    char *base[2];
+    uint32_t chunk;
+};
+
+/* Runs the instructions of a fused segment over one tile. */
+void ad_run_tile(const ad_program *program, const struct segment *segment, const struct tile *tile,
+                 struct check *check);
+/* Runs one instruction over one tile. */
+void ad_run_instruction(const ad_program *program, const struct segment *segment,
+                        const struct instruction *instruction, const struct tile *tile);
+void ad_run_alone(const ad_program *program, const struct segment *segment);
+/* Looks through what an instruction left in memory. */
+void ad_look_at_value(const ad_program *program, const struct instruction *instruction,
+                      struct check *check);
+
+/* Writes the calls of segments that are a single tile; false when out of memory. */
+bool ad_resolve_calls(ad_program *program);
+
+/* Rows of a location under a tile. */
+struct cursor {
+    char *start;
+    const uint32_t *list; /* row numbers, or NULL */
+    size_t step;          /* bytes from row to row */
+};
+
+static inline struct cursor cursor_at(const ad_program *p, const struct loc *l, const struct tile *t)
+{
+    struct cursor c = {t->base[l->base] + l->off, NULL, l->rs * p->element};
+    if (l->base == BASE_TILE)
+        return c;
+    c.start += (size_t)t->col * l->cs * p->element;
+    if (l->list)
+        c.list = p->lists + (l->list - 1 + t->row);
+    else
+        c.start += t->row * c.step;
+    return c;
+}
+
+static inline char *cursor_row(const struct cursor *c, uint32_t r)
+{
+    return c->start + (c->list ? c->list[r] : r) * c->step;
+}
+
+/* Start of row r of a value in memory. */
+static inline char *value_row(const ad_program *p, const struct loc *l, size_t r)
+{
+    return p->memory + l->off + (l->list ? p->lists[l->list - 1 + r] : r) * l->rs * p->element;
+}
+
+static inline double element_at(const ad_program *p, const char *row, size_t i)
+{
+    return p->type == AD_F32 ? (double)((const float *)(const void *)row)[i]
+                             : ((const double *)(const void *)row)[i];
+}
+
+/* Private copy of a sink's result that a chunk adds into. */
+static inline double *sink_copy(const ad_program *p, const struct sink *s, uint32_t chunk)
+{
+    return (double *)(void *)(p->memory + s->partial + chunk * s->stride);
+}
+
+/* Location of the rows that a chunk's sink adds into. */
+static inline struct loc sink_rows(const ad_program *p, const struct segment *g,
+                                   const struct instruction *in, uint32_t chunk)
+{
+    struct loc o = p->locs[in->loc[0]];
+    const struct sink *s = &p->sinks[in->loc[3]];
+    if (g->by_rows && g->chunks > 1) {
+        o.off = s->partial + chunk * s->stride;
+        o.rs = o.rs ? s->cols : 0;
+    }
+    return o;
+}
+
+#endif

@@ -1,0 +1,63 @@
+/* Operations that stand alone in their segment: products, transposition, placing. */
+#include "blas.h"
+#include "exec.h"
+
+#include <string.h>
+
+static void matmul(const ad_program *p, const struct segment *g, const struct instruction *in)
+{
+    enum { PIECE = 64, MAX_PIECES = 16 };
+    const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]], *b = &p->locs[in->loc[2]];
+    const struct value *va = &p->values[in->loc[1]];
+    bool ta = in->loc[3] & 1, tb = in->loc[3] >> 1;
+    size_t m = g->rows, n = g->cols, k = ta ? va->rows : va->cols, e = p->element;
+    bool by_rows = m > n;
+    size_t extent_of = by_rows ? m : n, pieces = 1;
+    if ((double)m * (double)n * (double)k > 1e6)
+        pieces = extent_of / PIECE < MAX_PIECES ? extent_of / PIECE : MAX_PIECES;
+    pieces += pieces == 0;
+#pragma omp parallel for num_threads((int)p->threads) schedule(static, 1) if (pieces > 1 && p->threads > 1)
+    for (size_t i = 0; i < pieces; i++) {
+        size_t from = extent_of * i / pieces, size = extent_of * (i + 1) / pieces - from;
+        const char *pa = p->memory + a->off, *pb = p->memory + b->off;
+        char *po = p->memory + o->off;
+        pa += by_rows ? from * (ta ? 1 : a->rs) * e : 0;
+        pb += by_rows ? 0 : from * (tb ? b->rs : 1) * e;
+        po += from * (by_rows ? o->rs : 1) * e;
+        ad_blas_gemm(p->type, ta, tb, by_rows ? size : m, by_rows ? n : size, k, pa, a->rs, pb, b->rs,
+                     po, o->rs);
+    }
+}
+
+static void place(const ad_program *p, const struct segment *g, const struct instruction *in)
+{
+    const struct loc *o = &p->locs[in->loc[0]];
+    if (g->clear)
+        memset(p->memory + o->off, 0, (size_t)g->rows * g->cols * p->element);
+    for (uint32_t k = 0; k < in->loc[2]; k++) {
+        const struct part *part = &p->parts[in->loc[1] + k];
+        const struct loc *x = &p->locs[part->loc];
+        ad_kernel *copy = p->kernels->op[AD_OP_copy][x->cs == 0];
+        ad_kernel *add = p->kernels->op[AD_OP_add][x->cs == 0 ? VARIANT_B_NUMBER : 0];
+        for (uint32_t r = 0; r < part->rows; r++) {
+            char *to = value_row(p, o, part->row + r) + part->col * p->element;
+            const char *from = value_row(p, x, r);
+            if (g->clear)
+                add(part->cols, to, to, from, NULL);
+            else
+                copy(part->cols, to, from, NULL, NULL);
+        }
+    }
+}
+
+void ad_run_alone(const ad_program *p, const struct segment *g)
+{
+    const struct instruction *in = &p->instructions[g->first];
+    const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]];
+    if (in->kind == DO_MATMUL)
+        matmul(p, g, in);
+    else if (in->kind == DO_PLACE)
+        place(p, g, in);
+    else
+        p->kernels->transpose(g->cols, g->rows, p->memory + o->off, o->rs, p->memory + a->off, a->rs);
+}

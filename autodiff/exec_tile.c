@@ -1,0 +1,172 @@
+/* The instructions of a fused segment over one tile: a kernel call each, or one a row where the tile
+   is not contiguous for some operand. */
+#include "exec.h"
+
+static void elementwise(const ad_program *p, const struct instruction *in, const struct tile *t)
+{
+    const struct cursor o = cursor_at(p, &p->locs[in->loc[0]], t);
+    const struct cursor a = cursor_at(p, &p->locs[in->loc[1]], t);
+    const struct cursor b = in->n_in > 1 ? cursor_at(p, &p->locs[in->loc[2]], t) : a;
+    const struct cursor c = in->n_in > 2 ? cursor_at(p, &p->locs[in->loc[3]], t) : a;
+    if (in->flat) {
+        in->run((size_t)t->rows * t->cols, o.start, cursor_row(&a, 0), cursor_row(&b, 0),
+                cursor_row(&c, 0));
+        return;
+    }
+    for (uint32_t r = 0; r < t->rows; r++)
+        in->run(t->cols, cursor_row(&o, r), cursor_row(&a, r), cursor_row(&b, r),
+                cursor_row(&c, r));
+}
+
+static void put(const ad_program *p, char *row, size_t i, double x)
+{
+    if (p->type == AD_F32)
+        ((float *)(void *)row)[i] = (float)x;
+    else
+        ((double *)(void *)row)[i] = x;
+}
+
+/* Columns [t->col, t->col + t->cols) of scale*(x[i+1] - x[i]); a repeated last column is the one
+   before it again. */
+static void diff(const ad_program *p, const struct instruction *in, const struct tile *t)
+{
+    const struct cursor o = cursor_at(p, &p->locs[in->loc[0]], t);
+    const struct cursor x = cursor_at(p, &p->locs[in->loc[1]], t);
+    bool last = in->loc[3] && t->col + t->cols == p->values[in->value].cols;
+    double scale = p->numbers[in->loc[2]];
+    for (uint32_t r = 0; r < t->rows; r++) {
+        const char *a = cursor_row(&x, r);
+        char *y = cursor_row(&o, r);
+        p->kernels->diff(t->cols - last, y, a, scale);
+        if (last) /* reads before the tile where it is one column wide */
+            p->kernels->diff(1, y + (t->cols - 1) * p->element,
+                             a + ((ptrdiff_t)t->cols - 2) * (ptrdiff_t)p->element, scale);
+    }
+}
+
+/* Columns of the adjoint: g[i] = scale*(u[i-1] - u[i]) inside, with the repeated column of u counted
+   to the one before it. */
+static void diff_adjoint(const ad_program *p, const struct instruction *in, const struct tile *t)
+{
+    const struct loc *x = &p->locs[in->loc[1]];
+    const struct cursor o = cursor_at(p, &p->locs[in->loc[0]], t);
+    uint32_t width = p->values[in->value].cols, end = t->col + t->cols;
+    double scale = p->numbers[in->loc[2]];
+    for (uint32_t r = 0; r < t->rows; r++) {
+        const char *u = value_row(p, x, t->row + r);
+        char *y = cursor_row(&o, r);
+        double extra = in->loc[3] ? element_at(p, u, width - 1) : 0;
+        uint32_t from = t->col ? t->col : 1, to = end < width ? end : width - 1;
+        if (from < to)
+            p->kernels->diff(to - from, y + (from - t->col) * p->element, u + (from - 1) * p->element,
+                             -scale);
+        if (t->col == 0)
+            put(p, y, 0, -scale * (element_at(p, u, 0) + (width == 2 ? extra : 0)));
+        if (width > 2 && t->col <= width - 2 && end > width - 2)
+            put(p, y, width - 2 - t->col,
+                scale * (element_at(p, u, width - 3) - (element_at(p, u, width - 2) + extra)));
+        if (end == width)
+            put(p, y, width - 1 - t->col, scale * (element_at(p, u, width - 2) + extra));
+    }
+}
+
+static double row_sum(const ad_program *p, const struct loc *a, const char *row, size_t n)
+{
+    return a->cs ? p->kernels->sum(n, row) : (double)n * element_at(p, row, 0);
+}
+
+static void sum(const ad_program *p, const struct instruction *in, const struct tile *t)
+{
+    const struct loc *a = &p->locs[in->loc[1]];
+    const struct cursor x = cursor_at(p, a, t);
+    double *into = sink_copy(p, &p->sinks[in->loc[3]], t->chunk);
+    if (in->flat)
+        *into += row_sum(p, a, cursor_row(&x, 0), (size_t)t->rows * t->cols);
+    else
+        for (uint32_t r = 0; r < t->rows; r++)
+            *into += row_sum(p, a, cursor_row(&x, r), t->cols);
+}
+
+static void sum_cols(const ad_program *p, const struct segment *g, const struct instruction *in,
+                     const struct tile *t)
+{
+    const struct loc *a = &p->locs[in->loc[1]];
+    const struct cursor x = cursor_at(p, a, t);
+    double *into = sink_copy(p, &p->sinks[in->loc[3]], g->by_rows ? 0 : t->chunk) + t->row;
+    for (uint32_t r = 0; r < t->rows; r++)
+        into[r] += row_sum(p, a, cursor_row(&x, r), t->cols);
+}
+
+static void add_rows(const ad_program *p, const struct segment *g, const struct instruction *in,
+                     const struct tile *t)
+{
+    const struct loc to = sink_rows(p, g, in, t->chunk);
+    const struct cursor o = cursor_at(p, &to, t);
+    const struct cursor a = cursor_at(p, &p->locs[in->loc[1]], t);
+    for (uint32_t r = 0; r < t->rows; r++) {
+        char *into = cursor_row(&o, r);
+        in->run(t->cols, into, into, cursor_row(&a, r), NULL);
+    }
+}
+
+void ad_run_instruction(const ad_program *p, const struct segment *g, const struct instruction *in,
+                        const struct tile *t)
+{
+    switch (in->kind) {
+    case DO_ELEMENTWISE:
+        elementwise(p, in, t);
+        break;
+    case DO_DIFF:
+        diff(p, in, t);
+        break;
+    case DO_DIFF_ADJOINT:
+        diff_adjoint(p, in, t);
+        break;
+    case DO_SUM:
+        sum(p, in, t);
+        break;
+    case DO_SUM_COLS:
+        sum_cols(p, g, in, t);
+        break;
+    default:
+        add_rows(p, g, in, t);
+    }
+}
+
+/* ---- looking for values that are not finite ---- */
+
+static void look(const ad_program *p, const struct instruction *in, const struct tile *t,
+                 struct check *check)
+{
+    const struct cursor o = cursor_at(p, &p->locs[in->loc[0]], t);
+    size_t lane;
+    for (uint32_t r = 0; r < t->rows && in->value < check->value; r++) {
+        const char *row = cursor_row(&o, r);
+        if (p->kernels->nonfinite(t->cols, row, &lane))
+            *check = (struct check){in->value, t->row + r, t->col + (uint32_t)lane,
+                                    element_at(p, row, lane)};
+    }
+}
+
+void ad_look_at_value(const ad_program *p, const struct instruction *in, struct check *check)
+{
+    const struct value *v = &p->values[in->value];
+    const struct loc *o = &p->locs[in->value];
+    size_t lane;
+    for (uint32_t r = 0; r < v->rows && in->value < check->value; r++) {
+        const char *row = value_row(p, o, r);
+        if (p->kernels->nonfinite(v->cols, row, &lane))
+            *check = (struct check){in->value, r, (uint32_t)lane, element_at(p, row, lane)};
+    }
+}
+
+void ad_run_tile(const ad_program *p, const struct segment *g, const struct tile *t,
+                 struct check *check)
+{
+    const struct instruction *in = p->instructions + g->first, *end = in + g->count;
+    for (; in < end; in++) {
+        ad_run_instruction(p, g, in, t);
+        if (check && in->kind <= DO_DIFF_ADJOINT)
+            look(p, in, t, check);
+    }
+}
