@@ -7,6 +7,7 @@
 #include "plot.h"
 #include "progress.h"
 #include "result.h"
+#include "../physics/horizons.h"
 #include "../physics/physics.h"
 #include "../physics/runfile.h"
 
@@ -35,6 +36,9 @@ struct path_run {
     struct phys_noise noise; /* on the start; sigma 0: none */
     size_t every;            /* steps from one stored path to the next */
     double *reference, *start, *path;
+    size_t n_tables; /* of --data, and what its first slice is in them */
+    struct phys_horizons *tables;
+    size_t first_epoch;
 };
 
 /* Everything up to the start: scene, parameters, rule, solver, span, reference path, start.
@@ -42,9 +46,12 @@ struct path_run {
 enum ad_status path_setup(const struct path_options *options, struct path_run *run,
                           struct ad_error *error);
 void path_run_free(struct path_run *run);
+/* An uninitialised path [dof x slices] of a run, for the caller to free; NULL: out of memory. */
+double *path_new(const struct path_run *run, struct ad_error *error);
 
-/* Reads the tables of --data and takes the span from them: `observed` [dof x slices] is NULL
-   without --data. Options of the ephemeris with any other scene are refused. */
+/* Bodies and dimensions of the ephemeris, from the tables of --data if given; these then set span
+   and time step, and `observed` [dof x slices] is what they say (else NULL). The options of the
+   ephemeris are refused with any other scene. */
 enum ad_status path_ephemeris(const struct path_options *options, struct path_run *run,
                               double **observed, struct ad_error *error);
 

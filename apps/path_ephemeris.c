@@ -1,13 +1,106 @@
-/* The ephemeris scene from Horizons tables (path.h). */
+/* The ephemeris scene, from Horizons tables or from its own state vectors (path.h). */
 #include "path.h"
 
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
+
+static const char all_bodies[] = "sun,mercury,venus,earth,mars";
+
+/* The published span begins at this day of the last year of the tables. */
+enum { PAPER_DAY = 148, PAPER_YEAR = 365, DAY = 86400 };
+
+static enum ad_status refuse(const struct path_options *options, bool ephemeris,
+                             struct ad_error *error)
+{
+    const struct {
+        const char *name;
+        bool given, needs_data;
+    } rows[] = {
+        {"data", options->data != NULL, false},
+        {"from", options->from != NULL, true},
+        {"days", options->days != OPTION_NO_COUNT, true},
+        {"dims", options->dims != OPTION_NO_COUNT, false},
+        {"bodies", options->bodies != NULL, false},
+    };
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        if (rows[k].given && !ephemeris)
+            return ad_fail(error, AD_E_ARGUMENT, "--%s: only for the scene ephemeris",
+                           rows[k].name);
+        if (rows[k].given && rows[k].needs_data && !options->data)
+            return ad_fail(error, AD_E_ARGUMENT, "--%s needs --data DIR", rows[k].name);
+    }
+    if (options->dims != OPTION_NO_COUNT && options->dims != 2 && options->dims != 3)
+        return ad_fail(error, AD_E_ARGUMENT, "--dims: expected 2 or 3, got %zu", options->dims);
+    if (options->days != OPTION_NO_COUNT && options->slices != OPTION_NO_COUNT &&
+        options->days != options->slices)
+        return ad_fail(error, AD_E_ARGUMENT, "--days %zu and --slices %zu disagree", options->days,
+                       options->slices);
+    return AD_OK;
+}
+
+static enum ad_status find_first(const struct path_options *options, struct path_run *run,
+                                 struct ad_error *error)
+{
+    const struct phys_horizons *table = run->tables;
+    if (options->from)
+        return phys_horizons_epoch(table, options->from, &run->first_epoch, error);
+    if (run->preset && table->n >= PAPER_YEAR)
+        run->first_epoch = table->n - PAPER_YEAR + PAPER_DAY;
+    return AD_OK;
+}
+
+/* The step of the epochs, which must be one over the whole span: Julian dates carry it to 40
+   microseconds. */
+static enum ad_status find_span(const struct path_options *options, struct path_run *run,
+                                struct ad_error *error)
+{
+    const struct phys_horizons *table = run->tables;
+    struct phys_path_settings *settings = &run->settings;
+    size_t first = run->first_epoch;
+    if (options->days != OPTION_NO_COUNT)
+        settings->slices = options->days;
+    if (settings->slices < 3)
+        return ad_fail(error, AD_E_ARGUMENT, "--days: expected at least 3, got %zu",
+                       settings->slices);
+    if (first >= table->n || settings->slices > table->n - first)
+        return ad_fail(error, AD_E_INPUT, "%s: %zu epochs from index %zu asked for, it has %zu",
+                       options->data, settings->slices, first, table->n);
+    double step = (table->jd[first + 1] - table->jd[first]) * DAY;
+    for (size_t i = first; i + 1 < first + settings->slices; i++)
+        if (fabs((table->jd[i + 1] - table->jd[i]) * DAY - step) > 1e-3)
+            return ad_fail(error, AD_E_INPUT,
+                           "%s: epochs are not equally spaced: %.9g s at index %zu, %.9g s at %zu",
+                           options->data, step, first, (table->jd[i + 1] - table->jd[i]) * DAY, i);
+    if (!isnan(options->dt) && fabs(options->dt - step) > 1e-3)
+        return ad_fail(error, AD_E_ARGUMENT, "--dt %.9g: the epochs are %.9g s apart", options->dt,
+                       step);
+    settings->dt = round(step * 1e3) / 1e3;
+    return AD_OK;
+}
 
 enum ad_status path_ephemeris(const struct path_options *options, struct path_run *run,
                               double **observed, struct ad_error *error)
 {
-    (void)options;
-    (void)run;
+    bool ephemeris = strcmp(run->system.scene->name, "ephemeris") == 0;
     *observed = NULL;
-    return error->status;
+    if (refuse(options, ephemeris, error) != AD_OK || !ephemeris)
+        return error->status;
+    const char *bodies = options->bodies ? options->bodies : all_bodies;
+    size_t dims = options->dims != OPTION_NO_COUNT ? options->dims
+                  : run->preset                    ? 2
+                                                   : run->system.dims;
+    if (!options->data)
+        return options->bodies || dims != run->system.dims
+                   ? phys_ephemeris_choose(&run->system, bodies, dims, error)
+                   : AD_OK;
+    if (phys_horizons_folder(options->data, bodies, &run->n_tables, &run->tables, error) != AD_OK ||
+        find_first(options, run, error) != AD_OK || find_span(options, run, error) != AD_OK)
+        return error->status;
+    size_t slices = run->settings.slices;
+    *observed = malloc(run->n_tables * dims * slices * sizeof **observed);
+    if (!*observed)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    return phys_ephemeris_use(&run->system, run->n_tables, run->tables, run->first_epoch, slices,
+                              dims, *observed, error);
 }

@@ -12,14 +12,13 @@ struct meter {
     ad_var gradient, energy;
 };
 
-/* Energy by Legendre, v L_v - L: right for any Lagrangian. [1 x slices of the rule] */
+/* [1 x points of the rule] */
 static ad_var record_energy(const struct path_run *run, ad_var path)
 {
-    ad_var q, v, t, momentum;
+    ad_var q, v, t, kinetic, potential;
     run->settings.rule->points(path, run->settings.dt, &q, &v, &t);
-    ad_var L = phys_system_lagrangian(&run->system, q, v, t);
-    ad_grad(L, 1, &v, &momentum);
-    return ad_sub(ad_sum_rows(ad_mul(v, momentum)), L);
+    phys_system_energies(&run->system, q, v, t, &kinetic, &potential);
+    return ad_add(kinetic, potential);
 }
 
 static enum ad_status meter_new(const struct path_run *run, struct meter *meter,
@@ -34,9 +33,9 @@ static enum ad_status meter_new(const struct path_run *run, struct meter *meter,
                        settings->energy_weight, action);
     ad_grad(action->objective, 1, &action->path, &meter->gradient);
     meter->energy = record_energy(run, action->path);
-    const ad_var out[] = {action->action,         action->action_mean, action->kinetic_mean,
-                          action->potential_mean, action->objective,   meter->gradient,
-                          meter->energy};
+    const ad_var out[] = {action->action,         action->action_mean,  action->kinetic_mean,
+                          action->potential_mean, action->first_energy, action->objective,
+                          meter->gradient,        meter->energy};
     if (ad_compile(meter->tape, sizeof out / sizeof *out, out, &meter->program) == AD_OK)
         return AD_OK;
     const struct ad_error *found = ad_tape_error(meter->tape);
@@ -67,11 +66,24 @@ static double inner_norm(const struct path_run *run, const double *gradient)
     return sqrt(sum);
 }
 
-static struct path_figures figures(const struct path_run *run, const struct meter *meter,
-                                   const double *path)
+static void run_path(struct meter *meter, const double *path)
 {
     ad_set(meter->program, meter->action.path, path);
     ad_run(meter->program);
+}
+
+/* A penalty on the change of energy is against that of the start. */
+static void hold_energy(const struct path_run *run, struct meter *meter)
+{
+    run_path(meter, run->start);
+    double energy = scalar(meter, meter->action.first_energy);
+    ad_set(meter->program, meter->action.start_energy, &energy);
+}
+
+static struct path_figures figures(const struct path_run *run, struct meter *meter,
+                                   const double *path)
+{
+    run_path(meter, path);
     return (struct path_figures){
         .action = scalar(meter, meter->action.action),
         .action_mean = scalar(meter, meter->action.action_mean),
@@ -82,7 +94,7 @@ static struct path_figures figures(const struct path_run *run, const struct mete
     };
 }
 
-/* Largest change of energy along the path last measured, relative to its start. */
+/* Largest change of energy along the path last run, relative to its start. */
 static double energy_drift(const struct meter *meter)
 {
     const double *energy = ad_data(meter->program, meter->energy);
@@ -114,6 +126,7 @@ enum ad_status path_measure(const struct path_run *run, struct path_result *resu
     struct meter meter;
     if (meter_new(run, &meter, error) == AD_OK) {
         size_t n = run->system.dof * run->settings.slices;
+        hold_energy(run, &meter);
         result->reference = figures(run, &meter, run->reference);
         result->start = figures(run, &meter, run->start);
         result->found = figures(run, &meter, run->path);

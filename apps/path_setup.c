@@ -21,7 +21,7 @@ static double number_or(double given, double otherwise)
     return !isnan(given) ? given : otherwise;
 }
 
-static double *path_new(const struct path_run *run, struct ad_error *error)
+double *path_new(const struct path_run *run, struct ad_error *error)
 {
     size_t dof = run->system.dof, slices = run->settings.slices;
     double *path =
@@ -267,6 +267,9 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
 
 void path_run_free(struct path_run *run)
 {
+    for (size_t k = 0; k < run->n_tables; k++)
+        phys_horizons_free(&run->tables[k]);
+    free(run->tables);
     free(run->reference);
     free(run->start);
     free(run->path);
