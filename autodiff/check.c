@@ -98,7 +98,7 @@ static void compare_input(const struct comparison *c, size_t k, ad_var x, ad_var
     double scale = largest(size, tape) + 0x1p-20 * fabs(*c->y) / range + 0x1p-1000;
     for (size_t e = 0; e < count; e++) {
         size_t i = e * size / count;
-        double h = 0x1p-6 * fmax(fabs(at[i]), 0x1p-4 * range), difference = 0;
+        double h = 0x1p-6 * fmax(fabs(at[i]), 0x1p-2 * range), difference = 0;
         if (data)
             difference = extrapolate(&(struct probe){c->value, c->y, data + i}, h,
                                      1e-3 * c->tolerance * scale);
