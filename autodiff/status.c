@@ -1,19 +1,33 @@
 /* Sticky errors: the first one is the cause, whatever follows is its consequence. */
-#include "autodiff.h"
+#include "internal.h"
 
 #include <stdarg.h>
 #include <stdio.h>
+
+static void keep_first(struct ad_error *e, enum ad_status status, const char *format, va_list list)
+{
+    if (e->status != AD_OK)
+        return;
+    e->status = status;
+    vsnprintf(e->message, sizeof e->message, format, list);
+}
 
 enum ad_status ad_fail(struct ad_error *e, enum ad_status status, const char *format, ...)
 {
     if (!e)
         return status;
-    if (e->status != AD_OK)
-        return e->status;
-    e->status = status;
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(e->message, sizeof e->message, format, arguments);
-    va_end(arguments);
-    return status;
+    va_list list;
+    va_start(list, format);
+    keep_first(e, status, format, list);
+    va_end(list);
+    return e->status;
+}
+
+ad_var ad_refuse(ad_tape *tape, enum ad_status status, const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    keep_first(&tape->error, status, format, list);
+    va_end(list);
+    return (ad_var){tape, 0};
 }

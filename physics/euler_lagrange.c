@@ -1,0 +1,182 @@
+/* Accelerations of any Lagrangian. With p = L_v the Euler-Lagrange equation dp/dt = L_q is
+       M a = L_q - L_vq v - L_vt,   M = L_vv.
+   The right side is one gradient more than L_q: second derivatives commute, so with w = v held
+   fixed L_vq v + L_vt = d/dv (L_q . w + L_t). M comes from dof lanes of the same state: column j of
+   the gradient of sum_j p_j(lane j) with respect to the lanes' v is column j of M, all of it in one
+   run. Where M is constant it folds away when compiled and is evaluated once. */
+#include "internal.h"
+#include "../autodiff/blas.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct phys_motion {
+    const struct phys_system *system;
+    ad_tape *tape;
+    ad_var q, v, w, t;        /* inputs: [dof x 1] each, t a scalar */
+    ad_var mass, force;       /* M [dof x dof], right side [dof x 1] */
+    ad_program *mass_program; /* NULL once M is known for good */
+    ad_program *force_program;
+    double *M, *factor; /* [dof x dof] each; factor is what the solver destroys */
+};
+
+/* Rows of the unit matrix as a constant; the seed of the lanes. */
+static ad_var unit_matrix(ad_tape *tape, size_t n)
+{
+    double *values = calloc(n * n, sizeof *values);
+    if (!values)
+        return ad_refuse(tape, AD_E_MEMORY, "out of memory for %zu coordinates", n);
+    for (size_t k = 0; k < n; k++)
+        values[k * n + k] = 1;
+    ad_var unit = ad_const(tape, n, n, values);
+    free(values);
+    return unit;
+}
+
+static void record_force(phys_motion *m)
+{
+    ad_var L = phys_system_lagrangian(m->system, m->q, m->v, m->t), by[2], frozen;
+    if (ad_grad(L, 2, (ad_var[]){m->q, m->t}, by) != AD_OK ||
+        ad_grad(ad_add(ad_dot(by[0], m->w), by[1]), 1, &m->v, &frozen) != AD_OK)
+        return;
+    m->force = ad_label(ad_sub(by[0], frozen), "generalised force");
+}
+
+static void record_mass(phys_motion *m)
+{
+    size_t n = m->system->dof;
+    ad_var q = ad_broadcast(m->q, n, n), v = ad_broadcast(m->v, n, n), p;
+    ad_var L = phys_system_lagrangian(m->system, q, v, ad_broadcast(m->t, 1, n));
+    if (ad_grad(L, 1, &v, &p) == AD_OK)
+        ad_grad(ad_dot(p, unit_matrix(m->tape, n)), 1, &v, &m->mass);
+}
+
+static enum ad_status record(phys_motion *m, struct ad_error *error)
+{
+    size_t n = m->system->dof;
+    m->q = ad_input(m->tape, n, 1, "q");
+    m->v = ad_input(m->tape, n, 1, "v");
+    m->w = ad_input(m->tape, n, 1, "v held fixed");
+    m->t = ad_input(m->tape, 1, 1, "t");
+    record_force(m);
+    record_mass(m);
+    if (phys_tape_status(m->tape, error) != AD_OK)
+        return error->status;
+    if (ad_compile(m->tape, 1, &m->force, &m->force_program) != AD_OK ||
+        ad_compile(m->tape, 1, &m->mass, &m->mass_program) != AD_OK)
+        return phys_tape_status(m->tape, error);
+    return AD_OK;
+}
+
+static void keep_constant_mass(phys_motion *m)
+{
+    if (ad_program_info(m->mass_program).instructions > 0)
+        return;
+    ad_run(m->mass_program);
+    ad_get(m->mass_program, m->mass, m->M);
+    ad_program_free(m->mass_program);
+    m->mass_program = NULL;
+}
+
+enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **motion,
+                               struct ad_error *error)
+{
+    size_t n = system->dof;
+    phys_motion *m = *motion = calloc(1, sizeof *m);
+    if (!m)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    *m = (phys_motion){.system = system, .tape = ad_tape_new(AD_F64)};
+    if (n <= SIZE_MAX / sizeof(double) / n) {
+        m->M = malloc(n * n * sizeof *m->M);
+        m->factor = malloc(n * n * sizeof *m->factor);
+    }
+    if (!m->tape || !m->M || !m->factor)
+        ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
+    else if (record(m, error) == AD_OK)
+        keep_constant_mass(m);
+    if (!m->force_program) {
+        phys_motion_free(m);
+        *motion = NULL;
+        return error->status;
+    }
+    return AD_OK;
+}
+
+void phys_motion_free(phys_motion *motion)
+{
+    if (!motion)
+        return;
+    ad_program_free(motion->mass_program);
+    ad_program_free(motion->force_program);
+    ad_tape_free(motion->tape);
+    free(motion->M);
+    free(motion->factor);
+    free(motion);
+}
+
+static void set_state(phys_motion *m, ad_program *program, const double *q, const double *v,
+                      double t)
+{
+    ad_set(program, m->q, q);
+    ad_set(program, m->v, v);
+    ad_set(program, m->w, v);
+    ad_set(program, m->t, &t);
+}
+
+static bool is_diagonal(size_t n, const double *M)
+{
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++)
+            if (i != j && M[i * n + j] != 0)
+                return false;
+    return true;
+}
+
+/* b becomes the solution of M a = b; returns 0, or 1 + the coordinate of a zero pivot. */
+static size_t solve(phys_motion *m, double *b)
+{
+    size_t n = m->system->dof;
+    if (!is_diagonal(n, m->M)) {
+        memcpy(m->factor, m->M, n * n * sizeof *m->M);
+        return (size_t)ad_blas_solve(n, m->factor, b);
+    }
+    for (size_t k = 0; k < n; k++) {
+        if (m->M[k * n + k] == 0)
+            return k + 1;
+        b[k] /= m->M[k * n + k];
+    }
+    return 0;
+}
+
+static enum ad_status refuse(const phys_motion *m, const char *what, size_t k, double t,
+                             struct ad_error *error)
+{
+    char name[64];
+    phys_coordinate_name(m->system, k, name, sizeof name);
+    return ad_fail(error, AD_E_NONFINITE, "%s: %s at coordinate %s, t = %g", m->system->scene->name,
+                   what, name, t);
+}
+
+enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, const double *v,
+                                        double t, double *a, struct ad_error *error)
+{
+    phys_motion *m = motion;
+    set_state(m, m->force_program, q, v, t);
+    ad_run(m->force_program);
+    ad_get(m->force_program, m->force, a);
+    if (m->mass_program) {
+        set_state(m, m->mass_program, q, v, t);
+        ad_run(m->mass_program);
+        ad_get(m->mass_program, m->mass, m->M);
+    }
+    size_t singular = solve(m, a);
+    if (singular)
+        return refuse(m, "the mass matrix is singular", singular - 1, t, error);
+    for (size_t k = 0; k < m->system->dof; k++)
+        if (!isfinite(a[k]))
+            return refuse(m, "the acceleration is not finite", k, t, error);
+    return AD_OK;
+}
+
+const struct phys_system *phys_motion_system(const phys_motion *motion) { return motion->system; }

@@ -1,0 +1,37 @@
+/* Shared by the files of this folder alone. */
+#ifndef PHYSICS_INTERNAL_H
+#define PHYSICS_INTERNAL_H
+
+#include "physics.h"
+
+#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
+
+/* Hands a tape's error, if it has one, on to `error`. */
+static inline enum ad_status phys_tape_status(const ad_tape *tape, struct ad_error *error)
+{
+    const struct ad_error *e = ad_tape_error(tape);
+    return e->status == AD_OK ? AD_OK : ad_fail(error, e->status, "%s", e->message);
+}
+
+/* Index of `name` in names[0..n-1]; n, and an error that names the nearest or all there are, if it
+   is not there. `what` is what they are names of. */
+size_t phys_find(const char *what, const char *name, size_t n, const char *const names[],
+                 struct ad_error *error);
+
+/* The struct phys_scene that a shared object exports; *library is for phys_library_close. */
+enum ad_status phys_library_open(const char *file, void **library, const struct phys_scene **scene,
+                                 struct ad_error *error);
+void phys_library_close(void *library);
+
+/* The system that a motion was made of. */
+const struct phys_system *phys_motion_system(const phys_motion *motion);
+
+/* The built-in scenes (scenes/). */
+extern const struct phys_scene phys_scene_freebody, phys_scene_pendulum, phys_scene_dblpend,
+    phys_scene_threebody, phys_scene_gas, phys_scene_ephemeris, phys_scene_spring,
+    phys_scene_kepler;
+
+extern const struct phys_rule phys_rule_left, phys_rule_left_repeat;
+extern const struct phys_solver phys_solver_adam;
+
+#endif

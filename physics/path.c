@@ -1,0 +1,43 @@
+/* Stationary paths: the table of solvers, and what is asked of them all. */
+#include "internal.h"
+
+#include <math.h>
+
+const struct phys_solver *const phys_solvers[] = {&phys_solver_adam, NULL};
+
+enum { N_SOLVERS = LENGTH(phys_solvers) - 1 };
+
+const struct phys_solver *phys_solver_find(const char *name, struct ad_error *error)
+{
+    const char *names[N_SOLVERS];
+    for (size_t k = 0; k < N_SOLVERS; k++)
+        names[k] = phys_solvers[k]->name;
+    return phys_solvers[phys_find("solver", name, N_SOLVERS, names, error)];
+}
+
+static bool positive(double x) { return x > 0 && isfinite(x); }
+
+static enum ad_status check_settings(const struct phys_path_settings *s, struct ad_error *error)
+{
+    if (s->slices < 3)
+        return ad_fail(error, AD_E_ARGUMENT, "%zu slices, expected 3 or more", s->slices);
+    if (!positive(s->dt))
+        return ad_fail(error, AD_E_ARGUMENT, "time step %g, expected a positive number", s->dt);
+    if (!positive(s->learning_rate))
+        return ad_fail(error, AD_E_ARGUMENT, "learning rate %g, expected a positive number",
+                       s->learning_rate);
+    if (!(s->tolerance >= 0))
+        return ad_fail(error, AD_E_ARGUMENT, "tolerance %g, expected 0 or more", s->tolerance);
+    if (!isfinite(s->energy_weight))
+        return ad_fail(error, AD_E_ARGUMENT, "energy weight %g, expected a finite number",
+                       s->energy_weight);
+    return AD_OK;
+}
+
+enum ad_status phys_path_solve(const struct phys_solver *solver, const struct phys_system *system,
+                               const struct phys_path_settings *settings, double *path,
+                               struct phys_path_info *info, struct ad_error *error)
+{
+    enum ad_status status = check_settings(settings, error);
+    return status == AD_OK ? solver->solve(system, settings, path, info, error) : status;
+}

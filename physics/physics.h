@@ -1,0 +1,295 @@
+/* Physics on the tape: a Lagrangian written once gives the action of a discretised path, its
+   gradient, the stationary path between two ends, and the motion from a start.
+
+   Paths are [dof x slices], row-major: row k is coordinate k over time. */
+#ifndef PHYSICS_H
+#define PHYSICS_H
+
+#include "../autodiff/autodiff.h"
+#include "../autodiff/optim.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* L for all time slices at once. q, v: [dof x n] (row k is coordinate k), t: [1 x n]; returns
+   [1 x n]. Slice i of the result may depend on slice i of the inputs only. */
+typedef ad_var phys_lagrangian(ad_var q, ad_var v, ad_var t, const void *params);
+
+/* Differences of all pairs of bodies as rows. q: [bodies*dims x n], body b holds rows b*dims ...;
+   d[k], k < dims, becomes [pairs x n] with x_k(i) - x_k(j) for i < j in lexicographic order,
+   pairs = bodies*(bodies-1)/2. Gathers, no node per pair. Needs two bodies: AD_E_ARGUMENT. */
+void phys_pair_differences(ad_var q, size_t bodies, size_t dims, ad_var d[]);
+/* Squares of the distances of all pairs plus `softening`: [pairs x n], in the same order. */
+ad_var phys_pair_squares(ad_var q, size_t bodies, size_t dims, double softening);
+
+/* ---- scenes (scene.c, scenes/) ---- */
+
+/* A named number of a scene: `offset` is where its double lies in the scene's params struct. */
+struct phys_param {
+    const char *name, *unit, *what;
+    double value; /* default */
+    size_t offset;
+};
+
+/* A parameter by name, for presets. */
+struct phys_setting {
+    const char *name;
+    double value;
+};
+
+/* How the published code draws its noisy start around the ODE path: sigma times a standard normal
+   number clipped at +-clip (0: not clipped) is added to all but the first and last three slices;
+   then all but the first and last `margin` slices become scale*x + shift (margin 0: none do). */
+struct phys_noise {
+    double sigma, clip;
+    bool around_zero; /* the path between its end slices is zero before the noise */
+    size_t margin;
+    double scale, shift;
+    size_t quiet_bodies; /* the first so many bodies carry none */
+};
+
+/* The published setting of a scene, all of it (Nature's Cost Function, arXiv 2303.02115). */
+struct phys_preset {
+    size_t slices, steps;
+    double dt, learning_rate;
+    double energy_weight; /* penalty on the change of total energy; 0: none */
+    double damping;       /* velocity factor of each step of the ODE path; 1: none */
+    bool euler_start;     /* second slice is q + v dt; false: where the motion is after dt */
+    struct phys_noise noise;
+    const struct phys_setting *set; /* parameters that differ from the defaults */
+    size_t n_set;
+};
+
+enum phys_picture {
+    PHYS_PICTURE_TIME,  /* each coordinate against time */
+    PHYS_PICTURE_PLANE, /* bodies in the plane of their first two coordinates */
+    PHYS_PICTURE_ANGLES /* a chain of rods: angles from the vertical */
+};
+
+#define PHYS_SCENE_VERSION 1
+
+/* One scene: one file, one const struct. A scene outside the tree is a shared object exporting
+   `const struct phys_scene leastaction_scene`. */
+struct phys_scene {
+    uint32_t version; /* PHYS_SCENE_VERSION */
+    uint32_t size;    /* sizeof(struct phys_scene) */
+    const char *name, *what;
+
+    size_t dof;                           /* 0: dof_of(params) */
+    size_t (*dof_of)(const void *params); /* 0: the parameters make no system */
+    size_t dims;                          /* coordinates of one body; 0: dims_of(params) */
+    size_t (*dims_of)(const void *params);
+    const char *const *coordinates; /* dof names; NULL: x1 y1 (z1) x2 ... */
+    const char *(*body_name)(const void *params, size_t body); /* x_NAME for x1; NULL: numbers */
+    const char *unit, *time_unit, *energy_unit;
+
+    const struct phys_param *params; /* table of n_params */
+    size_t n_params, params_bytes;   /* bytes of the params struct */
+
+    phys_lagrangian *lagrangian;          /* NULL: kinetic - potential */
+    phys_lagrangian *kinetic, *potential; /* [1 x n] each; NULL where L does not split */
+
+    size_t slices; /* default span */
+    double dt;
+    /* Start: coordinates and velocities [dof] at t = 0, drawn from `seed` where they are random. */
+    enum ad_status (*start)(const void *params, uint64_t seed, double *q, double *v,
+                            struct ad_error *error);
+    bool per_body; /* reports divide means by the number of bodies */
+    enum phys_picture picture;
+    const struct phys_preset *paper; /* NULL: not in the paper */
+};
+
+/* Built-in scenes, a NULL-terminated table. */
+extern const struct phys_scene *const phys_scenes[];
+
+/* A scene with parameter values: what every computation starts from. */
+struct phys_system {
+    const struct phys_scene *scene;
+    size_t dof, bodies, dims; /* dof = bodies * dims */
+    void *params;             /* owned; scene->params_bytes */
+    void *library;            /* shared object of a scene from outside, or NULL */
+};
+
+/* By name, or by the path of a shared object (anything with a slash or ending in .so), with default
+   parameters. Unknown names: AD_E_ARGUMENT, naming the nearest; a shared object that is none of
+   ours: AD_E_INPUT, saying why. Ends with phys_system_close, after a failure too. */
+enum ad_status phys_system_open(const char *name, struct phys_system *system,
+                                struct ad_error *error);
+void phys_system_close(struct phys_system *system);
+/* Sets a parameter by name and updates dof. Unknown names are refused, naming the nearest; so are
+   values that are not finite or make no system: AD_E_ARGUMENT, and the parameter keeps its value.
+ */
+enum ad_status phys_system_set(struct phys_system *system, const char *name, double value,
+                               struct ad_error *error);
+double phys_system_get(const struct phys_system *system, const char *name); /* NaN: no such name */
+/* Writes the name of coordinate k. */
+void phys_coordinate_name(const struct phys_system *system, size_t k, char *name, size_t size);
+
+/* L [1 x n] of a system, from its scene's callbacks. What they return is checked: AD_E_SHAPE. */
+ad_var phys_system_lagrangian(const struct phys_system *system, ad_var q, ad_var v, ad_var t);
+/* Kinetic and potential energy [1 x n]: the scene's own, or, where its L does not split, E = v L_v
+   - L taken apart as (E + L)/2 and (E - L)/2. */
+void phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
+                          ad_var *kinetic, ad_var *potential);
+
+/* The name in names[0..n-1] nearest to `name` by edit distance; NULL if none is near. */
+const char *phys_nearest(const char *name, size_t n, const char *const names[]);
+
+/* ---- the ephemeris (ephemeris.c) ---- */
+
+struct phys_horizons;
+
+/* Chooses the bodies (comma-separated names or ids) and the dimensions, 2 or 3, of an ephemeris
+   system that runs without tables; a mass set by name stays. AD_E_ARGUMENT names what is unknown.
+ */
+enum ad_status phys_ephemeris_choose(struct phys_system *system, const char *bodies, size_t dims,
+                                     struct ad_error *error);
+/* Bodies, start and reference path from n tables of the same epochs: slice i is epoch first + i.
+   Masses are the tables' GM over G, save those set by name. The tables are not kept. reference:
+   [n*dims x slices], or NULL. Tables of type 1 have no velocities: those at the start are then from
+   differences of positions, of second order. */
+enum ad_status phys_ephemeris_use(struct phys_system *system, size_t n,
+                                  const struct phys_horizons *tables, size_t first, size_t slices,
+                                  size_t dims, double *reference, struct ad_error *error);
+
+/* ---- action (action.c) ---- */
+
+/* How an action rule makes slices of q, v, t from a path x [dof x n]; one row of a table. */
+struct phys_rule {
+    const char *name, *what;
+    /* q, v: [dof x m], t: [1 x m] at the rule's points of the whole path. */
+    void (*points)(ad_var x, double dt, ad_var *q, ad_var *v, ad_var *t);
+};
+extern const struct phys_rule *const phys_rules[]; /* NULL-terminated: left, left+repeat */
+const struct phys_rule *phys_rule_find(const char *name, struct ad_error *error);
+
+/* The action on a tape: path -> S, T, V and the objective that a descent minimises. */
+struct phys_action {
+    ad_var path;                                      /* input [dof x slices] */
+    ad_var kinetic_mean, potential_mean, action_mean; /* sums over slices / slices (and / bodies) */
+    ad_var action;                                    /* integral: dt * sum of L */
+    ad_var start_energy; /* input [1 x 1]: E0, held fixed along a descent */
+    ad_var first_energy; /* energy of the first slice, what E0 is to be set to */
+    ad_var objective;    /* action_mean + energy_weight * mean (E0 - E_i)^2, where E_i is
+                            (T_i + V_i) / slices (and / bodies), as published */
+};
+enum ad_status phys_action_record(ad_tape *tape, const struct phys_system *system,
+                                  const struct phys_rule *rule, size_t slices, double dt,
+                                  double energy_weight, struct phys_action *action);
+
+/* ---- checks of a Lagrangian (check.c) ---- */
+
+/* Where a Lagrangian is looked at: n slices of coordinates, velocities and time. */
+struct phys_points {
+    size_t n;
+    const double *q, *v; /* [dof x n] */
+    const double *t;     /* [1 x n] */
+};
+
+/* L and its gradient are finite there; AD_E_NONFINITE names the first operation that is not. */
+enum ad_status phys_check_finite(const struct phys_system *system, const struct phys_points *at,
+                                 struct ad_error *error);
+/* The gradient of the sum of L over the slices (order 1), or its second derivatives (order 2),
+   against differences; report->input is 0 for q, 1 for v, 2 for t, row and col are coordinate and
+   slice. `entries` and `tolerance` are those of ad_check_gradient. */
+enum ad_status phys_check_gradient(const struct phys_system *system, const struct phys_points *at,
+                                   int order, double tolerance, size_t entries,
+                                   struct ad_check *report, struct ad_error *error);
+
+/* Whether slice i of L depends on slice i of q, v and t alone, by moving one slice after the other
+   and comparing the bits of the rest. */
+struct phys_locality {
+    bool passed;
+    size_t slice, moved; /* L of `slice` reacts to slice `moved` ... */
+    size_t row;          /* ... of q (row < dof), v (< 2 dof) or t (2 dof); SIZE_MAX: several */
+};
+enum ad_status phys_check_locality(const struct phys_system *system, const struct phys_points *at,
+                                   struct phys_locality *report, struct ad_error *error);
+
+/* ---- motion (euler_lagrange.c) ---- */
+
+/* Accelerations of any Lagrangian from the tape: M(q,v) a = L_q - L_vq v - L_vt, M = L_vv. */
+typedef struct phys_motion phys_motion;
+enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **motion,
+                               struct ad_error *error);
+void phys_motion_free(phys_motion *motion);
+/* a [dof] at (q [dof], v [dof], t). AD_E_NONFINITE where it is not finite or M is singular, naming
+   the coordinate. */
+enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, const double *v,
+                                        double t, double *a, struct ad_error *error);
+
+/* Columns 0 and 1 of path [dof x slices] from q and v at t = 0: the second is q + v dt as published
+   (`euler`), or where the motion is after dt. */
+enum ad_status phys_first_slices(phys_motion *motion, const double *q, const double *v,
+                                 size_t slices, double dt, bool euler, double *path,
+                                 struct ad_error *error);
+/* The published ODE path: semi-implicit Euler, v += a dt; v *= damping; x += v dt, from the first
+   two slices: path [dof x slices], columns 0 and 1 given, the rest written. */
+enum ad_status phys_ode_path(phys_motion *motion, size_t slices, double dt, double damping,
+                             double *path, struct ad_error *error);
+/* Classical Runge-Kutta from q, v with `substeps` steps a slice: path [dof x slices]. */
+enum ad_status phys_fine_path(phys_motion *motion, const double *q, const double *v, size_t slices,
+                              double dt, size_t substeps, double *path, struct ad_error *error);
+
+/* Adds noise to `path` [dof x slices] in place; the same numbers for one seed on every machine. */
+void phys_noise_add(const struct phys_noise *noise, const struct phys_system *system, size_t slices,
+                    uint64_t seed, double *path);
+
+/* ---- stationary paths (path.c, solvers in path_*.c) ---- */
+
+struct phys_path_step {
+    size_t step;
+    const double *path;
+    double action, action_mean, kinetic_mean, potential_mean, objective, grad_norm;
+};
+
+struct phys_path_settings {
+    const struct phys_rule *rule;
+    size_t slices, steps;
+    double dt;
+    double learning_rate; /* adam */
+    double tolerance;     /* stop when |gradient| falls below tolerance * its start; 0: never */
+    double energy_weight;
+    size_t threads;
+    /* Called after step 0 (the start), and after every step; false stops the run cleanly. path is
+       [dof x slices]; means are those of phys_action. May be NULL. */
+    bool (*progress)(void *context, const struct phys_path_step *step);
+    void *context;
+};
+
+enum phys_stop {
+    PHYS_STOP_STEPS = 1,  /* all steps taken */
+    PHYS_STOP_TOLERANCE,  /* the gradient is small enough */
+    PHYS_STOP_INTERRUPTED /* progress returned false */
+};
+
+struct phys_path_info {
+    enum phys_stop stop;
+    size_t steps;
+    double seconds; /* of the solver alone */
+    double action, action_mean, kinetic_mean, potential_mean, grad_norm;
+};
+
+/* A solver: one file, one const struct, one line in the table. */
+struct phys_solver {
+    const char *name, *what;
+    enum ad_status (*solve)(const struct phys_system *system,
+                            const struct phys_path_settings *settings, double *path,
+                            struct phys_path_info *info, struct ad_error *error);
+};
+extern const struct phys_solver *const phys_solvers[]; /* NULL-terminated: adam */
+const struct phys_solver *phys_solver_find(const char *name, struct ad_error *error);
+
+/* The stationary path between the first and the last slice of path [dof x slices], in place, by
+   solver->solve after a look at the settings (AD_E_ARGUMENT). A value that is not finite stops it
+   with AD_E_NONFINITE, naming step, operation and the first coordinate in order of slices; path is
+   then as it was. */
+enum ad_status phys_path_solve(const struct phys_solver *solver, const struct phys_system *system,
+                               const struct phys_path_settings *settings, double *path,
+                               struct phys_path_info *info, struct ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

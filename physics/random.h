@@ -1,0 +1,20 @@
+/* Random numbers that are the same everywhere for one seed. */
+#ifndef PHYSICS_RANDOM_H
+#define PHYSICS_RANDOM_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct phys_random {
+    uint64_t state[4];
+    double spare; /* second number of the last normal pair */
+    bool has_spare;
+};
+
+void phys_random_seed(struct phys_random *random, uint64_t seed);
+/* In [0, 1), 53 random bits. */
+double phys_random_uniform(struct phys_random *random);
+/* Mean 0, standard deviation 1. */
+double phys_random_normal(struct phys_random *random);
+
+#endif

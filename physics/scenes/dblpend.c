@@ -1,0 +1,86 @@
+/* Two pendulums, one hanging from the other; chaotic at this energy. Angles from the vertical. */
+#include "../internal.h"
+
+#include <math.h>
+
+struct double_pendulum {
+    double m1, m2, l1, l2, g;
+    double a0, b0, a_rate0, b_rate0;
+};
+
+static const struct phys_param params[] = {
+    {"m1", "kg", "mass of the upper bob", 1, offsetof(struct double_pendulum, m1)},
+    {"m2", "kg", "mass of the lower bob", 1, offsetof(struct double_pendulum, m2)},
+    {"l1", "m", "length of the upper rod", 1, offsetof(struct double_pendulum, l1)},
+    {"l2", "m", "length of the lower rod", 1, offsetof(struct double_pendulum, l2)},
+    {"g", "m/s^2", "gravity", 1, offsetof(struct double_pendulum, g)},
+    {"a0", "rad", "upper angle at the start", 3 * M_PI / 7, offsetof(struct double_pendulum, a0)},
+    {"b0", "rad", "lower angle at the start", 3 * M_PI / 4, offsetof(struct double_pendulum, b0)},
+    {"a_rate0", "rad/s", "its angular velocity", 0, offsetof(struct double_pendulum, a_rate0)},
+    {"b_rate0", "rad/s", "its angular velocity", 0, offsetof(struct double_pendulum, b_rate0)},
+};
+
+static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *params_)
+{
+    const struct double_pendulum *p = params_;
+    (void)t;
+    ad_var a = ad_row(q, 0), b = ad_row(q, 1), va = ad_row(v, 0), vb = ad_row(v, 1);
+    ad_var cross = ad_mul(ad_mul(va, vb), ad_cos(ad_sub(a, b)));
+    return ad_add(ad_mul(0.5 * (p->m1 + p->m2) * p->l1 * p->l1, ad_square(va)),
+                  ad_add(ad_mul(0.5 * p->m2 * p->l2 * p->l2, ad_square(vb)),
+                         ad_mul(p->m2 * p->l1 * p->l2, cross)));
+}
+
+static ad_var potential(ad_var q, ad_var v, ad_var t, const void *params_)
+{
+    const struct double_pendulum *p = params_;
+    (void)v, (void)t;
+    ad_var a = ad_row(q, 0), b = ad_row(q, 1);
+    return ad_neg(ad_add(ad_mul((p->m1 + p->m2) * p->g * p->l1, ad_cos(a)),
+                         ad_mul(p->m2 * p->g * p->l2, ad_cos(b))));
+}
+
+static enum ad_status start(const void *params_, uint64_t seed, double *q, double *v,
+                            struct ad_error *error)
+{
+    const struct double_pendulum *p = params_;
+    (void)seed, (void)error;
+    q[0] = p->a0;
+    q[1] = p->b0;
+    v[0] = p->a_rate0;
+    v[1] = p->b_rate0;
+    return AD_OK;
+}
+
+static const struct phys_preset paper = {
+    .slices = 200,
+    .dt = 0.06,
+    .steps = 500,
+    .learning_rate = 1e-2,
+    .damping = 1,
+    .euler_start = true,
+    .noise = {.sigma = 0.6, .clip = 1},
+};
+
+const struct phys_scene phys_scene_dblpend = {
+    .version = PHYS_SCENE_VERSION,
+    .size = sizeof(struct phys_scene),
+    .name = "dblpend",
+    .what = "a double pendulum",
+    .dof = 2,
+    .dims = 2,
+    .coordinates = (const char *const[]){"a", "b"},
+    .unit = "rad",
+    .time_unit = "s",
+    .energy_unit = "J",
+    .params = params,
+    .n_params = LENGTH(params),
+    .params_bytes = sizeof(struct double_pendulum),
+    .kinetic = kinetic,
+    .potential = potential,
+    .slices = 200,
+    .dt = 0.06,
+    .start = start,
+    .picture = PHYS_PICTURE_ANGLES,
+    .paper = &paper,
+};

@@ -1,0 +1,131 @@
+/* Sun and planets under Newton's law, V = -sum over pairs of G m_i m_j / r, in SI units. A mass is
+   GM over G with GM as measured, to ten digits where G itself is known to five, unless it is set.
+ */
+#include "../internal.h"
+#include "ephemeris.h"
+
+#include <math.h>
+
+enum { MOST_PAIRS = PHYS_EPHEMERIS_MOST * (PHYS_EPHEMERIS_MOST - 1) / 2, MOST_DIMS = 3 };
+
+#define MASS(k, name)                                                                              \
+    {                                                                                              \
+        "mass_" name, "kg", "mass; 0: measured GM over G", 0, offsetof(struct ephemeris, mass[k])  \
+    }
+
+static const struct phys_param params[] = {
+    {"G", "m^3/(kg s^2)", "gravitational constant (CODATA 2018)", 6.67430e-11,
+     offsetof(struct ephemeris, G)},
+    {"dims", "1", "2: x and y only; 3", 3, offsetof(struct ephemeris, dims)},
+    MASS(0, "sun"),
+    MASS(1, "mercury"),
+    MASS(2, "venus"),
+    MASS(3, "earth"),
+    MASS(4, "mars"),
+};
+
+size_t phys_ephemeris_count(const struct ephemeris *ephemeris)
+{
+    return ephemeris->n ? ephemeris->n : PHYS_EPHEMERIS_BODIES;
+}
+
+const struct ephemeris_body *phys_ephemeris_body(const struct ephemeris *ephemeris, size_t k)
+{
+    return ephemeris->n ? &ephemeris->body[k] : &phys_ephemeris_bodies[k];
+}
+
+static double mass(const struct ephemeris *s, size_t k)
+{
+    const struct ephemeris_body *body = phys_ephemeris_body(s, k);
+    for (size_t j = 0; j < PHYS_EPHEMERIS_BODIES; j++)
+        if (phys_ephemeris_bodies[j].id == body->id && s->mass[j] != 0)
+            return s->mass[j];
+    return body->gm / s->G;
+}
+
+static size_t dims_of(const void *p)
+{
+    const struct ephemeris *s = p;
+    return (s->dims == 2 || s->dims == 3) && s->G > 0 ? (size_t)s->dims : 0;
+}
+
+static size_t dof_of(const void *p) { return dims_of(p) * phys_ephemeris_count(p); }
+
+static const char *body_name(const void *p, size_t k) { return phys_ephemeris_body(p, k)->name; }
+
+static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
+{
+    size_t dims = dims_of(p), dof = dof_of(p);
+    double half[PHYS_EPHEMERIS_MOST * MOST_DIMS];
+    (void)q, (void)t;
+    for (size_t k = 0; k < dof; k++)
+        half[k] = 0.5 * mass(p, k / dims);
+    return ad_sum_rows(ad_mul(ad_const(v.tape, dof, 1, half), ad_square(v)));
+}
+
+static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
+{
+    const struct ephemeris *s = p;
+    size_t n = phys_ephemeris_count(s), pair = 0;
+    double strength[MOST_PAIRS];
+    (void)v, (void)t;
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = i + 1; j < n; j++)
+            strength[pair++] = -s->G * mass(s, i) * mass(s, j);
+    ad_var r = ad_sqrt(phys_pair_squares(q, n, dims_of(s), 0));
+    return ad_sum_rows(ad_div(ad_const(q.tape, pair, 1, strength), r));
+}
+
+static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,
+                            struct ad_error *error)
+{
+    size_t dims = dims_of(p), dof = dof_of(p);
+    (void)seed, (void)error;
+    for (size_t k = 0; k < dof; k++) {
+        q[k] = phys_ephemeris_body(p, k / dims)->position[k % dims];
+        v[k] = phys_ephemeris_body(p, k / dims)->velocity[k % dims];
+    }
+    return AD_OK;
+}
+
+static const struct phys_setting published[] = {
+    {"G", 6.67e-11},         {"dims", 2},
+    {"mass_sun", 1.99e30},   {"mass_mercury", 3.3e23},
+    {"mass_venus", 4.87e24}, {"mass_earth", 5.97e24},
+    {"mass_mars", 6.42e23},
+};
+
+static const struct phys_preset paper = {
+    .slices = 65,
+    .dt = 86400,
+    .steps = 500,
+    .learning_rate = 1e9,
+    .damping = 1,
+    .noise = {.sigma = 2e10, .clip = 1, .quiet_bodies = 1},
+    .set = published,
+    .n_set = LENGTH(published),
+};
+
+const struct phys_scene phys_scene_ephemeris = {
+    .version = PHYS_SCENE_VERSION,
+    .size = sizeof(struct phys_scene),
+    .name = "ephemeris",
+    .what = "the Sun and the inner planets from " PHYS_EPHEMERIS_DATE ", or bodies from tables",
+    .dof_of = dof_of,
+    .dims_of = dims_of,
+    .body_name = body_name,
+    .unit = "m",
+    .time_unit = "s",
+    .energy_unit = "J",
+    .params = params,
+    .n_params = LENGTH(params),
+    .params_bytes = sizeof(struct ephemeris),
+    .kinetic = kinetic,
+    .potential = potential,
+    .slices = 65,
+    .dt = 86400,
+    .start = start,
+    .per_body = true,
+    .picture = PHYS_PICTURE_PLANE,
+    .paper = &paper,
+};

@@ -1,0 +1,75 @@
+/* A pendulum of any amplitude. Over a whole swing the true path is a saddle of the action. */
+#include "../internal.h"
+
+#include <math.h>
+
+struct pendulum {
+    double m, l, g, theta0, rate0;
+};
+
+static const struct phys_param params[] = {
+    {"m", "kg", "mass", 1, offsetof(struct pendulum, m)},
+    {"l", "m", "length", 180, offsetof(struct pendulum, l)},
+    {"g", "m/s^2", "gravity", 1, offsetof(struct pendulum, g)},
+    {"theta0", "rad", "angle at the start, 0 hangs down", M_PI / 2,
+     offsetof(struct pendulum, theta0)},
+    {"rate0", "rad/s", "angular velocity at the start", 0, offsetof(struct pendulum, rate0)},
+};
+
+static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
+{
+    const struct pendulum *s = p;
+    (void)q, (void)t;
+    return ad_mul(0.5 * s->m * s->l * s->l, ad_square(v));
+}
+
+static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
+{
+    const struct pendulum *s = p;
+    (void)v, (void)t;
+    return ad_mul(s->m * s->g * s->l, ad_sub(1.0, ad_cos(q)));
+}
+
+static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,
+                            struct ad_error *error)
+{
+    const struct pendulum *s = p;
+    (void)seed, (void)error;
+    q[0] = s->theta0;
+    v[0] = s->rate0;
+    return AD_OK;
+}
+
+static const struct phys_preset paper = {
+    .slices = 100,
+    .dt = 1,
+    .steps = 500,
+    .learning_rate = 5e-2,
+    .energy_weight = 100,
+    .damping = 1,
+    .euler_start = true,
+    .noise = {.sigma = 0.2, .clip = 1, .margin = 2, .scale = 0.7},
+};
+
+const struct phys_scene phys_scene_pendulum = {
+    .version = PHYS_SCENE_VERSION,
+    .size = sizeof(struct phys_scene),
+    .name = "pendulum",
+    .what = "a pendulum of any amplitude",
+    .dof = 1,
+    .dims = 1,
+    .coordinates = (const char *const[]){"theta"},
+    .unit = "rad",
+    .time_unit = "s",
+    .energy_unit = "J",
+    .params = params,
+    .n_params = LENGTH(params),
+    .params_bytes = sizeof(struct pendulum),
+    .kinetic = kinetic,
+    .potential = potential,
+    .slices = 100,
+    .dt = 1,
+    .start = start,
+    .picture = PHYS_PICTURE_ANGLES,
+    .paper = &paper,
+};
