@@ -37,8 +37,8 @@ enum ad_status {
     AD_E_TAPE = -3,      /* variables of two tapes, or a variable the program does not have */
     AD_E_ARGUMENT = -4,  /* an argument outside its range */
     AD_E_NONFINITE = -5, /* a value is infinite or not a number */
-    AD_E_INPUT = -6,     /* unusable data from outside: file, line and what was expected are named */
-    AD_E_IO = -7         /* a file could not be read or written */
+    AD_E_INPUT = -6, /* unusable data from outside: file, line and what was expected are named */
+    AD_E_IO = -7     /* a file could not be read or written */
 };
 
 /* An error and its one-line explanation; zero-initialised is "no error". */
@@ -74,8 +74,8 @@ void ad_tape_reset(ad_tape *tape);
 void ad_tape_free(ad_tape *tape);
 /* First error of the recording (status AD_OK if none). Lives as long as the tape. */
 const struct ad_error *ad_tape_error(const ad_tape *tape);
-/* Keeps an error in the tape, as operations do: for callbacks that find they cannot record what they
-   should. Returns a handle that later operations pass through. */
+/* Keeps an error in the tape, as operations do: for callbacks that find they cannot record what
+   they should. Returns a handle that later operations pass through. */
 ad_var ad_refuse(ad_tape *tape, enum ad_status status, const char *format, ...)
 #if defined(__GNUC__)
     __attribute__((format(printf, 3, 4)))
@@ -150,14 +150,14 @@ static inline ad_arg ad_to_arg(double x) { return ad_arg_number(x); }
 #define AD_ARG(x) ad_to_arg(x)
 extern "C" {
 #else
-#define AD_ARG(x) _Generic((x), ad_var: ad_arg_var, default: ad_arg_number)(x)
+#define AD_ARG(x) _Generic((x), ad_var : ad_arg_var, default : ad_arg_number)(x)
 #endif
 
 /* Binary operations: variable or number on either side (one of them a variable), broadcasting.
    min, max: where both are equal each side gets half the gradient; NaN wins. hypot, atan2: gradient
-   0 at (0, 0). pow: gradient 0 at base 0 where the true one is infinite; the gradient of the exponent
-   at base 0 is 0. Small whole exponents given as numbers become products.
-   Comparisons give 1 or 0 and have no gradient. */
+   0 at (0, 0). pow: gradient 0 at base 0 where the true one is infinite; the gradient of the
+   exponent at base 0 is 0. Small whole exponents given as numbers become products. Comparisons give
+   1 or 0 and have no gradient. */
 #define ad_add(a, b) ad_binary(AD_OP_add, AD_ARG(a), AD_ARG(b))
 #define ad_sub(a, b) ad_binary(AD_OP_sub, AD_ARG(a), AD_ARG(b))
 #define ad_mul(a, b) ad_binary(AD_OP_mul, AD_ARG(a), AD_ARG(b))
@@ -180,10 +180,10 @@ extern "C" {
 
 /* ---- shape and structure ---- */
 
-ad_var ad_sum(ad_var x);      /* all elements -> 1 x 1 */
-ad_var ad_sum_rows(ad_var x); /* over rows    -> 1 x cols */
-ad_var ad_sum_cols(ad_var x); /* over columns -> rows x 1 */
-ad_var ad_mean(ad_var x);     /* all elements -> 1 x 1 */
+ad_var ad_sum(ad_var x);           /* all elements -> 1 x 1 */
+ad_var ad_sum_rows(ad_var x);      /* over rows    -> 1 x cols */
+ad_var ad_sum_cols(ad_var x);      /* over columns -> rows x 1 */
+ad_var ad_mean(ad_var x);          /* all elements -> 1 x 1 */
 ad_var ad_dot(ad_var a, ad_var b); /* sum of a*b, shapes broadcast -> 1 x 1 */
 
 /* op(a) op(b), where op transposes if its flag is set. */
@@ -191,12 +191,12 @@ ad_var ad_matmul(ad_var a, bool transpose_a, ad_var b, bool transpose_b);
 ad_var ad_transpose(ad_var x);
 
 /* Views: no copy is made. Slices need first + count within the shape. */
-ad_var ad_row(ad_var x, size_t row);                          /* -> 1 x cols */
-ad_var ad_col(ad_var x, size_t col);                          /* -> rows x 1 */
-ad_var ad_slice_rows(ad_var x, size_t first, size_t count);   /* -> count x cols */
-ad_var ad_slice_cols(ad_var x, size_t first, size_t count);   /* -> rows x count */
-ad_var ad_reshape(ad_var x, size_t rows, size_t cols);        /* same elements in row-major order */
-ad_var ad_broadcast(ad_var x, size_t rows, size_t cols);      /* repeats a scalar, column or row */
+ad_var ad_row(ad_var x, size_t row);                        /* -> 1 x cols */
+ad_var ad_col(ad_var x, size_t col);                        /* -> rows x 1 */
+ad_var ad_slice_rows(ad_var x, size_t first, size_t count); /* -> count x cols */
+ad_var ad_slice_cols(ad_var x, size_t first, size_t count); /* -> rows x count */
+ad_var ad_reshape(ad_var x, size_t rows, size_t cols);      /* same elements in row-major order */
+ad_var ad_broadcast(ad_var x, size_t rows, size_t cols);    /* repeats a scalar, column or row */
 ad_var ad_gather_rows(ad_var x, size_t n, const uint32_t rows[]); /* row k is row rows[k] of x */
 
 /* Adds row k of x into row rows[k] of a zero matrix of `height` rows; the adjoint of gather. */
@@ -205,21 +205,22 @@ ad_var ad_scatter_rows(ad_var x, const uint32_t rows[], size_t height);
 ad_var ad_concat_rows(size_t n, const ad_var parts[]); /* one above the other */
 ad_var ad_concat_cols(size_t n, const ad_var parts[]); /* side by side */
 
-/* Zero matrix rows x cols with every part added at its place (row[k], col[k]); the adjoint of slices. */
+/* Zero matrix rows x cols with every part added at its place (row[k], col[k]); the adjoint of
+ * slices. */
 ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var parts[],
                 const size_t row[], const size_t col[]);
 
-/* Time difference: column i is scale*(x[i+1] - x[i]); rows x (cols-1), or, with `repeat`, rows x cols
-   with the last column twice. */
+/* Time difference: column i is scale*(x[i+1] - x[i]); rows x (cols-1), or, with `repeat`, rows x
+   cols with the last column twice. */
 ad_var ad_diff(ad_var x, double scale, bool repeat);
 /* Its adjoint, `cols` columns wide. */
 ad_var ad_diff_adjoint(ad_var u, double scale, bool repeat, size_t cols);
 
 /* ---- gradient ---- */
 
-/* Appends the gradient of the sum of y's elements with respect to x[0..n-1] to the tape: g[k] has the
-   shape of x[k]. The rules are written in these same operations, so g can be differentiated again.
-   Runs in time linear in the tape, without recursion. Returns the tape's status. */
+/* Appends the gradient of the sum of y's elements with respect to x[0..n-1] to the tape: g[k] has
+   the shape of x[k]. The rules are written in these same operations, so g can be differentiated
+   again. Runs in time linear in the tape, without recursion. Returns the tape's status. */
 enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[]);
 
 /* ---- program ---- */
@@ -235,8 +236,8 @@ void ad_program_free(ad_program *program);
 enum ad_status ad_set(ad_program *program, ad_var x, const double *values);
 /* Copies an input or output to rows*cols doubles. */
 enum ad_status ad_get(const ad_program *program, ad_var x, double *values);
-/* The storage of an input or output, rows*cols contiguous elements of the tape's type, fixed for the
-   life of the program; NULL if the program has no such input or output. */
+/* The storage of an input or output, rows*cols contiguous elements of the tape's type, fixed for
+   the life of the program; NULL if the program has no such input or output. */
 void *ad_data(ad_program *program, ad_var x);
 /* One pass over the program; allocates nothing. */
 void ad_run(ad_program *program);
@@ -265,12 +266,12 @@ struct ad_program_info ad_program_info(const ad_program *program);
    |tape - difference| / (largest |gradient| of that input + tiny). */
 struct ad_check {
     bool passed;
-    size_t entries;      /* compared */
-    double worst;        /* error of the worst entry */
-    size_t input;        /* of the worst entry: which x, row and column */
+    size_t entries; /* compared */
+    double worst;   /* error of the worst entry */
+    size_t input;   /* of the worst entry: which x, row and column */
     size_t row, col;
-    double tape;         /* of the worst entry: gradient on the tape ... */
-    double difference;   /* ... and by differences */
+    double tape;       /* of the worst entry: gradient on the tape ... */
+    double difference; /* ... and by differences */
 };
 
 /* Compares the gradient of the scalar y at x[k] = at[k] (rows*cols doubles each). At most `entries`

@@ -8,10 +8,7 @@
 
 enum { ALIGNMENT = 64 };
 
-static size_t aligned(size_t bytes)
-{
-    return (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-}
+static size_t aligned(size_t bytes) { return (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT; }
 
 /* ---- making a program ---- */
 
@@ -207,7 +204,8 @@ enum ad_status ad_set(ad_program *p, ad_var x, const double *values)
     if (!port || !port->input)
         return AD_E_TAPE;
     const struct value *v = &p->values[port->value];
-    p->kernels->from_double((size_t)v->rows * v->cols, p->memory + p->locs[port->value].off, values);
+    p->kernels->from_double((size_t)v->rows * v->cols, p->memory + p->locs[port->value].off,
+                            values);
     return AD_OK;
 }
 

@@ -3,15 +3,6 @@
 
 #include <stdlib.h>
 
-enum {
-    CACHE_BYTES = 24 << 10, /* what the tiles of a segment may take: most of a first-level cache */
-    MIN_TILE = 128,
-    MAX_TILE = 1024,
-    PARALLEL_WORK = 1 << 19, /* elements times instructions worth splitting */
-    MAX_CHUNKS = 32,
-    ROW_CHUNKS = 4 /* copies of results that rows are added into: few */
-};
-
 #define APPEND(array, count, max, element)                                                         \
     (ad_reserve((void **)&(array), (count), &(max), 1, sizeof *(array))                            \
          ? ((array)[(count)++] = (element), true)                                                  \
@@ -31,8 +22,8 @@ static bool append_instruction(struct plan *p, struct instruction in)
 /* ---- operands ---- */
 
 /* The location of operand k of v, spread over a rows x cols space. */
-static bool operand(struct plan *p, const struct value *v, uint32_t k, uint32_t rows,
-                    uint32_t cols, uint32_t *index)
+static bool operand(struct plan *p, const struct value *v, uint32_t k, uint32_t rows, uint32_t cols,
+                    uint32_t *index)
 {
     struct graph *g = p->graph;
     const struct loc *at = operand_loc(g, v, k);
@@ -56,136 +47,12 @@ static bool operand(struct plan *p, const struct value *v, uint32_t k, uint32_t 
     return append_loc(g, l, index);
 }
 
-/* One number for the whole space. */
-static bool is_number(const struct loc *l)
-{
-    return l->cs == 0 && l->rs == 0 && !l->list;
-}
-
-/* ---- segments ---- */
-
-/* The space can be walked as one long row: all operands contiguous or numbers. */
-static bool is_flat(const struct plan *p, const struct group *group)
-{
-    const struct graph *g = p->graph;
-    for (uint32_t i = 0; i < group->count; i++) {
-        const struct value *v = &g->values[g->order[group->first + i]];
-        const struct value *space = is_sink(v->op) ? &g->values[v->in[0]] : v;
-        if (is_stencil(v->op) || (is_sink(v->op) && v->op != AD_OP_sum))
-            return false;
-        for (uint32_t k = 0; k < n_inputs(v); k++) {
-            const struct loc *l = operand_loc(g, v, k);
-            const struct value *x = v->op == AD_OP_copy && v->in[1] ? v : &g->values[v->in[k]];
-            bool number = (x->rows == 1 && x->cols == 1) || is_number(l);
-            bool whole = x->rows == space->rows && x->cols == space->cols && !l->list &&
-                         l->cs == 1 && (l->rs == x->cols || x->rows == 1);
-            if (!number && !whole)
-                return false;
-        }
-    }
-    return true;
-}
-
-struct slots {
-    uint32_t *free;
-    uint32_t n_free, n;
-};
-
-static uint32_t take_slot(struct slots *s)
-{
-    return s->n_free ? s->free[--s->n_free] : s->n++;
-}
-
-/* Operands of a select that are numbers are spread into tiles of their own first. */
-static uint32_t spread_operands(const struct plan *p, const struct value *v)
-{
-    uint32_t n = 0;
-    if (ad_ops[v->op].arity != 3 || !ad_ops[v->op].elementwise)
-        return 0;
-    for (uint32_t k = 0; k < 3; k++) {
-        const struct value *x = &p->graph->values[v->in[k]];
-        bool number = x->rows == 1 && x->cols == 1 && (v->rows > 1 || v->cols > 1);
-        n += number || operand_loc(p->graph, v, k)->cs == 0 || (x->cols == 1 && v->cols > 1);
-    }
-    return n;
-}
-
-static bool in_tile(const struct graph *g, const struct value *v, uint32_t k)
-{
-    return reads_in_step(g, v, k) && !(g->values[v->in[k]].flags & VALUE_STORED);
-}
-
-/* Gives the group's values that are not stored slots in the tile, as few as their lifetimes allow. */
-static bool assign_slots(struct plan *p, const struct group *group, uint32_t *n_slots)
-{
-    struct graph *g = p->graph;
-    struct slots s = {.free = malloc((group->count + 4) * sizeof *s.free)};
-    if (!s.free)
-        return false;
-    uint32_t most_spread = 0;
-    for (uint32_t i = 0; i < group->count; i++) {
-        const struct value *v = &g->values[g->order[group->first + i]];
-        for (uint32_t k = 0; k < n_inputs(v); k++)
-            if (in_tile(g, v, k))
-                p->spot[v->in[k]] = i;
-    }
-    for (uint32_t i = 0; i < group->count; i++) {
-        uint32_t id = g->order[group->first + i];
-        const struct value *v = &g->values[id];
-        uint32_t spread = spread_operands(p, v);
-        if (spread > most_spread)
-            most_spread = spread;
-        for (uint32_t k = 0; k < n_inputs(v); k++) {
-            uint32_t x = v->in[k];
-            bool repeated = (k > 0 && v->in[0] == x) || (k > 1 && v->in[1] == x);
-            if (in_tile(g, v, k) && p->spot[x] == i && !repeated)
-                s.free[s.n_free++] = (uint32_t)g->locs[x].off;
-        }
-        if (!(v->flags & VALUE_STORED))
-            g->locs[id].off = take_slot(&s);
-    }
-    *n_slots = s.n + most_spread; /* the last ones hold spread operands */
-    free(s.free);
-    return true;
-}
-
-static void shape_tiles(struct plan *p, struct segment *segment, uint32_t n_slots)
-{
-    size_t tile = CACHE_BYTES / p->program->element / (n_slots + 2);
-    tile = tile < MIN_TILE ? MIN_TILE : tile > MAX_TILE ? MAX_TILE : tile & ~(size_t)15;
-    if (segment->cols > tile) {
-        segment->tile_rows = 1;
-        segment->tile_cols = (uint32_t)tile;
-    } else {
-        size_t rows = tile / segment->cols;
-        segment->tile_rows = (uint32_t)(rows < segment->rows ? rows : segment->rows);
-        segment->tile_cols = segment->cols;
-    }
-}
-
-static void split_chunks(struct segment *s)
-{
-    double work = (double)s->rows * s->cols * s->count;
-    uint32_t col_tiles = (s->cols - 1) / s->tile_cols + 1;
-    uint32_t row_tiles = (s->rows - 1) / s->tile_rows + 1;
-    s->chunks = 1;
-    s->by_rows = false;
-    if (work < PARALLEL_WORK)
-        return;
-    if (col_tiles >= 8) {
-        s->chunks = col_tiles < MAX_CHUNKS ? col_tiles : MAX_CHUNKS;
-    } else if (row_tiles >= 8) {
-        s->chunks = ROW_CHUNKS;
-        s->by_rows = true;
-    }
-}
-
 /* ---- instructions ---- */
 
 /* A tile of this location is contiguous, or one number. */
 static bool tile_is_flat(const struct loc *l, const struct segment *s)
 {
-    if (is_number(l) || l->base == BASE_TILE)
+    if (ad_is_number(l) || l->base == BASE_TILE)
         return true;
     return !l->list && l->cs == 1 && (s->tile_rows == 1 || l->rs == s->tile_cols);
 }
@@ -213,10 +80,8 @@ static bool emit_elementwise(struct plan *p, const struct segment *s, uint32_t i
     struct graph *g = p->graph;
     const struct value *v = &g->values[id];
     const struct ad_kernels *kernels = p->program->kernels;
-    struct instruction in = {.kind = DO_ELEMENTWISE,
-                             .n_in = ad_ops[v->op].arity,
-                             .value = id,
-                             .loc = {id}};
+    struct instruction in = {
+        .kind = DO_ELEMENTWISE, .n_in = ad_ops[v->op].arity, .value = id, .loc = {id}};
     unsigned variant = 0;
     for (uint32_t k = 0; k < in.n_in; k++) {
         if (!operand(p, v, k, v->rows, v->cols, &in.loc[1 + k]))
@@ -286,9 +151,8 @@ static bool emit_sink(struct plan *p, const struct segment *s, uint32_t id)
     struct ad_program *program = p->program;
     struct loc result = g->locs[id];
     struct instruction in = {.n_in = 1, .value = id, .loc = {0, v->in[0]}};
-    struct sink sink = {.instruction = (uint32_t)program->n_instructions,
-                        .rows = v->rows,
-                        .cols = v->cols};
+    struct sink sink = {
+        .instruction = (uint32_t)program->n_instructions, .rows = v->rows, .cols = v->cols};
     in.kind = v->op == AD_OP_sum ? DO_SUM : v->op == AD_OP_sum_cols ? DO_SUM_COLS : DO_ADD_ROWS;
     sink.kind = in.kind;
     if (v->op == AD_OP_sum_rows)
@@ -315,14 +179,8 @@ static bool emit_fused(struct plan *p, const struct group *group, struct segment
     s.rows = space->rows;
     s.cols = space->cols;
     s.count = group->count;
-    if ((size_t)s.rows * s.cols < UINT32_MAX && is_flat(p, group)) {
-        s.cols *= s.rows;
-        s.rows = 1;
-    }
-    if (!assign_slots(p, group, &n_slots))
+    if (!ad_plan_tiles(p, group, &s, &n_slots))
         return false;
-    shape_tiles(p, &s, n_slots);
-    split_chunks(&s);
     size_t slot_bytes = ((size_t)s.tile_rows * s.tile_cols * p->program->element + 63) / 64 * 64;
     uint32_t first_loc = (uint32_t)g->n_locs;
     for (uint32_t i = 0; i < group->count; i++) {
@@ -336,10 +194,10 @@ static bool emit_fused(struct plan *p, const struct group *group, struct segment
     for (uint32_t i = 0; i < group->count; i++) {
         uint32_t id = g->order[group->first + i];
         uint16_t op = g->values[id].op;
-        uint32_t spread_slot = n_slots - spread_operands(p, &g->values[id]);
-        if (is_sink(op) ? !emit_sink(p, &s, id)
-                        : is_stencil(op) ? !emit_stencil(p, id)
-                                         : !emit_elementwise(p, &s, id, spread_slot))
+        uint32_t spread_slot = n_slots - ad_spread_operands(p, &g->values[id]);
+        if (is_sink(op)      ? !emit_sink(p, &s, id)
+            : is_stencil(op) ? !emit_stencil(p, id)
+                             : !emit_elementwise(p, &s, id, spread_slot))
             return false;
     }
     for (uint32_t i = 0; i < group->count; i++) { /* slots become bytes */
@@ -414,8 +272,7 @@ bool ad_plan_emit(struct plan *p)
         struct segment s = {.first = (uint32_t)p->program->n_instructions,
                             .first_sink = (uint32_t)p->program->n_sinks};
         uint32_t id = g->order[g->groups[i].first];
-        if (is_alone(g->values[id].op) ? !emit_alone(p, id, s)
-                                       : !emit_fused(p, &g->groups[i], s))
+        if (is_alone(g->values[id].op) ? !emit_alone(p, id, s) : !emit_fused(p, &g->groups[i], s))
             return false;
     }
     if (g->n_constant_groups == g->n_groups)

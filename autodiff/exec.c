@@ -1,8 +1,8 @@
 /* The executor: walks each segment tile by tile, one kernel call an instruction and tile.
 
-   Large segments are split into chunks whose number and borders depend on sizes alone; each chunk adds
-   into a private copy of the sums, and the copies are added in order. Threads only decide who runs
-   which chunk, so they change no bit of the result. */
+   Large segments are split into chunks whose number and borders depend on sizes alone; each chunk
+   adds into a private copy of the sums, and the copies are added in order. Threads only decide who
+   runs which chunk, so they change no bit of the result. */
 #include "blas.h"
 #include "exec.h"
 
@@ -141,7 +141,4 @@ void ad_program_execute(ad_program *p, size_t first, size_t last, struct check *
     ad_blas_threads(before);
 }
 
-void ad_run(ad_program *p)
-{
-    ad_program_execute(p, p->n_constant_segments, p->n_segments, NULL);
-}
+void ad_run(ad_program *p) { ad_program_execute(p, p->n_constant_segments, p->n_segments, NULL); }

@@ -38,7 +38,8 @@ struct cursor {
     size_t step;          /* bytes from row to row */
 };
 
-static inline struct cursor cursor_at(const ad_program *p, const struct loc *l, const struct tile *t)
+static inline struct cursor cursor_at(const ad_program *p, const struct loc *l,
+                                      const struct tile *t)
 {
     struct cursor c = {t->base[l->base] + l->off, NULL, l->rs * p->element};
     if (l->base == BASE_TILE)

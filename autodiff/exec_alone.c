@@ -7,7 +7,8 @@
 static void matmul(const ad_program *p, const struct segment *g, const struct instruction *in)
 {
     enum { PIECE = 64, MAX_PIECES = 16 };
-    const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]], *b = &p->locs[in->loc[2]];
+    const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]],
+                     *b = &p->locs[in->loc[2]];
     const struct value *va = &p->values[in->loc[1]];
     bool ta = in->loc[3] & 1, tb = in->loc[3] >> 1;
     size_t m = g->rows, n = g->cols, k = ta ? va->rows : va->cols, e = p->element;
@@ -16,7 +17,8 @@ static void matmul(const ad_program *p, const struct segment *g, const struct in
     if ((double)m * (double)n * (double)k > 1e6)
         pieces = extent_of / PIECE < MAX_PIECES ? extent_of / PIECE : MAX_PIECES;
     pieces += pieces == 0;
-#pragma omp parallel for num_threads((int)p->threads) schedule(static, 1) if (pieces > 1 && p->threads > 1)
+#pragma omp parallel for num_threads((int)p->threads)                                              \
+    schedule(static, 1) if (pieces > 1 && p->threads > 1)
     for (size_t i = 0; i < pieces; i++) {
         size_t from = extent_of * i / pieces, size = extent_of * (i + 1) / pieces - from;
         const char *pa = p->memory + a->off, *pb = p->memory + b->off;
@@ -24,8 +26,8 @@ static void matmul(const ad_program *p, const struct segment *g, const struct in
         pa += by_rows ? from * (ta ? 1 : a->rs) * e : 0;
         pb += by_rows ? 0 : from * (tb ? b->rs : 1) * e;
         po += from * (by_rows ? o->rs : 1) * e;
-        ad_blas_gemm(p->type, ta, tb, by_rows ? size : m, by_rows ? n : size, k, pa, a->rs, pb, b->rs,
-                     po, o->rs);
+        ad_blas_gemm(p->type, ta, tb, by_rows ? size : m, by_rows ? n : size, k, pa, a->rs, pb,
+                     b->rs, po, o->rs);
     }
 }
 
@@ -59,5 +61,6 @@ void ad_run_alone(const ad_program *p, const struct segment *g)
     else if (in->kind == DO_PLACE)
         place(p, g, in);
     else
-        p->kernels->transpose(g->cols, g->rows, p->memory + o->off, o->rs, p->memory + a->off, a->rs);
+        p->kernels->transpose(g->cols, g->rows, p->memory + o->off, o->rs, p->memory + a->off,
+                              a->rs);
 }

@@ -1,5 +1,5 @@
-/* The instructions of a fused segment over one tile: a kernel call each, or one a row where the tile
-   is not contiguous for some operand. */
+/* The instructions of a fused segment over one tile: a kernel call each, or one a row where the
+   tile is not contiguous for some operand. */
 #include "exec.h"
 
 static void elementwise(const ad_program *p, const struct instruction *in, const struct tile *t)
@@ -44,8 +44,8 @@ static void diff(const ad_program *p, const struct instruction *in, const struct
     }
 }
 
-/* Columns of the adjoint: g[i] = scale*(u[i-1] - u[i]) inside, with the repeated column of u counted
-   to the one before it. */
+/* Columns of the adjoint: g[i] = scale*(u[i-1] - u[i]) inside, with the repeated column of u
+   counted to the one before it. */
 static void diff_adjoint(const ad_program *p, const struct instruction *in, const struct tile *t)
 {
     const struct loc *x = &p->locs[in->loc[1]];
@@ -58,8 +58,8 @@ static void diff_adjoint(const ad_program *p, const struct instruction *in, cons
         double extra = in->loc[3] ? element_at(p, u, width - 1) : 0;
         uint32_t from = t->col ? t->col : 1, to = end < width ? end : width - 1;
         if (from < to)
-            p->kernels->diff(to - from, y + (from - t->col) * p->element, u + (from - 1) * p->element,
-                             -scale);
+            p->kernels->diff(to - from, y + (from - t->col) * p->element,
+                             u + (from - 1) * p->element, -scale);
         if (t->col == 0)
             put(p, y, 0, -scale * (element_at(p, u, 0) + (width == 2 ? extra : 0)));
         if (width > 2 && t->col <= width - 2 && end > width - 2)

@@ -196,8 +196,8 @@ bool ad_graph_build(struct graph *g, const ad_tape *tape, size_t n_out, const ad
         goto done;
     for (size_t id = 0; id < tape->n_nodes; id++)
         if (live[id])
-            g->renumber[id] = share(
-                g, renumbered(g, node_at(tape, (uint32_t)id), (uint32_t)id), table, mask);
+            g->renumber[id] =
+                share(g, renumbered(g, node_at(tape, (uint32_t)id), (uint32_t)id), table, mask);
     built = list_ports(g, n_out, out);
 done:
     free(live);

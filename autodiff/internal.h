@@ -51,10 +51,7 @@ static inline struct node *node_at(const ad_tape *tape, uint32_t id)
     return &tape->blocks[id >> BLOCK_BITS][id & (BLOCK_SIZE - 1)];
 }
 
-static inline size_t node_size(const struct node *n)
-{
-    return (size_t)n->rows * n->cols;
-}
+static inline size_t node_size(const struct node *n) { return (size_t)n->rows * n->cols; }
 
 static inline size_t type_bytes(enum ad_type type)
 {
@@ -73,7 +70,8 @@ bool ad_reserve(void **array, size_t n, size_t *max, size_t more, size_t size);
 
 /* Appends a node; on failure the error is kept and the handle of node 0 returned. */
 ad_var ad_append(ad_tape *tape, struct node node);
-/* Appends numbers or list entries; returns the offset of the first, UINT32_MAX when out of memory. */
+/* Appends numbers or list entries; returns the offset of the first, UINT32_MAX when out of memory.
+ */
 uint32_t ad_append_numbers(ad_tape *tape, size_t n, const double *values);
 uint32_t ad_append_list(ad_tape *tape, size_t n, const uint32_t *values);
 

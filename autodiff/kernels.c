@@ -202,13 +202,14 @@ static void to_double(size_t n, double *o, const void *pa)
 extern const struct ad_kernels EXPAND(ad_kernels_, TYPE_NAME, _, AD_KERNEL_ISA);
 const struct ad_kernels EXPAND(ad_kernels_, TYPE_NAME, _, AD_KERNEL_ISA) = {
     .isa = EXPAND_TEXT(AD_KERNEL_ISA),
-    .op = {
+    .op =
+        {
 #define AD_UNARY(name, value, dx, lo, hi) [AD_OP_##name] = {name##_v, name##_s},
 #define AD_BINARY(name, value, da, db, lo, hi)                                                     \
     [AD_OP_##name] = {name##_vv, name##_sv, name##_vs, name##_ss},
 #define AD_TERNARY(name, value, da, db, dc, lo, hi) [AD_OP_##name] = {name##_vvv},
 #include "ops.def"
-    },
+        },
     .sum = sum,
     .diff = diff,
     .collect = collect,

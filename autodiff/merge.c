@@ -1,6 +1,6 @@
-/* Sums of sums: where the results of several sums over rows or scatters of one segment are only added
-   up or subtracted, they all add into the memory of the total. A pair law's gradient is such a sum:
-   one scatter for each side and coordinate. */
+/* Sums of sums: where the results of several sums over rows or scatters of one segment are only
+   added up or subtracted, they all add into the memory of the total. A pair law's gradient is such
+   a sum: one scatter for each side and coordinate. */
 #include "program.h"
 
 #include <stdlib.h>

@@ -15,10 +15,10 @@ enum ad_optimiser_method { AD_SGD, AD_ADAM };
 struct ad_optimiser_settings {
     enum ad_optimiser_method method;
     double learning_rate;
-    double momentum;             /* SGD: v = momentum v + g, x -= rate v */
+    double momentum;              /* SGD: v = momentum v + g, x -= rate v */
     double beta1, beta2, epsilon; /* Adam (Kingma and Ba 2015, algorithm 1) */
-    double weight_decay;         /* g += weight_decay x, as in PyTorch's Adam and SGD ... */
-    bool decoupled;              /* ... or x -= rate weight_decay x (AdamW) */
+    double weight_decay;          /* g += weight_decay x, as in PyTorch's Adam and SGD ... */
+    bool decoupled;               /* ... or x -= rate weight_decay x (AdamW) */
 };
 
 /* The usual settings of a method: rate 1e-3, betas .9 and .999, epsilon 1e-8, nothing else. */

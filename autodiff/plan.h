@@ -9,9 +9,9 @@ struct plan {
     struct ad_program *program;
     size_t memory; /* bytes of values so far */
     /* per value, while planning */
-    uint32_t *last;  /* last group that reads it */
-    uint32_t *link;  /* lists of dying and of free memory */
-    uint32_t *spot;  /* emit: last reader within the segment; of merged values: their sink */
+    uint32_t *last; /* last group that reads it */
+    uint32_t *link; /* lists of dying and of free memory */
+    uint32_t *spot; /* emit: last reader within the segment; of merged values: their sink */
     /* growth of the program's arrays */
     size_t max_instructions, max_segments, max_sinks, max_parts, max_numbers;
     size_t tile_bytes;
@@ -31,6 +31,18 @@ static inline size_t place_count(const struct graph *g, const struct value *v)
 /* The parts follow each other along rows or columns and fill the result. */
 bool ad_place_tiles(const struct graph *graph, const struct value *v);
 
+/* One number for a whole space. */
+static inline bool ad_is_number(const struct loc *l)
+{
+    return l->cs == 0 && l->rs == 0 && !l->list;
+}
+
+/* Operands of a select that are numbers are spread into tiles of their own first: how many. */
+uint32_t ad_spread_operands(const struct plan *plan, const struct value *v);
+/* Gives the group's values slots, and its segment (rows, cols, count set) tiles and chunks. Slots
+   for spread operands come last. */
+bool ad_plan_tiles(struct plan *plan, const struct group *group, struct segment *segment,
+                   uint32_t *n_slots);
 /* Gives every stored value its memory and turns all locations into byte offsets. */
 bool ad_plan_storage(struct plan *plan);
 /* Writes the instructions and segments. */

@@ -10,8 +10,8 @@
 enum value_flags {
     VALUE_CONSTANT = 1, /* the same in every run */
     VALUE_OUTPUT = 2,
-    VALUE_VIEW = 4,    /* reads another value's memory; has none of its own */
-    VALUE_STORED = 8,  /* lies in memory, not in a tile */
+    VALUE_VIEW = 4,      /* reads another value's memory; has none of its own */
+    VALUE_STORED = 8,    /* lies in memory, not in a tile */
     VALUE_BORROWED = 16, /* lies in the memory of its host */
     VALUE_MERGED = 32,   /* a sum of sinks: they add into its memory, nothing is left to do */
     VALUE_NEGATED = 64   /* a sink that subtracts */
@@ -83,10 +83,7 @@ static inline bool is_sink(uint16_t op)
 }
 
 /* Reads neighbouring columns. */
-static inline bool is_stencil(uint16_t op)
-{
-    return op == AD_OP_diff || op == AD_OP_diff_adjoint;
-}
+static inline bool is_stencil(uint16_t op) { return op == AD_OP_diff || op == AD_OP_diff_adjoint; }
 
 /* Alone in its segment. */
 static inline bool is_alone(uint16_t op)
@@ -114,7 +111,8 @@ static inline bool reads_in_step(const struct graph *g, const struct value *v, u
         return false;
     const struct value *x = &g->values[v->in[k]];
     bool same = is_sink(v->op) || (x->rows == v->rows && x->cols == v->cols);
-    return same && !(x->flags & (VALUE_VIEW | VALUE_MERGED)) && !is_leaf(x) && !is_alone(x->op) && !is_sink(x->op);
+    return same && !(x->flags & (VALUE_VIEW | VALUE_MERGED)) && !is_leaf(x) && !is_alone(x->op) &&
+           !is_sink(x->op);
 }
 
 /* ---- program ---- */
@@ -123,7 +121,7 @@ enum instruction_kind {
     DO_ELEMENTWISE,
     DO_DIFF,
     DO_DIFF_ADJOINT,
-    DO_SUM,      /* partial sums in double */
+    DO_SUM, /* partial sums in double */
     DO_SUM_COLS,
     DO_ADD_ROWS, /* adds tile rows into rows of the result: sums over rows, scatters */
     DO_PLACE,
@@ -131,13 +129,13 @@ enum instruction_kind {
     DO_MATMUL
 };
 
-/* loc[0]: result; loc[1..3]: operands. Sinks: loc[3] is their number. diff: loc[2] numbers its scale in
-   `numbers`, loc[3] tells repeat. matmul: loc[3] has the transposition bits. place: parts loc[1] ..
-   loc[1]+loc[2]. */
+/* loc[0]: result; loc[1..3]: operands. Sinks: loc[3] is their number. diff: loc[2] numbers its
+   scale in `numbers`, loc[3] tells repeat. matmul: loc[3] has the transposition bits. place: parts
+   loc[1] .. loc[1]+loc[2]. */
 struct instruction {
     ad_kernel *run;
     uint8_t kind, n_in;
-    bool flat; /* a tile is contiguous for every operand */
+    bool flat;      /* a tile is contiguous for every operand */
     uint32_t value; /* which one it computes */
     uint32_t loc[4];
 };
@@ -162,7 +160,7 @@ struct segment {
     uint32_t chunks; /* fixed by the sizes alone, so that threads change no result */
     bool by_rows;    /* chunks split rows, else columns */
     bool fused;
-    bool clear;      /* place: parts do not cover the result */
+    bool clear; /* place: parts do not cover the result */
     uint32_t first_sink, n_sinks;
     uint32_t first_call, n_calls; /* segments of a single tile */
 };
@@ -203,8 +201,8 @@ struct ad_program {
     char **labels; /* of labelled values: parallel to label_values */
     uint32_t *label_values;
     size_t n_labels;
-    char *memory;        /* values */
-    char *tiles;         /* of the first thread, and of the others */
+    char *memory; /* values */
+    char *tiles;  /* of the first thread, and of the others */
     char *more_tiles;
     size_t memory_bytes, tile_bytes;
     size_t threads;

@@ -125,11 +125,20 @@ static bool power(ad_var x, double c, ad_var *y)
 static bool fold(enum ad_op op, double a, double b, double *y)
 {
     switch (op) {
-    case AD_OP_add: *y = a + b; return true;
-    case AD_OP_sub: *y = a - b; return true;
-    case AD_OP_mul: *y = a * b; return true;
-    case AD_OP_div: *y = a / b; return true;
-    default: return false;
+    case AD_OP_add:
+        *y = a + b;
+        return true;
+    case AD_OP_sub:
+        *y = a - b;
+        return true;
+    case AD_OP_mul:
+        *y = a * b;
+        return true;
+    case AD_OP_div:
+        *y = a / b;
+        return true;
+    default:
+        return false;
     }
 }
 
@@ -215,6 +224,5 @@ ad_var ad_ternary(enum ad_op op, ad_arg a, ad_arg b, ad_arg c)
     ad_tape *tape = common_tape(op, 3, (ad_arg[]){a, b, c});
     if (!tape || tape->error.status != AD_OK)
         return (ad_var){tape, 0};
-    return elementwise(tape, op, 3,
-                       (ad_var[]){as_var(tape, a), as_var(tape, b), as_var(tape, c)});
+    return elementwise(tape, op, 3, (ad_var[]){as_var(tape, a), as_var(tape, b), as_var(tape, c)});
 }

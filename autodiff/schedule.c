@@ -1,8 +1,9 @@
 /* Which values are only views of others, and which values one segment computes together.
 
-   A segment is a set of elementwise operations of one shape that read each other lane by lane. Every
-   value gets the earliest level at which its operands are ready: the level of an operand it reads in
-   step with, one more where it needs the operand whole. Values of one level and shape make a segment. */
+   A segment is a set of elementwise operations of one shape that read each other lane by lane.
+   Every value gets the earliest level at which its operands are ready: the level of an operand it
+   reads in step with, one more where it needs the operand whole. Values of one level and shape make
+   a segment. */
 #include "program.h"
 
 #include <stdlib.h>
@@ -108,8 +109,8 @@ static bool copy_unreadable(struct graph *g, const struct value *v)
         const struct loc *l = &g->locs[v->in[k]];
         const struct value *x = &g->values[v->in[k]];
         bool repeats = (l->cs == 0 && x->cols > 1) || (l->rs == 0 && x->rows > 1);
-        bool unreadable = is_alone(v->op) ? l->list || repeats
-                                          : is_stencil(v->op) && l->cs == 0 && x->cols > 1;
+        bool unreadable =
+            is_alone(v->op) ? l->list || repeats : is_stencil(v->op) && l->cs == 0 && x->cols > 1;
         if (unreadable && !make_copy(g, v->in[k]))
             return false;
     }

@@ -72,8 +72,8 @@ static bool can_borrow(const struct graph *g, const struct value *v, const struc
                        const struct loc *l)
 {
     const struct value *root = &g->values[l->root];
-    bool whole = !l->list && !l->off && (size_t)part->rows * part->cols ==
-                                            (size_t)root->rows * root->cols &&
+    bool whole = !l->list && !l->off &&
+                 (size_t)part->rows * part->cols == (size_t)root->rows * root->cols &&
                  (l->cs == 1 || part->cols == 1) && (l->rs == part->cols || part->rows == 1);
     bool contiguous_there = part->rows == 1 || part->cols == v->cols;
     return whole && contiguous_there && !is_leaf(root) && root->op != AD_OP_place &&

@@ -9,15 +9,9 @@ static ad_var refused(ad_tape *tape, enum ad_status status, const char *what, ad
     return (ad_var){tape, 0};
 }
 
-static bool failed(ad_var x)
-{
-    return !x.tape || x.tape->error.status != AD_OK;
-}
+static bool failed(ad_var x) { return !x.tape || x.tape->error.status != AD_OK; }
 
-static ad_var failure(ad_var x)
-{
-    return (ad_var){x.tape, 0};
-}
+static ad_var failure(ad_var x) { return (ad_var){x.tape, 0}; }
 
 /* ---- leaves ---- */
 
@@ -25,8 +19,7 @@ static bool shape_fits(ad_tape *tape, const char *op, size_t rows, size_t cols)
 {
     if (tape->error.status != AD_OK)
         return false;
-    if (rows && cols && rows < UINT32_MAX && cols < UINT32_MAX &&
-        rows <= ((size_t)1 << 46) / cols)
+    if (rows && cols && rows < UINT32_MAX && cols < UINT32_MAX && rows <= ((size_t)1 << 46) / cols)
         return true;
     ad_fail(&tape->error, AD_E_SHAPE, "%s: %zu x %zu is empty or too large", op, rows, cols);
     return false;
@@ -36,9 +29,8 @@ ad_var ad_input(ad_tape *tape, size_t rows, size_t cols, const char *label)
 {
     if (!shape_fits(tape, "input", rows, cols))
         return (ad_var){tape, 0};
-    ad_var x = ad_append(tape, (struct node){.op = AD_OP_input,
-                                             .rows = (uint32_t)rows,
-                                             .cols = (uint32_t)cols});
+    ad_var x = ad_append(
+        tape, (struct node){.op = AD_OP_input, .rows = (uint32_t)rows, .cols = (uint32_t)cols});
     return ad_label(x, label);
 }
 
@@ -53,10 +45,7 @@ ad_var ad_const(ad_tape *tape, size_t rows, size_t cols, const double *values)
                                          .aux = first});
 }
 
-ad_var ad_scalar(ad_tape *tape, double value)
-{
-    return ad_const(tape, 1, 1, &value);
-}
+ad_var ad_scalar(ad_tape *tape, double value) { return ad_const(tape, 1, 1, &value); }
 
 /* ---- sums ---- */
 
@@ -73,20 +62,11 @@ static ad_var reduce(ad_var x, enum ad_op op, bool rows, bool cols)
                                            .in = {x.id}});
 }
 
-ad_var ad_sum(ad_var x)
-{
-    return reduce(x, AD_OP_sum, true, true);
-}
+ad_var ad_sum(ad_var x) { return reduce(x, AD_OP_sum, true, true); }
 
-ad_var ad_sum_rows(ad_var x)
-{
-    return reduce(x, AD_OP_sum_rows, true, false);
-}
+ad_var ad_sum_rows(ad_var x) { return reduce(x, AD_OP_sum_rows, true, false); }
 
-ad_var ad_sum_cols(ad_var x)
-{
-    return reduce(x, AD_OP_sum_cols, false, true);
-}
+ad_var ad_sum_cols(ad_var x) { return reduce(x, AD_OP_sum_cols, false, true); }
 
 ad_var ad_mean(ad_var x)
 {
@@ -95,10 +75,7 @@ ad_var ad_mean(ad_var x)
     return ad_mul(1.0 / (double)node_size(node_at(x.tape, x.id)), ad_sum(x));
 }
 
-ad_var ad_dot(ad_var a, ad_var b)
-{
-    return ad_sum(ad_mul(a, b));
-}
+ad_var ad_dot(ad_var a, ad_var b) { return ad_sum(ad_mul(a, b)); }
 
 /* ---- matrices ---- */
 
@@ -118,11 +95,12 @@ ad_var ad_matmul(ad_var a, bool transpose_a, ad_var b, bool transpose_b)
                 cols);
         return failure(a);
     }
-    return ad_append(a.tape, (struct node){.op = AD_OP_matmul,
-                                           .rows = rows,
-                                           .cols = cols,
-                                           .in = {a.id, b.id},
-                                           .aux = (uint32_t)transpose_a | (uint32_t)transpose_b << 1});
+    return ad_append(a.tape,
+                     (struct node){.op = AD_OP_matmul,
+                                   .rows = rows,
+                                   .cols = cols,
+                                   .in = {a.id, b.id},
+                                   .aux = (uint32_t)transpose_a | (uint32_t)transpose_b << 1});
 }
 
 ad_var ad_transpose(ad_var x)
@@ -134,10 +112,9 @@ ad_var ad_transpose(ad_var x)
         return (ad_var){x.tape, n->in[0]};
     if (n->rows == 1 || n->cols == 1)
         return ad_reshape(x, n->cols, n->rows);
-    return ad_append(x.tape, (struct node){.op = AD_OP_transpose,
-                                           .rows = n->cols,
-                                           .cols = n->rows,
-                                           .in = {x.id}});
+    return ad_append(
+        x.tape,
+        (struct node){.op = AD_OP_transpose, .rows = n->cols, .cols = n->rows, .in = {x.id}});
 }
 
 /* ---- views ---- */
@@ -171,15 +148,9 @@ ad_var ad_slice_cols(ad_var x, size_t first, size_t count)
     return slice(x, 0, first, ad_rows(x), count);
 }
 
-ad_var ad_row(ad_var x, size_t row)
-{
-    return ad_slice_rows(x, row, 1);
-}
+ad_var ad_row(ad_var x, size_t row) { return ad_slice_rows(x, row, 1); }
 
-ad_var ad_col(ad_var x, size_t col)
-{
-    return ad_slice_cols(x, col, 1);
-}
+ad_var ad_col(ad_var x, size_t col) { return ad_slice_cols(x, col, 1); }
 
 ad_var ad_reshape(ad_var x, size_t rows, size_t cols)
 {
@@ -224,8 +195,8 @@ static ad_var indexed(ad_var x, enum ad_op op, size_t n, const uint32_t rows[], 
         return failure(x);
     for (size_t k = 0; k < n; k++)
         if (rows[k] >= limit) {
-            ad_fail(&x.tape->error, AD_E_SHAPE, "%s: entry %zu names row %u of %zu",
-                    ad_op_name(op), k, rows[k], limit);
+            ad_fail(&x.tape->error, AD_E_SHAPE, "%s: entry %zu names row %u of %zu", ad_op_name(op),
+                    k, rows[k], limit);
             return failure(x);
         }
     uint32_t list = ad_append_list(x.tape, n, rows);
@@ -281,9 +252,8 @@ ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var 
     if (n == 1 && ad_rows(parts[0]) == rows && ad_cols(parts[0]) == cols)
         return parts[0];
     uint32_t list = (uint32_t)tape->n_lists;
-    if (n >= UINT32_MAX / 4 ||
-        !ad_reserve((void **)&tape->lists, tape->n_lists, &tape->max_lists, 3 * n + 1,
-                    sizeof *tape->lists)) {
+    if (n >= UINT32_MAX / 4 || !ad_reserve((void **)&tape->lists, tape->n_lists, &tape->max_lists,
+                                           3 * n + 1, sizeof *tape->lists)) {
         ad_fail(&tape->error, AD_E_MEMORY, "out of memory for %zu parts", n);
         return zero;
     }
@@ -295,10 +265,9 @@ ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var 
         *to++ = (uint32_t)col[k];
     }
     tape->n_lists += 3 * n + 1;
-    return ad_append(tape, (struct node){.op = AD_OP_place,
-                                         .rows = (uint32_t)rows,
-                                         .cols = (uint32_t)cols,
-                                         .aux = list});
+    return ad_append(
+        tape, (struct node){
+                  .op = AD_OP_place, .rows = (uint32_t)rows, .cols = (uint32_t)cols, .aux = list});
 }
 
 /* A place whose parts follow each other along one dimension. */
@@ -340,15 +309,9 @@ static ad_var concat(size_t n, const ad_var parts[], bool rows)
     return y;
 }
 
-ad_var ad_concat_rows(size_t n, const ad_var parts[])
-{
-    return concat(n, parts, true);
-}
+ad_var ad_concat_rows(size_t n, const ad_var parts[]) { return concat(n, parts, true); }
 
-ad_var ad_concat_cols(size_t n, const ad_var parts[])
-{
-    return concat(n, parts, false);
-}
+ad_var ad_concat_cols(size_t n, const ad_var parts[]) { return concat(n, parts, false); }
 
 /* ---- time difference ---- */
 

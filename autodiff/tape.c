@@ -12,10 +12,7 @@ const struct op_info ad_ops[AD_N_OPS] = {
 #include "ops.def"
 };
 
-const char *ad_op_name(enum ad_op op)
-{
-    return (unsigned)op < AD_N_OPS ? ad_ops[op].name : "?";
-}
+const char *ad_op_name(enum ad_op op) { return (unsigned)op < AD_N_OPS ? ad_ops[op].name : "?"; }
 
 bool ad_reserve(void **array, size_t n, size_t *max, size_t more, size_t size)
 {
@@ -83,15 +80,9 @@ void ad_tape_free(ad_tape *tape)
     free(tape);
 }
 
-const struct ad_error *ad_tape_error(const ad_tape *tape)
-{
-    return &tape->error;
-}
+const struct ad_error *ad_tape_error(const ad_tape *tape) { return &tape->error; }
 
-size_t ad_tape_size(const ad_tape *tape)
-{
-    return tape->n_nodes;
-}
+size_t ad_tape_size(const ad_tape *tape) { return tape->n_nodes; }
 
 size_t ad_tape_bytes(const ad_tape *tape)
 {
@@ -156,15 +147,9 @@ uint32_t ad_append_list(ad_tape *tape, size_t n, const uint32_t *values)
     return (uint32_t)(tape->n_lists - n - 1);
 }
 
-size_t ad_rows(ad_var x)
-{
-    return x.tape ? node_at(x.tape, x.id)->rows : 0;
-}
+size_t ad_rows(ad_var x) { return x.tape ? node_at(x.tape, x.id)->rows : 0; }
 
-size_t ad_cols(ad_var x)
-{
-    return x.tape ? node_at(x.tape, x.id)->cols : 0;
-}
+size_t ad_cols(ad_var x) { return x.tape ? node_at(x.tape, x.id)->cols : 0; }
 
 bool ad_constant_value(ad_var x, double *value)
 {

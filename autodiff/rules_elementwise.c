@@ -1,0 +1,112 @@
+/* Gradient rules of elementwise operations, expanded from the table. */
+#include "sweep.h"
+
+bool ad_branches(uint16_t op)
+{
+    switch (op) {
+    case AD_OP_abs:
+    case AD_OP_relu:
+    case AD_OP_min:
+    case AD_OP_max:
+    case AD_OP_select:
+        return true;
+    default:
+        return false;
+    }
+}
+
+/* b a^(b-1); 0 at base 0 where that is infinite. */
+static ad_var pow_base(ad_var a, ad_var b)
+{
+    ad_var infinite = ad_mul(ad_eq(a, 0.0), ad_lt(b, 1.0));
+    return ad_select(infinite, 0.0, ad_mul(b, ad_pow(a, ad_sub(b, 1.0))));
+}
+
+/* y log a; 0 at base 0. */
+static ad_var pow_exponent(ad_var a, ad_var y)
+{
+    return ad_select(ad_eq(a, 0.0), 0.0, ad_mul(y, ad_log(a)));
+}
+
+static double ad_value(ad_var c)
+{
+    double value = 0;
+    ad_constant_value(c, &value);
+    return value;
+}
+
+/* c g, the number multiplied into one that g, or a factor of g, already has. */
+static ad_var scaled(ad_var g, double c)
+{
+    const struct node *n = node_at(g.tape, g.id);
+    double inner;
+    for (int k = 0; k < 2 && n->op == AD_OP_mul; k++) {
+        const struct node *factor = node_at(g.tape, n->in[k]);
+        if (factor->op == AD_OP_mul && ad_constant_value((ad_var){g.tape, factor->in[1]}, &inner))
+            return ad_mul(ad_scale((ad_var){g.tape, n->in[k]}, c),
+                          ((ad_var){g.tape, n->in[1 - k]}));
+    }
+    return ad_scale(g, c);
+}
+
+/* Moves the number of a factor c d to g: shared by all inputs, and often free there. */
+static void move_number(ad_var *g, ad_arg *d)
+{
+    if (!d->var.tape)
+        return;
+    const struct node *n = node_at(d->var.tape, d->var.id);
+    double c = -1;
+    if (n->op != AD_OP_neg &&
+        !(n->op == AD_OP_mul && ad_constant_value((ad_var){g->tape, n->in[1]}, &c)))
+        return;
+    *g = scaled(*g, c);
+    d->var.id = n->in[0];
+}
+
+/* Adds g * d to the adjoint of input k of y. A d of 0 is no dependence. */
+static void chain(struct sweep *s, const struct node *y, int k, ad_var g, ad_arg d)
+{
+    uint32_t to = y->in[k];
+    if (!d.var.tape && d.value == 0)
+        return;
+    if (d.var.tape && ad_constant_value(d.var, &d.value))
+        d.var.tape = NULL;
+    move_number(&g, &d);
+    ad_var c;
+    if (!d.var.tape)
+        c = scaled(g, d.value);
+    else
+        c = ad_binary(s->tainted ? AD_OP_mul0 : AD_OP_mul, AD_ARG(g), d);
+    ad_accumulate(s, to, ad_reduce_to(c, y, node_at(s->tape, to)));
+}
+
+void ad_elementwise_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g)
+{
+    ad_var a = sweep_var(s, n->in[0]), b = sweep_var(s, n->in[1]), x = a;
+    (void)b;
+    (void)y;
+    switch (n->op) {
+#define AD_UNARY(name, value, dx, lo, hi)                                                          \
+    case AD_OP_##name:                                                                             \
+        chain(s, n, 0, g, AD_ARG(dx));                                                             \
+        break;
+#define AD_BINARY(name, value, da, db, lo, hi)                                                     \
+    case AD_OP_##name:                                                                             \
+        if (is_needed(s, n->in[0]))                                                                \
+            chain(s, n, 0, g, AD_ARG(da));                                                         \
+        if (is_needed(s, n->in[1]))                                                                \
+            chain(s, n, 1, g, AD_ARG(db));                                                         \
+        break;
+#define AD_TERNARY(name, value, da, db, dc, lo, hi)                                                \
+    case AD_OP_##name:                                                                             \
+        if (is_needed(s, n->in[1]))                                                                \
+            chain(s, n, 1, g, AD_ARG(db));                                                         \
+        if (is_needed(s, n->in[2]))                                                                \
+            chain(s, n, 2, g, AD_ARG(dc));                                                         \
+        break;
+#include "ops.def"
+    default:
+        break;
+    }
+    (void)x;
+}

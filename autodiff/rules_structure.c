@@ -1,0 +1,108 @@
+/* Gradient rules of operations that move or reduce values. */
+#include "sweep.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static ad_var full(ad_var g, const struct node *y) { return ad_broadcast(g, y->rows, y->cols); }
+
+static void add_part(struct sweep *s, uint32_t to, ad_var g, uint32_t row, uint32_t col)
+{
+    if (!ad_reserve((void **)&s->parts, s->n_parts, &s->max_parts, 1, sizeof *s->parts)) {
+        ad_fail(&s->tape->error, AD_E_MEMORY, "out of memory in the gradient");
+        return;
+    }
+    s->parts[s->n_parts++] =
+        (struct part){g.id, row, col, (uint32_t)ad_rows(g), (uint32_t)ad_cols(g), s->first[to]};
+    s->first[to] = (uint32_t)s->n_parts;
+    if (s->tainted)
+        s->flags[to] |= TAINTED;
+}
+
+static void matmul_rule(struct sweep *s, const struct node *n, ad_var g)
+{
+    ad_var a = sweep_var(s, n->in[0]), b = sweep_var(s, n->in[1]);
+    bool ta = n->aux & 1, tb = n->aux >> 1;
+    if (is_needed(s, a.id))
+        ad_accumulate(s, a.id, ta ? ad_matmul(b, tb, g, true) : ad_matmul(g, false, b, !tb));
+    if (is_needed(s, b.id))
+        ad_accumulate(s, b.id, tb ? ad_matmul(g, true, a, ta) : ad_matmul(a, !ta, g, false));
+}
+
+/* The part of g that a part of a place operation sees. */
+static ad_var window(ad_var g, uint32_t row, uint32_t col, const struct node *part)
+{
+    return ad_slice_cols(ad_slice_rows(g, row, part->rows), col, part->cols);
+}
+
+static void place_rule(struct sweep *s, const struct node *n, ad_var g)
+{
+    for (size_t k = 0; k < s->tape->lists[n->aux]; k++) {
+        const uint32_t *part = s->tape->lists + n->aux + 1 + 3 * k; /* lists may move: look again */
+        uint32_t id = part[0];
+        if (is_needed(s, id))
+            ad_accumulate(s, id, window(g, part[1], part[2], node_at(s->tape, id)));
+    }
+}
+
+/* Gather and scatter are each other's adjoint; their list is recorded again as the array may move.
+ */
+static ad_var indexed_adjoint(struct sweep *s, const struct node *n, ad_var g)
+{
+    const uint32_t *list = s->tape->lists + n->aux;
+    size_t count = list[0];
+    uint32_t *rows = malloc(count * sizeof *rows);
+    if (!rows) {
+        ad_fail(&s->tape->error, AD_E_MEMORY, "out of memory in the gradient");
+        return g;
+    }
+    memcpy(rows, list + 1, count * sizeof *rows);
+    ad_var c = n->op == AD_OP_gather ? ad_scatter_rows(g, rows, node_at(s->tape, n->in[0])->rows)
+                                     : ad_gather_rows(g, count, rows);
+    free(rows);
+    return c;
+}
+
+void ad_structure_rule(struct sweep *s, const struct node *n, ad_var g)
+{
+    const struct node *x = node_at(s->tape, n->in[0]);
+    double scale =
+        n->op == AD_OP_diff || n->op == AD_OP_diff_adjoint ? s->tape->numbers[n->aux] : 0;
+    switch (n->op) {
+    case AD_OP_slice:
+        add_part(s, n->in[0], full(g, n), n->in[1], n->in[2]);
+        break;
+    case AD_OP_reshape:
+        ad_accumulate(s, n->in[0], ad_reshape(full(g, n), x->rows, x->cols));
+        break;
+    case AD_OP_broadcast:
+        ad_accumulate(s, n->in[0], ad_reduce_to(g, n, x));
+        break;
+    case AD_OP_gather:
+    case AD_OP_scatter:
+        ad_accumulate(s, n->in[0], indexed_adjoint(s, n, full(g, n)));
+        break;
+    case AD_OP_place:
+        place_rule(s, n, full(g, n));
+        break;
+    case AD_OP_diff:
+        ad_accumulate(s, n->in[0], ad_diff_adjoint(full(g, n), scale, n->in[2], x->cols));
+        break;
+    case AD_OP_diff_adjoint:
+        ad_accumulate(s, n->in[0], ad_diff(full(g, n), scale, n->in[2]));
+        break;
+    case AD_OP_sum:
+    case AD_OP_sum_rows:
+    case AD_OP_sum_cols:
+        ad_accumulate(s, n->in[0], g);
+        break;
+    case AD_OP_transpose:
+        ad_accumulate(s, n->in[0], ad_transpose(full(g, n)));
+        break;
+    case AD_OP_matmul:
+        matmul_rule(s, n, full(g, n));
+        break;
+    default:
+        break;
+    }
+}

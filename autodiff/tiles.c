@@ -1,0 +1,140 @@
+/* How a segment's values share tiles: slots by lifetime, the shape of a tile, chunks for threads.
+ */
+#include "plan.h"
+
+#include <stdlib.h>
+
+enum {
+    CACHE_BYTES = 24 << 10, /* what the tiles of a segment may take: most of a first-level cache */
+    MIN_TILE = 128,
+    MAX_TILE = 1024,
+    PARALLEL_WORK = 1 << 19, /* elements times instructions worth splitting */
+    MAX_CHUNKS = 32,
+    ROW_CHUNKS = 4 /* copies of results that rows are added into: few */
+};
+
+/* The space can be walked as one long row: all operands contiguous or numbers. */
+static bool is_flat(const struct plan *p, const struct group *group)
+{
+    const struct graph *g = p->graph;
+    for (uint32_t i = 0; i < group->count; i++) {
+        const struct value *v = &g->values[g->order[group->first + i]];
+        const struct value *space = is_sink(v->op) ? &g->values[v->in[0]] : v;
+        if (is_stencil(v->op) || (is_sink(v->op) && v->op != AD_OP_sum))
+            return false;
+        for (uint32_t k = 0; k < n_inputs(v); k++) {
+            const struct loc *l = operand_loc(g, v, k);
+            const struct value *x = v->op == AD_OP_copy && v->in[1] ? v : &g->values[v->in[k]];
+            bool number = (x->rows == 1 && x->cols == 1) || ad_is_number(l);
+            bool whole = x->rows == space->rows && x->cols == space->cols && !l->list &&
+                         l->cs == 1 && (l->rs == x->cols || x->rows == 1);
+            if (!number && !whole)
+                return false;
+        }
+    }
+    return true;
+}
+
+struct slots {
+    uint32_t *free;
+    uint32_t n_free, n;
+};
+
+static uint32_t take_slot(struct slots *s) { return s->n_free ? s->free[--s->n_free] : s->n++; }
+
+uint32_t ad_spread_operands(const struct plan *p, const struct value *v)
+{
+    uint32_t n = 0;
+    if (ad_ops[v->op].arity != 3 || !ad_ops[v->op].elementwise)
+        return 0;
+    for (uint32_t k = 0; k < 3; k++) {
+        const struct value *x = &p->graph->values[v->in[k]];
+        bool number = x->rows == 1 && x->cols == 1 && (v->rows > 1 || v->cols > 1);
+        n += number || operand_loc(p->graph, v, k)->cs == 0 || (x->cols == 1 && v->cols > 1);
+    }
+    return n;
+}
+
+static bool in_tile(const struct graph *g, const struct value *v, uint32_t k)
+{
+    return reads_in_step(g, v, k) && !(g->values[v->in[k]].flags & VALUE_STORED);
+}
+
+/* Gives the group's values that are not stored slots in the tile, as few as their lifetimes allow.
+ */
+static bool assign_slots(struct plan *p, const struct group *group, uint32_t *n_slots)
+{
+    struct graph *g = p->graph;
+    struct slots s = {.free = malloc((group->count + 4) * sizeof *s.free)};
+    if (!s.free)
+        return false;
+    uint32_t most_spread = 0;
+    for (uint32_t i = 0; i < group->count; i++) {
+        const struct value *v = &g->values[g->order[group->first + i]];
+        for (uint32_t k = 0; k < n_inputs(v); k++)
+            if (in_tile(g, v, k))
+                p->spot[v->in[k]] = i;
+    }
+    for (uint32_t i = 0; i < group->count; i++) {
+        uint32_t id = g->order[group->first + i];
+        const struct value *v = &g->values[id];
+        uint32_t spread = ad_spread_operands(p, v);
+        if (spread > most_spread)
+            most_spread = spread;
+        for (uint32_t k = 0; k < n_inputs(v); k++) {
+            uint32_t x = v->in[k];
+            bool repeated = (k > 0 && v->in[0] == x) || (k > 1 && v->in[1] == x);
+            if (in_tile(g, v, k) && p->spot[x] == i && !repeated)
+                s.free[s.n_free++] = (uint32_t)g->locs[x].off;
+        }
+        if (!(v->flags & VALUE_STORED))
+            g->locs[id].off = take_slot(&s);
+    }
+    *n_slots = s.n + most_spread; /* the last ones hold spread operands */
+    free(s.free);
+    return true;
+}
+
+static void shape_tiles(struct plan *p, struct segment *segment, uint32_t n_slots)
+{
+    size_t tile = CACHE_BYTES / p->program->element / (n_slots + 2);
+    tile = tile < MIN_TILE ? MIN_TILE : tile > MAX_TILE ? MAX_TILE : tile & ~(size_t)15;
+    if (segment->cols > tile) {
+        segment->tile_rows = 1;
+        segment->tile_cols = (uint32_t)tile;
+    } else {
+        size_t rows = tile / segment->cols;
+        segment->tile_rows = (uint32_t)(rows < segment->rows ? rows : segment->rows);
+        segment->tile_cols = segment->cols;
+    }
+}
+
+static void split_chunks(struct segment *s)
+{
+    double work = (double)s->rows * s->cols * s->count;
+    uint32_t col_tiles = (s->cols - 1) / s->tile_cols + 1;
+    uint32_t row_tiles = (s->rows - 1) / s->tile_rows + 1;
+    s->chunks = 1;
+    s->by_rows = false;
+    if (work < PARALLEL_WORK)
+        return;
+    if (col_tiles >= 8) {
+        s->chunks = col_tiles < MAX_CHUNKS ? col_tiles : MAX_CHUNKS;
+    } else if (row_tiles >= 8) {
+        s->chunks = ROW_CHUNKS;
+        s->by_rows = true;
+    }
+}
+
+bool ad_plan_tiles(struct plan *p, const struct group *group, struct segment *s, uint32_t *n_slots)
+{
+    if ((size_t)s->rows * s->cols < UINT32_MAX && is_flat(p, group)) {
+        s->cols *= s->rows;
+        s->rows = 1;
+    }
+    if (!assign_slots(p, group, n_slots))
+        return false;
+    shape_tiles(p, s, *n_slots);
+    split_chunks(s);
+    return true;
+}
