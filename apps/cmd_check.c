@@ -14,14 +14,13 @@ struct options {
     struct settings set;
 };
 
-/* q, v, t at the slices of a path but the last, as the rule `left` takes them. */
 struct points {
     struct phys_points at;
     double *values; /* [2 dof + 1 x n], owned */
 };
 
 struct report {
-    bool finite;
+    struct ad_error no_path; /* why there is no reference path; the points are then on a line */
     struct ad_error not_finite;
     struct ad_check gradient, second;
     struct phys_locality locality;
@@ -51,24 +50,24 @@ static enum ad_status reference_path(const struct phys_system *system,
     return error->status;
 }
 
-static enum ad_status find_points(const struct phys_system *system, const struct options *options,
+/* Uniform motion from the start, where the equations of motion cannot be solved. */
+static void straight_path(size_t dof, size_t slices, double *path)
+{
+    for (size_t k = 0; k < dof; k++)
+        for (size_t i = 2; i < slices; i++)
+            path[k * slices + i] =
+                path[k * slices] + (double)i * (path[k * slices + 1] - path[k * slices]);
+}
+
+/* q, v, t at the slices of a path but the last, as the rule `left` takes them. */
+static enum ad_status take_points(const double *path, size_t dof, size_t slices, double dt,
                                   struct points *points, struct ad_error *error)
 {
-    const struct phys_scene *scene = system->scene;
-    size_t dof = system->dof;
-    size_t slices = options->slices != OPTION_NO_COUNT ? options->slices : scene->slices;
-    double dt = !isnan(options->dt) ? options->dt : scene->dt;
-    if (slices < 3 || !(dt > 0))
-        return ad_fail(error, AD_E_ARGUMENT, "expected at least 3 --slices and --dt more than 0");
     size_t n = slices - 1;
-    double *path = calloc(dof, slices * sizeof *path);
     points->values = calloc(2 * dof + 1, n * sizeof *points->values);
-    if (!path || !points->values) {
-        free(path);
+    if (!points->values)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    }
     double *q = points->values, *v = q + dof * n, *t = v + dof * n;
-    reference_path(system, options, slices, dt, path, error);
     for (size_t i = 0; i < n; i++) {
         t[i] = (double)i * dt;
         for (size_t k = 0; k < dof; k++) {
@@ -76,12 +75,34 @@ static enum ad_status find_points(const struct phys_system *system, const struct
             v[k * n + i] = (path[k * slices + i + 1] - path[k * slices + i]) / dt;
         }
     }
-    free(path);
     points->at = (struct phys_points){n, q, v, t};
+    return AD_OK;
+}
+
+static enum ad_status find_points(const struct phys_system *system, const struct options *options,
+                                  struct points *points, struct ad_error *no_path,
+                                  struct ad_error *error)
+{
+    const struct phys_scene *scene = system->scene;
+    size_t slices = options->slices != OPTION_NO_COUNT ? options->slices : scene->slices;
+    double dt = !isnan(options->dt) ? options->dt : scene->dt;
+    if (slices < 3)
+        return ad_fail(error, AD_E_ARGUMENT, "--slices: expected at least 3, got %zu", slices);
+    if (!(dt > 0))
+        return ad_fail(error, AD_E_ARGUMENT, "--dt: expected more than 0, got %g", dt);
+    double *path = calloc(system->dof, slices * sizeof *path);
+    if (!path)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (reference_path(system, options, slices, dt, path, no_path) != AD_OK)
+        straight_path(system->dof, slices, path);
+    take_points(path, system->dof, slices, dt, points, error);
+    free(path);
     return error->status;
 }
 
 /* ---- looking ---- */
+
+static bool finite(const struct report *report) { return report->not_finite.status == AD_OK; }
 
 /* Only a finite Lagrangian can be compared with differences. */
 static enum ad_status examine(const struct phys_system *system, const struct options *options,
@@ -90,17 +111,15 @@ static enum ad_status examine(const struct phys_system *system, const struct opt
     struct points points = {0};
     const struct phys_points *at = &points.at;
     struct ad_error *not_finite = &report->not_finite;
-    if (find_points(system, options, &points, not_finite) == AD_OK)
-        phys_check_finite(system, at, not_finite);
-    report->finite = not_finite->status == AD_OK;
-    if (!report->finite && not_finite->status != AD_E_NONFINITE)
-        ad_fail(error, not_finite->status, "%s", not_finite->message);
-    if (report->finite) {
+    if (find_points(system, options, &points, &report->no_path, error) == AD_OK &&
+        phys_check_finite(system, at, not_finite) == AD_OK) {
         phys_check_gradient(system, at, 1, options->tolerance, options->entries, &report->gradient,
                             error);
         phys_check_gradient(system, at, 2, options->tolerance, options->entries, &report->second,
                             error);
         phys_check_locality(system, at, &report->locality, error);
+    } else if (!finite(report) && not_finite->status != AD_E_NONFINITE) {
+        ad_fail(error, not_finite->status, "%s", not_finite->message);
     }
     free(points.values);
     return error->status;
@@ -108,7 +127,8 @@ static enum ad_status examine(const struct phys_system *system, const struct opt
 
 static bool passed(const struct report *r)
 {
-    return r->finite && r->gradient.passed && r->second.passed && r->locality.passed;
+    return r->no_path.status == AD_OK && finite(r) && r->gradient.passed && r->second.passed &&
+           r->locality.passed;
 }
 
 /* ---- reporting ---- */
@@ -158,15 +178,23 @@ static void print_locality(const struct phys_system *system, const struct phys_l
            locality->slice, name, locality->moved);
 }
 
+static void print_failure(const char *what, const struct ad_error *error)
+{
+    if (error->status == AD_OK)
+        printf("  %-15s ok\n", what);
+    else
+        printf("  %-15s FAILED  %s\n", what, error->message);
+}
+
 static void print_report(const struct phys_system *system, const struct report *report)
 {
-    printf("%s, along its reference path\n", system->scene->name);
-    if (!report->finite) {
-        printf("  %-15s FAILED  %s\n  the other checks need finite values\n", "finite",
-               report->not_finite.message);
+    printf("%s\n", system->scene->name);
+    print_failure("reference path", &report->no_path);
+    print_failure("finite there", &report->not_finite);
+    if (!finite(report)) {
+        puts("  the other checks need finite values");
         return;
     }
-    printf("  %-15s ok\n", "finite");
     print_check(system, "gradient", &report->gradient);
     print_check(system, "second order", &report->second);
     print_locality(system, &report->locality);
@@ -203,15 +231,23 @@ static void json_locality(struct json *json, const struct phys_system *system,
     json_end_object(json);
 }
 
+static void json_failure(struct json *json, const char *key, const struct ad_error *error)
+{
+    json_object(json, key);
+    json_bool(json, "passed", error->status == AD_OK);
+    json_text(json, "message", error->status == AD_OK ? NULL : error->message);
+    json_end_object(json);
+}
+
 static void json_report(const struct phys_system *system, const struct report *report)
 {
     struct json json;
     json_open(&json, stdout);
     json_text(&json, "scene", system->scene->name);
     json_bool(&json, "passed", passed(report));
-    json_bool(&json, "finite", report->finite);
-    json_text(&json, "not_finite", report->finite ? NULL : report->not_finite.message);
-    if (report->finite) {
+    json_failure(&json, "reference_path", &report->no_path);
+    json_failure(&json, "finite", &report->not_finite);
+    if (finite(report)) {
         json_check(&json, system, "gradient", &report->gradient);
         json_check(&json, system, "second", &report->second);
         json_locality(&json, system, &report->locality);
