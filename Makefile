@@ -147,8 +147,8 @@ $(BUILD)/leastaction: $(BUILD)/apps/main.o $(BUILD)/apps.a $(A)
 leastaction: $(BUILD)/leastaction
 	@ln -sf $< $@
 
-# Tests named test_alloc* may replace malloc, calloc and realloc (__wrap_malloc, __real_malloc).
-wrap_alloc = $(if $(findstring /test_alloc,$@),$(foreach f,malloc calloc realloc,-Wl,--wrap=$(f)))
+# Tests named test_alloc* replace these functions (__wrap_malloc, __real_malloc, ...).
+wrap_alloc = $(if $(findstring /test_alloc,$@),$(foreach f,malloc calloc realloc aligned_alloc free,-Wl,--wrap=$(f)))
 
 # Tests link statically, so that they reach internals; exported names are for scenes loaded in tests.
 $(TESTS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/tests/helpers.a $(A)

@@ -1,0 +1,228 @@
+/* The checks of gradients, on right gradients and on a rule that is deliberately wrong: this file
+   compiles the gradient and the checks once more with the sign of one rule flipped. */
+#include "autodiff/internal.h"
+#include "support.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+/* The rule of cos is ad_neg(ad_sin(x)). */
+#define ad_sin(x) ad_neg((ad_sin)(x))
+#define ad_grad wrong_grad
+#define ad_check_gradient wrong_check_gradient
+#define ad_check_second wrong_check_second
+#define ad_elementwise_rule wrong_elementwise_rule
+#define ad_branches wrong_branches
+#define ad_reduce_to wrong_reduce_to
+#define ad_accumulate wrong_accumulate
+#include "autodiff/rules_elementwise.c"
+#include "autodiff/grad.c"
+#include "autodiff/check.c"
+#undef ad_sin
+#undef ad_grad
+#undef ad_check_gradient
+#undef ad_check_second
+
+enum { ROWS = 4, COLS = 9 };
+
+static double *values(void)
+{
+    uint64_t state = 77;
+    return random_values(&state, ROWS * COLS, 0.3, 1.2);
+}
+
+/* ---- wrong rules are found, and found where they are ---- */
+
+static void test_wrong_rule(void **state)
+{
+    (void)state;
+    double *v = values();
+    const double *const at[] = {v, v};
+    struct ad_check r;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x[] = {ad_input(t, ROWS, COLS, NULL), ad_input(t, ROWS, COLS, NULL)};
+    ad_var y = ad_add(ad_sum(ad_exp(x[0])), ad_sum(ad_square(x[1])));
+    y = ad_add(y, ad_mul(0.5, ad_cos(ad_col(ad_row(x[1], 2), 7))));
+
+    assert_int_equal(ad_check_gradient(y, 2, x, at, 1e-9, 0, &r), AD_OK);
+    assert_true(r.passed);
+    assert_int_equal(r.entries, 2 * ROWS * COLS);
+
+    assert_int_equal(wrong_check_gradient(y, 2, x, at, 1e-9, 0, &r), AD_OK);
+    assert_false(r.passed);
+    double entry = v[2 * COLS + 7], largest = 0;
+    for (size_t i = 0; i < ROWS * COLS; i++)
+        largest = fmax(largest, 2 * v[i] + (i == 2 * COLS + 7 ? 0.5 * sin(entry) : 0));
+    assert_int_equal(r.input, 1);
+    assert_int_equal(r.row, 2);
+    assert_int_equal(r.col, 7);
+    assert_close(r.tape, 2 * entry + 0.5 * sin(entry), 1e-12, 0);
+    assert_close(r.difference, 2 * entry - 0.5 * sin(entry), 1e-9, 0);
+    assert_close(r.worst, sin(entry) / largest, 1e-4, 0);
+    free(v);
+    ad_tape_free(t);
+}
+
+/* The first order of sin is right there, the second is not. */
+static void test_wrong_at_second_order(void **state)
+{
+    (void)state;
+    double *v = values();
+    const double *const at[] = {v};
+    struct ad_check r;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, ROWS, COLS, NULL), y = ad_sum(ad_sin(x));
+    assert_int_equal(wrong_check_gradient(y, 1, &x, at, 1e-9, 0, &r), AD_OK);
+    assert_true(r.passed);
+    assert_int_equal(wrong_check_second(y, 1, &x, at, 1e-6, 0, &r), AD_OK);
+    assert_false(r.passed);
+    assert_close(r.tape, -r.difference, 1e-6, 0);
+    assert_int_equal(ad_check_second(y, 1, &x, at, 1e-8, 0, &r), AD_OK);
+    assert_true(r.passed);
+    free(v);
+    ad_tape_free(t);
+}
+
+/* A dependence the tape does not see: step has no gradient, but here a jump. */
+static void test_a_jump_is_no_gradient(void **state)
+{
+    (void)state;
+    const double zero = 0;
+    const double *const at[] = {&zero};
+    struct ad_check r;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, 1, NULL), y = ad_add(x, ad_step(x));
+    assert_int_equal(ad_check_gradient(y, 1, &x, at, 1e-3, 0, &r), AD_OK);
+    assert_false(r.passed);
+    ad_tape_free(t);
+}
+
+static void test_infinite_gradients_fail(void **state)
+{
+    (void)state;
+    const double at_0[] = {1, 0, 2};
+    const double *const at[] = {at_0};
+    struct ad_check r;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, 3, NULL), y = ad_sum(ad_log(x));
+    assert_int_equal(ad_check_gradient(y, 1, &x, at, 1e-3, 0, &r), AD_OK);
+    assert_false(r.passed);
+    assert_true(isinf(r.worst));
+    ad_tape_free(t);
+}
+
+/* ---- accuracy and scale ---- */
+
+static void test_differences_have_ten_digits(void **state)
+{
+    (void)state;
+    double *v = values();
+    const double *const at[] = {v};
+    struct ad_check r;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, ROWS, COLS, NULL);
+    ad_var y = ad_sum(ad_exp(ad_mul(ad_sin(x), ad_log(x))));
+    assert_int_equal(ad_check_gradient(y, 1, &x, at, 1e-10, 0, &r), AD_OK);
+    assert_true(r.passed);
+    free(v);
+    ad_tape_free(t);
+}
+
+/* Units of astronomy: positions of 1e11 m, an action of 1e33 J s. */
+static void test_any_units(void **state)
+{
+    (void)state;
+    double *v = values();
+    for (size_t i = 0; i < ROWS * COLS; i++)
+        v[i] *= i % 2 ? 1e11 : -1e11;
+    const double *const at[] = {v};
+    struct ad_check r;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, ROWS, COLS, NULL);
+    ad_var d = ad_sub(ad_slice_rows(x, 0, 2), ad_slice_rows(x, 2, 2));
+    ad_var y = ad_sum(ad_div(1e44, ad_sqrt(ad_sum_rows(ad_square(d)))));
+    assert_int_equal(ad_check_gradient(y, 1, &x, at, 1e-8, 0, &r), AD_OK);
+    assert_true(r.passed);
+    assert_int_equal(ad_check_second(y, 1, &x, at, 1e-8, 0, &r), AD_OK);
+    assert_true(r.passed);
+    free(v);
+    ad_tape_free(t);
+}
+
+static void test_entries_are_spread(void **state)
+{
+    (void)state;
+    double *v = values(), one = 1;
+    const double *const at[] = {v, &one};
+    struct ad_check r;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x[] = {ad_input(t, ROWS, COLS, NULL), ad_input(t, 1, 1, NULL)};
+    ad_var y = ad_sum(ad_mul(ad_sin(x[0]), x[1]));
+    assert_int_equal(ad_check_gradient(y, 2, x, at, 1e-9, 5, &r), AD_OK);
+    assert_int_equal(r.entries, 5 + 1);
+    assert_true(r.passed);
+    free(v);
+    ad_tape_free(t);
+}
+
+/* An input on which y does not depend has gradient 0, and is compared. */
+static void test_independent_inputs(void **state)
+{
+    (void)state;
+    double *v = values(), one = 1;
+    const double *const at[] = {v, &one};
+    struct ad_check r;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x[] = {ad_input(t, ROWS, COLS, NULL), ad_input(t, 1, 1, NULL)};
+    ad_var y = ad_exp(x[1]);
+    assert_int_equal(ad_check_gradient(y, 2, x, at, 1e-9, 0, &r), AD_OK);
+    assert_int_equal(r.entries, ROWS * COLS + 1);
+    assert_true(r.passed);
+    free(v);
+    ad_tape_free(t);
+}
+
+/* ---- wrong use ---- */
+
+static void test_wrong_use(void **state)
+{
+    (void)state;
+    double *v = values();
+    const double *const at[] = {v};
+    struct ad_check r;
+    ad_tape *t = ad_tape_new(AD_F32);
+    ad_var x = ad_input(t, ROWS, COLS, NULL);
+    assert_int_equal(ad_check_gradient(ad_sum(x), 1, &x, at, 1, 0, &r), AD_E_ARGUMENT);
+    assert_false(r.passed);
+    ad_tape_free(t);
+
+    t = ad_tape_new(AD_F64);
+    x = ad_input(t, ROWS, COLS, NULL);
+    assert_int_equal(ad_check_gradient(x, 1, &x, at, 1, 0, &r), AD_E_SHAPE);
+    ad_tape_reset(t);
+    x = ad_sin(ad_input(t, ROWS, COLS, NULL));
+    assert_int_equal(ad_check_gradient(ad_sum(x), 1, &x, at, 1, 0, &r), AD_E_TAPE);
+    ad_tape_reset(t);
+    x = ad_input(t, ROWS, COLS, NULL);
+    ad_var wrong = ad_sum(ad_add(x, ad_transpose(x)));
+    assert_int_equal(ad_check_second(wrong, 1, &x, at, 1, 0, &r), AD_E_SHAPE);
+    assert_false(r.passed);
+    free(v);
+    ad_tape_free(t);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_wrong_rule),
+        cmocka_unit_test(test_wrong_at_second_order),
+        cmocka_unit_test(test_a_jump_is_no_gradient),
+        cmocka_unit_test(test_infinite_gradients_fail),
+        cmocka_unit_test(test_differences_have_ten_digits),
+        cmocka_unit_test(test_any_units),
+        cmocka_unit_test(test_entries_are_spread),
+        cmocka_unit_test(test_independent_inputs),
+        cmocka_unit_test(test_wrong_use),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
