@@ -101,3 +101,13 @@ void assert_second(const char *name, ad_var y, size_t n, const ad_var x[], const
 {
     assert_check(ad_check_second, "second order", name, y, n, x, at, tolerance, entries);
 }
+
+void for_each_isa(void (*f)(void))
+{
+    static const char *const isas[] = {"base", "avx2", "avx512"};
+    for (size_t k = 0; k < sizeof isas / sizeof isas[0]; k++) {
+        setenv("LEASTACTION_ISA", isas[k], 1);
+        f();
+    }
+    unsetenv("LEASTACTION_ISA");
+}

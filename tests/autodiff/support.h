@@ -29,6 +29,9 @@ void assert_gradient(const char *name, ad_var y, size_t n, const ad_var x[],
 void assert_second(const char *name, ad_var y, size_t n, const ad_var x[], const double *const at[],
                    double tolerance, size_t entries);
 
+/* Runs f with the kernels of every instruction set this machine has. */
+void for_each_isa(void (*f)(void));
+
 void assert_tape_ok(const ad_tape *tape);
 
 #endif

@@ -204,16 +204,16 @@ static void values_f32(const struct op *op, const struct arguments *a)
     compare_values(op, a, AD_F32, 6e-7, 2e-7);
 }
 
-static void test_values_f64(void **state)
+static void all_values(void)
 {
-    (void)state;
     for_each_op(values_f64, SIZE_MAX);
+    for_each_op(values_f32, SIZE_MAX);
 }
 
-static void test_values_f32(void **state)
+static void test_values(void **state)
 {
     (void)state;
-    for_each_op(values_f32, SIZE_MAX);
+    for_each_isa(all_values);
 }
 
 /* ---- derivatives ---- */
@@ -401,15 +401,10 @@ static void test_names(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_names),
-        cmocka_unit_test(test_values_f64),
-        cmocka_unit_test(test_values_f32),
-        cmocka_unit_test(test_first_order),
-        cmocka_unit_test(test_second_order),
-        cmocka_unit_test(test_third_order),
-        cmocka_unit_test(test_gradient_f32_is_f64),
-        cmocka_unit_test(test_number_powers),
-        cmocka_unit_test(test_numbers_on_either_side),
+        cmocka_unit_test(test_names),           cmocka_unit_test(test_values),
+        cmocka_unit_test(test_first_order),     cmocka_unit_test(test_second_order),
+        cmocka_unit_test(test_third_order),     cmocka_unit_test(test_gradient_f32_is_f64),
+        cmocka_unit_test(test_number_powers),   cmocka_unit_test(test_numbers_on_either_side),
         cmocka_unit_test(test_chained_factors),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

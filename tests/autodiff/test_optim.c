@@ -130,19 +130,23 @@ static void compare(size_t k, enum ad_type type, double tolerance)
     ad_optimiser_free(optimiser);
 }
 
-static void test_published_formulas(void **state)
+static void published_formulas(void)
 {
-    (void)state;
     for (size_t k = 0; k < N_SETTINGS; k++) {
         compare(k, AD_F64, 1e-15);
         compare(k, AD_F32, 4e-7);
     }
 }
 
-/* With n below, at and above the width of vectors every element moves, and no other. */
-static void test_every_length(void **state)
+static void test_published_formulas(void **state)
 {
     (void)state;
+    for_each_isa(published_formulas);
+}
+
+/* With n below, at and above the width of vectors every element moves, and no other. */
+static void every_length(void)
+{
     for (size_t n = 0; n < 40; n++)
         for (size_t k = 0; k < N_SETTINGS; k += 4) {
             double x[41], g[41];
@@ -220,9 +224,8 @@ static void test_sgd_by_hand(void **state)
 }
 
 /* Sizes as in SI units, and so small that squares underflow: the step stays the rate. */
-static void test_extreme_sizes(void **state)
+static void extreme_sizes(void)
 {
-    (void)state;
     static const double sizes[] = {1e-160, 1e-100, 1e-30, 1, 1e33, 1e100, 1e150};
     struct ad_optimiser_settings s = ad_optimiser_defaults(AD_ADAM);
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
@@ -241,9 +244,8 @@ static void test_extreme_sizes(void **state)
 }
 
 /* An element that is not finite, or whose square is not, leaves its neighbours alone. */
-static void test_overflow_stays_in_its_element(void **state)
+static void overflow_stays_in_its_element(void)
 {
-    (void)state;
     struct ad_optimiser_settings s = ad_optimiser_defaults(AD_ADAM);
     double x[16] = {0}, g[16];
     for (size_t i = 0; i < 16; i++)
@@ -259,6 +261,14 @@ static void test_overflow_stays_in_its_element(void **state)
         else
             assert_close(x[i], i == 7 ? 0 : -1e-3 / (1 + 1e-8), 1e-15, 0);
     ad_optimiser_free(o);
+}
+
+static void test_in_every_isa(void **state)
+{
+    (void)state;
+    for_each_isa(every_length);
+    for_each_isa(extreme_sizes);
+    for_each_isa(overflow_stays_in_its_element);
 }
 
 /* ---- checkpoints ---- */
@@ -329,16 +339,10 @@ static void test_null_and_too_large(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_published_formulas),
-        cmocka_unit_test(test_every_length),
-        cmocka_unit_test(test_adam_by_hand),
-        cmocka_unit_test(test_the_two_weight_decays),
-        cmocka_unit_test(test_sgd_by_hand),
-        cmocka_unit_test(test_extreme_sizes),
-        cmocka_unit_test(test_overflow_stays_in_its_element),
-        cmocka_unit_test(test_resuming_is_bitwise),
-        cmocka_unit_test(test_order_of_the_state),
-        cmocka_unit_test(test_null_and_too_large),
+        cmocka_unit_test(test_published_formulas), cmocka_unit_test(test_in_every_isa),
+        cmocka_unit_test(test_adam_by_hand),       cmocka_unit_test(test_the_two_weight_decays),
+        cmocka_unit_test(test_sgd_by_hand),        cmocka_unit_test(test_resuming_is_bitwise),
+        cmocka_unit_test(test_order_of_the_state), cmocka_unit_test(test_null_and_too_large),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

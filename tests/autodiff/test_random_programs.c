@@ -78,11 +78,16 @@ static void values_of_program(enum ad_type type, uint64_t seed, double tolerance
     world_release(&other);
 }
 
+static void values_f64(void)
+{
+    for (uint64_t seed = 0; seed < 600; seed++)
+        values_of_program(AD_F64, seed, 1e-11);
+}
+
 static void test_values_f64(void **state)
 {
     (void)state;
-    for (uint64_t seed = 0; seed < 600; seed++)
-        values_of_program(AD_F64, seed, 1e-11);
+    for_each_isa(values_f64);
 }
 
 /* Rounding in f32 is 1e-7 an operation, and conditions of select may turn on it: a few seeds whose
