@@ -1,8 +1,9 @@
 /* A gas of Lennard-Jones bodies in the plane, all of the same mass:
        V = strength sum over pairs of (s/r)^12 - (s/r)^6,  r^2 = d^2 + softening.
-   It starts at rest from a jittered lattice, so that no two bodies overlap. The published one
-   starts from random positions, some of them overlapping, cuts V off at a clamp and adds a line
-   below cap_radius instead: both break the law and its gradient, and are off unless set. */
+   It starts from a jittered lattice, thin and cold enough that no two bodies meet: beyond a
+   collision the true path is a saddle of the action, which no descent holds. The published one
+   starts at rest from random positions, some of them overlapping, cuts V off at a clamp and adds a
+   line below cap_radius instead: both break the law and its gradient, and are off unless set. */
 #include "../internal.h"
 #include "../random.h"
 
@@ -12,7 +13,7 @@ enum { DIMS = 2, MOST_BODIES = 4096 };
 
 struct gas {
     double bodies, m, strength, sigma, softening;
-    double spacing, jitter, random_start, box;
+    double spacing, jitter, speed, random_start, box;
     double clamp, cap_radius, cap_slope;
 };
 
@@ -23,10 +24,12 @@ static const struct phys_param params[] = {
     {"strength", "1", "four times the depth of the well", 1e-4, offsetof(struct gas, strength)},
     {"sigma", "1", "distance where V changes sign", 0.04, offsetof(struct gas, sigma)},
     {"softening", "1", "added to r^2", 1e-6, offsetof(struct gas, softening)},
-    {"spacing", "1", "distance of neighbours in the starting lattice", 0.06,
+    {"spacing", "1", "distance of neighbours in the starting lattice", 0.1,
      offsetof(struct gas, spacing)},
     {"jitter", "1", "random part of it, as a share of the spacing", 0.1,
      offsetof(struct gas, jitter)},
+    {"speed", "1", "standard deviation of a velocity component at the start", 3e-4,
+     offsetof(struct gas, speed)},
     {"random_start", "1", "1: start anywhere in a box instead of a lattice", 0,
      offsetof(struct gas, random_start)},
     {"box", "1", "side of that box", 0.2, offsetof(struct gas, box)},
@@ -95,13 +98,13 @@ static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,
     for (size_t k = 0; k < DIMS * n; k++) {
         if (s->random_start != 0)
             q[k] = 0.5 + s->box * (phys_random_uniform(&random) - 0.5);
-        v[k] = 0;
+        v[k] = s->speed * phys_random_normal(&random);
     }
     return AD_OK;
 }
 
 static const struct phys_setting published[] = {
-    {"random_start", 1}, {"clamp", 1e-4}, {"cap_radius", 0.04}, {"cap_slope", 1e-3}};
+    {"random_start", 1}, {"speed", 0}, {"clamp", 1e-4}, {"cap_radius", 0.04}, {"cap_slope", 1e-3}};
 
 static const struct phys_preset paper = {
     .slices = 100,
