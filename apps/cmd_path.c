@@ -102,7 +102,10 @@ static int run_path(struct path_run *run, struct ad_error *error)
         path_measure(run, &result, error) != AD_OK) {
         outputs_abandon(&outputs);
     } else if (write_results(run, &record, &result, &outputs, error) == AD_OK) {
-        (common->json ? path_print_json : path_print)(run, &result);
+        if (common->json)
+            path_print_json(run, &result);
+        else if (!common->quiet)
+            path_print(run, &result);
         status = judge(run, &result, error);
     }
     path_record_free(&record);

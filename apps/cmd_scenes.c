@@ -1,19 +1,16 @@
 /* leastaction scenes: what there is to run, with every parameter, its unit and default. */
 #include "command.h"
 #include "json.h"
+#include "unit.h"
 #include "../physics/physics.h"
 
 #include <stdio.h>
-#include <string.h>
-
-/* Pure numbers carry the unit 1, which a reader need not see. */
-static const char *shown(const char *unit) { return unit && strcmp(unit, "1") != 0 ? unit : ""; }
 
 static void print_parameters(const struct phys_scene *scene)
 {
     for (size_t k = 0; k < scene->n_params; k++) {
         const struct phys_param *p = &scene->params[k];
-        printf("    %-12s %12g %-16s %s\n", p->name, p->value, shown(p->unit),
+        printf("    %-12s %12g %-16s %s\n", p->name, p->value, unit_shown(p->unit),
                p->what ? p->what : "");
     }
 }
@@ -22,7 +19,7 @@ static void print_scene(const struct phys_system *system)
 {
     const struct phys_scene *scene = system->scene;
     printf("%-12s %s\n    %zu coordinates, %zu slices of %g %s\n", scene->name, scene->what,
-           system->dof, scene->slices, scene->dt, shown(scene->time_unit));
+           system->dof, scene->slices, scene->dt, unit_shown(scene->time_unit));
     print_parameters(scene);
 }
 
@@ -30,7 +27,7 @@ static void print_coordinates(const struct phys_system *system)
 {
     enum { SHOWN = 12 }; /* a gas has a hundred */
     char name[32];
-    const char *unit = shown(system->scene->unit);
+    const char *unit = unit_shown(system->scene->unit);
     printf("    coordinates%s%s:", *unit ? " in " : "", unit);
     for (size_t k = 0; k < system->dof && k < SHOWN; k++) {
         phys_coordinate_name(system, k, name, sizeof name);

@@ -15,7 +15,7 @@ static const struct option general[] = {
     {"help", NULL, OPTION_FLAG, NULL, "this text", AT(help)},
     {"version", NULL, OPTION_FLAG, NULL, "the version", AT(version)},
     {"json", NULL, OPTION_FLAG, NULL, "one JSON object as the last line", AT(json)},
-    {"quiet", NULL, OPTION_FLAG, NULL, "no progress line, no notes", AT(quiet)},
+    {"quiet", NULL, OPTION_FLAG, NULL, "nothing but errors, and what was asked for", AT(quiet)},
     {"seed", "N", OPTION_SEED, "1", "of every random number", AT(seed)},
     {"threads", "N", OPTION_COUNT, "1", "results do not depend on it", AT(threads)},
 };

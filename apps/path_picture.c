@@ -2,6 +2,7 @@
    paths on the way and the one found; right S, T and V over the steps. A GIF shows the path deform.
  */
 #include "path.h"
+#include "unit.h"
 
 #include <math.h>
 
@@ -16,6 +17,7 @@ struct curves {
     size_t n;              /* curves: coordinates against time, or bodies in the plane */
     size_t x, y;           /* columns of the first curve */
     size_t x_step, y_step; /* from one curve to the next */
+    int x_power, y_power;  /* powers of ten of the axes */
 };
 
 struct range {
@@ -61,14 +63,20 @@ static struct curves choose_curves(const struct path_run *run)
 {
     size_t dof = run->system.dof, bodies = run->system.bodies, dims = run->system.dims;
     if (run->system.scene->picture == PHYS_PICTURE_PLANE && dims >= 2)
-        return (struct curves){bodies, 2, 3, dims, dims};
-    return (struct curves){dof, 1, 2, 0, 1};
+        return (struct curves){.n = bodies, .x = 2, .y = 3, .x_step = dims, .y_step = dims};
+    return (struct curves){.n = dof, .x = 1, .y = 2, .y_step = 1};
 }
 
 static void widen(struct range *range, double value)
 {
     range->low = fmin(range->low, value);
     range->high = fmax(range->high, value);
+}
+
+static struct range with_margins(struct range range, double below, double above)
+{
+    double span = range.high > range.low ? range.high - range.low : fabs(range.high) + 1;
+    return (struct range){range.low - below * span, range.high + above * span};
 }
 
 /* Range of a column of the curves (1: time) over the reference, the start and the path found, so
@@ -84,25 +92,75 @@ static struct range column_range(const struct path_run *run, size_t column, size
         for (size_t c = 0; c < n; c++)
             for (size_t i = 0; i < slices; i++)
                 widen(&range, paths[p][(column - 2 + c * step) * slices + i]);
-    double margin = 0.04 * (range.high - range.low);
-    if (margin == 0)
-        margin = 1;
-    return (struct range){range.low - margin, range.high + margin};
+    return with_margins(range, 0.04, 0.04);
 }
 
-static void axes(const struct path_run *run, const struct curves *curves, FILE *out)
+/* The first steps may tower above the rest by powers of ten: they may leave the picture. */
+static struct range history_range(const struct path_record *record,
+                                  const struct path_figures *reference)
+{
+    struct range range = {INFINITY, -INFINITY};
+    for (size_t i = record->n / 4; i <= record->n; i++) {
+        const struct path_figures *f = i < record->n ? &record->figures[i] : reference;
+        widen(&range, f->action_mean);
+        widen(&range, f->kinetic_mean);
+        widen(&range, f->potential_mean);
+    }
+    return with_margins(range, 0.3, 1);
+}
+
+/* The power of ten that an axis is labelled in; 0 where plain numbers are short. */
+static int exponent(struct range range)
+{
+    double most = fmax(fabs(range.low), fabs(range.high));
+    return most >= 1e5 || (most > 0 && most < 1e-2) ? (int)floor(log10(most)) : 0;
+}
+
+/* A name in single quotes, as gnuplot reads it. */
+static void quoted(FILE *out, const char *text)
+{
+    fputc('\'', out);
+    for (; *text; text++)
+        fputs(*text == '\'' ? "''" : (char[]){*text, '\0'}, out);
+    fputc('\'', out);
+}
+
+/* Range and label of an axis: "x / 10^{11} m"; pure numbers have the unit 1. */
+static void axis(FILE *out, const char *which, const char *name, const char *unit,
+                 struct range range, int power)
+{
+    double scale = pow(10, power);
+    char label[96];
+    unit = unit_shown(unit);
+    if (power)
+        snprintf(label, sizeof label, "%s / 10^{%d}%s%s", name, power, *unit ? " " : "", unit);
+    else
+        snprintf(label, sizeof label, "%s%s%s", name, *unit ? " / " : "", unit);
+    fprintf(out, "set %srange [%.9g:%.9g]\nset %slabel ", which, range.low / scale,
+            range.high / scale, which);
+    quoted(out, label);
+    fputc('\n', out);
+}
+
+/* Sets the axes of the left side, and the curves' scales. */
+static void left_axes(const struct path_run *run, struct curves *curves, FILE *out)
 {
     const struct phys_scene *scene = run->system.scene;
     struct range x = column_range(run, curves->x, curves->x_step, curves->n);
     struct range y = column_range(run, curves->y, curves->y_step, curves->n);
     bool plane = curves->x != 1;
-    fprintf(out, "set xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n", x.low, x.high, y.low, y.high);
-    fprintf(out, "set size %s\n", plane ? "ratio -1" : "noratio");
+    curves->x_power = exponent(x);
+    curves->y_power = exponent(y);
     if (plane)
-        fprintf(out, "set xlabel 'x / %s'\nset ylabel 'y / %s'\n", scene->unit, scene->unit);
-    else
-        fprintf(out, "set xlabel 't / %s'\nset ylabel '%s / %s'\n", scene->time_unit,
-                scene->picture == PHYS_PICTURE_ANGLES ? "angle" : "coordinate", scene->unit);
+        curves->x_power = curves->y_power =
+            curves->x_power > curves->y_power ? curves->x_power : curves->y_power;
+    fprintf(out, "set size %s\n", plane ? "ratio -1" : "noratio");
+    axis(out, "x", plane ? "x" : "t", plane ? scene->unit : scene->time_unit, x, curves->x_power);
+    axis(out, "y",
+         plane                                   ? "y"
+         : scene->picture == PHYS_PICTURE_ANGLES ? "angle"
+                                                 : "coordinate",
+         scene->unit, y, curves->y_power);
 }
 
 /* Plot elements of one path block, one a curve, the first with a title. */
@@ -110,15 +168,10 @@ static void elements(const struct curves *curves, const char *block, const char 
                      const char *title, FILE *out)
 {
     for (size_t c = 0; c < curves->n; c++)
-        fprintf(out, "data index %s using %zu:%zu %s %s%s%s, \\\n    ", block,
-                curves->x + c * curves->x_step, curves->y + c * curves->y_step, style,
-                c == 0 && title ? "title '" : "notitle", c == 0 && title ? title : "",
-                c == 0 && title ? "'" : "");
-}
-
-static void block_name(char *name, size_t size, size_t block)
-{
-    snprintf(name, size, "%zu", block);
+        fprintf(out, "data index %s using ($%zu/1e%d):($%zu/1e%d) %s %s%s%s, \\\n    ", block,
+                curves->x + c * curves->x_step, curves->x_power, curves->y + c * curves->y_step,
+                curves->y_power, style, c == 0 && title ? "title '" : "notitle",
+                c == 0 && title ? title : "", c == 0 && title ? "'" : "");
 }
 
 /* Left of a still picture: with the frames nearest to steps 1/64, 1/16, 1/4 of the run. */
@@ -134,12 +187,12 @@ static void left_still(const struct curves *curves, const struct blocks *blocks,
         size_t frame = record->n_frames / part;
         if (frame == last)
             continue;
-        block_name(block, sizeof block, blocks->frames + frame);
+        snprintf(block, sizeof block, "%zu", blocks->frames + frame);
         elements(curves, block, "with lines lw 1 lc rgb '#7db3d9'", last ? NULL : "on the way",
                  out);
         last = frame;
     }
-    block_name(block, sizeof block, blocks->found);
+    snprintf(block, sizeof block, "%zu", blocks->found);
     elements(curves, block, "with lines lw 1.8 lc rgb '#1f4e79'", "found", out);
     fputs("NaN notitle\n", out);
 }
@@ -152,9 +205,11 @@ static void left_frame(const struct curves *curves, FILE *out)
     fputs("NaN notitle\n", out);
 }
 
-/* Right: S, T, V over the steps; dashed what they are on the reference path. */
-static void right(const struct path_run *run, const struct path_result *result,
-                  const struct blocks *blocks, const char *every, FILE *out)
+/* Right: S, T, V over the steps; dashed what they are on the reference path. `every` limits the
+   history to what an animation has reached. */
+static void right(const struct path_run *run, const struct path_record *record,
+                  const struct path_result *result, const struct blocks *blocks, const char *every,
+                  FILE *out)
 {
     const struct path_figures *r = &result->reference;
     const struct {
@@ -163,34 +218,40 @@ static void right(const struct path_run *run, const struct path_result *result,
     } rows[] = {{"S", "#1f4e79", r->action_mean},
                 {"T", "#c0392b", r->kinetic_mean},
                 {"V", "#27823b", r->potential_mean}};
-    fprintf(out, "set size noratio\nset xrange [0:%zu]\nset autoscale y\n",
-            result->info.steps ? result->info.steps : 1);
-    fprintf(out, "set xlabel 'step'\nset ylabel 'mean a slice / %s'\nplot ",
-            run->system.scene->energy_unit);
+    struct range steps = {0, result->info.steps ? (double)result->info.steps : 1};
+    struct range values = history_range(record, r);
+    int power = exponent(values);
+    fputs("set size noratio\n", out);
+    axis(out, "x", "step", "1", steps, 0);
+    axis(out, "y", "mean a slice", run->system.scene->energy_unit, values, power);
+    fputs("plot ", out);
+    for (size_t k = 0; k < 3; k++)
+        fprintf(out, "%.9g with lines dt 2 lw 1 lc rgb '%s' notitle, \\\n    ",
+                rows[k].reference / pow(10, power), rows[k].colour);
     for (size_t k = 0; k < 3; k++)
         fprintf(out,
-                "data index %zu%s using 1:%zu with lines lw 2 lc rgb '%s' title '%s', \\\n    ",
-                blocks->history, every, k + 2, rows[k].colour, rows[k].name);
-    for (size_t k = 0; k < 3; k++)
-        fprintf(out, "%.9g with lines dt 2 lw 1 lc rgb '%s' notitle%s", rows[k].reference,
-                rows[k].colour, k < 2 ? ", \\\n    " : "\n");
+                "data index %zu%s using 1:($%zu/1e%d) with lines lw 2 lc rgb '%s' title '%s'%s",
+                blocks->history, every, k + 2, power, rows[k].colour, rows[k].name,
+                k < 2 ? ", \\\n    " : "\n");
 }
 
 /* One multiplot a frame, the last one held. */
 static void animate(const struct path_run *run, const struct path_record *record,
-                    const struct path_result *result, const struct curves *curves,
+                    const struct path_result *result, struct curves *curves,
                     const struct blocks *blocks, FILE *out)
 {
     enum { HOLD = 15 };
-    fprintf(out, "every = %zu\nlast = %zu\n", record->frame_every, result->info.steps);
-    fprintf(out, "do for [f = %zu:%zu] {\n", blocks->frames, blocks->found + HOLD);
+    fprintf(out, "every = %zu\nlast = %zu\nname = ", record->frame_every, result->info.steps);
+    quoted(out, run->system.scene->name);
+    fprintf(out, "\ndo for [f = %zu:%zu] {\n", blocks->frames, blocks->found + HOLD);
     fprintf(out, "frame = f < %zu ? f : %zu\n", blocks->found, blocks->found);
     fprintf(out, "step = f < %zu ? (f - 1) * every : last\n", blocks->found);
-    fprintf(out, "set multiplot layout 1,2 title sprintf('%s: step %%d of %zu', step)\n",
-            run->system.scene->name, result->info.steps);
-    axes(run, curves, out);
+    fputs("set multiplot layout 1,2 title sprintf('%s: step %d of %d', name, step, last) "
+          "noenhanced\n",
+          out);
+    left_axes(run, curves, out);
     left_frame(curves, out);
-    right(run, result, blocks, " every ::0::step", out);
+    right(run, record, result, blocks, " every ::0::step", out);
     fputs("unset multiplot\n}\n", out);
 }
 
@@ -200,17 +261,18 @@ void path_picture(const struct path_run *run, const struct path_record *record,
     FILE *out = plot->script;
     struct curves curves = choose_curves(run);
     struct blocks blocks = write_data(run, record, plot->data);
-    fputs(
-        "set border 3 lc rgb '#606060'\nset tics nomirror\nset key outside top center horizontal\n"
-        "set samples 2\n",
-        out);
+    fputs("set border 3 lc rgb '#606060'\nset tics nomirror\n"
+          "set key outside top center horizontal samplen 1.5\nset samples 2\n",
+          out);
     if (plot->animated) {
         animate(run, record, result, &curves, &blocks, out);
         return;
     }
-    fprintf(out, "set multiplot layout 1,2 title '%s'\n", run->system.scene->name);
-    axes(run, &curves, out);
+    fputs("set multiplot layout 1,2 title ", out);
+    quoted(out, run->system.scene->name);
+    fputs(" noenhanced\n", out);
+    left_axes(run, &curves, out);
     left_still(&curves, &blocks, record, out);
-    right(run, result, &blocks, "", out);
+    right(run, record, result, &blocks, "", out);
     fputs("unset multiplot\n", out);
 }

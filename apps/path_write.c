@@ -2,6 +2,7 @@
 #include "path.h"
 #include "json.h"
 #include "command.h"
+#include "unit.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -30,33 +31,64 @@ static void print_row(const char *name, double reference, double start, double f
         else
             printf(" %13.6g", value);
     }
-    printf("  %s\n", unit);
+    printf("%s%s\n", *unit ? "  " : "", unit);
+}
+
+/* What --data was found to be. */
+static void print_tables(const struct path_run *run)
+{
+    for (size_t k = 0; k < run->n_tables; k++) {
+        const struct phys_horizons *t = &run->tables[k];
+        printf("%s: about %s, %s, %s, %zu epochs from %s; first slice at index %zu\n", t->target,
+               t->center, t->frame, t->units, t->n, t->start_date, run->first_epoch);
+    }
 }
 
 void path_print(const struct path_run *run, const struct path_result *result)
 {
     const struct phys_scene *scene = run->system.scene;
     const struct path_figures *r = &result->reference, *s = &result->start, *f = &result->found;
-    const char *energy = scene->energy_unit;
-    char unit[64], square[64];
-    snprintf(unit, sizeof unit, "%s %s", energy, scene->time_unit);
-    snprintf(square, sizeof square, "%s^2", scene->unit);
-    printf("%s: %zu slices of %g %s, rule %s, %s, %zu steps in %.3g s, %s\n\n", scene->name,
-           run->settings.slices, run->settings.dt, scene->time_unit, run->settings.rule->name,
+    const char *length = unit_shown(scene->unit), *energy = unit_shown(scene->energy_unit);
+    const char *time = unit_shown(scene->time_unit);
+    char product[64], square[64];
+    snprintf(product, sizeof product, "%s%s%s", energy, *energy && *time ? " " : "", time);
+    snprintf(square, sizeof square, "%s%s", length, *length ? "^2" : "");
+    print_tables(run);
+    printf("%s: %zu slices of %g%s%s, rule %s, %s, %zu steps in %.3g s, %s\n\n", scene->name,
+           run->settings.slices, run->settings.dt, *time ? " " : "", time, run->settings.rule->name,
            run->solver->name, result->info.steps, result->info.seconds,
            path_stop_name(result->info.stop));
     printf("  %-14s %13s %13s %13s\n", "", "reference", "start", "found");
     print_row("S mean", r->action_mean, s->action_mean, f->action_mean, energy);
     print_row("T mean", r->kinetic_mean, s->kinetic_mean, f->kinetic_mean, energy);
     print_row("V mean", r->potential_mean, s->potential_mean, f->potential_mean, energy);
-    print_row("action", r->action, s->action, f->action, unit);
+    print_row("action", r->action, s->action, f->action, product);
     print_row("|gradient|", r->grad_norm, s->grad_norm, f->grad_norm, "");
     print_row("MSE", NAN, result->mse_initial, result->mse_final, square);
-    print_row("largest error", NAN, NAN, result->max_error, scene->unit);
+    print_row("largest error", NAN, NAN, result->max_error, length);
     print_row("energy drift", NAN, NAN, result->energy_drift, "of the start");
 }
 
 /* ---- JSON ---- */
+
+static void json_tables(struct json *json, const struct path_run *run)
+{
+    json_array(json, "tables");
+    for (size_t k = 0; k < run->n_tables; k++) {
+        const struct phys_horizons *table = &run->tables[k];
+        json_object(json, NULL);
+        json_text(json, "target", table->target);
+        if (table->id != PHYS_HORIZONS_NO_ID)
+            json_number(json, "id", table->id);
+        json_text(json, "center", table->center);
+        json_text(json, "frame", table->frame);
+        json_text(json, "units", table->units);
+        json_count(json, "epochs", table->n);
+        json_text(json, "start", table->start_date);
+        json_end_object(json);
+    }
+    json_end_array(json);
+}
 
 void path_print_json(const struct path_run *run, const struct path_result *result)
 {
@@ -81,6 +113,8 @@ void path_print_json(const struct path_run *run, const struct path_result *resul
     json_number(&json, "max_error", result->max_error);
     json_number(&json, "energy_drift", result->energy_drift);
     json_text(&json, "stop", path_stop_name(result->info.stop));
+    if (run->n_tables)
+        json_tables(&json, run);
     json_close(&json);
 }
 
@@ -110,6 +144,21 @@ static void file_parameters(const struct path_run *run, phys_runfile *file)
         phys_runfile_number(file, "parameters", scene->params[k].name,
                             phys_system_get(&run->system, scene->params[k].name),
                             scene->params[k].unit);
+}
+
+/* Where observed motion came from. */
+static void file_tables(const struct path_run *run, phys_runfile *file)
+{
+    char name[80];
+    for (size_t k = 0; k < run->n_tables; k++) {
+        const struct phys_horizons *table = &run->tables[k];
+        snprintf(name, sizeof name, "tables/%zu", k);
+        phys_runfile_folder(file, name);
+        phys_runfile_text(file, name, "target", table->target);
+        phys_runfile_text(file, name, "center", table->center);
+        phys_runfile_text(file, name, "frame", table->frame);
+        phys_runfile_number(file, name, "first_epoch", table->jd[run->first_epoch], "JD TDB");
+    }
 }
 
 static void file_path(const struct path_run *run, phys_runfile *file, const char *name,
@@ -151,6 +200,7 @@ enum ad_status path_file_begin(const struct path_run *run, phys_runfile *file,
     phys_runfile_number(file, "/", "energy_weight", settings->energy_weight, NULL);
     phys_runfile_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
     file_parameters(run, file);
+    file_tables(run, file);
     file_path(run, file, "reference", run->reference);
     phys_runfile_extendable(file, "step", AD_F64, 1, (size_t[]){0});
     phys_runfile_extendable(file, "path", AD_F64, 3,
