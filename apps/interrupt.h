@@ -4,7 +4,8 @@
 
 #include <stdbool.h>
 
-/* From now on SIGINT and SIGTERM only raise the flag, once. */
+/* From now on SIGINT and SIGTERM raise the flag; one that comes half a second after the first ends
+   the process as usual. */
 void interrupt_catch(void);
 /* Whether one of them came. */
 bool interrupted(void);

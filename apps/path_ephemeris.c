@@ -63,7 +63,8 @@ static enum ad_status find_span(const struct path_options *options, struct path_
         return ad_fail(error, AD_E_ARGUMENT, "--days: expected at least 3, got %zu",
                        settings->slices);
     if (first >= table->n || settings->slices > table->n - first)
-        return ad_fail(error, AD_E_INPUT, "%s: %zu epochs from index %zu asked for, it has %zu",
+        return ad_fail(error, AD_E_INPUT,
+                       "%s: %zu epochs from index %zu on are more than the %zu there are",
                        options->data, settings->slices, first, table->n);
     double step = (table->jd[first + 1] - table->jd[first]) * DAY;
     if (!isnan(options->dt) && fabs(options->dt - step) > 1e-3)

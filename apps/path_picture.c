@@ -116,15 +116,6 @@ static int exponent(struct range range)
     return most >= 1e5 || (most > 0 && most < 1e-2) ? (int)floor(log10(most)) : 0;
 }
 
-/* A name in single quotes, as gnuplot reads it. */
-static void quoted(FILE *out, const char *text)
-{
-    fputc('\'', out);
-    for (; *text; text++)
-        fputs(*text == '\'' ? "''" : (char[]){*text, '\0'}, out);
-    fputc('\'', out);
-}
-
 /* Range and label of an axis: "x / 10^{11} m"; pure numbers have the unit 1. */
 static void axis(FILE *out, const char *which, const char *name, const char *unit,
                  struct range range, int power)
@@ -138,7 +129,7 @@ static void axis(FILE *out, const char *which, const char *name, const char *uni
         snprintf(label, sizeof label, "%s%s%s", name, *unit ? " / " : "", unit);
     fprintf(out, "set %srange [%.9g:%.9g]\nset %slabel ", which, range.low / scale,
             range.high / scale, which);
-    quoted(out, label);
+    plot_quote(out, label);
     fputc('\n', out);
 }
 
@@ -242,7 +233,7 @@ static void animate(const struct path_run *run, const struct path_record *record
 {
     enum { HOLD = 15 };
     fprintf(out, "every = %zu\nlast = %zu\nname = ", record->frame_every, result->info.steps);
-    quoted(out, run->system.scene->name);
+    plot_quote(out, run->system.scene->name);
     fprintf(out, "\ndo for [f = %zu:%zu] {\n", blocks->frames, blocks->found + HOLD);
     fprintf(out, "frame = f < %zu ? f : %zu\n", blocks->found, blocks->found);
     fprintf(out, "step = f < %zu ? (f - 1) * every : last\n", blocks->found);
@@ -269,7 +260,7 @@ void path_picture(const struct path_run *run, const struct path_record *record,
         return;
     }
     fputs("set multiplot layout 1,2 title ", out);
-    quoted(out, run->system.scene->name);
+    plot_quote(out, run->system.scene->name);
     fputs(" noenhanced\n", out);
     left_axes(run, &curves, out);
     left_still(&curves, &blocks, record, out);

@@ -86,13 +86,20 @@ void plot_abandon(struct plot *plot)
     *plot = (struct plot){0};
 }
 
-/* A gnuplot variable that holds a name. */
+/* Quotes inside are strings of their own: gnuplot 5.4 does not read two doubled quotes in a row. */
+void plot_quote(FILE *out, const char *text)
+{
+    fputc('\'', out);
+    for (; *text; text++)
+        fputs(*text == '\'' ? "'.\"'\".'" : (char[]){*text, '\0'}, out);
+    fputc('\'', out);
+}
+
 static void assign(FILE *out, const char *variable, const char *name)
 {
-    fprintf(out, "%s = '", variable);
-    for (; *name; name++)
-        fputs(*name == '\'' ? "''" : (char[]){*name, '\0'}, out);
-    fputs("'\n", out);
+    fprintf(out, "%s = ", variable);
+    plot_quote(out, name);
+    fputc('\n', out);
 }
 
 /* The script file, for a data file and a picture of these names. */

@@ -31,4 +31,7 @@ enum ad_status plot_commit(struct plot *plot, struct ad_error *error);
 /* Removes what was written. Does nothing for a zero-initialised plot. */
 void plot_abandon(struct plot *plot);
 
+/* Writes a text as a gnuplot expression, whatever it contains. */
+void plot_quote(FILE *out, const char *text);
+
 #endif

@@ -5,10 +5,12 @@
 #include "whole.h"
 
 #include <assert.h>
+#include <errno.h>
 #include <hdf5.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 struct phys_runfile {
     hid_t id;
@@ -19,21 +21,31 @@ struct phys_runfile {
 
 /* ---- errors ---- */
 
+/* HDF5's innermost reason for its last failure. */
+struct reason {
+    char text[160];
+};
+
 static herr_t innermost(unsigned depth, const H5E_error2_t *entry, void *reason)
 {
     if (depth == 0 && entry->desc)
-        snprintf(reason, 160, "%s", entry->desc);
+        snprintf(((struct reason *)reason)->text, sizeof(struct reason), "%s", entry->desc);
     return 0;
 }
 
-/* "FILE: WHAT 'ITEM': HDF5's innermost reason". */
+static struct reason last_reason(void)
+{
+    struct reason reason = {"HDF5 gives no reason"};
+    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, innermost, &reason);
+    H5Eclear2(H5E_DEFAULT);
+    reason.text[strcspn(reason.text, "\n")] = '\0';
+    return reason;
+}
+
 static enum ad_status fail(struct ad_error *error, enum ad_status status, const char *file,
                            const char *what, const char *item)
 {
-    char reason[160] = "HDF5 gives no reason";
-    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, innermost, reason);
-    H5Eclear2(H5E_DEFAULT);
-    return ad_fail(error, status, "%s: cannot %s '%s': %s", file, what, item, reason);
+    return ad_fail(error, status, "%s: cannot %s '%s': %s", file, what, item, last_reason().text);
 }
 
 static void fail_write(phys_runfile *file, const char *what, const char *item)
@@ -315,9 +327,11 @@ enum ad_status phys_runfile_open(const char *name, phys_runfile **out, struct ad
         return AD_E_MEMORY;
     file->id = H5Fopen(name, H5F_ACC_RDONLY, H5P_DEFAULT);
     if (file->id < 0) {
-        enum ad_status status = fail(error, AD_E_INPUT, name, "read as HDF5", name);
         handle_free(file);
-        return status;
+        return access(name, R_OK) != 0
+                   ? ad_fail(error, AD_E_INPUT, "%s: cannot be read: %s", name, strerror(errno))
+                   : ad_fail(error, AD_E_INPUT, "%s: not an HDF5 file, or damaged: %s", name,
+                             last_reason().text);
     }
     *out = file;
     return AD_OK;

@@ -1,0 +1,109 @@
+/* Runs the command under test as a user would (shell.h). */
+#include "shell.h"
+
+#include <dirent.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+static char folder[] = "/tmp/leastaction-command-XXXXXX";
+static char out[1 << 20], err[1 << 16], path[512];
+
+static const char *build(void)
+{
+    const char *given = getenv("LEASTACTION_BUILD");
+    return given ? given : "build";
+}
+
+int shell_setup(void **state)
+{
+    (void)state;
+    char name[4096], *root = realpath(".", NULL);
+    const char *given = getenv("LEASTACTION");
+    snprintf(name, sizeof name, "%s/leastaction", build());
+    char *command = realpath(given ? given : name, NULL);
+    if (!root || !command || !mkdtemp(folder)) {
+        fprintf(stderr, "no command %s: build it first\n", given ? given : name);
+        return -1;
+    }
+    setenv("ROOT", root, 1);
+    setenv("LA", command, 1);
+    free(root);
+    free(command);
+    snprintf(name, sizeof name, "%s/work", folder);
+    return mkdir(name, 0777);
+}
+
+int shell_teardown(void **state)
+{
+    (void)state;
+    char command[128];
+    snprintf(command, sizeof command, "rm -rf %s", folder);
+    return system(command);
+}
+
+static void read_file(const char *name, char *text, size_t size)
+{
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *in = fopen(path, "r");
+    size_t length = in ? fread(text, 1, size - 1, in) : 0;
+    text[length] = '\0';
+    if (in)
+        fclose(in);
+}
+
+int shell(const char *format, ...)
+{
+    char line[8192];
+    int n = snprintf(line, sizeof line, "cd %s/work && { ", folder);
+    va_list arguments;
+    va_start(arguments, format);
+    n += vsnprintf(line + n, sizeof line - (size_t)n, format, arguments);
+    va_end(arguments);
+    snprintf(line + n, sizeof line - (size_t)n, "; } >../out 2>../err");
+    int status = system(line);
+    read_file("out", out, sizeof out);
+    read_file("err", err, sizeof err);
+    return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+}
+
+const char *shell_out(void) { return out; }
+const char *shell_err(void) { return err; }
+
+const char *shell_last_line(void)
+{
+    size_t length = strlen(out);
+    if (length && out[length - 1] == '\n')
+        out[--length] = '\0';
+    const char *newline = strrchr(out, '\n');
+    return newline ? newline + 1 : out;
+}
+
+const char *shell_path(const char *name)
+{
+    snprintf(path, sizeof path, "%s/work/%s", folder, name);
+    return path;
+}
+
+size_t shell_files(void)
+{
+    size_t n = 0;
+    DIR *directory = opendir(shell_path(""));
+    for (struct dirent *entry; directory && (entry = readdir(directory));)
+        n += strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0;
+    if (directory)
+        closedir(directory);
+    return n;
+}
+
+void shell_clean(void)
+{
+    char command[128];
+    snprintf(command, sizeof command, "find %s/work -mindepth 1 -delete", folder);
+    if (system(command) != 0)
+        fprintf(stderr, "%s/work cannot be emptied\n", folder);
+}

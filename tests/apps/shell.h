@@ -1,0 +1,32 @@
+/* Runs the command under test as a user would: through a shell, in an empty folder. */
+#ifndef TESTS_APPS_SHELL_H
+#define TESTS_APPS_SHELL_H
+
+#include <stddef.h>
+
+/* Makes a folder with an empty subfolder `work`, where commands run, and finds the command:
+   LEASTACTION, else in the folder LEASTACTION_BUILD, else build/. For cmocka's group setup and
+   teardown. */
+int shell_setup(void **state);
+int shell_teardown(void **state);
+
+/* Runs a shell command line, in which $LA is the command and $ROOT the repository; returns the exit
+   status, or 128 + the signal. */
+int shell(const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 1, 2)))
+#endif
+    ;
+/* What the last one printed. */
+const char *shell_out(void);
+const char *shell_err(void);
+/* The last line of its standard output, without the newline. */
+const char *shell_last_line(void);
+/* Entries of the work folder, hidden ones too. */
+size_t shell_files(void);
+/* Empties the work folder. */
+void shell_clean(void);
+/* Path of a file in the work folder (valid until the next call). */
+const char *shell_path(const char *name);
+
+#endif

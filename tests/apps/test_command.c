@@ -1,0 +1,441 @@
+/* The command, from outside: exit status, the message of every wrong use, and what it leaves
+ * behind. */
+#include "../close.h"
+#include "shell.h"
+#include "../../apps/command.h"
+#include "../../physics/runfile.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Runs one that must work. */
+#define works(...)                                                                                 \
+    do {                                                                                           \
+        int status_ = shell(__VA_ARGS__);                                                          \
+        if (status_ != 0)                                                                          \
+            print_error("%s", shell_err());                                                        \
+        assert_int_equal(status_, 0);                                                              \
+    } while (0)
+
+static int clean(void **state)
+{
+    (void)state;
+    shell_clean();
+    return 0;
+}
+
+/* ---- wrong uses: one line on standard error, nothing on the other, nothing left behind ---- */
+
+static void test_wrong_uses(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *arguments, *message;
+    } cases[] = {
+        {"", "leastaction: missing subcommand; --help lists them"},
+        {"paht", "leastaction: unknown subcommand 'paht'; did you mean 'path'?"},
+        {"path", "leastaction path: missing argument SCENE"},
+        {"path pendlum", "leastaction path: no scene 'pendlum'; did you mean 'pendulum'?"},
+        {"path pendulum --setps 3",
+         "leastaction path: unknown option --setps; did you mean --steps?"},
+        {"path pendulum --steps many",
+         "leastaction path: --steps: expected a whole number, got 'many'"},
+        {"path pendulum --dt fast", "leastaction path: --dt: expected a number, got 'fast'"},
+        {"path pendulum --dt 0", "leastaction path: --dt: expected more than 0, got 0"},
+        {"path pendulum --lr -1", "leastaction path: --lr: expected more than 0, got -1"},
+        {"path pendulum --slices 2", "leastaction path: --slices: expected at least 3, got 2"},
+        {"path pendulum --every 0", "leastaction path: --every: expected at least 1, got 0"},
+        {"path pendulum --noise -1", "leastaction path: --noise: expected at least 0, got -1"},
+        {"path pendulum --set m",
+         "leastaction path: --set: expected NAME=VALUE with a number, got 'm'"},
+        {"path pendulum --set thta0=1",
+         "leastaction path: no parameter of pendulum 'thta0'; did you mean 'theta0'?"},
+        {"path pendulum --solver adm", "leastaction path: no solver 'adm'; did you mean 'adam'?"},
+        {"path pendulum --rule lft",
+         "leastaction path: no action rule 'lft'; did you mean 'left'?"},
+        {"path pendulum --preset papre", "leastaction path: --preset: expected paper, got 'papre'"},
+        {"path spring --preset paper",
+         "leastaction path: --preset paper: scene spring is not in the paper"},
+        {"path pendulum --init no.csv",
+         "leastaction path: no.csv: cannot be read: No such file or directory"},
+        {"path pendulum --init ../two.csv --slices 4",
+         "leastaction path: ../two.csv: 2 columns, expected the 1 coordinates of pendulum"},
+        {"path pendulum --init ../one.csv",
+         "leastaction path: ../one.csv: 4 rows, expected 100 slices (--slices)"},
+        {"path pendulum --reference ../text.csv --slices 3",
+         "leastaction path: ../text.csv:3:1: expected a number, found 'x'"},
+        {"path pendulum --init ../nan.csv --slices 3",
+         "leastaction path: ../nan.csv:2:1: expected a number, found 'nan'"},
+        {"path pendulum --data .", "leastaction path: --data: only for the scene ephemeris"},
+        {"path ephemeris --from 3", "leastaction path: --from needs --data DIR"},
+        {"path ephemeris --dims 4", "leastaction path: --dims: expected 2 or 3, got 4"},
+        {"path pendulum --out no/run.h5",
+         "leastaction path: no/run.h5: cannot be written: No such file or directory"},
+        {"path pendulum --csv .", "leastaction path: .: cannot be written: it is a folder"},
+        {"path pendulum --out a.h5 --plot a.pdf",
+         "leastaction path: --plot: expected a name ending in .svg, .png or .gif, got 'a.pdf'"},
+        {"path pendulum --out a --csv a",
+         "leastaction path: --out and --csv name the same file, 'a'"},
+        {"check pendulum --slices 1", "leastaction check: --slices: expected at least 3, got 1"},
+        {"check kepler --set e=1.5", "leastaction check: kepler: e = 1.5 makes no system "
+                                     "(eccentricity, 0 <= e < 1)"},
+        {"scenes pendlum", "leastaction scenes: no scene 'pendlum'; did you mean 'pendulum'?"},
+        {"dump", "leastaction dump: missing argument FILE.h5"},
+        {"dump no.h5", "leastaction dump: no.h5: cannot be read: No such file or directory"},
+        {"dump ../one.csv", "leastaction dump: ../one.csv: not an HDF5 file, or damaged: file "
+                            "signature not found"},
+        {"chart gradient",
+         "leastaction chart: unknown chart 'gradient'; did you mean 'gradients'?"},
+    };
+    shell("printf '1\\n2\\n3\\n4\\n' >../one.csv; printf '1,2\\n1,2\\n1,2\\n1,2\\n' >../two.csv;"
+          "printf '1\\n2\\nx\\n' >../text.csv; printf '1\\nnan\\n2\\n' >../nan.csv");
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char expected[512];
+        snprintf(expected, sizeof expected, "%s\n", cases[k].message);
+        int status = shell("$LA %s", cases[k].arguments);
+        assert_string_equal(shell_err(), expected);
+        assert_string_equal(shell_out(), "");
+        assert_int_equal(status, 2);
+        assert_int_equal(shell_files(), 0);
+    }
+}
+
+static void test_standard_output_lost(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA scenes >/dev/full"), 1);
+    assert_string_equal(shell_err(), "leastaction: standard output cannot be written\n");
+}
+
+/* ---- help and version ---- */
+
+static void test_help(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"scenes", "path", "check", "chart", "dump"};
+    works("$LA --help");
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        assert_non_null(strstr(shell_out(), names[k]));
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
+        char first[64];
+        works("$LA %s --help", names[k]);
+        snprintf(first, sizeof first, "leastaction %s ", names[k]);
+        assert_ptr_equal(strstr(shell_out(), first), shell_out());
+        assert_non_null(strstr(shell_out(), "--json"));
+    }
+    works("$LA path --version");
+    assert_string_equal(shell_out(), "leastaction " LEASTACTION_VERSION "\n");
+}
+
+/* ---- JSON ---- */
+
+/* The value behind a key of the last line; NaN where it is null or absent. */
+static double value(const char *key)
+{
+    char quoted[64];
+    snprintf(quoted, sizeof quoted, "\"%s\": ", key);
+    const char *at = strstr(shell_last_line(), quoted);
+    return at && strncmp(at + strlen(quoted), "null", 4) != 0 ? strtod(at + strlen(quoted), NULL)
+                                                              : (double)NAN;
+}
+
+static void test_json_keys(void **state)
+{
+    (void)state;
+    static const char *const keys[] = {
+        "scene",     "dof",         "slices",      "dt",          "solver",       "rule",
+        "steps",     "seconds",     "action",      "action_mean", "kinetic_mean", "potential_mean",
+        "grad_norm", "morse_index", "mse_initial", "mse_final",   "max_error",    "energy_drift"};
+    works("$LA path freebody --preset paper --json");
+    const char *at = shell_last_line();
+    assert_int_equal(at[0], '{');
+    assert_int_equal(at[strlen(at) - 1], '}');
+    for (size_t k = 0; k < sizeof keys / sizeof *keys; k++) {
+        char quoted[64];
+        snprintf(quoted, sizeof quoted, "\"%s\": ", keys[k]);
+        at = strstr(at, quoted); /* in this order */
+        assert_non_null(at);
+    }
+    assert_true(value("dof") == 1 && value("slices") == 60 && value("steps") == 500);
+    assert_true(value("dt") == 0.25);
+    /* the mean of L over the slices is action over their number and length */
+    assert_close(value("action"), value("action_mean") * 60 * 0.25, 1e-12, 0);
+    assert_close(value("action_mean"), value("kinetic_mean") - value("potential_mean"), 1e-12, 0);
+    assert_true(value("mse_final") < 0.01 * value("mse_initial"));
+    assert_true(isnan(value("morse_index")));
+}
+
+static void test_every_scene_runs(void **state)
+{
+    (void)state;
+    works("$LA scenes --json");
+    static const char *const names[] = {"freebody", "pendulum",  "dblpend", "threebody",
+                                        "gas",      "ephemeris", "spring",  "kepler"};
+    char text[32];
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
+        works("$LA scenes --json");
+        snprintf(text, sizeof text, "\"name\": \"%s\"", names[k]);
+        assert_non_null(strstr(shell_out(), text));
+        works("$LA path %s --steps 3 --json", names[k]);
+        assert_true(isfinite(value("action")) && isfinite(value("mse_final")));
+        works("$LA scenes %s", names[k]);
+    }
+}
+
+/* The stationary path of rule left is the ODE path: a descent that starts there has nothing to do.
+ */
+static void test_start_on_the_answer(void **state)
+{
+    (void)state;
+    works("$LA path kepler --init ode --steps 0 --json");
+    assert_true(value("mse_initial") == 0 && value("max_error") == 0);
+    assert_close(value("grad_norm"), 0, 0, 1e-12);
+    works("$LA path kepler --init ode --noise 0.05 --seed 3 --steps 0 --json");
+    assert_close(sqrt(value("mse_initial")), 0.05, 0.25, 0);
+    assert_true(value("grad_norm") > 0.1);
+}
+
+static void test_set_and_preset(void **state)
+{
+    (void)state;
+    works("$LA path spring --init ode --steps 0 --set k=4 --set=q0=0.5 --json");
+    double potential = value("potential_mean");
+    works("$LA path spring --init ode --steps 0 --json");
+    assert_true(fabs(potential - value("potential_mean")) > 1e-3);
+    works("$LA path pendulum --preset paper --steps 7 --json");
+    assert_true(value("steps") == 7);
+    assert_non_null(strstr(shell_last_line(), "\"rule\": \"left+repeat\""));
+}
+
+/* ---- results ---- */
+
+static void test_outputs_agree(void **state)
+{
+    (void)state;
+    struct ad_error error = {0};
+    phys_runfile *file;
+    works("$LA path threebody --preset paper --steps 20 --every 7 --out run.h5 --csv found.csv "
+          "--json");
+    assert_int_equal(shell_files(), 2);
+    double action = value("action_mean");
+    assert_int_equal(phys_runfile_open(shell_path("run.h5"), &file, &error), AD_OK);
+    double steps[4], history[21], number;
+    assert_int_equal(phys_runfile_read(file, "step", 0, 4, steps, &error), AD_OK);
+    assert_true(steps[0] == 0 && steps[1] == 7 && steps[2] == 14 && steps[3] == 20);
+    assert_int_equal(phys_runfile_read(file, "history/action_mean", 0, 21, history, &error), AD_OK);
+    assert_true(history[20] == action && history[0] > action);
+    assert_int_equal(phys_runfile_get(file, "parameters", "m1", &number, &error), AD_OK);
+    assert_true(number == 1);
+    char *text;
+    assert_int_equal(phys_runfile_get_text(file, "/", "command", &text, &error), AD_OK);
+    assert_string_equal(text,
+                        "leastaction path threebody --preset paper --steps 20 --every 7 --out "
+                        "run.h5 --csv found.csv --json");
+    free(text);
+    double path[6 * 100];
+    assert_int_equal(phys_runfile_read(file, "path", 3, 1, path, &error), AD_OK);
+    phys_runfile_close(file);
+    FILE *csv = fopen(shell_path("found.csv"), "r");
+    assert_non_null(csv);
+    assert_int_equal(fscanf(csv, "%*[^\n]"), 0); /* the line of names */
+    for (size_t i = 0; i < 100; i++)
+        for (size_t k = 0; k < 6; k++) {
+            assert_int_equal(fscanf(csv, k ? ",%lf" : " %lf", &number), 1);
+            assert_true(number == path[k * 100 + i]);
+        }
+    fclose(csv);
+}
+
+static void test_equal_runs_equal_files(void **state)
+{
+    (void)state;
+    works("$LA path pendulum --preset paper --seed 5 --out run.h5 --csv found.csv --quiet");
+    works("mkdir first && mv run.h5 found.csv first && sleep 1");
+    works("$LA path pendulum --preset paper --seed 5 --out run.h5 --csv found.csv --quiet");
+    works("cmp run.h5 first/run.h5 && cmp found.csv first/found.csv");
+    works("$LA path pendulum --preset paper --seed 6 --csv found.csv --quiet");
+    assert_int_equal(shell("cmp -s found.csv first/found.csv"), 1);
+}
+
+static void test_csv_on_standard_output(void **state)
+{
+    (void)state;
+    works("$LA path kepler --steps 2 --slices 5 --csv - --json");
+    assert_ptr_equal(strstr(shell_out(), "x,y\n"), shell_out());
+    assert_int_equal(shell_last_line()[0], '{');
+    works("$LA path kepler --steps 2 --slices 5 --csv - --quiet | wc -l");
+    assert_int_equal(atoi(shell_out()), 6);
+}
+
+static void test_found_path_as_start(void **state)
+{
+    (void)state;
+    works("$LA path kepler --steps 9 --csv found.csv --json");
+    double action = value("action");
+    works("$LA path kepler --steps 0 --init found.csv --reference found.csv --json");
+    assert_true(value("action") == action && value("mse_initial") == 0);
+}
+
+static void test_dump(void **state)
+{
+    (void)state;
+    works("$LA path pendulum --steps 2 --every 1 --slices 8 --out run.h5 --quiet");
+    works("$LA dump run.h5");
+    assert_non_null(strstr(shell_out(), "\n    dt = 1 s\n"));
+    assert_non_null(strstr(shell_out(), "\n/path  f64 [3 x 1 x 8]\n"));
+    works("$LA dump run.h5 --csv -");
+    assert_non_null(strstr(shell_out(), "\n/path,,f64,3 x 1 x 8,\n"));
+    works("$LA dump run.h5 --json");
+    assert_non_null(strstr(shell_last_line(), "\"object\": \"path\", \"kind\": \"f64\", \"shape\": "
+                                              "[3, 1, 8], \"attributes\": {"));
+    works("$LA dump run.h5 --dataset step --csv step.csv && cat step.csv");
+    assert_string_equal(shell_out(), "0\n1\n2\n");
+    works("$LA dump run.h5 --dataset step --json");
+    assert_non_null(strstr(shell_out(), "\"values\": [0, 1, 2]}"));
+    works("$LA dump run.h5 --dataset path --csv - | cut -d, -f1,2,3");
+    assert_non_null(strstr(shell_out(), "2,0,1.57079632"));
+    assert_int_equal(shell("$LA dump run.h5 --dataset pth"), 2);
+    assert_non_null(strstr(shell_err(), "'pth'"));
+}
+
+/* ---- runs that do not reach what was asked ---- */
+
+static void test_not_converged(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA path kepler --steps 3 --tol 1e-12 --json --csv found.csv"), 1);
+    assert_non_null(strstr(shell_err(), "leastaction path: not converged: |gradient| "));
+    assert_int_equal(shell_last_line()[0], '{');
+    assert_int_equal(shell_files(), 1);
+    works("$LA path spring --steps 4000 --lr 1e-3 --tol 0.3 --json");
+    assert_non_null(strstr(shell_last_line(), "\"stop\": \"tolerance reached\""));
+}
+
+static void test_not_finite(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA path pendulum --lr 1e300 --out run.h5 --csv a.csv --plot a.svg"),
+                     1);
+    assert_ptr_equal(strstr(shell_err(), "leastaction path: step 1: "), shell_err());
+    assert_int_equal(shell_files(), 0);
+}
+
+static void test_interrupted(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("timeout --preserve-status -s INT 1 $LA path pendulum --preset paper "
+                           "--steps 2000000000 --every 100000000 --out run.h5 --json"),
+                     1);
+    assert_ptr_equal(strstr(shell_err(), "leastaction path: interrupted after step "), shell_err());
+    assert_non_null(strstr(shell_last_line(), "\"stop\": \"interrupted\""));
+    assert_int_equal(shell_files(), 1);
+    works("$LA dump run.h5 | grep stop");
+    assert_string_equal(shell_out(), "    stop = interrupted\n");
+}
+
+/* ---- check ---- */
+
+static void build_scene(const char *name)
+{
+    works("${CC:-cc} -std=c11 -shared -fPIC -I$ROOT $ROOT/tests/apps/scenes/%s.c -o %s.so", name,
+          name);
+}
+
+static void test_check(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        int status;
+        const char *says;
+    } cases[] = {
+        {"good", 0, "slice locality  ok"},
+        {"nonlocal", 1, "FAILED  L of slice 0 reacts to q x1 of slice 1"},
+        {"jump", 1, "q x1, slice 0 (tape 0, difference -"},
+        {"nonfinite", 1, "(log, \"depth\")"},
+        {"shape", 2, ""},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        build_scene(cases[k].name);
+        assert_int_equal(shell("$LA check ./%s.so", cases[k].name), cases[k].status);
+        assert_non_null(strstr(shell_out(), cases[k].says));
+        assert_int_equal(shell("$LA check %s.so --json", cases[k].name), cases[k].status);
+        if (cases[k].status < 2)
+            assert_non_null(strstr(shell_last_line(),
+                                   cases[k].status ? "\"passed\": false" : "\"passed\": true"));
+    }
+    assert_string_equal(shell_err(),
+                        "leastaction check: mass: the Lagrangian is 1 x 1, expected 1 x 11\n");
+    works("$LA path good.so --steps 5 --json");
+    assert_non_null(strstr(shell_last_line(), "\"scene\": \"mass\""));
+}
+
+static void test_check_built_in(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"freebody",  "pendulum", "dblpend", "threebody",
+                                        "ephemeris", "spring",   "kepler"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        works("$LA check %s", names[k]);
+    works("$LA check gas --set bodies=9");
+}
+
+/* ---- pictures ---- */
+
+static void test_picture_without_gnuplot(void **state)
+{
+    (void)state;
+    works("mkdir empty && PATH=$PWD/empty $LA path pendulum --steps 20 --plot fig.svg --quiet");
+    assert_string_equal(shell_err(),
+                        "gnuplot is not installed: wrote fig.dat and fig.gp; draw with: "
+                        "gnuplot fig.gp\n");
+    assert_int_equal(shell_files(), 3);
+    works("head -n 2 fig.gp");
+    assert_string_equal(shell_out(), "data = 'fig.dat'\npicture = 'fig.svg'\n");
+}
+
+static void test_pictures(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name, *magic;
+    } cases[] = {{"it''s.svg", "<?xml"}, {"a b.png", "\x89PNG"}, {"a.gif", "GIF89a"}};
+    if (shell("command -v gnuplot") != 0) {
+        print_message("gnuplot is not installed\n");
+        skip();
+    }
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        works("$LA path kepler --steps 20 --plot \"%s\" --quiet", cases[k].name);
+        assert_string_equal(shell_err(), "");
+        works("cat \"%s\"", cases[k].name);
+        assert_memory_equal(shell_out(), cases[k].magic, strlen(cases[k].magic));
+    }
+    assert_int_equal(shell_files(), 3);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_wrong_uses, clean),
+        cmocka_unit_test_teardown(test_standard_output_lost, clean),
+        cmocka_unit_test_teardown(test_help, clean),
+        cmocka_unit_test_teardown(test_json_keys, clean),
+        cmocka_unit_test_teardown(test_every_scene_runs, clean),
+        cmocka_unit_test_teardown(test_start_on_the_answer, clean),
+        cmocka_unit_test_teardown(test_set_and_preset, clean),
+        cmocka_unit_test_teardown(test_outputs_agree, clean),
+        cmocka_unit_test_teardown(test_equal_runs_equal_files, clean),
+        cmocka_unit_test_teardown(test_csv_on_standard_output, clean),
+        cmocka_unit_test_teardown(test_found_path_as_start, clean),
+        cmocka_unit_test_teardown(test_dump, clean),
+        cmocka_unit_test_teardown(test_not_converged, clean),
+        cmocka_unit_test_teardown(test_not_finite, clean),
+        cmocka_unit_test_teardown(test_interrupted, clean),
+        cmocka_unit_test_teardown(test_check, clean),
+        cmocka_unit_test_teardown(test_check_built_in, clean),
+        cmocka_unit_test_teardown(test_picture_without_gnuplot, clean),
+        cmocka_unit_test_teardown(test_pictures, clean),
+    };
+    return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
+}

@@ -1,0 +1,148 @@
+/* The checks of a Lagrangian find what is wrong with it, and name where. */
+#include "../close.h"
+#include "../../physics/physics.h"
+
+#include <string.h>
+
+enum { N = 7, DOF = 2 };
+
+static double q[DOF * N], v[DOF * N], t[N];
+static const struct phys_points at = {N, q, v, t};
+
+static int fill(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < DOF * N; k++) {
+        q[k] = 0.7 + 0.31 * sin(1.3 * (double)k);
+        v[k] = -0.4 + 0.57 * cos(2.1 * (double)k);
+    }
+    for (size_t i = 0; i < N; i++)
+        t[i] = 0.23 * (double)i;
+    return 0;
+}
+
+static ad_var free_motion(ad_var v) { return ad_mul(0.5, ad_sum_rows(ad_square(v))); }
+
+static ad_var local(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    (void)params;
+    ad_var force = ad_mul(ad_row(x, 0), ad_sin(ad_row(x, 1)));
+    return ad_sub(free_motion(u), ad_mul(force, ad_cos(s)));
+}
+
+/* Column i takes column i - 1 of a row: the last slice alone does not move any other. */
+static ad_var before(ad_var row)
+{
+    return ad_concat_cols(2, (ad_var[]){ad_slice_cols(row, 0, 1), ad_slice_cols(row, 0, N - 1)});
+}
+
+static ad_var reacts_to_q(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    return ad_add(local(x, u, s, params), ad_mul(1e-9, before(ad_row(x, 1))));
+}
+
+static ad_var reacts_to_v(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    return ad_add(local(x, u, s, params), ad_mul(1e-9, before(ad_row(u, 0))));
+}
+
+static ad_var reacts_to_t(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    return ad_add(local(x, u, s, params), ad_mul(1e-9, before(s)));
+}
+
+/* The mean over the path hides in every slice. */
+static ad_var reacts_to_all(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    return ad_add(local(x, u, s, params), ad_mul(1e-9, ad_mean(ad_row(x, 0))));
+}
+
+static ad_var jumps(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    return ad_add(local(x, u, s, params), ad_gt(ad_row(x, 1), q[N + 3]));
+}
+
+static ad_var overflows(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    return ad_add(local(x, u, s, params), ad_label(ad_exp(ad_mul(1e4, ad_row(x, 0))), "huge"));
+}
+
+/* A system with nothing but a Lagrangian: all that the checks look at. */
+#define SYSTEM(callback)                                                                           \
+    const struct phys_scene scene = {.name = "try", .dof = DOF, .lagrangian = (callback)};         \
+    const struct phys_system system = {.scene = &scene, .dof = DOF, .bodies = 1, .dims = DOF};     \
+    struct ad_error error = {0}
+
+static void expect_reaction(phys_lagrangian *callback, size_t slice, size_t moved, size_t row)
+{
+    SYSTEM(callback);
+    struct phys_locality report;
+    assert_int_equal(phys_check_locality(&system, &at, &report, &error), AD_OK);
+    assert_false(report.passed);
+    assert_int_equal(report.slice, slice);
+    assert_int_equal(report.moved, moved);
+    assert_int_equal(report.row, row);
+}
+
+static void test_locality(void **state)
+{
+    (void)state;
+    SYSTEM(local);
+    struct phys_locality report;
+    assert_int_equal(phys_check_locality(&system, &at, &report, &error), AD_OK);
+    assert_true(report.passed);
+    expect_reaction(reacts_to_q, 1, 0, 1);
+    expect_reaction(reacts_to_v, 1, 0, DOF + 0);
+    expect_reaction(reacts_to_t, 1, 0, 2 * DOF);
+    expect_reaction(reacts_to_all, 1, 0, 0);
+}
+
+static void test_gradient(void **state)
+{
+    (void)state;
+    SYSTEM(local);
+    struct ad_check report;
+    for (int order = 1; order <= 2; order++) {
+        assert_int_equal(phys_check_gradient(&system, &at, order, 1e-8, 0, &report, &error), AD_OK);
+        assert_true(report.passed);
+        assert_int_equal(report.entries, (2 * DOF + 1) * N);
+    }
+}
+
+/* A jump right at slice 3 of coordinate 1: no derivative on the tape can tell of it. */
+static void test_wrong_gradient(void **state)
+{
+    (void)state;
+    SYSTEM(jumps);
+    struct ad_check report;
+    assert_int_equal(phys_check_gradient(&system, &at, 1, 1e-6, 0, &report, &error), AD_OK);
+    assert_false(report.passed);
+    assert_int_equal(report.input, 0);
+    assert_int_equal(report.row, 1);
+    assert_int_equal(report.col, 3);
+}
+
+static void test_finite(void **state)
+{
+    (void)state;
+    SYSTEM(local);
+    assert_int_equal(phys_check_finite(&system, &at, &error), AD_OK);
+}
+
+static void test_not_finite(void **state)
+{
+    (void)state;
+    SYSTEM(overflows);
+    assert_int_equal(phys_check_finite(&system, &at, &error), AD_E_NONFINITE);
+    assert_non_null(strstr(error.message, "huge"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_locality),       cmocka_unit_test(test_gradient),
+        cmocka_unit_test(test_wrong_gradient), cmocka_unit_test(test_finite),
+        cmocka_unit_test(test_not_finite),
+    };
+    return cmocka_run_group_tests(tests, fill, NULL);
+}
