@@ -21,7 +21,7 @@ static int fill(void **state)
     return 0;
 }
 
-static ad_var free_motion(ad_var v) { return ad_mul(0.5, ad_sum_rows(ad_square(v))); }
+static ad_var free_motion(ad_var u) { return ad_mul(0.5, ad_sum_rows(ad_square(u))); }
 
 static ad_var local(ad_var x, ad_var u, ad_var s, const void *params)
 {
