@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+const struct layout plain_layout = {.form = FORM_LABELLED, .type = 3, .units = "KM-S"};
+
 static const char stars[] =
     "*******************************************************************************\n";
 
@@ -136,4 +138,34 @@ char *replaced(const char *text, const char *from, const char *to)
     assert_non_null(copy);
     snprintf(copy, size, "%.*s%s%s", (int)(at - text), text, to, at + strlen(from));
     return copy;
+}
+
+struct phys_horizons read_fine(const char *file)
+{
+    struct phys_horizons table;
+    struct ad_error error = {0};
+    if (phys_horizons_read(file, &table, &error) != AD_OK)
+        fail_msg("%s", error.message);
+    return table;
+}
+
+void free_tables(struct phys_horizons *tables, size_t n)
+{
+    for (size_t k = 0; k < n; k++)
+        phys_horizons_free(&tables[k]);
+    free(tables);
+}
+
+void assert_states(const struct phys_horizons *table, const struct states *states, int type)
+{
+    assert_int_equal(table->n, STATES);
+    assert_true((table->velocity == NULL) == (type == 1));
+    for (size_t i = 0; i < STATES; i++) {
+        assert_true(table->jd[i] == states->first + (double)i * states->step);
+        for (size_t d = 0; d < 3; d++) {
+            assert_close(table->position[3 * i + d], states->state[i][d], 2e-15, 0);
+            if (table->velocity)
+                assert_close(table->velocity[3 * i + d], states->state[i][3 + d], 2e-15, 0);
+        }
+    }
 }

@@ -1,0 +1,39 @@
+/* What the fuzzers share: bytes as a file, rewritten for every run. TMPDIR=/dev/shm makes it fast.
+ */
+#ifndef TESTS_FUZZ_H
+#define TESTS_FUZZ_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+static char fuzz_name[256];
+
+static void fuzz_remove(void) { unlink(fuzz_name); }
+
+static const char *fuzz_file(const uint8_t *data, size_t size)
+{
+    if (!*fuzz_name) {
+        const char *folder = getenv("TMPDIR");
+        snprintf(fuzz_name, sizeof fuzz_name, "%s/leastaction-fuzz-%ld", folder ? folder : "/tmp",
+                 (long)getpid());
+        atexit(fuzz_remove);
+    }
+    FILE *stream = fopen(fuzz_name, "wb");
+    if (!stream || fwrite(data, 1, size, stream) != size || fclose(stream) != 0)
+        abort();
+    return fuzz_name;
+}
+
+/* Aborts, which the fuzzer reports, unless it holds. */
+static void fuzz_require(int condition)
+{
+    if (!condition)
+        abort();
+}
+
+#endif

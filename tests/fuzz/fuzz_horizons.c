@@ -1,0 +1,40 @@
+/* Fuzzer of the Horizons reader: no input crashes it; tables that it accepts are finite, with
+   epochs in order and a date that leads back to the first, and what it refuses it explains. Build
+   and run, from the root, with real tables as corpus:
+
+     clang -g -O1 -fsanitize=fuzzer,address,undefined -std=c11 -D_XOPEN_SOURCE=700 -I. \
+         tests/fuzz/fuzz_horizons.c physics/horizons*.c physics/text.c autodiff/status.c -lm \
+         -o fuzz_horizons
+     TMPDIR=/dev/shm ./fuzz_horizons -max_total_time=60 -max_len=8192 CORPUS */
+#include "fuzz.h"
+
+#include "physics/horizons.h"
+
+#include <math.h>
+#include <string.h>
+
+static void check(const struct phys_horizons *table)
+{
+    fuzz_require(table->n > 0 && *table->target && *table->center && *table->frame);
+    fuzz_require(isfinite(table->gm) && table->gm >= 0);
+    for (size_t i = 0; i < 3 * table->n; i++)
+        fuzz_require(isfinite(table->position[i]) &&
+                     (!table->velocity || isfinite(table->velocity[i])));
+    for (size_t i = 1; i < table->n; i++)
+        fuzz_require(table->jd[i] > table->jd[i - 1]);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    struct phys_horizons table;
+    struct ad_error error = {0};
+    size_t index;
+    if (phys_horizons_read(fuzz_file(data, size), &table, &error) != AD_OK) {
+        fuzz_require(error.status == AD_E_INPUT && strstr(error.message, "expected") && !table.jd);
+        return 0;
+    }
+    check(&table);
+    phys_horizons_epoch(&table, table.start_date, &index, &error);
+    phys_horizons_free(&table);
+    return 0;
+}

@@ -1,0 +1,28 @@
+/* Fuzzer of the table reader: no input crashes it; what it accepts is finite, what it refuses it
+   explains. Build and run, from the root:
+
+     clang -g -O1 -fsanitize=fuzzer,address,undefined -std=c11 -D_XOPEN_SOURCE=700 -I. \
+         tests/fuzz/fuzz_table.c physics/table.c physics/text.c autodiff/status.c -lm -o fuzz_table
+     TMPDIR=/dev/shm ./fuzz_table -max_total_time=60 -max_len=4096 CORPUS */
+#include "fuzz.h"
+
+#include "physics/table.h"
+
+#include <math.h>
+#include <string.h>
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    size_t rows = 0, cols = 0;
+    double *values = NULL;
+    struct ad_error error = {0};
+    if (phys_table_read(fuzz_file(data, size), &rows, &cols, &values, &error) != AD_OK) {
+        fuzz_require(error.status == AD_E_INPUT && strstr(error.message, "expected") && !values);
+        return 0;
+    }
+    fuzz_require(rows > 0 && cols > 0 && rows * cols <= size);
+    for (size_t k = 0; k < rows * cols; k++)
+        fuzz_require(isfinite(values[k]));
+    free(values);
+    return 0;
+}
