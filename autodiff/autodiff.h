@@ -156,8 +156,9 @@ extern "C" {
 /* Binary operations: variable or number on either side (one of them a variable), broadcasting.
    min, max: where both are equal each side gets half the gradient; NaN wins. hypot, atan2: gradient
    0 at (0, 0). pow: gradient 0 at base 0 where the true one is infinite; the gradient of the
-   exponent at base 0 is 0. Small whole exponents given as numbers become products. Comparisons give
-   1 or 0 and have no gradient. */
+   exponent at base 0 is 0. Comparisons give 1 or 0 and have no gradient.
+   Numbers meet before lanes do: a whole exponent up to 32 becomes products, c1*(c2*x) one product,
+   c/x a reciprocal times c. Each may move the last bit. */
 #define ad_add(a, b) ad_binary(AD_OP_add, AD_ARG(a), AD_ARG(b))
 #define ad_sub(a, b) ad_binary(AD_OP_sub, AD_ARG(a), AD_ARG(b))
 #define ad_mul(a, b) ad_binary(AD_OP_mul, AD_ARG(a), AD_ARG(b))
@@ -232,7 +233,8 @@ enum ad_status ad_compile(ad_tape *tape, size_t n_out, const ad_var out[], ad_pr
 void ad_program_free(ad_program *program);
 
 /* Sets an input from rows*cols doubles (converted for f32). AD_E_TAPE if x is not one of the
-   program's inputs; an input that no output needs is accepted and ignored. */
+   program's inputs; every input recorded before
+   compiling is one, whether an output needs it or not. */
 enum ad_status ad_set(ad_program *program, ad_var x, const double *values);
 /* Copies an input or output to rows*cols doubles. */
 enum ad_status ad_get(const ad_program *program, ad_var x, double *values);
