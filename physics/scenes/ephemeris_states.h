@@ -14,7 +14,7 @@ struct ephemeris_body {
     double velocity[3];    /* m/s */
 };
 
-#define PHYS_EPHEMERIS_JD   2459774.5 /* TDB */
+#define PHYS_EPHEMERIS_JD 2459774.5 /* TDB */
 #define PHYS_EPHEMERIS_DATE "2022-07-14"
 
 enum { PHYS_EPHEMERIS_BODIES = 5 };
