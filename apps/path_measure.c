@@ -15,9 +15,10 @@ struct meter {
 /* [1 x points of the rule] */
 static ad_var record_energy(const struct path_run *run, ad_var path)
 {
-    ad_var q, v, t, kinetic, potential;
-    run->settings.rule->points(path, run->settings.dt, &q, &v, &t);
-    phys_system_energies(&run->system, q, v, t, &kinetic, &potential);
+    ad_var kinetic, potential;
+    struct phys_rule_points at;
+    phys_rule_points(run->settings.rule, path, run->settings.dt, &at);
+    phys_system_energies(&run->system, at.q, at.v, at.t, &kinetic, &potential);
     return ad_add(kinetic, potential);
 }
 

@@ -31,7 +31,8 @@ extern const struct phys_scene phys_scene_freebody, phys_scene_pendulum, phys_sc
     phys_scene_threebody, phys_scene_gas, phys_scene_ephemeris, phys_scene_spring,
     phys_scene_kepler;
 
-extern const struct phys_rule phys_rule_left, phys_rule_left_repeat;
+extern const struct phys_rule phys_rule_left, phys_rule_left_repeat, phys_rule_midpoint,
+    phys_rule_trapezoid, phys_rules_gauss[];
 extern const struct phys_solver phys_solver_adam;
 
 #endif
