@@ -19,7 +19,7 @@ static enum ad_status start(const void *params, uint64_t seed, double *q, double
 
 static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params);
 
-static const struct phys_param params[] = {
+static const struct phys_param mass_params[] = {
     {"m", "kg", "mass", 2, offsetof(struct mass, m)},
 };
 
@@ -33,7 +33,7 @@ const struct phys_scene leastaction_scene = {
     .unit = "m",
     .time_unit = "s",
     .energy_unit = "J",
-    .params = params,
+    .params = mass_params,
     .n_params = 1,
     .params_bytes = sizeof(struct mass),
     .lagrangian = lagrangian,
