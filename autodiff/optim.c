@@ -7,13 +7,17 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
+
+enum { ALIGNMENT = 64 }; /* of the widest vectors: no access crosses a cache line */
 
 struct ad_optimiser {
     struct ad_optimiser_settings settings;
     const struct ad_kernels *kernels;
     size_t n, moment_bytes, moments;
-    uint64_t steps;
-    char *state; /* [moments x n] */
+    uint64_t steps, counted;
+    double power1, power2; /* beta^counted */
+    char *state;           /* [moments x n] */
 };
 
 struct ad_optimiser_settings ad_optimiser_defaults(enum ad_optimiser_method method)
@@ -25,7 +29,7 @@ struct ad_optimiser_settings ad_optimiser_defaults(enum ad_optimiser_method meth
 ad_optimiser *ad_optimiser_new(const struct ad_optimiser_settings *settings, enum ad_type type,
                                size_t n)
 {
-    if (n > SIZE_MAX / 2 / sizeof(double))
+    if (n > SIZE_MAX / 4 / sizeof(double))
         return NULL;
     ad_optimiser *o = malloc(sizeof *o);
     if (!o)
@@ -34,12 +38,16 @@ ad_optimiser *ad_optimiser_new(const struct ad_optimiser_settings *settings, enu
                         .kernels = ad_kernels_for(type),
                         .n = n,
                         .moment_bytes = n * type_bytes(type),
-                        .moments = settings->method == AD_ADAM ? 2 : 1};
-    o->state = calloc(o->moments * n + 1, type_bytes(type));
+                        .moments = settings->method == AD_ADAM ? 2 : 1,
+                        .power1 = 1,
+                        .power2 = 1};
+    size_t bytes = o->moments * o->moment_bytes / ALIGNMENT * ALIGNMENT + ALIGNMENT;
+    o->state = aligned_alloc(ALIGNMENT, bytes);
     if (!o->state) {
         free(o);
         return NULL;
     }
+    memset(o->state, 0, bytes);
     return o;
 }
 
@@ -51,22 +59,30 @@ void ad_optimiser_free(ad_optimiser *optimiser)
     free(optimiser);
 }
 
-/* beta^t by squaring: a function of t alone, so a resumed run is bitwise the run never stopped, and
-   a third of the time of pow, which for a few hundred elements is worth having. */
-static double power(double beta, uint64_t t)
+/* Goes on to the next step. beta^steps is one product a step, so the bits depend on the number of
+   steps alone: after a checkpoint was written back it is made again from the start. It ends at
+   zero: 1 - beta^steps was 1 long before, and products of subnormal numbers are slow. */
+static void count_step(ad_optimiser *o)
 {
-    double result = 1;
-    for (; t && beta > 0; t >>= 1, beta *= beta)
-        result *= t & 1 ? beta : 1;
-    return t ? 0 : result;
+    if (o->counted != o->steps) {
+        o->counted = 0;
+        o->power1 = o->power2 = 1;
+    }
+    o->steps++;
+    for (; o->counted < o->steps; o->counted++) {
+        o->power1 = o->power1 > 0x1p-100 ? o->power1 * o->settings.beta1 : 0;
+        o->power2 = o->power2 > 0x1p-100 ? o->power2 * o->settings.beta2 : 0;
+        if (o->power1 + o->power2 == 0)
+            o->counted = o->steps - 1;
+    }
 }
 
 /* m/c1 / (sqrt(v/c2) + epsilon) with c = 1 - beta^t is
    sqrt(c2)/c1 m / (sqrt(v) + epsilon sqrt(c2)): the corrections cost nothing per element. */
-static void correct_bias(struct ad_step *step, uint64_t t)
+static void correct_bias(struct ad_step *step, const ad_optimiser *o)
 {
-    double root2 = sqrt(1 - power(step->beta2, t));
-    step->rate *= root2 / (1 - power(step->beta1, t));
+    double root2 = sqrt(1 - o->power2);
+    step->rate *= root2 / (1 - o->power1);
     step->epsilon *= root2;
 }
 
@@ -81,11 +97,11 @@ void ad_optimiser_step(ad_optimiser *optimiser, void *x, const void *g)
                            .beta1 = s->beta1,
                            .beta2 = s->beta2,
                            .epsilon = s->epsilon};
-    o->steps++;
+    count_step(o);
     if (s->method == AD_SGD) {
         o->kernels->sgd(o->n, x, g, o->state, &step);
     } else {
-        correct_bias(&step, o->steps);
+        correct_bias(&step, o);
         o->kernels->adam(o->n, x, g, o->state, o->state + o->moment_bytes, &step);
     }
 }

@@ -1,0 +1,61 @@
+/* The step of Adam for f64 and AVX-512. Root and quotient share the divider, 5 cycles an element at
+   any vector width, and for a few hundred coordinates that is a third of their gradient. Here the
+   multipliers take the root from the 14 bits of vrsqrt14pd; the divider keeps the quotient. A loop
+   the compiler vectorises cannot name that instruction. */
+#include <immintrin.h>
+
+/* sqrt(v) = v y (1 - r)^(-1/2) with r = 1 - v y^2 below 2^-13: the binomial series to r^3 leaves
+   6e-17. Zero and infinity, where y is no number of use, are their own roots. */
+static inline __m512d root512(__m512d v)
+{
+    __m512d y = _mm512_rsqrt14_pd(v), s = _mm512_mul_pd(v, y);
+    __m512d r = _mm512_fnmadd_pd(s, y, _mm512_set1_pd(1));
+    __m512d series = _mm512_fmadd_pd(r, _mm512_set1_pd(5. / 16), _mm512_set1_pd(3. / 8));
+    series = _mm512_fmadd_pd(r, series, _mm512_set1_pd(1. / 2));
+    s = _mm512_fmadd_pd(_mm512_mul_pd(s, r), series, s);
+    enum { PLUS_ZERO = 2, PLUS_INFINITY = 8 };
+    return _mm512_mask_mov_pd(s, _mm512_fpclass_pd_mask(v, PLUS_ZERO | PLUS_INFINITY), v);
+}
+
+struct quotient {
+    __m512d x, over, under;
+};
+
+static inline void move(double *x, __mmask8 lanes, __m512d keep, struct quotient q)
+{
+    __m512d change = _mm512_div_pd(q.over, q.under);
+    _mm512_mask_storeu_pd(x, lanes, _mm512_fmadd_pd(keep, q.x, change));
+}
+
+/* Eight elements move after the root of the next eight: neither waits for the other. */
+static void adam(size_t n, void *px, const void *pg, void *pm, void *pv, const struct ad_step *step)
+{
+    const __m512d rate = _mm512_set1_pd(-step->rate), keep = _mm512_set1_pd(step->keep);
+    const __m512d decay = _mm512_set1_pd(step->decay), epsilon = _mm512_set1_pd(step->epsilon);
+    const __m512d beta1 = _mm512_set1_pd(step->beta1), rest1 = _mm512_set1_pd(1 - step->beta1);
+    const __m512d beta2 = _mm512_set1_pd(step->beta2), rest2 = _mm512_set1_pd(1 - step->beta2);
+    const double *g = pg;
+    double *x = px, *m = pm, *v = pv;
+    struct quotient last = {0};
+    __mmask8 lanes = 0xff;
+    size_t i = 0;
+    for (; i < n; i += 8) {
+        if (n - i < 8)
+            lanes = (__mmask8)((1u << (n - i)) - 1);
+        __m512d at = _mm512_maskz_loadu_pd(lanes, x + i);
+        __m512d d = _mm512_fmadd_pd(decay, at, _mm512_maskz_loadu_pd(lanes, g + i));
+        __m512d mean =
+            _mm512_fmadd_pd(beta1, _mm512_maskz_loadu_pd(lanes, m + i), _mm512_mul_pd(rest1, d));
+        __m512d square = _mm512_fmadd_pd(beta2, _mm512_maskz_loadu_pd(lanes, v + i),
+                                         _mm512_mul_pd(_mm512_mul_pd(rest2, d), d));
+        _mm512_mask_storeu_pd(m + i, lanes, mean);
+        _mm512_mask_storeu_pd(v + i, lanes, square);
+        struct quotient next = {at, _mm512_mul_pd(rate, mean),
+                                _mm512_add_pd(root512(square), epsilon)};
+        if (i)
+            move(x + i - 8, 0xff, keep, last);
+        last = next;
+    }
+    if (n)
+        move(x + i - 8, lanes, keep, last);
+}
