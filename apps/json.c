@@ -2,6 +2,7 @@
 #include "json.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 /* Length of the UTF-8 sequence at `s` (RFC 3629), 0 if it is not one. */
 static size_t utf8_length(const unsigned char *s)
@@ -87,11 +88,23 @@ void json_text(struct json *json, const char *key, const char *text)
         fputs("null", json->out);
 }
 
+/* The fewest digits that read back as the same number: 0.06, not 0.059999999999999998. */
+static void shortest(FILE *out, double value)
+{
+    char text[40];
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(text, sizeof text, "%.*g", digits, value);
+        if (strtod(text, NULL) == value)
+            break;
+    }
+    fputs(text, out);
+}
+
 void json_number(struct json *json, const char *key, double value)
 {
     member(json, key);
     if (isfinite(value))
-        fprintf(json->out, "%.17g", value);
+        shortest(json->out, value);
     else
         fputs("null", json->out);
 }

@@ -17,7 +17,7 @@ void json_close(struct json *json);
 
 /* Members. Inside an array the key is NULL. */
 void json_text(struct json *json, const char *key, const char *text); /* NULL: null */
-void json_number(struct json *json, const char *key, double value);   /* 17 digits; else null */
+void json_number(struct json *json, const char *key, double value); /* shortest exact; else null */
 void json_count(struct json *json, const char *key, size_t value);
 void json_bool(struct json *json, const char *key, bool value);
 void json_null(struct json *json, const char *key);
