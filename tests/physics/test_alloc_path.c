@@ -1,0 +1,166 @@
+/* A step of a descent allocates nothing; an allocation that fails anywhere gives a status, never a
+   crash, and nothing leaks. The linker sends the allocations of the library here. */
+#include "published.h"
+#include "tests/close.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- allocations, counted, failing on request ---- */
+
+static size_t calls, failing; /* the call that fails, counted from 1; 0: none */
+static size_t given, taken;   /* blocks handed out and given back */
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t n, size_t size);
+void *__real_realloc(void *old, size_t size);
+void *__real_aligned_alloc(size_t alignment, size_t size);
+void __real_free(void *block);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t n, size_t size);
+void *__wrap_realloc(void *old, size_t size);
+void *__wrap_aligned_alloc(size_t alignment, size_t size);
+void __wrap_free(void *block);
+
+static bool fails(void) { return ++calls == failing; }
+
+static void *count(void *block)
+{
+    given += block != NULL;
+    return block;
+}
+
+void *__wrap_malloc(size_t size) { return fails() ? NULL : count(__real_malloc(size)); }
+
+void *__wrap_calloc(size_t n, size_t size)
+{
+    return fails() ? NULL : count(__real_calloc(n, size));
+}
+
+void *__wrap_realloc(void *old, size_t size)
+{
+    if (fails())
+        return NULL;
+    void *block = __real_realloc(old, size);
+    given += !old && block;
+    return block;
+}
+
+void *__wrap_aligned_alloc(size_t alignment, size_t size)
+{
+    return fails() ? NULL : count(__real_aligned_alloc(alignment, size));
+}
+
+void __wrap_free(void *block)
+{
+    taken += block != NULL;
+    __real_free(block);
+}
+
+/* ---- jobs ---- */
+
+enum { SLICES = 12, STEPS = 5, MOST = 100 };
+
+static bool note_calls(void *context, const struct phys_path_step *step)
+{
+    size_t *seen = context;
+    seen[step->step] = calls;
+    return true;
+}
+
+struct result {
+    size_t seen[STEPS + 1]; /* allocations before each step */
+    double path[MOST * SLICES];
+};
+
+/* Everything from a name to a found path. */
+static enum ad_status run(const char *scene, struct result *result, struct ad_error *error)
+{
+    double q[MOST], v[MOST], *path = result->path;
+    struct phys_system system;
+    phys_motion *motion = NULL;
+    if (phys_system_open(scene, &system, error) == AD_OK) {
+        size_t dof = system.dof;
+        double dt = system.scene->dt;
+        struct phys_path_info info;
+        struct phys_path_settings settings = {.rule = phys_rule_find("left", error),
+                                              .slices = SLICES,
+                                              .steps = STEPS,
+                                              .dt = dt,
+                                              .learning_rate = 1e-6,
+                                              .progress = note_calls,
+                                              .context = result->seen};
+        assert_true(dof <= MOST);
+        if (system.scene->start(system.params, 1, q, v, error) == AD_OK &&
+            phys_motion_new(&system, &motion, error) == AD_OK &&
+            phys_first_slices(motion, q, v, SLICES, dt, false, path, error) == AD_OK &&
+            phys_ode_path(motion, SLICES, dt, 1, path, error) == AD_OK &&
+            phys_fine_path(motion, q, v, SLICES, dt, 1, path, error) == AD_OK)
+            phys_path_solve(phys_solver_find("adam", error), &system, &settings, path, &info,
+                            error);
+    }
+    phys_motion_free(motion);
+    phys_system_close(&system);
+    return error->status;
+}
+
+static void a_step_allocates_nothing(void **state)
+{
+    (void)state;
+    for (size_t s = 0; phys_scenes[s]; s++) {
+        static struct result result;
+        struct ad_error error = {0};
+        run(phys_scenes[s]->name, &result, &error);
+        assert_no_error(&error);
+        for (size_t k = 1; k <= STEPS; k++)
+            assert_int_equal(result.seen[k], result.seen[0]);
+    }
+}
+
+/* Fails allocation `at` of a run; false where the run has no so many. */
+static bool survives(const char *scene, size_t at, const struct result *expected)
+{
+    static struct result result;
+    struct ad_error error = {0};
+    size_t before = given - taken;
+    memset(&result, 0, sizeof result);
+    calls = 0;
+    failing = at;
+    enum ad_status status = run(scene, &result, &error);
+    bool failed = calls >= failing;
+    failing = 0;
+    if (given - taken != before)
+        fail_msg("%s: %zu blocks lost at allocation %zu", scene, given - taken - before, at);
+    /* memory that is merely trimmed may be refused: then nothing else may change */
+    if (status == AD_OK)
+        assert_memory_equal(result.path, expected->path, sizeof result.path);
+    else if (status != AD_E_MEMORY)
+        fail_msg("%s: status %d at allocation %zu: %s", scene, status, at, error.message);
+    return failed;
+}
+
+static void every_failing_allocation_gives_a_status(void **state)
+{
+    (void)state;
+    const char *const scenes[] = {"pendulum", "dblpend", "threebody", "ephemeris"};
+    for (size_t s = 0; s < sizeof scenes / sizeof *scenes; s++) {
+        static struct result expected;
+        struct ad_error error = {0};
+        memset(&expected, 0, sizeof expected);
+        run(scenes[s], &expected, &error);
+        assert_no_error(&error);
+        size_t at = 1;
+        while (survives(scenes[s], at, &expected))
+            at++;
+        assert_true(at > 50); /* there was something to fail */
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_step_allocates_nothing),
+        cmocka_unit_test(every_failing_allocation_gives_a_status),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

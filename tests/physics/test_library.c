@@ -1,0 +1,125 @@
+/* Scenes from outside: a good shared object runs, every other is refused with what is wrong. */
+#include "published.h"
+#include "tests/close.h"
+#include "tests/files.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* FLAW is a designated initialiser more: the last one of a member counts. */
+static const char source[] =
+    "#include \"physics/physics.h\"\n"
+    "struct mass { double m; };\n"
+    "static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *p)\n"
+    "{ const struct mass *s = p; (void)q, (void)t;\n"
+    "  return ad_mul(0.5 * s->m, ad_square(ad_row(v, 0))); }\n"
+    "static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,\n"
+    "                            struct ad_error *error)\n"
+    "{ (void)p, (void)seed, (void)error; q[0] = 1; v[0] = 2; return AD_OK; }\n"
+    "static const struct phys_param params[] = {{\"m\", \"kg\", \"mass\", 2, 0}};\n"
+    "static const struct phys_param outside[] = {{\"m\", \"kg\", \"mass\", 2, 4}};\n"
+    "extern const void *use[]; const void *use[] = {outside};\n"
+    "const struct phys_scene SYMBOL = {\n"
+    "    .version = PHYS_SCENE_VERSION, .size = sizeof(struct phys_scene), .name = \"mass\",\n"
+    "    .what = \"a mass\", .dof = 1, .dims = 1, .unit = \"m\", .time_unit = \"s\",\n"
+    "    .energy_unit = \"J\", .params = params, .n_params = 1,\n"
+    "    .params_bytes = sizeof(struct mass), .lagrangian = lagrangian, .slices = 9, .dt = 0.5,\n"
+    "    .start = start, FLAW};\n";
+
+static struct path build(const char *symbol, const char *flaw)
+{
+    static int count;
+    char name[32], command[2048];
+    struct path c = files_write_text("scene.c", source);
+    snprintf(name, sizeof name, "scene%d.so", count++);
+    struct path so = files_temporary(name);
+    snprintf(command, sizeof command,
+             "${CC:-cc} -std=c11 -I. -shared -fPIC '-DSYMBOL=%s' '-DFLAW=%s' -o '%s' '%s'", symbol,
+             flaw, so.text, c.text);
+    if (system(command) != 0)
+        fail_msg("cannot compile: %s", command);
+    return so;
+}
+
+static void a_scene_from_outside_runs(void **state)
+{
+    (void)state;
+    struct path so = build("leastaction_scene", ".dt = 0.5");
+    struct phys_system system;
+    struct ad_error error = {0};
+    phys_system_open(so.text, &system, &error);
+    assert_no_error(&error);
+    assert_true(phys_system_get(&system, "m") == 2);
+    phys_system_set(&system, "m", 3, &error);
+    phys_motion *motion;
+    phys_motion_new(&system, &motion, &error);
+    assert_no_error(&error);
+    const double q = 0, v = 1;
+    double path[3];
+    phys_fine_path(motion, &q, &v, 3, 0.5, 1, path, &error);
+    assert_no_error(&error);
+    assert_close(path[2], 1, 1e-15, 0);
+    phys_motion_free(motion);
+    phys_system_close(&system);
+}
+
+static void assert_refused(const char *file, const char *message)
+{
+    struct phys_system system;
+    struct ad_error error = {0};
+    assert_int_equal(phys_system_open(file, &system, &error), AD_E_INPUT);
+    if (!strstr(error.message, message))
+        fail_msg("'%s' does not contain '%s'", error.message, message);
+    phys_system_close(&system);
+}
+
+static void flawed_scenes_are_refused(void **state)
+{
+    (void)state;
+    const struct {
+        const char *flaw, *message;
+    } table[] = {
+        {".version = 99", "another version"},
+        {".size = 40", "another version"},
+        {".name = 0", "without name"},
+        {".unit = 0", "without units"},
+        {".dof = 0", "without degrees of freedom"},
+        {".dims = 0", "without dims"},
+        {".lagrangian = 0", "without a Lagrangian"},
+        {".start = 0", "without a start"},
+        {".slices = 2", "fewer than 3 slices"},
+        {".dt = -1", "time step that is not positive"},
+        {".params = outside", "parameters that do not lie in"},
+        {".dof = 3, .dims = 2", "make no system"},
+    };
+    for (size_t k = 0; k < sizeof table / sizeof *table; k++) {
+        struct path so = build("leastaction_scene", table[k].flaw);
+        assert_refused(so.text, table[k].message);
+    }
+    struct path other = build("another_name", ".dt = 0.5");
+    assert_refused(other.text, "exports no 'leastaction_scene'");
+}
+
+static void files_that_are_no_shared_objects_are_refused(void **state)
+{
+    (void)state;
+    assert_refused("no-such-scene.so", "no-such-scene.so");
+    assert_refused("/no/such/scene", "not a scene");
+    struct path text = files_write_text("text.so", "not a shared object\n");
+    assert_refused(text.text, "not a scene");
+    char long_name[5000];
+    memset(long_name, 'x', sizeof long_name);
+    memcpy(long_name + sizeof long_name - 4, ".so", 4);
+    assert_refused(long_name, "too long");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_scene_from_outside_runs),
+        cmocka_unit_test(flawed_scenes_are_refused),
+        cmocka_unit_test(files_that_are_no_shared_objects_are_refused),
+    };
+    return cmocka_run_group_tests(tests, files_setup, files_teardown);
+}
