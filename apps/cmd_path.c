@@ -128,8 +128,7 @@ static int run(const void *options, struct ad_error *error)
 
 static const struct option table[] = {
     {"solver", "NAME", OPTION_TEXT, "adam", "how the path is found", AT(solver)},
-    {"rule", "NAME", OPTION_TEXT, NULL, "action rule: left, left+repeat [left; paper: left+repeat]",
-     AT(rule)},
+    {"rule", "NAME", OPTION_TEXT, NULL, "action rule [left; paper: left+repeat]", AT(rule)},
     {"slices", "N", OPTION_COUNT, NULL, "points of the path, both ends included [the scene's]",
      AT(slices)},
     {"dt", "DT", OPTION_NUMBER, NULL, "time from slice to slice [the scene's]", AT(dt)},

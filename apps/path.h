@@ -25,7 +25,8 @@ struct path_figures {
     double action, action_mean, kinetic_mean, potential_mean, objective, grad_norm;
 };
 
-/* A run made definite. Paths are [dof x slices]. */
+/* A run made definite. Paths are [degree of the rule * dof x slices], the slices first: what is
+   said of a path [dof x slices] holds for its first rows. */
 struct path_run {
     const struct path_options *options;
     struct phys_system system;
@@ -46,7 +47,7 @@ struct path_run {
 enum ad_status path_setup(const struct path_options *options, struct path_run *run,
                           struct ad_error *error);
 void path_run_free(struct path_run *run);
-/* An uninitialised path [dof x slices] of a run, for the caller to free; NULL: out of memory. */
+/* An uninitialised path of a run, for the caller to free; NULL: out of memory. */
 double *path_new(const struct path_run *run, struct ad_error *error);
 
 /* Bodies and dimensions of the ephemeris, from the tables of --data if given; these then set span

@@ -93,7 +93,8 @@ enum ad_status path_ephemeris(const struct path_options *options, struct path_ru
         find_first(options, run, error) != AD_OK || find_span(options, run, error) != AD_OK)
         return error->status;
     size_t slices = run->settings.slices;
-    *observed = malloc(run->n_tables * dims * slices * sizeof **observed);
+    size_t rows = run->settings.rule->degree * run->n_tables * dims;
+    *observed = malloc(rows * slices * sizeof **observed);
     if (!*observed)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     return phys_ephemeris_use(&run->system, run->n_tables, run->tables, run->first_epoch, slices,

@@ -56,13 +56,14 @@ static double scalar(const struct meter *meter, ad_var x)
     return value;
 }
 
-/* Norm of the gradient with respect to the slices that may move: all but the first and the last. */
+/* Norm of the gradient with respect to what may move: the slices but the first and the last, and
+   the nodes between them (those of the last column are not used). */
 static double inner_norm(const struct path_run *run, const double *gradient)
 {
-    size_t n = run->settings.slices;
+    size_t n = run->settings.slices, dof = run->system.dof;
     double sum = 0;
-    for (size_t k = 0; k < run->system.dof; k++)
-        for (size_t i = 1; i + 1 < n; i++)
+    for (size_t k = 0; k < run->settings.rule->degree * dof; k++)
+        for (size_t i = k < dof; i + 1 < n; i++)
             sum += gradient[k * n + i] * gradient[k * n + i];
     return sqrt(sum);
 }

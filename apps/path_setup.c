@@ -21,11 +21,17 @@ static double number_or(double given, double otherwise)
     return !isnan(given) ? given : otherwise;
 }
 
+/* Room for the inner nodes of the rule, too. */
+static size_t path_rows(const struct path_run *run)
+{
+    return run->settings.rule->degree * run->system.dof;
+}
+
 double *path_new(const struct path_run *run, struct ad_error *error)
 {
-    size_t dof = run->system.dof, slices = run->settings.slices;
+    size_t rows = path_rows(run), slices = run->settings.slices;
     double *path =
-        slices <= SIZE_MAX / sizeof *path / dof ? malloc(slices * dof * sizeof *path) : NULL;
+        slices <= SIZE_MAX / sizeof *path / rows ? malloc(slices * rows * sizeof *path) : NULL;
     if (!path)
         ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", slices);
     return path;
@@ -217,7 +223,15 @@ static void make_start(struct path_run *run, const double *file, const double *m
     if (run->noise.sigma > 0)
         phys_noise_add(&run->noise, &run->system, run->settings.slices, run->options->common.seed,
                        run->start);
-    memcpy(run->path, run->start, bytes);
+}
+
+/* Slices are what files and pictures show; a rule of higher degree has nodes between them. */
+static void place_nodes(struct path_run *run)
+{
+    size_t dof = run->system.dof, slices = run->settings.slices;
+    phys_rule_interpolate(run->settings.rule, dof, slices, run->reference);
+    phys_rule_interpolate(run->settings.rule, dof, slices, run->start);
+    memcpy(run->path, run->start, path_rows(run) * slices * sizeof *run->path);
 }
 
 static enum ad_status make_paths(struct path_run *run, double *observed, struct ad_error *error)
@@ -238,6 +252,8 @@ static enum ad_status make_paths(struct path_run *run, double *observed, struct 
         run->reference = *best;
         *best = NULL;
     }
+    if (error->status == AD_OK)
+        place_nodes(run);
     free(file);
     free(motion);
     free(observed);

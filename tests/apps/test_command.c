@@ -196,6 +196,25 @@ static void test_start_on_the_answer(void **state)
     assert_true(value("grad_norm") > 0.1);
 }
 
+/* The motion is stationary as dt goes to 0: halving it divides the gradient there by four and more
+   (that of the action a slice, of second order where cubics lead to the nodes between). */
+static void test_rules_with_nodes(void **state)
+{
+    (void)state;
+    static const char *const rules[] = {"midpoint", "trapezoid", "gauss2", "gauss3"};
+    for (size_t k = 0; k < sizeof rules / sizeof *rules; k++) {
+        works("$LA path kepler --rule %s --init ode --steps 0 --slices 101 --dt 0.03 --json",
+              rules[k]);
+        double coarse = value("grad_norm");
+        works("$LA path kepler --rule %s --init ode --steps 0 --slices 201 --dt 0.015 --json",
+              rules[k]);
+        assert_true(value("grad_norm") > 0 && value("grad_norm") < coarse / 4);
+    }
+    works("$LA path kepler --rule gauss3 --steps 3 --out run.h5 --json");
+    works("$LA dump run.h5 --json");
+    assert_non_null(strstr(shell_out(), "\"shape\": [4, 2, 101]"));
+}
+
 static void test_set_and_preset(void **state)
 {
     (void)state;
@@ -423,6 +442,7 @@ int main(void)
         cmocka_unit_test_teardown(test_json_keys, clean),
         cmocka_unit_test_teardown(test_every_scene_runs, clean),
         cmocka_unit_test_teardown(test_start_on_the_answer, clean),
+        cmocka_unit_test_teardown(test_rules_with_nodes, clean),
         cmocka_unit_test_teardown(test_set_and_preset, clean),
         cmocka_unit_test_teardown(test_outputs_agree, clean),
         cmocka_unit_test_teardown(test_equal_runs_equal_files, clean),
