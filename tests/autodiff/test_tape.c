@@ -259,7 +259,7 @@ static void test_different_nodes_are_not_shared(void **state)
     ad_set(p, w, vw);
     ad_run(p);
     for (size_t k = 0; k < N; k++) {
-        double v[6];
+        double v[9];
         assert_int_equal(ad_get(p, out[k], v), AD_OK);
         if (!(v[0] == cases[k].first))
             fail_msg("case %zu: %g, not %g", k, v[0], cases[k].first);
