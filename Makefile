@@ -45,7 +45,7 @@ ISA_avx512 = -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx2 -mfma -mprefer-ve
 # ---- what is built ----
 
 KERNELS := $(wildcard autodiff/kernels.c)
-LIB_SRC := $(filter-out $(KERNELS),$(wildcard autodiff/*.c physics/*.c physics/scenes/*.c hnn/*.c quantum/*.c))
+LIB_SRC := $(filter-out $(KERNELS),$(wildcard autodiff/*.c physics/*.c physics/scenes/*.c physics/integrators/*.c hnn/*.c quantum/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) \
            $(if $(KERNELS),$(foreach t,f32 f64,$(foreach i,$(ISAS),$(BUILD)/autodiff/kernels_$(t)_$(i).o)))
 HAND    := $(wildcard apps/hand_kernels.c)
@@ -55,15 +55,18 @@ APP_OBJ := $(filter-out $(BUILD)/apps/main.o,$(APP_SRC:%.c=$(BUILD)/%.o)) \
 TEST_DIRS ?= $(wildcard tests/*)
 TEST_SRC := $(wildcard $(addsuffix /test_*.c,$(TEST_DIRS)))
 TESTS    := $(TEST_SRC:%.c=$(BUILD)/%)
-HELP_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(filter-out $(wildcard tests/*/test_*.c),$(wildcard tests/*.c tests/*/*.c)))
+FUZZERS  := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
+HELP_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(filter-out $(wildcard tests/*/test_*.c tests/fuzz/*.c),\
+              $(wildcard tests/*.c tests/*/*.c)))
+FUZZ_SECONDS ?= 10
 PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/ops.def autodiff/optim.h physics/physics.h \
-              physics/horizons.h hnn/hnn.h quantum/quantum.h)
+              physics/horizons.h physics/integrate.h hnn/hnn.h quantum/quantum.h)
 
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests test check demo charts bench lint format sanitize test-o1 install uninstall clean help FORCE
+.PHONY: all build-tests test check demo charts bench lint format sanitize test-o1 fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -82,6 +85,7 @@ help:
 	@echo '  format     clang-format everything'
 	@echo '  sanitize   every test under ASan and UBSan'
 	@echo '  test-o1    tests of the tape with kernels compiled plainly: the oracle'
+	@echo '  fuzz       readers of files against libFuzzer (clang), FUZZ_SECONDS=10 each'
 	@echo '  install uninstall clean'
 
 # ---- compile ----
@@ -184,7 +188,7 @@ lint:
 	@scripts/lint $(BUILD)
 
 format:
-	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff physics physics/scenes hnn quantum apps tests tests/*))
+	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff physics physics/scenes physics/integrators hnn quantum apps tests tests/*))
 
 sanitize:
 	@ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1 \
@@ -192,6 +196,23 @@ sanitize:
 
 test-o1:
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 TEST_DIRS=tests/autodiff check
+
+# The library is instrumented too, so that the fuzzer sees which bytes lead where.
+fuzz:
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/fuzz CC=clang SAN=1 \
+	    CFLAGS='-O1 -g -fsanitize=fuzzer-no-link' run-fuzzers
+
+run-fuzzers: $(FUZZERS)
+	@for f in $^; do \
+	    mkdir -p $$f.corpus; \
+	    echo "$$f ($(FUZZ_SECONDS) s)"; \
+	    TMPDIR=$${TMPDIR:-/dev/shm} $$f -max_total_time=$(FUZZ_SECONDS) -max_len=4096 -artifact_prefix=$$f. $$f.corpus >$$f.log 2>&1 \
+	        || { tail -n 30 $$f.log; exit 1; }; \
+	done
+
+$(FUZZERS): $(BUILD)/%: $(BUILD)/%.o $(A)
+	$(call say,LD,$@)
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -fsanitize=fuzzer $< $(A) $(LIBS) -o $@
 
 # ---- install ----
 
