@@ -5,7 +5,8 @@
 #include <stdlib.h>
 
 enum {
-    CACHE_BYTES = 24 << 10, /* what the tiles of a segment may take: most of a first-level cache */
+    CACHE_BYTES = 48 << 10, /* what the tiles of a segment may take: measured, a little over the
+                               first-level cache */
     MIN_TILE = 128,
     MAX_TILE = 1024,
     PARALLEL_WORK = 1 << 19, /* elements times instructions worth splitting */
