@@ -36,7 +36,7 @@ struct search {
     size_t n;
     struct candidate *candidates;
     int n_candidates;
-    char others[160]; /* bodies that nobody wants */
+    char targets[160]; /* of the tables there are, for messages */
 };
 
 #define FAIL(s, code, ...) ((s)->status = ad_fail((s)->error, code, __VA_ARGS__), false)
@@ -91,10 +91,10 @@ static void note_unreadable(struct search *s, const char *file, const struct ad_
             s->wanted[k].error = *error;
 }
 
-static void note_other(struct search *s, const struct phys_horizons *table)
+static void note_target(struct search *s, const struct phys_horizons *table)
 {
-    size_t n = strlen(s->others);
-    snprintf(s->others + n, sizeof s->others - n, "%s%s", n ? ", " : "", table->target);
+    size_t n = strlen(s->targets);
+    snprintf(s->targets + n, sizeof s->targets - n, "%s%s", n ? ", " : "", table->target);
 }
 
 /* Gives the candidate to all bodies that it fits better than what they had. */
@@ -126,11 +126,10 @@ static bool read_file(struct search *s, const char *file, const char *path)
         return true;
     }
     r.error = s->error;
+    note_target(s, &candidate->table);
     if (offer(s, &candidate->table, s->n_candidates)) {
         s->n_candidates++;
         phys_horizons_rows(&r);
-    } else {
-        note_other(s, &candidate->table);
     }
     s->status = phys_horizons_close(&r);
     return s->status == AD_OK;
@@ -179,9 +178,8 @@ static bool check_found(struct search *s)
         if (w->candidate == NONE && w->error.status != AD_OK)
             return FAIL(s, w->error.status, "%s", w->error.message);
         if (w->candidate == NONE)
-            return FAIL(s, AD_E_INPUT, "%s: expected a table of '%s', found %s%s", s->folder,
-                        w->body, s->n_candidates || !*s->others ? "none" : "only ",
-                        s->n_candidates ? "" : s->others);
+            return FAIL(s, AD_E_INPUT, "%s: expected a table of '%s', found %s", s->folder, w->body,
+                        *s->targets ? s->targets : "no tables");
         if (w->rival != NONE)
             return FAIL(s, AD_E_INPUT, "%s: expected one table of %s, found %s and %s", s->folder,
                         w->body, s->candidates[w->rival].file, s->candidates[w->candidate].file);

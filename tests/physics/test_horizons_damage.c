@@ -106,6 +106,7 @@ static void test_damaged_records(void **state)
         {"-2.239185595350279E+08", "1e308", "26: expected coordinates below 1e308 m"},
         {" X =", " X  ", "24:5: expected '=' after X, found '-2.239185595350279E+08'"},
         {" X =", " Q =", "24:2: expected X, found 'Q'"},
+        {"\n VX=", " 7\n VX=", "24:80: expected the end of the line after Z"},
         {" VX=", " V=", "25:2: expected VX, found 'V='"},
         {" VX=", " VX=fast", "25:5: expected a number for VX, found 'fast'"},
         {" VX=", "\n VX=", "25:1: expected a number for VX, found the end of the line"},

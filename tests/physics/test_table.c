@@ -52,6 +52,18 @@ static void test_numbers_of_all_sizes(void **state)
     }
 }
 
+/* As many digits as 64 bits hold, with every exponent for which integers do it, and some beyond. */
+static void test_numbers_of_19_digits(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 200000; i++) {
+        char text[64];
+        snprintf(text, sizeof text, "%llue%d",
+                 (unsigned long long)(random_bits() % 10000000000000000000u), i % 61 - 30);
+        assert_reads_as_strtod(text);
+    }
+}
+
 /* Numbers halfway between two doubles go to the even one, and a hair above goes up. */
 static void test_numbers_halfway(void **state)
 {
@@ -379,6 +391,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_numbers_of_all_sizes),
+        cmocka_unit_test(test_numbers_of_19_digits),
         cmocka_unit_test(test_numbers_halfway),
         cmocka_unit_test(test_numbers_at_the_edges),
         cmocka_unit_test(test_numbers_of_many_digits),
