@@ -19,6 +19,7 @@ int command_status(const struct ad_error *error)
         return DONE;
     case AD_E_NONFINITE:
     case AD_E_MEMORY:
+    case AD_E_ACCURACY:
         return NOT_REACHED;
     default:
         return WRONG_USE;

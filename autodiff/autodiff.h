@@ -37,8 +37,9 @@ enum ad_status {
     AD_E_TAPE = -3,      /* variables of two tapes, or a variable the program does not have */
     AD_E_ARGUMENT = -4,  /* an argument outside its range */
     AD_E_NONFINITE = -5, /* a value is infinite or not a number */
-    AD_E_INPUT = -6, /* unusable data from outside: file, line and what was expected are named */
-    AD_E_IO = -7     /* a file could not be read or written */
+    AD_E_INPUT = -6,   /* unusable data from outside: file, line and what was expected are named */
+    AD_E_IO = -7,      /* a file could not be read or written */
+    AD_E_ACCURACY = -8 /* the accuracy asked for is out of reach */
 };
 
 /* An error and its one-line explanation; zero-initialised is "no error". */

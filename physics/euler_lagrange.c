@@ -43,13 +43,14 @@ static void record_force(phys_motion *m)
     m->force = ad_label(ad_sub(by[0], frozen), "generalised force");
 }
 
-static void record_mass(phys_motion *m)
+ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t)
 {
-    size_t n = m->system->dof;
-    ad_var q = ad_broadcast(m->q, n, n), v = ad_broadcast(m->v, n, n), p;
-    ad_var L = phys_system_lagrangian(m->system, q, v, ad_broadcast(m->t, 1, n));
-    if (ad_grad(L, 1, &v, &p) == AD_OK)
-        ad_grad(ad_dot(p, unit_matrix(m->tape, n)), 1, &v, &m->mass);
+    size_t n = system->dof;
+    ad_var lanes_q = ad_broadcast(q, n, n), lanes_v = ad_broadcast(v, n, n), p, mass = v;
+    ad_var L = phys_system_lagrangian(system, lanes_q, lanes_v, ad_broadcast(t, 1, n));
+    if (ad_grad(L, 1, &lanes_v, &p) == AD_OK)
+        ad_grad(ad_dot(p, unit_matrix(q.tape, n)), 1, &lanes_v, &mass);
+    return mass;
 }
 
 static enum ad_status record(phys_motion *m, struct ad_error *error)
@@ -60,7 +61,7 @@ static enum ad_status record(phys_motion *m, struct ad_error *error)
     m->w = ad_input(m->tape, n, 1, "v held fixed");
     m->t = ad_input(m->tape, 1, 1, "t");
     record_force(m);
-    record_mass(m);
+    m->mass = phys_record_mass(m->system, m->q, m->v, m->t);
     if (phys_tape_status(m->tape, error) != AD_OK)
         return error->status;
     if (ad_compile(m->tape, 1, &m->force, &m->force_program) != AD_OK ||
@@ -179,6 +180,12 @@ enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, co
         if (!isfinite(a[k]))
             return refuse(m, "the acceleration is not finite", k, t, error);
     return AD_OK;
+}
+
+bool phys_motion_separates(phys_motion *motion)
+{
+    const ad_var velocities[] = {motion->v, motion->w};
+    return !motion->mass_program && phys_is_independent(motion->tape, motion->force, 2, velocities);
 }
 
 const struct phys_system *phys_motion_system(const phys_motion *motion) { return motion->system; }

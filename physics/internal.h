@@ -25,6 +25,18 @@ void phys_library_close(void *library);
 
 /* The system that a motion was made of. */
 const struct phys_system *phys_motion_system(const phys_motion *motion);
+/* The masses are constant and the accelerations depend on q and t alone. */
+bool phys_motion_separates(phys_motion *motion);
+/* L_vv [dof x dof] at q, v [dof x 1] and t. */
+ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t);
+
+/* The name of component k of a state: a coordinate, or `what` (velocity, momentum) of one. */
+void phys_state_name(const struct phys_system *system, size_t k, const char *what, char *name,
+                     size_t size);
+
+/* Whether y depends on none of x[0..n-1], whatever their values: its derivatives, looked at through
+   fixed irregular weights, fold to zero when compiled. False where that cannot be found out. */
+bool phys_is_independent(ad_tape *tape, ad_var y, size_t n, const ad_var x[]);
 
 /* The built-in scenes (scenes/). */
 extern const struct phys_scene phys_scene_freebody, phys_scene_pendulum, phys_scene_dblpend,
@@ -33,6 +45,7 @@ extern const struct phys_scene phys_scene_freebody, phys_scene_pendulum, phys_sc
 
 extern const struct phys_rule phys_rule_left, phys_rule_left_repeat, phys_rule_midpoint,
     phys_rule_trapezoid, phys_rules_gauss[];
-extern const struct phys_solver phys_solver_adam;
+extern const struct phys_solver phys_solver_adam, phys_solver_sgd, phys_solver_lbfgs,
+    phys_solver_newton;
 
 #endif

@@ -1,0 +1,67 @@
+/* Drifts q += d_i h v and kicks p += k_i h F(q, t) in turn. Where H = T(p) + V(q, t) each of them
+   is the exact motion of one term, so that any sequence is symplectic (Hairer, Lubich, Wanner,
+   Geometric Numerical Integration, section II.5). */
+#include "stepper.h"
+
+#include <string.h>
+
+/* Work: a rate of either half. */
+static size_t work(const struct phys_integrator *integrator, size_t n)
+{
+    (void)integrator;
+    return n / 2;
+}
+
+/* The force of systems that do not separate is taken where the state is, velocities included, as
+   the published semi-implicit Euler does. */
+static enum ad_status force(struct phys_stepper *s, double t, const double *y, double *F,
+                            struct ad_error *error)
+{
+    size_t half = s->n / 2;
+    s->evaluations++;
+    if (s->ode->kick)
+        return s->ode->kick(s->ode->context, t, y, F, error);
+    if (s->ode->field(s->ode->context, t, y, s->next_rate, error) == AD_OK)
+        memcpy(F, s->next_rate + half, half * sizeof *F);
+    return error->status;
+}
+
+static enum ad_status drift_rate(struct phys_stepper *s, double t, const double *p, double *v,
+                                 struct ad_error *error)
+{
+    if (s->ode->drift)
+        return s->ode->drift(s->ode->context, t, p, v, error);
+    memcpy(v, p, s->n / 2 * sizeof *v);
+    return AD_OK;
+}
+
+/* x += h * rate. */
+static void move(size_t n, double *x, double h, const double *rate)
+{
+    for (size_t k = 0; k < n; k++)
+        x[k] += h * rate[k];
+}
+
+static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *error)
+{
+    const struct phys_kicks *c = s->integrator->coefficients;
+    size_t half = s->n / 2;
+    double *q = s->next, *p = s->next + half, t = s->t;
+    memcpy(s->next, s->y, s->n * sizeof *s->y);
+    for (size_t i = 0; i < c->n; i++) {
+        if (c->drift[i] != 0) {
+            if (drift_rate(s, t, p, s->work, error) != AD_OK)
+                return error->status;
+            move(half, q, c->drift[i] * h, s->work);
+            t += c->drift[i] * h;
+        }
+        if (c->kick[i] != 0) {
+            if (force(s, t, s->next, s->work, error) != AD_OK)
+                return error->status;
+            move(half, p, c->kick[i] * h, s->work);
+        }
+    }
+    return AD_OK;
+}
+
+const struct phys_scheme phys_splitting = {.work = work, .step = step};

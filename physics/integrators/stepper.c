@@ -1,0 +1,130 @@
+/* A method at work on one problem: memory, rates, and the polynomial between the ends of a step. */
+#include "stepper.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { HERMITE = 3 }; /* rows of the polynomial that every method has */
+
+static enum ad_status check(const struct phys_integrator *integrator, const struct phys_ode *ode,
+                            struct ad_error *error)
+{
+    const char *name = ode->name ? ode->name : "the motion";
+    if (integrator->separable && !ode->kick)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s kicks and drifts in turn, which needs accelerations that depend on "
+                       "positions and time alone; those of %s do not: take gauss2, "
+                       "implicit-midpoint or dop853",
+                       integrator->name, name);
+    if (integrator->lagrangian && !ode->system)
+        return ad_fail(error, AD_E_ARGUMENT, "%s needs a Lagrangian; %s has none", integrator->name,
+                       name);
+    return AD_OK;
+}
+
+enum ad_status phys_stepper_begin(struct phys_stepper *s, const struct phys_integrator *integrator,
+                                  const struct phys_ode *ode, const double *y,
+                                  struct ad_error *error)
+{
+    const struct phys_scheme *scheme = integrator->scheme;
+    size_t n = ode->n, n_dense = HERMITE + (scheme->extra ? scheme->extra(integrator) : 0);
+    *s = (struct phys_stepper){.integrator = integrator, .ode = ode, .n = n};
+    if (check(integrator, ode, error) != AD_OK)
+        return error->status;
+    s->n_dense = n_dense;
+    s->memory = calloc((4 + n_dense) * n + scheme->work(integrator, n), sizeof *s->memory);
+    if (!s->memory)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    s->y = s->memory;
+    s->next = s->y + n;
+    s->rate = s->next + n;
+    s->next_rate = s->rate + n;
+    s->dense = s->next_rate + n;
+    s->work = s->dense + s->n_dense * n;
+    memcpy(s->y, y, n * sizeof *y);
+    return scheme->begin ? scheme->begin(s, error) : AD_OK;
+}
+
+void phys_stepper_end(struct phys_stepper *s)
+{
+    if (s->memory && s->integrator->scheme->end)
+        s->integrator->scheme->end(s);
+    free(s->memory);
+    *s = (struct phys_stepper){0};
+}
+
+enum ad_status phys_stepper_rate(struct phys_stepper *s, double t, const double *y, double *rate,
+                                 struct ad_error *error)
+{
+    s->evaluations++;
+    return s->ode->field(s->ode->context, t, y, rate, error);
+}
+
+enum ad_status phys_stepper_need_rate(struct phys_stepper *s, struct ad_error *error)
+{
+    if (s->has_rate)
+        return AD_OK;
+    s->has_rate = true;
+    return phys_stepper_rate(s, s->t, s->y, s->rate, error);
+}
+
+enum ad_status phys_stepper_need_next_rate(struct phys_stepper *s, struct ad_error *error)
+{
+    if (s->has_next_rate)
+        return AD_OK;
+    s->has_next_rate = true;
+    return phys_stepper_rate(s, s->t + s->h, s->next, s->next_rate, error);
+}
+
+static void swap(double **a, double **b)
+{
+    double *c = *a;
+    *a = *b;
+    *b = c;
+}
+
+void phys_stepper_accept(struct phys_stepper *s, double t)
+{
+    swap(&s->y, &s->next);
+    swap(&s->rate, &s->next_rate);
+    s->has_rate = s->has_next_rate;
+    s->has_next_rate = false;
+    s->t = t;
+}
+
+/* Rows of the polynomial: with D = next - y and rates f0, f1,
+       y + theta (D + (1-theta) (h f0 - D + theta (2 D - h (f0 + f1) + (1-theta) (...)))),
+   the cubic of Hermite, to which methods add rows that vanish with their slopes at both ends
+   (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.6). */
+enum ad_status phys_stepper_dense(struct phys_stepper *s, struct ad_error *error)
+{
+    const struct phys_scheme *scheme = s->integrator->scheme;
+    if (phys_stepper_need_rate(s, error) != AD_OK || phys_stepper_need_next_rate(s, error) != AD_OK)
+        return error->status;
+    for (size_t k = 0; k < s->n; k++) {
+        double D = s->next[k] - s->y[k], f0 = s->h * s->rate[k], f1 = s->h * s->next_rate[k];
+        s->dense[k] = D;
+        s->dense[s->n + k] = f0 - D;
+        s->dense[2 * s->n + k] = 2 * D - (f0 + f1);
+    }
+    return scheme->dense ? scheme->dense(s, s->dense + HERMITE * s->n, error) : AD_OK;
+}
+
+void phys_stepper_at(const struct phys_stepper *s, double theta, double *y)
+{
+    for (size_t k = 0; k < s->n; k++) {
+        double sum = 0;
+        for (size_t row = s->n_dense; row-- > 0;)
+            sum = (sum + s->dense[row * s->n + k]) * (row % 2 == 0 ? theta : 1 - theta);
+        y[k] = s->y[k] + sum;
+    }
+}
+
+void phys_stepper_name(const struct phys_stepper *s, size_t k, char *name, size_t size)
+{
+    if (s->ode->component)
+        s->ode->component(s->ode->context, k, name, size);
+    else
+        snprintf(name, size, "y%zu", k + 1);
+}

@@ -1,0 +1,91 @@
+/* Shared by the integrators and the driver: a method at work on one problem. */
+#ifndef PHYSICS_STEPPER_H
+#define PHYSICS_STEPPER_H
+
+#include "../integrate.h"
+
+#include <math.h>
+
+struct phys_stepper {
+    const struct phys_integrator *integrator;
+    const struct phys_ode *ode;
+    size_t n;
+    double t, h;              /* the step goes from t to t + h */
+    double *y, *next;         /* [n] at its ends */
+    double *rate, *next_rate; /* f at its ends, where known */
+    bool has_rate, has_next_rate;
+    double *dense; /* polynomial of the step: [3 + extra][n]; see phys_stepper_at */
+    size_t n_dense;
+    double *work;   /* the scheme's own */
+    double *memory; /* all of the above */
+    size_t evaluations;
+    size_t worst; /* component with the largest scaled error */
+    void *state;  /* of schemes that need more than numbers */
+};
+
+struct phys_scheme {
+    /* Doubles of work for a problem of length n; extra rows of the dense polynomial, or NULL. */
+    size_t (*work)(const struct phys_integrator *integrator, size_t n);
+    size_t (*extra)(const struct phys_integrator *integrator);
+    enum ad_status (*begin)(struct phys_stepper *s, struct ad_error *error); /* or NULL */
+    void (*end)(struct phys_stepper *s);                                     /* or NULL */
+    /* next, at t + h; next_rate where it comes for free. */
+    enum ad_status (*step)(struct phys_stepper *s, double h, struct ad_error *error);
+    /* Error of the step just taken in units of what is allowed: under 1 is good. */
+    enum ad_status (*error_norm)(struct phys_stepper *s, const struct phys_simulation *settings,
+                                 double *norm, struct ad_error *error);
+    /* The extra rows of the dense polynomial. */
+    enum ad_status (*dense)(struct phys_stepper *s, double *rows, struct ad_error *error);
+};
+
+enum ad_status phys_stepper_begin(struct phys_stepper *s, const struct phys_integrator *integrator,
+                                  const struct phys_ode *ode, const double *y,
+                                  struct ad_error *error);
+void phys_stepper_end(struct phys_stepper *s);
+/* One evaluation of the field, counted. */
+enum ad_status phys_stepper_rate(struct phys_stepper *s, double t, const double *y, double *rate,
+                                 struct ad_error *error);
+/* f(t, y) of the step's start; f(t + h, next) of its end. */
+enum ad_status phys_stepper_need_rate(struct phys_stepper *s, struct ad_error *error);
+enum ad_status phys_stepper_need_next_rate(struct phys_stepper *s, struct ad_error *error);
+/* The step becomes the past. */
+void phys_stepper_accept(struct phys_stepper *s, double t);
+/* Prepares the polynomial of the step taken; then y at t + theta h. */
+enum ad_status phys_stepper_dense(struct phys_stepper *s, struct ad_error *error);
+void phys_stepper_at(const struct phys_stepper *s, double theta, double *y);
+/* Component k of y by name. */
+void phys_stepper_name(const struct phys_stepper *s, size_t k, char *name, size_t size);
+
+/* What component k may err in a step. */
+static inline double phys_allowed(const struct phys_simulation *settings, size_t k, double y)
+{
+    return settings->atol * (settings->scale ? settings->scale[k] : 1) + settings->rtol * fabs(y);
+}
+
+/* ---- families and methods ---- */
+
+extern const struct phys_scheme phys_runge_kutta, phys_splitting, phys_collocation;
+
+/* Explicit Runge-Kutta method. Row i of `a` has i entries, packed. Weights of errors and of dense
+   output run over the stages and then f(t + h, next); those of dense output then over the extra
+   stages, whose rows of `a` follow. */
+struct phys_butcher {
+    size_t stages, extra;
+    const double *a, *b, *c;
+    const double *error;   /* NULL: none */
+    const double *error_3; /* a second estimate of low order that damps the first, or NULL */
+    size_t n_dense;
+    const double *dense; /* [n_dense][stages + 1 + extra] */
+};
+
+/* Drifts and kicks in turn, drift first, in units of the step; a 0 is left out. */
+struct phys_kicks {
+    size_t n;
+    const double *drift, *kick;
+};
+
+extern const struct phys_integrator phys_euler, phys_semi_implicit, phys_verlet, phys_yoshida4,
+    phys_yoshida6, phys_rk4, phys_dopri5, phys_dop853, phys_implicit_midpoint, phys_gauss2,
+    phys_gauss3, phys_gauss4, phys_gauss5;
+
+#endif

@@ -1,0 +1,97 @@
+/* The motion of a Lagrangian in y = (q, v). */
+#include "integrate.h"
+#include "internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct context {
+    const struct phys_system *system;
+    phys_motion *motion;
+    phys_legendre *legendre;
+    double *still; /* [dof] zeros: velocities where accelerations do not ask for them */
+};
+
+static enum ad_status field(void *context, double t, const double *y, double *rate,
+                            struct ad_error *error)
+{
+    const struct context *c = context;
+    size_t dof = c->system->dof;
+    memcpy(rate, y + dof, dof * sizeof *rate);
+    return phys_motion_acceleration(c->motion, y, y + dof, t, rate + dof, error);
+}
+
+static enum ad_status kick(void *context, double t, const double *q, double *rate,
+                           struct ad_error *error)
+{
+    const struct context *c = context;
+    return phys_motion_acceleration(c->motion, q, c->still, t, rate, error);
+}
+
+static double energy(void *context, double t, const double *y)
+{
+    const struct context *c = context;
+    return phys_legendre_energy(c->legendre, y, y + c->system->dof, t);
+}
+
+static enum ad_status enter(void *context, double t, const double *q, const double *v, double *y,
+                            struct ad_error *error)
+{
+    const struct context *c = context;
+    size_t dof = c->system->dof;
+    (void)t, (void)error;
+    memcpy(y, q, dof * sizeof *y);
+    memcpy(y + dof, v, dof * sizeof *y);
+    return AD_OK;
+}
+
+static enum ad_status leave(void *context, double t, const double *y, double *q, double *v,
+                            struct ad_error *error)
+{
+    const struct context *c = context;
+    size_t dof = c->system->dof;
+    (void)t, (void)error;
+    memcpy(q, y, dof * sizeof *q);
+    memcpy(v, y + dof, dof * sizeof *v);
+    return AD_OK;
+}
+
+static void component(const void *context, size_t k, char *name, size_t size)
+{
+    const struct context *c = context;
+    phys_state_name(c->system, k, "velocity", name, size);
+}
+
+static void release(void *context)
+{
+    struct context *c = context;
+    phys_motion_free(c->motion);
+    phys_legendre_free(c->legendre);
+    free(c->still);
+    free(c);
+}
+
+enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys_ode *ode,
+                                   struct ad_error *error)
+{
+    struct context *c = calloc(1, sizeof *c);
+    *ode = (struct phys_ode){.context = c, .free = c ? release : NULL};
+    if (!c || !(c->still = calloc(system->dof, sizeof *c->still)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    c->system = system;
+    if (phys_motion_new(system, &c->motion, error) != AD_OK ||
+        phys_legendre_new(system, &c->legendre, error) != AD_OK)
+        return error->status;
+    ode->name = system->scene->name;
+    ode->n = 2 * system->dof;
+    ode->field = field;
+    if (phys_motion_separates(c->motion))
+        ode->kick = kick;
+    ode->canonical = ode->kick != NULL;
+    ode->energy = energy;
+    ode->enter = enter;
+    ode->leave = leave;
+    ode->component = component;
+    ode->system = system;
+    return AD_OK;
+}

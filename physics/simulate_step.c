@@ -1,0 +1,154 @@
+/* Steps under control: of one length, or as long as the error allows (Hairer, Norsett, Wanner,
+   Solving Ordinary Differential Equations I, section II.4; the controller of Gustafsson for order
+   5, the plain one for order 8, as in their codes DOPRI5 and DOP853). */
+#include "simulate.h"
+
+#include <float.h>
+#include <math.h>
+
+/* What the controller does for a method of some order. */
+struct control {
+    double beta;        /* weight of the error before */
+    double exponent;    /* of the error now */
+    double least, most; /* change of the step's length */
+};
+
+static struct control control_of(size_t order)
+{
+    double p = (double)order;
+    if (order < 8)
+        return (struct control){0.04, 1 / p - 0.03, 0.2, 10};
+    return (struct control){0, 1 / p, 1.0 / 3, 6};
+}
+
+static const double safety = 0.9;
+
+static double clamp(double x, double low, double high) { return fmin(fmax(x, low), high); }
+
+static double floor_of(const struct run *run)
+{
+    const struct phys_simulation *s = run->settings;
+    double clock = 10 * DBL_EPSILON * fmax(fabs(run->stepper.t), 1e-3 * fabs(s->t1 - s->t0));
+    return fmax(s->min_step, clock);
+}
+
+static enum ad_status underflow(const struct run *run, const struct ad_error *cause,
+                                struct ad_error *error)
+{
+    const struct phys_stepper *m = &run->stepper;
+    char name[64];
+    phys_stepper_name(m, m->worst, name, sizeof name);
+    if (cause->status != AD_OK)
+        return ad_fail(error, AD_E_NONFINITE, "step %zu: %s", run->info->steps + 1, cause->message);
+    return ad_fail(error, AD_E_ACCURACY,
+                   "step %zu: the step fell under %.2g at t = %.10g, where %s = %.6g changes too "
+                   "fast to be followed: a collision or another singularity; stop before it, "
+                   "soften the law, or allow a larger error",
+                   run->info->steps + 1, floor_of(run), m->t, name, m->y[m->worst]);
+}
+
+/* Tries one step; its error in *norm, infinite where the field or the result is not finite. */
+static enum ad_status attempt(struct run *run, double h, double *norm, struct ad_error *cause,
+                              struct ad_error *error)
+{
+    struct phys_stepper *m = &run->stepper;
+    const struct phys_scheme *scheme = m->integrator->scheme;
+    struct ad_error local = {0};
+    m->h = h;
+    m->has_next_rate = false;
+    *norm = INFINITY;
+    if (scheme->step(m, h, &local) == AD_OK)
+        scheme->error_norm(m, run->settings, norm, &local);
+    *cause = local;
+    if (local.status != AD_OK && local.status != AD_E_NONFINITE)
+        return ad_fail(error, local.status, "%s", local.message);
+    if (local.status != AD_OK || !isfinite(*norm))
+        *norm = INFINITY;
+    return AD_OK;
+}
+
+static enum ad_status adaptive(struct run *run, struct ad_error *error)
+{
+    const struct phys_simulation *s = run->settings;
+    struct phys_stepper *m = &run->stepper;
+    struct control c = control_of(m->integrator->order);
+    struct ad_error cause;
+    double norm, left = s->t1 - m->t;
+    for (;;) {
+        bool last = fabs(run->h) * 1.01 >= fabs(left);
+        double h = last ? left : run->h;
+        if (!last && fabs(h) < floor_of(run))
+            return underflow(run, &cause, error);
+        cause = (struct ad_error){0};
+        if (attempt(run, h, &norm, &cause, error) != AD_OK)
+            return error->status;
+        double growth = safety * pow(norm, -c.exponent);
+        if (norm <= 1) {
+            growth =
+                clamp(growth * pow(run->last_norm, c.beta), c.least, run->rejected ? 1 : c.most);
+            if (!last || growth < 1)
+                run->h = h * growth;
+            run->last_norm = fmax(norm, 1e-4);
+            run->rejected = false;
+            run->last = last;
+            return AD_OK;
+        }
+        run->info->rejected++;
+        run->rejected = true;
+        run->h = h * clamp(growth, c.least, 1);
+    }
+}
+
+static enum ad_status fixed(struct run *run, struct ad_error *error)
+{
+    const struct phys_simulation *s = run->settings;
+    struct phys_stepper *m = &run->stepper;
+    struct ad_error local = {0};
+    m->h = (s->t1 - s->t0) / (double)run->n_steps;
+    m->has_next_rate = false;
+    if (m->integrator->scheme->step(m, m->h, &local) != AD_OK)
+        return ad_fail(error, local.status, "step %zu: %s", run->info->steps + 1, local.message);
+    return AD_OK;
+}
+
+enum ad_status phys_run_step(struct run *run, struct ad_error *error)
+{
+    return run->settings->integrator->adaptive ? adaptive(run, error) : fixed(run, error);
+}
+
+static double norm(const struct run *run, const double *x, const double *y)
+{
+    double sum = 0;
+    for (size_t k = 0; k < run->stepper.n; k++) {
+        double a = x[k] == 0 ? 0 : x[k] / phys_allowed(run->settings, k, y[k]);
+        sum += a * a;
+    }
+    return sqrt(sum / (double)run->stepper.n);
+}
+
+/* A Euler step on trial shows the second derivative (ibid., section II.4, starting step size). */
+enum ad_status phys_run_first_step(struct run *run, struct ad_error *error)
+{
+    struct phys_stepper *m = &run->stepper;
+    double span = fabs(run->settings->t1 - run->settings->t0);
+    if (phys_stepper_need_rate(m, error) != AD_OK)
+        return error->status;
+    double d0 = norm(run, m->y, m->y), d1 = norm(run, m->rate, m->y);
+    double h0 = fmin(d0 < 1e-5 || d1 < 1e-5 ? 1e-6 * fmax(span, DBL_MIN) : 0.01 * d0 / d1, span);
+    for (size_t k = 0; k < m->n; k++)
+        m->next[k] = m->y[k] + run->direction * h0 * m->rate[k];
+    double h = h0 * 1e-3;
+    struct ad_error local = {0}; /* a trial outside the field's domain says: go carefully */
+    if (phys_stepper_rate(m, m->t + run->direction * h0, m->next, m->next_rate, &local) == AD_OK) {
+        for (size_t k = 0; k < m->n; k++)
+            m->next[k] = m->next_rate[k] - m->rate[k];
+        double d2 = norm(run, m->next, m->y) / h0, most = fmax(d1, d2);
+        h = most <= 1e-15 ? fmax(1e-6 * span, h0 * 1e-3)
+                          : pow(0.01 / most, 1 / (double)m->integrator->order);
+        h = fmin(100 * h0, h);
+    } else if (local.status != AD_E_NONFINITE) {
+        return ad_fail(error, local.status, "%s", local.message);
+    }
+    run->h = run->direction * fmin(h, span);
+    return AD_OK;
+}
