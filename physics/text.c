@@ -2,9 +2,8 @@
 
    Nearly all numbers that programs print have at most 19 significant digits w and a small exponent,
    w 10^q with |q| <= 27: then w 5^|q| is a product or quotient of 64-bit integers, its 128-bit
-   result is exact or known with a sticky bit, and one conversion rounds it. The rest goes to
-   strtod, which is correct but ten times slower, as digits without a decimal point (the locale's is
-   unknown). */
+   result is exact or known with a sticky bit, and one conversion rounds it. The rest goes, slower,
+   to strtod, as digits without a decimal point: what the locale has for one is not known here. */
 #include "text.h"
 
 #include <math.h>
