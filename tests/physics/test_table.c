@@ -183,8 +183,7 @@ static void test_every_shape_of_text(void **state)
         "  0.125 -3.7e5\t41.0625  \n9.81\t\t6.022E+23 -1.e-3\t\n",
         "x1,y1,x2\n0.125,-3.7e5,41.0625\n9.81,6.022e23,-1e-3\n",
         "\xef\xbb\xbfx1 [m],\"y1\",1st\n0.125,-3.7e5,41.0625\n9.81,6.022e23,-1e-3\n",
-        "\xef\xbb\xbf"
-        "0.125,-3.7e5,41.0625\n9.81,6.022e23,-1e-3\n",
+        "\xef\xbb\xbf+.125,-3.7e5,41.0625\n9.81,6.022e23,-1e-3\n",
         "# a, b\n\n%trial time\n0.125 -3.7e5 41.0625 # first\n \t\n9.81 6.022e23 -1e-3%\n\n#end",
         "+.125,-37e4,4.10625D1\n 9.81,6.022e23,-.001\n",
     };
@@ -278,9 +277,7 @@ static void test_damage_is_named(void **state)
         {"x,y\na,b\n1,2\n", ":2:1: expected a number, found 'a'"},
         {"0.5,abc\n", ":1:5: expected a number, found 'abc'"},
         {"abc,0.5\n", ":1:1: expected a number, found 'abc'"},
-        {"\xef\xbb\xbf"
-         "0.5,abc\n",
-         ":1:5: expected a number, found 'abc'"},
+        {"\xef\xbb\xbf+.5,abc\n", ":1:5: expected a number, found 'abc'"},
         {"1,nan\n", ":1:3: expected a number, found 'nan'"},
         {"nan,-NaN\n1,2\n", ":1:1: expected a number, found 'nan'"},
         {"1 2\n3 -Inf\n", ":2:3: expected a number, found '-Inf'"},
