@@ -1,0 +1,75 @@
+/* A satellite near earth and moon, in the frame that turns with them: L has terms linear in the
+   velocity,
+       L = ((x' - y)^2 + (y' + x)^2) / 2 + (1 - mu)/r1 + mu/r2,
+   and its Legendre energy is Jacobi's constant. The start lies on Arenstorf's periodic orbit with
+   four loops (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.0). */
+#include "../internal.h"
+
+struct arenstorf {
+    double mu, x0, y0, u0, v0;
+};
+
+static const struct phys_param params[] = {
+    {"mu", "1", "moon's share of the mass", 0.012277471, offsetof(struct arenstorf, mu)},
+    {"x0", "1", "place at the start", 0.994, offsetof(struct arenstorf, x0)},
+    {"y0", "1", "place at the start", 0, offsetof(struct arenstorf, y0)},
+    {"vx0", "1", "velocity at the start", 0, offsetof(struct arenstorf, u0)},
+    {"vy0", "1", "velocity at the start", -2.00158510637908252240537862224,
+     offsetof(struct arenstorf, v0)},
+};
+
+/* 1 / distance from (-shift, 0). */
+static ad_var inverse(ad_var x, ad_var y, double shift)
+{
+    return ad_recip(ad_sqrt(ad_add(ad_square(ad_add(x, shift)), ad_square(y))));
+}
+
+static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *p)
+{
+    const struct arenstorf *s = p;
+    (void)t;
+    ad_var x = ad_row(q, 0), y = ad_row(q, 1);
+    ad_var u = ad_sub(ad_row(v, 0), y), w = ad_add(ad_row(v, 1), x);
+    ad_var T = ad_mul(0.5, ad_add(ad_square(u), ad_square(w)));
+    return ad_add(T, ad_add(ad_mul(1 - s->mu, inverse(x, y, s->mu)),
+                            ad_mul(s->mu, inverse(x, y, s->mu - 1))));
+}
+
+static size_t dof_of(const void *p)
+{
+    const struct arenstorf *s = p;
+    return s->mu >= 0 && s->mu <= 1 ? 2 : 0;
+}
+
+static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,
+                            struct ad_error *error)
+{
+    const struct arenstorf *s = p;
+    (void)seed, (void)error;
+    q[0] = s->x0;
+    q[1] = s->y0;
+    v[0] = s->u0;
+    v[1] = s->v0;
+    return AD_OK;
+}
+
+const struct phys_scene phys_scene_arenstorf = {
+    .version = PHYS_SCENE_VERSION,
+    .size = sizeof(struct phys_scene),
+    .name = "arenstorf",
+    .what = "a satellite near earth and moon, in the turning frame",
+    .dof_of = dof_of,
+    .dims = 2,
+    .coordinates = (const char *const[]){"x", "y"},
+    .unit = "1",
+    .time_unit = "1",
+    .energy_unit = "1",
+    .params = params,
+    .n_params = LENGTH(params),
+    .params_bytes = sizeof(struct arenstorf),
+    .lagrangian = lagrangian,
+    .slices = 401,
+    .dt = 17.0652165601579625588917206249 / 400, /* a period */
+    .start = start,
+    .picture = PHYS_PICTURE_PLANE,
+};

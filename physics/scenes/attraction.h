@@ -1,0 +1,12 @@
+/* Point masses that attract each other as 1/r, without softening. */
+#ifndef PHYSICS_SCENES_ATTRACTION_H
+#define PHYSICS_SCENES_ATTRACTION_H
+
+#include "../physics.h"
+
+/* Sum of m_b v_b^2 / 2 over bodies [1 x n]. v: [bodies*dims x n]. */
+ad_var phys_attraction_kinetic(ad_var v, size_t bodies, size_t dims, const double m[]);
+/* -G sum over pairs of m_i m_j / r [1 x n]. */
+ad_var phys_attraction_potential(ad_var q, size_t bodies, size_t dims, const double m[], double G);
+
+#endif

@@ -1,0 +1,65 @@
+/* Burrau's problem: masses 3, 4, 5 at rest in the corners of a triangle with these sides, each
+   opposite its side. They nearly collide many times until two of them leave as a pair (Szebehely,
+   Peters, Astronomical Journal 72, 1967). */
+#include "attraction.h"
+#include "../internal.h"
+
+#include <string.h>
+
+enum { BODIES = 3, DIMS = 2 };
+
+struct pythagorean {
+    double m[BODIES], G;
+};
+
+static const struct phys_param params[] = {
+    {"m1", "1", "mass", 3, offsetof(struct pythagorean, m[0])},
+    {"m2", "1", "mass", 4, offsetof(struct pythagorean, m[1])},
+    {"m3", "1", "mass", 5, offsetof(struct pythagorean, m[2])},
+    {"G", "1", "strength of the attraction", 1, offsetof(struct pythagorean, G)},
+};
+
+static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
+{
+    const struct pythagorean *s = p;
+    (void)q, (void)t;
+    return phys_attraction_kinetic(v, BODIES, DIMS, s->m);
+}
+
+static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
+{
+    const struct pythagorean *s = p;
+    (void)v, (void)t;
+    return phys_attraction_potential(q, BODIES, DIMS, s->m, s->G);
+}
+
+static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,
+                            struct ad_error *error)
+{
+    static const double at[BODIES * DIMS] = {1, 3, -2, -1, 1, -1};
+    (void)p, (void)seed, (void)error;
+    memcpy(q, at, sizeof at);
+    memset(v, 0, sizeof at);
+    return AD_OK;
+}
+
+const struct phys_scene phys_scene_pythagorean = {
+    .version = PHYS_SCENE_VERSION,
+    .size = sizeof(struct phys_scene),
+    .name = "pythagorean",
+    .what = "three bodies from rest with near collisions",
+    .dof = BODIES * DIMS,
+    .dims = DIMS,
+    .unit = "1",
+    .time_unit = "1",
+    .energy_unit = "1",
+    .params = params,
+    .n_params = LENGTH(params),
+    .params_bytes = sizeof(struct pythagorean),
+    .kinetic = kinetic,
+    .potential = potential,
+    .slices = 161,
+    .dt = 0.1,
+    .start = start,
+    .picture = PHYS_PICTURE_PLANE,
+};
