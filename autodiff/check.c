@@ -29,18 +29,20 @@ static double central_difference(const struct probe *p, double h)
     return (y_hi - y_lo) / (hi - lo);
 }
 
-/* The entry of Neville's table with the smallest estimate of its error; stops at `good_enough`. */
+/* The entry of Neville's table with the smallest estimate of its error, truncation and rounding of
+   y over the step; stops at `good_enough`. */
 static double extrapolate(const struct probe *p, double h, double good_enough)
 {
     double above[LEVELS], best = NAN, best_error = INFINITY;
     for (int k = 0; k < LEVELS && !(best_error <= good_enough); k++, h *= 0.5) {
         double left = central_difference(p, h), power = 1;
+        double rounding = 0x1p-50 * fabs(*p->y) / h;
         if (k == 0)
             best = left;
         for (int j = 0; j < k; j++) {
             power *= 4;
             double next = left + (left - above[j]) / (power - 1);
-            double error = fmax(fabs(next - left), fabs(next - above[j]));
+            double error = fmax(fabs(next - left), fabs(next - above[j])) + rounding;
             above[j] = left;
             left = next;
             if (error < best_error) {

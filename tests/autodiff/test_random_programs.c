@@ -1,5 +1,5 @@
-/* Hundreds of random programs: the compiled program against plain loops, for two sets of inputs and
-   several numbers of threads; gradients against differences. The oracle of the compiler. */
+/* Thousands of random programs: the compiled program against plain loops, for two sets of inputs
+   and several numbers of threads; gradients against differences. The oracle of the compiler. */
 #include "world.h"
 
 #include <stdio.h>
@@ -80,7 +80,7 @@ static void values_of_program(enum ad_type type, uint64_t seed, double tolerance
 
 static void values_f64(void)
 {
-    for (uint64_t seed = 0; seed < 600; seed++)
+    for (uint64_t seed = 0; seed < 1500; seed++)
         values_of_program(AD_F64, seed, 1e-11);
 }
 
@@ -95,7 +95,7 @@ static void test_values_f64(void **state)
 static void test_values_f32(void **state)
 {
     (void)state;
-    for (uint64_t seed = 1000; seed < 1200; seed++) {
+    for (uint64_t seed = 1000; seed < 1400; seed++) {
         struct world w = world(AD_F32, seed, 1, true);
         size_t out[MAX_OUT], n_out = draw_outputs(&w, out);
         ad_program *p = program_of(&w, n_out, out);

@@ -112,6 +112,19 @@ static double matmul_tt_element(const struct matrix x[2], size_t r, size_t c)
     return s;
 }
 
+/* One row out of many that are the same has no row stride to speak of. */
+static ad_var matmul_repeated(const ad_var x[2])
+{
+    ad_var repeated = ad_broadcast(ad_row(x[0], 0), 5, ad_cols(x[0]));
+    return ad_matmul(ad_row(repeated, 2), false, x[1], false);
+}
+
+static double matmul_repeated_element(const struct matrix x[2], size_t r, size_t c)
+{
+    (void)r;
+    return matmul_nn_element(x, 0, c);
+}
+
 static ad_var gram(const ad_var x[2]) { return ad_matmul(x[0], false, x[0], true); }
 
 static double gram_element(const struct matrix x[2], size_t r, size_t c)
@@ -234,6 +247,26 @@ static double gather_element(const struct matrix x[2], size_t r, size_t c)
     return at(x, picked(r, x->rows), c);
 }
 
+static ad_var gather_one(const ad_var x[2])
+{
+    uint32_t last = (uint32_t)ad_rows(x[0]) - 1;
+    return ad_broadcast(ad_gather_rows(x[0], 1, &last), 3, ad_cols(x[0]));
+}
+
+/* One number picked by index stands for a row of numbers. */
+static ad_var gathered_number(const ad_var x[2])
+{
+    uint32_t last = (uint32_t)ad_rows(x[0]) - 1;
+    ad_var number = ad_gather_rows(ad_col(x[0], 0), 1, &last);
+    return ad_sub(ad_row(x[1], 0), number);
+}
+
+static double gathered_number_element(const struct matrix x[2], size_t r, size_t c)
+{
+    (void)r;
+    return at(x + 1, 0, c) - at(x, x->rows - 1, 0);
+}
+
 enum { HEIGHT = 4 };
 
 static ad_var scatter(const ad_var x[2])
@@ -250,6 +283,27 @@ static double scatter_element(const struct matrix x[2], size_t r, size_t c)
     for (size_t k = 0; k < x->rows; k++)
         if (picked(k, HEIGHT) == r)
             s += at(x, k, c);
+    return s;
+}
+
+/* Rows in order and in reverse: the difference of two scatters. */
+static ad_var scatter_difference(const ad_var x[2])
+{
+    uint32_t list[LIST], reversed[LIST];
+    size_t n = ad_rows(x[0]);
+    for (size_t k = 0; k < n; k++)
+        reversed[n - 1 - k] = list[k] = (uint32_t)picked(k, HEIGHT);
+    return ad_sub(ad_scatter_rows(ad_mul(2.0, x[0]), list, HEIGHT),
+                  ad_scatter_rows(ad_mul(x[0], x[1]), reversed, HEIGHT));
+}
+
+static double scatter_difference_element(const struct matrix x[2], size_t r, size_t c)
+{
+    double s = 0;
+    for (size_t k = 0; k < x->rows; k++) {
+        s += picked(k, HEIGHT) == r ? 2 * at(x, k, c) : 0;
+        s -= picked(x->rows - 1 - k, HEIGHT) == r ? at(x, k, c) * at(x + 1, k, c) : 0;
+    }
     return s;
 }
 
@@ -356,6 +410,8 @@ static const struct structure {
     {"matmul, b transposed", matmul_nt, matmul_nt_element, FOUR_BY_COLS, 1, false},
     {"matmul, a transposed", matmul_tn, matmul_tn_element, ROWS_BY_4, 1, false},
     {"matmul, both transposed", matmul_tt, matmul_tt_element, FOUR_BY_ROWS, 1, false},
+    {"matmul, row of a repeated row", matmul_repeated, matmul_repeated_element, COLS_BY_4, 1,
+     false},
     {"x x'", gram, gram_element, NONE, 1, false},
     {"transpose", transpose, transpose_element, NONE, 1, true},
     {"slice_rows", slice_rows, slice_rows_element, NONE, 1, true},
@@ -368,6 +424,9 @@ static const struct structure {
     {"broadcast a scalar", broadcast_scalar, sum_element, NONE, 1, true},
     {"views of views", views, views_element, NONE, 4, true},
     {"gather_rows", gather, gather_element, NONE, 1, true},
+    {"gathered number", gathered_number, gathered_number_element, SAME, 1, true},
+    {"gather one row", gather_one, last_row_element, NONE, 1, true},
+    {"difference of scatters", scatter_difference, scatter_difference_element, SAME, 1, false},
     {"scatter_rows", scatter, scatter_element, NONE, 1, true},
     {"concat_rows", concat_rows, concat_rows_element, SAME, 1, true},
     {"concat_cols", concat_cols, concat_cols_element, SAME, 1, true},

@@ -331,6 +331,20 @@ static void gather(struct world *w)
     add(w, ad_gather_rows(w->var[a], n, list), m);
 }
 
+/* One row picked by index, and repeated. */
+static void gather_one(struct world *w)
+{
+    size_t a = any(w), rows = 1 + pick(w, ROWS);
+    const struct matrix *x = &w->m[a];
+    uint32_t row = (uint32_t)pick(w, x->rows);
+    if (rows * x->cols > LARGEST)
+        return;
+    struct matrix m = matrix(rows, x->cols);
+    for (size_t i = 0; i < rows * x->cols; i++)
+        m.v[i] = x->v[row * x->cols + i % x->cols];
+    add(w, ad_broadcast(ad_gather_rows(w->var[a], 1, &row), rows, x->cols), m);
+}
+
 static void scatter(struct world *w)
 {
     size_t a = any(w), height = 1 + pick(w, ROWS);
@@ -345,6 +359,45 @@ static void scatter(struct world *w)
             m.v[list[k] * x->cols + c] += x->v[k * x->cols + c];
     }
     add(w, ad_scatter_rows(w->var[a], list, height), m);
+}
+
+/* Sums over rows and scatters of one value and its sine, added or subtracted: the compiler lets
+   such sums of sums share one total, but for those that are read elsewhere too. */
+static void sum_of_sums(struct world *w)
+{
+    enum { TERMS = 3 };
+    size_t a = any(w), height = pick(w, 3) ? 1 + pick(w, ROWS) : 1, n = 2 + pick(w, TERMS - 1);
+    const struct matrix *x = &w->m[a];
+    if (x->rows > 4 * ROWS)
+        return;
+    bool scatters = pick(w, 3);
+    struct matrix m = matrix(scatters ? height : 1, x->cols);
+    ad_var total = {0}, sine = ad_sin(w->var[a]);
+    for (size_t k = 0; k < n; k++) {
+        uint32_t list[4 * ROWS] = {0};
+        bool negative = pick(w, 2);
+        struct matrix term = matrix(m.rows, m.cols);
+        for (size_t r = 0; r < x->rows; r++) {
+            list[r] = (uint32_t)pick(w, m.rows);
+            for (size_t c = 0; c < x->cols; c++) {
+                double v = x->v[r * x->cols + c];
+                term.v[list[r] * x->cols + c] += k % 2 ? v : sin(v);
+            }
+        }
+        for (size_t i = 0; i < m.rows * m.cols; i++)
+            m.v[i] += negative && k ? -term.v[i] : term.v[i];
+        ad_var from = k % 2 ? w->var[a] : sine;
+        ad_var sum = scatters ? ad_scatter_rows(from, list, height) : ad_sum_rows(from);
+        total = k == 0 ? sum : negative ? ad_sub(total, sum) : ad_add(total, sum);
+        if (pick(w, 4) == 0 && w->n < MAX_NODES - 1)
+            add(w, sum, term);
+        else
+            free(term.v);
+    }
+    double scale = 1.0 / (double)(x->rows + 1);
+    for (size_t i = 0; i < m.rows * m.cols; i++)
+        m.v[i] *= scale;
+    add(w, ad_mul(total, scale), m);
 }
 
 static void copy_to(struct matrix *m, const struct matrix *x, size_t row, size_t col)
@@ -431,46 +484,27 @@ static void diff_adjoint(struct world *w)
 
 typedef void operation(struct world *w);
 
-/* As often as they stand here. */
-static operation *const operations[] = {
-    unary,
-    unary,
-    unary,
-    unary,
-    unary,
-    binary,
-    binary,
-    binary,
-    binary,
-    binary,
-    binary,
-    sum,
-    dot,
-    matmul,
-    matmul,
-    slice,
-    slice,
-    slice,
-    slice,
-    transpose,
-    gather,
-    gather,
-    scatter,
-    concat,
-    reshape,
-    place,
-    diff,
-    diff,
-    diff,
-    diff_adjoint,
-    concat,
-    broadcast,
-    scatter,
-    unary,
-    binary,
-    binary,
-    select_by_constant,
+static const struct {
+    operation *record;
+    size_t weight;
+} operations[] = {
+    {unary, 6},        {binary, 8},      {sum, 1},
+    {dot, 1},          {matmul, 2},      {slice, 4},
+    {transpose, 1},    {reshape, 1},     {broadcast, 1},
+    {gather, 2},       {gather_one, 1},  {scatter, 2},
+    {concat, 2},       {place, 1},       {diff, 3},
+    {diff_adjoint, 1}, {sum_of_sums, 2}, {select_by_constant, 1},
 };
+
+static operation *pick_operation(struct world *w)
+{
+    size_t total = 0, k = 0;
+    for (size_t i = 0; i < sizeof operations / sizeof operations[0]; i++)
+        total += operations[i].weight;
+    for (total = pick(w, total); total >= operations[k].weight; k++)
+        total -= operations[k].weight;
+    return operations[k].record;
+}
 
 static struct matrix random_matrix(uint64_t *state, size_t rows, size_t cols)
 {
@@ -490,8 +524,8 @@ void world_init(struct world *w, enum ad_type type, uint64_t structure, uint64_t
     }
     struct matrix constant = random_matrix(&w->structure, 1 + pick(w, 3), pick(w, 2) ? cols : 1);
     add(w, ad_const(w->tape, constant.rows, constant.cols, constant.v), constant);
-    for (size_t k = 0; k < n_operations && w->n < MAX_NODES; k++)
-        operations[pick(w, sizeof operations / sizeof operations[0])](w);
+    for (size_t k = 0; k < n_operations && w->n < MAX_NODES - 4; k++)
+        pick_operation(w)(w);
 }
 
 void world_release(struct world *w)
