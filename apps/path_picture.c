@@ -1,8 +1,8 @@
 /* The picture of a path run (path.h), as in the paper: left the reference path, the start, some
    paths on the way and the one found; right S, T and V over the steps. A GIF shows the path deform.
  */
+#include "axes.h"
 #include "path.h"
-#include "unit.h"
 
 #include <math.h>
 
@@ -18,10 +18,6 @@ struct curves {
     size_t x, y;           /* columns of the first curve */
     size_t x_step, y_step; /* from one curve to the next */
     int x_power, y_power;  /* powers of ten of the axes */
-};
-
-struct range {
-    double low, high;
 };
 
 /* ---- data ---- */
@@ -67,18 +63,6 @@ static struct curves choose_curves(const struct path_run *run)
     return (struct curves){.n = dof, .x = 1, .y = 2, .y_step = 1};
 }
 
-static void widen(struct range *range, double value)
-{
-    range->low = fmin(range->low, value);
-    range->high = fmax(range->high, value);
-}
-
-static struct range with_margins(struct range range, double below, double above)
-{
-    double span = range.high > range.low ? range.high - range.low : fabs(range.high) + 1;
-    return (struct range){range.low - below * span, range.high + above * span};
-}
-
 /* Range of a column of the curves (1: time) over the reference, the start and the path found, so
    that all frames of an animation share one. */
 static struct range column_range(const struct path_run *run, size_t column, size_t step, size_t n)
@@ -91,8 +75,8 @@ static struct range column_range(const struct path_run *run, size_t column, size
     for (size_t p = 0; p < 3; p++)
         for (size_t c = 0; c < n; c++)
             for (size_t i = 0; i < slices; i++)
-                widen(&range, paths[p][(column - 2 + c * step) * slices + i]);
-    return with_margins(range, 0.04, 0.04);
+                range_widen(&range, paths[p][(column - 2 + c * step) * slices + i]);
+    return range_with_margins(range, 0.04, 0.04);
 }
 
 /* The first steps may tower above the rest by powers of ten: they may leave the picture. */
@@ -102,35 +86,11 @@ static struct range history_range(const struct path_record *record,
     struct range range = {INFINITY, -INFINITY};
     for (size_t i = record->n / 4; i <= record->n; i++) {
         const struct path_figures *f = i < record->n ? &record->figures[i] : reference;
-        widen(&range, f->action_mean);
-        widen(&range, f->kinetic_mean);
-        widen(&range, f->potential_mean);
+        range_widen(&range, f->action_mean);
+        range_widen(&range, f->kinetic_mean);
+        range_widen(&range, f->potential_mean);
     }
-    return with_margins(range, 0.3, 1);
-}
-
-/* The power of ten that an axis is labelled in; 0 where plain numbers are short. */
-static int exponent(struct range range)
-{
-    double most = fmax(fabs(range.low), fabs(range.high));
-    return most >= 1e5 || (most > 0 && most < 1e-2) ? (int)floor(log10(most)) : 0;
-}
-
-/* Range and label of an axis: "x / 10^{11} m"; pure numbers have the unit 1. */
-static void axis(FILE *out, const char *which, const char *name, const char *unit,
-                 struct range range, int power)
-{
-    double scale = pow(10, power);
-    char label[96];
-    unit = unit_shown(unit);
-    if (power)
-        snprintf(label, sizeof label, "%s / 10^{%d}%s%s", name, power, *unit ? " " : "", unit);
-    else
-        snprintf(label, sizeof label, "%s%s%s", name, *unit ? " / " : "", unit);
-    fprintf(out, "set %srange [%.9g:%.9g]\nset %slabel ", which, range.low / scale,
-            range.high / scale, which);
-    plot_quote(out, label);
-    fputc('\n', out);
+    return range_with_margins(range, 0.3, 1);
 }
 
 /* Sets the axes of the left side, and the curves' scales. */
@@ -140,18 +100,19 @@ static void left_axes(const struct path_run *run, struct curves *curves, FILE *o
     struct range x = column_range(run, curves->x, curves->x_step, curves->n);
     struct range y = column_range(run, curves->y, curves->y_step, curves->n);
     bool plane = curves->x != 1;
-    curves->x_power = exponent(x);
-    curves->y_power = exponent(y);
+    curves->x_power = range_exponent(x);
+    curves->y_power = range_exponent(y);
     if (plane)
         curves->x_power = curves->y_power =
             curves->x_power > curves->y_power ? curves->x_power : curves->y_power;
     fprintf(out, "set size %s\n", plane ? "ratio -1" : "noratio");
-    axis(out, "x", plane ? "x" : "t", plane ? scene->unit : scene->time_unit, x, curves->x_power);
-    axis(out, "y",
-         plane                                   ? "y"
-         : scene->picture == PHYS_PICTURE_ANGLES ? "angle"
-                                                 : "coordinate",
-         scene->unit, y, curves->y_power);
+    axis_set(out, "x", plane ? "x" : "t", plane ? scene->unit : scene->time_unit, x,
+             curves->x_power);
+    axis_set(out, "y",
+             plane                                   ? "y"
+             : scene->picture == PHYS_PICTURE_ANGLES ? "angle"
+                                                     : "coordinate",
+             scene->unit, y, curves->y_power);
 }
 
 /* Plot elements of one path block, one a curve, the first with a title. */
@@ -211,10 +172,10 @@ static void right(const struct path_run *run, const struct path_record *record,
                 {"V", "#27823b", r->potential_mean}};
     struct range steps = {0, result->info.steps ? (double)result->info.steps : 1};
     struct range values = history_range(record, r);
-    int power = exponent(values);
+    int power = range_exponent(values);
     fputs("set size noratio\n", out);
-    axis(out, "x", "step", "1", steps, 0);
-    axis(out, "y", "mean a slice", run->system.scene->energy_unit, values, power);
+    axis_set(out, "x", "step", "1", steps, 0);
+    axis_set(out, "y", "mean a slice", run->system.scene->energy_unit, values, power);
     fputs("plot ", out);
     for (size_t k = 0; k < 3; k++)
         fprintf(out, "%.9g with lines dt 2 lw 1 lc rgb '%s' notitle, \\\n    ",
