@@ -146,6 +146,7 @@ struct phys_simulation {
     /* Samples: at the start and every so many steps, or, `every` 0, at n_samples equal intervals
        of time up to t1 (fixed steps: at the nearest steps; adaptive: by dense output). */
     size_t every, n_samples;
+    const double *times; /* adaptive: the n_samples times instead, in their order; or NULL */
     bool (*sample)(void *context, double t, const double *y);
     void *context;
     bool watch_energy; /* after every step, where the ode has an energy */

@@ -100,9 +100,10 @@ static enum ad_status sample(struct run *run, struct ad_error *error)
             give(run, end, m->next);
             continue;
         }
-        double t = s->t0 + span * (double)run->next_sample / (double)s->n_samples;
-        if (run->next_sample == s->n_samples)
-            t = s->t1;
+        double t = s->times ? s->times[run->next_sample - 1]
+                   : run->next_sample == s->n_samples
+                       ? s->t1
+                       : s->t0 + span * (double)run->next_sample / (double)s->n_samples;
         if ((t - end) * run->direction > 0)
             return AD_OK;
         if (t == end)

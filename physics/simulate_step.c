@@ -41,7 +41,7 @@ static enum ad_status underflow(const struct run *run, const struct ad_error *ca
     if (cause->status != AD_OK)
         return ad_fail(error, AD_E_NONFINITE, "step %zu: %s", run->info->steps + 1, cause->message);
     return ad_fail(error, AD_E_ACCURACY,
-                   "step %zu: the step fell under %.2g at t = %.10g, where %s = %.6g changes too "
+                   "step %zu: the step fell under %.2g at t = %.12g, where %s = %.6g changes too "
                    "fast to be followed: a collision or another singularity; stop before it, "
                    "soften the law, or allow a larger error",
                    run->info->steps + 1, floor_of(run), m->t, name, m->y[m->worst]);
