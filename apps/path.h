@@ -15,8 +15,10 @@ struct path_options {
     struct common common;
     const char *solver, *rule, *init, *reference, *preset;
     const char *data, *from, *bodies; /* of the ephemeris */
-    size_t slices, steps, every, days, dims;
-    double dt, learning_rate, noise, tolerance;
+    size_t slices, steps, every, days, dims, adam_steps, hold;
+    double dt, learning_rate, momentum, noise, tolerance, energy_weight;
+    const char *energy_loss;
+    bool stop_at_reference;
     struct settings set;
 };
 
@@ -84,6 +86,8 @@ struct path_result {
     struct phys_path_info info;
     struct path_figures reference, start, found;
     double mse_initial, mse_final, max_error, energy_drift;
+    bool has_spectrum; /* newton's paths are stationary, and of a kind */
+    struct phys_spectrum spectrum;
 };
 
 /* Fills all but `info`. */

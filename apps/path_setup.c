@@ -78,12 +78,34 @@ static void choose_settings(const struct path_options *options, struct path_run 
     settings->learning_rate =
         number_or(options->learning_rate, paper ? paper->learning_rate : 1e-2);
     settings->tolerance = number_or(options->tolerance, 0);
-    settings->energy_weight = preset ? preset->energy_weight : 0;
+    settings->momentum = options->momentum;
+    settings->hold = options->hold;
+    settings->adam_steps = options->adam_steps;
     settings->threads = options->common.threads;
     run->damping = preset ? preset->damping : 1;
     run->every = count_or(options->every, (settings->steps + STORED - 1) / STORED);
     if (run->every == 0 && options->every == OPTION_NO_COUNT)
         run->every = 1; /* no steps at all: the start is stored */
+}
+
+/* The published penalty belongs to descents; newton finds the stationary path of the action. */
+static enum ad_status choose_energy_loss(const struct path_options *options, struct path_run *run,
+                                         struct ad_error *error)
+{
+    bool newton = run->solver && strcmp(run->solver->name, "newton") == 0;
+    bool published = run->preset && !newton && !options->energy_loss;
+    double otherwise = published ? run->preset->energy_weight : options->energy_loss ? 1 : 0;
+    run->settings.energy_weight = number_or(options->energy_weight, otherwise);
+    if (options->energy_loss && strcmp(options->energy_loss, "local") == 0)
+        run->settings.energy_local = true;
+    else if (options->energy_loss && strcmp(options->energy_loss, "global") != 0)
+        return ad_fail(error, AD_E_ARGUMENT, "--energy-loss: expected global or local, got '%s'",
+                       options->energy_loss);
+    if (newton && run->settings.energy_weight != 0)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--energy-weight: newton finds the stationary path of the action itself; "
+                       "take adam, sgd or lbfgs for a penalty");
+    return AD_OK;
 }
 
 /* The published noise belongs to the preset's own start; a sigma given replaces its size. */
@@ -112,6 +134,12 @@ static enum ad_status check_settings(const struct path_options *options, const s
     if (!(run->noise.sigma >= 0))
         return ad_fail(error, AD_E_ARGUMENT, "--noise: expected at least 0, got %g",
                        run->noise.sigma);
+    if (!(settings->momentum >= 0 && settings->momentum < 1))
+        return ad_fail(error, AD_E_ARGUMENT, "--momentum: expected 0 or more, less than 1, got %g",
+                       settings->momentum);
+    if (settings->hold < 1 || settings->hold > (settings->slices - 1) / 2)
+        return ad_fail(error, AD_E_ARGUMENT, "--hold: expected 1 to %zu, got %zu",
+                       (settings->slices - 1) / 2, settings->hold);
     if (options->every == 0)
         return ad_fail(error, AD_E_ARGUMENT, "--every: expected at least 1, got 0");
     return AD_OK;
@@ -254,6 +282,8 @@ static enum ad_status make_paths(struct path_run *run, double *observed, struct 
     }
     if (error->status == AD_OK)
         place_nodes(run);
+    if (options->stop_at_reference)
+        run->settings.reference = run->reference;
     free(file);
     free(motion);
     free(observed);
@@ -269,11 +299,13 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
         choose_preset(options, run, error) != AD_OK || set_parameters(options, run, error) != AD_OK)
         return error->status;
     run->solver = phys_solver_find(options->solver, error);
-    const char *rule = run->preset ? "left+repeat" : "left";
+    bool newton = run->solver && strcmp(run->solver->name, "newton") == 0;
+    const char *rule = run->preset && !newton ? "left+repeat" : "left";
     run->settings.rule = phys_rule_find(options->rule ? options->rule : rule, error);
     choose_settings(options, run);
     choose_noise(options, run);
-    if (error->status != AD_OK || path_ephemeris(options, run, &observed, error) != AD_OK ||
+    if (error->status != AD_OK || choose_energy_loss(options, run, error) != AD_OK ||
+        path_ephemeris(options, run, &observed, error) != AD_OK ||
         check_settings(options, run, error) != AD_OK) {
         free(observed);
         return error->status;

@@ -11,9 +11,9 @@
 const char *path_stop_name(enum phys_stop stop)
 {
     static const char *const names[] = {
-        [PHYS_STOP_STEPS] = "all steps taken",
-        [PHYS_STOP_TOLERANCE] = "tolerance reached",
-        [PHYS_STOP_INTERRUPTED] = "interrupted",
+        [PHYS_STOP_STEPS] = "all steps taken",   [PHYS_STOP_TOLERANCE] = "tolerance reached",
+        [PHYS_STOP_INTERRUPTED] = "interrupted", [PHYS_STOP_ROUNDING] = "zero but for rounding",
+        [PHYS_STOP_STALLED] = "stalled",         [PHYS_STOP_REFERENCE] = "nearest to the reference",
     };
     return names[stop];
 }
@@ -44,6 +44,22 @@ static void print_tables(const struct path_run *run)
     }
 }
 
+static void print_spectrum(const struct path_run *run, const struct phys_spectrum *spectrum)
+{
+    const char *unit = run->system.scene->time_unit;
+    printf("\n  Morse index %zu: %s of the action\n", spectrum->index,
+           spectrum->index ? "a saddle" : "a minimum");
+    if (!isnan(spectrum->smallest))
+        printf("  smallest eigenvalue %.9g, divided by dt %.9g\n", spectrum->smallest,
+               spectrum->smallest / run->settings.dt);
+    if (spectrum->n_conjugate)
+        printf("  conjugate to the start, in %s:", unit);
+    for (size_t k = 0; k < spectrum->n_conjugate; k++)
+        printf("%s %.6g", k ? "," : "", spectrum->conjugate[k]);
+    if (spectrum->n_conjugate)
+        putchar('\n');
+}
+
 void path_print(const struct path_run *run, const struct path_result *result)
 {
     const struct phys_scene *scene = run->system.scene;
@@ -67,6 +83,8 @@ void path_print(const struct path_run *run, const struct path_result *result)
     print_row("MSE", NAN, result->mse_initial, result->mse_final, square);
     print_row("largest error", NAN, NAN, result->max_error, length);
     print_row("energy drift", NAN, NAN, result->energy_drift, "of the start");
+    if (result->has_spectrum)
+        print_spectrum(run, &result->spectrum);
 }
 
 /* ---- JSON ---- */
@@ -90,6 +108,21 @@ static void json_tables(struct json *json, const struct path_run *run)
     json_end_array(json);
 }
 
+static void json_spectrum(struct json *json, const struct path_result *result)
+{
+    const struct phys_spectrum *spectrum = &result->spectrum;
+    if (!result->has_spectrum) {
+        json_null(json, "morse_index");
+        return;
+    }
+    json_count(json, "morse_index", spectrum->index);
+    json_number(json, "smallest_eigenvalue", spectrum->smallest);
+    json_array(json, "conjugate_times");
+    for (size_t k = 0; k < spectrum->n_conjugate; k++)
+        json_number(json, NULL, spectrum->conjugate[k]);
+    json_end_array(json);
+}
+
 void path_print_json(const struct path_run *run, const struct path_result *result)
 {
     struct json json;
@@ -107,7 +140,7 @@ void path_print_json(const struct path_run *run, const struct path_result *resul
     json_number(&json, "kinetic_mean", result->found.kinetic_mean);
     json_number(&json, "potential_mean", result->found.potential_mean);
     json_number(&json, "grad_norm", result->info.grad_norm);
-    json_null(&json, "morse_index");
+    json_spectrum(&json, result);
     json_number(&json, "mse_initial", result->mse_initial);
     json_number(&json, "mse_final", result->mse_final);
     json_number(&json, "max_error", result->max_error);

@@ -4,6 +4,7 @@
 #include <cblas.h>
 #include <lapacke.h>
 #include <limits.h>
+#include <math.h>
 #include <stdlib.h>
 
 void ad_blas_gemm(enum ad_type type, bool transpose_a, bool transpose_b, size_t m, size_t n,
@@ -49,8 +50,78 @@ int ad_blas_solve(size_t n, double *a, double *b)
             return INT_MAX;
         p = many;
     }
-    lapack_int info = LAPACKE_dgesv_work(LAPACK_COL_MAJOR, (lapack_int)n, 1, a, (lapack_int)n, p, b,
-                                         (lapack_int)n);
+    lapack_int size = (lapack_int)n; /* by columns it is the transpose that is factored */
+    lapack_int info = LAPACKE_dgetrf_work(LAPACK_COL_MAJOR, size, size, a, size, p);
+    if (info == 0)
+        info = LAPACKE_dgetrs_work(LAPACK_COL_MAJOR, 'T', size, 1, a, size, p, b, size);
     free(many);
     return (int)info;
+}
+
+_Static_assert(sizeof(lapack_int) == sizeof(int), "pivots are int");
+
+int ad_blas_band_solve(size_t n, size_t width, double *band, int *pivots, double *b)
+{
+    lapack_int w = (lapack_int)width, rows = AD_BAND_ROWS(w), size = (lapack_int)n;
+    return LAPACKE_dgbsv_work(LAPACK_COL_MAJOR, size, w, w, 1, band, rows, pivots, b, size);
+}
+
+int ad_blas_band_solve_complex(size_t n, size_t width, double *band, int *pivots, double *b)
+{
+    lapack_int w = (lapack_int)width, rows = AD_BAND_ROWS(w), size = (lapack_int)n;
+    return LAPACKE_zgbsv_work(LAPACK_COL_MAJOR, size, w, w, 1, (lapack_complex_double *)band, rows,
+                              pivots, (lapack_complex_double *)b, size);
+}
+
+int ad_blas_symmetric_factor(size_t n, double *a, int *pivots, double *work)
+{
+    lapack_int size = (lapack_int)n;
+    if (n == 1) {
+        pivots[0] = 1;
+        return a[0] == 0;
+    }
+    return LAPACKE_dsytrf_work(LAPACK_COL_MAJOR, 'L', size, a, size, pivots, work, 64 * size);
+}
+
+size_t ad_blas_symmetric_inertia(size_t n, const double *a, const int *pivots, double *log_det)
+{
+    size_t negative = 0;
+    *log_det = 0;
+    for (size_t k = 0; k < n; k++) {
+        double d = a[k * n + k], det = d;
+        if (pivots[k] < 0) { /* a 2 x 2 pivot: one eigenvalue of either sign */
+            double off = a[k * n + k + 1];
+            det = (d / off * a[(k + 1) * n + k + 1] - off) * off;
+            k++;
+        }
+        negative += det < 0;
+        *log_det += log(fabs(det));
+    }
+    return negative;
+}
+
+void ad_blas_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b)
+{
+    lapack_int size = (lapack_int)n;
+    if (n == 1)
+        for (size_t k = 0; k < m; k++)
+            b[k] /= a[0];
+    else
+        LAPACKE_dsytrs_work(LAPACK_COL_MAJOR, 'L', size, (lapack_int)m, a, size, pivots, b, size);
+}
+
+double ad_blas_log_det(size_t n, double *a, int *pivots, int *sign)
+{
+    lapack_int size = (lapack_int)n;
+    double log_det = 0;
+    *sign = 1;
+    if (LAPACKE_dgetrf_work(LAPACK_COL_MAJOR, size, size, a, size, pivots) != 0)
+        return *sign = 0;
+    for (size_t k = 0; k < n; k++) {
+        double d = a[k * n + k];
+        if ((d < 0) != (pivots[k] != (int)k + 1))
+            *sign = -*sign;
+        log_det += log(fabs(d));
+    }
+    return log_det;
 }

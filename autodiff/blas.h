@@ -18,4 +18,27 @@ void ad_blas_threads(int before);
    index of the zero pivot. */
 int ad_blas_solve(size_t n, double *a, double *b);
 
+/* Band matrices of n rows with `width` diagonals on either side of the main one, stored by columns:
+   element (i, j) is band[AD_BAND(width, i, j)] of ad_band_size(n, width). The rest is room for the
+   factor. */
+#define AD_BAND_ROWS(width) (3 * (width) + 1)
+#define AD_BAND(width, i, j) (2 * (width) + (i) - (j) + AD_BAND_ROWS(width) * (j))
+
+/* Solves band x = b, in place; band is destroyed, `pivots` [n] is room. Returns 0, or 1 + the index
+   of the zero pivot. */
+int ad_blas_band_solve(size_t n, size_t width, double *band, int *pivots, double *b);
+/* The same for complex numbers, as pairs of real and imaginary part. */
+int ad_blas_band_solve_complex(size_t n, size_t width, double *band, int *pivots, double *b);
+
+/* Factors a symmetric matrix a [n x n] in place as L D L^T with diagonal pivoting (Bunch, Kaufman);
+   `pivots` [n], `work` [64 n] are room. Returns 0, or 1 + the index of a zero pivot. */
+int ad_blas_symmetric_factor(size_t n, double *a, int *pivots, double *work);
+/* Of a matrix so factored: how many eigenvalues are negative, and log |det|. */
+size_t ad_blas_symmetric_inertia(size_t n, const double *a, const int *pivots, double *log_det);
+/* Solves a x = b for m right sides, b [m x n], one a row, in place. */
+void ad_blas_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b);
+/* log |det a| of a [n x n], which is destroyed, and its sign (0: singular); `pivots` [n] is room.
+ */
+double ad_blas_log_det(size_t n, double *a, int *pivots, int *sign);
+
 #endif

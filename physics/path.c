@@ -3,7 +3,8 @@
 
 #include <math.h>
 
-const struct phys_solver *const phys_solvers[] = {&phys_solver_adam, NULL};
+const struct phys_solver *const phys_solvers[] = {&phys_solver_adam, &phys_solver_sgd,
+                                                  &phys_solver_lbfgs, &phys_solver_newton, NULL};
 
 enum { N_SOLVERS = LENGTH(phys_solvers) - 1 };
 
@@ -31,6 +32,12 @@ static enum ad_status check_settings(const struct phys_path_settings *s, struct 
     if (!isfinite(s->energy_weight))
         return ad_fail(error, AD_E_ARGUMENT, "energy weight %g, expected a finite number",
                        s->energy_weight);
+    if (!(s->momentum >= 0 && s->momentum < 1))
+        return ad_fail(error, AD_E_ARGUMENT, "momentum %g, expected 0 or more and less than 1",
+                       s->momentum);
+    if (s->hold > (s->slices - 1) / 2)
+        return ad_fail(error, AD_E_ARGUMENT, "%zu slices held at either end of %zu: none may move",
+                       s->hold, s->slices);
     return AD_OK;
 }
 

@@ -285,16 +285,24 @@ struct phys_path_step {
     double action, action_mean, kinetic_mean, potential_mean, objective, grad_norm;
 };
 
+enum { PHYS_PATIENCE = 50 };
+
 struct phys_path_settings {
     const struct phys_rule *rule;
     size_t slices, steps;
     double dt;
-    double learning_rate; /* adam */
+    double learning_rate; /* adam, sgd */
+    double momentum;      /* sgd */
     double tolerance;     /* stop when |gradient| falls below tolerance * its start; 0: never */
-    double energy_weight;
+    double energy_weight; /* descents alone: a penalty on the change of energy ... */
+    bool energy_local;    /* ... from slice to slice, not against that of the start */
+    size_t hold;          /* slices held at either end; 0 means 1 */
+    size_t adam_steps;    /* newton, lbfgs: steps of adam before */
+    const double *reference; /* [dof x slices]: descents end at the step nearest to it, once the
+                                distance has not fallen for PHYS_PATIENCE steps; NULL: they do not */
     size_t threads;
     /* Called after step 0 (the start), and after every step; false stops the run cleanly. path is
-       [dof x slices]; means are those of phys_action. May be NULL. */
+       [s*dof x slices] for a rule of degree s; means are those of phys_action. May be NULL. */
     bool (*progress)(void *context, const struct phys_path_step *step);
     void *context;
 };
@@ -302,7 +310,10 @@ struct phys_path_settings {
 enum phys_stop {
     PHYS_STOP_STEPS = 1,  /* all steps taken */
     PHYS_STOP_TOLERANCE,  /* the gradient is small enough */
-    PHYS_STOP_INTERRUPTED /* progress returned false */
+    PHYS_STOP_INTERRUPTED, /* progress returned false */
+    PHYS_STOP_ROUNDING,    /* the gradient is zero but for rounding */
+    PHYS_STOP_STALLED,     /* no step makes the gradient (newton) or objective (lbfgs) smaller */
+    PHYS_STOP_REFERENCE    /* the path nearest to settings->reference */
 };
 
 struct phys_path_info {
@@ -319,16 +330,29 @@ struct phys_solver {
                             const struct phys_path_settings *settings, double *path,
                             struct phys_path_info *info, struct ad_error *error);
 };
-extern const struct phys_solver *const phys_solvers[]; /* NULL-terminated: adam */
+extern const struct phys_solver *const phys_solvers[]; /* NULL-terminated */
 const struct phys_solver *phys_solver_find(const char *name, struct ad_error *error);
 
-/* The stationary path between the first and the last slice of path [dof x slices], in place, by
-   solver->solve after a look at the settings (AD_E_ARGUMENT). A value that is not finite stops it
+/* The stationary path between the first and the last slice of path [s*dof x slices] (s: degree of
+   the rule), in place, by solver->solve after a look at the settings (AD_E_ARGUMENT). A value that is not finite stops it
    with AD_E_NONFINITE, naming step, operation and the first coordinate in order of slices; path is
    then as it was. */
 enum ad_status phys_path_solve(const struct phys_solver *solver, const struct phys_system *system,
                                const struct phys_path_settings *settings, double *path,
                                struct phys_path_info *info, struct ad_error *error);
+
+/* What kind of stationary point a path is. */
+struct phys_spectrum {
+    size_t index;    /* Morse index: negative eigenvalues of the Hessian; 0 is a minimum */
+    double smallest; /* eigenvalue; NaN where many coordinates make it expensive */
+    size_t n_conjugate;
+    double conjugate[32]; /* times of the points conjugate to the start, the first so many */
+};
+/* Of the action S itself between fixed first and last slices, at path [s*dof x slices]; of the
+   settings rule, slices and dt matter. */
+enum ad_status phys_path_spectrum(const struct phys_system *system,
+                                  const struct phys_path_settings *settings, const double *path,
+                                  struct phys_spectrum *spectrum, struct ad_error *error);
 
 #ifdef __cplusplus
 }

@@ -78,7 +78,10 @@ static void fill(const struct phys_rule *rule, struct phys_rule_table *table)
             basis(s, table->node, k, table->time[j], &table->q[j][k], &table->v[j][k]);
 }
 
-#define GAUSS(n) {"gauss" #n, "polynomials of degree " #n ", order 2 x " #n, 2 * n, n, false, fill}
+#define GAUSS(n)                                                                                   \
+    {                                                                                              \
+        "gauss" #n, "polynomials of degree " #n ", order 2 x " #n, 2 * n, n, false, fill           \
+    }
 
 const struct phys_rule phys_rules_gauss[] = {
     GAUSS(2),  GAUSS(3),  GAUSS(4),  GAUSS(5),  GAUSS(6),  GAUSS(7),  GAUSS(8),  GAUSS(9),

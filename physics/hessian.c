@@ -1,0 +1,214 @@
+/* The Hessian of the action from the tape (hessian.h). The second derivatives of L at all points of
+   the path come from two programs of gradients of gradients: with a unit vector u as the seed,
+       d/dq <L_q, u> and d/dv <L_q, u>   are column u of L_qq and L_vq at every point,
+       d/dq <L_v, u> and d/dv <L_v, u>   those of L_qv and L_vv,
+   so that 2 dof runs give them all, whatever the number of slices. By the rule's table
+       K_ab = dt weight (q_a q_b L_qq + q_a v_b / dt L_qv + v_a q_b / dt L_vq + v_a v_b / dt^2 L_vv)
+   couples nodes a and b of an element. */
+#include "hessian.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- making ---- */
+
+static enum ad_status record(struct phys_hessian *h, const struct phys_system *system,
+                             struct ad_error *error)
+{
+    ad_tape *tape = h->tape;
+    ad_var by[2];
+    h->q = ad_input(tape, h->dof, h->points, "q");
+    h->v = ad_input(tape, h->dof, h->points, "v");
+    h->t = ad_input(tape, 1, h->points, "t");
+    h->seed = ad_input(tape, h->dof, 1, "seed");
+    ad_var at[2] = {h->q, h->v}, L = phys_system_lagrangian(system, h->q, h->v, h->t);
+    ad_grad(L, 2, at, by);
+    h->L_q = by[0];
+    h->L_v = by[1];
+    ad_grad(ad_dot(h->L_q, h->seed), 2, at, by);
+    h->L_qq = by[0];
+    h->L_vq = by[1];
+    ad_grad(ad_dot(h->L_v, h->seed), 2, at, by);
+    h->L_qv = by[0];
+    h->L_vv = by[1];
+    if (phys_tape_status(tape, error) != AD_OK)
+        return error->status;
+    if (ad_compile(tape, 3, (ad_var[]){h->L_q, h->L_qq, h->L_vq}, &h->by_q) != AD_OK ||
+        ad_compile(tape, 3, (ad_var[]){h->L_v, h->L_qv, h->L_vv}, &h->by_v) != AD_OK)
+        return phys_tape_status(tape, error);
+    return AD_OK;
+}
+
+static bool allocate(struct phys_hessian *h)
+{
+    size_t matrix = h->side * h->side;
+    if (h->elements > SIZE_MAX / sizeof(double) / matrix)
+        return false;
+    h->element = malloc(h->elements * matrix * sizeof(double));
+    h->gradient = malloc(h->elements * h->side * sizeof(double));
+    h->stiffness = malloc(h->dof * sizeof(double));
+    h->work = malloc(((2 * h->dof + 1) * h->points + h->dof) * sizeof(double));
+    h->tape = ad_tape_new(AD_F64);
+    return h->element && h->gradient && h->stiffness && h->work && h->tape;
+}
+
+enum ad_status phys_hessian_new(struct phys_hessian *h, const struct phys_system *system,
+                                const struct phys_rule *rule, size_t slices, double dt,
+                                struct ad_error *error)
+{
+    *h = (struct phys_hessian){.repeat = rule->repeat, .dof = system->dof, .dt = dt};
+    rule->fill(rule, &h->table);
+    h->elements = slices - 1;
+    h->points = h->table.points * h->elements + rule->repeat;
+    h->side = (h->table.degree + 1) * h->dof;
+    if (!allocate(h))
+        return ad_fail(error, AD_E_MEMORY, "out of memory for second derivatives");
+    return record(h, system, error);
+}
+
+void phys_hessian_free(struct phys_hessian *h)
+{
+    ad_program_free(h->by_q);
+    ad_program_free(h->by_v);
+    ad_tape_free(h->tape);
+    free(h->work);
+    free(h->element);
+    free(h->gradient);
+    free(h->stiffness);
+}
+
+/* ---- points of a path ---- */
+
+/* A point of the path: its element, weight * dt, and how q and v hang on the element's nodes. */
+struct point {
+    size_t element;
+    double weight, time; /* time in the element */
+    double q[PHYS_RULE_MOST + 1], v[PHYS_RULE_MOST + 1];
+};
+
+static struct point point(const struct phys_hessian *h, size_t p)
+{
+    size_t j = p / h->elements, nodes = h->table.degree + 1;
+    struct point at = {.element = p % h->elements};
+    if (j == h->table.points) { /* left+repeat */
+        return (struct point){.element = h->elements - 1,
+                              .weight = h->dt,
+                              .time = h->dt,
+                              .q = {0, 1},
+                              .v = {-1 / h->dt, 1 / h->dt}};
+    }
+    at.weight = h->table.weight[j] * h->dt;
+    at.time = h->table.time[j] * h->dt;
+    for (size_t k = 0; k < nodes; k++) {
+        at.q[k] = h->table.q[j][k];
+        at.v[k] = h->table.v[j][k] / h->dt;
+    }
+    return at;
+}
+
+/* Sets q, v and t of all points in both programs. */
+static void set_points(struct phys_hessian *h, const double *path, double start)
+{
+    size_t n = h->points, slices = h->elements + 1, degree = h->table.degree;
+    double *q = h->work, *v = q + h->dof * n, *t = v + h->dof * n;
+    for (size_t p = 0; p < n; p++) {
+        struct point at = point(h, p);
+        t[p] = start + (double)at.element * h->dt + at.time;
+        for (size_t d = 0; d < h->dof; d++) {
+            double *qd = &q[d * n + p], *vd = &v[d * n + p];
+            *qd = *vd = 0;
+            for (size_t k = 0; k <= degree; k++) {
+                double x = k < degree ? path[(k * h->dof + d) * slices + at.element]
+                                      : path[d * slices + at.element + 1];
+                *qd += at.q[k] * x;
+                *vd += at.v[k] * x;
+            }
+        }
+    }
+    ad_program *const programs[] = {h->by_q, h->by_v};
+    for (size_t k = 0; k < 2; k++) {
+        ad_set(programs[k], h->q, q);
+        ad_set(programs[k], h->v, v);
+        ad_set(programs[k], h->t, t);
+    }
+}
+
+/* ---- adding up ---- */
+
+static void add_gradient(struct phys_hessian *h)
+{
+    const double *by_q = ad_data(h->by_q, h->L_q), *by_v = ad_data(h->by_v, h->L_v);
+    memset(h->gradient, 0, h->elements * h->side * sizeof *h->gradient);
+    for (size_t p = 0; p < h->points; p++) {
+        struct point at = point(h, p);
+        double *g = h->gradient + at.element * h->side;
+        for (size_t a = 0; a <= h->table.degree; a++)
+            for (size_t d = 0; d < h->dof; d++)
+                g[a * h->dof + d] += at.weight * (at.q[a] * by_q[d * h->points + p] +
+                                                  at.v[a] * by_v[d * h->points + p]);
+    }
+}
+
+/* What column `seed` of the second derivatives at point p adds: with `of_q`, that of L_qq and L_vq,
+   which meets the q of node b; else that of L_qv and L_vv, which meets its v. */
+static void add_column(struct phys_hessian *h, size_t p, size_t seed, const double *by_q,
+                       const double *by_v, bool of_q)
+{
+    struct point at = point(h, p);
+    double *K = h->element + at.element * h->side * h->side;
+    for (size_t b = 0; b <= h->table.degree; b++) {
+        double share = at.weight * (of_q ? at.q[b] : at.v[b]);
+        if (share == 0)
+            continue;
+        double *column = K + (b * h->dof + seed) * h->side;
+        for (size_t a = 0; a <= h->table.degree; a++)
+            for (size_t d = 0; d < h->dof; d++)
+                column[a * h->dof + d] +=
+                    share * (at.q[a] * by_q[d * h->points + p] + at.v[a] * by_v[d * h->points + p]);
+    }
+}
+
+static void run_seed(struct phys_hessian *h, ad_program *program, size_t seed)
+{
+    double *u = h->work + (2 * h->dof + 1) * h->points;
+    memset(u, 0, h->dof * sizeof *u);
+    u[seed] = 1;
+    ad_set(program, h->seed, u);
+    ad_run(program);
+}
+
+static double stiffness(const struct phys_hessian *h, size_t seed)
+{
+    const double *row = (const double *)ad_data(h->by_v, h->L_vv) + seed * h->points;
+    double sum = 0;
+    for (size_t p = 0; p < h->points; p++)
+        sum += fabs(row[p]);
+    return sum / (double)h->points / h->dt;
+}
+
+void phys_hessian_at(struct phys_hessian *h, const double *path, double start)
+{
+    set_points(h, path, start);
+    memset(h->element, 0, h->elements * h->side * h->side * sizeof *h->element);
+    for (size_t seed = 0; seed < h->dof; seed++) {
+        run_seed(h, h->by_q, seed);
+        const double *qq = ad_data(h->by_q, h->L_qq), *vq = ad_data(h->by_q, h->L_vq);
+        for (size_t p = 0; p < h->points; p++)
+            add_column(h, p, seed, qq, vq, true);
+        run_seed(h, h->by_v, seed);
+        const double *qv = ad_data(h->by_v, h->L_qv), *vv = ad_data(h->by_v, h->L_vv);
+        for (size_t p = 0; p < h->points; p++)
+            add_column(h, p, seed, qv, vv, false);
+        h->stiffness[seed] = stiffness(h, seed);
+    }
+    add_gradient(h);
+}
+
+void phys_hessian_gradient_at(struct phys_hessian *h, const double *path, double start)
+{
+    set_points(h, path, start);
+    ad_run(h->by_q);
+    ad_run(h->by_v);
+    add_gradient(h);
+}

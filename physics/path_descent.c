@@ -1,0 +1,78 @@
+/* Descent of the action along its gradient: Adam (Kingma, Ba, ICLR 2015), as published, and plain
+   descent with momentum. The ends are held by a gradient of zero there, everything else moves. A
+   step is one run of the program and one step of the optimiser on the program's own storage; it
+   allocates nothing. A descent finds minima, and the true path often is none (Morse index > 0). */
+#include "path_program.h"
+
+static ad_optimiser *optimiser(const struct phys_path_program *p, enum ad_optimiser_method method,
+                               struct ad_error *error)
+{
+    struct ad_optimiser_settings settings = ad_optimiser_defaults(method);
+    settings.learning_rate = p->settings->learning_rate;
+    if (method == AD_SGD)
+        settings.momentum = p->settings->momentum;
+    ad_optimiser *made = ad_optimiser_new(&settings, AD_F64, p->n);
+    if (!made)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    return made;
+}
+
+static enum ad_status descend(struct phys_path_program *p, ad_optimiser *o, double *path,
+                              struct phys_path_info *info, struct ad_error *error)
+{
+    for (size_t step = 0;; step++) {
+        struct phys_path_step at = phys_path_program_run(p, step);
+        if (phys_path_program_finite(p, &at, error) != AD_OK)
+            return error->status;
+        enum phys_stop stop = phys_path_program_report(p, &at);
+        if (stop) {
+            phys_path_program_end(p, stop, &at, path, info);
+            return AD_OK;
+        }
+        ad_optimiser_step(o, p->x, p->g);
+    }
+}
+
+static enum ad_status solve(enum ad_optimiser_method method, const struct phys_system *system,
+                            const struct phys_path_settings *settings, double *path,
+                            struct phys_path_info *info, struct ad_error *error)
+{
+    struct phys_path_program p;
+    ad_optimiser *o = NULL;
+    if (phys_path_program_new(&p, system, settings, path, error) == AD_OK &&
+        (o = optimiser(&p, method, error)))
+        descend(&p, o, path, info, error);
+    ad_optimiser_free(o);
+    phys_path_program_free(&p);
+    return error->status;
+}
+
+static enum ad_status adam(const struct phys_system *system,
+                           const struct phys_path_settings *settings, double *path,
+                           struct phys_path_info *info, struct ad_error *error)
+{
+    return solve(AD_ADAM, system, settings, path, info, error);
+}
+
+static enum ad_status sgd(const struct phys_system *system,
+                          const struct phys_path_settings *settings, double *path,
+                          struct phys_path_info *info, struct ad_error *error)
+{
+    return solve(AD_SGD, system, settings, path, info, error);
+}
+
+enum ad_status phys_path_program_adam(struct phys_path_program *p, struct ad_error *error)
+{
+    ad_optimiser *o = p->settings->adam_steps ? optimiser(p, AD_ADAM, error) : NULL;
+    for (size_t step = 0; o && step < p->settings->adam_steps; step++) {
+        ad_run(p->program);
+        ad_optimiser_step(o, p->x, p->g);
+    }
+    ad_optimiser_free(o);
+    return error->status;
+}
+
+const struct phys_solver phys_solver_adam = {
+    "adam", "descent of the action by Adam, the ends held, as published", adam};
+const struct phys_solver phys_solver_sgd = {
+    "sgd", "plain descent of the action, with momentum if asked for", sgd};
