@@ -32,7 +32,7 @@ static bool operand(struct plan *p, const struct value *v, uint32_t k, uint32_t 
     if (x->rows == rows && x->cols == cols)
         return true;
     struct loc l = *at;
-    if (x->rows == 1 && rows > 1) {
+    if (x->rows == 1) {
         if (l.list)
             l.off += (size_t)g->lists[l.list - 1] * l.rs * p->program->element;
         l.list = 0;

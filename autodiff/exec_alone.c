@@ -4,12 +4,19 @@
 
 #include <string.h>
 
+/* Row stride as BLAS wants it: a single row may be a view of a repeated one, of stride 0. */
+static size_t row_stride(const struct value *v, const struct loc *l)
+{
+    return v->rows == 1 ? v->cols : l->rs;
+}
+
 static void matmul(const ad_program *p, const struct segment *g, const struct instruction *in)
 {
     enum { PIECE = 64, MAX_PIECES = 16 };
     const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]],
                      *b = &p->locs[in->loc[2]];
-    const struct value *va = &p->values[in->loc[1]];
+    const struct value *va = &p->values[in->loc[1]], *vb = &p->values[in->loc[2]];
+    size_t lda = row_stride(va, a), ldb = row_stride(vb, b);
     bool ta = in->loc[3] & 1, tb = in->loc[3] >> 1;
     size_t m = g->rows, n = g->cols, k = ta ? va->rows : va->cols, e = p->element;
     bool by_rows = m > n;
@@ -23,11 +30,11 @@ static void matmul(const ad_program *p, const struct segment *g, const struct in
         size_t from = extent_of * i / pieces, size = extent_of * (i + 1) / pieces - from;
         const char *pa = p->memory + a->off, *pb = p->memory + b->off;
         char *po = p->memory + o->off;
-        pa += by_rows ? from * (ta ? 1 : a->rs) * e : 0;
-        pb += by_rows ? 0 : from * (tb ? b->rs : 1) * e;
+        pa += by_rows ? from * (ta ? 1 : lda) * e : 0;
+        pb += by_rows ? 0 : from * (tb ? ldb : 1) * e;
         po += from * (by_rows ? o->rs : 1) * e;
-        ad_blas_gemm(p->type, ta, tb, by_rows ? size : m, by_rows ? n : size, k, pa, a->rs, pb,
-                     b->rs, po, o->rs);
+        ad_blas_gemm(p->type, ta, tb, by_rows ? size : m, by_rows ? n : size, k, pa, lda, pb, ldb,
+                     po, o->rs);
     }
 }
 
