@@ -19,8 +19,8 @@ struct command {
     int (*run)(const void *options, struct ad_error *error);
 };
 
-extern const struct command command_scenes, command_path, command_check, command_chart,
-    command_dump;
+extern const struct command command_scenes, command_path, command_simulate, command_check,
+    command_chart, command_dump;
 
 /* The exit status that an error of the library stands for. */
 int command_status(const struct ad_error *error);

@@ -158,7 +158,8 @@ struct phys_simulation_info {
     enum phys_simulation_stop stop;
     double t;               /* reached */
     size_t steps, rejected; /* steps taken, steps whose error was too large */
-    size_t evaluations;     /* of the field, or of the forces */
+    size_t evaluations;     /* of the field, or of the forces, by the method */
+    size_t interpolations;  /* and for what lies between steps: samples, events */
     double seconds;         /* of stepping, without callbacks */
     double min_step, max_step;
     double energy_start, energy_drift; /* max |E - E0| / |E0|; absolute where E0 is 0 */

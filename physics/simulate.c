@@ -75,11 +75,20 @@ static void give(struct run *run, double t, const double *y)
     run->away += now() - before;
 }
 
-/* Number of fixed steps after which sample i of n is due: the nearest to its time. */
-static size_t step_of_sample(const struct run *run, size_t i)
+/* Whether a sample is due after this many fixed steps: the nearest to its time. Of several that
+   share a step one is given. */
+static bool due(struct run *run)
 {
-    double share = (double)i / (double)run->settings->n_samples;
-    return (size_t)floor(share * (double)run->n_steps + 0.5);
+    const struct phys_simulation *s = run->settings;
+    size_t step = 0;
+    for (; run->next_sample <= s->n_samples; run->next_sample++) {
+        double share = (double)run->next_sample / (double)s->n_samples;
+        size_t next = (size_t)floor(share * (double)run->n_steps + 0.5);
+        if (next > run->info->steps)
+            break;
+        step = next;
+    }
+    return step == run->info->steps;
 }
 
 /* The samples that this step reaches; its end is settled, `steps` counts it. */
@@ -93,13 +102,12 @@ static enum ad_status sample(struct run *run, struct ad_error *error)
             give(run, end, m->next);
         return AD_OK;
     }
-    for (; run->next_sample <= s->n_samples && !run->stop; run->next_sample++) {
-        if (!s->integrator->adaptive) {
-            if (step_of_sample(run, run->next_sample) != run->info->steps)
-                return AD_OK;
+    if (!s->integrator->adaptive) {
+        if (due(run))
             give(run, end, m->next);
-            continue;
-        }
+        return AD_OK;
+    }
+    for (; run->next_sample <= s->n_samples && !run->stop; run->next_sample++) {
         double t = s->times ? s->times[run->next_sample - 1]
                    : run->next_sample == s->n_samples
                        ? s->t1
@@ -222,6 +230,7 @@ enum ad_status phys_simulate(const struct phys_simulation *settings, const struc
         memcpy(y, run.stepper.y, ode->n * sizeof *y);
         info->t = run.stepper.t;
         info->evaluations = run.stepper.evaluations;
+        info->interpolations = run.stepper.interpolations;
     }
     release(&run);
     return error->status;

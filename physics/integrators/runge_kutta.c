@@ -128,5 +128,9 @@ static enum ad_status dense(struct phys_stepper *s, double *rows, struct ad_erro
     return AD_OK;
 }
 
-const struct phys_scheme phys_runge_kutta = {
-    .work = work, .extra = extra, .step = step, .error_norm = error_norm, .dense = dense};
+const struct phys_scheme phys_runge_kutta = {.uses_rate = true,
+                                             .work = work,
+                                             .extra = extra,
+                                             .step = step,
+                                             .error_norm = error_norm,
+                                             .dense = dense};

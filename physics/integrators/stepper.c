@@ -97,11 +97,13 @@ void phys_stepper_accept(struct phys_stepper *s, double t)
        y + theta (D + (1-theta) (h f0 - D + theta (2 D - h (f0 + f1) + (1-theta) (...)))),
    the cubic of Hermite, to which methods add rows that vanish with their slopes at both ends
    (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.6). */
-enum ad_status phys_stepper_dense(struct phys_stepper *s, struct ad_error *error)
+static enum ad_status prepare(struct phys_stepper *s, size_t *wanted, struct ad_error *error)
 {
     const struct phys_scheme *scheme = s->integrator->scheme;
     if (phys_stepper_need_rate(s, error) != AD_OK || phys_stepper_need_next_rate(s, error) != AD_OK)
         return error->status;
+    if (scheme->uses_rate)
+        *wanted = s->evaluations;
     for (size_t k = 0; k < s->n; k++) {
         double D = s->next[k] - s->y[k], f0 = s->h * s->rate[k], f1 = s->h * s->next_rate[k];
         s->dense[k] = D;
@@ -109,6 +111,15 @@ enum ad_status phys_stepper_dense(struct phys_stepper *s, struct ad_error *error
         s->dense[2 * s->n + k] = 2 * D - (f0 + f1);
     }
     return scheme->dense ? scheme->dense(s, s->dense + HERMITE * s->n, error) : AD_OK;
+}
+
+enum ad_status phys_stepper_dense(struct phys_stepper *s, struct ad_error *error)
+{
+    size_t wanted = s->evaluations;
+    enum ad_status status = prepare(s, &wanted, error);
+    s->interpolations += s->evaluations - wanted;
+    s->evaluations = wanted;
+    return status;
 }
 
 void phys_stepper_at(const struct phys_stepper *s, double theta, double *y)

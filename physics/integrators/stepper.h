@@ -16,14 +16,15 @@ struct phys_stepper {
     bool has_rate, has_next_rate;
     double *dense; /* polynomial of the step: [3 + extra][n]; see phys_stepper_at */
     size_t n_dense;
-    double *work;   /* the scheme's own */
-    double *memory; /* all of the above */
-    size_t evaluations;
-    size_t worst; /* component with the largest scaled error */
-    void *state;  /* of schemes that need more than numbers */
+    double *work;                       /* the scheme's own */
+    double *memory;                     /* all of the above */
+    size_t evaluations, interpolations; /* of the field: for the method, and for its polynomial */
+    size_t worst;                       /* component with the largest scaled error */
+    void *state;                        /* of schemes that need more than numbers */
 };
 
 struct phys_scheme {
+    bool uses_rate; /* of the step's start: what the polynomial evaluates is not in vain */
     /* Doubles of work for a problem of length n; extra rows of the dense polynomial, or NULL. */
     size_t (*work)(const struct phys_integrator *integrator, size_t n);
     size_t (*extra)(const struct phys_integrator *integrator);
