@@ -11,6 +11,8 @@
 /* Damping in units of the kinetic stiffness, where the spectrum of H ends at about 4. */
 static const double LEAST_DAMPING = 1e-5, MOST_DAMPING = 1e4, DAMPING_FACTOR = 10;
 
+static const double POOR = 0.25; /* a step that leaves more of the gradient may have been short */
+
 enum { ROUNDING = 8 }; /* the gradient is zero when below so many times what rounding makes of it */
 
 struct newton {
@@ -57,23 +59,47 @@ static double norm(struct newton *s)
     return phys_band_norm(&s->band, s->gradient);
 }
 
+/* |g| at `length` steps from where the path was. */
+static double norm_at(struct newton *s, double length, size_t number, struct phys_path_step *at)
+{
+    for (size_t k = 0; k < s->path.n; k++)
+        s->path.x[k] = s->before[k] + length * s->step[k];
+    *at = phys_path_program_run(&s->path, number);
+    return norm(s);
+}
+
+/* Goes further along a step that made |g| smaller, but little, as long as that pays: near a pole
+   r^-p Newton's step is 1/p of the way out. */
+static void lengthen(struct newton *s, double from, double here, size_t number,
+                     struct phys_path_step *at)
+{
+    double length = 1;
+    while (here > POOR * from) {
+        double further = norm_at(s, 2 * length, number, at);
+        if (!(further < here))
+            break;
+        here = further;
+        length *= 2;
+    }
+    norm_at(s, length, number, at);
+}
+
 /* Moves the path by a step with the present damping. False, and the path back, if the gradient does
    not fall below `from`. */
 static bool try_step(struct newton *s, double from, size_t number, struct phys_path_step *at)
 {
-    size_t n = s->path.n;
     norm(s);
     if (!phys_band_step(&s->band, s->damping, s->gradient, s->step))
         return false;
-    memcpy(s->before, s->path.x, n * sizeof *s->before);
-    for (size_t k = 0; k < n; k++)
-        s->path.x[k] += s->step[k];
-    *at = phys_path_program_run(&s->path, number);
-    if (norm(s) < from) /* false for NaN */
-        return true;
-    memcpy(s->path.x, s->before, n * sizeof *s->before);
-    *at = phys_path_program_run(&s->path, number - 1);
-    return false;
+    memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
+    double here = norm_at(s, 1, number, at);
+    if (!(here < from)) { /* NaN, too */
+        norm_at(s, 0, number - 1, at);
+        return false;
+    }
+    if (here > POOR * from)
+        lengthen(s, from, here, number, at);
+    return true;
 }
 
 /* One step, damped as much as it needs. False if none makes the gradient smaller. */
@@ -83,12 +109,15 @@ static bool improve(struct newton *s, struct phys_path_step *at)
     phys_hessian_at(&s->hessian, s->path.x, 0);
     phys_band_scale(&s->band);
     double from = norm(s), rounding = ROUNDING * phys_band_rounding(&s->band, s->path.x);
+    bool first = true;
     while (!try_step(s, from, number, at)) {
         if (from <= rounding || s->damping >= MOST_DAMPING)
             return false;
         s->damping = s->damping > 0 ? s->damping * DAMPING_FACTOR : LEAST_DAMPING;
+        first = false;
     }
-    s->damping /= DAMPING_FACTOR * DAMPING_FACTOR;
+    if (first) /* else the next step needs about as much */
+        s->damping /= DAMPING_FACTOR * DAMPING_FACTOR;
     if (s->damping < LEAST_DAMPING)
         s->damping = 0;
     return true;

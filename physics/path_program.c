@@ -88,6 +88,8 @@ enum ad_status phys_path_program_new(struct phys_path_program *p, const struct p
     ad_run(p->program);
     double start_energy = value(p, p->action.first_energy);
     ad_set(p->program, p->action.start_energy, &start_energy);
+    ad_run(p->program);
+    p->start_norm = value(p, p->norm);
     return AD_OK;
 }
 
@@ -184,8 +186,6 @@ enum phys_stop phys_path_program_report(struct phys_path_program *p,
                                         const struct phys_path_step *at)
 {
     const struct phys_path_settings *s = p->settings;
-    if (at->step == 0)
-        p->start_norm = at->grad_norm;
     if (!carry_on(p, at))
         return PHYS_STOP_INTERRUPTED;
     if (s->tolerance > 0 && at->grad_norm <= s->tolerance * p->start_norm)

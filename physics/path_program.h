@@ -14,7 +14,7 @@ struct phys_path_program {
     ad_var gradient, norm;
     size_t n;            /* elements of the path: s*dof*slices */
     double *x, *g;       /* path and gradient of the objective, 0 where held: program storage */
-    double start_norm;   /* of the gradient */
+    double start_norm;   /* of the gradient, at the start */
     double *nearest;     /* path nearest to settings->reference so far; NULL: no matter */
     double nearest_at;   /* its mean square distance ... */
     size_t nearest_step; /* ... and step */
@@ -33,7 +33,7 @@ struct phys_path_step phys_path_program_run(struct phys_path_program *p, size_t 
 /* After a run: AD_E_NONFINITE naming step, operation and coordinate if something is not finite. */
 enum ad_status phys_path_program_finite(struct phys_path_program *p,
                                         const struct phys_path_step *at, struct ad_error *error);
-/* Reports a step; the reason to stop there, 0 if there is none. Step 0 sets the start's norm. */
+/* Reports a step; the reason to stop there, 0 if there is none. */
 enum phys_stop phys_path_program_report(struct phys_path_program *p,
                                         const struct phys_path_step *at);
 /* Fills info and the caller's path. */
