@@ -60,17 +60,32 @@ int ad_blas_solve(size_t n, double *a, double *b)
 
 _Static_assert(sizeof(lapack_int) == sizeof(int), "pivots are int");
 
-int ad_blas_band_solve(size_t n, size_t width, double *band, int *pivots, double *b)
+int ad_blas_band_factor(size_t n, size_t width, double *band, int *pivots)
 {
-    lapack_int w = (lapack_int)width, rows = AD_BAND_ROWS(w), size = (lapack_int)n;
-    return LAPACKE_dgbsv_work(LAPACK_COL_MAJOR, size, w, w, 1, band, rows, pivots, b, size);
+    lapack_int w = (lapack_int)width, size = (lapack_int)n;
+    return LAPACKE_dgbtrf_work(LAPACK_COL_MAJOR, size, size, w, w, band, AD_BAND_ROWS(w), pivots);
 }
 
-int ad_blas_band_solve_complex(size_t n, size_t width, double *band, int *pivots, double *b)
+int ad_blas_band_factor_complex(size_t n, size_t width, double *band, int *pivots)
 {
-    lapack_int w = (lapack_int)width, rows = AD_BAND_ROWS(w), size = (lapack_int)n;
-    return LAPACKE_zgbsv_work(LAPACK_COL_MAJOR, size, w, w, 1, (lapack_complex_double *)band, rows,
-                              pivots, (lapack_complex_double *)b, size);
+    lapack_int w = (lapack_int)width, size = (lapack_int)n;
+    return LAPACKE_zgbtrf_work(LAPACK_COL_MAJOR, size, size, w, w, (lapack_complex_double *)band,
+                               AD_BAND_ROWS(w), pivots);
+}
+
+void ad_blas_band_solve(size_t n, size_t width, const double *band, const int *pivots, double *b)
+{
+    lapack_int w = (lapack_int)width, size = (lapack_int)n;
+    LAPACKE_dgbtrs_work(LAPACK_COL_MAJOR, 'N', size, w, w, 1, band, AD_BAND_ROWS(w), pivots, b,
+                        size);
+}
+
+void ad_blas_band_solve_complex(size_t n, size_t width, const double *band, const int *pivots,
+                                double *b)
+{
+    lapack_int w = (lapack_int)width, size = (lapack_int)n;
+    LAPACKE_zgbtrs_work(LAPACK_COL_MAJOR, 'N', size, w, w, 1, (const lapack_complex_double *)band,
+                        AD_BAND_ROWS(w), pivots, (lapack_complex_double *)b, size);
 }
 
 int ad_blas_symmetric_factor(size_t n, double *a, int *pivots, double *work)
@@ -108,6 +123,12 @@ void ad_blas_symmetric_solve(size_t n, const double *a, const int *pivots, size_
             b[k] /= a[0];
     else
         LAPACKE_dsytrs_work(LAPACK_COL_MAJOR, 'L', size, (lapack_int)m, a, size, pivots, b, size);
+}
+
+int ad_blas_eigenvectors(size_t n, double *a, double *b, double *values)
+{
+    lapack_int size = (lapack_int)n;
+    return LAPACKE_dsygv(LAPACK_COL_MAJOR, 1, 'V', 'L', size, a, size, b, size, values);
 }
 
 double ad_blas_log_det(size_t n, double *a, int *pivots, int *sign)

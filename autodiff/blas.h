@@ -24,11 +24,14 @@ int ad_blas_solve(size_t n, double *a, double *b);
 #define AD_BAND_ROWS(width) (3 * (width) + 1)
 #define AD_BAND(width, i, j) (2 * (width) + (i) - (j) + AD_BAND_ROWS(width) * (j))
 
-/* Solves band x = b, in place; band is destroyed, `pivots` [n] is room. Returns 0, or 1 + the index
-   of the zero pivot. */
-int ad_blas_band_solve(size_t n, size_t width, double *band, int *pivots, double *b);
-/* The same for complex numbers, as pairs of real and imaginary part. */
-int ad_blas_band_solve_complex(size_t n, size_t width, double *band, int *pivots, double *b);
+/* Factors a band in place as P L U; `pivots` [n] is room. Returns 0, or 1 + the index of a zero
+   pivot. The second is for complex numbers, as pairs of real and imaginary part. */
+int ad_blas_band_factor(size_t n, size_t width, double *band, int *pivots);
+int ad_blas_band_factor_complex(size_t n, size_t width, double *band, int *pivots);
+/* Solves band x = b, in place, from the factors. */
+void ad_blas_band_solve(size_t n, size_t width, const double *band, const int *pivots, double *b);
+void ad_blas_band_solve_complex(size_t n, size_t width, const double *band, const int *pivots,
+                                double *b);
 
 /* Factors a symmetric matrix a [n x n] in place as L D L^T with diagonal pivoting (Bunch, Kaufman);
    `pivots` [n], `work` [64 n] are room. Returns 0, or 1 + the index of a zero pivot. */
@@ -37,6 +40,10 @@ int ad_blas_symmetric_factor(size_t n, double *a, int *pivots, double *work);
 size_t ad_blas_symmetric_inertia(size_t n, const double *a, const int *pivots, double *log_det);
 /* Solves a x = b for m right sides, b [m x n], one a row, in place. */
 void ad_blas_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b);
+/* Eigenvalues of a x = value b x for symmetric a and positive definite b, [n x n] each: values [n],
+   ascending; row k of a becomes eigenvector k; b is destroyed. Returns 0, up to n where they do not
+   converge, more where b is not positive definite, negative where memory is exhausted. */
+int ad_blas_eigenvectors(size_t n, double *a, double *b, double *values);
 /* log |det a| of a [n x n], which is destroyed, and its sign (0: singular); `pivots` [n] is room.
  */
 double ad_blas_log_det(size_t n, double *a, int *pivots, int *sign);

@@ -92,45 +92,57 @@ static void fill(const struct phys_band *band, double *matrix, size_t step)
         }
 }
 
-static bool solve_newton(struct phys_band *band)
+static bool factor_newton(struct phys_band *band)
 {
     fill(band, band->matrix, 1);
-    return ad_blas_band_solve(band->n, band->width, band->matrix, band->pivots, band->right) == 0;
+    return ad_blas_band_factor(band->n, band->width, band->matrix, band->pivots) == 0;
 }
 
-static bool solve_levenberg(struct phys_band *band, double damping)
+static bool factor_levenberg(struct phys_band *band)
 {
     size_t n = band->n, numbers = AD_BAND_ROWS(band->width) * n;
     if (!band->complex_matrix) {
         band->complex_matrix = malloc(2 * numbers * sizeof *band->complex_matrix);
         band->complex_right = malloc(2 * n * sizeof *band->complex_right);
     }
-    double *m = band->complex_matrix, *b = band->complex_right;
-    if (!m || !b)
+    if (!band->complex_matrix || !band->complex_right)
         return false;
-    fill(band, m, 2);
-    for (size_t u = 0; u < n; u++) {
-        m[2 * AD_BAND(band->width, u, u) + 1] = -damping;
+    fill(band, band->complex_matrix, 2);
+    for (size_t u = 0; u < n; u++)
+        band->complex_matrix[2 * AD_BAND(band->width, u, u) + 1] = -band->damping;
+    return ad_blas_band_factor_complex(n, band->width, band->complex_matrix, band->pivots) == 0;
+}
+
+bool phys_band_factor(struct phys_band *band, double damping)
+{
+    band->damping = damping;
+    return damping > 0 ? factor_levenberg(band) : factor_newton(band);
+}
+
+static void solve_levenberg(struct phys_band *band)
+{
+    double *b = band->complex_right;
+    for (size_t u = 0; u < band->n; u++) {
         b[2 * u] = band->right[u];
         b[2 * u + 1] = 0;
     }
-    bool solved = ad_blas_band_solve_complex(n, band->width, m, band->pivots, b) == 0;
-    for (size_t u = 0; u < n; u++)
+    ad_blas_band_solve_complex(band->n, band->width, band->complex_matrix, band->pivots, b);
+    for (size_t u = 0; u < band->n; u++)
         band->right[u] = b[2 * u];
-    return solved;
 }
 
-bool phys_band_step(struct phys_band *band, double damping, const double *gradient, double *step)
+void phys_band_step(struct phys_band *band, const double *gradient, double *step)
 {
     const struct phys_hessian *h = band->hessian;
     memset(step, 0, h->table.degree * h->dof * (h->elements + 1) * sizeof *step);
     for (size_t u = 0; u < band->n; u++)
         band->right[u] = -gradient[place(band, u)] * scale(band, u);
-    if (!(damping > 0 ? solve_levenberg(band, damping) : solve_newton(band)))
-        return false;
+    if (band->damping > 0)
+        solve_levenberg(band);
+    else
+        ad_blas_band_solve(band->n, band->width, band->matrix, band->pivots, band->right);
     for (size_t u = 0; u < band->n; u++)
         step[place(band, u)] = band->right[u] * scale(band, u);
-    return true;
 }
 
 /* ---- measuring ---- */

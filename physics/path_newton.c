@@ -76,12 +76,13 @@ static void lengthen(struct newton *s, double from, double here, size_t number,
     double length = 1;
     while (here > POOR * from) {
         double further = norm_at(s, 2 * length, number, at);
-        if (!(further < here))
-            break;
+        if (!(further < here)) {
+            norm_at(s, length, number, at);
+            return;
+        }
         here = further;
         length *= 2;
     }
-    norm_at(s, length, number, at);
 }
 
 /* Moves the path by a step with the present damping. False, and the path back, if the gradient does
@@ -89,16 +90,16 @@ static void lengthen(struct newton *s, double from, double here, size_t number,
 static bool try_step(struct newton *s, double from, size_t number, struct phys_path_step *at)
 {
     norm(s);
-    if (!phys_band_step(&s->band, s->damping, s->gradient, s->step))
+    if (!phys_band_factor(&s->band, s->damping))
         return false;
+    phys_band_step(&s->band, s->gradient, s->step);
     memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
     double here = norm_at(s, 1, number, at);
     if (!(here < from)) { /* NaN, too */
         norm_at(s, 0, number - 1, at);
         return false;
     }
-    if (here > POOR * from)
-        lengthen(s, from, here, number, at);
+    lengthen(s, from, here, number, at);
     return true;
 }
 
