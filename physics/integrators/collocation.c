@@ -134,22 +134,29 @@ static enum ad_status evaluate(struct phys_stepper *s, struct stages *g, double 
     return AD_OK;
 }
 
-/* Largest change h |G - F| in units of the component's size so far. */
-static double change(struct phys_stepper *s, struct stages *g, double h, const double *D)
+/* The components' sizes so far, from where the motion was and how far it went in a step. */
+static void note_sizes(const struct phys_stepper *s, struct stages *g, double h)
 {
-    double most = 0;
     for (size_t k = 0; k < s->n; k++) {
         g->size[k] = fmax(g->size[k], fabs(s->y[k]));
+        for (size_t i = 0; i < g->s; i++)
+            g->size[k] = fmax(g->size[k], fabs(h * g->F[i * s->n + k]));
+    }
+}
+
+/* Largest change h |D| of the slopes in units of the components' sizes. */
+static double change(struct phys_stepper *s, const struct stages *g, double h, const double *D)
+{
+    double most = 0;
+    for (size_t k = 0; k < s->n; k++)
         for (size_t i = 0; i < g->s; i++) {
             size_t at = i * s->n + k;
-            g->size[k] = fmax(g->size[k], fabs(h * g->F[at]));
             double x = D[at] == 0 ? 0 : fabs(h * D[at]) / g->size[k];
             if (!(x <= most)) {
                 most = x;
                 s->worst = k;
             }
         }
-    }
     return most;
 }
 
@@ -181,9 +188,9 @@ static enum ad_status newton_correction(struct phys_stepper *s, struct stages *g
                                         struct ad_error *error)
 {
     size_t n = s->n, N = g->s * n;
-    for (size_t j = 0; j < N; j++)
-        for (size_t i = 0; i < N; i++)
-            g->matrix[j * N + i] = (i == j) - h * g->a[i / n][j / n] * g->J[(j % n) * n + i % n];
+    for (size_t i = 0; i < N; i++)
+        for (size_t j = 0; j < N; j++)
+            g->matrix[i * N + j] = (i == j) - h * g->a[i / n][j / n] * g->J[(j % n) * n + i % n];
     for (size_t i = 0; i < N; i++)
         g->G[i] -= g->F[i];
     if (ad_blas_solve(N, g->matrix, g->G) != 0)
@@ -240,6 +247,8 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
     struct ad_error astray = {0}; /* iterating may leave where the field is defined */
     if (guess(s, g, h, error) != AD_OK)
         return error->status;
+    if (g->last_h == 0)
+        note_sizes(s, g, h);
     if (iterate(s, g, h, false, &converged, &astray) != AD_OK || !converged) {
         if (phys_stepper_need_rate(s, error) != AD_OK || begin_newton(s, g, h, error) != AD_OK ||
             iterate(s, g, h, true, &converged, error) != AD_OK)
@@ -255,6 +264,7 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
     }
     combine(s->n, g->s, s->y, h, g->b, g->F, s->next);
     g->last_h = h;
+    note_sizes(s, g, h);
     return AD_OK;
 }
 
