@@ -1,0 +1,319 @@
+/* The driver: samples, dense output, events, tolerances, floors, and ends. */
+#include "../close.h"
+#include "motion.h"
+
+#include <string.h>
+
+enum { ROOM = 4096 };
+
+struct record {
+    size_t n, stop_after; /* 0: never */
+    double t[ROOM], y[ROOM][4];
+};
+
+static bool keep(void *context, double t, const double *y)
+{
+    struct record *r = context;
+    assert_true(r->n < ROOM);
+    r->t[r->n] = t;
+    memcpy(r->y[r->n++], y, 2 * sizeof *y);
+    return r->n != r->stop_after;
+}
+
+static struct record record;
+
+/* The oscillator, from q = 1 at rest: q = cos t, v = -sin t. */
+static void open_spring(struct motion *m)
+{
+    motion_open(m, "spring", false, NULL);
+    record.n = record.stop_after = 0;
+    m->settings.sample = keep;
+    m->settings.context = &record;
+}
+
+static void test_samples_of_fixed_steps(void **state)
+{
+    (void)state;
+    struct motion m;
+    open_spring(&m);
+    m.settings.every = 3;
+    motion_run(&m, "verlet", 0.1, 1, AD_OK);
+    assert_int_equal(record.n, 4); /* start, steps 3, 6, 9 */
+    assert_close(record.t[2], 0.6, 1e-15, 0);
+    motion_close(&m);
+
+    open_spring(&m); /* more samples than steps: every step once */
+    m.settings.n_samples = 37;
+    motion_run(&m, "verlet", 0.1, 1, AD_OK);
+    assert_int_equal(record.n, 11);
+    assert_true(record.t[10] == 1);
+    motion_close(&m);
+
+    open_spring(&m); /* a step that does not divide the time is shortened */
+    motion_run(&m, "verlet", 0.3, 1, AD_OK);
+    assert_int_equal(m.info.steps, 4);
+    assert_close(m.info.max_step, 0.25, 1e-15, 0);
+    motion_close(&m);
+}
+
+/* Dense output is as good as the steps, at any density, and does not change them. */
+static void test_dense_output(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"dopri5", "dop853"};
+    for (size_t k = 0; k < 2; k++) {
+        struct motion m;
+        open_spring(&m);
+        motion_run(&m, methods[k], 1e-10, 20, AD_OK);
+        struct phys_simulation_info plain = m.info;
+        double end = m.y[0], worst = 0;
+        motion_close(&m);
+        open_spring(&m);
+        m.settings.n_samples = 1000;
+        motion_run(&m, methods[k], 1e-10, 20, AD_OK);
+        assert_int_equal(m.info.steps, plain.steps);
+        assert_in_range(m.info.evaluations - plain.evaluations, 0, 1); /* the rate at the end */
+        assert_true(m.y[0] == end);
+        assert_int_equal(record.n, 1001);
+        for (size_t i = 0; i < record.n; i++) {
+            assert_close(record.t[i], 0.02 * (double)i, 1e-15, 0);
+            worst = fmax(worst, fabs(record.y[i][0] - cos(record.t[i])));
+            worst = fmax(worst, fabs(record.y[i][1] + sin(record.t[i])));
+        }
+        print_message("%s: end %.1e, anywhere %.1e\n", methods[k], fabs(end - cos(20)), worst);
+        assert_true(worst < 20 * 1e-10);
+        motion_close(&m);
+    }
+}
+
+static void test_given_times(void **state)
+{
+    (void)state;
+    static const double times[] = {0.1, 0.1001, 3.7, 5};
+    struct motion m;
+    open_spring(&m);
+    m.settings.times = times;
+    m.settings.n_samples = 4;
+    motion_run(&m, "dop853", 1e-11, 5, AD_OK);
+    assert_int_equal(record.n, 5);
+    for (size_t i = 0; i < 4; i++) {
+        assert_true(record.t[i + 1] == times[i]);
+        assert_close(record.y[i + 1][0], cos(times[i]), 0, 1e-10);
+    }
+    motion_close(&m);
+}
+
+static void test_interruption(void **state)
+{
+    (void)state;
+    struct motion m;
+    open_spring(&m);
+    record.stop_after = 3;
+    m.settings.every = 1;
+    motion_run(&m, "rk4", 0.1, 1, AD_OK);
+    assert_int_equal(m.info.stop, PHYS_SIMULATION_INTERRUPTED);
+    assert_int_equal(m.info.steps, 2);
+    assert_close(m.info.t, 0.2, 1e-14, 0);
+    assert_close(m.y[0], cos(0.2), 0, 1e-6);
+    motion_close(&m);
+}
+
+/* Backwards, and there and back. */
+static void test_backwards(void **state)
+{
+    (void)state;
+    struct motion m;
+    open_spring(&m);
+    m.settings.n_samples = 10;
+    motion_run(&m, "dop853", 1e-12, -3, AD_OK);
+    assert_true(m.info.t == -3);
+    for (size_t i = 0; i < record.n; i++)
+        assert_close(record.y[i][0], cos(record.t[i]), 0, 1e-10);
+    motion_close(&m);
+    open_spring(&m);
+    m.settings.t0 = m.settings.t1 = 2;
+    motion_run(&m, "dop853", 1e-12, 2, AD_OK);
+    assert_int_equal(m.info.steps, 0);
+    motion_close(&m);
+}
+
+/* The error follows the tolerance over ten powers of ten. */
+static void test_tolerance(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"dopri5", "dop853"};
+    for (size_t k = 0; k < 2; k++)
+        for (double tolerance = 1e-3; tolerance > 1e-12; tolerance *= 0.1) {
+            struct motion m;
+            open_spring(&m);
+            motion_run(&m, methods[k], tolerance, 10, AD_OK);
+            assert_true(hypot(m.y[0] - cos(10), m.y[1] + sin(10)) < 30 * tolerance);
+            motion_close(&m);
+        }
+}
+
+/* ---- events ---- */
+
+struct roots {
+    size_t n, stop_at;
+    double t[64];
+    size_t which[64];
+};
+
+static void two_functions(void *context, double t, const double *y, double *g)
+{
+    (void)context, (void)t;
+    g[0] = y[0];       /* cos t */
+    g[1] = y[1] + 0.5; /* 0.5 - sin t */
+}
+
+static bool keep_root(void *context, size_t k, double t, const double *y)
+{
+    struct roots *r = context;
+    double g[2];
+    two_functions(NULL, t, y, g);
+    assert_close(g[k], 0, 0, 1e-9);
+    r->t[r->n] = t;
+    r->which[r->n++] = k;
+    return r->n != r->stop_at;
+}
+
+/* All roots, in the order of time, by methods with long and with short steps. */
+static void test_events(void **state)
+{
+    (void)state;
+    static const double roots[] = {M_PI / 6, M_PI / 2, 5 * M_PI / 6, 3 * M_PI / 2};
+    static const size_t which[] = {1, 0, 1, 0};
+    static const struct {
+        const char *name;
+        double step, error;
+    } methods[] = {{"dop853", 1e-12, 1e-10}, {"dopri5", 1e-11, 1e-9}, {"rk4", 0.01, 1e-8}};
+    for (size_t k = 0; k < 3; k++) {
+        struct roots found = {0};
+        const struct phys_events events = {
+            .n = 2, .values = two_functions, .found = keep_root, .context = &found};
+        struct motion m;
+        open_spring(&m);
+        m.settings.events = &events;
+        m.settings.n_events = 1;
+        motion_run(&m, methods[k].name, methods[k].step, 4 * M_PI, AD_OK);
+        assert_int_equal(found.n, 8);
+        for (size_t i = 0; i < found.n; i++) {
+            assert_close(found.t[i], roots[i % 4] + (i < 4 ? 0 : 2 * M_PI), 0, methods[k].error);
+            assert_int_equal(found.which[i], which[i % 4]);
+        }
+        motion_close(&m);
+    }
+}
+
+/* Directions; backwards, what falls with time is met from the other side. */
+static void test_event_directions(void **state)
+{
+    (void)state;
+    for (int sign = -1; sign <= 1; sign += 2)
+        for (int direction = -1; direction <= 1; direction += 2) {
+            struct roots found = {0};
+            const struct phys_events events = {.n = 2,
+                                               .values = two_functions,
+                                               .direction = direction,
+                                               .found = keep_root,
+                                               .context = &found};
+            struct motion m;
+            open_spring(&m);
+            m.settings.events = &events;
+            m.settings.n_events = 1;
+            motion_run(&m, "dop853", 1e-12, sign * 2 * M_PI, AD_OK);
+            assert_int_equal(found.n, 2);
+            for (size_t i = 0; i < 2; i++) {
+                double t = found.t[i], slope = found.which[i] == 0 ? -sin(t) : -cos(t);
+                assert_true(slope * direction > 0);
+            }
+            motion_close(&m);
+        }
+}
+
+/* ---- what cannot be followed ---- */
+
+static enum ad_status explode(void *context, double t, const double *y, double *rate,
+                              struct ad_error *error)
+{
+    (void)context, (void)t, (void)error;
+    rate[0] = y[0] * y[0]; /* y = 1 / (1 - t) */
+    return AD_OK;
+}
+
+static enum ad_status edge(void *context, double t, const double *y, double *rate,
+                           struct ad_error *error)
+{
+    (void)context;
+    rate[0] = y[0];
+    return t > 1 ? ad_fail(error, AD_E_NONFINITE, "no field beyond t = 1") : AD_OK;
+}
+
+static void test_users_field_that_ends(void **state)
+{
+    (void)state;
+    struct motion m = {.ode = {.n = 1, .field = explode}, .y = {1}};
+    motion_run(&m, "dop853", 1e-10, 2, AD_E_ACCURACY);
+    assert_close(m.info.t, 1, 1e-8, 0);
+    assert_non_null(strstr(m.error.message, "y1"));
+    m.y[0] = 1;
+    motion_run(&m, "rk4", 0.125, 40, AD_E_NONFINITE);
+    assert_non_null(strstr(m.error.message, "step "));
+    assert_non_null(strstr(m.error.message, "y1"));
+    m.ode.field = edge;
+    m.y[0] = 1;
+    motion_run(&m, "dopri5", 1e-8, 2, AD_E_NONFINITE);
+    assert_non_null(strstr(m.error.message, "no field beyond"));
+    assert_close(m.info.t, 1, 0, 1e-10);
+    assert_close(m.y[0], exp(1), 1e-7, 0);
+}
+
+static void test_floor_and_most_steps(void **state)
+{
+    (void)state;
+    struct motion m;
+    motion_open(&m, "fall", false, NULL);
+    m.settings.min_step = 1e-6;
+    motion_run(&m, "dop853", 1e-10, 2, AD_E_ACCURACY);
+    assert_true(m.info.min_step >= 1e-6);
+    assert_true(m.info.t < 1.1107207345 && m.info.t > 1.110);
+    motion_close(&m);
+    motion_open(&m, "kepler", false, NULL);
+    m.settings.max_steps = 7;
+    motion_run(&m, "dop853", 1e-10, 100, AD_E_ACCURACY);
+    assert_int_equal(m.info.steps, 7);
+    motion_close(&m);
+}
+
+/* Right through the centre: not finite, named with step and coordinate. */
+static void test_not_finite(void **state)
+{
+    (void)state;
+    struct motion m;
+    motion_open(&m, "fall", false, NULL);
+    m.y[0] = 0;
+    motion_run(&m, "verlet", 0.01, 1, AD_E_NONFINITE);
+    assert_non_null(strstr(m.error.message, "step 1"));
+    assert_non_null(strstr(m.error.message, "coordinate x"));
+    assert_true(m.info.t == 0);
+    motion_close(&m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_samples_of_fixed_steps),
+        cmocka_unit_test(test_dense_output),
+        cmocka_unit_test(test_given_times),
+        cmocka_unit_test(test_interruption),
+        cmocka_unit_test(test_backwards),
+        cmocka_unit_test(test_tolerance),
+        cmocka_unit_test(test_events),
+        cmocka_unit_test(test_event_directions),
+        cmocka_unit_test(test_users_field_that_ends),
+        cmocka_unit_test(test_floor_and_most_steps),
+        cmocka_unit_test(test_not_finite),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
