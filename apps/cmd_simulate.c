@@ -88,8 +88,11 @@ const struct command command_simulate = {
          .n_options = sizeof table / sizeof *table,
          .more =
              "Fixed steps: euler semi-implicit verlet yoshida4 yoshida6 rk4 implicit-midpoint\n"
-             "gauss2 gauss3 gauss4 gauss5. These choose their steps: dopri5 dop853; with them\n"
-             "--tol is the error of a step, relative to the size of the coordinates. Without\n"
+             "gauss2 ... gauss5, and the discrete motion of the action rules, variational-RULE "
+             "for\n"
+             "left midpoint trapezoid gauss2 gauss3 gauss4. These choose their steps: dopri5 "
+             "dop853;\n"
+             "with them --tol is the error of a step, relative to the coordinates. Without\n"
              "--integrator, or with fixed steps, --tol is the error of the whole motion in\n"
              "units of the coordinates: a few methods are refined, coarse to fine, and the\n"
              "cheapest one whose estimate is under it is run. The reported error is the largest\n"

@@ -16,6 +16,12 @@ const struct phys_integrator *const phys_integrators[] = {
     &phys_gauss3,
     &phys_gauss4,
     &phys_gauss5,
+    &phys_variational_left,
+    &phys_variational_midpoint,
+    &phys_variational_trapezoid,
+    &phys_variational_gauss2,
+    &phys_variational_gauss3,
+    &phys_variational_gauss4,
     NULL,
 };
 
