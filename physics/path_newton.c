@@ -96,7 +96,8 @@ static bool try_step(struct newton *s, double from, size_t number, struct phys_p
     memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
     double here = norm_at(s, 1, number, at);
     if (!(here < from)) { /* NaN, too */
-        norm_at(s, 0, number - 1, at);
+        memcpy(s->path.x, s->before, s->path.n * sizeof *s->before);
+        *at = phys_path_program_run(&s->path, number - 1);
         return false;
     }
     lengthen(s, from, here, number, at);

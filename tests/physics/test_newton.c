@@ -1,0 +1,271 @@
+/* Newton's stationary paths: from the published noisy starts to the path of the discrete equations
+   of motion, and what kind of stationary point each is (references: "where methods fail"). */
+#include "published.h"
+#include "tests/close.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static struct phys_path_settings settings_of(const struct phys_system *system, const char *rule)
+{
+    struct ad_error error = {0};
+    const struct phys_scene *scene = system->scene;
+    struct phys_path_settings settings = {.rule = phys_rule_find(rule, &error),
+                                          .slices = scene->slices,
+                                          .steps = 200,
+                                          .dt = scene->dt,
+                                          .learning_rate =
+                                              scene->paper ? scene->paper->learning_rate : 1e-2};
+    assert_no_error(&error);
+    return settings;
+}
+
+static struct phys_path_info solve(const struct phys_system *system,
+                                   const struct phys_path_settings *settings, double *path)
+{
+    struct phys_path_info info = {0};
+    struct ad_error error = {0};
+    phys_path_solve(phys_solver_find("newton", &error), system, settings, path, &info, &error);
+    assert_no_error(&error);
+    return info;
+}
+
+static struct phys_spectrum spectrum(const struct phys_system *system,
+                                     const struct phys_path_settings *settings, const double *path)
+{
+    struct phys_spectrum found;
+    struct ad_error error = {0};
+    phys_path_spectrum(system, settings, path, &found, &error);
+    assert_no_error(&error);
+    return found;
+}
+
+/* The motion of the scene by a fine integration, its inner nodes in place: [degree*dof x slices].
+ */
+static double *motion(const struct phys_system *system, const struct phys_path_settings *settings)
+{
+    size_t dof = system->dof, slices = settings->slices;
+    double *path = malloc(settings->rule->degree * dof * slices * sizeof *path);
+    double *q = malloc(2 * dof * sizeof *q);
+    phys_motion *motion;
+    struct ad_error error = {0};
+    system->scene->start(system->params, 1, q, q + dof, &error);
+    phys_motion_new(system, &motion, &error);
+    assert_no_error(&error);
+    phys_fine_path(motion, q, q + dof, slices, settings->dt, 50, path, &error);
+    assert_no_error(&error);
+    phys_rule_interpolate(settings->rule, dof, slices, path);
+    phys_motion_free(motion);
+    free(q);
+    return path;
+}
+
+/* ---- the published starts ---- */
+
+/* For separable L the stationary path of rule `left` is the published ODE path. */
+static void published_starts_reach_the_ode_path(void **state)
+{
+    static const struct {
+        const char *scene;
+        size_t adam_steps, most_steps;
+    } cases[] = {
+        {"freebody", 0, 5}, {"pendulum", 0, 12}, {"threebody", 200, 12}, {"ephemeris", 0, 12}};
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct phys_system system = published_system(cases[k].scene);
+        struct phys_path_settings settings = settings_of(&system, "left");
+        settings.adam_steps = cases[k].adam_steps;
+        size_t n = system.dof * settings.slices;
+        double *path = published_path(&system, "init"), *ode = published_path(&system, "ode");
+        double *zero = calloc(n, sizeof *zero);
+        struct phys_path_info info = solve(&system, &settings, path);
+        double error = mean_square_distance(n, path, ode) / mean_square_distance(n, zero, ode);
+        print_message("%s: %zu steps, %.1f ms, relative mean square distance %.1e\n",
+                      cases[k].scene, info.steps, 1e3 * info.seconds, error);
+        assert_int_equal(info.stop, PHYS_STOP_ROUNDING);
+        assert_in_range(info.steps, 1, cases[k].most_steps);
+        assert_true(error < 1e-20);
+        free(path);
+        free(ode);
+        free(zero);
+        phys_system_close(&system);
+    }
+}
+
+static void published_double_pendulum_becomes_stationary(void **state)
+{
+    (void)state;
+    struct phys_system system = published_system("dblpend");
+    struct phys_path_settings settings = settings_of(&system, "left");
+    settings.adam_steps = 100;
+    settings.tolerance = 1e-10;
+    double *path = published_path(&system, "init");
+    struct phys_path_info info = solve(&system, &settings, path);
+    print_message("dblpend: %zu steps, %.1f ms\n", info.steps, 1e3 * info.seconds);
+    assert_int_equal(info.stop, PHYS_STOP_TOLERANCE);
+    free(path);
+    phys_system_close(&system);
+}
+
+/* Bodies overlap in the published start, so that the first steps climb out of poles. */
+static void published_gas_becomes_stationary(void **state)
+{
+    (void)state;
+    struct phys_system published_gas = published_system("gas"), gas;
+    struct ad_error error = {0};
+    phys_system_open("gas", &gas, &error); /* without clamp and cap */
+    assert_no_error(&error);
+    struct phys_path_settings settings = settings_of(&gas, "left");
+    settings.tolerance = 1e-10;
+    settings.steps = 40;
+    double *path = published_path(&published_gas, "init");
+    struct phys_path_info info = solve(&gas, &settings, path);
+    print_message("gas: %zu steps, %.2f s\n", info.steps, info.seconds);
+    assert_int_equal(info.stop, PHYS_STOP_TOLERANCE);
+    free(path);
+    phys_system_close(&gas);
+    phys_system_close(&published_gas);
+}
+
+/* The lattice gas: from its own motion and noise back to that motion. */
+static void gas_returns_to_its_motion(void **state)
+{
+    (void)state;
+    struct phys_system gas;
+    struct ad_error error = {0};
+    phys_system_open("gas", &gas, &error);
+    phys_system_set(&gas, "bodies", 12, &error);
+    assert_no_error(&error);
+    struct phys_path_settings settings = settings_of(&gas, "left");
+    size_t n = gas.dof * settings.slices;
+    double *start = motion(&gas, &settings), *path = malloc(n * sizeof *path);
+    phys_motion *march;
+    phys_motion_new(&gas, &march, &error);
+    phys_ode_path(march, settings.slices, settings.dt, 1, start, &error);
+    assert_no_error(&error);
+    memcpy(path, start, n * sizeof *path);
+    phys_noise_add(&(struct phys_noise){.sigma = 2e-3}, &gas, settings.slices, 7, path);
+    assert_true(mean_square_distance(n, path, start) > 1e-6);
+    assert_int_equal(solve(&gas, &settings, path).stop, PHYS_STOP_ROUNDING);
+    assert_true(mean_square_distance(n, path, start) < 1e-20);
+    phys_motion_free(march);
+    free(start);
+    free(path);
+    phys_system_close(&gas);
+}
+
+/* ---- what kind of stationary point ---- */
+
+static void index_on_the_true_path(void **state)
+{
+    static const struct {
+        const char *scene, *rule, *parameter;
+        double value, dt; /* dt 0: the scene's */
+        size_t slices, index;
+    } cases[] = {
+        {"pendulum", "left", "l", 180, 0, 100, 1},     {"pendulum", "gauss3", "l", 180, 0, 100, 1},
+        {"threebody", "left", "G", 1.3e-4, 0, 100, 0}, {"dblpend", "midpoint", "g", 1, 0, 200, 6},
+        {"dblpend", "midpoint", "g", 1, 0, 100, 3},    {"dblpend", "trapezoid", "g", 1, 0, 200, 6},
+        {"dblpend", "gauss2", "g", 1, 0.12, 101, 6},   {"ephemeris", "left", "dims", 2, 0, 65, 0},
+        {"ephemeris", "left", "dims", 3, 0, 65, 1},    {"ephemeris", "gauss2", "dims", 3, 0, 65, 1},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct phys_system system;
+        struct ad_error error = {0};
+        phys_system_open(cases[k].scene, &system, &error);
+        phys_system_set(&system, cases[k].parameter, cases[k].value, &error);
+        assert_no_error(&error);
+        struct phys_path_settings settings = settings_of(&system, cases[k].rule);
+        settings.slices = cases[k].slices;
+        if (cases[k].dt > 0)
+            settings.dt = cases[k].dt;
+        double *path = motion(&system, &settings);
+        assert_int_equal(solve(&system, &settings, path).stop, PHYS_STOP_ROUNDING);
+        struct phys_spectrum found = spectrum(&system, &settings, path);
+        if (found.index != cases[k].index || found.n_conjugate != cases[k].index)
+            fail_msg("%s, %s, %zu slices: index %zu with %zu conjugate points, expected %zu",
+                     cases[k].scene, cases[k].rule, cases[k].slices, found.index, found.n_conjugate,
+                     cases[k].index);
+        assert_true(cases[k].index == 0 ? found.smallest > 0 : found.smallest < 0);
+        free(path);
+        phys_system_close(&system);
+    }
+}
+
+/* Half a period is where an oscillator's action turns into a saddle. */
+static void oscillator_turns_into_a_saddle(void **state)
+{
+    static const struct {
+        double time, eigenvalue;
+        size_t index;
+    } cases[] = {{3.1, 0.0269, 0}, {3.2, -0.0363, 1}};
+    (void)state;
+    struct phys_system spring;
+    struct ad_error error = {0};
+    phys_system_open("spring", &spring, &error);
+    assert_no_error(&error);
+    struct phys_path_settings settings = settings_of(&spring, "left");
+    for (size_t k = 0; k < 2; k++) {
+        settings.slices = 100;
+        settings.dt = cases[k].time / 99;
+        double path[100] = {[0] = 1};
+        solve(&spring, &settings, path);
+        struct phys_spectrum found = spectrum(&spring, &settings, path);
+        assert_int_equal(found.index, cases[k].index);
+        assert_close(found.smallest / settings.dt, cases[k].eigenvalue, 0, 5e-5);
+    }
+    settings.dt = 20. / 99;
+    const char *const rules[] = {"midpoint", "gauss4"};
+    /* midpoint: its frequency is wrong by dt^2/12; the zero is found on a line between slices */
+    const double relative[] = {settings.dt * settings.dt / 12 * 1.1, 0};
+    for (size_t r = 0; r < 2; r++) {
+        settings.rule = phys_rule_find(rules[r], &error);
+        double path[4 * 100] = {[0] = 1};
+        solve(&spring, &settings, path);
+        struct phys_spectrum found = spectrum(&spring, &settings, path);
+        assert_int_equal(found.n_conjugate, 6);
+        for (size_t k = 0; k < 6; k++)
+            assert_close(found.conjugate[k], M_PI * (double)(k + 1), relative[r], 1e-3);
+    }
+    phys_system_close(&spring);
+}
+
+/* ---- refusals ---- */
+
+static void wrong_settings_are_refused(void **state)
+{
+    (void)state;
+    struct phys_system system;
+    struct ad_error error = {0};
+    phys_system_open("spring", &system, &error);
+    double path[100] = {0};
+    struct phys_path_info info;
+    const struct phys_solver *newton = phys_solver_find("newton", &error);
+    assert_no_error(&error);
+    struct phys_path_settings settings = settings_of(&system, "left");
+    settings.energy_weight = 1;
+    assert_int_equal(phys_path_solve(newton, &system, &settings, path, &info, &error),
+                     AD_E_ARGUMENT);
+    error = (struct ad_error){0};
+    settings = settings_of(&system, "left");
+    settings.hold = 50;
+    assert_int_equal(phys_path_solve(newton, &system, &settings, path, &info, &error),
+                     AD_E_ARGUMENT);
+    phys_system_close(&system);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(published_starts_reach_the_ode_path),
+        cmocka_unit_test(published_double_pendulum_becomes_stationary),
+        cmocka_unit_test(published_gas_becomes_stationary),
+        cmocka_unit_test(gas_returns_to_its_motion),
+        cmocka_unit_test(index_on_the_true_path),
+        cmocka_unit_test(oscillator_turns_into_a_saddle),
+        cmocka_unit_test(wrong_settings_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
