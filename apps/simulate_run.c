@@ -208,9 +208,10 @@ enum ad_status simulate_run(const struct simulate_run *run, struct simulate_resu
     *result = (struct simulate_result){
         .error = NAN, .error_end = NAN, .reversal = NAN, .closest = {.distance = INFINITY}};
     size_t n = run->ode.n;
-    double *y = malloc(2 * n * sizeof *y), *scale = y + n;
+    double *y = malloc(2 * n * sizeof *y);
     if (!y)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
+    double *scale = y + n;
     if (forward(run, y, scale, result, error) == AD_OK && run->options->reverse)
         reverse(run, y, scale, result, error);
     if (error->status == AD_OK && total(run, result, error) == AD_OK && !run->options->no_reference)
