@@ -190,14 +190,14 @@ static void test_momenta(void **state)
         motion_run_by(&m, method, method->adaptive ? 1e-6 : 0.01, 1, AD_OK);
         totals(&m, &after);
         /* velocities that are differences of positions carry their rounding over dt */
-        double rounding = method->lagrangian ? 1e-11 : 1e-13;
+        double rounding = method->lagrangian ? 3e-11 : 1e-13;
         for (size_t axis = 0; axis < 2; axis++)
             assert_close(after.momentum[axis], before.momentum[axis], 0, rounding);
         assert_close(after.centre[0] - before.centre[0], before.momentum[0] / before.mass, 0,
                      rounding);
         double change = fabs(after.angular[2] / before.angular[2] - 1);
         print_message("%-18s angular momentum changes by %.1e\n", method->name, change);
-        assert_true(method->symplectic ? change < rounding : change > 2e-11);
+        assert_true(method->symplectic ? change < rounding : change > 5e-11);
         motion_close(&m);
     }
 }
