@@ -1,0 +1,120 @@
+/* Close encounters: steps of one length cannot follow them, control of the error can, and where the
+   motion ends in a collision it says when and in which coordinate. */
+#include "follow.h"
+#include "tests/close.h"
+
+/* Kepler's ellipse of e = 0.99 from the apocentre. */
+static void open_ellipse(struct motion *m)
+{
+    const double e = 0.99;
+    follow_open(m, "kepler", "e", e);
+    m->y[0] = -(1 + e);
+    m->y[1] = m->y[2] = 0;
+    m->y[3] = -sqrt((1 - e) / (1 + e));
+}
+
+/* One period of 1000 steps: relative errors of the energy, of which nothing is left. */
+static void fixed_steps_are_thrown_out(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *integrator;
+        double energy_error;
+    } expected[] = {{"verlet", 46}, {"yoshida4", 34}, {"rk4", 18}};
+    for (size_t k = 0; k < sizeof expected / sizeof *expected; k++) {
+        struct motion m;
+        open_ellipse(&m);
+        assert_true(follow_steps(&m, expected[k].integrator, 2 * M_PI / 1000, 1000));
+        assert_close(follow_energy_error(&m), expected[k].energy_error, 0, 0.5);
+        motion_close(&m);
+    }
+}
+
+static void control_of_the_error_goes_round(void **state)
+{
+    (void)state;
+    struct motion m;
+    open_ellipse(&m);
+    assert_true(follow_to(&m, "dop853", 1e-10, 2 * M_PI));
+    assert_true(fabs(follow_energy_error(&m)) < 8e-9);
+    assert_true(m.info.evaluations <= 2234);
+    assert_true(m.info.max_step > 1000 * m.info.min_step); /* why steps of one length cannot */
+    motion_close(&m);
+}
+
+/* Implicit methods find no solution for their stages, and say where. */
+static void implicit_steps_end_at_the_pericentre(void **state)
+{
+    (void)state;
+    struct motion m;
+    open_ellipse(&m);
+    assert_false(follow_steps(&m, "gauss3", 2 * M_PI / 1000, 1000));
+    assert_told(&m.error, AD_E_ACCURACY,
+                (const char *[]){"stages do not converge", "t = 3.1", "take a smaller step", NULL});
+    assert_close(m.info.t, M_PI, 0, 0.02 * M_PI);
+    motion_close(&m);
+}
+
+/* Along the ellipse the oscillation is fastest at the pericentre, w = (1 - e)^-3/2 = 1000, which
+   says what went wrong: steps of 0.006 where 0.002 is the limit. */
+static void the_advice_knows_the_pericentre(void **state)
+{
+    (void)state;
+    const double places[2][4] = {{-1.99, 0, 0, -0.07}, {0.01, 0, 0, 14.1}}, t[] = {0, 3.14};
+    const char *const words[] = {"at t = 3.14", "0.0062", "beyond 0.002 verlet", "dop853", NULL};
+    struct motion m;
+    struct phys_step_advice advice;
+    open_ellipse(&m);
+    follow_advice(&m, "verlet", 2 * M_PI / 1000, &advice); /* at the start alone, all is well */
+    assert_int_equal(advice.verdict, PHYS_STEP_GOOD);
+    phys_step_advise(phys_integrator_find("verlet", &m.error), &m.system, 2, places[0], t,
+                     2 * M_PI / 1000, &advice, &m.error);
+    assert_int_equal(m.error.status, AD_OK);
+    assert_int_equal(advice.verdict, PHYS_STEP_UNSTABLE);
+    assert_close(advice.motion.frequency, 1000, 1e-12, 0);
+    assert_close(advice.limit, 0.002, 1e-12, 0);
+    assert_says(advice.text, words);
+    motion_close(&m);
+}
+
+/* A fall from rest at r = 1 ends at t = pi / sqrt 8: no step is short enough there. */
+static void a_collision_is_reported_when_and_where(void **state)
+{
+    (void)state;
+    static const char *const integrators[] = {"dop853", "dopri5"};
+    static const char *const words[] = {"the step fell under", "t = 1.11072073", "velocity of x",
+                                        "collision",           "soften",         NULL};
+    for (size_t k = 0; k < 2; k++) {
+        struct motion m;
+        follow_open(&m, "fall", NULL, 0);
+        assert_false(follow_to(&m, integrators[k], 1e-10, 2));
+        assert_told(&m.error, AD_E_ACCURACY, words);
+        assert_close(m.info.t, 1.1107207345, 0, 1e-9);
+        assert_true(isfinite(m.y[0]) && isfinite(m.y[2]) && fabs(m.y[0]) < 1e-8);
+        motion_close(&m);
+    }
+}
+
+/* Steps of one length jump over the centre without a word of it: the energy tells. */
+static void fixed_steps_jump_over_a_collision(void **state)
+{
+    (void)state;
+    struct motion m;
+    follow_open(&m, "fall", NULL, 0);
+    assert_true(follow_steps(&m, "verlet", 0.001, 2000));
+    assert_true(m.info.energy_drift > 1);
+    motion_close(&m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(fixed_steps_are_thrown_out),
+        cmocka_unit_test(control_of_the_error_goes_round),
+        cmocka_unit_test(implicit_steps_end_at_the_pericentre),
+        cmocka_unit_test(the_advice_knows_the_pericentre),
+        cmocka_unit_test(a_collision_is_reported_when_and_where),
+        cmocka_unit_test(fixed_steps_jump_over_a_collision),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
