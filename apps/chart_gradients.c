@@ -4,13 +4,8 @@
 #include "hand.h"
 #include "json.h"
 #include "race.h"
-#include "../physics/whole.h"
 
-#include <errno.h>
 #include <stdio.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <time.h>
 
 /* Above this the two are not the gradient of one function, and comparing their speed says nothing.
  */
@@ -67,27 +62,8 @@ static void print_json(FILE *out, const struct race races[HAND_N])
     json_close(&json);
 }
 
-/* Model name of the processor as Linux gives it. */
-static void print_machine(FILE *out)
-{
-    char line[256];
-    FILE *info = fopen("/proc/cpuinfo", "r");
-    while (info && fgets(line, sizeof line, info))
-        if (strncmp(line, "model name", 10) == 0 && strchr(line, ':')) {
-            fprintf(out, "# machine: %s", strchr(line, ':') + 2);
-            break;
-        }
-    if (info)
-        fclose(info);
-}
-
 static void print_csv(FILE *out, const struct race races[HAND_N])
 {
-    char date[32] = "";
-    time_t now = time(NULL);
-    strftime(date, sizeof date, "%Y-%m-%d", gmtime(&now));
-    print_machine(out);
-    fprintf(out, "# date: %s\n# compiler: %s\n", date, __VERSION__);
     fputs("scene,dof,slices", out);
     for (size_t c = 0; c < N_COLUMNS; c++)
         fprintf(out, ",%s", columns[c].key);
@@ -102,41 +78,21 @@ static void print_csv(FILE *out, const struct race races[HAND_N])
     fputc('\n', out);
 }
 
-static enum ad_status write_csv(struct phys_whole *file, const struct race races[HAND_N],
-                                struct ad_error *error)
-{
-    FILE *out = fopen(file->temporary, "w");
-    if (out)
-        print_csv(out, races);
-    if (!out || ferror(out) || fclose(out) != 0)
-        return ad_fail(error, AD_E_IO, "%s: %s", file->target, strerror(errno));
-    return phys_whole_commit(file, error);
-}
-
-/* Before anything is measured: a folder that cannot be written is found at once. */
-static enum ad_status begin_csv(struct phys_whole *file, const char *folder, struct ad_error *error)
-{
-    char name[4096];
-    if (mkdir(folder, 0777) != 0 && errno != EEXIST)
-        return ad_fail(error, AD_E_IO, "%s: %s", folder, strerror(errno));
-    if (snprintf(name, sizeof name, "%s/gradients.csv", folder) >= (int)sizeof name)
-        return ad_fail(error, AD_E_ARGUMENT, "--out: the name is too long");
-    return phys_whole_begin(file, name, error);
-}
-
 int chart_gradients(const struct chart_settings *settings, struct ad_error *error)
 {
     struct race races[HAND_N];
-    struct phys_whole csv;
+    struct result csv;
     bool agree = true;
-    if (begin_csv(&csv, settings->folder, error) != AD_OK)
+    if (chart_csv(settings, "gradients", &csv, error) != AD_OK)
         return command_status(error);
     for (int scene = 0; scene < HAND_N && error->status == AD_OK; scene++)
         if (race_run(scene, settings->quick, &races[scene], error) == AD_OK)
             agree = agree && races[scene].disagreement < tolerance;
-    if (error->status == AD_OK)
-        write_csv(&csv, races, error);
-    phys_whole_abandon(&csv);
+    if (error->status == AD_OK) {
+        print_csv(csv.out, races);
+        result_commit(&csv, error);
+    }
+    result_abandon(&csv);
     if (error->status != AD_OK)
         return command_status(error);
     if (!settings->quiet)

@@ -1,18 +1,37 @@
-/* Charts: measurements that leave their data in a folder and print a table. One function, one file
-   each; the table of cmd_chart.c names them. */
+/* Charts: measurements that leave their data and pictures in a folder and print a table. One
+   function, one file each; the table of cmd_chart.c names them. */
 #ifndef APPS_CHARTS_H
 #define APPS_CHARTS_H
 
-#include "../autodiff/autodiff.h"
+#include "plot.h"
+#include "result.h"
 
 struct chart_settings {
     const char *folder; /* created where missing */
-    bool quick;         /* fewer repetitions */
+    const char *format; /* of the pictures: svg or png */
+    bool quick;         /* fewer repetitions, a smaller range */
     bool json, quiet;   /* a JSON object as last line; no table */
 };
 
-/* Gradient of the action by the tape and by hand, and the value alone: folder/gradients.csv.
+/* Gradient of the action by the tape and by hand, and the value alone: gradients.csv.
    Returns the exit status: NOT_REACHED where the two gradients differ. */
 int chart_gradients(const struct chart_settings *settings, struct ad_error *error);
+/* Every integrator on problems with known answers: error against work, in integrators.csv and a
+   picture a problem; energy over many periods at equal work, in drift.csv and its picture. */
+int chart_integrators(const struct chart_settings *settings, struct ad_error *error);
+/* Paths: rules against slices in rules.csv, solvers against time in paths.csv, and their pictures.
+ */
+int chart_paths(const struct chart_settings *settings, struct ad_error *error);
+
+/* ---- files of a chart (chart_files.c) ---- */
+
+/* Makes the folder and begins NAME.csv in it, under lines that say on what machine, when and by
+   which compiler; before anything is measured, so that a folder that cannot be written is found at
+   once. */
+enum ad_status chart_csv(const struct chart_settings *settings, const char *name,
+                         struct result *csv, struct ad_error *error);
+/* Begins the picture NAME.svg (or .png) in the folder. */
+enum ad_status chart_picture(const struct chart_settings *settings, const char *name,
+                             struct plot *plot, struct ad_error *error);
 
 #endif

@@ -8,7 +8,7 @@
 struct options {
     struct common common;
     bool quick;
-    const char *folder;
+    const char *folder, *format;
 };
 
 static const struct chart {
@@ -16,6 +16,7 @@ static const struct chart {
     int (*draw)(const struct chart_settings *settings, struct ad_error *error);
 } charts[] = {
     {"gradients", chart_gradients},
+    {"integrators", chart_integrators},
 };
 
 enum { N_CHARTS = sizeof charts / sizeof *charts };
@@ -34,8 +35,12 @@ static int run(const void *values, struct ad_error *error)
 {
     const struct options *options = values;
     const char *name = options->common.argument[0];
-    const struct chart_settings settings = {options->folder, options->quick, options->common.json,
-                                            options->common.quiet};
+    const struct chart_settings settings = {options->folder, options->format, options->quick,
+                                            options->common.json, options->common.quiet};
+    if (strcmp(options->format, "svg") != 0 && strcmp(options->format, "png") != 0) {
+        ad_fail(error, AD_E_ARGUMENT, "--format: expected svg or png, got '%s'", options->format);
+        return WRONG_USE;
+    }
     for (size_t k = 0; k < N_CHARTS; k++)
         if (strcmp(name, charts[k].name) == 0)
             return charts[k].draw(&settings, error);
@@ -46,13 +51,14 @@ static int run(const void *values, struct ad_error *error)
 #define AT(member) offsetof(struct options, member)
 
 static const struct option table[] = {
-    {"out", "DIR", OPTION_TEXT, "charts", "folder for the data and the picture", AT(folder)},
-    {"quick", NULL, OPTION_FLAG, NULL, "fewer repetitions", AT(quick)},
+    {"out", "DIR", OPTION_TEXT, "charts", "folder for the data and the pictures", AT(folder)},
+    {"format", "svg|png", OPTION_TEXT, "svg", "of the pictures", AT(format)},
+    {"quick", NULL, OPTION_FLAG, NULL, "fewer repetitions, a smaller range", AT(quick)},
 };
 
 const struct command command_chart = {
     .line = {.name = "chart",
-             .what = "speed against accuracy, measured: gradients",
+             .what = "speed against accuracy, measured: gradients, integrators",
              .arguments = {"KIND"},
              .options = table,
              .n_options = sizeof table / sizeof *table},

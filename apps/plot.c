@@ -7,16 +7,17 @@
 #include <strings.h>
 #include <sys/wait.h>
 
-static const struct format {
-    const char *extension, *terminal;
+static const struct plot_format {
+    const char *extension, *terminal, *options; /* the size goes between the two */
+    double pixels;
     bool animated;
 } formats[] = {
-    {".svg", "svg size 1040,440 font 'Helvetica,13' background 'white'", false},
-    {".png", "pngcairo size 1560,660 font 'Helvetica,13' fontscale 1.2", false},
-    {".gif", "gif animate delay 8 loop 0 size 1040,440", true},
+    {".svg", "svg", "font 'Helvetica,13' background 'white'", 1, false},
+    {".png", "pngcairo", "font 'Helvetica,13' fontscale 1.2", 1.5, false},
+    {".gif", "gif animate delay 8 loop 0", "", 1, true},
 };
 
-static const struct format *format_of(const char *target)
+static const struct plot_format *format_of(const char *target)
 {
     const char *dot = strrchr(target, '.');
     for (size_t k = 0; dot && k < sizeof formats / sizeof *formats; k++)
@@ -42,14 +43,13 @@ static enum ad_status begin_beside(struct phys_whole *file, const char *target,
 
 enum ad_status plot_begin(struct plot *plot, const char *target, struct ad_error *error)
 {
-    const struct format *format = format_of(target);
-    *plot = (struct plot){0};
+    const struct plot_format *format = format_of(target);
+    *plot = (struct plot){.width = 1040, .height = 440, .format = format};
     if (!format)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--plot: expected a name ending in .svg, .png or .gif, "
                        "got '%s'",
                        target);
-    plot->terminal = format->terminal;
     plot->animated = format->animated;
     if (phys_whole_begin(&plot->picture_file, target, error) != AD_OK ||
         begin_beside(&plot->data_file, target, ".dat", error) != AD_OK ||
@@ -110,7 +110,9 @@ static bool write_script(const struct plot *plot, const char *data, const char *
         return false;
     assign(out, "data", data);
     assign(out, "picture", picture);
-    fprintf(out, "set terminal %s\nset output picture\n", plot->terminal);
+    const struct plot_format *format = plot->format;
+    fprintf(out, "set terminal %s size %.0f,%.0f %s\nset output picture\n", format->terminal,
+            plot->width * format->pixels, plot->height * format->pixels, format->options);
     fwrite(plot->script_text, 1, plot->script_length, out);
     return close_stream(&out);
 }

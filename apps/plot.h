@@ -14,10 +14,14 @@
 
 #include <stdio.h>
 
+struct plot_format;
+
 struct plot {
     FILE *data, *script;
     bool animated; /* the target is a GIF: one frame a plot command */
-    const char *terminal;
+    int width,
+        height; /* 1040 x 440 where plot_begin's are left; a PNG has 1.5 times as many pixels */
+    const struct plot_format *format;
     struct phys_whole picture_file, data_file, script_file;
     char *script_text; /* behind `script` */
     size_t script_length;

@@ -1,0 +1,214 @@
+/* Energy over many periods at equal work (chart_drift.h): symplectic methods err by a bounded
+   amount, the others by more and more. */
+#include "chart_drift.h"
+#include "motions.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    PER_PERIOD = 1200, /* evaluations of the field a period */
+    TRIAL_PERIODS = 10,
+    BISECTIONS = 30,
+    PER_DECADE = 12, /* points of a curve a factor ten of time */
+    MOST_BINS = 64,
+    MOST_METHODS = 32
+};
+
+static const double period = 2 * M_PI;
+static const double first_bin = 0.1; /* periods */
+
+static const struct motion_problem problem = {.name = "drift",
+                                              .scene = "kepler",
+                                              .set = {{"e", 0.6}},
+                                              .time = TRIAL_PERIODS * 2 * M_PI,
+                                              .coarsest = 0.2,
+                                              .exact = NULL};
+
+/* Largest relative error of the energy in every bin of time. */
+struct drift {
+    const struct phys_integrator *integrator;
+    const struct phys_ode *ode;
+    double setting, energy;
+    size_t evaluations;
+    double worst[MOST_BINS];
+};
+
+static double bin_end(size_t bin) { return first_bin * pow(10, (double)(bin + 1) / PER_DECADE); }
+
+static bool sample(void *context, double t, const double *y)
+{
+    struct drift *d = context;
+    double E = d->ode->energy(d->ode->context, t, y), periods = t / period;
+    if (t == 0)
+        d->energy = E;
+    double place = PER_DECADE * log10(fmax(periods / first_bin, 1));
+    size_t bin = (size_t)place < MOST_BINS ? (size_t)place : MOST_BINS - 1;
+    d->worst[bin] = fmax(d->worst[bin], fabs(E / d->energy - 1));
+    return true;
+}
+
+static enum ad_status follow(const struct motion *motion, struct drift *d, double time,
+                             struct phys_simulation_info *info, struct ad_error *error)
+{
+    double y[2 * 2], scale[2 * 2]; /* a body in the plane */
+    struct simulate_run run = motion->run;
+    struct phys_simulation settings;
+    struct ad_error lost = {0};
+    run.time = time;
+    if (d->ode->enter(d->ode->context, 0, run.q, run.v, y, error) != AD_OK ||
+        simulate_settings(&run, d->integrator, d->setting, d->ode, y, scale, &settings, error) !=
+            AD_OK)
+        return error->status;
+    settings.every = 1;
+    settings.sample = sample;
+    settings.context = d;
+    memset(d->worst, 0, sizeof d->worst);
+    phys_simulate(&settings, d->ode, y, info, &lost);
+    d->evaluations = info->evaluations;
+    return lost.status;
+}
+
+/* The setting at which a trial costs what all may cost. */
+static void choose_setting(const struct motion *motion, struct drift *d, struct ad_error *error)
+{
+    double low = log(1e-15), high = log(d->integrator->adaptive ? 0.1 : 1.0);
+    struct phys_simulation_info info;
+    if (!d->integrator->adaptive)
+        low = log(period / PER_PERIOD / 2);
+    for (int k = 0; k < BISECTIONS && error->status == AD_OK; k++) {
+        d->setting = exp(0.5 * (low + high));
+        bool lost = follow(motion, d, problem.time, &info, error) != AD_OK;
+        bool fine = !lost && info.evaluations > TRIAL_PERIODS * PER_PERIOD;
+        *(fine ? &low : &high) = log(d->setting);
+    }
+}
+
+static void write_rows(const struct drift *d, double periods, FILE *csv, FILE *data)
+{
+    fprintf(data, "# %s: periods, energy error\n", d->integrator->name);
+    for (size_t bin = 0; bin < MOST_BINS && bin_end(bin) < periods * 1.01; bin++) {
+        if (!(d->worst[bin] > 0))
+            continue;
+        fprintf(csv, "%s,%s,%.6g,%.6g,%.6g\n", d->integrator->name,
+                d->integrator->symplectic ? "yes" : "no", d->setting, bin_end(bin), d->worst[bin]);
+        fprintf(data, "%.6g %.6g\n", bin_end(bin), d->worst[bin]);
+    }
+    fputs("\n\n", data);
+}
+
+/* Names stand at the ends of the curves, moved apart where they would meet. */
+static void label_ends(size_t n, const struct drift *drifts, size_t last, FILE *out)
+{
+    double at[MOST_METHODS], above = INFINITY;
+    bool done[MOST_METHODS] = {false};
+    for (size_t k = 0; k < n; k++) { /* from the top */
+        size_t next = n;
+        for (size_t m = 0; m < n; m++)
+            if (!done[m] && (next == n || drifts[m].worst[last] > drifts[next].worst[last]))
+                next = m;
+        done[next] = true;
+        at[next] = fmin(log10(fmax(drifts[next].worst[last], 1e-16)), above - 0.62);
+        above = at[next];
+        fprintf(out,
+                "set label '%s' at graph 1.012, first 10**(%.3g) left font ',11' textcolor "
+                "rgb '%s' noenhanced\n",
+                drifts[next].integrator->name, at[next],
+                drifts[next].integrator->symplectic ? "#1f5f99" : "#b8381b");
+    }
+}
+
+static double lowest(size_t n, const struct drift *drifts, size_t last)
+{
+    double low = 1;
+    for (size_t m = 0; m < n; m++)
+        for (size_t bin = last / 2; bin <= last; bin++)
+            if (drifts[m].worst[bin] > 0)
+                low = fmin(low, drifts[m].worst[bin]);
+    return fmax(low, 1e-16);
+}
+
+static void draw(size_t n, const struct drift *drifts, double periods, size_t last,
+                 struct plot *plot)
+{
+    static const int marks[] = {1, 2, 7, 5, 9, 11, 13, 4, 6, 8, 10, 12, 3};
+    FILE *out = plot->script;
+    plot->width = 860;
+    plot->height = 500;
+    fprintf(out,
+            "set title 'Energy of a Kepler orbit (e = 0.6) at equal work: %d evaluations an orbit' "
+            "font ',14'\nset logscale xy\nset xrange [%g:%g]\nset yrange [%g:100]\n"
+            "set format x '10^{%%T}'\nset format y '10^{%%T}'\nset ytics 100\nset grid lc rgb "
+            "'#e6e6e6' lt 1\nset border 3\nset tics nomirror\nset xlabel 'orbits'\n"
+            "set ylabel 'relative error of the energy'\nset rmargin 19\n"
+            "set key top center horizontal samplen 3 width 2 font ',12'\n",
+            PER_PERIOD, first_bin * 2, periods, lowest(n, drifts, last) / 5);
+    label_ends(n, drifts, last, out);
+    fputs("plot ", out);
+    for (size_t m = 0; m < n; m++)
+        fprintf(out,
+                "data index %zu using 1:2 with linespoints pt %d ps 0.5 lw 1.6 lc rgb '%s' "
+                "notitle, \\\n    ",
+                m, marks[m % (sizeof marks / sizeof *marks)],
+                drifts[m].integrator->symplectic ? "#1f5f99" : "#b8381b");
+    fputs("NaN with lines lw 3 lc rgb '#1f5f99' title 'symplectic', \\\n    "
+          "NaN with lines lw 3 lc rgb '#b8381b' title 'not symplectic'\n",
+          out);
+}
+
+static enum ad_status measure(const struct motion *motion, double periods, struct drift *drifts,
+                              size_t *n, FILE *csv, FILE *data, struct ad_error *error)
+{
+    for (size_t k = 0; phys_integrators[k] && *n < MOST_METHODS; k++) {
+        struct phys_ode ode = {0};
+        struct drift *d = &drifts[*n];
+        struct phys_simulation_info info;
+        bool suits = false;
+        *d = (struct drift){.integrator = phys_integrators[k], .ode = &ode};
+        if (d->integrator->lagrangian) /* variational ones: their maps are among the others */
+            continue;
+        if (motion_field(motion, d->integrator, &ode, &suits, error) == AD_OK && suits) {
+            choose_setting(motion, d, error);
+            if (error->status == AD_OK &&
+                follow(motion, d, periods * period, &info, error) == AD_OK) {
+                write_rows(d, periods, csv, data);
+                ++*n;
+            }
+        }
+        phys_ode_free(&ode);
+        if (error->status != AD_OK)
+            return error->status;
+    }
+    return AD_OK;
+}
+
+enum ad_status chart_drift(const struct chart_settings *settings, struct ad_error *error)
+{
+    double periods = settings->quick ? 30 : 1000;
+    struct motion motion;
+    struct result csv = {0};
+    struct plot plot = {0};
+    struct drift *drifts = calloc(MOST_METHODS, sizeof *drifts);
+    size_t n = 0, last = 0;
+    if (!drifts)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    while (bin_end(last + 1) < periods * 1.01)
+        last++;
+    if (motion_open(&problem, &motion, error) == AD_OK &&
+        chart_csv(settings, "drift", &csv, error) == AD_OK &&
+        chart_picture(settings, "drift", &plot, error) == AD_OK) {
+        fprintf(csv.out, "# %d evaluations a period\nmethod,symplectic,setting,periods,error\n",
+                PER_PERIOD);
+        if (measure(&motion, periods, drifts, &n, csv.out, plot.data, error) == AD_OK) {
+            draw(n, drifts, periods, last, &plot);
+            if (plot_commit(&plot, error) == AD_OK)
+                result_commit(&csv, error);
+        }
+    }
+    plot_abandon(&plot);
+    result_abandon(&csv);
+    motion_close(&motion);
+    free(drifts);
+    return error->status;
+}

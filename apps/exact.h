@@ -1,0 +1,11 @@
+/* Motions with known answers, to the last digits of a double. */
+#ifndef APPS_EXACT_H
+#define APPS_EXACT_H
+
+/* The ellipse of a = GM = 1 and eccentricity e at time t after pericentre: q, v [2]. */
+void exact_kepler(double e, double t, double *q, double *v);
+/* The pendulum of g = l = 1 at time t after it passed the bottom at rate 2k, 0 < k < 1: q, v [1].
+ */
+void exact_pendulum(double k, double t, double *q, double *v);
+
+#endif
