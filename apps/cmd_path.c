@@ -1,44 +1,11 @@
 /* leastaction path: the path of stationary action between two ends. */
 #include "command.h"
 #include "interrupt.h"
+#include "outputs.h"
 #include "path.h"
 
 #include <stdlib.h>
-
-/* The files a run was asked to write, all begun before it starts. */
-struct outputs {
-    phys_runfile *file;
-    struct result csv;
-    struct plot plot;
-};
-
-static void outputs_abandon(struct outputs *outputs)
-{
-    phys_runfile_abandon(outputs->file);
-    result_abandon(&outputs->csv);
-    plot_abandon(&outputs->plot);
-}
-
-static enum ad_status outputs_begin(const struct common *common, struct outputs *outputs,
-                                    struct ad_error *error)
-{
-    *outputs = (struct outputs){0};
-    if ((common->out && phys_runfile_create(common->out, &outputs->file, error) != AD_OK) ||
-        result_begin(&outputs->csv, common->csv, error) != AD_OK ||
-        (common->plot && plot_begin(&outputs->plot, common->plot, error) != AD_OK))
-        outputs_abandon(outputs);
-    return error->status;
-}
-
-static enum ad_status outputs_commit(struct outputs *outputs, struct ad_error *error)
-{
-    if (phys_runfile_commit(outputs->file, error) == AD_OK &&
-        result_commit(&outputs->csv, error) == AD_OK)
-        plot_commit(&outputs->plot, error);
-    outputs->file = NULL;
-    outputs_abandon(outputs);
-    return error->status;
-}
+#include <string.h>
 
 static enum ad_status solve(struct path_run *run, struct path_record *record,
                             struct path_result *result, struct ad_error *error)
@@ -72,6 +39,15 @@ static enum ad_status write_results(const struct path_run *run, const struct pat
     return error->status;
 }
 
+/* Newton's method always has a target, a descent where --tol gives one. */
+static bool converged(const struct path_run *run, const struct path_result *result)
+{
+    enum phys_stop stop = result->info.stop;
+    bool asked = run->settings.tolerance > 0 || strcmp(run->solver->name, "newton") == 0;
+    return !asked || run->solver == &phys_solver_march || stop == PHYS_STOP_TOLERANCE ||
+           stop == PHYS_STOP_ROUNDING;
+}
+
 /* Whether the run reached what was asked. */
 static int judge(const struct path_run *run, const struct path_result *result,
                  struct ad_error *error)
@@ -79,10 +55,10 @@ static int judge(const struct path_run *run, const struct path_result *result,
     if (result->info.stop == PHYS_STOP_INTERRUPTED)
         ad_fail(error, AD_E_ARGUMENT, "interrupted after step %zu of %zu; results are those so far",
                 result->info.steps, run->settings.steps);
-    else if (run->settings.tolerance > 0 && result->info.stop != PHYS_STOP_TOLERANCE)
-        ad_fail(error, AD_E_ARGUMENT,
-                "not converged: |gradient| %.3g after %zu steps, asked for %.3g of its start",
-                result->info.grad_norm, result->info.steps, run->settings.tolerance);
+    else if (!converged(run, result))
+        ad_fail(error, AD_E_ARGUMENT, "not converged: %s, |gradient| %.3g after %zu steps%s",
+                path_stop_name(result->info.stop), result->info.grad_norm, result->info.steps,
+                strcmp(run->solver->name, "newton") == 0 ? "; try --adam-steps 100" : "");
     return error->status == AD_OK ? DONE : NOT_REACHED;
 }
 
@@ -134,6 +110,8 @@ static const struct option table[] = {
     {"dt", "DT", OPTION_NUMBER, NULL, "time from slice to slice [the scene's]", AT(dt)},
     {"steps", "K", OPTION_COUNT, NULL, "of the solver [as published, else 500]", AT(steps)},
     {"lr", "X", OPTION_NUMBER, NULL, "learning rate [as published, else 0.01]", AT(learning_rate)},
+    {"ends", "WHICH", OPTION_TEXT, "both",
+     "what is given: both ends, or start: the first two slices, and the motion follows", AT(ends)},
     {"adam-steps", "K", OPTION_COUNT, "0", "newton, lbfgs: steps of adam before", AT(adam_steps)},
     {"momentum", "M", OPTION_NUMBER, "0", "sgd: share of the last step in the next", AT(momentum)},
     {"hold", "K", OPTION_COUNT, "1", "slices held at either end", AT(hold)},

@@ -17,7 +17,7 @@ struct path_options {
     const char *data, *from, *bodies; /* of the ephemeris */
     size_t slices, steps, every, days, dims, adam_steps, hold;
     double dt, learning_rate, momentum, noise, tolerance, energy_weight;
-    const char *energy_loss;
+    const char *energy_loss, *ends;
     bool stop_at_reference;
     struct settings set;
 };

@@ -88,12 +88,30 @@ static void choose_settings(const struct path_options *options, struct path_run 
         run->every = 1; /* no steps at all: the start is stored */
 }
 
+static enum ad_status choose_solver(const struct path_options *options, struct path_run *run,
+                                    struct ad_error *error)
+{
+    run->solver = phys_solver_find(options->solver, error);
+    if (strcmp(options->ends, "start") == 0)
+        run->solver = &phys_solver_march;
+    else if (strcmp(options->ends, "both") != 0)
+        return ad_fail(error, AD_E_ARGUMENT, "--ends: expected both or start, got '%s'",
+                       options->ends);
+    return error->status;
+}
+
+/* Whether the solver is one that finds stationary paths of the action itself. */
+static bool is_exact(const struct path_run *run)
+{
+    return run->solver == &phys_solver_march ||
+           (run->solver && strcmp(run->solver->name, "newton") == 0);
+}
+
 /* The published penalty belongs to descents; newton finds the stationary path of the action. */
 static enum ad_status choose_energy_loss(const struct path_options *options, struct path_run *run,
                                          struct ad_error *error)
 {
-    bool newton = run->solver && strcmp(run->solver->name, "newton") == 0;
-    bool published = run->preset && !newton && !options->energy_loss;
+    bool published = run->preset && !is_exact(run) && !options->energy_loss;
     double otherwise = published ? run->preset->energy_weight : options->energy_loss ? 1 : 0;
     run->settings.energy_weight = number_or(options->energy_weight, otherwise);
     if (options->energy_loss && strcmp(options->energy_loss, "local") == 0)
@@ -101,10 +119,12 @@ static enum ad_status choose_energy_loss(const struct path_options *options, str
     else if (options->energy_loss && strcmp(options->energy_loss, "global") != 0)
         return ad_fail(error, AD_E_ARGUMENT, "--energy-loss: expected global or local, got '%s'",
                        options->energy_loss);
-    if (newton && run->settings.energy_weight != 0)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "--energy-weight: newton finds the stationary path of the action itself; "
-                       "take adam, sgd or lbfgs for a penalty");
+    if (is_exact(run) && run->settings.energy_weight != 0)
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "--energy-weight: %s finds a stationary path of the action itself; take adam, "
+            "sgd or lbfgs for a penalty",
+            run->solver->name);
     return AD_OK;
 }
 
@@ -298,9 +318,8 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
     if (phys_system_open(options->common.argument[0], &run->system, error) != AD_OK ||
         choose_preset(options, run, error) != AD_OK || set_parameters(options, run, error) != AD_OK)
         return error->status;
-    run->solver = phys_solver_find(options->solver, error);
-    bool newton = run->solver && strcmp(run->solver->name, "newton") == 0;
-    const char *rule = run->preset && !newton ? "left+repeat" : "left";
+    choose_solver(options, run, error);
+    const char *rule = run->preset && !is_exact(run) ? "left+repeat" : "left";
     run->settings.rule = phys_rule_find(options->rule ? options->rule : rule, error);
     choose_settings(options, run);
     choose_noise(options, run);

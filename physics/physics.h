@@ -331,6 +331,9 @@ struct phys_solver {
                             struct phys_path_info *info, struct ad_error *error);
 };
 extern const struct phys_solver *const phys_solvers[]; /* NULL-terminated */
+/* Not one of them: only the first two slices are given, and the discrete equations of the rule are
+   marched from slice to slice. Its steps are the slices found; all other settings are ignored. */
+extern const struct phys_solver phys_solver_march;
 const struct phys_solver *phys_solver_find(const char *name, struct ad_error *error);
 
 /* The stationary path between the first and the last slice of path [s*dof x slices] (s: degree of
