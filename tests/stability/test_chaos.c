@@ -1,0 +1,165 @@
+/* Chaos: a double pendulum forgets its start. How fast is measured, and after the horizon there is
+   nothing to compare. */
+#include "follow.h"
+#include "tests/close.h"
+
+static void lyapunov(struct motion *m, struct phys_lyapunov_settings settings,
+                     struct phys_lyapunov *result)
+{
+    m->error = (struct ad_error){0};
+    if (settings.known == 0) {
+        settings.known = 1e-8;
+        settings.lost = 0.1;
+    }
+    phys_lyapunov(&m->ode, m->y, &settings, result, &m->error);
+    if (m->error.status != AD_OK)
+        print_error("%s\n", m->error.message);
+    assert_int_equal(m->error.status, AD_OK);
+}
+
+static void a_double_pendulum_forgets_its_start(void **state)
+{
+    (void)state;
+    struct motion m;
+    struct phys_lyapunov found;
+    follow_open(&m, "dblpend", NULL, 0);
+    lyapunov(&m, (struct phys_lyapunov_settings){.t1 = 400}, &found);
+    assert_close(found.exponent, 0.33, 0, 0.03);
+    assert_close(found.time * found.exponent, 1, 1e-15, 0);
+    assert_true(found.chaotic && found.megno > 30);
+    motion_close(&m);
+}
+
+/* 1e-8 in one angle becomes 8e-3 in the other at t = 40, by two trajectories; the linearised field
+   says the same. */
+static void the_growth_is_that_of_two_trajectories(void **state)
+{
+    (void)state;
+    static const double direction[] = {1, 0, 0, 0};
+    struct motion a, b;
+    struct phys_lyapunov found;
+    double square = 0;
+    follow_open(&a, "dblpend", NULL, 0);
+    follow_open(&b, "dblpend", NULL, 0);
+    lyapunov(&a, (struct phys_lyapunov_settings){.t1 = 40, .direction = direction}, &found);
+    b.y[0] += 1e-8;
+    assert_true(follow_to(&a, "dop853", 1e-13, 40));
+    assert_true(follow_to(&b, "dop853", 1e-13, 40));
+    for (size_t k = 0; k < 4; k++)
+        square += (a.y[k] - b.y[k]) * (a.y[k] - b.y[k]);
+    assert_close(fabs(a.y[1] - b.y[1]), 8e-3, 0, 5e-4);
+    assert_close(1e-8 * found.growth, sqrt(square), 0.02, 0); /* the rest is curvature */
+    motion_close(&a);
+    motion_close(&b);
+}
+
+/* Before the horizon two good runs agree; after it they have nothing to do with each other. */
+static void runs_agree_up_to_the_horizon_alone(void **state)
+{
+    (void)state;
+    const double tolerance = 1e-9;
+    struct phys_lyapunov found;
+    struct motion m;
+    follow_open(&m, "dblpend", NULL, 0);
+    lyapunov(&m, (struct phys_lyapunov_settings){.t1 = 120, .known = tolerance, .lost = 0.1},
+             &found);
+    assert_true(found.horizon > 30 && found.horizon < 80);
+    for (int after = 0; after < 2; after++) {
+        struct motion good, better;
+        double t = after ? 1.6 * found.horizon : 0.6 * found.horizon;
+        follow_open(&good, "dblpend", NULL, 0);
+        follow_open(&better, "dblpend", NULL, 0);
+        assert_true(follow_to(&good, "dop853", tolerance, t));
+        assert_true(follow_to(&better, "dop853", 1e-13, t));
+        double apart = hypot(good.y[0] - better.y[0], good.y[1] - better.y[1]);
+        assert_true(after ? apart > 0.1 : apart < 1e-3);
+        assert_true(good.info.energy_drift < 1e-6); /* the energy does not tell */
+        motion_close(&good);
+        motion_close(&better);
+    }
+    motion_close(&m);
+}
+
+/* Differences along regular motions grow as powers of the time, or not at all. */
+static void regular_motions_are_told_apart(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *scene, *parameter;
+        double value, t1, megno;
+    } cases[] = {
+        {"spring", "q0", 0.7, 100, 0}, {"kepler", "e", 0.5, 400, 2}, {"cubic", "q0", 0.4, 1000, 2}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct motion m;
+        struct phys_lyapunov found;
+        follow_open(&m, cases[k].scene, cases[k].parameter, cases[k].value);
+        lyapunov(&m, (struct phys_lyapunov_settings){.t1 = cases[k].t1}, &found);
+        assert_false(found.chaotic);
+        assert_close(found.megno, cases[k].megno, 0, 0.3);
+        assert_true(found.exponent < 0.03);
+        assert_true(isinf(found.horizon));
+        motion_close(&m);
+    }
+}
+
+/* On the top of a hill, q'' = q, differences grow as e^t from the start. */
+static enum ad_status hilltop(void *context, double t, const double *y, double *rate,
+                              struct ad_error *error)
+{
+    (void)context, (void)t, (void)error;
+    rate[0] = y[1];
+    rate[1] = y[0];
+    return AD_OK;
+}
+
+static void the_exponent_of_a_hilltop_is_exact(void **state)
+{
+    (void)state;
+    static const double along[] = {1, 1}, top[] = {0, 0};
+    const struct phys_ode ode = {.n = 2, .field = hilltop};
+    const struct phys_lyapunov_settings settings = {
+        .t1 = 20, .direction = along, .known = 1e-6, .lost = 1e-2};
+    struct phys_lyapunov found;
+    struct ad_error error = {0};
+    assert_int_equal(phys_lyapunov(&ode, top, &settings, &found, &error), AD_OK);
+    assert_close(found.exponent, 1, 1e-8, 0);
+    assert_close(found.growth, exp(20), 1e-6, 0);
+    assert_close(found.megno, 10, 0.01, 0);
+    assert_close(found.horizon, log(1e4), 1e-6, 0);
+    assert_true(found.chaotic);
+}
+
+static void wrong_questions_are_refused(void **state)
+{
+    (void)state;
+    static const struct {
+        struct phys_lyapunov_settings settings;
+        const char *words[3];
+    } cases[] = {
+        {{.t1 = 0, .known = 1, .lost = 2}, {"from t = 0 to 0", "later end"}},
+        {{.t1 = 1, .known = 0, .lost = 2}, {"0 at the start", "positive"}},
+        {{.t1 = 1, .known = 2, .lost = 1}, {"1 at the horizon", "larger"}},
+    };
+    struct motion m;
+    follow_open(&m, "spring", NULL, 0);
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct phys_lyapunov found;
+        struct ad_error error = {0};
+        phys_lyapunov(&m.ode, m.y, &cases[k].settings, &found, &error);
+        assert_told(&error, AD_E_ARGUMENT, cases[k].words);
+    }
+    motion_close(&m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_double_pendulum_forgets_its_start),
+        cmocka_unit_test(the_growth_is_that_of_two_trajectories),
+        cmocka_unit_test(runs_agree_up_to_the_horizon_alone),
+        cmocka_unit_test(regular_motions_are_told_apart),
+        cmocka_unit_test(the_exponent_of_a_hilltop_is_exact),
+        cmocka_unit_test(wrong_questions_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
