@@ -17,6 +17,7 @@ static const struct chart {
 } charts[] = {
     {"gradients", chart_gradients},
     {"integrators", chart_integrators},
+    {"paths", chart_paths},
 };
 
 enum { N_CHARTS = sizeof charts / sizeof *charts };
@@ -58,7 +59,7 @@ static const struct option table[] = {
 
 const struct command command_chart = {
     .line = {.name = "chart",
-             .what = "speed against accuracy, measured: gradients, integrators",
+             .what = "speed against accuracy, measured: gradients, integrators, paths",
              .arguments = {"KIND"},
              .options = table,
              .n_options = sizeof table / sizeof *table},
