@@ -15,6 +15,8 @@ static enum ad_status solve(struct path_run *run, struct path_record *record,
     run->settings.progress = path_record_step;
     run->settings.context = record;
     interrupt_catch();
+    if (path_wants_all(run->options) && path_find_all(run, result, error) != AD_OK)
+        return error->status;
     run->solver->solve(&run->system, &run->settings, run->path, &result->info, error);
     progress_end(&record->progress);
     if (record->failed)
@@ -85,6 +87,7 @@ static int run_path(struct path_run *run, struct ad_error *error)
         status = judge(run, &result, error);
     }
     path_record_free(&record);
+    phys_answers_free(&result.answers);
     return status;
 }
 
@@ -112,6 +115,11 @@ static const struct option table[] = {
     {"lr", "X", OPTION_NUMBER, NULL, "learning rate [as published, else 0.01]", AT(learning_rate)},
     {"ends", "WHICH", OPTION_TEXT, "both",
      "what is given: both ends, or start: the first two slices, and the motion follows", AT(ends)},
+    {"all", NULL, OPTION_FLAG, NULL,
+     "newton: several stationary paths between the ends, by energy; the first is the result",
+     AT(all)},
+    {"energy", "E", OPTION_NUMBER, NULL, "the same, and the one of this energy is the result",
+     AT(energy)},
     {"adam-steps", "K", OPTION_COUNT, "0", "newton, lbfgs: steps of adam before", AT(adam_steps)},
     {"momentum", "M", OPTION_NUMBER, "0", "sgd: share of the last step in the next", AT(momentum)},
     {"hold", "K", OPTION_COUNT, "1", "slices held at either end", AT(hold)},

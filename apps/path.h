@@ -18,7 +18,8 @@ struct path_options {
     size_t slices, steps, every, days, dims, adam_steps, hold;
     double dt, learning_rate, momentum, noise, tolerance, energy_weight;
     const char *energy_loss, *ends;
-    bool stop_at_reference;
+    bool stop_at_reference, all;
+    double energy;
     struct settings set;
 };
 
@@ -88,11 +89,25 @@ struct path_result {
     double mse_initial, mse_final, max_error, energy_drift;
     bool has_spectrum; /* newton's paths are stationary, and of a kind */
     struct phys_spectrum spectrum;
+    struct phys_answers answers; /* --all, --energy; none else */
+    size_t chosen;
 };
 
 /* Fills all but `info`. */
 enum ad_status path_measure(const struct path_run *run, struct path_result *result,
                             struct ad_error *error);
+
+/* ---- several answers (path_answers.c) ---- */
+
+struct json;
+
+/* Whether --all or --energy was given. */
+bool path_wants_all(const struct path_options *options);
+/* Fills answers, and run->path with the chosen one. */
+enum ad_status path_find_all(struct path_run *run, struct path_result *result,
+                             struct ad_error *error);
+void path_print_answers(const struct path_run *run, const struct path_result *result);
+void path_json_answers(struct json *json, const struct path_result *result);
 
 /* ---- writing ---- */
 

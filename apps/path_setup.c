@@ -91,7 +91,10 @@ static void choose_settings(const struct path_options *options, struct path_run 
 static enum ad_status choose_solver(const struct path_options *options, struct path_run *run,
                                     struct ad_error *error)
 {
-    run->solver = phys_solver_find(options->solver, error);
+    run->solver = phys_solver_find(path_wants_all(options) ? "newton" : options->solver, error);
+    if (path_wants_all(options) && strcmp(options->ends, "both") != 0)
+        return ad_fail(error, AD_E_ARGUMENT, "--all: with --ends %s there is one answer",
+                       options->ends);
     if (strcmp(options->ends, "start") == 0)
         run->solver = &phys_solver_march;
     else if (strcmp(options->ends, "both") != 0)

@@ -85,6 +85,7 @@ void path_print(const struct path_run *run, const struct path_result *result)
     print_row("energy drift", NAN, NAN, result->energy_drift, "of the start");
     if (result->has_spectrum)
         print_spectrum(run, &result->spectrum);
+    path_print_answers(run, result);
 }
 
 /* ---- JSON ---- */
@@ -141,6 +142,7 @@ void path_print_json(const struct path_run *run, const struct path_result *resul
     json_number(&json, "potential_mean", result->found.potential_mean);
     json_number(&json, "grad_norm", result->info.grad_norm);
     json_spectrum(&json, result);
+    path_json_answers(&json, result);
     json_number(&json, "mse_initial", result->mse_initial);
     json_number(&json, "mse_final", result->mse_final);
     json_number(&json, "max_error", result->max_error);

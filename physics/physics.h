@@ -186,8 +186,8 @@ extern const struct phys_rule *const phys_rules[]; /* NULL-terminated; higher ga
 const struct phys_rule *phys_rule_find(const char *name, struct ad_error *error);
 
 /* Where the rule looks at a path x [s*dof x n]: q, v [dof x m], t [1 x m], and the weight of each
-   point in units of dt (1 x 1 where all are equal). Points come by their number in the element, then
-   by element. The path begins at t = 0. */
+   point in units of dt (1 x 1 where all are equal). Points come by their number in the element,
+   then by element. The path begins at t = 0. */
 struct phys_rule_points {
     ad_var q, v, t, weight;
     size_t elements; /* points j*elements ... (j+1)*elements - 1 follow each other in time */
@@ -298,8 +298,9 @@ struct phys_path_settings {
     bool energy_local;    /* ... from slice to slice, not against that of the start */
     size_t hold;          /* slices held at either end; 0 means 1 */
     size_t adam_steps;    /* newton, lbfgs: steps of adam before */
-    const double *reference; /* [dof x slices]: descents end at the step nearest to it, once the
-                                distance has not fallen for PHYS_PATIENCE steps; NULL: they do not */
+    const double
+        *reference; /* [dof x slices]: descents end at the step nearest to it, once the
+                       distance has not fallen for PHYS_PATIENCE steps; NULL: they do not */
     size_t threads;
     /* Called after step 0 (the start), and after every step; false stops the run cleanly. path is
        [s*dof x slices] for a rule of degree s; means are those of phys_action. May be NULL. */
@@ -308,8 +309,8 @@ struct phys_path_settings {
 };
 
 enum phys_stop {
-    PHYS_STOP_STEPS = 1,  /* all steps taken */
-    PHYS_STOP_TOLERANCE,  /* the gradient is small enough */
+    PHYS_STOP_STEPS = 1,   /* all steps taken */
+    PHYS_STOP_TOLERANCE,   /* the gradient is small enough */
     PHYS_STOP_INTERRUPTED, /* progress returned false */
     PHYS_STOP_ROUNDING,    /* the gradient is zero but for rounding */
     PHYS_STOP_STALLED,     /* no step makes the gradient (newton) or objective (lbfgs) smaller */
@@ -337,9 +338,9 @@ extern const struct phys_solver phys_solver_march;
 const struct phys_solver *phys_solver_find(const char *name, struct ad_error *error);
 
 /* The stationary path between the first and the last slice of path [s*dof x slices] (s: degree of
-   the rule), in place, by solver->solve after a look at the settings (AD_E_ARGUMENT). A value that is not finite stops it
-   with AD_E_NONFINITE, naming step, operation and the first coordinate in order of slices; path is
-   then as it was. */
+   the rule), in place, by solver->solve after a look at the settings (AD_E_ARGUMENT). A value that
+   is not finite stops it with AD_E_NONFINITE, naming step, operation and the first coordinate in
+   order of slices; path is then as it was. */
 enum ad_status phys_path_solve(const struct phys_solver *solver, const struct phys_system *system,
                                const struct phys_path_settings *settings, double *path,
                                struct phys_path_info *info, struct ad_error *error);
@@ -356,6 +357,30 @@ struct phys_spectrum {
 enum ad_status phys_path_spectrum(const struct phys_system *system,
                                   const struct phys_path_settings *settings, const double *path,
                                   struct phys_spectrum *spectrum, struct ad_error *error);
+
+/* One of several stationary paths between the same ends. */
+struct phys_answer {
+    double *path;  /* [s*dof x slices] */
+    double *copy;  /* the last one found of the same energy and action: a mirror image, say */
+    size_t copies; /* how many such there are, this one included */
+    double energy; /* mean over the path */
+    double action;
+    double largest; /* coordinate at a slice */
+    struct phys_spectrum spectrum;
+};
+struct phys_answers {
+    size_t n;
+    struct phys_answer *answer; /* by energy, smallest first */
+};
+/* Stationary paths between the ends of path [s*dof x slices], itself the first start. With one
+   coordinate all those whose velocity at the first end is within a factor of 1000 of that of the
+   path, and rest; with more, those that `starts` random velocities lead to. Answers end with
+   phys_answers_free, and are empty on failure. */
+enum ad_status phys_path_all(const struct phys_system *system,
+                             const struct phys_path_settings *settings, const double *path,
+                             size_t starts, uint64_t seed, struct phys_answers *answers,
+                             struct ad_error *error);
+void phys_answers_free(struct phys_answers *answers);
 
 #ifdef __cplusplus
 }

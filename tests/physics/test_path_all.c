@@ -1,0 +1,105 @@
+/* Several stationary paths between the same ends: the swings of a pendulum. */
+#include "published.h"
+#include "tests/close.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* theta(0) = theta(10) = 0, g = l = 1: three swings, each with its mirror image, and rest. */
+static void four_answers_of_the_pendulum(void **state)
+{
+    static const struct {
+        double energy, amplitude;
+        size_t index, copies;
+    } known[] = {{0, 0, 3, 1},
+                 {0.42766904, 0.96145072, 2, 2},
+                 {1.76375516, 2.43990697, 1, 2},
+                 {1.99854509, 3.08764330, 0, 2}};
+    enum { SLICES = 101 };
+    (void)state;
+    struct phys_system pendulum;
+    struct ad_error error = {0};
+    phys_system_open("pendulum", &pendulum, &error);
+    phys_system_set(&pendulum, "l", 1, &error);
+    struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+                                          .slices = SLICES,
+                                          .dt = 10. / (SLICES - 1),
+                                          .learning_rate = 1};
+    double path[4 * SLICES] = {0};
+    struct phys_answers all;
+    phys_path_all(&pendulum, &settings, path, 0, 1, &all, &error);
+    assert_no_error(&error);
+    assert_int_equal(all.n, sizeof known / sizeof *known);
+    for (size_t k = 0; k < all.n; k++) {
+        assert_close(all.answer[k].energy, known[k].energy, 0, 6e-9);
+        /* V = 1 - cos theta is all there is where the swing turns round */
+        assert_close(acos(1 - all.answer[k].energy), known[k].amplitude, 0, 2e-8);
+        assert_int_equal(all.answer[k].spectrum.index, known[k].index);
+        assert_int_equal(all.answer[k].copies, known[k].copies);
+    }
+    phys_answers_free(&all);
+    phys_system_close(&pendulum);
+}
+
+/* A straight line is the only path of a free body. */
+static void one_answer_of_a_free_body(void **state)
+{
+    enum { SLICES = 20 };
+    (void)state;
+    struct phys_system body;
+    struct ad_error error = {0};
+    phys_system_open("freebody", &body, &error);
+    struct phys_path_settings settings = {.rule = phys_rule_find("midpoint", &error),
+                                          .slices = SLICES,
+                                          .dt = 0.1,
+                                          .learning_rate = 1};
+    double path[SLICES] = {[0] = 1.3, [SLICES - 1] = -0.7};
+    struct phys_answers all;
+    phys_path_all(&body, &settings, path, 0, 1, &all, &error);
+    assert_no_error(&error);
+    assert_int_equal(all.n, 1);
+    assert_int_equal(all.answer[0].copies, 1);
+    phys_answers_free(&all);
+    phys_system_close(&body);
+}
+
+/* Around a centre a body can go either way; half a period apart, both are found. */
+static void two_ways_around_a_centre(void **state)
+{
+    enum { SLICES = 61 };
+    (void)state;
+    struct phys_system kepler;
+    struct ad_error error = {0};
+    phys_system_open("kepler", &kepler, &error);
+    struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+                                          .slices = SLICES,
+                                          .dt = M_PI / (SLICES - 1),
+                                          .learning_rate = 1};
+    double path[4 * 2 * SLICES] = {0};
+    for (size_t i = 0; i < SLICES; i++) { /* near a half of the ellipse e = .6, a = 1 */
+        double angle = M_PI * (double)i / (SLICES - 1);
+        path[i] = cos(angle) - 0.6;
+        path[SLICES + i] = 0.8 * sin(angle);
+    }
+    phys_rule_interpolate(settings.rule, 2, SLICES, path);
+    struct phys_answers all;
+    phys_path_all(&kepler, &settings, path, 100, 1, &all, &error);
+    assert_no_error(&error);
+    size_t copies = 0;
+    for (size_t k = 0; k < all.n; k++)
+        if (is_close(all.answer[k].energy, -0.5, 0, 1e-7))
+            copies = all.answer[k].copies;
+    assert_true(copies >= 2);
+    phys_answers_free(&all);
+    phys_system_close(&kepler);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(four_answers_of_the_pendulum),
+        cmocka_unit_test(one_answer_of_a_free_body),
+        cmocka_unit_test(two_ways_around_a_centre),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
