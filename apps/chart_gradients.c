@@ -78,20 +78,48 @@ static void print_csv(FILE *out, const struct race races[HAND_N])
     fputc('\n', out);
 }
 
+/* Bars in units of the hand-written gradient, so that scenes of any size stand side by side. */
+static void draw(const struct race races[HAND_N], struct plot *plot)
+{
+    FILE *out = plot->script;
+    plot->width = 640;
+    plot->height = 360;
+    for (int scene = 0; scene < HAND_N; scene++) {
+        const double *ns = races[scene].ns;
+        fprintf(plot->data, "%s %.4g %.4g \"%.3g us\" \"%.3g us\"\n", hand_build(0)[scene].scene,
+                ns[TAPE_GRADIENT] / ns[HAND_GRADIENT], 1.0, 1e-3 * ns[TAPE_GRADIENT],
+                1e-3 * ns[HAND_GRADIENT]);
+    }
+    fprintf(out,
+            "set title 'Gradient of the action, %d slices, one thread'\nset style data histogram\n"
+            "set style histogram clustered gap 1\nset style fill solid noborder\n"
+            "set boxwidth 0.9\nset border 3\nset tics nomirror\nset yrange [0:*]\n"
+            "set offsets 0,0,0.4,0\nset ylabel 'times the hand-written C'\nset key top left\n"
+            "plot data using 2:xtic(1) lc rgb '#1f4e79' title 'by the tape', \\\n"
+            "    data using 3 lc rgb '#e8a33d' title 'by hand', \\\n"
+            "    data using ($0-0.17):2:4 with labels offset 0,0.6 font ',10' notitle, \\\n"
+            "    data using ($0+0.17):3:5 with labels offset 0,0.6 font ',10' notitle\n",
+            HAND_SLICES);
+}
+
 int chart_gradients(const struct chart_settings *settings, struct ad_error *error)
 {
     struct race races[HAND_N];
     struct result csv;
+    struct plot plot = {0};
     bool agree = true;
-    if (chart_csv(settings, "gradients", &csv, error) != AD_OK)
-        return command_status(error);
+    if (chart_csv(settings, "gradients", &csv, error) == AD_OK)
+        chart_picture(settings, "gradients", &plot, error);
     for (int scene = 0; scene < HAND_N && error->status == AD_OK; scene++)
         if (race_run(scene, settings->quick, &races[scene], error) == AD_OK)
             agree = agree && races[scene].disagreement < tolerance;
     if (error->status == AD_OK) {
         print_csv(csv.out, races);
-        result_commit(&csv, error);
+        draw(races, &plot);
+        if (plot_commit(&plot, error) == AD_OK)
+            result_commit(&csv, error);
     }
+    plot_abandon(&plot);
     result_abandon(&csv);
     if (error->status != AD_OK)
         return command_status(error);
