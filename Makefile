@@ -170,7 +170,7 @@ test:
 	@scripts/install-deps
 	@$(MAKE) --no-print-directory check
 
-check: $(if $(findstring tests/apps,$(TEST_DIRS)),$(COMMAND)) $(TESTS)
+check: $(if $(filter tests/apps tests/stability,$(TEST_DIRS)),$(COMMAND)) $(TESTS)
 	@LEASTACTION_BUILD=$(BUILD) scripts/run-tests $(TESTS)
 
 demo:

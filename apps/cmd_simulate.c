@@ -37,7 +37,10 @@ static int run_simulation(struct simulate_run *run, struct ad_error *error)
     if (outputs_begin(common, &outputs, error) != AD_OK)
         return command_status(error);
     interrupt_catch();
-    if (choose(run, error) != AD_OK || simulate_run(run, &result, error) != AD_OK)
+    if (choose(run, error) == AD_OK)
+        simulate_run(run, &result, error);
+    simulate_outlook(run, &result, error);
+    if (error->status != AD_OK)
         outputs_abandon(&outputs);
     else if (write_results(run, &result, &outputs, error) == AD_OK)
         (common->json ? simulate_print_json : simulate_print)(run, &result);
@@ -74,6 +77,9 @@ static const struct option table[] = {
     {"set", "NAME=VALUE", OPTION_SETTINGS, NULL, "a parameter of the scene; repeatable", AT(set)},
     {"reverse", NULL, OPTION_FLAG, NULL, "run back, too: how far from the start does it end?",
      AT(reverse)},
+    {"horizon", "E", OPTION_NUMBER, NULL,
+     "how long does a difference E of the start, in units of its size, stay under 0.1?",
+     AT(horizon)},
     {"no-reference", NULL, OPTION_FLAG, NULL, "leave out the reference run, and the error",
      AT(no_reference)},
 };

@@ -7,13 +7,14 @@
 #include "options.h"
 #include "plot.h"
 #include "result.h"
+#include "simulate_outlook.h"
 #include "../physics/integrate.h"
 #include "../physics/runfile.h"
 
 struct simulate_options {
     struct common common;
     const char *integrator;
-    double dt, tolerance, time;
+    double dt, tolerance, time, horizon;
     size_t every, samples;
     bool no_reference, reverse;
     struct settings set;
@@ -83,6 +84,7 @@ struct simulate_result {
     struct phys_closest closest;
     struct phys_totals start, end;
     bool has_totals;
+    struct simulate_outlook outlook;
 };
 
 /* Runs, measures, compares. Ends with simulate_result_free, whatever it returned. */

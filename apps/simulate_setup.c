@@ -12,11 +12,17 @@ static enum ad_status check(const struct simulate_options *options, struct ad_er
     const struct {
         const char *name;
         double value;
-    } positive[] = {{"dt", options->dt}, {"tol", options->tolerance}, {"time", options->time}};
+    } positive[] = {{"dt", options->dt},
+                    {"tol", options->tolerance},
+                    {"time", options->time},
+                    {"horizon", options->horizon}};
     for (size_t k = 0; k < sizeof positive / sizeof *positive; k++)
         if (!isnan(positive[k].value) && !(positive[k].value > 0))
             return ad_fail(error, AD_E_ARGUMENT, "--%s: expected more than 0, got %g",
                            positive[k].name, positive[k].value);
+    if (options->horizon >= simulate_lost)
+        return ad_fail(error, AD_E_ARGUMENT, "--horizon: expected less than %g, got %g",
+                       simulate_lost, options->horizon);
     if (!isnan(options->dt) && !isnan(options->tolerance))
         return ad_fail(error, AD_E_ARGUMENT, "--dt and --tol: give one of them");
     if (!isnan(options->dt) && !options->integrator)

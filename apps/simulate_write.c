@@ -78,6 +78,7 @@ void simulate_print(const struct simulate_run *run, const struct simulate_result
         row("closest approach", result->closest.distance, scene->unit);
         row("  at t =", result->closest.t, scene->time_unit);
     }
+    simulate_outlook_print(run, &result->outlook);
     if (result->has_totals) {
         row("change of momentum", change(result->start.momentum, result->end.momentum), "1");
         row("change of ang. momentum", change(result->start.angular, result->end.angular), "1");
@@ -149,6 +150,7 @@ void simulate_print_json(const struct simulate_run *run, const struct simulate_r
                                    : (double)NAN);
     if (run->n_trials)
         json_trials(&json, run);
+    simulate_outlook_json(&json, &result->outlook);
     json_text(&json, "stop", stop_name(info->stop));
     json_close(&json);
 }

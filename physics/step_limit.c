@@ -111,9 +111,8 @@ static void describe(const struct phys_integrator *integrator, const struct phys
     char name[64], motion[160];
     double w = a->motion.frequency, good = 0.3 / w; /* 20 steps a period */
     phys_coordinate_name(system, a->motion.coordinate, name, sizeof name);
-    snprintf(motion, sizeof motion,
-             "the fastest oscillation, at t = %.4g (period %.4g, mostly %s),", a->motion.t,
-             2 * M_PI / w, name);
+    snprintf(motion, sizeof motion, "the fastest oscillation (period %.4g at t = %.4g, mostly %s)",
+             2 * M_PI / w, a->motion.t, name);
     if (a->limit == 0)
         snprintf(a->text, sizeof a->text,
                  "%s makes every oscillation grow, however short its steps: %s grows %.3g times in "
