@@ -3,19 +3,20 @@
    or where it has cost more than the best so far. */
 #include "simulate.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum {
-    POINTS = 128, /* times at which runs are compared */
-    HALVINGS = 24,
-    MOST_STEPS = 20000000
+    POINTS = 512,     /* times at which runs are compared */
+    LEVELS = 24,      /* of refinement */
+    ADAPTIVE_GAP = 2, /* levels between a run and the one it is held against: a tenth */
+    MOST_STEPS = 1000000,
+    MOST_LOST = 4 /* runs in a row that do not get through */
 };
 
 /* The finer run errs too, if less. */
-static const double caution = 1.5;
+static const double caution = 2;
 
 static const char *const candidates[] = {"dop853", "dopri5", "yoshida6", "yoshida4", "verlet"};
 
@@ -39,7 +40,7 @@ static double setting_of(const struct simulate_run *run, const struct phys_integ
    errors. */
 static enum ad_status attempt(const struct simulate_run *run, const struct phys_ode *ode,
                               const struct phys_integrator *integrator, double setting,
-                              size_t most_steps, struct trial_run *trial, struct ad_error *error)
+                              struct trial_run *trial, struct ad_error *error)
 {
     size_t n = ode->n;
     double *y = malloc(2 * n * sizeof *y);
@@ -52,7 +53,7 @@ static enum ad_status attempt(const struct simulate_run *run, const struct phys_
     if (ode->enter(ode->context, 0, run->q, run->v, y, error) == AD_OK &&
         simulate_settings(run, integrator, setting, ode, y, y + n, &settings, error) == AD_OK) {
         settings.n_samples = POINTS;
-        settings.max_steps = most_steps;
+        settings.max_steps = MOST_STEPS;
         settings.sample = simulate_sample;
         settings.context = &trial->samples;
         phys_simulate(&settings, ode, y, &info, &lost);
@@ -84,31 +85,27 @@ static enum ad_status refine(const struct simulate_run *run, const struct phys_o
                              size_t budget, struct simulate_trial *trial, struct ad_error *error)
 {
     const struct phys_integrator *integrator = trial->integrator;
-    struct trial_run coarse = {0}, fine = {0};
+    size_t gap = integrator->adaptive ? ADAPTIVE_GAP : 1, level = 0, lost = 0;
+    struct trial_run runs[LEVELS] = {0};
     trial->estimate = (double)NAN;
-    for (size_t level = 0; level < HALVINGS && error->status == AD_OK; level++) {
-        double setting = setting_of(run, integrator, level);
-        if (integrator->adaptive && setting < 10 * DBL_EPSILON)
+    for (; level < LEVELS; level++) {
+        struct trial_run *fine = &runs[level], *coarse = &runs[level < gap ? 0 : level - gap];
+        if (attempt(run, ode, integrator, setting_of(run, integrator, level), fine, error) != AD_OK)
             break;
-        if (attempt(run, ode, integrator, setting, MOST_STEPS, &fine, error) != AD_OK)
-            break;
-        if (coarse.complete && fine.complete) {
-            double estimate = caution * distance(&coarse.samples, &fine.samples);
+        if (level >= gap && coarse->complete && fine->complete) {
+            double estimate = caution * distance(&coarse->samples, &fine->samples);
             if (!(estimate >= trial->estimate)) {
                 trial->estimate = estimate;
-                trial->setting = setting_of(run, integrator, level - 1);
-                trial->evaluations = coarse.evaluations;
+                trial->setting = setting_of(run, integrator, level - gap);
+                trial->evaluations = coarse->evaluations;
             }
         }
-        bool enough = trial->estimate <= E || fine.evaluations > 4 * budget;
-        simulate_samples_free(&coarse.samples);
-        coarse = fine;
-        fine = (struct trial_run){0};
-        if (enough)
+        lost = fine->complete ? 0 : lost + 1;
+        if (trial->estimate <= E || fine->evaluations > 4 * budget || lost == MOST_LOST)
             break;
     }
-    simulate_samples_free(&coarse.samples);
-    simulate_samples_free(&fine.samples);
+    for (size_t k = 0; k < LEVELS; k++)
+        simulate_samples_free(&runs[k].samples);
     return error->status;
 }
 
@@ -165,6 +162,8 @@ enum ad_status simulate_choose(struct simulate_run *run, struct ad_error *error)
         try_candidate(run, name, budget, error);
         if (best(run))
             budget = best(run)->evaluations;
+        else if (k == 0) /* what the method for high accuracy does not reach, none will */
+            break;
         if (run->integrator)
             break;
     }

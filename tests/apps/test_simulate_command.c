@@ -1,0 +1,165 @@
+/* leastaction simulate, from outside: what it reports, chooses, writes and refuses. */
+#include "../close.h"
+#include "shell.h"
+#include "../../physics/runfile.h"
+#include "../../physics/table.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int clean(void **state)
+{
+    (void)state;
+    shell_clean();
+    return 0;
+}
+
+/* The number of a key of the JSON object on the last line; NaN for null. */
+static double number(const char *key)
+{
+    char name[64];
+    snprintf(name, sizeof name, "\"%s\": ", key);
+    const char *at = strstr(shell_last_line(), name);
+    assert_non_null(at);
+    at += strlen(name);
+    return strncmp(at, "null", 4) == 0 ? (double)NAN : strtod(at, NULL);
+}
+
+static bool has(const char *text) { return strstr(shell_last_line(), text) != NULL; }
+
+static void works(const char *arguments)
+{
+    int status = shell("$LA simulate %s", arguments);
+    if (status != 0)
+        print_error("%s", shell_err());
+    assert_int_equal(status, 0);
+}
+
+static void test_report(void **state)
+{
+    (void)state;
+    works("kepler --integrator verlet --dt 0.006283185307179587 --time 62.83185307179586 --json");
+    assert_true(has("\"scene\": \"kepler\"") && has("\"integrator\": \"verlet\""));
+    assert_true(number("steps") == 10000);
+    assert_true(number("evaluations") == 10000);
+    assert_close(number("error"), 0.0103, 0.02, 0);
+    assert_close(number("energy"), -0.5, 1e-15, 0);
+    assert_close(number("energy_drift"), 5.06e-5, 0.01, 0);
+    assert_true(number("angular_momentum_change") < 1e-12);
+    assert_true(isnan(number("closest_approach")));
+    works("kepler --no-reference --json");
+    assert_true(isnan(number("error")));
+}
+
+static void test_bodies_and_reversal(void **state)
+{
+    (void)state;
+    works("figure8 --integrator gauss4 --dt 0.02 --reverse --json");
+    assert_close(number("closest_approach"), 0.6905266, 1e-6, 0);
+    assert_true(number("reversal_error") < 1e-12);
+    assert_true(number("momentum_change") < 1e-13);
+    assert_true(number("error") < 1e-8);
+}
+
+/* The double pendulum does not separate: symplectic methods run in (q, p). */
+static void test_energy_of_a_scene_that_does_not_separate(void **state)
+{
+    (void)state;
+    works("dblpend --integrator gauss3 --dt 0.01 --time 50 --no-reference --json");
+    assert_true(number("energy_drift") < 1e-9);
+    works("dblpend --integrator variational-trapezoid --dt 0.01 --time 5 --json");
+    assert_true(number("error") < 1e-2 && number("error") > 1e-6);
+}
+
+/* The estimate is an upper bound but for a factor of ten at most, and the error meets what was
+   asked, on motions of several kinds and accuracies. */
+static void test_tolerance_is_met(void **state)
+{
+    (void)state;
+    static const char *const runs[] = {
+        "kepler --time 20",    "pendulum",         "figure8",         "dblpend --time 5",
+        "arenstorf --time 10", "spring --time 30", "dimer --time 10", "cubic --time 30"};
+    for (size_t k = 0; k < sizeof runs / sizeof *runs; k++)
+        for (double tolerance = 1e-3; tolerance > 1e-10; tolerance *= 1e-3) {
+            char arguments[96];
+            snprintf(arguments, sizeof arguments, "%s --tol %g --json", runs[k], tolerance);
+            works(arguments);
+            double error = number("error"), estimate = number("error_estimate");
+            print_message("%-20s %.0e: estimate %.1e, error %.1e\n", runs[k], tolerance, estimate,
+                          error);
+            assert_true(estimate <= tolerance);
+            assert_true(error <= tolerance);
+            assert_true(error <= 10 * estimate);
+        }
+    works("kepler --integrator yoshida4 --tol 1e-4 --json");
+    assert_true(has("\"integrator\": \"yoshida4\"") && number("error") < 1e-4);
+}
+
+static void test_files(void **state)
+{
+    (void)state;
+    size_t rows, columns;
+    double *values, energy[12];
+    struct ad_error error = {0};
+    works("kepler --samples 11 --csv k.csv --out k.h5 --plot k.svg --quiet");
+    assert_int_equal(phys_table_read(shell_path("k.csv"), &rows, &columns, &values, &error), AD_OK);
+    assert_int_equal(rows, 12);
+    assert_int_equal(columns, 5);
+    assert_close(values[11 * 5], 3.14159265358979, 1e-14, 0);
+    assert_close(values[11 * 5 + 1], -1.6, 1e-7, 0); /* apocentre after half a period */
+    free(values);
+    phys_runfile *file;
+    assert_int_equal(phys_runfile_open(shell_path("k.h5"), &file, &error), AD_OK);
+    assert_int_equal(phys_runfile_read(file, "energy", 0, 12, energy, &error), AD_OK);
+    assert_close(energy[11], -0.5, 1e-7, 0);
+    phys_runfile_close(file);
+    assert_true(shell_files() >= 3); /* without gnuplot: data and commands for the picture */
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    static const struct {
+        int status;
+        const char *arguments, *message;
+    } cases[] = {
+        {2, "kepler --integrator verle", "no integrator 'verle'; did you mean 'verlet'?"},
+        {2, "kepler --tol 0", "--tol: expected more than 0, got 0"},
+        {2, "kepler --time -1", "--time: expected more than 0, got -1"},
+        {2, "kepler --dt 0.1", "--dt needs --integrator NAME"},
+        {2, "kepler --integrator rk4 --dt 0.1 --tol 1", "--dt and --tol: give one of them"},
+        {2, "kepler --integrator dop853 --dt 0.1", "--dt: dop853 chooses its steps; give --tol E"},
+        {2, "kepler --samples 0", "--samples: expected at least 1, got 0"},
+        {2, "kepler --every 2 --samples 3", "--every and --samples: give one of them"},
+        {2, "kepler --set e=2", "e = 2 makes no system"},
+        {2, "kepler --csv no/k.csv", "no/k.csv"},
+        {2, "dblpend --integrator verlet", "implicit-midpoint"},
+        {1, "fall --time 2", "at t = 1.11072073"},
+        {1, "fall --time 2 --tol 1e-6", "no method gets through"},
+        {1, "dblpend --time 200 --tol 1e-8", "out of reach"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        bool named = strstr(cases[k].arguments, "--csv") != NULL;
+        int status = shell("$LA simulate %s%s", cases[k].arguments, named ? "" : " --csv x.csv");
+        if (status != cases[k].status || !strstr(shell_err(), cases[k].message) || shell_files())
+            print_error("%s: exit %d, %s", cases[k].arguments, status, shell_err());
+        assert_int_equal(status, cases[k].status);
+        assert_non_null(strstr(shell_err(), cases[k].message));
+        assert_string_equal(shell_out(), "");
+        assert_int_equal(shell_files(), 0);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_report, clean),
+        cmocka_unit_test_setup(test_bodies_and_reversal, clean),
+        cmocka_unit_test_setup(test_energy_of_a_scene_that_does_not_separate, clean),
+        cmocka_unit_test_setup(test_tolerance_is_met, clean),
+        cmocka_unit_test_setup(test_files, clean),
+        cmocka_unit_test_setup(test_refusals, clean),
+    };
+    return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
+}
