@@ -149,7 +149,7 @@ static enum ad_status out_of_reach(const struct simulate_run *run, struct ad_err
                        "ends before; try a shorter --time",
                        run->options->tolerance, run->time);
     return ad_fail(error, AD_E_ACCURACY,
-                   "--tol %g is out of reach: %s comes to %.2g, where rounding or chaos takes "
+                   "--tol %g is out of reach: %s comes to %.2g, where rounding, chaos or work take "
                    "over; allow a larger error or take a shorter --time",
                    run->options->tolerance, nearest->integrator->name, nearest->estimate);
 }
