@@ -72,14 +72,13 @@ static enum ad_status adaptive(struct run *run, struct ad_error *error)
     const struct phys_simulation *s = run->settings;
     struct phys_stepper *m = &run->stepper;
     struct control c = control_of(m->integrator->order);
-    struct ad_error cause;
+    struct ad_error cause = {0};
     double norm, left = s->t1 - m->t;
     for (;;) {
         bool last = fabs(run->h) * 1.01 >= fabs(left);
         double h = last ? left : run->h;
         if (!last && fabs(h) < floor_of(run))
             return underflow(run, &cause, error);
-        cause = (struct ad_error){0};
         if (attempt(run, h, &norm, &cause, error) != AD_OK)
             return error->status;
         double growth = safety * pow(norm, -c.exponent);
