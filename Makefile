@@ -7,6 +7,7 @@
 BUILD  ?= build
 PREFIX ?= /usr/local
 CFLAGS ?= -O2 -g
+PYTHON ?= python3
 VERSION := $(shell sed -n 's/.*LEASTACTION_VERSION "\(.*\)"/\1/p' apps/command.h 2>/dev/null)
 
 ifeq ($(origin CC),default)
@@ -66,7 +67,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests test check demo charts bench lint format sanitize test-o1 fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests test check demo charts peers bench lint format sanitize test-o1 fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -79,7 +80,8 @@ help:
 	@echo '  test       install what is missing, build, run every test'
 	@echo '  check      the same without installing; TEST_DIRS=tests/autodiff for a part'
 	@echo '  demo       install, build, run the six published scenes, leave pictures in demo/'
-	@echo '  charts     speed against accuracy, in charts/'
+	@echo '  charts     speed against accuracy, in charts/ (QUICK=1: a smaller range)'
+	@echo '  peers      the same jobs in SciPy, PyTorch, JAX, where installed (PYTHON=python3)'
 	@echo '  bench      gradients by the tape against hand-written C'
 	@echo '  lint       warnings are errors (gcc, clang), cppcheck, format, exported names'
 	@echo '  format     clang-format everything'
@@ -182,7 +184,14 @@ bench: all
 	@$(BUILD)/leastaction chart gradients --out $(BUILD)/bench
 
 charts: all
-	@$(BUILD)/leastaction chart gradients --out charts
+	@for kind in gradients integrators paths; do \
+	    $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) || exit; \
+	done
+
+# Other tools on the same jobs, those that $(PYTHON) can import.
+peers: all
+	@test -f charts/integrators.csv && test -f charts/gradients.csv || $(MAKE) --no-print-directory charts
+	@$(PYTHON) -B scripts/peers/compare.py charts $(if $(QUICK),--quick)
 
 lint:
 	@scripts/lint $(BUILD)
