@@ -78,12 +78,14 @@ static int run_path(struct path_run *run, struct ad_error *error)
         path_file_begin(run, outputs.file, error);
     if (solve(run, &record, &result, error) != AD_OK ||
         path_measure(run, &result, error) != AD_OK) {
+        path_outlook_lost(run, error);
         outputs_abandon(&outputs);
     } else if (write_results(run, &record, &result, &outputs, error) == AD_OK) {
         if (common->json)
             path_print_json(run, &result);
         else if (!common->quiet)
             path_print(run, &result);
+        path_outlook(run, &result);
         status = judge(run, &result, error);
     }
     path_record_free(&record);

@@ -109,6 +109,14 @@ enum ad_status path_find_all(struct path_run *run, struct path_result *result,
 void path_print_answers(const struct path_run *run, const struct path_result *result);
 void path_json_answers(struct json *json, const struct path_result *result);
 
+/* ---- judging (path_outlook.c) ---- */
+
+/* Warns, on standard error unless --quiet, of a descent that moves away from the stationary path.
+ */
+void path_outlook(const struct path_run *run, const struct path_result *result);
+/* Says what to try where values ceased to be finite. */
+void path_outlook_lost(const struct path_run *run, const struct ad_error *error);
+
 /* ---- writing ---- */
 
 /* The name of a reason to stop. */

@@ -1,0 +1,41 @@
+/* How far a path is to be believed: descents that move away from it. */
+#include "path.h"
+
+#include <math.h>
+
+/* A descent that gets anywhere makes the gradient smaller. */
+static bool moved_away(const struct path_result *result)
+{
+    return !(result->found.grad_norm <= result->start.grad_norm);
+}
+
+void path_outlook_lost(const struct path_run *run, const struct ad_error *error)
+{
+    if (error->status == AD_E_NONFINITE && !run->options->common.quiet)
+        fprintf(stderr,
+                "leastaction path: warning: %s lost the path: try a smaller --lr than %g, another "
+                "--init, or --solver newton\n",
+                run->solver->name, run->settings.learning_rate);
+}
+
+void path_outlook(const struct path_run *run, const struct path_result *result)
+{
+    struct phys_spectrum spectrum;
+    struct ad_error none = {0};
+    if (run->options->common.quiet || result->has_spectrum || run->solver == &phys_solver_march ||
+        !moved_away(result))
+        return;
+    fprintf(stderr,
+            "leastaction path: warning: %s moves away from the stationary path: |gradient| grew "
+            "from %.3g to %.3g; ",
+            run->solver->name, result->start.grad_norm, result->found.grad_norm);
+    if (phys_path_spectrum(&run->system, &run->settings, run->path, &spectrum, &none) == AD_OK &&
+        spectrum.index > 0)
+        fprintf(stderr,
+                "the action falls along %zu direction%s there (Morse index): a saddle, which no "
+                "descent can hold; try --solver newton\n",
+                spectrum.index, spectrum.index == 1 ? "" : "s");
+    else
+        fprintf(stderr, "try a smaller --lr than %g, or --solver newton\n",
+                run->settings.learning_rate);
+}
