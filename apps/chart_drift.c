@@ -49,7 +49,7 @@ static bool sample(void *context, double t, const double *y)
     return true;
 }
 
-static enum ad_status follow(const struct motion *motion, struct drift *d, double time,
+static enum ad_status follow(const struct problem *motion, struct drift *d, double time,
                              struct phys_simulation_info *info, struct ad_error *error)
 {
     double y[2 * 2], scale[2 * 2]; /* a body in the plane */
@@ -71,7 +71,7 @@ static enum ad_status follow(const struct motion *motion, struct drift *d, doubl
 }
 
 /* The setting at which a trial costs what all may cost. */
-static void choose_setting(const struct motion *motion, struct drift *d, struct ad_error *error)
+static void choose_setting(const struct problem *motion, struct drift *d, struct ad_error *error)
 {
     double low = log(1e-15), high = log(d->integrator->adaptive ? 0.1 : 1.0);
     struct phys_simulation_info info;
@@ -157,7 +157,7 @@ static void draw(size_t n, const struct drift *drifts, double periods, size_t la
           out);
 }
 
-static enum ad_status measure(const struct motion *motion, double periods, struct drift *drifts,
+static enum ad_status measure(const struct problem *motion, double periods, struct drift *drifts,
                               size_t *n, FILE *csv, FILE *data, struct ad_error *error)
 {
     for (size_t k = 0; phys_integrators[k] && *n < MOST_METHODS; k++) {
@@ -168,7 +168,7 @@ static enum ad_status measure(const struct motion *motion, double periods, struc
         *d = (struct drift){.integrator = phys_integrators[k], .ode = &ode};
         if (d->integrator->lagrangian) /* variational ones: their maps are among the others */
             continue;
-        if (motion_field(motion, d->integrator, &ode, &suits, error) == AD_OK && suits) {
+        if (problem_field(motion, d->integrator, &ode, &suits, error) == AD_OK && suits) {
             choose_setting(motion, d, error);
             if (error->status == AD_OK &&
                 follow(motion, d, periods * period, &info, error) == AD_OK) {
@@ -186,7 +186,7 @@ static enum ad_status measure(const struct motion *motion, double periods, struc
 enum ad_status chart_drift(const struct chart_settings *settings, struct ad_error *error)
 {
     double periods = settings->quick ? 30 : 1000;
-    struct motion motion;
+    struct problem motion;
     struct result csv = {0};
     struct plot plot = {0};
     struct drift *drifts = calloc(MOST_METHODS, sizeof *drifts);
@@ -195,7 +195,7 @@ enum ad_status chart_drift(const struct chart_settings *settings, struct ad_erro
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     while (bin_end(last + 1) < periods * 1.01)
         last++;
-    if (motion_open(&problem, &motion, error) == AD_OK &&
+    if (problem_open(&problem, &motion, error) == AD_OK &&
         chart_csv(settings, "drift", &csv, error) == AD_OK &&
         chart_picture(settings, "drift", &plot, error) == AD_OK) {
         fprintf(csv.out, "# %d evaluations a period\nmethod,symplectic,setting,periods,error\n",
@@ -208,7 +208,7 @@ enum ad_status chart_drift(const struct chart_settings *settings, struct ad_erro
     }
     plot_abandon(&plot);
     result_abandon(&csv);
-    motion_close(&motion);
+    problem_close(&motion);
     free(drifts);
     return error->status;
 }

@@ -15,7 +15,7 @@ enum { ROUNDS = 3, MOST_METHODS = WORK_CURVES };
 static const struct effort {
     double evaluations, seconds, refinement; /* of a run; factor from step to step */
     size_t rounds;
-} thorough = {3e5, 0.1, 1.4142135623730951, ROUNDS}, quick = {3e4, 0.02, 2, 1};
+} thorough = {3e5, 0.1, 1.4142135623730951, ROUNDS}, quick = {1e4, 0.01, 2, 1};
 
 static const double short_run = 5e-4; /* seconds that are long enough for the clock */
 
@@ -28,7 +28,7 @@ struct entrant {
 };
 
 struct contest {
-    struct motion motion;
+    struct problem motion;
     size_t n;
     struct work_curve curve[MOST_METHODS];
     struct entrant entrant[MOST_METHODS];
@@ -65,10 +65,10 @@ static enum ad_status sweep(struct contest *contest, struct entrant *entrant,
     *curve = (struct work_curve){.name = method->name, .knob = method->adaptive ? "tol" : "dt"};
     for (size_t level = 0; level < WORK_POINTS && !exhausted(curve); level++) {
         double setting = setting_of(contest, method, effort, level);
-        struct motion_cost cost;
+        struct problem_cost cost;
         if (method->adaptive && setting < 1e-15)
             break;
-        if (motion_run(&contest->motion, method, &entrant->ode, setting, &cost, error) != AD_OK)
+        if (problem_run(&contest->motion, method, &entrant->ode, setting, &cost, error) != AD_OK)
             return error->status;
         if (cost.complete && cost.error < 1)
             curve->point[curve->n++] = (struct work_point){
@@ -85,12 +85,12 @@ static enum ad_status time_run(struct contest *contest, struct entrant *entrant,
                                double *seconds, struct ad_error *error)
 {
     const struct work_point *point = &entrant->curve->point[level];
-    struct motion_cost cost;
+    struct problem_cost cost;
     double sum = 0;
     size_t runs = 0;
     do {
-        if (motion_run(&contest->motion, entrant->integrator, &entrant->ode, point->setting, &cost,
-                       error) != AD_OK)
+        if (problem_run(&contest->motion, entrant->integrator, &entrant->ode, point->setting, &cost,
+                        error) != AD_OK)
             return error->status;
         sum += cost.seconds;
         runs++;
@@ -131,7 +131,7 @@ static enum ad_status enter_all(struct contest *contest, struct ad_error *error)
         bool suits = false;
         entrant->integrator = phys_integrators[k];
         entrant->curve = &contest->curve[contest->n];
-        if (motion_field(&contest->motion, phys_integrators[k], &entrant->ode, &suits, error) !=
+        if (problem_field(&contest->motion, phys_integrators[k], &entrant->ode, &suits, error) !=
                 AD_OK ||
             !suits)
             phys_ode_free(&entrant->ode);
@@ -146,7 +146,7 @@ static enum ad_status enter_all(struct contest *contest, struct ad_error *error)
 static enum ad_status hold_contest(struct contest *contest, const struct motion_problem *problem,
                                    const struct effort *effort, struct ad_error *error)
 {
-    if (motion_open(problem, &contest->motion, error) != AD_OK ||
+    if (problem_open(problem, &contest->motion, error) != AD_OK ||
         enter_all(contest, error) != AD_OK)
         return error->status;
     for (size_t m = 0; m < contest->n; m++)
@@ -160,7 +160,7 @@ static void contest_free(struct contest *contest)
     for (size_t m = 0; contest && m < contest->n; m++)
         phys_ode_free(&contest->entrant[m].ode);
     if (contest)
-        motion_close(&contest->motion);
+        problem_close(&contest->motion);
     free(contest);
 }
 

@@ -78,8 +78,8 @@ static double distance(size_t dof, const double *x, const double *y)
     return fmax(relative_distance(dof, x, y), relative_distance(dof, x + dof, y + dof));
 }
 
-enum ad_status motion_field(const struct motion *motion, const struct phys_integrator *integrator,
-                            struct phys_ode *ode, bool *suits, struct ad_error *error)
+enum ad_status problem_field(const struct problem *motion, const struct phys_integrator *integrator,
+                             struct phys_ode *ode, bool *suits, struct ad_error *error)
 {
     if (simulate_ode(&motion->run, integrator, ode, error) == AD_OK)
         *suits = ode->kick || !integrator->separable;
@@ -87,9 +87,9 @@ enum ad_status motion_field(const struct motion *motion, const struct phys_integ
 }
 
 /* Runs to the end; x [2 dof] is where that is. */
-static enum ad_status follow(const struct motion *motion, const struct phys_integrator *integrator,
+static enum ad_status follow(const struct problem *motion, const struct phys_integrator *integrator,
                              const struct phys_ode *ode, double setting, double *y, double *scale,
-                             struct motion_cost *cost, struct ad_error *error)
+                             struct problem_cost *cost, struct ad_error *error)
 {
     const struct simulate_run *run = &motion->run;
     struct phys_simulation settings;
@@ -110,8 +110,8 @@ static enum ad_status follow(const struct motion *motion, const struct phys_inte
 }
 
 /* x [2 dof]: where the motion is at the end. */
-static enum ad_status run_to(const struct motion *motion, const struct phys_integrator *integrator,
-                             const struct phys_ode *ode, double setting, struct motion_cost *cost,
+static enum ad_status run_to(const struct problem *motion, const struct phys_integrator *integrator,
+                             const struct phys_ode *ode, double setting, struct problem_cost *cost,
                              double *x, struct ad_error *error)
 {
     size_t dof = motion->run.system.dof;
@@ -125,13 +125,13 @@ static enum ad_status run_to(const struct motion *motion, const struct phys_inte
     return error->status;
 }
 
-enum ad_status motion_run(const struct motion *motion, const struct phys_integrator *integrator,
-                          const struct phys_ode *ode, double setting, struct motion_cost *cost,
-                          struct ad_error *error)
+enum ad_status problem_run(const struct problem *motion, const struct phys_integrator *integrator,
+                           const struct phys_ode *ode, double setting, struct problem_cost *cost,
+                           struct ad_error *error)
 {
     size_t dof = motion->run.system.dof;
     double *x = malloc(2 * dof * sizeof *x);
-    *cost = (struct motion_cost){.error = INFINITY};
+    *cost = (struct problem_cost){.error = INFINITY};
     if (!x)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (run_to(motion, integrator, ode, setting, cost, x, error) == AD_OK && cost->complete)
@@ -143,12 +143,12 @@ enum ad_status motion_run(const struct motion *motion, const struct phys_integra
 /* ---- opening ---- */
 
 /* One method at one setting, for the answer of a problem that has no formula. */
-static enum ad_status finest(const struct motion *motion, const char *name, double setting,
+static enum ad_status finest(const struct problem *motion, const char *name, double setting,
                              double *x, struct ad_error *error)
 {
     const struct phys_integrator *integrator = phys_integrator_find(name, error);
     struct phys_ode ode = {0};
-    struct motion_cost cost = {0};
+    struct problem_cost cost = {0};
     if (simulate_ode(&motion->run, integrator, &ode, error) == AD_OK)
         run_to(motion, integrator, &ode, setting, &cost, x, error);
     phys_ode_free(&ode);
@@ -159,7 +159,7 @@ static enum ad_status finest(const struct motion *motion, const char *name, doub
 
 /* Two methods whose errors have nothing in common. Both iterate to rounding, of which they have
    less than explicit ones, for they take fewer steps. */
-static enum ad_status find_end(struct motion *motion, struct ad_error *error)
+static enum ad_status find_end(struct problem *motion, struct ad_error *error)
 {
     size_t dof = motion->run.system.dof;
     double *other = malloc(2 * dof * sizeof *other), step = motion->problem->coarsest;
@@ -172,7 +172,7 @@ static enum ad_status find_end(struct motion *motion, struct ad_error *error)
     return error->status;
 }
 
-static enum ad_status set_parameters(struct motion *motion, struct ad_error *error)
+static enum ad_status set_parameters(struct problem *motion, struct ad_error *error)
 {
     const struct phys_setting *set = motion->problem->set;
     for (size_t k = 0; k < sizeof motion->problem->set / sizeof *set && set[k].name; k++)
@@ -181,10 +181,10 @@ static enum ad_status set_parameters(struct motion *motion, struct ad_error *err
     return AD_OK;
 }
 
-enum ad_status motion_open(const struct motion_problem *problem, struct motion *motion,
-                           struct ad_error *error)
+enum ad_status problem_open(const struct motion_problem *problem, struct problem *motion,
+                            struct ad_error *error)
 {
-    *motion = (struct motion){.problem = problem, .run.time = problem->time};
+    *motion = (struct problem){.problem = problem, .run.time = problem->time};
     struct phys_system *system = &motion->run.system;
     if (phys_system_open(problem->scene, system, error) != AD_OK ||
         set_parameters(motion, error) != AD_OK)
@@ -202,7 +202,7 @@ enum ad_status motion_open(const struct motion_problem *problem, struct motion *
     return AD_OK;
 }
 
-void motion_close(struct motion *motion)
+void problem_close(struct problem *motion)
 {
     free(motion->run.q);
     phys_system_close(&motion->run.system);

@@ -18,25 +18,25 @@ extern const struct motion_problem motion_problems[];
 enum { MOTION_PROBLEMS = 6 };
 
 /* A problem opened. */
-struct motion {
+struct problem {
     const struct motion_problem *problem;
     struct simulate_run run; /* its system, time and start */
     double *end;             /* [2 dof] positions and velocities at the end ... */
     double doubt;            /* ... and how far they may be off, in units of the error */
 };
 
-/* Ends with motion_close, whatever it returned. */
-enum ad_status motion_open(const struct motion_problem *problem, struct motion *motion,
-                           struct ad_error *error);
-void motion_close(struct motion *motion);
+/* Ends with problem_close, whatever it returned. */
+enum ad_status problem_open(const struct motion_problem *problem, struct problem *motion,
+                            struct ad_error *error);
+void problem_close(struct problem *motion);
 
 /* Whether an integrator can follow this motion, and the field in the form that suits it (ode is to
    be freed in either case). */
-enum ad_status motion_field(const struct motion *motion, const struct phys_integrator *integrator,
-                            struct phys_ode *ode, bool *suits, struct ad_error *error);
+enum ad_status problem_field(const struct problem *motion, const struct phys_integrator *integrator,
+                             struct phys_ode *ode, bool *suits, struct ad_error *error);
 
 /* What one run costs and errs. */
-struct motion_cost {
+struct problem_cost {
     bool complete; /* false: the motion was lost on the way */
     size_t steps, evaluations;
     double seconds; /* of the processor */
@@ -45,8 +45,8 @@ struct motion_cost {
 };
 
 /* Runs once; `setting` is the step, or the tolerance of adaptive methods. */
-enum ad_status motion_run(const struct motion *motion, const struct phys_integrator *integrator,
-                          const struct phys_ode *ode, double setting, struct motion_cost *cost,
-                          struct ad_error *error);
+enum ad_status problem_run(const struct problem *motion, const struct phys_integrator *integrator,
+                           const struct phys_ode *ode, double setting, struct problem_cost *cost,
+                           struct ad_error *error);
 
 #endif
