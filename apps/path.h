@@ -114,8 +114,8 @@ void path_json_answers(struct json *json, const struct path_result *result);
 /* Warns, on standard error unless --quiet, of a descent that moves away from the stationary path.
  */
 void path_outlook(const struct path_run *run, const struct path_result *result);
-/* Says what to try where values ceased to be finite. */
-void path_outlook_lost(const struct path_run *run, const struct ad_error *error);
+/* Adds to an error what to try where values ceased to be finite. */
+void path_outlook_lost(const struct path_run *run, struct ad_error *error);
 
 /* ---- writing ---- */
 

@@ -1,7 +1,7 @@
 /* How far a path is to be believed: descents that move away from it. */
 #include "path.h"
 
-#include <math.h>
+#include <string.h>
 
 /* A descent that gets anywhere makes the gradient smaller. */
 static bool moved_away(const struct path_result *result)
@@ -9,13 +9,14 @@ static bool moved_away(const struct path_result *result)
     return !(result->found.grad_norm <= result->start.grad_norm);
 }
 
-void path_outlook_lost(const struct path_run *run, const struct ad_error *error)
+void path_outlook_lost(const struct path_run *run, struct ad_error *error)
 {
-    if (error->status == AD_E_NONFINITE && !run->options->common.quiet)
-        fprintf(stderr,
-                "leastaction path: warning: %s lost the path: try a smaller --lr than %g, another "
-                "--init, or --solver newton\n",
-                run->solver->name, run->settings.learning_rate);
+    size_t length = strlen(error->message);
+    if (error->status == AD_E_NONFINITE)
+        snprintf(error->message + length, sizeof error->message - length,
+                 "; %s lost the path: try a smaller --lr than %g, another --init, or --solver "
+                 "newton",
+                 run->solver->name, run->settings.learning_rate);
 }
 
 void path_outlook(const struct path_run *run, const struct path_result *result)

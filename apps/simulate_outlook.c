@@ -64,10 +64,10 @@ static void find_horizon(const struct simulate_run *run, struct simulate_outlook
 {
     struct phys_ode ode = {0};
     size_t n = 2 * run->system.dof;
-    double *y = malloc(2 * n * sizeof *y), *scale = y + n;
+    double *y = malloc(n * sizeof *y), *scale = malloc(n * sizeof *scale);
     struct phys_lyapunov_settings settings = {
         .t1 = run->time, .scale = scale, .known = run->options->horizon, .lost = simulate_lost};
-    if (!y)
+    if (!y || !scale)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else if (phys_ode_lagrangian(&run->system, &ode, error) == AD_OK &&
              ode.enter(ode.context, 0, run->q, run->v, y, error) == AD_OK &&
@@ -76,6 +76,7 @@ static void find_horizon(const struct simulate_run *run, struct simulate_outlook
     outlook->has_horizon = error->status == AD_OK;
     phys_ode_free(&ode);
     free(y);
+    free(scale);
 }
 
 /* After the horizon there is nothing to compare. */
