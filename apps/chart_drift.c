@@ -123,7 +123,7 @@ static double lowest(size_t n, const struct drift *drifts, size_t last)
 {
     double low = 1;
     for (size_t m = 0; m < n; m++)
-        for (size_t bin = last / 2; bin <= last; bin++)
+        for (size_t bin = 0; bin <= last; bin++)
             if (drifts[m].worst[bin] > 0)
                 low = fmin(low, drifts[m].worst[bin]);
     return fmax(low, 1e-16);

@@ -1,5 +1,6 @@
 /* Rules of the action by their order (chart_paths.h): the path between two points of a motion,
    found by Newton's method, against the motion; and what the published descent reaches there. */
+#include "chart_rules.h"
 #include "chart_paths.h"
 #include "../physics/integrate.h"
 
@@ -7,38 +8,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEVELS = 9, FEWEST = 11, MOST_RULES = 16, SUBSTEPS = 800, ROUNDS = 3 };
+enum { FEWEST = 11, SUBSTEPS = 800, ROUNDS = 3 };
 
-/* Between the ends of a motion that starts where the scene does. */
-static const struct boundary {
-    const char *scene, *title;
-    double time;
-    bool published; /* at 0: slices, steps and rate of the paper */
-} boundaries[] = {
+static const struct boundary boundaries[N_BOUNDARIES] = {
     {"pendulum", "Pendulum, a whole swing (index 1)", 99, true},
     {"dblpend", "Double pendulum, to t = 11.94 (index 6)", 11.94, true},
     {"kepler", "Half a Kepler orbit, e = 0.6", M_PI, false},
-};
-
-enum { N_BOUNDARIES = sizeof boundaries / sizeof *boundaries };
-
-struct rule_point {
-    size_t slices;
-    double seconds, error;
-};
-
-struct rule_curve {
-    const struct phys_rule *rule;
-    size_t n;
-    struct rule_point point[LEVELS];
-};
-
-struct panel {
-    const struct boundary *boundary;
-    struct phys_system system;
-    size_t n;
-    struct rule_curve curve[MOST_RULES];
-    struct rule_point adam; /* slices 0: none */
 };
 
 /* ---- the motion at the slices, by gauss5 ---- */
@@ -71,7 +46,7 @@ static enum ad_status motion_at(const struct panel *panel, size_t slices, double
                                 .context = &samples};
     struct phys_simulation_info info;
     struct phys_ode ode = {0};
-    double *q = malloc(4 * dof * sizeof *q), *y = q + 2 * dof;
+    double *q = malloc(4 * dof * sizeof *q), *y = q ? q + 2 * dof : NULL;
     s.dt = s.t1 / (double)(each * (slices - 1));
     if (!q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
@@ -131,7 +106,8 @@ static enum ad_status newton_point(const struct panel *panel, const struct phys_
                                    struct ad_error *error)
 {
     size_t n = panel->system.dof * slices;
-    double *motion = malloc((n + n * rule->degree) * sizeof *motion), *start = motion + n;
+    double *motion = malloc((n + n * rule->degree) * sizeof *motion),
+           *start = motion ? motion + n : NULL;
     struct phys_path_settings settings = {.rule = rule,
                                           .slices = slices,
                                           .steps = 50,
@@ -155,7 +131,7 @@ static enum ad_status adam_point(struct panel *panel, size_t rounds, struct ad_e
 {
     const struct phys_preset *paper = panel->system.scene->paper;
     size_t n = panel->system.dof * paper->slices;
-    double *motion = malloc(2 * n * sizeof *motion), *start = motion + n;
+    double *motion = malloc(2 * n * sizeof *motion), *start = motion ? motion + n : NULL;
     struct phys_path_settings settings = {.rule = phys_rule_find("left+repeat", error),
                                           .slices = paper->slices,
                                           .steps = paper->steps,
@@ -180,7 +156,7 @@ static enum ad_status fill(struct panel *panel, const struct boundary *boundary,
                            struct ad_error *error)
 {
     static const double rounding = 1e-12;
-    size_t levels = quick ? 5 : LEVELS, rounds = quick ? 1 : ROUNDS;
+    size_t levels = quick ? 5 : RULE_LEVELS, rounds = quick ? 1 : ROUNDS;
     panel->boundary = boundary;
     if (phys_system_open(boundary->scene, &panel->system, error) != AD_OK)
         return error->status;
@@ -197,19 +173,6 @@ static enum ad_status fill(struct panel *panel, const struct boundary *boundary,
         }
     }
     return boundary->published ? adam_point(panel, rounds, error) : AD_OK;
-}
-
-/* Slope of the last stretch above rounding; NaN if there is none. */
-static double measured_order(const struct rule_curve *curve)
-{
-    double order = NAN;
-    for (size_t k = 1; k < curve->n; k++) {
-        const struct rule_point *a = &curve->point[k - 1], *b = &curve->point[k];
-        if (b->error > 1e-11 && a->error < 0.3)
-            order =
-                log(a->error / b->error) / log((double)(b->slices - 1) / (double)(a->slices - 1));
-    }
-    return order;
 }
 
 static void write_rows(const struct panel *panel, FILE *csv)
@@ -230,7 +193,7 @@ static void print(const struct panel *panel)
     printf("%s: measured order", panel->boundary->title);
     for (size_t c = 0; c < panel->n; c++)
         printf("%s %s %.2f", c ? "," : "", panel->curve[c].rule->name,
-               measured_order(&panel->curve[c]));
+               rule_order(&panel->curve[c]));
     puts("");
 }
 
@@ -238,80 +201,8 @@ static void json_panel(const struct panel *panel, struct json *json)
 {
     json_object(json, panel->boundary->scene);
     for (size_t c = 0; c < panel->n; c++)
-        json_number(json, panel->curve[c].rule->name, measured_order(&panel->curve[c]));
+        json_number(json, panel->curve[c].rule->name, rule_order(&panel->curve[c]));
     json_end_object(json);
-}
-
-/* ---- the picture: above errors over slices, below over seconds ---- */
-
-static const char *const colours[] = {"#9a9a9a", "#6b6b6b", "#e8a33d", "#d1622b",
-                                      "#8fc7e8", "#3c8dc5", "#0b4f8a", "#4d1654"};
-enum { N_COLOURS = sizeof colours / sizeof *colours };
-
-/* Blocks: a curve each, then Adam's point. */
-static void write_data(const struct panel *panel, FILE *data)
-{
-    for (size_t c = 0; c < panel->n; c++) {
-        fprintf(data, "# %s, %s: slices, seconds, error\n", panel->boundary->scene,
-                panel->curve[c].rule->name);
-        for (size_t k = 0; k < panel->curve[c].n; k++)
-            fprintf(data, "%zu %.6g %.6g\n", panel->curve[c].point[k].slices,
-                    panel->curve[c].point[k].seconds, panel->curve[c].point[k].error);
-        fputs("\n\n", data);
-    }
-    if (panel->adam.slices)
-        fprintf(data, "%zu %.6g %.6g\n\n\n", panel->adam.slices, panel->adam.seconds,
-                panel->adam.error);
-    else
-        fputs("NaN NaN NaN\n\n\n", data);
-}
-
-static void draw_panel(const struct panel *panels, size_t p, int row, FILE *out)
-{
-    const struct panel *panel = &panels[p];
-    size_t first = p * (panel->n + 1);
-    double left = 0.06 + 0.255 * (double)p;
-    fprintf(out,
-            "set lmargin at screen %g\nset rmargin at screen %g\nset tmargin at screen %g\n"
-            "set bmargin at screen %g\nset title '%s' font ',11' offset 0,-0.5\nset xlabel '%s' "
-            "offset 0,0.6\nset ylabel '%s' offset 1\nset format x '%s'\n%s\n",
-            left, left + 0.21, row ? 0.46 : 0.94, row ? 0.08 : 0.56,
-            row ? "" : panel->boundary->title, row ? "seconds of the processor" : "slices",
-            p ? "" : "error of the path", row ? "10^{%T}" : "%g",
-            row ? "set xtics auto\nset xrange [*:*]"
-                : "set xtics (11, 41, 161, 641, 2561)\nset xrange [10:3000]");
-    bool titles = row == 0 && p == 0;
-    fputs(titles ? "set key at screen 0.995, screen 0.93 right top Left reverse samplen 2 spacing "
-                   "1.4 font ',11'\nplot "
-                 : "set key off\nplot ",
-          out);
-    for (size_t c = 0; c < panel->n; c++)
-        fprintf(out,
-                "data index %zu using %d:3 with linespoints lw 1.8 pt 7 ps 0.5 lc rgb '%s' title "
-                "'%s: order %.2f', \\\n    ",
-                first + c, row ? 2 : 1, colours[c % N_COLOURS], panel->curve[c].rule->name,
-                measured_order(&panels[N_BOUNDARIES - 1].curve[c]));
-    fprintf(
-        out,
-        "data index %zu using %d:3 with points pt 3 ps 1.4 lw 2 lc rgb '#b8261b' title 'Adam as "
-        "published'\n",
-        first + panel->n, row ? 2 : 1);
-}
-
-static void draw(const struct panel *panels, struct plot *plot)
-{
-    FILE *out = plot->script;
-    plot->width = 1120;
-    plot->height = 640;
-    for (size_t p = 0; p < N_BOUNDARIES; p++)
-        write_data(&panels[p], plot->data);
-    fputs("set multiplot\nset logscale xy\nset yrange [1e-14:3]\nset format y '10^{%T}'\n"
-          "set ytics 100\nset grid lc rgb '#e6e6e6' lt 1\nset border 3\nset tics nomirror\n",
-          out);
-    for (size_t p = 0; p < N_BOUNDARIES; p++)
-        for (int row = 0; row < 2; row++)
-            draw_panel(panels, p, row, out);
-    fputs("unset multiplot\n", out);
 }
 
 enum ad_status chart_rules(const struct chart_settings *settings, struct json *json,
@@ -333,7 +224,7 @@ enum ad_status chart_rules(const struct chart_settings *settings, struct json *j
                 print(&panels[p]);
         }
     if (error->status == AD_OK) {
-        draw(panels, &plot);
+        rules_draw(panels, &plot);
         if (plot_commit(&plot, error) == AD_OK)
             result_commit(&csv, error);
     }
