@@ -3,10 +3,12 @@
 
 #include <string.h>
 
-/* A descent that gets anywhere makes the gradient smaller. */
+/* Far from the reference the gradient alone says little: it may grow on the way to a stiff valley.
+ */
 static bool moved_away(const struct path_result *result)
 {
-    return !(result->found.grad_norm <= result->start.grad_norm);
+    return !(result->found.grad_norm <= result->start.grad_norm) &&
+           !(result->mse_final <= result->mse_initial);
 }
 
 void path_outlook_lost(const struct path_run *run, struct ad_error *error)
