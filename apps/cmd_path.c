@@ -17,6 +17,10 @@ static enum ad_status solve(struct path_run *run, struct path_record *record,
     interrupt_catch();
     if (path_wants_all(run->options) && path_find_all(run, result, error) != AD_OK)
         return error->status;
+    if (run->system.scene->free_time && !path_wants_all(run->options) &&
+        phys_path_free_time(&run->system, &run->settings, 0, run->path, &result->info, error) !=
+            AD_OK)
+        return error->status;
     run->solver->solve(&run->system, &run->settings, run->path, &result->info, error);
     progress_end(&record->progress);
     if (record->failed)
@@ -108,7 +112,7 @@ static int run(const void *options, struct ad_error *error)
 #define AT(member) offsetof(struct path_options, member)
 
 static const struct option table[] = {
-    {"solver", "NAME", OPTION_TEXT, "adam", "how the path is found", AT(solver)},
+    {"solver", "NAME", OPTION_TEXT, "adam", "how the path is found [where the end time is free: newton]", AT(solver)},
     {"rule", "NAME", OPTION_TEXT, NULL, "action rule [left; paper: left+repeat]", AT(rule)},
     {"slices", "N", OPTION_COUNT, NULL, "points of the path, both ends included [the scene's]",
      AT(slices)},

@@ -91,7 +91,8 @@ static void choose_settings(const struct path_options *options, struct path_run 
 static enum ad_status choose_solver(const struct path_options *options, struct path_run *run,
                                     struct ad_error *error)
 {
-    run->solver = phys_solver_find(path_wants_all(options) ? "newton" : options->solver, error);
+    bool newton = path_wants_all(options) || run->system.scene->free_time;
+    run->solver = phys_solver_find(newton ? "newton" : options->solver, error);
     if (path_wants_all(options) && strcmp(options->ends, "both") != 0)
         return ad_fail(error, AD_E_ARGUMENT, "--all: with --ends %s there is one answer",
                        options->ends);
@@ -231,13 +232,17 @@ static enum ad_status integrate(const struct path_run *run, phys_motion *motion,
     return error->status;
 }
 
-/* The motion from the first two slices of `given`, else from the scene's start. */
+/* The scene's own stationary path, else the motion from the first two slices of `given`, else from
+   the scene's start. */
 static double *motion_path(const struct path_run *run, const double *given, struct ad_error *error)
 {
     phys_motion *motion = NULL;
     double *path = path_new(run, error);
-    if (path && first_slices(run, given, path, error) == AD_OK &&
-        phys_motion_new(&run->system, &motion, error) == AD_OK)
+    const struct phys_scene *scene = run->system.scene;
+    if (path && scene->between)
+        scene->between(run->system.params, run->settings.slices, path, error);
+    else if (path && first_slices(run, given, path, error) == AD_OK &&
+             phys_motion_new(&run->system, &motion, error) == AD_OK)
         integrate(run, motion, path, error);
     phys_motion_free(motion);
     if (error->status == AD_OK)
@@ -322,7 +327,9 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
         choose_preset(options, run, error) != AD_OK || set_parameters(options, run, error) != AD_OK)
         return error->status;
     choose_solver(options, run, error);
-    const char *rule = run->preset && !is_exact(run) ? "left+repeat" : "left";
+    const char *rule = run->preset && !is_exact(run)  ? "left+repeat"
+                       : run->system.scene->free_time ? "gauss4"
+                                                      : "left";
     run->settings.rule = phys_rule_find(options->rule ? options->rule : rule, error);
     choose_settings(options, run);
     choose_noise(options, run);

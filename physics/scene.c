@@ -7,11 +7,22 @@
 #include <string.h>
 
 const struct phys_scene *const phys_scenes[] = {
-    &phys_scene_freebody,    &phys_scene_pendulum,  &phys_scene_dblpend,
-    &phys_scene_threebody,   &phys_scene_gas,       &phys_scene_ephemeris,
-    &phys_scene_spring,      &phys_scene_kepler,    &phys_scene_figure8,
-    &phys_scene_pythagorean, &phys_scene_arenstorf, &phys_scene_fall,
-    &phys_scene_cubic,       &phys_scene_dimer,     NULL,
+    &phys_scene_freebody,
+    &phys_scene_pendulum,
+    &phys_scene_dblpend,
+    &phys_scene_threebody,
+    &phys_scene_gas,
+    &phys_scene_ephemeris,
+    &phys_scene_spring,
+    &phys_scene_kepler,
+    &phys_scene_figure8,
+    &phys_scene_pythagorean,
+    &phys_scene_arenstorf,
+    &phys_scene_fall,
+    &phys_scene_cubic,
+    &phys_scene_dimer,
+    &phys_scene_brachistochrone,
+    NULL,
 };
 
 enum { N_SCENES = LENGTH(phys_scenes) - 1, MOST_PARAMS = 64 };
