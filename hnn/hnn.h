@@ -1,0 +1,233 @@
+/* Hamiltonian neural networks: a network gives a scalar H(q, p), and the field is its symplectic
+   gradient, taken in the graph (S. Greydanus, M. Dzamba, J. Yosinski, "Hamiltonian Neural
+   Networks", NeurIPS 2019, arXiv 1906.01563). A baseline predicts the rates themselves.
+
+       hnn_model *model;
+       if (hnn_model_load("pendulum.h5", &model, &error) == AD_OK)
+           hnn_model_field(model, (double[]){1, 0}, rate);           dq/dt, dp/dt at q = 1, p = 0
+       hnn_model_free(model);
+
+   Columns are samples: states x and rates are [2n x samples], row-major, n rows of q first, then n
+   of p. Handles share nothing; one handle is used by one thread at a time. */
+#ifndef HNN_H
+#define HNN_H
+
+#include "../physics/integrate.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- models ---- */
+
+enum hnn_kind {
+    HNN_BASELINE,   /* the network predicts dx/dt */
+    HNN_HAMILTONIAN /* the network is H; dq/dt = H_p, dp/dt = -H_q */
+};
+
+/* Of a Hamiltonian model: which gradients of its scalars make the field. */
+enum hnn_field_type {
+    HNN_SYMPLECTIC,   /* (H_p, -H_q) */
+    HNN_CONSERVATIVE, /* the plain gradient (F_q, F_p) of one scalar */
+    HNN_BOTH          /* their sum, F and H being two outputs of one network */
+};
+
+/* How weights begin; biases begin uniform within 1/sqrt(inputs), as in the published code. */
+enum hnn_start {
+    HNN_ORTHOGONAL, /* rows or columns orthonormal, whichever are fewer */
+    HNN_XAVIER,     /* normal, variance 2/(inputs + outputs) */
+    HNN_HE          /* normal, variance 2/inputs */
+};
+
+enum { HNN_LAYERS_MOST = 16 };
+
+struct hnn_settings {
+    enum hnn_kind kind;
+    size_t dof;                         /* n: a state has 2n components */
+    size_t layers;                      /* linear maps, 1 ... HNN_LAYERS_MOST */
+    size_t hidden[HNN_LAYERS_MOST - 1]; /* width after each but the last */
+    const char *activation;             /* a name from hnn_activations */
+    enum hnn_field_type field;
+    bool separable;         /* H = T(p) + V(q), a network each; symplectic fields alone */
+    bool dissipation;       /* a second network D: the field is (H_p, -H_q) - (D_q, D_p) */
+    enum ad_type precision; /* of the parameters, and of training */
+    enum hnn_start start;
+    uint64_t seed;
+};
+
+/* As published: 200 and 200 units, tanh, orthogonal, symplectic, f32, seed 0. */
+struct hnn_settings hnn_defaults(enum hnn_kind kind, size_t dof);
+
+/* Names as on the command line and in files; NULL-terminated, in the order of the enums. */
+extern const char *const hnn_kinds[], *const hnn_field_types[], *const hnn_starts[],
+                                                                    *const hnn_precisions[];
+
+/* A function applied to every unit. */
+struct hnn_activation {
+    const char *name;
+    ad_var (*record)(ad_var x);
+};
+extern const struct hnn_activation hnn_activations[]; /* ends with a NULL name */
+
+typedef struct hnn_model hnn_model;
+
+/* Settings out of range or at odds: AD_E_ARGUMENT, saying which. */
+enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **model,
+                             struct ad_error *error);
+void hnn_model_free(hnn_model *model); /* takes NULL */
+const struct hnn_settings *hnn_model_settings(const hnn_model *model);
+
+/* All parameters, one after another in one flat vector of the model's precision. */
+size_t hnn_model_size(const hnn_model *model);
+const void *hnn_model_parameters(const hnn_model *model);
+void hnn_model_set_parameters(hnn_model *model, const void *parameters);
+
+/* One matrix or vector of the parameters: "linear1.weight" [out x in], "linear1.bias" [out x 1];
+   "kinetic.", "potential." or "dissipation." stand before where there are several networks. The
+   last map has no bias. */
+struct hnn_block {
+    char name[40];
+    bool bias;
+    size_t rows, cols, offset; /* offset: in elements of the flat vector */
+};
+const struct hnn_block *hnn_model_blocks(const hnn_model *model, size_t *n);
+
+/* Lets the networks see (x - centre)/scale, and brings their outputs to the size of `rate`;
+   [2n] each, positive but for the centre. Part of the model from now on; the field stays that of
+   a Hamiltonian in x. Losses are then of rates in units of `rate`. */
+enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const double *scale,
+                                   const double *rate, struct ad_error *error);
+/* `rate` of the above, [2n]; NULL where there is none. */
+const double *hnn_model_rate_scale(const hnn_model *model);
+
+/* A remark that goes with the model into its file, as an attribute of that name: names of columns,
+   units, where the data come from. A NULL text removes it. AD_E_MEMORY. */
+enum ad_status hnn_model_note(hnn_model *model, const char *name, const char *text,
+                              struct ad_error *error);
+const char *hnn_model_noted(const hnn_model *model, const char *name); /* NULL: no such remark */
+
+/* ---- a model on a tape ---- */
+
+struct hnn_record {
+    ad_var field;       /* [2n x samples] */
+    ad_var energy;      /* H [1 x samples]; tape NULL where the model has none */
+    ad_var dissipation; /* D [1 x samples]; likewise */
+};
+/* Records the model at states x [2n x samples] with parameters [1 x hnn_model_size], on a tape of
+   any precision. Errors stay in the tape. */
+struct hnn_record hnn_model_record(const hnn_model *model, ad_var parameters, ad_var x);
+
+/* ---- using a model ---- */
+
+/* Precision of the evaluations below; AD_F64 unless set, whatever the parameters are. */
+void hnn_model_evaluate_in(hnn_model *model, enum ad_type type);
+/* rate [2n] at one state x [2n]. AD_E_MEMORY alone. */
+enum ad_status hnn_model_field(hnn_model *model, const double *x, double *rate);
+/* H at one state; NaN where the model has none. */
+double hnn_model_energy(hnn_model *model, const double *x);
+/* rate [2n x samples] and H [1 x samples] at x [2n x samples]; either may be NULL. */
+enum ad_status hnn_model_evaluate(hnn_model *model, size_t samples, const double *x, double *rate,
+                                  double *energy, struct ad_error *error);
+/* The model as a vector field for phys_simulate, y = (q, p): canonical where the field is
+   symplectic, with kick and drift where H separates. The model must outlive it. */
+enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_error *error);
+
+/* ---- files (HDF5, readable with h5py; written whole or not at all) ---- */
+
+/* `command` is kept as an attribute; NULL: none. */
+enum ad_status hnn_model_save(const hnn_model *model, const char *file, const char *command,
+                              struct ad_error *error);
+/* A damaged file, or one that is no model: AD_E_INPUT, saying what was expected. */
+enum ad_status hnn_model_load(const char *file, hnn_model **model, struct ad_error *error);
+
+/* ---- training ---- */
+
+/* What to learn from: states x [2n x n] and rates [2n x n]; or, for the loss on rollouts of K
+   steps, targets [K*2n x n], rows (k-1)*2n ... being the state k steps of dt after x. */
+struct hnn_samples {
+    size_t n;
+    const double *x, *target;
+};
+
+struct hnn_optimiser;
+struct hnn_schedule;
+
+/* How the learning rate changes: factor(step of steps) times learning_rate. */
+struct hnn_schedule {
+    const char *name, *what;
+    double (*factor)(size_t step, size_t steps);
+};
+extern const struct hnn_schedule *const hnn_schedules[];   /* NULL-terminated */
+extern const struct hnn_optimiser *const hnn_optimisers[]; /* NULL-terminated */
+const struct hnn_schedule *hnn_schedule_find(const char *name, struct ad_error *error);
+const struct hnn_optimiser *hnn_optimiser_find(const char *name, struct ad_error *error);
+const char *hnn_optimiser_name(const struct hnn_optimiser *optimiser);
+
+struct hnn_trainer;
+typedef struct hnn_trainer hnn_trainer;
+
+struct hnn_training {
+    const struct hnn_optimiser *optimiser;
+    const struct hnn_schedule *schedule;
+    size_t steps;
+    size_t batch; /* samples of a step, by seeded permutations; 0: all of them */
+    double learning_rate, weight_decay;
+    double momentum; /* sgd */
+    size_t rollout;  /* K: loss on K Runge-Kutta steps of dt; 0: on the rates */
+    double dt;
+    size_t every;    /* steps between losses on the test set, and rows of the history; 0: 10 */
+    size_t patience; /* stop when the test loss has not fallen for so many steps, and go back to
+                        where it was least; 0: never */
+    uint64_t seed;   /* of the permutations */
+    size_t threads;
+    /* Called after every step; false stops cleanly. May call hnn_trainer_save. */
+    bool (*progress)(void *context, hnn_trainer *trainer);
+    void *context;
+};
+/* As published: adam, constant, 2000 steps, full batch, rate 1e-3, weight decay 1e-4. */
+struct hnn_training hnn_training_defaults(void);
+
+enum hnn_stop {
+    HNN_STOP_STEPS = 1,   /* all steps taken */
+    HNN_STOP_PATIENCE,    /* the test loss falls no more */
+    HNN_STOP_INTERRUPTED, /* progress returned false */
+    HNN_STOP_STALLED      /* no step makes the loss smaller (lbfgs) */
+};
+
+/* One row of the history: the mean loss of the steps since the row before, the test loss (NaN
+   without test samples), and the seconds of training so far (NaN: taken before a resume). */
+struct hnn_row {
+    size_t step;
+    double train_loss, test_loss, seconds;
+};
+
+/* A model, what it learns from, and all that a next step depends on. The loss is the mean square
+   of (field - rate) over components and samples, or of the states along rollouts. Model, samples
+   and settings are kept by reference, samples only until this returns. `test` may have n 0. */
+enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *training,
+                               const struct hnn_samples *train, const struct hnn_samples *test,
+                               hnn_trainer **trainer, struct ad_error *error);
+void hnn_trainer_free(hnn_trainer *trainer); /* takes NULL */
+/* Trains up to settings.steps. The model has the result, also after an interruption.
+   AD_E_NONFINITE: the loss is not finite, naming the step; the model is then as it was. */
+enum ad_status hnn_trainer_run(hnn_trainer *trainer, enum hnn_stop *stop, struct ad_error *error);
+
+size_t hnn_trainer_step(const hnn_trainer *trainer);      /* steps taken */
+double hnn_trainer_seconds(const hnn_trainer *trainer);   /* of them, since trainer_new */
+size_t hnn_trainer_steps_now(const hnn_trainer *trainer); /* taken since trainer_new */
+const struct hnn_row *hnn_trainer_history(const hnn_trainer *trainer, size_t *rows);
+/* Losses of the model over all samples, at its present parameters. */
+double hnn_trainer_train_loss(hnn_trainer *trainer);
+double hnn_trainer_test_loss(hnn_trainer *trainer);
+
+/* The model together with the state of its training; a trainer made the same way and resumed from
+   that file goes on to the last bit. */
+enum ad_status hnn_trainer_save(hnn_trainer *trainer, const char *file, const char *command,
+                                struct ad_error *error);
+/* AD_E_INPUT where the file is damaged, or of another model, data, or way of training. */
+enum ad_status hnn_trainer_resume(hnn_trainer *trainer, const char *file, struct ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

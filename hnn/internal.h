@@ -1,0 +1,86 @@
+/* Shared by the files of this folder alone. */
+#ifndef HNN_INTERNAL_H
+#define HNN_INTERNAL_H
+
+#include "hnn.h"
+#include "../physics/random.h"
+#include "../physics/runfile.h"
+
+#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
+
+enum { HNN_NETS_MOST = 3, HNN_NOTES_MOST = 16 };
+enum { HNN_BLOCKS_MOST = HNN_NETS_MOST * 2 * HNN_LAYERS_MOST };
+
+/* One multilayer perceptron of a model: it reads rows first ... first+inputs-1 of the state. */
+struct hnn_net {
+    const char *prefix; /* of its blocks' names */
+    size_t first, inputs, outputs;
+    size_t block; /* its first block; two a layer, the last layer one */
+};
+
+/* What the networks see and say in other units than the data's. */
+struct hnn_scaling {
+    double *centre, *scale, *rate; /* [2n] each, in one allocation at `centre`; NULL: none */
+    double energy;                 /* size of H, so that its gradient has the size of the rates */
+};
+
+struct hnn_evaluator; /* evaluate.c */
+
+struct hnn_model {
+    struct hnn_settings settings;
+    const struct hnn_activation *activation;
+    size_t n_nets, n_blocks, size;
+    struct hnn_net net[HNN_NETS_MOST];
+    struct hnn_block block[HNN_BLOCKS_MOST];
+    struct hnn_scaling scaling;
+    void *parameters; /* [size] of settings.precision */
+    uint64_t version; /* counts changes of the parameters */
+    enum ad_type evaluate_in;
+    struct hnn_evaluator *one, *many; /* one state; the last number of them; NULL until needed */
+    struct note {
+        char *name, *text;
+    } note[HNN_NOTES_MOST];
+    size_t n_notes;
+};
+
+static inline size_t hnn_states(const hnn_model *model) { return 2 * model->settings.dof; }
+static inline size_t hnn_type_bytes(enum ad_type type)
+{
+    return type == AD_F32 ? sizeof(float) : sizeof(double);
+}
+
+/* Hands a tape's error, if it has one, on to `error`. */
+static inline enum ad_status hnn_tape_status(const ad_tape *tape, struct ad_error *error)
+{
+    const struct ad_error *e = ad_tape_error(tape);
+    return e->status == AD_OK ? AD_OK : ad_fail(error, e->status, "%s", e->message);
+}
+
+/* Index of `name` in a NULL-terminated table; AD_E_ARGUMENT, naming the nearest, if it is not
+   there. `what` is what they are names of. */
+enum ad_status hnn_find(const char *what, const char *name, const char *const names[],
+                        size_t *index, struct ad_error *error);
+
+enum ad_status hnn_activation_find(const char *name, const struct hnn_activation **activation,
+                                   struct ad_error *error);
+/* AD_E_ARGUMENT says what is out of range or at odds. */
+enum ad_status hnn_settings_check(const struct hnn_settings *settings, struct ad_error *error);
+/* Networks, names, shapes and offsets of all parameters from the settings (layout.c). */
+void hnn_layout(hnn_model *model);
+/* Draws all parameters, `values` [size] (start.c). AD_E_MEMORY. */
+enum ad_status hnn_start_draw(const hnn_model *model, double *values, struct ad_error *error);
+/* Elements as doubles and back, whatever their type. */
+void hnn_to_double(enum ad_type type, size_t n, const void *from, double *to);
+void hnn_from_double(enum ad_type type, size_t n, const double *from, void *to);
+
+void hnn_evaluator_free(struct hnn_evaluator *evaluator);
+
+/* The model's part of a checkpoint (checkpoint.c). */
+void hnn_model_write(const hnn_model *model, phys_runfile *file, const char *command);
+/* 16 hexadecimal digits of FNV-1a over bytes, begun from `hash`. */
+enum { HNN_DIGITS = 17 };
+extern const uint64_t hnn_hash_start;
+uint64_t hnn_hash(uint64_t hash, const void *bytes, size_t n);
+void hnn_hash_text(uint64_t hash, char text[HNN_DIGITS]);
+
+#endif

@@ -1,0 +1,45 @@
+/* Where each parameter lies in the flat vector: networks, layers, weight before bias. */
+#include "internal.h"
+
+#include <stdio.h>
+
+static void add_block(hnn_model *model, const char *prefix, size_t layer, bool bias, size_t rows,
+                      size_t cols)
+{
+    struct hnn_block *b = &model->block[model->n_blocks++];
+    *b = (struct hnn_block){.bias = bias, .rows = rows, .cols = cols, .offset = model->size};
+    snprintf(b->name, sizeof b->name, "%slinear%zu.%s", prefix, layer + 1,
+             bias ? "bias" : "weight");
+    model->size += rows * cols;
+}
+
+static void add_net(hnn_model *model, const char *prefix, size_t first, size_t inputs,
+                    size_t outputs)
+{
+    const struct hnn_settings *s = &model->settings;
+    model->net[model->n_nets++] = (struct hnn_net){prefix, first, inputs, outputs, model->n_blocks};
+    for (size_t k = 0, in = inputs; k < s->layers; k++) {
+        bool last = k + 1 == s->layers;
+        size_t out = last ? outputs : s->hidden[k];
+        add_block(model, prefix, k, false, out, in);
+        if (!last)
+            add_block(model, prefix, k, true, out, 1);
+        in = out;
+    }
+}
+
+void hnn_layout(hnn_model *model)
+{
+    const struct hnn_settings *s = &model->settings;
+    size_t n = s->dof;
+    if (s->kind == HNN_BASELINE) {
+        add_net(model, "", 0, 2 * n, 2 * n);
+    } else if (s->separable) {
+        add_net(model, "kinetic.", n, n, 1);
+        add_net(model, "potential.", 0, n, 1);
+    } else {
+        add_net(model, "", 0, 2 * n, s->field == HNN_BOTH ? 2 : 1);
+    }
+    if (s->dissipation)
+        add_net(model, "dissipation.", 0, 2 * n, 1);
+}

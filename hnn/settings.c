@@ -1,0 +1,93 @@
+/* Settings of a model: defaults, names, and what they may be. */
+#include "internal.h"
+
+#include <stdio.h>
+#include <string.h>
+
+const char *const hnn_kinds[] = {"baseline", "hnn", NULL};
+const char *const hnn_field_types[] = {"symplectic", "conservative", "both", NULL};
+const char *const hnn_starts[] = {"orthogonal", "xavier", "he", NULL};
+const char *const hnn_precisions[] = {"f32", "f64", NULL};
+
+static ad_var swish(ad_var x) { return ad_mul(x, ad_sigmoid(x)); }
+
+const struct hnn_activation hnn_activations[] = {
+    {"tanh", ad_tanh},
+    {"relu", ad_relu},
+    {"sigmoid", ad_sigmoid},
+    {"softplus", ad_softplus},
+    {"sine", ad_sin},
+    {"swish", swish},
+    {NULL, NULL},
+};
+
+struct hnn_settings hnn_defaults(enum hnn_kind kind, size_t dof)
+{
+    return (struct hnn_settings){.kind = kind,
+                                 .dof = dof,
+                                 .layers = 3,
+                                 .hidden = {200, 200},
+                                 .activation = "tanh",
+                                 .field = HNN_SYMPLECTIC,
+                                 .precision = AD_F32,
+                                 .start = HNN_ORTHOGONAL};
+}
+
+enum ad_status hnn_find(const char *what, const char *name, const char *const names[],
+                        size_t *index, struct ad_error *error)
+{
+    size_t n = 0;
+    for (; names[n]; n++)
+        if (strcmp(names[n], name) == 0) {
+            *index = n;
+            return AD_OK;
+        }
+    const char *nearest = phys_nearest(name, n, names);
+    char all[160] = "";
+    for (size_t k = 0; k < n && !nearest; k++)
+        snprintf(all + strlen(all), sizeof all - strlen(all), " %s", names[k]);
+    return nearest ? ad_fail(error, AD_E_ARGUMENT, "unknown %s '%s'; did you mean '%s'?", what,
+                             name, nearest)
+                   : ad_fail(error, AD_E_ARGUMENT, "unknown %s '%s'; there are%s", what, name, all);
+}
+
+enum ad_status hnn_activation_find(const char *name, const struct hnn_activation **activation,
+                                   struct ad_error *error)
+{
+    const char *names[LENGTH(hnn_activations)];
+    size_t k = 0;
+    for (; hnn_activations[k].name; k++)
+        names[k] = hnn_activations[k].name;
+    names[k] = NULL;
+    if (hnn_find("activation", name, names, &k, error) == AD_OK)
+        *activation = &hnn_activations[k];
+    return error->status;
+}
+
+static enum ad_status refuse(struct ad_error *error, const char *what)
+{
+    return ad_fail(error, AD_E_ARGUMENT, "%s", what);
+}
+
+/* Limits keep the number of parameters, at most about 1e9, far from overflow. */
+enum { WIDTH_MOST = 1 << 14, DOF_MOST = 1 << 12 };
+
+enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error *error)
+{
+    if (s->dof < 1 || s->dof > DOF_MOST)
+        return ad_fail(error, AD_E_ARGUMENT, "a model has 1 to %d degrees of freedom, not %zu",
+                       DOF_MOST, s->dof);
+    if (s->layers < 1 || s->layers > HNN_LAYERS_MOST)
+        return ad_fail(error, AD_E_ARGUMENT, "a network has 1 to %d layers, not %zu",
+                       HNN_LAYERS_MOST, s->layers);
+    for (size_t k = 0; k + 1 < s->layers; k++)
+        if (s->hidden[k] < 1 || s->hidden[k] > WIDTH_MOST)
+            return ad_fail(error, AD_E_ARGUMENT, "a hidden layer is 1 to %d wide, not %zu",
+                           WIDTH_MOST, s->hidden[k]);
+    bool symplectic = s->kind == HNN_HAMILTONIAN && s->field == HNN_SYMPLECTIC;
+    if (s->separable && !symplectic)
+        return refuse(error, "a separable H needs model hnn and field symplectic");
+    if (s->dissipation && !symplectic)
+        return refuse(error, "a learned dissipation needs model hnn and field symplectic");
+    return AD_OK;
+}
