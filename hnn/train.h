@@ -1,0 +1,116 @@
+/* Training, shared by the files train*.c alone. */
+#ifndef HNN_TRAIN_H
+#define HNN_TRAIN_H
+
+#include "internal.h"
+
+/* ---- samples (train_data.c) ---- */
+
+/* Samples in the element type of training, and the order in which batches take them. */
+struct hnn_data {
+    enum ad_type type;
+    size_t n, x_rows, target_rows;
+    void *x, *target;
+    uint64_t hash;
+    uint32_t *order; /* [n], the present permutation; NULL: batches are not drawn */
+    size_t position; /* taken from it */
+    struct phys_random random, epoch; /* now, and before the present permutation was drawn */
+};
+enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
+                            const struct hnn_samples *samples, size_t x_rows, size_t target_rows,
+                            struct ad_error *error);
+void hnn_data_free(struct hnn_data *data);
+/* Draws batches from now on, by permutations from `seed`. */
+enum ad_status hnn_data_shuffle(struct hnn_data *data, uint64_t seed, struct ad_error *error);
+/* The permutation that begins with `epoch`, `position` numbers of it taken. */
+void hnn_data_return(struct hnn_data *data, const struct phys_random *epoch, size_t position);
+/* Copies the next `count` samples of the order to x [x_rows x count] and target; permutations
+   follow each other, so that every sample is taken equally often. */
+void hnn_data_draw(struct hnn_data *data, size_t count, void *x, void *target);
+/* Copies samples first ...; beyond the last one the last is repeated. */
+void hnn_data_copy(const struct hnn_data *data, size_t first, size_t count, void *x, void *target);
+
+/* ---- the loss (train_loss.c) ---- */
+
+size_t hnn_target_rows(const hnn_model *model, const struct hnn_training *training);
+/* Records what the loss is the mean square of, [target_rows x samples]. */
+ad_var hnn_record_residual(const hnn_model *model, const struct hnn_training *training,
+                           ad_var parameters, ad_var x, ad_var target);
+
+/* One step's program: loss and gradient of one batch. */
+struct hnn_problem {
+    ad_tape *tape;
+    ad_var parameters, x, target, loss, gradient;
+    ad_program *program;
+    enum ad_type type;
+    size_t n; /* parameters */
+};
+enum ad_status hnn_problem_new(struct hnn_problem *problem, const hnn_model *model,
+                               const struct hnn_training *training, size_t batch,
+                               struct ad_error *error);
+void hnn_problem_free(struct hnn_problem *problem);
+/* The present point and the gradient there, [n] of the type. */
+void *hnn_problem_point(const struct hnn_problem *problem);
+const void *hnn_problem_gradient(const struct hnn_problem *problem);
+/* Runs the program; returns the loss. */
+double hnn_problem_evaluate(const struct hnn_problem *problem);
+
+/* The loss over many samples, in pieces of one program. */
+struct hnn_survey {
+    ad_tape *tape;
+    ad_var parameters, x, target, squares;
+    ad_program *program;
+    size_t piece;
+    const struct hnn_data *data;
+};
+enum ad_status hnn_survey_new(struct hnn_survey *survey, const hnn_model *model,
+                              const struct hnn_training *training, const struct hnn_data *data,
+                              struct ad_error *error);
+void hnn_survey_free(struct hnn_survey *survey);
+/* Mean loss at a point [n]; NaN without samples. */
+double hnn_survey_loss(const struct hnn_survey *survey, const void *point, size_t bytes);
+
+/* ---- methods (train_optimiser.c, train_lbfgs.c) ---- */
+
+/* A method: one const struct, one line in the table. */
+struct hnn_optimiser {
+    const char *name, *what;
+    bool full_batch; /* the loss must be the same function at every step */
+    void *(*create)(const struct hnn_training *training, enum ad_type type, size_t n);
+    void (*destroy)(void *method);
+    /* One step from the problem's point; *loss is that before it. False: the loss falls no more. */
+    bool (*step)(void *method, const struct hnn_problem *problem, double rate, double *loss);
+    /* For checkpoints: steps counted, and *n elements of *type, owned by the method. */
+    uint64_t *(*count)(void *method);
+    void *(*state)(void *method, size_t *n, enum ad_type *type);
+};
+
+extern const struct hnn_optimiser hnn_lbfgs;
+
+/* ---- the trainer (train.c, train_state.c) ---- */
+
+struct hnn_trainer {
+    hnn_model *model;
+    struct hnn_training settings;
+    struct hnn_data train, test;
+    struct hnn_problem problem;
+    struct hnn_survey train_survey, test_survey;
+    void *method;
+    size_t step, steps_now, size_bytes;
+    double seconds;
+    double loss_sum; /* of the steps since the last row ... */
+    size_t loss_count;
+    struct hnn_row *history;
+    size_t rows, room;
+    double best_loss; /* least test loss, the step it was at, and the parameters there */
+    size_t best_step;
+    void *best; /* NULL without patience */
+};
+
+/* Appends a row to the history; AD_E_MEMORY. */
+enum ad_status hnn_history_add(hnn_trainer *trainer, const struct hnn_row *row,
+                               struct ad_error *error);
+/* Hands the parameters found so far to the model. */
+void hnn_trainer_deliver(hnn_trainer *trainer);
+
+#endif

@@ -1,0 +1,272 @@
+/* Trainings in files: with the model, all that a next step depends on. Nothing there tells one run
+   from another that went the same way: a resumed run writes what the uninterrupted one does. */
+#include "train.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { TEXT_ROOM = 400 };
+
+static const char folder[] = "training";
+
+/* How it is trained, all but for how long. */
+static void settings_text(const hnn_trainer *t, char text[TEXT_ROOM])
+{
+    const struct hnn_training *s = &t->settings;
+    snprintf(text, TEXT_ROOM,
+             "optimiser=%s schedule=%s batch=%zu learning_rate=%.17g weight_decay=%.17g "
+             "momentum=%.17g rollout=%zu dt=%.17g every=%zu patience=%zu seed=%" PRIu64,
+             s->optimiser->name, s->schedule->name, s->batch, s->learning_rate, s->weight_decay,
+             s->momentum, s->rollout, s->rollout ? s->dt : 0.0, s->every, s->patience, s->seed);
+}
+
+static void data_text(const hnn_trainer *t, char text[HNN_DIGITS])
+{
+    uint64_t hash = hnn_hash(hnn_hash_start, &t->train.hash, sizeof t->train.hash);
+    hnn_hash_text(hnn_hash(hash, &t->test.hash, sizeof t->test.hash), text);
+}
+
+static void *method_state(hnn_trainer *t, size_t *n, enum ad_type *type)
+{
+    *type = t->problem.type;
+    return t->settings.optimiser->state(t->method, n, type);
+}
+
+/* Hash over all that hnn_trainer_save writes and the model's own does not cover. */
+static void state_text(hnn_trainer *t, char text[HNN_DIGITS])
+{
+    size_t n;
+    enum ad_type type;
+    const void *state = method_state(t, &n, &type);
+    uint64_t hash = hnn_hash(hnn_hash_start, state, n * hnn_type_bytes(type));
+    hash = hnn_hash(hash, hnn_problem_point(&t->problem), t->size_bytes);
+    hash = hnn_hash(hash, &t->step, sizeof t->step);
+    hash = hnn_hash(hash, t->train.epoch.state, sizeof t->train.epoch.state);
+    hash = hnn_hash(hash, &t->train.position, sizeof t->train.position);
+    hnn_hash_text(hash, text);
+}
+
+/* ---- writing ---- */
+
+static void write_random(const hnn_trainer *t, phys_runfile *file)
+{
+    const uint64_t *w = t->train.epoch.state;
+    char text[80];
+    snprintf(text, sizeof text, "%016" PRIx64 " %016" PRIx64 " %016" PRIx64 " %016" PRIx64, w[0],
+             w[1], w[2], w[3]);
+    phys_runfile_text(file, folder, "random", text);
+    phys_runfile_integer(file, folder, "position", (int64_t)t->train.position, NULL);
+}
+
+static void write_history(const hnn_trainer *t, phys_runfile *file)
+{
+    phys_runfile_extendable(file, "training/history", AD_F64, 2, (size_t[]){0, 3});
+    phys_runfile_text(file, "training/history", "columns", "step,train_loss,test_loss");
+    for (size_t k = 0; k < t->rows; k++) {
+        const struct hnn_row *r = &t->history[k];
+        phys_runfile_append(file, "training/history",
+                            (double[]){(double)r->step, r->train_loss, r->test_loss});
+    }
+}
+
+static void write_state(hnn_trainer *t, phys_runfile *file)
+{
+    char settings[TEXT_ROOM], data[HNN_DIGITS], hash[HNN_DIGITS];
+    size_t n;
+    enum ad_type type;
+    const void *state = method_state(t, &n, &type);
+    settings_text(t, settings);
+    data_text(t, data);
+    state_text(t, hash);
+    phys_runfile_folder(file, folder);
+    phys_runfile_text(file, folder, "settings", settings);
+    phys_runfile_text(file, folder, "data", data);
+    phys_runfile_text(file, folder, "hash", hash);
+    phys_runfile_integer(file, folder, "step", (int64_t)t->step, NULL);
+    phys_runfile_integer(file, folder, "count", (int64_t)*t->settings.optimiser->count(t->method),
+                         NULL);
+    phys_runfile_number(file, folder, "loss_sum", t->loss_sum, NULL);
+    phys_runfile_integer(file, folder, "loss_count", (int64_t)t->loss_count, NULL);
+    phys_runfile_number(file, folder, "best_loss", t->best_loss, NULL);
+    phys_runfile_integer(file, folder, "best_step", (int64_t)t->best_step, NULL);
+    write_random(t, file);
+    write_history(t, file);
+    phys_runfile_write(file, "training/optimiser", type, 1, &n, state);
+    if (t->best) /* the model's own are then the best ones */
+        phys_runfile_write(file, "training/parameters", t->problem.type, 1, &t->problem.n,
+                           hnn_problem_point(&t->problem));
+}
+
+enum ad_status hnn_trainer_save(hnn_trainer *t, const char *name, const char *command,
+                                struct ad_error *error)
+{
+    phys_runfile *file;
+    if (phys_runfile_create(name, &file, error) != AD_OK)
+        return error->status;
+    hnn_trainer_deliver(t);
+    hnn_model_write(t->model, file, command);
+    write_state(t, file);
+    return phys_runfile_commit(file, error);
+}
+
+/* ---- reading ---- */
+
+struct reading {
+    hnn_trainer *t;
+    const char *name;
+    phys_runfile *file;
+    struct ad_error *error;
+};
+
+static bool failed(const struct reading *r) { return r->error->status != AD_OK; }
+
+static void expect_text(const struct reading *r, const char *attribute, const char *expected,
+                        const char *what)
+{
+    char *text = NULL;
+    if (!failed(r) && phys_runfile_get_text(r->file, folder, attribute, &text, r->error) == AD_OK &&
+        strcmp(text, expected) != 0)
+        ad_fail(r->error, AD_E_INPUT, "%s: %s: '%.130s' there, '%.130s' now", r->name, what, text,
+                expected);
+    free(text);
+}
+
+static double read_number(const struct reading *r, const char *attribute)
+{
+    double value = 0;
+    if (!failed(r))
+        phys_runfile_get(r->file, folder, attribute, &value, r->error);
+    return value;
+}
+
+static size_t read_count(const struct reading *r, const char *attribute)
+{
+    double value = read_number(r, attribute);
+    if (!failed(r) && !(value >= 0 && value < 0x1p53))
+        ad_fail(r->error, AD_E_INPUT, "%s: damaged: attribute '%s' is %g", r->name, attribute,
+                value);
+    return failed(r) ? 0 : (size_t)value;
+}
+
+/* `n` elements of a dataset into `to`. */
+static void read_vector(const struct reading *r, const char *name, enum ad_type type, size_t n,
+                        void *to)
+{
+    struct phys_runfile_item item;
+    if (failed(r) || phys_runfile_shape(r->file, name, &item, r->error) != AD_OK)
+        return;
+    double *values = malloc(n * sizeof *values + 1);
+    if (!values)
+        ad_fail(r->error, AD_E_MEMORY, "out of memory");
+    else if (item.rank != 1 || item.dims[0] != n)
+        ad_fail(r->error, AD_E_INPUT, "%s: damaged: '%s' has another shape, expected %zu", r->name,
+                name, n);
+    else if (phys_runfile_read(r->file, name, 0, n, values, r->error) == AD_OK)
+        hnn_from_double(type, n, values, to);
+    free(values);
+}
+
+static void read_history(const struct reading *r)
+{
+    struct phys_runfile_item item;
+    double record[3];
+    if (failed(r) || phys_runfile_shape(r->file, "training/history", &item, r->error) != AD_OK)
+        return;
+    if (item.rank != 2 || item.dims[1] != 3) {
+        ad_fail(r->error, AD_E_INPUT, "%s: damaged: 'training/history' has another shape", r->name);
+        return;
+    }
+    r->t->rows = 0;
+    for (size_t k = 0; k < item.dims[0] && !failed(r); k++)
+        if (phys_runfile_read(r->file, "training/history", k, 1, record, r->error) == AD_OK) {
+            struct hnn_row row = {(size_t)record[0], record[1], record[2], (double)NAN};
+            hnn_history_add(r->t, &row, r->error);
+        }
+}
+
+static void read_random(const struct reading *r)
+{
+    char *text = NULL;
+    size_t position = read_count(r, "position");
+    if (failed(r) || !r->t->train.order ||
+        phys_runfile_get_text(r->file, folder, "random", &text, r->error) != AD_OK)
+        return;
+    struct phys_random random = {{0}, 0, false};
+    char *at = text;
+    for (int k = 0; k < 4; k++)
+        random.state[k] = strtoull(at, &at, 16);
+    free(text);
+    if (position > r->t->train.n)
+        ad_fail(r->error, AD_E_INPUT, "%s: damaged: attribute 'position' is %zu", r->name,
+                position);
+    else
+        hnn_data_return(&r->t->train, &random, position);
+}
+
+static void read_state(const struct reading *r)
+{
+    hnn_trainer *t = r->t;
+    char settings[TEXT_ROOM], data[HNN_DIGITS], hash[HNN_DIGITS];
+    size_t n;
+    enum ad_type type;
+    void *state = method_state(t, &n, &type), *point = hnn_problem_point(&t->problem);
+    settings_text(t, settings);
+    data_text(t, data);
+    expect_text(r, "settings", settings, "was trained in another way");
+    expect_text(r, "data", data, "was trained on other data");
+    t->step = read_count(r, "step");
+    *t->settings.optimiser->count(t->method) = read_count(r, "count");
+    t->loss_sum = read_number(r, "loss_sum");
+    t->loss_count = read_count(r, "loss_count");
+    t->best_loss = read_number(r, "best_loss");
+    t->best_step = read_count(r, "best_step");
+    read_random(r);
+    read_history(r);
+    read_vector(r, "training/optimiser", type, n, state);
+    if (t->best) {
+        memcpy(t->best, t->model->parameters, t->size_bytes);
+        read_vector(r, "training/parameters", t->problem.type, t->problem.n, point);
+    } else {
+        memcpy(point, t->model->parameters, t->size_bytes);
+    }
+    state_text(t, hash);
+    expect_text(r, "hash", hash, "damaged: the state of its training does not have its hash");
+}
+
+static bool same_settings(const struct hnn_settings *a, const struct hnn_settings *b)
+{
+    for (size_t k = 0; k + 1 < a->layers; k++)
+        if (a->layers == b->layers && a->hidden[k] != b->hidden[k])
+            return false;
+    return a->kind == b->kind && a->dof == b->dof && a->layers == b->layers &&
+           strcmp(a->activation, b->activation) == 0 && a->field == b->field &&
+           a->separable == b->separable && a->dissipation == b->dissipation &&
+           a->precision == b->precision && a->start == b->start && a->seed == b->seed;
+}
+
+static bool same_scaling(const hnn_model *a, const hnn_model *b)
+{
+    const double *p = a->scaling.centre, *q = b->scaling.centre;
+    return p && q ? memcmp(p, q, 3 * hnn_states(a) * sizeof *p) == 0 : !p && !q;
+}
+
+enum ad_status hnn_trainer_resume(hnn_trainer *t, const char *name, struct ad_error *error)
+{
+    hnn_model *stored;
+    struct reading r = {t, name, NULL, error};
+    if (hnn_model_load(name, &stored, error) != AD_OK)
+        return error->status;
+    if (!same_settings(&stored->settings, &t->model->settings) || !same_scaling(stored, t->model))
+        ad_fail(error, AD_E_INPUT,
+                "%s: is a model of other settings; `leastaction dump` shows them", name);
+    else
+        hnn_model_set_parameters(t->model, stored->parameters);
+    hnn_model_free(stored);
+    if (!failed(&r) && phys_runfile_open(name, &r.file, error) == AD_OK)
+        read_state(&r);
+    phys_runfile_close(r.file);
+    return error->status;
+}
