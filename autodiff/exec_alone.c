@@ -10,9 +10,22 @@ static size_t row_stride(const struct value *v, const struct loc *l)
     return v->rows == 1 ? v->cols : l->rs;
 }
 
+/* Products are cut in the same pieces whatever the number of threads: BLAS gives other last bits
+   for other shapes. Every piece packs one factor anew, so pieces are few: of this many products and
+   sums each, and no narrower than PIECE. */
+enum { PIECE = 64, MAX_PIECES = 16 };
+static const double PIECE_WORK = 1.5e7;
+
+static size_t pieces_of(size_t extent, double work)
+{
+    size_t most = extent / PIECE < MAX_PIECES ? extent / PIECE : MAX_PIECES;
+    size_t pieces = work < PIECE_WORK * MAX_PIECES ? (size_t)(work / PIECE_WORK) : MAX_PIECES;
+    pieces = pieces < most ? pieces : most;
+    return pieces ? pieces : 1;
+}
+
 static void matmul(const ad_program *p, const struct segment *g, const struct instruction *in)
 {
-    enum { PIECE = 64, MAX_PIECES = 16 };
     const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]],
                      *b = &p->locs[in->loc[2]];
     const struct value *va = &p->values[in->loc[1]], *vb = &p->values[in->loc[2]];
@@ -20,10 +33,8 @@ static void matmul(const ad_program *p, const struct segment *g, const struct in
     bool ta = in->loc[3] & 1, tb = in->loc[3] >> 1;
     size_t m = g->rows, n = g->cols, k = ta ? va->rows : va->cols, e = p->element;
     bool by_rows = m > n;
-    size_t extent_of = by_rows ? m : n, pieces = 1;
-    if ((double)m * (double)n * (double)k > 1e6)
-        pieces = extent_of / PIECE < MAX_PIECES ? extent_of / PIECE : MAX_PIECES;
-    pieces += pieces == 0;
+    size_t extent_of = by_rows ? m : n;
+    size_t pieces = pieces_of(extent_of, (double)m * (double)n * (double)k);
 #pragma omp parallel for num_threads((int)p->threads)                                              \
     schedule(static, 1) if (pieces > 1 && p->threads > 1)
     for (size_t i = 0; i < pieces; i++) {
