@@ -112,7 +112,8 @@ static int run(const void *options, struct ad_error *error)
 #define AT(member) offsetof(struct path_options, member)
 
 static const struct option table[] = {
-    {"solver", "NAME", OPTION_TEXT, "adam", "how the path is found [where the end time is free: newton]", AT(solver)},
+    {"solver", "NAME", OPTION_TEXT, "adam",
+     "how the path is found [where the end time is free: newton]", AT(solver)},
     {"rule", "NAME", OPTION_TEXT, NULL, "action rule [left; paper: left+repeat]", AT(rule)},
     {"slices", "N", OPTION_COUNT, NULL, "points of the path, both ends included [the scene's]",
      AT(slices)},

@@ -50,7 +50,7 @@ static enum ad_status lbfgs_new(struct lbfgs *m, const struct phys_system *syste
 static void find_direction(struct lbfgs *m)
 {
     size_t n = m->n, kept = m->pairs < MEMORY ? m->pairs : MEMORY;
-    double alpha[MEMORY];
+    double alpha[MEMORY] = {0};
     for (size_t k = 0; k < n; k++)
         m->direction[k] = -m->g[k];
     for (size_t j = 0; j < kept; j++) {

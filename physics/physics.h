@@ -98,8 +98,8 @@ struct phys_scene {
     bool per_body; /* reports divide means by the number of bodies */
     enum phys_picture picture;
     const struct phys_preset *paper; /* NULL: not in the paper */
-    /* The stationary path in closed form [dof x slices], its ends the scene's; NULL: the motion from
-       the start gives the ends. For scenes that are no initial-value problem. */
+    /* The stationary path in closed form [dof x slices], its ends the scene's; NULL: the motion
+       from the start gives the ends. For scenes that are no initial-value problem. */
     enum ad_status (*between)(const void *params, size_t slices, double *path,
                               struct ad_error *error);
     bool free_time; /* the end time is free: paths are those of energy 0 */
@@ -354,9 +354,8 @@ enum ad_status phys_path_solve(const struct phys_solver *solver, const struct ph
    from settings->dt on, which becomes that time a slice. Newton's method inside. AD_E_ACCURACY
    where there is none. */
 enum ad_status phys_path_free_time(const struct phys_system *system,
-                                   struct phys_path_settings *settings, double energy,
-                                   double *path, struct phys_path_info *info,
-                                   struct ad_error *error);
+                                   struct phys_path_settings *settings, double energy, double *path,
+                                   struct phys_path_info *info, struct ad_error *error);
 
 /* What kind of stationary point a path is. */
 struct phys_spectrum {
