@@ -112,8 +112,9 @@ static int run(const void *options, struct ad_error *error)
 #define AT(member) offsetof(struct path_options, member)
 
 static const struct option table[] = {
-    {"solver", "NAME", OPTION_TEXT, "adam",
-     "how the path is found [where the end time is free: newton]", AT(solver)},
+    {"solver", "NAME", OPTION_TEXT, NULL,
+     "how the path is found [newton; with --preset, --lr or options of descents: adam]",
+     AT(solver)},
     {"rule", "NAME", OPTION_TEXT, NULL, "action rule [left; paper: left+repeat]", AT(rule)},
     {"slices", "N", OPTION_COUNT, NULL, "points of the path, both ends included [the scene's]",
      AT(slices)},
@@ -127,7 +128,8 @@ static const struct option table[] = {
      AT(all)},
     {"energy", "E", OPTION_NUMBER, NULL, "the same, and the one of this energy is the result",
      AT(energy)},
-    {"adam-steps", "K", OPTION_COUNT, "0", "newton, lbfgs: steps of adam before", AT(adam_steps)},
+    {"adam-steps", "K", OPTION_COUNT, NULL,
+     "newton, lbfgs: steps of adam before [200 from a line, else 0]", AT(adam_steps)},
     {"momentum", "M", OPTION_NUMBER, "0", "sgd: share of the last step in the next", AT(momentum)},
     {"hold", "K", OPTION_COUNT, "1", "slices held at either end", AT(hold)},
     {"energy-loss", "KIND", OPTION_TEXT, NULL,

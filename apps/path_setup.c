@@ -67,6 +67,21 @@ static enum ad_status set_parameters(const struct path_options *options, struct 
 
 /* ---- settings ---- */
 
+/* From a straight line Newton's steps may stall; from near the path descent would only leave it. */
+static bool starts_on_line(const struct path_run *run)
+{
+    const char *init = run->options->init;
+    return !run->preset && !run->system.scene->free_time && (!init || strcmp(init, "line") == 0);
+}
+
+static const char *default_solver(const struct path_options *options, const struct path_run *run)
+{
+    bool descent = run->preset || isfinite(options->learning_rate) ||
+                   isfinite(options->energy_weight) || options->energy_loss ||
+                   options->stop_at_reference;
+    return descent ? "adam" : "newton";
+}
+
 static void choose_settings(const struct path_options *options, struct path_run *run)
 {
     const struct phys_scene *scene = run->system.scene;
@@ -80,7 +95,7 @@ static void choose_settings(const struct path_options *options, struct path_run 
     settings->tolerance = number_or(options->tolerance, 0);
     settings->momentum = options->momentum;
     settings->hold = options->hold;
-    settings->adam_steps = options->adam_steps;
+    settings->adam_steps = count_or(options->adam_steps, starts_on_line(run) ? 200 : 0);
     settings->threads = options->common.threads;
     run->damping = preset ? preset->damping : 1;
     run->every = count_or(options->every, (settings->steps + STORED - 1) / STORED);
@@ -92,7 +107,8 @@ static enum ad_status choose_solver(const struct path_options *options, struct p
                                     struct ad_error *error)
 {
     bool newton = path_wants_all(options) || run->system.scene->free_time;
-    run->solver = phys_solver_find(newton ? "newton" : options->solver, error);
+    const char *name = options->solver ? options->solver : default_solver(options, run);
+    run->solver = phys_solver_find(newton ? "newton" : name, error);
     if (path_wants_all(options) && strcmp(options->ends, "both") != 0)
         return ad_fail(error, AD_E_ARGUMENT, "--all: with --ends %s there is one answer",
                        options->ends);

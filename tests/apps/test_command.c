@@ -177,7 +177,7 @@ static void test_every_scene_runs(void **state)
         works("$LA scenes --json");
         snprintf(text, sizeof text, "\"name\": \"%s\"", names[k]);
         assert_non_null(strstr(shell_out(), text));
-        works("$LA path %s --steps 3 --json", names[k]);
+        works("$LA path %s --solver adam --steps 3 --json", names[k]);
         assert_true(isfinite(value("action")) && isfinite(value("mse_final")));
         works("$LA scenes %s", names[k]);
     }
@@ -188,10 +188,10 @@ static void test_every_scene_runs(void **state)
 static void test_start_on_the_answer(void **state)
 {
     (void)state;
-    works("$LA path kepler --init ode --steps 0 --json");
+    works("$LA path kepler --init ode --solver adam --steps 0 --json");
     assert_true(value("mse_initial") == 0 && value("max_error") == 0);
     assert_close(value("grad_norm"), 0, 0, 1e-12);
-    works("$LA path kepler --init ode --noise 0.05 --seed 3 --steps 0 --json");
+    works("$LA path kepler --init ode --noise 0.05 --seed 3 --solver adam --steps 0 --json");
     assert_close(sqrt(value("mse_initial")), 0.05, 0.25, 0);
     assert_true(value("grad_norm") > 0.1);
 }
@@ -203,14 +203,16 @@ static void test_rules_with_nodes(void **state)
     (void)state;
     static const char *const rules[] = {"midpoint", "trapezoid", "gauss2", "gauss3"};
     for (size_t k = 0; k < sizeof rules / sizeof *rules; k++) {
-        works("$LA path kepler --rule %s --init ode --steps 0 --slices 101 --dt 0.03 --json",
+        works("$LA path kepler --rule %s --init ode --solver adam --steps 0 --slices 101 --dt 0.03 "
+              "--json",
               rules[k]);
         double coarse = value("grad_norm");
-        works("$LA path kepler --rule %s --init ode --steps 0 --slices 201 --dt 0.015 --json",
+        works("$LA path kepler --rule %s --init ode --solver adam --steps 0 --slices 201 --dt "
+              "0.015 --json",
               rules[k]);
         assert_true(value("grad_norm") > 0 && value("grad_norm") < coarse / 4);
     }
-    works("$LA path kepler --rule gauss3 --steps 3 --out run.h5 --json");
+    works("$LA path kepler --rule gauss3 --solver adam --steps 3 --out run.h5 --json");
     works("$LA dump run.h5 --json");
     assert_non_null(strstr(shell_out(), "\"shape\": [4, 2, 101]"));
 }
@@ -218,9 +220,9 @@ static void test_rules_with_nodes(void **state)
 static void test_set_and_preset(void **state)
 {
     (void)state;
-    works("$LA path spring --init ode --steps 0 --set k=4 --set=q0=0.5 --json");
+    works("$LA path spring --init ode --solver adam --steps 0 --set k=4 --set=q0=0.5 --json");
     double potential = value("potential_mean");
-    works("$LA path spring --init ode --steps 0 --json");
+    works("$LA path spring --init ode --solver adam --steps 0 --json");
     assert_true(fabs(potential - value("potential_mean")) > 1e-3);
     works("$LA path pendulum --preset paper --steps 7 --json");
     assert_true(value("steps") == 7);
@@ -280,26 +282,26 @@ static void test_equal_runs_equal_files(void **state)
 static void test_csv_on_standard_output(void **state)
 {
     (void)state;
-    works("$LA path kepler --steps 2 --slices 5 --csv - --json");
+    works("$LA path kepler --solver adam --steps 2 --slices 5 --csv - --json");
     assert_ptr_equal(strstr(shell_out(), "x,y\n"), shell_out());
     assert_int_equal(shell_last_line()[0], '{');
-    works("$LA path kepler --steps 2 --slices 5 --csv - --quiet | wc -l");
+    works("$LA path kepler --solver adam --steps 2 --slices 5 --csv - --quiet | wc -l");
     assert_int_equal(atoi(shell_out()), 6);
 }
 
 static void test_found_path_as_start(void **state)
 {
     (void)state;
-    works("$LA path kepler --steps 9 --csv found.csv --json");
+    works("$LA path kepler --solver adam --steps 9 --csv found.csv --json");
     double action = value("action");
-    works("$LA path kepler --steps 0 --init found.csv --reference found.csv --json");
+    works("$LA path kepler --solver adam --steps 0 --init found.csv --reference found.csv --json");
     assert_true(value("action") == action && value("mse_initial") == 0);
 }
 
 static void test_dump(void **state)
 {
     (void)state;
-    works("$LA path pendulum --steps 2 --every 1 --slices 8 --out run.h5 --quiet");
+    works("$LA path pendulum --solver adam --steps 2 --every 1 --slices 8 --out run.h5 --quiet");
     works("$LA dump run.h5");
     assert_non_null(strstr(shell_out(), "\n    dt = 1 s\n"));
     assert_non_null(strstr(shell_out(), "\n/path  f64 [3 x 1 x 8]\n"));
@@ -323,7 +325,8 @@ static void test_dump(void **state)
 static void test_not_converged(void **state)
 {
     (void)state;
-    assert_int_equal(shell("$LA path kepler --steps 3 --tol 1e-12 --json --csv found.csv"), 1);
+    assert_int_equal(
+        shell("$LA path kepler --solver adam --steps 3 --tol 1e-12 --json --csv found.csv"), 1);
     assert_non_null(
         strstr(shell_err(), "leastaction path: not converged: all steps taken, |gradient| "));
     assert_int_equal(shell_last_line()[0], '{');
@@ -387,7 +390,7 @@ static void test_check(void **state)
     }
     assert_string_equal(shell_err(),
                         "leastaction check: mass: the Lagrangian is 1 x 1, expected 1 x 11\n");
-    works("$LA path good.so --steps 5 --json");
+    works("$LA path good.so --solver adam --steps 5 --json");
     assert_non_null(strstr(shell_last_line(), "\"scene\": \"mass\""));
 }
 
@@ -406,7 +409,8 @@ static void test_check_built_in(void **state)
 static void test_picture_without_gnuplot(void **state)
 {
     (void)state;
-    works("mkdir empty && PATH=$PWD/empty $LA path pendulum --steps 20 --plot fig.svg --quiet");
+    works("mkdir empty && PATH=$PWD/empty $LA path pendulum --solver adam --steps 20 --plot "
+          "fig.svg --quiet");
     assert_string_equal(shell_err(),
                         "gnuplot is not installed: wrote fig.dat and fig.gp; draw with: "
                         "gnuplot fig.gp\n");
@@ -426,7 +430,7 @@ static void test_pictures(void **state)
         skip();
     }
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        works("$LA path kepler --steps 20 --plot \"%s\" --quiet", cases[k].name);
+        works("$LA path kepler --solver adam --steps 20 --plot \"%s\" --quiet", cases[k].name);
         assert_string_equal(shell_err(), "");
         works("cat \"%s\"", cases[k].name);
         assert_memory_equal(shell_out(), cases[k].magic, strlen(cases[k].magic));
