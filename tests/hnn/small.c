@@ -1,0 +1,69 @@
+/* Small models and samples for tests (small.h). */
+#include "small.h"
+#include "../close.h"
+#include "../../physics/random.h"
+
+#include <stdlib.h>
+
+const struct small_kind small_kinds[] = {
+    {"baseline", HNN_BASELINE, HNN_SYMPLECTIC, false, false},
+    {"hnn", HNN_HAMILTONIAN, HNN_SYMPLECTIC, false, false},
+    {"conservative", HNN_HAMILTONIAN, HNN_CONSERVATIVE, false, false},
+    {"both", HNN_HAMILTONIAN, HNN_BOTH, false, false},
+    {"separable", HNN_HAMILTONIAN, HNN_SYMPLECTIC, true, false},
+    {"dissipation", HNN_HAMILTONIAN, HNN_SYMPLECTIC, false, true},
+    {"separable, dissipation", HNN_HAMILTONIAN, HNN_SYMPLECTIC, true, true},
+};
+const size_t small_n_kinds = sizeof small_kinds / sizeof *small_kinds;
+
+struct hnn_settings small_settings(const struct small_kind *kind, size_t dof, size_t layers)
+{
+    struct hnn_settings s = hnn_defaults(kind->kind, dof);
+    s.layers = layers;
+    for (size_t k = 0; k + 1 < layers; k++)
+        s.hidden[k] = k % 2 ? 5 : 7;
+    s.field = kind->field;
+    s.separable = kind->separable;
+    s.dissipation = kind->dissipation;
+    s.precision = AD_F64;
+    s.seed = 11;
+    return s;
+}
+
+hnn_model *small_model(const struct hnn_settings *settings)
+{
+    struct ad_error error = {0};
+    hnn_model *model;
+    if (hnn_model_new(settings, &model, &error) != AD_OK)
+        fail_msg("%s", error.message);
+    return model;
+}
+
+double *small_values(uint64_t seed, size_t rows, size_t n)
+{
+    struct phys_random random;
+    double *values = malloc(rows * n * sizeof *values);
+    assert_non_null(values);
+    phys_random_seed(&random, seed);
+    for (size_t k = 0; k < rows * n; k++)
+        values[k] = 2.4 * phys_random_uniform(&random) - 1.2;
+    return values;
+}
+
+struct hnn_samples small_pendulum(uint64_t seed, size_t n, double friction)
+{
+    double *x = small_values(seed, 2, n), *rate = malloc(2 * n * sizeof *rate);
+    assert_non_null(rate);
+    for (size_t k = 0; k < n; k++) {
+        double q = x[k] *= 1.25, p = x[n + k] *= 1.25;
+        rate[k] = p;
+        rate[n + k] = -sin(q) - friction * p;
+    }
+    return (struct hnn_samples){n, x, rate};
+}
+
+void small_samples_free(struct hnn_samples *samples)
+{
+    free((void *)(uintptr_t)samples->x);
+    free((void *)(uintptr_t)samples->target);
+}
