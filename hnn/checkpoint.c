@@ -1,5 +1,5 @@
-/* Models in files: settings as attributes, every block of parameters as a dataset of its name. HDF5
-   finds a torn file but not a changed byte, so a hash of all parameters goes with them. */
+/* Models in files: settings as attributes, every block of parameters as a dataset of its name.
+   Damage is found by the file's seal (physics/seal.h) before anything is read. */
 #include "internal.h"
 
 #include <inttypes.h>
@@ -9,30 +9,6 @@
 
 static const char format[] = "leastaction model";
 enum { VERSION = 1 };
-
-/* FNV-1a (G. Fowler, L. Noll, P. Vo), 64 bits. */
-const uint64_t hnn_hash_start = 0xcbf29ce484222325;
-
-uint64_t hnn_hash(uint64_t hash, const void *bytes, size_t n)
-{
-    const unsigned char *b = bytes;
-    for (size_t k = 0; k < n; k++)
-        hash = (hash ^ b[k]) * 0x100000001b3;
-    return hash;
-}
-
-void hnn_hash_text(uint64_t hash, char text[HNN_DIGITS])
-{
-    snprintf(text, HNN_DIGITS, "%016" PRIx64, hash);
-}
-
-static uint64_t hash_of(const hnn_model *model)
-{
-    const struct hnn_scaling *s = &model->scaling;
-    size_t bytes = model->size * hnn_type_bytes(model->settings.precision);
-    uint64_t hash = hnn_hash(hnn_hash_start, model->parameters, bytes);
-    return s->centre ? hnn_hash(hash, s->centre, 3 * hnn_states(model) * sizeof(double)) : hash;
-}
 
 /* ---- settings as attributes ---- */
 
@@ -67,11 +43,10 @@ static void write_settings(const hnn_model *model, phys_runfile *file)
 {
     const struct hnn_settings *s = &model->settings;
     struct choice choice[N_CHOICES];
-    char text[WIDTHS_ROOM], seed[24], hash[HNN_DIGITS];
+    char text[WIDTHS_ROOM], seed[24];
     choices(s, choice);
     widths_text(s, text);
     snprintf(seed, sizeof seed, "%" PRIu64, s->seed);
-    hnn_hash_text(hash_of(model), hash);
     phys_runfile_text(file, "/", "format", format);
     phys_runfile_integer(file, "/", "version", VERSION, NULL);
     for (size_t k = 0; k < N_CHOICES; k++)
@@ -83,7 +58,6 @@ static void write_settings(const hnn_model *model, phys_runfile *file)
     phys_runfile_integer(file, "/", "separable", s->separable, NULL);
     phys_runfile_integer(file, "/", "dissipation", s->dissipation, NULL);
     phys_runfile_text(file, "/", "seed", seed);
-    phys_runfile_text(file, "/", "hash", hash);
 }
 
 void hnn_model_write(const hnn_model *model, phys_runfile *file, const char *command)
@@ -262,12 +236,6 @@ static void read_parameters(const struct reading *r, hnn_model *model)
         read_block(r, model, &model->block[k], values);
     read_normalisation(r, model, values);
     free(values);
-    char *stored = read_text(r, "hash"), hash[HNN_DIGITS];
-    hnn_hash_text(hash_of(model), hash);
-    if (stored && strcmp(stored, hash) != 0)
-        ad_fail(r->error, AD_E_INPUT, "%s: damaged: its parameters do not have the hash %s",
-                r->name, stored);
-    free(stored);
 }
 
 enum ad_status hnn_model_load(const char *name, hnn_model **model, struct ad_error *error)

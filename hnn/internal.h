@@ -77,10 +77,4 @@ void hnn_evaluator_free(struct hnn_evaluator *evaluator);
 
 /* The model's part of a checkpoint (checkpoint.c). */
 void hnn_model_write(const hnn_model *model, phys_runfile *file, const char *command);
-/* 16 hexadecimal digits of FNV-1a over bytes, begun from `hash`. */
-enum { HNN_DIGITS = 17 };
-extern const uint64_t hnn_hash_start;
-uint64_t hnn_hash(uint64_t hash, const void *bytes, size_t n);
-void hnn_hash_text(uint64_t hash, char text[HNN_DIGITS]);
-
 #endif

@@ -11,7 +11,7 @@ struct hnn_data {
     enum ad_type type;
     size_t n, x_rows, target_rows;
     void *x, *target;
-    uint64_t hash;
+    uint64_t hash;   /* of x and target */
     uint32_t *order; /* [n], the present permutation; NULL: batches are not drawn */
     size_t position; /* taken from it */
     struct phys_random random, epoch; /* now, and before the present permutation was drawn */

@@ -2,6 +2,7 @@
    opened; H5Xclose of an invalid handle is avoided, since it would hide the first reason. */
 #define H5_USE_110_API /* one spelling of H5Ovisit in every version since 1.10 */
 #include "runfile.h"
+#include "seal.h"
 #include "whole.h"
 
 #include <assert.h>
@@ -82,7 +83,10 @@ enum ad_status phys_runfile_create(const char *target, phys_runfile **out, struc
         return AD_E_MEMORY;
     enum ad_status status = phys_whole_begin(&file->file, target, error);
     if (status == AD_OK) {
-        file->id = H5Fcreate(file->file.temporary, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+        hid_t sealed = H5Pcreate(H5P_FILE_CREATE);
+        H5Pset_userblock(sealed, PHYS_SEAL_BYTES);
+        file->id = H5Fcreate(file->file.temporary, H5F_ACC_TRUNC, sealed, H5P_DEFAULT);
+        H5Pclose(sealed);
         if (file->id < 0) {
             status = fail(error, AD_E_IO, target, "create", target);
             phys_whole_abandon(&file->file);
@@ -293,6 +297,8 @@ enum ad_status phys_runfile_commit(phys_runfile *file, struct ad_error *error)
         return AD_OK;
     if (H5Fclose(file->id) < 0)
         fail_write(file, "close", file->name);
+    if (file->error.status == AD_OK)
+        phys_seal_write(file->file.temporary, file->name, &file->error);
     enum ad_status status = file->error.status;
     if (status == AD_OK) {
         status = phys_whole_commit(&file->file, error);
@@ -322,6 +328,8 @@ const char *phys_runfile_kind_name(enum phys_runfile_kind kind) { return kind_na
 enum ad_status phys_runfile_open(const char *name, phys_runfile **out, struct ad_error *error)
 {
     *out = NULL;
+    if (phys_seal_check(name, name, error) != AD_OK)
+        return AD_E_INPUT;
     phys_runfile *file = handle_new(name, error);
     if (!file)
         return AD_E_MEMORY;
