@@ -93,7 +93,8 @@ const struct command command_simulate = {
          .options = table,
          .n_options = sizeof table / sizeof *table,
          .more =
-             "Fixed steps: euler semi-implicit verlet yoshida4 yoshida6 rk4 implicit-midpoint\n"
+             "Fixed steps: euler semi-implicit verlet velocity-verlet yoshida4 yoshida6 rk4 "
+             "implicit-midpoint\n"
              "gauss2 ... gauss5, and the discrete motion of the action rules, variational-RULE "
              "for\n"
              "left midpoint trapezoid gauss2 gauss3 gauss4. These choose their steps: dopri5 "

@@ -19,6 +19,7 @@ static const struct style {
     {"euler", "#9a9a9a", 1, false},
     {"semi-implicit", "#6b6b6b", 2, false},
     {"verlet", "#8fc7e8", 7, false},
+    {"velocity-verlet", "#62acd8", 6, false},
     {"yoshida4", "#3c8dc5", 5, false},
     {"yoshida6", "#0b4f8a", 9, false},
     {"rk4", "#f2b134", 7, false},

@@ -6,6 +6,7 @@ const struct phys_integrator *const phys_integrators[] = {
     &phys_euler,
     &phys_semi_implicit,
     &phys_verlet,
+    &phys_velocity_verlet,
     &phys_yoshida4,
     &phys_yoshida6,
     &phys_rk4,
