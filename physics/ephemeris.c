@@ -2,6 +2,7 @@
 #include "horizons.h"
 #include "internal.h"
 #include "scenes/ephemeris.h"
+#include "scenes/ephemeris_rough.h"
 
 #include <ctype.h>
 #include <stdio.h>
@@ -40,32 +41,79 @@ static void adopt(struct phys_system *system, const struct ephemeris *chosen, si
 
 /* ---- by name ---- */
 
-static const struct ephemeris_body *find_body(const char *name, struct ad_error *error)
+static bool is_called(const char *text, const char *name, int id)
 {
-    const char *names[PHYS_EPHEMERIS_BODIES];
     char *end;
-    long id = strtol(name, &end, 10);
-    for (size_t k = 0; k < PHYS_EPHEMERIS_BODIES; k++) {
-        const struct ephemeris_body *body = &phys_ephemeris_bodies[k];
-        names[k] = body->name;
-        if (strcasecmp(name, body->name) == 0 || (*name && !*end && id == body->id))
-            return body;
-    }
-    phys_find("body without a table", name, PHYS_EPHEMERIS_BODIES, names, error);
+    long number = strtol(text, &end, 10);
+    return strcasecmp(text, name) == 0 || (*text && !*end && number == id);
+}
+
+static const struct ephemeris_body *chosen_body(const struct ephemeris *chosen, int id)
+{
+    for (size_t k = 0; k < chosen->n; k++)
+        if (chosen->body[k].id == id)
+            return &chosen->body[k];
     return NULL;
 }
 
-static enum ad_status add_body(struct ephemeris *chosen, const char *name, struct ad_error *error)
+/* A body of the scene's state vectors, where `states` allows it, or one known roughly: then the
+   one it moves about must be there. */
+static enum ad_status find_body(const struct ephemeris *chosen, const char *name, bool states,
+                                double jd, struct ephemeris_body *body, struct ad_error *error)
 {
-    const struct ephemeris_body *body = find_body(name, error);
-    if (!body)
-        return AD_E_ARGUMENT;
-    for (size_t k = 0; k < chosen->n; k++)
-        if (chosen->body[k].id == body->id)
-            return ad_fail(error, AD_E_ARGUMENT, "ephemeris: %s is named twice", body->name);
-    snprintf(chosen->names[chosen->n], sizeof chosen->names[0], "%s", body->name);
-    chosen->body[chosen->n++] = *body;
+    const char *names[PHYS_EPHEMERIS_BODIES + PHYS_EPHEMERIS_ROUGH];
+    size_t n = 0;
+    for (size_t k = 0; states && k < PHYS_EPHEMERIS_BODIES; k++) {
+        *body = phys_ephemeris_bodies[k];
+        names[n++] = body->name;
+        if (is_called(name, body->name, body->id))
+            return AD_OK;
+    }
+    for (size_t k = 0; k < PHYS_EPHEMERIS_ROUGH; k++) {
+        const struct ephemeris_rough *rough = &phys_ephemeris_rough[k];
+        const struct ephemeris_body *centre = chosen_body(chosen, rough->about);
+        names[n++] = rough->name;
+        if (!is_called(name, rough->name, rough->id))
+            continue;
+        if (!centre)
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "ephemeris: %s needs the body it moves about (%d) before it",
+                           rough->name, rough->about);
+        phys_ephemeris_place(rough, jd, centre, body);
+        return AD_OK;
+    }
+    phys_find("body without a table", name, n, names, error);
+    return AD_E_ARGUMENT;
+}
+
+static enum ad_status add_body(struct ephemeris *chosen, const char *name, bool states, double jd,
+                               struct ad_error *error)
+{
+    struct ephemeris_body body;
+    if (find_body(chosen, name, states, jd, &body, error) != AD_OK)
+        return error->status;
+    if (chosen_body(chosen, body.id))
+        return ad_fail(error, AD_E_ARGUMENT, "ephemeris: %s is named twice", body.name);
+    if (chosen->n == PHYS_EPHEMERIS_MOST)
+        return ad_fail(error, AD_E_ARGUMENT, "ephemeris: more than %d bodies", PHYS_EPHEMERIS_MOST);
+    snprintf(chosen->names[chosen->n], sizeof chosen->names[0], "%s", body.name);
+    chosen->body[chosen->n++] = body;
     return AD_OK;
+}
+
+static enum ad_status add_bodies(struct ephemeris *chosen, const char *bodies, bool states,
+                                 double jd, struct ad_error *error)
+{
+    for (const char *at = bodies;; at++) {
+        char name[32];
+        size_t length = strcspn(at, ",");
+        snprintf(name, sizeof name, "%.*s", length < sizeof name ? (int)length : 31, at);
+        if (add_body(chosen, name, states, jd, error) != AD_OK)
+            return error->status;
+        at += length;
+        if (!*at)
+            return AD_OK;
+    }
 }
 
 enum ad_status phys_ephemeris_choose(struct phys_system *system, const char *bodies, size_t dims,
@@ -76,20 +124,27 @@ enum ad_status phys_ephemeris_choose(struct phys_system *system, const char *bod
         return status;
     struct ephemeris chosen = *(const struct ephemeris *)system->params;
     chosen.n = 0;
-    for (const char *at = bodies;; at++) {
-        char name[32];
-        size_t length = strcspn(at, ",");
-        snprintf(name, sizeof name, "%.*s", length < sizeof name ? (int)length : 31, at);
-        status = add_body(&chosen, name, error);
-        if (status != AD_OK)
-            return status;
-        at += length;
-        if (!*at)
-            break;
-    }
+    status = add_bodies(&chosen, bodies, true, PHYS_EPHEMERIS_JD, error);
+    if (status != AD_OK)
+        return status;
     status = check(system, chosen.n, dims, error);
     if (status == AD_OK)
         adopt(system, &chosen, dims);
+    return status;
+}
+
+enum ad_status phys_ephemeris_add(struct phys_system *system, const char *bodies, double jd,
+                                  struct ad_error *error)
+{
+    enum ad_status status = check(system, system->bodies, system->dims, error);
+    if (status != AD_OK)
+        return status;
+    struct ephemeris more = *(const struct ephemeris *)system->params;
+    if (more.n == 0)
+        return ad_fail(error, AD_E_ARGUMENT, "ephemeris: choose its bodies before adding to them");
+    status = add_bodies(&more, bodies, false, jd, error);
+    if (status == AD_OK)
+        adopt(system, &more, system->dims);
     return status;
 }
 

@@ -1,8 +1,9 @@
-/* Sun and planets under Newton's law, V = -sum over pairs of G m_i m_j / r, in SI units. A mass is
-   GM over G with GM as measured, to ten digits where G itself is known to five, unless it is set.
- */
+/* Sun and planets under Newton's law, V = -sum over pairs of G m_i m_j / r, in SI units, and, where
+   asked, what relativity adds. A mass is GM over G with GM as measured, to ten digits where G
+   itself is known to five, unless it is set. */
 #include "../internal.h"
 #include "ephemeris.h"
+#include "post_newtonian.h"
 
 #include <math.h>
 
@@ -17,6 +18,8 @@ static const struct phys_param params[] = {
     {"G", "m^3/(kg s^2)", "gravitational constant (CODATA 2018)", 6.67430e-11,
      offsetof(struct ephemeris, G)},
     {"dims", "1", "2: x and y only; 3", 3, offsetof(struct ephemeris, dims)},
+    {"relativity", "1", "1: with the first post-Newtonian terms", 0,
+     offsetof(struct ephemeris, relativity)},
     MASS(0, "sun"),
     MASS(1, "mercury"),
     MASS(2, "venus"),
@@ -76,6 +79,19 @@ static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
     return ad_sum_rows(ad_div(ad_const(q.tape, pair, 1, strength), r));
 }
 
+static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *p)
+{
+    const struct ephemeris *s = p;
+    size_t n = phys_ephemeris_count(s);
+    double m[PHYS_EPHEMERIS_MOST];
+    ad_var L = ad_sub(kinetic(q, v, t, p), potential(q, v, t, p));
+    if (s->relativity == 0)
+        return L;
+    for (size_t k = 0; k < n; k++)
+        m[k] = mass(s, k);
+    return ad_add(L, phys_post_newtonian(q, v, n, dims_of(s), m, s->G));
+}
+
 static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,
                             struct ad_error *error)
 {
@@ -120,6 +136,7 @@ const struct phys_scene phys_scene_ephemeris = {
     .params = params,
     .n_params = LENGTH(params),
     .params_bytes = sizeof(struct ephemeris),
+    .lagrangian = lagrangian,
     .kinetic = kinetic,
     .potential = potential,
     .slices = 65,

@@ -9,7 +9,7 @@
 enum { PHYS_EPHEMERIS_MOST = 32 };
 
 struct ephemeris {
-    double G, dims;
+    double G, dims, relativity;
     double mass[PHYS_EPHEMERIS_BODIES]; /* of the bodies of ephemeris_states.h; 0: GM / G */
     size_t n;                           /* chosen bodies; 0: those of ephemeris_states.h */
     struct ephemeris_body body[PHYS_EPHEMERIS_MOST];
