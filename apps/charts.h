@@ -7,10 +7,12 @@
 #include "result.h"
 
 struct chart_settings {
-    const char *folder; /* created where missing */
-    const char *format; /* of the pictures: svg or png */
-    bool quick;         /* fewer repetitions, a smaller range */
-    bool json, quiet;   /* a JSON object as last line; no table */
+    const char *folder;      /* created where missing */
+    const char *format;      /* of the pictures: svg or png */
+    bool quick;              /* fewer repetitions, a smaller range */
+    bool json, quiet;        /* a JSON object as last line; no table */
+    const char *data, *from; /* ephemeris: the folder of tables, and the first day */
+    size_t days;
 };
 
 /* Gradient of the action by the tape and by hand, and the value alone: gradients.csv.
@@ -22,6 +24,9 @@ int chart_integrators(const struct chart_settings *settings, struct ad_error *er
 /* Paths: rules against slices in rules.csv, solvers against time in paths.csv, and their pictures.
  */
 int chart_paths(const struct chart_settings *settings, struct ad_error *error);
+/* Models of the inner planets against Horizons tables, from the published one on: ephemeris.csv and
+   its picture. */
+int chart_ephemeris(const struct chart_settings *settings, struct ad_error *error);
 
 /* ---- files of a chart (chart_files.c) ---- */
 

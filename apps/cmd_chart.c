@@ -8,7 +8,8 @@
 struct options {
     struct common common;
     bool quick;
-    const char *folder, *format;
+    const char *folder, *format, *data, *from;
+    size_t days;
 };
 
 static const struct chart {
@@ -18,6 +19,7 @@ static const struct chart {
     {"gradients", chart_gradients},
     {"integrators", chart_integrators},
     {"paths", chart_paths},
+    {"ephemeris", chart_ephemeris},
 };
 
 enum { N_CHARTS = sizeof charts / sizeof *charts };
@@ -36,8 +38,16 @@ static int run(const void *values, struct ad_error *error)
 {
     const struct options *options = values;
     const char *name = options->common.argument[0];
-    const struct chart_settings settings = {options->folder, options->format, options->quick,
-                                            options->common.json, options->common.quiet};
+    const struct chart_settings settings = {
+        .folder = options->folder,
+        .format = options->format,
+        .quick = options->quick,
+        .json = options->common.json,
+        .quiet = options->common.quiet,
+        .data = options->data,
+        .from = options->from,
+        .days = options->days,
+    };
     if (strcmp(options->format, "svg") != 0 && strcmp(options->format, "png") != 0) {
         ad_fail(error, AD_E_ARGUMENT, "--format: expected svg or png, got '%s'", options->format);
         return WRONG_USE;
@@ -55,11 +65,15 @@ static const struct option table[] = {
     {"out", "DIR", OPTION_TEXT, "charts", "folder for the data and the pictures", AT(folder)},
     {"format", "svg|png", OPTION_TEXT, "svg", "of the pictures", AT(format)},
     {"quick", NULL, OPTION_FLAG, NULL, "fewer repetitions, a smaller range", AT(quick)},
+    {"data", "DIR", OPTION_TEXT, NULL, "ephemeris: a folder of Horizons tables", AT(data)},
+    {"from", "DATE|INDEX", OPTION_TEXT, NULL, "ephemeris: first epoch [the published one]",
+     AT(from)},
+    {"days", "N", OPTION_COUNT, NULL, "ephemeris: how many days [65]", AT(days)},
 };
 
 const struct command command_chart = {
     .line = {.name = "chart",
-             .what = "speed against accuracy, measured: gradients, integrators, paths",
+             .what = "speed against accuracy, measured: gradients, integrators, paths, ephemeris",
              .arguments = {"KIND"},
              .options = table,
              .n_options = sizeof table / sizeof *table},
