@@ -75,6 +75,13 @@ static const struct option table[] = {
     {"samples", "N", OPTION_COUNT, NULL, "equal intervals of time between samples [1000]",
      AT(samples)},
     {"set", "NAME=VALUE", OPTION_SETTINGS, NULL, "a parameter of the scene; repeatable", AT(set)},
+    {"data", "DIR", OPTION_TEXT, NULL, "ephemeris: start and reference from Horizons tables",
+     AT(data)},
+    {"from", "DATE|INDEX", OPTION_TEXT, NULL, "of the tables: first epoch [the published one]",
+     AT(from)},
+    {"days", "N", OPTION_COUNT, NULL, "of the tables: how many [65]", AT(days)},
+    {"rough", "BODIES", OPTION_TEXT, NULL, "besides, without a table: jupiter,saturn,moon",
+     AT(rough)},
     {"reverse", NULL, OPTION_FLAG, NULL, "run back, too: how far from the start does it end?",
      AT(reverse)},
     {"horizon", "E", OPTION_NUMBER, NULL,
@@ -103,7 +110,10 @@ const struct command command_simulate = {
              "--integrator, or with fixed steps, --tol is the error of the whole motion in\n"
              "units of the coordinates: a few methods are refined, coarse to fine, and the\n"
              "cheapest one whose estimate is under it is run. The reported error is the largest\n"
-             "distance of the coordinates from a run of dop853 with a tolerance of 1e-13."},
+             "distance of the coordinates from a run of dop853 with a tolerance of 1e-13.\n"
+             "With --data the error is the largest distance of a planet from its table, seen from\n"
+             "the Sun, and --tol is in km: models are tried from the published one on, and the\n"
+             "least that stays as near is run."},
     .bytes = sizeof(struct simulate_options),
     .run = run,
 };

@@ -1,9 +1,11 @@
-/* The parts of `leastaction simulate`: what is asked made definite (simulate_setup), a setting
-   chosen for --tol (simulate_choose), run and measured (simulate_run), and written
-   (simulate_write, simulate_picture). */
+/* The parts of `leastaction simulate`: what is asked made definite (simulate_setup,
+   simulate_ephemeris), a setting chosen for --tol (simulate_choose), run and measured
+   (simulate_run), and written (simulate_write, simulate_picture). */
 #ifndef APPS_SIMULATE_H
 #define APPS_SIMULATE_H
 
+#include "ephemeris_models.h"
+#include "json.h"
 #include "options.h"
 #include "plot.h"
 #include "result.h"
@@ -13,9 +15,9 @@
 
 struct simulate_options {
     struct common common;
-    const char *integrator;
+    const char *integrator, *data, *from, *rough;
     double dt, tolerance, time, horizon;
-    size_t every, samples;
+    size_t every, samples, days;
     bool no_reference, reverse;
     struct settings set;
 };
@@ -42,6 +44,10 @@ struct simulate_run {
     double dt, tolerance; /* of the steps, once known */
     size_t n_trials;
     struct simulate_trial trial[SIMULATE_TRIALS];
+    struct ephemeris_tables tables;      /* n 0: none asked for */
+    const struct ephemeris_model *model; /* of those tried, when --tol was to choose one; or NULL */
+    size_t n_tried, chosen;
+    struct ephemeris_errors tried[EPHEMERIS_MODELS];
 };
 
 /* Scene, parameters, integrator, start. Ends with simulate_free, whatever it returned. */
@@ -64,6 +70,11 @@ enum ad_status simulate_settings(const struct simulate_run *run,
    of the error is under it, coarse to fine: integrator, dt or tolerance, trials. */
 enum ad_status simulate_choose(struct simulate_run *run, struct ad_error *error);
 
+/* With --data: the system from the tables, or, with --tol, the least model (run->model), which
+   decides start and integrator too. */
+enum ad_status simulate_ephemeris(struct simulate_run *run, struct ad_error *error);
+void simulate_ephemeris_free(struct simulate_run *run);
+
 /* Samples of a motion: time, coordinates and velocities. */
 struct simulate_samples {
     const struct phys_ode *ode;
@@ -81,6 +92,7 @@ struct simulate_result {
     struct simulate_samples samples;
     double *distance; /* [n] from the reference; NULL: none */
     double error, error_end, reversal;
+    double planet_km[EPHEMERIS_PLANETS]; /* with tables: largest distances from them */
     struct phys_closest closest;
     struct phys_totals start, end;
     bool has_totals;
@@ -91,6 +103,8 @@ struct simulate_result {
 enum ad_status simulate_run(const struct simulate_run *run, struct simulate_result *result,
                             struct ad_error *error);
 void simulate_result_free(struct simulate_result *result);
+/* Distances of the samples, one a day, from the tables. */
+void simulate_ephemeris_compare(const struct simulate_run *run, struct simulate_result *result);
 /* The sample callback; context is struct simulate_samples. */
 bool simulate_sample(void *samples, double t, const double *y);
 void simulate_samples_free(struct simulate_samples *samples);
@@ -99,6 +113,11 @@ void simulate_samples_free(struct simulate_samples *samples);
 
 void simulate_print(const struct simulate_run *run, const struct simulate_result *result);
 void simulate_print_json(const struct simulate_run *run, const struct simulate_result *result);
+/* What there is to say of tables: before the run's own lines, among its rows, in JSON. */
+void simulate_ephemeris_print(const struct simulate_run *run);
+void simulate_ephemeris_rows(const struct simulate_run *run, const struct simulate_result *result);
+void simulate_ephemeris_json(struct json *json, const struct simulate_run *run,
+                             const struct simulate_result *result);
 /* A row a sample: t, coordinates, velocities. */
 void simulate_write_csv(const struct simulate_run *run, const struct simulate_result *result,
                         FILE *out);

@@ -81,7 +81,9 @@ static bool watch(void *context, double t)
 static void choose_samples(const struct simulate_run *run, struct phys_simulation *settings)
 {
     const struct simulate_options *options = run->options;
-    if (options->every != OPTION_NO_COUNT)
+    if (run->tables.n)
+        settings->n_samples = run->tables.days;
+    else if (options->every != OPTION_NO_COUNT)
         settings->every = options->every;
     else
         settings->n_samples = options->samples != OPTION_NO_COUNT ? options->samples : SAMPLES;
@@ -158,6 +160,10 @@ static enum ad_status compare(const struct simulate_run *run, struct simulate_re
     result->distance = calloc(found->n, sizeof *result->distance);
     if (!result->distance)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (run->tables.n) {
+        simulate_ephemeris_compare(run, result);
+        return AD_OK;
+    }
     if (phys_ode_lagrangian(&run->system, &ode, error) == AD_OK &&
         ode.enter(ode.context, 0, run->q, run->v, y, error) == AD_OK &&
         simulate_settings(run, method, reference_tolerance, &ode, y, scale, &settings, error) ==

@@ -29,6 +29,11 @@ static enum ad_status check(const struct simulate_options *options, struct ad_er
         return ad_fail(error, AD_E_ARGUMENT, "--dt needs --integrator NAME");
     if (options->every != OPTION_NO_COUNT && options->samples != OPTION_NO_COUNT)
         return ad_fail(error, AD_E_ARGUMENT, "--every and --samples: give one of them");
+    if (!options->data && (options->from || options->rough || options->days != OPTION_NO_COUNT))
+        return ad_fail(error, AD_E_ARGUMENT, "--%s needs --data DIR",
+                       options->from    ? "from"
+                       : options->rough ? "rough"
+                                        : "days");
     if (options->every == 0 || options->samples == 0)
         return ad_fail(error, AD_E_ARGUMENT, "--%s: expected at least 1, got 0",
                        options->every == 0 ? "every" : "samples");
@@ -81,6 +86,8 @@ enum ad_status simulate_setup(const struct simulate_options *options, struct sim
     run->time = !isnan(options->time) ? options->time : (double)(scene->slices - 1) * scene->dt;
     if (options->integrator)
         run->integrator = phys_integrator_find(options->integrator, error);
+    if (options->data && (simulate_ephemeris(run, error) != AD_OK || run->model))
+        return error->status;
     if (error->status != AD_OK || start(run, error) != AD_OK || choose_steps(run, error) != AD_OK)
         return error->status;
     return AD_OK;
@@ -89,6 +96,7 @@ enum ad_status simulate_setup(const struct simulate_options *options, struct sim
 void simulate_free(struct simulate_run *run)
 {
     phys_ode_free(&run->ode);
+    simulate_ephemeris_free(run);
     free(run->q);
     phys_system_close(&run->system);
 }

@@ -63,6 +63,7 @@ void simulate_print(const struct simulate_run *run, const struct simulate_result
 {
     const struct phys_scene *scene = run->system.scene;
     const struct phys_simulation_info *info = &result->info;
+    simulate_ephemeris_print(run);
     print_trials(run);
     printf("%s: %s to t = %g %s, %zu steps (%zu rejected), %zu evaluations in %.3g s, %s\n\n",
            scene->name, run->integrator->name, info->t, unit_shown(scene->time_unit), info->steps,
@@ -71,6 +72,7 @@ void simulate_print(const struct simulate_run *run, const struct simulate_result
     row("energy drift, largest", info->energy_drift, "of the start");
     row("error, largest", result->error, scene->unit);
     row("error at the end", result->error_end, scene->unit);
+    simulate_ephemeris_rows(run, result);
     row("reversal error", result->reversal, scene->unit);
     row("shortest step", info->min_step, scene->time_unit);
     row("longest step", info->max_step, scene->time_unit);
@@ -150,6 +152,7 @@ void simulate_print_json(const struct simulate_run *run, const struct simulate_r
                                    : (double)NAN);
     if (run->n_trials)
         json_trials(&json, run);
+    simulate_ephemeris_json(&json, run, result);
     simulate_outlook_json(&json, &result->outlook);
     json_text(&json, "stop", stop_name(info->stop));
     json_close(&json);
