@@ -1,0 +1,161 @@
+/* Models of the inner planets against Horizons tables: the errors are those computed independently,
+   each model is nearer than the one before, and --tol takes the least that is near enough. */
+#include "../close.h"
+#include "../files.h"
+#include "shell.h"
+#include "../../apps/ephemeris_models.h"
+#include "../../apps/options.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static struct ephemeris_tables tables;
+static double most[EPHEMERIS_MODELS][EPHEMERIS_PLANETS];
+
+static void measure_all(void)
+{
+    struct ad_error error = {0};
+    if (tables.n)
+        return;
+    struct path folder = files_shared("data/horizons");
+    assert_int_equal(ephemeris_tables_open(folder.text, NULL, OPTION_NO_COUNT, &tables, &error),
+                     AD_OK);
+    for (size_t m = 0; m < EPHEMERIS_MODELS; m++) {
+        struct ephemeris_errors errors;
+        assert_int_equal(ephemeris_measure(&ephemeris_models[m], &tables, &errors, &error), AD_OK);
+        memcpy(most[m], errors.most, sizeof most[m]);
+        ephemeris_errors_free(&errors);
+    }
+}
+
+/* Rounded as they were printed. */
+static void test_known_errors(void **state)
+{
+    static const char *const known[][EPHEMERIS_PLANETS] = {
+        {"1.2e+07", "2.2e+05", "8.5e+04", "5.2e+04"},
+        {"1.1e+06", "3.0e+04", "7.3e+04", "4.5e+03"},
+        {"1.3e+03", "836", "7.9e+04", "3.5e+03"},
+        {"568", "791", "7.9e+04", "3.5e+03"},
+    };
+    char text[32];
+    (void)state;
+    measure_all();
+    for (size_t m = 0; m < sizeof known / sizeof *known; m++)
+        for (size_t k = 0; k < EPHEMERIS_PLANETS; k++) {
+            const char *format = strchr(known[m][k], 'e') ? "%.1e" : "%.0f";
+            snprintf(text, sizeof text, format, most[m][k]);
+            assert_string_equal(text, known[m][k]);
+        }
+}
+
+/* Each step brings the planet down that it is about. */
+static void test_what_each_step_brings(void **state)
+{
+    enum { MERCURY, VENUS, EARTH, MARS };
+    static const struct {
+        size_t model, planet;
+        double below, times; /* km, and of the model before */
+    } rows[] = {
+        {4, VENUS, 30, 0.05},  {4, MARS, 80, 0.05}, {4, MERCURY, 120, 0.25}, {5, EARTH, 1000, 0.02},
+        {6, MERCURY, 10, 0.1}, {7, VENUS, 3, 0.2},  {7, MERCURY, 2.5, 0.4},
+    };
+    (void)state;
+    measure_all();
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        const double *now = most[rows[k].model], *before = most[rows[k].model - 1];
+        assert_true(now[rows[k].planet] < rows[k].below);
+        assert_true(now[rows[k].planet] < rows[k].times * before[rows[k].planet]);
+    }
+    /* 43 seconds of arc a century: what relativity moves Mercury by in 65 days, and no other */
+    assert_true(fabs(most[6][EARTH] - most[5][EARTH]) < 5);
+}
+
+static int simulate(const char *options)
+{
+    struct path folder = files_shared("data/horizons");
+    char full[4096];
+    const char *name = folder.text;
+    if (name[0] != '/' && realpath(name, full))
+        name = full;
+    return shell("$LA simulate ephemeris --data '%s' --json %s", name, options);
+}
+
+static void test_least_model(void **state)
+{
+    static const struct {
+        const char *options, *model;
+    } rows[] = {
+        {"--tol 2e7", "published (2D, semi-implicit Euler, 1 day)"},
+        {"--tol 2e6", "3D Verlet, 1 day, measured GM"},
+        {"--tol 1e5", "3D Dormand-Prince 8"}, /* as near as Verlet with an eighth of the forces */
+        {"--tol 1000", "and a rough Moon"},
+        {"--tol 1000 --days 2", "3D Verlet, 1 hour"},
+    };
+    char wanted[128];
+    (void)state;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        assert_int_equal(simulate(rows[k].options), 0);
+        snprintf(wanted, sizeof wanted, "\"model\": \"%s\", \"models_tried\"", rows[k].model);
+        if (!strstr(shell_last_line(), wanted))
+            print_error("%s: %s\n", rows[k].options, shell_last_line());
+        assert_non_null(strstr(shell_last_line(), wanted));
+    }
+    assert_int_equal(simulate("--tol 1"), 1);
+    assert_non_null(strstr(shell_err(), "none of the models comes so near"));
+}
+
+static void test_refusals(void **state)
+{
+    static const struct {
+        const char *options, *says;
+    } rows[] = {
+        {"--tol 10 --integrator rk4", "--integrator with --data: --tol chooses"},
+        {"--time 10", "give --days"},
+        {"--integrator verlet --dt 5000", "expected a whole part of a day"},
+        {"--days 400", "400 days from index 148"},
+        {"--rough pluto", "no body without a table 'pluto'"},
+        {"--from 1999-01-01", "1999-01-01"},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        assert_int_equal(simulate(rows[k].options), 2);
+        if (!strstr(shell_err(), rows[k].says))
+            print_error("%s: %s\n", rows[k].options, shell_err());
+        assert_non_null(strstr(shell_err(), rows[k].says));
+    }
+    assert_int_equal(shell("$LA simulate ephemeris --rough moon"), 2);
+    assert_int_equal(shell("$LA simulate kepler --data ."), 2);
+    assert_int_equal(shell("$LA chart ephemeris"), 2);
+}
+
+static void test_chart(void **state)
+{
+    struct path folder = files_shared("data/horizons");
+    char full[4096];
+    size_t size, lines = 0;
+    (void)state;
+    assert_non_null(realpath(folder.text, full));
+    assert_int_equal(shell("$LA chart ephemeris --data '%s' --days 5 --out . --json", full), 0);
+    char *text = files_read(shell_path("ephemeris.csv"), &size);
+    for (const char *c = strstr(text, "model,planet,day,km\n"); c && *c; c++)
+        lines += *c == '\n';
+    assert_int_equal(lines, 1 + EPHEMERIS_MODELS * EPHEMERIS_PLANETS * 6);
+    free(text);
+}
+
+static int close_all(void **state)
+{
+    ephemeris_tables_close(&tables);
+    return shell_teardown(state);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_known_errors), cmocka_unit_test(test_what_each_step_brings),
+        cmocka_unit_test(test_least_model),  cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_chart),
+    };
+    return cmocka_run_group_tests(tests, shell_setup, close_all);
+}
