@@ -118,6 +118,17 @@ static void assert_node(const struct full *f, size_t i, double c)
     assert_close(sum, c, 0, 2e-16 * (1 + size));
 }
 
+/* Error weights are for the stages and the slope at the end; further stages have none. */
+static void check_error(const struct full *f, const struct tree *trees,
+                        const struct phys_butcher *table, const double *error, size_t order)
+{
+    double w[STAGES] = {0};
+    if (!error)
+        return;
+    memcpy(w, error, (table->stages + 1) * sizeof *w);
+    check_weights(f, trees, w, 0, order, 5e-15);
+}
+
 static void check_method(const struct phys_integrator *method, size_t error_order,
                          size_t error_3_order, size_t dense_order)
 {
@@ -133,10 +144,8 @@ static void check_method(const struct phys_integrator *method, size_t error_orde
     for (size_t e = 0; e < table->extra; e++)
         assert_node(&f, table->stages + 1 + e, table->c[table->stages + e]);
     check_weights(&f, trees, w, 1, method->order, 5e-15);
-    if (table->error)
-        check_weights(&f, trees, table->error, 0, error_order, 5e-15);
-    if (table->error_3)
-        check_weights(&f, trees, table->error_3, 0, error_3_order, 5e-15);
+    check_error(&f, trees, table, table->error, error_order);
+    check_error(&f, trees, table, table->error_3, error_3_order);
     for (double theta = 0.11; theta < 1; theta += 0.27) {
         dense_weights(table, f.n, theta, w);
         check_weights(&f, trees, w, theta, dense_order, 1e-14);
