@@ -24,6 +24,13 @@ static size_t pieces_of(size_t extent, double work)
     return pieces ? pieces : 1;
 }
 
+/* Where piece i begins: at whole vectors and tiles of BLAS's kernels, of either type. */
+static size_t cut(size_t extent, size_t i, size_t pieces)
+{
+    enum { TILE = 48 };
+    return i == pieces ? extent : extent / TILE * i / pieces * TILE;
+}
+
 static void matmul(const ad_program *p, const struct segment *g, const struct instruction *in)
 {
     const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]],
@@ -38,7 +45,7 @@ static void matmul(const ad_program *p, const struct segment *g, const struct in
 #pragma omp parallel for num_threads((int)p->threads)                                              \
     schedule(static, 1) if (pieces > 1 && p->threads > 1)
     for (size_t i = 0; i < pieces; i++) {
-        size_t from = extent_of * i / pieces, size = extent_of * (i + 1) / pieces - from;
+        size_t from = cut(extent_of, i, pieces), size = cut(extent_of, i + 1, pieces) - from;
         const char *pa = p->memory + a->off, *pb = p->memory + b->off;
         char *po = p->memory + o->off;
         pa += by_rows ? from * (ta ? 1 : lda) * e : 0;
