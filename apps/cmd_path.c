@@ -45,7 +45,7 @@ static enum ad_status write_results(const struct path_run *run, const struct pat
     return error->status;
 }
 
-/* Newton's method always has a target, a descent where --tol gives one. */
+/* Newton's method always has a target, a descent where --grad-tol gives one. */
 static bool converged(const struct path_run *run, const struct path_result *result)
 {
     enum phys_stop stop = result->info.stop;
@@ -101,7 +101,8 @@ static int run(const void *options, struct ad_error *error)
 {
     struct path_run path_run;
     int status = WRONG_USE;
-    if (path_setup(options, &path_run, error) == AD_OK)
+    if (path_setup(options, &path_run, error) == AD_OK &&
+        (!path_wants_tolerance(options) || path_refine(&path_run, error) == AD_OK))
         status = run_path(&path_run, error);
     else
         status = command_status(error);
@@ -139,8 +140,12 @@ static const struct option table[] = {
      AT(energy_weight)},
     {"stop-at-reference", NULL, OPTION_FLAG, NULL,
      "descents: end at the step nearest to the reference", AT(stop_at_reference)},
-    {"tol", "E", OPTION_NUMBER, NULL, "stop where |gradient| is E of its start [never]",
+    {"tol", "E", OPTION_NUMBER, NULL,
+     "newton: rule and slices, coarse to fine, until the estimated error of every coordinate is "
+     "under E",
      AT(tolerance)},
+    {"grad-tol", "E", OPTION_NUMBER, NULL, "stop where |gradient| is E of its start [never]",
+     AT(grad_tolerance)},
     {"init", "HOW", OPTION_TEXT, NULL, "start: line, ode, or FILE.csv [line; paper: ode]",
      AT(init)},
     {"noise", "SIGMA", OPTION_NUMBER, NULL, "on the start [none; paper: as published with ode]",

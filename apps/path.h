@@ -1,5 +1,6 @@
-/* The parts of `leastaction path`: what is asked (options), made definite (path_setup), run and
-   recorded (path_record), measured (path_measure), and written (path_write, path_picture). */
+/* The parts of `leastaction path`: what is asked (options), made definite (path_setup, and where an
+   error is asked for path_refine), run and recorded (path_record), measured (path_measure), and
+   written (path_write, path_picture). */
 #ifndef APPS_PATH_H
 #define APPS_PATH_H
 
@@ -16,7 +17,7 @@ struct path_options {
     const char *solver, *rule, *init, *reference, *preset;
     const char *data, *from, *bodies; /* of the ephemeris */
     size_t slices, steps, every, days, dims, adam_steps, hold;
-    double dt, learning_rate, momentum, noise, tolerance, energy_weight;
+    double dt, learning_rate, momentum, noise, tolerance, grad_tolerance, energy_weight;
     const char *energy_loss, *ends;
     bool stop_at_reference, all;
     double energy;
@@ -27,6 +28,24 @@ struct path_options {
 struct path_figures {
     double action, action_mean, kinetic_mean, potential_mean, objective, grad_norm;
 };
+
+/* A rule and the slices it works on, one more than elements. */
+struct path_grid {
+    const struct phys_rule *rule;
+    size_t slices;
+    double dt;
+};
+
+/* A setting that --tol tried. */
+struct path_level {
+    const struct phys_rule *rule;
+    size_t elements;
+    bool found, chosen; /* a stationary path; the setting of the run */
+    double estimate;    /* of its error; NaN: nothing to compare it with */
+    double seconds;
+};
+
+enum { PATH_LEVELS = 20 }; /* at most */
 
 /* A run made definite. Paths are [degree of the rule * dof x slices], the slices first: what is
    said of a path [dof x slices] holds for its first rows. */
@@ -43,6 +62,8 @@ struct path_run {
     size_t n_tables; /* of --data, and what its first slice is in them */
     struct phys_horizons *tables;
     size_t first_epoch;
+    size_t n_levels; /* of --tol, coarse to fine */
+    struct path_level level[PATH_LEVELS];
 };
 
 /* Everything up to the start: scene, parameters, rule, solver, span, reference path, start.
@@ -58,6 +79,31 @@ double *path_new(const struct path_run *run, struct ad_error *error);
    ephemeris are refused with any other scene. */
 enum ad_status path_ephemeris(const struct path_options *options, struct path_run *run,
                               double **observed, struct ad_error *error);
+
+/* Whether the start is read from a file. */
+bool path_from_file(const struct path_options *options);
+
+/* ---- refining (path_tolerance.c, path_refine.c, path_levels.c) ---- */
+
+/* Whether --tol was given, and whether it goes with the other options. */
+bool path_wants_tolerance(const struct path_options *options);
+enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error *error);
+/* Of a run that is set up, makes one of the coarsest setting whose estimated error is under --tol:
+   its rule, slices, start and reference. AD_E_ACCURACY where there is none. */
+enum ad_status path_refine(struct path_run *run, struct ad_error *error);
+/* What was tried and chosen; nothing without --tol. */
+void path_print_levels(const struct path_run *run);
+struct json;
+void path_json_levels(struct json *json, const struct path_run *run);
+
+/* A path on one grid, from the polynomials of its elements on another of the same time: [degree *
+   dof x slices], for the caller to free; NULL: out of memory. (path_resample.c) */
+double *path_resample(const struct path_grid *from, const double *path, const struct path_grid *to,
+                      size_t dof, struct ad_error *error);
+/* The motion of a run that is set up, by steps whose relative error is under the tolerance: path
+   [dof x slices]. (path_motion.c) */
+enum ad_status path_motion(const struct path_run *run, size_t slices, double dt, double tolerance,
+                           double *path, struct ad_error *error);
 
 /* ---- recording (path_record.c) ---- */
 
@@ -98,8 +144,6 @@ enum ad_status path_measure(const struct path_run *run, struct path_result *resu
                             struct ad_error *error);
 
 /* ---- several answers (path_answers.c) ---- */
-
-struct json;
 
 /* Whether --all or --energy was given. */
 bool path_wants_all(const struct path_options *options);

@@ -92,7 +92,7 @@ static void choose_settings(const struct path_options *options, struct path_run 
     settings->steps = count_or(options->steps, paper ? paper->steps : 500);
     settings->learning_rate =
         number_or(options->learning_rate, paper ? paper->learning_rate : 1e-2);
-    settings->tolerance = number_or(options->tolerance, 0);
+    settings->tolerance = number_or(options->grad_tolerance, 0);
     settings->momentum = options->momentum;
     settings->hold = options->hold;
     settings->adam_steps = count_or(options->adam_steps, starts_on_line(run) ? 200 : 0);
@@ -169,7 +169,7 @@ static enum ad_status check_settings(const struct path_options *options, const s
         return ad_fail(error, AD_E_ARGUMENT, "--lr: expected more than 0, got %g",
                        settings->learning_rate);
     if (!(settings->tolerance >= 0))
-        return ad_fail(error, AD_E_ARGUMENT, "--tol: expected at least 0, got %g",
+        return ad_fail(error, AD_E_ARGUMENT, "--grad-tol: expected at least 0, got %g",
                        settings->tolerance);
     if (!(run->noise.sigma >= 0))
         return ad_fail(error, AD_E_ARGUMENT, "--noise: expected at least 0, got %g",
@@ -228,13 +228,13 @@ static enum ad_status first_slices(const struct path_run *run, const double *giv
 }
 
 /* For the left rules the equations of the discretised action march the published ODE path; other
-   rules are held against the motion itself. */
+   rules, and an error asked for, are held against the motion itself. */
 static enum ad_status integrate(const struct path_run *run, phys_motion *motion, double *path,
                                 struct ad_error *error)
 {
     size_t dof = run->system.dof, n = run->settings.slices;
     double dt = run->settings.dt;
-    if (strncmp(run->settings.rule->name, "left", 4) == 0)
+    if (strncmp(run->settings.rule->name, "left", 4) == 0 && !path_wants_tolerance(run->options))
         return phys_ode_path(motion, n, dt, run->damping, path, error);
     double *q = malloc(2 * dof * sizeof *q), *v = q ? q + dof : NULL;
     if (!q)
@@ -306,12 +306,17 @@ static void place_nodes(struct path_run *run)
     memcpy(run->path, run->start, path_rows(run) * slices * sizeof *run->path);
 }
 
+bool path_from_file(const struct path_options *options)
+{
+    const char *init = options->init;
+    return init && strcmp(init, "line") != 0 && strcmp(init, "ode") != 0;
+}
+
 static enum ad_status make_paths(struct path_run *run, double *observed, struct ad_error *error)
 {
     const struct path_options *options = run->options;
     const char *init = options->init;
-    bool from_file = init && strcmp(init, "line") != 0 && strcmp(init, "ode") != 0;
-    double *file = from_file ? read_path(run, init, error) : NULL, *motion = NULL;
+    double *file = path_from_file(options) ? read_path(run, init, error) : NULL, *motion = NULL;
     if (error->status == AD_OK && options->reference)
         run->reference = read_path(run, options->reference, error);
     if (error->status == AD_OK)
@@ -351,7 +356,8 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
     choose_noise(options, run);
     if (error->status != AD_OK || choose_energy_loss(options, run, error) != AD_OK ||
         path_ephemeris(options, run, &observed, error) != AD_OK ||
-        check_settings(options, run, error) != AD_OK) {
+        check_settings(options, run, error) != AD_OK ||
+        (path_wants_tolerance(options) && path_check_tolerance(run, error) != AD_OK)) {
         free(observed);
         return error->status;
     }

@@ -70,6 +70,7 @@ void path_print(const struct path_run *run, const struct path_result *result)
     snprintf(product, sizeof product, "%s%s%s", energy, *energy && *time ? " " : "", time);
     snprintf(square, sizeof square, "%s%s", length, *length ? "^2" : "");
     print_tables(run);
+    path_print_levels(run);
     printf("%s: %zu slices of %g%s%s, rule %s, %s, %zu steps in %.3g s, %s\n\n", scene->name,
            run->settings.slices, run->settings.dt, *time ? " " : "", time, run->settings.rule->name,
            run->solver->name, result->info.steps, result->info.seconds,
@@ -143,6 +144,7 @@ void path_print_json(const struct path_run *run, const struct path_result *resul
     json_number(&json, "grad_norm", result->info.grad_norm);
     json_spectrum(&json, result);
     path_json_answers(&json, result);
+    path_json_levels(&json, run);
     json_number(&json, "mse_initial", result->mse_initial);
     json_number(&json, "mse_final", result->mse_final);
     json_number(&json, "max_error", result->max_error);

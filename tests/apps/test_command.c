@@ -326,12 +326,12 @@ static void test_not_converged(void **state)
 {
     (void)state;
     assert_int_equal(
-        shell("$LA path kepler --solver adam --steps 3 --tol 1e-12 --json --csv found.csv"), 1);
+        shell("$LA path kepler --solver adam --steps 3 --grad-tol 1e-12 --json --csv found.csv"), 1);
     assert_non_null(
         strstr(shell_err(), "leastaction path: not converged: all steps taken, |gradient| "));
     assert_int_equal(shell_last_line()[0], '{');
     assert_int_equal(shell_files(), 1);
-    works("$LA path spring --steps 4000 --lr 1e-3 --tol 0.3 --json");
+    works("$LA path spring --steps 4000 --lr 1e-3 --grad-tol 0.3 --json");
     assert_non_null(strstr(shell_last_line(), "\"stop\": \"tolerance reached\""));
 }
 

@@ -1,0 +1,215 @@
+/* leastaction path --tol, from outside: on motions with known answers the estimate of the error is
+   true to a factor of ten, and the error is what was asked for. */
+#include "../close.h"
+#include "shell.h"
+#include "../../apps/exact.h"
+#include "../../physics/table.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int clean(void **state)
+{
+    (void)state;
+    shell_clean();
+    return 0;
+}
+
+/* The number of a key of the JSON object on the last line. */
+static double number(const char *key)
+{
+    char name[64];
+    snprintf(name, sizeof name, "\"%s\": ", key);
+    const char *at = strstr(shell_last_line(), name);
+    assert_non_null(at);
+    return strtod(at + strlen(name), NULL);
+}
+
+static void works(const char *command)
+{
+    int status = shell("%s", command);
+    if (status != 0)
+        print_error("%s", shell_err());
+    assert_int_equal(status, 0);
+}
+
+/* ---- known answers: q at time t ---- */
+
+static void spring(double t, double *q) { q[0] = cos(t) + 0.3 * sin(t); }
+
+static void freebody(double t, double *q) { q[0] = 8 * t - t * t / 2; }
+
+static void kepler(double t, double *q)
+{
+    double v[2];
+    exact_kepler(0.6, t, q, v);
+}
+
+static void pendulum(double t, double *q)
+{
+    double v[1];
+    exact_pendulum(0.8, t, q, v);
+}
+
+static const struct known {
+    const char *run;
+    void (*at)(double t, double *q);
+} known[] = {
+    {"spring --set v0=0.3", spring},
+    {"spring --set v0=0.3 --dt 0.05", spring},
+    {"freebody", freebody},
+    {"kepler --init ode --dt 0.02", kepler},
+    {"kepler --init ode --dt 0.05", kepler},
+    {"pendulum --init ode --set theta0=0 --set rate0=1.6 --set l=1 --dt 0.025", pendulum},
+    {"pendulum --init ode --set theta0=0 --set rate0=1.6 --set l=1 --dt 0.09", pendulum},
+};
+
+/* Largest error of a coordinate of the path in found.csv. */
+static double largest_error(const struct known *answer)
+{
+    size_t rows, columns;
+    double *values, q[2], most = 0, dt = number("dt");
+    struct ad_error error = {0};
+    assert_int_equal(phys_table_read(shell_path("found.csv"), &rows, &columns, &values, &error),
+                     AD_OK);
+    assert_true((double)rows == number("slices"));
+    for (size_t i = 0; i < rows; i++) {
+        answer->at((double)i * dt, q);
+        for (size_t k = 0; k < columns; k++)
+            most = fmax(most, fabs(values[i * columns + k] - q[k]));
+    }
+    free(values);
+    return most;
+}
+
+static void holds(const struct known *answer, const char *rule, double tolerance)
+{
+    char command[256];
+    snprintf(command, sizeof command, "$LA path %s %s --tol %g --csv found.csv --json", answer->run,
+             rule, tolerance);
+    works(command);
+    double error = largest_error(answer), estimate = number("error_estimate");
+    print_message("%-75s %s %.0e: %3.0f slices, estimate %.1e, error %.1e\n", answer->run, rule,
+                  tolerance, number("slices"), estimate, error);
+    assert_true(estimate < tolerance);
+    assert_true(error < tolerance);
+    assert_true(error <= 10 * estimate);
+}
+
+static void test_estimate_is_honest(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < sizeof known / sizeof *known; k++)
+        for (double tolerance = 1e-3; tolerance > 1e-10; tolerance *= 1e-3)
+            holds(&known[k], "", tolerance);
+}
+
+/* With a rule given, elements alone are doubled. */
+static void test_rule_stays(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *rule;
+        double tolerance;
+    } cases[] = {{"left", 1e-2},   {"midpoint", 1e-4}, {"trapezoid", 1e-4},
+                 {"gauss2", 1e-7}, {"gauss3", 1e-9},   {"gauss6", 1e-10}};
+    char option[32], written[32];
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++)
+        for (size_t k = 0; k < sizeof known / sizeof *known; k++) {
+            snprintf(option, sizeof option, "--rule %s", cases[c].rule);
+            snprintf(written, sizeof written, "\"rule\": \"%s\"", cases[c].rule);
+            holds(&known[k], option, cases[c].tolerance);
+            assert_non_null(strstr(shell_last_line(), written));
+        }
+}
+
+/* A looser tolerance never takes more work; the reason is told. */
+static void test_least_that_will_do(void **state)
+{
+    (void)state;
+    double before = 0;
+    for (double tolerance = 1e-2; tolerance > 1e-11; tolerance /= 10) {
+        char command[128];
+        snprintf(command, sizeof command,
+                 "$LA path kepler --init ode --dt 0.02 --rule gauss4 "
+                 "--tol %g --json",
+                 tolerance);
+        works(command);
+        assert_true(number("slices") >= before);
+        before = number("slices");
+    }
+    assert_true(before > 17);
+    works("$LA path spring --tol 1e-6");
+    assert_non_null(strstr(shell_out(), "  chosen: 32 elements of gauss2: the first setting with "
+                                        "an estimate under 1e-06\n"));
+    works("$LA path spring --tol 1e-6 --json");
+    assert_non_null(strstr(shell_last_line(), "\"chosen\": \"32 elements of gauss2: "));
+}
+
+/* The ends of a file are kept to the last digit, whatever lies between them. */
+static void test_ends_of_a_file(void **state)
+{
+    (void)state;
+    size_t rows, columns;
+    double *values;
+    struct ad_error error = {0};
+    works("printf 'x\\n0.1\\n0.7\\n-0.4\\n0.3\\n' > start.csv");
+    works("$LA path spring --init start.csv --slices 4 --dt 0.5 --tol 1e-8 --csv found.csv --json");
+    assert_int_equal(phys_table_read(shell_path("found.csv"), &rows, &columns, &values, &error),
+                     AD_OK);
+    double T = 1.5, b = (0.3 - 0.1 * cos(T)) / sin(T);
+    assert_true(values[0] == 0.1 && values[rows - 1] == 0.3);
+    for (size_t i = 0; i < rows; i++) {
+        double t = (double)i * T / (double)(rows - 1);
+        assert_close(values[i], 0.1 * cos(t) + b * sin(t), 0, 1e-8);
+    }
+    free(values);
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    static const struct {
+        int status;
+        const char *arguments, *message;
+    } cases[] = {
+        {2, "spring --tol 0", "--tol: expected more than 0, got 0"},
+        {2, "spring --tol nan", "--tol"},
+        {2, "pendulum --tol 1e-3 --preset paper", "--tol does not go with --preset"},
+        {2, "spring --tol 1e-3 --all", "--tol does not go with --all"},
+        {2, "spring --tol 1e-3 --energy 1", "--tol does not go with --all, --energy"},
+        {2, "spring --tol 1e-3 --ends start", "--tol does not go with --ends start"},
+        {2, "spring --tol 1e-3 --hold 2", "--tol does not go with --hold"},
+        {2, "spring --tol 1e-3 --grad-tol 0.1", "--tol does not go with --grad-tol"},
+        {2, "brachistochrone --tol 1e-3", "--tol does not go with a free end time"},
+        {2, "spring --tol 1e-3 --solver adam", "--tol needs --solver newton, got adam"},
+        {2, "spring --tol 1e-3 --lr 0.1", "--tol needs --solver newton, got adam"},
+        {1, "spring --tol 1e-17", "rounding takes over"},
+        {1, "kepler --init ode --dt 0.02 --tol 1e-15", "rounding takes over"},
+        {1, "kepler --init ode --dt 0.02 --rule left --tol 1e-6",
+         "--tol 1e-06 is out of reach: 16384 elements of left"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        int status = shell("$LA path %s --csv x.csv", cases[k].arguments);
+        if (status != cases[k].status || !strstr(shell_err(), cases[k].message))
+            print_error("%s: exit %d, %s", cases[k].arguments, status, shell_err());
+        assert_int_equal(status, cases[k].status);
+        assert_non_null(strstr(shell_err(), cases[k].message));
+        assert_string_equal(shell_out(), "");
+        assert_int_equal(shell_files(), 0);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_estimate_is_honest, clean),
+        cmocka_unit_test_setup(test_rule_stays, clean),
+        cmocka_unit_test_setup(test_least_that_will_do, clean),
+        cmocka_unit_test_setup(test_ends_of_a_file, clean),
+        cmocka_unit_test_setup(test_refusals, clean),
+    };
+    return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
+}
