@@ -67,7 +67,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests test check demo charts peers bench lint format sanitize test-o1 fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests test check demo charts peers hnn-table bench lint format sanitize test-o1 fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -81,6 +81,7 @@ help:
 	@echo '  check      the same without installing; TEST_DIRS=tests/autodiff for a part'
 	@echo '  demo       install, build, run the six published scenes, leave pictures in demo/'
 	@echo '  charts     speed against accuracy, in charts/ (QUICK=1: a smaller range)'
+	@echo '  hnn-table  trains the published Hamiltonian neural networks: published, ours'
 	@echo '  peers      the same jobs in SciPy, PyTorch, JAX, where installed (PYTHON=python3)'
 	@echo '  bench      gradients by the tape against hand-written C'
 	@echo '  lint       warnings are errors (gcc, clang), cppcheck, format, exported names'
@@ -192,6 +193,9 @@ charts: all
 peers: all
 	@test -f charts/integrators.csv && test -f charts/gradients.csv || $(MAKE) --no-print-directory charts
 	@$(PYTHON) -B scripts/peers/compare.py charts $(if $(QUICK),--quick)
+
+hnn-table: all
+	@scripts/hnn-table $(BUILD)/leastaction hnn-table
 
 lint:
 	@scripts/lint $(BUILD)

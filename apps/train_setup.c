@@ -1,0 +1,208 @@
+/* A training made definite: samples, model, method, and the checkpoint it goes on from. */
+#include "train.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* Index of a name in a NULL-terminated table. */
+static enum ad_status choose(const char *option, const char *name, const char *const names[],
+                             size_t *index, struct ad_error *error)
+{
+    size_t n = 0;
+    char all[128] = "";
+    for (; names[n]; n++) {
+        if (strcmp(name, names[n]) == 0) {
+            *index = n;
+            return AD_OK;
+        }
+        snprintf(all + strlen(all), sizeof all - strlen(all), " %s", names[n]);
+    }
+    return ad_fail(error, AD_E_ARGUMENT, "--%s %s: there are%s", option, name, all);
+}
+
+/* "200", the width of every hidden layer, or "200,100", one number each. */
+static enum ad_status read_widths(const char *text, struct hnn_settings *s, struct ad_error *error)
+{
+    const char *at = text;
+    size_t n = 0, most = HNN_LAYERS_MOST - 1;
+    for (bool more = true; more && n < most; n++) {
+        char *end;
+        s->hidden[n] = (size_t)strtoul(at, &end, 10);
+        if (end == at || *at == '-' || (*end != '\0' && *end != ','))
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "--hidden %s: expected a number, or one for each hidden layer", text);
+        more = *end == ',';
+        at = end + more;
+    }
+    if (n != 1 && n + 1 != s->layers)
+        return ad_fail(error, AD_E_ARGUMENT, "--hidden %s: expected %zu numbers for %zu layers",
+                       text, s->layers - 1, s->layers);
+    for (; n < most; n++)
+        s->hidden[n] = s->hidden[0];
+    return AD_OK;
+}
+
+static enum ad_status model_settings(const struct train_options *o, size_t dof,
+                                     struct hnn_settings *s, struct ad_error *error)
+{
+    size_t kind = 0, field = 0, start = 0, precision = 0;
+    if (choose("model", o->model, hnn_kinds, &kind, error) != AD_OK ||
+        choose("field", o->field, hnn_field_types, &field, error) != AD_OK ||
+        choose("start", o->start, hnn_starts, &start, error) != AD_OK ||
+        choose("precision", o->precision, hnn_precisions, &precision, error) != AD_OK)
+        return error->status;
+    *s = hnn_defaults((enum hnn_kind)kind, dof);
+    s->layers = o->layers;
+    s->activation = o->activation;
+    s->field = (enum hnn_field_type)field;
+    s->start = (enum hnn_start)start;
+    s->precision = (enum ad_type)precision;
+    s->separable = o->separable;
+    s->dissipation = o->dissipation;
+    s->seed = o->common.seed;
+    if (s->layers < 1 || s->layers > HNN_LAYERS_MOST)
+        return ad_fail(error, AD_E_ARGUMENT, "--layers %zu: expected 1 to %d", s->layers,
+                       HNN_LAYERS_MOST);
+    return read_widths(o->hidden, s, error);
+}
+
+/* Sizes of the rates as rollouts show them, in their first step. */
+static void rates_of_rollouts(const struct hnn_dataset *data, double *rate)
+{
+    size_t n = data->train.n;
+    for (size_t k = 0; k < 2 * data->dof; k++) {
+        double sum = 0;
+        for (size_t i = 0; i < n; i++) {
+            double step = data->train.target[k * n + i] - data->train.x[k * n + i];
+            sum += step * step;
+        }
+        rate[k] = sqrt(sum / (double)n) / data->dt;
+    }
+}
+
+static enum ad_status normalise(hnn_model *model, const struct hnn_dataset *data,
+                                struct ad_error *error)
+{
+    double *rate = malloc(2 * data->dof * sizeof *rate);
+    if (!rate)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (!data->rate)
+        rates_of_rollouts(data, rate);
+    hnn_model_normalise(model, data->centre, data->scale, data->rate ? data->rate : rate, error);
+    free(rate);
+    return error->status;
+}
+
+static enum ad_status note_all(const struct train_run *run, struct ad_error *error)
+{
+    const struct train_options *o = run->options;
+    const struct {
+        const char *name, *text;
+    } note[] = {{"state", run->data.state_names},
+                {"rate", run->data.rate_names},
+                {"unit", o->unit},
+                {"data", o->common.argument[0]},
+                {"test", o->test}};
+    for (size_t k = 0; k < sizeof note / sizeof *note; k++)
+        if (note[k].text && *note[k].text)
+            hnn_model_note(run->model, note[k].name, note[k].text, error);
+    return error->status;
+}
+
+static enum ad_status make_model(struct train_run *run, struct ad_error *error)
+{
+    const struct train_options *o = run->options;
+    struct hnn_settings settings;
+    if (model_settings(o, run->data.dof, &settings, error) != AD_OK ||
+        hnn_model_new(&settings, &run->model, error) != AD_OK)
+        return error->status;
+    if (o->normalise && normalise(run->model, &run->data, error) != AD_OK)
+        return error->status;
+    return note_all(run, error);
+}
+
+static enum ad_status read_data(struct train_run *run, struct ad_error *error)
+{
+    const struct train_options *o = run->options;
+    size_t differences = 0, split = 0;
+    if (choose("differences", o->differences, hnn_differences_names, &differences, error) !=
+            AD_OK ||
+        choose("split", o->split, hnn_split_names, &split, error) != AD_OK)
+        return error->status;
+    struct hnn_dataset_settings s = {.file = o->common.argument[0],
+                                     .state = o->state,
+                                     .rate = o->rate,
+                                     .time = o->time,
+                                     .differences = (enum hnn_differences)differences,
+                                     .trial = o->trial,
+                                     .rollout = o->rollout,
+                                     .dt = isnan(o->dt) ? 0 : o->dt,
+                                     .test_file = o->test,
+                                     .test_fraction =
+                                         isnan(o->test_fraction) ? 0 : o->test_fraction,
+                                     .split = (enum hnn_split)split,
+                                     .seed = o->common.seed};
+    return hnn_dataset_read(&s, &run->data, error);
+}
+
+static enum ad_status read_batch(const char *text, size_t *batch, struct ad_error *error)
+{
+    char *end;
+    *batch = 0;
+    if (strcmp(text, "full") == 0)
+        return AD_OK;
+    errno = 0;
+    unsigned long n = strtoul(text, &end, 10);
+    if (end == text || *end || *text == '-' || n == 0 || errno)
+        return ad_fail(error, AD_E_ARGUMENT, "--batch %s: expected 'full' or a number of samples",
+                       text);
+    *batch = n;
+    return AD_OK;
+}
+
+static enum ad_status training_settings(struct train_run *run, struct ad_error *error)
+{
+    const struct train_options *o = run->options;
+    struct hnn_training *s = &run->settings;
+    *s = hnn_training_defaults();
+    s->optimiser = hnn_optimiser_find(o->optimiser, error);
+    s->schedule = hnn_schedule_find(o->schedule, error);
+    s->steps = o->steps;
+    s->learning_rate = o->learning_rate;
+    s->weight_decay = o->weight_decay;
+    s->momentum = o->momentum;
+    s->rollout = o->rollout;
+    s->dt = run->data.dt;
+    s->every = o->every;
+    s->patience = o->patience == OPTION_NO_COUNT ? 0 : o->patience;
+    s->seed = o->common.seed;
+    s->threads = o->common.threads;
+    s->progress = train_after_step;
+    s->context = run;
+    return error->status == AD_OK ? read_batch(o->batch, &s->batch, error) : error->status;
+}
+
+enum ad_status train_setup(const struct train_options *options, struct train_run *run,
+                           struct ad_error *error)
+{
+    const char *file = options->common.out;
+    *run = (struct train_run){.options = options, .next_checkpoint = options->checkpoint};
+    if (read_data(run, error) != AD_OK || make_model(run, error) != AD_OK ||
+        training_settings(run, error) != AD_OK ||
+        hnn_trainer_new(run->model, &run->settings, &run->data.train, &run->data.test,
+                        &run->trainer, error) != AD_OK)
+        return error->status;
+    if (options->resume && access(file, F_OK) == 0)
+        hnn_trainer_resume(run->trainer, file, error);
+    return error->status;
+}
+
+void train_free(struct train_run *run)
+{
+    hnn_trainer_free(run->trainer);
+    hnn_model_free(run->model);
+    hnn_dataset_free(&run->data);
+}
