@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { COARSEST = 4, FINEST = 1 << 14 /* elements */ };
+enum { COARSEST = 4, FINEST = 1 << 14, UNSETTLED = 1 << 9 }; /* elements */
 
 static const double caution = 2;      /* the law of convergence holds in the limit */
 static const double near = 1e-2;      /* of the path's size: as close as to be the same answer */
@@ -69,12 +69,18 @@ static void set_ends(const struct refinement *r, struct stage *stage)
     }
 }
 
+/* Near enough to the level before to be the same answer. */
+static bool is_settled(const struct refinement *r, const struct stage *stage)
+{
+    return stage->path && stage->distance <= near * r->size;
+}
+
 /* From the level before once two agree on which answer it is, else from the start given. */
 static enum ad_status begin(struct refinement *r, struct stage *stage,
                             struct phys_path_settings *settings, struct ad_error *error)
 {
     size_t dof = r->run->system.dof, slices = stage->grid.slices;
-    bool settled = r->before.path && r->before.distance <= near * r->size;
+    bool settled = is_settled(r, &r->before);
     stage->start = settled
                        ? path_resample(&r->before.grid, r->before.path, &stage->grid, dof, error)
                        : path_resample(&r->given, r->run->start, &stage->grid, dof, error);
@@ -189,6 +195,13 @@ static bool climb(struct refinement *r, const struct phys_rule *rule, size_t ele
                 E, elements, rule->name, fmax(level->estimate, rounding(r, elements)));
         return true;
     }
+    if (elements >= UNSETTLED && !is_settled(r, &r->here)) {
+        ad_fail(error, AD_E_ACCURACY,
+                "--tol %g: up to %zu elements of %s do not agree on a path, which may be one of "
+                "several; try --init ode, or a shorter time",
+                E, elements, rule->name);
+        return true;
+    }
     stage_free(&r->before);
     if (level->found)
         r->before = r->here;
@@ -213,10 +226,6 @@ static enum ad_status climb_all(struct refinement *r, struct ad_error *error)
                 return error->status;
         }
     }
-    if (!last->found)
-        return ad_fail(error, AD_E_ACCURACY,
-                       "--tol %g: no stationary path found up to %zu elements; try --init ode",
-                       options->tolerance, last->elements);
     return ad_fail(error, AD_E_ACCURACY,
                    "--tol %g is out of reach: %zu elements of %s come to %.2g; allow a larger "
                    "error or take another --rule",

@@ -186,10 +186,11 @@ static void test_refusals(void **state)
         {2, "brachistochrone --tol 1e-3", "--tol does not go with a free end time"},
         {2, "spring --tol 1e-3 --solver adam", "--tol needs --solver newton, got adam"},
         {2, "spring --tol 1e-3 --lr 0.1", "--tol needs --solver newton, got adam"},
+        {1, "dblpend --tol 1e-6", "do not agree on a path"},
         {1, "spring --tol 1e-17", "rounding takes over"},
         {1, "kepler --init ode --dt 0.02 --tol 1e-15", "rounding takes over"},
-        {1, "kepler --init ode --dt 0.02 --rule left --tol 1e-6",
-         "--tol 1e-06 is out of reach: 16384 elements of left"},
+        {1, "kepler --init ode --dt 0.02 --rule left --tol 1e-8",
+         "--tol 1e-08 is out of reach: 16384 elements of left"},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         int status = shell("$LA path %s --csv x.csv", cases[k].arguments);
