@@ -82,7 +82,7 @@ static void find_direction(struct lbfgs *m)
 {
     size_t n = m->n;
     uint64_t kept = m->pairs < MEMORY ? m->pairs : MEMORY, oldest = m->pairs - kept;
-    double alpha[MEMORY], *d = m->direction;
+    double alpha[MEMORY] = {0}, *d = m->direction;
     for (size_t k = 0; k < n; k++)
         d[k] = -m->g[k];
     for (uint64_t i = m->pairs; i-- > oldest;) {

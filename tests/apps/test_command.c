@@ -326,7 +326,8 @@ static void test_not_converged(void **state)
 {
     (void)state;
     assert_int_equal(
-        shell("$LA path kepler --solver adam --steps 3 --grad-tol 1e-12 --json --csv found.csv"), 1);
+        shell("$LA path kepler --solver adam --steps 3 --grad-tol 1e-12 --json --csv found.csv"),
+        1);
     assert_non_null(
         strstr(shell_err(), "leastaction path: not converged: all steps taken, |gradient| "));
     assert_int_equal(shell_last_line()[0], '{');
