@@ -83,6 +83,10 @@ enum ad_status phys_runfile_shape(phys_runfile *file, const char *name,
 /* Records first .. first+count-1 along the first dimension of a dataset of numbers, as doubles. */
 enum ad_status phys_runfile_read(phys_runfile *file, const char *name, size_t first, size_t count,
                                  double *values, struct ad_error *error);
+/* The block first[k] ... first[k]+count[k]-1 along every dimension k of a dataset of numbers. */
+enum ad_status phys_runfile_read_block(phys_runfile *file, const char *name, const size_t first[],
+                                       const size_t count[], double *values,
+                                       struct ad_error *error);
 /* One attribute that is a number; AD_E_INPUT if there is none. */
 enum ad_status phys_runfile_get(phys_runfile *file, const char *object, const char *name,
                                 double *value, struct ad_error *error);
