@@ -74,7 +74,7 @@ struct hnn_dataset {
     double *values;                 /* what all the arrays point into */
 };
 
-/* Reads a data set. Memory: that of the chosen columns, and a byte a row. AD_E_INPUT names file,
+/* Reads a data set. Memory: that of the chosen columns and of one more. AD_E_INPUT names file,
    line, column (in characters) and what was expected there: a column that is not there, with the
    nearest that is; text, NaN and infinities; rows of another length; times that do not increase.
    AD_E_ARGUMENT: settings at odds. Ends with hnn_dataset_free, whatever it returned. */
@@ -84,24 +84,29 @@ void hnn_dataset_free(struct hnn_dataset *dataset); /* takes zero-initialised on
 
 /* ---- from a published system ---- */
 
+/* Systems and settings of S. Greydanus et al., arXiv 1906.01563, appendix A. */
+
 /* How trajectories of a system are sampled. */
 struct hnn_sampling {
     size_t trials, points;         /* trajectories, and observations of each, both ends included */
     double time;                   /* from 0 */
     double noise;                  /* standard deviation, added to states, not to rates */
-    double radius_min, radius_max; /* of starts: see the task's `what` */
+    double radius_min, radius_max; /* of starts; two bodies: of their coordinates */
     double spread;                 /* of starting speeds about circular motion, relative */
     double strength;               /* of the potential */
 };
+
+struct phys_random;
 
 /* One system: H(q, p), how its motion starts, and how it was sampled as published. */
 struct hnn_task {
     const char *name, *what;
     size_t dof;
-    const char *const *names; /* [dof] of the coordinates without their q, "" or "1x" */
-    phys_hamiltonian *H;      /* params: const double *strength */
+    const char *const *coordinates; /* [dof] without their q or p: "", "1x" */
+    phys_hamiltonian *H;            /* params: const double *strength */
+    /* y [2 dof] = (q, p) at time 0 */
+    void (*start)(struct phys_random *random, const struct hnn_sampling *sampling, double *y);
     struct hnn_sampling published;
-    const struct hnn_task_start *start;
 };
 extern const struct hnn_task *const hnn_tasks[]; /* NULL-terminated */
 /* AD_E_ARGUMENT names the nearest. */

@@ -1,0 +1,282 @@
+/* Data sets from files (data.h): rows become samples, component by component, and every column is
+   given back once its last use is over. */
+#include "data_table.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *const hnn_differences_names[] = {"forward", "central", NULL};
+const char *const hnn_split_names[] = {"tail", "random", "trial", NULL};
+
+static enum ad_status check_settings(const struct hnn_dataset_settings *s, struct ad_error *error)
+{
+    double f = s->test_fraction;
+    if (!s->file)
+        return ad_fail(error, AD_E_ARGUMENT, "a data set needs a file");
+    if (!(f >= 0 && f < 1))
+        return ad_fail(error, AD_E_ARGUMENT, "a test fraction is at least 0 and under 1, not %g",
+                       f);
+    if (f > 0 && s->test_file)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "test samples come from a file of their own, or are a fraction: not both");
+    if (s->rollout && !s->time && !(s->dt > 0))
+        return ad_fail(error, AD_E_ARGUMENT, "rollouts need a time column, or the time step");
+    return AD_OK;
+}
+
+/* ---- rates by differences ---- */
+
+static double forward(const double *x, const double *t, size_t i)
+{
+    return (x[i + 1] - x[i]) / (t[i + 1] - t[i]);
+}
+
+/* The two one-sided slopes, each weighted by the other's step. */
+static double central(const double *x, const double *t, size_t i)
+{
+    double before = t[i] - t[i - 1], after = t[i + 1] - t[i];
+    return (forward(x, t, i - 1) * after + forward(x, t, i) * before) / (before + after);
+}
+
+/* Steps of rollouts have to be equal, up to the digits that times are printed with. */
+static enum ad_status find_step(const struct hnn_dataset_settings *s, const struct hnn_table *table,
+                                double *dt, struct ad_error *error)
+{
+    *dt = s->dt;
+    if (table->plan.time == HNN_NO_COLUMN)
+        return AD_OK;
+    const double *t = hnn_table_column(table, table->plan.time);
+    double step = 0;
+    for (size_t i = 1; i < table->rows; i++) {
+        if (hnn_table_begins(table, i))
+            continue;
+        step = step == 0 ? t[i] - t[i - 1] : step;
+        if (fabs(t[i] - t[i - 1] - step) > 1e-4 * step)
+            return ad_fail(error, AD_E_INPUT,
+                           "%s: rollouts need equal steps of time, found %.9g and %.9g (t = %.9g)",
+                           table->file, step, t[i] - t[i - 1], t[i]);
+    }
+    if (s->dt > 0 && fabs(s->dt - step) > 1e-4 * step)
+        return ad_fail(error, AD_E_ARGUMENT, "%s: the time step is %.9g there, not %.9g",
+                       table->file, step, s->dt);
+    *dt = step;
+    return AD_OK;
+}
+
+/* ---- samples ---- */
+
+/* One part of a data set while it is filled. */
+struct part {
+    struct hnn_table *table;
+    enum hnn_role role;
+    size_t n;
+    double *x, *target;
+};
+
+static size_t count(const struct hnn_table *table, enum hnn_role role)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < table->rows; i++)
+        n += table->role[i] == role;
+    return n;
+}
+
+/* Element i+shift of a column for every sample i. */
+static void gather(const struct part *part, const double *column, size_t shift, double *to)
+{
+    for (size_t i = 0; i < part->table->rows; i++)
+        if (part->table->role[i] == part->role)
+            *to++ = column[i + shift];
+}
+
+static void gather_slopes(const struct part *part, enum hnn_differences kind, const double *column,
+                          double *to)
+{
+    const double *t = hnn_table_column(part->table, part->table->plan.time);
+    for (size_t i = 0; i < part->table->rows; i++)
+        if (part->table->role[i] == part->role)
+            *to++ = (kind == HNN_CENTRAL ? central : forward)(column, t, i);
+}
+
+static void gather_target(const struct hnn_dataset_settings *s, const struct part *part, size_t c)
+{
+    const struct hnn_plan *plan = &part->table->plan;
+    double *target = part->target + c * part->n;
+    if (plan->rate) {
+        gather(part, hnn_table_column(part->table, plan->rate[c]), 0, target);
+        return;
+    }
+    const double *state = hnn_table_column(part->table, plan->state[c]);
+    if (s->rollout == 0)
+        gather_slopes(part, s->differences, state, target);
+    for (size_t k = 1; k <= s->rollout; k++)
+        gather(part, state, k, target + (k - 1) * plan->components * part->n);
+}
+
+/* Component c of one table's parts; states that rates do not come from are given back first. */
+static void gather_component(const struct hnn_dataset_settings *s, struct part *part, size_t parts,
+                             size_t c)
+{
+    struct hnn_table *table = part->table;
+    const struct hnn_plan *plan = &table->plan;
+    for (size_t k = 0; k < parts; k++)
+        gather(&part[k], hnn_table_column(table, plan->state[c]), 0, part[k].x + c * part[k].n);
+    if (plan->rate)
+        hnn_table_release(table, plan->state[c]);
+    for (size_t k = 0; k < parts; k++)
+        gather_target(s, &part[k], c);
+    hnn_table_release(table, plan->rate ? plan->rate[c] : plan->state[c]);
+}
+
+/* Slices one allocation: x and target of the training, then of the test. */
+static enum ad_status allocate(struct hnn_dataset *dataset, struct part part[2], size_t rollout,
+                               struct ad_error *error)
+{
+    size_t components = 2 * dataset->dof, rows = part[0].n + part[1].n;
+    size_t numbers =
+        rollout < SIZE_MAX / components - 2 ? components * (1 + (rollout ? rollout : 1)) : SIZE_MAX;
+    if (numbers <= SIZE_MAX / sizeof(double) / rows)
+        dataset->values = malloc(numbers * rows * sizeof(double));
+    if (!dataset->values)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu samples", rows);
+    double *at = dataset->values;
+    for (size_t k = 0; k < 2; k++) {
+        part[k].x = at;
+        part[k].target = at + components * part[k].n;
+        at += numbers * part[k].n;
+    }
+    dataset->train = (struct hnn_samples){part[0].n, part[0].x, part[0].target};
+    dataset->test = (struct hnn_samples){part[1].n, part[1].x, part[1].target};
+    return AD_OK;
+}
+
+static enum ad_status make_samples(const struct hnn_dataset_settings *s, struct hnn_table *table,
+                                   struct hnn_table *test, struct hnn_dataset *dataset,
+                                   struct ad_error *error)
+{
+    struct part part[2] = {{.table = table, .role = HNN_TRAIN}, {.table = test, .role = HNN_TEST}};
+    for (size_t k = 0; k < 2; k++)
+        part[k].n = count(part[k].table, part[k].role);
+    if (part[0].n == 0 || (part[1].n == 0 && (s->test_file || s->test_fraction > 0)))
+        return ad_fail(error, AD_E_INPUT, "%s: no sample is left %s: expected longer trajectories",
+                       s->file, part[0].n ? "for the test" : "to train on");
+    if (allocate(dataset, part, s->rollout, error) != AD_OK)
+        return error->status;
+    for (size_t c = 0; c < 2 * dataset->dof; c++) {
+        gather_component(s, part, test == table ? 2 : 1, c);
+        if (test != table)
+            gather_component(s, part + 1, 1, c);
+    }
+    return AD_OK;
+}
+
+/* ---- sizes of what the training sees ---- */
+
+static void mean_and_deviation(size_t n, const double *x, double *mean, double *deviation)
+{
+    double sum = 0, squares = 0;
+    for (size_t i = 0; i < n; i++)
+        sum += x[i];
+    *mean = sum / (double)n;
+    for (size_t i = 0; i < n; i++)
+        squares += (x[i] - *mean) * (x[i] - *mean);
+    *deviation = sqrt(squares / (double)n);
+}
+
+/* A component that never changes keeps its unit. */
+static double positive(double size) { return size > 0 ? size : 1; }
+
+static enum ad_status measure(struct hnn_dataset *dataset, bool rates, struct ad_error *error)
+{
+    size_t components = 2 * dataset->dof, n = dataset->train.n;
+    dataset->centre = malloc(3 * components * sizeof(double));
+    if (!dataset->centre)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    dataset->scale = dataset->centre + components;
+    dataset->rate = rates ? dataset->scale + components : NULL;
+    for (size_t c = 0; c < components; c++) {
+        double mean, deviation;
+        mean_and_deviation(n, dataset->train.x + c * n, &dataset->centre[c], &deviation);
+        dataset->scale[c] = positive(deviation);
+        if (!rates)
+            continue;
+        mean_and_deviation(n, dataset->train.target + c * n, &mean, &deviation);
+        dataset->rate[c] = positive(hypot(mean, deviation));
+    }
+    return AD_OK;
+}
+
+/* ---- the data set ---- */
+
+/* What the samples have in common, and what each row is for. */
+static enum ad_status assign(const struct hnn_dataset_settings *s, struct hnn_table *table,
+                             struct hnn_dataset *dataset, struct ad_error *error)
+{
+    size_t usable = hnn_roles_usable(s, table);
+    if (usable == 0)
+        return ad_fail(error, AD_E_INPUT,
+                       "%s: %zu rows of %zu trajectories give no samples: expected more rows to "
+                       "follow each other",
+                       table->file, table->rows, table->trials);
+    if (s->rollout && find_step(s, table, &dataset->dt, error) != AD_OK)
+        return error->status;
+    return s->test_fraction > 0 ? hnn_roles_split(s, table, usable, error) : AD_OK;
+}
+
+/* All of another file is for the test. */
+static enum ad_status read_test(const struct hnn_dataset_settings *s, struct hnn_dataset *dataset,
+                                struct hnn_table *test, struct ad_error *error)
+{
+    struct hnn_dataset other = {0};
+    if (hnn_table_read(s, s->test_file, test, error) != AD_OK ||
+        assign(s, test, &other, error) != AD_OK)
+        return error->status;
+    if (test->plan.components != 2 * dataset->dof)
+        return ad_fail(error, AD_E_INPUT, "%s: expected %zu columns of state as in %s, found %zu",
+                       s->test_file, 2 * dataset->dof, s->file, test->plan.components);
+    if (s->rollout && fabs(other.dt - dataset->dt) > 1e-4 * dataset->dt)
+        return ad_fail(error, AD_E_INPUT, "%s: expected steps of time of %.9g as in %s, found %.9g",
+                       s->test_file, dataset->dt, s->file, other.dt);
+    for (size_t i = 0; i < test->rows; i++)
+        if (test->role[i] == HNN_TRAIN)
+            test->role[i] = HNN_TEST;
+    return AD_OK;
+}
+
+static void take_names(struct hnn_dataset *dataset, struct hnn_table *table)
+{
+    dataset->state_names = table->state_names;
+    dataset->rate_names = table->rate_names;
+    table->state_names = table->rate_names = NULL;
+}
+
+enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
+                                struct hnn_dataset *dataset, struct ad_error *error)
+{
+    struct hnn_table table = {0}, other = {0};
+    *dataset = (struct hnn_dataset){0};
+    if (check_settings(settings, error) == AD_OK &&
+        hnn_table_read(settings, settings->file, &table, error) == AD_OK &&
+        assign(settings, &table, dataset, error) == AD_OK) {
+        dataset->dof = table.plan.components / 2;
+        dataset->trials = table.trials;
+        take_names(dataset, &table);
+        if ((!settings->test_file || read_test(settings, dataset, &other, error) == AD_OK) &&
+            make_samples(settings, &table, settings->test_file ? &other : &table, dataset, error) ==
+                AD_OK)
+            measure(dataset, settings->rollout == 0, error);
+    }
+    hnn_table_free(&other);
+    hnn_table_free(&table);
+    return error->status;
+}
+
+void hnn_dataset_free(struct hnn_dataset *dataset)
+{
+    free(dataset->values);
+    free(dataset->centre);
+    free(dataset->state_names);
+    free(dataset->rate_names);
+    *dataset = (struct hnn_dataset){0};
+}

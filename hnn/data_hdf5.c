@@ -1,0 +1,238 @@
+/* Columns of an HDF5 file: one-dimensional arrays, and the columns of two-dimensional ones (their
+   rows, where the attribute "axes" says that samples run along them: "..., sample"). */
+#include "data_source.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { COLUMNS_MOST = 4096 }; /* of one array: more are pictures, or weights */
+
+/* One array, and which of its columns. */
+struct column {
+    char *array;
+    size_t rank, index, rows;
+    bool across; /* samples run along the second dimension */
+};
+
+struct hdf5 {
+    struct hnn_source source;
+    phys_runfile *file;
+    struct column *column; /* [source.columns] */
+    size_t *chosen, n;
+    size_t rows, at, last; /* of the chosen columns; read so far; first of the last block */
+    char *order;           /* the attribute "columns", or NULL */
+    bool out_of_memory;
+};
+
+static struct hdf5 *hdf5_of(struct hnn_source *source) { return (struct hdf5 *)source; }
+
+/* ---- what columns there are ---- */
+
+static char *column_name(const char *array, size_t rank, size_t index)
+{
+    size_t size = strlen(array) + 32;
+    char *name = malloc(size);
+    if (name)
+        snprintf(name, size, rank == 1 ? "%s" : "%s.%zu", array, index + 1);
+    return name;
+}
+
+static bool add_column(struct hdf5 *h, const struct phys_runfile_item *item, size_t index)
+{
+    struct hnn_source *s = &h->source;
+    size_t n = s->columns;
+    if ((n & (n - 1)) == 0) { /* room for powers of two */
+        size_t room = n ? 2 * n : 1;
+        struct column *column = realloc(h->column, room * sizeof *column);
+        if (column)
+            h->column = column;
+        char **name = realloc(s->name, room * sizeof *name);
+        if (name)
+            s->name = name;
+        if (!column || !name)
+            return false;
+    }
+    struct column c = {strdup(item->object), item->rank, index, item->dims[0], false};
+    h->column[n] = c;
+    s->name[n] = column_name(item->object, item->rank, index);
+    s->columns++;
+    return c.array && s->name[n];
+}
+
+static void add_array(struct hdf5 *h, const struct phys_runfile_item *item)
+{
+    size_t n = item->rank == 1 ? 1 : item->dims[1];
+    for (size_t k = 0; k < n && n <= COLUMNS_MOST && !h->out_of_memory; k++)
+        h->out_of_memory = !add_column(h, item, k);
+}
+
+/* ... whose rows turn out to be the columns: they are the last ones of the list. */
+static void turn_array(struct hdf5 *h, const char *array)
+{
+    struct hnn_source *s = &h->source;
+    struct phys_runfile_item item;
+    struct ad_error ignored = {0};
+    if (phys_runfile_shape(h->file, array, &item, &ignored) != AD_OK || item.rank != 2)
+        return;
+    for (; s->columns && strcmp(h->column[s->columns - 1].array, array) == 0; s->columns--) {
+        free(h->column[s->columns - 1].array);
+        free(s->name[s->columns - 1]);
+    }
+    size_t first = s->columns, rows = item.dims[1];
+    item.dims[1] = item.dims[0];
+    add_array(h, &item);
+    for (size_t k = first; k < s->columns; k++) {
+        h->column[k].rows = rows;
+        h->column[k].across = true;
+    }
+}
+
+static bool ends_with(const char *text, const char *end)
+{
+    size_t n = strlen(text), m = strlen(end);
+    return n >= m && strcmp(text + n - m, end) == 0;
+}
+
+static void visit(void *context, const struct phys_runfile_item *item)
+{
+    struct hdf5 *h = context;
+    bool numbers = item->kind == PHYS_RUNFILE_F64 || item->kind == PHYS_RUNFILE_F32 ||
+                   item->kind == PHYS_RUNFILE_INTEGER;
+    if (h->out_of_memory)
+        return;
+    if (!item->attribute && numbers && (item->rank == 1 || item->rank == 2))
+        add_array(h, item);
+    else if (item->attribute && item->kind == PHYS_RUNFILE_TEXT &&
+             strcmp(item->attribute, "axes") == 0 && ends_with(item->text, "sample"))
+        turn_array(h, item->object);
+    else if (item->attribute && item->kind == PHYS_RUNFILE_TEXT && !*item->object &&
+             strcmp(item->attribute, "columns") == 0)
+        h->out_of_memory = !(h->order = strdup(item->text));
+}
+
+/* Moves the column of that name to place `to`, those between one on. */
+static bool move_column(struct hdf5 *h, const char *name, size_t length, size_t to)
+{
+    struct hnn_source *s = &h->source;
+    size_t k = to;
+    while (k < s->columns && !(strlen(s->name[k]) == length && !strncmp(s->name[k], name, length)))
+        k++;
+    if (k == s->columns)
+        return false;
+    struct column column = h->column[k];
+    char *kept = s->name[k];
+    memmove(h->column + to + 1, h->column + to, (k - to) * sizeof *h->column);
+    memmove(s->name + to + 1, s->name + to, (k - to) * sizeof *s->name);
+    h->column[to] = column;
+    s->name[to] = kept;
+    return true;
+}
+
+/* As the file says that its columns stand; the others follow by name. */
+static void put_in_order(struct hdf5 *h)
+{
+    size_t n = 0;
+    h->source.ordered = h->order != NULL;
+    for (const char *p = h->order; p; p = strchr(p, ',') ? strchr(p, ',') + 1 : NULL)
+        n += move_column(h, p, strcspn(p, ","), n);
+}
+
+/* ---- reading ---- */
+
+static enum ad_status hdf5_choose(struct hnn_source *source, size_t n, const size_t *column,
+                                  struct ad_error *error)
+{
+    struct hdf5 *h = hdf5_of(source);
+    h->chosen = malloc((n + 1) * sizeof *h->chosen);
+    if (!h->chosen)
+        return ad_fail(error, AD_E_MEMORY, "%s: out of memory", source->file);
+    memcpy(h->chosen, column, n * sizeof *column);
+    h->n = n;
+    h->rows = n ? h->column[column[0]].rows : 0;
+    for (size_t k = 1; k < n; k++)
+        if (h->column[column[k]].rows != h->rows)
+            return ad_fail(error, AD_E_INPUT,
+                           "%s: expected columns of one length, '%s' has %zu rows and '%s' %zu",
+                           source->file, source->name[column[0]], h->rows, source->name[column[k]],
+                           h->column[column[k]].rows);
+    if (n && h->rows == 0)
+        return ad_fail(error, AD_E_INPUT, "%s: expected rows of numbers, found none in '%s'",
+                       source->file, source->name[column[0]]);
+    return AD_OK;
+}
+
+static enum ad_status read_column(struct hdf5 *h, size_t k, size_t rows, double *values,
+                                  struct ad_error *error)
+{
+    const struct column *c = &h->column[h->chosen[k]];
+    size_t first[2] = {h->at, c->index}, count[2] = {rows, 1};
+    if (c->across) {
+        first[0] = c->index, first[1] = h->at;
+        count[0] = 1, count[1] = rows;
+    }
+    if (phys_runfile_read_block(h->file, c->array, first, count, values, error) != AD_OK)
+        return error->status;
+    for (size_t i = 0; i < rows; i++)
+        if (!isfinite(values[i]))
+            return ad_fail(error, AD_E_INPUT,
+                           "%s: expected a finite number in row %zu of '%s', "
+                           "found %g",
+                           h->source.file, h->at + i + 1, h->source.name[h->chosen[k]], values[i]);
+    return AD_OK;
+}
+
+static enum ad_status hdf5_read(struct hnn_source *source, double *block, size_t *rows,
+                                struct ad_error *error)
+{
+    struct hdf5 *h = hdf5_of(source);
+    *rows = h->rows - h->at < HNN_BLOCK ? h->rows - h->at : HNN_BLOCK;
+    for (size_t k = 0; k < h->n && *rows; k++)
+        if (read_column(h, k, *rows, block + k * HNN_BLOCK, error) != AD_OK)
+            return error->status;
+    h->last = h->at;
+    h->at += *rows;
+    return AD_OK;
+}
+
+static void hdf5_place(const struct hnn_source *source, size_t k, char *text, size_t size)
+{
+    snprintf(text, size, "%s: row %zu", source->file, ((const struct hdf5 *)source)->last + k + 1);
+}
+
+static void hdf5_close(struct hnn_source *source)
+{
+    struct hdf5 *h = hdf5_of(source);
+    for (size_t k = 0; k < source->columns; k++)
+        free(h->column[k].array);
+    hnn_names_free(source->name, source->columns);
+    phys_runfile_close(h->file);
+    free(h->column);
+    free(h->chosen);
+    free(h->order);
+    free(h);
+}
+
+static const struct hnn_source_kind hdf5_kind = {hdf5_choose, hdf5_read, hdf5_place, hdf5_close};
+
+enum ad_status hnn_hdf5_open(const char *file, struct hnn_source **source, struct ad_error *error)
+{
+    struct hdf5 *h = calloc(1, sizeof *h);
+    if (!h)
+        return ad_fail(error, AD_E_MEMORY, "%s: out of memory", file);
+    h->source = (struct hnn_source){.kind = &hdf5_kind, .file = file};
+    if (phys_runfile_open(file, &h->file, error) == AD_OK &&
+        phys_runfile_list(h->file, visit, h, error) == AD_OK) {
+        if (h->out_of_memory)
+            ad_fail(error, AD_E_MEMORY, "%s: out of memory", file);
+        else if (h->source.columns == 0)
+            ad_fail(error, AD_E_INPUT, "%s: expected arrays of numbers, found none", file);
+    }
+    if (error->status == AD_OK) {
+        put_in_order(h);
+        *source = &h->source;
+    } else {
+        hdf5_close(&h->source);
+    }
+    return error->status;
+}

@@ -1,0 +1,103 @@
+/* Which rows have a target, and which of those are kept for the test.
+
+   Random choices are by selection sampling (D. E. Knuth, The Art of Computer Programming 2, 3.4.2,
+   Algorithm S): exactly as many as asked for, every choice equally likely, rows in their order. */
+#include "data_table.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Rows that a sample needs before and after its own. */
+static void reach(const struct hnn_dataset_settings *s, const struct hnn_plan *plan, size_t *before,
+                  size_t *after)
+{
+    bool differences = !plan->rate && s->rollout == 0;
+    *before = differences && s->differences == HNN_CENTRAL;
+    *after = s->rollout ? s->rollout : differences;
+}
+
+size_t hnn_roles_usable(const struct hnn_dataset_settings *settings, struct hnn_table *table)
+{
+    size_t before, after, usable = 0;
+    reach(settings, &table->plan, &before, &after);
+    for (size_t first = 0, end; first < table->rows; first = end) {
+        for (end = first + 1; end < table->rows && !hnn_table_begins(table, end);)
+            end++;
+        if (end - first <= before + after)
+            continue;
+        memset(table->role + first + before, HNN_TRAIN, end - first - before - after);
+        usable += end - first - before - after;
+    }
+    return usable;
+}
+
+/* Every one of `left` is chosen with the chance that makes `wanted` of them in the end. */
+static bool select_one(struct phys_random *random, size_t *wanted, size_t *left)
+{
+    bool chosen = phys_random_uniform(random) * (double)*left < (double)*wanted;
+    *wanted -= chosen;
+    --*left;
+    return chosen;
+}
+
+static void split_tail(struct hnn_table *table, size_t rollout, size_t wanted)
+{
+    size_t row = table->rows;
+    while (wanted) {
+        row--;
+        if (table->role[row] == HNN_TRAIN) {
+            table->role[row] = HNN_TEST;
+            wanted--;
+        }
+    }
+    /* Targets of the rows before are states of the test. */
+    for (size_t k = 0; k < rollout && row > 0 && !hnn_table_begins(table, row); k++)
+        table->role[--row] = HNN_UNUSED;
+}
+
+static void split_random(struct hnn_table *table, struct phys_random *random, size_t usable,
+                         size_t wanted)
+{
+    for (size_t i = 0; i < table->rows; i++)
+        if (table->role[i] == HNN_TRAIN && select_one(random, &wanted, &usable))
+            table->role[i] = HNN_TEST;
+}
+
+static void split_trials(struct hnn_table *table, struct phys_random *random, size_t wanted)
+{
+    size_t trials = table->trials;
+    bool test = false;
+    for (size_t i = 0; i < table->rows; i++) {
+        if (hnn_table_begins(table, i))
+            test = select_one(random, &wanted, &trials);
+        if (test && table->role[i] == HNN_TRAIN)
+            table->role[i] = HNN_TEST;
+    }
+}
+
+enum ad_status hnn_roles_split(const struct hnn_dataset_settings *s, struct hnn_table *table,
+                               size_t usable, struct ad_error *error)
+{
+    bool by_trial = s->split == HNN_SPLIT_TRIAL;
+    size_t of = by_trial ? table->trials : usable;
+    size_t wanted = (size_t)llround(s->test_fraction * (double)of);
+    struct phys_random random;
+    if (by_trial && table->plan.trial == HNN_NO_COLUMN)
+        return ad_fail(error, AD_E_ARGUMENT, "%s: a split by trial needs a trial column",
+                       table->file);
+    if (s->rollout && s->split == HNN_SPLIT_RANDOM)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "rollouts share states: split them at the tail, or by trial");
+    if (wanted == 0 || wanted >= of)
+        return ad_fail(error, AD_E_ARGUMENT, "%s: a test fraction of %g of %zu %s leaves none %s",
+                       table->file, s->test_fraction, of, by_trial ? "trials" : "samples",
+                       wanted ? "to train on" : "for the test");
+    phys_random_seed(&random, s->seed);
+    if (s->split == HNN_SPLIT_TAIL)
+        split_tail(table, s->rollout, wanted);
+    else if (by_trial)
+        split_trials(table, &random, wanted);
+    else
+        split_random(table, &random, usable, wanted);
+    return AD_OK;
+}

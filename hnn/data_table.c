@@ -1,0 +1,184 @@
+/* The chosen columns of a file, grown as rows come; times and trials are looked at on the way,
+   while it is known in which line they stand. */
+#include "data_table.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+const double *hnn_table_column(const struct hnn_table *table, size_t column)
+{
+    return table->column[table->plan.slot[column]];
+}
+
+bool hnn_table_begins(const struct hnn_table *table, size_t row)
+{
+    if (row == 0)
+        return true;
+    if (table->plan.trial == HNN_NO_COLUMN)
+        return false;
+    const double *trial = hnn_table_column(table, table->plan.trial);
+    return trial[row] != trial[row - 1];
+}
+
+static enum ad_status no_memory(const struct hnn_table *table, struct ad_error *error)
+{
+    return ad_fail(error, AD_E_MEMORY, "%s: out of memory after %zu rows", table->file,
+                   table->rows);
+}
+
+/* By half as much again; pages that are not written to are not there. */
+static enum ad_status grow(struct hnn_table *table, size_t rows, struct ad_error *error)
+{
+    size_t capacity = table->capacity;
+    if (rows <= capacity)
+        return AD_OK;
+    capacity += capacity / 2 + HNN_BLOCK;
+    if (capacity > SIZE_MAX / sizeof(double))
+        return no_memory(table, error);
+    for (size_t k = 0; k < table->plan.n; k++) {
+        double *column = realloc(table->column[k], capacity * sizeof *column);
+        if (!column)
+            return no_memory(table, error);
+        table->column[k] = column;
+    }
+    table->capacity = capacity;
+    return AD_OK;
+}
+
+static enum ad_status append(struct hnn_table *table, const double *block, size_t rows,
+                             struct ad_error *error)
+{
+    if (grow(table, table->rows + rows, error) != AD_OK)
+        return error->status;
+    for (size_t k = 0; k < table->plan.n; k++)
+        memcpy(table->column[k] + table->rows, block + k * HNN_BLOCK, rows * sizeof *block);
+    table->rows += rows;
+    return AD_OK;
+}
+
+/* Counts trajectories among the last `rows`, in which time has to go on. */
+static enum ad_status look_at_times(struct hnn_table *table, const struct hnn_source *source,
+                                    size_t rows, struct ad_error *error)
+{
+    const struct hnn_plan *plan = &table->plan;
+    const double *time = plan->time != HNN_NO_COLUMN ? hnn_table_column(table, plan->time) : NULL;
+    size_t first = table->rows - rows;
+    for (size_t i = first; i < table->rows; i++) {
+        bool begins = hnn_table_begins(table, i);
+        table->trials += begins;
+        if (!begins && time && !(time[i] > time[i - 1])) {
+            char place[256];
+            source->kind->place(source, i - first, place, sizeof place);
+            return ad_fail(error, AD_E_INPUT, "%s: expected a time after %.9g, found %.9g%s", place,
+                           time[i - 1], time[i],
+                           plan->trial == HNN_NO_COLUMN ? " (several trajectories need a trial "
+                                                          "column)"
+                                                        : "");
+        }
+    }
+    return AD_OK;
+}
+
+static enum ad_status read_rows(struct hnn_table *table, struct hnn_source *source,
+                                struct ad_error *error)
+{
+    double *block = malloc((table->plan.n + 1) * HNN_BLOCK * sizeof *block);
+    if (!block)
+        return no_memory(table, error);
+    for (size_t rows = 1; rows && error->status == AD_OK;)
+        if (source->kind->read(source, block, &rows, error) == AD_OK &&
+            append(table, block, rows, error) == AD_OK)
+            look_at_times(table, source, rows, error);
+    free(block);
+    return error->status;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Rows of one trajectory have to follow each other: no number begins twice. */
+static enum ad_status look_at_trials(const struct hnn_table *table, struct ad_error *error)
+{
+    double *starts = malloc((table->trials + 1) * sizeof *starts);
+    size_t n = 0;
+    if (!starts)
+        return no_memory(table, error);
+    for (size_t i = 0; i < table->rows; i++)
+        if (hnn_table_begins(table, i))
+            starts[n++] = hnn_table_column(table, table->plan.trial)[i];
+    qsort(starts, n, sizeof *starts, by_value);
+    for (size_t k = 1; k < n && error->status == AD_OK; k++)
+        if (starts[k] == starts[k - 1])
+            ad_fail(error, AD_E_INPUT,
+                    "%s: expected the rows of a trial to follow each other, those of %.9g do not",
+                    table->file, starts[k]);
+    free(starts);
+    return error->status;
+}
+
+static void count_uses(struct hnn_table *table)
+{
+    const struct hnn_plan *plan = &table->plan;
+    for (size_t c = 0; c < plan->components; c++) {
+        table->uses[plan->slot[plan->state[c]]]++;
+        if (plan->rate)
+            table->uses[plan->slot[plan->rate[c]]]++;
+    }
+}
+
+static enum ad_status prepare(struct hnn_table *table, const struct hnn_source *source,
+                              struct ad_error *error)
+{
+    const struct hnn_plan *plan = &table->plan;
+    table->column = calloc(plan->n, sizeof *table->column);
+    table->uses = calloc(plan->n, sizeof *table->uses);
+    table->state_names = hnn_plan_names(source, plan->state, plan->components);
+    table->rate_names = hnn_plan_names(source, plan->rate, plan->components);
+    if (!table->column || !table->uses || !table->state_names || !table->rate_names)
+        return no_memory(table, error);
+    count_uses(table);
+    return AD_OK;
+}
+
+enum ad_status hnn_table_read(const struct hnn_dataset_settings *settings, const char *file,
+                              struct hnn_table *table, struct ad_error *error)
+{
+    struct hnn_source *source;
+    *table = (struct hnn_table){.file = file};
+    if (hnn_source_open(file, &source, error) != AD_OK)
+        return error->status;
+    if (hnn_plan_make(settings, source, &table->plan, error) == AD_OK &&
+        prepare(table, source, error) == AD_OK &&
+        source->kind->choose(source, table->plan.n, table->plan.column, error) == AD_OK &&
+        read_rows(table, source, error) == AD_OK && table->plan.trial != HNN_NO_COLUMN)
+        look_at_trials(table, error);
+    hnn_source_close(source);
+    if (error->status == AD_OK && !(table->role = calloc(table->rows + 1, 1)))
+        return no_memory(table, error);
+    return error->status;
+}
+
+void hnn_table_release(struct hnn_table *table, size_t column)
+{
+    size_t k = table->plan.slot[column];
+    if (--table->uses[k] > 0 || column == table->plan.time || column == table->plan.trial)
+        return;
+    free(table->column[k]);
+    table->column[k] = NULL;
+}
+
+void hnn_table_free(struct hnn_table *table)
+{
+    for (size_t k = 0; table->column && k < table->plan.n; k++)
+        free(table->column[k]);
+    free(table->column);
+    free(table->uses);
+    free(table->role);
+    free(table->state_names);
+    free(table->rate_names);
+    hnn_plan_free(&table->plan);
+    *table = (struct hnn_table){0};
+}
