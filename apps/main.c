@@ -7,8 +7,8 @@
 #include <string.h>
 
 static const struct command *const commands[] = {
-    &command_scenes, &command_path,  &command_simulate,
-    &command_check,  &command_chart, &command_dump,
+    &command_scenes, &command_path, &command_simulate, &command_check,
+    &command_chart,  &command_dump, &command_dataset,
 };
 
 enum { N_COMMANDS = sizeof commands / sizeof *commands };

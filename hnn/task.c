@@ -1,0 +1,199 @@
+/* Published systems: their motion from random starts, observed at equal intervals of time. */
+#include "task.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const struct hnn_task *const hnn_tasks[] = {&hnn_task_spring, &hnn_task_pendulum,
+                                            &hnn_task_two_body, &hnn_task_three_body, NULL};
+
+/* Of a step of the integrator, absolute and relative. */
+static const double accuracy = 1e-10;
+
+enum { STATES_MOST = 12 }; /* of a task */
+
+const struct hnn_task *hnn_task_find(const char *name, struct ad_error *error)
+{
+    const char *names[LENGTH(hnn_tasks)] = {0};
+    size_t k = 0;
+    for (; hnn_tasks[k]; k++)
+        names[k] = hnn_tasks[k]->name;
+    return hnn_find("task", name, names, &k, error) == AD_OK ? hnn_tasks[k] : NULL;
+}
+
+enum ad_status hnn_task_ode(const struct hnn_task *task, double strength, struct phys_ode *ode,
+                            struct ad_error *error)
+{
+    enum ad_status status = phys_ode_hamiltonian(task->H, task->dof, &strength, ode, error);
+    ode->name = task->name;
+    return status;
+}
+
+/* ---- what tasks share ---- */
+
+void hnn_task_on_circle(struct phys_random *random, const struct hnn_sampling *s, double point[2])
+{
+    double x, y, r;
+    do {
+        x = hnn_between(random, -1, 1);
+        y = hnn_between(random, -1, 1);
+        r = hypot(x, y);
+    } while (r == 0);
+    double radius = hnn_between(random, s->radius_min, s->radius_max);
+    point[0] = radius * x / r;
+    point[1] = radius * y / r;
+}
+
+ad_var hnn_task_gravity(ad_var q, ad_var p, double strength)
+{
+    uint32_t bodies = (uint32_t)ad_rows(q) / 2;
+    ad_var energy = ad_mul(0.5, ad_sum_rows(ad_square(p)));
+    for (uint32_t i = 0; i < bodies; i++)
+        for (uint32_t j = i + 1; j < bodies; j++) {
+            ad_var x = ad_sub(ad_row(q, i), ad_row(q, j));
+            ad_var y = ad_sub(ad_row(q, bodies + i), ad_row(q, bodies + j));
+            energy = ad_sub(energy, ad_mul(strength, ad_recip(ad_hypot(x, y))));
+        }
+    return energy;
+}
+
+/* ---- observing ---- */
+
+static enum ad_status check_sampling(const struct hnn_sampling *s, struct ad_error *error)
+{
+    const struct {
+        bool holds;
+        const char *expected;
+    } rule[] = {
+        {s->trials >= 1, "at least one trajectory"},
+        {s->points >= 2, "at least two observations of a trajectory"},
+        {s->time > 0 && isfinite(s->time), "a time over 0"},
+        {s->noise >= 0 && isfinite(s->noise), "a noise of at least 0"},
+        {s->radius_min > 0 && isfinite(s->radius_max), "radii over 0"},
+        {s->radius_max >= s->radius_min, "a largest radius not under the smallest"},
+        {s->spread >= 0 && s->spread < 1, "a spread of speeds of at least 0 and under 1"},
+        {s->strength > 0 && isfinite(s->strength), "a strength over 0"},
+    };
+    for (size_t k = 0; k < LENGTH(rule); k++)
+        if (!rule[k].holds)
+            return ad_fail(error, AD_E_ARGUMENT, "a data set needs %s", rule[k].expected);
+    return AD_OK;
+}
+
+static char *join(const char *a, const char *b, const char *c)
+{
+    size_t size = strlen(a) + strlen(b) + strlen(c) + 1;
+    char *text = malloc(size);
+    if (text)
+        snprintf(text, size, "%s%s%s", a, b, c);
+    return text;
+}
+
+/* q1x ... p1x ... dq1xdt ... dp1xdt ... trial t */
+static bool name_columns(const struct hnn_task *task, struct hnn_observations *o)
+{
+    static const char *const part[4][2] = {{"q", ""}, {"p", ""}, {"dq", "dt"}, {"dp", "dt"}};
+    bool done = (o->names = calloc(o->cols, sizeof *o->names)) != NULL;
+    for (size_t k = 0; done && k < 4 * task->dof; k++)
+        done = (o->names[k] = join(part[k / task->dof][0], task->coordinates[k % task->dof],
+                                   part[k / task->dof][1])) != NULL;
+    return done && (o->names[o->cols - 2] = strdup("trial")) &&
+           (o->names[o->cols - 1] = strdup("t"));
+}
+
+static enum ad_status prepare(const struct hnn_task *task, const struct hnn_sampling *s,
+                              struct hnn_observations *o, struct ad_error *error)
+{
+    o->dof = task->dof;
+    o->cols = 4 * task->dof + 2;
+    if (s->trials <= SIZE_MAX / s->points / o->cols / sizeof *o->values) {
+        o->rows = s->trials * s->points;
+        o->values = malloc(o->rows * o->cols * sizeof *o->values);
+    }
+    if (!o->values || !name_columns(task, o))
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu x %zu observations", s->trials,
+                       s->points);
+    return AD_OK;
+}
+
+/* Where the next observation goes. */
+struct observer {
+    struct hnn_observations *to;
+    const struct phys_ode *ode;
+    size_t trial, row;
+    struct ad_error *error;
+};
+
+static bool observe(void *context, double t, const double *y)
+{
+    struct observer *o = context;
+    struct hnn_observations *to = o->to;
+    size_t states = 2 * to->dof;
+    double rate[STATES_MOST];
+    if (o->ode->field(o->ode->context, t, y, rate, o->error) != AD_OK)
+        return false;
+    for (size_t k = 0; k < states; k++) {
+        to->values[k * to->rows + o->row] = y[k];
+        to->values[(states + k) * to->rows + o->row] = rate[k];
+    }
+    to->values[(to->cols - 2) * to->rows + o->row] = (double)o->trial;
+    to->values[(to->cols - 1) * to->rows + o->row] = t;
+    o->row++;
+    return true;
+}
+
+static enum ad_status follow(const struct hnn_sampling *s, struct observer *o, double *y,
+                             struct ad_error *error)
+{
+    struct phys_simulation simulation = {.integrator = phys_integrator_find("dop853", error),
+                                         .t1 = s->time,
+                                         .rtol = accuracy,
+                                         .atol = accuracy,
+                                         .n_samples = s->points - 1,
+                                         .sample = observe,
+                                         .context = o};
+    struct phys_simulation_info info;
+    return phys_simulate(&simulation, o->ode, y, &info, error);
+}
+
+static void add_noise(struct hnn_observations *o, double noise, struct phys_random *random,
+                      size_t first, size_t end)
+{
+    for (size_t k = 0; k < 2 * o->dof; k++)
+        for (size_t i = first; noise > 0 && i < end; i++)
+            o->values[k * o->rows + i] += noise * phys_random_normal(random);
+}
+
+enum ad_status hnn_task_observe(const struct hnn_task *task, const struct hnn_sampling *sampling,
+                                uint64_t seed, struct hnn_observations *observations,
+                                struct ad_error *error)
+{
+    struct phys_ode ode = {0};
+    struct phys_random random;
+    double y[STATES_MOST];
+    *observations = (struct hnn_observations){0};
+    struct observer o = {.to = observations, .ode = &ode, .error = error};
+    phys_random_seed(&random, seed);
+    if (check_sampling(sampling, error) == AD_OK &&
+        prepare(task, sampling, observations, error) == AD_OK)
+        hnn_task_ode(task, sampling->strength, &ode, error);
+    for (; o.trial < sampling->trials && error->status == AD_OK; o.trial++) {
+        size_t first = o.row;
+        task->start(&random, sampling, y);
+        if (follow(sampling, &o, y, error) == AD_OK)
+            add_noise(observations, sampling->noise, &random, first, o.row);
+    }
+    phys_ode_free(&ode);
+    return error->status;
+}
+
+void hnn_observations_free(struct hnn_observations *o)
+{
+    for (size_t k = 0; o->names && k < o->cols; k++)
+        free(o->names[k]);
+    free(o->names);
+    free(o->values);
+    *o = (struct hnn_observations){0};
+}
