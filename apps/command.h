@@ -20,7 +20,7 @@ struct command {
 };
 
 extern const struct command command_scenes, command_path, command_simulate, command_check,
-    command_chart, command_dump, command_dataset;
+    command_chart, command_dump, command_train, command_dataset;
 
 /* The exit status that an error of the library stands for. */
 int command_status(const struct ad_error *error);

@@ -8,7 +8,7 @@
 
 static const struct command *const commands[] = {
     &command_scenes, &command_path, &command_simulate, &command_check,
-    &command_chart,  &command_dump, &command_dataset,
+    &command_chart,  &command_dump, &command_train,    &command_dataset,
 };
 
 enum { N_COMMANDS = sizeof commands / sizeof *commands };

@@ -1,0 +1,171 @@
+/* The command `leastaction train`: what it writes and says, runs killed and resumed, bad input. */
+#include "shell.h"
+#include "../close.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A frictionless pendulum of H = p^2/2 - cos q on an irregular set of states. */
+static void write_data(void)
+{
+    FILE *out = fopen(shell_path("pendulum.csv"), "w");
+    assert_non_null(out);
+    fputs("q,p,dqdt,dpdt\n", out);
+    for (int k = 0; k < 60; k++) {
+        double q = 1.5 * sin(2.3 * k + 0.1), p = 1.4 * cos(1.7 * k);
+        fprintf(out, "%.12g,%.12g,%.12g,%.12g\n", q, p, p, -sin(q));
+    }
+    fclose(out);
+}
+
+static int setup(void **state)
+{
+    (void)state;
+    shell_clean();
+    write_data();
+    return 0;
+}
+
+#define SMALL "--hidden 16 --lr 1e-2 --test-fraction 0.2 --split random --batch 20 "
+
+static double number(const char *key)
+{
+    char quoted[64];
+    snprintf(quoted, sizeof quoted, "\"%s\": ", key);
+    const char *at = strstr(shell_last_line(), quoted);
+    if (!at)
+        fail_msg("no %s in %s", key, shell_last_line());
+    return strtod(at + strlen(quoted), NULL);
+}
+
+static void test_json_and_files(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 200 --json --log log.csv"), 0);
+    assert_true(number("train_loss") < 0.02 && number("test_loss") < 0.05);
+    assert_true(number("steps") == 200 && number("seconds") > 0 && number("ms_per_step") > 0);
+    assert_true(number("parameters") == 2 * 16 + 16 + 16 * 16 + 16 + 16);
+    assert_true(number("train_samples") == 48 && number("test_samples") == 12);
+    assert_int_equal(shell_files(), 3); /* data, model.h5, log.csv */
+    assert_int_equal(shell("head -n 1 log.csv; wc -l <log.csv"), 0);
+    assert_string_equal(shell_out(), "step,train_loss,test_loss,seconds\n21\n");
+    assert_int_equal(shell("$LA dump model.h5"), 0);
+    assert_non_null(strstr(shell_out(), "linear1.weight"));
+    assert_non_null(strstr(shell_out(), "q,p"));
+}
+
+/* Every number in the file but the command that wrote it. */
+static const char *dump(const char *file)
+{
+    assert_int_equal(shell("$LA dump %s | grep -v 'leastaction train'", file), 0);
+    return shell_out();
+}
+
+static void test_resume(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 200 --quiet --out a.h5"), 0);
+    assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 100 --quiet --out b.h5"), 0);
+    assert_int_equal(shell("cmp a.h5 b.h5 >/dev/null"), 1);
+    assert_int_equal(
+        shell("$LA train pendulum.csv " SMALL "--steps 200 --quiet --out b.h5 --resume"), 0);
+    assert_int_equal(shell("for f in a b; do $LA dump $f.h5 --dataset training/optimiser >$f.txt; "
+                           "$LA dump $f.h5 --dataset linear2.weight >>$f.txt; done; "
+                           "test -s a.txt && cmp a.txt b.txt"),
+                     0);
+    char *whole = strdup(dump("a.h5"));
+    const char *joined = dump("b.h5");
+    for (char *c = whole; (c = strstr(c, "a.h5"));)
+        *c = 'b';
+    assert_string_equal(whole, joined);
+    free(whole);
+}
+
+/* Killed without a chance to tidy up, once a checkpoint is there; the rest by --resume. */
+static void test_killed(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 20000 --quiet --out a.h5"), 0);
+    assert_int_equal(shell("$LA train pendulum.csv " SMALL
+                           "--steps 20000 --quiet --out b.h5 --checkpoint 0.02 & "
+                           "while ! test -e b.h5; do sleep 0.01; done; kill -9 $!; wait $!; true"),
+                     0);
+    assert_int_equal(shell("$LA dump b.h5 | grep -w step"), 0);
+    assert_int_equal(
+        shell("$LA train pendulum.csv " SMALL "--steps 20000 --json --out b.h5 --resume"), 0);
+    assert_true(number("steps") == 20000);
+    assert_int_equal(shell("for f in a b; do $LA dump $f.h5 --dataset training/optimiser >$f.txt; "
+                           "$LA dump $f.h5 --dataset linear2.weight >>$f.txt; done; "
+                           "test -s a.txt && cmp a.txt b.txt"),
+                     0);
+}
+
+static void test_interrupted(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("timeout -s INT 0.3 $LA train pendulum.csv " SMALL
+                           "--steps 10000000 --quiet --log log.csv; test $? = 124"),
+                     0);
+    assert_non_null(strstr(shell_err(), "interrupted after step"));
+    assert_int_equal(shell("$LA dump model.h5 >/dev/null && test -s log.csv"), 0);
+}
+
+static void refused(const char *options, const char *why)
+{
+    assert_int_equal(shell("$LA train %s", options), 2);
+    if (!strstr(shell_err(), why))
+        fail_msg("'%s' does not say '%s'", shell_err(), why);
+    assert_int_equal(shell("test -e model.h5"), 1);
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    refused("absent.csv", "absent.csv");
+    refused("pendulum.csv --model hmm", "--model hmm: there are baseline hnn");
+    refused("pendulum.csv --activation tanj", "did you mean 'tanh'");
+    refused("pendulum.csv --optimiser adm", "did you mean 'adam'");
+    refused("pendulum.csv --precision f16", "f32 f64");
+    refused("pendulum.csv --hidden 20,x", "--hidden 20,x");
+    refused("pendulum.csv --hidden 20,30,40", "expected 2 numbers");
+    refused("pendulum.csv --batch some", "expected 'full'");
+    refused("pendulum.csv --batch 61", "more than the 60 samples");
+    refused("pendulum.csv --state q,r", "r");
+    refused("pendulum.csv --patience 5", "test samples");
+    refused("pendulum.csv --out /nonexistent/model.h5", "/nonexistent/model.h5");
+    refused("pendulum.csv --log /nonexistent/log.csv", "/nonexistent/log.csv");
+}
+
+static void test_resume_refusals(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 20 --quiet"), 0);
+    assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 30 --resume --hidden 17"), 2);
+    assert_non_null(strstr(shell_err(), "model.h5: is a model of other settings"));
+    assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 30 --resume --lr 0.5"), 2);
+    assert_non_null(strstr(shell_err(), "another way"));
+    assert_int_equal(
+        shell("head -n 50 pendulum.csv >less.csv; $LA train less.csv " SMALL "--steps 30 --resume"),
+        2);
+    assert_non_null(strstr(shell_err(), "other data"));
+    assert_int_equal(shell("head -c 3000 model.h5 >cut.h5; $LA train pendulum.csv " SMALL
+                           "--steps 30 --resume --out cut.h5"),
+                     2);
+    assert_non_null(strstr(shell_err(), "cut.h5: damaged"));
+    assert_int_equal(shell("$LA train pendulum.csv " SMALL "--resume --out pendulum.csv"), 2);
+    assert_non_null(strstr(shell_err(), "not an HDF5 file"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_json_and_files, setup),
+        cmocka_unit_test_setup(test_resume, setup),
+        cmocka_unit_test_setup(test_killed, setup),
+        cmocka_unit_test_setup(test_interrupted, setup),
+        cmocka_unit_test_setup(test_refusals, setup),
+        cmocka_unit_test_setup(test_resume_refusals, setup),
+    };
+    return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
+}
