@@ -10,6 +10,7 @@ enum { FIRST_BUFFER = 1 << 20, LONGEST_LINE = 1 << 24 };
 void hnn_lines_open(struct hnn_lines *lines, const char *file, FILE *stream)
 {
     *lines = (struct hnn_lines){.file = file, .stream = stream};
+    setvbuf(stream, NULL, _IONBF, 0); /* the buffer here is enough */
 }
 
 void hnn_lines_close(struct hnn_lines *lines)

@@ -325,6 +325,12 @@ static const char *const kind_names[] = {"folder", "f64", "f32", "integer", "tex
 
 const char *phys_runfile_kind_name(enum phys_runfile_kind kind) { return kind_names[kind]; }
 
+bool phys_runfile_is(const char *name)
+{
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    return H5Fis_hdf5(name) > 0;
+}
+
 enum ad_status phys_runfile_open(const char *name, phys_runfile **out, struct ad_error *error)
 {
     *out = NULL;

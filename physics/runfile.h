@@ -71,6 +71,8 @@ struct phys_runfile_item {
     const char *text;                     /* of an attribute that is a text */
 };
 
+/* The file is HDF5, damaged or not, as far as its first bytes tell. Not for pipes. */
+bool phys_runfile_is(const char *name);
 enum ad_status phys_runfile_open(const char *name, phys_runfile **file, struct ad_error *error);
 /* Calls `visit` for everything in the file in the order of names, each object before its
    attributes, the file's own first. Strings live for the call only. */
