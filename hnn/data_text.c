@@ -32,6 +32,8 @@ static enum ad_status no_memory(const struct text *t, struct ad_error *error)
     return ad_fail(error, AD_E_MEMORY, "%s: out of memory", t->source.file);
 }
 
+static bool is_blank(char c) { return c == ' ' || c == '\t'; }
+
 /* "'q'", or its number where it has no name. */
 struct label {
     char text[64];
@@ -49,13 +51,17 @@ static struct label label_of(const struct hnn_source *source, size_t column)
 static enum ad_status refuse_number(const struct text *t, size_t column, const struct hnn_field *f,
                                     const char *expected, struct ad_error *error)
 {
-    const char *comma = memchr(f->text, ',', (size_t)(f->end - f->text));
-    struct phys_quote found = {"an empty field"};
+    struct phys_quote found = {"an empty field"}, more = {""};
+    const char *tail = f->text;
+    while (tail < f->end && !is_blank(*tail) && *tail != ',')
+        tail++;
     if (f->end > f->text)
         found = phys_text_quote(f->text, f->end);
-    return REFUSE(t, f->text, "expected %s in column %s, found %s%s", expected,
-                  label_of(&t->source, column).text, found.text,
-                  comma ? " (a decimal comma?)" : "");
+    if (tail < f->end)
+        more = phys_text_quote(tail + 1, f->end);
+    return REFUSE(t, f->text, "expected %s in column %s, found %s%s%s%s", expected,
+                  label_of(&t->source, column).text, found.text, tail < f->end ? " and " : "",
+                  more.text, tail < f->end && *tail == ',' ? " (a decimal comma?)" : "");
 }
 
 static enum ad_status refuse_length(const struct text *t, size_t found, struct ad_error *error)

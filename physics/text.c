@@ -208,7 +208,7 @@ struct phys_quote phys_text_quote(const char *text, const char *end)
     struct phys_quote quote = {"the end of the line"};
     text = phys_text_skip(text, end);
     size_t n = 0;
-    while (text + n < end && !strchr(" \t\r\n,;", text[n]))
+    while (text + n < end && (text[n] == '\0' || !strchr(" \t\r\n,;", text[n])))
         n++;
     if (n == 0 && text < end && *text != '\n')
         n = 1;
