@@ -554,8 +554,7 @@ enum ad_status phys_runfile_read(phys_runfile *file, const char *name, size_t fi
 }
 
 enum ad_status phys_runfile_read_block(phys_runfile *file, const char *name, const size_t first[],
-                                       const size_t count[], double *values,
-                                       struct ad_error *error)
+                                       const size_t count[], double *values, struct ad_error *error)
 {
     struct phys_runfile_item item;
     hid_t id = numbers_open(file, name, &item, error);

@@ -299,7 +299,7 @@ static void test_damage_is_named(void **state)
     };
     for (size_t k = 0; k < LENGTH(cases); k++)
         assert_refused(cases[k].text, strlen(cases[k].text), cases[k].expected);
-    assert_refused("1,2\n3,\0004\n", 9, ":2:3: expected a number, found '?'");
+    assert_refused("1,2\n3,\0004\n", 9, ":2:3: expected a number, found '?4'");
 }
 
 static void test_files_that_cannot_be_read(void **state)
