@@ -21,18 +21,25 @@ void ad_blas_gemm(enum ad_type type, bool transpose_a, bool transpose_b, size_t 
                     b, (blasint)ldb, 0, c, (blasint)ldc);
 }
 
-int ad_blas_single_thread(void)
+/* The number of threads is OpenBLAS's own global. Programs may run side by side: the first to come
+   sets it, the last to leave puts it back. */
+static int users, threads_before;
+
+void ad_blas_single_thread(void)
 {
-    int before = openblas_get_num_threads();
-    if (before != 1)
-        openblas_set_num_threads(1);
-    return before;
+#pragma omp critical(ad_blas)
+    if (users++ == 0) {
+        threads_before = openblas_get_num_threads();
+        if (threads_before != 1)
+            openblas_set_num_threads(1);
+    }
 }
 
-void ad_blas_threads(int before)
+void ad_blas_threads(void)
 {
-    if (before != 1)
-        openblas_set_num_threads(before);
+#pragma omp critical(ad_blas)
+    if (--users == 0 && threads_before != 1)
+        openblas_set_num_threads(threads_before);
 }
 
 int ad_blas_solve(size_t n, double *a, double *b)

@@ -9,10 +9,10 @@ void ad_blas_gemm(enum ad_type type, bool transpose_a, bool transpose_b, size_t 
                   size_t k, const void *a, size_t lda, const void *b, size_t ldb, void *c,
                   size_t ldc);
 
-/* OpenBLAS runs on one thread until ad_blas_threads(before): programs split products themselves, in
-   the same pieces whatever the number of threads. Returns the number before. */
-int ad_blas_single_thread(void);
-void ad_blas_threads(int before);
+/* Between these two OpenBLAS runs on one thread: programs split products themselves, in the same
+   pieces whatever the number of threads. In pairs, from any thread. */
+void ad_blas_single_thread(void);
+void ad_blas_threads(void);
 
 /* Solves a x = b for one right side: a [n x n] is destroyed, b [n] becomes x. Returns 0, or 1 + the
    index of the zero pivot. */

@@ -127,7 +127,8 @@ static void run_fused(const ad_program *p, const struct segment *g, struct check
 
 void ad_program_execute(ad_program *p, size_t first, size_t last, struct check *check)
 {
-    int before = p->has_matmul ? ad_blas_single_thread() : 1;
+    if (p->has_matmul)
+        ad_blas_single_thread();
     for (size_t i = first; i < last; i++) {
         const struct segment *g = &p->segments[i];
         if (g->fused) {
@@ -138,7 +139,8 @@ void ad_program_execute(ad_program *p, size_t first, size_t last, struct check *
         if (check)
             ad_look_at_value(p, &p->instructions[g->first], check);
     }
-    ad_blas_threads(before);
+    if (p->has_matmul)
+        ad_blas_threads();
 }
 
 void ad_run(ad_program *p) { ad_program_execute(p, p->n_constant_segments, p->n_segments, NULL); }
