@@ -103,8 +103,7 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
         return error->status;
     }
     if (!t->settings.batch)
-        hnn_data_copy(&t->train, 0, batch, ad_data(t->problem.program, t->problem.x),
-                      ad_data(t->problem.program, t->problem.target));
+        hnn_data_copy(&t->train, 0, batch, t->problem.x, t->problem.target);
     *out = t;
     return AD_OK;
 }
@@ -200,8 +199,7 @@ static enum ad_status take_step(hnn_trainer *t, bool *stalled, struct ad_error *
     struct hnn_problem *p = &t->problem;
     double rate = s->learning_rate * s->schedule->factor(t->step, s->steps), loss;
     if (s->batch)
-        hnn_data_draw(&t->train, s->batch, ad_data(p->program, p->x),
-                      ad_data(p->program, p->target));
+        hnn_data_draw(&t->train, s->batch, p->x, p->target);
     *stalled = !s->optimiser->step(t->method, p, rate, &loss);
     t->step++;
     t->steps_now++;

@@ -37,13 +37,19 @@ size_t hnn_target_rows(const hnn_model *model, const struct hnn_training *traini
 ad_var hnn_record_residual(const hnn_model *model, const struct hnn_training *training,
                            ad_var parameters, ad_var x, ad_var target);
 
-/* One step's program: loss and gradient of one batch. */
+/* ---- one step (train_step.c) ---- */
+
+/* Loss and gradient of one batch, in blocks of columns. */
 struct hnn_problem {
-    ad_tape *tape;
-    ad_var parameters, x, target, loss, gradient;
-    ad_program *program;
     enum ad_type type;
     size_t n; /* parameters */
+    size_t batch, blocks, columns, workers, x_rows, target_rows;
+    void *x, *target; /* [x_rows x batch], [target_rows x batch]: set before an evaluation */
+    ad_tape *tape;
+    ad_var parameters, in_x, in_target, weight, loss, gradient; /* of one block */
+    ad_program **program;                                       /* [workers] */
+    double *losses;                                             /* [blocks] */
+    void *gradients; /* [blocks x n], the sum in the first; NULL where there is one block */
 };
 enum ad_status hnn_problem_new(struct hnn_problem *problem, const hnn_model *model,
                                const struct hnn_training *training, size_t batch,

@@ -1,4 +1,5 @@
-/* The loss on a tape: mean square of what the model says less what was measured. */
+/* The loss on a tape, mean square of what the model says less what was measured; and over all
+   samples. */
 #include "train.h"
 
 #include <math.h>
@@ -65,51 +66,6 @@ ad_var hnn_record_residual(const hnn_model *model, const struct hnn_training *tr
         residual = ad_mul(residual, inverse(x.tape, m, units));
     free(part);
     return residual;
-}
-
-/* ---- one step ---- */
-
-enum ad_status hnn_problem_new(struct hnn_problem *p, const hnn_model *model,
-                               const struct hnn_training *training, size_t batch,
-                               struct ad_error *error)
-{
-    enum ad_type type = model->settings.precision;
-    *p = (struct hnn_problem){.type = type, .n = model->size, .tape = ad_tape_new(type)};
-    if (!p->tape)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    p->parameters = ad_input(p->tape, 1, model->size, "parameters");
-    p->x = ad_input(p->tape, hnn_states(model), batch, "x");
-    p->target = ad_input(p->tape, hnn_target_rows(model, training), batch, "target");
-    ad_var residual = hnn_record_residual(model, training, p->parameters, p->x, p->target);
-    p->loss = ad_label(ad_mean(ad_square(residual)), "loss");
-    if (ad_grad(p->loss, 1, &p->parameters, &p->gradient) == AD_OK)
-        ad_compile(p->tape, 2, (ad_var[]){p->loss, p->gradient}, &p->program);
-    if (hnn_tape_status(p->tape, error) != AD_OK)
-        return error->status;
-    ad_set_threads(p->program, training->threads ? training->threads : 1);
-    return AD_OK;
-}
-
-void hnn_problem_free(struct hnn_problem *p)
-{
-    ad_program_free(p->program);
-    ad_tape_free(p->tape);
-    *p = (struct hnn_problem){0};
-}
-
-void *hnn_problem_point(const struct hnn_problem *p) { return ad_data(p->program, p->parameters); }
-
-const void *hnn_problem_gradient(const struct hnn_problem *p)
-{
-    return ad_data(p->program, p->gradient);
-}
-
-double hnn_problem_evaluate(const struct hnn_problem *p)
-{
-    double loss;
-    ad_run(p->program);
-    ad_get(p->program, p->loss, &loss);
-    return loss;
 }
 
 /* ---- all samples ---- */

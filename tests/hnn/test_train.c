@@ -148,6 +148,70 @@ static void test_batches(void **state)
     hnn_data_free(&data);
 }
 
+/* Blocks of a batch, the last two sharing columns, give the loss and gradient of the whole; to the
+   last bit whatever the number of threads. */
+static void check_blocks(enum ad_type type, double tolerance)
+{
+    enum { N = 601 };
+    struct hnn_samples train = small_pendulum(3, N, 0.3);
+    struct hnn_settings s = small_settings(&small_kinds[1], 1, 3);
+    s.precision = type;
+    hnn_model *model = small_model(&s);
+    struct ad_error error = {0};
+    size_t n = hnn_model_size(model), bytes = n * hnn_type_bytes(type);
+    double *whole = malloc(n * sizeof *whole), *found = malloc(n * sizeof *found), loss[3];
+    void *first = malloc(bytes);
+
+    ad_tape *tape = ad_tape_new(type);
+    ad_var p = ad_input(tape, 1, n, "parameters"), g;
+    ad_var x = ad_const(tape, 2, N, train.x), target = ad_const(tape, 2, N, train.target);
+    struct hnn_training training = hnn_training_defaults();
+    ad_var mean = ad_mean(ad_square(hnn_record_residual(model, &training, p, x, target)));
+    ad_program *program;
+    ad_grad(mean, 1, &p, &g);
+    assert_int_equal(ad_compile(tape, 2, (ad_var[]){mean, g}, &program), AD_OK);
+    memcpy(ad_data(program, p), hnn_model_parameters(model), bytes);
+    ad_run(program);
+    ad_get(program, mean, &loss[0]);
+    ad_get(program, g, whole);
+
+    for (size_t threads = 1; threads <= 3; threads++) {
+        struct hnn_problem problem;
+        training.threads = threads;
+        assert_int_equal(hnn_problem_new(&problem, model, &training, N, &error), AD_OK);
+        assert_true(problem.blocks == 3 && problem.columns * 3 > N);
+        hnn_from_double(type, 2 * N, train.x, problem.x);
+        hnn_from_double(type, 2 * N, train.target, problem.target);
+        memcpy(hnn_problem_point(&problem), hnn_model_parameters(model), bytes);
+        loss[1] = hnn_problem_evaluate(&problem);
+        assert_close(loss[1], loss[0], tolerance, 0);
+        if (threads == 1) {
+            memcpy(first, hnn_problem_gradient(&problem), bytes);
+            loss[2] = loss[1];
+        }
+        assert_memory_equal(hnn_problem_gradient(&problem), first, bytes);
+        assert_true(loss[1] == loss[2]);
+        hnn_problem_free(&problem);
+    }
+    hnn_to_double(type, n, first, found);
+    for (size_t k = 0; k < n; k++)
+        assert_close(found[k], whole[k], tolerance, tolerance);
+    free(whole);
+    free(found);
+    free(first);
+    ad_program_free(program);
+    ad_tape_free(tape);
+    hnn_model_free(model);
+    small_samples_free(&train);
+}
+
+static void test_blocks(void **state)
+{
+    (void)state;
+    check_blocks(AD_F32, 2e-6);
+    check_blocks(AD_F64, 1e-14);
+}
+
 /* ---- resuming ---- */
 
 struct half {
@@ -423,6 +487,7 @@ int main(void)
         cmocka_unit_test(test_first_row),
         cmocka_unit_test(test_large_sets),
         cmocka_unit_test(test_batches),
+        cmocka_unit_test(test_blocks),
         cmocka_unit_test(test_resume),
         cmocka_unit_test(test_resume_with_patience),
         cmocka_unit_test(test_patience),
