@@ -151,6 +151,19 @@ static enum ad_status allocate(struct hnn_dataset *dataset, struct part part[2],
     return AD_OK;
 }
 
+/* Huge states and tiny steps of time overflow. */
+static enum ad_status check_slopes(const struct part *part, struct ad_error *error)
+{
+    size_t n = part->table->plan.components * part->n;
+    for (size_t i = 0; i < n; i++)
+        if (!isfinite(part->target[i]))
+            return ad_fail(error, AD_E_INPUT,
+                           "%s: differences over time are not finite: expected smaller states or "
+                           "longer steps of time",
+                           part->table->file);
+    return AD_OK;
+}
+
 static enum ad_status make_samples(const struct hnn_dataset_settings *s, struct hnn_table *table,
                                    struct hnn_table *test, struct hnn_dataset *dataset,
                                    struct ad_error *error)
@@ -168,7 +181,9 @@ static enum ad_status make_samples(const struct hnn_dataset_settings *s, struct 
         if (test != table)
             gather_component(s, part + 1, 1, c);
     }
-    return AD_OK;
+    for (size_t k = 0; k < 2 && !table->plan.rate && s->rollout == 0; k++)
+        check_slopes(&part[k], error);
+    return error->status;
 }
 
 /* ---- sizes of what the training sees ---- */

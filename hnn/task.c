@@ -9,8 +9,8 @@
 const struct hnn_task *const hnn_tasks[] = {&hnn_task_spring, &hnn_task_pendulum,
                                             &hnn_task_two_body, &hnn_task_three_body, NULL};
 
-/* Of a step of the integrator, absolute and relative. */
-static const double accuracy = 1e-10;
+/* Of a step of the integrator, relative; and absolute, small next to the smallest motion. */
+static const double accuracy = 1e-10, smallest = 1e-12;
 
 enum { STATES_MOST = 12 }; /* of a task */
 
@@ -150,7 +150,7 @@ static enum ad_status follow(const struct hnn_sampling *s, struct observer *o, d
     struct phys_simulation simulation = {.integrator = phys_integrator_find("dop853", error),
                                          .t1 = s->time,
                                          .rtol = accuracy,
-                                         .atol = accuracy,
+                                         .atol = smallest,
                                          .n_samples = s->points - 1,
                                          .sample = observe,
                                          .context = o};
