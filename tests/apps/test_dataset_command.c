@@ -1,0 +1,155 @@
+/* leastaction dataset, from outside: what it writes, reports and refuses. */
+#include "../close.h"
+#include "shell.h"
+#include "../../hnn/data.h"
+#include "../../physics/runfile.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
+
+static int clean(void **state)
+{
+    (void)state;
+    shell_clean();
+    return 0;
+}
+
+static void works(const char *arguments)
+{
+    int status = shell("$LA dataset %s", arguments);
+    if (status != 0)
+        print_error("%s", shell_err());
+    assert_int_equal(status, 0);
+}
+
+static struct hnn_dataset read_dataset(const char *name)
+{
+    struct hnn_dataset d;
+    struct ad_error error = {0};
+    char path[512];
+    snprintf(path, sizeof path, "%s", shell_path(name));
+    if (hnn_dataset_read(&(struct hnn_dataset_settings){.file = path}, &d, &error) != AD_OK)
+        fail_msg("%s", error.message);
+    return d;
+}
+
+/* CSV and HDF5 hold the same numbers, to the last bit, and are read without any choice. */
+static void test_both_formats(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *task;
+        size_t dof, rows;
+    } tasks[] = {
+        {"spring", 1, 1500}, {"pendulum", 1, 2250}, {"twobody", 4, 200}, {"threebody", 6, 80}};
+    for (size_t k = 0; k < LENGTH(tasks); k++) {
+        char arguments[256];
+        const char *few = tasks[k].dof > 1 ? "--trials 4" : "";
+        snprintf(arguments, sizeof arguments, "%s %s --out a.csv", tasks[k].task, few);
+        works(arguments);
+        snprintf(arguments, sizeof arguments, "%s %s --out a.h5", tasks[k].task, few);
+        works(arguments);
+        struct hnn_dataset text = read_dataset("a.csv"), hdf5 = read_dataset("a.h5");
+        assert_int_equal(text.dof, tasks[k].dof);
+        assert_int_equal(text.train.n, tasks[k].rows);
+        assert_int_equal(hdf5.train.n, text.train.n);
+        assert_int_equal(hdf5.trials, text.trials);
+        assert_string_equal(hdf5.state_names, text.state_names);
+        assert_string_equal(hdf5.rate_names, text.rate_names);
+        assert_memory_equal(hdf5.values, text.values,
+                            4 * tasks[k].dof * text.train.n * sizeof *text.values);
+        hnn_dataset_free(&text);
+        hnn_dataset_free(&hdf5);
+    }
+}
+
+static void test_hdf5_says_what_it_is(void **state)
+{
+    (void)state;
+    struct ad_error error = {0};
+    phys_runfile *file;
+    char *text = NULL;
+    double noise = 0;
+    works("pendulum --seed 5 --noise 0.25 --out p.h5");
+    assert_int_equal(phys_runfile_open(shell_path("p.h5"), &file, &error), AD_OK);
+    assert_int_equal(phys_runfile_get_text(file, "/", "command", &text, &error), AD_OK);
+    assert_string_equal(text, "leastaction dataset pendulum --seed 5 --noise 0.25 --out p.h5");
+    free(text);
+    assert_int_equal(phys_runfile_get_text(file, "dpdt", "unit", &text, &error), AD_OK);
+    assert_string_equal(text, "1");
+    free(text);
+    assert_int_equal(phys_runfile_get(file, "/", "noise", &noise, &error), AD_OK);
+    assert_close(noise, 0.25, 0, 0);
+    phys_runfile_close(file);
+}
+
+/* The same seed gives the same bytes, another one others; options reach the data. */
+static void test_seed_and_options(void **state)
+{
+    (void)state;
+    works("spring --seed 3 --out a.csv");
+    works("spring --seed 3 --out b.csv");
+    works("spring --seed 4 --out c.csv");
+    assert_int_equal(shell("cmp a.csv b.csv"), 0);
+    assert_int_equal(shell("cmp -s a.csv c.csv"), 1);
+    works("spring --trials 3 --points 5 --time 2 --noise 0 --min-radius 2 --max-radius 2 "
+          "--strength 1 --out o.csv");
+    struct hnn_dataset d = read_dataset("o.csv");
+    assert_int_equal(d.trials, 3);
+    assert_int_equal(d.train.n, 15);
+    for (size_t i = 0; i < 15; i++)
+        assert_close(hypot(d.train.x[i], d.train.x[15 + i]), 2, 1e-9, 0);
+    hnn_dataset_free(&d);
+    assert_int_equal(shell("tail -n 1 o.csv | cut -d, -f5,6"), 0);
+    assert_string_equal(shell_out(), "2,2\n");
+}
+
+static void test_standard_output(void **state)
+{
+    (void)state;
+    works("spring --trials 2 --points 3 --out -");
+    assert_int_equal(strncmp(shell_out(), "q,p,dqdt,dpdt,trial,t\n", 22), 0);
+    assert_int_equal(shell_files(), 0);
+    works("spring --quiet --out q.csv");
+    assert_string_equal(shell_out(), "");
+    works("twobody --trials 2 --json --out t.h5");
+    assert_non_null(strstr(shell_last_line(), "\"rows\": 100"));
+    assert_non_null(strstr(shell_last_line(), "\"columns\": 18"));
+}
+
+static void test_refused(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *arguments, *says;
+    } wrong[] = {
+        {"sprong --out a.csv", "did you mean 'spring'?"},
+        {"spring", "missing --out"},
+        {"spring --out nowhere/a.csv", "cannot be written"},
+        {"spring --out a.csv --points 1", "at least two observations"},
+        {"spring --out a.csv --noise -1", "a noise of at least 0"},
+        {"twobody --out a.csv --spread 1", "a spread of speeds"},
+        {"spring --out a.csv --min-radius 2", "a largest radius"},
+    };
+    for (size_t k = 0; k < LENGTH(wrong); k++) {
+        int status = shell("$LA dataset %s", wrong[k].arguments);
+        if (status != 2 || !strstr(shell_err(), wrong[k].says))
+            fail_msg("%s: %d, %s", wrong[k].arguments, status, shell_err());
+        assert_int_equal(shell_files(), 0);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_both_formats, clean),
+        cmocka_unit_test_setup(test_hdf5_says_what_it_is, clean),
+        cmocka_unit_test_setup(test_seed_and_options, clean),
+        cmocka_unit_test_setup(test_standard_output, clean),
+        cmocka_unit_test_setup(test_refused, clean),
+    };
+    return cmocka_run_group_tests_name("leastaction dataset", tests, shell_setup, shell_teardown);
+}
