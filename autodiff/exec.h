@@ -57,6 +57,13 @@ static inline char *cursor_row(const struct cursor *c, uint32_t r)
     return c->start + (c->list ? c->list[r] : r) * c->step;
 }
 
+/* A tile one column wide (exec_column.c): an elementwise instruction in one kernel call; false
+   where that cannot be. Adding its rows, times 1 or -1, into others. */
+bool ad_run_column(const ad_program *program, const struct instruction *instruction,
+                   const struct tile *tile);
+void ad_add_column(const ad_program *program, const struct cursor *to, const struct cursor *from,
+                   uint32_t rows, double sign);
+
 /* Start of row r of a value in memory. */
 static inline char *value_row(const ad_program *p, const struct loc *l, size_t r)
 {

@@ -13,6 +13,8 @@ static void elementwise(const ad_program *p, const struct instruction *in, const
                 cursor_row(&c, 0));
         return;
     }
+    if (t->cols == 1 && ad_run_column(p, in, t))
+        return;
     for (uint32_t r = 0; r < t->rows; r++)
         in->run(t->cols, cursor_row(&o, r), cursor_row(&a, r), cursor_row(&b, r),
                 cursor_row(&c, r));
@@ -103,6 +105,11 @@ static void add_rows(const ad_program *p, const struct segment *g, const struct 
     const struct loc to = sink_rows(p, g, in, t->chunk);
     const struct cursor o = cursor_at(p, &to, t);
     const struct cursor a = cursor_at(p, &p->locs[in->loc[1]], t);
+    if (t->cols == 1) {
+        bool subtract = in->run == p->kernels->op[AD_OP_sub][0];
+        ad_add_column(p, &o, &a, t->rows, subtract ? -1 : 1);
+        return;
+    }
     for (uint32_t r = 0; r < t->rows; r++) {
         char *into = cursor_row(&o, r);
         in->run(t->cols, into, into, cursor_row(&a, r), NULL);
