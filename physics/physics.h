@@ -22,6 +22,11 @@ typedef ad_var phys_lagrangian(ad_var q, ad_var v, ad_var t, const void *params)
 void phys_pair_differences(ad_var q, size_t bodies, size_t dims, ad_var d[]);
 /* Squares of the distances of all pairs plus `softening`: [pairs x n], in the same order. */
 ad_var phys_pair_squares(ad_var q, size_t bodies, size_t dims, double softening);
+/* The same for the pairs (first[k], second[k]) alone. */
+void phys_listed_differences(ad_var q, size_t dims, size_t pairs, const uint32_t first[],
+                             const uint32_t second[], ad_var d[]);
+ad_var phys_listed_squares(ad_var q, size_t dims, size_t pairs, const uint32_t first[],
+                           const uint32_t second[], double softening);
 
 /* ---- scenes (scene.c, scenes/) ---- */
 

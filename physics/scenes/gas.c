@@ -3,27 +3,33 @@
    It starts from a jittered lattice, thin and cold enough that no two bodies meet: beyond a
    collision the true path is a saddle of the action, which no descent holds. The published one
    starts at rest from random positions, some of them overlapping, cuts V off at a clamp and adds a
-   line below cap_radius instead: both break the law and its gradient, and are off unless set. */
+   line below cap_radius instead: both break the law and its gradient, and are off unless set.
+
+   Friction. No V makes bodies lose energy, but a factor that grows with time does: the motion of
+       L = exp(friction t) (T - V)   is   m a = -V_q - friction m v
+   (Caldirola and Kanai), so that damped paths are stationary paths, too.
+   Walls are springs: V = walls/2 times the squares of how far bodies are outside the square. */
+#include "gas.h"
 #include "../internal.h"
 #include "../random.h"
 
 #include <math.h>
 
-enum { DIMS = 2, MOST_BODIES = 4096 };
-
-struct gas {
-    double bodies, m, strength, sigma, softening;
-    double spacing, jitter, speed, random_start, box;
-    double clamp, cap_radius, cap_slope;
-};
+enum { DIMS = PHYS_GAS_DIMS };
 
 static const struct phys_param params[] = {
-    {"bodies", "1", "number of bodies, a whole number from 2 to 4096", 50,
+    {"bodies", "1", "number of bodies, a whole number from 2 to 20000", 50,
      offsetof(struct gas, bodies)},
     {"m", "1", "mass of each", 1, offsetof(struct gas, m)},
     {"strength", "1", "four times the depth of the well", 1e-4, offsetof(struct gas, strength)},
     {"sigma", "1", "distance where V changes sign", 0.04, offsetof(struct gas, sigma)},
     {"softening", "1", "added to r^2", 1e-6, offsetof(struct gas, softening)},
+    {"cutoff", "sigma", "beyond it pairs do not interact, and V is shifted to 0 there; 0: none", 0,
+     offsetof(struct gas, cutoff)},
+    {"friction", "1", "velocities fall by this share in a unit of time", 0,
+     offsetof(struct gas, friction)},
+    {"walls", "1", "stiffness of the walls about where it starts; 0: none", 0,
+     offsetof(struct gas, walls)},
     {"spacing", "1", "distance of neighbours in the starting lattice", 0.1,
      offsetof(struct gas, spacing)},
     {"jitter", "1", "random part of it, as a share of the spacing", 0.1,
@@ -41,8 +47,8 @@ static const struct phys_param params[] = {
 
 static size_t bodies_of(const struct gas *s)
 {
-    bool whole = s->bodies >= 2 && s->bodies <= MOST_BODIES && floor(s->bodies) == s->bodies;
-    return whole ? (size_t)s->bodies : 0;
+    bool whole = s->bodies >= 2 && s->bodies <= PHYS_GAS_MOST && floor(s->bodies) == s->bodies;
+    return whole && s->cutoff >= 0 && s->walls >= 0 ? (size_t)s->bodies : 0;
 }
 
 static size_t dof_of(const void *p) { return DIMS * bodies_of(p); }
@@ -54,22 +60,48 @@ static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
     return ad_mul(0.5 * s->m, ad_sum_rows(ad_square(v)));
 }
 
+ad_var phys_gas_interaction(ad_var square, const struct gas *s)
+{
+    square = s->softening == 0 ? square : ad_add(square, s->softening);
+    ad_var u = ad_div(s->sigma * s->sigma, square), u3 = ad_mul(ad_square(u), u);
+    ad_var shape = ad_sub(ad_square(u3), u3);
+    if (s->cutoff > 0) {
+        double far = pow(s->cutoff, -6);
+        shape = ad_select(ad_gt(u3, far), ad_sub(shape, far * far - far), 0);
+    }
+    if (s->clamp > 0)
+        shape = ad_min(shape, s->clamp / s->strength);
+    ad_var V = ad_mul(s->strength, shape);
+    if (s->cap_radius > 0)
+        V = ad_add(V, ad_mul(s->cap_slope, ad_relu(ad_sub(s->cap_radius, ad_sqrt(square)))));
+    return V;
+}
+
+double phys_gas_side(const struct gas *s)
+{
+    return s->random_start != 0 ? s->box : s->spacing * ceil(sqrt(s->bodies));
+}
+
+ad_var phys_gas_walls(ad_var q, const struct gas *s)
+{
+    ad_var outside = ad_relu(ad_sub(ad_abs(ad_sub(q, 0.5)), 0.5 * phys_gas_side(s)));
+    return ad_mul(0.5 * s->walls, ad_sum_rows(ad_square(outside)));
+}
+
 static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct gas *s = p;
     (void)v, (void)t;
-    ad_var square = phys_pair_squares(q, bodies_of(s), DIMS, s->softening);
-    ad_var u = ad_div(s->sigma * s->sigma, square);
-    ad_var u3 = ad_mul(ad_square(u), u);
-    ad_var shape = ad_sub(ad_square(u3), u3);
-    if (s->clamp > 0)
-        shape = ad_min(shape, s->clamp / s->strength);
-    ad_var total = ad_mul(s->strength, ad_sum_rows(shape));
-    if (s->cap_radius > 0) {
-        ad_var inside = ad_relu(ad_sub(s->cap_radius, ad_sqrt(square)));
-        total = ad_add(total, ad_mul(s->cap_slope, ad_sum_rows(inside)));
-    }
-    return total;
+    ad_var square = phys_pair_squares(q, bodies_of(s), DIMS, 0);
+    ad_var V = ad_sum_rows(phys_gas_interaction(square, s));
+    return s->walls > 0 ? ad_add(V, phys_gas_walls(q, s)) : V;
+}
+
+static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *p)
+{
+    const struct gas *s = p;
+    ad_var L = ad_sub(kinetic(q, v, t, p), potential(q, v, t, p));
+    return s->friction == 0 ? L : ad_mul(ad_exp(ad_mul(s->friction, t)), L);
 }
 
 static void place_lattice(const struct gas *s, struct phys_random *random, size_t n, double *q)
@@ -131,6 +163,7 @@ const struct phys_scene phys_scene_gas = {
     .params = params,
     .n_params = LENGTH(params),
     .params_bytes = sizeof(struct gas),
+    .lagrangian = lagrangian,
     .kinetic = kinetic,
     .potential = potential,
     .slices = 100,

@@ -1,0 +1,24 @@
+/* Parameters and energy of the gas scene, for the functions that follow many bodies
+   (../gas_motion.c). */
+#ifndef PHYS_SCENES_GAS_H
+#define PHYS_SCENES_GAS_H
+
+#include "../physics.h"
+
+enum { PHYS_GAS_DIMS = 2, PHYS_GAS_MOST = 20000 };
+
+struct gas {
+    double bodies, m, strength, sigma, softening;
+    double cutoff, friction, walls;
+    double spacing, jitter, speed, random_start, box;
+    double clamp, cap_radius, cap_slope;
+};
+
+/* Energies of pairs from the squares of their distances, in the same shape. */
+ad_var phys_gas_interaction(ad_var square, const struct gas *gas);
+/* The energy of the bodies q [2 bodies x n] in the walls [1 x n]; only with walls. */
+ad_var phys_gas_walls(ad_var q, const struct gas *gas);
+/* Side of the square where the gas starts, about (0.5, 0.5), and where walls keep it. */
+double phys_gas_side(const struct gas *gas);
+
+#endif
