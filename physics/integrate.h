@@ -33,6 +33,9 @@ struct phys_ode {
     /* Of systems that separate, else NULL. kick: rate [n/2] of the second half from the first half
        and t alone; drift: of the first half from the second half alone, NULL if they are equal. */
     phys_field *kick, *drift;
+    /* Where there is a kick: the second half falls by this share in a unit of time, too (a friction
+       proportional to the masses). `field` has it; methods that drift and kick take it exactly. */
+    double friction;
     /* The halves are conjugate (up to a constant linear map): what a symplectic method preserves
        in y is the form of mechanics. */
     bool canonical;
@@ -57,6 +60,17 @@ enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys
    in v the first step is the answer. */
 enum ad_status phys_ode_canonical(const struct phys_system *system, struct phys_ode *ode,
                                   struct ad_error *error);
+
+/* The gas scene, of up to thousands of bodies: its equations of motion without a mass matrix, with
+   the friction apart, and, with a cutoff, from the pairs that are near. phys_ode_lagrangian takes
+   them, too. The energy is that of the bodies, T + V. */
+enum phys_gas_pairs {
+    PHYS_GAS_AUTO, /* what is faster */
+    PHYS_GAS_ALL,
+    PHYS_GAS_NEAR /* needs a cutoff */
+};
+enum ad_status phys_ode_gas(const struct phys_system *system, enum phys_gas_pairs pairs,
+                            struct phys_ode *ode, struct ad_error *error);
 
 /* H for all samples at once. q, p: [dof x n], t: [1 x n]; returns [1 x n]. */
 typedef ad_var phys_hamiltonian(ad_var q, ad_var p, ad_var t, const void *params);

@@ -74,6 +74,8 @@ static void release(void *context)
 enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys_ode *ode,
                                    struct ad_error *error)
 {
+    if (system->scene == &phys_scene_gas)
+        return phys_ode_gas(system, PHYS_GAS_AUTO, ode, error);
     struct context *c = calloc(1, sizeof *c);
     *ode = (struct phys_ode){.context = c, .free = c ? release : NULL};
     if (!c || !(c->still = calloc(system->dof, sizeof *c->still)))

@@ -42,6 +42,16 @@ static void move(size_t n, double *x, double h, const double *rate)
         x[k] += h * rate[k];
 }
 
+/* Friction for a time h, half before and half after the kick: the step stays symmetric. */
+static void decay(const struct phys_stepper *s, double *p, double h)
+{
+    if (s->ode->friction == 0)
+        return;
+    double share = exp(-s->ode->friction * h);
+    for (size_t k = 0; k < s->n / 2; k++)
+        p[k] *= share;
+}
+
 static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *error)
 {
     const struct phys_kicks *c = s->integrator->coefficients;
@@ -58,7 +68,9 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
         if (c->kick[i] != 0) {
             if (force(s, t, s->next, s->work, error) != AD_OK)
                 return error->status;
+            decay(s, p, 0.5 * c->kick[i] * h);
             move(half, p, c->kick[i] * h, s->work);
+            decay(s, p, 0.5 * c->kick[i] * h);
         }
     }
     return AD_OK;
