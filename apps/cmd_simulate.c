@@ -12,7 +12,9 @@ static enum ad_status write_results(const struct simulate_run *run,
         simulate_file(run, result, outputs->file, error);
     if (outputs->csv.out)
         simulate_write_csv(run, result, outputs->csv.out);
-    if (outputs->plot.script)
+    if (outputs->plot.script && result->gas.on)
+        simulate_gas_picture(run, result, &outputs->plot, error);
+    else if (outputs->plot.script)
         simulate_picture(run, result, &outputs->plot);
     if (error->status == AD_OK)
         outputs_commit(outputs, error);

@@ -5,6 +5,7 @@
 #define APPS_SIMULATE_H
 
 #include "ephemeris_models.h"
+#include "gas_order.h"
 #include "json.h"
 #include "options.h"
 #include "plot.h"
@@ -31,7 +32,11 @@ struct simulate_trial {
     bool chosen;
 };
 
-enum { SIMULATE_TRIALS = 8 };
+enum {
+    SIMULATE_TRIALS = 8,
+    SIMULATE_FEW = 100 /* bodies; with more, what costs the square of their number is left out: the
+                          reference, the closest approach, momenta, the outlook */
+};
 
 /* A run made definite. */
 struct simulate_run {
@@ -49,6 +54,11 @@ struct simulate_run {
     size_t n_tried, chosen;
     struct ephemeris_errors tried[EPHEMERIS_MODELS];
 };
+
+static inline bool simulate_few(const struct simulate_run *run)
+{
+    return run->system.bodies <= SIMULATE_FEW;
+}
 
 /* Scene, parameters, integrator, start. Ends with simulate_free, whatever it returned. */
 enum ad_status simulate_setup(const struct simulate_options *options, struct simulate_run *run,
@@ -97,6 +107,7 @@ struct simulate_result {
     struct phys_totals start, end;
     bool has_totals;
     struct simulate_outlook outlook;
+    struct gas_orders gas;
 };
 
 /* Runs, measures, compares. Ends with simulate_result_free, whatever it returned. */

@@ -48,7 +48,7 @@ static void judge_energy(const struct simulate_run *run, struct simulate_result 
     double drift = result->info.energy_drift;
     char change[64] = "grows beyond all numbers";
     if (drift <= too_much || result->info.energy_start == 0 || (!isfinite(drift) && !complete) ||
-        !phys_keeps_energy(&run->system))
+        run->ode.friction != 0 || (simulate_few(run) && !phys_keeps_energy(&run->system)))
         return;
     if (isfinite(drift))
         snprintf(change, sizeof change, "changes by %.3g times its value", drift);
@@ -101,7 +101,7 @@ void simulate_outlook(const struct simulate_run *run, struct simulate_result *re
     struct simulate_outlook *outlook = &result->outlook;
     if (result->samples.n == 0)
         return; /* it did not begin */
-    if (!run->integrator->adaptive)
+    if (!run->integrator->adaptive && simulate_few(run))
         judge_steps(run, result);
     judge_energy(run, result, error->status == AD_OK);
     if (error->status == AD_OK && !isnan(run->options->horizon)) {

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SAMPLES = 1000 };
+enum { SAMPLES = 1000, SAMPLES_OF_MANY = 200 };
 
 static const double reference_tolerance = 1e-13;
 
@@ -86,7 +86,9 @@ static void choose_samples(const struct simulate_run *run, struct phys_simulatio
     else if (options->every != OPTION_NO_COUNT)
         settings->every = options->every;
     else
-        settings->n_samples = options->samples != OPTION_NO_COUNT ? options->samples : SAMPLES;
+        settings->n_samples = options->samples != OPTION_NO_COUNT ? options->samples
+                              : simulate_few(run)                 ? SAMPLES
+                                                                  : SAMPLES_OF_MANY;
 }
 
 static enum ad_status forward(const struct simulate_run *run, double *y, double *scale,
@@ -100,7 +102,7 @@ static enum ad_status forward(const struct simulate_run *run, double *y, double 
     if (ode->enter(ode->context, 0, run->q, run->v, y, error) != AD_OK ||
         simulate_settings(run, run->integrator, setting, ode, y, scale, &settings, error) !=
             AD_OK ||
-        phys_approach_new(ode, 0, y, &approach, error) != AD_OK)
+        (simulate_few(run) && phys_approach_new(ode, 0, y, &approach, error) != AD_OK))
         return error->status;
     choose_samples(run, &settings);
     progress_start(&w.progress, run->options->common.quiet);
@@ -109,11 +111,12 @@ static enum ad_status forward(const struct simulate_run *run, double *y, double 
     settings.sample = simulate_sample;
     settings.context = &result->samples;
     settings.watch_energy = true;
-    settings.events = phys_approach_events(approach);
-    settings.n_events = 1;
+    settings.events = approach ? phys_approach_events(approach) : NULL;
+    settings.n_events = approach ? 1 : 0;
     phys_simulate(&settings, ode, y, &result->info, error);
     progress_end(&w.progress);
-    result->closest = phys_approach_closest(approach);
+    if (approach)
+        result->closest = phys_approach_closest(approach);
     phys_approach_free(approach);
     if (result->samples.failed)
         ad_fail(error, AD_E_MEMORY, "out of memory for the samples");
@@ -220,8 +223,13 @@ enum ad_status simulate_run(const struct simulate_run *run, struct simulate_resu
     double *scale = y + n;
     if (forward(run, y, scale, result, error) == AD_OK && run->options->reverse)
         reverse(run, y, scale, result, error);
-    if (error->status == AD_OK && total(run, result, error) == AD_OK && !run->options->no_reference)
+    bool few = simulate_few(run);
+    if (error->status == AD_OK && few)
+        total(run, result, error);
+    if (error->status == AD_OK && few && !run->options->no_reference)
         compare(run, result, y, scale, error);
+    if (error->status == AD_OK)
+        simulate_gas(run, result, error);
     free(y);
     return error->status;
 }

@@ -80,6 +80,7 @@ void simulate_print(const struct simulate_run *run, const struct simulate_result
         row("closest approach", result->closest.distance, scene->unit);
         row("  at t =", result->closest.t, scene->time_unit);
     }
+    simulate_gas_print(run, &result->gas);
     simulate_outlook_print(run, &result->outlook);
     if (result->has_totals) {
         row("change of momentum", change(result->start.momentum, result->end.momentum), "1");
@@ -153,6 +154,7 @@ void simulate_print_json(const struct simulate_run *run, const struct simulate_r
     if (run->n_trials)
         json_trials(&json, run);
     simulate_ephemeris_json(&json, run, result);
+    simulate_gas_json(&json, &result->gas);
     simulate_outlook_json(&json, &result->outlook);
     json_text(&json, "stop", stop_name(info->stop));
     json_close(&json);
