@@ -61,7 +61,7 @@ HELP_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(filter-out $(wildcard tests/*/test_*.c
               $(wildcard tests/*.c tests/*/*.c)))
 FUZZ_SECONDS ?= 10
 PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/ops.def autodiff/optim.h physics/physics.h \
-              physics/horizons.h physics/integrate.h physics/stability.h hnn/hnn.h quantum/quantum.h)
+              physics/horizons.h physics/integrate.h physics/order.h physics/stability.h hnn/hnn.h quantum/quantum.h)
 
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
