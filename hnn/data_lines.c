@@ -59,6 +59,9 @@ enum ad_status hnn_lines_next(struct hnn_lines *lines, const char **start, const
                               struct ad_error *error)
 {
     size_t seen = 0; /* of this line, without an end */
+    *start = *stop = NULL;
+    if (!lines->buffer && fill(lines, error) != AD_OK)
+        return error->status;
     for (;;) {
         const char *from = lines->buffer + lines->at;
         size_t left = lines->n - lines->at;
@@ -70,7 +73,6 @@ enum ad_status hnn_lines_next(struct hnn_lines *lines, const char **start, const
             lines->line++;
             return AD_OK;
         }
-        *start = *stop = NULL;
         if (lines->ended)
             return AD_OK;
         seen = left;

@@ -1,0 +1,131 @@
+/* An allocation that fails anywhere while a data set is read or made gives a status, never a crash.
+   The linker sends the allocations of the library here; leaks are for the sanitizers to find. */
+#include "../../hnn/data.h"
+#include "../../physics/runfile.h"
+#include "../close.h"
+#include "../files.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static size_t calls, failing; /* the call that fails, counted from 1; 0: none */
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t n, size_t size);
+void *__real_realloc(void *old, size_t size);
+void *__real_aligned_alloc(size_t alignment, size_t size);
+void __real_free(void *block);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t n, size_t size);
+void *__wrap_realloc(void *old, size_t size);
+void *__wrap_aligned_alloc(size_t alignment, size_t size);
+void __wrap_free(void *block);
+
+static bool fails(void) { return ++calls == failing; }
+
+void *__wrap_malloc(size_t size) { return fails() ? NULL : __real_malloc(size); }
+void *__wrap_calloc(size_t n, size_t size) { return fails() ? NULL : __real_calloc(n, size); }
+void *__wrap_realloc(void *old, size_t size) { return fails() ? NULL : __real_realloc(old, size); }
+void *__wrap_aligned_alloc(size_t alignment, size_t size)
+{
+    return fails() ? NULL : __real_aligned_alloc(alignment, size);
+}
+void __wrap_free(void *block) { __real_free(block); }
+
+/* Runs a job with every allocation failing in turn; some it can do without. */
+static void assert_survives(enum ad_status (*job)(const char *file, struct ad_error *error),
+                            const char *file, size_t at_least)
+{
+    size_t refused = 0;
+    struct ad_error none = {0};
+    calls = 0;
+    assert_int_equal(job(file, &none), AD_OK);
+    for (size_t k = 1, all = calls; k <= all; k++) {
+        struct ad_error error = {0};
+        calls = 0;
+        failing = k;
+        enum ad_status status = job(file, &error);
+        failing = 0;
+        if (status != AD_OK && (status != AD_E_MEMORY || !strstr(error.message, "memory")))
+            fail_msg("allocation %zu: status %d, '%s'", k, status, error.message);
+        refused += status != AD_OK;
+    }
+    assert_true(refused > at_least);
+}
+
+static enum ad_status read_text(const char *file, struct ad_error *error)
+{
+    struct hnn_dataset d;
+    struct hnn_dataset_settings s = {.file = file,
+                                     .state = "o,v",
+                                     .time = "t",
+                                     .test_fraction = 0.4,
+                                     .split = HNN_SPLIT_TRIAL,
+                                     .rollout = 2};
+    hnn_dataset_read(&s, &d, error);
+    hnn_dataset_free(&d);
+    return error->status;
+}
+
+static void test_text(void **state)
+{
+    (void)state;
+    struct path file = files_write_text(
+        "text.txt", "# names\n%o v\n1 0 1 2\n1 1 2 3\n1 2 1 1\n2 0 1 1\n2 1 1 1\n2 2 3 1\n");
+    assert_survives(read_text, file.text, 20);
+}
+
+static enum ad_status read_hdf5(const char *file, struct ad_error *error)
+{
+    struct hnn_dataset d;
+    struct hnn_dataset_settings s = {.file = file, .test_file = file};
+    hnn_dataset_read(&s, &d, error);
+    hnn_dataset_free(&d);
+    return error->status;
+}
+
+static void test_hdf5(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"dpdt", "dqdt", "p", "q"};
+    double values[5] = {1, 2, 4, 8, 16};
+    struct path file = files_temporary("columns.h5");
+    struct ad_error error = {0};
+    phys_runfile *out;
+    assert_int_equal(phys_runfile_create(file.text, &out, &error), AD_OK);
+    for (size_t k = 0; k < 4; k++)
+        phys_runfile_write(out, names[k], AD_F64, 1, (size_t[]){5}, values);
+    phys_runfile_write(out, "all", AD_F64, 2, (size_t[]){1, 5}, values);
+    phys_runfile_text(out, "all", "axes", "coordinate, sample");
+    phys_runfile_text(out, "/", "columns", "q,p,dqdt,dpdt");
+    assert_int_equal(phys_runfile_commit(out, &error), AD_OK);
+    assert_survives(read_hdf5, file.text, 30);
+}
+
+static enum ad_status observe(const char *task, struct ad_error *error)
+{
+    struct hnn_observations o;
+    struct hnn_sampling s = hnn_task_find(task, error)->published;
+    s.trials = s.points = 2;
+    hnn_task_observe(hnn_task_find(task, error), &s, 1, &o, error);
+    hnn_observations_free(&o);
+    return error->status;
+}
+
+static void test_tasks(void **state)
+{
+    (void)state;
+    assert_survives(observe, "spring", 10);
+    assert_survives(observe, "threebody", 10);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_text),
+        cmocka_unit_test(test_hdf5),
+        cmocka_unit_test(test_tasks),
+    };
+    return cmocka_run_group_tests_name("failing allocations", tests, files_setup, files_teardown);
+}
