@@ -231,17 +231,27 @@ $(FUZZERS): $(BUILD)/%: $(BUILD)/%.o $(A)
 
 ROOT = $(DESTDIR)$(PREFIX)
 
+MAN1 = $(ROOT)/share/man/man1
+COMPLETIONS = $(ROOT)/share/bash-completion/completions
+
 install: all
-	install -d $(ROOT)/bin $(ROOT)/lib/pkgconfig
+	install -d $(ROOT)/bin $(ROOT)/lib/pkgconfig $(MAN1) $(COMPLETIONS)
 	install $(BUILD)/leastaction $(ROOT)/bin/
 	install -m 644 $(A) $(ROOT)/lib/
-	install $(SO) $(ROOT)/lib/libleastaction.so.0
+	install $(SO) $(ROOT)/lib/libleastaction.so.$(VERSION)
+	ln -sf libleastaction.so.$(VERSION) $(ROOT)/lib/libleastaction.so.0
 	ln -sf libleastaction.so.0 $(ROOT)/lib/libleastaction.so
 	for h in $(PUBLIC); do install -D -m 644 $$h $(ROOT)/include/leastaction/$$h; done
 	sed 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' scripts/leastaction.pc.in > $(ROOT)/lib/pkgconfig/leastaction.pc
+	$(BUILD)/leastaction manual > $(MAN1)/leastaction.1
+	for c in $$($(BUILD)/leastaction manual | sed -n 's/^\.BR leastaction.-\([a-z]*\).*/\1/p'); do \
+	    $(BUILD)/leastaction manual $$c > $(MAN1)/leastaction-$$c.1 || exit; \
+	done
+	$(BUILD)/leastaction completion > $(COMPLETIONS)/leastaction
 
 uninstall:
-	rm -f $(ROOT)/bin/leastaction $(ROOT)/lib/libleastaction.* $(ROOT)/lib/pkgconfig/leastaction.pc
+	rm -f $(ROOT)/bin/leastaction $(ROOT)/lib/libleastaction.* $(ROOT)/lib/pkgconfig/leastaction.pc \
+	    $(MAN1)/leastaction.1 $(MAN1)/leastaction-*.1 $(COMPLETIONS)/leastaction
 	rm -rf $(ROOT)/include/leastaction
 
 clean:

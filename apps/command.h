@@ -20,7 +20,14 @@ struct command {
 };
 
 extern const struct command command_scenes, command_path, command_simulate, command_check,
-    command_chart, command_dump, command_train, command_dataset;
+    command_chart, command_dump, command_train, command_dataset, command_manual,
+    command_completion;
+
+/* All of them, in the order of --help; NULL at the end. */
+extern const struct command *const commands[];
+
+/* The one of this name; an AD_E_ARGUMENT suggests the nearest, and is returned as NULL. */
+const struct command *command_find(const char *name, struct ad_error *error);
 
 /* The exit status that an error of the library stands for. */
 int command_status(const struct ad_error *error);

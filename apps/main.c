@@ -1,54 +1,18 @@
 /* The command `leastaction`: finds the subcommand, parses its options, prints its error. */
 #include "command.h"
-#include "../physics/physics.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-static const struct command *const commands[] = {
-    &command_scenes, &command_path, &command_simulate, &command_check,
-    &command_chart,  &command_dump, &command_train,    &command_dataset,
-};
-
-enum { N_COMMANDS = sizeof commands / sizeof *commands };
-
-int command_status(const struct ad_error *error)
-{
-    switch (error->status) {
-    case AD_OK:
-        return DONE;
-    case AD_E_NONFINITE:
-    case AD_E_MEMORY:
-    case AD_E_ACCURACY:
-        return NOT_REACHED;
-    default:
-        return WRONG_USE;
-    }
-}
-
 static void help(void)
 {
     puts("leastaction SUBCOMMAND [options]\n\n"
          "Paths of stationary action, from a Lagrangian written once.\n");
-    for (size_t k = 0; k < N_COMMANDS; k++)
+    for (size_t k = 0; commands[k]; k++)
         printf("  %-10s %s\n", commands[k]->line.name, commands[k]->line.what);
     puts("\nleastaction SUBCOMMAND --help lists its options; leastaction --version the version.\n"
          "Exit status: 0 done; 1 ran, but did not reach what was asked; 2 wrong use or bad input.");
-}
-
-static int unknown(const char *name)
-{
-    const char *names[N_COMMANDS], *nearest;
-    for (size_t k = 0; k < N_COMMANDS; k++)
-        names[k] = commands[k]->line.name;
-    nearest = phys_nearest(name, N_COMMANDS, names);
-    if (nearest)
-        fprintf(stderr, "leastaction: unknown subcommand '%s'; did you mean '%s'?\n", name,
-                nearest);
-    else
-        fprintf(stderr, "leastaction: unknown subcommand '%s'; --help lists them\n", name);
-    return WRONG_USE;
 }
 
 /* Appends a word as a shell would have to read it. */
@@ -134,13 +98,14 @@ int main(int argc, char *argv[])
         puts("leastaction " LEASTACTION_VERSION);
         return finish(DONE);
     }
-    for (size_t k = 0; k < N_COMMANDS; k++)
-        if (strcmp(argv[1], commands[k]->line.name) == 0) {
-            struct ad_error error = {0};
-            int status = run(commands[k], argc, argv, &error);
-            if (error.status != AD_OK)
-                fprintf(stderr, "leastaction %s: %s\n", argv[1], error.message);
-            return finish(status);
-        }
-    return unknown(argv[1]);
+    struct ad_error error = {0};
+    const struct command *command = command_find(argv[1], &error);
+    if (!command) {
+        fprintf(stderr, "leastaction: %s\n", error.message);
+        return WRONG_USE;
+    }
+    int status = run(command, argc, argv, &error);
+    if (error.status != AD_OK)
+        fprintf(stderr, "leastaction %s: %s\n", argv[1], error.message);
+    return finish(status);
 }

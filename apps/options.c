@@ -30,12 +30,12 @@ static const struct option outputs[] = {
 
 /* ---- the rows of a command line: its own, then the common ones ---- */
 
-static size_t n_rows(const struct command_line *line)
+size_t options_rows(const struct command_line *line)
 {
     return line->n_options + COUNT(general) + (line->outputs ? COUNT(outputs) : 0);
 }
 
-static const struct option *row(const struct command_line *line, size_t k)
+const struct option *options_row(const struct command_line *line, size_t k)
 {
     if (k < line->n_options)
         return &line->options[k];
@@ -47,9 +47,10 @@ static const struct option *row(const struct command_line *line, size_t k)
 
 static const struct option *find(const struct command_line *line, const char *name, size_t length)
 {
-    for (size_t k = 0; k < n_rows(line); k++)
-        if (strlen(row(line, k)->name) == length && strncmp(row(line, k)->name, name, length) == 0)
-            return row(line, k);
+    for (size_t k = 0; k < options_rows(line); k++)
+        if (strlen(options_row(line, k)->name) == length &&
+            strncmp(options_row(line, k)->name, name, length) == 0)
+            return options_row(line, k);
     return NULL;
 }
 
@@ -59,8 +60,8 @@ static enum ad_status unknown(const struct command_line *line, const char *name,
     const char *names[64], *nearest;
     char given[64];
     size_t n = 0;
-    for (; n < n_rows(line) && n < COUNT(names); n++)
-        names[n] = row(line, n)->name;
+    for (; n < options_rows(line) && n < COUNT(names); n++)
+        names[n] = options_row(line, n)->name;
     snprintf(given, sizeof given, "%.*s", (int)length, name);
     nearest = phys_nearest(given, n, names);
     if (nearest)
@@ -227,8 +228,8 @@ enum ad_status options_parse(const struct command_line *line, int argc, char *co
 {
     struct common *common = values;
     enum ad_status status = AD_OK;
-    for (size_t k = 0; k < n_rows(line); k++)
-        store_default(row(line, k), values);
+    for (size_t k = 0; k < options_rows(line); k++)
+        store_default(options_row(line, k), values);
     for (int k = 0; k < argc && status == AD_OK; k++) {
         if (strcmp(argv[k], "-h") == 0)
             common->help = true;
@@ -247,10 +248,10 @@ enum ad_status options_parse(const struct command_line *line, int argc, char *co
 
 void options_free(const struct command_line *line, void *values)
 {
-    for (size_t k = 0; k < n_rows(line); k++) {
-        if (row(line, k)->kind != OPTION_SETTINGS)
+    for (size_t k = 0; k < options_rows(line); k++) {
+        if (options_row(line, k)->kind != OPTION_SETTINGS)
             continue;
-        struct settings *settings = (void *)((char *)values + row(line, k)->offset);
+        struct settings *settings = (void *)((char *)values + options_row(line, k)->offset);
         for (size_t s = 0; s < settings->n; s++)
             free(settings->setting[s].name);
         free(settings->setting);
@@ -277,10 +278,10 @@ void options_help(const struct command_line *line, FILE *out)
     for (size_t k = 0; k < COUNT(line->arguments) && line->arguments[k]; k++)
         fprintf(out, " %s", line->arguments[k]);
     fprintf(out, " [options]\n\n%s\n\n", line->what);
-    for (size_t k = 0; k < n_rows(line); k++) {
+    for (size_t k = 0; k < options_rows(line); k++) {
         if (k > 0 && k == line->n_options)
             fputc('\n', out);
-        help_row(row(line, k), out);
+        help_row(options_row(line, k), out);
     }
     if (line->more)
         fprintf(out, "\n%s\n", line->more);

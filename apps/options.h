@@ -65,6 +65,10 @@ enum ad_status options_parse(const struct command_line *line, int argc, char *co
                              void *values, struct ad_error *error);
 void options_free(const struct command_line *line, void *values);
 
+/* The rows of a command line: its own, then those that every subcommand takes. */
+size_t options_rows(const struct command_line *line);
+const struct option *options_row(const struct command_line *line, size_t k);
+
 /* The text of --help. */
 void options_help(const struct command_line *line, FILE *out);
 
