@@ -201,7 +201,7 @@ lint:
 	@scripts/lint $(BUILD)
 
 format:
-	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff physics physics/scenes physics/integrators hnn quantum apps tests tests/*))
+	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff physics physics/* hnn quantum apps tests tests/* tests/apps/scenes docs/examples))
 
 sanitize:
 	@ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1 \

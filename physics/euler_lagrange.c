@@ -18,6 +18,7 @@ struct phys_motion {
     ad_var mass, force;       /* M [dof x dof], right side [dof x 1] */
     ad_program *mass_program; /* NULL once M is known for good */
     ad_program *force_program;
+    bool diagonal;      /* M has no other entries; they are then the first row of factor */
     double *M, *factor; /* [dof x dof] each; factor is what the solver destroys */
 };
 
@@ -70,12 +71,31 @@ static enum ad_status record(phys_motion *m, struct ad_error *error)
     return AD_OK;
 }
 
+static bool is_diagonal(size_t n, const double *M)
+{
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++)
+            if (i != j && M[i * n + j] != 0)
+                return false;
+    return true;
+}
+
+/* M has been evaluated. */
+static void note_diagonal(phys_motion *m)
+{
+    size_t n = m->system->dof;
+    m->diagonal = is_diagonal(n, m->M);
+    for (size_t k = 0; k < n && m->diagonal; k++)
+        m->factor[k] = m->M[k * n + k];
+}
+
 static void keep_constant_mass(phys_motion *m)
 {
     if (ad_program_info(m->mass_program).instructions > 0)
         return;
     ad_run(m->mass_program);
     ad_get(m->mass_program, m->mass, m->M);
+    note_diagonal(m);
     ad_program_free(m->mass_program);
     m->mass_program = NULL;
 }
@@ -125,27 +145,18 @@ static void set_state(phys_motion *m, ad_program *program, const double *q, cons
     ad_set(program, m->t, &t);
 }
 
-static bool is_diagonal(size_t n, const double *M)
-{
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < n; j++)
-            if (i != j && M[i * n + j] != 0)
-                return false;
-    return true;
-}
-
 /* b becomes the solution of M a = b; returns 0, or 1 + the coordinate of a zero pivot. */
 static size_t solve(phys_motion *m, double *b)
 {
     size_t n = m->system->dof;
-    if (!is_diagonal(n, m->M)) {
+    if (!m->diagonal) {
         memcpy(m->factor, m->M, n * n * sizeof *m->M);
         return (size_t)ad_blas_solve(n, m->factor, b);
     }
     for (size_t k = 0; k < n; k++) {
-        if (m->M[k * n + k] == 0)
+        if (m->factor[k] == 0)
             return k + 1;
-        b[k] /= m->M[k * n + k];
+        b[k] /= m->factor[k];
     }
     return 0;
 }
@@ -170,6 +181,7 @@ enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, co
         set_state(m, m->mass_program, q, v, t);
         ad_run(m->mass_program);
         ad_get(m->mass_program, m->mass, m->M);
+        note_diagonal(m);
     }
     size_t singular = solve(m, a);
     if (singular > m->system->dof)

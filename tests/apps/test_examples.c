@@ -1,0 +1,157 @@
+/* The Lagrangians of docs/examples, built as a reader would build them: each checks, and moves as
+   its closed form says. */
+#include "../close.h"
+#include "../files.h"
+#include "shell.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PI 3.14159265358979323846
+
+static void build(const char *name)
+{
+    shell_clean();
+    assert_int_equal(
+        shell("${CC:-cc} -std=c11 -D_XOPEN_SOURCE=700 -Wall -Wextra -Wpedantic -Werror -shared "
+              "-fPIC -I$ROOT $ROOT/docs/examples/%s.c -o %s.so",
+              name, name),
+        0);
+    assert_int_equal(shell("$LA check ./%s.so", name), 0);
+}
+
+/* Runs a command line that writes CSV to `file` and reads row `row` (-1: the last) after the
+   header; returns the number of columns. */
+static size_t row_of(const char *file, int row, double *to, size_t most)
+{
+    FILE *in = fopen(shell_path(file), "r");
+    static char line[1 << 16], kept[1 << 16];
+    size_t n = 0;
+    assert_non_null(in);
+    assert_non_null(fgets(line, sizeof line, in)); /* header */
+    for (int k = 0; fgets(line, sizeof line, in); k++)
+        if (row < 0 || k == row)
+            memcpy(kept, line, sizeof kept);
+    fclose(in);
+    for (char *at = kept, *end; n < most; at = end + 1) {
+        to[n++] = strtod(at, &end);
+        if (*end != ',')
+            break;
+    }
+    return n;
+}
+
+/* The last sample of `simulate NAME.so OPTIONS`: t, coordinates, velocities. */
+static void end_of(const char *name, const char *options, double *to, size_t n)
+{
+    assert_int_equal(shell("$LA simulate ./%s.so %s --integrator dop853 --no-reference --samples 4 "
+                           "--csv end.csv --quiet",
+                           name, options),
+                     0);
+    assert_int_equal(row_of("end.csv", -1, to, n), n);
+}
+
+/* After a turn the charge is back; no gauge shows in the motion, nor, by a rule that integrates
+   the gauge term exactly, in the path. */
+static void test_magnetic(void **state)
+{
+    (void)state;
+    double end[5];
+    char options[80];
+    build("magnetic");
+    snprintf(options, sizeof options, "--time %.17g --set gauge=0.9", PI);
+    end_of("magnetic", options, end, 5);
+    assert_close(end[1], 1, 0, 1e-8);
+    assert_close(end[2], 0, 0, 1e-8);
+    assert_int_equal(
+        shell("$LA path ./magnetic.so --rule midpoint --set gauge=0.2 --csv a.csv --quiet"), 0);
+    assert_int_equal(
+        shell("$LA path ./magnetic.so --rule midpoint --set gauge=0.9 --csv b.csv --quiet"), 0);
+    for (int slice = 0; slice < 99; slice++) {
+        double a[2], b[2];
+        assert_int_equal(row_of("a.csv", slice, a, 2), 2);
+        assert_int_equal(row_of("b.csv", slice, b, 2), 2);
+        assert_close(a[0], b[0], 0, 1e-12);
+        assert_close(a[1], b[1], 0, 1e-12);
+    }
+}
+
+static void test_relativistic(void **state)
+{
+    (void)state;
+    double end[3];
+    build("relativistic");
+    end_of("relativistic", "--time 50 --tol 1e-11", end, 3);
+    assert_close(end[1], sqrt(1 + 50.0 * 50) - 1, 1e-9, 0);
+    assert_close(end[2], 50 / sqrt(1 + 50.0 * 50), 1e-9, 0);
+}
+
+/* Kapitza: a w against sqrt(2 g l) = 4.43. */
+static void test_driven(void **state)
+{
+    (void)state;
+    double end[3];
+    build("driven");
+    for (int k = 1; k <= 20; k++) {
+        char options[80];
+        snprintf(options, sizeof options, "--time %g --set w=60", 0.5 * k);
+        end_of("driven", options, end, 3);
+        assert_true(fabs(end[1] - PI) < 0.3);
+    }
+    end_of("driven", "--time 2 --set w=30", end, 3);
+    assert_true(fabs(end[1] - PI) > 0.5);
+}
+
+/* A small swing about the tilted rest comes back after 2 pi/(w sin theta). */
+static void test_hoop(void **state)
+{
+    (void)state;
+    const double rest = acos(9.81 / 25);
+    double end[3];
+    char options[80];
+    build("hoop");
+    snprintf(options, sizeof options, "--time %.17g --tol 1e-12", 2 * PI / (5 * sin(rest)));
+    end_of("hoop", options, end, 3);
+    assert_close(end[1] - rest, 1e-4, 1e-5, 0);
+    assert_close(end[2], 0, 0, 1e-7);
+}
+
+/* The lowest mode of a thousand masses is back after its period, every mass of it. */
+static void test_chain(void **state)
+{
+    (void)state;
+    static double end[2001];
+    char options[80];
+    build("chain");
+    snprintf(options, sizeof options, "--time %.17g", PI / sin(PI / 2002));
+    end_of("chain", options, end, 2001);
+    for (int k = 1; k <= 1000; k++)
+        assert_close(end[k], sin(PI * k / 1001), 0, 1e-9);
+}
+
+static void test_torus(void **state)
+{
+    (void)state;
+    double end[5];
+    build("torus");
+    end_of("torus", "--time 40 --tol 1e-11", end, 5);
+    double from_axis = 2 + cos(end[2]);
+    assert_close(from_axis * from_axis * end[3], 9 * 0.25, 1e-9, 0);
+    assert_close(hypot(from_axis * end[3], end[4]), hypot(3 * 0.25, 0.7), 1e-9, 0);
+    assert_int_equal(shell("$LA path ./torus.so --rule gauss3 --json"), 0);
+    const char *error = strstr(shell_last_line(), "\"max_error\": ");
+    assert_non_null(error);
+    assert_true(strtod(error + strlen("\"max_error\": "), NULL) < 1e-10);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_magnetic), cmocka_unit_test(test_relativistic),
+        cmocka_unit_test(test_driven),   cmocka_unit_test(test_hoop),
+        cmocka_unit_test(test_chain),    cmocka_unit_test(test_torus),
+    };
+    return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
+}
