@@ -27,6 +27,9 @@ int chart_paths(const struct chart_settings *settings, struct ad_error *error);
 /* Models of the inner planets against Horizons tables, from the published one on: ephemeris.csv and
    its picture. */
 int chart_ephemeris(const struct chart_settings *settings, struct ad_error *error);
+/* Seconds a step of the gas against its bodies, with all and with near pairs, in gas.csv; order
+   against temperature in gas-order.csv; one picture of both. */
+int chart_gas(const struct chart_settings *settings, struct ad_error *error);
 
 /* ---- files of a chart (chart_files.c) ---- */
 

@@ -20,6 +20,7 @@ static const struct chart {
     {"integrators", chart_integrators},
     {"paths", chart_paths},
     {"ephemeris", chart_ephemeris},
+    {"gas", chart_gas},
 };
 
 enum { N_CHARTS = sizeof charts / sizeof *charts };
@@ -73,7 +74,8 @@ static const struct option table[] = {
 
 const struct command command_chart = {
     .line = {.name = "chart",
-             .what = "speed against accuracy, measured: gradients, integrators, paths, ephemeris",
+             .what =
+                 "speed against accuracy, measured: gradients, integrators, paths, ephemeris, gas",
              .arguments = {"KIND"},
              .options = table,
              .n_options = sizeof table / sizeof *table},

@@ -12,7 +12,7 @@
 #include <string.h>
 
 enum {
-    FEW = 40,         /* bodies; fewer are faster with all pairs: leastaction chart gas */
+    FEW = 30,         /* bodies; fewer are faster with all pairs: leastaction chart gas */
     MOST_UNCUT = 4096 /* bodies whose pairs all fit in memory */
 };
 

@@ -58,7 +58,7 @@ static void test_pictures(void **state)
     assert_int_equal(shell("$LA simulate gas --integrator verlet --time 4 --plot a.png"), 0);
     assert_int_equal(shell("$LA chart gas --quick --out . --json"), 0);
     assert_non_null(strstr(shell_last_line(), "\"crossover\": "));
-    assert_int_equal(shell_files(), 4); /* a.gif a.png gas.csv gas.svg */
+    assert_int_equal(shell_files(), 5); /* a.gif a.png gas.csv gas-order.csv gas.svg */
 }
 
 static void test_refusals(void **state)
