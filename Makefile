@@ -67,7 +67,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests test check demo charts peers hnn-table bench lint format sanitize test-o1 fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests test check demo charts peers hnn-table bench lint format sanitize test-o1 mutants fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -88,6 +88,7 @@ help:
 	@echo '  format     clang-format everything'
 	@echo '  sanitize   every test under ASan and UBSan'
 	@echo '  test-o1    tests of the tape with kernels compiled plainly: the oracle'
+	@echo '  mutants    a flipped sign in any gradient rule must fail a test'
 	@echo '  fuzz       readers of files against libFuzzer (clang), FUZZ_SECONDS=10 each'
 	@echo '  install uninstall clean'
 
@@ -209,6 +210,9 @@ sanitize:
 
 test-o1:
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 TEST_DIRS=tests/autodiff check
+
+mutants: $(A)
+	@CC=$(CC) scripts/mutants $(BUILD)
 
 # The library is instrumented too, so that the fuzzer sees which bytes lead where.
 fuzz:
