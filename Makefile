@@ -30,8 +30,8 @@ MATH = -fno-math-errno -fno-trapping-math $(if $(CLANG),$(if $(X86),-fveclib=lib
 ifdef SAN
 SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
 endif
-PKG_CFLAGS := $(patsubst -I%,-isystem %,$(filter-out -I/usr/include/$(MACHINE),$(shell pkg-config --cflags hdf5 openblas lapacke 2>/dev/null)))
-PKG_LIBS   := $(shell pkg-config --libs hdf5 openblas lapacke 2>/dev/null)
+PKG_CFLAGS := $(patsubst -I%,-isystem %,$(filter-out -I/usr/include/$(MACHINE),$(shell pkg-config --cflags hdf5 openblas lapacke libpng 2>/dev/null)))
+PKG_LIBS   := $(shell pkg-config --libs hdf5 openblas lapacke libpng 2>/dev/null)
 ALL_CFLAGS = -std=c11 -D_XOPEN_SOURCE=700 -I. $(PKG_CFLAGS) $(WARN) -fPIC -fopenmp $(MATH) \
              $(if $(X86),,-DAD_ONLY_BASE) $(CFLAGS) $(SANITIZE)
 LIBS = $(PKG_LIBS) -lm -ldl
@@ -61,7 +61,7 @@ HELP_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(filter-out $(wildcard tests/*/test_*.c
               $(wildcard tests/*.c tests/*/*.c)))
 FUZZ_SECONDS ?= 10
 PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/ops.def autodiff/optim.h physics/physics.h \
-              physics/horizons.h physics/integrate.h physics/order.h physics/stability.h hnn/hnn.h quantum/quantum.h)
+              physics/horizons.h physics/integrate.h physics/order.h physics/stability.h hnn/hnn.h hnn/pixels.h quantum/quantum.h)
 
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so

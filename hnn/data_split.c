@@ -31,8 +31,7 @@ size_t hnn_roles_usable(const struct hnn_dataset_settings *settings, struct hnn_
     return usable;
 }
 
-/* Every one of `left` is chosen with the chance that makes `wanted` of them in the end. */
-static bool select_one(struct phys_random *random, size_t *wanted, size_t *left)
+bool hnn_select(struct phys_random *random, size_t *wanted, size_t *left)
 {
     bool chosen = phys_random_uniform(random) * (double)*left < (double)*wanted;
     *wanted -= chosen;
@@ -59,7 +58,7 @@ static void split_random(struct hnn_table *table, struct phys_random *random, si
                          size_t wanted)
 {
     for (size_t i = 0; i < table->rows; i++)
-        if (table->role[i] == HNN_TRAIN && select_one(random, &wanted, &usable))
+        if (table->role[i] == HNN_TRAIN && hnn_select(random, &wanted, &usable))
             table->role[i] = HNN_TEST;
 }
 
@@ -69,7 +68,7 @@ static void split_trials(struct hnn_table *table, struct phys_random *random, si
     bool test = false;
     for (size_t i = 0; i < table->rows; i++) {
         if (hnn_table_begins(table, i))
-            test = select_one(random, &wanted, &trials);
+            test = hnn_select(random, &wanted, &trials);
         if (test && table->role[i] == HNN_TRAIN)
             table->role[i] = HNN_TEST;
     }

@@ -61,6 +61,10 @@ static inline enum ad_status hnn_tape_status(const ad_tape *tape, struct ad_erro
 enum ad_status hnn_find(const char *what, const char *name, const char *const names[],
                         size_t *index, struct ad_error *error);
 
+/* Whether the next of `left` is one of the `wanted`: each with the chance that makes exactly so
+   many of them in the end (data_split.c). */
+bool hnn_select(struct phys_random *random, size_t *wanted, size_t *left);
+
 enum ad_status hnn_activation_find(const char *name, const struct hnn_activation **activation,
                                    struct ad_error *error);
 /* AD_E_ARGUMENT says what is out of range or at odds. */

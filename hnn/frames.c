@@ -1,0 +1,73 @@
+/* Frames in memory, and which of their pairs are for the test. */
+#include "frames.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum ad_status hnn_frames_new(struct hnn_frames *f, size_t trajectories, size_t frames,
+                              size_t height, size_t width, struct ad_error *error)
+{
+    *f = (struct hnn_frames){
+        .trajectories = trajectories, .frames = frames, .height = height, .width = width};
+    size_t room = SIZE_MAX / sizeof *f->pixels, each[] = {trajectories, frames, height, width};
+    for (size_t k = 0; k < LENGTH(each); k++)
+        room /= each[k] ? each[k] : 1;
+    size_t n = trajectories * frames;
+    f->pixels = room ? malloc(n * height * width * sizeof *f->pixels) : NULL;
+    return f->pixels
+               ? AD_OK
+               : ad_fail(error, AD_E_MEMORY, "out of memory for %zu x %zu frames of %zu x %zu",
+                         trajectories, frames, height, width);
+}
+
+enum ad_status hnn_frames_new_motion(struct hnn_frames *f, struct ad_error *error)
+{
+    size_t n = f->trajectories * f->frames;
+    f->angle = malloc(n * sizeof *f->angle);
+    f->speed = malloc(n * sizeof *f->speed);
+    return f->angle && f->speed ? AD_OK : ad_fail(error, AD_E_MEMORY, "out of memory");
+}
+
+void hnn_frames_free(struct hnn_frames *f)
+{
+    free(f->pixels);
+    free(f->angle);
+    free(f->speed);
+    *f = (struct hnn_frames){0};
+}
+
+enum ad_status hnn_frames_split(const struct hnn_frames *f, double fraction, uint64_t seed,
+                                struct hnn_split_pairs *pairs, struct ad_error *error)
+{
+    *pairs = (struct hnn_split_pairs){0};
+    if (!(fraction >= 0 && fraction < 1))
+        return ad_fail(error, AD_E_ARGUMENT, "a test fraction is at least 0 and under 1, not %g",
+                       fraction);
+    size_t wanted = (size_t)llround(fraction * (double)f->trajectories), left = f->trajectories;
+    if (wanted == left || (wanted == 0 && fraction > 0))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "a test fraction of %g of %zu trajectories leaves none %s", fraction, left,
+                       wanted ? "to train on" : "for the test");
+    size_t each = f->frames - 2, train = 0, test = (left - wanted) * each;
+    pairs->n_train = test;
+    pairs->n_test = wanted * each;
+    pairs->train = malloc(left * each * sizeof *pairs->train);
+    if (!pairs->train)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    pairs->test = pairs->train + test;
+    struct phys_random random;
+    phys_random_seed(&random, seed);
+    for (size_t i = 0; i < f->trajectories; i++) {
+        size_t *to = hnn_select(&random, &wanted, &left) ? &test : &train;
+        for (size_t k = 0; k < each; k++)
+            pairs->train[(*to)++] = i * f->frames + k;
+    }
+    return AD_OK;
+}
+
+void hnn_split_pairs_free(struct hnn_split_pairs *pairs)
+{
+    free(pairs->train);
+    *pairs = (struct hnn_split_pairs){0};
+}
