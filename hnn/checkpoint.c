@@ -58,6 +58,10 @@ static void write_settings(const hnn_model *model, phys_runfile *file)
     phys_runfile_integer(file, "/", "separable", s->separable, NULL);
     phys_runfile_integer(file, "/", "dissipation", s->dissipation, NULL);
     phys_runfile_text(file, "/", "seed", seed);
+    if (s->pixels) {
+        phys_runfile_integer(file, "/", "pixels", (int64_t)s->pixels, NULL);
+        phys_runfile_integer(file, "/", "autoencoder", (int64_t)s->autoencoder, NULL);
+    }
 }
 
 void hnn_model_write(const hnn_model *model, phys_runfile *file, const char *command)
@@ -121,6 +125,13 @@ static size_t read_count(const struct reading *r, const char *name, size_t most)
     return failed(r) ? 0 : (size_t)value;
 }
 
+static bool has(const struct reading *r, const char *name)
+{
+    double value;
+    struct ad_error none = {0};
+    return phys_runfile_get(r->file, "/", name, &value, &none) == AD_OK;
+}
+
 static size_t read_choice(const struct reading *r, const struct choice *choice)
 {
     char *text = read_text(r, choice->name);
@@ -179,6 +190,10 @@ static void read_settings(const struct reading *r, struct hnn_settings *s)
     char *seed = read_text(r, "seed");
     s->seed = seed ? strtoull(seed, NULL, 10) : 0;
     free(seed);
+    if (has(r, "pixels")) {
+        s->pixels = read_count(r, "pixels", 1 << 20);
+        s->autoencoder = read_count(r, "autoencoder", 1 << 20);
+    }
 }
 
 static void read_block(const struct reading *r, hnn_model *model, const struct hnn_block *b,

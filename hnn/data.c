@@ -146,8 +146,8 @@ static enum ad_status allocate(struct hnn_dataset *dataset, struct part part[2],
         part[k].target = at + components * part[k].n;
         at += numbers * part[k].n;
     }
-    dataset->train = (struct hnn_samples){part[0].n, part[0].x, part[0].target};
-    dataset->test = (struct hnn_samples){part[1].n, part[1].x, part[1].target};
+    dataset->train = (struct hnn_samples){.n = part[0].n, .x = part[0].x, .target = part[0].target};
+    dataset->test = (struct hnn_samples){.n = part[1].n, .x = part[1].x, .target = part[1].target};
     return AD_OK;
 }
 

@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-static ad_var block(const hnn_model *model, ad_var parameters, size_t k)
+ad_var hnn_record_block(const hnn_model *model, ad_var parameters, size_t k)
 {
     const struct hnn_block *b = &model->block[k];
     return ad_reshape(ad_slice_cols(parameters, b->offset, b->rows * b->cols), b->rows, b->cols);
@@ -17,10 +17,10 @@ static ad_var network(const hnn_model *model, const struct hnn_net *net, ad_var 
     size_t layers = model->settings.layers, k = net->block;
     ad_var h = net->inputs < ad_rows(x) ? ad_slice_rows(x, net->first, net->inputs) : x;
     for (size_t layer = 0; layer + 1 < layers; layer++, k += 2) {
-        ad_var z = ad_matmul(block(model, parameters, k), false, h, false);
-        h = model->activation->record(ad_add(z, block(model, parameters, k + 1)));
+        ad_var z = ad_matmul(hnn_record_block(model, parameters, k), false, h, false);
+        h = model->activation->record(ad_add(z, hnn_record_block(model, parameters, k + 1)));
     }
-    return ad_matmul(block(model, parameters, k), false, h, false);
+    return ad_matmul(hnn_record_block(model, parameters, k), false, h, false);
 }
 
 /* 1/values, or values, as a constant column. */

@@ -53,10 +53,16 @@ struct hnn_settings {
     enum ad_type precision; /* of the parameters, and of training */
     enum hnn_start start;
     uint64_t seed;
+    /* Of what is observed in place of states, such as two frames; an autoencoder finds the state.
+       0: states are observed. */
+    size_t pixels;
+    size_t autoencoder; /* width of its hidden layers */
 };
 
 /* As published: 200 and 200 units, tanh, orthogonal, symplectic, f32, seed 0. */
 struct hnn_settings hnn_defaults(enum hnn_kind kind, size_t dof);
+/* The same on a latent q and p behind an autoencoder 200 wide. */
+struct hnn_settings hnn_pixel_defaults(enum hnn_kind kind, size_t pixels);
 
 /* Names as on the command line and in files; NULL-terminated, in the order of the enums. */
 extern const char *const hnn_kinds[], *const hnn_field_types[], *const hnn_starts[],
@@ -84,7 +90,8 @@ void hnn_model_set_parameters(hnn_model *model, const void *parameters);
 
 /* One matrix or vector of the parameters: "linear1.weight" [out x in], "linear1.bias" [out x 1];
    "kinetic.", "potential." or "dissipation." stand before where there are several networks. The
-   last map has no bias. */
+   last map has no bias. Behind an autoencoder all these begin with "hnn."; its own maps are
+   "autoencoder.linear1" to "autoencoder.linear4", which encode, and 5 to 8, which decode. */
 struct hnn_block {
     char name[40];
     bool bias;
@@ -132,6 +139,17 @@ enum ad_status hnn_model_evaluate(hnn_model *model, size_t samples, const double
    symplectic, with kick and drift where H separates. The model must outlive it. */
 enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_error *error);
 
+/* ---- the autoencoder of a model of pixels (its x above is the latent state) ---- */
+
+/* On a tape: states [2n x samples] of observations [pixels x samples], and back. */
+ad_var hnn_record_encode(const hnn_model *model, ad_var parameters, ad_var pixels);
+ad_var hnn_record_decode(const hnn_model *model, ad_var parameters, ad_var x);
+/* The same for arrays. AD_E_ARGUMENT: the model has none. */
+enum ad_status hnn_model_encode(const hnn_model *model, size_t samples, const double *pixels,
+                                double *x, struct ad_error *error);
+enum ad_status hnn_model_decode(const hnn_model *model, size_t samples, const double *x,
+                                double *pixels, struct ad_error *error);
+
 /* ---- files (HDF5, readable with h5py; written whole or not at all) ---- */
 
 /* `command` is kept as an attribute; NULL: none. */
@@ -143,10 +161,15 @@ enum ad_status hnn_model_load(const char *file, hnn_model **model, struct ad_err
 /* ---- training ---- */
 
 /* What to learn from: states x [2n x n] and rates [2n x n]; or, for the loss on rollouts of K
-   steps, targets [K*2n x n], rows (k-1)*2n ... being the state k steps of dt after x. */
+   steps, targets [K*2n x n], rows (k-1)*2n ... being the state k steps of dt after x.
+   Models of pixels learn from frames that lie one behind the other, each of `frame` pixels: sample
+   k is the observation that begins with frame first[k], its target the one a frame later. */
 struct hnn_samples {
     size_t n;
     const double *x, *target;
+    const float *frames;
+    const size_t *first; /* [n] */
+    size_t frame;
 };
 
 struct hnn_optimiser;
@@ -186,6 +209,8 @@ struct hnn_training {
 };
 /* As published: adam, constant, 2000 steps, full batch, rate 1e-3, weight decay 1e-4. */
 struct hnn_training hnn_training_defaults(void);
+/* The same for models of pixels: 10000 steps of batches of 200, weight decay 1e-5, every 200. */
+struct hnn_training hnn_pixel_training_defaults(void);
 
 enum hnn_stop {
     HNN_STOP_STEPS = 1,   /* all steps taken */
@@ -202,7 +227,8 @@ struct hnn_row {
 };
 
 /* A model, what it learns from, and all that a next step depends on. The loss is the mean square
-   of (field - rate) over components and samples, or of the states along rollouts. Model, samples
+   of (field - rate) over components and samples, or of the states along rollouts; of models of
+   pixels, where x is the latent state and rates are per frame, see train_pixels.c. Model, samples
    and settings are kept by reference, samples only until this returns. `test` may have n 0. */
 enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *training,
                                const struct hnn_samples *train, const struct hnn_samples *test,

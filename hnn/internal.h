@@ -9,7 +9,8 @@
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
 enum { HNN_NETS_MOST = 3, HNN_NOTES_MOST = 16 };
-enum { HNN_BLOCKS_MOST = HNN_NETS_MOST * 2 * HNN_LAYERS_MOST };
+enum { HNN_CODER_LAYERS = 4 };
+enum { HNN_BLOCKS_MOST = HNN_NETS_MOST * 2 * HNN_LAYERS_MOST + 2 * 2 * HNN_CODER_LAYERS };
 
 /* One multilayer perceptron of a model: it reads rows first ... first+inputs-1 of the state. */
 struct hnn_net {
@@ -31,6 +32,7 @@ struct hnn_model {
     const struct hnn_activation *activation;
     size_t n_nets, n_blocks, size;
     struct hnn_net net[HNN_NETS_MOST];
+    size_t encoder, decoder; /* first blocks of an autoencoder; two a layer, all layers */
     struct hnn_block block[HNN_BLOCKS_MOST];
     struct hnn_scaling scaling;
     void *parameters; /* [size] of settings.precision */
@@ -71,6 +73,8 @@ enum ad_status hnn_activation_find(const char *name, const struct hnn_activation
 enum ad_status hnn_settings_check(const struct hnn_settings *settings, struct ad_error *error);
 /* Networks, names, shapes and offsets of all parameters from the settings (layout.c). */
 void hnn_layout(hnn_model *model);
+/* The matrix or column of block k, a view of the flat parameters (field.c). */
+ad_var hnn_record_block(const hnn_model *model, ad_var parameters, size_t k);
 /* Draws all parameters, `values` [size] (start.c). AD_E_MEMORY. */
 enum ad_status hnn_start_draw(const hnn_model *model, double *values, struct ad_error *error);
 /* Elements as doubles and back, whatever their type. */

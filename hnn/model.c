@@ -151,6 +151,8 @@ enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const
                                    const double *rate, struct ad_error *error)
 {
     size_t m = hnn_states(model), bytes = m * sizeof(double);
+    if (model->settings.pixels)
+        return ad_fail(error, AD_E_ARGUMENT, "latent states cannot be normalised beforehand");
     for (size_t k = 0; k < m; k++)
         if (!isfinite(centre[k]) || !(scale[k] > 0) || !(rate[k] > 0) || !isfinite(scale[k]) ||
             !isfinite(rate[k]))

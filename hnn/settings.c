@@ -33,6 +33,14 @@ struct hnn_settings hnn_defaults(enum hnn_kind kind, size_t dof)
                                  .start = HNN_ORTHOGONAL};
 }
 
+struct hnn_settings hnn_pixel_defaults(enum hnn_kind kind, size_t pixels)
+{
+    struct hnn_settings s = hnn_defaults(kind, 1);
+    s.pixels = pixels;
+    s.autoencoder = 200;
+    return s;
+}
+
 enum ad_status hnn_find(const char *what, const char *name, const char *const names[],
                         size_t *index, struct ad_error *error)
 {
@@ -70,7 +78,18 @@ static enum ad_status refuse(struct ad_error *error, const char *what)
 }
 
 /* Limits keep the number of parameters, at most about 1e9, far from overflow. */
-enum { WIDTH_MOST = 1 << 14, DOF_MOST = 1 << 12 };
+enum { WIDTH_MOST = 1 << 14, DOF_MOST = 1 << 12, PIXELS_MOST = 1 << 16 };
+
+static enum ad_status check_autoencoder(const struct hnn_settings *s, struct ad_error *error)
+{
+    if (s->pixels > PIXELS_MOST)
+        return ad_fail(error, AD_E_ARGUMENT, "an observation has at most %d pixels, not %zu",
+                       PIXELS_MOST, s->pixels);
+    if (s->pixels && (s->autoencoder < 1 || s->autoencoder > WIDTH_MOST))
+        return ad_fail(error, AD_E_ARGUMENT, "an autoencoder is 1 to %d wide, not %zu", WIDTH_MOST,
+                       s->autoencoder);
+    return AD_OK;
+}
 
 enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error *error)
 {
@@ -89,5 +108,5 @@ enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error 
         return refuse(error, "a separable H needs model hnn and field symplectic");
     if (s->dissipation && !symplectic)
         return refuse(error, "a learned dissipation needs model hnn and field symplectic");
-    return AD_OK;
+    return check_autoencoder(s, error);
 }

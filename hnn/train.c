@@ -18,6 +18,16 @@ struct hnn_training hnn_training_defaults(void)
                                  .threads = 1};
 }
 
+struct hnn_training hnn_pixel_training_defaults(void)
+{
+    struct hnn_training s = hnn_training_defaults();
+    s.steps = 10000;
+    s.batch = 200;
+    s.weight_decay = 1e-5;
+    s.every = 200;
+    return s;
+}
+
 static double now(void)
 {
     struct timespec time;
@@ -25,11 +35,18 @@ static double now(void)
     return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }
 
-static enum ad_status check(const struct hnn_training *s, const struct hnn_samples *train,
-                            const struct hnn_samples *test, struct ad_error *error)
+static enum ad_status check(const hnn_model *model, const struct hnn_training *s,
+                            const struct hnn_samples *train, const struct hnn_samples *test,
+                            struct ad_error *error)
 {
+    bool pixels = model->settings.pixels > 0;
     if (train->n == 0)
         return ad_fail(error, AD_E_ARGUMENT, "there are no samples to train on");
+    if (pixels != (train->frames != NULL) || (test->n && pixels != (test->frames != NULL)))
+        return ad_fail(error, AD_E_ARGUMENT, "models of %s learn from %s",
+                       pixels ? "pixels" : "states", pixels ? "frames" : "states and targets");
+    if (pixels && s->rollout)
+        return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs a model of states");
     if (s->batch > train->n)
         return ad_fail(error, AD_E_ARGUMENT, "a batch of %zu is more than the %zu samples",
                        s->batch, train->n);
@@ -57,7 +74,8 @@ static enum ad_status prepare_data(hnn_trainer *t, const struct hnn_samples *tra
                                    const struct hnn_samples *test, struct ad_error *error)
 {
     enum ad_type type = t->model->settings.precision;
-    size_t x_rows = hnn_states(t->model), rows = hnn_target_rows(t->model, &t->settings);
+    size_t x_rows = hnn_x_rows(t->model, &t->settings),
+           rows = hnn_target_rows(t->model, &t->settings);
     if (hnn_data_new(&t->train, type, train, x_rows, rows, error) != AD_OK ||
         hnn_data_new(&t->test, type, test, x_rows, rows, error) != AD_OK)
         return error->status;
@@ -83,7 +101,7 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
                                hnn_trainer **out, struct ad_error *error)
 {
     *out = NULL;
-    if (check(training, train, test, error) != AD_OK)
+    if (check(model, training, train, test, error) != AD_OK)
         return error->status;
     hnn_trainer *t = calloc(1, sizeof *t);
     if (!t)

@@ -6,12 +6,16 @@
 
 /* ---- samples (train_data.c) ---- */
 
-/* Samples in the element type of training, and the order in which batches take them. */
+/* Samples in the element type of training, and the order in which batches take them. Component r
+   of sample k is element start(k) + r*stride of x or target, start(k) = k where the samples are
+   columns; frames lie in memory once, and start(k) = start[k]. */
 struct hnn_data {
     enum ad_type type;
-    size_t n, x_rows, target_rows;
-    void *x, *target;
-    uint64_t hash;   /* of x and target */
+    size_t n, x_rows, target_rows, stride;
+    void *values; /* what x and target point into */
+    const void *x, *target;
+    size_t *start;   /* [n] or NULL */
+    uint64_t hash;   /* of all of it */
     uint32_t *order; /* [n], the present permutation; NULL: batches are not drawn */
     size_t position; /* taken from it */
     struct phys_random random, epoch; /* now, and before the present permutation was drawn */
@@ -32,10 +36,21 @@ void hnn_data_copy(const struct hnn_data *data, size_t first, size_t count, void
 
 /* ---- the loss (train_loss.c) ---- */
 
+/* What is learned: one const struct, one line in the choice of train_loss.c. */
+struct hnn_objective {
+    size_t (*x_rows)(const hnn_model *model);
+    size_t (*target_rows)(const hnn_model *model, const struct hnn_training *training);
+    /* The loss of every sample, [1 x samples]; that of a set is their mean. */
+    ad_var (*record)(const hnn_model *model, const struct hnn_training *training, ad_var parameters,
+                     ad_var x, ad_var target);
+};
+extern const struct hnn_objective hnn_learn_pixels; /* train_pixels.c */
+
+/* These of the model's objective. */
+size_t hnn_x_rows(const hnn_model *model, const struct hnn_training *training);
 size_t hnn_target_rows(const hnn_model *model, const struct hnn_training *training);
-/* Records what the loss is the mean square of, [target_rows x samples]. */
-ad_var hnn_record_residual(const hnn_model *model, const struct hnn_training *training,
-                           ad_var parameters, ad_var x, ad_var target);
+ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *training,
+                         ad_var parameters, ad_var x, ad_var target);
 
 /* ---- one step (train_step.c) ---- */
 
@@ -44,7 +59,8 @@ struct hnn_problem {
     enum ad_type type;
     size_t n; /* parameters */
     size_t batch, blocks, columns, workers, x_rows, target_rows;
-    void *x, *target; /* [x_rows x batch], [target_rows x batch]: set before an evaluation */
+    void *x, *target; /* [x_rows x batch], [target_rows x batch]: set before an evaluation; those
+                         of the program where there is one block */
     ad_tape *tape;
     ad_var parameters, in_x, in_target, weight, loss, gradient; /* of one block */
     ad_program **program;                                       /* [workers] */
@@ -64,7 +80,7 @@ double hnn_problem_evaluate(const struct hnn_problem *problem);
 /* The loss over many samples, in pieces of one program. */
 struct hnn_survey {
     ad_tape *tape;
-    ad_var parameters, x, target, squares;
+    ad_var parameters, x, target, losses;
     ad_program *program;
     size_t piece;
     const struct hnn_data *data;

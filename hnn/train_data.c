@@ -4,14 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void *convert(enum ad_type type, size_t n, const double *values)
-{
-    void *out = malloc(n * hnn_type_bytes(type) + 1);
-    if (out)
-        hnn_from_double(type, n, values, out);
-    return out;
-}
-
 /* FNV-1a (G. Fowler, L. Noll, P. Vo), 64 bits: tells one set of samples from another. */
 static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t n)
 {
@@ -19,6 +11,55 @@ static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t n)
     for (size_t k = 0; k < n; k++)
         hash = (hash ^ b[k]) * 0x100000001b3;
     return hash;
+}
+
+static void float_frames(enum ad_type type, size_t n, const float *from, void *to)
+{
+    if (type == AD_F32)
+        memcpy(to, from, n * sizeof *from);
+    else
+        for (size_t k = 0; k < n; k++)
+            ((double *)to)[k] = (double)from[k];
+}
+
+/* All frames from the first to the last that a sample needs. */
+static bool copy_frames(struct hnn_data *data, const struct hnn_samples *samples)
+{
+    size_t low = SIZE_MAX, high = 0, frame = samples->frame;
+    for (size_t k = 0; k < samples->n; k++) {
+        low = samples->first[k] < low ? samples->first[k] : low;
+        high = samples->first[k] > high ? samples->first[k] : high;
+    }
+    size_t size = (high - low + 1) * frame + data->x_rows;
+    data->values = malloc(size * hnn_type_bytes(data->type));
+    data->start = malloc(samples->n * sizeof *data->start);
+    if (!data->values || !data->start)
+        return false;
+    float_frames(data->type, size, samples->frames + low * frame, data->values);
+    for (size_t k = 0; k < samples->n; k++)
+        data->start[k] = (samples->first[k] - low) * frame;
+    data->stride = 1;
+    data->x = data->values;
+    data->target = (const char *)data->values + frame * hnn_type_bytes(data->type);
+    data->hash = hash_bytes(data->hash, data->values, size * hnn_type_bytes(data->type));
+    data->hash = hash_bytes(data->hash, data->start, samples->n * sizeof *data->start);
+    return true;
+}
+
+static bool copy_columns(struct hnn_data *data, const struct hnn_samples *samples)
+{
+    size_t x = data->x_rows * data->n, target = data->target_rows * data->n;
+    size_t bytes = hnn_type_bytes(data->type);
+    char *values = data->values = malloc((x + target) * bytes);
+    if (!values)
+        return false;
+    hnn_from_double(data->type, x, samples->x, values);
+    hnn_from_double(data->type, target, samples->target, values + x * bytes);
+    data->stride = data->n;
+    data->x = values;
+    data->target = values + x * bytes;
+    data->hash = hash_bytes(data->hash, values, (x + target) * bytes);
+    return true;
 }
 
 enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
@@ -29,19 +70,16 @@ enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
     *data = (struct hnn_data){.type = type, .n = n, .x_rows = x_rows, .target_rows = target_rows};
     if (n == 0)
         return AD_OK;
-    data->x = convert(type, x_rows * n, samples->x);
-    data->target = convert(type, target_rows * n, samples->target);
-    if (!data->x || !data->target)
+    data->hash = 0xcbf29ce484222325;
+    if (!(samples->frames ? copy_frames(data, samples) : copy_columns(data, samples)))
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu samples", n);
-    data->hash = hash_bytes(0xcbf29ce484222325, data->x, x_rows * n * hnn_type_bytes(type));
-    data->hash = hash_bytes(data->hash, data->target, target_rows * n * hnn_type_bytes(type));
     return AD_OK;
 }
 
 void hnn_data_free(struct hnn_data *data)
 {
-    free(data->x);
-    free(data->target);
+    free(data->values);
+    free(data->start);
     free(data->order);
     *data = (struct hnn_data){0};
 }
@@ -81,33 +119,58 @@ void hnn_data_return(struct hnn_data *data, const struct phys_random *epoch, siz
     data->position = position;
 }
 
-static void copy_column(enum ad_type type, size_t rows, const void *from, size_t from_cols,
-                        size_t from_col, void *to, size_t to_cols, size_t to_col)
+/* Columns are copied so many at a time: together they fill the cache lines they are written to,
+   and the lines they are read from fit the first-level cache. */
+enum { TOGETHER = 32 };
+
+/* The n elements at start[k] + r*stride of `from` become row r of to [rows x cols], from `col`. */
+static void copy_group(enum ad_type type, size_t rows, const void *from, size_t stride, size_t n,
+                       const size_t start[], void *to, size_t cols, size_t col)
 {
-    size_t bytes = hnn_type_bytes(type);
-    for (size_t r = 0; r < rows; r++)
-        memcpy((char *)to + (r * to_cols + to_col) * bytes,
-               (const char *)from + (r * from_cols + from_col) * bytes, bytes);
+    if (type == AD_F32)
+        for (size_t r = 0; r < rows; r++)
+            for (size_t k = 0; k < n; k++)
+                ((float *)to)[r * cols + col + k] = ((const float *)from)[start[k] + r * stride];
+    else
+        for (size_t r = 0; r < rows; r++)
+            for (size_t k = 0; k < n; k++)
+                ((double *)to)[r * cols + col + k] = ((const double *)from)[start[k] + r * stride];
 }
 
-static void copy_sample(const struct hnn_data *data, size_t sample, size_t count, size_t col,
-                        void *x, void *target)
+/* A matrix of samples on its way, [rows x cols] each; `n` of its columns wait to be copied. */
+struct gathering {
+    const struct hnn_data *data;
+    void *x, *target;
+    size_t cols, col, n, start[TOGETHER];
+};
+
+static void add_sample(struct gathering *g, size_t sample)
 {
-    copy_column(data->type, data->x_rows, data->x, data->n, sample, x, count, col);
-    copy_column(data->type, data->target_rows, data->target, data->n, sample, target, count, col);
+    const struct hnn_data *data = g->data;
+    g->start[g->n++] = data->start ? data->start[sample] : sample;
+    if (g->n < TOGETHER && g->col + g->n < g->cols)
+        return;
+    copy_group(data->type, data->x_rows, data->x, data->stride, g->n, g->start, g->x, g->cols,
+               g->col);
+    copy_group(data->type, data->target_rows, data->target, data->stride, g->n, g->start, g->target,
+               g->cols, g->col);
+    g->col += g->n;
+    g->n = 0;
 }
 
 void hnn_data_draw(struct hnn_data *data, size_t count, void *x, void *target)
 {
+    struct gathering g = {.data = data, .x = x, .target = target, .cols = count};
     for (size_t col = 0; col < count; col++) {
         if (data->position == data->n)
             permute(data);
-        copy_sample(data, data->order[data->position++], count, col, x, target);
+        add_sample(&g, data->order[data->position++]);
     }
 }
 
 void hnn_data_copy(const struct hnn_data *data, size_t first, size_t count, void *x, void *target)
 {
-    for (size_t col = 0; col < count; col++)
-        copy_sample(data, first + col < data->n ? first + col : data->n - 1, count, col, x, target);
+    struct gathering g = {.data = data, .x = x, .target = target, .cols = count};
+    for (size_t k = first; k < first + count; k++)
+        add_sample(&g, k < data->n ? k : data->n - 1);
 }

@@ -1,22 +1,67 @@
-/* The loss on a tape, mean square of what the model says less what was measured; and over all
-   samples. */
+/* The loss on a tape, for every sample the mean square of what the model says less what was
+   measured; and over all samples. */
 #include "train.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Larger sets are looked at in pieces, so that the activations of all samples need not be held. */
-enum { PIECE = 4096 };
+/* Larger sets are looked at in pieces, so that the activations of all samples need not be held:
+   so many samples at most, and so many numbers. */
+enum { PIECE = 4096, PIECE_VALUES = 1 << 19 };
 
-size_t hnn_target_rows(const hnn_model *model, const struct hnn_training *training)
+static size_t piece_of(const struct hnn_data *data)
 {
-    return hnn_states(model) * (training->rollout ? training->rollout : 1);
+    size_t most = PIECE_VALUES / data->x_rows + 1;
+    most = most < PIECE ? most : PIECE;
+    return data->n < most ? data->n : most;
 }
+
+static size_t states(const hnn_model *model) { return hnn_states(model); }
 
 static ad_var field_at(const hnn_model *model, ad_var parameters, ad_var x)
 {
     return hnn_model_record(model, parameters, x).field;
+}
+
+/* Mean square of every column, each row in its unit; NULL: none. */
+static ad_var mean_squares(ad_var residual, const double *units)
+{
+    size_t n = ad_rows(residual);
+    if (!units)
+        return ad_mul(1 / (double)n, ad_sum_rows(ad_square(residual)));
+    double *inverse = malloc(n * sizeof *inverse);
+    if (!inverse)
+        return ad_refuse(residual.tape, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; k < n; k++)
+        inverse[k] = 1 / units[k];
+    ad_var scaled = ad_mul(residual, ad_const(residual.tape, n, 1, inverse));
+    free(inverse);
+    return mean_squares(scaled, NULL);
+}
+
+/* ---- rates ---- */
+
+static size_t rates(const hnn_model *model, const struct hnn_training *training)
+{
+    (void)training;
+    return hnn_states(model);
+}
+
+static ad_var record_rates(const hnn_model *model, const struct hnn_training *training,
+                           ad_var parameters, ad_var x, ad_var target)
+{
+    (void)training;
+    return mean_squares(ad_sub(field_at(model, parameters, x), target), model->scaling.rate);
+}
+
+static const struct hnn_objective learn_rates = {states, rates, record_rates};
+
+/* ---- rollouts ---- */
+
+static size_t rollouts(const hnn_model *model, const struct hnn_training *training)
+{
+    return hnn_states(model) * training->rollout;
 }
 
 /* One step of the classical Runge-Kutta method. */
@@ -30,42 +75,46 @@ static ad_var runge_kutta(const hnn_model *model, ad_var parameters, ad_var x, d
     return ad_add(x, ad_mul(dt / 6, ad_add(ad_add(k1, middle), k4)));
 }
 
-/* 1/values as a column. */
-static ad_var inverse(ad_tape *tape, size_t n, const double *values)
-{
-    double *c = malloc(n * sizeof *c);
-    if (!c)
-        return ad_refuse(tape, AD_E_MEMORY, "out of memory");
-    for (size_t k = 0; k < n; k++)
-        c[k] = 1 / values[k];
-    ad_var out = ad_const(tape, n, 1, c);
-    free(c);
-    return out;
-}
-
-ad_var hnn_record_residual(const hnn_model *model, const struct hnn_training *training,
-                           ad_var parameters, ad_var x, ad_var target)
+static ad_var record_rollouts(const hnn_model *model, const struct hnn_training *training,
+                              ad_var parameters, ad_var x, ad_var target)
 {
     size_t m = hnn_states(model), steps = training->rollout;
-    const double *units = steps ? model->scaling.scale : model->scaling.rate;
-    ad_var residual, at = x;
-    if (steps == 0)
-        residual = ad_sub(field_at(model, parameters, x), target);
-    ad_var *part = steps ? malloc(steps * sizeof *part) : NULL;
-    if (steps && !part)
-        return ad_refuse(x.tape, AD_E_MEMORY, "out of memory");
+    ad_var sum = {NULL, 0}, at = x;
     for (size_t k = 0; k < steps; k++) {
         at = runge_kutta(model, parameters, at, training->dt);
-        part[k] = ad_sub(at, ad_slice_rows(target, k * m, m));
-        if (units)
-            part[k] = ad_mul(part[k], inverse(x.tape, m, units));
+        ad_var error = ad_sub(at, ad_slice_rows(target, k * m, m));
+        ad_var squares = mean_squares(error, model->scaling.scale);
+        sum = k ? ad_add(sum, squares) : squares;
     }
-    if (steps)
-        residual = ad_concat_rows(steps, part);
-    else if (units)
-        residual = ad_mul(residual, inverse(x.tape, m, units));
-    free(part);
-    return residual;
+    return ad_mul(1 / (double)steps, sum);
+}
+
+static const struct hnn_objective learn_rollouts = {states, rollouts, record_rollouts};
+
+/* ---- the choice ---- */
+
+static const struct hnn_objective *objective(const hnn_model *model,
+                                             const struct hnn_training *training)
+{
+    return model->settings.pixels ? &hnn_learn_pixels
+           : training->rollout    ? &learn_rollouts
+                                  : &learn_rates;
+}
+
+size_t hnn_x_rows(const hnn_model *model, const struct hnn_training *training)
+{
+    return objective(model, training)->x_rows(model);
+}
+
+size_t hnn_target_rows(const hnn_model *model, const struct hnn_training *training)
+{
+    return objective(model, training)->target_rows(model, training);
+}
+
+ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *training,
+                         ad_var parameters, ad_var x, ad_var target)
+{
+    return objective(model, training)->record(model, training, parameters, x, target);
 }
 
 /* ---- all samples ---- */
@@ -74,7 +123,7 @@ enum ad_status hnn_survey_new(struct hnn_survey *s, const hnn_model *model,
                               const struct hnn_training *training, const struct hnn_data *data,
                               struct ad_error *error)
 {
-    *s = (struct hnn_survey){.data = data, .piece = data->n < PIECE ? data->n : PIECE};
+    *s = (struct hnn_survey){.data = data, .piece = piece_of(data)};
     if (data->n == 0)
         return AD_OK;
     s->tape = ad_tape_new(data->type);
@@ -83,9 +132,8 @@ enum ad_status hnn_survey_new(struct hnn_survey *s, const hnn_model *model,
     s->parameters = ad_input(s->tape, 1, model->size, "parameters");
     s->x = ad_input(s->tape, data->x_rows, s->piece, "x");
     s->target = ad_input(s->tape, data->target_rows, s->piece, "target");
-    ad_var residual = hnn_record_residual(model, training, s->parameters, s->x, s->target);
-    s->squares = ad_sum_rows(ad_square(residual));
-    ad_compile(s->tape, 1, &s->squares, &s->program);
+    s->losses = hnn_record_losses(model, training, s->parameters, s->x, s->target);
+    ad_compile(s->tape, 1, &s->losses, &s->program);
     if (hnn_tape_status(s->tape, error) != AD_OK)
         return error->status;
     ad_set_threads(s->program, training->threads ? training->threads : 1);
@@ -101,14 +149,14 @@ void hnn_survey_free(struct hnn_survey *s)
     *s = (struct hnn_survey){0};
 }
 
-/* Sum of the first `count` squares of a piece. */
-static double sum_squares(const struct hnn_survey *s, size_t count)
+/* Sum of the first `count` losses of a piece. */
+static double sum_losses(const struct hnn_survey *s, size_t count)
 {
-    const void *squares = ad_data(s->program, s->squares);
+    const void *losses = ad_data(s->program, s->losses);
     double sum = 0;
     for (size_t k = 0; k < count; k++)
-        sum += s->data->type == AD_F32 ? (double)((const float *)squares)[k]
-                                       : ((const double *)squares)[k];
+        sum += s->data->type == AD_F32 ? (double)((const float *)losses)[k]
+                                       : ((const double *)losses)[k];
     return sum;
 }
 
@@ -125,7 +173,7 @@ double hnn_survey_loss(const struct hnn_survey *s, const void *point, size_t byt
             hnn_data_copy(data, first, s->piece, ad_data(s->program, s->x),
                           ad_data(s->program, s->target));
         ad_run(s->program);
-        sum += sum_squares(s, count);
+        sum += sum_losses(s, count);
     }
-    return sum / ((double)data->n * (double)data->target_rows);
+    return sum / (double)data->n;
 }

@@ -225,7 +225,8 @@ static bool same_settings(const struct hnn_settings *a, const struct hnn_setting
     return a->kind == b->kind && a->dof == b->dof && a->layers == b->layers &&
            strcmp(a->activation, b->activation) == 0 && a->field == b->field &&
            a->separable == b->separable && a->dissipation == b->dissipation &&
-           a->precision == b->precision && a->start == b->start && a->seed == b->seed;
+           a->precision == b->precision && a->start == b->start && a->seed == b->seed &&
+           a->pixels == b->pixels && a->autoencoder == b->autoencoder;
 }
 
 static bool same_scaling(const hnn_model *a, const hnn_model *b)

@@ -20,16 +20,14 @@ static size_t first_of(const struct hnn_problem *p, size_t block)
 static void record(struct hnn_problem *p, const hnn_model *model,
                    const struct hnn_training *training)
 {
-    size_t rows = hnn_target_rows(model, training);
     p->parameters = ad_input(p->tape, 1, model->size, "parameters");
     p->in_x = ad_input(p->tape, p->x_rows, p->columns, "x");
-    p->in_target = ad_input(p->tape, rows, p->columns, "target");
+    p->in_target = ad_input(p->tape, p->target_rows, p->columns, "target");
     p->weight = ad_input(p->tape, 1, p->columns, "weight");
-    ad_var residual = hnn_record_residual(model, training, p->parameters, p->in_x, p->in_target);
-    ad_var squares = ad_square(residual);
+    ad_var losses = hnn_record_losses(model, training, p->parameters, p->in_x, p->in_target);
     if (p->blocks > 1)
-        squares = ad_mul(p->weight, squares);
-    ad_var mean = ad_mul(1 / ((double)rows * (double)p->batch), ad_sum(squares));
+        losses = ad_mul(p->weight, losses);
+    ad_var mean = ad_mul(1 / (double)p->batch, ad_sum(losses));
     p->loss = ad_label(mean, "loss");
     ad_grad(p->loss, 1, &p->parameters, &p->gradient);
 }
@@ -47,11 +45,13 @@ static bool allocate(struct hnn_problem *p)
 {
     size_t bytes = hnn_type_bytes(p->type);
     p->program = calloc(p->workers, sizeof *p->program);
+    p->losses = calloc(p->blocks, sizeof *p->losses);
+    if (p->blocks == 1)
+        return p->program && p->losses;
     p->x = calloc(p->x_rows * p->batch, bytes);
     p->target = calloc(p->target_rows * p->batch, bytes);
-    p->losses = calloc(p->blocks, sizeof *p->losses);
-    p->gradients = p->blocks > 1 ? calloc(p->blocks * p->n, bytes) : NULL;
-    return p->program && p->x && p->target && p->losses && (p->blocks == 1 || p->gradients);
+    p->gradients = calloc(p->blocks * p->n, bytes);
+    return p->program && p->losses && p->x && p->target && p->gradients;
 }
 
 enum ad_status hnn_problem_new(struct hnn_problem *p, const hnn_model *model,
@@ -64,7 +64,7 @@ enum ad_status hnn_problem_new(struct hnn_problem *p, const hnn_model *model,
                               .n = model->size,
                               .batch = batch,
                               .blocks = (batch + COLUMNS - 1) / COLUMNS,
-                              .x_rows = hnn_states(model),
+                              .x_rows = hnn_x_rows(model, training),
                               .target_rows = hnn_target_rows(model, training),
                               .tape = ad_tape_new(type)};
     p->columns = (batch + p->blocks - 1) / p->blocks;
@@ -73,7 +73,11 @@ enum ad_status hnn_problem_new(struct hnn_problem *p, const hnn_model *model,
         return ad_fail(error, AD_E_MEMORY, "out of memory for a batch of %zu samples", batch);
     record(p, model, training);
     compile(p, threads);
-    return hnn_tape_status(p->tape, error);
+    if (hnn_tape_status(p->tape, error) == AD_OK && p->blocks == 1) {
+        p->x = ad_data(p->program[0], p->in_x);
+        p->target = ad_data(p->program[0], p->in_target);
+    }
+    return error->status;
 }
 
 void hnn_problem_free(struct hnn_problem *p)
@@ -81,8 +85,10 @@ void hnn_problem_free(struct hnn_problem *p)
     for (size_t k = 0; p->program && k < p->workers; k++)
         ad_program_free(p->program[k]);
     free(p->program);
-    free(p->x);
-    free(p->target);
+    if (p->blocks > 1) {
+        free(p->x);
+        free(p->target);
+    }
     free(p->losses);
     free(p->gradients);
     ad_tape_free(p->tape);
@@ -123,9 +129,11 @@ static void set_weights(const struct hnn_problem *p, size_t block, ad_program *p
 static void run_block(const struct hnn_problem *p, size_t block, ad_program *program)
 {
     size_t first = first_of(p, block), bytes = p->n * hnn_type_bytes(p->type);
-    copy_columns(p, p->x_rows, p->x, first, ad_data(program, p->in_x));
-    copy_columns(p, p->target_rows, p->target, first, ad_data(program, p->in_target));
-    set_weights(p, block, program);
+    if (p->blocks > 1) {
+        copy_columns(p, p->x_rows, p->x, first, ad_data(program, p->in_x));
+        copy_columns(p, p->target_rows, p->target, first, ad_data(program, p->in_target));
+        set_weights(p, block, program);
+    }
     ad_run(program);
     ad_get(program, p->loss, &p->losses[block]);
     if (p->gradients)

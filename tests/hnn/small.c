@@ -59,7 +59,7 @@ struct hnn_samples small_pendulum(uint64_t seed, size_t n, double friction)
         rate[k] = p;
         rate[n + k] = -sin(q) - friction * p;
     }
-    return (struct hnn_samples){n, x, rate};
+    return (struct hnn_samples){.n = n, .x = x, .target = rate};
 }
 
 void small_samples_free(struct hnn_samples *samples)

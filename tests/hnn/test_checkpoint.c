@@ -170,7 +170,7 @@ struct setting {
 
 static hnn_trainer *trainer_of(const struct setting *setting, hnn_model **model)
 {
-    struct hnn_samples train = small_pendulum(setting->data, 40, 0), none = {0, NULL, NULL};
+    struct hnn_samples train = small_pendulum(setting->data, 40, 0), none = {.n = 0};
     struct ad_error error = {0};
     hnn_trainer *trainer;
     *model = small_model(&setting->model);

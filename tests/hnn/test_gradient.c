@@ -26,7 +26,7 @@ static void check(const hnn_model *model, const struct hnn_training *training, c
     double *states = small_values(5, STATES, SAMPLES), *targets = small_values(6, rows, SAMPLES);
     ad_var x = ad_const(tape, STATES, SAMPLES, states);
     ad_var target = ad_const(tape, rows, SAMPLES, targets);
-    ad_var loss = ad_mean(ad_square(hnn_record_residual(model, training, p, x, target)));
+    ad_var loss = ad_mean(hnn_record_losses(model, training, p, x, target));
     struct ad_check report = {0};
     const double *at = hnn_model_parameters(model);
     enum ad_status status = ad_check_gradient(loss, 1, &p, &at, 2e-7, 0, &report);

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const struct hnn_samples none = {0, NULL, NULL};
+static const struct hnn_samples none = {.n = 0};
 
 static hnn_trainer *trainer_of(hnn_model *model, const struct hnn_training *training,
                                const struct hnn_samples *train, const struct hnn_samples *test)
@@ -133,7 +133,9 @@ static void test_batches(void **state)
     }
     struct hnn_data data;
     struct ad_error error = {0};
-    assert_int_equal(hnn_data_new(&data, AD_F64, &(struct hnn_samples){N, x, target}, 1, 1, &error),
+    assert_int_equal(hnn_data_new(&data, AD_F64,
+                                  &(struct hnn_samples){.n = N, .x = x, .target = target}, 1, 1,
+                                  &error),
                      AD_OK);
     assert_int_equal(hnn_data_shuffle(&data, 3, &error), AD_OK);
     for (int k = 0; k < N; k++) {
@@ -166,7 +168,7 @@ static void check_blocks(enum ad_type type, double tolerance)
     ad_var p = ad_input(tape, 1, n, "parameters"), g;
     ad_var x = ad_const(tape, 2, N, train.x), target = ad_const(tape, 2, N, train.target);
     struct hnn_training training = hnn_training_defaults();
-    ad_var mean = ad_mean(ad_square(hnn_record_residual(model, &training, p, x, target)));
+    ad_var mean = ad_mean(hnn_record_losses(model, &training, p, x, target));
     ad_program *program;
     ad_grad(mean, 1, &p, &g);
     assert_int_equal(ad_compile(tape, 2, (ad_var[]){mean, g}, &program), AD_OK);
@@ -426,7 +428,7 @@ static void test_friction(void **state)
         rate[N + k] = -q - g * p;
         squares += r * r / N;
     }
-    struct hnn_samples train = {N, x, rate};
+    struct hnn_samples train = {.n = N, .x = x, .target = rate};
     for (int dissipation = 0; dissipation < 2; dissipation++) {
         struct hnn_settings s = small_settings(&small_kinds[dissipation ? 5 : 1], 1, 3);
         s.hidden[0] = s.hidden[1] = 30;
@@ -472,7 +474,7 @@ static void test_rollout(void **state)
     training.rollout = 2;
     training.dt = dt;
     double before = loss_of(model, &train);
-    trained(model, &training, &(struct hnn_samples){N, train.x, later});
+    trained(model, &training, &(struct hnn_samples){.n = N, .x = train.x, .target = later});
     double after = loss_of(model, &train);
     assert_true(after < 1e-3 * before);
     free(later);

@@ -1,0 +1,40 @@
+/* What models of pixels learn, all at once (S. Greydanus et al., arXiv 1906.01563, section 5, as in
+   the published code): with z = encode(x), z' = encode(x') one frame later, and z = (q, p),
+       mean (x - decode(z))^2 + mean (p - (q' - q))^2 + 0.1 mean (z' - z - f(z))^2,
+   each a mean over its own components. The first term is the autoencoder's. The second makes p the
+   velocity of q in units of a frame, without which nothing tells coordinates from momenta. The
+   third is one explicit Euler step of the field f. */
+#include "train.h"
+
+static const double field_weight = 0.1;
+
+static size_t pixels(const hnn_model *model) { return model->settings.pixels; }
+
+static size_t next_pixels(const hnn_model *model, const struct hnn_training *training)
+{
+    (void)training;
+    return model->settings.pixels;
+}
+
+/* weight * mean over rows of the squares, [1 x samples]. */
+static ad_var term(double weight, ad_var residual)
+{
+    return ad_mul(weight / (double)ad_rows(residual), ad_sum_rows(ad_square(residual)));
+}
+
+static ad_var record(const hnn_model *model, const struct hnn_training *training, ad_var parameters,
+                     ad_var x, ad_var next)
+{
+    (void)training;
+    size_t n = model->settings.dof;
+    ad_var z = hnn_record_encode(model, parameters, x);
+    ad_var z_next = hnn_record_encode(model, parameters, next);
+    ad_var step = ad_sub(z_next, z);
+    ad_var seen = term(1, ad_sub(hnn_record_decode(model, parameters, z), x));
+    ad_var canonical = term(1, ad_sub(ad_slice_rows(z, n, n), ad_slice_rows(step, 0, n)));
+    ad_var field = hnn_model_record(model, parameters, z).field;
+    ad_var moved = term(field_weight, ad_sub(step, field));
+    return ad_label(ad_add(ad_add(seen, canonical), moved), "loss of pixels");
+}
+
+const struct hnn_objective hnn_learn_pixels = {pixels, next_pixels, record};
