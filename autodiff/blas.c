@@ -42,6 +42,21 @@ void ad_blas_threads(void)
         openblas_set_num_threads(threads_before);
 }
 
+_Static_assert(sizeof(lapack_int) == sizeof(int), "pivots are int");
+
+/* By columns it is the transpose that is factored. */
+int ad_blas_factor(size_t n, double *a, int *pivots)
+{
+    lapack_int size = (lapack_int)n;
+    return LAPACKE_dgetrf_work(LAPACK_COL_MAJOR, size, size, a, size, pivots);
+}
+
+void ad_blas_factor_solve(size_t n, const double *a, const int *pivots, double *b)
+{
+    lapack_int size = (lapack_int)n;
+    LAPACKE_dgetrs_work(LAPACK_COL_MAJOR, 'T', size, 1, a, size, pivots, b, size);
+}
+
 int ad_blas_solve(size_t n, double *a, double *b)
 {
     if (n == 1) {
@@ -50,22 +65,19 @@ int ad_blas_solve(size_t n, double *a, double *b)
         b[0] /= a[0];
         return 0;
     }
-    lapack_int pivots[128], *many = NULL, *p = pivots;
+    int pivots[128], *many = NULL, *p = pivots;
     if (n > sizeof pivots / sizeof *pivots) {
         many = malloc(n * sizeof *many);
         if (!many)
             return INT_MAX;
         p = many;
     }
-    lapack_int size = (lapack_int)n; /* by columns it is the transpose that is factored */
-    lapack_int info = LAPACKE_dgetrf_work(LAPACK_COL_MAJOR, size, size, a, size, p);
+    int info = ad_blas_factor(n, a, p);
     if (info == 0)
-        info = LAPACKE_dgetrs_work(LAPACK_COL_MAJOR, 'T', size, 1, a, size, p, b, size);
+        ad_blas_factor_solve(n, a, p, b);
     free(many);
-    return (int)info;
+    return info;
 }
-
-_Static_assert(sizeof(lapack_int) == sizeof(int), "pivots are int");
 
 int ad_blas_band_factor(size_t n, size_t width, double *band, int *pivots)
 {
@@ -140,10 +152,9 @@ int ad_blas_eigenvectors(size_t n, double *a, double *b, double *values)
 
 double ad_blas_log_det(size_t n, double *a, int *pivots, int *sign)
 {
-    lapack_int size = (lapack_int)n;
     double log_det = 0;
     *sign = 1;
-    if (LAPACKE_dgetrf_work(LAPACK_COL_MAJOR, size, size, a, size, pivots) != 0)
+    if (ad_blas_factor(n, a, pivots) != 0)
         return *sign = 0;
     for (size_t k = 0; k < n; k++) {
         double d = a[k * n + k];

@@ -17,6 +17,10 @@ void ad_blas_threads(void);
 /* Solves a x = b for one right side: a [n x n] is destroyed, b [n] becomes x. Returns 0, or 1 + the
    index of the zero pivot. */
 int ad_blas_solve(size_t n, double *a, double *b);
+/* The same in two steps, for many right sides: factors a in place, `pivots` [n] is room; solves
+   from the factors, b in place. */
+int ad_blas_factor(size_t n, double *a, int *pivots);
+void ad_blas_factor_solve(size_t n, const double *a, const int *pivots, double *b);
 
 /* Band matrices of n rows with `width` diagonals on either side of the main one, stored by columns:
    element (i, j) is band[AD_BAND(width, i, j)] of ad_band_size(n, width). The rest is room for the

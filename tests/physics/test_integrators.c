@@ -300,6 +300,30 @@ static void test_long_implicit_steps(void **state)
     motion_close(&m);
 }
 
+static enum ad_status grow(void *context, double t, const double *y, double *rate,
+                           struct ad_error *error)
+{
+    (void)context, (void)t, (void)error;
+    rate[0] = y[0] * y[0];
+    return AD_OK;
+}
+
+/* y' = y^2 from 1: the midpoint Y = 1 + h Y^2/2 is (1 - sqrt(1 - 2 h))/h, up to h = 1/2. */
+static void test_implicit_steps_to_their_limit(void **state)
+{
+    (void)state;
+    static const double steps[] = {0.1, 0.4, 0.49, 0.4999, 0.501, 0.6};
+    for (size_t k = 0; k < sizeof steps / sizeof *steps; k++) {
+        struct motion m = {.ode = {.n = 1, .field = grow}, .y = {1}};
+        double h = steps[k], Y = (1 - sqrt(1 - 2 * h)) / h;
+        motion_run(&m, "implicit-midpoint", h, h, h < 0.5 ? AD_OK : AD_E_ACCURACY);
+        if (h < 0.5)
+            assert_close(m.y[0], 2 * Y - 1, 1e-14 / (1 - 2 * h), 0);
+        else
+            assert_non_null(strstr(m.error.message, "take a smaller step than"));
+    }
+}
+
 /* ---- Hamiltonians ---- */
 
 static ad_var pendulum_hamiltonian(ad_var q, ad_var p, ad_var t, const void *params)
@@ -352,6 +376,7 @@ int main(void)
         cmocka_unit_test(test_variational_left),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_long_implicit_steps),
+        cmocka_unit_test(test_implicit_steps_to_their_limit),
         cmocka_unit_test(test_hamiltonian),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
