@@ -60,7 +60,8 @@ static int run(const void *options, struct ad_error *error)
 #define AT(member) offsetof(struct train_options, member)
 
 static const struct option table[] = {
-    {"model", "KIND", OPTION_TEXT, "hnn", "hnn, or baseline: the network predicts the rates",
+    {"model", "KIND", OPTION_TEXT, "hnn",
+     "hnn, or baseline: the network predicts the rates; from frames: pixel-hnn, pixel-baseline",
      AT(model)},
     {"state", "COLUMNS", OPTION_TEXT, NULL,
      "coordinates, then momenta: names, or numbers from 1 [all that have a rate]", AT(state)},
@@ -74,8 +75,8 @@ static const struct option table[] = {
      AT(trial)},
     {"unit", "UNITS", OPTION_TEXT, NULL, "of the states, kept in the model", AT(unit)},
     {"test", "FILE", OPTION_TEXT, NULL, "test samples, of the same columns", AT(test)},
-    {"test-fraction", "F", OPTION_NUMBER, NULL, "of DATA, set apart for the test [none]",
-     AT(test_fraction)},
+    {"test-fraction", "F", OPTION_NUMBER, NULL,
+     "of DATA, set apart for the test [none; frames: 0.2]", AT(test_fraction)},
     {"split", "HOW", OPTION_TEXT, "tail", "which: tail, random or trial", AT(split)},
     {"normalise", NULL, OPTION_FLAG, NULL, "the network sees states of mean 0 and deviation 1",
      AT(normalise)},
@@ -92,17 +93,20 @@ static const struct option table[] = {
      AT(start)},
     {"precision", "TYPE", OPTION_TEXT, "f32", "f32 or f64", AT(precision)},
     {"optimiser", "NAME", OPTION_TEXT, "adam", "adam, adamw, sgd, lbfgs", AT(optimiser)},
-    {"steps", "K", OPTION_COUNT, "2000", "in all, those before --resume included", AT(steps)},
-    {"batch", "N", OPTION_TEXT, "full", "samples a step", AT(batch)},
+    {"steps", "K", OPTION_COUNT, NULL,
+     "in all, those before --resume included [2000; frames: 10000]", AT(steps)},
+    {"batch", "N", OPTION_TEXT, NULL, "samples a step [full; frames: 200]", AT(batch)},
     {"lr", "X", OPTION_NUMBER, "1e-3", "learning rate", AT(learning_rate)},
     {"schedule", "HOW", OPTION_TEXT, "constant", "of the rate: constant, cosine, step",
      AT(schedule)},
-    {"weight-decay", "X", OPTION_NUMBER, "1e-4", "of all parameters", AT(weight_decay)},
+    {"weight-decay", "X", OPTION_NUMBER, NULL, "of all parameters [1e-4; frames: 1e-5]",
+     AT(weight_decay)},
     {"momentum", "M", OPTION_NUMBER, "0", "sgd: share of the last step in the next", AT(momentum)},
     {"rollout", "K", OPTION_COUNT, "0", "loss on K Runge-Kutta steps along trajectories",
      AT(rollout)},
     {"dt", "DT", OPTION_NUMBER, NULL, "their length [that of the data]", AT(dt)},
-    {"every", "K", OPTION_COUNT, "10", "steps from one test loss to the next", AT(every)},
+    {"every", "K", OPTION_COUNT, NULL, "steps from one test loss to the next [10; frames: 200]",
+     AT(every)},
     {"patience", "K", OPTION_COUNT, NULL, "stop after K steps without a lower test loss [never]",
      AT(patience)},
     {"out", "FILE.h5", OPTION_TEXT, "model.h5", "the model, and all that --resume needs",
@@ -122,8 +126,11 @@ const struct command command_train = {
          .n_options = sizeof table / sizeof *table,
          .more =
              "DATA is CSV, whitespace text or HDF5, one sample a row. The loss is the mean square\n"
-             "of field less rate, over components and samples. A run that was stopped, by Ctrl-C\n"
-             "or worse, is the same to the last bit after --resume with the same options.\n"
+             "of field less rate, over components and samples. For pixel-hnn and pixel-baseline it\n"
+             "is frames: HDF5 [trajectory, time, height, width], or a folder of PGM or PNG files;\n"
+             "an autoencoder and the field on its latent state are trained together, and whole\n"
+             "trajectories are the test. A run that was stopped, by Ctrl-C or worse, is the same to\n"
+             "the last bit after --resume with the same options.\n"
              "Weights are readable with h5py: h5py.File(\"model.h5\")[\"linear1.weight\"][:]"},
     .bytes = sizeof(struct train_options),
     .run = run,

@@ -6,6 +6,7 @@
 #include "options.h"
 #include "progress.h"
 #include "../hnn/data.h"
+#include "../hnn/pixels.h"
 
 struct train_options {
     struct common common;
@@ -25,7 +26,11 @@ struct train_options {
 
 struct train_run {
     const struct train_options *options;
+    bool pixels; /* it learns from frames, else from data */
     struct hnn_dataset data;
+    struct hnn_frames frames;
+    struct hnn_split_pairs pairs;
+    struct hnn_samples train, test;
     hnn_model *model;
     hnn_trainer *trainer;
     struct hnn_training settings;
@@ -37,6 +42,11 @@ struct train_run {
 enum ad_status train_setup(const struct train_options *options, struct train_run *run,
                            struct ad_error *error);
 void train_free(struct train_run *run);
+
+/* Of a model of pixels: reads the frames and keeps some for the test; and what the model's file
+   tells of them (train_frames.c). */
+enum ad_status train_read_frames(struct train_run *run, struct ad_error *error);
+enum ad_status train_note_frames(struct train_run *run, struct ad_error *error);
 
 /* Writes --out: the model, and all that --resume needs. */
 enum ad_status train_save(struct train_run *run, struct ad_error *error);

@@ -40,9 +40,9 @@ void train_print(const struct train_run *run)
            hnn_model_size(run->model), hnn_trainer_step(run->trainer),
            hnn_trainer_seconds(run->trainer), ms_per_step(run));
     printf("  train loss %.6g on %zu samples\n", hnn_trainer_train_loss(run->trainer),
-           run->data.train.n);
-    if (run->data.test.n)
-        printf("  test loss  %.6g on %zu samples\n", test, run->data.test.n);
+           run->train.n);
+    if (run->test.n)
+        printf("  test loss  %.6g on %zu samples\n", test, run->test.n);
     printf("  %s\n", run->options->common.out);
 }
 
@@ -57,8 +57,8 @@ void train_print_json(const struct train_run *run)
     json_number(&json, "seconds", hnn_trainer_seconds(run->trainer));
     json_number(&json, "ms_per_step", ms_per_step(run));
     json_count(&json, "parameters", hnn_model_size(run->model));
-    json_count(&json, "train_samples", run->data.train.n);
-    json_count(&json, "test_samples", run->data.test.n);
+    json_count(&json, "train_samples", run->train.n);
+    json_count(&json, "test_samples", run->test.n);
     json_text(&json, "out", run->options->common.out);
     json_close(&json);
 }

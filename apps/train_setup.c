@@ -45,16 +45,22 @@ static enum ad_status read_widths(const char *text, struct hnn_settings *s, stru
     return AD_OK;
 }
 
-static enum ad_status model_settings(const struct train_options *o, size_t dof,
-                                     struct hnn_settings *s, struct ad_error *error)
+/* Models of states, then those of pixels, each in the order of hnn_kinds. */
+static const char *const models[] = {"baseline", "hnn", "pixel-baseline", "pixel-hnn", NULL};
+
+static enum ad_status model_settings(const struct train_run *run, struct hnn_settings *s,
+                                     struct ad_error *error)
 {
-    size_t kind = 0, field = 0, start = 0, precision = 0;
-    if (choose("model", o->model, hnn_kinds, &kind, error) != AD_OK ||
+    const struct train_options *o = run->options;
+    size_t model = 0, field = 0, start = 0, precision = 0;
+    if (choose("model", o->model, models, &model, error) != AD_OK ||
         choose("field", o->field, hnn_field_types, &field, error) != AD_OK ||
         choose("start", o->start, hnn_starts, &start, error) != AD_OK ||
         choose("precision", o->precision, hnn_precisions, &precision, error) != AD_OK)
         return error->status;
-    *s = hnn_defaults((enum hnn_kind)kind, dof);
+    *s = run->pixels ? hnn_pixel_defaults((enum hnn_kind)(model % 2),
+                                          2 * run->frames.height * run->frames.width)
+                     : hnn_defaults((enum hnn_kind)model, run->data.dof);
     s->layers = o->layers;
     s->activation = o->activation;
     s->field = (enum hnn_field_type)field;
@@ -66,7 +72,9 @@ static enum ad_status model_settings(const struct train_options *o, size_t dof,
     if (s->layers < 1 || s->layers > HNN_LAYERS_MOST)
         return ad_fail(error, AD_E_ARGUMENT, "--layers %zu: expected 1 to %d", s->layers,
                        HNN_LAYERS_MOST);
-    return read_widths(o->hidden, s, error);
+    if (read_widths(o->hidden, s, error) == AD_OK && run->pixels)
+        s->autoencoder = s->hidden[0];
+    return error->status;
 }
 
 /* Sizes of the rates as rollouts show them, in their first step. */
@@ -116,10 +124,12 @@ static enum ad_status make_model(struct train_run *run, struct ad_error *error)
 {
     const struct train_options *o = run->options;
     struct hnn_settings settings;
-    if (model_settings(o, run->data.dof, &settings, error) != AD_OK ||
+    if (model_settings(run, &settings, error) != AD_OK ||
         hnn_model_new(&settings, &run->model, error) != AD_OK)
         return error->status;
     if (o->normalise && normalise(run->model, &run->data, error) != AD_OK)
+        return error->status;
+    if (run->pixels && train_note_frames(run, error) != AD_OK)
         return error->status;
     return note_all(run, error);
 }
@@ -145,7 +155,11 @@ static enum ad_status read_data(struct train_run *run, struct ad_error *error)
                                          isnan(o->test_fraction) ? 0 : o->test_fraction,
                                      .split = (enum hnn_split)split,
                                      .seed = o->common.seed};
-    return hnn_dataset_read(&s, &run->data, error);
+    if (hnn_dataset_read(&s, &run->data, error) == AD_OK) {
+        run->train = run->data.train;
+        run->test = run->data.test;
+    }
+    return error->status;
 }
 
 static enum ad_status read_batch(const char *text, size_t *batch, struct ad_error *error)
@@ -167,22 +181,27 @@ static enum ad_status training_settings(struct train_run *run, struct ad_error *
 {
     const struct train_options *o = run->options;
     struct hnn_training *s = &run->settings;
-    *s = hnn_training_defaults();
+    *s = run->pixels ? hnn_pixel_training_defaults() : hnn_training_defaults();
     s->optimiser = hnn_optimiser_find(o->optimiser, error);
     s->schedule = hnn_schedule_find(o->schedule, error);
-    s->steps = o->steps;
     s->learning_rate = o->learning_rate;
-    s->weight_decay = o->weight_decay;
+    if (o->steps != OPTION_NO_COUNT)
+        s->steps = o->steps;
+    if (o->every != OPTION_NO_COUNT)
+        s->every = o->every;
+    if (!isnan(o->weight_decay))
+        s->weight_decay = o->weight_decay;
     s->momentum = o->momentum;
     s->rollout = o->rollout;
     s->dt = run->data.dt;
-    s->every = o->every;
     s->patience = o->patience == OPTION_NO_COUNT ? 0 : o->patience;
     s->seed = o->common.seed;
     s->threads = o->common.threads;
     s->progress = train_after_step;
     s->context = run;
-    return error->status == AD_OK ? read_batch(o->batch, &s->batch, error) : error->status;
+    if (error->status == AD_OK && o->batch)
+        read_batch(o->batch, &s->batch, error);
+    return error->status;
 }
 
 enum ad_status train_setup(const struct train_options *options, struct train_run *run,
@@ -190,10 +209,11 @@ enum ad_status train_setup(const struct train_options *options, struct train_run
 {
     const char *file = options->common.out;
     *run = (struct train_run){.options = options, .next_checkpoint = options->checkpoint};
-    if (read_data(run, error) != AD_OK || make_model(run, error) != AD_OK ||
-        training_settings(run, error) != AD_OK ||
-        hnn_trainer_new(run->model, &run->settings, &run->data.train, &run->data.test,
-                        &run->trainer, error) != AD_OK)
+    run->pixels = strncmp(options->model, "pixel-", 6) == 0;
+    if ((run->pixels ? train_read_frames : read_data)(run, error) != AD_OK ||
+        make_model(run, error) != AD_OK || training_settings(run, error) != AD_OK ||
+        hnn_trainer_new(run->model, &run->settings, &run->train, &run->test, &run->trainer,
+                        error) != AD_OK)
         return error->status;
     if (options->resume && access(file, F_OK) == 0)
         hnn_trainer_resume(run->trainer, file, error);
@@ -205,4 +225,6 @@ void train_free(struct train_run *run)
     hnn_trainer_free(run->trainer);
     hnn_model_free(run->model);
     hnn_dataset_free(&run->data);
+    hnn_split_pairs_free(&run->pairs);
+    hnn_frames_free(&run->frames);
 }

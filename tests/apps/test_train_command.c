@@ -1,6 +1,7 @@
 /* The command `leastaction train`: what it writes and says, runs killed and resumed, bad input. */
 #include "shell.h"
 #include "../close.h"
+#include "../../hnn/pixels.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,6 +18,24 @@ static void write_data(void)
         fprintf(out, "%.12g,%.12g,%.12g,%.12g\n", q, p, p, -sin(q));
     }
     fclose(out);
+}
+
+/* Four short films of the pendulum, 6 x 5 pixels. */
+static void write_frames(void)
+{
+    struct hnn_filming filming = hnn_filming_published();
+    filming.trajectories = 4;
+    filming.frames = 12;
+    filming.height = 6;
+    filming.width = 5;
+    struct hnn_frames frames;
+    struct ad_error error = {0};
+    phys_runfile *file;
+    assert_int_equal(hnn_rod_film(&filming, 3, &frames, &error), AD_OK);
+    assert_int_equal(phys_runfile_create(shell_path("frames.h5"), &file, &error), AD_OK);
+    hnn_frames_write(&frames, file);
+    assert_int_equal(phys_runfile_commit(file, &error), AD_OK);
+    hnn_frames_free(&frames);
 }
 
 static int setup(void **state)
@@ -101,6 +120,38 @@ static void test_killed(void **state)
                      0);
 }
 
+#define PIXELS "--hidden 8 --lr 3e-3 --test-fraction 0.25 --batch 10 --every 10 "
+
+static void test_pixels(void **state)
+{
+    (void)state;
+    write_frames();
+    assert_int_equal(shell("$LA train frames.h5 --model pixel-baseline " PIXELS
+                           "--steps 1 --json --out other.h5"),
+                     0);
+    double before = number("train_loss");
+    double encoder = 488 + 2 * 72 + 18, decoder = 24 + 2 * 72 + 540, field = 24 + 72 + 16;
+    assert_true(number("parameters") == encoder + decoder + field);
+    assert_true(number("train_samples") == 30 && number("test_samples") == 10);
+    for (int k = 0; k < 2; k++)
+        assert_int_equal(shell("$LA train frames.h5 --model pixel-hnn " PIXELS
+                               "--steps 300 --json --out a%d.h5",
+                               k),
+                         0);
+    assert_true(number("train_loss") < 0.5 * before && number("test_loss") < before);
+    assert_int_equal(shell("$LA train frames.h5 --model pixel-hnn " PIXELS
+                           "--steps 100 --quiet --out a1.h5 && "
+                           "$LA train frames.h5 --model pixel-hnn " PIXELS
+                           "--steps 300 --quiet --out a1.h5 --resume && "
+                           "for k in 0 1; do $LA dump a$k.h5 --dataset training/optimiser >$k.txt; "
+                           "done; test -s 0.txt && cmp 0.txt 1.txt"),
+                     0);
+    assert_int_equal(shell("$LA dump a0.h5"), 0);
+    assert_non_null(strstr(shell_out(), "autoencoder.linear8.bias"));
+    assert_non_null(strstr(shell_out(), "hnn.linear3.weight"));
+    assert_non_null(strstr(shell_out(), "6 x 5"));
+}
+
 static void test_interrupted(void **state)
 {
     (void)state;
@@ -134,6 +185,8 @@ static void test_refusals(void **state)
     refused("pendulum.csv --state q,r", "r");
     refused("pendulum.csv --patience 5", "test samples");
     refused("pendulum.csv --out /nonexistent/model.h5", "/nonexistent/model.h5");
+    refused("frames.h5 --model pixel-hnn --state q,p", "--state is for models of states");
+    refused("pendulum.csv --model pixel-hnn", "pendulum.csv");
     refused("pendulum.csv --log /nonexistent/log.csv", "/nonexistent/log.csv");
 }
 
@@ -163,6 +216,7 @@ int main(void)
         cmocka_unit_test_setup(test_json_and_files, setup),
         cmocka_unit_test_setup(test_resume, setup),
         cmocka_unit_test_setup(test_killed, setup),
+        cmocka_unit_test_setup(test_pixels, setup),
         cmocka_unit_test_setup(test_interrupted, setup),
         cmocka_unit_test_setup(test_refusals, setup),
         cmocka_unit_test_setup(test_resume_refusals, setup),

@@ -1,0 +1,50 @@
+/* Training from frames: a sample is a pair of them, its target the pair one frame later. */
+#include "train.h"
+
+#include <math.h>
+
+/* Options that speak of columns, or of rates that are known. */
+static enum ad_status check_options(const struct train_options *o, struct ad_error *error)
+{
+    const struct {
+        const char *name;
+        bool given;
+    } option[] = {{"state", o->state},         {"rate", o->rate},     {"time", o->time},
+                  {"trial", o->trial},         {"test", o->test},     {"unit", o->unit},
+                  {"normalise", o->normalise}, {"dt", !isnan(o->dt)}, {"rollout", o->rollout}};
+    for (size_t k = 0; k < sizeof option / sizeof *option; k++)
+        if (option[k].given)
+            return ad_fail(error, AD_E_ARGUMENT, "--%s is for models of states, not for --model %s",
+                           option[k].name, o->model);
+    return AD_OK;
+}
+
+enum ad_status train_read_frames(struct train_run *run, struct ad_error *error)
+{
+    const struct train_options *o = run->options;
+    double fraction = isnan(o->test_fraction) ? 0.2 : o->test_fraction;
+    if (check_options(o, error) != AD_OK ||
+        hnn_frames_read(o->common.argument[0], &run->frames, error) != AD_OK ||
+        hnn_frames_split(&run->frames, fraction, o->common.seed, &run->pairs, error) != AD_OK)
+        return error->status;
+    struct hnn_samples all = {.frames = run->frames.pixels,
+                              .frame = run->frames.height * run->frames.width};
+    run->train = run->test = all;
+    run->train.n = run->pairs.n_train;
+    run->train.first = run->pairs.train;
+    run->test.n = run->pairs.n_test;
+    run->test.first = run->pairs.test;
+    return AD_OK;
+}
+
+enum ad_status train_note_frames(struct train_run *run, struct ad_error *error)
+{
+    char text[64];
+    snprintf(text, sizeof text, "%zu x %zu", run->frames.height, run->frames.width);
+    hnn_model_note(run->model, "frame", text, error);
+    if (run->frames.has_rod) {
+        snprintf(text, sizeof text, "%.17g", run->frames.rod.dt);
+        hnn_model_note(run->model, "dt", text, error);
+    }
+    return error->status;
+}
