@@ -60,6 +60,7 @@ FUZZERS  := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
 HELP_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(filter-out $(wildcard tests/*/test_*.c tests/fuzz/*.c),\
               $(wildcard tests/*.c tests/*/*.c)))
 FUZZ_SECONDS ?= 10
+KILLS ?= 200
 PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/ops.def autodiff/optim.h physics/physics.h \
               physics/horizons.h physics/integrate.h physics/order.h physics/stability.h hnn/hnn.h hnn/pixels.h quantum/quantum.h)
 
@@ -67,7 +68,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests test check demo charts peers hnn-table bench lint format sanitize test-o1 mutants fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests test check demo charts peers hnn-table bench lint format sanitize test-o1 mutants torture fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -89,6 +90,7 @@ help:
 	@echo '  sanitize   every test under ASan and UBSan'
 	@echo '  test-o1    tests of the tape with kernels compiled plainly: the oracle'
 	@echo '  mutants    a flipped sign in any gradient rule must fail a test'
+	@echo '  torture    kills runs at random moments: files stay whole, training resumes'
 	@echo '  fuzz       readers of files against libFuzzer (clang), FUZZ_SECONDS=10 each'
 	@echo '  install uninstall clean'
 
@@ -213,6 +215,9 @@ test-o1:
 
 mutants: $(A)
 	@CC=$(CC) scripts/mutants $(BUILD)
+
+torture: all
+	@scripts/torture $(BUILD)/leastaction $(KILLS)
 
 # The library is instrumented too, so that the fuzzer sees which bytes lead where.
 fuzz:

@@ -232,10 +232,10 @@ static enum ad_status take_step(hnn_trainer *t, bool *stalled, struct ad_error *
 
 enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_error *error)
 {
-    double began = now() - t->seconds;
     bool stalled = false;
     *stop = 0;
     while (!*stop) {
+        double began = now();
         if (t->step >= t->settings.steps)
             *stop = HNN_STOP_STEPS;
         else if (out_of_patience(t))
@@ -244,7 +244,7 @@ enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_er
             *stop = HNN_STOP_STALLED;
         else if (take_step(t, &stalled, error) != AD_OK)
             return error->status;
-        t->seconds = now() - began;
+        t->seconds += now() - began;
         bool last = stalled || t->step >= t->settings.steps;
         if (!*stop && (last || t->step % t->settings.every == 0) && survey(t, error) != AD_OK)
             return error->status;
