@@ -107,6 +107,10 @@ struct hnn_task {
     /* y [2 dof] = (q, p) at time 0 */
     void (*start)(struct phys_random *random, const struct hnn_sampling *sampling, double *y);
     struct hnn_sampling published;
+    /* How the published energy errors were computed, where not from H at the true time: another
+       "energy", NULL: H; and the models' time over the true one, 0: 1. */
+    phys_hamiltonian *published_energy;
+    double time_stretch;
 };
 extern const struct hnn_task *const hnn_tasks[]; /* NULL-terminated */
 /* AD_E_ARGUMENT names the nearest. */

@@ -12,8 +12,6 @@ const struct hnn_task *const hnn_tasks[] = {&hnn_task_spring, &hnn_task_pendulum
 /* Of a step of the integrator, relative; and absolute, small next to the smallest motion. */
 static const double accuracy = 1e-10, smallest = 1e-12;
 
-enum { STATES_MOST = 12 }; /* of a task */
-
 const struct hnn_task *hnn_task_find(const char *name, struct ad_error *error)
 {
     const char *names[LENGTH(hnn_tasks)] = {0};
@@ -131,7 +129,7 @@ static bool observe(void *context, double t, const double *y)
     struct observer *o = context;
     struct hnn_observations *to = o->to;
     size_t states = 2 * to->dof;
-    double rate[STATES_MOST];
+    double rate[HNN_TASK_STATES_MOST];
     if (o->ode->field(o->ode->context, t, y, rate, o->error) != AD_OK)
         return false;
     for (size_t k = 0; k < states; k++) {
@@ -172,7 +170,7 @@ enum ad_status hnn_task_observe(const struct hnn_task *task, const struct hnn_sa
 {
     struct phys_ode ode = {0};
     struct phys_random random;
-    double y[STATES_MOST];
+    double y[HNN_TASK_STATES_MOST];
     *observations = (struct hnn_observations){0};
     struct observer o = {.to = observations, .ode = &ode, .error = error};
     phys_random_seed(&random, seed);

@@ -8,6 +8,8 @@
 extern const struct hnn_task hnn_task_spring, hnn_task_pendulum, hnn_task_two_body,
     hnn_task_three_body;
 
+enum { HNN_TASK_STATES_MOST = 12 };
+
 /* Uniform in [a, b). */
 static inline double hnn_between(struct phys_random *random, double a, double b)
 {

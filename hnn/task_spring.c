@@ -21,4 +21,5 @@ const struct hnn_task hnn_task_spring = {
                   .radius_min = 0.1,
                   .radius_max = 1,
                   .strength = 1},
+    .time_stretch = 1.09,
 };
