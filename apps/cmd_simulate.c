@@ -73,6 +73,9 @@ static const struct option table[] = {
     {"dt", "DT", OPTION_NUMBER, NULL, "length of fixed steps [the scene's]", AT(dt)},
     {"tol", "E", OPTION_NUMBER, NULL, "error, see below [1e-9]", AT(tolerance)},
     {"time", "T", OPTION_NUMBER, NULL, "when to stop [the scene's span]", AT(time)},
+    {"event", "QUANTITY=VALUE", OPTION_TEXTS, NULL, "when it crosses it, see below; repeatable",
+     AT(events)},
+    {"until", "QUANTITY=VALUE", OPTION_TEXT, NULL, "the same, and the run ends there", AT(until)},
     {"every", "K", OPTION_COUNT, NULL, "steps from sample to sample", AT(every)},
     {"samples", "N", OPTION_COUNT, NULL, "equal intervals of time between samples [1000]",
      AT(samples)},
@@ -113,6 +116,10 @@ const struct command command_simulate = {
              "units of the coordinates: a few methods are refined, coarse to fine, and the\n"
              "cheapest one whose estimate is under it is run. The reported error is the largest\n"
              "distance of the coordinates from a run of dop853 with a tolerance of 1e-13.\n"
+             "An event is a QUANTITY that crosses a value: a coordinate, v_ and a coordinate, "
+             "energy,\n"
+             "distance:A of body A from the origin, distance:A,B of two bodies. 'theta=0' finds\n"
+             "every crossing, 'theta>0' those where it rises, 'theta<0' where it falls.\n"
              "With --data the error is the largest distance of a planet from its table, seen from\n"
              "the Sun, and --tol is in km: models are tried from the published one on, and the\n"
              "least that stays as near is run."},

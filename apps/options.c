@@ -112,6 +112,16 @@ static enum ad_status add_setting(struct settings *settings, const char *text,
     return AD_OK;
 }
 
+static enum ad_status add_text(struct texts *texts, const char *text, struct ad_error *error)
+{
+    const char **grown = realloc(texts->text, (texts->n + 1) * sizeof *grown);
+    if (!grown)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    texts->text = grown;
+    texts->text[texts->n++] = text;
+    return AD_OK;
+}
+
 static const char *const expected[] = {
     [OPTION_TEXT] = "a text",
     [OPTION_NUMBER] = "a number",
@@ -144,6 +154,8 @@ static enum ad_status store(const struct option *option, const char *text, char 
     case OPTION_SEED:
         right = whole_number(text, UINT64_MAX, at);
         break;
+    case OPTION_TEXTS:
+        return add_text(at, text, error);
     case OPTION_SETTINGS:
         return add_setting(at, text, error);
     }
@@ -249,9 +261,14 @@ enum ad_status options_parse(const struct command_line *line, int argc, char *co
 void options_free(const struct command_line *line, void *values)
 {
     for (size_t k = 0; k < options_rows(line); k++) {
+        void *at = (char *)values + options_row(line, k)->offset;
+        if (options_row(line, k)->kind == OPTION_TEXTS) {
+            free(((struct texts *)at)->text);
+            *(struct texts *)at = (struct texts){0};
+        }
         if (options_row(line, k)->kind != OPTION_SETTINGS)
             continue;
-        struct settings *settings = (void *)((char *)values + options_row(line, k)->offset);
+        struct settings *settings = at;
         for (size_t s = 0; s < settings->n; s++)
             free(settings->setting[s].name);
         free(settings->setting);

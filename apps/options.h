@@ -14,6 +14,7 @@ enum option_kind {
     OPTION_NUMBER,  /* double, finite; OPTION_NO_NUMBER (NaN) if not given */
     OPTION_COUNT,   /* size_t; OPTION_NO_COUNT if not given */
     OPTION_SEED,    /* uint64_t */
+    OPTION_TEXTS,   /* struct texts: repeatable */
     OPTION_SETTINGS /* struct settings: NAME=VALUE, repeatable */
 };
 
@@ -26,6 +27,12 @@ struct option {
     const char *fallback; /* parsed first, and shown; NULL: not given, and `help` says what then */
     const char *help;
     size_t offset; /* of its destination in the struct of options */
+};
+
+/* Every text, as often as the option was given. */
+struct texts {
+    size_t n;
+    const char **text; /* owned; the texts themselves are words of the command line */
 };
 
 /* NAME=VALUE as often as --set was given. */

@@ -10,13 +10,15 @@
 #include "options.h"
 #include "plot.h"
 #include "result.h"
+#include "simulate_event.h"
 #include "simulate_outlook.h"
 #include "../physics/integrate.h"
 #include "../physics/runfile.h"
 
 struct simulate_options {
     struct common common;
-    const char *integrator, *data, *from, *rough;
+    const char *integrator, *data, *from, *rough, *until;
+    struct texts events;
     double dt, tolerance, time, horizon;
     size_t every, samples, days;
     bool no_reference, reverse;
@@ -49,6 +51,7 @@ struct simulate_run {
     double dt, tolerance; /* of the steps, once known */
     size_t n_trials;
     struct simulate_trial trial[SIMULATE_TRIALS];
+    struct event_questions questions;
     struct ephemeris_tables tables;      /* n 0: none asked for */
     const struct ephemeris_model *model; /* of those tried, when --tol was to choose one; or NULL */
     size_t n_tried, chosen;
@@ -104,6 +107,7 @@ struct simulate_result {
     double error, error_end, reversal;
     double planet_km[EPHEMERIS_PLANETS]; /* with tables: largest distances from them */
     struct phys_closest closest;
+    struct event_answers events;
     struct phys_totals start, end;
     bool has_totals;
     struct simulate_outlook outlook;

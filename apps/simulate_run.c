@@ -60,6 +60,7 @@ void simulate_samples_free(struct simulate_samples *samples)
 void simulate_result_free(struct simulate_result *result)
 {
     simulate_samples_free(&result->samples);
+    event_answers_free(&result->events);
     free(result->distance);
 }
 
@@ -91,35 +92,53 @@ static void choose_samples(const struct simulate_run *run, struct phys_simulatio
                                                                   : SAMPLES_OF_MANY;
 }
 
+/* The run itself; its settings know tolerance and events. */
+static void follow(const struct simulate_run *run, struct phys_simulation *settings, double *y,
+                   struct simulate_result *result, struct ad_error *error)
+{
+    struct watch w = {.time = run->time};
+    choose_samples(run, settings);
+    progress_start(&w.progress, run->options->common.quiet);
+    result->samples = (struct simulate_samples){
+        .ode = &run->ode, .dof = run->system.dof, .progress = watch, .context = &w};
+    settings->sample = simulate_sample;
+    settings->context = &result->samples;
+    settings->watch_energy = true;
+    phys_simulate(settings, &run->ode, y, &result->info, error);
+    progress_end(&w.progress);
+}
+
 static enum ad_status forward(const struct simulate_run *run, double *y, double *scale,
                               struct simulate_result *result, struct ad_error *error)
 {
     const struct phys_ode *ode = &run->ode;
     struct phys_simulation settings;
     struct phys_approach *approach = NULL;
-    struct watch w = {.time = run->time};
+    struct event_watch *watches = NULL;
+    size_t n = run->questions.n;
+    struct phys_events *events = malloc((n + 1) * sizeof *events);
     double setting = run->integrator->adaptive ? run->tolerance : run->dt;
-    if (ode->enter(ode->context, 0, run->q, run->v, y, error) != AD_OK ||
-        simulate_settings(run, run->integrator, setting, ode, y, scale, &settings, error) !=
-            AD_OK ||
-        (simulate_few(run) && phys_approach_new(ode, 0, y, &approach, error) != AD_OK))
-        return error->status;
-    choose_samples(run, &settings);
-    progress_start(&w.progress, run->options->common.quiet);
-    result->samples = (struct simulate_samples){
-        .ode = ode, .dof = run->system.dof, .progress = watch, .context = &w};
-    settings.sample = simulate_sample;
-    settings.context = &result->samples;
-    settings.watch_energy = true;
-    settings.events = approach ? phys_approach_events(approach) : NULL;
-    settings.n_events = approach ? 1 : 0;
-    phys_simulate(&settings, ode, y, &result->info, error);
-    progress_end(&w.progress);
+    if (!events)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else if (ode->enter(ode->context, 0, run->q, run->v, y, error) == AD_OK &&
+             simulate_settings(run, run->integrator, setting, ode, y, scale, &settings, error) ==
+                 AD_OK &&
+             event_watch_all(&run->questions, ode, &result->events, &watches, events, error) ==
+                 AD_OK &&
+             (!simulate_few(run) || phys_approach_new(ode, 0, y, &approach, error) == AD_OK)) {
+        settings.events = events;
+        settings.n_events = n + (approach != NULL);
+        if (approach)
+            events[n] = *phys_approach_events(approach);
+        follow(run, &settings, y, result, error);
+    }
     if (approach)
         result->closest = phys_approach_closest(approach);
     phys_approach_free(approach);
-    if (result->samples.failed)
-        ad_fail(error, AD_E_MEMORY, "out of memory for the samples");
+    event_watches_free(watches);
+    free(events);
+    if (result->samples.failed || result->events.failed)
+        ad_fail(error, AD_E_MEMORY, "out of memory for samples and events");
     return error->status;
 }
 

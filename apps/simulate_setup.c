@@ -82,6 +82,9 @@ enum ad_status simulate_setup(const struct simulate_options *options, struct sim
         if (phys_system_set(&run->system, options->set.setting[k].name,
                             options->set.setting[k].value, error) != AD_OK)
             return error->status;
+    if (event_questions_read(&options->events, options->until, &run->system, &run->questions,
+                             error) != AD_OK)
+        return error->status;
     const struct phys_scene *scene = run->system.scene;
     run->time = !isnan(options->time) ? options->time : (double)(scene->slices - 1) * scene->dt;
     if (options->integrator)
@@ -96,6 +99,7 @@ enum ad_status simulate_setup(const struct simulate_options *options, struct sim
 void simulate_free(struct simulate_run *run)
 {
     phys_ode_free(&run->ode);
+    event_questions_free(&run->questions);
     simulate_ephemeris_free(run);
     free(run->q);
     phys_system_close(&run->system);

@@ -80,6 +80,7 @@ void simulate_print(const struct simulate_run *run, const struct simulate_result
         row("closest approach", result->closest.distance, scene->unit);
         row("  at t =", result->closest.t, scene->time_unit);
     }
+    event_answers_print(&result->events, &run->system);
     simulate_gas_print(run, &result->gas);
     simulate_outlook_print(run, &result->outlook);
     if (result->has_totals) {
@@ -153,6 +154,8 @@ void simulate_print_json(const struct simulate_run *run, const struct simulate_r
                                    : (double)NAN);
     if (run->n_trials)
         json_trials(&json, run);
+    if (run->questions.n)
+        event_answers_json(&json, &result->events);
     simulate_ephemeris_json(&json, run, result);
     simulate_gas_json(&json, &result->gas);
     simulate_outlook_json(&json, &result->outlook);
@@ -239,6 +242,8 @@ enum ad_status simulate_file(const struct simulate_run *run, const struct simula
         phys_runfile_write(file, "error", AD_F64, 1, &s->n, result->distance);
         phys_runfile_text(file, "error", "unit", scene->unit);
     }
+    if (event_answers_file(&result->events, &run->questions, file, error) != AD_OK)
+        return error->status;
     if (file_half(result, 0, "path", file, error) == AD_OK &&
         file_half(result, 1, "velocity", file, error) == AD_OK)
         phys_runfile_text(file, "path", "unit", scene->unit);

@@ -158,7 +158,8 @@ struct phys_simulation {
     double min_step;
     size_t max_steps; /* AD_E_ACCURACY beyond; 0: any number */
     /* Samples: at the start and every so many steps, or, `every` 0, at n_samples equal intervals
-       of time up to t1 (fixed steps: at the nearest steps; adaptive: by dense output). */
+       of time up to t1 (fixed steps: at the nearest steps; adaptive: by dense output); and where an
+       event ends the simulation. */
     size_t every, n_samples;
     const double *times; /* adaptive: the n_samples times instead, in their order; or NULL */
     bool (*sample)(void *context, double t, const double *y);

@@ -68,6 +68,7 @@ static void give(struct run *run, double t, const double *y)
     if (!s->sample)
         return;
     double before = now();
+    run->given = t == run->end;
     if (!s->sample(s->context, t, y)) {
         run->stop = true;
         run->info->stop = PHYS_SIMULATION_INTERRUPTED;
@@ -91,23 +92,14 @@ static bool due(struct run *run)
     return step == run->info->steps;
 }
 
-/* The samples that this step reaches; its end is settled, `steps` counts it. */
-static enum ad_status sample(struct run *run, struct ad_error *error)
+/* Samples at times within an adaptive step. */
+static enum ad_status sample_within(struct run *run, struct ad_error *error)
 {
     const struct phys_simulation *s = run->settings;
     struct phys_stepper *m = &run->stepper;
     double end = run->end, span = s->t1 - s->t0;
-    if (s->every > 0) {
-        if (run->info->steps % s->every == 0)
-            give(run, end, m->next);
-        return AD_OK;
-    }
-    if (!s->integrator->adaptive) {
-        if (due(run))
-            give(run, end, m->next);
-        return AD_OK;
-    }
-    for (; run->next_sample <= s->n_samples && !run->stop; run->next_sample++) {
+    for (; run->next_sample <= s->n_samples && run->info->stop != PHYS_SIMULATION_INTERRUPTED;
+         run->next_sample++) {
         double t = s->times ? s->times[run->next_sample - 1]
                    : run->next_sample == s->n_samples
                        ? s->t1
@@ -116,12 +108,32 @@ static enum ad_status sample(struct run *run, struct ad_error *error)
             return AD_OK;
         if (t == end)
             give(run, end, m->next);
-        else if (phys_run_dense(run, (t - m->t) / m->h, error) == AD_OK)
+        else if (phys_run_dense(run, (t - m->t) / run->whole, error) == AD_OK)
             give(run, t, run->point);
         else
             return error->status;
     }
     return AD_OK;
+}
+
+/* The samples that this step reaches; its end is settled, `steps` counts it. */
+static enum ad_status sample(struct run *run, struct ad_error *error)
+{
+    const struct phys_simulation *s = run->settings;
+    const double *next = run->stepper.next;
+    run->given = false;
+    if (s->every > 0) {
+        if (run->info->steps % s->every == 0)
+            give(run, run->end, next);
+    } else if (!s->integrator->adaptive) {
+        if (due(run))
+            give(run, run->end, next);
+    } else {
+        sample_within(run, error);
+    }
+    if (run->info->stop == PHYS_SIMULATION_EVENT && !run->given && (s->every || s->n_samples))
+        give(run, run->end, next);
+    return error->status;
 }
 
 static void watch_energy(struct run *run, double t, const double *y)
@@ -188,8 +200,10 @@ static enum ad_status advance(struct run *run, struct ad_error *error)
         return ad_fail(error, AD_E_ACCURACY, "%zu steps did not get beyond t = %.9g", s->max_steps,
                        m->t);
     run->dense = false;
-    if (phys_run_step(run, error) != AD_OK || check_finite(run, error) != AD_OK ||
-        phys_run_events(run, error) != AD_OK)
+    if (phys_run_step(run, error) != AD_OK || check_finite(run, error) != AD_OK)
+        return error->status;
+    run->whole = m->h;
+    if (phys_run_events(run, error) != AD_OK)
         return error->status;
     count(run->info, m->h);
     run->end = end_of_step(run);

@@ -14,12 +14,14 @@ struct run {
     double last_norm;                     /* error of the last step accepted, for the controller */
     bool rejected;                        /* the last attempt was */
     bool dense;                           /* the polynomial of this step is prepared */
+    double whole;                         /* length of the step before an event cut it */
     size_t next_sample;                   /* number of the next one */
     double *point;                        /* [n] for dense output */
     double *values, *next_values, *roots; /* [sum of the events' n] */
     double *scratch;
     bool last;  /* this step reaches t1 */
     double end; /* time at its end */
+    bool given; /* as a sample */
     bool stop;
     double away; /* seconds in callbacks */
 };

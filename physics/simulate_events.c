@@ -22,7 +22,8 @@ static void evaluate(const struct run *run, double t, const double *y, double *v
 {
     for (size_t e = 0; e < run->settings->n_events; e++) {
         const struct phys_events *events = &run->settings->events[e];
-        events->values(events->context, t, y, values);
+        if (events->n > 0)
+            events->values(events->context, t, y, values);
         values += events->n;
     }
 }

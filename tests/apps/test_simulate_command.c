@@ -117,6 +117,53 @@ static void test_files(void **state)
     assert_true(shell_files() >= 3); /* without gnuplot: data and commands for the picture */
 }
 
+/* From rest the velocity falls through zero after every period, 6.69997566437. */
+static void test_events(void **state)
+{
+    (void)state;
+    static const char command[] =
+        "pendulum --set l=1 --set theta0=1 --tol 1e-13 --integrator dop853 "
+        "--no-reference --time 21 --json";
+    const double period = 6.69997566437;
+    char arguments[200];
+    snprintf(arguments, sizeof arguments, "%s --event 'v_theta<0' --out e.h5", command);
+    works(arguments);
+    const char *at = shell_last_line();
+    for (int k = 1; k <= 3; k++) {
+        at = strstr(at, "{\"event\": \"v_theta<0\", \"t\": ");
+        assert_non_null(at);
+        at = strstr(at, "\"t\": ") + 5;
+        assert_close(strtod(at, NULL), k * period, 1e-11, 0);
+    }
+    assert_null(strstr(at, "v_theta<0"));
+    double times[3], states[6];
+    struct ad_error error = {0};
+    phys_runfile *file;
+    assert_int_equal(phys_runfile_open(shell_path("e.h5"), &file, &error), AD_OK);
+    assert_int_equal(phys_runfile_read(file, "events/time", 0, 3, times, &error), AD_OK);
+    assert_int_equal(phys_runfile_read(file, "events/state", 0, 3, states, &error), AD_OK);
+    assert_close(times[2], 3 * period, 1e-11, 0);
+    assert_close(states[4], 1, 1e-12, 0);
+    phys_runfile_close(file);
+
+    snprintf(arguments, sizeof arguments, "%s --until theta=0 --csv e.csv", command);
+    works(arguments);
+    assert_true(has("\"stop\": \"event\""));
+    assert_close(number("time"), period / 4, 1e-11, 0);
+    size_t rows, columns;
+    double *values; /* the samples go on up to the event, the last one is there */
+    assert_int_equal(phys_table_read(shell_path("e.csv"), &rows, &columns, &values, &error), AD_OK);
+    assert_close(values[3 * (rows - 1)], period / 4, 1e-11, 0);
+    assert_close(values[3 * (rows - 2)], floor(period / 4 / 0.021) * 0.021, 1e-12, 0);
+    free(values);
+
+    works("kepler --until distance:1=1 --integrator gauss4 --dt 0.1 --json"); /* end of its axis */
+    assert_true(has("\"stop\": \"event\""));
+    assert_close(number("time"), M_PI / 2 - 0.6, 1e-4, 0);
+    works("ephemeris --event distance:mercury,venus=1e11 --no-reference --json");
+    assert_true(has("{\"event\": \"distance:mercury,venus=1e11\""));
+}
+
 static void test_refusals(void **state)
 {
     (void)state;
@@ -132,6 +179,11 @@ static void test_refusals(void **state)
         {2, "kepler --integrator dop853 --dt 0.1", "--dt: dop853 chooses its steps; give --tol E"},
         {2, "kepler --samples 0", "--samples: expected at least 1, got 0"},
         {2, "kepler --every 2 --samples 3", "--every and --samples: give one of them"},
+        {2, "kepler --event x", "expected QUANTITY=VALUE"},
+        {2, "kepler --event x=a", "expected QUANTITY=VALUE"},
+        {2, "kepler --until z=1", "kepler has no quantity 'z'; expected a coordinate (x, ...)"},
+        {2, "figure8 --event distance:1,4=1", "no quantity 'distance:1,4'"},
+        {2, "pendulum --event distance:1=1", "no quantity 'distance:1'"},
         {2, "kepler --set e=2", "e = 2 makes no system"},
         {2, "kepler --csv no/k.csv", "no/k.csv"},
         {2, "dblpend --integrator verlet", "implicit-midpoint"},
@@ -159,6 +211,7 @@ int main(void)
         cmocka_unit_test_setup(test_energy_of_a_scene_that_does_not_separate, clean),
         cmocka_unit_test_setup(test_tolerance_is_met, clean),
         cmocka_unit_test_setup(test_files, clean),
+        cmocka_unit_test_setup(test_events, clean),
         cmocka_unit_test_setup(test_refusals, clean),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);

@@ -1,0 +1,160 @@
+/* Questions asked while a simulation runs, and their answers (simulate_event.h). */
+#include "simulate_event.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* ---- asking ---- */
+
+static bool get_state(const struct event_watch *w, double t, const double *y, double *x)
+{
+    struct ad_error ignored = {0}; /* of the same state the next step will complain */
+    return w->ode->leave(w->ode->context, t, y, x, x + w->ode->system->dof, &ignored) == AD_OK;
+}
+
+static void values(void *context, double t, const double *y, double *g)
+{
+    const struct event_watch *w = context;
+    *g = get_state(w, t, y, w->x) ? w->event->quantity->value(w, t, y) - w->event->value
+                                  : (double)NAN;
+}
+
+static bool grow(struct event_answers *a)
+{
+    size_t room = a->room ? 2 * a->room : 16;
+    const struct event **event = realloc(a->event, room * sizeof *event);
+    if (event)
+        a->event = event;
+    double *t = realloc(a->t, room * sizeof *t);
+    if (t)
+        a->t = t;
+    double *x = realloc(a->x, room * 2 * a->dof * sizeof *x);
+    if (x)
+        a->x = x;
+    a->room = event && t && x ? room : a->room;
+    return event && t && x;
+}
+
+static bool found(void *context, size_t k, double t, const double *y)
+{
+    const struct event_watch *w = context;
+    struct event_answers *a = w->answers;
+    (void)k;
+    if (a->n == a->room && !grow(a)) {
+        a->failed = true;
+        return false;
+    }
+    if (get_state(w, t, y, a->x + 2 * a->n * a->dof)) {
+        a->event[a->n] = w->event;
+        a->t[a->n++] = t;
+    }
+    return !w->event->last;
+}
+
+enum ad_status event_watch_all(const struct event_questions *questions, const struct phys_ode *ode,
+                               struct event_answers *answers, struct event_watch **watches,
+                               struct phys_events *events, struct ad_error *error)
+{
+    size_t n = questions->n, dof = ode->system->dof;
+    *answers = (struct event_answers){.dof = dof};
+    *watches = NULL;
+    if (n == 0)
+        return AD_OK;
+    double *x = malloc(2 * dof * sizeof *x); /* of the first, shared: one value at a time */
+    struct event_watch *w = *watches = calloc(n, sizeof *w);
+    if (!x || !w) {
+        free(x);
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    }
+    for (size_t k = 0; k < n; k++) {
+        w[k] = (struct event_watch){&questions->event[k], ode, answers, x};
+        events[k] = (struct phys_events){.n = 1,
+                                         .values = values,
+                                         .direction = questions->event[k].direction,
+                                         .found = found,
+                                         .context = &w[k]};
+    }
+    return AD_OK;
+}
+
+void event_watches_free(struct event_watch *watches)
+{
+    if (watches)
+        free(watches->x);
+    free(watches);
+}
+
+void event_answers_free(struct event_answers *answers)
+{
+    free(answers->event);
+    free(answers->t);
+    free(answers->x);
+    *answers = (struct event_answers){0};
+}
+
+/* ---- answers ---- */
+
+void event_answers_print(const struct event_answers *answers, const struct phys_system *system)
+{
+    enum { MOST = 12, WIDE = 3 /* coordinates whose state fits into a line */ };
+    for (size_t i = 0; i < answers->n && i < MOST; i++) {
+        const double *x = answers->x + 2 * i * answers->dof;
+        printf("  %-24s t = %.12g", answers->event[i]->text, answers->t[i]);
+        for (size_t k = 0; k < 2 * answers->dof && answers->dof <= WIDE; k++) {
+            char name[64];
+            phys_coordinate_name(system, k % answers->dof, name, sizeof name);
+            printf(", %s%s = %.6g", k < answers->dof ? "" : "v_", name, x[k]);
+        }
+        putchar('\n');
+    }
+    if (answers->n > MOST)
+        printf("  and %zu more: --json and --out have all\n", answers->n - MOST);
+}
+
+void event_answers_json(struct json *json, const struct event_answers *answers)
+{
+    static const char *const halves[] = {"q", "v"};
+    json_array(json, "events");
+    for (size_t i = 0; i < answers->n; i++) {
+        json_object(json, NULL);
+        json_text(json, "event", answers->event[i]->text);
+        json_number(json, "t", answers->t[i]);
+        for (size_t half = 0; half < 2; half++) {
+            json_array(json, halves[half]);
+            for (size_t k = 0; k < answers->dof; k++)
+                json_number(json, NULL, answers->x[(2 * i + half) * answers->dof + k]);
+            json_end_array(json);
+        }
+        json_end_object(json);
+    }
+    json_end_array(json);
+}
+
+enum ad_status event_answers_file(const struct event_answers *answers,
+                                  const struct event_questions *questions, phys_runfile *file,
+                                  struct ad_error *error)
+{
+    size_t n = answers->n;
+    if (questions->n == 0)
+        return AD_OK;
+    double *number = malloc((n + 1) * sizeof *number);
+    if (!number)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t i = 0; i < n; i++)
+        number[i] = (double)(answers->event[i] - questions->event + 1);
+    phys_runfile_folder(file, "events");
+    for (size_t k = 0; k < questions->n; k++) {
+        char name[24];
+        snprintf(name, sizeof name, "%zu", k + 1);
+        phys_runfile_text(file, "events", name, questions->event[k].text);
+    }
+    if (n > 0) {
+        phys_runfile_write(file, "events/number", AD_F64, 1, &n, number);
+        phys_runfile_write(file, "events/time", AD_F64, 1, &n, answers->t);
+        phys_runfile_write(file, "events/state", AD_F64, 2, (size_t[]){n, 2 * answers->dof},
+                           answers->x);
+        phys_runfile_text(file, "events/state", "axes", "event, coordinates and velocities");
+    }
+    free(number);
+    return AD_OK;
+}
