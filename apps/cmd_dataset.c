@@ -1,6 +1,7 @@
 /* leastaction dataset: observations of the systems that Hamiltonian neural networks were published
-   with. */
+   with; dataset_pixels.c has the frames. */
 #include "command.h"
+#include "dataset.h"
 #include "json.h"
 #include "result.h"
 #include "../hnn/data.h"
@@ -10,38 +11,31 @@
 #include <string.h>
 #include <time.h>
 
-struct options {
-    struct common common;
-    const char *out;
-    size_t trials, points;
-    double time, noise, min_radius, max_radius, spread, strength;
-};
-
 /* ---- what is asked for ---- */
 
-static void choose_number(double *value, double given)
+void dataset_choose_number(double *value, double given)
 {
     if (!isnan(given))
         *value = given;
 }
 
-static void choose_count(size_t *value, size_t given)
+void dataset_choose_count(size_t *value, size_t given)
 {
     if (given != OPTION_NO_COUNT)
         *value = given;
 }
 
-static struct hnn_sampling sampling_of(const struct hnn_task *task, const struct options *o)
+static struct hnn_sampling sampling_of(const struct hnn_task *task, const struct dataset_options *o)
 {
     struct hnn_sampling s = task->published;
-    choose_count(&s.trials, o->trials);
-    choose_count(&s.points, o->points);
-    choose_number(&s.time, o->time);
-    choose_number(&s.noise, o->noise);
-    choose_number(&s.radius_min, o->min_radius);
-    choose_number(&s.radius_max, o->max_radius);
-    choose_number(&s.spread, o->spread);
-    choose_number(&s.strength, o->strength);
+    dataset_choose_count(&s.trials, o->trials);
+    dataset_choose_count(&s.points, o->points);
+    dataset_choose_number(&s.time, o->time);
+    dataset_choose_number(&s.noise, o->noise);
+    dataset_choose_number(&s.radius_min, o->min_radius);
+    dataset_choose_number(&s.radius_max, o->max_radius);
+    dataset_choose_number(&s.spread, o->spread);
+    dataset_choose_number(&s.strength, o->strength);
     return s;
 }
 
@@ -129,7 +123,9 @@ static bool ends_with(const char *text, const char *end)
     return n >= m && strcmp(text + n - m, end) == 0;
 }
 
-static double now(void)
+bool dataset_is_hdf5(const char *out) { return ends_with(out, ".h5") || ends_with(out, ".hdf5"); }
+
+double dataset_now(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
@@ -152,7 +148,8 @@ static void report_json(const struct hnn_task *task, const struct hnn_sampling *
 }
 
 static void report(const struct hnn_task *task, const struct hnn_sampling *s,
-                   const struct hnn_observations *o, const struct options *options, double seconds)
+                   const struct hnn_observations *o, const struct dataset_options *options,
+                   double seconds)
 {
     if (options->common.json)
         report_json(task, s, o, options->out, seconds);
@@ -174,27 +171,26 @@ static enum ad_status check_out(const char *name, struct ad_error *error)
     return error->status;
 }
 
-static int run(const void *values, struct ad_error *error)
+static enum ad_status observe(const struct dataset_options *options, struct ad_error *error)
 {
-    const struct options *options = values;
     const struct hnn_task *task = hnn_task_find(options->common.argument[0], error);
     struct hnn_observations observations = {0};
-    if (!task || check_out(options->out, error) != AD_OK)
-        return command_status(error);
+    if (!task)
+        return error->status;
     struct hnn_sampling sampling = sampling_of(task, options);
-    double start = now();
+    double start = dataset_now();
     if (hnn_task_observe(task, &sampling, options->common.seed, &observations, error) == AD_OK) {
-        double seconds = now() - start;
-        bool hdf5 = ends_with(options->out, ".h5") || ends_with(options->out, ".hdf5");
-        if ((hdf5 ? save_hdf5(task, &sampling, &options->common, &observations, options->out, error)
-                  : save_csv(&observations, options->out, error)) == AD_OK)
+        double seconds = dataset_now() - start;
+        if ((dataset_is_hdf5(options->out)
+                 ? save_hdf5(task, &sampling, &options->common, &observations, options->out, error)
+                 : save_csv(&observations, options->out, error)) == AD_OK)
             report(task, &sampling, &observations, options, seconds);
     }
     hnn_observations_free(&observations);
-    return command_status(error);
+    return error->status;
 }
 
-#define AT(member) offsetof(struct options, member)
+#define AT(member) offsetof(struct dataset_options, member)
 
 static const struct option table[] = {
     {"out", "FILE", OPTION_TEXT, NULL, "FILE.h5 is HDF5, any other CSV; - is standard output",
@@ -207,7 +203,44 @@ static const struct option table[] = {
     {"max-radius", "R", OPTION_NUMBER, NULL, "of starts [published]", AT(max_radius)},
     {"spread", "X", OPTION_NUMBER, NULL, "of speeds about circular motion [published]", AT(spread)},
     {"strength", "K", OPTION_NUMBER, NULL, "of the potential [published]", AT(strength)},
+    {"size", "N", OPTION_TEXT, NULL, "of frames, in pixels: N, or HEIGHT,WIDTH [28]", AT(size)},
+    {"rows", "A,B", OPTION_TEXT, NULL, "that frames show of a screen of 500 [220,390]", AT(rows)},
+    {"columns", "A,B", OPTION_TEXT, NULL, "likewise [165,335]", AT(columns)},
+    {"dt", "DT", OPTION_NUMBER, NULL, "seconds between frames [0.05]", AT(dt)},
+    {"max-angle", "A", OPTION_NUMBER, NULL, "of starts, from hanging [pi/6]", AT(max_angle)},
+    {"max-speed", "W", OPTION_NUMBER, NULL, "of starts, rad/s [1]", AT(max_speed)},
 };
+
+/* Rows of the table that one kind of task alone takes. */
+enum { COMMON_ROWS = 3, MOTION_ROWS = 9, ALL_ROWS = sizeof table / sizeof *table };
+
+static bool given(const struct dataset_options *options, const struct option *o)
+{
+    const char *at = (const char *)options + o->offset;
+    return o->kind == OPTION_NUMBER ? !isnan(*(const double *)(const void *)at)
+                                    : *(const char *const *)(const void *)at != NULL;
+}
+
+/* An option that would do nothing is refused. */
+static enum ad_status check_options(const struct dataset_options *options, bool pixels,
+                                    struct ad_error *error)
+{
+    size_t first = pixels ? COMMON_ROWS : MOTION_ROWS, end = pixels ? MOTION_ROWS : ALL_ROWS;
+    for (size_t k = first; k < end; k++)
+        if (given(options, &table[k]))
+            return ad_fail(error, AD_E_ARGUMENT, "--%s is %s", table[k].name,
+                           pixels ? "not for pixels" : "for pixels alone");
+    return AD_OK;
+}
+
+static int run(const void *values, struct ad_error *error)
+{
+    const struct dataset_options *options = values;
+    bool pixels = strcmp(options->common.argument[0], "pixels") == 0;
+    if (check_options(options, pixels, error) == AD_OK && check_out(options->out, error) == AD_OK)
+        (pixels ? dataset_pixels : observe)(options, error);
+    return command_status(error);
+}
 
 const struct command command_dataset = {
     .line = {.name = "dataset",
@@ -221,8 +254,9 @@ const struct command command_dataset = {
                  "  pendulum   H = p^2 + k (1 - cos q), k = 3, 50 x 45 to t = 3, noise 0.1\n"
                  "  twobody    nearly circular orbits, 1000 x 50 to t = 20\n"
                  "  threebody  about a turning triangle, 5000 x 20 to t = 5\n"
+                 "  pixels     frames of a swinging rod, 200 x 100 pairs of 28 x 28 pixels\n"
                  "as published (arXiv 1906.01563). Columns: coordinates, momenta, their rates,\n"
                  "trial, t. All is a pure number: masses and lengths are units of the task."},
-    .bytes = sizeof(struct options),
+    .bytes = sizeof(struct dataset_options),
     .run = run,
 };

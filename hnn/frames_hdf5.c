@@ -29,7 +29,7 @@ static double *number_of(struct hnn_rod *rod, size_t k)
 
 /* ---- writing ---- */
 
-void hnn_frames_write(const struct hnn_frames *f, phys_runfile *file)
+void hnn_frames_write(const struct hnn_frames *f, struct phys_runfile *file)
 {
     const size_t dims[] = {f->trajectories, f->frames, f->height, f->width};
     struct hnn_rod rod = f->rod;

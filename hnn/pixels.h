@@ -19,7 +19,6 @@
 #define HNN_PIXELS_H
 
 #include "hnn.h"
-#include "../physics/runfile.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -93,7 +92,8 @@ void hnn_split_pairs_free(struct hnn_split_pairs *pairs);
 enum ad_status hnn_frames_read(const char *path, struct hnn_frames *frames, struct ad_error *error);
 /* "frames" f32, "angle" and "speed" f64, the rod's numbers as attributes of the file: gravity,
    mass, length, dt, radius, axle, shade, left, right, bottom, top. */
-void hnn_frames_write(const struct hnn_frames *frames, phys_runfile *file);
+struct phys_runfile;
+void hnn_frames_write(const struct hnn_frames *frames, struct phys_runfile *file);
 
 /* ---- from the pendulum ---- */
 

@@ -1,0 +1,30 @@
+/* What the two kinds of data set share on the command line: motions (cmd_dataset.c) and frames
+   (dataset_pixels.c). */
+#ifndef APPS_DATASET_H
+#define APPS_DATASET_H
+
+#include "options.h"
+
+struct dataset_options {
+    struct common common;
+    const char *out;
+    size_t trials, points;
+    /* motions */
+    double time, noise, min_radius, max_radius, spread, strength;
+    /* frames */
+    const char *size, *rows, *columns;
+    double dt, max_angle, max_speed;
+};
+
+/* A number or count that was given replaces the published one. */
+void dataset_choose_number(double *value, double given);
+void dataset_choose_count(size_t *value, size_t given);
+/* --out names a file of HDF5. */
+bool dataset_is_hdf5(const char *out);
+/* Seconds of a clock that only goes forward. */
+double dataset_now(void);
+
+/* Draws frames and writes them, all that the command does for the task `pixels`. */
+enum ad_status dataset_pixels(const struct dataset_options *options, struct ad_error *error);
+
+#endif

@@ -1,0 +1,39 @@
+/* Angle and energy of the rod of pixels.h as frames show them, drawn or decoded by a model.
+
+       hnn_rod_angles(&rod, 28, 28, n, pixels, angle, &error);
+       hnn_rod_energies(&rod, n, angle, energy);                 n - 2 of them
+
+   The motion is that of hnn_rod_step, whose angles are those of the Stoermer-Verlet scheme with the
+   speed w_k = (angle_{k+1} - angle_{k-1})/(2 dt). With I = m l^2/3 and V = m g (l/2)(1 - cos angle)
+   its energy I w^2/2 + V oscillates by dt^2 3g/(2l)/4, one per cent as published. What the scheme
+   conserves, up to dt^4, is the shadow energy
+
+       E = I w^2/2 + V + dt^2 (w^2 V''/12 - V'^2/(24 I))
+
+   (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, IX.3), zero when hanging at
+   rest: both the true energy and the measured one are this E. */
+#ifndef HNN_PIXEL_ENERGY_H
+#define HNN_PIXEL_ENERGY_H
+
+#include "pixels.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* E of a state of hnn_rod_step. Its speed belongs to half a step earlier than its angle. */
+double hnn_rod_energy(const struct hnn_rod *rod, double angle, double speed);
+
+/* Angles in (-pi, pi] of the rods in n frames [height x width], one behind the other: least squares
+   in angle and brightness, so that a pale picture does no harm. NaN for a frame that shows nothing
+   at all. AD_E_MEMORY. */
+enum ad_status hnn_rod_angles(const struct hnn_rod *rod, size_t height, size_t width, size_t n,
+                              const float *pixels, double *angle, struct ad_error *error);
+
+/* E at angles 1 ... n - 2 of n successive ones, whatever made them; energy [n - 2]. */
+void hnn_rod_energies(const struct hnn_rod *rod, size_t n, const double *angle, double *energy);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
