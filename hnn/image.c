@@ -22,6 +22,16 @@ static enum ad_status make_room(const char *file, struct hnn_image *image, struc
 
 /* ---- PNG ---- */
 
+/* libpng stops reading behind the pixels: whether the last chunk is there is for us to see. */
+static bool has_end(FILE *stream)
+{
+    static const unsigned char end[12] = {0, 0, 0, 0, 'I', 'E', 'N', 'D', 0xae, 0x42, 0x60, 0x82};
+    unsigned char found[sizeof end];
+    return fseek(stream, -(long)sizeof end, SEEK_END) == 0 &&
+           fread(found, 1, sizeof found, stream) == sizeof found &&
+           memcmp(found, end, sizeof end) == 0;
+}
+
 static enum ad_status read_png(const char *file, FILE *stream, struct hnn_image *image,
                                struct ad_error *error)
 {
@@ -41,6 +51,8 @@ static enum ad_status read_png(const char *file, FILE *stream, struct hnn_image 
         png.format = PNG_FORMAT_GRAY;
         if (!png_image_finish_read(&png, NULL, image->pixels, 0, NULL))
             ad_fail(error, AD_E_INPUT, "%s: damaged PNG: %s", file, png.message);
+        else if (!has_end(stream))
+            ad_fail(error, AD_E_INPUT, "%s: truncated PNG: expected it to end with IEND", file);
     }
     png_image_free(&png);
     return error->status;

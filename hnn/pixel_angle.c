@@ -16,6 +16,7 @@ static const double difference = 1e-3, converged = 1e-9;
 struct fitting {
     const struct hnn_rod *rod;
     size_t height, width;
+    double norm[TEMPLATES];    /* <r,r> */
     float *templates;          /* [TEMPLATES x height x width] */
     float *here, *less, *more; /* r at an angle, and a little to both sides */
 };
@@ -29,6 +30,7 @@ static double template_angle(size_t k)
 static double product(size_t n, const float *a, const float *b)
 {
     double sum = 0;
+#pragma omp simd reduction(+ : sum)
     for (size_t k = 0; k < n; k++)
         sum += (double)a[k] * b[k];
     return sum;
@@ -45,8 +47,11 @@ static enum ad_status prepare(struct fitting *f, struct ad_error *error)
     f->templates = malloc((TEMPLATES + 3) * area * sizeof *f->templates);
     if (!f->templates)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    for (size_t k = 0; k < TEMPLATES; k++)
-        draw(f, template_angle(k), f->templates + k * area);
+    for (size_t k = 0; k < TEMPLATES; k++) {
+        float *r = f->templates + k * area;
+        draw(f, template_angle(k), r);
+        f->norm[k] = product(area, r, r);
+    }
     f->here = f->templates + TEMPLATES * area;
     f->less = f->here + area;
     f->more = f->less + area;
@@ -59,10 +64,9 @@ static double best_template(const struct fitting *f, const float *frame, double 
     size_t area = f->height * f->width, best = TEMPLATES;
     *gain = 0;
     for (size_t k = 0; k < TEMPLATES; k++) {
-        const float *r = f->templates + k * area;
-        double fr = product(area, frame, r), rr = product(area, r, r);
-        if (fr > 0 && fr * fr > *gain * rr) {
-            *gain = fr * fr / rr;
+        double fr = product(area, frame, f->templates + k * area);
+        if (fr > 0 && fr * fr > *gain * f->norm[k]) {
+            *gain = fr * fr / f->norm[k];
             best = k;
         }
     }
@@ -77,6 +81,7 @@ static double gauss_newton(const struct fitting *f, const float *frame, double a
     draw(f, angle - difference, f->less);
     draw(f, angle + difference, f->more);
     double fr = 0, fd = 0, rr = 0, rd = 0, dd = 0;
+#pragma omp simd reduction(+ : fr, fd, rr, rd, dd)
     for (size_t k = 0; k < area; k++) {
         double r = f->here[k], d = ((double)f->more[k] - f->less[k]) / (2 * difference);
         fr += frame[k] * r;

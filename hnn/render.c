@@ -63,7 +63,10 @@ static double twice_in_disc(struct point a, struct point b, double r)
     double to = root > 0 ? fmin(1, (-ad + sqrt(root)) / dd) : 0;
     if (from >= to)
         return r * r * angle_between(a, b);
-    struct point in = {a.x + from * d.x, a.y + from * d.y}, out = {a.x + to * d.x, a.y + to * d.y};
+    struct point in = {a.x + from * d.x, a.y + from * d.y};
+    struct point out = b; /* exactly: close to the centre rounding would turn it */
+    if (to < 1)
+        out = (struct point){a.x + to * d.x, a.y + to * d.y};
     return r * r * (angle_between(a, in) + angle_between(out, b)) + cross(in, out);
 }
 
@@ -79,8 +82,9 @@ static double disc_area(const struct polygon *p, double x, double y, double r)
     return twice / 2;
 }
 
-/* Covered area of a pixel in coordinates along (x) and across (y) the rod, from the pivot. */
-static double covered(const struct hnn_rod *rod, const struct polygon *pixel)
+/* Area of a pixel under the rod, axle and all, in coordinates along (x) and across (y) the rod,
+   from the pivot. */
+static double rod_area(const struct hnn_rod *rod, const struct polygon *pixel)
 {
     struct polygon before = cut(pixel, 1, 0, 0), behind = cut(pixel, -1, 0, -rod->length);
     struct polygon beside = cut(pixel, -1, 0, 0);
@@ -88,13 +92,14 @@ static double covered(const struct hnn_rod *rod, const struct polygon *pixel)
     beside = cut(&beside, 0, 1, rod->radius);
     beside = cut(&beside, 0, -1, rod->radius);
     return polygon_area(&beside) + disc_area(&before, 0, 0, rod->radius) +
-           disc_area(&behind, rod->length, 0, rod->radius) - disc_area(pixel, 0, 0, rod->axle);
+           disc_area(&behind, rod->length, 0, rod->radius);
 }
 
 /* Distance of a point from the rod's middle line. */
 static double distance(const struct hnn_rod *rod, struct point p)
 {
-    return hypot(p.x - fmin(fmax(p.x, 0), rod->length), p.y);
+    const double x = p.x - fmin(fmax(p.x, 0), rod->length);
+    return sqrt(x * x + p.y * p.y);
 }
 
 /* How a rod lies in a frame. */
@@ -116,17 +121,19 @@ static double coverage(const struct drawing *d, struct point m)
 {
     const struct hnn_rod *rod = d->rod;
     const struct point w = d->half_width, h = d->half_height;
-    double away = distance(rod, m);
+    const double away = distance(rod, m);
+    const bool axle = hypot(m.x, m.y) - d->reach < rod->axle;
     if (away - d->reach >= rod->radius)
         return 0;
-    if (away + d->reach <= rod->radius && hypot(m.x, m.y) - d->reach >= rod->axle)
+    if (away + d->reach <= rod->radius && !axle)
         return 1;
     struct polygon pixel = {4,
                             {{m.x - w.x - h.x, m.y - w.y - h.y},
                              {m.x + w.x - h.x, m.y + w.y - h.y},
                              {m.x + w.x + h.x, m.y + w.y + h.y},
                              {m.x - w.x + h.x, m.y - w.y + h.y}}};
-    return fmin(fmax(covered(rod, &pixel) / polygon_area(&pixel), 0), 1);
+    double area = rod_area(rod, &pixel) - (axle ? disc_area(&pixel, 0, 0, rod->axle) : 0);
+    return fmin(fmax(area / polygon_area(&pixel), 0), 1);
 }
 
 void hnn_rod_draw(const struct hnn_rod *rod, double angle, size_t height, size_t width,

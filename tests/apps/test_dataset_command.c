@@ -2,6 +2,7 @@
 #include "../close.h"
 #include "shell.h"
 #include "../../hnn/data.h"
+#include "../../hnn/pixels.h"
 #include "../../physics/runfile.h"
 
 #include <stdio.h>
@@ -107,6 +108,43 @@ static void test_seed_and_options(void **state)
     assert_string_equal(shell_out(), "2,2\n");
 }
 
+/* Options reach the frames: the same as drawn from C, and what the screen's rows and columns mean.
+ */
+static void test_pixels(void **state)
+{
+    (void)state;
+    struct hnn_filming filming = hnn_filming_published();
+    struct hnn_frames drawn, read;
+    struct ad_error error = {0};
+    works("pixels --trials 3 --points 4 --size 20,30 --dt 0.02 --max-angle 1 --max-speed 2 "
+          "--rows 100,400 --columns 50,450 --seed 9 --json --out p.h5");
+    assert_non_null(strstr(shell_last_line(), "\"frames\": 18"));
+    filming.trajectories = 3;
+    filming.frames = 6;
+    filming.height = 20;
+    filming.width = 30;
+    filming.angle_max = 1;
+    filming.speed_max = 2;
+    filming.rod.dt = 0.02;
+    assert_int_equal(hnn_frames_read(shell_path("p.h5"), &read, &error), AD_OK);
+    assert_close(read.rod.left, -2.2 + 50 * 0.0088, 0, 1e-15);
+    assert_close(read.rod.right, -2.2 + 450 * 0.0088, 0, 1e-15);
+    assert_close(read.rod.top, 2.2 - 100 * 0.0088, 0, 1e-15);
+    assert_close(read.rod.bottom, 2.2 - 400 * 0.0088, 0, 1e-15);
+    filming.rod = read.rod;
+    assert_int_equal(hnn_rod_film(&filming, 9, &drawn, &error), AD_OK);
+    assert_memory_equal(drawn.pixels, read.pixels, (size_t)18 * 600 * sizeof *read.pixels);
+    assert_memory_equal(drawn.angle, read.angle, 18 * sizeof *read.angle);
+    assert_close(read.rod.dt, 0.02, 0, 0);
+    hnn_frames_free(&drawn);
+    hnn_frames_free(&read);
+    works("pixels --trials 1 --points 1 --out p.h5");
+    assert_int_equal(hnn_frames_read(shell_path("p.h5"), &read, &error), AD_OK);
+    struct hnn_rod published = hnn_rod_published();
+    assert_memory_equal(&read.rod, &published, sizeof published);
+    hnn_frames_free(&read);
+}
+
 static void test_standard_output(void **state)
 {
     (void)state;
@@ -130,6 +168,15 @@ static void test_refused(void **state)
         {"spring", "missing --out"},
         {"spring --out nowhere/a.csv", "cannot be written"},
         {"spring --out a.csv --points 1", "at least two observations"},
+        {"spring --out a.csv --size 28", "--size is for pixels alone"},
+        {"pixels --out a.h5 --noise 0", "--noise is not for pixels"},
+        {"pixels --out a.csv", "--out FILE.h5"},
+        {"pixels --out a.h5 --size 0", "1 to 4096 pixels, got 0"},
+        {"pixels --out a.h5 --size 4,5,6", "--size: expected a number, or A,B"},
+        {"pixels --out a.h5 --rows 30", "--rows: expected A,B, got '30'"},
+        {"pixels --out a.h5 --rows 30,20", "rows in rising order"},
+        {"pixels --out a.h5 --points 0", "three of each"},
+        {"pixels --out a.h5 --dt 1", "a time step over 0 and under"},
         {"spring --out a.csv --noise -1", "a noise of at least 0"},
         {"twobody --out a.csv --spread 1", "a spread of speeds"},
         {"spring --out a.csv --min-radius 2", "a largest radius"},
@@ -148,6 +195,7 @@ int main(void)
         cmocka_unit_test_setup(test_both_formats, clean),
         cmocka_unit_test_setup(test_hdf5_says_what_it_is, clean),
         cmocka_unit_test_setup(test_seed_and_options, clean),
+        cmocka_unit_test_setup(test_pixels, clean),
         cmocka_unit_test_setup(test_standard_output, clean),
         cmocka_unit_test_setup(test_refused, clean),
     };
