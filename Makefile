@@ -63,7 +63,7 @@ FUZZ_SECONDS ?= 10
 KILLS ?= 200
 PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/ops.def autodiff/optim.h physics/physics.h \
               physics/horizons.h physics/integrate.h physics/order.h physics/stability.h hnn/hnn.h hnn/data.h \
-              hnn/latent.h hnn/pixels.h hnn/rollout.h quantum/quantum.h)
+              hnn/latent.h hnn/pixels.h hnn/pixel_energy.h hnn/rollout.h quantum/quantum.h)
 
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
