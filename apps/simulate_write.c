@@ -44,6 +44,11 @@ static void print_trials(const struct simulate_run *run)
     puts("  tried, coarse to fine        setting   evaluations   estimate of the error");
     for (size_t k = 0; k < run->n_trials; k++) {
         const struct simulate_trial *t = &run->trial[k];
+        if (isnan(t->estimate)) {
+            printf("  %-18s   no two runs to compare within the work of the best so far\n",
+                   t->integrator->name);
+            continue;
+        }
         printf("  %-18s %6s %10.3g %13zu   %.3g%s\n", t->integrator->name,
                t->integrator->adaptive ? "tol" : "dt", t->setting, t->evaluations, t->estimate,
                t == best                                ? "   chosen: least work"

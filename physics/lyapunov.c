@@ -45,7 +45,7 @@ static enum ad_status field(void *context, double t, const double *y, double *ra
     size_t n = c->ode->n;
     const double *w = y + n;
     double length = size_of(c, w);
-    double h = length > 0 ? cbrt(DBL_EPSILON) * fmax(size_of(c, y), DBL_MIN) / length : 1;
+    double h = length > 0 ? cbrt(DBL_EPSILON) * fmax(size_of(c, y), 1) / length : 1;
     if (at(c, t, y, h, w, rate + n, error) != AD_OK || at(c, t, y, -h, w, c->rate, error) != AD_OK)
         return error->status;
     for (size_t k = 0; k < n; k++)

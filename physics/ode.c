@@ -4,6 +4,8 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 void phys_state_name(const struct phys_system *system, size_t k, const char *what, char *name,
                      size_t size)
@@ -31,6 +33,30 @@ static double largest(size_t n, const double *x)
     return most;
 }
 
+/* The size to which a fall from rest through a length x brings the second half of y = (q, v) or
+   (q, p): the rate u of that half, for a time with x = a time^2, where a is |q'| when the half is
+   u. Not at q itself, which may be an equilibrium, but nearer to the origin, as if the force grew
+   in proportion to q from there. 0: not known. */
+static double size_of_fall(const struct phys_ode *ode, double t, const double *y, double x)
+{
+    size_t half = ode->n / 2;
+    struct ad_error ignored = {0}; /* that place may be outside the field's domain */
+    const double nearer = 0.9;
+    double *z = calloc(2 * ode->n, sizeof *z), *rate = z + ode->n, size = 0;
+    if (!z)
+        return 0;
+    for (size_t k = 0; k < half; k++)
+        z[k] = nearer * y[k];
+    if (ode->field(ode->context, t, z, rate, &ignored) == AD_OK) {
+        double u = largest(half, rate + half);
+        memcpy(z + half, rate + half, half * sizeof *z);
+        if (ode->field(ode->context, t, z, rate, &ignored) == AD_OK)
+            size = u * sqrt(x / (nearer * largest(half, rate)));
+    }
+    free(z);
+    return isfinite(size) ? size : 0;
+}
+
 enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const double *y,
                                   double *scale, struct ad_error *error)
 {
@@ -42,9 +68,7 @@ enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const do
     double x = largest(first, y), v = largest(second, y + first);
     double x_rate = largest(first, scale), v_rate = largest(second, scale + first);
     double x_size = x > 0 ? x : v_rate > 0 ? x_rate * v / v_rate : 1;
-    double v_size = v;
-    if (x > 0 && v_rate > 0 && halves) /* of a fall from rest through a length x */
-        v_size = fmax(v, ode->kick && !ode->drift ? sqrt(x * v_rate) : v);
+    double v_size = x > 0 && halves ? fmax(v, size_of_fall(ode, t, y, x)) : v;
     for (size_t k = 0; k < ode->n; k++) {
         double size = k < first ? x_size : v_size;
         scale[k] = size > 0 && isfinite(size) ? size : 1;

@@ -129,6 +129,40 @@ static void the_exponent_of_a_hilltop_is_exact(void **state)
     assert_true(found.chaotic);
 }
 
+/* In typical sizes, from rest: they follow from a fall, and small motions have small ones, without
+   or with a mass matrix, in (q, v) or (q, p). A start on an equilibrium is no exception: upside
+   down, the pendulum's differences grow as e^t. */
+static void sizes_at_rest_are_those_of_a_fall(void **state)
+{
+    (void)state;
+    struct motion m;
+    struct phys_lyapunov found;
+    double scale[4];
+    follow_open(&m, "spring", "q0", 0.7);
+    phys_typical_sizes(&m.ode, 0, m.y, scale, &m.error);
+    assert_close(scale[0], 0.7, 1e-15, 0);
+    assert_close(scale[1], 0.7, 1e-15, 0);
+    motion_close(&m);
+
+    for (int canonical = 0; canonical < 2; canonical++) {
+        motion_open(&m, "dblpend", canonical,
+                    (const struct phys_setting[]){{"a0", 1e-6}, {"b0", 1e-6}, {0}});
+        phys_typical_sizes(&m.ode, 0, m.y, scale, &m.error);
+        assert_close(scale[0], 1e-6, 1e-15, 0);
+        assert_true(scale[2] > 0.5e-6 && scale[2] < 3e-6);
+        lyapunov(&m, (struct phys_lyapunov_settings){.t1 = 40, .scale = scale}, &found);
+        assert_true(found.exponent < 0.05);
+        motion_close(&m);
+    }
+
+    motion_open(&m, "pendulum", false,
+                (const struct phys_setting[]){{"l", 1}, {"theta0", M_PI}, {0}});
+    phys_typical_sizes(&m.ode, 0, m.y, scale, &m.error);
+    lyapunov(&m, (struct phys_lyapunov_settings){.t1 = 20, .scale = scale}, &found);
+    assert_close(found.exponent, 1, 0, 0.05);
+    motion_close(&m);
+}
+
 static void wrong_questions_are_refused(void **state)
 {
     (void)state;
@@ -159,6 +193,7 @@ int main(void)
         cmocka_unit_test(runs_agree_up_to_the_horizon_alone),
         cmocka_unit_test(regular_motions_are_told_apart),
         cmocka_unit_test(the_exponent_of_a_hilltop_is_exact),
+        cmocka_unit_test(sizes_at_rest_are_those_of_a_fall),
         cmocka_unit_test(wrong_questions_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
