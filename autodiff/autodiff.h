@@ -244,6 +244,8 @@ enum ad_status ad_get(const ad_program *program, ad_var x, double *values);
 void *ad_data(ad_program *program, ad_var x);
 /* One pass over the program; allocates nothing. */
 void ad_run(ad_program *program);
+/* The same; returns the seconds of it spent in matrix products, inside OpenBLAS. */
+double ad_run_timed(ad_program *program);
 
 /* Threads for large segments (default 1). Results do not depend on it, to the last bit. */
 void ad_set_threads(ad_program *program, size_t threads);

@@ -54,18 +54,23 @@ ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *trai
 
 /* ---- one step (train_step.c) ---- */
 
+/* Loss and gradient of `columns` samples: one recording, a program for each worker. */
+struct hnn_block_program {
+    size_t columns, workers;
+    ad_tape *tape; /* NULL: there is none */
+    ad_var parameters, x, target, loss, gradient;
+    ad_program **program; /* [workers] */
+};
+
 /* Loss and gradient of one batch, in blocks of columns. */
 struct hnn_problem {
     enum ad_type type;
     size_t n; /* parameters */
-    size_t batch, blocks, columns, workers, x_rows, target_rows;
+    size_t batch, blocks, x_rows, target_rows;
     void *x, *target; /* [x_rows x batch], [target_rows x batch]: set before an evaluation; those
                          of the program where there is one block */
-    ad_tape *tape;
-    ad_var parameters, in_x, in_target, weight, loss, gradient; /* of one block */
-    ad_program **program;                                       /* [workers] */
-    double *losses;                                             /* [blocks] */
-    void *gradients; /* [blocks x n], the sum in the first; NULL where there is one block */
+    void *gradient;   /* [n] */
+    struct hnn_block_program whole, last; /* last: where the last block is narrower */
 };
 enum ad_status hnn_problem_new(struct hnn_problem *problem, const hnn_model *model,
                                const struct hnn_training *training, size_t batch,
@@ -74,8 +79,10 @@ void hnn_problem_free(struct hnn_problem *problem);
 /* The present point and the gradient there, [n] of the type. */
 void *hnn_problem_point(const struct hnn_problem *problem);
 const void *hnn_problem_gradient(const struct hnn_problem *problem);
-/* Runs the program; returns the loss. */
+/* Runs all blocks; returns the loss. */
 double hnn_problem_evaluate(const struct hnn_problem *problem);
+/* The same on one thread; returns the seconds spent in matrix products. */
+double hnn_problem_products(const struct hnn_problem *problem);
 
 /* The loss over many samples, in pieces of one program. */
 struct hnn_survey {

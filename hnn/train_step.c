@@ -1,174 +1,193 @@
-/* Loss and gradient of one batch: one program, run over blocks of the batch's columns. What a block
-   needs stays in the second-level cache from the forward pass to the end of the backward one, where
-   whole batches go through memory for every operation; and blocks are what threads share out. They
-   are cut and added up in the same way whatever the number of threads. */
+/* Loss and gradient of one batch, in blocks of columns: one recording, compiled, run block after
+   block. What a block needs stays in the second-level cache from the forward pass to the end of the
+   backward one, where whole batches go through memory for every operation; and blocks are what
+   threads share out. Where the last block is narrower it has a recording of its own. Blocks are cut
+   and added up in the same way whatever the number of threads. */
 #include "train.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { COLUMNS = 256 }; /* of a block at most; fewer make the products slow */
+/* Of a block at most: the values of 200 units then stay in a cache of 1 MB. Fewer, or widths that
+   are not whole vectors, make the products slow. Batches up to WHOLE are not worth cutting. */
+enum { COLUMNS = 128, VECTOR = 16, WHOLE = 256 };
 
-/* The last block ends with the batch, and so begins within the block before: those columns have
-   weight 0 there. */
-static size_t first_of(const struct hnn_problem *p, size_t block)
-{
-    size_t first = block * p->columns;
-    return first + p->columns <= p->batch ? first : p->batch - p->columns;
-}
-
-static void record(struct hnn_problem *p, const hnn_model *model,
+static void record(const struct hnn_problem *p, struct hnn_block_program *b, const hnn_model *model,
                    const struct hnn_training *training)
 {
-    p->parameters = ad_input(p->tape, 1, model->size, "parameters");
-    p->in_x = ad_input(p->tape, p->x_rows, p->columns, "x");
-    p->in_target = ad_input(p->tape, p->target_rows, p->columns, "target");
-    p->weight = ad_input(p->tape, 1, p->columns, "weight");
-    ad_var losses = hnn_record_losses(model, training, p->parameters, p->in_x, p->in_target);
-    if (p->blocks > 1)
-        losses = ad_mul(p->weight, losses);
-    ad_var mean = ad_mul(1 / (double)p->batch, ad_sum(losses));
-    p->loss = ad_label(mean, "loss");
-    ad_grad(p->loss, 1, &p->parameters, &p->gradient);
+    b->parameters = ad_input(b->tape, 1, p->n, "parameters");
+    b->x = ad_input(b->tape, p->x_rows, b->columns, "x");
+    b->target = ad_input(b->tape, p->target_rows, b->columns, "target");
+    ad_var losses = hnn_record_losses(model, training, b->parameters, b->x, b->target);
+    b->loss = ad_label(ad_mul(1 / (double)p->batch, ad_sum(losses)), "loss");
+    ad_grad(b->loss, 1, &b->parameters, &b->gradient);
 }
 
-/* One program for each thread, all of one recording. */
-static void compile(struct hnn_problem *p, size_t threads)
+/* One recording, and `workers` programs of it. */
+static enum ad_status make(const struct hnn_problem *p, struct hnn_block_program *b, size_t columns,
+                           size_t workers, const hnn_model *model,
+                           const struct hnn_training *training, struct ad_error *error)
 {
-    for (size_t k = 0; k < p->workers; k++)
-        if (ad_compile(p->tape, 2, (ad_var[]){p->loss, p->gradient}, &p->program[k]) == AD_OK &&
-            p->blocks == 1)
-            ad_set_threads(p->program[k], threads);
+    b->columns = columns;
+    b->tape = ad_tape_new(p->type);
+    b->program = calloc(workers, sizeof *b->program);
+    if (!b->tape || !b->program)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for a batch of %zu samples", p->batch);
+    record(p, b, model, training);
+    for (; b->workers < workers; b->workers++)
+        if (ad_compile(b->tape, 2, (ad_var[]){b->loss, b->gradient}, &b->program[b->workers]) !=
+            AD_OK)
+            break;
+    return hnn_tape_status(b->tape, error);
 }
 
 static bool allocate(struct hnn_problem *p)
 {
     size_t bytes = hnn_type_bytes(p->type);
-    p->program = calloc(p->workers, sizeof *p->program);
-    p->losses = calloc(p->blocks, sizeof *p->losses);
+    p->gradient = calloc(p->n, bytes);
     if (p->blocks == 1)
-        return p->program && p->losses;
+        return p->gradient != NULL;
     p->x = calloc(p->x_rows * p->batch, bytes);
     p->target = calloc(p->target_rows * p->batch, bytes);
-    p->gradients = calloc(p->blocks * p->n, bytes);
-    return p->program && p->losses && p->x && p->target && p->gradients;
+    return p->gradient && p->x && p->target;
 }
 
 enum ad_status hnn_problem_new(struct hnn_problem *p, const hnn_model *model,
                                const struct hnn_training *training, size_t batch,
                                struct ad_error *error)
 {
-    enum ad_type type = model->settings.precision;
     size_t threads = training->threads ? training->threads : 1;
-    *p = (struct hnn_problem){.type = type,
+    size_t blocks = batch <= WHOLE ? 1 : (batch + COLUMNS - 1) / COLUMNS, columns = batch;
+    if (blocks > 1)
+        columns = ((batch + blocks - 1) / blocks + VECTOR - 1) / VECTOR * VECTOR;
+    *p = (struct hnn_problem){.type = model->settings.precision,
                               .n = model->size,
                               .batch = batch,
-                              .blocks = (batch + COLUMNS - 1) / COLUMNS,
+                              .blocks = blocks,
                               .x_rows = hnn_x_rows(model, training),
-                              .target_rows = hnn_target_rows(model, training),
-                              .tape = ad_tape_new(type)};
-    p->columns = (batch + p->blocks - 1) / p->blocks;
-    p->workers = threads < p->blocks ? threads : p->blocks;
-    if (!p->tape || !allocate(p))
+                              .target_rows = hnn_target_rows(model, training)};
+    size_t workers = threads < blocks ? threads : blocks;
+    size_t rest = batch - (blocks - 1) * columns;
+    if (!allocate(p))
         return ad_fail(error, AD_E_MEMORY, "out of memory for a batch of %zu samples", batch);
-    record(p, model, training);
-    compile(p, threads);
-    if (hnn_tape_status(p->tape, error) == AD_OK && p->blocks == 1) {
-        p->x = ad_data(p->program[0], p->in_x);
-        p->target = ad_data(p->program[0], p->in_target);
+    if (make(p, &p->whole, columns, workers, model, training, error) != AD_OK ||
+        (rest < columns && make(p, &p->last, rest, 1, model, training, error) != AD_OK))
+        return error->status;
+    if (blocks == 1) {
+        p->x = ad_data(p->whole.program[0], p->whole.x);
+        p->target = ad_data(p->whole.program[0], p->whole.target);
+        ad_set_threads(p->whole.program[0], threads);
     }
-    return error->status;
+    return AD_OK;
+}
+
+static void release(struct hnn_block_program *b)
+{
+    for (size_t k = 0; k < b->workers; k++)
+        ad_program_free(b->program[k]);
+    free(b->program);
+    ad_tape_free(b->tape);
 }
 
 void hnn_problem_free(struct hnn_problem *p)
 {
-    for (size_t k = 0; p->program && k < p->workers; k++)
-        ad_program_free(p->program[k]);
-    free(p->program);
+    release(&p->whole);
+    release(&p->last);
     if (p->blocks > 1) {
         free(p->x);
         free(p->target);
     }
-    free(p->losses);
-    free(p->gradients);
-    ad_tape_free(p->tape);
+    free(p->gradient);
     *p = (struct hnn_problem){0};
 }
 
 void *hnn_problem_point(const struct hnn_problem *p)
 {
-    return ad_data(p->program[0], p->parameters);
+    return ad_data(p->whole.program[0], p->whole.parameters);
 }
 
-const void *hnn_problem_gradient(const struct hnn_problem *p)
-{
-    return p->gradients ? p->gradients : ad_data(p->program[0], p->gradient);
-}
+const void *hnn_problem_gradient(const struct hnn_problem *p) { return p->gradient; }
 
 /* Columns first ... of a [rows x batch] matrix. */
 static void copy_columns(const struct hnn_problem *p, size_t rows, const void *from, size_t first,
-                         void *to)
+                         size_t columns, void *to)
 {
     size_t bytes = hnn_type_bytes(p->type);
     for (size_t r = 0; r < rows; r++)
-        memcpy((char *)to + r * p->columns * bytes,
-               (const char *)from + (r * p->batch + first) * bytes, p->columns * bytes);
+        memcpy((char *)to + r * columns * bytes,
+               (const char *)from + (r * p->batch + first) * bytes, columns * bytes);
 }
 
-static void set_weights(const struct hnn_problem *p, size_t block, ad_program *program)
+static void run_block(const struct hnn_problem *p, const struct hnn_block_program *b,
+                      ad_program *program, size_t first, double *products)
 {
-    void *weight = ad_data(program, p->weight);
-    size_t again = block * p->columns - first_of(p, block);
-    for (size_t k = 0; k < p->columns; k++)
-        if (p->type == AD_F32)
-            ((float *)weight)[k] = k >= again;
-        else
-            ((double *)weight)[k] = k >= again;
-}
-
-static void run_block(const struct hnn_problem *p, size_t block, ad_program *program)
-{
-    size_t first = first_of(p, block), bytes = p->n * hnn_type_bytes(p->type);
+    void *parameters = ad_data(program, b->parameters);
+    const void *point = hnn_problem_point(p);
+    if (parameters != point)
+        memcpy(parameters, point, p->n * hnn_type_bytes(p->type));
     if (p->blocks > 1) {
-        copy_columns(p, p->x_rows, p->x, first, ad_data(program, p->in_x));
-        copy_columns(p, p->target_rows, p->target, first, ad_data(program, p->in_target));
-        set_weights(p, block, program);
+        copy_columns(p, p->x_rows, p->x, first, b->columns, ad_data(program, b->x));
+        copy_columns(p, p->target_rows, p->target, first, b->columns, ad_data(program, b->target));
     }
-    ad_run(program);
-    ad_get(program, p->loss, &p->losses[block]);
-    if (p->gradients)
-        memcpy((char *)p->gradients + block * bytes, ad_data(program, p->gradient), bytes);
+    if (products)
+        *products += ad_run_timed(program);
+    else
+        ad_run(program);
 }
 
-/* Adds the gradients of all blocks into the first, in their order. */
-static void add_gradients(const struct hnn_problem *p)
+static void add_gradient(const struct hnn_problem *p, const void *term)
 {
-    for (size_t block = 1; block < p->blocks; block++)
-        if (p->type == AD_F32) {
-            float *sum = p->gradients;
-            for (size_t k = 0; k < p->n; k++)
-                sum[k] += sum[block * p->n + k];
-        } else {
-            double *sum = p->gradients;
-            for (size_t k = 0; k < p->n; k++)
-                sum[k] += sum[block * p->n + k];
-        }
+    if (p->type == AD_F32) {
+        float *sum = p->gradient;
+        const float *g = term;
+#pragma omp simd
+        for (size_t k = 0; k < p->n; k++)
+            sum[k] += g[k];
+    } else {
+        double *sum = p->gradient;
+        const double *g = term;
+#pragma omp simd
+        for (size_t k = 0; k < p->n; k++)
+            sum[k] += g[k];
+    }
+}
+
+/* Blocks are added in their order, whoever ran them. */
+static void add_block(const struct hnn_problem *p, const struct hnn_block_program *b,
+                      ad_program *program, size_t block, double *loss)
+{
+    double term;
+    ad_get(program, b->loss, &term);
+    *loss += term;
+    if (block == 0)
+        memcpy(p->gradient, ad_data(program, b->gradient), p->n * hnn_type_bytes(p->type));
+    else
+        add_gradient(p, ad_data(program, b->gradient));
+}
+
+static double evaluate(const struct hnn_problem *p, size_t workers, double *products)
+{
+    double loss = 0;
+#pragma omp parallel for ordered schedule(static, 1) num_threads((int)workers) if (workers > 1)
+    for (size_t block = 0; block < p->blocks; block++) {
+        bool narrow = block + 1 == p->blocks && p->last.tape;
+        const struct hnn_block_program *b = narrow ? &p->last : &p->whole;
+        ad_program *program = b->program[narrow ? 0 : block % workers];
+        run_block(p, b, program, block * p->whole.columns, products);
+#pragma omp ordered
+        add_block(p, b, program, block, &loss);
+    }
+    return loss;
 }
 
 double hnn_problem_evaluate(const struct hnn_problem *p)
 {
-    const void *point = hnn_problem_point(p);
-    double loss = 0;
-#pragma omp parallel for num_threads((int)p->workers) schedule(static, 1) if (p->workers > 1)
-    for (size_t worker = 0; worker < p->workers; worker++) {
-        ad_program *program = p->program[worker];
-        if (worker > 0)
-            memcpy(ad_data(program, p->parameters), point, p->n * hnn_type_bytes(p->type));
-        for (size_t block = worker; block < p->blocks; block += p->workers)
-            run_block(p, block, program);
-    }
-    for (size_t block = 0; block < p->blocks; block++)
-        loss += p->losses[block];
-    add_gradients(p);
-    return loss;
+    return evaluate(p, p->whole.workers, NULL);
+}
+
+double hnn_problem_products(const struct hnn_problem *p)
+{
+    double seconds = 0;
+    evaluate(p, 1, &seconds);
+    return seconds;
 }
