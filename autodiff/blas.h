@@ -4,9 +4,9 @@
 
 #include "autodiff.h"
 
-/* c [m x n] = op(a) [m x k] op(b) [k x n]; ld*: row strides in elements. */
+/* c [m x n] = op(a) [m x k] op(b) [k x n], or c += that; ld*: row strides in elements. */
 void ad_blas_gemm(enum ad_type type, bool transpose_a, bool transpose_b, size_t m, size_t n,
-                  size_t k, const void *a, size_t lda, const void *b, size_t ldb, void *c,
+                  size_t k, const void *a, size_t lda, const void *b, size_t ldb, bool add, void *c,
                   size_t ldc);
 
 /* Between these two OpenBLAS runs on one thread: programs split products themselves, in the same

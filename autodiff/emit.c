@@ -255,6 +255,7 @@ static bool emit_alone(struct plan *p, uint32_t id, struct segment s)
             return true; /* nothing left to do */
     } else {
         in.kind = v->op == AD_OP_matmul ? DO_MATMUL : DO_TRANSPOSE;
+        in.loc[3] |= v->flags & VALUE_ADDS ? MATMUL_ADDS : 0;
         p->program->has_matmul |= v->op == AD_OP_matmul;
     }
     return append_instruction(p, in) &&

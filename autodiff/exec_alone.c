@@ -37,7 +37,7 @@ static void matmul(const ad_program *p, const struct segment *g, const struct in
                      *b = &p->locs[in->loc[2]];
     const struct value *va = &p->values[in->loc[1]], *vb = &p->values[in->loc[2]];
     size_t lda = row_stride(va, a), ldb = row_stride(vb, b);
-    bool ta = in->loc[3] & 1, tb = in->loc[3] >> 1;
+    bool ta = in->loc[3] & MATMUL_TA, tb = in->loc[3] & MATMUL_TB;
     size_t m = g->rows, n = g->cols, k = ta ? va->rows : va->cols, e = p->element;
     bool by_rows = m > n;
     size_t extent_of = by_rows ? m : n;
@@ -52,7 +52,7 @@ static void matmul(const ad_program *p, const struct segment *g, const struct in
         pb += by_rows ? 0 : from * (tb ? ldb : 1) * e;
         po += from * (by_rows ? o->rs : 1) * e;
         ad_blas_gemm(p->type, ta, tb, by_rows ? size : m, by_rows ? n : size, k, pa, lda, pb, ldb,
-                     po, o->rs);
+                     in->loc[3] & MATMUL_ADDS, po, o->rs);
     }
 }
 

@@ -1,6 +1,10 @@
-/* Sums of sums: where the results of several sums over rows or scatters of one segment are only
-   added up or subtracted, they all add into the memory of the total. A pair law's gradient is such
-   a sum: one scatter for each side and coordinate. */
+/* Sums in place: terms that are read by one addition alone are computed into the memory of the sum,
+   and the addition goes away.
+
+   Where several sums over rows or scatters of one segment are only added up or subtracted, all add
+   into the total; a pair law's gradient is such a sum, one scatter for each side and coordinate. A
+   product adds itself to a term that is there before: so does the gradient of weights used several
+   times, without a pass over memory for each sum. */
 #include "program.h"
 
 #include <stdlib.h>
@@ -29,19 +33,36 @@ static void count_uses(const struct graph *g, uint32_t *uses)
     }
 }
 
+/* A term that can lie in the memory of v = x + ...: whole, and of no other use. */
+static bool is_term(const struct graph *g, const struct value *v, uint32_t x, const uint32_t *uses)
+{
+    const struct value *t = &g->values[x];
+    return !is_leaf(t) && !(t->flags & VALUE_VIEW) && uses[x] == 1 && t->rows == v->rows &&
+           t->cols == v->cols && !((t->flags ^ v->flags) & VALUE_CONSTANT);
+}
+
+/* Both add into one memory while their segment runs. */
+static bool same_segment(const struct graph *g, const struct value *v)
+{
+    const struct value *a = &g->values[v->in[0]], *b = &g->values[v->in[1]];
+    bool subtracts_total = v->op == AD_OP_sub && (b->flags & VALUE_MERGED);
+    return is_adder(a) && is_adder(b) && g->group_of[v->in[0]] == g->group_of[v->in[1]] &&
+           !subtracts_total;
+}
+
+/* The term that is computed last, if it is a product and can add itself to the other; or NULL. */
+static struct value *late_product(const struct graph *g, const struct value *v)
+{
+    uint32_t a = g->group_of[v->in[0]], b = g->group_of[v->in[1]];
+    struct value *late = &g->values[v->in[b > a]];
+    return v->op == AD_OP_add && late->op == AD_OP_matmul && a != b ? late : NULL;
+}
+
 static bool can_merge(const struct graph *g, const struct value *v, const uint32_t *uses)
 {
-    uint32_t a = v->in[0], b = v->in[1];
-    if ((v->op != AD_OP_add && v->op != AD_OP_sub) || a == b)
-        return false;
-    for (int k = 0; k < 2; k++) {
-        const struct value *x = &g->values[v->in[k]];
-        if (!is_adder(x) || (x->flags & VALUE_VIEW) || uses[v->in[k]] != 1 || x->rows != v->rows ||
-            x->cols != v->cols)
-            return false;
-    }
-    bool subtracts_total = v->op == AD_OP_sub && (g->values[b].flags & VALUE_MERGED);
-    return g->group_of[a] == g->group_of[b] && !subtracts_total;
+    return (v->op == AD_OP_add || v->op == AD_OP_sub) && v->in[0] != v->in[1] &&
+           is_term(g, v, v->in[0], uses) && is_term(g, v, v->in[1], uses) &&
+           (same_segment(g, v) || late_product(g, v));
 }
 
 /* Merged values leave their groups: nothing computes them. */
@@ -56,6 +77,22 @@ static void drop_merged(struct graph *g)
     }
 }
 
+static void merge(struct graph *g, uint32_t i)
+{
+    struct value *v = &g->values[i], *late = late_product(g, v);
+    uint32_t a = g->group_of[v->in[0]], b = g->group_of[v->in[1]];
+    for (int k = 0; k < 2; k++) {
+        g->values[v->in[k]].flags |= VALUE_BORROWED | VALUE_STORED;
+        g->host[v->in[k]] = i;
+    }
+    if (late)
+        late->flags |= VALUE_ADDS;
+    else if (v->op == AD_OP_sub)
+        g->values[v->in[1]].flags |= VALUE_NEGATED;
+    v->flags |= VALUE_MERGED | VALUE_STORED;
+    g->group_of[i] = a > b ? a : b;
+}
+
 bool ad_graph_merge(struct graph *g)
 {
     uint32_t *uses = calloc(g->n + 1, sizeof *uses);
@@ -66,17 +103,9 @@ bool ad_graph_merge(struct graph *g)
     }
     count_uses(g, uses);
     for (uint32_t i = 0; i < g->n; i++) {
-        struct value *v = &g->values[i];
-        if (is_leaf(v) || (v->flags & VALUE_VIEW) || !can_merge(g, v, uses))
-            continue;
-        for (int k = 0; k < 2; k++) {
-            g->values[v->in[k]].flags |= VALUE_BORROWED | VALUE_STORED;
-            g->host[v->in[k]] = i;
-        }
-        if (v->op == AD_OP_sub)
-            g->values[v->in[1]].flags |= VALUE_NEGATED;
-        v->flags |= VALUE_MERGED | VALUE_STORED;
-        g->group_of[i] = g->group_of[v->in[0]];
+        const struct value *v = &g->values[i];
+        if (!is_leaf(v) && !(v->flags & VALUE_VIEW) && can_merge(g, v, uses))
+            merge(g, i);
     }
     drop_merged(g);
     free(uses);

@@ -13,8 +13,9 @@ enum value_flags {
     VALUE_VIEW = 4,      /* reads another value's memory; has none of its own */
     VALUE_STORED = 8,    /* lies in memory, not in a tile */
     VALUE_BORROWED = 16, /* lies in the memory of its host */
-    VALUE_MERGED = 32,   /* a sum of sinks: they add into its memory, nothing is left to do */
-    VALUE_NEGATED = 64   /* a sink that subtracts */
+    VALUE_MERGED = 32,   /* a sum whose terms add into its memory: nothing is left to do */
+    VALUE_NEGATED = 64,  /* a sink that subtracts */
+    VALUE_ADDS = 128     /* a product that adds to what lies in its memory */
 };
 
 /* One live node; in[] and aux as in struct node, in[] renumbered. */
@@ -130,8 +131,10 @@ enum instruction_kind {
 };
 
 /* loc[0]: result; loc[1..3]: operands. Sinks: loc[3] is their number. diff: loc[2] numbers its
-   scale in `numbers`, loc[3] tells repeat. matmul: loc[3] has the transposition bits. place: parts
+   scale in `numbers`, loc[3] tells repeat. matmul: loc[3] holds the bits below. place: parts
    loc[1] .. loc[1]+loc[2]. */
+enum { MATMUL_TA = 1, MATMUL_TB = 2, MATMUL_ADDS = 4 };
+
 struct instruction {
     ad_kernel *run;
     uint8_t kind, n_in;

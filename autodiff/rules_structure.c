@@ -19,14 +19,33 @@ static void add_part(struct sweep *s, uint32_t to, ad_var g, uint32_t row, uint3
         s->flags[to] |= TAINTED;
 }
 
+/* A vector as a column or a row; a number stands for itself repeated. */
+static ad_var along(ad_var x, bool column)
+{
+    size_t n = ad_rows(x) * ad_cols(x);
+    return n == 1 ? x : ad_reshape(x, column ? n : 1, column ? 1 : n);
+}
+
+/* Where y has one column or row, a product with its adjoint is an outer one: elementwise, and with
+   nothing to compute where g stands for its own broadcast. */
 static void matmul_rule(struct sweep *s, const struct node *n, ad_var g)
 {
-    ad_var a = sweep_var(s, n->in[0]), b = sweep_var(s, n->in[1]);
-    bool ta = n->aux & 1, tb = n->aux >> 1;
-    if (is_needed(s, a.id))
-        ad_accumulate(s, a.id, ta ? ad_matmul(b, tb, g, true) : ad_matmul(g, false, b, !tb));
-    if (is_needed(s, b.id))
-        ad_accumulate(s, b.id, tb ? ad_matmul(g, true, a, ta) : ad_matmul(a, !ta, g, false));
+    ad_var a = sweep_var(s, n->in[0]), b = sweep_var(s, n->in[1]), whole = full(g, n), c;
+    bool ta = n->aux & 1, tb = n->aux >> 1, column = n->cols == 1, row = n->rows == 1;
+    if (is_needed(s, a.id)) {
+        if (column)
+            c = ad_mul(along(g, !ta), along(b, ta));
+        else
+            c = ta ? ad_matmul(b, tb, whole, true) : ad_matmul(whole, false, b, !tb);
+        ad_accumulate(s, a.id, c);
+    }
+    if (is_needed(s, b.id)) {
+        if (row)
+            c = ad_mul(along(a, !tb), along(g, tb));
+        else
+            c = tb ? ad_matmul(whole, true, a, ta) : ad_matmul(a, !ta, whole, false);
+        ad_accumulate(s, b.id, c);
+    }
 }
 
 /* The part of g that a part of a place operation sees. */
@@ -100,7 +119,7 @@ void ad_structure_rule(struct sweep *s, const struct node *n, ad_var g)
         ad_accumulate(s, n->in[0], ad_transpose(full(g, n)));
         break;
     case AD_OP_matmul:
-        matmul_rule(s, n, full(g, n));
+        matmul_rule(s, n, g);
         break;
     default:
         break;
