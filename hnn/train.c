@@ -1,5 +1,5 @@
-/* Training: one step is one run of one program, forward, in-graph gradient, loss and backward, and
-   one step of an optimiser on the flat parameters. */
+/* Training: a step is one program, forward, in-graph gradient, loss and backward, run over the
+   blocks of a batch, and one step of an optimiser on the flat parameters. */
 #include "train.h"
 
 #include <math.h>

@@ -304,6 +304,43 @@ static void test_elementwise_runs_are_one_segment(void **state)
     ad_tape_free(t);
 }
 
+/* Products add themselves to what they are added to; not to a constant, which must outlive the run,
+   nor to a value that is read again. */
+static void test_products_add_themselves(void **state)
+{
+    (void)state;
+    enum { N = 3 };
+    uint64_t seed = 12;
+    double *v = random_values(&seed, N * N, -1, 1), *w = random_values(&seed, N * N, -1, 1);
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, N, N, "x"), kept = ad_const(t, N, N, w), e = ad_exp(x);
+    ad_var xx = ad_matmul(x, false, x, false), xe = ad_matmul(x, false, e, true);
+    ad_var all = ad_add(ad_add(ad_sin(x), xx), xe), constant = ad_add(xe, kept);
+    assert_int_equal(info_of(t, 1, &all).instructions, 4);
+    ad_var out[] = {all, constant, ad_add(xx, ad_square(xx)), e};
+    ad_program *p = compile(t, 4, out);
+    ad_set(p, x, v);
+    for (int run = 0; run < 2; run++) {
+        ad_run(p);
+        for (size_t i = 0; i < N; i++)
+            for (size_t j = 0; j < N; j++) {
+                size_t at = i * N + j;
+                double a = 0, b = 0;
+                for (size_t k = 0; k < N; k++) {
+                    a += v[i * N + k] * v[k * N + j];
+                    b += v[i * N + k] * exp(v[j * N + k]);
+                }
+                const double expected[] = {sin(v[at]) + a + b, b + w[at], a + a * a, exp(v[at])};
+                for (size_t k = 0; k < 4; k++)
+                    assert_close(((double *)ad_data(p, out[k]))[at], expected[k], 1e-14, 1e-14);
+            }
+    }
+    ad_program_free(p);
+    ad_tape_free(t);
+    free(v);
+    free(w);
+}
+
 /* Values live only as long as they are used: a long chain needs the memory of a few. */
 static void test_memory_is_reused(void **state)
 {
@@ -615,6 +652,7 @@ int main(void)
         cmocka_unit_test(test_different_nodes_are_not_shared),
         cmocka_unit_test(test_constants_are_folded),
         cmocka_unit_test(test_elementwise_runs_are_one_segment),
+        cmocka_unit_test(test_products_add_themselves),
         cmocka_unit_test(test_memory_is_reused),
         cmocka_unit_test(test_unusual_outputs),
         cmocka_unit_test(test_data_is_the_storage),
