@@ -21,6 +21,18 @@ void ad_blas_gemm(enum ad_type type, bool transpose_a, bool transpose_b, size_t 
                     b, (blasint)ldb, add, c, (blasint)ldc);
 }
 
+void ad_blas_gemm_complex(bool transpose_b, size_t m, size_t n, size_t k, const double *a,
+                          const double *b, double *c)
+{
+    static const double one[2] = {1, 0}, zero[2] = {0, 0};
+    blasint rows = (blasint)m, cols = (blasint)n, inner = (blasint)k;
+    if (n == 1) /* b is a vector either way */
+        cblas_zgemv(CblasRowMajor, CblasNoTrans, rows, inner, one, a, inner, b, 1, zero, c, 1);
+    else
+        cblas_zgemm(CblasRowMajor, CblasNoTrans, transpose_b ? CblasTrans : CblasNoTrans, rows,
+                    cols, inner, one, a, inner, b, transpose_b ? inner : cols, zero, c, cols);
+}
+
 /* The number of threads is OpenBLAS's own global. Programs may run side by side: the first to come
    sets it, the last to leave puts it back. */
 static int users, threads_before;
@@ -105,6 +117,40 @@ void ad_blas_band_solve_complex(size_t n, size_t width, const double *band, cons
     lapack_int w = (lapack_int)width, size = (lapack_int)n;
     LAPACKE_zgbtrs_work(LAPACK_COL_MAJOR, 'N', size, w, w, 1, (const lapack_complex_double *)band,
                         AD_BAND_ROWS(w), pivots, (lapack_complex_double *)b, size);
+}
+
+int ad_blas_tridiagonal_factor_complex(size_t n, double *below, double *diagonal, double *above,
+                                       double *second, int *pivots)
+{
+    return LAPACKE_zgttrf_work((lapack_int)n, (lapack_complex_double *)below,
+                               (lapack_complex_double *)diagonal, (lapack_complex_double *)above,
+                               (lapack_complex_double *)second, pivots);
+}
+
+void ad_blas_tridiagonal_solve_complex(size_t n, const double *below, const double *diagonal,
+                                       const double *above, const double *second, const int *pivots,
+                                       size_t m, double *b)
+{
+    LAPACKE_zgttrs_work(
+        LAPACK_COL_MAJOR, 'N', (lapack_int)n, (lapack_int)m, (const lapack_complex_double *)below,
+        (const lapack_complex_double *)diagonal, (const lapack_complex_double *)above,
+        (const lapack_complex_double *)second, pivots, (lapack_complex_double *)b, (lapack_int)n);
+}
+
+int ad_blas_tridiagonal_eigenvectors(size_t n, double *diagonal, double *off, size_t count,
+                                     double *values, double *vectors)
+{
+    lapack_int found, *support = malloc(2 * n * sizeof *support);
+    double *all = malloc(n * sizeof *all); /* LAPACK wants room for every one of them */
+    int info = LAPACK_WORK_MEMORY_ERROR;
+    if (support && all)
+        info = LAPACKE_dstevr(LAPACK_COL_MAJOR, 'V', 'I', (lapack_int)n, diagonal, off, 0, 0, 1,
+                              (lapack_int)count, 0, &found, all, vectors, (lapack_int)n, support);
+    for (size_t k = 0; info == 0 && k < count; k++)
+        values[k] = all[k];
+    free(support);
+    free(all);
+    return info;
 }
 
 int ad_blas_symmetric_factor(size_t n, double *a, int *pivots, double *work)

@@ -9,6 +9,11 @@ void ad_blas_gemm(enum ad_type type, bool transpose_a, bool transpose_b, size_t 
                   size_t k, const void *a, size_t lda, const void *b, size_t ldb, bool add, void *c,
                   size_t ldc);
 
+/* The same for complex numbers, pairs of real and imaginary part: c [m x n] = a [m x k] op(b),
+   where b is [k x n], or [n x k] to be transposed (not conjugated). No rows are strided. */
+void ad_blas_gemm_complex(bool transpose_b, size_t m, size_t n, size_t k, const double *a,
+                          const double *b, double *c);
+
 /* Between these two OpenBLAS runs on one thread: programs split products themselves, in the same
    pieces whatever the number of threads. In pairs, from any thread. */
 void ad_blas_single_thread(void);
@@ -36,6 +41,21 @@ int ad_blas_band_factor_complex(size_t n, size_t width, double *band, int *pivot
 void ad_blas_band_solve(size_t n, size_t width, const double *band, const int *pivots, double *b);
 void ad_blas_band_solve_complex(size_t n, size_t width, const double *band, const int *pivots,
                                 double *b);
+
+/* Complex tridiagonal matrices of n rows: below [n-1], diagonal [n] and above [n-1] are factored in
+   place; second [n-2] and `pivots` [n] are room. Returns 0, or 1 + the index of a zero pivot. */
+int ad_blas_tridiagonal_factor_complex(size_t n, double *below, double *diagonal, double *above,
+                                       double *second, int *pivots);
+/* Solves for m right sides from the factors, b [m x n], one a row, in place. */
+void ad_blas_tridiagonal_solve_complex(size_t n, const double *below, const double *diagonal,
+                                       const double *above, const double *second, const int *pivots,
+                                       size_t m, double *b);
+/* The `count` smallest eigenvalues of a symmetric tridiagonal matrix, ascending, and eigenvectors
+   [count x n] of length 1, one a row; diagonal [n] and off [n] (the last one is room) are
+   destroyed. Returns 0, positive where they do not converge, negative where memory is exhausted.
+ */
+int ad_blas_tridiagonal_eigenvectors(size_t n, double *diagonal, double *off, size_t count,
+                                     double *values, double *vectors);
 
 /* Factors a symmetric matrix a [n x n] in place as L D L^T with diagonal pivoting (Bunch, Kaufman);
    `pivots` [n], `work` [64 n] are room. Returns 0, or 1 + the index of a zero pivot. */

@@ -22,6 +22,7 @@ const struct phys_scene *const phys_scenes[] = {
     &phys_scene_cubic,
     &phys_scene_dimer,
     &phys_scene_brachistochrone,
+    &phys_scene_double_well,
     NULL,
 };
 

@@ -1,0 +1,103 @@
+/* How much the phases of neighbouring paths differ (quantum.h). The kinetic part is largest from
+   one end of the box to the other, the potential's where it is steepest: paths to a few points all
+   over the grid, from all points, show both. */
+#include "internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { SAMPLES = 33, ROUNDS = 40 };
+
+/* All paths to the sampled points: S and D [samples x n]. */
+struct sample {
+    size_t n;
+    double *xa, *xb, *action, *mixed;
+};
+
+static enum ad_status sample_new(const struct qm_grid *grid, struct sample *sample,
+                                 struct ad_error *error)
+{
+    size_t n = grid->n;
+    sample->n = n;
+    sample->xa = n <= SIZE_MAX / (4 * SAMPLES * sizeof(double))
+                     ? malloc(4 * SAMPLES * n * sizeof *sample->xa)
+                     : NULL;
+    if (!sample->xa)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
+    sample->xb = sample->xa + SAMPLES * n;
+    sample->action = sample->xb + SAMPLES * n;
+    sample->mixed = sample->action + SAMPLES * n;
+    for (size_t k = 0; k < SAMPLES * n; k++) {
+        sample->xa[k] = qm_x(grid, k / n * (n - 1) / (SAMPLES - 1));
+        sample->xb[k] = qm_x(grid, k % n);
+    }
+    return AD_OK;
+}
+
+static enum ad_status evaluate(const struct qm_slice *slice, struct sample *sample,
+                               struct ad_error *error)
+{
+    return qm_actions(slice, SAMPLES * sample->n, sample->xa, sample->xb, sample->action,
+                      sample->mixed, error);
+}
+
+/* Paths to one point that leave different starts with the same momentum meet again: a focus. */
+static bool beyond_focus(const struct sample *sample)
+{
+    for (size_t k = 0; k < SAMPLES * sample->n; k++)
+        if (!(sample->mixed[k] > 0))
+            return true;
+    return false;
+}
+
+static double ratio_of(const struct sample *sample, double hbar)
+{
+    double largest = 0;
+    for (size_t k = 0; k < SAMPLES * sample->n; k++)
+        if (k % sample->n)
+            largest = fmax(largest, fabs(sample->action[k] - sample->action[k - 1]));
+    return largest / (M_PI * hbar);
+}
+
+/* The ratio falls as 1/dt where kinetic energy rules: dt times the ratio, until that is 1. */
+static double least_dt(const struct qm_slice *slice, double ratio, struct sample *sample)
+{
+    struct qm_slice longer = *slice;
+    struct ad_error error = {0};
+    for (int k = 0; k < ROUNDS; k++) {
+        longer.dt *= ratio;
+        if (evaluate(&longer, sample, &error) != AD_OK || beyond_focus(sample))
+            return (double)NAN;
+        ratio = ratio_of(sample, slice->hbar);
+        if (fabs(ratio - 1) < 1e-9)
+            return longer.dt;
+    }
+    return (double)NAN;
+}
+
+enum ad_status qm_aliasing(const struct qm_slice *slice, struct qm_aliasing *aliasing,
+                           struct ad_error *error)
+{
+    struct sample sample = {0};
+    *aliasing = (struct qm_aliasing){0};
+    if (qm_slice_check(slice, error) != AD_OK || sample_new(&slice->grid, &sample, error) != AD_OK)
+        return error->status;
+    if (evaluate(slice, &sample, error) == AD_OK) {
+        double dx = qm_dx(&slice->grid), ratio = ratio_of(&sample, slice->hbar);
+        /* the longest difference of neighbours is two cells short of the box, whatever the grid */
+        double shorter = 1 - 2 / (double)slice->grid.n;
+        if (beyond_focus(&sample))
+            ad_fail(error, AD_E_ARGUMENT,
+                    "dt = %g is beyond the first focus of the paths; expected a shorter one",
+                    slice->dt);
+        *aliasing = (struct qm_aliasing){
+            .ratio = ratio,
+            .ghost = 2 * M_PI * slice->hbar / (sample.mixed[0] * dx),
+            .dx_most = dx * shorter / ratio,
+            .box_most = dx * (double)slice->grid.n / ratio,
+            .dt_least = error->status == AD_OK ? least_dt(slice, ratio, &sample) : (double)NAN,
+        };
+    }
+    free(sample.xa);
+    return error->status;
+}

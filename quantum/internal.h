@@ -1,0 +1,36 @@
+/* Shared by the files of this folder alone. */
+#ifndef QUANTUM_INTERNAL_H
+#define QUANTUM_INTERNAL_H
+
+#include "quantum.h"
+
+/* Straight paths of one slice on a tape, a column a path. The start x_b is seen at s x_b + c: s =
+   1, c = 0 for the path itself, others for its mirror images and windings. */
+struct qm_paths {
+    ad_tape *tape;
+    ad_var xa, xb;        /* inputs [1 x n] */
+    ad_var s, c;          /* inputs [1 x 1] */
+    ad_var action, mixed; /* S, and D = -d2S / dx_a dx_b, [1 x n] or [1 x 1] */
+    ad_var distance;      /* x_a - (s x_b + c) */
+};
+enum ad_status qm_paths_record(const struct qm_slice *slice, size_t n, struct qm_paths *paths,
+                               struct ad_error *error);
+void qm_paths_free(struct qm_paths *paths);
+
+/* What every computation asks of a slice: AD_E_ARGUMENT. */
+enum ad_status qm_slice_check(const struct qm_slice *slice, struct ad_error *error);
+
+/* Hands a tape's error on. */
+enum ad_status qm_tape_status(const ad_tape *tape, struct ad_error *error);
+
+/* Actions [n] and mixed derivatives [n] of the paths from xb [n] to xa [n], not those of images. */
+enum ad_status qm_actions(const struct qm_slice *slice, size_t n, const double *xa,
+                          const double *xb, double *action, double *mixed, struct ad_error *error);
+/* Rows first ... first + rows - 1 of K [rows x n], absorbing layers left out. */
+enum ad_status qm_kernel_rows(const struct qm_slice *slice, size_t first, size_t rows,
+                              qm_complex *K, struct ad_error *error);
+
+/* mask [n]: what the absorbing layers leave of a wave in a slice. */
+void qm_absorber(const struct qm_slice *slice, double *mask);
+
+#endif

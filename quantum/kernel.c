@@ -1,0 +1,175 @@
+/* The matrix of amplitudes exp(i S_ab / hbar) (quantum.h). Real and imaginary parts are nodes of
+   the program that gives the actions; it runs over a few rows at a time, which stay in cache. */
+#include "internal.h"
+#include "../autodiff/blas.h"
+
+#include <complex.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LANES = 32768 }; /* paths of one run, about */
+
+/* Half the width of the range in which images fade out, in units of where they do. Packets whose
+   momenta stay below 1 - FADE of what the grid can hold do not notice. */
+static const double FADE = 0.25;
+
+struct kernel {
+    const struct qm_slice *slice;
+    size_t n, rows; /* of K in one run */
+    struct qm_paths paths;
+    ad_var re, im;
+    ad_program *program;
+    double *x; /* [rows * n] for either end of the paths */
+};
+
+/* 1 for paths slower than the grid's fastest wave, 0 for faster ones, and smooth between, such that
+   weights as far above as below add up to 1: then what one image loses its ghost, an image too,
+   makes up for, and K stays unitary where the box is a whole number of ghosts long. */
+static ad_var fade(const struct kernel *k)
+{
+    double scale = qm_dx(&k->slice->grid) / (M_PI * k->slice->hbar);
+    ad_var speed = ad_mul(scale, ad_mul(ad_abs(k->paths.distance), k->paths.mixed));
+    ad_var u = ad_min(ad_max(ad_mul(1 / FADE, ad_sub(speed, 1.0)), -0.9999), 0.9999);
+    return ad_sigmoid(ad_div(ad_mul(-2.0, u), ad_sub(1.0, ad_square(u))));
+}
+
+static enum ad_status compile(struct kernel *k, struct ad_error *error)
+{
+    const struct qm_slice *slice = k->slice;
+    if (qm_paths_record(slice, k->rows * k->n, &k->paths, error) != AD_OK)
+        return error->status;
+    ad_var amplitude =
+        ad_mul(qm_dx(&slice->grid), ad_sqrt(ad_mul(1 / (2 * M_PI * slice->hbar), k->paths.mixed)));
+    if (slice->walls != QM_OPEN)
+        amplitude = ad_mul(ad_mul(k->paths.s, amplitude), fade(k));
+    ad_var phase = ad_sub(ad_mul(1 / slice->hbar, k->paths.action), M_PI / 4); /* 1/sqrt(i) */
+    k->re = ad_mul(amplitude, ad_cos(phase));
+    k->im = ad_mul(amplitude, ad_sin(phase));
+    ad_compile(k->paths.tape, 2, (ad_var[]){k->re, k->im}, &k->program);
+    if (qm_tape_status(k->paths.tape, error) == AD_OK)
+        ad_set_threads(k->program, slice->threads);
+    return error->status;
+}
+
+static enum ad_status open(const struct qm_slice *slice, size_t most, struct kernel *k,
+                           struct ad_error *error)
+{
+    size_t n = slice->grid.n, rows = n < LANES ? LANES / n : 1;
+    *k = (struct kernel){.slice = slice, .n = n, .rows = rows < most ? rows : most};
+    k->x = malloc(k->rows * n * sizeof *k->x);
+    if (!k->x)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
+    if (compile(k, error) != AD_OK)
+        return error->status;
+    for (size_t p = 0; p < k->rows * n; p++)
+        k->x[p] = qm_x(&slice->grid, p % n);
+    return ad_set(k->program, k->paths.xb, k->x);
+}
+
+static void close_kernel(struct kernel *k)
+{
+    ad_program_free(k->program);
+    qm_paths_free(&k->paths);
+    free(k->x);
+}
+
+/* Adds the paths from one image of the starts to rows of K. */
+static void add_image(struct kernel *k, double s, double c, qm_complex *K)
+{
+    ad_set(k->program, k->paths.s, &s);
+    ad_set(k->program, k->paths.c, &c);
+    ad_run(k->program);
+    const double *re = ad_data(k->program, k->re), *im = ad_data(k->program, k->im);
+    for (size_t p = 0; p < k->rows * k->n; p++)
+        K[p] += CMPLX(re[p], im[p]);
+}
+
+/* Images are at s x + c: windings at x + j L; behind walls at x + 2 j L and 2 low - x + 2 j L. */
+static void add_images(struct kernel *k, double reach, qm_complex *K)
+{
+    const struct qm_grid *grid = &k->slice->grid;
+    double L = grid->high - grid->low, period = k->slice->walls == QM_RING ? L : 2 * L;
+    if (k->slice->walls == QM_OPEN) {
+        add_image(k, 1, 0, K);
+        return;
+    }
+    int most = (int)ceil((reach + L) / period);
+    for (int j = -most; j <= most; j++) {
+        if (fabs(j * period) - L < reach)
+            add_image(k, 1, j * period, K);
+        if (k->slice->walls == QM_REFLECT && fabs(j * period - L) - L < reach)
+            add_image(k, -1, 2 * grid->low + j * period, K);
+    }
+}
+
+/* From 1 at the inner edge of a layer to 0 at the wall. Waves that are long beside the layer are
+   thrown back by any such slope. */
+void qm_absorber(const struct qm_slice *slice, double *mask)
+{
+    const struct qm_grid *grid = &slice->grid;
+    for (size_t a = 0; a < grid->n; a++) {
+        double x = qm_x(grid, a), room = fmin(x - grid->low, grid->high - x);
+        mask[a] = room < slice->absorb ? sin(0.5 * M_PI * room / slice->absorb) : 1;
+    }
+}
+
+static enum ad_status absorb(const struct qm_slice *slice, qm_complex *K, struct ad_error *error)
+{
+    size_t n = slice->grid.n;
+    double *mask = malloc(n * sizeof *mask);
+    if (!mask)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
+    qm_absorber(slice, mask);
+    for (size_t a = 0; a < n; a++)
+        for (size_t b = 0; b < n; b++)
+            K[a * n + b] *= mask[a];
+    free(mask);
+    return AD_OK;
+}
+
+static void fill(struct kernel *k, double reach, size_t from, size_t rows, qm_complex *K)
+{
+    for (size_t done = 0; done < rows; done += k->rows) {
+        size_t row = done + k->rows <= rows ? done : rows - k->rows; /* the last run overlaps */
+        for (size_t p = 0; p < k->rows * k->n; p++)
+            k->x[p] = qm_x(&k->slice->grid, from + row + p / k->n);
+        ad_set(k->program, k->paths.xa, k->x);
+        memset(K + row * k->n, 0, k->rows * k->n * sizeof *K);
+        add_images(k, reach, K + row * k->n);
+    }
+}
+
+enum ad_status qm_kernel_rows(const struct qm_slice *slice, size_t first, size_t rows,
+                              qm_complex *K, struct ad_error *error)
+{
+    struct qm_aliasing aliasing;
+    struct kernel k = {0};
+    if (qm_aliasing(slice, &aliasing, error) != AD_OK)
+        return error->status;
+    if (open(slice, rows, &k, error) == AD_OK)
+        fill(&k, (1 + FADE) * aliasing.ghost / 2, first, rows, K);
+    close_kernel(&k);
+    return error->status;
+}
+
+enum ad_status qm_kernel(const struct qm_slice *slice, qm_complex *K, struct ad_error *error)
+{
+    if (qm_kernel_rows(slice, 0, slice->grid.n, K, error) == AD_OK && slice->absorb > 0)
+        absorb(slice, K, error);
+    return error->status;
+}
+
+enum ad_status qm_kernel_square(size_t n, size_t times, qm_complex *K, struct ad_error *error)
+{
+    qm_complex *square = malloc(n * n * sizeof *square);
+    if (!square)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu x %zu", n, n);
+    for (size_t k = 0; k < times; k++) {
+        ad_blas_gemm_complex(false, n, n, n, (const double *)K, (const double *)K,
+                             (double *)square);
+        memcpy(K, square, n * n * sizeof *K);
+    }
+    free(square);
+    return AD_OK;
+}

@@ -1,0 +1,214 @@
+/* Where S_ab = D (x_a - x_b)^2/2 + f(a) + g(b), and that is every L = m v^2/2 - V(q) under a rule
+   that looks at ends of paths, K is a Toeplitz matrix between two diagonal ones, and multiplying
+   with it a convolution: n log n instead of n^2. The numbers are those of the matrix. */
+#include "internal.h"
+#include "fft.h"
+
+#include <complex.h>
+#include <math.h>
+#include <stdlib.h>
+
+struct convolution {
+    size_t n;
+    struct qm_fft fft;
+    qm_complex *before, *after; /* [n] exp(i g / hbar); exp(i f / hbar) and the absorbing layers */
+    double *tre, *tim;          /* [fft.n] transform of the Toeplitz matrix's first column */
+    double *re, *im;            /* [fft.n] */
+};
+
+static size_t length(size_t n)
+{
+    size_t power = 2;
+    while (power < 2 * n)
+        power *= 2;
+    return power;
+}
+
+static void cost(const struct qm_slice *slice, struct qm_cost *cost)
+{
+    double n = (double)slice->grid.n, m = (double)length(slice->grid.n);
+    *cost = (struct qm_cost){
+        .bytes = 32 * n + 56 * m, .setup = 400 * n, .step = 10 * m * log2(m) + 6 * m};
+}
+
+static void close_fft(void *state)
+{
+    struct convolution *c = state;
+    if (!c)
+        return;
+    qm_fft_free(&c->fft);
+    free(c->before);
+    free(c->tre);
+    free(c);
+}
+
+static enum ad_status reserve(const struct qm_slice *slice, struct convolution *c,
+                              struct ad_error *error)
+{
+    size_t n = c->n = slice->grid.n, m = length(n);
+    c->before = malloc(2 * n * sizeof *c->before);
+    c->tre = calloc(4 * m, sizeof *c->tre);
+    if (!c->before || !c->tre)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
+    c->after = c->before + n;
+    c->tim = c->tre + m;
+    c->re = c->tim + m;
+    c->im = c->re + m;
+    return qm_fft_new(m, &c->fft, error);
+}
+
+/* ---- the action taken apart ---- */
+
+/* Actions along the first column (a, 0), the first row (0, b) and the antidiagonal, which is there
+   to find out whether the first two say it all: [3 n]. */
+static enum ad_status look(const struct qm_slice *slice, double *S, double *D,
+                           struct ad_error *error)
+{
+    size_t n = slice->grid.n;
+    double *x = malloc(6 * n * sizeof *x);
+    if (!x)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
+    for (size_t k = 0; k < n; k++) {
+        x[k] = x[4 * n + k] = x[2 * n + k] = qm_x(&slice->grid, k);
+        x[n + k] = x[3 * n + k] = qm_x(&slice->grid, 0);
+        x[5 * n + k] = qm_x(&slice->grid, n - 1 - k);
+    }
+    qm_actions(slice, 3 * n, x, x + 3 * n, S, D, error);
+    free(x);
+    return error->status;
+}
+
+static bool is_toeplitz(const struct qm_slice *slice, const double *S, const double *D)
+{
+    size_t n = slice->grid.n;
+    const double *f = S, *g = S + n;
+    for (size_t k = 0; k < 3 * n; k++)
+        if (fabs(D[k] - D[0]) > 1e-12 * fabs(D[0]))
+            return false;
+    for (size_t a = 0; a < n; a++) {
+        size_t b = n - 1 - a;
+        double d = qm_x(&slice->grid, a) - qm_x(&slice->grid, b);
+        double sum = f[a] + g[b] - f[0] + 0.5 * D[0] * d * d, size = fabs(f[a]) + fabs(g[b]);
+        if (fabs(S[2 * n + a] - sum) > 1e-9 * slice->hbar + 1e-13 * (size + fabs(sum)))
+            return false;
+    }
+    return true;
+}
+
+/* S becomes f(a) + g(0) and f(0) + g(b). */
+static void subtract_kinetic(const struct qm_slice *slice, double D, double *S)
+{
+    for (size_t k = 0; k < 2 * slice->grid.n; k++) {
+        double d = (double)(k % slice->grid.n) * qm_dx(&slice->grid);
+        S[k] -= 0.5 * D * d * d;
+    }
+}
+
+static enum ad_status take_apart(const struct qm_slice *slice, struct convolution *c,
+                                 struct ad_error *error)
+{
+    size_t n = c->n;
+    double *S = malloc(6 * n * sizeof *S), *D = S + 3 * n;
+    if (!S)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
+    if (look(slice, S, D, error) == AD_OK) {
+        subtract_kinetic(slice, D[0], S);
+        if (!is_toeplitz(slice, S, D))
+            ad_fail(error, AD_E_ARGUMENT,
+                    "fft: K of %s does not depend on the difference of positions but for its "
+                    "ends; expected rule left or trapezoid, else method kernel",
+                    slice->system->scene->name);
+        for (size_t k = 0; k < n; k++) {
+            c->after[k] = cexp(I * (S[k] / slice->hbar));
+            c->before[k] = cexp(I * ((S[n + k] - S[0]) / slice->hbar));
+        }
+    }
+    free(S);
+    return error->status;
+}
+
+/* The first row of K, freed of the phases of its ends, is the first column of the Toeplitz matrix
+   too: it is even. */
+static enum ad_status transform(const struct qm_slice *slice, struct convolution *c,
+                                struct ad_error *error)
+{
+    size_t n = c->n, m = c->fft.n;
+    qm_complex *row = malloc(n * sizeof *row);
+    if (!row)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
+    if (qm_kernel_rows(slice, 0, 1, row, error) == AD_OK) {
+        for (size_t k = 0; k < n; k++) {
+            qm_complex t = row[k] * conj(c->before[k] * c->after[0]) / (double)m;
+            c->tre[k] = c->tre[(m - k) % m] = creal(t);
+            c->tim[k] = c->tim[(m - k) % m] = cimag(t);
+        }
+        qm_fft_run(&c->fft, c->tre, c->tim);
+    }
+    free(row);
+    return error->status;
+}
+
+static enum ad_status absorb(const struct qm_slice *slice, struct convolution *c,
+                             struct ad_error *error)
+{
+    double *mask = malloc(c->n * sizeof *mask);
+    if (!mask)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", c->n);
+    qm_absorber(slice, mask);
+    for (size_t k = 0; k < c->n; k++)
+        c->after[k] *= mask[k];
+    free(mask);
+    return AD_OK;
+}
+
+static enum ad_status open_fft(const struct qm_slice *slice, void **state, struct ad_error *error)
+{
+    struct convolution *c = *state = calloc(1, sizeof *c);
+    if (!c)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (slice->walls == QM_REFLECT)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "fft: between reflecting walls K is no convolution; expected method kernel "
+                       "or other walls");
+    if (reserve(slice, c, error) == AD_OK && take_apart(slice, c, error) == AD_OK &&
+        transform(slice, c, error) == AD_OK)
+        absorb(slice, c, error);
+    return error->status;
+}
+
+/* ---- a slice ---- */
+
+static void multiply(const struct convolution *c)
+{
+#pragma omp simd
+    for (size_t k = 0; k < c->fft.n; k++) {
+        double re = c->re[k] * c->tre[k] - c->im[k] * c->tim[k];
+        c->im[k] = c->re[k] * c->tim[k] + c->im[k] * c->tre[k];
+        c->re[k] = re;
+    }
+}
+
+static enum ad_status step_fft(void *state, size_t packets, qm_complex *psi, struct ad_error *error)
+{
+    struct convolution *c = state;
+    (void)error;
+    for (size_t column = 0; column < packets; column++) {
+        for (size_t k = 0; k < c->fft.n; k++) {
+            qm_complex z = k < c->n ? psi[k * packets + column] * c->before[k] : 0;
+            c->re[k] = creal(z);
+            c->im[k] = cimag(z);
+        }
+        qm_fft_run(&c->fft, c->re, c->im);
+        multiply(c);
+        qm_fft_run(&c->fft, c->im, c->re); /* exchanged: the inverse */
+        for (size_t k = 0; k < c->n; k++)
+            psi[k * packets + column] = c->after[k] * CMPLX(c->re[k], c->im[k]);
+    }
+    return AD_OK;
+}
+
+const struct qm_method qm_method_fft = {
+    "fft",    "the same sum as a convolution, by fast Fourier transforms",
+    true,     cost,
+    open_fft, step_fft,
+    close_fft};

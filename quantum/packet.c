@@ -1,0 +1,40 @@
+/* Gaussian packets, and what is seen of a wave function. */
+#include "quantum.h"
+
+#include <complex.h>
+#include <math.h>
+
+void qm_packet(const struct qm_grid *grid, double hbar, const struct qm_gaussian *packet,
+               size_t packets, size_t column, qm_complex *psi)
+{
+    double height = pow(2 * M_PI * packet->sigma * packet->sigma, -0.25);
+    for (size_t a = 0; a < grid->n; a++) {
+        double d = qm_x(grid, a) - packet->x, u = d / (2 * packet->sigma);
+        psi[a * packets + column] = height * exp(-u * u) * cexp(I * (packet->p * d / hbar));
+    }
+}
+
+static double square(qm_complex z) { return creal(z) * creal(z) + cimag(z) * cimag(z); }
+
+struct qm_moments qm_moments(const struct qm_grid *grid, size_t stride, const qm_complex *psi)
+{
+    double sum = 0, mean = 0, spread = 0;
+    for (size_t a = 0; a < grid->n; a++) {
+        double share = square(psi[a * stride]);
+        sum += share;
+        mean += share * qm_x(grid, a);
+    }
+    mean /= sum;
+    for (size_t a = 0; a < grid->n; a++)
+        spread += square(psi[a * stride]) * pow(qm_x(grid, a) - mean, 2);
+    return (struct qm_moments){sum * qm_dx(grid), mean, sqrt(spread / sum)};
+}
+
+qm_complex qm_overlap(const struct qm_grid *grid, size_t stride, const qm_complex *a,
+                      const qm_complex *b)
+{
+    qm_complex sum = 0;
+    for (size_t k = 0; k < grid->n; k++)
+        sum += conj(a[k * stride]) * b[k * stride];
+    return sum * qm_dx(grid);
+}

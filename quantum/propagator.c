@@ -1,0 +1,54 @@
+/* The table of methods, and a handle on one at work. */
+#include "internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+const struct qm_method *const qm_methods[] = {&qm_method_kernel, &qm_method_fft,
+                                              &qm_method_crank_nicolson, NULL};
+
+struct qm_propagator {
+    const struct qm_method *method;
+    void *state;
+};
+
+const struct qm_method *qm_method_find(const char *name, struct ad_error *error)
+{
+    for (const struct qm_method *const *m = qm_methods; *m; m++)
+        if (strcmp((*m)->name, name) == 0)
+            return *m;
+    ad_fail(error, AD_E_ARGUMENT, "no method '%s'; expected one of: kernel, fft, crank-nicolson",
+            name);
+    return NULL;
+}
+
+enum ad_status qm_propagator_new(const struct qm_method *method, const struct qm_slice *slice,
+                                 qm_propagator **propagator, struct ad_error *error)
+{
+    qm_propagator *p = *propagator = NULL;
+    if (qm_slice_check(slice, error) != AD_OK)
+        return error->status;
+    p = calloc(1, sizeof *p);
+    if (!p)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    p->method = method;
+    if (method->open(slice, &p->state, error) == AD_OK)
+        *propagator = p;
+    else
+        qm_propagator_free(p);
+    return error->status;
+}
+
+void qm_propagator_free(qm_propagator *propagator)
+{
+    if (!propagator)
+        return;
+    propagator->method->close(propagator->state);
+    free(propagator);
+}
+
+enum ad_status qm_propagate(qm_propagator *propagator, size_t packets, qm_complex *psi,
+                            struct ad_error *error)
+{
+    return propagator->method->step(propagator->state, packets, psi, error);
+}
