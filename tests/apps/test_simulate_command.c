@@ -1,6 +1,7 @@
 /* leastaction simulate, from outside: what it reports, chooses, writes and refuses. */
 #include "../close.h"
 #include "shell.h"
+#include "../../physics/integrate.h"
 #include "../../physics/runfile.h"
 #include "../../physics/table.h"
 
@@ -60,6 +61,31 @@ static void test_bodies_and_reversal(void **state)
     assert_true(number("reversal_error") < 1e-12);
     assert_true(number("momentum_change") < 1e-13);
     assert_true(number("error") < 1e-8);
+}
+
+/* Every scene and every integrator says how its energy drifts; those that need a scene that
+   separates refuse the double pendulum, and say what to take. */
+static void test_energy_is_always_reported(void **state)
+{
+    (void)state;
+    for (size_t k = 0; phys_scenes[k]; k++) {
+        char arguments[96];
+        snprintf(arguments, sizeof arguments, "%s --no-reference --time 1 --json",
+                 phys_scenes[k]->name);
+        works(arguments);
+        assert_true(number("energy_drift") >= 0);
+    }
+    for (size_t k = 0; phys_integrators[k]; k++) {
+        const struct phys_integrator *method = phys_integrators[k];
+        const char *step = method->adaptive ? "" : "--dt 0.02";
+        int status = shell("$LA simulate dblpend --no-reference --time 1 --json --integrator %s %s",
+                           method->name, step);
+        assert_int_equal(status, method->separable ? 2 : 0);
+        if (method->separable)
+            assert_non_null(strstr(shell_err(), "gauss2, implicit-midpoint or dop853"));
+        else
+            assert_true(number("energy_drift") >= 0);
+    }
 }
 
 /* The double pendulum does not separate: symplectic methods run in (q, p). */
@@ -211,6 +237,7 @@ int main(void)
         cmocka_unit_test_setup(test_energy_of_a_scene_that_does_not_separate, clean),
         cmocka_unit_test_setup(test_tolerance_is_met, clean),
         cmocka_unit_test_setup(test_files, clean),
+        cmocka_unit_test_setup(test_energy_is_always_reported, clean),
         cmocka_unit_test_setup(test_events, clean),
         cmocka_unit_test_setup(test_refusals, clean),
     };

@@ -180,6 +180,40 @@ static void test_figure_eight(void **state)
     }
 }
 
+/* The motion in (q, v), and behind it the action: S' = L = p v - E. */
+struct with_action {
+    const struct phys_ode *ode;
+    phys_legendre *legendre;
+};
+
+static enum ad_status with_action_field(void *context, double t, const double *y, double *rate,
+                                        struct ad_error *error)
+{
+    const struct with_action *c = context;
+    size_t dof = c->ode->n / 2;
+    double p[MOTION_DOF], L = -phys_legendre_energy(c->legendre, y, y + dof, t);
+    phys_legendre_momentum(c->legendre, y, y + dof, t, p, NULL);
+    for (size_t k = 0; k < dof; k++)
+        L += p[k] * y[dof + k];
+    rate[2 * dof] = L;
+    return c->ode->field(c->ode->context, t, y, rate, error);
+}
+
+static void test_action_of_the_figure_eight(void **state)
+{
+    (void)state;
+    struct motion m, both = {0};
+    struct with_action c = {.ode = &m.ode};
+    motion_open(&m, "figure8", false, NULL);
+    assert_int_equal(phys_legendre_new(&m.system, &c.legendre, &m.error), AD_OK);
+    both.ode = (struct phys_ode){.n = m.ode.n + 1, .field = with_action_field, .context = &c};
+    memcpy(both.y, m.y, m.ode.n * sizeof *m.y);
+    motion_run(&both, "dop853", 1e-13, 6.3259138908, AD_OK);
+    assert_close(both.y[m.ode.n], 24.42704853, 0, 6e-9);
+    phys_legendre_free(c.legendre);
+    motion_close(&m);
+}
+
 /* Velocities enter the forces: by (q, v), and by (q, p) with p = v + (-y, x). */
 static void test_arenstorf(void **state)
 {
@@ -196,6 +230,33 @@ static void test_arenstorf(void **state)
                       m.info.evaluations);
         assert_true(distance < 3.5e-10);
         assert_true(m.info.energy_drift < 1e-12); /* Jacobi's constant */
+        motion_close(&m);
+    }
+}
+
+/* What is conserved, over the time that each answer is for: energies, and Jacobi's constant. At the
+   Pythagorean encounter V is 4000 times E, of bodies 4e-4 apart whose places are of order 1, so
+   that rounding of the places alone is 1e-9 of the energy. */
+static void test_energy_drift(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *scene;
+        double e, time, drift; /* e: eccentricity, or 0 */
+    } rows[] = {{"kepler", 0.6, 20 * M_PI, 3e-13},
+                {"kepler", 0.99, 2 * M_PI, 2e-12},
+                {"figure8", 0, 6.3259138908, 1e-13},
+                {"pythagorean", 0, 16, 1e-8},
+                {"arenstorf", 0, 17.06521656, 1e-12}};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        const struct phys_setting set[] = {{rows[k].e > 0 ? "e" : NULL, rows[k].e}, {0}};
+        struct motion m;
+        motion_open(&m, rows[k].scene, false, set);
+        m.settings.watch_energy = true;
+        motion_run(&m, "dop853", 1e-14, rows[k].time, AD_OK);
+        print_message("%-12s energy drift %.1e in %zu calls\n", rows[k].scene, m.info.energy_drift,
+                      m.info.evaluations);
+        assert_true(m.info.energy_drift > 0 && m.info.energy_drift < rows[k].drift);
         motion_close(&m);
     }
 }
@@ -238,7 +299,9 @@ int main(void)
         cmocka_unit_test(test_kepler),
         cmocka_unit_test(test_work_and_precision),
         cmocka_unit_test(test_figure_eight),
+        cmocka_unit_test(test_action_of_the_figure_eight),
         cmocka_unit_test(test_arenstorf),
+        cmocka_unit_test(test_energy_drift),
         cmocka_unit_test(test_pythagorean),
         cmocka_unit_test(test_head_on_fall),
     };
