@@ -110,12 +110,19 @@ void phys_totals(phys_legendre *legendre, const double *q, const double *v, doub
 
 struct phys_scheme; /* how a family of methods takes a step */
 
-/* A method: one file, one const struct, one line in the table. */
+/* A method: one file, one const struct, one line in the table. What each takes:
+       euler rk4 dopri5 dop853                              any field
+       implicit-midpoint gauss2 ... gauss5                  any field
+       semi-implicit                                        halves
+       verlet velocity-verlet yoshida4 yoshida6             halves that separate: a kick
+       variational-RULE                                     a Lagrangian
+   Every Hamiltonian has halves; it separates as T(p) + V(q, t). A method that is asked for more
+   than it takes refuses: AD_E_ARGUMENT, with what to take instead. */
 struct phys_integrator {
     const char *name, *what;
     size_t order;
     bool adaptive;   /* has an error estimate, chooses its steps */
-    bool symplectic; /* in canonical halves */
+    bool symplectic; /* in canonical halves; semi-implicit: in those that separate */
     bool symmetric;  /* a step of -h undoes a step of h */
     bool separable;  /* needs phys_ode.kick */
     bool lagrangian; /* needs phys_ode.system, in y = (q, p) */

@@ -17,9 +17,16 @@ static enum ad_status check(const struct phys_integrator *integrator, const stru
                        "positions and time alone; those of %s do not: take gauss2, "
                        "implicit-midpoint or dop853",
                        integrator->name, name);
+    if (integrator->scheme == &phys_splitting && !ode->kick && !ode->canonical && !ode->enter)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s moves positions and velocities in turn; %s has no such halves: take "
+                       "gauss2, implicit-midpoint or dop853",
+                       integrator->name, name);
     if (integrator->lagrangian && !ode->system)
-        return ad_fail(error, AD_E_ARGUMENT, "%s needs a Lagrangian; %s has none", integrator->name,
-                       name);
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s needs a Lagrangian; %s has none: take gauss2, implicit-midpoint or "
+                       "dop853",
+                       integrator->name, name);
     return AD_OK;
 }
 

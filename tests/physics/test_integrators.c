@@ -364,6 +364,39 @@ static void test_hamiltonian(void **state)
     phys_ode_free(&m.ode);
 }
 
+/* Every method on a Hamiltonian that does not separate, and on a field without halves: those that
+   take it come near to the motion, the others refuse it and say what does. */
+static void test_what_methods_take(void **state)
+{
+    (void)state;
+    struct motion exact = {0};
+    phys_ode_hamiltonian(product_hamiltonian, 1, NULL, &exact.ode, &exact.error);
+    memcpy(exact.y, (double[]){0.3, -0.7}, 2 * sizeof(double));
+    motion_run(&exact, "dop853", 1e-14, 1, AD_OK);
+    phys_ode_free(&exact.ode);
+    for (size_t k = 0; phys_integrators[k]; k++) {
+        const struct phys_integrator *method = phys_integrators[k];
+        bool refused = method->separable || method->lagrangian;
+        double h = method->adaptive ? 1e-10 : 0.002;
+        struct motion m = {.y = {0.3, -0.7}}, grown = {.ode = {.n = 1, .field = grow}, .y = {1}};
+        phys_ode_hamiltonian(product_hamiltonian, 1, NULL, &m.ode, &m.error);
+        motion_run(&m, method->name, h, 1, refused ? AD_E_ARGUMENT : AD_OK);
+        if (refused)
+            assert_non_null(strstr(m.error.message, "take gauss2, implicit-midpoint or dop853"));
+        else
+            assert_close(m.y[0], exact.y[0], 0, method->order > 1 ? 1e-6 : 4e-3);
+        phys_ode_free(&m.ode);
+
+        refused |= strcmp(method->name, "semi-implicit") == 0;
+        motion_run(&grown, method->name, h, 0.5, refused ? AD_E_ARGUMENT : AD_OK);
+        if (refused)
+            assert_non_null(
+                strstr(grown.error.message, "take gauss2, implicit-midpoint or dop853"));
+        else
+            assert_close(grown.y[0], 2, 0, method->order > 1 ? 4e-6 : 1.01 * h * 4 * log(2));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -378,6 +411,7 @@ int main(void)
         cmocka_unit_test(test_long_implicit_steps),
         cmocka_unit_test(test_implicit_steps_to_their_limit),
         cmocka_unit_test(test_hamiltonian),
+        cmocka_unit_test(test_what_methods_take),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
