@@ -245,6 +245,9 @@ const struct hnn_row *hnn_trainer_history(const hnn_trainer *trainer, size_t *ro
 /* Losses of the model over all samples, at its present parameters. */
 double hnn_trainer_train_loss(hnn_trainer *trainer);
 double hnn_trainer_test_loss(hnn_trainer *trainer);
+/* For measurements: takes loss and gradient at the present point once more, on one thread, and
+   returns the share of the time that is spent in matrix products, inside OpenBLAS. */
+double hnn_trainer_product_share(hnn_trainer *trainer);
 
 /* The model together with the state of its training; a trainer made the same way and resumed from
    that file goes on to the last bit. */

@@ -164,6 +164,12 @@ double hnn_trainer_test_loss(hnn_trainer *t)
     return hnn_survey_loss(&t->test_survey, t->model->parameters, t->size_bytes);
 }
 
+double hnn_trainer_product_share(hnn_trainer *t)
+{
+    double began = now(), products = hnn_problem_products(&t->problem);
+    return products / (now() - began);
+}
+
 void hnn_trainer_deliver(hnn_trainer *t)
 {
     bool best = t->best && isfinite(t->best_loss);
