@@ -12,23 +12,30 @@ static size_t work(const struct phys_integrator *integrator, size_t n)
     return n / 2;
 }
 
-/* The force of systems that do not separate is taken where the state is, velocities included, as
-   the published semi-implicit Euler does. */
-static enum ad_status force(struct phys_stepper *s, double t, const double *y, double *F,
-                            struct ad_error *error)
+/* Half 0 or 1 of the rate of systems that do not separate, where the state is, as the published
+   semi-implicit Euler takes its force. */
+static enum ad_status rate_of_half(struct phys_stepper *s, double t, size_t half, double *rate,
+                                   struct ad_error *error)
 {
-    size_t half = s->n / 2;
-    s->evaluations++;
-    if (s->ode->kick)
-        return s->ode->kick(s->ode->context, t, y, F, error);
-    if (s->ode->field(s->ode->context, t, y, s->next_rate, error) == AD_OK)
-        memcpy(F, s->next_rate + half, half * sizeof *F);
+    size_t n = s->n / 2;
+    if (phys_stepper_rate(s, t, s->next, s->next_rate, error) == AD_OK)
+        memcpy(rate, s->next_rate + half * n, n * sizeof *rate);
     return error->status;
 }
 
-static enum ad_status drift_rate(struct phys_stepper *s, double t, const double *p, double *v,
-                                 struct ad_error *error)
+static enum ad_status force(struct phys_stepper *s, double t, double *F, struct ad_error *error)
 {
+    if (!s->ode->kick)
+        return rate_of_half(s, t, 1, F, error);
+    s->evaluations++;
+    return s->ode->kick(s->ode->context, t, s->next, F, error);
+}
+
+static enum ad_status velocity(struct phys_stepper *s, double t, double *v, struct ad_error *error)
+{
+    const double *p = s->next + s->n / 2;
+    if (!s->ode->kick)
+        return rate_of_half(s, t, 0, v, error);
     if (s->ode->drift)
         return s->ode->drift(s->ode->context, t, p, v, error);
     memcpy(v, p, s->n / 2 * sizeof *v);
@@ -60,13 +67,13 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
     memcpy(s->next, s->y, s->n * sizeof *s->y);
     for (size_t i = 0; i < c->n; i++) {
         if (c->drift[i] != 0) {
-            if (drift_rate(s, t, p, s->work, error) != AD_OK)
+            if (velocity(s, t, s->work, error) != AD_OK)
                 return error->status;
             move(half, q, c->drift[i] * h, s->work);
             t += c->drift[i] * h;
         }
         if (c->kick[i] != 0) {
-            if (force(s, t, s->next, s->work, error) != AD_OK)
+            if (force(s, t, s->work, error) != AD_OK)
                 return error->status;
             decay(s, p, 0.5 * c->kick[i] * h);
             move(half, p, c->kick[i] * h, s->work);
