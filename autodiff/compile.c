@@ -1,5 +1,6 @@
 /* Compiling: from a tape to a program, and the program's inputs, outputs and reports. */
 #include "exec.h"
+#include "native.h"
 #include "plan.h"
 
 #include <math.h>
@@ -91,6 +92,7 @@ static bool plan_program(struct graph *g, ad_program *p)
     size_t n = g->n + 1;
     struct plan plan = {.graph = g,
                         .program = p,
+                        .memory = ALIGNMENT, /* compiled code reads a lane before and behind */
                         .last = calloc(n, sizeof *plan.last),
                         .link = calloc(n, sizeof *plan.link),
                         .spot = calloc(n, sizeof *plan.spot)};
@@ -148,6 +150,7 @@ void ad_program_free(ad_program *p)
         return;
     for (size_t i = 0; i < p->n_labels; i++)
         free(p->labels[i]);
+    ad_native_free(p->native);
     free(p->labels);
     free(p->label_values);
     free(p->values);

@@ -5,6 +5,7 @@
    runs which chunk, so they change no bit of the result. */
 #include "blas.h"
 #include "exec.h"
+#include "native.h"
 
 #include <string.h>
 #include <time.h>
@@ -108,6 +109,24 @@ static void run_calls(const ad_program *p, const struct segment *g)
             ad_run_instruction(p, g, c->a, &whole);
 }
 
+static void run_native_chunk(const ad_program *p, const struct segment *g, uint32_t number)
+{
+    const struct tile t = extent(g, number);
+    g->native(p->memory, p->lists, number, t.row, t.row + t.rows, t.col, t.col + t.cols);
+}
+
+static void run_native(const ad_program *p, const struct segment *g)
+{
+    if (g->chunks == 1) {
+        run_native_chunk(p, g, 0);
+        return; /* whole segments leave their sums where they belong */
+    }
+#pragma omp parallel for num_threads((int)p->threads) schedule(static, 1) if (p->threads > 1)
+    for (uint32_t c = 0; c < g->chunks; c++)
+        run_native_chunk(p, g, c);
+    collect_sinks(p, g, NULL);
+}
+
 static void run_fused(const ad_program *p, const struct segment *g, struct check *check)
 {
     if (g->n_calls && !check) {
@@ -126,25 +145,48 @@ static void run_fused(const ad_program *p, const struct segment *g, struct check
         collect_sinks(p, g, check);
 }
 
-void ad_program_execute(ad_program *p, size_t first, size_t last, struct check *check)
+void ad_execute_segments(const ad_program *p, const struct segment *segments, size_t n,
+                         struct check *check)
 {
     if (p->has_matmul)
         ad_blas_single_thread();
-    for (size_t i = first; i < last; i++) {
-        const struct segment *g = &p->segments[i];
-        if (g->fused) {
+    for (const struct segment *g = segments; g < segments + n; g++) {
+        if (g->native) {
+            run_native(p, g);
+        } else if (g->fused) {
             run_fused(p, g, check);
-            continue;
+        } else {
+            ad_run_alone(p, g);
+            if (check)
+                ad_look_at_value(p, &p->instructions[g->first], check);
         }
-        ad_run_alone(p, g);
-        if (check)
-            ad_look_at_value(p, &p->instructions[g->first], check);
     }
     if (p->has_matmul)
         ad_blas_threads();
 }
 
-void ad_run(ad_program *p) { ad_program_execute(p, p->n_constant_segments, p->n_segments, NULL); }
+void ad_program_execute(ad_program *p, size_t first, size_t last, struct check *check)
+{
+    ad_execute_segments(p, p->segments + first, last - first, check);
+}
+
+/* What each run goes through. */
+static const struct segment *segments_of(const ad_program *p, size_t *n)
+{
+    if (p->native) {
+        *n = p->native->n_segments;
+        return p->native->segments;
+    }
+    *n = p->n_segments - p->n_constant_segments;
+    return p->segments + p->n_constant_segments;
+}
+
+void ad_run(ad_program *p)
+{
+    size_t n;
+    const struct segment *segments = segments_of(p, &n);
+    ad_execute_segments(p, segments, n, NULL);
+}
 
 static double now(void)
 {
@@ -156,10 +198,12 @@ static double now(void)
 double ad_run_timed(ad_program *p)
 {
     double products = 0;
-    for (size_t i = p->n_constant_segments; i < p->n_segments; i++) {
+    size_t n;
+    const struct segment *segments = segments_of(p, &n);
+    for (size_t i = 0; i < n; i++) {
         double began = now();
-        ad_program_execute(p, i, i + 1, NULL);
-        if (p->instructions[p->segments[i].first].kind == DO_MATMUL)
+        ad_execute_segments(p, segments + i, 1, NULL);
+        if (p->instructions[segments[i].first].kind == DO_MATMUL)
             products += now() - began;
     }
     return products;

@@ -156,7 +156,13 @@ struct part {
     uint32_t row, col; /* where it goes */
 };
 
+/* A segment compiled to machine code (native.h) for rows [row, row_end), columns [col, col_end) of
+   chunk number `chunk`. */
+typedef void ad_native_run(char *memory, const uint32_t *lists, size_t chunk, size_t row,
+                           size_t row_end, size_t col, size_t col_end);
+
 struct segment {
+    ad_native_run *native; /* NULL: the instructions are interpreted */
     uint32_t first, count; /* instructions */
     uint32_t rows, cols;   /* iteration space */
     uint32_t tile_rows, tile_cols;
@@ -177,6 +183,7 @@ struct call {
 };
 
 struct check;
+struct native;
 
 struct ad_program {
     enum ad_type type;
@@ -210,11 +217,15 @@ struct ad_program {
     size_t memory_bytes, tile_bytes;
     size_t threads;
     bool has_matmul;
+    struct native *native; /* NULL: interpreted */
 };
 
 enum ad_status ad_program_plan(struct graph *graph, struct ad_program **program,
                                struct ad_error *error);
 /* Runs segments [first, last); with `check`, keeps the earliest value that is not finite. */
 void ad_program_execute(ad_program *program, size_t first, size_t last, struct check *check);
+/* The same for segments that are not the program's own. */
+void ad_execute_segments(const ad_program *program, const struct segment *segments, size_t n,
+                         struct check *check);
 
 #endif

@@ -1,0 +1,99 @@
+/* The source of a whole program: the vectors it needs, a function for every fused segment, and one
+   for every run of them that is left to call. */
+#include "native.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_LANES = 64 };
+
+/* A segment of its own for the executor: what it does itself, and what is split for threads. */
+static bool joins(const struct walk *before, const struct walk *w)
+{
+    return before->segment.fused && before->segment.chunks == 1 && w->segment.fused &&
+           w->segment.chunks == 1;
+}
+
+static struct walk *plan_walks(const ad_program *p, size_t *n)
+{
+    *n = p->n_segments - p->n_constant_segments;
+    struct walk *walks = malloc((*n + 1) * sizeof *walks);
+    for (size_t i = 0; walks && i < *n; i++) {
+        uint32_t number = (uint32_t)(p->n_constant_segments + i);
+        walks[i] = p->segments[number].fused
+                       ? ad_native_walk(p, number, ad_native_vector_bytes(p))
+                       : (struct walk){.segment = p->segments[number], .number = number};
+    }
+    return walks;
+}
+
+static void write_vectors(FILE *out, const ad_program *p, size_t n, const struct walk walks[])
+{
+    bool written[MOST_LANES + 1] = {false};
+    ad_native_vectors(out, p, 1);
+    written[1] = true;
+    for (size_t i = 0; i < n; i++) {
+        uint32_t lanes = walks[i].lanes;
+        if (!lanes || written[lanes])
+            continue;
+        ad_native_vectors(out, p, lanes);
+        written[lanes] = true;
+    }
+}
+
+static void write_call(FILE *out, const struct walk *w)
+{
+    const struct segment *g = &w->segment;
+    if (g->chunks > 1)
+        fprintf(out, "s%u(m, l, chunk, row, row_end, col, col_end);\n", w->number);
+    else
+        fprintf(out, "s%u(m, l, 0, 0, %u, 0, %u);\n", w->number, g->rows, g->cols);
+}
+
+/* Functions that call segments one after the other; the executor's list of what is left. */
+static void write_runs(FILE *out, size_t n, const struct walk walks[], struct native *native)
+{
+    size_t runs = 0;
+    for (size_t i = 0; i < n; i++) {
+        if (!walks[i].segment.fused) {
+            native->segments[native->n_segments++] = walks[i].segment;
+            continue;
+        }
+        fprintf(out,
+                "void run%zu(char *m, const u32 *l, size_t chunk, size_t row, size_t row_end,"
+                " size_t col, size_t col_end)\n{\n(void)chunk; (void)row; (void)row_end;"
+                " (void)col; (void)col_end;\n",
+                runs++);
+        native->segments[native->n_segments++] = walks[i].segment;
+        write_call(out, &walks[i]);
+        for (; i + 1 < n && joins(&walks[i], &walks[i + 1]); i++)
+            write_call(out, &walks[i + 1]);
+        fputs("}\n", out);
+    }
+}
+
+char *ad_native_source(const ad_program *p, struct native *native)
+{
+    size_t n, bytes;
+    char *text = NULL;
+    struct walk *walks = plan_walks(p, &n);
+    native->segments = malloc((n + 1) * sizeof *native->segments);
+    FILE *out = open_memstream(&text, &bytes);
+    bool done = walks && native->segments && out;
+    if (done) {
+        write_vectors(out, p, n, walks);
+        for (size_t i = 0; done && i < n; i++)
+            done = !walks[i].segment.fused || ad_native_segment(out, p, &walks[i]);
+        write_runs(out, n, walks, native);
+    }
+    if (out)
+        done = fclose(out) == 0 && done;
+    free(walks);
+    if (!done) {
+        free(text);
+        free(native->segments);
+        native->segments = NULL;
+        return NULL;
+    }
+    return text;
+}

@@ -1,0 +1,244 @@
+/* The beginning of every compiled program: vectors of so many lanes, as gcc and clang have them as
+   types of their own, and the operations on them.
+
+   Operations come from the one table, as text, and mean for vectors what they mean for numbers;
+   those that choose between two values lane by lane are written again here, as vectors have no
+   ?: in C. Mathematical functions are those of glibc's libmvec, as in kernels.c, called by name. In
+   the texts @ stands for the number of lanes, one lane being a plain number. */
+#include "native.h"
+
+#include <math.h>
+#include <string.h>
+
+static const char for_all[] =
+    "#define PASTE(a, b) a##b\n"
+    "#define JOIN(a, b) PASTE(a, b)\n"
+    "#define COPY __builtin_memcpy\n"
+    /* an index the compiler knows nothing of: one register for all addresses */
+    "#define OPAQUE(c) __asm__(\"\" : \"+r\"(c))\n"
+    "typedef unsigned u32;\n"
+    "typedef __SIZE_TYPE__ size_t;\n";
+
+static const char for_f64[] = "typedef double R;\n"
+                              "typedef long long I;\n"
+                              "#define LIBM(name) name\n"
+                              "#define SQRT \"sqrtpd\"\n";
+static const char for_f32[] = "typedef float R;\n"
+                              "typedef int I;\n"
+                              "#define LIBM(name) name##f\n"
+                              "#define SQRT \"sqrtps\"\n";
+
+/* on: the lanes of the last vector that the one before does not have. D: sums are in double. */
+static const char for_vectors[] =
+    "typedef R V@ __attribute__((vector_size(@ * sizeof(R))));\n"
+    "typedef I I@ __attribute__((vector_size(@ * sizeof(R))));\n"
+    "typedef double D@ __attribute__((vector_size(@ * sizeof(double))));\n"
+    "static const I steps@[2 * @] = {[@ ... 2 * @ - 1] = -1};\n"
+    "static inline V@ load@(const char *p) { V@ v; COPY(&v, p, sizeof v); return v; }\n"
+    "static inline void store@(char *p, V@ v) { COPY(p, &v, sizeof v); }\n"
+    "static inline V@ splat@(const char *p) { R x; COPY(&x, p, sizeof x); return x - (V@){0}; }\n"
+    "static inline V@ all@(R x) { return x - (V@){0}; }\n"
+    "static inline I@ on@(size_t done) { I@ m; COPY(&m, steps@ + @ - done, sizeof m); return m; }\n"
+    "static inline V@ only@(I@ m, V@ v) { return (V@)((I@)v & m); }\n"
+    "static inline I@ columns@(size_t c)"
+    " { I@ i; COPY(&i, numbers, sizeof i); return i + (I)c; }\n"
+    "static inline V@ pick@(I@ m, V@ a, V@ b)"
+    " { return (V@)((m & (I@)a) | (~m & (I@)b)); }\n"
+    "static inline V@ one@(I@ m) { return (V@)(m & (I@)(1 - (V@){0})); }\n"
+    "static inline D@ wide@(V@ v) { return __builtin_convertvector(v, D@); }\n"
+    "static inline double total@(D@ v) { double s = 0; for (int l = 0; l < @; l++) s += v[l];"
+    " return s; }\n"
+    "static inline V@ rows@(const char *p, const u32 *list, size_t step) { V@ v;"
+    " for (int l = 0; l < @; l++) COPY((R *)&v + l, p + list[l] * step, sizeof(R)); return v; }\n"
+    "static inline V@ strided@(const char *p, size_t step) { V@ v;"
+    " for (int l = 0; l < @; l++) COPY((R *)&v + l, p + l * step, sizeof(R)); return v; }\n"
+    "static inline void scatter@(char *p, const u32 *list, size_t step, V@ v, size_t done) {"
+    " for (size_t l = done; l < @; l++) { char *to = p + list[l] * step; R x;"
+    " COPY(&x, to, sizeof x); x += v[l]; COPY(to, &x, sizeof x); } }\n"
+    "static inline V@ fabs_@(V@ x) { return (V@)((I@)x & ~(I@)-(V@){0}); }\n"
+    "#if defined __AVX__\n"
+    "static inline V@ sqrt_@(V@ x) { V@ y; __asm__(\"v\" SQRT \" %1, %0\" : \"=v\"(y) : \"v\"(x));"
+    " return y; }\n"
+    "#elif defined __SSE2__\n"
+    "static inline V@ sqrt_@(V@ x) { V@ y; __asm__(SQRT \" %1, %0\" : \"=x\"(y) : \"x\"(x));"
+    " return y; }\n"
+    "#else\n"
+    "static inline V@ sqrt_@(V@ x) { for (int l = 0; l < @; l++)"
+    " x[l] = LIBM(__builtin_sqrt)(x[l]); return x; }\n"
+    "#endif\n"
+    "static inline V@ op_powi_@(V@ a, V@ b)"
+    " { for (int l = 0; l < @; l++) a[l] = whole_1(a[l], (int)b[l]); return a; }\n";
+
+/* A lane alone. */
+static const char for_numbers[] =
+    "static const I numbers[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};\n"
+    "typedef R V1;\n"
+    "typedef int I1;\n"
+    "typedef double D1;\n"
+    "static inline R load1(const char *p) { R v; COPY(&v, p, sizeof v); return v; }\n"
+    "static inline void store1(char *p, R v) { COPY(p, &v, sizeof v); }\n"
+    "static inline R splat1(const char *p) { return load1(p); }\n"
+    "static inline R all1(R x) { return x; }\n"
+    "static inline I columns1(size_t c) { return (I)c; }\n"
+    "static inline R pick1(int m, R a, R b) { return m ? a : b; }\n"
+    "static inline R one1(int m) { return (R)m; }\n"
+    "static inline double wide1(R v) { return (double)v; }\n"
+    "static inline double total1(double v) { return v; }\n"
+    "static inline R fabs_1(R x) { return LIBM(__builtin_fabs)(x); }\n"
+    "static inline R sqrt_1(R x) { return LIBM(__builtin_sqrt)(x); }\n"
+    "#define op_powi_1(a, b) whole_1(a, (int)(b))\n";
+
+/* a^n for whole |n| <= 32, the products of kernels.c. */
+static const char whole_power[] = "static inline V@ whole_@(V@ a, int n) {"
+                                  " V@ y = all@(1), s = a; int m = n < 0 ? -n : n;\n"
+                                  "#pragma GCC unroll 6\n"
+                                  " for (int bit = 0; bit < 6; bit++)"
+                                  " { if (m >> bit & 1) y *= s; s *= s; }"
+                                  " return n < 0 ? 1 / y : y; }\n";
+
+/* ---- operations ---- */
+
+/* Texts of the table that are C only for numbers. PICK, ONE: lane by lane c ? a : b, c ? 1 : 0. */
+static const struct {
+    enum ad_op op;
+    const char *value;
+} chosen[] = {
+    {AD_OP_sign, "ONE(x > 0) - ONE(x < 0)"},
+    {AD_OP_step, "ONE(x > 0)"},
+    {AD_OP_recip0, "PICK(x == 0, ALL(0), 1 / x)"},
+    {AD_OP_softplus, "PICK(x > 0, x, ALL(0)) + F(log1p)(F(exp)(-F(fabs)(x)))"},
+    {AD_OP_relu, "PICK((x > 0) | (x != x), x, ALL(0))"},
+    {AD_OP_mul0, "PICK((a == 0) | (b == 0), ALL(0), a * b)"},
+    {AD_OP_powi, ""}, /* stands with the vectors */
+    {AD_OP_min, "PICK((a <= b) | (a != a), a, b)"},
+    {AD_OP_max, "PICK((a >= b) | (a != a), a, b)"},
+    {AD_OP_lt, "ONE(a < b)"},
+    {AD_OP_le, "ONE(a <= b)"},
+    {AD_OP_eq, "ONE(a == b)"},
+    {AD_OP_ne, "ONE(a != b)"},
+    {AD_OP_select, "PICK(a != 0, b, c)"},
+};
+
+static const char *const values[AD_N_OPS] = {
+#define AD_UNARY(name, value, dx, lo, hi) [AD_OP_##name] = #value,
+#define AD_BINARY(name, value, da, db, lo, hi) [AD_OP_##name] = #value,
+#define AD_TERNARY(name, value, da, db, dc, lo, hi) [AD_OP_##name] = #value,
+#include "ops.def"
+};
+
+static const char *value_text(enum ad_op op)
+{
+    for (size_t k = 0; k < LENGTH(chosen); k++)
+        if (chosen[k].op == op)
+            return chosen[k].value;
+    return values[op];
+}
+
+static void write_operation(FILE *out, enum ad_op op, uint32_t lanes)
+{
+    static const char *const arguments[] = {"", "V x", "V a, V b", "V a, V b, V c"};
+    const char *value = value_text(op);
+    if (value && *value)
+        fprintf(out, "static inline V op_%s_%u(%s) { return %s; }\n", ad_op_name(op), lanes,
+                arguments[ad_ops[op].arity], value);
+}
+
+/* ---- mathematical functions ---- */
+
+struct function {
+    const char *name;
+    int arity;
+    bool vector; /* has a vector version */
+};
+
+#if defined(__GLIBC__) && __GLIBC_PREREQ(2, 35)
+enum { NEWER = 1 };
+#else
+enum { NEWER = 0 };
+#endif
+
+static const struct function functions[] = {
+    {"exp", 1, true},   {"log", 1, true},    {"sin", 1, true},    {"cos", 1, true},
+    {"pow", 2, true},   {"log1p", 1, NEWER}, {"expm1", 1, NEWER}, {"tan", 1, NEWER},
+    {"asin", 1, NEWER}, {"acos", 1, NEWER},  {"atan", 1, NEWER},  {"sinh", 1, NEWER},
+    {"cosh", 1, NEWER}, {"tanh", 1, NEWER},  {"atan2", 2, NEWER}, {"hypot", 2, NEWER},
+};
+
+/* The letter that glibc gives the instruction set whose registers are so long; 0: no functions. */
+static char vector_letter(const ad_program *p, size_t bytes)
+{
+#if defined(__GLIBC__) && defined(__x86_64__)
+    bool avx = strcmp(p->kernels->isa, "base") != 0;
+    return bytes == 16 ? 'b' : bytes == 32 && avx ? 'd' : bytes == 64 && avx ? 'e' : 0;
+#else
+    (void)p, (void)bytes;
+    return 0;
+#endif
+}
+
+static void write_function(FILE *out, const ad_program *p, const struct function *f, uint32_t lanes)
+{
+    char letter = f->vector && lanes > 1 ? vector_letter(p, lanes * p->element) : 0;
+    const char *type = p->type == AD_F32 ? "f" : "", *more = f->arity > 1 ? ", V" : "";
+    if (lanes == 1) {
+        fprintf(out, "R %s%s(R%s);\n#define %s_1 %s%s\n", f->name, type, f->arity > 1 ? ", R" : "",
+                f->name, f->name, type);
+    } else if (letter) {
+        char name[64];
+        snprintf(name, sizeof name, "_ZGV%cN%u%s_%s%s", letter, lanes, f->arity > 1 ? "vv" : "v",
+                 f->name, type);
+        fprintf(out, "V %s(V%s) __attribute__((const));\n#define %s_%u %s\n", name, more, f->name,
+                lanes, name);
+    } else if (f->arity == 1) {
+        fprintf(out,
+                "static inline V %s_%u(V x) { for (int l = 0; l < %u; l++)"
+                " x[l] = %s_1(x[l]); return x; }\n",
+                f->name, lanes, lanes, f->name);
+    } else {
+        fprintf(out,
+                "static inline V %s_%u(V a, V b) { for (int l = 0; l < %u; l++)"
+                " a[l] = %s_1(a[l], b[l]); return a; }\n",
+                f->name, lanes, lanes, f->name);
+    }
+}
+
+/* ---- all of it ---- */
+
+static void fill_in(FILE *out, const char *text, uint32_t lanes)
+{
+    for (; *text; text++)
+        if (*text == '@')
+            fprintf(out, "%u", lanes);
+        else
+            fputc(*text, out);
+}
+
+void ad_native_vectors(FILE *out, const ad_program *p, uint32_t lanes)
+{
+    if (lanes == 1) { /* comes first, in every program */
+        fputs(for_all, out);
+        fputs(p->type == AD_F32 ? for_f32 : for_f64, out);
+        fputs(for_numbers, out);
+        fill_in(out, whole_power, 1);
+    } else {
+        fill_in(out, for_vectors, lanes);
+        fill_in(out, whole_power, lanes);
+    }
+    fill_in(out,
+            "#define V V@\n#define F(name) name##_@\n#define PICK pick@\n#define ONE one@\n"
+            "#define ALL all@\n",
+            lanes);
+    for (size_t k = 0; k < LENGTH(functions); k++)
+        write_function(out, p, &functions[k], lanes);
+    for (int op = 0; op < AD_N_OPS; op++)
+        if (ad_ops[op].elementwise)
+            write_operation(out, (enum ad_op)op, lanes);
+    fputs("#undef V\n#undef F\n#undef PICK\n#undef ONE\n#undef ALL\n", out);
+}
+
+size_t ad_native_vector_bytes(const ad_program *p)
+{
+    return strcmp(p->kernels->isa, "avx512") == 0 ? 64
+           : strcmp(p->kernels->isa, "avx2") == 0 ? 32
+                                                  : 16;
+}

@@ -1,0 +1,455 @@
+/* The compiled back end against the interpreter: every operation, random programs, segments that
+   are split for threads; and a cache folder that was tampered with. */
+#include "world.h"
+
+#include <fcntl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* ---- a cache folder of the test's own ---- */
+
+static char folder[64]; /* .../leastaction below it */
+
+static int open_cache(void **state)
+{
+    (void)state;
+    snprintf(folder, sizeof folder, "/tmp/test_native.XXXXXX");
+    return mkdtemp(folder) && setenv("XDG_CACHE_HOME", folder, 1) == 0 ? 0 : -1;
+}
+
+static int remove_cache(void **state)
+{
+    char command[128];
+    (void)state;
+    snprintf(command, sizeof command, "rm -rf '%s'", folder);
+    return system(command);
+}
+
+static bool has_compiler(void) { return system("${CC:-cc} --version >/dev/null 2>&1") == 0; }
+
+/* The test cannot run without a compiler. */
+static void need_compiler(void)
+{
+    if (!has_compiler()) {
+        print_message("no C compiler (CC, or cc): programs stay interpreted\n");
+        skip();
+    }
+}
+
+static void make_native(ad_program *p)
+{
+    struct ad_error note = {0};
+    if (!ad_native(p, INFINITY, &note))
+        fail_msg("not compiled: %s", note.message);
+}
+
+/* Copies of a program that are interpreted and compiled. */
+struct twins {
+    ad_program *interpreted, *compiled;
+};
+
+static struct twins make_twins(ad_tape *tape, size_t n, const ad_var out[])
+{
+    struct twins t = {compile(tape, n, out), compile(tape, n, out)};
+    make_native(t.compiled);
+    return t;
+}
+
+static void free_twins(struct twins *t)
+{
+    ad_program_free(t->interpreted);
+    ad_program_free(t->compiled);
+}
+
+/* Relative to the largest element: sums that cancel keep the rounding of their terms. */
+static void assert_equal_outputs(const struct twins *t, size_t n, const ad_var out[],
+                                 double tolerance, const char *name)
+{
+    for (size_t k = 0; k < n; k++) {
+        size_t size = ad_rows(out[k]) * ad_cols(out[k]);
+        double *a = malloc(2 * size * sizeof *a), *b = a + size, largest = 1e-30;
+        assert_non_null(a);
+        assert_int_equal(ad_get(t->interpreted, out[k], a), AD_OK);
+        assert_int_equal(ad_get(t->compiled, out[k], b), AD_OK);
+        for (size_t i = 0; i < size; i++)
+            largest = isfinite(a[i]) ? fmax(largest, fabs(a[i])) : largest;
+        for (size_t i = 0; i < size; i++)
+            if (!(fabs(a[i] - b[i]) <= tolerance * largest) && a[i] != b[i] &&
+                !(isnan(a[i]) && isnan(b[i])))
+                fail_msg("%s, output %zu, element %zu of %zu x %zu: interpreted %.17g, compiled "
+                         "%.17g",
+                         name, k, i, ad_rows(out[k]), ad_cols(out[k]), a[i], b[i]);
+        free(a);
+    }
+}
+
+/* ---- every operation ---- */
+
+struct entry {
+    const char *name;
+    int arity;
+    double lo, hi;
+};
+
+static const struct entry entries[AD_N_OPS] = {
+#define AD_UNARY(name, value, dx, lo, hi) [AD_OP_##name] = {#name, 1, lo, hi},
+#define AD_BINARY(name, value, da, db, lo, hi) [AD_OP_##name] = {#name, 2, lo, hi},
+#define AD_TERNARY(name, value, da, db, dc, lo, hi) [AD_OP_##name] = {#name, 3, lo, hi},
+#include "autodiff/ops.def"
+};
+
+enum { N_ROWS = 3, N_VALUES = N_ROWS * 37 };
+
+/* Values in the domain of the operation, and the places where operations choose: 0, equal operands,
+   infinities, NaN. */
+static void draw(uint64_t *state, double lo, double hi, size_t n, double *x)
+{
+    static const double special[] = {0, -0.0, 1, INFINITY, -INFINITY, NAN};
+    for (size_t i = 0; i < n; i++)
+        x[i] = i % 11 == 5 ? special[below(state, 6)] : (float)uniform(state, lo, hi);
+}
+
+static ad_var record(enum ad_op op, const ad_var x[3], double number)
+{
+    if (op == AD_OP_powi)
+        return ad_pow(x[0], number);
+    if (entries[op].arity == 1)
+        return ad_unary(op, x[0]);
+    if (entries[op].arity == 2)
+        return ad_binary(op, AD_ARG(x[0]), AD_ARG(x[1]));
+    return ad_ternary(op, AD_ARG(x[0]), AD_ARG(x[1]), AD_ARG(x[2]));
+}
+
+/* All operations on rows x cols values, in one program. */
+static void every_operation(enum ad_type type, size_t rows, size_t cols)
+{
+    uint64_t state = 17;
+    ad_tape *tape = ad_tape_new(type);
+    ad_var out[2 * AD_N_OPS], x[AD_N_OPS][3];
+    size_t n = 0;
+    for (int op = 0; op < AD_N_OPS; op++)
+        for (int k = 0; k < entries[op].arity; k++)
+            x[op][k] = ad_input(tape, rows, cols, NULL);
+    for (int op = 0; op < AD_N_OPS; op++) {
+        if (!entries[op].arity)
+            continue;
+        out[n++] = record((enum ad_op)op, x[op], -7);
+        out[n] = ad_sum_cols(out[n - 1]);
+        n++;
+    }
+    struct twins t = make_twins(tape, n, out);
+    for (int op = 0; op < AD_N_OPS; op++)
+        for (int k = 0; k < entries[op].arity; k++) {
+            double values[N_VALUES];
+            draw(&state, entries[op].lo, entries[op].hi, rows * cols, values);
+            ad_set(t.interpreted, x[op][k], values);
+            ad_set(t.compiled, x[op][k], values);
+        }
+    ad_run(t.interpreted);
+    ad_run(t.compiled);
+    assert_equal_outputs(&t, n, out, type == AD_F32 ? 1e-6 : 2e-15, "operations");
+    free_twins(&t);
+    ad_tape_free(tape);
+}
+
+static void operations_on_this_isa(void)
+{
+    for (int type = AD_F32; type <= AD_F64; type++) {
+        every_operation((enum ad_type)type, N_ROWS, 37); /* no multiple of any vector */
+        every_operation((enum ad_type)type, N_ROWS, 1);
+    }
+}
+
+static void test_every_operation(void **state)
+{
+    (void)state;
+    need_compiler();
+    for_each_isa(operations_on_this_isa);
+}
+
+/* ---- random programs ---- */
+
+static const size_t widths[] = {1, 2, 3, 7, 31, 64, 100, 129, 600, 2000};
+
+static void random_program(enum ad_type type, uint64_t seed, double tolerance)
+{
+    struct world w;
+    char name[48];
+    snprintf(name, sizeof name, "program %llu", (unsigned long long)seed);
+    world_init(&w, type, seed, 1, widths[seed % (sizeof widths / sizeof *widths)], 60, false);
+    struct twins t = make_twins(w.tape, w.n, w.var);
+    for (size_t k = 0; k < w.n_inputs; k++) {
+        ad_set(t.interpreted, w.var[k], w.m[k].v);
+        ad_set(t.compiled, w.var[k], w.m[k].v);
+    }
+    ad_run(t.interpreted);
+    for (size_t threads = 1; threads < 4; threads += 2) {
+        ad_set_threads(t.compiled, threads);
+        ad_run(t.compiled);
+        assert_equal_outputs(&t, w.n, w.var, tolerance, name);
+    }
+    free_twins(&t);
+    world_release(&w);
+}
+
+static void test_random_programs(void **state)
+{
+    (void)state;
+    need_compiler();
+    for (uint64_t seed = 0; seed < 12; seed++)
+        random_program(AD_F64, seed, 1e-12);
+}
+
+/* ---- pairs: gathers and scatters, small, large, split for threads ---- */
+
+/* 1/(1 + d^2) over all pairs of rows, and its gradient. */
+static void pair_law(enum ad_type type, size_t bodies, size_t cols, double tolerance)
+{
+    size_t pairs = bodies * (bodies - 1) / 2, k = 0;
+    uint32_t *first = malloc(2 * pairs * sizeof *first), *second = first + pairs;
+    assert_non_null(first);
+    for (uint32_t i = 0; i < bodies; i++)
+        for (uint32_t j = i + 1; j < bodies; j++, k++) {
+            first[k] = i;
+            second[k] = j;
+        }
+    ad_tape *tape = ad_tape_new(type);
+    ad_var x = ad_input(tape, bodies, cols, "x"), out[3];
+    ad_var d = ad_sub(ad_gather_rows(x, pairs, first), ad_gather_rows(x, pairs, second));
+    ad_var u = ad_recip(ad_add(1.0, ad_square(d)));
+    out[0] = ad_sum(u);
+    out[1] = ad_sum_rows(u);
+    assert_int_equal(ad_grad(out[0], 1, &x, &out[2]), AD_OK);
+    struct twins t = make_twins(tape, 3, out);
+    uint64_t state = 5;
+    double *values = random_values(&state, bodies * cols, -2, 2);
+    ad_set(t.interpreted, x, values);
+    ad_set(t.compiled, x, values);
+    ad_run(t.interpreted);
+    ad_run(t.compiled);
+    assert_equal_outputs(&t, 3, out, tolerance, "pairs");
+    double *alone = malloc(bodies * cols * sizeof *alone);
+    double *split = malloc(bodies * cols * sizeof *split);
+    ad_get(t.compiled, out[2], alone);
+    ad_set_threads(t.compiled, 3);
+    ad_run(t.compiled);
+    ad_get(t.compiled, out[2], split);
+    assert_memory_equal(alone, split, bodies * cols * sizeof *alone);
+    free(alone);
+    free(split);
+    free(values);
+    free(first);
+    free_twins(&t);
+    ad_tape_free(tape);
+}
+
+static void test_pairs(void **state)
+{
+    static const struct {
+        size_t bodies, cols;
+    } sizes[] = {{3, 1}, {3, 2}, {40, 1}, {7, 100}, {50, 100}, {50, 37}, {300, 5}, {1200, 1}};
+    (void)state;
+    need_compiler();
+    for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+        pair_law(AD_F64, sizes[k].bodies, sizes[k].cols, 1e-13);
+        pair_law(AD_F32, sizes[k].bodies, sizes[k].cols, 2e-5);
+    }
+}
+
+/* ---- time differences ---- */
+
+static void differences(size_t cols, bool repeat)
+{
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, 3, cols, "x"), out[4];
+    ad_var v = ad_diff(x, 2.5, repeat);
+    out[0] = ad_mul(3.0, v);
+    out[1] = ad_sum(ad_mul(ad_square(v), v));
+    out[2] = ad_diff_adjoint(ad_square(v), 1.25, repeat, cols);
+    assert_int_equal(ad_grad(out[1], 1, &x, &out[3]), AD_OK);
+    struct twins t = make_twins(tape, 4, out);
+    uint64_t state = 23;
+    double *values = random_values(&state, 3 * cols, -2, 2);
+    ad_set(t.interpreted, x, values);
+    ad_set(t.compiled, x, values);
+    ad_run(t.interpreted);
+    ad_run(t.compiled);
+    assert_equal_outputs(&t, 4, out, 1e-14, "differences");
+    free(values);
+    free_twins(&t);
+    ad_tape_free(tape);
+}
+
+static void test_differences(void **state)
+{
+    static const size_t cols[] = {2, 3, 8, 9, 17, 100};
+    (void)state;
+    need_compiler();
+    for (size_t k = 0; k < sizeof cols / sizeof *cols; k++) {
+        differences(cols[k], false);
+        differences(cols[k], true);
+    }
+}
+
+/* ---- the cache ---- */
+
+/* A program of its own for each number. */
+static ad_program *numbered_program(ad_tape *tape, size_t number, ad_var *y)
+{
+    ad_var x = ad_input(tape, 1, 40 + number, "x");
+    *y = ad_sum(ad_sin(ad_add(1.0, x)));
+    ad_program *p = compile(tape, 1, y);
+    return p;
+}
+
+static bool becomes_native(size_t number, struct ad_error *note)
+{
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var y;
+    double value;
+    ad_program *p = numbered_program(tape, number, &y);
+    bool native = ad_native(p, INFINITY, note);
+    ad_run(p);
+    ad_get(p, y, &value);
+    assert_close(value, (double)(40 + number) * sin(1), 1e-14, 0);
+    ad_program_free(p);
+    ad_tape_free(tape);
+    return native;
+}
+
+static void assert_refused(size_t number, const char *why)
+{
+    struct ad_error note = {0};
+    assert_false(becomes_native(number, &note));
+    if (!strstr(note.message, why))
+        fail_msg("the note is \"%s\", without \"%s\"", note.message, why);
+}
+
+static void assert_native(size_t number)
+{
+    struct ad_error note = {0};
+    if (!becomes_native(number, &note))
+        fail_msg("not compiled: %s", note.message);
+}
+
+static int shell(const char *format)
+{
+    char command[512];
+    snprintf(command, sizeof command, format, folder, folder, folder);
+    return system(command);
+}
+
+static void test_hurt_entries_are_made_again(void **state)
+{
+    static const char *const harm[] = {
+        "cd %s/leastaction && for f in *.so; do truncate -s 3000 $f; done",
+        "cd %s/leastaction && for f in *.so; do : >$f; done",
+        "for f in %s/leastaction/*.so; do printf x | dd of=$f bs=1 seek=5000 conv=notrunc "
+        "status=none; done",
+        "cd %s/leastaction && for f in *.so; do mv $f ../kept && ln -s ../kept $f; done",
+        "chmod g+w %s/leastaction/*.so",
+        "cd %s/leastaction && for f in *.so; do rm $f; mkfifo -m 600 $f; done",
+    };
+    (void)state;
+    need_compiler();
+    for (size_t k = 0; k < sizeof harm / sizeof *harm; k++) {
+        assert_int_equal(shell("rm -rf %s/leastaction %s/kept"), 0);
+        assert_native(0);
+        assert_int_equal(shell(harm[k]), 0);
+        assert_native(0);
+        assert_int_equal(
+            shell("cd %s/leastaction && for f in *.so; do test -f $f -a ! -L $f -a "
+                  "$(stat -c %%a $f) = 600 -a $(stat -c %%s $f) -gt 3000 || exit 1; done"),
+            0);
+    }
+    assert_int_equal(shell("test $(ls %s/leastaction | wc -l) = 1"), 0); /* nothing left behind */
+}
+
+static void test_unsafe_folders(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("rm -rf %s/leastaction; mkdir -m 770 %s/leastaction"), 0);
+    assert_refused(1, "cache folder");
+    assert_int_equal(shell("rm -rf %s/leastaction; mkdir -m 700 %s/other; "
+                           "ln -s other %s/leastaction"),
+                     0);
+    assert_refused(1, "cache folder");
+    assert_int_equal(shell("rm -rf %s/leastaction; : >%s/leastaction"), 0);
+    assert_refused(1, "cache folder");
+    assert_int_equal(shell("rm -rf %s/leastaction"), 0);
+}
+
+static void test_no_compiler(void **state)
+{
+    (void)state;
+    char *before = getenv("CC"), *kept = before ? strdup(before) : NULL;
+    setenv("CC", "no-such-compiler-anywhere", 1);
+    assert_refused(2, "no-such-compiler");
+    setenv("CC", "false", 1); /* there, but it fails */
+    assert_refused(2, "does not compile");
+    setenv("LEASTACTION_NATIVE", "0", 1);
+    assert_refused(2, "LEASTACTION_NATIVE");
+    unsetenv("LEASTACTION_NATIVE");
+    unsetenv("CC");
+    if (kept)
+        setenv("CC", kept, 1);
+    free(kept);
+}
+
+/* Programs that would not run long are not compiled, but what is in the cache may be used. */
+static void test_few_runs(void **state)
+{
+    (void)state;
+    need_compiler();
+    struct ad_error note = {0};
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var y;
+    ad_program *p = numbered_program(tape, 3, &y);
+    assert_false(ad_native(p, 1, &note));
+    assert_non_null(strstr(note.message, "runs"));
+    ad_program_free(p);
+    ad_tape_free(tape);
+}
+
+/* Processes that make the same entry at the same time all find a good one. */
+static void test_several_processes(void **state)
+{
+    enum { PROCESSES = 4 };
+    (void)state;
+    need_compiler();
+    pid_t child[PROCESSES];
+    for (size_t k = 0; k < PROCESSES; k++) {
+        child[k] = fork();
+        assert_true(child[k] >= 0);
+        if (child[k] == 0) {
+            struct ad_error note = {0};
+            _exit(becomes_native(4, &note) ? 0 : 1);
+        }
+    }
+    for (size_t k = 0; k < PROCESSES; k++) {
+        int status;
+        assert_int_equal(waitpid(child[k], &status, 0), child[k]);
+        assert_int_equal(status, 0);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_every_operation),
+        cmocka_unit_test(test_random_programs),
+        cmocka_unit_test(test_pairs),
+        cmocka_unit_test(test_differences),
+        cmocka_unit_test(test_hurt_entries_are_made_again),
+        cmocka_unit_test(test_unsafe_folders),
+        cmocka_unit_test(test_no_compiler),
+        cmocka_unit_test(test_few_runs),
+        cmocka_unit_test(test_several_processes),
+    };
+    return cmocka_run_group_tests(tests, open_cache, remove_cache);
+}
