@@ -6,28 +6,37 @@
 
 #include <string.h>
 
-static ad_var linear(const hnn_model *model, ad_var parameters, size_t k, ad_var h)
+/* Observations stay rows, one after another as frames lie in memory: a product takes samples either
+   way, and nothing is transposed. */
+enum order { COLUMNS, ROWS };
+
+static ad_var linear(const hnn_model *model, ad_var parameters, size_t k, ad_var h, enum order in,
+                     enum order out)
 {
-    ad_var z = ad_matmul(hnn_record_block(model, parameters, k), false, h, false);
-    return ad_add(z, hnn_record_block(model, parameters, k + 1));
+    ad_var weight = hnn_record_block(model, parameters, k);
+    ad_var bias = hnn_record_block(model, parameters, k + 1);
+    if (out == COLUMNS)
+        return ad_add(ad_matmul(weight, false, h, in == ROWS), bias);
+    return ad_add(ad_matmul(h, in == COLUMNS, weight, true), ad_reshape(bias, 1, ad_rows(bias)));
 }
 
-static ad_var coder(const hnn_model *model, ad_var parameters, size_t k, ad_var x)
+static ad_var coder(const hnn_model *model, ad_var parameters, size_t k, ad_var x, enum order in,
+                    enum order out)
 {
-    ad_var h = ad_relu(linear(model, parameters, k, x));
+    ad_var h = ad_relu(linear(model, parameters, k, x, in, COLUMNS));
     for (size_t layer = 1; layer + 1 < HNN_CODER_LAYERS; layer++)
-        h = ad_add(h, ad_relu(linear(model, parameters, k += 2, h)));
-    return linear(model, parameters, k + 2, h);
+        h = ad_add(h, ad_relu(linear(model, parameters, k += 2, h, COLUMNS, COLUMNS)));
+    return linear(model, parameters, k + 2, h, COLUMNS, out);
 }
 
 ad_var hnn_record_encode(const hnn_model *model, ad_var parameters, ad_var pixels)
 {
-    return ad_label(coder(model, parameters, model->encoder, pixels), "encoder");
+    return ad_label(coder(model, parameters, model->encoder, pixels, ROWS, COLUMNS), "encoder");
 }
 
 ad_var hnn_record_decode(const hnn_model *model, ad_var parameters, ad_var x)
 {
-    return ad_label(coder(model, parameters, model->decoder, x), "decoder");
+    return ad_label(coder(model, parameters, model->decoder, x, COLUMNS, ROWS), "decoder");
 }
 
 /* One run of either half, in the precision of the parameters. */
@@ -35,7 +44,6 @@ static enum ad_status run(const hnn_model *model, bool encode, size_t samples, c
                           double *to, struct ad_error *error)
 {
     enum ad_type type = model->settings.precision;
-    size_t rows = encode ? model->settings.pixels : hnn_states(model);
     if (!model->settings.pixels)
         return ad_fail(error, AD_E_ARGUMENT, "a model of states has no autoencoder");
     if (samples == 0)
@@ -45,8 +53,10 @@ static enum ad_status run(const hnn_model *model, bool encode, size_t samples, c
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     ad_program *program = NULL;
     ad_var parameters = ad_input(tape, 1, model->size, "parameters");
-    ad_var x = ad_input(tape, rows, samples, "x");
-    ad_var y = coder(model, parameters, encode ? model->encoder : model->decoder, x);
+    ad_var x = encode ? ad_input(tape, samples, model->settings.pixels, "pixels")
+                      : ad_input(tape, hnn_states(model), samples, "state");
+    ad_var y =
+        encode ? hnn_record_encode(model, parameters, x) : hnn_record_decode(model, parameters, x);
     ad_compile(tape, 1, &y, &program);
     if (hnn_tape_status(tape, error) == AD_OK) {
         memcpy(ad_data(program, parameters), model->parameters, model->size * hnn_type_bytes(type));

@@ -141,7 +141,8 @@ enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_e
 
 /* ---- the autoencoder of a model of pixels (its x above is the latent state) ---- */
 
-/* On a tape: states [2n x samples] of observations [pixels x samples], and back. */
+/* On a tape: states [2n x samples] of observations [samples x pixels], one after another as frames
+   lie in memory, and back. */
 ad_var hnn_record_encode(const hnn_model *model, ad_var parameters, ad_var pixels);
 ad_var hnn_record_decode(const hnn_model *model, ad_var parameters, ad_var x);
 /* The same for arrays. AD_E_ARGUMENT: the model has none. */

@@ -40,7 +40,7 @@ enum ad_status hnn_show(const hnn_model *model, const struct hnn_path *path, siz
     if (hnn_model_decode(model, n, x, seen, error) == AD_OK)
         for (size_t i = 0; i < n; i++)
             for (size_t k = 0; k < frame; k++)
-                frames[i * frame + k] = (float)seen[k * n + i];
+                frames[i * frame + k] = (float)seen[i * pixels + k];
     free(x);
     return error->status;
 }

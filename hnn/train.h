@@ -6,15 +6,16 @@
 
 /* ---- samples (train_data.c) ---- */
 
-/* Samples in the element type of training, and the order in which batches take them. Component r
-   of sample k is element start(k) + r*stride of x or target, start(k) = k where the samples are
-   columns; frames lie in memory once, and start(k) = start[k]. */
+/* Samples in the element type of training, and the order in which batches take them. They are
+   columns of x [x_rows x n] and target [target_rows x n]; or, where they are windows of frames that
+   lie in memory once, sample k begins at element start[k] of x and of target. Batches and blocks
+   of these are matrices of rows: copied whole, in the order in which they lie. */
 struct hnn_data {
     enum ad_type type;
-    size_t n, x_rows, target_rows, stride;
+    size_t n, x_rows, target_rows;
     void *values; /* what x and target point into */
     const void *x, *target;
-    size_t *start;   /* [n] or NULL */
+    size_t *start;   /* [n] or NULL: columns */
     uint64_t hash;   /* of all of it */
     uint32_t *order; /* [n], the present permutation; NULL: batches are not drawn */
     size_t position; /* taken from it */
@@ -28,8 +29,8 @@ void hnn_data_free(struct hnn_data *data);
 enum ad_status hnn_data_shuffle(struct hnn_data *data, uint64_t seed, struct ad_error *error);
 /* The permutation that begins with `epoch`, `position` numbers of it taken. */
 void hnn_data_return(struct hnn_data *data, const struct phys_random *epoch, size_t position);
-/* Copies the next `count` samples of the order to x [x_rows x count] and target; permutations
-   follow each other, so that every sample is taken equally often. */
+/* Copies the next `count` samples of the order to x [x_rows x count], [count x x_rows] of frames,
+   and target; permutations follow each other, so that every sample is taken equally often. */
 void hnn_data_draw(struct hnn_data *data, size_t count, void *x, void *target);
 /* Copies samples first ...; beyond the last one the last is repeated. */
 void hnn_data_copy(const struct hnn_data *data, size_t first, size_t count, void *x, void *target);
@@ -38,6 +39,7 @@ void hnn_data_copy(const struct hnn_data *data, size_t first, size_t count, void
 
 /* What is learned: one const struct, one line in the choice of train_loss.c. */
 struct hnn_objective {
+    bool by_rows; /* x and target are [samples x x_rows], [samples x target_rows] */
     size_t (*x_rows)(const hnn_model *model);
     size_t (*target_rows)(const hnn_model *model, const struct hnn_training *training);
     /* The loss of every sample, [1 x samples]; that of a set is their mean. */
@@ -49,6 +51,10 @@ extern const struct hnn_objective hnn_learn_pixels; /* train_pixels.c */
 /* These of the model's objective. */
 size_t hnn_x_rows(const hnn_model *model, const struct hnn_training *training);
 size_t hnn_target_rows(const hnn_model *model, const struct hnn_training *training);
+bool hnn_by_rows(const hnn_model *model, const struct hnn_training *training);
+/* An input for so many samples of `components` each. */
+ad_var hnn_record_samples(ad_tape *tape, bool by_rows, size_t components, size_t samples,
+                          const char *label);
 ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *training,
                          ad_var parameters, ad_var x, ad_var target);
 
@@ -67,9 +73,10 @@ struct hnn_problem {
     enum ad_type type;
     size_t n; /* parameters */
     size_t batch, blocks, x_rows, target_rows;
-    void *x, *target; /* [x_rows x batch], [target_rows x batch]: set before an evaluation; those
-                         of the program where there is one block */
-    void *gradient;   /* [n] */
+    bool by_rows;
+    void *x, *target; /* [x_rows x batch], [target_rows x batch], or by rows: set before an
+                         evaluation; those of the program where there is one block */
+    void *gradient;   /* [n], likewise */
     struct hnn_block_program whole, last; /* last: where the last block is narrower */
 };
 enum ad_status hnn_problem_new(struct hnn_problem *problem, const hnn_model *model,

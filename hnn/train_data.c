@@ -38,7 +38,6 @@ static bool copy_frames(struct hnn_data *data, const struct hnn_samples *samples
     float_frames(data->type, size, samples->frames + low * frame, data->values);
     for (size_t k = 0; k < samples->n; k++)
         data->start[k] = (samples->first[k] - low) * frame;
-    data->stride = 1;
     data->x = data->values;
     data->target = (const char *)data->values + frame * hnn_type_bytes(data->type);
     data->hash = hash_bytes(data->hash, data->values, size * hnn_type_bytes(data->type));
@@ -55,7 +54,6 @@ static bool copy_columns(struct hnn_data *data, const struct hnn_samples *sample
         return false;
     hnn_from_double(data->type, x, samples->x, values);
     hnn_from_double(data->type, target, samples->target, values + x * bytes);
-    data->stride = data->n;
     data->x = values;
     data->target = values + x * bytes;
     data->hash = hash_bytes(data->hash, values, (x + target) * bytes);
@@ -119,58 +117,38 @@ void hnn_data_return(struct hnn_data *data, const struct phys_random *epoch, siz
     data->position = position;
 }
 
-/* Columns are copied so many at a time: together they fill the cache lines they are written to,
-   and the lines they are read from fit the first-level cache. */
-enum { TOGETHER = 32 };
-
-/* The n elements at start[k] + r*stride of `from` become row r of to [rows x cols], from `col`. */
-static void copy_group(enum ad_type type, size_t rows, const void *from, size_t stride, size_t n,
-                       const size_t start[], void *to, size_t cols, size_t col)
+/* Sample k becomes column `col` of to [rows x cols], or row `col` of to [cols x rows]. */
+static void copy_sample(const struct hnn_data *data, size_t rows, const void *from, size_t k,
+                        void *to, size_t cols, size_t col)
 {
-    if (type == AD_F32)
-        for (size_t r = 0; r < rows; r++)
-            for (size_t k = 0; k < n; k++)
-                ((float *)to)[r * cols + col + k] = ((const float *)from)[start[k] + r * stride];
+    size_t bytes = hnn_type_bytes(data->type);
+    const char *source = from;
+    char *goal = to;
+    if (data->start)
+        memcpy(goal + col * rows * bytes, source + data->start[k] * bytes, rows * bytes);
     else
         for (size_t r = 0; r < rows; r++)
-            for (size_t k = 0; k < n; k++)
-                ((double *)to)[r * cols + col + k] = ((const double *)from)[start[k] + r * stride];
+            memcpy(goal + (r * cols + col) * bytes, source + (r * data->n + k) * bytes, bytes);
 }
 
-/* A matrix of samples on its way, [rows x cols] each; `n` of its columns wait to be copied. */
-struct gathering {
-    const struct hnn_data *data;
-    void *x, *target;
-    size_t cols, col, n, start[TOGETHER];
-};
-
-static void add_sample(struct gathering *g, size_t sample)
+static void copy_both(const struct hnn_data *data, size_t k, size_t cols, size_t col, void *x,
+                      void *target)
 {
-    const struct hnn_data *data = g->data;
-    g->start[g->n++] = data->start ? data->start[sample] : sample;
-    if (g->n < TOGETHER && g->col + g->n < g->cols)
-        return;
-    copy_group(data->type, data->x_rows, data->x, data->stride, g->n, g->start, g->x, g->cols,
-               g->col);
-    copy_group(data->type, data->target_rows, data->target, data->stride, g->n, g->start, g->target,
-               g->cols, g->col);
-    g->col += g->n;
-    g->n = 0;
+    copy_sample(data, data->x_rows, data->x, k, x, cols, col);
+    copy_sample(data, data->target_rows, data->target, k, target, cols, col);
 }
 
 void hnn_data_draw(struct hnn_data *data, size_t count, void *x, void *target)
 {
-    struct gathering g = {.data = data, .x = x, .target = target, .cols = count};
     for (size_t col = 0; col < count; col++) {
         if (data->position == data->n)
             permute(data);
-        add_sample(&g, data->order[data->position++]);
+        copy_both(data, data->order[data->position++], count, col, x, target);
     }
 }
 
 void hnn_data_copy(const struct hnn_data *data, size_t first, size_t count, void *x, void *target)
 {
-    struct gathering g = {.data = data, .x = x, .target = target, .cols = count};
-    for (size_t k = first; k < first + count; k++)
-        add_sample(&g, k < data->n ? k : data->n - 1);
+    for (size_t col = 0; col < count; col++)
+        copy_both(data, first + col < data->n ? first + col : data->n - 1, count, col, x, target);
 }

@@ -55,7 +55,7 @@ static ad_var record_rates(const hnn_model *model, const struct hnn_training *tr
     return mean_squares(ad_sub(field_at(model, parameters, x), target), model->scaling.rate);
 }
 
-static const struct hnn_objective learn_rates = {states, rates, record_rates};
+static const struct hnn_objective learn_rates = {false, states, rates, record_rates};
 
 /* ---- rollouts ---- */
 
@@ -89,7 +89,7 @@ static ad_var record_rollouts(const hnn_model *model, const struct hnn_training 
     return ad_mul(1 / (double)steps, sum);
 }
 
-static const struct hnn_objective learn_rollouts = {states, rollouts, record_rollouts};
+static const struct hnn_objective learn_rollouts = {false, states, rollouts, record_rollouts};
 
 /* ---- the choice ---- */
 
@@ -111,6 +111,18 @@ size_t hnn_target_rows(const hnn_model *model, const struct hnn_training *traini
     return objective(model, training)->target_rows(model, training);
 }
 
+bool hnn_by_rows(const hnn_model *model, const struct hnn_training *training)
+{
+    return objective(model, training)->by_rows;
+}
+
+ad_var hnn_record_samples(ad_tape *tape, bool by_rows, size_t components, size_t samples,
+                          const char *label)
+{
+    return by_rows ? ad_input(tape, samples, components, label)
+                   : ad_input(tape, components, samples, label);
+}
+
 ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *training,
                          ad_var parameters, ad_var x, ad_var target)
 {
@@ -130,8 +142,9 @@ enum ad_status hnn_survey_new(struct hnn_survey *s, const hnn_model *model,
     if (!s->tape)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     s->parameters = ad_input(s->tape, 1, model->size, "parameters");
-    s->x = ad_input(s->tape, data->x_rows, s->piece, "x");
-    s->target = ad_input(s->tape, data->target_rows, s->piece, "target");
+    bool by_rows = hnn_by_rows(model, training);
+    s->x = hnn_record_samples(s->tape, by_rows, data->x_rows, s->piece, "x");
+    s->target = hnn_record_samples(s->tape, by_rows, data->target_rows, s->piece, "target");
     s->losses = hnn_record_losses(model, training, s->parameters, s->x, s->target);
     ad_compile(s->tape, 1, &s->losses, &s->program);
     if (hnn_tape_status(s->tape, error) != AD_OK)

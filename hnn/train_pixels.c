@@ -16,7 +16,7 @@ static size_t next_pixels(const hnn_model *model, const struct hnn_training *tra
     return model->settings.pixels;
 }
 
-/* weight * mean over rows of the squares, [1 x samples]. */
+/* weight * mean over components of the squares, [1 x samples]. */
 static ad_var term(double weight, ad_var residual)
 {
     return ad_mul(weight / (double)ad_rows(residual), ad_sum_rows(ad_square(residual)));
@@ -30,11 +30,12 @@ static ad_var record(const hnn_model *model, const struct hnn_training *training
     ad_var z = hnn_record_encode(model, parameters, x);
     ad_var z_next = hnn_record_encode(model, parameters, next);
     ad_var step = ad_sub(z_next, z);
-    ad_var seen = term(1, ad_sub(hnn_record_decode(model, parameters, z), x));
+    ad_var missed = ad_square(ad_sub(hnn_record_decode(model, parameters, z), x));
+    ad_var seen = ad_mul(1 / (double)ad_cols(x), ad_reshape(ad_sum_cols(missed), 1, ad_rows(x)));
     ad_var canonical = term(1, ad_sub(ad_slice_rows(z, n, n), ad_slice_rows(step, 0, n)));
     ad_var field = hnn_model_record(model, parameters, z).field;
     ad_var moved = term(field_weight, ad_sub(step, field));
     return ad_label(ad_add(ad_add(seen, canonical), moved), "loss of pixels");
 }
 
-const struct hnn_objective hnn_learn_pixels = {pixels, next_pixels, record};
+const struct hnn_objective hnn_learn_pixels = {true, pixels, next_pixels, record};

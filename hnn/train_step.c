@@ -16,8 +16,8 @@ static void record(const struct hnn_problem *p, struct hnn_block_program *b, con
                    const struct hnn_training *training)
 {
     b->parameters = ad_input(b->tape, 1, p->n, "parameters");
-    b->x = ad_input(b->tape, p->x_rows, b->columns, "x");
-    b->target = ad_input(b->tape, p->target_rows, b->columns, "target");
+    b->x = hnn_record_samples(b->tape, p->by_rows, p->x_rows, b->columns, "x");
+    b->target = hnn_record_samples(b->tape, p->by_rows, p->target_rows, b->columns, "target");
     ad_var losses = hnn_record_losses(model, training, b->parameters, b->x, b->target);
     b->loss = ad_label(ad_mul(1 / (double)p->batch, ad_sum(losses)), "loss");
     ad_grad(b->loss, 1, &b->parameters, &b->gradient);
@@ -44,9 +44,9 @@ static enum ad_status make(const struct hnn_problem *p, struct hnn_block_program
 static bool allocate(struct hnn_problem *p)
 {
     size_t bytes = hnn_type_bytes(p->type);
-    p->gradient = calloc(p->n, bytes);
     if (p->blocks == 1)
-        return p->gradient != NULL;
+        return true;
+    p->gradient = calloc(p->n, bytes);
     p->x = calloc(p->x_rows * p->batch, bytes);
     p->target = calloc(p->target_rows * p->batch, bytes);
     return p->gradient && p->x && p->target;
@@ -64,6 +64,7 @@ enum ad_status hnn_problem_new(struct hnn_problem *p, const hnn_model *model,
                               .n = model->size,
                               .batch = batch,
                               .blocks = blocks,
+                              .by_rows = hnn_by_rows(model, training),
                               .x_rows = hnn_x_rows(model, training),
                               .target_rows = hnn_target_rows(model, training)};
     size_t workers = threads < blocks ? threads : blocks;
@@ -76,6 +77,7 @@ enum ad_status hnn_problem_new(struct hnn_problem *p, const hnn_model *model,
     if (blocks == 1) {
         p->x = ad_data(p->whole.program[0], p->whole.x);
         p->target = ad_data(p->whole.program[0], p->whole.target);
+        p->gradient = ad_data(p->whole.program[0], p->whole.gradient);
         ad_set_threads(p->whole.program[0], threads);
     }
     return AD_OK;
@@ -96,8 +98,8 @@ void hnn_problem_free(struct hnn_problem *p)
     if (p->blocks > 1) {
         free(p->x);
         free(p->target);
+        free(p->gradient);
     }
-    free(p->gradient);
     *p = (struct hnn_problem){0};
 }
 
@@ -108,12 +110,14 @@ void *hnn_problem_point(const struct hnn_problem *p)
 
 const void *hnn_problem_gradient(const struct hnn_problem *p) { return p->gradient; }
 
-/* Columns first ... of a [rows x batch] matrix. */
-static void copy_columns(const struct hnn_problem *p, size_t rows, const void *from, size_t first,
+/* Samples first ... of a [rows x batch] matrix, or of one by rows. */
+static void copy_samples(const struct hnn_problem *p, size_t rows, const void *from, size_t first,
                          size_t columns, void *to)
 {
     size_t bytes = hnn_type_bytes(p->type);
-    for (size_t r = 0; r < rows; r++)
+    if (p->by_rows)
+        memcpy(to, (const char *)from + first * rows * bytes, columns * rows * bytes);
+    for (size_t r = 0; r < rows && !p->by_rows; r++)
         memcpy((char *)to + r * columns * bytes,
                (const char *)from + (r * p->batch + first) * bytes, columns * bytes);
 }
@@ -126,8 +130,8 @@ static void run_block(const struct hnn_problem *p, const struct hnn_block_progra
     if (parameters != point)
         memcpy(parameters, point, p->n * hnn_type_bytes(p->type));
     if (p->blocks > 1) {
-        copy_columns(p, p->x_rows, p->x, first, b->columns, ad_data(program, b->x));
-        copy_columns(p, p->target_rows, p->target, first, b->columns, ad_data(program, b->target));
+        copy_samples(p, p->x_rows, p->x, first, b->columns, ad_data(program, b->x));
+        copy_samples(p, p->target_rows, p->target, first, b->columns, ad_data(program, b->target));
     }
     if (products)
         *products += ad_run_timed(program);
@@ -159,6 +163,8 @@ static void add_block(const struct hnn_problem *p, const struct hnn_block_progra
     double term;
     ad_get(program, b->loss, &term);
     *loss += term;
+    if (p->blocks == 1)
+        return;
     if (block == 0)
         memcpy(p->gradient, ad_data(program, b->gradient), p->n * hnn_type_bytes(p->type));
     else

@@ -158,15 +158,15 @@ static void test_gradient(void **state)
     for (int later = 0; later < 2; later++)
         for (int k = 0; k < PIXELS; k++)
             for (int i = 0; i < N; i++)
-                pixels[later][k * N + i] = (double)film.pixels[(7 * i + later) * FRAME + k];
+                pixels[later][i * PIXELS + k] = (double)film.pixels[(7 * i + later) * FRAME + k];
     for (int which = 0; which < 4; which++) {
         struct hnn_settings s =
             settings_of(which % 2 ? HNN_HAMILTONIAN : HNN_BASELINE, which < 2 ? 1 : 2);
         hnn_model *model = small_model(&s);
         ad_tape *tape = ad_tape_new(AD_F64);
         ad_var p = ad_input(tape, 1, hnn_model_size(model), "parameters");
-        ad_var x = ad_const(tape, PIXELS, N, pixels[0]),
-               next = ad_const(tape, PIXELS, N, pixels[1]);
+        ad_var x = ad_const(tape, N, PIXELS, pixels[0]),
+               next = ad_const(tape, N, PIXELS, pixels[1]);
         ad_var loss = ad_mean(hnn_record_losses(model, &training, p, x, next));
         struct ad_check report = {0};
         const double *at = hnn_model_parameters(model);
@@ -297,18 +297,18 @@ static void test_encode_decode_and_files(void **state)
     double pixels[PIXELS * N], z[2 * N], back[PIXELS * N], one[PIXELS], latent[2], seen[PIXELS];
     for (int k = 0; k < PIXELS; k++)
         for (int i = 0; i < N; i++)
-            pixels[k * N + i] = (double)film.pixels[i * FRAME + k];
+            pixels[i * PIXELS + k] = (double)film.pixels[i * FRAME + k];
     assert_int_equal(hnn_model_encode(loaded, N, pixels, z, &error), AD_OK);
     assert_int_equal(hnn_model_decode(loaded, N, z, back, &error), AD_OK);
     for (int i = 0; i < N; i++) {
         for (int k = 0; k < PIXELS; k++)
-            one[k] = pixels[k * N + i];
+            one[k] = pixels[i * PIXELS + k];
         code(model, 1, one, latent, 2);
         code(model, 5, latent, seen, PIXELS);
         assert_close(z[i], latent[0], 1e-13, 1e-14);
         assert_close(z[N + i], latent[1], 1e-13, 1e-14);
         for (int k = 0; k < PIXELS; k++)
-            assert_close(back[k * N + i], seen[k], 1e-13, 1e-14);
+            assert_close(back[i * PIXELS + k], seen[k], 1e-13, 1e-14);
     }
     hnn_model_free(model);
     hnn_model_free(loaded);
