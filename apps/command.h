@@ -20,7 +20,8 @@ struct command {
 };
 
 extern const struct command command_scenes, command_path, command_simulate, command_check,
-    command_chart, command_dump, command_train, command_dataset, command_manual, command_completion;
+    command_chart, command_dump, command_train, command_dataset, command_quantum, command_manual,
+    command_completion;
 
 /* All of them, in the order of --help; NULL at the end. */
 extern const struct command *const commands[];

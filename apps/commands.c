@@ -5,10 +5,9 @@
 #include <string.h>
 
 const struct command *const commands[] = {
-    &command_scenes,     &command_path,  &command_simulate,
-    &command_check,      &command_chart, &command_dump,
-    &command_dataset,    &command_train, &command_manual,
-    &command_completion, NULL,
+    &command_scenes, &command_path,   &command_simulate,   &command_quantum,
+    &command_check,  &command_chart,  &command_dump,       &command_dataset,
+    &command_train,  &command_manual, &command_completion, NULL,
 };
 
 const struct command *command_find(const char *name, struct ad_error *error)

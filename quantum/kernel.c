@@ -20,7 +20,6 @@ struct kernel {
     struct qm_paths paths;
     ad_var re, im;
     ad_program *program;
-    double *x; /* [rows * n] for either end of the paths */
 };
 
 /* 1 for paths slower than the grid's fastest wave, 0 for faster ones, and smooth between, such that
@@ -57,21 +56,18 @@ static enum ad_status open(const struct qm_slice *slice, size_t most, struct ker
 {
     size_t n = slice->grid.n, rows = n < LANES ? LANES / n : 1;
     *k = (struct kernel){.slice = slice, .n = n, .rows = rows < most ? rows : most};
-    k->x = malloc(k->rows * n * sizeof *k->x);
-    if (!k->x)
-        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
     if (compile(k, error) != AD_OK)
         return error->status;
+    double *xb = ad_data(k->program, k->paths.xb);
     for (size_t p = 0; p < k->rows * n; p++)
-        k->x[p] = qm_x(&slice->grid, p % n);
-    return ad_set(k->program, k->paths.xb, k->x);
+        xb[p] = qm_x(&slice->grid, p % n);
+    return AD_OK;
 }
 
 static void close_kernel(struct kernel *k)
 {
     ad_program_free(k->program);
     qm_paths_free(&k->paths);
-    free(k->x);
 }
 
 /* Adds the paths from one image of the starts to rows of K. */
@@ -130,11 +126,14 @@ static enum ad_status absorb(const struct qm_slice *slice, qm_complex *K, struct
 
 static void fill(struct kernel *k, double reach, size_t from, size_t rows, qm_complex *K)
 {
+    double *xa = ad_data(k->program, k->paths.xa);
     for (size_t done = 0; done < rows; done += k->rows) {
         size_t row = done + k->rows <= rows ? done : rows - k->rows; /* the last run overlaps */
-        for (size_t p = 0; p < k->rows * k->n; p++)
-            k->x[p] = qm_x(&k->slice->grid, from + row + p / k->n);
-        ad_set(k->program, k->paths.xa, k->x);
+        for (size_t r = 0; r < k->rows; r++) {
+            double x = qm_x(&k->slice->grid, from + row + r);
+            for (size_t b = 0; b < k->n; b++)
+                xa[r * k->n + b] = x;
+        }
         memset(K + row * k->n, 0, k->rows * k->n * sizeof *K);
         add_images(k, reach, K + row * k->n);
     }
@@ -172,4 +171,11 @@ enum ad_status qm_kernel_square(size_t n, size_t times, qm_complex *K, struct ad
     }
     free(square);
     return AD_OK;
+}
+
+void qm_kernel_apply(size_t n, const qm_complex *K, size_t packets, const qm_complex *psi,
+                     qm_complex *out)
+{
+    ad_blas_gemm_complex(false, n, packets, n, (const double *)K, (const double *)psi,
+                         (double *)out);
 }

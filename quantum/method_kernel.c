@@ -1,6 +1,5 @@
 /* Propagation by the whole matrix: zgemv for one packet, zgemm for several. */
 #include "internal.h"
-#include "../autodiff/blas.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -52,8 +51,7 @@ static enum ad_status step_dense(void *state, size_t packets, qm_complex *psi,
     if (!dense->work)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu packets", packets);
     memcpy(dense->work, psi, bytes);
-    ad_blas_gemm_complex(false, n, packets, n, (const double *)dense->K,
-                         (const double *)dense->work, (double *)psi);
+    qm_kernel_apply(n, dense->K, packets, dense->work, psi);
     return AD_OK;
 }
 

@@ -87,6 +87,10 @@ enum ad_status qm_kernel(const struct qm_slice *slice, qm_complex *K, struct ad_
 /* K becomes K^(2^times), by squaring. */
 enum ad_status qm_kernel_square(size_t n, size_t times, qm_complex *K, struct ad_error *error);
 
+/* out [n x packets] = K psi, for as many packets as psi [n x packets] has columns. */
+void qm_kernel_apply(size_t n, const qm_complex *K, size_t packets, const qm_complex *psi,
+                     qm_complex *out);
+
 /* V [n] on the grid and the mass, of a scene whose L is m v^2/2 - V(q); AD_E_ARGUMENT for another.
  */
 enum ad_status qm_potential(const struct phys_system *system, const struct qm_grid *grid, double *V,

@@ -1,0 +1,12 @@
+#include "command.h"
+#include "quantum.h"
+int quantum_paper(const struct quantum_options *options, struct ad_error *error)
+{
+    (void)options;
+    ad_fail(error, AD_E_ARGUMENT, "not yet");
+    return WRONG_USE;
+}
+int quantum_slit(const struct quantum_options *options, struct ad_error *error)
+{
+    return quantum_paper(options, error);
+}

@@ -1,0 +1,230 @@
+/* A wave packet's run made definite (quantum.h). */
+#include "quantum.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* Scenes under the names people look for, and settings at which each is right at once. */
+static const struct preset {
+    const char *name, *scene;
+    struct phys_setting set[2];
+    double low, high;
+    size_t points, steps;
+    double dt;
+    enum qm_walls walls;
+    struct qm_gaussian packet;
+} presets[] = {
+    {"free", "freebody", {{"g", 0}}, -10, 10, 256, 4, 0.5, QM_OPEN, {-2, 0.7, 2}},
+    {"gravity", "freebody", {{"g", 1}}, -12, 14, 640, 6, 0.5, QM_OPEN, {0, 0.7, 2}},
+    {"harmonic", "spring", {{0}}, -6, 6, 512, 64, M_PI / 32, QM_OPEN, {1.5, M_SQRT1_2, 0}},
+    {"pendulum", "pendulum", {{"l", 1}}, -M_PI, M_PI, 256, 200, 0.1, QM_RING, {1, 0.4, 0}},
+    {"double-well", "double-well", {{0}}, -4, 4, 400, 200, 0.06, QM_REFLECT, {-1.5, 0.4, 0}},
+};
+
+/* A scene of the user's, or another of ours. */
+static const struct preset other = {NULL, NULL, {{0}},       -10,     10,
+                                    256,  20,   (double)NAN, QM_OPEN, {0, 0.5, 0}};
+
+static const struct preset *preset_of(const char *name)
+{
+    for (size_t k = 0; k < sizeof presets / sizeof *presets; k++)
+        if (strcmp(presets[k].name, name) == 0)
+            return &presets[k];
+    return &other;
+}
+
+enum ad_status quantum_numbers(const char *option, const char *text, size_t n, double *values,
+                               struct ad_error *error)
+{
+    char word[64];
+    const char *at = text;
+    for (size_t k = 0; k < n; k++) {
+        size_t length = strcspn(at, ",");
+        bool last = at[length] == '\0';
+        if (length >= sizeof word || last != (k + 1 == n))
+            break;
+        memcpy(word, at, length);
+        word[length] = '\0';
+        if (!options_number(word, &values[k]))
+            break;
+        if (last)
+            return AD_OK;
+        at += length + 1;
+    }
+    return ad_fail(error, AD_E_ARGUMENT, "--%s: expected %zu numbers with commas between, got '%s'",
+                   option, n, text);
+}
+
+/* ---- the scene ---- */
+
+static enum ad_status open_scene(const struct preset *preset, struct quantum_run *run,
+                                 struct ad_error *error)
+{
+    const struct quantum_options *options = run->options;
+    const char *name = preset->scene ? preset->scene : run->name;
+    if (phys_system_open(name, &run->system, error) != AD_OK)
+        return error->status;
+    for (size_t k = 0; k < 2 && preset->set[k].name; k++)
+        phys_system_set(&run->system, preset->set[k].name, preset->set[k].value, error);
+    for (size_t k = 0; k < options->set.n && error->status == AD_OK; k++)
+        phys_system_set(&run->system, options->set.setting[k].name, options->set.setting[k].value,
+                        error);
+    return error->status;
+}
+
+static enum ad_status read_packets(const struct preset *preset, struct quantum_run *run,
+                                   struct ad_error *error)
+{
+    const struct texts *given = &run->options->packets;
+    run->n_packets = given->n ? given->n : 1;
+    run->packet = calloc(run->n_packets, sizeof *run->packet);
+    if (!run->packet)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    run->packet[0] = preset->packet;
+    for (size_t k = 0; k < given->n; k++) {
+        double x[3];
+        if (quantum_numbers("packet", given->text[k], 3, x, error) != AD_OK)
+            return error->status;
+        if (!(x[1] > 0))
+            return ad_fail(error, AD_E_ARGUMENT, "--packet %s: expected a width above 0",
+                           given->text[k]);
+        run->packet[k] = (struct qm_gaussian){x[0], x[1], x[2]};
+    }
+    return AD_OK;
+}
+
+/* ---- the slice ---- */
+
+static enum ad_status read_walls(const char *text, enum qm_walls *walls, struct ad_error *error)
+{
+    static const char *const names[] = {
+        [QM_OPEN] = "open", [QM_REFLECT] = "reflect", [QM_RING] = "ring"};
+    for (size_t k = 0; text && k < sizeof names / sizeof *names; k++)
+        if (strcmp(text, names[k]) == 0) {
+            *walls = (enum qm_walls)k;
+            return AD_OK;
+        }
+    return text ? ad_fail(error, AD_E_ARGUMENT, "--walls: expected open, reflect or ring, got '%s'",
+                          text)
+                : AD_OK;
+}
+
+static double number_or(double given, double otherwise) { return isnan(given) ? otherwise : given; }
+
+static size_t count_or(size_t given, size_t otherwise)
+{
+    return given == OPTION_NO_COUNT ? otherwise : given;
+}
+
+static enum ad_status make_slice(const struct preset *preset, struct quantum_run *run,
+                                 struct ad_error *error)
+{
+    const struct quantum_options *options = run->options;
+    double box[2] = {preset->low, preset->high};
+    struct qm_slice *slice = &run->slice;
+    if (options->box && quantum_numbers("box", options->box, 2, box, error) != AD_OK)
+        return error->status;
+    *slice = (struct qm_slice){
+        .system = &run->system,
+        .grid = {box[0], box[1], count_or(options->points, preset->points)},
+        .walls = preset->walls,
+        .absorb = number_or(options->absorb, 0),
+        .dt = number_or(options->dt, preset->dt),
+        .hbar = options->hbar,
+        .threads = options->common.threads,
+    };
+    run->steps = count_or(options->steps, preset->steps);
+    run->every = count_or(options->every, run->steps / 200 + 1);
+    if (run->every == 0)
+        return ad_fail(error, AD_E_ARGUMENT, "--every: expected at least 1, got 0");
+    if (options->power != OPTION_NO_COUNT && options->power > 60)
+        return ad_fail(error, AD_E_ARGUMENT, "--power: expected at most 60, got %zu",
+                       options->power);
+    slice->rule = phys_rule_find(options->rule, error);
+    run->method = qm_method_find(options->method, error);
+    return error->status == AD_OK ? read_walls(options->walls, &slice->walls, error)
+                                  : error->status;
+}
+
+/* ---- before a run ---- */
+
+/* Rounded up or down to four digits, so that what is suggested will do. */
+static double rounded(double x, double (*way)(double))
+{
+    double unit = pow(10, floor(log10(x)) - 3);
+    return way(x / unit) * unit;
+}
+
+static enum ad_status look_for_aliasing(struct quantum_run *run, struct ad_error *error)
+{
+    struct qm_slice *slice = &run->slice;
+    bool choose = isnan(slice->dt);
+    if (choose)
+        slice->dt = 0.1;
+    if (qm_aliasing(slice, &run->aliasing, error) != AD_OK)
+        return error->status;
+    const struct qm_aliasing *a = &run->aliasing;
+    if (choose && a->ratio > 1 && !isnan(a->dt_least)) {
+        slice->dt = rounded(a->dt_least, ceil);
+        return qm_aliasing(slice, &run->aliasing, error);
+    }
+    if (!run->method->kernel || a->ratio <= 1 + 1e-9)
+        return AD_OK;
+    char text[sizeof error->message];
+    double least = rounded((double)slice->grid.n * qm_dx(&slice->grid) / a->dx_most, ceil);
+    snprintf(text, sizeof text,
+             "phases of neighbouring paths differ by up to %.3g (limit: 3.14), a ghost stands %.3g "
+             "away; expected --dt %.4g or more, --points %.0f or more, or a box of %.4g",
+             M_PI * a->ratio, a->ghost, rounded(a->dt_least, ceil), least,
+             rounded(a->box_most, floor));
+    if (!run->options->force)
+        return ad_fail(error, AD_E_ARGUMENT, "%s (--force runs it all the same)", text);
+    fprintf(stderr, "leastaction quantum: warning: %s\n", text);
+    return AD_OK;
+}
+
+/* Operations a second, low: what is refused should be hopeless. */
+static const double speed = 1e9;
+static const double patience = 3600;
+
+static enum ad_status look_for_cost(const struct quantum_run *run, struct ad_error *error)
+{
+    struct qm_cost cost;
+    double n = (double)run->slice.grid.n, samples = (double)(run->steps / run->every + 2);
+    run->method->cost(&run->slice, &cost);
+    if (run->options->power != OPTION_NO_COUNT)
+        cost.setup += 8 * n * n * n * (double)run->options->power, cost.bytes *= 2;
+    double bytes = cost.bytes + 8 * n * samples;
+    double seconds = (cost.setup + cost.step * (double)(run->steps * run->n_packets)) / speed;
+    long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+    if (pages > 0 && bytes > 0.9 * (double)pages * (double)page)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "this needs %.3g GB, the machine has %.3g; expected fewer --points, or "
+                       "--method fft or crank-nicolson",
+                       bytes / 1e9, (double)pages * (double)page / 1e9);
+    if (seconds > patience && !run->options->force)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "this takes about %.0f hours; expected fewer --points or --steps (--force "
+                       "runs it all the same)",
+                       ceil(seconds / 3600));
+    return AD_OK;
+}
+
+enum ad_status quantum_setup(const struct quantum_options *options, struct quantum_run *run,
+                             struct ad_error *error)
+{
+    *run = (struct quantum_run){.options = options, .name = options->scene};
+    const struct preset *preset = preset_of(run->name);
+    if (open_scene(preset, run, error) != AD_OK || make_slice(preset, run, error) != AD_OK ||
+        read_packets(preset, run, error) != AD_OK || look_for_cost(run, error) != AD_OK)
+        return error->status;
+    return look_for_aliasing(run, error);
+}
+
+void quantum_free(struct quantum_run *run)
+{
+    free(run->packet);
+    phys_system_close(&run->system);
+}

@@ -1,0 +1,164 @@
+/* leastaction quantum from outside: what it measures, what it refuses and suggests, what it leaves.
+ */
+#include "../close.h"
+#include "shell.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A number of the last line. */
+static double number(const char *key)
+{
+    char name[64];
+    snprintf(name, sizeof name, "\"%s\": ", key);
+    const char *at = strstr(shell_last_line(), name);
+    assert_non_null(at);
+    return strtod(at + strlen(name), NULL);
+}
+
+static void test_scenes(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *scene;
+        double mean, error;
+    } cases[] = {{"free", 2, 1e-6}, {"gravity", 1.5, 0.04}, {"harmonic", 1.5, 0.01}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        assert_int_equal(shell("$LA quantum --scene %s --json", cases[k].scene), 0);
+        assert_close(number("norm"), 1, 1e-6, 0);
+        assert_close(number("mean_x"), cases[k].mean, 0, 1e-4);
+        assert_close(number("classical_x"), cases[k].mean, 0, 1e-9);
+        assert_true(number("error") < cases[k].error);
+        assert_true(number("aliasing") <= 1);
+    }
+    assert_int_equal(shell("$LA quantum --scene pendulum --json"), 0);
+    assert_non_null(strstr(shell_last_line(), "\"error\": null"));
+    assert_int_equal(shell("$LA quantum --scene double-well --json"), 0);
+    assert_true(number("error") < 0.03);
+}
+
+/* Three ways to the same packet; a far time in one leap. */
+static void test_methods(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA quantum --method kernel --json"), 0);
+    double mean = number("mean_x"), error = number("error");
+    assert_int_equal(shell("$LA quantum --method fft --json"), 0);
+    assert_close(number("mean_x"), mean, 1e-12, 0);
+    assert_close(number("error"), error, 1e-6, 0);
+    assert_int_equal(shell("$LA quantum --power 2 --json"), 0);
+    assert_close(number("mean_x"), mean, 1e-12, 0);
+    assert_int_equal(shell("$LA quantum --method crank-nicolson --walls reflect --points 4000 "
+                           "--dt .002 --steps 1000 --no-reference --json"),
+                     0);
+    assert_close(number("mean_x"), mean, 0, 1e-3);
+}
+
+static void test_many_packets(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA quantum --packet=-2,.7,2 --packet=1,.5,-1 --json --csv p.csv"), 0);
+    assert_non_null(strstr(shell_last_line(), "\"packets\": [{"));
+    assert_close(number("mean_x"), 2, 0, 1e-4);
+    assert_int_equal(shell("grep -c . p.csv"), 0);
+    assert_int_equal(atoi(shell_out()), 1 + 2 * 5);
+}
+
+/* What a refusal suggests is taken; without it, by force, the norm explodes. */
+static void test_aliasing(void **state)
+{
+    (void)state;
+    double dt, box;
+    int points;
+    assert_int_equal(shell("$LA quantum --dt .125"), 2);
+    const char *at = strstr(shell_err(), "expected --dt ");
+    assert_non_null(at);
+    assert_int_equal(sscanf(at, "expected --dt %lf or more, --points %d or more, or a box of %lf",
+                            &dt, &points, &box),
+                     3);
+    assert_int_equal(shell("$LA quantum --dt %.17g", dt), 0);
+    assert_int_equal(shell("$LA quantum --dt .125 --points %d", points), 0);
+    assert_int_equal(shell("$LA quantum --dt .125 --box=%g,%g --points %d --packet=0,.5,0",
+                           -box / 2, box / 2, (int)(256 * box / 20)),
+                     0);
+    assert_int_equal(shell("$LA quantum --dt .125 --steps 8 --packet=0,.5,0 --force --json"), 0);
+    assert_non_null(strstr(shell_err(), "warning: phases"));
+    assert_true(number("norm") > 1000);
+    assert_int_equal(
+        shell("$LA quantum --dt .125 --steps 8 --packet=0,.5,0 --force --normalise --json"), 0);
+    assert_close(number("norm"), 1, 1e-12, 0);
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *arguments, *says;
+    } cases[] = {
+        {"--scene dblpend", "coordinates"},
+        {"--box 1", "--box: expected 2 numbers"},
+        {"--packet 1,2", "--packet: expected 3 numbers"},
+        {"--packet 1,-2,0", "width above 0"},
+        {"--walls soft", "open, reflect or ring"},
+        {"--rule gauss2", "straight"},
+        {"--method euler", "no method 'euler'"},
+        {"--method fft --walls reflect", "no convolution"},
+        {"--every 0", "--every"},
+        {"--power 99", "--power"},
+        {"--points 400000", "GB"},
+        {"--preset book", "expected paper"},
+        {"--set mass=2", "freebody"},
+    };
+    shell_clean();
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        assert_int_equal(shell("$LA quantum %s --csv a.csv", cases[k].arguments), 2);
+        if (!strstr(shell_err(), cases[k].says))
+            fail_msg("%s: '%s' does not say '%s'", cases[k].arguments, shell_err(), cases[k].says);
+    }
+    assert_int_equal(shell_files(), 0);
+}
+
+static void test_outputs(void **state)
+{
+    (void)state;
+    shell_clean();
+    assert_int_equal(shell("$LA quantum --out a.h5 --csv a.csv && $LA dump a.h5"), 0);
+    assert_non_null(strstr(shell_out(), "density"));
+    assert_int_equal(shell_files(), 2);
+    if (shell("command -v gnuplot") != 0) {
+        print_message("skipped: no gnuplot\n");
+        skip();
+    }
+    assert_int_equal(shell("$LA quantum --plot a.png && $LA quantum --plot a.gif"), 0);
+    assert_int_equal(shell_files(), 4);
+}
+
+/* A scene of the user's own. */
+static void test_shared_object(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("cc -shared -fPIC -I$ROOT $ROOT/tests/apps/scenes/good.c -o good.so"),
+                     0);
+    assert_int_equal(shell("$LA quantum --scene ./good.so"), 2);
+    assert_non_null(strstr(shell_err(), "depends on time"));
+    assert_int_equal(
+        shell("sed 's/ad_sin(t)/ad_sin(x)/' $ROOT/tests/apps/scenes/good.c >still.c && cc -shared "
+              "-fPIC -I$ROOT -I$ROOT/tests/apps/scenes still.c -o still.so"),
+        0);
+    assert_int_equal(shell("$LA quantum --scene ./still.so --box=-4,4 --walls reflect --points 200 "
+                           "--dt .1 --steps 10 --json"),
+                     0);
+    assert_true(number("error") < 0.1);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_scenes),        cmocka_unit_test(test_methods),
+        cmocka_unit_test(test_many_packets),  cmocka_unit_test(test_aliasing),
+        cmocka_unit_test(test_refusals),      cmocka_unit_test(test_outputs),
+        cmocka_unit_test(test_shared_object),
+    };
+    return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
+}
