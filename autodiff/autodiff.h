@@ -92,6 +92,8 @@ size_t ad_cols(ad_var x);
 
 /* A value set before each run; zero until set. The label (may be NULL) is copied. */
 ad_var ad_input(ad_tape *tape, size_t rows, size_t cols, const char *label);
+/* Marks an input that changes less often than the others, for ad_rerun; returns it. */
+ad_var ad_hold(ad_var input);
 /* A constant matrix: rows*cols values, row-major, copied. */
 ad_var ad_const(ad_tape *tape, size_t rows, size_t cols, const double *values);
 /* A constant scalar. */
@@ -244,7 +246,10 @@ enum ad_status ad_get(const ad_program *program, ad_var x, double *values);
 void *ad_data(ad_program *program, ad_var x);
 /* One pass over the program; allocates nothing. */
 void ad_run(ad_program *program);
-/* The same; returns the seconds of it spent in matrix products, inside OpenBLAS. */
+/* The same, where no held input was set since the last ad_run: what depends on held inputs alone is
+   not computed again, unless the program runs as machine code. */
+void ad_rerun(ad_program *program);
+/* As ad_run; returns the seconds of it spent in matrix products, inside OpenBLAS. */
 double ad_run_timed(ad_program *program);
 
 /* Has the system's C compiler (CC, or cc) make machine code of the program, kept in the user's cache

@@ -97,13 +97,6 @@ int ad_blas_band_factor(size_t n, size_t width, double *band, int *pivots)
     return LAPACKE_dgbtrf_work(LAPACK_COL_MAJOR, size, size, w, w, band, AD_BAND_ROWS(w), pivots);
 }
 
-int ad_blas_band_factor_complex(size_t n, size_t width, double *band, int *pivots)
-{
-    lapack_int w = (lapack_int)width, size = (lapack_int)n;
-    return LAPACKE_zgbtrf_work(LAPACK_COL_MAJOR, size, size, w, w, (lapack_complex_double *)band,
-                               AD_BAND_ROWS(w), pivots);
-}
-
 void ad_blas_band_solve(size_t n, size_t width, const double *band, const int *pivots, double *b)
 {
     lapack_int w = (lapack_int)width, size = (lapack_int)n;
@@ -111,12 +104,36 @@ void ad_blas_band_solve(size_t n, size_t width, const double *band, const int *p
                         size);
 }
 
-void ad_blas_band_solve_complex(size_t n, size_t width, const double *band, const int *pivots,
-                                double *b)
+int ad_blas_complex_factor(size_t n, double *a, int *pivots)
 {
-    lapack_int w = (lapack_int)width, size = (lapack_int)n;
-    LAPACKE_zgbtrs_work(LAPACK_COL_MAJOR, 'N', size, w, w, 1, (const lapack_complex_double *)band,
-                        AD_BAND_ROWS(w), pivots, (lapack_complex_double *)b, size);
+    lapack_int size = (lapack_int)n;
+    return LAPACKE_zgetrf_work(LAPACK_COL_MAJOR, size, size, (lapack_complex_double *)a, size,
+                               pivots);
+}
+
+void ad_blas_complex_solve(size_t n, const double *a, const int *pivots, size_t m, double *b)
+{
+    lapack_int size = (lapack_int)n;
+    LAPACKE_zgetrs_work(LAPACK_COL_MAJOR, 'N', size, (lapack_int)m,
+                        (const lapack_complex_double *)a, size, pivots, (lapack_complex_double *)b,
+                        size);
+}
+
+void ad_blas_complex_eliminate(size_t n, const double *a, const int *pivots, size_t k, size_t m,
+                               double *b, double *work, double *c)
+{
+    const double one[] = {1, 0}, minus_one[] = {-1, 0};
+    const size_t at = n - k;
+    blasint size = (blasint)n, columns = (blasint)m, last = (blasint)k;
+    cblas_zcopy((blasint)(n * m), b, 1, work, 1);
+    LAPACKE_zlaswp_work(LAPACK_COL_MAJOR, columns, (lapack_complex_double *)work, size, 1, size,
+                        pivots, 1);
+    cblas_ztrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasUnit, size, columns, one,
+                a, size, work, size);
+    cblas_ztrsm(CblasColMajor, CblasLeft, CblasUpper, CblasTrans, CblasNonUnit, last, columns, one,
+                a + 2 * (at * n + at), size, b + 2 * at, size);
+    cblas_zgemm(CblasColMajor, CblasTrans, CblasNoTrans, columns, columns, last, minus_one,
+                b + 2 * at, size, work + 2 * at, size, one, c, columns);
 }
 
 int ad_blas_tridiagonal_factor_complex(size_t n, double *below, double *diagonal, double *above,

@@ -34,13 +34,21 @@ void ad_blas_factor_solve(size_t n, const double *a, const int *pivots, double *
 #define AD_BAND(width, i, j) (2 * (width) + (i) - (j) + AD_BAND_ROWS(width) * (j))
 
 /* Factors a band in place as P L U; `pivots` [n] is room. Returns 0, or 1 + the index of a zero
-   pivot. The second is for complex numbers, as pairs of real and imaginary part. */
+   pivot. */
 int ad_blas_band_factor(size_t n, size_t width, double *band, int *pivots);
-int ad_blas_band_factor_complex(size_t n, size_t width, double *band, int *pivots);
 /* Solves band x = b, in place, from the factors. */
 void ad_blas_band_solve(size_t n, size_t width, const double *band, const int *pivots, double *b);
-void ad_blas_band_solve_complex(size_t n, size_t width, const double *band, const int *pivots,
-                                double *b);
+
+/* Factors a complex matrix a [n x n], pairs of real and imaginary part by columns, in place as
+   P L U; `pivots` [n] is room. Returns 0, or 1 + the index of a zero pivot. */
+int ad_blas_complex_factor(size_t n, double *a, int *pivots);
+/* Solves a x = b from the factors for m right sides, b [n x m] by columns, in place. */
+void ad_blas_complex_solve(size_t n, const double *a, const int *pivots, size_t m, double *b);
+/* c [m x m] -= b^T a^-1 b from the factors P L U, as (b^T U^-1) (L^-1 P^-1 b): elimination proper,
+   stable where a^-1 itself is not. All but the last k rows of b [n x m] are zero; b is overwritten,
+   `work` [n x m] is room. All are complex, by columns. */
+void ad_blas_complex_eliminate(size_t n, const double *a, const int *pivots, size_t k, size_t m,
+                               double *b, double *work, double *c);
 
 /* Complex tridiagonal matrices of n rows: below [n-1], diagonal [n] and above [n-1] are factored in
    place; second [n-2] and `pivots` [n] are room. Returns 0, or 1 + the index of a zero pivot. */

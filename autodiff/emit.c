@@ -262,12 +262,20 @@ static bool emit_alone(struct plan *p, uint32_t id, struct segment s)
            APPEND(p->program->segments, p->program->n_segments, p->max_segments, s);
 }
 
+/* Where the segments of constants and of what is held end, before those of a group. */
+static void mark_stages(struct plan *p, size_t group)
+{
+    if (group == p->graph->n_constant_groups)
+        p->program->n_constant_segments = p->program->n_segments;
+    if (group == p->graph->n_held_groups)
+        p->program->n_held_segments = p->program->n_segments;
+}
+
 bool ad_plan_emit(struct plan *p)
 {
     struct graph *g = p->graph;
     for (uint32_t i = 0; i < g->n_groups; i++) {
-        if (i == g->n_constant_groups)
-            p->program->n_constant_segments = p->program->n_segments;
+        mark_stages(p, i);
         if (!g->groups[i].count)
             continue;
         struct segment s = {.first = (uint32_t)p->program->n_instructions,
@@ -276,7 +284,6 @@ bool ad_plan_emit(struct plan *p)
         if (is_alone(g->values[id].op) ? !emit_alone(p, id, s) : !emit_fused(p, &g->groups[i], s))
             return false;
     }
-    if (g->n_constant_groups == g->n_groups)
-        p->program->n_constant_segments = p->program->n_segments;
+    mark_stages(p, g->n_groups);
     return true;
 }

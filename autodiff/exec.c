@@ -188,6 +188,14 @@ void ad_run(ad_program *p)
     ad_execute_segments(p, segments, n, NULL);
 }
 
+void ad_rerun(ad_program *p)
+{
+    if (p->native)
+        ad_run(p);
+    else
+        ad_program_execute(p, p->n_held_segments, p->n_segments, NULL);
+}
+
 static double now(void)
 {
     struct timespec t;

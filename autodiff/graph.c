@@ -1,5 +1,5 @@
 /* From the tape to the graph of what the outputs need: dead nodes dropped, equal nodes shared,
-   what depends on constants alone marked. */
+   what depends on constants or held inputs alone marked. */
 #include "program.h"
 
 #include <stdlib.h>
@@ -117,23 +117,25 @@ static struct value renumbered(const struct graph *g, const struct node *n, uint
                       .in = {n->in[0], n->in[1], n->in[2]},
                       .aux = n->aux,
                       .node = id};
-    bool constant = n->op != AD_OP_input;
+    uint16_t fixed = n->op != AD_OP_input     ? VALUE_CONSTANT | VALUE_HELD
+                     : (n->flags & NODE_HELD) ? VALUE_HELD
+                                              : 0;
     uint32_t inputs = n_inputs(&v);
     for (uint32_t k = 0; k < inputs; k++) {
         v.in[k] = g->renumber[n->in[k]];
-        constant &= g->values[v.in[k]].flags & VALUE_CONSTANT;
+        fixed &= g->values[v.in[k]].flags;
     }
     if (n->op == AD_OP_place) {
         const uint32_t *list = g->tape->lists + n->aux;
         for (size_t k = 0; k < list[0]; k++)
-            constant &= g->values[g->renumber[list[1 + 3 * k]]].flags & VALUE_CONSTANT;
+            fixed &= g->values[g->renumber[list[1 + 3 * k]]].flags;
     }
     if (commutes(v.op) && v.in[0] > v.in[1]) {
         uint32_t swap = v.in[0];
         v.in[0] = v.in[1];
         v.in[1] = swap;
     }
-    v.flags = constant ? VALUE_CONSTANT : 0;
+    v.flags = fixed;
     return v;
 }
 

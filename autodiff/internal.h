@@ -21,7 +21,7 @@ struct node {
     uint32_t aux;
 };
 
-enum { NODE_LABELLED = 1 };
+enum { NODE_LABELLED = 1, NODE_HELD = 2 };
 
 struct label {
     uint32_t id;

@@ -38,7 +38,7 @@ static bool is_term(const struct graph *g, const struct value *v, uint32_t x, co
 {
     const struct value *t = &g->values[x];
     return !is_leaf(t) && !(t->flags & VALUE_VIEW) && uses[x] == 1 && t->rows == v->rows &&
-           t->cols == v->cols && !((t->flags ^ v->flags) & VALUE_CONSTANT);
+           t->cols == v->cols && !((t->flags ^ v->flags) & (VALUE_CONSTANT | VALUE_HELD));
 }
 
 /* Both add into one memory while their segment runs. */

@@ -15,7 +15,8 @@ enum value_flags {
     VALUE_BORROWED = 16, /* lies in the memory of its host */
     VALUE_MERGED = 32,   /* a sum whose terms add into its memory: nothing is left to do */
     VALUE_NEGATED = 64,  /* a sink that subtracts */
-    VALUE_ADDS = 128     /* a product that adds to what lies in its memory */
+    VALUE_ADDS = 128,    /* a product that adds to what lies in its memory */
+    VALUE_HELD = 256     /* depends on held inputs and constants alone; so do all constants */
 };
 
 /* One live node; in[] and aux as in struct node, in[] renumbered. */
@@ -64,7 +65,7 @@ struct graph {
     uint32_t *order, *group_of;
     uint32_t *host; /* of borrowed values: whose memory they lie in */
     struct group *groups;
-    size_t n_groups, n_constant_groups;
+    size_t n_groups, n_constant_groups, n_held_groups; /* held: constants among them */
 };
 
 bool ad_graph_build(struct graph *graph, const ad_tape *tape, size_t n_out, const ad_var out[]);
@@ -195,7 +196,7 @@ struct ad_program {
     struct instruction *instructions;
     size_t n_instructions;
     struct segment *segments;
-    size_t n_segments, n_constant_segments;
+    size_t n_segments, n_constant_segments, n_held_segments;
     struct sink *sinks;
     size_t n_sinks;
     struct part *parts;

@@ -143,11 +143,19 @@ static bool find_views(struct graph *g)
 
 /* ---- levels ---- */
 
+/* Constants, what held inputs fix, and the rest are scheduled one after the other. */
+enum { STAGES = 3 };
+
+static int stage(const struct value *v)
+{
+    return v->flags & VALUE_CONSTANT ? 0 : v->flags & VALUE_HELD ? 1 : 2;
+}
+
 static uint32_t after(const struct graph *g, const struct value *v, uint32_t root, bool in_step,
                       const uint32_t *level)
 {
     const struct value *x = &g->values[root];
-    if (is_leaf(x) || ((x->flags & VALUE_CONSTANT) && !(v->flags & VALUE_CONSTANT)))
+    if (is_leaf(x) || stage(x) < stage(v))
         return 0;
     return level[root] + !in_step;
 }
@@ -239,6 +247,7 @@ static bool cut_groups(struct graph *g, size_t n, const uint32_t *level, const u
         if (!i || level[v] != level[before] || space[v] != space[before]) {
             g->groups[g->n_groups++] = (struct group){(uint32_t)i, 0};
             g->n_constant_groups += (g->values[v].flags & VALUE_CONSTANT) != 0;
+            g->n_held_groups += (g->values[v].flags & VALUE_HELD) != 0;
         }
         g->groups[g->n_groups - 1].count++;
         g->group_of[v] = (uint32_t)g->n_groups - 1;
@@ -249,25 +258,24 @@ static bool cut_groups(struct graph *g, size_t n, const uint32_t *level, const u
     return true;
 }
 
-/* Levels of constants come first: those segments run once, when compiling. */
+/* Levels of constants come first, whose segments run once, when compiling. */
 static uint32_t assign_levels(struct graph *g, uint32_t *level)
 {
-    uint32_t constant_levels = 0, levels = 0;
+    uint32_t end[STAGES] = {0};
     for (uint32_t i = 0; i < g->n; i++) {
         const struct value *v = &g->values[i];
         if (is_leaf(v) || (v->flags & VALUE_VIEW))
             continue;
         level[i] = earliest(g, v, level);
-        if ((v->flags & VALUE_CONSTANT) && level[i] >= constant_levels)
-            constant_levels = level[i] + 1;
+        if (level[i] >= end[stage(v)])
+            end[stage(v)] = level[i] + 1;
     }
-    for (uint32_t i = 0; i < g->n; i++) {
-        if (!(g->values[i].flags & VALUE_CONSTANT))
-            level[i] += constant_levels;
-        if (level[i] >= levels)
-            levels = level[i] + 1;
-    }
-    return levels;
+    for (int k = 1; k < STAGES; k++)
+        end[k] += end[k - 1];
+    for (uint32_t i = 0; i < g->n; i++)
+        if (stage(&g->values[i]) > 0)
+            level[i] += end[stage(&g->values[i]) - 1];
+    return end[STAGES - 1];
 }
 
 bool ad_graph_schedule(struct graph *g)

@@ -78,7 +78,7 @@ static bool can_borrow(const struct graph *g, const struct value *v, const struc
     bool contiguous_there = part->rows == 1 || part->cols == v->cols;
     return whole && contiguous_there && !is_leaf(root) && root->op != AD_OP_place &&
            !(root->flags & (VALUE_OUTPUT | VALUE_BORROWED)) &&
-           (root->flags & VALUE_CONSTANT) == (v->flags & VALUE_CONSTANT);
+           !((root->flags ^ v->flags) & (VALUE_CONSTANT | VALUE_HELD));
 }
 
 /* Until hosts have memory, a borrower's offset counts elements within its host. */
@@ -141,7 +141,7 @@ static void allocate(struct plan *p, uint32_t i, uint32_t *free_list)
 
 static bool is_permanent(const struct value *v)
 {
-    return is_leaf(v) || (v->flags & (VALUE_OUTPUT | VALUE_CONSTANT));
+    return is_leaf(v) || (v->flags & (VALUE_OUTPUT | VALUE_HELD));
 }
 
 static void release(struct plan *p, uint32_t i, uint32_t *free_list)

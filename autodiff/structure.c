@@ -34,6 +34,18 @@ ad_var ad_input(ad_tape *tape, size_t rows, size_t cols, const char *label)
     return ad_label(x, label);
 }
 
+ad_var ad_hold(ad_var input)
+{
+    if (input.tape->error.status == AD_OK) {
+        struct node *n = node_at(input.tape, input.id);
+        if (n->op != AD_OP_input)
+            return ad_refuse(input.tape, AD_E_ARGUMENT, "hold: %s is not an input",
+                             ad_op_name((enum ad_op)n->op));
+        n->flags |= NODE_HELD;
+    }
+    return input;
+}
+
 ad_var ad_const(ad_tape *tape, size_t rows, size_t cols, const double *values)
 {
     if (!shape_fits(tape, "constant", rows, cols))

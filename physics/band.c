@@ -2,7 +2,7 @@
 
    Levenberg's step for |g|^2 solves (H^2 + m^2) x = -H g. H^2 has twice the bandwidth and the
    square of the condition, but for symmetric H (H^2 + m^2)^-1 H = Re (H - i m)^-1, so that one
-   complex banded LU of H - i m gives it. D measures each coordinate by its kinetic stiffness, so
+   complex elimination of H - i m gives it. D measures each coordinate by its kinetic stiffness, so
    that a sun does not count for more than a planet. */
 #include "band.h"
 #include "../autodiff/blas.h"
@@ -18,7 +18,7 @@ enum ad_status phys_band_new(struct phys_band *band, const struct phys_hessian *
 {
     size_t degree = hessian->table.degree, dof = hessian->dof;
     size_t last = (hessian->elements + 1 - hold) * degree; /* first node held at the end */
-    *band = (struct phys_band){.hessian = hessian, .width = (degree + 1) * dof - 1};
+    *band = (struct phys_band){.hessian = hessian, .hold = hold, .width = (degree + 1) * dof - 1};
     band->first = ((hold - 1) * degree + 1) * dof;
     band->n = last * dof - band->first;
     size_t rows = AD_BAND_ROWS(band->width);
@@ -40,8 +40,7 @@ void phys_band_free(struct phys_band *band)
     free(band->right);
     free(band->pivots);
     free(band->scale);
-    free(band->complex_matrix);
-    free(band->complex_right);
+    phys_blocks_free(&band->blocks);
 }
 
 /* ---- unknowns ---- */
@@ -70,12 +69,12 @@ void phys_band_scale(struct phys_band *band)
 
 /* ---- solving ---- */
 
-/* Adds D^-1 H D^-1 over the unknowns to a band whose numbers are `step` doubles. */
-static void fill(const struct phys_band *band, double *matrix, size_t step)
+/* D^-1 H D^-1 over the unknowns. */
+static void fill(struct phys_band *band)
 {
     const struct phys_hessian *h = band->hessian;
     size_t stride = h->table.degree * h->dof;
-    memset(matrix, 0, step * AD_BAND_ROWS(band->width) * band->n * sizeof *matrix);
+    memset(band->matrix, 0, AD_BAND_ROWS(band->width) * band->n * sizeof *band->matrix);
     for (size_t e = 0; e < h->elements; e++)
         for (size_t b = 0; b < h->side; b++) {
             size_t col = e * stride + b - band->first;
@@ -86,7 +85,7 @@ static void fill(const struct phys_band *band, double *matrix, size_t step)
             for (size_t a = 0; a < h->side; a++) {
                 size_t row = e * stride + a - band->first;
                 if (row < band->n)
-                    matrix[step * AD_BAND(band->width, row, col)] +=
+                    band->matrix[AD_BAND(band->width, row, col)] +=
                         column[a] * factor * band->scale[a % h->dof];
             }
         }
@@ -94,41 +93,25 @@ static void fill(const struct phys_band *band, double *matrix, size_t step)
 
 static bool factor_newton(struct phys_band *band)
 {
-    fill(band, band->matrix, 1);
+    fill(band);
     return ad_blas_band_factor(band->n, band->width, band->matrix, band->pivots) == 0;
 }
 
 static bool factor_levenberg(struct phys_band *band)
 {
-    size_t n = band->n, numbers = AD_BAND_ROWS(band->width) * n;
-    if (!band->complex_matrix) {
-        band->complex_matrix = malloc(2 * numbers * sizeof *band->complex_matrix);
-        band->complex_right = malloc(2 * n * sizeof *band->complex_right);
-    }
-    if (!band->complex_matrix || !band->complex_right)
+    if (!band->blocks.factor &&
+        !phys_blocks_new(&band->blocks, band->hessian, band->hold, band->scale))
         return false;
-    fill(band, band->complex_matrix, 2);
-    for (size_t u = 0; u < n; u++)
-        band->complex_matrix[2 * AD_BAND(band->width, u, u) + 1] = -band->damping;
-    return ad_blas_band_factor_complex(n, band->width, band->complex_matrix, band->pivots) == 0;
+    return phys_blocks_factor(&band->blocks, band->damping);
 }
 
 bool phys_band_factor(struct phys_band *band, double damping)
 {
     band->damping = damping;
-    return damping > 0 ? factor_levenberg(band) : factor_newton(band);
-}
-
-static void solve_levenberg(struct phys_band *band)
-{
-    double *b = band->complex_right;
-    for (size_t u = 0; u < band->n; u++) {
-        b[2 * u] = band->right[u];
-        b[2 * u + 1] = 0;
-    }
-    ad_blas_band_solve_complex(band->n, band->width, band->complex_matrix, band->pivots, b);
-    for (size_t u = 0; u < band->n; u++)
-        band->right[u] = b[2 * u];
+    ad_blas_single_thread(); /* blocks are too small to share */
+    bool factored = damping > 0 ? factor_levenberg(band) : factor_newton(band);
+    ad_blas_threads();
+    return factored;
 }
 
 void phys_band_step(struct phys_band *band, const double *gradient, double *step)
@@ -137,10 +120,12 @@ void phys_band_step(struct phys_band *band, const double *gradient, double *step
     memset(step, 0, h->table.degree * h->dof * (h->elements + 1) * sizeof *step);
     for (size_t u = 0; u < band->n; u++)
         band->right[u] = -gradient[place(band, u)] * scale(band, u);
+    ad_blas_single_thread();
     if (band->damping > 0)
-        solve_levenberg(band);
+        phys_blocks_solve(&band->blocks, band->right);
     else
         ad_blas_band_solve(band->n, band->width, band->matrix, band->pivots, band->right);
+    ad_blas_threads();
     for (size_t u = 0; u < band->n; u++)
         step[place(band, u)] = band->right[u] * scale(band, u);
 }

@@ -1,19 +1,20 @@
 /* The Newton step: the Hessian's element matrices as one band matrix over the nodes that move, in
-   the order of time, and its solution by LAPACK's banded LU. */
+   the order of time, and its solution by LAPACK's banded LU; damped steps by blocks (blocks.h). */
 #ifndef PHYSICS_BAND_H
 #define PHYSICS_BAND_H
 
-#include "hessian.h"
+#include "blocks.h"
 
 struct phys_band {
     const struct phys_hessian *hessian;
+    size_t hold;     /* slices at either end */
     size_t first, n; /* number of the first unknown among dof * nodes, and how many there are */
     size_t width;    /* diagonals on either side */
     double damping;  /* of the factors */
     int *pivots;
-    double *scale;          /* [dof]: D^-1 */
-    double *matrix, *right; /* complex room is made when first needed */
-    double *complex_matrix, *complex_right;
+    double *scale; /* [dof]: D^-1 */
+    double *matrix, *right;
+    struct phys_blocks blocks; /* of damped steps: made when first needed */
 };
 
 /* Unknowns: every node but those of the `hold` slices at either end. */

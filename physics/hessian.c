@@ -2,7 +2,8 @@
    the path come from two programs of gradients of gradients: with a unit vector u as the seed,
        d/dq <L_q, u> and d/dv <L_q, u>   are column u of L_qq and L_vq at every point,
        d/dq <L_v, u> and d/dv <L_v, u>   those of L_qv and L_vv,
-   so that 2 dof runs give them all, whatever the number of slices. By the rule's table
+   so that 2 dof runs give them all, whatever the number of slices; all but the first go over what
+   depends on the seed alone. By the rule's table
        K_ab = dt weight (q_a q_b L_qq + q_a v_b / dt L_qv + v_a q_b / dt L_vq + v_a v_b / dt^2 L_vv)
    couples nodes a and b of an element. */
 #include "hessian.h"
@@ -18,9 +19,9 @@ static enum ad_status record(struct phys_hessian *h, const struct phys_system *s
 {
     ad_tape *tape = h->tape;
     ad_var by[2];
-    h->q = ad_input(tape, h->dof, h->points, "q");
-    h->v = ad_input(tape, h->dof, h->points, "v");
-    h->t = ad_input(tape, 1, h->points, "t");
+    h->q = ad_hold(ad_input(tape, h->dof, h->points, "q"));
+    h->v = ad_hold(ad_input(tape, h->dof, h->points, "v"));
+    h->t = ad_hold(ad_input(tape, 1, h->points, "t"));
     h->seed = ad_input(tape, h->dof, 1, "seed");
     ad_var at[2] = {h->q, h->v}, L = phys_system_lagrangian(system, h->q, h->v, h->t);
     ad_grad(L, 2, at, by);
@@ -175,7 +176,10 @@ static void run_seed(struct phys_hessian *h, ad_program *program, size_t seed)
     memset(u, 0, h->dof * sizeof *u);
     u[seed] = 1;
     ad_set(program, h->seed, u);
-    ad_run(program);
+    if (seed == 0)
+        ad_run(program);
+    else
+        ad_rerun(program);
 }
 
 static double stiffness(const struct phys_hessian *h, size_t seed)

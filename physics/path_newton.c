@@ -11,7 +11,10 @@
 /* Damping in units of the kinetic stiffness, where the spectrum of H ends at about 4. */
 static const double LEAST_DAMPING = 1e-5, MOST_DAMPING = 1e4, DAMPING_FACTOR = 10;
 
-static const double POOR = 0.25; /* a step that leaves more of the gradient may have been short */
+static const double POOR = 0.25;  /* a step that leaves more of the gradient may have been short */
+static const double SLOW = 0.999; /* ... and one that leaves so much is hardly a step */
+
+enum { PATIENCE = 10 }; /* slow steps in a row: |g| has a minimum here that is not zero */
 
 enum { ROUNDING = 8 }; /* the gradient is zero when below so many times what rounding makes of it */
 
@@ -22,6 +25,8 @@ struct newton {
     double *gradient, *before, *step; /* [n] each: gradient of the action */
     double unit;                      /* action in units of the objective */
     double damping;
+    bool lengthened; /* the last step */
+    size_t slow;     /* steps, up to the last */
 };
 
 static enum ad_status newton_new(struct newton *s, const struct phys_system *system,
@@ -69,20 +74,19 @@ static double norm_at(struct newton *s, double length, size_t number, struct phy
 }
 
 /* Goes further along a step that made |g| smaller, but little, as long as that pays: near a pole
-   r^-p Newton's step is 1/p of the way out. */
-static void lengthen(struct newton *s, double from, double here, size_t number,
+   r^-p Newton's step is 1/p of the way out. Says whether it did. */
+static bool lengthen(struct newton *s, double from, double here, size_t number,
                      struct phys_path_step *at)
 {
-    double length = 1;
-    while (here > POOR * from) {
-        double further = norm_at(s, 2 * length, number, at);
-        if (!(further < here)) {
-            norm_at(s, length, number, at);
-            return;
-        }
+    double length = 1, further;
+    if (here <= POOR * from)
+        return false;
+    while ((further = norm_at(s, 2 * length, number, at)) < here) {
         here = further;
         length *= 2;
     }
+    norm_at(s, length, number, at);
+    return length > 1;
 }
 
 /* Moves the path by a step with the present damping. False, and the path back, if the gradient does
@@ -100,7 +104,7 @@ static bool try_step(struct newton *s, double from, size_t number, struct phys_p
         *at = phys_path_program_run(&s->path, number - 1);
         return false;
     }
-    lengthen(s, from, here, number, at);
+    s->lengthened = lengthen(s, from, here, number, at);
     return true;
 }
 
@@ -118,10 +122,11 @@ static bool improve(struct newton *s, struct phys_path_step *at)
         s->damping = s->damping > 0 ? s->damping * DAMPING_FACTOR : LEAST_DAMPING;
         first = false;
     }
-    if (first) /* else the next step needs about as much */
+    if (first && !s->lengthened) /* else the next step needs about as much */
         s->damping /= DAMPING_FACTOR * DAMPING_FACTOR;
     if (s->damping < LEAST_DAMPING)
         s->damping = 0;
+    s->slow = norm(s) > SLOW * from ? s->slow + 1 : 0;
     return true;
 }
 
@@ -138,9 +143,10 @@ static enum ad_status iterate(struct newton *s, double *path, struct phys_path_i
         return error->status;
     enum phys_stop stop = phys_path_program_report(&s->path, &at);
     while (!stop) {
-        if (improve(s, &at))
+        bool moved = improve(s, &at);
+        if (moved)
             stop = phys_path_program_report(&s->path, &at);
-        else
+        if (!stop && (!moved || s->slow >= PATIENCE))
             stop = at_rounding(s) ? PHYS_STOP_ROUNDING : PHYS_STOP_STALLED;
     }
     phys_path_program_end(&s->path, stop, &at, path, info);

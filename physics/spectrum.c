@@ -243,9 +243,11 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
         } else if (!isfinite(c.largest)) {
             ad_fail(error, AD_E_NONFINITE, "second derivatives of the action are not finite");
         } else {
+            ad_blas_single_thread();
             spectrum->index = count_below(&c, 0, spectrum);
             if (h.dof * h.table.degree <= CHEAP && c.largest > 0)
                 spectrum->smallest = smallest(&c);
+            ad_blas_threads();
         }
     }
     chain_free(&c);

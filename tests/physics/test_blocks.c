@@ -1,0 +1,75 @@
+/* Damped Newton steps: (H - i m) x = b by block elimination, put back into the equations. */
+#include "physics/blocks.h"
+#include "published.h"
+#include "tests/close.h"
+
+#include <complex.h>
+#include <math.h>
+#include <stdlib.h>
+
+/* Largest entry of (D^-1 H D^-1 - i m) x - b over the unknowns. */
+static double residual(const struct phys_hessian *h, size_t hold, const double *scale, double m,
+                       const double *x, const double *b)
+{
+    size_t stride = h->table.degree * h->dof, first = ((hold - 1) * h->table.degree + 1) * h->dof;
+    size_t n = ((h->elements + 1 - 2 * hold) * h->table.degree + h->table.degree - 1) * h->dof;
+    double complex *r = malloc(n * sizeof *r);
+    double most = 0;
+    for (size_t k = 0; k < n; k++)
+        r[k] = -(double complex)b[k] - I * m * (x[2 * k] + I * x[2 * k + 1]);
+    for (size_t e = 0; e < h->elements; e++)
+        for (size_t i = 0; i < h->side; i++)
+            for (size_t j = 0; j < h->side; j++) {
+                size_t row = e * stride + i - first, col = e * stride + j - first;
+                if (row < n && col < n)
+                    r[row] += h->element[(e * h->side + j) * h->side + i] * scale[i % h->dof] *
+                              scale[j % h->dof] * (x[2 * col] + I * x[2 * col + 1]);
+            }
+    for (size_t k = 0; k < n; k++)
+        most = fmax(most, cabs(r[k]));
+    free(r);
+    return most;
+}
+
+static void damped_equations_are_solved(void **state)
+{
+    static const struct {
+        const char *rule;
+        size_t slices, hold;
+        double damping;
+    } cases[] = {{"left", 12, 1, 0.3},   {"left", 3, 1, 1e-5},   {"midpoint", 12, 4, 10},
+                 {"gauss2", 12, 1, 0.3}, {"gauss5", 9, 2, 1e-3}, {"gauss3", 3, 1, 0.3}};
+    const double scale[] = {0.7, 1.3};
+    (void)state;
+    struct phys_system system;
+    struct ad_error error = {0};
+    phys_system_open("dblpend", &system, &error);
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        const struct phys_rule *rule = phys_rule_find(cases[k].rule, &error);
+        struct phys_hessian h;
+        struct phys_blocks blocks;
+        size_t n = rule->degree * 2 * cases[k].slices;
+        phys_hessian_new(&h, &system, rule, cases[k].slices, 0.4, &error);
+        assert_no_error(&error);
+        double *path = malloc(2 * n * sizeof *path), *b = path + n;
+        for (size_t i = 0; i < n; i++)
+            path[i] = b[i] = sin(1.3 * (double)i);
+        phys_hessian_at(&h, path, 0);
+        assert_true(phys_blocks_new(&blocks, &h, cases[k].hold, scale));
+        assert_true(phys_blocks_factor(&blocks, cases[k].damping));
+        phys_blocks_solve(&blocks, path);
+        double r = residual(&h, cases[k].hold, scale, cases[k].damping, blocks.right, b);
+        assert_close(r, 0, 0, 1e-12);
+        assert_true(path[0] == blocks.right[0]);
+        phys_blocks_free(&blocks);
+        phys_hessian_free(&h);
+        free(path);
+    }
+    phys_system_close(&system);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(damped_equations_are_solved)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
