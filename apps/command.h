@@ -1,4 +1,4 @@
-/* A subcommand: one file, one const struct, one line in the table of main.c. */
+/* A subcommand: one file, one const struct, one line in commands.def. */
 #ifndef APPS_COMMAND_H
 #define APPS_COMMAND_H
 
@@ -19,9 +19,8 @@ struct command {
     int (*run)(const void *options, struct ad_error *error);
 };
 
-extern const struct command command_scenes, command_path, command_simulate, command_check,
-    command_chart, command_dump, command_train, command_dataset, command_quantum, command_manual,
-    command_completion;
+#define COMMAND(name) extern const struct command command_##name;
+#include "commands.def"
 
 /* All of them, in the order of --help; NULL at the end. */
 extern const struct command *const commands[];

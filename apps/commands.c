@@ -5,9 +5,9 @@
 #include <string.h>
 
 const struct command *const commands[] = {
-    &command_scenes, &command_path,   &command_simulate,   &command_quantum,
-    &command_check,  &command_chart,  &command_dump,       &command_dataset,
-    &command_train,  &command_manual, &command_completion, NULL,
+#define COMMAND(name) &command_##name,
+#include "commands.def"
+    NULL,
 };
 
 const struct command *command_find(const char *name, struct ad_error *error)

@@ -17,7 +17,7 @@ static char *full_source(const ad_program *p, const struct compiler *c, struct n
     FILE *out = body ? open_memstream(&text, &bytes) : NULL;
     if (out) {
         fprintf(out, "/* leastaction %d, %s\n  ", NATIVE_VERSION, c->identity);
-        for (const char *const *flag = ad_native_flags(p->kernels->isa); *flag; flag++)
+        for (const char *const *flag = ad_cc_flags(p->kernels->isa); *flag; flag++)
             fprintf(out, " %s", *flag);
         for (size_t k = 0; c->words[k]; k++)
             fprintf(out, " %s", c->words[k]);
@@ -131,8 +131,7 @@ bool ad_native(ad_program *p, double runs, struct ad_error *note)
         ad_fail(note, AD_E_ARGUMENT, "too few runs to pay");
         return false;
     }
-    if (!ad_native_compiler(&compiler, note) ||
-        !install(p, &compiler, saved > compile_seconds(p), note)) {
+    if (!ad_cc_find(&compiler, note) || !install(p, &compiler, saved > compile_seconds(p), note)) {
         ad_fail(note, AD_E_ARGUMENT, "not in the cache, and too few runs to pay for compiling");
         return false;
     }

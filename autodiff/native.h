@@ -1,8 +1,8 @@
 /* Inside of the compiled back end. Fused segments become C, one function each (native_segment.c)
-   over vectors of the compiler's own vector type (native_vectors.c); the system's compiler makes a
-   shared object of it (native_cc.c), kept in the user's cache folder (native_cache.c) and loaded
-   in place of the interpreter (native.c). Matrix products and what else stands alone stay as they
-   are; so does the interpreter, for whoever has no compiler, and as the oracle.
+   over vectors of the compiler's own vector type (native_vectors.c); the system's compiler (cc.c)
+   makes a shared object of it, kept in the user's cache folder (native_cache.c) and loaded in place
+   of the interpreter (native.c). Matrix products and what else stands alone stay as they are; so
+   does the interpreter, for whoever has no compiler, and as the oracle.
 
    A function keeps what the interpreter has in tiles in registers, and does the same operations in
    the same order: the same bits, except in sums and in functions like sin, where lanes and
@@ -10,6 +10,7 @@
 #ifndef AUTODIFF_NATIVE_H
 #define AUTODIFF_NATIVE_H
 
+#include "cc.h"
 #include "program.h"
 
 #include <stdio.h>
@@ -49,21 +50,6 @@ bool ad_native_segment(FILE *out, const ad_program *program, const struct walk *
 /* The source of a program, which the caller frees, and the segments that run it: the fused ones
    stand, in order, for its functions run0, run1, ... NULL when out of memory. */
 char *ad_native_source(const ad_program *program, struct native *native);
-
-/* The compiler in the environment (CC, or cc): false, with a reason in `note`, where there is
-   none. `words` [MAX_WORDS + 1] point into `text`. */
-enum { MAX_WORDS = 8 };
-struct compiler {
-    char text[512];
-    char *words[MAX_WORDS + 1];
-    char identity[512]; /* path, size, time of change */
-};
-bool ad_native_compiler(struct compiler *compiler, struct ad_error *note);
-/* The flags for an instruction set, NULL at the end. */
-const char *const *ad_native_flags(const char *isa);
-/* Compiles a file to a shared object; false, with a reason in `note`, where that fails. */
-bool ad_native_compile(const struct compiler *compiler, const char *isa, const char *source,
-                       const char *object, struct ad_error *note);
 
 /* The shared object of this source: from the cache folder if it is there and unhurt, else, with
    `compiler` given, compiled and kept there. NULL, with a reason in `note`, where that cannot be.

@@ -156,7 +156,7 @@ static bool build(const char *path, const char *source, const char *isa, const s
     done = close(file) == 0 && done;
     if (done && (done = (empty = new_file(path, object)) >= 0)) {
         close(empty);
-        done = ad_native_compile(c, isa, text, object, note) && chmod(object, 0600) == 0 &&
+        done = ad_cc_compile(c, isa, text, object, note) && chmod(object, 0600) == 0 &&
                seal(object, source) && rename(object, path) == 0;
         if (!done)
             unlink(object);

@@ -15,10 +15,8 @@ static void build(const char *name)
 {
     shell_clean();
     assert_int_equal(
-        shell("${CC:-cc} -std=c11 -D_XOPEN_SOURCE=700 -Wall -Wextra -Wpedantic -Werror -shared "
-              "-fPIC -I$ROOT $ROOT/docs/examples/%s.c -o %s.so",
-              name, name),
-        0);
+        shell("$LA build $ROOT/docs/examples/%s.c --include $ROOT --out %s.so", name, name), 0);
+    assert_string_equal(shell_err(), ""); /* no warnings */
     assert_int_equal(shell("$LA check ./%s.so", name), 0);
 }
 
@@ -146,12 +144,31 @@ static void test_torus(void **state)
     assert_true(strtod(error + strlen("\"max_error\": "), NULL) < 1e-10);
 }
 
+static void test_refusals(void **state)
+{
+    (void)state;
+    shell_clean();
+    assert_int_equal(shell("$LA build nothing.c --include $ROOT"), 2);
+    assert_string_equal(shell_err(), "leastaction build: nothing.c: cannot be read\n");
+    assert_int_equal(
+        shell("echo 'int f(void) { return g; }' > wrong.c; $LA build wrong.c --include $ROOT"), 2);
+    assert_non_null(strstr(shell_err(), "wrong.c:1:"));
+    assert_non_null(strstr(shell_err(), "does not compile it, for the reasons above\n"));
+    assert_int_equal(shell("echo 'int x;' > none.c; $LA build none.c --include $ROOT"), 2);
+    assert_non_null(strstr(shell_err(), "leastaction_scene"));
+    assert_int_equal(shell("$LA build none.c --include $ROOT --out none.c"), 2);
+    assert_int_equal(shell("CC=no-such-compiler $LA build none.c --include $ROOT"), 2);
+    assert_non_null(strstr(shell_err(), "no-such-compiler"));
+    assert_int_equal(shell_files(), 2); /* the sources: nothing half-made stays */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_magnetic), cmocka_unit_test(test_relativistic),
-        cmocka_unit_test(test_driven),   cmocka_unit_test(test_hoop),
-        cmocka_unit_test(test_chain),    cmocka_unit_test(test_torus),
+        cmocka_unit_test(test_refusals),     cmocka_unit_test(test_magnetic),
+        cmocka_unit_test(test_relativistic), cmocka_unit_test(test_driven),
+        cmocka_unit_test(test_hoop),         cmocka_unit_test(test_chain),
+        cmocka_unit_test(test_torus),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }

@@ -1,11 +1,12 @@
 /* The system's C compiler: which one, with what flags, and a run of it. No shell comes in between.
  */
-#include "native.h"
+#include "cc.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
 #include <spawn.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -51,7 +52,7 @@ static bool identify(const char *path, struct compiler *c)
                     (long long)s.st_mtime) < (int)sizeof c->identity;
 }
 
-bool ad_native_compiler(struct compiler *c, struct ad_error *note)
+bool ad_cc_find(struct compiler *c, struct ad_error *note)
 {
     char path[PATH_MAX];
     const char *name = getenv("CC");
@@ -83,29 +84,31 @@ static const char *const libraries[] = {
 #endif
     "-lm", NULL};
 
-const char *const *ad_native_flags(const char *isa)
+const char *const *ad_cc_flags(const char *isa)
 {
     return strcmp(isa, "avx512") == 0 ? avx512 : strcmp(isa, "avx2") == 0 ? avx2 : base;
 }
 
-static void append(char *to[], size_t *n, const char *const *words)
+static void append(const char *to[], size_t *n, const char *const *words)
 {
     while (*words)
-        to[(*n)++] = (char *)(uintptr_t)*words++; /* posix_spawn does not write to them */
+        to[(*n)++] = *words++;
+    to[*n] = NULL;
 }
 
-/* Runs a program with nothing to read and nowhere to print; its exit status, or -1. */
-static int run(char *const words[])
+/* Runs a program with nothing to read; its exit status, or -1. */
+static int run(char *const words[], bool silent)
 {
     posix_spawn_file_actions_t files;
     pid_t child;
     int status = -1;
     if (posix_spawn_file_actions_init(&files) != 0)
         return -1;
-    bool started = posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0) == 0 &&
-                   posix_spawn_file_actions_addopen(&files, 1, "/dev/null", O_WRONLY, 0) == 0 &&
-                   posix_spawn_file_actions_addopen(&files, 2, "/dev/null", O_WRONLY, 0) == 0 &&
-                   posix_spawnp(&child, words[0], &files, NULL, words, environ) == 0;
+    bool started =
+        posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0) == 0 &&
+        (!silent || (posix_spawn_file_actions_addopen(&files, 1, "/dev/null", O_WRONLY, 0) == 0 &&
+                     posix_spawn_file_actions_addopen(&files, 2, "/dev/null", O_WRONLY, 0) == 0)) &&
+        posix_spawnp(&child, words[0], &files, NULL, words, environ) == 0;
     posix_spawn_file_actions_destroy(&files);
     if (!started)
         return -1;
@@ -115,18 +118,26 @@ static int run(char *const words[])
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-bool ad_native_compile(const struct compiler *c, const char *isa, const char *source,
-                       const char *object, struct ad_error *note)
+enum { MAX_ARGUMENTS = 32 };
+
+int ad_cc_run(const struct compiler *c, const char *const *arguments, bool silent)
 {
-    enum { MAX_FLAGS = 32 };
-    char *words[MAX_WORDS + MAX_FLAGS];
+    const char *words[MAX_WORDS + MAX_ARGUMENTS + 1];
     size_t n = 0;
     append(words, &n, (const char *const *)c->words);
-    append(words, &n, ad_native_flags(isa));
+    append(words, &n, arguments);
+    return run((char *const *)(uintptr_t)words, silent); /* posix_spawn does not write to them */
+}
+
+bool ad_cc_compile(const struct compiler *c, const char *isa, const char *source,
+                   const char *object, struct ad_error *note)
+{
+    const char *words[MAX_ARGUMENTS + 1];
+    size_t n = 0;
+    append(words, &n, ad_cc_flags(isa));
     append(words, &n, (const char *const[]){"-x", "c", "-o", object, source, "-x", "none", NULL});
     append(words, &n, libraries);
-    words[n] = NULL;
-    if (run(words) == 0)
+    if (ad_cc_run(c, words, true) == 0)
         return true;
     ad_fail(note, AD_E_IO, "%s does not compile what the program became", c->words[0]);
     return false;

@@ -1,0 +1,149 @@
+/* leastaction build: a Lagrangian of a user's own, from C to a scene that every subcommand takes.
+ */
+#include "command.h"
+#include "../autodiff/cc.h"
+#include "../physics/physics.h"
+#include "../physics/whole.h"
+
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+struct options {
+    struct common common;
+    const char *out, *include;
+};
+
+/* Cuts the last part off a path; false where there is none left. */
+static bool to_parent(char *path)
+{
+    char *slash = strrchr(path, '/');
+    if (!slash || slash == path)
+        return false;
+    *slash = '\0';
+    return true;
+}
+
+static bool has_headers(const char *folder)
+{
+    char header[PATH_MAX];
+    return snprintf(header, sizeof header, "%s/physics/physics.h", folder) < PATH_MAX &&
+           access(header, R_OK) == 0;
+}
+
+/* The headers that belong to this command: where both were installed, or in the tree it was built
+   in. */
+static enum ad_status find_headers(char folder[PATH_MAX], struct ad_error *error)
+{
+    char at[PATH_MAX];
+    ssize_t length = readlink("/proc/self/exe", at, sizeof at - 1);
+    at[length > 0 ? length : 0] = '\0';
+    while (to_parent(at)) {
+        snprintf(folder, PATH_MAX, "%.*s/include/leastaction", PATH_MAX - 32, at);
+        if (has_headers(folder))
+            return AD_OK;
+        memcpy(folder, at, sizeof at);
+        if (has_headers(folder))
+            return AD_OK;
+    }
+    return ad_fail(error, AD_E_INPUT,
+                   "physics/physics.h is not near the command; --include FOLDER");
+}
+
+/* my_scene.c becomes my_scene.so; the caller frees. */
+static char *default_out(const char *source)
+{
+    const char *dot = strrchr(source, '.'), *slash = strrchr(source, '/');
+    size_t stem = dot && (!slash || dot > slash) ? (size_t)(dot - source) : strlen(source);
+    char *out = malloc(stem + sizeof ".so");
+    if (out) {
+        memcpy(out, source, stem);
+        memcpy(out + stem, ".so", sizeof ".so");
+    }
+    return out;
+}
+
+static enum ad_status compile(const char *source, const char *include, const char *to,
+                              struct ad_error *error)
+{
+    struct compiler compiler;
+    const char *const words[] = {"-std=c11", "-D_XOPEN_SOURCE=700",
+                                 "-O2",      "-Wall",
+                                 "-shared",  "-fPIC",
+                                 "-I",       include,
+                                 source,     "-o",
+                                 to,         "-lm",
+                                 NULL};
+    if (access(source, R_OK) != 0)
+        return ad_fail(error, AD_E_INPUT, "%s: cannot be read", source);
+    if (!ad_cc_find(&compiler, error))
+        return error->status;
+    if (ad_cc_run(&compiler, words, false) != 0)
+        return ad_fail(error, AD_E_INPUT, "%s: %s does not compile it, for the reasons above",
+                       source, compiler.words[0]);
+    return AD_OK;
+}
+
+/* What was compiled is a scene. */
+static enum ad_status try_scene(const char *library, struct phys_system *system,
+                                struct ad_error *error)
+{
+    char path[PATH_MAX]; /* with a slash: a file, not the name of a scene */
+    snprintf(path, sizeof path, "%s%s", strchr(library, '/') ? "" : "./", library);
+    return phys_system_open(path, system, error);
+}
+
+static void report(const struct options *options, const struct phys_system *system, const char *out)
+{
+    if (!options->common.quiet)
+        printf("%s: %s, %zu coordinate%s; leastaction check %s%s looks whether it is right\n", out,
+               system->scene->what, system->dof, system->dof == 1 ? "" : "s",
+               strchr(out, '/') ? "" : "./", out);
+}
+
+static int run(const void *values, struct ad_error *error)
+{
+    const struct options *options = values;
+    const char *source = options->common.argument[0];
+    char *out = options->out ? strdup(options->out) : default_out(source), folder[PATH_MAX];
+    struct phys_whole file = {0};
+    struct phys_system system = {0};
+    if (!out)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else if (strcmp(out, source) == 0)
+        ad_fail(error, AD_E_ARGUMENT, "--out names the source, %s", source);
+    else if ((options->include || find_headers(folder, error) == AD_OK) &&
+             phys_whole_begin(&file, out, error) == AD_OK &&
+             compile(source, options->include ? options->include : folder, file.temporary, error) ==
+                 AD_OK &&
+             try_scene(file.temporary, &system, error) == AD_OK &&
+             phys_whole_commit(&file, error) == AD_OK)
+        report(options, &system, out);
+    phys_system_close(&system);
+    phys_whole_abandon(&file);
+    free(out);
+    return command_status(error);
+}
+
+#define AT(member) offsetof(struct options, member)
+
+static const struct option table[] = {
+    {"out", "FILE.so", OPTION_TEXT, NULL, "the scene [SCENE.so]", AT(out)},
+    {"include", "FOLDER", OPTION_TEXT, NULL, "with physics/physics.h in it [beside the command]",
+     AT(include)},
+};
+
+const struct command command_build = {
+    .line = {.name = "build",
+             .what = "a scene from a Lagrangian in C",
+             .arguments = {"SCENE.c"},
+             .options = table,
+             .n_options = sizeof table / sizeof *table,
+             .more =
+                 "SCENE.c exports const struct phys_scene leastaction_scene (physics/physics.h)."
+                 "\nThe compiler is $CC, or cc."},
+    .bytes = sizeof(struct options),
+    .run = run,
+};
