@@ -84,6 +84,11 @@ void hnn_model_write(const hnn_model *model, phys_runfile *file, const char *com
     if (scaling->centre)
         phys_runfile_write(file, "normalisation", AD_F64, 2, (size_t[]){3, hnn_states(model)},
                            scaling->centre);
+    if (model->range) {
+        phys_runfile_write(file, "range", AD_F64, 2, (size_t[]){2, hnn_states(model) + 1},
+                           model->range);
+        phys_runfile_text(file, "range", "axes", "least and largest seen; state, then H");
+    }
 }
 
 enum ad_status hnn_model_save(const hnn_model *model, const char *name, const char *command,
@@ -227,6 +232,22 @@ static void read_normalisation(const struct reading *r, hnn_model *model, double
         ad_fail(r->error, AD_E_INPUT, "%s: damaged: %s", r->name, why.message);
 }
 
+static void read_range(const struct reading *r, hnn_model *model)
+{
+    struct phys_runfile_item item;
+    struct ad_error none = {0};
+    size_t width = hnn_states(model) + 1;
+    if (failed(r) || phys_runfile_shape(r->file, "range", &item, &none) != AD_OK)
+        return;
+    if (item.rank != 2 || item.dims[0] != 2 || item.dims[1] != width)
+        ad_fail(r->error, AD_E_INPUT, "%s: 'range' has another shape, expected 2 x %zu", r->name,
+                width);
+    else if (!(model->range = malloc(2 * width * sizeof *model->range)))
+        ad_fail(r->error, AD_E_MEMORY, "out of memory");
+    else
+        phys_runfile_read(r->file, "range", 0, 2, model->range, r->error);
+}
+
 struct note_reading {
     hnn_model *model;
     struct ad_error *error;
@@ -250,6 +271,7 @@ static void read_parameters(const struct reading *r, hnn_model *model)
     for (size_t k = 0; k < model->n_blocks; k++)
         read_block(r, model, &model->block[k], values);
     read_normalisation(r, model, values);
+    read_range(r, model);
     free(values);
 }
 

@@ -107,6 +107,17 @@ enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const
 /* `rate` of the above, [2n]; NULL where there is none. */
 const double *hnn_model_rate_scale(const hnn_model *model);
 
+/* What a model has seen: the least and the largest value of every component of the state, and of H
+   (NaN where the model has none). */
+struct hnn_range {
+    const double *low, *high; /* [2n + 1], H last */
+};
+/* From states x [2n x n]; those of H from some thousands of them. Training does this itself, but
+   for models of pixels. Part of the model from now on. AD_E_MEMORY. */
+enum ad_status hnn_model_see(hnn_model *model, size_t n, const double *x, struct ad_error *error);
+/* low NULL: nothing was seen. */
+struct hnn_range hnn_model_range(const hnn_model *model);
+
 /* A remark that goes with the model into its file, as an attribute of that name: names of columns,
    units, where the data come from. A NULL text removes it. AD_E_MEMORY. */
 enum ad_status hnn_model_note(hnn_model *model, const char *name, const char *text,

@@ -35,6 +35,7 @@ struct hnn_model {
     size_t encoder, decoder; /* first blocks of an autoencoder; two a layer, all layers */
     struct hnn_block block[HNN_BLOCKS_MOST];
     struct hnn_scaling scaling;
+    double *range;    /* low [2n + 1], then high, H last; NULL: not known */
     void *parameters; /* [size] of settings.precision */
     uint64_t version; /* counts changes of the parameters */
     enum ad_type evaluate_in;
@@ -80,6 +81,13 @@ enum ad_status hnn_start_draw(const hnn_model *model, double *values, struct ad_
 /* Elements as doubles and back, whatever their type. */
 void hnn_to_double(enum ad_type type, size_t n, const void *from, double *to);
 void hnn_from_double(enum ad_type type, size_t n, const double *from, void *to);
+
+/* What hnn_model_see does, in two parts: from all states x [2n x n], and from H at some of them, of
+   any type, with the present parameters (range.c). */
+enum ad_status hnn_range_states(hnn_model *model, size_t n, const double *x,
+                                struct ad_error *error);
+enum ad_status hnn_range_energy(hnn_model *model, enum ad_type type, size_t n, const void *x,
+                                struct ad_error *error);
 
 void hnn_evaluator_free(struct hnn_evaluator *evaluator);
 

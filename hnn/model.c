@@ -77,6 +77,7 @@ void hnn_model_free(hnn_model *model)
     hnn_evaluator_free(model->one);
     hnn_evaluator_free(model->many);
     free(model->scaling.centre);
+    free(model->range);
     free(model->parameters);
     free(model);
 }

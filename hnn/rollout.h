@@ -82,6 +82,10 @@ double hnn_energy_mse(const struct phys_ode *ode, const struct hnn_path *a,
 double hnn_energy_drift(const struct phys_ode *ode, const struct hnn_path *path,
                         const struct hnn_rollout_settings *settings);
 
+/* The first sample outside what the model has seen in its training, energies first, with words for
+   it in `what`; path->n where there is none, or where it is not known what it has seen. */
+size_t hnn_path_outside(hnn_model *model, const struct hnn_path *path, char *what, size_t size);
+
 /* ---- trials ---- */
 
 /* A model beside a published system, from random starts of that system. Zero: as published. */

@@ -79,6 +79,9 @@ static enum ad_status prepare_data(hnn_trainer *t, const struct hnn_samples *tra
     if (hnn_data_new(&t->train, type, train, x_rows, rows, error) != AD_OK ||
         hnn_data_new(&t->test, type, test, x_rows, rows, error) != AD_OK)
         return error->status;
+    if (!t->model->settings.pixels &&
+        hnn_range_states(t->model, train->n, train->x, error) != AD_OK)
+        return error->status;
     if (t->settings.batch)
         hnn_data_shuffle(&t->train, t->settings.seed, error);
     return error->status;
@@ -170,10 +173,13 @@ double hnn_trainer_product_share(hnn_trainer *t)
     return products / (now() - began);
 }
 
-void hnn_trainer_deliver(hnn_trainer *t)
+enum ad_status hnn_trainer_deliver(hnn_trainer *t, struct ad_error *error)
 {
     bool best = t->best && isfinite(t->best_loss);
     hnn_model_set_parameters(t->model, best ? t->best : hnn_problem_point(&t->problem));
+    if (t->model->settings.pixels)
+        return AD_OK;
+    return hnn_range_energy(t->model, t->train.type, t->train.n, t->train.x, error);
 }
 
 /* ---- running ---- */
@@ -257,6 +263,5 @@ enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_er
         if (!*stop && t->settings.progress && !t->settings.progress(t->settings.context, t))
             *stop = HNN_STOP_INTERRUPTED;
     }
-    hnn_trainer_deliver(t);
-    return AD_OK;
+    return hnn_trainer_deliver(t, error);
 }

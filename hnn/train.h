@@ -146,7 +146,7 @@ struct hnn_trainer {
 /* Appends a row to the history; AD_E_MEMORY. */
 enum ad_status hnn_history_add(hnn_trainer *trainer, const struct hnn_row *row,
                                struct ad_error *error);
-/* Hands the parameters found so far to the model. */
-void hnn_trainer_deliver(hnn_trainer *trainer);
+/* Hands the parameters found so far to the model, and what it has seen. */
+enum ad_status hnn_trainer_deliver(hnn_trainer *trainer, struct ad_error *error);
 
 #endif

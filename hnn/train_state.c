@@ -87,9 +87,8 @@ enum ad_status hnn_trainer_save(hnn_trainer *t, const char *name, const char *co
                                 struct ad_error *error)
 {
     phys_runfile *file;
-    if (phys_runfile_create(name, &file, error) != AD_OK)
+    if (hnn_trainer_deliver(t, error) != AD_OK || phys_runfile_create(name, &file, error) != AD_OK)
         return error->status;
-    hnn_trainer_deliver(t);
     hnn_model_write(t->model, file, command);
     write_state(t, file);
     return phys_runfile_commit(file, error);
