@@ -107,14 +107,18 @@ struct hnn_task {
     /* y [2 dof] = (q, p) at time 0 */
     void (*start)(struct phys_random *random, const struct hnn_sampling *sampling, double *y);
     struct hnn_sampling published;
-    /* How the published energy errors were computed, where not from H at the true time: another
-       "energy", NULL: H; and the models' time over the true one, 0: 1. */
+    /* How the published energy errors were computed: from other starts, NULL: as the data; not from
+       H, NULL: H; over a time of the models longer than the true one by a factor, 0: 1. */
+    void (*published_start)(struct phys_random *random, const struct hnn_sampling *sampling,
+                            double *y);
     phys_hamiltonian *published_energy;
     double time_stretch;
 };
 extern const struct hnn_task *const hnn_tasks[]; /* NULL-terminated */
 /* AD_E_ARGUMENT names the nearest. */
 const struct hnn_task *hnn_task_find(const char *name, struct ad_error *error);
+/* One random start y [2 dof]; strength NaN: as published. */
+void hnn_task_start(const struct hnn_task *task, double strength, uint64_t seed, double *y);
 /* Its equations of motion, y = (q, p); frees by phys_ode_free. */
 enum ad_status hnn_task_ode(const struct hnn_task *task, double strength, struct phys_ode *ode,
                             struct ad_error *error);

@@ -88,7 +88,7 @@ size_t hnn_path_outside(hnn_model *model, const struct hnn_path *path, char *wha
 
 /* ---- trials ---- */
 
-/* A model beside a published system, from random starts of that system. Zero: as published. */
+/* A model beside a published system, from random starts as published. Zero: as published. */
 struct hnn_trials {
     size_t starts, points; /* 0: 15; outputs of each, both ends included, 0: 100 */
     double time;           /* 0: 20 */
@@ -100,10 +100,11 @@ struct hnn_trials {
 
 /* Means over starts. */
 struct hnn_score {
-    double energy_mse; /* true energy, true time */
+    double energy_mse;       /* true energy, true time */
+    double energy_mse_model; /* the model's own H, of its motion and of the true one; or NaN */
     /* As the published code computed it (hnn_task.published_energy, time_stretch). */
     double energy_mse_published;
-    double coordinate_mse, conserved_drift; /* the latter NaN where the model has no energy */
+    double coordinate_mse, conserved_drift; /* the latter NaN likewise */
     size_t evaluations;
     double seconds;
 };

@@ -89,6 +89,7 @@ static enum ad_status try_start(const struct setting *s, const double *x0, struc
         hnn_rollout(&s->truth, &s->of_truth, x0, &truth, &unused, error) == AD_OK &&
         published_error(s, x0, &path, &truth, &sum->energy_mse_published, error) == AD_OK) {
         sum->energy_mse += hnn_energy_mse(&s->truth, &path, &truth);
+        sum->energy_mse_model += hnn_energy_mse(s->model, &path, &truth);
         sum->coordinate_mse += hnn_path_mse(&path, &truth);
         sum->conserved_drift += hnn_energy_drift(s->model, &path, &s->of_model);
         sum->evaluations += info.evaluations;
@@ -109,10 +110,12 @@ enum ad_status hnn_task_trials(const struct phys_ode *model, const struct hnn_ta
     *score = (struct hnn_score){0};
     if (prepare(task, trials, &s, error) == AD_OK)
         for (size_t k = 0; k < starts && error->status == AD_OK; k++) {
-            task->start(&s.random, &s.sampling, x0);
+            (task->published_start ? task->published_start : task->start)(&s.random, &s.sampling,
+                                                                          x0);
             try_start(&s, x0, score, error);
         }
     score->energy_mse *= share;
+    score->energy_mse_model *= share;
     score->energy_mse_published *= share;
     score->coordinate_mse *= share;
     score->conserved_drift *= share;

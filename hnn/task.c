@@ -29,6 +29,16 @@ enum ad_status hnn_task_ode(const struct hnn_task *task, double strength, struct
     return status;
 }
 
+void hnn_task_start(const struct hnn_task *task, double strength, uint64_t seed, double *y)
+{
+    struct hnn_sampling sampling = task->published;
+    struct phys_random random;
+    if (!isnan(strength))
+        sampling.strength = strength;
+    phys_random_seed(&random, seed);
+    task->start(&random, &sampling, y);
+}
+
 /* ---- what tasks share ---- */
 
 void hnn_task_on_circle(struct phys_random *random, const struct hnn_sampling *s, double point[2])
@@ -42,6 +52,15 @@ void hnn_task_on_circle(struct phys_random *random, const struct hnn_sampling *s
     double radius = hnn_between(random, s->radius_min, s->radius_max);
     point[0] = radius * x / r;
     point[1] = radius * y / r;
+}
+
+void hnn_task_off_axes(struct phys_random *random, const struct hnn_sampling *s, double point[2])
+{
+    (void)s;
+    for (size_t k = 0; k < 2; k++) {
+        double x = hnn_between(random, -0.8, 0.8);
+        point[k] = x + copysign(0.2, x);
+    }
 }
 
 ad_var hnn_task_gravity(ad_var q, ad_var p, double strength)

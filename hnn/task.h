@@ -20,6 +20,10 @@ static inline double hnn_between(struct phys_random *random, double a, double b)
 void hnn_task_on_circle(struct phys_random *random, const struct hnn_sampling *sampling,
                         double point[2]);
 
+/* q and p between 0.2 and 1, of either sign. */
+void hnn_task_off_axes(struct phys_random *random, const struct hnn_sampling *sampling,
+                       double point[2]);
+
 /* Kinetic and potential energy of equal masses 1 in the plane, q and p all x before all y. */
 ad_var hnn_task_gravity(ad_var q, ad_var p, double strength);
 

@@ -27,5 +27,6 @@ const struct hnn_task hnn_task_pendulum = {
                   .radius_min = 1.3,
                   .radius_max = 2.3,
                   .strength = 3},
+    .published_start = hnn_task_off_axes,
     .published_energy = spring,
 };

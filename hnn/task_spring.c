@@ -21,5 +21,6 @@ const struct hnn_task hnn_task_spring = {
                   .radius_min = 0.1,
                   .radius_max = 1,
                   .strength = 1},
+    .published_start = hnn_task_off_axes,
     .time_stretch = 1.09,
 };

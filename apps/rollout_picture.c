@@ -1,0 +1,189 @@
+/* The picture of a rollout (rollout.h), after figure 2 of arXiv 1906.01563: the field of each model
+   with the motion in it, then the error of the state, the model's H, and the true energy over time.
+   With more than one coordinate the motion is shown in the plane of bodies, or over time. */
+#include "field_arrows.h"
+#include "rollout.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { ARROWS = 15, PANEL_WIDTH = 330 };
+
+static const char *const colour[] = {"#1f4e79", "#c0392b"};
+static const char truth_colour[] = "#9a9a9a";
+
+/* ---- data: one row an output; then, a block each, the arrows of the models ---- */
+
+/* Columns of curve c: 2 + c (states + 3) the state, then (a - truth)^2, H, energy. */
+static size_t column(const struct rollout_run *run, size_t c, size_t k)
+{
+    return 2 + c * (run->model[0].ode.n + 3) + k;
+}
+
+static void write_row(const struct rollout_run *run, const struct rollout_curve *c, size_t i,
+                      FILE *out)
+{
+    const struct phys_ode *H = &run->model[0].ode; /* one H for all: the first model's */
+    size_t states = c->path->states;
+    for (size_t k = 0; k < states; k++)
+        fprintf(out, " %.9g", c->path->x[i * states + k]);
+    fprintf(out, " %.9g %.9g %.9g",
+            run->truth.n ? hnn_path_square(c->path, &run->truth, i) : (double)NAN,
+            hnn_path_energy(H, c->path, i), hnn_path_energy(&run->energy, c->path, i));
+}
+
+static void write_rows(const struct rollout_run *run, const struct rollout_curve *curve, size_t n,
+                       FILE *out)
+{
+    fputs("# t; of every curve the state, squared error, H of the first model, true energy\n", out);
+    for (size_t i = 0; i < run->settings.n; i++) {
+        fprintf(out, "%.9g", run->t[i]);
+        for (size_t c = 0; c < n; c++)
+            write_row(run, &curve[c], i, out);
+        fputc('\n', out);
+    }
+}
+
+/* ---- what is shown of the motion ---- */
+
+enum view { PHASE_PLANE, ORBITS, OVER_TIME };
+
+static enum view view_of(const struct rollout_run *run)
+{
+    size_t dof = run->model[0].ode.n / 2;
+    return dof == 1 ? PHASE_PLANE : run->task && dof % 2 == 0 ? ORBITS : OVER_TIME;
+}
+
+/* Over components first ... end-1 of all curves. */
+static struct range span(const struct rollout_curve *curve, size_t n, size_t first, size_t end)
+{
+    struct range range = {INFINITY, -INFINITY};
+    for (size_t c = 0; c < n; c++)
+        for (size_t i = 0; i < curve[c].path->n; i++)
+            for (size_t k = first; k < end; k++)
+                range_widen(&range, curve[c].path->x[i * curve[c].path->states + k]);
+    return range_with_margins(range, 0.12, 0.12);
+}
+
+static void line(FILE *out, const char *x, size_t y, const char *style, const char *hue,
+                 const char *title)
+{
+    fprintf(out, "data index 0 using %s:%zu with lines lw %s lc rgb '%s' title '%s'", x, y, style,
+            hue, title);
+}
+
+static void draw_motion(const struct rollout_run *run, enum view view, size_t c, const char *hue,
+                        const char *style, const char *title, FILE *out)
+{
+    size_t dof = run->model[0].ode.n / 2;
+    size_t n = view == PHASE_PLANE ? 1 : view == ORBITS ? dof / 2 : dof;
+    for (size_t k = 0; k < n; k++) {
+        char x[24] = "1";
+        size_t y = column(run, c, view == PHASE_PLANE ? 1 : view == ORBITS ? dof / 2 + k : k);
+        if (view != OVER_TIME)
+            snprintf(x, sizeof x, "%zu", column(run, c, k));
+        fputs(k ? ", \\\n    " : "", out);
+        line(out, x, y, style, hue, k ? "" : title);
+    }
+}
+
+/* ---- panels ---- */
+
+static void motion_axes(const struct rollout_run *run, const struct rollout_curve *curve, size_t n,
+                        enum view view, FILE *out)
+{
+    size_t dof = run->model[0].ode.n / 2;
+    const char *unit = hnn_model_noted(run->model[0].model, "unit");
+    struct range x = view == OVER_TIME     ? (struct range){run->t[0], run->t[run->settings.n - 1]}
+                     : view == PHASE_PLANE ? span(curve, n, 0, 1)
+                                           : span(curve, n, 0, dof / 2);
+    struct range y = view == OVER_TIME     ? span(curve, n, 0, dof)
+                     : view == PHASE_PLANE ? span(curve, n, 1, 2)
+                                           : span(curve, n, dof / 2, dof);
+    axis_set(out, "x", view == OVER_TIME ? "t" : view == ORBITS ? "x" : "q", unit, x, 0);
+    axis_set(out, "y", view == OVER_TIME ? "q" : view == ORBITS ? "y" : "p", unit, y, 0);
+    fprintf(out, "set size %s\n", view == ORBITS ? "ratio -1" : "noratio");
+}
+
+static void motion_panel(const struct rollout_run *run, const struct rollout_curve *curve, size_t n,
+                         size_t model, FILE *out)
+{
+    enum view view = view_of(run);
+    motion_axes(run, curve, n, view, out);
+    fprintf(out, "set title '%s'\nplot ", rollout_name(&run->model[model]));
+    if (view == PHASE_PLANE)
+        fprintf(out,
+                "data index %zu using 1:2:3:4 with vectors head size screen 0.005,20 filled lw 0.8 "
+                "lc rgb '#a3b4c6' notitle, \\\n    ",
+                model + 1);
+    if (run->truth.n) {
+        draw_motion(run, view, n - 1, truth_colour, "3.5", "truth", out);
+        fputs(", \\\n    ", out);
+    }
+    draw_motion(run, view, model, colour[model], "1.3", rollout_name(&run->model[model]), out);
+    fputc('\n', out);
+}
+
+/* A quantity over time, of all curves that have it. */
+static void time_panel(const struct rollout_run *run, const struct rollout_curve *curve, size_t n,
+                       const char *title, size_t quantity, bool of_truth, FILE *out)
+{
+    struct range time = {run->t[0], run->t[run->settings.n - 1]};
+    const char *between = "plot ";
+    fprintf(out, "set title '%s'\nset size noratio\nset yrange [*:*]\nunset ylabel\n", title);
+    if (of_truth) /* all curves: one legend for all panels */
+        fputs("set key at screen 0.5,0.05 center horizontal reverse Left samplen 2 maxrows 1\n",
+              out);
+    axis_set(out, "x", "t", NULL, time, 0);
+    for (size_t c = n; c-- > 0;) {
+        bool truth = !curve[c].model;
+        if (truth && !of_truth)
+            continue;
+        fputs(between, out);
+        line(out, "1", column(run, c, run->model[0].ode.n + quantity), truth ? "3.5" : "1.5",
+             truth ? truth_colour : colour[c], truth ? "truth" : rollout_name(curve[c].model));
+        between = ", \\\n    ";
+    }
+    fputc('\n', out);
+}
+
+/* ---- the figure ---- */
+
+static enum ad_status write_arrows(const struct rollout_run *run, const struct rollout_curve *curve,
+                                   size_t n, FILE *out, struct ad_error *error)
+{
+    struct field_plane plane = {0, 1, span(curve, n, 0, 1), span(curve, n, 1, 2), run->x0};
+    for (size_t k = 0; k < run->n_models && view_of(run) == PHASE_PLANE; k++) {
+        fputs("\n\n# arrows: from, along\n", out);
+        if (field_arrows(run->model[k].model, &plane, ARROWS, out, error) != AD_OK)
+            break;
+    }
+    return error->status;
+}
+
+enum ad_status rollout_picture(const struct rollout_run *run, struct plot *plot,
+                               struct ad_error *error)
+{
+    struct rollout_curve curve[ROLLOUT_MODELS + 1];
+    size_t n = rollout_curves(run, curve);
+    bool H = run->model[0].ode.energy, energy = run->truth.n && run->energy.n;
+    FILE *out = plot->script;
+    size_t panels = run->n_models + (run->truth.n > 0) + H + energy;
+    plot->width = (int)panels * PANEL_WIDTH;
+    plot->height = 370;
+    write_rows(run, curve, n, plot->data);
+    fprintf(out,
+            "set border 3 lc rgb '#606060'\nset tics nomirror font ',11'\nunset key\n"
+            "set bmargin 6\nset multiplot layout 1,%zu\n",
+            panels);
+    for (size_t k = run->n_models; k-- > 0;)
+        motion_panel(run, curve, n, k, out);
+    if (run->truth.n)
+        time_panel(run, curve, n, "mean square error of the state", 0, false, out);
+    if (H)
+        time_panel(run, curve, n, "H of the network", 1, true, out);
+    if (energy)
+        time_panel(run, curve, n, "true energy", 2, true, out);
+    fputs("unset multiplot\n", out);
+    return write_arrows(run, curve, n, plot->data, error);
+}

@@ -1,0 +1,104 @@
+/* A rollout followed and measured (rollout.h). */
+#include "rollout.h"
+
+#include <math.h>
+
+static const double truth_tolerance = 1e-12;
+
+const char *rollout_name(const struct rollout_model *model)
+{
+    return hnn_kinds[hnn_model_settings(model->model)->kind];
+}
+
+size_t rollout_curves(const struct rollout_run *run, struct rollout_curve curve[ROLLOUT_MODELS + 1])
+{
+    static const char *const prefix[ROLLOUT_MODELS] = {"", "against_"};
+    size_t n = 0;
+    for (; n < run->n_models; n++)
+        curve[n] = (struct rollout_curve){prefix[n], &run->model[n].path, &run->model[n]};
+    if (run->truth.n)
+        curve[n++] = (struct rollout_curve){"truth_", &run->truth, NULL};
+    return n;
+}
+
+/* Says which of several failed. */
+static enum ad_status named(const char *what, struct ad_error *error)
+{
+    struct ad_error cause = *error;
+    if (cause.status == AD_OK)
+        return AD_OK;
+    *error = (struct ad_error){0};
+    return ad_fail(error, cause.status, "%s: %.300s", what, cause.message);
+}
+
+/* The true motion is given the energy that the model is given. */
+static enum ad_status follow_truth(struct rollout_run *run, struct ad_error *error)
+{
+    struct hnn_rollout_settings s = run->settings;
+    struct hnn_rollout_info info;
+    s.integrator = NULL;
+    s.rtol = truth_tolerance;
+    s.reverse = false;
+    hnn_rollout(&run->energy, &s, run->x0, &run->truth, &info, error);
+    return named(run->task->name, error);
+}
+
+static void measure(const struct rollout_run *run, struct rollout_model *m)
+{
+    m->conserved_drift = hnn_energy_drift(&m->ode, &m->path, &run->settings);
+    if (run->truth.n) {
+        m->coordinate_mse = hnn_path_mse(&m->path, &run->truth);
+        m->energy_mse_model = hnn_energy_mse(&m->ode, &m->path, &run->truth);
+    }
+    if (run->truth.n && run->energy.n)
+        m->energy_mse = hnn_energy_mse(&run->energy, &m->path, &run->truth);
+    m->outside = hnn_path_outside(m->model, &m->path, m->what, sizeof m->what);
+}
+
+static enum ad_status one_start(struct rollout_run *run, struct ad_error *error)
+{
+    if (run->task && follow_truth(run, error) != AD_OK)
+        return error->status;
+    for (size_t k = 0; k < run->n_models; k++) {
+        struct rollout_model *m = &run->model[k];
+        hnn_rollout(&m->ode, &run->settings, run->x0, &m->path, &m->info, error);
+        if (named(m->file, error) != AD_OK)
+            return error->status;
+        measure(run, m);
+    }
+    return AD_OK;
+}
+
+static enum ad_status many_starts(struct rollout_run *run, struct ad_error *error)
+{
+    const struct rollout_options *o = run->options;
+    const struct hnn_rollout_settings *s = &run->settings;
+    struct hnn_trials trials = {.starts = o->starts,
+                                .points = s->n,
+                                .time = s->t[s->n - 1],
+                                .strength = isnan(o->strength) ? 0 : o->strength,
+                                .seed = o->common.seed,
+                                .integrator = s->integrator,
+                                .dt = s->dt,
+                                .rtol = s->rtol};
+    for (size_t k = 0; k < run->n_models; k++) {
+        struct rollout_model *m = &run->model[k];
+        hnn_task_trials(&m->ode, run->task, &trials, &m->score, error);
+        if (named(m->file, error) != AD_OK)
+            return error->status;
+        m->energy_mse = m->score.energy_mse;
+        m->energy_mse_model = m->score.energy_mse_model;
+        m->coordinate_mse = m->score.coordinate_mse;
+        m->conserved_drift = m->score.conserved_drift;
+        m->info = (struct hnn_rollout_info){.evaluations = m->score.evaluations,
+                                            .seconds = m->score.seconds,
+                                            .reversal_error = NAN};
+    }
+    return AD_OK;
+}
+
+enum ad_status rollout_run(struct rollout_run *run, struct ad_error *error)
+{
+    return run->options->starts == OPTION_NO_COUNT ? one_start(run, error)
+                                                   : many_starts(run, error);
+}
