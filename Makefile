@@ -69,7 +69,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests test check demo charts peers hnn-table bench lint format sanitize test-o1 mutants torture fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests test check demo charts docs-pictures peers hnn-table bench lint format sanitize test-o1 mutants torture fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -83,6 +83,7 @@ help:
 	@echo '  check      the same without installing; TEST_DIRS=tests/autodiff for a part'
 	@echo '  demo       install, build, run the six published scenes, leave pictures in demo/'
 	@echo '  charts     speed against accuracy, in charts/ (QUICK=1: a smaller range)'
+	@echo '  docs-pictures  draws the pictures of README.md again'
 	@echo '  hnn-table  trains the published Hamiltonian neural networks: published, ours'
 	@echo '  peers      the same jobs in SciPy, PyTorch, JAX, where installed (PYTHON=python3)'
 	@echo '  bench      gradients by the tape against hand-written C'
@@ -189,9 +190,13 @@ bench: all
 	@$(BUILD)/leastaction chart gradients --out $(BUILD)/bench
 
 charts: all
-	@for kind in gradients integrators paths; do \
+	@for kind in gradients integrators paths gas; do \
 	    $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) || exit; \
 	done
+
+# The pictures of README.md, by the commands it names.
+docs-pictures: all
+	@scripts/docs-pictures $(BUILD)/leastaction
 
 # Other tools on the same jobs, those that $(PYTHON) can import.
 peers: all

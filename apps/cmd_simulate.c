@@ -49,6 +49,9 @@ static int run_simulation(struct simulate_run *run, struct ad_error *error)
     if (error->status == AD_OK && result.info.stop == PHYS_SIMULATION_INTERRUPTED)
         ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are those so far",
                 result.info.t);
+    if (error->status == AD_OK && run->options->until && result.info.stop == PHYS_SIMULATION_END)
+        ad_fail(error, AD_E_ACCURACY, "--until %s: not before t = %g; try a longer --time",
+                run->options->until, result.info.t);
     simulate_result_free(&result);
     return command_status(error);
 }

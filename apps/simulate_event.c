@@ -94,7 +94,16 @@ void event_answers_free(struct event_answers *answers)
 
 /* ---- answers ---- */
 
-void event_answers_print(const struct event_answers *answers, const struct phys_system *system)
+static bool answered(const struct event_answers *answers, const struct event *event)
+{
+    for (size_t i = 0; i < answers->n; i++)
+        if (answers->event[i] == event)
+            return true;
+    return false;
+}
+
+void event_answers_print(const struct event_answers *answers,
+                         const struct event_questions *questions, const struct phys_system *system)
 {
     enum { MOST = 12, WIDE = 3 /* coordinates whose state fits into a line */ };
     for (size_t i = 0; i < answers->n && i < MOST; i++) {
@@ -109,6 +118,9 @@ void event_answers_print(const struct event_answers *answers, const struct phys_
     }
     if (answers->n > MOST)
         printf("  and %zu more: --json and --out have all\n", answers->n - MOST);
+    for (size_t k = 0; k < questions->n; k++)
+        if (!answered(answers, &questions->event[k]))
+            printf("  %-24s not in this time\n", questions->event[k].text);
 }
 
 void event_answers_json(struct json *json, const struct event_answers *answers)

@@ -62,7 +62,9 @@ enum ad_status event_watch_all(const struct event_questions *questions, const st
 void event_watches_free(struct event_watch *watches);
 void event_answers_free(struct event_answers *answers);
 
-void event_answers_print(const struct event_answers *answers, const struct phys_system *system);
+/* Also which questions have no answer. */
+void event_answers_print(const struct event_answers *answers,
+                         const struct event_questions *questions, const struct phys_system *system);
 void event_answers_json(struct json *json, const struct event_answers *answers);
 /* The folder "events": number of the question, time, state. */
 enum ad_status event_answers_file(const struct event_answers *answers,

@@ -85,7 +85,7 @@ void simulate_print(const struct simulate_run *run, const struct simulate_result
         row("closest approach", result->closest.distance, scene->unit);
         row("  at t =", result->closest.t, scene->time_unit);
     }
-    event_answers_print(&result->events, &run->system);
+    event_answers_print(&result->events, &run->questions, &run->system);
     simulate_gas_print(run, &result->gas);
     simulate_outlook_print(run, &result->outlook);
     if (result->has_totals) {

@@ -183,6 +183,9 @@ static void test_events(void **state)
     assert_close(values[3 * (rows - 2)], floor(period / 4 / 0.021) * 0.021, 1e-12, 0);
     free(values);
 
+    assert_int_equal(shell("$LA simulate kepler --until x=3"), 1); /* with the results so far */
+    assert_non_null(strstr(shell_err(), "--until x=3: not before t = 3.14"));
+    assert_non_null(strstr(shell_out(), "not in this time"));
     works("kepler --until distance:1=1 --integrator gauss4 --dt 0.1 --json"); /* end of its axis */
     assert_true(has("\"stop\": \"event\""));
     assert_close(number("time"), M_PI / 2 - 0.6, 1e-4, 0);
