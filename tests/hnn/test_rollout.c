@@ -244,6 +244,37 @@ static void test_trajectory_from_file(void **state)
     assert_non_null(strstr(error.message, "time column"));
 }
 
+/* What a model has seen goes with it into its file; a path beyond it is found. */
+static void test_range(void **state)
+{
+    (void)state;
+    struct hnn_settings settings = small_settings(&small_kinds[1], 1, 3);
+    struct ad_error error = {0};
+    hnn_model *model = small_model(&settings), *loaded = NULL;
+    const double x[] = {-0.5, 0.25, 0.75, /* q */ 1.5, -2, 0.125 /* p */};
+    struct path file = files_temporary("seen.h5");
+    assert_null(hnn_model_range(model).low);
+    assert_int_equal(hnn_model_see(model, 3, x, &error), AD_OK);
+    assert_int_equal(hnn_model_save(model, file.text, NULL, &error), AD_OK);
+    assert_int_equal(hnn_model_load(file.text, &loaded, &error), AD_OK);
+    struct hnn_range seen = hnn_model_range(loaded);
+    assert_true(seen.low[0] == -0.5 && seen.high[0] == 0.75);
+    assert_true(seen.low[1] == -2 && seen.high[1] == 1.5);
+    for (size_t k = 0; k < 3; k++) {
+        double H = hnn_model_energy(model, (double[]){x[k], x[3 + k]});
+        assert_true(H >= seen.low[2] && H <= seen.high[2]);
+    }
+    double t[] = {0, 1}, inside[] = {0.25, -2, 0.25, -2}, away[] = {0.25, -2, 0.25, 40};
+    char what[120] = "";
+    struct hnn_path path = {2, 2, t, inside};
+    assert_int_equal(hnn_path_outside(loaded, &path, what, sizeof what), 2);
+    path.x = away;
+    assert_int_equal(hnn_path_outside(loaded, &path, what, sizeof what), 1);
+    assert_non_null(strstr(what, "seen in training"));
+    hnn_model_free(model);
+    hnn_model_free(loaded);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -254,6 +285,7 @@ int main(void)
         cmocka_unit_test(test_trials),
         cmocka_unit_test(test_true_and_published),
         cmocka_unit_test(test_trajectory_from_file),
+        cmocka_unit_test(test_range),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }
