@@ -146,7 +146,7 @@ static void test_shared_object(void **state)
         shell("sed 's/ad_sin(t)/ad_sin(x)/' $ROOT/tests/apps/scenes/good.c >still.c && cc -shared "
               "-fPIC -I$ROOT -I$ROOT/tests/apps/scenes still.c -o still.so"),
         0);
-    assert_int_equal(shell("$LA quantum --scene ./still.so --box=-4,4 --walls reflect --points 200 "
+    assert_int_equal(shell("$LA quantum --scene ./still.so --box=-4,4 --walls reflect --points 400 "
                            "--dt .1 --steps 10 --json"),
                      0);
     assert_true(number("error") < 0.1);
