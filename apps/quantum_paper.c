@@ -6,7 +6,3 @@ int quantum_paper(const struct quantum_options *options, struct ad_error *error)
     ad_fail(error, AD_E_ARGUMENT, "not yet");
     return WRONG_USE;
 }
-int quantum_slit(const struct quantum_options *options, struct ad_error *error)
-{
-    return quantum_paper(options, error);
-}

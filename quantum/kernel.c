@@ -12,7 +12,7 @@ enum { LANES = 32768 }; /* paths of one run, about */
 
 /* Half the width of the range in which images fade out, in units of where they do. Packets whose
    momenta stay below 1 - FADE of what the grid can hold do not notice. */
-static const double FADE = 0.25;
+static const double FADE = 0.5;
 
 struct kernel {
     const struct qm_slice *slice;

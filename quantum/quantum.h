@@ -84,6 +84,10 @@ enum ad_status qm_aliasing(const struct qm_slice *slice, struct qm_aliasing *ali
    which those faster than the grid can tell apart (|x_a - x_b| D dx > pi hbar) fade out. It does so
    whatever the aliasing: refusing is the caller's. */
 enum ad_status qm_kernel(const struct qm_slice *slice, qm_complex *K, struct ad_error *error);
+/* K of a free particle on a ring, however short dt is, as the quotient of two slices that are long
+   enough (short.c); walls and layers of the slice are not looked at. Right for momenta up to half
+   of what the grid can hold. */
+enum ad_status qm_kernel_short(const struct qm_slice *slice, qm_complex *K, struct ad_error *error);
 /* K becomes K^(2^times), by squaring. */
 enum ad_status qm_kernel_square(size_t n, size_t times, qm_complex *K, struct ad_error *error);
 

@@ -152,13 +152,33 @@ static void test_shared_object(void **state)
     assert_true(number("error") < 0.1);
 }
 
+/* The fringe at the screen is that of two Gaussian slits, but for the barrier's thickness and the
+   packet's length. */
+static void test_double_slit(void **state)
+{
+    (void)state;
+    shell_clean();
+    assert_int_equal(shell("$LA quantum --scene double-slit --json --csv s.csv --out s.h5"), 0);
+    assert_close(number("fringe_expected"), 4.72935358, 1e-8, 0);
+    assert_close(number("fringe"), 4.72935358, 0.04, 0);
+    assert_int_equal(shell_files(), 2);
+    assert_int_equal(shell("$LA quantum --scene double-slit --set apart=6 --json"), 0);
+    assert_close(number("fringe"), 4.72935358 * 4 / 6, 0.04, 0);
+    assert_int_equal(shell("$LA quantum --scene double-slit --set gap=1"), 2);
+    assert_int_equal(shell("$LA quantum --scene double-slit --walls ring"), 2);
+    assert_int_equal(shell("$LA quantum --scene double-slit --points 60"), 2);
+    assert_non_null(strstr(shell_err(), "expected --points"));
+    assert_int_equal(shell("$LA quantum --scene double-slit --steps 20"), 2);
+    assert_non_null(strstr(shell_err(), "expected --steps"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_scenes),        cmocka_unit_test(test_methods),
         cmocka_unit_test(test_many_packets),  cmocka_unit_test(test_aliasing),
         cmocka_unit_test(test_refusals),      cmocka_unit_test(test_outputs),
-        cmocka_unit_test(test_shared_object),
+        cmocka_unit_test(test_shared_object), cmocka_unit_test(test_double_slit),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }

@@ -218,6 +218,31 @@ static void box_revives(void **state)
     phys_system_close(&system);
 }
 
+/* Two hundred slices, each a tenth of what the grid allows. */
+static void short_slices_are_right(void **state)
+{
+    (void)state;
+    enum { N = 256, STEPS = 200 };
+    struct ad_error error = {0};
+    struct phys_system system = system_with("freebody", 1, weightless);
+    struct qm_slice slice = {&system, NULL, {-15, 15, N}, QM_RING, 0, 0.01, 1, 2};
+    struct qm_gaussian packet = {-3, 1, 3};
+    static qm_complex K[N * N], psi[2][N];
+    assert_true(aliasing_of(&slice).ratio > 10);
+    qm_kernel_short(&slice, K, &error);
+    assert_no_error(&error);
+    qm_packet(&slice.grid, 1, &packet, 1, 0, psi[0]);
+    for (size_t k = 0; k < STEPS; k++)
+        qm_kernel_apply(N, K, 1, psi[k % 2], psi[1 - k % 2]);
+    qm_exact_packet(&(struct qm_quadratic){1, 0, 0}, 1, &packet, 2, &slice.grid, psi[1]);
+    assert_close(distance(N, psi[0], psi[1]), 0, 0, 1e-6);
+    phys_system_close(&system);
+    system = system_with("spring", 0, NULL);
+    slice.system = &system;
+    assert_int_equal(qm_kernel_short(&slice, K, &error), AD_E_ARGUMENT);
+    phys_system_close(&system);
+}
+
 static void absorbing_layers_absorb(void **state)
 {
     (void)state;
@@ -292,6 +317,7 @@ int main(void)
         cmocka_unit_test(ghosts_stand_where_said),
         cmocka_unit_test(norm_is_kept_between_walls),
         cmocka_unit_test(box_revives),
+        cmocka_unit_test(short_slices_are_right),
         cmocka_unit_test(absorbing_layers_absorb),
         cmocka_unit_test(misuse_is_refused),
         cmocka_unit_test(threads_change_nothing),
