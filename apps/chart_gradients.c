@@ -18,8 +18,10 @@ static const struct column {
     int over, under; /* quotient of two measurements; under < 0: nanoseconds */
 } columns[] = {
     {"tape_gradient_ns", "tape", 10, 0, TAPE_GRADIENT, -1},
+    {"native_gradient_ns", "compiled", 9, 0, NATIVE_GRADIENT, -1},
     {"hand_gradient_ns", "hand", 8, 0, HAND_GRADIENT, -1},
     {"gradient_ratio", "ratio", 6, 2, TAPE_GRADIENT, HAND_GRADIENT},
+    {"native_gradient_ratio", "compiled", 9, 2, NATIVE_GRADIENT, HAND_GRADIENT},
     {"tape_primal_ns", "primal", 10, 0, TAPE_PRIMAL, -1},
     {"hand_primal_ns", "hand", 8, 0, HAND_PRIMAL, -1},
     {"tape_gradient_per_primal", "grad/primal", 12, 2, TAPE_GRADIENT, TAPE_PRIMAL},

@@ -14,7 +14,7 @@ struct subject {
     double *x, *g;
     struct phys_system system;
     ad_tape *tape;
-    ad_program *gradient, *primal;
+    ad_program *gradient, *native, *primal;
     ad_var path, slope;
     ad_optimiser *adam;
     double sink; /* so that no call is without effect */
@@ -24,6 +24,12 @@ static void run_tape_gradient(void *context)
 {
     struct subject *s = context;
     ad_run(s->gradient);
+}
+
+static void run_native_gradient(void *context)
+{
+    struct subject *s = context;
+    ad_run(s->native);
 }
 
 static void run_hand_gradient(void *context)
@@ -52,9 +58,9 @@ static void run_adam_step(void *context)
 }
 
 static void (*const runs[RACE_JOBS])(void *) = {
-    [TAPE_GRADIENT] = run_tape_gradient, [HAND_GRADIENT] = run_hand_gradient,
-    [TAPE_PRIMAL] = run_tape_primal,     [HAND_PRIMAL] = run_hand_primal,
-    [ADAM_STEP] = run_adam_step,
+    [TAPE_GRADIENT] = run_tape_gradient, [NATIVE_GRADIENT] = run_native_gradient,
+    [HAND_GRADIENT] = run_hand_gradient, [TAPE_PRIMAL] = run_tape_primal,
+    [HAND_PRIMAL] = run_hand_primal,     [ADAM_STEP] = run_adam_step,
 };
 
 /* Bodies around the points of a lattice (angles: around zero), wide enough that none collide. */
@@ -73,6 +79,7 @@ static void subject_close(struct subject *s)
 {
     ad_optimiser_free(s->adam);
     ad_program_free(s->gradient);
+    ad_program_free(s->native);
     ad_program_free(s->primal);
     ad_tape_free(s->tape);
     phys_system_close(&s->system);
@@ -90,9 +97,12 @@ static enum ad_status record(struct subject *s, struct ad_error *error)
     s->path = action.path;
     ad_grad(action.objective, 1, &s->path, &s->slope);
     ad_compile(s->tape, 1, &action.objective, &s->primal);
+    ad_compile(s->tape, 2, (ad_var[]){action.objective, s->slope}, &s->native);
     if (ad_compile(s->tape, 2, (ad_var[]){action.objective, s->slope}, &s->gradient) != AD_OK)
         return ad_fail(error, ad_tape_error(s->tape)->status, "%s",
                        ad_tape_error(s->tape)->message);
+    ad_native(s->native, INFINITY, NULL);
+    ad_set(s->native, s->path, s->x);
     ad_set(s->primal, s->path, s->x);
     return ad_set(s->gradient, s->path, s->x);
 }
@@ -115,16 +125,19 @@ static enum ad_status subject_open(struct subject *s, int scene, struct ad_error
     return record(s, error);
 }
 
-/* Largest difference of the two gradients, relative to the largest entry. */
+/* Largest difference of the tape's gradients to the one by hand, relative to the largest entry. */
 static double disagreement(struct subject *s)
 {
     double largest = 0, difference = 0;
     ad_run(s->gradient);
+    ad_run(s->native);
     const double *tape = ad_data(s->gradient, s->slope);
+    const double *native = ad_data(s->native, s->slope);
     s->hand->gradient(s->x, s->g);
     for (size_t k = 0; k < s->n; k++) {
         largest = fmax(largest, fabs(s->g[k]));
         difference = fmax(difference, fabs(s->g[k] - tape[k]));
+        difference = fmax(difference, fabs(s->g[k] - native[k]));
     }
     return difference / largest;
 }

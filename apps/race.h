@@ -4,11 +4,19 @@
 
 #include "../autodiff/autodiff.h"
 
-enum { TAPE_GRADIENT, HAND_GRADIENT, TAPE_PRIMAL, HAND_PRIMAL, ADAM_STEP, RACE_JOBS };
+enum {
+    TAPE_GRADIENT,   /* interpreted */
+    NATIVE_GRADIENT, /* compiled; interpreted, where there is no compiler */
+    HAND_GRADIENT,
+    TAPE_PRIMAL,
+    HAND_PRIMAL,
+    ADAM_STEP,
+    RACE_JOBS
+};
 
 struct race {
     double ns[RACE_JOBS]; /* of one call; ADAM_STEP: gradient by the tape and the step */
-    double disagreement;  /* of the two gradients, relative to the largest entry */
+    double disagreement;  /* of the three gradients, relative to the largest entry */
 };
 
 /* Measures scene number `scene` of hand.h. */

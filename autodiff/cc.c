@@ -72,7 +72,7 @@ bool ad_cc_find(struct compiler *c, struct ad_error *note)
    into sums, so that the bits are the interpreter's. Everything else is explicit in the source. */
 #define ALWAYS                                                                                     \
     "-O2", "-std=gnu11", "-w", "-shared", "-fPIC", "-ffp-contract=off", "-fno-math-errno",         \
-        "-fno-trapping-math", "-fno-tree-vectorize"
+        "-fno-trapping-math", "-fno-tree-vectorize", "-fno-tree-loop-distribute-patterns"
 static const char *const base[] = {ALWAYS, NULL};
 static const char *const avx2[] = {ALWAYS, "-mavx2", "-mfma", NULL};
 static const char *const avx512[] = {ALWAYS,       "-mavx512f", "-mavx512dq", "-mavx512vl",

@@ -80,10 +80,13 @@ static const char for_numbers[] =
     "static inline R splat1(const char *p) { return load1(p); }\n"
     "static inline R all1(R x) { return x; }\n"
     "static inline I columns1(size_t c) { return (I)c; }\n"
+    "static inline R only1(int m, R v) { return m ? v : 0; }\n"
     "static inline R pick1(int m, R a, R b) { return m ? a : b; }\n"
     "static inline R one1(int m) { return (R)m; }\n"
     "static inline double wide1(R v) { return (double)v; }\n"
     "static inline double total1(double v) { return v; }\n"
+    "static inline void scatter1(char *p, const u32 *list, size_t step, R v, size_t done) {"
+    " char *to = p + list[0] * step; store1(to, load1(to) + v); }\n"
     "static inline R fabs_1(R x) { return LIBM(__builtin_fabs)(x); }\n"
     "static inline R sqrt_1(R x) { return LIBM(__builtin_sqrt)(x); }\n"
     "#define op_powi_1(a, b) whole_1(a, (int)(b))\n";
@@ -98,17 +101,18 @@ static const char whole_power[] = "static inline V@ whole_@(V@ a, int n) {"
 
 /* ---- operations ---- */
 
-/* Texts of the table that are C only for numbers. PICK, ONE: lane by lane c ? a : b, c ? 1 : 0. */
+/* Texts of the table that are C only for numbers. PICK, ONLY, ONE: lane by lane
+   c ? a : b, c ? a : 0, c ? 1 : 0. */
 static const struct {
     enum ad_op op;
     const char *value;
 } chosen[] = {
     {AD_OP_sign, "ONE(x > 0) - ONE(x < 0)"},
     {AD_OP_step, "ONE(x > 0)"},
-    {AD_OP_recip0, "PICK(x == 0, ALL(0), 1 / x)"},
-    {AD_OP_softplus, "PICK(x > 0, x, ALL(0)) + F(log1p)(F(exp)(-F(fabs)(x)))"},
-    {AD_OP_relu, "PICK((x > 0) | (x != x), x, ALL(0))"},
-    {AD_OP_mul0, "PICK((a == 0) | (b == 0), ALL(0), a * b)"},
+    {AD_OP_recip0, "ONLY(x != 0, 1 / x)"},
+    {AD_OP_softplus, "ONLY(x > 0, x) + F(log1p)(F(exp)(-F(fabs)(x)))"},
+    {AD_OP_relu, "ONLY((x > 0) | (x != x), x)"},
+    {AD_OP_mul0, "ONLY((a != 0) & (b != 0), a * b)"},
     {AD_OP_powi, ""}, /* stands with the vectors */
     {AD_OP_min, "PICK((a <= b) | (a != a), a, b)"},
     {AD_OP_max, "PICK((a >= b) | (a != a), a, b)"},
@@ -226,14 +230,14 @@ void ad_native_vectors(FILE *out, const ad_program *p, uint32_t lanes)
     }
     fill_in(out,
             "#define V V@\n#define F(name) name##_@\n#define PICK pick@\n#define ONE one@\n"
-            "#define ALL all@\n",
+            "#define ONLY only@\n",
             lanes);
     for (size_t k = 0; k < LENGTH(functions); k++)
         write_function(out, p, &functions[k], lanes);
     for (int op = 0; op < AD_N_OPS; op++)
         if (ad_ops[op].elementwise)
             write_operation(out, (enum ad_op)op, lanes);
-    fputs("#undef V\n#undef F\n#undef PICK\n#undef ONE\n#undef ALL\n", out);
+    fputs("#undef V\n#undef F\n#undef PICK\n#undef ONE\n#undef ONLY\n", out);
 }
 
 size_t ad_native_vector_bytes(const ad_program *p)

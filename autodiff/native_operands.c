@@ -1,0 +1,178 @@
+/* Operands of compiled operations: loaded once, as far outside of the loops as they may be. */
+#include "native_writer.h"
+
+#include <stdarg.h>
+#include <string.h>
+
+void ad_native_say(const struct writer *w, const char *format, ...)
+{
+    char text[1024];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(text, sizeof text, format, list);
+    va_end(list);
+    for (const char *c = text; *c; c++)
+        if (*c == '@')
+            fprintf(w->out, "%u", w->walk->lanes);
+        else
+            fputc(*c, w->out);
+}
+
+/* ---- where things lie ---- */
+
+void ad_native_row(const struct writer *w, const struct loc *l)
+{
+    if (w->literal)
+        ad_native_say(w, "%u", l->list ? w->p->lists[l->list - 1 + w->row + w->k] : w->row + w->k);
+    else if (l->list)
+        ad_native_say(w, "(size_t)l[%u + r]", l->list - 1 + w->k);
+    else
+        ad_native_say(w, "(r + %u)", w->k);
+}
+
+void ad_native_address(const struct writer *w, const struct loc *l)
+{
+    ad_native_say(w, "m + %zu", l->off);
+    if (l->rs) {
+        ad_native_say(w, " + ");
+        ad_native_row(w, l);
+        ad_native_say(w, " * %zu", l->rs * w->p->element);
+    }
+    if (l->cs && !w->walk->along_rows)
+        ad_native_say(w, " + c * %zu", w->p->element);
+}
+
+static enum scope scope_of(const struct writer *w, const struct loc *l)
+{
+    bool same_row = !l->rs && !l->list;
+    if (w->walk->along_rows)
+        return same_row ? FUNCTION : INNER;
+    if (same_row && !l->cs)
+        return FUNCTION;
+    return (w->walk->rows_inside ? same_row : !l->cs) ? OUTER : INNER;
+}
+
+/* ---- rows by number ---- */
+
+static struct array *array_of(struct writer *w, const struct loc *l)
+{
+    size_t k = 0;
+    while (k < w->n_arrays && (w->arrays[k].off != l->off || w->arrays[k].stride != l->rs))
+        k++;
+    if (k == w->n_arrays && k < MAX_ARRAYS)
+        w->arrays[w->n_arrays++] = (struct array){.off = l->off, .stride = l->rs};
+    return k < MAX_ARRAYS ? &w->arrays[k] : NULL;
+}
+
+static bool reads_array(const struct writer *w, const struct loc *l)
+{
+    return w->walk->rows_inside && l->base == BASE_MEMORY && l->list && l->cs;
+}
+
+static void count_rows(struct writer *w, const struct loc *l)
+{
+    struct array *a = reads_array(w, l) ? array_of(w, l) : NULL;
+    for (uint32_t r = 0; a && r < w->g->rows; r++) {
+        uint32_t row = w->p->lists[l->list - 1 + r];
+        a->rows = row < a->rows ? a->rows : row + 1;
+        a->uses++;
+    }
+}
+
+/* Rows that are read several times each, and few enough for the cache, are brought together. */
+void ad_native_find_arrays(struct writer *w)
+{
+    for (const struct instruction *in = w->first; in < w->end; in++)
+        for (uint32_t k = 1; k <= in->n_in && reads_lanes(in); k++)
+            count_rows(w, &w->p->locs[in->loc[k]]);
+    for (struct array *a = w->arrays; a < w->arrays + w->n_arrays; a++)
+        if (a->uses < 2 * a->rows || a->rows * w->walk->lanes * w->p->element > MAX_ARRAY_BYTES)
+            a->rows = 0;
+}
+
+void ad_native_fill_arrays(const struct writer *w)
+{
+    for (size_t k = 0; k < w->n_arrays; k++)
+        if (w->arrays[k].rows)
+            ad_native_say(w,
+                          "V@ q%zu[%u];\nfor (size_t r = 0; r < %u; r++)"
+                          " q%zu[r] = load@(m + %zu + r * %zu + c * %zu);\n",
+                          k, w->arrays[k].rows, w->arrays[k].rows, k, w->arrays[k].off,
+                          w->arrays[k].stride * w->p->element, w->p->element);
+}
+
+/* ---- loads ---- */
+
+static void write_array_element(struct writer *w, const struct loc *l, const struct array *array)
+{
+    ad_native_say(w, "q%zu[", (size_t)(array - w->arrays));
+    ad_native_row(w, l);
+    ad_native_say(w, "]");
+}
+
+/* Vectors of rows of one column. */
+static void write_load_along_rows(const struct writer *w, const struct loc *l)
+{
+    size_t step = l->rs * w->p->element;
+    if (l->list && w->walk->lanes > 1) {
+        ad_native_say(w, "rows@(m + %zu, l + %u + r, %zu)", l->off, l->list - 1, step);
+        return;
+    }
+    ad_native_say(w, !l->rs                              ? "splat@("
+                     : l->rs == 1 || w->walk->lanes == 1 ? "load@("
+                                                         : "strided@(");
+    ad_native_address(w, l);
+    if (l->rs > 1 && w->walk->lanes > 1)
+        ad_native_say(w, ", %zu", step);
+    ad_native_say(w, ")");
+}
+
+static void write_load(struct writer *w, const struct loc *l)
+{
+    const struct array *array = reads_array(w, l) ? array_of(w, l) : NULL;
+    if (array && array->rows) {
+        write_array_element(w, l, array);
+    } else if (w->walk->along_rows) {
+        write_load_along_rows(w, l);
+    } else {
+        ad_native_say(w, l->cs ? "load@(" : "splat@(");
+        ad_native_address(w, l);
+        ad_native_say(w, ")");
+    }
+}
+
+/* ---- variables ---- */
+
+void ad_native_name(const struct writer *w, uint32_t loc)
+{
+    if (w->known[loc] & EVERY_ROW)
+        ad_native_say(w, "v%u", loc);
+    else
+        ad_native_say(w, "v%u_%u", loc, w->k);
+}
+
+static void declare(struct writer *w, uint32_t loc, enum scope scope)
+{
+    const struct loc *l = &w->p->locs[loc];
+    uint8_t bit = scope == INNER ? (uint8_t)(1u << w->k) : EVERY_ROW;
+    if ((w->known[loc] & (EVERY_ROW | bit)) || l->base == BASE_TILE || scope_of(w, l) != scope)
+        return;
+    w->known[loc] |= bit;
+    ad_native_say(w, "const V@ ");
+    ad_native_name(w, loc);
+    ad_native_say(w, " = ");
+    write_load(w, l);
+    ad_native_say(w, ";\n");
+}
+
+void ad_native_declare(struct writer *w, const struct instruction *in, enum scope scope)
+{
+    for (uint32_t k = 1; k <= in->n_in && reads_lanes(in); k++)
+        declare(w, in->loc[k], scope);
+}
+
+void ad_native_declare_all(struct writer *w, enum scope scope)
+{
+    for (const struct instruction *in = w->first; in < w->end; in++)
+        ad_native_declare(w, in, scope);
+}

@@ -1,0 +1,77 @@
+/* Inside of the emission of one segment: names, places, and what is written where.
+
+   A variable v<location> holds a vector of a value; v<location>_<k> that of the k-th of several
+   rows that are written side by side: their chains of operations do not wait for each other, so
+   that a division of one row runs beside the sums of another. */
+#ifndef AUTODIFF_NATIVE_WRITER_H
+#define AUTODIFF_NATIVE_WRITER_H
+
+#include "native.h"
+
+enum {
+    MAX_ARRAYS = 16,
+    MAX_ARRAY_BYTES = 64 << 10, /* what stays in the cache beside the rest */
+    MAX_BESIDE = 4,             /* rows side by side: registers end there */
+    EVERY_ROW = 1 << 7          /* of `known`: a variable for all rows */
+};
+
+/* Where a variable is declared: before the loops, between the two, or where it is used. */
+enum scope { FUNCTION, OUTER, INNER };
+
+/* Rows of a value in memory that are read by number: one vector of each lies in q<k>. */
+struct array {
+    size_t off;
+    uint32_t stride, rows, uses;
+};
+
+struct writer {
+    FILE *out;
+    const ad_program *p;
+    const struct walk *walk;
+    const struct segment *g;
+    const struct instruction *first, *end;
+    uint8_t *known; /* per location: which of the rows side by side have a variable */
+    struct array arrays[MAX_ARRAYS];
+    size_t n_arrays;
+    bool ragged;     /* the last vector is moved back over the one before */
+    bool literal;    /* rows are numbers: `row` the first of those side by side */
+    uint32_t row, k; /* k: which of them is written */
+};
+
+/* Writes; @ becomes the number of lanes. */
+void ad_native_say(const struct writer *w, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+/* ---- operands: native_operands.c ---- */
+
+void ad_native_find_arrays(struct writer *w);
+void ad_native_fill_arrays(const struct writer *w);
+/* The row of a location, and the address of its element in row r, column c. */
+void ad_native_row(const struct writer *w, const struct loc *l);
+void ad_native_address(const struct writer *w, const struct loc *l);
+void ad_native_name(const struct writer *w, uint32_t loc);
+/* Declares the operands of an instruction, or of all, that belong in this scope. */
+void ad_native_declare(struct writer *w, const struct instruction *in, enum scope scope);
+void ad_native_declare_all(struct writer *w, enum scope scope);
+
+/* Operations that read their operands lane by lane. */
+static inline bool reads_lanes(const struct instruction *in)
+{
+    return in->kind != DO_DIFF && in->kind != DO_DIFF_ADJOINT;
+}
+
+/* ---- operations: native_operations.c ---- */
+
+/* The expression of an instruction that is no sum. */
+void ad_native_operation(const struct writer *w, const struct instruction *in);
+
+/* ---- sums: native_sums.c ---- */
+
+void ad_native_open_sinks(const struct writer *w);
+void ad_native_close_sinks(const struct writer *w);
+/* The same for sums over the rows of one vector of columns. */
+void ad_native_open_columns(const struct writer *w);
+void ad_native_close_columns(const struct writer *w);
+void ad_native_add(const struct writer *w, const struct instruction *in);
+
+#endif
