@@ -20,7 +20,7 @@ enum {
     MAX_INSTRUCTIONS_BESIDE = 64 /* of a row; longer ones keep the machine busy alone */
 };
 
-static uint32_t known_bytes(const struct writer *w)
+static uint32_t count_known(const struct writer *w)
 {
     uint32_t most = 0;
     for (const struct instruction *in = w->first; in < w->end; in++)
@@ -31,7 +31,7 @@ static uint32_t known_bytes(const struct writer *w)
 
 /* ---- instructions ---- */
 
-static void write_instruction(struct writer *w, const struct instruction *in)
+void ad_native_instruction(struct writer *w, const struct instruction *in)
 {
     ad_native_declare(w, in, INNER);
     if (in->kind > DO_DIFF_ADJOINT) {
@@ -53,15 +53,20 @@ static void write_instruction(struct writer *w, const struct instruction *in)
     ad_native_say(w, ");\n");
 }
 
+void ad_native_forget_rows(struct writer *w)
+{
+    for (uint32_t i = 0; i < w->n_known; i++)
+        w->known[i] &= EVERY_ROW;
+}
+
 /* All instructions, of `beside` rows side by side. */
 static void write_instructions(struct writer *w, uint32_t beside)
 {
     for (const struct instruction *in = w->first; in < w->end; in++)
         for (w->k = 0; w->k < beside; w->k++)
-            write_instruction(w, in);
+            ad_native_instruction(w, in);
     w->k = 0;
-    for (uint32_t i = known_bytes(w); i-- > 0;)
-        w->known[i] &= EVERY_ROW;
+    ad_native_forget_rows(w);
 }
 
 /* ---- loops ---- */
@@ -95,8 +100,11 @@ static void write_literal_rows(struct writer *w)
     w->literal = false;
 }
 
-static void write_row_loop(struct writer *w)
+static bool write_row_loop(struct writer *w)
 {
+    bool written, done = ad_native_pipeline(w, &written);
+    if (written || !done)
+        return done;
     uint32_t beside = w->g->count <= MAX_INSTRUCTIONS_BESIDE && w->g->rows > 1 ? MAX_BESIDE : 1;
     ad_native_say(w, "size_t r = row;\n");
     if (beside > 1) {
@@ -107,10 +115,12 @@ static void write_row_loop(struct writer *w)
     ad_native_say(w, "for (; r < row_end; r++) {\n");
     write_instructions(w, 1);
     ad_native_say(w, "}\n");
+    return true;
 }
 
-static void write_rows_inside(struct writer *w)
+static bool write_rows_inside(struct writer *w)
 {
+    bool done = true;
     bool literal = w->g->rows <= MAX_LITERAL_ROWS && w->g->rows * w->g->count <= MAX_LITERAL &&
                    !(w->g->by_rows && w->g->chunks > 1);
     open_vectors(w);
@@ -120,9 +130,10 @@ static void write_rows_inside(struct writer *w)
     if (literal)
         write_literal_rows(w);
     else
-        write_row_loop(w);
+        done = write_row_loop(w);
     ad_native_close_columns(w);
     ad_native_say(w, "}\n");
+    return done;
 }
 
 static void write_rows_outside(struct writer *w)
@@ -148,9 +159,11 @@ bool ad_native_segment(FILE *out, const ad_program *p, const struct walk *walk)
     w.first = p->instructions + g->first;
     w.end = w.first + g->count;
     w.ragged = (walk->along_rows ? g->rows : g->cols) % walk->lanes != 0;
-    w.known = calloc(known_bytes(&w), 1);
+    w.n_known = count_known(&w);
+    w.known = calloc(w.n_known, 1);
     if (!w.known)
         return false;
+    bool done = true;
     ad_native_find_arrays(&w);
     ad_native_say(&w,
                   "static void s%u(char *m, const u32 *l, size_t chunk, size_t row, size_t row_end,"
@@ -162,11 +175,11 @@ bool ad_native_segment(FILE *out, const ad_program *p, const struct walk *walk)
     if (walk->along_rows)
         write_along_rows(&w);
     else if (walk->rows_inside)
-        write_rows_inside(&w);
+        done = write_rows_inside(&w);
     else
         write_rows_outside(&w);
     ad_native_close_sinks(&w);
     ad_native_say(&w, "}\n");
     free(w.known);
-    return true;
+    return done;
 }

@@ -31,6 +31,7 @@ struct writer {
     const struct segment *g;
     const struct instruction *first, *end;
     uint8_t *known; /* per location: which of the rows side by side have a variable */
+    uint32_t n_known;
     struct array arrays[MAX_ARRAYS];
     size_t n_arrays;
     bool ragged;     /* the last vector is moved back over the one before */
@@ -73,5 +74,16 @@ void ad_native_close_sinks(const struct writer *w);
 void ad_native_open_columns(const struct writer *w);
 void ad_native_close_columns(const struct writer *w);
 void ad_native_add(const struct writer *w, const struct instruction *in);
+
+/* ---- statements: native_segment.c ---- */
+
+void ad_native_instruction(struct writer *w, const struct instruction *in);
+/* Another row begins, or another block of the text: no variable of one row is declared. */
+void ad_native_forget_rows(struct writer *w);
+
+/* ---- native_pipeline.c ---- */
+
+/* Writes the loop over rows if there is something slow in it; false when out of memory. */
+bool ad_native_pipeline(struct writer *w, bool *written);
 
 #endif
