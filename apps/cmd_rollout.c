@@ -1,5 +1,6 @@
 /* leastaction rollout: motion by a trained model. */
 #include "command.h"
+#include "film.h"
 #include "outputs.h"
 #include "rollout.h"
 
@@ -34,12 +35,19 @@ static enum ad_status follow(struct rollout_run *run, struct ad_error *error)
     return error->status;
 }
 
-static int run(const void *options, struct ad_error *error)
+static enum ad_status follow_states(const struct rollout_options *options, struct ad_error *error)
 {
     struct rollout_run rollout;
     if (rollout_setup(options, &rollout, error) == AD_OK)
         follow(&rollout, error);
     rollout_free(&rollout);
+    return error->status;
+}
+
+static int run(const void *values, struct ad_error *error)
+{
+    const struct rollout_options *options = values;
+    (film_is_for(options->common.argument[0]) ? film_rollout : follow_states)(options, error);
     return command_status(error);
 }
 
@@ -63,7 +71,8 @@ static const struct option table[] = {
     {"state", "COLUMNS", OPTION_TEXT, NULL, "of the file [those the model was trained on]",
      AT(state)},
     {"time-column", "COLUMN", OPTION_TEXT, NULL, "of the file", AT(time_column)},
-    {"trial", "COLUMN", OPTION_TEXT, NULL, "of the file [trial, if there is one]", AT(trial)},
+    {"trial", "COLUMN", OPTION_TEXT, NULL,
+     "of the file [trial, if there is one]; of frames: which trajectory [1]", AT(trial)},
     {"from", "T", OPTION_NUMBER, NULL, "of the file: when the motion starts [its first row]",
      AT(from)},
     {"energy", "TASK", OPTION_TEXT, NULL, "of the file: the true energy is that of this task",
@@ -94,7 +103,12 @@ const struct command command_rollout = {
              "error is also computed as it was published (arXiv 1906.01563): of a pendulum from\n"
              "q^2 + p^2, of a spring over a time longer by 1.09. Fixed steps are shortened so\n"
              "that whole ones lead from output to output. A motion that leaves the states or\n"
-             "the values of H that the model was trained on is said to."},
+             "the values of H that the model was trained on is said to.\n\n"
+             "Of a model of pixels --truth is `pixels`, or frames as `train` takes them. It is\n"
+             "shown the first two, and foresees N more (--time N [300]; time and DT are counted\n"
+             "in frames). The energy that frames show is measured by fitting drawn rods to them,\n"
+             "where they are of a rod, and its error is that against the true one. A picture\n"
+             "has frames, the latent motion on contours of H, and energies; a GIF plays them."},
     .bytes = sizeof(struct rollout_options),
     .run = run,
 };

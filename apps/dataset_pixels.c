@@ -2,42 +2,30 @@
 #include "command.h"
 #include "dataset.h"
 #include "json.h"
+#include "numbers.h"
 #include "../hnn/pixels.h"
 #include "../physics/runfile.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- what is asked for ---- */
 
-/* "A,B", or, where `alone` is allowed, "A" for both. Nothing changes where `text` is NULL. */
-static enum ad_status read_two(const char *option, const char *text, bool alone, double value[2],
-                               struct ad_error *error)
-{
-    if (!text)
-        return AD_OK;
-    const char *comma = strchr(text, ',');
-    char *first = comma ? strndup(text, (size_t)(comma - text)) : strdup(text);
-    bool read = first && (comma || alone) && options_number(first, &value[0]) &&
-                options_number(comma ? comma + 1 : first, &value[1]);
-    free(first);
-    return read ? AD_OK
-                : ad_fail(error, AD_E_ARGUMENT, "--%s: expected %sA,B, got '%s'", option,
-                          alone ? "a number, or " : "", text);
-}
-
+/* N, or HEIGHT,WIDTH. */
 static enum ad_status read_size(const char *text, struct hnn_filming *filming,
                                 struct ad_error *error)
 {
-    double size[2] = {(double)filming->height, (double)filming->width};
-    if (read_two("size", text, true, size, error) != AD_OK)
+    double size[2];
+    bool both = text && strchr(text, ',');
+    if (!text)
+        return AD_OK;
+    if (numbers_read("size", text, both ? 2 : 1, "N, or HEIGHT,WIDTH", size, error) != AD_OK)
         return error->status;
-    for (size_t k = 0; k < 2; k++)
+    for (size_t k = 0; k < 1 + (size_t)both; k++)
         if (!(size[k] >= 1 && size[k] <= 4096 && size[k] == floor(size[k])))
             return ad_fail(error, AD_E_ARGUMENT, "--size: expected 1 to 4096 pixels, got %g",
                            size[k]);
     filming->height = (size_t)size[0];
-    filming->width = (size_t)size[1];
+    filming->width = (size_t)size[both];
     return AD_OK;
 }
 
@@ -46,15 +34,19 @@ static enum ad_status read_view(const struct dataset_options *o, struct hnn_rod 
                                 struct ad_error *error)
 {
     const double half = 2.2, unit = 2 * half / 500;
-    double row[2] = {(half - rod->top) / unit, (half - rod->bottom) / unit};
-    double column[2] = {(half + rod->left) / unit, (half + rod->right) / unit};
-    if (read_two("rows", o->rows, false, row, error) != AD_OK ||
-        read_two("columns", o->columns, false, column, error) != AD_OK)
-        return error->status;
-    if (o->rows)
-        rod->top = half - row[0] * unit, rod->bottom = half - row[1] * unit;
-    if (o->columns)
-        rod->left = column[0] * unit - half, rod->right = column[1] * unit - half;
+    double two[2];
+    if (o->rows) {
+        if (numbers_read("rows", o->rows, 2, "first and last row", two, error) != AD_OK)
+            return error->status;
+        rod->top = half - two[0] * unit;
+        rod->bottom = half - two[1] * unit;
+    }
+    if (o->columns) {
+        if (numbers_read("columns", o->columns, 2, "first and last column", two, error) != AD_OK)
+            return error->status;
+        rod->left = two[0] * unit - half;
+        rod->right = two[1] * unit - half;
+    }
     return AD_OK;
 }
 

@@ -47,6 +47,9 @@ struct rollout_run {
 enum ad_status rollout_setup(const struct rollout_options *options, struct rollout_run *run,
                              struct ad_error *error);
 void rollout_free(struct rollout_run *run);
+/* Integrator, steps and added energy of the options, for any model. */
+enum ad_status rollout_steps(const struct rollout_options *options,
+                             struct hnn_rollout_settings *settings, struct ad_error *error);
 
 /* From one start, or from many. */
 enum ad_status rollout_run(struct rollout_run *run, struct ad_error *error);

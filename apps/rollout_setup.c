@@ -52,8 +52,8 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
     return check_numbers(o, error);
 }
 
-static enum ad_status choose_steps(const struct rollout_options *o, struct hnn_rollout_settings *s,
-                                   struct ad_error *error)
+enum ad_status rollout_steps(const struct rollout_options *o, struct hnn_rollout_settings *s,
+                             struct ad_error *error)
 {
     const char *name = o->integrator ? o->integrator : "dop853";
     s->integrator = phys_integrator_find(name, error);
@@ -192,7 +192,7 @@ enum ad_status rollout_setup(const struct rollout_options *options, struct rollo
 {
     *run = (struct rollout_run){.options = options};
     if (check_options(options, error) != AD_OK ||
-        choose_steps(options, &run->settings, error) != AD_OK ||
+        rollout_steps(options, &run->settings, error) != AD_OK ||
         load(run, options->common.argument[0], error) != AD_OK ||
         (options->against && load(run, options->against, error) != AD_OK) ||
         find_truth(run, error) != AD_OK || choose_outputs(run, error) != AD_OK)

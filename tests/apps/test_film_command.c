@@ -1,0 +1,202 @@
+/* leastaction rollout of models of pixels, from outside. The model is a small one that learned for
+   a moment: what it foresees is poor, what is reported of it is exact. */
+#include "../../hnn/latent.h"
+#include "../../hnn/pixel_energy.h"
+#include "../../physics/runfile.h"
+#include "../close.h"
+#include "shell.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
+
+static const char *const training = "--hidden 12 --steps 60 --batch 20 --quiet --threads 1";
+
+/* Frames and two models, which the tests read and leave alone. */
+static int setup(void **state)
+{
+    shell_setup(state);
+    return shell("$LA dataset pixels --trials 6 --points 8 --size 8 --quiet --out f.h5") ||
+           shell("$LA train f.h5 --model pixel-hnn %s --out m.h5", training) ||
+           shell("$LA train f.h5 --model pixel-baseline %s --out b.h5", training);
+}
+
+static void works(const char *arguments)
+{
+    int status = shell("$LA rollout %s", arguments);
+    if (status != 0)
+        print_error("%s", shell_err());
+    assert_int_equal(status, 0);
+}
+
+/* A number of the last line's JSON, the first of that name. */
+static double value(const char *key)
+{
+    char quoted[64];
+    snprintf(quoted, sizeof quoted, "\"%s\": ", key);
+    const char *at = strstr(shell_last_line(), quoted);
+    assert_non_null(at);
+    return strncmp(at + strlen(quoted), "null", 4) == 0 ? (double)NAN
+                                                        : strtod(at + strlen(quoted), NULL);
+}
+
+/* The report is what a user of the library gets: encoded, followed, decoded, measured. */
+static void test_as_from_c(void **state)
+{
+    (void)state;
+    enum { N = 21, AREA = 64 };
+    struct hnn_frames f;
+    hnn_model *model;
+    struct hnn_path path;
+    struct hnn_rollout_info info;
+    struct ad_error error = {0};
+    static float foreseen[N * AREA], truth[N * AREA];
+    double t[N], angle[N], energy[N - 2], pixels = 0, energies = 0;
+    works("m.h5 --truth f.h5 --trial 3 --time 20 --json");
+    assert_int_equal(hnn_frames_read(shell_path("f.h5"), &f, &error), AD_OK);
+    assert_int_equal(hnn_model_load(shell_path("m.h5"), &model, &error), AD_OK);
+    hnn_times(0, N - 1, N, t);
+    size_t first = 2 * f.frames;
+    assert_int_equal(hnn_foresee(model, hnn_frames_pair(&f, first),
+                                 &(struct hnn_rollout_settings){.n = N, .t = t}, AREA, &path,
+                                 foreseen, &info, &error),
+                     AD_OK);
+    double a = f.angle[first], w = f.speed[first], E = hnn_rod_energy(&f.rod, a, w);
+    for (size_t k = 0; k < N; k++, hnn_rod_step(&f.rod, &a, &w))
+        hnn_rod_draw(&f.rod, a, 8, 8, truth + k * AREA);
+    assert_memory_equal(truth, hnn_frames_pair(&f, first), f.frames * AREA * sizeof *truth);
+    for (size_t k = 0; k < N * AREA; k++)
+        pixels += pow((double)foreseen[k] - truth[k], 2) / (N * AREA);
+    assert_int_equal(hnn_rod_angles(&f.rod, 8, 8, N, foreseen, angle, &error), AD_OK);
+    hnn_rod_energies(&f.rod, N, angle, energy);
+    for (size_t k = 0; k < N - 2; k++)
+        energies += pow(energy[k] - E, 2) / (N - 2);
+    assert_close(value("true_energy"), E, 1e-12, 0);
+    assert_close(value("coordinate_mse"), pixels, 1e-9, 0);
+    assert_close(value("energy_mse"), energies, 1e-9, 0);
+    hnn_path_free(&path);
+    hnn_model_free(model);
+    hnn_frames_free(&f);
+}
+
+static void test_added_energy(void **state)
+{
+    (void)state;
+    works("m.h5 --truth pixels --seed 2 --time 12 --add-energy 0.01 --at 5 --csv a.csv --json");
+    assert_true(value("conserved_drift") < 1e-6);
+    assert_true(isnan(value("energy_mse")));
+    assert_int_equal(shell("cut -d, -f4 a.csv | sed -n '7p;8p' | paste -sd,"), 0);
+    double H[2];
+    assert_int_equal(sscanf(shell_out(), "%lf,%lf", &H[0], &H[1]), 2);
+    assert_close(H[1] - H[0], 0.01, 1e-4, 0);
+}
+
+/* Means over starts are means of what each start gives. */
+static void test_starts(void **state)
+{
+    (void)state;
+    double sum = 0;
+    for (int k = 1; k <= 3; k++) {
+        char arguments[128];
+        snprintf(arguments, sizeof arguments,
+                 "m.h5 --against b.h5 --truth f.h5 --trial %d --time 9 --json", k);
+        works(arguments);
+        sum += value("energy_mse") / 3;
+    }
+    works("m.h5 --against b.h5 --truth f.h5 --starts 3 --time 9 --json");
+    assert_close(value("energy_mse"), sum, 1e-12, 0);
+    works("m.h5 --truth pixels --starts 2 --time 9 --json");
+}
+
+static void test_files(void **state)
+{
+    (void)state;
+    struct phys_runfile_item item;
+    struct ad_error error = {0};
+    phys_runfile *file;
+    works("m.h5 --against b.h5 --truth pixels --time 7 --csv r.csv --out r.h5");
+    assert_non_null(strstr(shell_out(), "energy of the frames, mean square error"));
+    assert_int_equal(shell("head -n 1 r.csv; wc -l < r.csv"), 0);
+    assert_string_equal(shell_out(), "frame,energy_truth,energy,H,z1,z2,against_energy,against_H,"
+                                     "against_z1,against_z2\n9\n");
+    assert_int_equal(phys_runfile_open(shell_path("r.h5"), &file, &error), AD_OK);
+    static const char *const frames[] = {"truth/frames", "model/frames", "against/frames"};
+    for (size_t k = 0; k < LENGTH(frames); k++) {
+        assert_int_equal(phys_runfile_shape(file, frames[k], &item, &error), AD_OK);
+        assert_true(item.rank == 3 && item.dims[0] == 8 && item.dims[1] == 8 && item.dims[2] == 8);
+    }
+    phys_runfile_close(file);
+}
+
+/* Frames of a user, of no rod: there is nothing to measure but pixels, as far as the film goes. */
+static void test_frames_of_no_rod(void **state)
+{
+    (void)state;
+    const size_t dims[] = {5, 8, 8};
+    double values[5 * 64];
+    struct ad_error error = {0};
+    phys_runfile *file;
+    for (size_t k = 0; k < LENGTH(values); k++)
+        values[k] = sin(0.3 * (double)k) / 2;
+    assert_int_equal(phys_runfile_create(shell_path("u.h5"), &file, &error), AD_OK);
+    phys_runfile_write(file, "frames", AD_F64, 3, dims, values);
+    assert_int_equal(phys_runfile_commit(file, &error), AD_OK);
+    works("m.h5 --truth u.h5 --time 9 --json");
+    assert_true(isnan(value("true_energy")) && isnan(value("energy_mse")));
+    assert_true(value("coordinate_mse") > 0);
+}
+
+static void test_pictures(void **state)
+{
+    (void)state;
+    if (shell("command -v gnuplot >/dev/null") != 0) {
+        print_message("gnuplot is not installed\n");
+        skip();
+    }
+    works("m.h5 --against b.h5 --truth pixels --time 5 --plot p.svg --quiet");
+    works("m.h5 --against b.h5 --truth pixels --time 5 --plot p.gif --quiet");
+    works("b.h5 --truth pixels --time 5 --plot p.png --quiet");
+    assert_string_equal(shell_err(), "");
+    assert_int_equal(shell("grep -q 'energy of the frames' p.svg && head -c 6 p.gif"), 0);
+    assert_string_equal(shell_out(), "GIF89a");
+}
+
+static void test_refused(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *arguments, *says;
+    } wrong[] = {
+        {"m.h5", "missing --truth: pixels, or frames"},
+        {"m.h5 --truth pixels --x0 1,0", "not for models of pixels"},
+        {"m.h5 --truth pixels --time 2.5", "a number of frames"},
+        {"m.h5 --truth pixels --points 5", "gives every frame"},
+        {"m.h5 --truth f.h5 --trial 7", "expected a trajectory, 1 to 6, got '7'"},
+        {"m.h5 --truth f.h5 --starts 7", "has 6 trajectories"},
+        {"m.h5 --truth none.h5", "cannot be read"},
+        {"m.h5 --truth m.h5", "expected frames as an array"},
+        {"m.h5 --truth pixels --add-energy 1", "give both or none"},
+        {"b.h5 --truth pixels --add-energy 1 --at 2", "b.h5"},
+        {"m.h5 --truth pixels --starts 2 --plot p.svg", "expected no"},
+    };
+    size_t files = shell_files();
+    for (size_t k = 0; k < LENGTH(wrong); k++) {
+        int status = shell("$LA rollout %s", wrong[k].arguments);
+        if (status != 2 || !strstr(shell_err(), wrong[k].says))
+            fail_msg("%s: %d, %s", wrong[k].arguments, status, shell_err());
+        assert_int_equal(shell_files(), files);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_as_from_c),        cmocka_unit_test(test_added_energy),
+        cmocka_unit_test(test_starts),           cmocka_unit_test(test_files),
+        cmocka_unit_test(test_frames_of_no_rod), cmocka_unit_test(test_pictures),
+        cmocka_unit_test(test_refused),
+    };
+    return cmocka_run_group_tests_name("rollouts of pixels", tests, setup, shell_teardown);
+}
