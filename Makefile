@@ -190,7 +190,7 @@ bench: all
 	@$(BUILD)/leastaction chart gradients --out $(BUILD)/bench
 
 charts: all
-	@for kind in gradients integrators paths gas; do \
+	@for kind in gradients integrators paths gas hnn; do \
 	    $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) || exit; \
 	done
 
@@ -200,7 +200,7 @@ docs-pictures: all
 
 # Other tools on the same jobs, those that $(PYTHON) can import.
 peers: all
-	@test -f charts/integrators.csv && test -f charts/gradients.csv || $(MAKE) --no-print-directory charts
+	@test -f charts/integrators.csv && test -f charts/gradients.csv && test -f charts/hnn-steps.csv || $(MAKE) --no-print-directory charts
 	@$(PYTHON) -B scripts/peers/compare.py charts $(if $(QUICK),--quick)
 
 hnn-table: all

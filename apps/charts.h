@@ -30,6 +30,8 @@ int chart_ephemeris(const struct chart_settings *settings, struct ad_error *erro
 /* Seconds a step of the gas against its bodies, with all and with near pairs, in gas.csv; order
    against temperature in gas-order.csv; one picture of both. */
 int chart_gas(const struct chart_settings *settings, struct ad_error *error);
+/* A step of training beside its floor, hnn-steps.csv. */
+int chart_hnn(const struct chart_settings *settings, struct ad_error *error);
 
 /* ---- files of a chart (chart_files.c) ---- */
 

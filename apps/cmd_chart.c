@@ -21,6 +21,7 @@ static const struct chart {
     {"paths", chart_paths},
     {"ephemeris", chart_ephemeris},
     {"gas", chart_gas},
+    {"hnn", chart_hnn},
 };
 
 enum { N_CHARTS = sizeof charts / sizeof *charts };
@@ -74,8 +75,8 @@ static const struct option table[] = {
 
 const struct command command_chart = {
     .line = {.name = "chart",
-             .what =
-                 "speed against accuracy, measured: gradients, integrators, paths, ephemeris, gas",
+             .what = "speed against accuracy, measured: gradients, integrators, paths, "
+                     "ephemeris, gas, hnn",
              .arguments = {"KIND"},
              .options = table,
              .n_options = sizeof table / sizeof *table},

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Runs the peers that are installed, puts them beside our charts in FOLDER/peers.csv, and prints
-both sides. Needs FOLDER/integrators.csv and FOLDER/gradients.csv of `leastaction chart`.
+both sides. Needs integrators.csv, gradients.csv and hnn-steps.csv of `leastaction chart` in FOLDER.
 
     scripts/peers/compare.py [FOLDER] [--quick]
 """
@@ -83,6 +83,37 @@ def print_gradients(ours, theirs):
         print(line)
 
 
+def one_thread(steps):
+    """Seconds of a step by (model, precision)."""
+    return {
+        (r["model"], r["precision"]): 1e-3 * float(r["step_ms"])
+        for r in steps
+        if r["threads"] == "1"
+    }
+
+
+def print_training(ours, theirs):
+    methods = list(dict.fromkeys(r["method"] for r in theirs))
+    print(f"\n{'training step':<14} {'leastaction':>12}", *(f"{m:>22}" for m in methods))
+    for (model, precision), seconds in one_thread(ours).items():
+        line = f"{model + ' ' + precision:<14} {1e3 * seconds:9.2f} ms"
+        for m in methods:
+            for r in theirs:
+                if (r["model"], r["precision"], r["method"]) == (model, precision, m):
+                    s = float(r["seconds"])
+                    line += f" {1e3 * s:9.2f} ms = {s / seconds:5.2f} x"
+        print(line)
+
+
+def as_training(ours, theirs):
+    rows = [(*key, "leastaction", s) for key, s in one_thread(ours).items()]
+    rows += [(r["model"], r["precision"], r["method"], float(r["seconds"])) for r in theirs]
+    return [
+        {"problem": f"training {m} {p}", "method": name, "evaluations": 1, "seconds": f"{s:.6g}"}
+        for m, p, name, s in rows
+    ]
+
+
 def as_motions(gradients, peers):
     """Gradients as rows of the same columns: seconds of one evaluation."""
     rows = [
@@ -102,20 +133,27 @@ def main():
     try:
         ours = read((folder / "integrators.csv").read_text())
         gradients = read((folder / "gradients.csv").read_text())
+        steps = read((folder / "hnn-steps.csv").read_text())
     except OSError as e:
         sys.exit(f"{e.filename}: {e.strerror}; run `make charts` first")
     motions = run("scipy_ivp.py", ["numpy", "scipy"], *quick)
     others = run("gradients_torch.py", ["numpy", "torch"]) + run(
         "gradients_jax.py", ["numpy", "jax"]
     )
+    training = run("training_torch.py", ["numpy", "torch"]) + run(
+        "training_jax.py", ["numpy", "jax"]
+    )
     with open(folder / "peers.csv", "w", newline="") as out:
         table = csv.DictWriter(out, ours[0].keys(), restval="")
         table.writeheader()
         table.writerows(ours + motions + as_motions(gradients, others))
+        table.writerows(as_training(steps, training))
     if motions:
         print_motions(ours, motions)
     if others:
         print_gradients(gradients, others)
+    if training:
+        print_training(steps, training)
 
 
 if __name__ == "__main__":

@@ -315,6 +315,19 @@ static void test_gradients(void **state)
     table_free(t);
 }
 
+static void test_hnn(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA chart hnn --quick --quiet --out ."), 0);
+    struct table *t = table_read("hnn-steps.csv");
+    assert_int_equal(t->rows, 4);
+    for (size_t r = 0; r < t->rows; r++) {
+        assert_true(number(t, r, "step_ms") > 0 && number(t, r, "blas_share") > 0);
+        assert_true(number(t, r, "products_ms") > 0 && number(t, r, "activation_ms") > 0);
+    }
+    table_free(t);
+}
+
 static void test_wrong_format(void **state)
 {
     (void)state;
@@ -404,6 +417,7 @@ int main(void)
         cmocka_unit_test(test_work_between_runs),
         cmocka_unit_test_setup(test_wrong_format, clean),
         cmocka_unit_test_setup(test_gradients, clean),
+        cmocka_unit_test_setup(test_hnn, clean),
         cmocka_unit_test_setup(test_integrators, clean),
         cmocka_unit_test(test_drift),
         cmocka_unit_test(test_integrator_files),

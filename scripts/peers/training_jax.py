@@ -1,0 +1,70 @@
+#!/usr/bin/env python3
+"""A training step in JAX, jit, one thread.
+
+    scripts/peers/training_jax.py > jax.csv
+"""
+import os
+
+os.environ.setdefault("JAX_PLATFORMS", "cpu")
+os.environ.setdefault(
+    "XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
+)
+
+import jax
+import jax.numpy as jnp
+
+from training import PRECISIONS, WIDTH, report, samples
+
+jax.config.update("jax_enable_x64", True)
+
+
+def start(outputs, dtype):
+    keys = jax.random.split(jax.random.key(0), 3)
+    shapes = (2, WIDTH), (WIDTH, WIDTH), (WIDTH, outputs)
+    weights = [jax.nn.initializers.orthogonal()(k, s, dtype) for k, s in zip(keys, shapes)]
+    return weights, [jnp.zeros(WIDTH, dtype), jnp.zeros(WIDTH, dtype)]
+
+
+def output(parameters, x):
+    (w1, w2, w3), (b1, b2) = parameters
+    return jnp.tanh(jnp.tanh(x @ w1 + b1) @ w2 + b2) @ w3
+
+
+def field(parameters, x):
+    g = jax.grad(lambda at: output(parameters, at).sum())(x)
+    return jnp.stack([g[:, 1], -g[:, 0]], 1)
+
+
+def adam(t, x, g, m, v):
+    g = g + 1e-4 * x
+    m, v = 0.9 * m + 0.1 * g, 0.999 * v + 0.001 * g * g
+    root = jnp.sqrt(v / (1 - 0.999**t)) + 1e-8
+    return x - 1e-3 * m / (1 - 0.9**t) / root, m, v
+
+
+def step_of(model, precision):
+    x, rates = samples(precision)
+    rate = field if model == "hnn" else output
+    parameters = start(1 if model == "hnn" else 2, PRECISIONS[precision])
+    zeros = jax.tree.map(jnp.zeros_like, parameters)
+
+    @jax.jit
+    def next_state(t, *state):
+        loss, g = jax.value_and_grad(lambda at: ((rates - rate(at, x)) ** 2).mean())(state[0])
+        leaves = zip(jax.tree.leaves(g), *map(jax.tree.leaves, state))
+        moved = zip(*(adam(t, x, g, m, v) for g, x, m, v in leaves))
+        return loss, *(jax.tree.unflatten(jax.tree.structure(g), leaves) for leaves in moved)
+
+    state = [parameters, zeros, zeros]
+    count = PRECISIONS[precision](0)
+
+    def step():
+        nonlocal state, count
+        count += 1
+        loss, *state = next_state(count, *state)
+        return loss.block_until_ready()
+
+    return step
+
+
+report(f"jax {jax.__version__} jit", step_of)
