@@ -2,6 +2,7 @@
 #include "shell.h"
 #include "../close.h"
 #include "../../hnn/pixels.h"
+#include "../../physics/runfile.h"
 
 #include <stdio.h>
 #include <stdlib.h>
