@@ -42,9 +42,10 @@ static double size_of_fall(const struct phys_ode *ode, double t, const double *y
     size_t half = ode->n / 2;
     struct ad_error ignored = {0}; /* that place may be outside the field's domain */
     const double nearer = 0.9;
-    double *z = calloc(2 * ode->n, sizeof *z), *rate = z + ode->n, size = 0;
+    double *z = calloc(2 * ode->n, sizeof *z), size = 0;
     if (!z)
         return 0;
+    double *rate = z + ode->n;
     for (size_t k = 0; k < half; k++)
         z[k] = nearer * y[k];
     if (ode->field(ode->context, t, z, rate, &ignored) == AD_OK) {
