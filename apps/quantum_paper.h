@@ -1,0 +1,22 @@
+/* The published variant beside the same scene done right: run (quantum_paper.c), drawn
+   (quantum_paper_picture.c). */
+#ifndef APPS_QUANTUM_PAPER_H
+#define APPS_QUANTUM_PAPER_H
+
+#include "quantum.h"
+
+/* The published run (arXiv 2303.02115, figure 4), defects and all. */
+struct published {
+    struct qm_grid grid; /* its points: low + a dx */
+    double dt, hbar, phases, ghost, norm, gauge;
+    size_t steps, frames;
+    qm_complex *K;          /* [n x n] */
+    qm_complex *psi, *work; /* [n] each, twice: with the potential and without */
+    double *density;        /* [frames x n] */
+    double *time, *mean;    /* [frames] */
+};
+
+void paper_picture(const struct published *published, const struct quantum_run *run,
+                   const struct quantum_result *result, const qm_complex *K, struct plot *plot);
+
+#endif
