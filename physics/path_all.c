@@ -2,20 +2,23 @@
    answers. Starts are motions from the first end with many velocities, bent so that they meet the
    second; Newton's method makes each stationary. With one coordinate the velocities are swept, and
    wherever the miss of the second end changes sign the velocity is first bisected, so that no
-   answer within the sweep is missed; with more they are drawn at random. */
-#include "internal.h"
+   answer within the sweep is missed; with more they are drawn at random until another start would
+   hardly find a new path: of N that led somewhere, those whose path was seen but once are about the
+   share that the next has of finding an unseen one (Good, Biometrika 40, 1953). */
+#include "path_confirm.h"
 #include "random.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { SUBSTEPS = 4, BISECTIONS = 30, STEPS = 60 };
+enum { SUBSTEPS = 4, BISECTIONS = 30, STEPS = 60, LEAST_STARTS = 30 };
 
 static const double SAME = 1e-6;      /* relative difference of two answers that are one */
 static const double GRID = 1.02;      /* ratio of neighbouring velocities in a sweep */
 static const double RANGE = 1e3;      /* of a sweep, around the speed that is natural */
 static const double MOST_DETOUR = 30; /* a start that ends so many spans away is given up */
+static const double UNSEEN = 0.05;    /* a chance of finding more that is not worth a start */
 
 struct search {
     const struct phys_system *system;
@@ -26,6 +29,7 @@ struct search {
     phys_motion *motion;
     double speed, span; /* natural scales of velocity and of the path */
     double *q, *v, *path;
+    size_t led; /* starts that led to a stationary path */
     struct phys_answers *answers;
 };
 
@@ -55,14 +59,17 @@ static bool is_known(struct search *s, double energy, double action)
     for (size_t k = 0; k < s->answers->n; k++) {
         struct phys_answer *a = &s->answers->answer[k];
         double scale = fabs(a->energy) + fabs(a->action) / time;
-        if (largest_difference(s->dof * s->slices, a->path, s->path) <= SAME * s->span)
+        if (largest_difference(s->dof * s->slices, a->path, s->path) <= SAME * s->span) {
+            a->hits++;
             return true;
+        }
         if (close_to(energy, a->energy, scale) && close_to(action, a->action, scale * time)) {
             if (a->copies == 1 ||
                 largest_difference(s->dof * s->slices, a->copy, s->path) > SAME * s->span) {
                 memcpy(a->copy, s->path, s->n * sizeof *a->copy);
                 a->copies++;
             }
+            a->hits++;
             return true;
         }
     }
@@ -85,13 +92,32 @@ static enum ad_status keep(struct search *s, const struct phys_path_info *info,
         return ad_fail(error, AD_E_MEMORY, "out of memory for another path");
     }
     struct phys_answer *a = &all->answer[all->n];
-    *a = (struct phys_answer){
-        .path = path, .copy = path + s->n, .energy = energy, .action = info->action, .copies = 1};
+    *a = (struct phys_answer){.path = path,
+                              .copy = path + s->n,
+                              .energy = energy,
+                              .action = info->action,
+                              .copies = 1,
+                              .hits = 1};
     memcpy(a->path, s->path, s->n * sizeof *path);
     all->n++;
     for (size_t k = 0; k < s->dof * s->slices; k++)
         a->largest = fmax(a->largest, fabs(path[k]));
-    return phys_path_spectrum(s->system, &s->settings, path, &a->spectrum, error);
+    if (phys_path_spectrum(s->system, &s->settings, path, &a->spectrum, error) == AD_OK)
+        phys_path_confirm(s->system, &s->settings, path, a->spectrum.index, &a->resolved, error);
+    return error->status;
+}
+
+/* Leaves out what the grid alone made. */
+static void drop_unresolved(struct phys_answers *all)
+{
+    size_t kept = 0;
+    for (size_t k = 0; k < all->n; k++)
+        if (all->answer[k].resolved)
+            all->answer[kept++] = all->answer[k];
+        else
+            free(all->answer[k].path);
+    all->unresolved = all->n - kept;
+    all->n = kept;
 }
 
 /* Newton from s->path; what does not converge is no answer, and no error. */
@@ -101,8 +127,10 @@ static enum ad_status make_stationary(struct search *s, struct ad_error *error)
     struct ad_error lost = {0};
     phys_rule_interpolate(s->settings.rule, s->dof, s->slices, s->path);
     s->newton->solve(s->system, &s->settings, s->path, &info, &lost);
-    if (lost.status == AD_OK && info.stop == PHYS_STOP_ROUNDING)
+    if (lost.status == AD_OK && info.stop == PHYS_STOP_ROUNDING) {
+        s->led++;
         return keep(s, &info, error);
+    }
     return lost.status == AD_E_MEMORY ? ad_fail(error, lost.status, "%s", lost.message) : AD_OK;
 }
 
@@ -134,15 +162,16 @@ static void bend(struct search *s)
     }
 }
 
-static enum ad_status try_motion(struct search *s, struct ad_error *error)
+/* The motion that begins with s->v, bent; false if it is lost or ends far away. */
+static bool begin(struct search *s)
 {
     if (!shoot(s))
-        return AD_OK;
+        return false;
     for (size_t k = 0; k < s->dof; k++)
         if (!(fabs(miss(s, k)) <= MOST_DETOUR * s->span))
-            return AD_OK;
+            return false;
     bend(s);
-    return make_stationary(s, error);
+    return true;
 }
 
 /* The miss of one coordinate; NaN where the motion is lost. */
@@ -165,7 +194,7 @@ static enum ad_status bisect(struct search *s, double low, double high, double m
             high = middle;
     }
     s->v[0] = low;
-    return try_motion(s, error);
+    return begin(s) ? make_stationary(s, error) : AD_OK;
 }
 
 /* Velocities from -RANGE to RANGE times the natural one, dense near zero, with zero among them. */
@@ -185,6 +214,15 @@ static enum ad_status sweep(struct search *s, struct ad_error *error)
     return error->status;
 }
 
+/* Share of the starts so far whose path no other start has found. */
+static double unseen(const struct search *s)
+{
+    size_t once = 0;
+    for (size_t k = 0; k < s->answers->n; k++)
+        once += s->answers->answer[k].hits == 1;
+    return s->led ? (double)once / (double)s->led : 1;
+}
+
 static enum ad_status draw(struct search *s, size_t starts, uint64_t seed, struct ad_error *error)
 {
     struct phys_random random;
@@ -193,8 +231,12 @@ static enum ad_status draw(struct search *s, size_t starts, uint64_t seed, struc
         double size = s->speed * pow(10, 2 * phys_random_uniform(&random) - 1);
         for (size_t k = 0; k < s->dof; k++)
             s->v[k] = size * phys_random_normal(&random);
-        try_motion(s, error);
+        if (begin(s))
+            make_stationary(s, error);
+        if (s->led >= LEAST_STARTS && unseen(s) <= UNSEEN)
+            break;
     }
+    s->answers->unseen = unseen(s);
     return error->status;
 }
 
@@ -232,6 +274,7 @@ static enum ad_status find_all(struct search *s, size_t starts, uint64_t seed,
     if (make_stationary(s, error) != AD_OK ||
         (s->dof == 1 ? sweep(s, error) : draw(s, starts, seed, error)) != AD_OK)
         return error->status;
+    drop_unresolved(s->answers);
     if (s->answers->n)
         qsort(s->answers->answer, s->answers->n, sizeof *s->answers->answer, by_energy);
     return AD_OK;

@@ -388,15 +388,20 @@ struct phys_answer {
     double action;
     double largest; /* coordinate at a slice */
     struct phys_spectrum spectrum;
+    size_t hits;   /* starts that led to it or to one like it */
+    bool resolved; /* finer grids have it, too; others are left out */
 };
 struct phys_answers {
     size_t n;
     struct phys_answer *answer; /* by energy, smallest first */
+    size_t unresolved;          /* how many were left out */
+    double unseen; /* with several coordinates: chance that another start finds another one */
 };
 /* Stationary paths between the ends of path [s*dof x slices], itself the first start. With one
    coordinate all those whose velocity at the first end is within a factor of 1000 of that of the
-   path, and rest; with more, those that `starts` random velocities lead to. Answers end with
-   phys_answers_free, and are empty on failure. */
+   path, and rest; with more, those that random velocities lead to: `starts` of them at most, and
+   fewer once another would hardly find a new one. Answers end with phys_answers_free, and are empty
+   on failure. */
 enum ad_status phys_path_all(const struct phys_system *system,
                              const struct phys_path_settings *settings, const double *path,
                              size_t starts, uint64_t seed, struct phys_answers *answers,

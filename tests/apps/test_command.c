@@ -336,6 +336,18 @@ static void test_not_converged(void **state)
     assert_non_null(strstr(shell_last_line(), "\"stop\": \"tolerance reached\""));
 }
 
+/* Half of the ellipse e = .6 takes the energy -1/2 either way; nothing has another. */
+static void test_energy_that_no_path_has(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA path kepler --energy -0.7 --csv found.csv"), 1);
+    assert_non_null(strstr(shell_err(), "no stationary path of energy -0.7 between these ends"));
+    assert_non_null(strstr(shell_err(), " -0.500"));
+    assert_int_equal(shell_files(), 0);
+    works("$LA path kepler --energy -0.5 --json");
+    assert_non_null(strstr(shell_last_line(), "\"unseen\": "));
+}
+
 static void test_not_finite(void **state)
 {
     (void)state;
@@ -458,6 +470,7 @@ int main(void)
         cmocka_unit_test_teardown(test_not_converged, clean),
         cmocka_unit_test_teardown(test_not_finite, clean),
         cmocka_unit_test_teardown(test_interrupted, clean),
+        cmocka_unit_test_teardown(test_energy_that_no_path_has, clean),
         cmocka_unit_test_teardown(test_check, clean),
         cmocka_unit_test_teardown(test_check_built_in, clean),
         cmocka_unit_test_teardown(test_picture_without_gnuplot, clean),

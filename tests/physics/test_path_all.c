@@ -94,12 +94,44 @@ static void two_ways_around_a_centre(void **state)
     phys_system_close(&kepler);
 }
 
+/* A grid of 101 slices has stationary paths that fly past the centre in one step. Lambert: between
+   points on opposite sides, a semi-major axis under half of their distance, which is 2, there is
+   none, so that no energy is under -1/2. */
+static void paths_of_the_grid_alone_are_left_out(void **state)
+{
+    enum { SLICES = 101 };
+    (void)state;
+    struct phys_system kepler;
+    struct ad_error error = {0};
+    phys_system_open("kepler", &kepler, &error);
+    struct phys_path_settings settings = {.rule = phys_rule_find("left", &error),
+                                          .slices = SLICES,
+                                          .dt = M_PI / (SLICES - 1),
+                                          .learning_rate = 1};
+    double path[2 * SLICES];
+    for (size_t i = 0; i < SLICES; i++) { /* straight through the centre */
+        path[i] = 0.4 - 2. * (double)i / (SLICES - 1);
+        path[SLICES + i] = 0;
+    }
+    struct phys_answers all;
+    phys_path_all(&kepler, &settings, path, 200, 1, &all, &error);
+    assert_no_error(&error);
+    assert_true(all.unresolved > 0);
+    assert_true(all.n > 0);
+    for (size_t k = 0; k < all.n; k++)
+        assert_true(all.answer[k].energy > -0.51); /* rule left: an error of first order */
+    assert_in_range((int)(100 * all.unseen), 0, 50);
+    phys_answers_free(&all);
+    phys_system_close(&kepler);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(four_answers_of_the_pendulum),
         cmocka_unit_test(one_answer_of_a_free_body),
         cmocka_unit_test(two_ways_around_a_centre),
+        cmocka_unit_test(paths_of_the_grid_alone_are_left_out),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
