@@ -132,7 +132,8 @@ static void time_panel(const struct rollout_run *run, const struct rollout_curve
     const char *between = "plot ";
     fprintf(out, "set title '%s'\nset size noratio\nset yrange [*:*]\nunset ylabel\n", title);
     if (of_truth) /* all curves: one legend for all panels */
-        fputs("set key at screen 0.5,0.05 center horizontal reverse Left samplen 2 maxrows 1\n",
+        fputs("set key at screen 0.5,0.05 center horizontal reverse Left samplen 1 width -2 "
+              "font ',11'\n",
               out);
     axis_set(out, "x", "t", NULL, time, 0);
     for (size_t c = n; c-- > 0;) {

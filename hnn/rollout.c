@@ -128,6 +128,8 @@ static enum ad_status climb(struct motion *m, double energy)
 static enum ad_status check(const struct phys_ode *ode, const struct hnn_rollout_settings *s,
                             struct ad_error *error)
 {
+    if (s->n == 0)
+        return ad_fail(error, AD_E_ARGUMENT, "a rollout needs at least one output, its start");
     for (size_t k = 1; k < s->n; k++)
         if (!(s->t[k] > s->t[k - 1]))
             return ad_fail(error, AD_E_ARGUMENT, "outputs at %g and then %g: times must increase",
