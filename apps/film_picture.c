@@ -82,9 +82,10 @@ static enum ad_status write_latent(struct drawing *d, FILE *out, struct ad_error
 {
     const struct hnn_path *path = &d->latent->path;
     size_t n = GRID * GRID;
-    double *x = calloc(3 * n, sizeof *x), *H = x + 2 * n;
+    double *x = calloc(3 * n, sizeof *x);
     if (!x)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
+    double *H = x + 2 * n;
     d->q = d->p = (struct range){INFINITY, -INFINITY};
     for (size_t i = 0; i < path->n; i++) {
         range_widen(&d->q, path->x[i * path->states]);

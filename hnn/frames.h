@@ -6,9 +6,9 @@
 #include "pixels.h"
 
 /* Sizes and room for the pixels; and for angles and speeds. AD_E_MEMORY. */
-enum ad_status hnn_frames_new(struct hnn_frames *frames, size_t trajectories, size_t per_trajectory,
+enum ad_status hnn_frames_new(struct hnn_frames *f, size_t trajectories, size_t frames,
                               size_t height, size_t width, struct ad_error *error);
-enum ad_status hnn_frames_new_motion(struct hnn_frames *frames, struct ad_error *error);
+enum ad_status hnn_frames_new_motion(struct hnn_frames *f, struct ad_error *error);
 
 /* The two kinds of source. */
 enum ad_status hnn_frames_read_hdf5(const char *file, struct hnn_frames *frames,

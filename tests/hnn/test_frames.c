@@ -165,8 +165,7 @@ static void test_damaged_motion(void **state)
         struct hnn_frames f;
         phys_runfile *file;
         struct path path = files_temporary("motion.h5");
-        static const char *const says[] = {"expected a finite number in 'angle', trajectory 1, "
-                                           "frame 3",
+        static const char *const says[] = {"a finite number in 'angle', trajectory 1, frame 3",
                                            "an axle not wider", "gravity",
                                            "expected 'speed' to be"};
         assert_int_equal(hnn_rod_film(&filming, 3, &f, &error), AD_OK);
