@@ -17,6 +17,7 @@ struct ad_step {
     double decay;    /* g += decay * x */
     double momentum; /* SGD */
     double beta1, beta2, epsilon;
+    double least; /* below it x, velocity and mean become 0 */
 };
 
 struct ad_kernels {

@@ -96,7 +96,8 @@ void ad_optimiser_step(ad_optimiser *optimiser, void *x, const void *g)
                            .momentum = s->momentum,
                            .beta1 = s->beta1,
                            .beta2 = s->beta2,
-                           .epsilon = s->epsilon};
+                           .epsilon = s->epsilon,
+                           .least = s->least};
     count_step(o);
     if (s->method == AD_SGD) {
         o->kernels->sgd(o->n, x, g, o->state, &step);

@@ -19,6 +19,8 @@ struct ad_optimiser_settings {
     double beta1, beta2, epsilon; /* Adam (Kingma and Ba 2015, algorithm 1) */
     double weight_decay;          /* g += weight_decay x, as in PyTorch's Adam and SGD ... */
     bool decoupled;               /* ... or x -= rate weight_decay x (AdamW) */
+    double least; /* smaller elements of x, velocity and mean become 0: what only decays would end
+                     subnormal, and a product of subnormal numbers takes a hundred cycles */
 };
 
 /* The usual settings of a method: rate 1e-3, betas .9 and .999, epsilon 1e-8, nothing else. */

@@ -17,14 +17,19 @@ static inline __m512d root512(__m512d v)
     return _mm512_mask_mov_pd(s, _mm512_fpclass_pd_mask(v, PLUS_ZERO | PLUS_INFINITY), v);
 }
 
+static inline __m512d flush512(__m512d x, __m512d least)
+{
+    return _mm512_maskz_mov_pd(_mm512_cmp_pd_mask(_mm512_abs_pd(x), least, _CMP_NLT_UQ), x);
+}
+
 struct quotient {
     __m512d x, over, under;
 };
 
-static inline void move(double *x, __mmask8 lanes, __m512d keep, struct quotient q)
+static inline void move(double *x, __mmask8 lanes, __m512d keep, __m512d least, struct quotient q)
 {
     __m512d change = _mm512_div_pd(q.over, q.under);
-    _mm512_mask_storeu_pd(x, lanes, _mm512_fmadd_pd(keep, q.x, change));
+    _mm512_mask_storeu_pd(x, lanes, flush512(_mm512_fmadd_pd(keep, q.x, change), least));
 }
 
 /* Eight elements move after the root of the next eight: neither waits for the other. */
@@ -34,6 +39,7 @@ static void adam(size_t n, void *px, const void *pg, void *pm, void *pv, const s
     const __m512d decay = _mm512_set1_pd(step->decay), epsilon = _mm512_set1_pd(step->epsilon);
     const __m512d beta1 = _mm512_set1_pd(step->beta1), rest1 = _mm512_set1_pd(1 - step->beta1);
     const __m512d beta2 = _mm512_set1_pd(step->beta2), rest2 = _mm512_set1_pd(1 - step->beta2);
+    const __m512d least = _mm512_set1_pd(step->least), least2 = _mm512_mul_pd(least, least);
     const double *g = pg;
     double *x = px, *m = pm, *v = pv;
     struct quotient last = {0};
@@ -48,14 +54,14 @@ static void adam(size_t n, void *px, const void *pg, void *pm, void *pv, const s
             _mm512_fmadd_pd(beta1, _mm512_maskz_loadu_pd(lanes, m + i), _mm512_mul_pd(rest1, d));
         __m512d square = _mm512_fmadd_pd(beta2, _mm512_maskz_loadu_pd(lanes, v + i),
                                          _mm512_mul_pd(_mm512_mul_pd(rest2, d), d));
-        _mm512_mask_storeu_pd(m + i, lanes, mean);
-        _mm512_mask_storeu_pd(v + i, lanes, square);
+        _mm512_mask_storeu_pd(m + i, lanes, flush512(mean, least));
+        _mm512_mask_storeu_pd(v + i, lanes, flush512(square, least2));
         struct quotient next = {at, _mm512_mul_pd(rate, mean),
                                 _mm512_add_pd(root512(square), epsilon)};
         if (i)
-            move(x + i - 8, 0xff, keep, last);
+            move(x + i - 8, 0xff, keep, least, last);
         last = next;
     }
     if (n)
-        move(x + i - 8, lanes, keep, last);
+        move(x + i - 8, lanes, keep, least, last);
 }

@@ -1,6 +1,9 @@
 /* The table of methods, and those of first order (optim.h). */
 #include "train.h"
 
+#include <float.h>
+#include <math.h>
+
 static void *create(const struct hnn_training *training, enum ad_type type, size_t n,
                     enum ad_optimiser_method method, bool decoupled)
 {
@@ -9,6 +12,9 @@ static void *create(const struct hnn_training *training, enum ad_type type, size
     s.weight_decay = training->weight_decay;
     s.momentum = training->momentum;
     s.decoupled = decoupled;
+    /* Weights of pixels that are always dark, and of dead units, only decay: half of the network.
+       Products of two parameters that are left are never subnormal. */
+    s.least = sqrt(type == AD_F32 ? (double)FLT_MIN : DBL_MIN);
     return ad_optimiser_new(&s, type, n);
 }
 

@@ -328,6 +328,64 @@ static void test_order_of_the_state(void **state)
     ad_optimiser_free(o);
 }
 
+/* ---- what only decays ---- */
+
+/* One gradient, then none; a factor of 3/4 a step on x, `beta1` on the mean. Leaves the least
+   nonzero size of x and of the first moment. */
+static void decay(enum ad_type type, enum ad_optimiser_method method, double least, double size[2])
+{
+    static union {
+        float f[N];
+        double d[N];
+    } x, typed;
+    double at[N], g[N];
+    struct ad_optimiser_settings s = ad_optimiser_defaults(method);
+    s.learning_rate = 0.5;
+    s.weight_decay = 0.5;
+    s.decoupled = true;
+    s.momentum = 0.7;
+    s.least = least;
+    for (size_t i = 0; i < N; i++) {
+        at[i] = 1e-2 * (double)(i + 1);
+        g[i] = 1e-3 * (double)(i + 2);
+    }
+    to_type(type, N, &x, at);
+    to_type(type, N, &typed, g);
+    ad_optimiser *o = ad_optimiser_new(&s, type, N);
+    assert_non_null(o);
+    ad_optimiser_step(o, &x, &typed);
+    memset(&typed, 0, sizeof typed);
+    for (int t = 0; t < 280; t++)
+        ad_optimiser_step(o, &x, &typed);
+    size_t bytes;
+    const void *state = ad_optimiser_state(o, &bytes);
+    size[0] = size[1] = INFINITY;
+    for (size_t i = 0; i < N; i++)
+        for (int k = 0; k < 2; k++) {
+            double a = fabs(element(type, k ? state : &x, i));
+            size[k] = a > 0 && a < size[k] ? a : size[k];
+        }
+    ad_optimiser_free(o);
+}
+
+static void decays_to_zero(void)
+{
+    for (int type = AD_F32; type <= AD_F64; type++)
+        for (int method = AD_SGD; method <= AD_ADAM; method++) {
+            double size[2];
+            decay((enum ad_type)type, (enum ad_optimiser_method)method, 0, size);
+            assert_true(size[1] < 1e-12);
+            decay((enum ad_type)type, (enum ad_optimiser_method)method, 1e-8, size);
+            assert_true(size[0] >= 1e-8 && size[1] >= 1e-8);
+        }
+}
+
+static void test_what_only_decays(void **state)
+{
+    (void)state;
+    for_each_isa(decays_to_zero);
+}
+
 static void test_null_and_too_large(void **state)
 {
     (void)state;
@@ -342,7 +400,8 @@ int main(void)
         cmocka_unit_test(test_published_formulas), cmocka_unit_test(test_in_every_isa),
         cmocka_unit_test(test_adam_by_hand),       cmocka_unit_test(test_the_two_weight_decays),
         cmocka_unit_test(test_sgd_by_hand),        cmocka_unit_test(test_resuming_is_bitwise),
-        cmocka_unit_test(test_order_of_the_state), cmocka_unit_test(test_null_and_too_large),
+        cmocka_unit_test(test_what_only_decays),   cmocka_unit_test(test_order_of_the_state),
+        cmocka_unit_test(test_null_and_too_large),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
