@@ -202,6 +202,7 @@ docs-pictures: all
 peers: all
 	@test -f charts/integrators.csv && test -f charts/gradients.csv && test -f charts/hnn-steps.csv || $(MAKE) --no-print-directory charts
 	@$(PYTHON) -B scripts/peers/compare.py charts $(if $(QUICK),--quick)
+	@$(PYTHON) -B scripts/peers/pixels_torch.py $(BUILD)/leastaction $(if $(QUICK),--quick)
 
 hnn-table: all
 	@scripts/hnn-table $(BUILD)/leastaction hnn-table
