@@ -106,7 +106,7 @@ static void write_script(const struct simulate_run *run, const struct simulate_r
         "plot data index f using 1:2:(%.6g):3 with circles fs solid noborder lc palette notitle\n"
         "set size noratio\nset size 0.46,0.47\nset origin 0.54,0.47\nset rmargin 9\n"
         "set xrange [0:5]\nset yrange [0:*]\nset xlabel 'r / {/Symbol s}' offset 0,0.5\n"
-        "set ylabel 'g(r)'\nset key top right\n"
+        "set ylabel 'g(r)'\nset key inside top right\n"
         "plot 1 lc rgb '#b0b0b0' dt 2 notitle, \\\n"
         "    data index %zu using 1:2 with lines lw 1.5 lc rgb '#e8a33d' title 'start', \\\n"
         "    data index %zu using 3:4 with lines lw 1.8 lc rgb '#1f4e79' title 'end'\n",
