@@ -197,6 +197,18 @@ static bool simplify_signs(enum ad_op op, ad_var a, ad_var b, ad_var *y)
     return false;
 }
 
+/* A factor 1 - t^2 with tanh t is one operation with its product: nothing is stored for it. */
+static bool simplify_slope(enum ad_op op, ad_var a, ad_var b, ad_var *y)
+{
+    const struct node *na = node_at(a.tape, a.id), *nb = node_at(b.tape, b.id);
+    if (op != AD_OP_mul || (na->op != AD_OP_tanh_slope && nb->op != AD_OP_tanh_slope))
+        return false;
+    bool first = nb->op != AD_OP_tanh_slope;
+    ad_var t = {a.tape, first ? na->in[0] : nb->in[0]};
+    *y = elementwise(a.tape, AD_OP_mul_tanh_slope, 2, (ad_var[]){first ? b : a, t});
+    return true;
+}
+
 ad_var ad_binary(enum ad_op op, ad_arg a, ad_arg b)
 {
     ad_tape *tape = common_tape(op, 2, (ad_arg[]){a, b});
@@ -214,7 +226,7 @@ ad_var ad_binary(enum ad_op op, ad_arg a, ad_arg b)
         return y;
     a.var = as_var(tape, a);
     b.var = as_var(tape, b);
-    if (simplify_signs(op, a.var, b.var, &y))
+    if (simplify_signs(op, a.var, b.var, &y) || simplify_slope(op, a.var, b.var, &y))
         return y;
     return elementwise(tape, op, 2, (ad_var[]){a.var, b.var});
 }
