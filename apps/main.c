@@ -66,6 +66,8 @@ static int run(const struct command *command, int argc, char *const argv[], stru
     } else if (options_parse(&command->line, argc - 2, argv + 2, common, error) == AD_OK) {
         common->command = text;
         int status = DONE;
+        if (common->no_native)
+            setenv("LEASTACTION_NATIVE", "0", 1);
         if (common->help)
             options_help(&command->line, stdout);
         else if (common->version)

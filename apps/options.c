@@ -18,6 +18,8 @@ static const struct option general[] = {
     {"quiet", NULL, OPTION_FLAG, NULL, "nothing but errors, and what was asked for", AT(quiet)},
     {"seed", "N", OPTION_SEED, "1", "of every random number", AT(seed)},
     {"threads", "N", OPTION_COUNT, "1", "results do not depend on it", AT(threads)},
+    {"no-native", NULL, OPTION_FLAG, NULL, "never compile long runs to machine code",
+     AT(no_native)},
 };
 
 static const struct option outputs[] = {

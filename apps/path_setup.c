@@ -97,6 +97,7 @@ static void choose_settings(const struct path_options *options, struct path_run 
     settings->hold = options->hold;
     settings->adam_steps = count_or(options->adam_steps, starts_on_line(run) ? 200 : 0);
     settings->threads = options->common.threads;
+    settings->native = true;
     run->damping = preset ? preset->damping : 1;
     run->every = count_or(options->every, (settings->steps + STORED - 1) / STORED);
     if (run->every == 0 && options->every == OPTION_NO_COUNT)

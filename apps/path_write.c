@@ -71,10 +71,10 @@ void path_print(const struct path_run *run, const struct path_result *result)
     snprintf(square, sizeof square, "%s%s", length, *length ? "^2" : "");
     print_tables(run);
     path_print_levels(run);
-    printf("%s: %zu slices of %g%s%s, rule %s, %s, %zu steps in %.3g s, %s\n\n", scene->name,
+    printf("%s: %zu slices of %g%s%s, rule %s, %s, %zu steps in %.3g s%s, %s\n\n", scene->name,
            run->settings.slices, run->settings.dt, *time ? " " : "", time, run->settings.rule->name,
            run->solver->name, result->info.steps, result->info.seconds,
-           path_stop_name(result->info.stop));
+           result->info.native ? " as machine code" : "", path_stop_name(result->info.stop));
     printf("  %-14s %13s %13s %13s\n", "", "reference", "start", "found");
     print_row("S mean", r->action_mean, s->action_mean, f->action_mean, energy);
     print_row("T mean", r->kinetic_mean, s->kinetic_mean, f->kinetic_mean, energy);
@@ -137,6 +137,7 @@ void path_print_json(const struct path_run *run, const struct path_result *resul
     json_text(&json, "rule", run->settings.rule->name);
     json_count(&json, "steps", result->info.steps);
     json_number(&json, "seconds", result->info.seconds);
+    json_bool(&json, "native", result->info.native);
     json_number(&json, "action", result->found.action);
     json_number(&json, "action_mean", result->found.action_mean);
     json_number(&json, "kinetic_mean", result->found.kinetic_mean);

@@ -252,13 +252,14 @@ void ad_rerun(ad_program *program);
 /* As ad_run; returns the seconds of it spent in matrix products, inside OpenBLAS. */
 double ad_run_timed(ad_program *program);
 
-/* Has the system's C compiler (CC, or cc) make machine code of the program, kept in the user's cache
-   folder ($XDG_CACHE_HOME/leastaction, or ~/.cache/leastaction) for the next time. `runs` is about
-   how often ad_run will be called: from it and two timed runs it is estimated whether the 0.1 s of
-   compiling pay, or the 0.5 ms of loading; INFINITY asks for it in any case. True if the program
-   now runs as machine code. False if it goes on being interpreted, with the reason in `note` (may
-   be NULL): it does not pay, there is no compiler or no safe folder, or LEASTACTION_NATIVE=0 is in
-   the environment. Values are the same but for rounding in sums and in functions like sin. */
+/* Has the system's C compiler (CC, or cc) make machine code of the program, kept for the next time
+   in the user's cache folder ($XDG_CACHE_HOME/leastaction, or ~/.cache/leastaction). `runs` is
+   about how often ad_run will be called: where so many runs save less than compiling takes, 0.1 s
+   and more, nothing is done; INFINITY asks for it in any case. True if the program now runs as
+   machine code. False if it goes on being interpreted, with the reason in `note` (may be NULL): it
+   does not pay, there is no compiler or no safe folder, or LEASTACTION_NATIVE=0 is in the
+   environment. Values keep their bits, but for sums and functions like sin, that may round
+   otherwise. */
 bool ad_native(ad_program *program, double runs, struct ad_error *note);
 
 /* Threads for large segments (default 1). Results do not depend on it, to the last bit. */

@@ -51,9 +51,8 @@ bool ad_native_segment(FILE *out, const ad_program *program, const struct walk *
    stand, in order, for its functions run0, run1, ... NULL when out of memory. */
 char *ad_native_source(const ad_program *program, struct native *native);
 
-/* The shared object of this source: from the cache folder if it is there and unhurt, else, with
-   `compiler` given, compiled and kept there. NULL, with a reason in `note`, where that cannot be.
-   dlclose it. */
+/* The shared object of this source: from the cache folder if it is there and unhurt, else compiled
+   and kept there. NULL, with a reason in `note`, where that cannot be. dlclose it. */
 void *ad_native_load(const char *source, const char *isa, const struct compiler *compiler,
                      struct ad_error *note);
 

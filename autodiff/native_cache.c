@@ -178,10 +178,8 @@ void *ad_native_load(const char *source, const char *isa, const struct compiler 
     size_t length = strlen(path);
     snprintf(path + length, PATH_MAX - length, "/%016llx.so",
              (unsigned long long)hash(HASH_START, source, strlen(source)));
-    if (!is_whole(path, source)) {
-        if (!c || !build(path, source, isa, c, note))
-            return NULL;
-    }
+    if (!is_whole(path, source) && !build(path, source, isa, c, note))
+        return NULL;
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!library)
         ad_fail(note, AD_E_IO, "%s", dlerror());

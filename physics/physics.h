@@ -316,6 +316,7 @@ struct phys_path_settings {
         *reference; /* [dof x slices]: descents end at the step nearest to it, once the
                        distance has not fallen for PHYS_PATIENCE steps; NULL: they do not */
     size_t threads;
+    bool native; /* descents whose steps pay for it run as machine code (ad_native) */
     /* Called after step 0 (the start), and after every step; false stops the run cleanly. path is
        [s*dof x slices] for a rule of degree s; means are those of phys_action. May be NULL. */
     bool (*progress)(void *context, const struct phys_path_step *step);
@@ -336,6 +337,7 @@ struct phys_path_info {
     size_t steps;
     double seconds; /* of the solver alone */
     double action, action_mean, kinetic_mean, potential_mean, grad_norm;
+    bool native; /* ran as machine code */
 };
 
 /* A solver: one file, one const struct, one line in the table. */

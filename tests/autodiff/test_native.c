@@ -1,5 +1,6 @@
 /* The compiled back end against the interpreter: every operation, random programs, segments that
    are split for threads; and a cache folder that was tampered with. */
+#include "tests/native.h"
 #include "world.h"
 
 #include <fcntl.h>
@@ -11,43 +12,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-/* ---- a cache folder of the test's own ---- */
-
-static char folder[64]; /* .../leastaction below it */
-
-static int open_cache(void **state)
-{
-    (void)state;
-    snprintf(folder, sizeof folder, "/tmp/test_native.XXXXXX");
-    return mkdtemp(folder) && setenv("XDG_CACHE_HOME", folder, 1) == 0 ? 0 : -1;
-}
-
-static int remove_cache(void **state)
-{
-    char command[128];
-    (void)state;
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    return system(command);
-}
-
-static bool has_compiler(void) { return system("${CC:-cc} --version >/dev/null 2>&1") == 0; }
-
-/* The test cannot run without a compiler. */
-static void need_compiler(void)
-{
-    if (!has_compiler()) {
-        print_message("no C compiler (CC, or cc): programs stay interpreted\n");
-        skip();
-    }
-}
-
-static void make_native(ad_program *p)
-{
-    struct ad_error note = {0};
-    if (!ad_native(p, INFINITY, &note))
-        fail_msg("not compiled: %s", note.message);
-}
-
 /* Copies of a program that are interpreted and compiled. */
 struct twins {
     ad_program *interpreted, *compiled;
@@ -56,7 +20,7 @@ struct twins {
 static struct twins make_twins(ad_tape *tape, size_t n, const ad_var out[])
 {
     struct twins t = {compile(tape, n, out), compile(tape, n, out)};
-    make_native(t.compiled);
+    native_make(t.compiled);
     return t;
 }
 
@@ -66,26 +30,11 @@ static void free_twins(struct twins *t)
     ad_program_free(t->compiled);
 }
 
-/* Relative to the largest element: sums that cancel keep the rounding of their terms. */
 static void assert_equal_outputs(const struct twins *t, size_t n, const ad_var out[],
                                  double tolerance, const char *name)
 {
-    for (size_t k = 0; k < n; k++) {
-        size_t size = ad_rows(out[k]) * ad_cols(out[k]);
-        double *a = malloc(2 * size * sizeof *a), *b = a + size, largest = 1e-30;
-        assert_non_null(a);
-        assert_int_equal(ad_get(t->interpreted, out[k], a), AD_OK);
-        assert_int_equal(ad_get(t->compiled, out[k], b), AD_OK);
-        for (size_t i = 0; i < size; i++)
-            largest = isfinite(a[i]) ? fmax(largest, fabs(a[i])) : largest;
-        for (size_t i = 0; i < size; i++)
-            if (!(fabs(a[i] - b[i]) <= tolerance * largest) && a[i] != b[i] &&
-                !(isnan(a[i]) && isnan(b[i])))
-                fail_msg("%s, output %zu, element %zu of %zu x %zu: interpreted %.17g, compiled "
-                         "%.17g",
-                         name, k, i, ad_rows(out[k]), ad_cols(out[k]), a[i], b[i]);
-        free(a);
-    }
+    for (size_t k = 0; k < n; k++)
+        assert_same_values(t->interpreted, t->compiled, out[k], tolerance, name);
 }
 
 /* ---- every operation ---- */
@@ -168,7 +117,7 @@ static void operations_on_this_isa(void)
 static void test_every_operation(void **state)
 {
     (void)state;
-    need_compiler();
+    native_need_compiler();
     for_each_isa(operations_on_this_isa);
 }
 
@@ -200,7 +149,7 @@ static void random_program(enum ad_type type, uint64_t seed, double tolerance)
 static void test_random_programs(void **state)
 {
     (void)state;
-    need_compiler();
+    native_need_compiler();
     for (uint64_t seed = 0; seed < 12; seed++)
         random_program(AD_F64, seed, 1e-12);
 }
@@ -254,7 +203,7 @@ static void test_pairs(void **state)
         size_t bodies, cols;
     } sizes[] = {{3, 1}, {3, 2}, {40, 1}, {7, 100}, {50, 100}, {50, 37}, {300, 5}, {1200, 1}};
     (void)state;
-    need_compiler();
+    native_need_compiler();
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
         pair_law(AD_F64, sizes[k].bodies, sizes[k].cols, 1e-13);
         pair_law(AD_F32, sizes[k].bodies, sizes[k].cols, 2e-5);
@@ -289,7 +238,7 @@ static void test_differences(void **state)
 {
     static const size_t cols[] = {2, 3, 8, 9, 17, 100};
     (void)state;
-    need_compiler();
+    native_need_compiler();
     for (size_t k = 0; k < sizeof cols / sizeof *cols; k++) {
         differences(cols[k], false);
         differences(cols[k], true);
@@ -339,8 +288,9 @@ static void assert_native(size_t number)
 
 static int shell(const char *format)
 {
-    char command[512];
-    snprintf(command, sizeof command, format, folder, folder, folder);
+    char command[4 * PATH_ROOM];
+    snprintf(command, sizeof command, format, native_cache.text, native_cache.text,
+             native_cache.text);
     return system(command);
 }
 
@@ -356,7 +306,7 @@ static void test_hurt_entries_are_made_again(void **state)
         "cd %s/leastaction && for f in *.so; do rm $f; mkfifo -m 600 $f; done",
     };
     (void)state;
-    need_compiler();
+    native_need_compiler();
     for (size_t k = 0; k < sizeof harm / sizeof *harm; k++) {
         assert_int_equal(shell("rm -rf %s/leastaction %s/kept"), 0);
         assert_native(0);
@@ -405,7 +355,7 @@ static void test_no_compiler(void **state)
 static void test_few_runs(void **state)
 {
     (void)state;
-    need_compiler();
+    native_need_compiler();
     struct ad_error note = {0};
     ad_tape *tape = ad_tape_new(AD_F64);
     ad_var y;
@@ -421,7 +371,7 @@ static void test_several_processes(void **state)
 {
     enum { PROCESSES = 4 };
     (void)state;
-    need_compiler();
+    native_need_compiler();
     pid_t child[PROCESSES];
     for (size_t k = 0; k < PROCESSES; k++) {
         child[k] = fork();
@@ -451,5 +401,5 @@ int main(void)
         cmocka_unit_test(test_few_runs),
         cmocka_unit_test(test_several_processes),
     };
-    return cmocka_run_group_tests(tests, open_cache, remove_cache);
+    return cmocka_run_group_tests(tests, native_open_cache, native_remove_cache);
 }

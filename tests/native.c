@@ -1,0 +1,54 @@
+#include "native.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+struct path native_cache;
+
+int native_open_cache(void **state)
+{
+    if (files_setup(state) != 0)
+        return -1;
+    native_cache = files_temporary("cache");
+    return setenv("XDG_CACHE_HOME", native_cache.text, 1);
+}
+
+int native_remove_cache(void **state) { return files_teardown(state); }
+
+void native_need_compiler(void)
+{
+    if (system("${CC:-cc} --version >/dev/null 2>&1") == 0)
+        return;
+    print_message("no C compiler (CC, or cc): programs stay interpreted\n");
+    skip();
+}
+
+void native_make(ad_program *program)
+{
+    struct ad_error note = {0};
+    if (!ad_native(program, INFINITY, &note))
+        fail_msg("not compiled: %s", note.message);
+}
+
+static bool same(double a, double b, double difference)
+{
+    return fabs(a - b) <= difference || a == b || (isnan(a) && isnan(b));
+}
+
+void assert_same_values(const ad_program *interpreted, const ad_program *compiled, ad_var x,
+                        double tolerance, const char *name)
+{
+    size_t size = ad_rows(x) * ad_cols(x);
+    double *a = malloc(2 * size * sizeof *a), *b = a + size, largest = 0;
+    assert_non_null(a);
+    assert_int_equal(ad_get(interpreted, x, a), AD_OK);
+    assert_int_equal(ad_get(compiled, x, b), AD_OK);
+    for (size_t i = 0; i < size; i++)
+        largest = isfinite(a[i]) ? fmax(largest, fabs(a[i])) : largest;
+    for (size_t i = 0; i < size; i++)
+        if (!same(a[i], b[i], tolerance * largest))
+            fail_msg("%s: element %zu of %zu x %zu: interpreted %.17g, compiled %.17g", name, i,
+                     ad_rows(x), ad_cols(x), a[i], b[i]);
+    free(a);
+}

@@ -1,0 +1,24 @@
+/* What the tests of machine code share: a cache folder of their own, and programs to compare. */
+#ifndef TESTS_NATIVE_H
+#define TESTS_NATIVE_H
+
+#include "autodiff/autodiff.h"
+#include "tests/close.h"
+#include "tests/files.h"
+
+extern struct path native_cache; /* holds the folder leastaction */
+
+/* Set up and tear down a group of tests. */
+int native_open_cache(void **state);
+int native_remove_cache(void **state);
+
+/* Skips a test where there is no compiler. */
+void native_need_compiler(void);
+/* Compiles a program to machine code, or fails the test. */
+void native_make(ad_program *program);
+/* Two programs agree on x, relative to the largest element: sums that cancel keep the rounding of
+   their terms. */
+void assert_same_values(const ad_program *interpreted, const ad_program *compiled, ad_var x,
+                        double tolerance, const char *name);
+
+#endif
