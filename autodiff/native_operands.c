@@ -20,12 +20,55 @@ void ad_native_say(const struct writer *w, const char *format, ...)
 
 /* ---- where things lie ---- */
 
+/* List b is list a with a constant added. */
+static bool same_list(const struct writer *w, uint32_t a, uint32_t b)
+{
+    const uint32_t *x = w->p->lists + a, *y = w->p->lists + b;
+    for (uint32_t r = 1; r < w->g->rows; r++)
+        if (y[r] - x[r] != y[0] - x[0])
+            return false;
+    return true;
+}
+
+static void find_list(struct writer *w, const struct loc *l)
+{
+    for (size_t k = 0; l->list && k < w->n_lists; k++)
+        if (same_list(w, w->lists[k], l->list - 1))
+            return;
+    if (l->list && w->n_lists < MAX_LISTS)
+        w->lists[w->n_lists++] = l->list - 1;
+}
+
+/* The coordinates of one body are neighbours: one number finds them all. */
+void ad_native_find_lists(struct writer *w)
+{
+    for (const struct instruction *in = w->first; in < w->end; in++) {
+        if (in->kind == DO_ADD_ROWS)
+            find_list(w, &w->p->locs[in->loc[0]]);
+        for (uint32_t k = 1; k <= in->n_in && reads_lanes(in); k++)
+            find_list(w, &w->p->locs[in->loc[k]]);
+    }
+}
+
+/* The number in a list for row r, by the list that it differs from by a constant. */
+static void write_listed(const struct writer *w, uint32_t list)
+{
+    const uint32_t *lists = w->p->lists;
+    for (size_t k = 0; k < w->n_lists; k++)
+        if (same_list(w, w->lists[k], list)) {
+            long more = (long)lists[list] - (long)lists[w->lists[k]];
+            ad_native_say(w, "((size_t)l[%u + r] + %ld)", w->lists[k] + w->k, more);
+            return;
+        }
+    ad_native_say(w, "(size_t)l[%u + r]", list + w->k);
+}
+
 void ad_native_row(const struct writer *w, const struct loc *l)
 {
     if (w->literal)
         ad_native_say(w, "%u", l->list ? w->p->lists[l->list - 1 + w->row + w->k] : w->row + w->k);
     else if (l->list)
-        ad_native_say(w, "(size_t)l[%u + r]", l->list - 1 + w->k);
+        write_listed(w, l->list - 1);
     else
         ad_native_say(w, "(r + %u)", w->k);
 }

@@ -164,6 +164,7 @@ bool ad_native_segment(FILE *out, const ad_program *p, const struct walk *walk)
     if (!w.known)
         return false;
     bool done = true;
+    ad_native_find_lists(&w);
     ad_native_find_arrays(&w);
     ad_native_say(&w,
                   "static void s%u(char *m, const u32 *l, size_t chunk, size_t row, size_t row_end,"

@@ -10,6 +10,7 @@
 
 enum {
     MAX_ARRAYS = 16,
+    MAX_LISTS = 8,
     MAX_ARRAY_BYTES = 64 << 10, /* what stays in the cache beside the rest */
     MAX_BESIDE = 4,             /* rows side by side: registers end there */
     EVERY_ROW = 1 << 7          /* of `known`: a variable for all rows */
@@ -34,6 +35,8 @@ struct writer {
     uint32_t n_known;
     struct array arrays[MAX_ARRAYS];
     size_t n_arrays;
+    uint32_t lists[MAX_LISTS]; /* of row numbers: the first of those that differ by a constant */
+    size_t n_lists;
     bool ragged;     /* the last vector is moved back over the one before */
     bool literal;    /* rows are numbers: `row` the first of those side by side */
     uint32_t row, k; /* k: which of them is written */
@@ -45,6 +48,7 @@ void ad_native_say(const struct writer *w, const char *format, ...)
 
 /* ---- operands: native_operands.c ---- */
 
+void ad_native_find_lists(struct writer *w);
 void ad_native_find_arrays(struct writer *w);
 void ad_native_fill_arrays(const struct writer *w);
 /* The row of a location, and the address of its element in row r, column c. */
