@@ -258,8 +258,7 @@ double ad_run_timed(ad_program *program);
    and more, nothing is done; INFINITY asks for it in any case. True if the program now runs as
    machine code. False if it goes on being interpreted, with the reason in `note` (may be NULL): it
    does not pay, there is no compiler or no safe folder, or LEASTACTION_NATIVE=0 is in the
-   environment. Values keep their bits, but for sums and functions like sin, that may round
-   otherwise. */
+   environment. Values are the same to rounding. */
 bool ad_native(ad_program *program, double runs, struct ad_error *note);
 
 /* Threads for large segments (default 1). Results do not depend on it, to the last bit. */

@@ -4,9 +4,8 @@
    of the interpreter (native.c). Matrix products and what else stands alone stay as they are; so
    does the interpreter, for whoever has no compiler, and as the oracle.
 
-   A function keeps what the interpreter has in tiles in registers, and does the same operations in
-   the same order: the same bits, except in sums and in functions like sin, where lanes and
-   remainders of a loop fall differently. */
+   A function keeps in registers what the interpreter has in tiles, and does the same operations in
+   the same order: values are the same to rounding. */
 #ifndef AUTODIFF_NATIVE_H
 #define AUTODIFF_NATIVE_H
 
