@@ -171,12 +171,21 @@ static enum ad_status check_out(const char *name, struct ad_error *error)
     return error->status;
 }
 
+/* The table of tasks knows motions alone. */
+static enum ad_status mention_pixels(const char *name, struct ad_error *error)
+{
+    if (!phys_nearest(name, 1, (const char *const[]){"pixels"}))
+        return error->status;
+    *error = (struct ad_error){0};
+    return ad_fail(error, AD_E_ARGUMENT, "unknown task '%s'; did you mean 'pixels'?", name);
+}
+
 static enum ad_status observe(const struct dataset_options *options, struct ad_error *error)
 {
     const struct hnn_task *task = hnn_task_find(options->common.argument[0], error);
     struct hnn_observations observations = {0};
     if (!task)
-        return error->status;
+        return mention_pixels(options->common.argument[0], error);
     struct hnn_sampling sampling = sampling_of(task, options);
     double start = dataset_now();
     if (hnn_task_observe(task, &sampling, options->common.seed, &observations, error) == AD_OK) {

@@ -165,6 +165,7 @@ static void test_refused(void **state)
         const char *arguments, *says;
     } wrong[] = {
         {"sprong --out a.csv", "did you mean 'spring'?"},
+        {"pixel --out a.h5", "did you mean 'pixels'?"},
         {"spring", "missing --out"},
         {"spring --out nowhere/a.csv", "cannot be written"},
         {"spring --out a.csv --points 1", "at least two observations"},
