@@ -13,7 +13,7 @@
 
 /* ---- tables ---- */
 
-enum { MOST_ROWS = 4000, MOST_COLUMNS = 12 };
+enum { MOST_ROWS = 4000, MOST_COLUMNS = 32 };
 
 struct table {
     size_t rows, columns;
