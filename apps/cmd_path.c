@@ -17,10 +17,12 @@ static enum ad_status solve(struct path_run *run, struct path_record *record,
     interrupt_catch();
     if (path_wants_all(run->options) && path_find_all(run, result, error) != AD_OK)
         return error->status;
-    if (run->system.scene->free_time && !path_wants_all(run->options) &&
-        phys_path_free_time(&run->system, &run->settings, 0, run->path, &result->info, error) !=
+    if (run->system.scene->free_time && !path_wants_all(run->options)) {
+        if (phys_path_free_time(&run->system, &run->settings, 0, run->path, &result->info, error) !=
             AD_OK)
-        return error->status;
+            return error->status;
+        run->settings.adam_steps = 0; /* the path is found */
+    }
     run->solver->solve(&run->system, &run->settings, run->path, &result->info, error);
     progress_end(&record->progress);
     if (record->failed)
@@ -54,6 +56,21 @@ static bool converged(const struct path_run *run, const struct path_result *resu
            stop == PHYS_STOP_ROUNDING;
 }
 
+/* What to try where newton did not converge. */
+static const char *advice(const struct path_run *run, const struct path_result *result)
+{
+    const char *init = run->options->init;
+    if (strcmp(run->solver->name, "newton") != 0)
+        return "";
+    if (!init || strcmp(init, "line") == 0)
+        return "; a line is far from a path of many turns or close passes: try --init ode "
+               "--tol 1e-6, or a shorter time (--slices)";
+    if (result->info.stop == PHYS_STOP_STALLED)
+        return "; where L has a kink (a clamp, a cap) it may never vanish; else try --adam-steps "
+               "100, --rule gauss4, or a smaller --dt";
+    return "; try more --steps";
+}
+
 /* Whether the run reached what was asked. */
 static int judge(const struct path_run *run, const struct path_result *result,
                  struct ad_error *error)
@@ -64,7 +81,7 @@ static int judge(const struct path_run *run, const struct path_result *result,
     else if (!converged(run, result))
         ad_fail(error, AD_E_ARGUMENT, "not converged: %s, |gradient| %.3g after %zu steps%s",
                 path_stop_name(result->info.stop), result->info.grad_norm, result->info.steps,
-                strcmp(run->solver->name, "newton") == 0 ? "; try --adam-steps 100" : "");
+                advice(run, result));
     return error->status == AD_OK ? DONE : NOT_REACHED;
 }
 

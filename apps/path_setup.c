@@ -71,7 +71,7 @@ static enum ad_status set_parameters(const struct path_options *options, struct 
 static bool starts_on_line(const struct path_run *run)
 {
     const char *init = run->options->init;
-    return !run->preset && !run->system.scene->free_time && (!init || strcmp(init, "line") == 0);
+    return !run->preset && (!init || strcmp(init, "line") == 0);
 }
 
 static const char *default_solver(const struct path_options *options, const struct path_run *run)

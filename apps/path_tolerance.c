@@ -17,7 +17,9 @@ enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error 
         {path_wants_all(options), "--all, --energy: it refines one path"},
         {strcmp(options->ends, "both") != 0, "--ends start: it needs both ends"},
         {run->system.scene->free_time, "a free end time"},
-        {options->data != NULL, "--data: observations have slices of their own"},
+        {options->data != NULL,
+         "--data: observations have slices of their own; simulate ephemeris --data DIR --tol KM "
+         "finds the least model"},
         {options->reference != NULL, "--reference: it chooses the slices"},
         {options->hold != 1, "--hold: it chooses the slices"},
         {!isnan(options->grad_tolerance), "--grad-tol: every level is solved to rounding"},

@@ -8,7 +8,7 @@
 #include <string.h>
 
 static const double NEAR = 0.1;   /* of the path's extent: by how much grids may disagree */
-static const double FALL = 0.7;   /* of that, where it is twice as fine: half for order 1 */
+static const double FALL = 0.6;   /* of that, where it is twice as fine: half for order 1 */
 static const double SAME = 1e-10; /* of the extent: where rounding may stop the fall */
 
 /* Largest range of a coordinate. */
