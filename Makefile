@@ -86,7 +86,7 @@ help:
 	@echo '  docs-pictures  draws the pictures of README.md again'
 	@echo '  hnn-table  trains the published Hamiltonian neural networks: published, ours'
 	@echo '  peers      the same jobs in SciPy, PyTorch, JAX, where installed (PYTHON=python3)'
-	@echo '  bench      gradients by the tape against hand-written C'
+	@echo '  bench      gradients by the tape against hand-written C; fails if slower than before'
 	@echo '  lint       warnings are errors (gcc, clang), cppcheck, format, exported names'
 	@echo '  format     clang-format everything'
 	@echo '  sanitize   every test under ASan and UBSan'
@@ -187,7 +187,7 @@ demo:
 	@scripts/demo $(BUILD)/leastaction demo
 
 bench: all
-	@$(BUILD)/leastaction chart gradients --out $(BUILD)/bench
+	@scripts/bench $(BUILD)/leastaction $(BUILD)/bench $(if $(ACCEPT),accept)
 
 charts: all
 	@for kind in gradients integrators paths gas hnn; do \
