@@ -84,7 +84,7 @@ help:
 	@echo '  demo       install, build, run the six published scenes, leave pictures in demo/'
 	@echo '  charts     speed against accuracy, in charts/ (QUICK=1: a smaller range)'
 	@echo '  docs-pictures  draws the pictures of README.md again'
-	@echo '  hnn-table  trains the published Hamiltonian neural networks: published, ours'
+	@echo '  hnn-table  trains the published Hamiltonian neural networks: published, ours (PIXELS=3: from frames, too)'
 	@echo '  peers      the same jobs in SciPy, PyTorch, JAX, where installed (PYTHON=python3)'
 	@echo '  bench      gradients by the tape against hand-written C; fails if slower than before'
 	@echo '  lint       warnings are errors (gcc, clang), cppcheck, format, exported names'
