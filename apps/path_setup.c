@@ -211,19 +211,23 @@ static double *read_path(const struct path_run *run, const char *file, struct ad
 }
 
 /* Columns 0 and 1 of `path`: from `given`, else from the scene's start. */
-static enum ad_status first_slices(const struct path_run *run, const double *given, double *path,
-                                   struct ad_error *error)
+static enum ad_status first_slices(const struct path_run *run, phys_motion *motion,
+                                   const double *given, double *path, struct ad_error *error)
 {
-    size_t dof = run->system.dof, n = run->settings.slices;
-    double *q = malloc(2 * dof * sizeof *q), *v = q ? q + dof : NULL;
+    const struct phys_system *system = &run->system;
+    size_t dof = system->dof, n = run->settings.slices;
+    for (size_t k = 0; given && k < dof; k++) {
+        path[k * n] = given[k * n];
+        path[k * n + 1] = given[k * n + 1];
+    }
+    if (given)
+        return AD_OK;
+    double *q = malloc(2 * dof * sizeof *q);
     if (!q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (given || run->system.scene->start(run->system.params, run->options->common.seed, q, v,
-                                          error) == AD_OK)
-        for (size_t k = 0; k < dof; k++) {
-            path[k * n] = given ? given[k * n] : q[k];
-            path[k * n + 1] = given ? given[k * n + 1] : q[k] + v[k] * run->settings.dt;
-        }
+    bool euler = !run->preset || run->preset->euler_start;
+    if (system->scene->start(system->params, run->options->common.seed, q, q + dof, error) == AD_OK)
+        phys_first_slices(motion, q, q + dof, n, run->settings.dt, euler, path, error);
     free(q);
     return error->status;
 }
@@ -258,8 +262,8 @@ static double *motion_path(const struct path_run *run, const double *given, stru
     const struct phys_scene *scene = run->system.scene;
     if (path && scene->between)
         scene->between(run->system.params, run->settings.slices, path, error);
-    else if (path && first_slices(run, given, path, error) == AD_OK &&
-             phys_motion_new(&run->system, &motion, error) == AD_OK)
+    else if (path && phys_motion_new(&run->system, &motion, error) == AD_OK &&
+             first_slices(run, motion, given, path, error) == AD_OK)
         integrate(run, motion, path, error);
     phys_motion_free(motion);
     if (error->status == AD_OK)

@@ -68,9 +68,11 @@ static void published_starts_reach_the_ode_path(void **state)
 {
     static const struct {
         const char *scene;
-        size_t adam_steps, most_steps;
-    } cases[] = {
-        {"freebody", 0, 5}, {"pendulum", 0, 12}, {"threebody", 200, 12}, {"ephemeris", 0, 12}};
+        size_t adam_steps, most_steps, index;
+    } cases[] = {{"freebody", 0, 5, 0},
+                 {"pendulum", 0, 12, 1},
+                 {"threebody", 200, 12, 0},
+                 {"ephemeris", 0, 12, 0}};
     (void)state;
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         struct phys_system system = published_system(cases[k].scene);
@@ -86,6 +88,7 @@ static void published_starts_reach_the_ode_path(void **state)
         assert_int_equal(info.stop, PHYS_STOP_ROUNDING);
         assert_in_range(info.steps, 1, cases[k].most_steps);
         assert_true(error < 1e-20);
+        assert_int_equal(spectrum(&system, &settings, path).index, cases[k].index);
         free(path);
         free(ode);
         free(zero);
@@ -195,6 +198,25 @@ static void index_on_the_true_path(void **state)
     }
 }
 
+/* The figure of eight, m = G = 1: its action over a period, to the digits known. */
+static void action_of_the_figure_eight(void **state)
+{
+    (void)state;
+    struct phys_system system;
+    struct ad_error error = {0};
+    phys_system_open("figure8", &system, &error);
+    assert_no_error(&error);
+    struct phys_path_settings settings = settings_of(&system, "gauss4");
+    settings.slices = 65;
+    settings.dt = 6.3259138908 / 64;
+    double *path = motion(&system, &settings);
+    struct phys_path_info info = solve(&system, &settings, path);
+    assert_int_equal(info.stop, PHYS_STOP_ROUNDING);
+    assert_close(info.action, 24.42704853, 0, 1e-8);
+    free(path);
+    phys_system_close(&system);
+}
+
 /* Half a period is where an oscillator's action turns into a saddle. */
 static void oscillator_turns_into_a_saddle(void **state)
 {
@@ -265,6 +287,7 @@ int main(void)
         cmocka_unit_test(published_gas_becomes_stationary),
         cmocka_unit_test(gas_returns_to_its_motion),
         cmocka_unit_test(index_on_the_true_path),
+        cmocka_unit_test(action_of_the_figure_eight),
         cmocka_unit_test(oscillator_turns_into_a_saddle),
         cmocka_unit_test(wrong_settings_are_refused),
     };
