@@ -62,6 +62,12 @@ const double *phys_march_element(const phys_march *march) { return march->x; }
 
 size_t phys_march_evaluations(const phys_march *march) { return march->evaluations; }
 
+void phys_march_go(phys_march *march, double dt, const double *velocity)
+{
+    march->hessian.dt = dt;
+    memcpy(march->velocity, velocity, march->dof * sizeof *velocity);
+}
+
 /* ---- solving ---- */
 
 /* Coordinate i of the nodes in the order of time: node i / dof. */

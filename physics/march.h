@@ -18,6 +18,8 @@ void phys_march_free(phys_march *march);
 /* Momentum p [dof] at the end of the element from q0 to q1 [dof] that begins at t. */
 enum ad_status phys_march_start(phys_march *march, double t, const double *q0, const double *q1,
                                 double *p, struct ad_error *error);
+/* Elements of length dt from here on, the next one from about this velocity [dof]. */
+void phys_march_go(phys_march *march, double dt, const double *velocity);
 /* One element: q, p [dof] at t become those at t + dt; the guess is that the last element's
    velocity goes on. AD_E_NONFINITE where the equations have no solution near it, naming the
    coordinate. */
