@@ -13,11 +13,56 @@ static bool whole_exponent(const struct writer *w, const struct loc *l, int *exp
     return true;
 }
 
-static void elementwise(const struct writer *w, const struct instruction *in)
+/* ---- sine and cosine of one argument ---- */
+
+static enum ad_op op_of(const struct writer *w, const struct instruction *in)
 {
     bool spread = in->loc[0] != in->value; /* of a number, for an operation that comes after */
-    enum ad_op op = spread ? AD_OP_copy : (enum ad_op)w->p->values[in->value].op;
+    return spread ? AD_OP_copy : (enum ad_op)w->p->values[in->value].op;
+}
+
+/* The first sine or cosine of the argument of this one, if there are both; or NULL. */
+static const struct instruction *first_of_both(const struct writer *w, const struct instruction *in)
+{
+    const struct instruction *first = NULL;
+    bool sine = false, cosine = false;
+    if (w->p->type != AD_F64 || w->walk->lanes == 1 || w->halves)
+        return NULL;
+    for (const struct instruction *other = w->first; other < w->end; other++) {
+        if (other->kind != DO_ELEMENTWISE || other->loc[1] != in->loc[1])
+            continue;
+        sine = sine || op_of(w, other) == AD_OP_sin;
+        cosine = cosine || op_of(w, other) == AD_OP_cos;
+        first = !first && (sine || cosine) ? other : first;
+    }
+    return sine && cosine ? first : NULL;
+}
+
+static bool is_of_both(const struct writer *w, const struct instruction *in)
+{
+    enum ad_op op = op_of(w, in);
+    return (op == AD_OP_sin || op == AD_OP_cos) && first_of_both(w, in);
+}
+
+void ad_native_prepare(const struct writer *w, const struct instruction *in)
+{
+    if (in->kind != DO_ELEMENTWISE || !is_of_both(w, in) || first_of_both(w, in) != in)
+        return;
+    ad_native_say(w, "const struct both@ b%u_%u = sincos@(", in->loc[1], w->k);
+    ad_native_name(w, in->loc[1]);
+    ad_native_say(w, ");\n");
+}
+
+/* ---- any operation ---- */
+
+static void elementwise(const struct writer *w, const struct instruction *in)
+{
+    enum ad_op op = op_of(w, in);
     int exponent = 0;
+    if (is_of_both(w, in)) {
+        ad_native_say(w, "b%u_%u.%s", in->loc[1], w->k, ad_op_name(op));
+        return;
+    }
     bool whole = op == AD_OP_powi && whole_exponent(w, &w->p->locs[in->loc[2]], &exponent);
     ad_native_say(w, whole ? "whole_@(" : "op_%s_@(", ad_op_name(op));
     for (uint32_t k = 1; k <= in->n_in && !(whole && k == 2); k++) {

@@ -94,7 +94,9 @@ bool ad_native_pipeline(struct writer *w, bool *written)
     *written = done && find_head(&l);
     if (*written) {
         find_carried(&l);
+        w->halves = true;
         write_loop(&l);
+        w->halves = false;
     }
     free(l.head);
     free(l.of_head);

@@ -38,6 +38,7 @@ void ad_native_instruction(struct writer *w, const struct instruction *in)
         ad_native_add(w, in);
         return;
     }
+    ad_native_prepare(w, in);
     w->known[in->loc[0]] |= (uint8_t)(1u << w->k);
     ad_native_say(w, "const V@ ");
     ad_native_name(w, in->loc[0]);

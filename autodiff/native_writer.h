@@ -38,6 +38,7 @@ struct writer {
     uint32_t lists[MAX_LISTS]; /* of row numbers: the first of those that differ by a constant */
     size_t n_lists;
     bool ragged;     /* the last vector is moved back over the one before */
+    bool halves;     /* a row is written in two halves, that share no more than they must */
     bool literal;    /* rows are numbers: `row` the first of those side by side */
     uint32_t row, k; /* k: which of them is written */
 };
@@ -67,7 +68,8 @@ static inline bool reads_lanes(const struct instruction *in)
 
 /* ---- operations: native_operations.c ---- */
 
-/* The expression of an instruction that is no sum. */
+/* What must stand before it, and the expression of an instruction that is no sum. */
+void ad_native_prepare(const struct writer *w, const struct instruction *in);
 void ad_native_operation(const struct writer *w, const struct instruction *in);
 
 /* ---- sums: native_sums.c ---- */
