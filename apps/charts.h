@@ -33,6 +33,11 @@ int chart_gas(const struct chart_settings *settings, struct ad_error *error);
 /* A step of training beside its floor, hnn-steps.csv. */
 int chart_hnn(const struct chart_settings *settings, struct ad_error *error);
 
+/* Wave packets by kernel, Fourier transforms and Crank-Nicolson: error against seconds in
+   quantum.csv and its picture; a slice beside the product of matrices that it is in
+   quantum-slices.csv. */
+int chart_quantum(const struct chart_settings *settings, struct ad_error *error);
+
 /* ---- files of a chart (chart_files.c) ---- */
 
 /* Makes the folder and begins NAME.csv in it, under lines that say on what machine, when and by

@@ -22,6 +22,7 @@ static const struct chart {
     {"ephemeris", chart_ephemeris},
     {"gas", chart_gas},
     {"hnn", chart_hnn},
+    {"quantum", chart_quantum},
 };
 
 enum { N_CHARTS = sizeof charts / sizeof *charts };
@@ -76,7 +77,7 @@ static const struct option table[] = {
 const struct command command_chart = {
     .line = {.name = "chart",
              .what = "speed against accuracy, measured: gradients, integrators, paths, "
-                     "ephemeris, gas, hnn",
+                     "ephemeris, gas, hnn, quantum",
              .arguments = {"KIND"},
              .options = table,
              .n_options = sizeof table / sizeof *table},

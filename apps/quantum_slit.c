@@ -244,7 +244,7 @@ static void fill_expected(struct slit *s, double most)
         qm_complex sum = 0;
         for (int side = -1; side <= 1; side += 2) {
             double u = (qm_x(&s->y, b) - side * p->apart / 2) / (2 * p->sigma);
-            sum += cexp(-u * u / CMPLX(1, theta));
+            sum += cexp(-u * u / (1 + I * theta));
         }
         s->expected[b] = creal(sum * conj(sum));
         highest = fmax(highest, s->expected[b]);

@@ -100,7 +100,7 @@ enum ad_status quantum_truth(const struct quantum_run *run, double t, qm_complex
         *truth = "the closed form";
         qm_exact_packet(&scene, slice->hbar, &run->packet[0], t, &slice->grid, psi);
         for (size_t a = 0; a < slice->grid.n; a++)
-            psi[a] *= CMPLX(cos(V0 * t / slice->hbar), -sin(V0 * t / slice->hbar));
+            psi[a] *= cexp(-I * (V0 * t / slice->hbar));
     } else if (separates && slice->walls == QM_REFLECT && slice->absorb == 0 &&
                FINE * FINE * (double)slice->grid.n * t / slice->dt < worth &&
                extrapolated(run, t, psi, error) == AD_OK) {

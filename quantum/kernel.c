@@ -78,7 +78,7 @@ static void add_image(struct kernel *k, double s, double c, qm_complex *K)
     ad_run(k->program);
     const double *re = ad_data(k->program, k->re), *im = ad_data(k->program, k->im);
     for (size_t p = 0; p < k->rows * k->n; p++)
-        K[p] += CMPLX(re[p], im[p]);
+        K[p] += re[p] + I * im[p];
 }
 
 /* Images are at s x + c: windings at x + j L; behind walls at x + 2 j L and 2 low - x + 2 j L. */

@@ -108,9 +108,10 @@ static enum ad_status take_apart(const struct qm_slice *slice, struct convolutio
                                  struct ad_error *error)
 {
     size_t n = c->n;
-    double *S = malloc(6 * n * sizeof *S), *D = S + 3 * n;
+    double *S = malloc(6 * n * sizeof *S);
     if (!S)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
+    double *D = S + 3 * n;
     if (look(slice, S, D, error) == AD_OK) {
         subtract_kinetic(slice, D[0], S);
         if (!is_toeplitz(slice, S, D))
@@ -202,7 +203,7 @@ static enum ad_status step_fft(void *state, size_t packets, qm_complex *psi, str
         multiply(c);
         qm_fft_run(&c->fft, c->im, c->re); /* exchanged: the inverse */
         for (size_t k = 0; k < c->n; k++)
-            psi[k * packets + column] = c->after[k] * CMPLX(c->re[k], c->im[k]);
+            psi[k * packets + column] = c->after[k] * (c->re[k] + I * c->im[k]);
     }
     return AD_OK;
 }

@@ -27,7 +27,8 @@ struct qm_moments qm_moments(const struct qm_grid *grid, size_t stride, const qm
     mean /= sum;
     for (size_t a = 0; a < grid->n; a++)
         spread += square(psi[a * stride]) * pow(qm_x(grid, a) - mean, 2);
-    return (struct qm_moments){sum * qm_dx(grid), mean, sqrt(spread / sum)};
+    double width = sqrt(spread / sum);
+    return (struct qm_moments){sum * qm_dx(grid), mean, width};
 }
 
 qm_complex qm_overlap(const struct qm_grid *grid, size_t stride, const qm_complex *a,

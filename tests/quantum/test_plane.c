@@ -19,8 +19,8 @@ static void product_is_the_whole(void **state)
     qm_kernel(&slice, Ky, &error);
     assert_no_error(&error);
     for (size_t k = 0; k < NX * NY; k++) {
-        psi[k] = CMPLX(sin(1.7 * (double)k), cos(2.3 * (double)k));
-        mask[k] = CMPLX(cos(0.3 * (double)k), 0.4);
+        psi[k] = sin(1.7 * (double)k) + I * cos(2.3 * (double)k);
+        mask[k] = cos(0.3 * (double)k) + 0.4 * I;
     }
     for (size_t a = 0; a < NX; a++)
         for (size_t b = 0; b < NY; b++) {
