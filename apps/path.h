@@ -83,7 +83,7 @@ enum ad_status path_ephemeris(const struct path_options *options, struct path_ru
 /* Whether the start is read from a file. */
 bool path_from_file(const struct path_options *options);
 
-/* ---- refining (path_tolerance.c, path_refine.c, path_levels.c) ---- */
+/* ---- refining (path_tolerance.c, path_refine.c, path_stage.c, path_levels.c) ---- */
 
 /* Whether --tol was given, and whether it goes with the other options. */
 bool path_wants_tolerance(const struct path_options *options);

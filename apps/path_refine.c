@@ -5,7 +5,7 @@
    With d that distance and d' the one before it, errors fall by r = d'/d a level, at most by 2^p of
    a rule of order p; the finer path then errs d/(r - 1). Where r says nothing yet, d itself is
    taken: the error of the coarser path. */
-#include "path.h"
+#include "path_stage.h"
 #include "interrupt.h"
 
 #include <float.h>
@@ -16,7 +16,6 @@
 enum { COARSEST = 4, FINEST = 1 << 14, UNSETTLED = 1 << 9 }; /* elements */
 
 static const double caution = 2;      /* the law of convergence holds in the limit */
-static const double near = 1e-2;      /* of the path's size: as close as to be the same answer */
 static const double fine = 1e-7;      /* of the path's size: where rounding may stop the fall */
 static const double tightest = 1e-13; /* of the motion that gives ends and reference */
 static const double falling = 0.7;    /* of the distance, from level to level, at the least */
@@ -26,98 +25,6 @@ static const struct rung {
     const char *rule;
     size_t first, last;
 } ladder[] = {{"gauss2", COARSEST, 32}, {"gauss4", 8, FINEST}};
-
-/* A solved level. */
-struct stage {
-    struct path_grid grid;
-    double *start, *path;
-    size_t adam_steps;
-    double distance; /* from the level before; NaN: none to compare with */
-};
-
-struct refinement {
-    struct path_run *run;
-    struct path_grid given; /* of run->start */
-    double time, size;      /* the path's largest coordinate */
-    double *ends;           /* [dof x 2] */
-    double ends_error;      /* of the motion that gave them */
-    struct stage before, here;
-};
-
-/* ---- one level ---- */
-
-static bool go_on(void *context, const struct phys_path_step *step)
-{
-    (void)context;
-    (void)step;
-    return !interrupted();
-}
-
-static void stage_free(struct stage *stage)
-{
-    free(stage->start);
-    free(stage->path);
-    *stage = (struct stage){.distance = (double)NAN};
-}
-
-static void set_ends(const struct refinement *r, struct stage *stage)
-{
-    size_t n = stage->grid.slices;
-    for (size_t k = 0; k < r->run->system.dof; k++) {
-        stage->start[k * n] = r->ends[2 * k];
-        stage->start[k * n + n - 1] = r->ends[2 * k + 1];
-    }
-}
-
-/* Near enough to the level before to be the same answer. */
-static bool is_settled(const struct refinement *r, const struct stage *stage)
-{
-    return stage->path && stage->distance <= near * r->size;
-}
-
-/* From the level before once two agree on which answer it is, else from the start given. */
-static enum ad_status begin(struct refinement *r, struct stage *stage,
-                            struct phys_path_settings *settings, struct ad_error *error)
-{
-    size_t dof = r->run->system.dof, slices = stage->grid.slices;
-    bool settled = is_settled(r, &r->before);
-    stage->start = settled
-                       ? path_resample(&r->before.grid, r->before.path, &stage->grid, dof, error)
-                       : path_resample(&r->given, r->run->start, &stage->grid, dof, error);
-    size_t bytes = stage->grid.rule->degree * dof * slices * sizeof *stage->path;
-    stage->path = stage->start ? malloc(bytes) : NULL;
-    if (!stage->path)
-        return ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", slices);
-    set_ends(r, stage);
-    memcpy(stage->path, stage->start, bytes);
-    settings->rule = stage->grid.rule;
-    settings->slices = slices;
-    settings->dt = stage->grid.dt;
-    settings->adam_steps = stage->adam_steps = settled ? 0 : settings->adam_steps;
-    return AD_OK;
-}
-
-/* A level whose path is not found is none to compare with; the next may do better. */
-static enum ad_status solve(struct refinement *r, struct path_level *level, struct ad_error *error)
-{
-    struct phys_path_settings settings = r->run->settings;
-    struct phys_path_info info = {0};
-    struct ad_error lost = {0};
-    settings.progress = go_on;
-    if (begin(r, &r->here, &settings, error) != AD_OK)
-        return error->status;
-    r->run->solver->solve(&r->run->system, &settings, r->here.path, &info, &lost);
-    if (lost.status != AD_OK && lost.status != AD_E_NONFINITE)
-        return ad_fail(error, lost.status, "%s", lost.message);
-    if (info.stop == PHYS_STOP_INTERRUPTED)
-        return ad_fail(error, AD_E_ACCURACY, "interrupted at %zu elements of %s", level->elements,
-                       level->rule->name);
-    level->seconds = info.seconds;
-    level->found = lost.status == AD_OK && info.stop == PHYS_STOP_ROUNDING;
-    return AD_OK;
-}
-
-/* ---- from level to level ---- */
 
 /* Largest distance at the slices of the coarser path. */
 static double distance(const struct stage *coarse, const struct stage *finer, size_t dof)
@@ -182,7 +89,7 @@ static bool climb(struct refinement *r, const struct phys_rule *rule, size_t ele
     struct path_level *level = &run->level[run->n_levels++];
     *level = (struct path_level){.rule = rule, .elements = elements};
     r->here.grid = (struct path_grid){rule, elements + 1, r->time / (double)elements};
-    if (solve(r, level, error) != AD_OK)
+    if (stage_solve(r, level, error) != AD_OK)
         return true;
     compare(r, level);
     level->chosen = level->estimate < E;
@@ -195,7 +102,7 @@ static bool climb(struct refinement *r, const struct phys_rule *rule, size_t ele
                 E, elements, rule->name, fmax(level->estimate, rounding(r, elements)));
         return true;
     }
-    if (elements >= UNSETTLED && !is_settled(r, &r->here)) {
+    if (elements >= UNSETTLED && !stage_settled(r, &r->here)) {
         ad_fail(error, AD_E_ACCURACY,
                 "--tol %g: up to %zu elements of %s do not agree on a path, which may be one of "
                 "several; try --init ode, or a shorter time",
