@@ -72,8 +72,8 @@ bool ad_cc_find(struct compiler *c, struct ad_error *note)
    sums, which rounds once instead of twice and takes a fifth off a pair law. The source says itself
    what becomes a vector. */
 #define ALWAYS                                                                                     \
-    "-O2", "-std=gnu11", "-w", "-shared", "-fPIC", "-ffp-contract=fast", "-fno-math-errno",         \
-        "-fno-trapping-math", "-fno-tree-vectorize", "-fno-tree-loop-distribute-patterns"
+    "-O2", "-std=gnu11", "-w", "-shared", "-fPIC", "-ffp-contract=fast", "-fno-math-errno",        \
+        "-fno-trapping-math", "-fno-tree-vectorize"
 static const char *const base[] = {ALWAYS, NULL};
 static const char *const avx2[] = {ALWAYS, "-mavx2", "-mfma", NULL};
 static const char *const avx512[] = {ALWAYS,       "-mavx512f", "-mavx512dq", "-mavx512vl",

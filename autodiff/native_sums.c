@@ -110,8 +110,10 @@ void ad_native_open_columns(const struct writer *w)
         if (!kept_for_columns(w, sink))
             continue;
         if (scatters(w, sink))
-            ad_native_say(w, "V@ a%u[%u];\nfor (size_t r = 0; r < %u; r++) a%u[r] = all@(0);\n",
-                          sink, rows, rows, sink);
+            ad_native_say(
+                w,
+                "V@ a%u[%u];\nfor (size_t r = 0; r < %u; r++) { OPAQUE(r); a%u[r] = all@(0); }\n",
+                sink, rows, rows, sink);
         else
             ad_native_say(w, "V@ a%u = all@(0);\n", sink);
     }

@@ -14,7 +14,7 @@ static const char for_all[] =
     "#define PASTE(a, b) a##b\n"
     "#define JOIN(a, b) PASTE(a, b)\n"
     "#define COPY __builtin_memcpy\n"
-    /* an index the compiler knows nothing of: one register for all addresses */
+    /* an index the compiler knows nothing of: one register for all addresses; loops stay loops */
     "#define OPAQUE(c) __asm__(\"\" : \"+r\"(c))\n"
     "typedef unsigned u32;\n"
     "typedef __SIZE_TYPE__ size_t;\n";
