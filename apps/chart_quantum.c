@@ -36,11 +36,12 @@ const struct quantum_problem quantum_problems[QUANTUM_PROBLEMS] = {
 };
 
 const struct quantum_way quantum_ways[QUANTUM_WAYS] = {
-    {"kernel left", "left", &qm_method_kernel},
-    {"kernel midpoint", "midpoint", &qm_method_kernel},
-    {"kernel trapezoid", "trapezoid", &qm_method_kernel},
-    {"fft", "trapezoid", &qm_method_fft},
-    {"crank-nicolson", "trapezoid", &qm_method_crank_nicolson},
+    {"kernel left", "left", &qm_method_kernel, QM_OPEN, 0, 0},
+    {"kernel midpoint", "midpoint", &qm_method_kernel, QM_OPEN, 0, 0},
+    {"kernel trapezoid", "trapezoid", &qm_method_kernel, QM_OPEN, 0, 0},
+    {"fft", "trapezoid", &qm_method_fft, QM_OPEN, 0, 0},
+    {"fft on a ring", "trapezoid", &qm_method_fft, QM_RING, 512, 0},
+    {"crank-nicolson", "trapezoid", &qm_method_crank_nicolson, QM_REFLECT, 0, 16},
 };
 
 static double now(void)
@@ -66,14 +67,13 @@ static enum ad_status open_problem(const struct quantum_problem *problem,
     return error->status;
 }
 
-/* The coarsest grid that a sum over paths of this dt allows; differences have no such limit, and
-   are refined in place as in time. */
+/* The coarsest grid that a sum over paths of this dt allows, where the way does not say. */
 static enum ad_status choose_grid(const struct quantum_way *way, size_t steps,
                                   struct qm_slice *slice, struct ad_error *error)
 {
     struct qm_aliasing aliasing;
-    slice->grid.n = 16 * steps;
-    if (!way->method->kernel)
+    slice->grid.n = way->points ? way->points : way->a_slice ? way->a_slice * steps : 64;
+    if (way->points || way->a_slice)
         return AD_OK;
     for (int k = 0; k < 3; k++) { /* dx shifts the limit a little */
         if (qm_aliasing(slice, &aliasing, error) != AD_OK)
@@ -119,7 +119,7 @@ static enum ad_status sweep(const struct quantum_way *way, const struct phys_sys
         struct qm_slice slice = {.system = system,
                                  .rule = phys_rule_find(way->rule, error),
                                  .grid = {problem->low, problem->high, 0},
-                                 .walls = way->method->kernel ? QM_OPEN : QM_REFLECT,
+                                 .walls = way->walls,
                                  .dt = problem->time / (double)steps,
                                  .hbar = 1,
                                  .threads = 1};
@@ -127,7 +127,7 @@ static enum ad_status sweep(const struct quantum_way *way, const struct phys_sys
         struct ad_error too_long = {0};
         if (choose_grid(way, steps, &slice, &too_long) != AD_OK)
             continue; /* beyond a focus: finer slices are not */
-        if (slice.grid.n > most)
+        if (slice.grid.n > most || steps > effort->sparse)
             break;
         if (measure(way, &slice, reference, steps, point, error) != AD_OK)
             return error->status;

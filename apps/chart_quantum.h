@@ -6,7 +6,7 @@
 #include "plot.h"
 #include "../quantum/quantum.h"
 
-enum { QUANTUM_PROBLEMS = 3, QUANTUM_WAYS = 5, QUANTUM_LEVELS = 12 };
+enum { QUANTUM_PROBLEMS = 3, QUANTUM_WAYS = 6, QUANTUM_LEVELS = 12 };
 
 /* A packet whose end is known. */
 struct quantum_problem {
@@ -19,10 +19,13 @@ struct quantum_problem {
 };
 extern const struct quantum_problem quantum_problems[QUANTUM_PROBLEMS];
 
-/* A method with a rule. */
+/* A method with a rule, between walls, and its grid: so many points, or so many a slice; 0 and 0:
+   as few as the sum over paths allows at a dt. */
 struct quantum_way {
     const char *name, *rule;
     const struct qm_method *method;
+    enum qm_walls walls;
+    size_t points, a_slice;
 };
 extern const struct quantum_way quantum_ways[QUANTUM_WAYS];
 

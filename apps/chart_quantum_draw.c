@@ -4,8 +4,8 @@
 static const struct style {
     const char *colour;
     int mark;
-} styles[QUANTUM_WAYS] = {
-    {"#8fc7e8", 6}, {"#c77dbb", 4}, {"#0b4f8a", 7}, {"#b8261b", 5}, {"#4e9a37", 9}};
+} styles[QUANTUM_WAYS] = {{"#8fc7e8", 6}, {"#c77dbb", 4}, {"#0b4f8a", 7},
+                          {"#e8743b", 4}, {"#b8261b", 5}, {"#4e9a37", 9}};
 
 /* A block a curve: error, seconds. */
 static void write_data(const struct quantum_curves *curves, FILE *out)

@@ -108,10 +108,11 @@ const struct command command_quantum = {
          .n_options = sizeof table / sizeof *table,
          .more =
              "In a slice of time a wave is multiplied by the matrix of exp(i S / hbar), S the\n"
-             "action of the straight path between two points (fft: the same, faster). Phases\n"
-             "of neighbouring paths must differ by less than pi, or ghosts appear: the command\n"
-             "refuses, and says which dt, points or box would do. The norm is not touched; 1\n"
-             "less it is what was lost. The error is sqrt(int |psi - truth|^2 dx) against the\n"
+             "action of the straight path between two points (fft: the same, faster). Phases of\n"
+             "neighbouring paths must differ by less than pi, or ghosts appear: the command\n"
+             "refuses, and says which dt, points or box would do. On a ring of 2^k points fft\n"
+             "sums all windings in closed form and has no such limit. The norm is not touched;\n"
+             "1 less it is what was lost. The error is sqrt(int |psi - truth|^2 dx) against the\n"
              "closed form where the potential is quadratic and the walls are open, else, between\n"
              "reflecting walls, against Crank-Nicolson on finer grids."},
     .bytes = sizeof(struct quantum_options),

@@ -111,7 +111,9 @@ static void commands(const struct quantum_run *run, const struct quantum_result 
     fprintf(out, "set multiplot layout 1,2 title '%s, hbar = %g%s' noenhanced\n",
             run->name[0] == '.' || run->name[0] == '/' ? run->system.scene->name : run->name,
             run->slice.hbar,
-            run->aliasing.ratio > 1 + 1e-9 && run->method->kernel ? ": ALIASED, run by force" : "");
+            run->aliasing.ratio > 1 + 1e-9 && run->method->aliases(&run->slice)
+                ? ": ALIASED, run by force"
+                : "");
     carpet(run, result, out);
     density_now(run, V, most, out);
     fputs("unset multiplot\n}\n", out);

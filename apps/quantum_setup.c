@@ -170,7 +170,7 @@ static enum ad_status look_for_aliasing(struct quantum_run *run, struct ad_error
         slice->dt = rounded(a->dt_least, ceil);
         return qm_aliasing(slice, &run->aliasing, error);
     }
-    if (!run->method->kernel || a->ratio <= 1 + 1e-9)
+    if (!run->method->aliases(slice) || a->ratio <= 1 + 1e-9)
         return AD_OK;
     char text[sizeof error->message];
     double least = rounded((double)slice->grid.n * qm_dx(&slice->grid) / a->dx_most, ceil);

@@ -24,6 +24,12 @@ static void cost(const struct qm_slice *slice, struct qm_cost *cost)
     *cost = (struct qm_cost){.bytes = 108 * n, .setup = 100 * n, .step = 80 * n};
 }
 
+static bool aliases(const struct qm_slice *slice)
+{
+    (void)slice;
+    return false;
+}
+
 static void close_cn(void *state)
 {
     struct crank_nicolson *cn = state;
@@ -114,10 +120,7 @@ static enum ad_status step_cn(void *state, size_t packets, qm_complex *psi, stru
 }
 
 const struct qm_method qm_method_crank_nicolson = {
-    "crank-nicolson",
-    "Schroedinger's equation by differences, tridiagonal",
-    false,
-    cost,
-    open_cn,
-    step_cn,
+    "crank-nicolson", "Schroedinger's equation by differences, tridiagonal",
+    aliases,          cost,
+    open_cn,          step_cn,
     close_cn};

@@ -16,17 +16,25 @@ struct convolution {
     double *re, *im;            /* [fft.n] */
 };
 
-static size_t length(size_t n)
+/* A ring of a power of two needs no room around it. */
+static bool is_round(const struct qm_slice *slice)
+{
+    return slice->walls == QM_RING && (slice->grid.n & (slice->grid.n - 1)) == 0;
+}
+
+static bool aliases(const struct qm_slice *slice) { return !is_round(slice); }
+
+static size_t length(const struct qm_slice *slice)
 {
     size_t power = 2;
-    while (power < 2 * n)
+    while (power < 2 * slice->grid.n)
         power *= 2;
-    return power;
+    return is_round(slice) ? slice->grid.n : power;
 }
 
 static void cost(const struct qm_slice *slice, struct qm_cost *cost)
 {
-    double n = (double)slice->grid.n, m = (double)length(slice->grid.n);
+    double n = (double)slice->grid.n, m = (double)length(slice);
     *cost = (struct qm_cost){
         .bytes = 32 * n + 56 * m, .setup = 400 * n, .step = 10 * m * log2(m) + 6 * m};
 }
@@ -45,7 +53,7 @@ static void close_fft(void *state)
 static enum ad_status reserve(const struct qm_slice *slice, struct convolution *c,
                               struct ad_error *error)
 {
-    size_t n = c->n = slice->grid.n, m = length(n);
+    size_t n = c->n = slice->grid.n, m = length(slice);
     c->before = malloc(2 * n * sizeof *c->before);
     c->tre = calloc(4 * m, sizeof *c->tre);
     if (!c->before || !c->tre)
@@ -105,7 +113,7 @@ static void subtract_kinetic(const struct qm_slice *slice, double D, double *S)
 }
 
 static enum ad_status take_apart(const struct qm_slice *slice, struct convolution *c,
-                                 struct ad_error *error)
+                                 double *kinetic, struct ad_error *error)
 {
     size_t n = c->n;
     double *S = malloc(6 * n * sizeof *S);
@@ -113,6 +121,7 @@ static enum ad_status take_apart(const struct qm_slice *slice, struct convolutio
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
     double *D = S + 3 * n;
     if (look(slice, S, D, error) == AD_OK) {
+        *kinetic = D[0];
         subtract_kinetic(slice, D[0], S);
         if (!is_toeplitz(slice, S, D))
             ad_fail(error, AD_E_ARGUMENT,
@@ -149,6 +158,21 @@ static enum ad_status transform(const struct qm_slice *slice, struct convolution
     return error->status;
 }
 
+/* The Fourier transform of sqrt(D / 2 pi i hbar) exp(i D x^2 / 2 hbar) is exp(-i hbar k^2 / 2 D):
+   on a ring, that of the sum over all windings (Feit, Fleck, Steiger, J. Comput. Phys. 47, 1982).
+ */
+static void close_ring(const struct qm_slice *slice, double D, struct convolution *c)
+{
+    size_t m = c->fft.n;
+    double unit = 2 * M_PI / (slice->grid.high - slice->grid.low);
+    for (size_t j = 0; j < m; j++) {
+        double k = unit * (j < m / 2 ? (double)j : (double)j - (double)m);
+        double phase = -slice->hbar * k * k / (2 * D);
+        c->tre[j] = cos(phase) / (double)m;
+        c->tim[j] = sin(phase) / (double)m;
+    }
+}
+
 static enum ad_status absorb(const struct qm_slice *slice, struct convolution *c,
                              struct ad_error *error)
 {
@@ -171,10 +195,14 @@ static enum ad_status open_fft(const struct qm_slice *slice, void **state, struc
         return ad_fail(error, AD_E_ARGUMENT,
                        "fft: between reflecting walls K is no convolution; expected method kernel "
                        "or other walls");
-    if (reserve(slice, c, error) == AD_OK && take_apart(slice, c, error) == AD_OK &&
-        transform(slice, c, error) == AD_OK)
-        absorb(slice, c, error);
-    return error->status;
+    double D = 0;
+    if (reserve(slice, c, error) != AD_OK || take_apart(slice, c, &D, error) != AD_OK)
+        return error->status;
+    if (is_round(slice))
+        close_ring(slice, D, c);
+    else if (transform(slice, c, error) != AD_OK)
+        return error->status;
+    return absorb(slice, c, error);
 }
 
 /* ---- a slice ---- */
@@ -210,6 +238,6 @@ static enum ad_status step_fft(void *state, size_t packets, qm_complex *psi, str
 
 const struct qm_method qm_method_fft = {
     "fft",    "the same sum as a convolution, by fast Fourier transforms",
-    true,     cost,
+    aliases,  cost,
     open_fft, step_fft,
     close_fft};

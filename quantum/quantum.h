@@ -117,7 +117,7 @@ struct qm_cost {
 /* A way to move wave functions on: one file, one const struct, one line in the table. */
 struct qm_method {
     const char *name, *what;
-    bool kernel; /* a sum over paths: its grid can alias */
+    bool (*aliases)(const struct qm_slice *slice); /* what qm_aliasing finds matters to it */
     void (*cost)(const struct qm_slice *slice, struct qm_cost *cost);
     enum ad_status (*open)(const struct qm_slice *slice, void **state, struct ad_error *error);
     /* psi [n x packets], in place; state is the one of open. */
@@ -125,7 +125,8 @@ struct qm_method {
     void (*close)(void *state); /* takes NULL */
 };
 /* kernel: K by zgemv or zgemm; fft: the same K where it depends on the difference of the positions
-   but for phases of its ends, by fast Fourier transforms; crank-nicolson: Schroedinger's equation
+   but for phases of its ends, by fast Fourier transforms; on a ring of 2^k points all windings are
+   summed in closed form, and no dt is too short; crank-nicolson: Schroedinger's equation
    by differences, none of the above in it. */
 extern const struct qm_method qm_method_kernel, qm_method_fft, qm_method_crank_nicolson;
 extern const struct qm_method *const qm_methods[]; /* NULL-terminated */

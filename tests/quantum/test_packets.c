@@ -158,6 +158,29 @@ static void fft_is_the_kernel(void **state)
     }
 }
 
+/* On a ring of 2^k points it sums all windings in closed form: the kernel where that is right, and
+   right where the kernel's grid would alias. */
+static void fft_on_a_ring_has_no_shortest_slice(void **state)
+{
+    (void)state;
+    struct phys_system system = system_with("spring", 0, NULL);
+    struct qm_slice slice = {&system, NULL, {-8, 8, 512}, QM_RING, 0, 0.2, 1, 1};
+    static qm_complex psi[512], other[512];
+    struct qm_gaussian packet = {1.5, 0.6, 0.4};
+    qm_packet(&slice.grid, 1, &packet, 1, 0, psi);
+    for (size_t k = 0; k < 512; k++)
+        other[k] = psi[k];
+    move(&qm_method_kernel, &slice, 5, 1, psi);
+    move(&qm_method_fft, &slice, 5, 1, other);
+    assert_close(distance(512, psi, other), 0, 0, 1e-7);
+    slice.dt = 3e-4;
+    double error =
+        packet_error(&qm_method_fft, &slice, &(struct qm_quadratic){1, 1, 0}, &packet, 10000);
+    assert_close(error, 0, 0, 2 * slice.dt * slice.dt); /* the rule's, no more */
+    assert_false(qm_method_fft.aliases(&slice));
+    phys_system_close(&system);
+}
+
 static void fft_refuses_what_is_no_convolution(void **state)
 {
     (void)state;
@@ -201,7 +224,6 @@ static void crank_nicolson_agrees(void **state)
     move(&qm_method_kernel, &slice, 80, 1, short_slices);
     for (size_t a = 0; a < 729; a++)
         long_slices[a] = (4 * short_slices[a] - long_slices[a]) / 3;
-    print_message("%g\n", distance(729, coarse, long_slices));
     assert_close(distance(729, coarse, long_slices), 0, 0, 1e-4);
     phys_system_close(&system);
 }
@@ -216,6 +238,7 @@ int main(void)
         cmocka_unit_test(coherent_state_swings),
         cmocka_unit_test(rules_have_their_orders),
         cmocka_unit_test(fft_is_the_kernel),
+        cmocka_unit_test(fft_on_a_ring_has_no_shortest_slice),
         cmocka_unit_test(fft_refuses_what_is_no_convolution),
         cmocka_unit_test(crank_nicolson_agrees),
     };
