@@ -105,7 +105,7 @@ static bool install(ad_program *p, const struct compiler *compiler, struct ad_er
 
 bool ad_native(ad_program *p, double runs, struct ad_error *note)
 {
-    struct compiler compiler;
+    struct compiler compiler = {.identity = ""};
     struct ad_error unused = {0};
     note = note ? note : &unused;
     if (p->native)
