@@ -1,5 +1,4 @@
-/* The step is that of a trainer stopped after each one; the floor runs on numbers of the same size.
- */
+/* A trainer takes steps while the floor runs on arrays of the same size. */
 #include "training_speed.h"
 #include "../autodiff/blas.h"
 
@@ -24,17 +23,10 @@ struct subject {
     struct ad_error *error;
 };
 
-static bool stop_at_once(void *context, hnn_trainer *trainer)
-{
-    (void)context, (void)trainer;
-    return false;
-}
-
 static void run_step(void *context)
 {
     struct subject *s = context;
-    enum hnn_stop stop;
-    hnn_trainer_run(s->trainer, &stop, s->error);
+    hnn_trainer_take_step(s->trainer, s->error);
 }
 
 static void run_gradient(void *context)
@@ -114,9 +106,7 @@ static enum ad_status open_step(struct subject *s)
 {
     size_t rows = 2 * s->settings->dof, n = rows * s->batch;
     struct hnn_training training = hnn_training_defaults();
-    training.steps = training.every = SIZE_MAX;
     training.threads = s->threads;
-    training.progress = stop_at_once;
     s->data = malloc(2 * n * sizeof *s->data);
     if (!s->data)
         return ad_fail(s->error, AD_E_MEMORY, "out of memory for %zu samples", s->batch);

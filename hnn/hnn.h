@@ -257,8 +257,11 @@ const struct hnn_row *hnn_trainer_history(const hnn_trainer *trainer, size_t *ro
 /* Losses of the model over all samples, at its present parameters. */
 double hnn_trainer_train_loss(hnn_trainer *trainer);
 double hnn_trainer_test_loss(hnn_trainer *trainer);
-/* For measurements: takes loss and gradient at the present point once more, on one thread, and
-   returns the share of the time that is spent in matrix products, inside OpenBLAS. */
+
+/* For measurements. A step alone, of which neither model nor history learn; AD_E_NONFINITE as
+   above. And the share of time spent in matrix products, inside OpenBLAS: of loss and gradient at
+   the present point, on one thread. */
+enum ad_status hnn_trainer_take_step(hnn_trainer *trainer, struct ad_error *error);
 double hnn_trainer_product_share(hnn_trainer *trainer);
 
 /* The model together with the state of its training; a trainer made the same way and resumed from

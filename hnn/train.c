@@ -242,6 +242,12 @@ static enum ad_status take_step(hnn_trainer *t, bool *stalled, struct ad_error *
     return AD_OK;
 }
 
+enum ad_status hnn_trainer_take_step(hnn_trainer *t, struct ad_error *error)
+{
+    bool stalled;
+    return take_step(t, &stalled, error);
+}
+
 enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_error *error)
 {
     bool stalled = false;
