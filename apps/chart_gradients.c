@@ -91,22 +91,23 @@ static void draw(const struct race races[HAND_N], struct plot *plot)
         const double *ns = races[scene].ns;
         fputs(hand_build(0)[scene].scene, plot->data);
         for (size_t b = 0; b < sizeof bars / sizeof *bars; b++)
-            fprintf(plot->data, " %.4g \"%.3g us\"", ns[bars[b]] / ns[HAND_GRADIENT],
-                    1e-3 * ns[bars[b]]);
+            fprintf(plot->data, " %.4g %.3g", ns[bars[b]] / ns[HAND_GRADIENT], 1e-3 * ns[bars[b]]);
         fputc('\n', plot->data);
     }
     fprintf(out,
-            "set title 'Gradient of the action, %d slices, one thread'\nset style data histogram\n"
+            "set title 'Gradient of the action, %d slices, one thread (labels: microseconds)'\nset "
+            "style data histogram\n"
             "set style histogram clustered gap 1\nset style fill solid noborder\n"
             "set boxwidth 0.9\nset border 3\nset tics nomirror\nset yrange [0:*]\n"
-            "set offsets 0,0,0.4,0\nset ylabel 'times the hand-written C'\nset key top left\n"
+            "set xrange [-0.6:%d.6]\nset offsets 0,0,0.4,0\nset ylabel 'times the hand-written "
+            "C'\nset key top left\n"
             "plot data using 2:xtic(1) lc rgb '#1f4e79' title 'interpreted', \\\n"
             "    data using 4 lc rgb '#3f9b6e' title 'compiled', \\\n"
             "    data using 6 lc rgb '#e8a33d' title 'by hand', \\\n"
             "    data using ($0-0.25):2:3 with labels offset 0,0.6 font ',10' notitle, \\\n"
             "    data using ($0):4:5 with labels offset 0,0.6 font ',10' notitle, \\\n"
             "    data using ($0+0.25):6:7 with labels offset 0,0.6 font ',10' notitle\n",
-            HAND_SLICES);
+            HAND_SLICES, HAND_N - 1);
 }
 
 int chart_gradients(const struct chart_settings *settings, struct ad_error *error)
