@@ -20,6 +20,9 @@ void qm_paths_free(struct qm_paths *paths);
 /* What every computation asks of a slice: AD_E_ARGUMENT. */
 enum ad_status qm_slice_check(const struct qm_slice *slice, struct ad_error *error);
 
+/* The rule of a slice: its own, or trapezoid. */
+const struct phys_rule *qm_rule(const struct qm_slice *slice, struct ad_error *error);
+
 /* Hands a tape's error on. */
 enum ad_status qm_tape_status(const ad_tape *tape, struct ad_error *error);
 

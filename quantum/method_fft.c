@@ -67,70 +67,72 @@ static enum ad_status reserve(const struct qm_slice *slice, struct convolution *
 
 /* ---- the action taken apart ---- */
 
-/* Actions along the first column (a, 0), the first row (0, b) and the antidiagonal, which is there
-   to find out whether the first two say it all: [3 n]. */
+/* Actions of paths that stay where they are, S_aa = f(a) + g(a), without a kinetic part to round
+   them; and along the antidiagonal, to find out whether the rest is kinetic: [2 n]. */
 static enum ad_status look(const struct qm_slice *slice, double *S, double *D,
                            struct ad_error *error)
 {
     size_t n = slice->grid.n;
-    double *x = malloc(6 * n * sizeof *x);
+    double *x = malloc(4 * n * sizeof *x);
     if (!x)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
     for (size_t k = 0; k < n; k++) {
-        x[k] = x[4 * n + k] = x[2 * n + k] = qm_x(&slice->grid, k);
-        x[n + k] = x[3 * n + k] = qm_x(&slice->grid, 0);
-        x[5 * n + k] = qm_x(&slice->grid, n - 1 - k);
+        x[k] = x[n + k] = x[2 * n + k] = qm_x(&slice->grid, k);
+        x[3 * n + k] = qm_x(&slice->grid, n - 1 - k);
     }
-    qm_actions(slice, 3 * n, x, x + 3 * n, S, D, error);
+    qm_actions(slice, 2 * n, x, x + 2 * n, S, D, error);
     free(x);
     return error->status;
 }
 
-static bool is_toeplitz(const struct qm_slice *slice, const double *S, const double *D)
+/* The part of S_aa that belongs to the end of the path: the mean time of the rule's points. */
+static double share_of_end(const struct qm_slice *slice, struct ad_error *error)
+{
+    struct phys_rule_table table;
+    const struct phys_rule *rule = qm_rule(slice, error);
+    double share = 0;
+    rule->fill(rule, &table);
+    for (size_t j = 0; j < table.points; j++)
+        share += table.weight[j] * table.time[j];
+    return share;
+}
+
+static bool is_toeplitz(const struct qm_slice *slice, double share, const double *S,
+                        const double *D)
 {
     size_t n = slice->grid.n;
-    const double *f = S, *g = S + n;
-    for (size_t k = 0; k < 3 * n; k++)
+    for (size_t k = 0; k < 2 * n; k++)
         if (fabs(D[k] - D[0]) > 1e-12 * fabs(D[0]))
             return false;
     for (size_t a = 0; a < n; a++) {
         size_t b = n - 1 - a;
-        double d = qm_x(&slice->grid, a) - qm_x(&slice->grid, b);
-        double sum = f[a] + g[b] - f[0] + 0.5 * D[0] * d * d, size = fabs(f[a]) + fabs(g[b]);
-        if (fabs(S[2 * n + a] - sum) > 1e-9 * slice->hbar + 1e-13 * (size + fabs(sum)))
+        double d = qm_x(&slice->grid, a) - qm_x(&slice->grid, b), kinetic = 0.5 * D[0] * d * d;
+        double ends = share * S[a] + (1 - share) * S[b], size = fabs(S[a]) + fabs(S[b]) + kinetic;
+        if (fabs(S[n + a] - ends - kinetic) > 1e-9 * slice->hbar + 1e-13 * size)
             return false;
     }
     return true;
-}
-
-/* S becomes f(a) + g(0) and f(0) + g(b). */
-static void subtract_kinetic(const struct qm_slice *slice, double D, double *S)
-{
-    for (size_t k = 0; k < 2 * slice->grid.n; k++) {
-        double d = (double)(k % slice->grid.n) * qm_dx(&slice->grid);
-        S[k] -= 0.5 * D * d * d;
-    }
 }
 
 static enum ad_status take_apart(const struct qm_slice *slice, struct convolution *c,
                                  double *kinetic, struct ad_error *error)
 {
     size_t n = c->n;
-    double *S = malloc(6 * n * sizeof *S);
+    double *S = malloc(4 * n * sizeof *S);
     if (!S)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
-    double *D = S + 3 * n;
+    double *D = S + 2 * n;
     if (look(slice, S, D, error) == AD_OK) {
+        double share = share_of_end(slice, error);
         *kinetic = D[0];
-        subtract_kinetic(slice, D[0], S);
-        if (!is_toeplitz(slice, S, D))
+        if (!is_toeplitz(slice, share, S, D))
             ad_fail(error, AD_E_ARGUMENT,
                     "fft: K of %s does not depend on the difference of positions but for its "
                     "ends; expected rule left or trapezoid, else method kernel",
                     slice->system->scene->name);
         for (size_t k = 0; k < n; k++) {
-            c->after[k] = cexp(I * (S[k] / slice->hbar));
-            c->before[k] = cexp(I * ((S[n + k] - S[0]) / slice->hbar));
+            c->after[k] = cexp(I * (share * S[k] / slice->hbar));
+            c->before[k] = cexp(I * ((1 - share) * S[k] / slice->hbar));
         }
     }
     free(S);

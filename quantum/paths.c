@@ -12,7 +12,7 @@ enum ad_status qm_tape_status(const ad_tape *tape, struct ad_error *error)
     return e->status == AD_OK ? AD_OK : ad_fail(error, e->status, "%s", e->message);
 }
 
-static const struct phys_rule *rule_of(const struct qm_slice *slice, struct ad_error *error)
+const struct phys_rule *qm_rule(const struct qm_slice *slice, struct ad_error *error)
 {
     return slice->rule ? slice->rule : phys_rule_find("trapezoid", error);
 }
@@ -122,7 +122,7 @@ enum ad_status qm_paths_record(const struct qm_slice *slice, size_t n, struct qm
 {
     struct phys_rule_table table;
     *paths = (struct qm_paths){0};
-    if (check_rule(slice, rule_of(slice, error), &table, error) != AD_OK)
+    if (check_rule(slice, qm_rule(slice, error), &table, error) != AD_OK)
         return error->status;
     paths->tape = ad_tape_new(AD_F64);
     if (!paths->tape)

@@ -126,6 +126,19 @@ def as_motions(gradients, peers):
     ]
 
 
+def print_packets(ours, theirs):
+    """The fastest of either side at an error, where both know the problem."""
+    print(f"\n{'packet':<10} {'error':>6}  {'leastaction':<30} {'NumPy':<24} {'ratio':>8}")
+    for problem in dict.fromkeys(row["problem"] for row in theirs):
+        for accuracy in 1e-2, 1e-3, 1e-4:
+            a, b = (
+                fastest([r for r in rows if r["problem"] == problem], accuracy)
+                for rows in (ours, theirs)
+            )
+            ratio = f"{b[0] / a[0]:8.1f}" if a[0] and b[0] else f"{'-':>8}"
+            print(f"{problem:<10} {accuracy:6.0e} {cell(*a, 19)} {cell(*b, 13)} {ratio}")
+
+
 def main():
     arguments = [a for a in sys.argv[1:] if not a.startswith("--")]
     quick = ["--quick"] if "--quick" in sys.argv else []
@@ -154,6 +167,9 @@ def main():
         print_gradients(gradients, others)
     if training:
         print_training(steps, training)
+    packets = folder / "quantum.csv"
+    if packets.exists() and (others := run("quantum_numpy.py", ["numpy"], *quick)):
+        print_packets(read(packets.read_text()), others)
 
 
 if __name__ == "__main__":
