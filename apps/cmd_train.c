@@ -126,10 +126,12 @@ const struct command command_train = {
          .n_options = sizeof table / sizeof *table,
          .more =
              "DATA is CSV, whitespace text or HDF5, one sample a row. The loss is the mean square\n"
-             "of field less rate, over components and samples. For pixel-hnn and pixel-baseline it\n"
+             "of field less rate, over components and samples. For pixel-hnn and pixel-baseline "
+             "it\n"
              "is frames: HDF5 [trajectory, time, height, width], or a folder of PGM or PNG files;\n"
              "an autoencoder and the field on its latent state are trained together, and whole\n"
-             "trajectories are the test. A run that was stopped, by Ctrl-C or worse, is the same to\n"
+             "trajectories are the test. A run that was stopped, by Ctrl-C or worse, is the same "
+             "to\n"
              "the last bit after --resume with the same options.\n"
              "Weights are readable with h5py: h5py.File(\"model.h5\")[\"linear1.weight\"][:]"},
     .bytes = sizeof(struct train_options),
