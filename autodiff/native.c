@@ -66,6 +66,9 @@ static bool turned_off(void)
     return wanted && strcmp(wanted, "0") == 0;
 }
 
+/* Compilers take more than proportionally long over one that is longer: 4 s over this many. */
+enum { MOST_INSTRUCTIONS = 4096 };
+
 /* Seconds that machine code saves in a run, and that compiling takes: measured on one machine once,
    not here, so that the same work gives the same bits every time. */
 static double seconds_saved(const ad_program *p)
@@ -82,7 +85,7 @@ static double seconds_saved(const ad_program *p)
 
 static double seconds_to_compile(const ad_program *p)
 {
-    static const double START = 0.1, AN_INSTRUCTION = 5e-4;
+    static const double START = 0.1, AN_INSTRUCTION = 1e-3;
     return START + AN_INSTRUCTION * (double)p->n_instructions;
 }
 
@@ -112,6 +115,9 @@ bool ad_native(ad_program *p, double runs, struct ad_error *note)
         return true;
     if (turned_off())
         ad_fail(note, AD_E_ARGUMENT, "LEASTACTION_NATIVE=0 turns machine code off");
+    else if (p->n_instructions > MOST_INSTRUCTIONS)
+        ad_fail(note, AD_E_ARGUMENT, "more than %d instructions take too long to compile",
+                MOST_INSTRUCTIONS);
     else if (!(runs * seconds_saved(p) > seconds_to_compile(p)))
         ad_fail(note, AD_E_ARGUMENT, "so few runs do not pay for compiling");
     else

@@ -409,6 +409,22 @@ static void test_few_runs(void **state)
     ad_tape_free(tape);
 }
 
+/* A compiler would take minutes. */
+static void test_large_programs_stay_interpreted(void **state)
+{
+    (void)state;
+    struct ad_error note = {0};
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, 1, 10, "x"), y = x;
+    for (size_t k = 0; k < 5000; k++)
+        y = ad_add(ad_mul(0.5, y), x);
+    ad_program *p = compile(tape, 1, &y);
+    assert_false(ad_native(p, INFINITY, &note));
+    assert_non_null(strstr(note.message, "instructions"));
+    ad_program_free(p);
+    ad_tape_free(tape);
+}
+
 /* Processes that make the same entry at the same time all find a good one. */
 static void test_several_processes(void **state)
 {
@@ -434,11 +450,17 @@ static void test_several_processes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_operation), cmocka_unit_test(test_sine_and_cosine),
-        cmocka_unit_test(test_random_programs), cmocka_unit_test(test_pairs),
-        cmocka_unit_test(test_differences),     cmocka_unit_test(test_hurt_entries_are_made_again),
-        cmocka_unit_test(test_unsafe_folders),  cmocka_unit_test(test_no_compiler),
-        cmocka_unit_test(test_few_runs),        cmocka_unit_test(test_several_processes),
+        cmocka_unit_test(test_every_operation),
+        cmocka_unit_test(test_sine_and_cosine),
+        cmocka_unit_test(test_random_programs),
+        cmocka_unit_test(test_pairs),
+        cmocka_unit_test(test_differences),
+        cmocka_unit_test(test_hurt_entries_are_made_again),
+        cmocka_unit_test(test_unsafe_folders),
+        cmocka_unit_test(test_no_compiler),
+        cmocka_unit_test(test_few_runs),
+        cmocka_unit_test(test_large_programs_stay_interpreted),
+        cmocka_unit_test(test_several_processes),
     };
     return cmocka_run_group_tests(tests, native_open_cache, native_remove_cache);
 }
