@@ -190,7 +190,7 @@ bench: all
 	@scripts/bench $(BUILD)/leastaction $(BUILD)/bench $(if $(ACCEPT),accept)
 
 charts: all
-	@for kind in gradients integrators paths gas hnn; do \
+	@for kind in gradients integrators paths gas hnn quantum; do \
 	    $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) || exit; \
 	done
 

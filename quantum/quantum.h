@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-typedef double _Complex qm_complex;
+__extension__ typedef double _Complex qm_complex;
 
 /* ---- grid ---- */
 
