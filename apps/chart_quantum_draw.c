@@ -28,7 +28,8 @@ void chart_quantum_draw(const struct quantum_curves *curves, struct plot *plot)
     write_data(curves, plot->data);
     fputs(
         "set border 3 lc rgb '#606060'\nset tics nomirror\nset logscale xy\nset format '10^{%T}'\n"
-        "set xrange [2:1e-9] noextend\nset xtics 100\nset yrange [1e-4:10]\nset grid lc rgb "
+        "set xrange [2:1e-14] noextend\nset xtics ('1' 1, '10^{-4}' 1e-4, '10^{-8}' 1e-8, "
+        "'10^{-12}' 1e-12)\nset yrange [1e-4:10]\nset grid lc rgb "
         "'#e4e4e4'\n"
         "set multiplot layout 1,3\nset xlabel 'error'\n",
         out);
