@@ -4,14 +4,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <time.h>
-
-double path_seconds(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
 
 double path_distance(size_t n, const double *path, const double *reference)
 {

@@ -4,6 +4,7 @@
 
 #include "charts.h"
 #include "json.h"
+#include "timing.h"
 #include "../physics/physics.h"
 
 /* Rules: error of the stationary path against the motion, over slices and over seconds. */
@@ -13,8 +14,6 @@ enum ad_status chart_rules(const struct chart_settings *settings, struct json *j
 enum ad_status chart_solvers(const struct chart_settings *settings, struct json *json,
                              struct ad_error *error);
 
-/* Seconds of the processor so far. */
-double path_seconds(void);
 /* Root mean square of the difference [n], relative to that of the reference. */
 double path_distance(size_t n, const double *path, const double *reference);
 

@@ -86,10 +86,10 @@ static enum ad_status measure(const struct panel *panel, const char *solver,
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     for (size_t r = 0; r < rounds && error->status == AD_OK; r++) {
         memcpy(path, start, whole * sizeof *path);
-        double before = path_seconds();
+        double before = processor_seconds();
         phys_path_solve(phys_solver_find(solver, error), &panel->system, settings, path, &info,
                         error);
-        double now = path_seconds() - before;
+        double now = processor_seconds() - before;
         size_t at = r;
         for (; at > 0 && seconds[at - 1] > now; at--)
             seconds[at] = seconds[at - 1];

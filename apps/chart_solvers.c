@@ -144,13 +144,13 @@ static void keep(struct watch *w)
 static bool watch(void *context, const struct phys_path_step *step)
 {
     struct watch *w = context;
-    double now = path_seconds();
+    double now = processor_seconds();
     w->seconds = now - w->began - w->away;
     w->steps = step->step;
     w->error = path_distance(w->run->n, step->path, w->run->reference);
     if (w->seconds >= w->next)
         keep(w);
-    w->away += path_seconds() - now;
+    w->away += processor_seconds() - now;
     return w->error < 1e6; /* what is this far away does not come back */
 }
 
@@ -219,7 +219,7 @@ static enum ad_status run_solver(struct scene_run *run, const struct solver *s, 
     settings.context = &w;
     memcpy(run->path, run->start, run->n * sizeof *run->path);
     fprintf(data, "# %s, %s: seconds, distance\n", w.scene, w.solver);
-    w.began = path_seconds();
+    w.began = processor_seconds();
     phys_path_solve(solver, &run->system, &settings, run->path, &info, &lost);
     keep(&w);
     fputs("\n\n", data);

@@ -30,7 +30,9 @@ int chart_ephemeris(const struct chart_settings *settings, struct ad_error *erro
 /* Seconds a step of the gas against its bodies, with all and with near pairs, in gas.csv; order
    against temperature in gas-order.csv; one picture of both. */
 int chart_gas(const struct chart_settings *settings, struct ad_error *error);
-/* A step of training beside its floor, hnn-steps.csv. */
+/* Hamiltonian networks and baselines: a step of training beside its floor, hnn-steps.csv; what is
+   learned against seconds, hnn-learning.csv; rollouts by every integrator, the field in f64 and in
+   f32, hnn-rollouts.csv; pictures of the latter two. */
 int chart_hnn(const struct chart_settings *settings, struct ad_error *error);
 
 /* Wave packets by kernel, Fourier transforms and Crank-Nicolson: error against seconds in

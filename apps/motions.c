@@ -1,11 +1,11 @@
 /* Problems for integrators (motions.h). */
 #include "motions.h"
+#include "timing.h"
 #include "exact.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 static const double pendulum_k = 0.9;
 
@@ -54,13 +54,6 @@ const struct motion_problem motion_problems[MOTION_PROBLEMS] = {
 };
 
 /* ---- cost of a run ---- */
-
-static double processor_seconds(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
 
 static double relative_distance(size_t n, const double *a, const double *b)
 {

@@ -16,4 +16,7 @@ enum { TIMING_ROUNDS = 101, TIMING_QUICK = 15 };
    all of them alike. At most TIMING_ROUNDS rounds. */
 void time_in_turn(size_t n, struct timed jobs[], size_t rounds);
 
+/* Of this process so far, all threads together: what a busy machine does not change. */
+double processor_seconds(void);
+
 #endif

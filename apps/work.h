@@ -31,6 +31,16 @@ size_t work_best(size_t n, const struct work_curve curves[], double error, struc
    method of every decade, named. Errors under `doubt` (0: none) are marked as not to be trusted. */
 void work_draw(const char *title, size_t n, const struct work_curve curves[], double doubt,
                struct plot *plot);
+/* How a method looks in every picture: families by colour, members by shade and mark. */
+struct work_style {
+    const char *name, *colour;
+    int mark;
+    bool dashed;
+};
+struct work_style work_style_of(const char *name);
+/* A block of data, `error seconds evaluations`. Runs that err more than a coarser one, for rounding
+   or by accident, are nobody's choice: they are left out. */
+void work_write_curve(const struct work_curve *curve, FILE *out);
 /* The fastest at 1e-3, 1e-6, 1e-9 and 1e-12: setting, steps, seconds. */
 void work_print(FILE *out, const char *title, size_t n, const struct work_curve curves[]);
 

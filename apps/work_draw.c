@@ -10,12 +10,7 @@ enum { FIRST_DECADE = 1, LAST_DECADE = 13 }; /* errors 10^-k */
  */
 static const double a_tie = 0.15;
 
-/* Families by colour, members by shade and mark. */
-static const struct style {
-    const char *name, *colour;
-    int mark;
-    bool dashed;
-} styles[] = {
+static const struct work_style styles[] = {
     {"euler", "#9a9a9a", 1, false},
     {"semi-implicit", "#6b6b6b", 2, false},
     {"verlet", "#8fc7e8", 7, false},
@@ -40,19 +35,17 @@ static const struct style {
 
 enum { N_STYLES = sizeof styles / sizeof *styles };
 
-static struct style style_of(const char *name)
+struct work_style work_style_of(const char *name)
 {
     for (size_t k = 0; k < N_STYLES; k++)
         if (strcmp(styles[k].name, name) == 0)
             return styles[k];
-    return (struct style){name, "#000000", 3, true};
+    return (struct work_style){name, "#000000", 3, true};
 }
 
 /* ---- data: a block a curve, `error seconds evaluations` ---- */
 
-/* Runs that err more than a coarser one, for rounding or by accident, are nobody's choice: they are
-   in the table of data, not in the picture. */
-static void write_curve(const struct work_curve *curve, FILE *out)
+void work_write_curve(const struct work_curve *curve, FILE *out)
 {
     double best = INFINITY;
     fprintf(out, "# %s: error, seconds, evaluations\n", curve->name);
@@ -106,7 +99,7 @@ static void strip(size_t n, const struct work_curve curves[], const struct decad
         if (d->best[k] == n)
             continue;
         const char *name = curves[d->best[k]].name;
-        struct style style = style_of(name);
+        struct work_style style = work_style_of(name);
         fprintf(out,
                 "set object %d rectangle from first 1e-%d*sqrt(10), graph 0 to first "
                 "1e-%d*sqrt(10), graph 0.075 fs solid noborder fc rgb '%s' front\n",
@@ -125,7 +118,7 @@ static void curve_elements(size_t n, const struct work_curve curves[], const str
 {
     fputs("plot ", out);
     for (size_t c = 0; c < n; c++) {
-        struct style s = style_of(curves[c].name);
+        struct work_style s = work_style_of(curves[c].name);
         bool best = wins(d, c);
         fprintf(out,
                 "data index %zu using 1:%d with linespoints lw %g dt %s pt %d ps %g lc rgb '%s' ",
@@ -187,7 +180,7 @@ void work_draw(const char *title, size_t n, const struct work_curve curves[], do
     plot->width = 1120;
     plot->height = 540;
     for (size_t c = 0; c < n; c++)
-        write_curve(&curves[c], plot->data);
+        work_write_curve(&curves[c], plot->data);
     fputs("set multiplot\nset title '", out);
     fprintf(out,
             "%s' font ',15' offset 0,0.3\nset logscale xy\nset xrange [0.5:1e-14]\n"

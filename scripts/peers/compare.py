@@ -84,11 +84,11 @@ def print_gradients(ours, theirs):
 
 
 def one_thread(steps):
-    """Seconds of a step by (model, precision)."""
+    """Seconds of a step of the published width by (model, precision)."""
     return {
         (r["model"], r["precision"]): 1e-3 * float(r["step_ms"])
         for r in steps
-        if r["threads"] == "1"
+        if (r["threads"], r["width"]) == ("1", "200")
     }
 
 

@@ -315,17 +315,82 @@ static void test_gradients(void **state)
     table_free(t);
 }
 
-static void test_hnn(void **state)
+static void test_hnn_steps(void **state)
 {
     (void)state;
     assert_int_equal(shell("$LA chart hnn --quick --quiet --out ."), 0);
     struct table *t = table_read("hnn-steps.csv");
-    assert_int_equal(t->rows, 4);
+    assert_int_equal(t->rows, 2 * 2 * 2); /* kinds, precisions, threads */
     for (size_t r = 0; r < t->rows; r++) {
-        assert_true(number(t, r, "step_ms") > 0 && number(t, r, "blas_share") > 0);
+        assert_true(number(t, r, "step_ms") > 0 && number(t, r, "field_us") > 0);
+        assert_true(number(t, r, "blas_share") > 0 && number(t, r, "blas_share") < 1);
         assert_true(number(t, r, "products_ms") > 0 && number(t, r, "activation_ms") > 0);
     }
     table_free(t);
+}
+
+/* How many steps fit into the time is the machine's; where a number of steps leads is not. */
+static double loss_after(const struct table *t, const char *model, const char *type, double step)
+{
+    for (size_t r = 0; r < t->rows; r++)
+        if (is(t, r, "model", model) && is(t, r, "precision", type) && number(t, r, "step") == step)
+            return number(t, r, "test_loss");
+    print_error("no row of %s in %s after %g steps\n", model, type, step);
+    fail();
+    return NAN;
+}
+
+static void test_hnn_learning(void **state)
+{
+    (void)state;
+    struct table *t = table_read("hnn-learning.csv");
+    expect_header(t, "model,precision,width,step,seconds,test_loss,energy_mse");
+    for (size_t r = 0; r < t->rows; r++)
+        assert_true(number(t, r, "seconds") > 0 && number(t, r, "energy_mse") > 0);
+    static const char *const models[] = {"hnn", "baseline"};
+    for (size_t k = 0; k < 2; k++)
+        assert_close(loss_after(t, models[k], "f32", 4), loss_after(t, models[k], "f64", 4), 1e-3,
+                     0);
+    table_free(t);
+}
+
+static double least_rollout_error(const struct table *t, const char *type)
+{
+    double least = INFINITY;
+    for (size_t r = 0; r < t->rows; r++)
+        if (is(t, r, "precision", type))
+            least = fmin(least, number(t, r, "error"));
+    return least;
+}
+
+/* The roundings of f32, 6e-8, add up over hundreds of steps; f64 goes on to the reference. */
+static void test_hnn_rollouts(void **state)
+{
+    (void)state;
+    struct table *t = table_read("hnn-rollouts.csv");
+    expect_header(t, "method,precision,setting,evaluations,seconds,error");
+    assert_true(least_rollout_error(t, "f64") < 1e-9);
+    assert_true(least_rollout_error(t, "f32") > 1e-9 && least_rollout_error(t, "f32") < 1e-4);
+    double error[2] = {NAN, NAN}, dt[2] = {NAN, NAN}; /* of the two finest */
+    for (size_t r = 0; r < t->rows; r++)
+        if (is(t, r, "method", "rk4") && is(t, r, "precision", "f64")) {
+            error[0] = error[1], dt[0] = dt[1];
+            error[1] = number(t, r, "error"), dt[1] = number(t, r, "setting");
+        }
+    assert_close(log(error[0] / error[1]) / log(dt[0] / dt[1]), 4, 0, 0.5);
+    table_free(t);
+}
+
+static void test_hnn_files(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"hnn-steps.csv", "hnn-learning.csv", "hnn-learning.svg",
+                                        "hnn-rollouts.csv", "hnn-rollouts.svg"};
+    if (!gnuplot()) {
+        print_message("gnuplot is not installed\n");
+        skip();
+    }
+    expect_files(sizeof names / sizeof *names, names);
 }
 
 static void test_wrong_format(void **state)
@@ -417,7 +482,10 @@ int main(void)
         cmocka_unit_test(test_work_between_runs),
         cmocka_unit_test_setup(test_wrong_format, clean),
         cmocka_unit_test_setup(test_gradients, clean),
-        cmocka_unit_test_setup(test_hnn, clean),
+        cmocka_unit_test_setup(test_hnn_steps, clean),
+        cmocka_unit_test(test_hnn_learning),
+        cmocka_unit_test(test_hnn_rollouts),
+        cmocka_unit_test(test_hnn_files),
         cmocka_unit_test_setup(test_integrators, clean),
         cmocka_unit_test(test_drift),
         cmocka_unit_test(test_integrator_files),
