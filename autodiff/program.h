@@ -70,6 +70,8 @@ struct graph {
 
 bool ad_graph_build(struct graph *graph, const ad_tape *tape, size_t n_out, const ad_var out[]);
 bool ad_graph_schedule(struct graph *graph);
+/* Moves values to later levels where they need no memory then. False when out of memory. */
+bool ad_graph_postpone(const struct graph *graph, uint32_t *level);
 bool ad_graph_merge(struct graph *graph);
 void ad_graph_release(struct graph *graph);
 

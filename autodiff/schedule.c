@@ -2,8 +2,8 @@
 
    A segment is a set of elementwise operations of one shape that read each other lane by lane.
    Every value gets the earliest level at which its operands are ready: the level of an operand it
-   reads in step with, one more where it needs the operand whole. Values of one level and shape make
-   a segment. */
+   reads in step with, one more where it needs the operand whole. Some then wait for a later one
+   (postpone.c). Values of one level and shape make a segment. */
 #include "program.h"
 
 #include <stdlib.h>
@@ -299,6 +299,8 @@ bool ad_graph_schedule(struct graph *g)
         goto out;
     uint32_t n_spaces = number_spaces(g, space, spaces, table, mask - 1);
     uint32_t levels = assign_levels(g, level);
+    if (!ad_graph_postpone(g, level))
+        goto out;
     for (uint32_t i = 0; i < g->n; i++) {
         g->group_of[i] = UINT32_MAX;
         if (!is_leaf(&g->values[i]) && !(g->values[i].flags & VALUE_VIEW))

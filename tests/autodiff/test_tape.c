@@ -304,6 +304,23 @@ static void test_elementwise_runs_are_one_segment(void **state)
     ad_tape_free(t);
 }
 
+/* sin x is needed with the second product alone: it is computed there, and not kept until then.
+   exp x is read by a product as well, so it is kept, whoever else reads it. */
+static void test_values_wait(void **state)
+{
+    (void)state;
+    enum { N = 64 };
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, N, N, "x"), s = ad_sin(x), e = ad_exp(x);
+    ad_var xx = ad_matmul(x, false, x, false), xxx = ad_matmul(xx, false, x, false);
+    ad_var waits = ad_mul(s, xxx), kept = ad_mul(e, ad_matmul(e, false, x, false));
+    assert_int_equal(info_of(t, 1, &waits).segments, 3);
+    assert_int_equal(info_of(t, 1, &kept).segments, 3);
+    size_t alone = info_of(t, 1, &xxx).value_bytes, bytes = info_of(t, 1, &waits).value_bytes;
+    assert_true(bytes < alone + (N * N + N * N / 2) * sizeof(double));
+    ad_tape_free(t);
+}
+
 /* Products add themselves to what they are added to; not to a constant, which must outlive the run,
    nor to a value that is read again. */
 static void test_products_add_themselves(void **state)
@@ -652,6 +669,7 @@ int main(void)
         cmocka_unit_test(test_different_nodes_are_not_shared),
         cmocka_unit_test(test_constants_are_folded),
         cmocka_unit_test(test_elementwise_runs_are_one_segment),
+        cmocka_unit_test(test_values_wait),
         cmocka_unit_test(test_products_add_themselves),
         cmocka_unit_test(test_memory_is_reused),
         cmocka_unit_test(test_unusual_outputs),

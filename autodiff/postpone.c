@@ -1,0 +1,78 @@
+/* Values are scheduled as early as they can be; some had better wait. One that is read lane by lane
+   in later segments alone is computed in the first of these, where that keeps no more values in
+   memory than it saves: it never goes through memory itself. In a gradient these are the factors of
+   the chain rule that depend on the forward pass alone. */
+#include "plan.h"
+
+#include <stdlib.h>
+
+struct uses {
+    uint32_t first; /* level of the first use, after postponing */
+    uint32_t last;  /* of the last one, before */
+    bool whole;     /* read otherwise than lane by lane, by another stage, or by a sum in place */
+};
+
+static bool is_product(const struct graph *g, uint32_t i)
+{
+    return g->values[i].op == AD_OP_matmul;
+}
+
+/* What value i says of those it reads. */
+static void note_uses(const struct graph *g, uint32_t i, const uint32_t *level, struct uses *uses)
+{
+    const struct value *v = &g->values[i];
+    bool in_place = v->op == AD_OP_add && (is_product(g, v->in[0]) || is_product(g, v->in[1]));
+    for (uint32_t k = 0; k < n_inputs(v); k++) {
+        uint32_t root = operand_loc(g, v, k)->root;
+        const uint16_t stage = VALUE_CONSTANT | VALUE_HELD;
+        struct uses *u = &uses[root];
+        u->whole |= in_place || !reads_in_step(g, v, k) ||
+                    ((v->flags ^ g->values[root].flags) & stage) != 0;
+        u->last = level[i] > u->last ? level[i] : u->last;
+    }
+    if (v->op == AD_OP_place)
+        for (size_t k = 0; k < place_count(g, v); k++)
+            uses[g->locs[g->renumber[place_part(g, v, k)[0]]].root].whole = true;
+}
+
+/* How many values of v's size would live until `level` for v's sake. */
+static unsigned kept_alive(const struct graph *g, const struct value *v, uint32_t level,
+                           const struct uses *uses)
+{
+    unsigned n = 0;
+    for (uint32_t k = 0; k < n_inputs(v); k++) {
+        uint32_t root = operand_loc(g, v, k)->root;
+        const struct value *x = &g->values[root];
+        bool again = (k > 0 && v->in[0] == v->in[k]) || (k > 1 && v->in[1] == v->in[k]);
+        bool lives = is_leaf(x) || (x->flags & VALUE_OUTPUT) || uses[root].last >= level;
+        n += (size_t)x->rows * x->cols >= (size_t)v->rows * v->cols && !lives && !again;
+    }
+    return n;
+}
+
+bool ad_graph_postpone(const struct graph *g, uint32_t *level)
+{
+    struct uses *uses = calloc(g->n + 1, sizeof *uses);
+    if (!uses)
+        return false;
+    for (uint32_t i = 0; i < g->n; i++) {
+        uses[i].first = UINT32_MAX;
+        if (!is_leaf(&g->values[i]) && !(g->values[i].flags & VALUE_VIEW))
+            note_uses(g, i, level, uses);
+    }
+    for (uint32_t i = (uint32_t)g->n; i-- > 0;) {
+        const struct value *v = &g->values[i];
+        const struct uses *u = &uses[i];
+        if (is_leaf(v) || (v->flags & VALUE_VIEW))
+            continue;
+        if (ad_ops[v->op].elementwise && !(v->flags & VALUE_OUTPUT) && !u->whole &&
+            u->first != UINT32_MAX && u->first > level[i] && kept_alive(g, v, u->first, uses) <= 1)
+            level[i] = u->first;
+        for (uint32_t k = 0; k < n_inputs(v); k++) {
+            struct uses *x = &uses[operand_loc(g, v, k)->root];
+            x->first = level[i] < x->first ? level[i] : x->first;
+        }
+    }
+    free(uses);
+    return true;
+}
