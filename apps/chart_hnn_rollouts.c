@@ -1,13 +1,12 @@
 /* How exactly integrators follow a network, over evaluations of its field (chart_hnn.h). The
    weights are the same in f64 and in f32; what differs is the arithmetic of the field. */
-#include "chart_hnn.h"
-#include "work.h"
+#include "chart_hnn_rollouts.h"
 #include "../hnn/data.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-enum { FEWEST_STEPS = 16, MOST_METHODS = 16, TYPES = 2 };
+enum { FEWEST_STEPS = 16 };
 
 /* Evaluations: no finer setting after so many, and no more steps in one run. */
 static const double limit = 12000, limit_quick = 1500;
@@ -16,18 +15,9 @@ static const double start[2] = {1.5, 0}; /* a swing in the middle of the data's 
 static const double reference_tolerance = 1e-12;
 static const double trusted = 1e-11; /* ten times what the reference may err by */
 static const double finest = 1e-14;  /* setting of any method */
-static const enum ad_type types[TYPES] = {AD_F64, AD_F32};
+const enum ad_type rollout_types[ROLLOUT_TYPES] = {AD_F64, AD_F32};
 
-struct rollouts {
-    hnn_model *model;
-    struct phys_ode ode;
-    double end[2];      /* where the reference is */
-    double model_error; /* its distance from the true motion: finer than this is of no use */
-    size_t n;
-    struct work_curve curve[TYPES][MOST_METHODS];
-};
-
-/* Where a motion is at the end. More evaluations than `most`: AD_E_ACCURACY, as in f32, where a
+/* Where a motion is at the end. More steps than `most`: AD_E_ACCURACY, as in f32, where a
    tolerance under the roundings makes steps ever shorter. */
 static enum ad_status follow(const struct phys_ode *ode, const struct phys_integrator *integrator,
                              double setting, double most, double end[2],
@@ -107,12 +97,12 @@ static enum ad_status refine(const struct rollouts *r, const struct phys_integra
 
 static enum ad_status measure(struct rollouts *r, double most, struct ad_error *error)
 {
-    for (size_t k = 0; phys_integrators[k] && r->n < MOST_METHODS; k++) {
+    for (size_t k = 0; phys_integrators[k] && r->n < ROLLOUT_METHODS; k++) {
         const struct phys_integrator *integrator = phys_integrators[k];
         if (integrator->separable || integrator->lagrangian)
             continue;
-        for (size_t t = 0; t < TYPES; t++) {
-            hnn_model_evaluate_in(r->model, types[t]);
+        for (size_t t = 0; t < ROLLOUT_TYPES; t++) {
+            hnn_model_evaluate_in(r->model, rollout_types[t]);
             if (refine(r, integrator, most, &r->curve[t][r->n], error) != AD_OK)
                 return error->status;
         }
@@ -131,110 +121,30 @@ static double least_error(const struct work_curve *curve)
     return least;
 }
 
-/* The fastest in either precision. */
-static void print_table(const struct rollouts *r)
-{
-    static const double errors[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10};
-    printf("%-8s %-38s %s\n", "rollout", "field in f64", "in f32");
-    for (size_t k = 0; k < sizeof errors / sizeof *errors; k++) {
-        printf("  %5.0e", errors[k]);
-        for (size_t t = 0; t < TYPES; t++) {
-            struct work_point at;
-            size_t best = work_best(r->n, r->curve[t], errors[k], &at);
-            if (best < r->n)
-                printf("  %-11s %6.0f fields %8.2g s ", r->curve[t][best].name, at.evaluations,
-                       at.seconds);
-            else
-                printf("  %-37s", "no method gets there");
-        }
-        putchar('\n');
-    }
-    printf("errors at t = %g against the network's own exact motion, which is %.1e from the "
-           "pendulum's\n",
-           time_end, r->model_error);
-}
-
 static void report(const struct chart_settings *settings, const struct rollouts *r, FILE *csv,
                    struct json *json)
 {
     json_object(json, "rollouts");
     json_number(json, "model_error", r->model_error);
-    for (size_t t = 0; t < TYPES; t++) {
-        json_object(json, hnn_precisions[types[t]]);
+    for (size_t t = 0; t < ROLLOUT_TYPES; t++) {
+        json_object(json, hnn_precisions[rollout_types[t]]);
         for (size_t c = 0; c < r->n; c++) {
             const struct work_curve *curve = &r->curve[t][c];
             for (size_t k = 0; k < curve->n; k++)
-                fprintf(csv, "%s,%s,%.6g,%.0f,%.4g,%.6g\n", curve->name, hnn_precisions[types[t]],
-                        curve->point[k].setting, curve->point[k].evaluations,
-                        curve->point[k].seconds, curve->point[k].error);
+                fprintf(csv, "%s,%s,%.6g,%.0f,%.4g,%.6g\n", curve->name,
+                        hnn_precisions[rollout_types[t]], curve->point[k].setting,
+                        curve->point[k].evaluations, curve->point[k].seconds,
+                        curve->point[k].error);
             json_number(json, curve->name, least_error(curve));
         }
         json_end_object(json);
     }
     json_end_object(json);
-    if (settings->quiet)
-        return;
-    print_table(r);
+    if (!settings->quiet)
+        rollouts_print(r, stdout);
 }
 
-/* ---- the picture ---- */
-
-static void draw_panel(const struct rollouts *r, size_t type, FILE *out)
-{
-    fputs("plot ", out);
-    for (size_t c = 0; c < r->n; c++) {
-        struct work_style s = work_style_of(r->curve[type][c].name);
-        fprintf(out,
-                "data index %zu using 3:1 with linespoints lw 2 dt %s pt %d ps 0.6 lc rgb '%s' "
-                "title '%s', \\\n    ",
-                type * r->n + c, s.dashed ? "(8,3)" : "1", s.mark, s.colour, s.name);
-    }
-    fprintf(out, "%.6g with lines lw 1.5 dt (3,3) lc rgb '#444444' notitle\n", r->model_error);
-}
-
-/* The methods that have no curve: the stages of implicit ones are not solved to the roundings of
-   f64 by a field in f32. */
-static void name_missing(const struct rollouts *r, size_t type, FILE *out)
-{
-    const char *between = "no solution of the stages:\\n";
-    fputs("set label 2 \"", out);
-    for (size_t c = 0; c < r->n; c++)
-        if (r->curve[type][c].n == 0) {
-            fprintf(out, "%s%s", between, r->curve[type][c].name);
-            between = ", ";
-        }
-    fputs("\" at graph 0.02,0.1 left font ',10' textcolor rgb '#444444'\n", out);
-}
-
-static void draw(const struct rollouts *r, struct plot *plot)
-{
-    static const char *const titles[TYPES] = {"field in f64", "the same field in f32"};
-    FILE *out = plot->script;
-    plot->width = 1040;
-    plot->height = 480;
-    for (size_t t = 0; t < TYPES; t++)
-        for (size_t c = 0; c < r->n; c++)
-            work_write_curve(&r->curve[t][c], plot->data);
-    fprintf(out,
-            "set multiplot layout 1,2 margins 0.08,0.8,0.12,0.92 spacing 0.05,0\n"
-            "set logscale xy\nset format xy '10^{%%T}'\nset ytics 100\nset border 3\n"
-            "set tics nomirror\nset grid lc rgb '#e6e6e6' lt 1\nset xrange [30:2e4]\n"
-            "set yrange [1e-12:3]\nset xlabel 'evaluations of the field'\nunset key\n"
-            "set ylabel 'error at t = %g, relative' offset 1\n"
-            "set label 1 'the network itself errs by this' at graph 0.02, first %.3g "
-            "left font ',10' textcolor rgb '#444444' front\n",
-            time_end, r->model_error / 1.7);
-    for (size_t t = 0; t < TYPES; t++) {
-        if (t > 0)
-            fputs("unset ylabel\nset key at screen 0.998,0.92 right top Left reverse samplen 2.5 "
-                  "spacing 1.3\n",
-                  out);
-        fprintf(out, "set title '%s' offset 0,-0.5\n", titles[t]);
-        name_missing(r, t, out);
-        draw_panel(r, t, out);
-    }
-    fputs("unset multiplot\n", out);
-}
+/* ---- all ---- */
 
 enum ad_status chart_rollouts(const struct chart_settings *settings, hnn_model *model,
                               struct json *json, struct ad_error *error)
@@ -245,6 +155,7 @@ enum ad_status chart_rollouts(const struct chart_settings *settings, hnn_model *
     if (!r)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     r->model = model;
+    r->time = time_end;
     hnn_model_evaluate_in(model, AD_F64);
     if (chart_csv(settings, "hnn-rollouts", &csv, error) == AD_OK &&
         chart_picture(settings, "hnn-rollouts", &plot, error) == AD_OK &&
@@ -255,7 +166,7 @@ enum ad_status chart_rollouts(const struct chart_settings *settings, hnn_model *
                 "seconds,error\n",
                 r->model_error);
         report(settings, r, csv.out, json);
-        draw(r, &plot);
+        rollouts_draw(r, &plot);
         if (plot_commit(&plot, error) == AD_OK)
             result_commit(&csv, error);
     }
