@@ -66,7 +66,7 @@ void rollouts_draw(const struct rollouts *r, struct plot *plot)
             "set tics nomirror\nset grid lc rgb '#e6e6e6' lt 1\nset xrange [30:2e4]\n"
             "set yrange [1e-12:3]\nset xlabel 'evaluations of the field'\nunset key\n"
             "set ylabel 'error at t = %g, relative' offset 1\n"
-            "set label 1 'the network itself errs by this' at graph 0.02, first %.3g "
+            "set label 1 'error of the network' at graph 0.02, first %.3g "
             "left font ',10' textcolor rgb '#444444' front\n",
             r->time, r->model_error / 1.7);
     for (size_t t = 0; t < ROLLOUT_TYPES; t++) {
