@@ -16,9 +16,9 @@ void path_outlook_lost(const struct path_run *run, struct ad_error *error)
     size_t length = strlen(error->message);
     if (error->status == AD_E_NONFINITE)
         snprintf(error->message + length, sizeof error->message - length,
-                 "; %s lost the path: try a smaller --lr than %g, another --init, or --solver "
-                 "newton",
-                 run->solver->name, run->settings.learning_rate);
+                 "; %s lost the path: try a smaller --lr than %g, or another --init%s",
+                 run->solver->name, run->settings.learning_rate,
+                 strcmp(run->solver->name, "newton") == 0 ? "" : ", or --solver newton");
 }
 
 void path_outlook(const struct path_run *run, const struct path_result *result)

@@ -4,6 +4,10 @@
    allocates nothing. A descent finds minima, and the true path often is none (Morse index > 0). */
 #include "path_program.h"
 
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
 static ad_optimiser *optimiser(const struct phys_path_program *p, enum ad_optimiser_method method,
                                struct ad_error *error)
 {
@@ -66,11 +70,23 @@ static enum ad_status sgd(const struct phys_system *system,
 
 enum ad_status phys_path_program_adam(struct phys_path_program *p, struct ad_error *error)
 {
-    ad_optimiser *o = p->settings->adam_steps ? optimiser(p, AD_ADAM, error) : NULL;
-    for (size_t step = 0; o && step < p->settings->adam_steps; step++) {
-        ad_run(p->program);
-        ad_optimiser_step(o, p->x, p->g);
+    if (!p->settings->adam_steps)
+        return AD_OK;
+    ad_optimiser *o = optimiser(p, AD_ADAM, error);
+    double *kept = malloc(p->n * sizeof *kept);
+    if (o && !kept)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t step = 0; o && kept && step <= p->settings->adam_steps; step++) {
+        struct phys_path_step at = phys_path_program_run(p, step);
+        if (step > 0 && !isfinite(at.objective)) {
+            memcpy(p->x, kept, p->n * sizeof *kept);
+            break;
+        }
+        memcpy(kept, p->x, p->n * sizeof *kept);
+        if (step < p->settings->adam_steps)
+            ad_optimiser_step(o, p->x, p->g);
     }
+    free(kept);
     ad_optimiser_free(o);
     return error->status;
 }

@@ -40,7 +40,8 @@ enum phys_stop phys_path_program_report(struct phys_path_program *p,
 void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
                            const struct phys_path_step *at, double *path,
                            struct phys_path_info *info);
-/* settings->adam_steps of Adam, unreported, before another solver. */
+/* settings->adam_steps of Adam, unreported, before another solver; fewer where they lead to a path
+   on which the action is not finite, and the last one before it stays. */
 enum ad_status phys_path_program_adam(struct phys_path_program *p, struct ad_error *error);
 
 /* The columns of node k (0 ... degree-1) that move: first ... first + count - 1. */

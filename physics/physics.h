@@ -72,7 +72,8 @@ enum phys_picture {
     PHYS_PICTURE_ANGLES /* a chain of rods: angles from the vertical */
 };
 
-#define PHYS_SCENE_VERSION 1
+/* A scene records operations by their numbers: one built with another table of them is refused. */
+#define PHYS_SCENE_VERSION (0x100 + AD_N_OPS)
 
 /* One scene: one file, one const struct. A scene outside the tree is a shared object exporting
    `const struct phys_scene leastaction_scene`. */
