@@ -51,6 +51,15 @@ static void end_of(const char *name, const char *options, double *to, size_t n)
     assert_int_equal(row_of("end.csv", -1, to, n), n);
 }
 
+/* Newton finds the motion between its ends. */
+static void assert_path_found(const char *name)
+{
+    assert_int_equal(shell("$LA path ./%s.so --rule gauss3 --json", name), 0);
+    const char *error = strstr(shell_last_line(), "\"max_error\": ");
+    assert_non_null(error);
+    assert_true(strtod(error + strlen("\"max_error\": "), NULL) < 1e-10);
+}
+
 /* After a turn the charge is back; no gauge shows in the motion, nor, by a rule that integrates
    the gauge term exactly, in the path. */
 static void test_magnetic(void **state)
@@ -84,6 +93,7 @@ static void test_relativistic(void **state)
     end_of("relativistic", "--time 50 --tol 1e-11", end, 3);
     assert_close(end[1], sqrt(1 + 50.0 * 50) - 1, 1e-9, 0);
     assert_close(end[2], 50 / sqrt(1 + 50.0 * 50), 1e-9, 0);
+    assert_path_found("relativistic");
 }
 
 /* Kapitza: a w against sqrt(2 g l) = 4.43. */
@@ -138,10 +148,7 @@ static void test_torus(void **state)
     double from_axis = 2 + cos(end[2]);
     assert_close(from_axis * from_axis * end[3], 9 * 0.25, 1e-9, 0);
     assert_close(hypot(from_axis * end[3], end[4]), hypot(3 * 0.25, 0.7), 1e-9, 0);
-    assert_int_equal(shell("$LA path ./torus.so --rule gauss3 --json"), 0);
-    const char *error = strstr(shell_last_line(), "\"max_error\": ");
-    assert_non_null(error);
-    assert_true(strtod(error + strlen("\"max_error\": "), NULL) < 1e-10);
+    assert_path_found("torus");
 }
 
 static void test_refusals(void **state)
