@@ -81,7 +81,7 @@ help:
 	@echo '  all        library (.a, .so) and the command ./leastaction'
 	@echo '  test       install what is missing, build, run every test'
 	@echo '  check      the same without installing; TEST_DIRS=tests/autodiff for a part'
-	@echo '  demo       install, build, run the six published scenes, leave pictures in demo/'
+	@echo '  demo       install, build, one result of each front end, pictures in demo/'
 	@echo '  charts     speed against accuracy, in charts/ (QUICK=1: a smaller range)'
 	@echo '  docs-pictures  draws the pictures of README.md again'
 	@echo '  hnn-table  trains the published Hamiltonian neural networks: published, ours (PIXELS=3: from frames, too)'
