@@ -82,7 +82,7 @@ help:
 	@echo '  test       install what is missing, build, run every test'
 	@echo '  check      the same without installing; TEST_DIRS=tests/autodiff for a part'
 	@echo '  demo       install, build, one result of each front end, pictures in demo/'
-	@echo '  charts     speed against accuracy, in charts/ (QUICK=1: a smaller range)'
+	@echo '  charts     speed against accuracy, in charts/ (QUICK=1: a smaller range; HORIZONS=DIR: tables)'
 	@echo '  docs-pictures  draws the pictures of README.md again'
 	@echo '  hnn-table  trains the published Hamiltonian neural networks: published, ours (PIXELS=3: from frames, too)'
 	@echo '  peers      the same jobs in SciPy, PyTorch, JAX, where installed (PYTHON=python3)'
@@ -189,9 +189,13 @@ demo:
 bench: all
 	@scripts/bench $(BUILD)/leastaction $(BUILD)/bench $(if $(ACCEPT),accept)
 
+# The ephemeris is held against tables of Horizons, where there are any.
+HORIZONS ?= $(wildcard $(or $(LEASTACTION_SHARED),../shared)/data/horizons)
+
 charts: all
-	@for kind in gradients integrators paths gas hnn quantum; do \
-	    $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) || exit; \
+	@for kind in gradients integrators paths gas hnn quantum $(if $(HORIZONS),ephemeris); do \
+	    $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) \
+	        $(if $(HORIZONS),--data '$(HORIZONS)') || exit; \
 	done
 
 # The pictures of README.md, by the commands it names.
