@@ -80,7 +80,5 @@ ad_var ad_scale(ad_var x, double c);
 
 /* The value of a scalar constant; false if x is none. */
 bool ad_constant_value(ad_var x, double *value);
-/* Text of the label of a node, or NULL. */
-const char *ad_label_of(const ad_tape *tape, uint32_t id);
 
 #endif

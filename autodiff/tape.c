@@ -179,11 +179,3 @@ ad_var ad_label(ad_var x, const char *label)
     node_at(tape, x.id)->flags |= NODE_LABELLED;
     return x;
 }
-
-const char *ad_label_of(const ad_tape *tape, uint32_t id)
-{
-    for (size_t i = tape->n_labels; i-- > 0;)
-        if (tape->labels[i].id == id)
-            return tape->texts + tape->labels[i].text;
-    return NULL;
-}

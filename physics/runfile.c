@@ -89,8 +89,6 @@ enum ad_status phys_runfile_create(const char *target, phys_runfile **out, struc
     return status;
 }
 
-const struct ad_error *phys_runfile_error(const phys_runfile *file) { return &file->error; }
-
 enum ad_status phys_runfile_commit(phys_runfile *file, struct ad_error *error)
 {
     if (!file)

@@ -40,8 +40,6 @@ void phys_runfile_number(phys_runfile *file, const char *object, const char *nam
                          const char *unit);
 void phys_runfile_integer(phys_runfile *file, const char *object, const char *name, int64_t value,
                           const char *unit);
-/* First error so far (status AD_OK if none). */
-const struct ad_error *phys_runfile_error(const phys_runfile *file);
 /* Closes, syncs and renames to the target, and frees the handle, whatever happens; after an earlier
    failure nothing is left behind. NULL: nothing to do. */
 enum ad_status phys_runfile_commit(phys_runfile *file, struct ad_error *error);

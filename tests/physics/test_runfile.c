@@ -68,7 +68,6 @@ static phys_runfile *written(void)
             record[i / 3][i % 3] = matrix[i / 3][i % 3] * (k + 1);
         phys_runfile_append(file, "path", record);
     }
-    assert_int_equal(phys_runfile_error(file)->status, AD_OK);
     return file;
 }
 
@@ -192,7 +191,6 @@ static void test_sticky_failure(void **state)
     struct ad_error error = {0};
     phys_runfile *file = written();
     phys_runfile_append(file, "nothing", matrix);
-    assert_int_equal(phys_runfile_error(file)->status, AD_E_IO);
     phys_runfile_write(file, "later", AD_F64, 2, (size_t[]){2, 3}, matrix);
     assert_int_equal(phys_runfile_commit(file, &error), AD_E_IO);
     assert_non_null(strstr(error.message, target));
