@@ -151,6 +151,20 @@ static void test_torus(void **state)
     assert_path_found("torus");
 }
 
+/* Without gravity half a period of the spring mirrors the length about that at rest. */
+static void test_elastic(void **state)
+{
+    (void)state;
+    double end[5];
+    char options[80];
+    build("elastic");
+    snprintf(options, sizeof options, "--set g=0 --set k=40 --time %.17g", PI / sqrt(40));
+    end_of("elastic", options, end, 5);
+    assert_close(end[1], 0.8, 1e-8, 0);
+    assert_close(end[2], 0.5, 1e-12, 0);
+    assert_path_found("elastic");
+}
+
 static void test_refusals(void **state)
 {
     (void)state;
@@ -175,7 +189,7 @@ int main(void)
         cmocka_unit_test(test_refusals),     cmocka_unit_test(test_magnetic),
         cmocka_unit_test(test_relativistic), cmocka_unit_test(test_driven),
         cmocka_unit_test(test_hoop),         cmocka_unit_test(test_chain),
-        cmocka_unit_test(test_torus),
+        cmocka_unit_test(test_torus),        cmocka_unit_test(test_elastic),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }
