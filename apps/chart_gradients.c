@@ -31,9 +31,9 @@ static const struct column {
 
 enum { N_COLUMNS = sizeof columns / sizeof *columns };
 
-static double cell(const struct column *c, const double *ns)
+static double cell(const struct column *c, const struct race *race)
 {
-    return c->under < 0 ? ns[c->over] : ns[c->over] / ns[c->under];
+    return c->under < 0 ? race->ns[c->over] : race->ratio[c->over][c->under];
 }
 
 static void print_table(FILE *out, const struct race races[HAND_N])
@@ -45,7 +45,7 @@ static void print_table(FILE *out, const struct race races[HAND_N])
         fprintf(out, "\n%-10s", hand_build(0)[scene].scene);
         for (size_t c = 0; c < N_COLUMNS; c++)
             fprintf(out, " %*.*f", columns[c].width, columns[c].digits,
-                    cell(&columns[c], races[scene].ns));
+                    cell(&columns[c], &races[scene]));
     }
     fputs("\nnanoseconds a call, one thread, f64, 100 slices, left+repeat\n", out);
 }
@@ -57,7 +57,7 @@ static void print_json(FILE *out, const struct race races[HAND_N])
     for (int scene = 0; scene < HAND_N; scene++) {
         json_object(&json, hand_build(0)[scene].scene);
         for (size_t c = 0; c < N_COLUMNS; c++)
-            json_number(&json, columns[c].key, cell(&columns[c], races[scene].ns));
+            json_number(&json, columns[c].key, cell(&columns[c], &races[scene]));
         json_number(&json, "disagreement", races[scene].disagreement);
         json_end_object(&json);
     }
@@ -74,7 +74,7 @@ static void print_csv(FILE *out, const struct race races[HAND_N])
         const struct hand_kernel *hand = &hand_build(0)[scene];
         fprintf(out, "\n%s,%d,%d", hand->scene, hand->dof, HAND_SLICES);
         for (size_t c = 0; c < N_COLUMNS; c++)
-            fprintf(out, ",%.6g", cell(&columns[c], races[scene].ns));
+            fprintf(out, ",%.6g", cell(&columns[c], &races[scene]));
         fprintf(out, ",%.3g", races[scene].disagreement);
     }
     fputc('\n', out);
@@ -88,10 +88,11 @@ static void draw(const struct race races[HAND_N], struct plot *plot)
     plot->height = 360;
     for (int scene = 0; scene < HAND_N; scene++) {
         static const int bars[] = {TAPE_GRADIENT, NATIVE_GRADIENT, HAND_GRADIENT};
-        const double *ns = races[scene].ns;
+        const struct race *race = &races[scene];
         fputs(hand_build(0)[scene].scene, plot->data);
         for (size_t b = 0; b < sizeof bars / sizeof *bars; b++)
-            fprintf(plot->data, " %.4g %.3g", ns[bars[b]] / ns[HAND_GRADIENT], 1e-3 * ns[bars[b]]);
+            fprintf(plot->data, " %.4g %.3g", race->ratio[bars[b]][HAND_GRADIENT],
+                    1e-3 * race->ns[bars[b]]);
         fputc('\n', plot->data);
     }
     fprintf(out,

@@ -20,7 +20,7 @@ static enum ad_status field_microseconds(const struct network *network, size_t r
                                          struct ad_error *error)
 {
     struct evaluation e = {0};
-    struct timed job = {evaluate, &e, 0};
+    struct timed job = {.run = evaluate, .context = &e};
     struct hnn_settings settings = network_settings(network);
     if (hnn_model_new(&settings, &e.model, error) == AD_OK) {
         hnn_model_evaluate_in(e.model, network->type);

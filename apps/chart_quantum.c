@@ -236,7 +236,9 @@ static enum ad_status race(const struct phys_system *system, size_t n, size_t pa
 {
     struct slices s;
     if (slices_new(system, n, packets, &s, error) == AD_OK) {
-        struct timed jobs[] = {{product, &s, 0}, {by_kernel, &s, 0}, {by_fft, &s, 0}};
+        struct timed jobs[] = {{.run = product, .context = &s},
+                               {.run = by_kernel, .context = &s},
+                               {.run = by_fft, .context = &s}};
         time_in_turn(3, jobs, brief ? 3 : TIMING_QUICK);
         fprintf(csv, "%zu,%zu,%.6g,%.6g,%.6g,%.6g\n", n, packets, s.build,
                 1e-9 * jobs[0].nanoseconds, 1e-9 * jobs[1].nanoseconds, 1e-9 * jobs[2].nanoseconds);

@@ -2,7 +2,7 @@
    run, and so the yardstick of `leastaction chart gradients`.
 
    Each kernel is the objective of one scene at its defaults under the rule left+repeat: the mean of
-   T - V over slices (and bodies, for threebody and gas). Paths are [dof x HAND_SLICES], row-major,
+   T - V over slices (and bodies, where there are any). Paths are [dof x HAND_SLICES], row-major,
    the layout of the library. */
 #ifndef APPS_HAND_H
 #define APPS_HAND_H
@@ -18,7 +18,7 @@ struct hand_kernel {
     double (*primal)(const double *x);
 };
 
-enum { HAND_THREEBODY, HAND_DBLPEND, HAND_GAS, HAND_N };
+enum { HAND_THREEBODY, HAND_DBLPEND, HAND_EPHEMERIS, HAND_GAS, HAND_N };
 
 /* The kernels [HAND_N] as compiled for the k-th best instruction set of this machine; NULL past the
    last. */

@@ -21,7 +21,7 @@ double sin(double);
 double cos(double);
 #endif
 
-enum { N = HAND_SLICES };
+enum { N = HAND_SLICES, M = N + 2 };
 
 /* ---- kinetic energy of a unit mass in the plane: x [2 x N], sum of v^2 / 2 ---- */
 
@@ -93,11 +93,11 @@ static double threebody_primal(const double *x)
     return THREEBODY_WEIGHT * (T - THREEBODY_K * V);
 }
 
-/* q [6 x (N + 2)]: the path with a slice before and one behind, such that every slice has the same
+/* q [dof x M]: the path with a slice before and one behind, such that every slice has the same
    kinetic terms: no step before the first, the last step once more (backwards) behind the last. */
-static void with_ghosts(const double *restrict x, double *restrict q)
+static void with_ghosts(int dof, const double *restrict x, double *restrict q)
 {
-    for (int k = 0; k < 6; k++, x += N, q += N + 2) {
+    for (int k = 0; k < dof; k++, x += N, q += M) {
         q[0] = x[0];
         memcpy(q + 1, x, N * sizeof *x);
         q[N + 1] = x[N - 2];
@@ -106,11 +106,10 @@ static void with_ghosts(const double *restrict x, double *restrict q)
 
 static double threebody_gradient(const double *restrict x, double *restrict g)
 {
-    enum { M = N + 2 };
     const double inertia = THREEBODY_WEIGHT / (THREEBODY_DT * THREEBODY_DT);
     const double strength = THREEBODY_WEIGHT * THREEBODY_K;
     double q[6 * M], T = 0, V = 0;
-    with_ghosts(x, q);
+    with_ghosts(6, x, q);
 #pragma omp simd reduction(+ : T, V)
     for (int i = 0; i < N; i++) {
         const double *p = q + i;
@@ -215,6 +214,10 @@ static double dblpend_gradient(const double *restrict x, double *restrict g)
     return w * sum;
 }
 
+/* ---- the Sun and the inner planets in space: V = -sum G m_i m_j / r, masses GM / G ---- */
+
+#include "hand_ephemeris.h"
+
 /* ---- Lennard-Jones gas: V = k sum (s/r)^12 - (s/r)^6, r^2 = d^2 + soft ---- */
 
 #define GAS_DT 0.2
@@ -268,5 +271,7 @@ extern const struct hand_kernel HAND_TABLE(HAND_ISA)[HAND_N];
 const struct hand_kernel HAND_TABLE(HAND_ISA)[HAND_N] = {
     [HAND_THREEBODY] = {"threebody", 6, THREEBODY_DT, threebody_gradient, threebody_primal},
     [HAND_DBLPEND] = {"dblpend", 2, DBLPEND_DT, dblpend_gradient, dblpend_primal},
+    [HAND_EPHEMERIS] = {"ephemeris", EPHEMERIS_DOF, EPHEMERIS_DT, ephemeris_gradient,
+                        ephemeris_primal},
     [HAND_GAS] = {"gas", DOF, GAS_DT, gas_gradient, gas_primal},
 };

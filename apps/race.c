@@ -66,7 +66,8 @@ static void (*const runs[RACE_JOBS])(void *) = {
 /* Bodies around the points of a lattice (angles: around zero), wide enough that none collide. */
 static void draw_path(int scene, int dof, double *x)
 {
-    static const double spacing[HAND_N] = {0.3, 0, 0.06}, swing[HAND_N] = {0.05, 2, 0.008};
+    static const double spacing[HAND_N] = {0.3, 0, 1e11, 0.06};
+    static const double swing[HAND_N] = {0.05, 2, 1e10, 0.008};
     for (int c = 0; c < dof; c++) {
         int cell = c % 2 ? c / 2 / 8 : c / 2 % 8;
         for (int i = 0; i < HAND_SLICES; i++)
@@ -146,13 +147,17 @@ enum ad_status race_run(int scene, bool quick, struct race *race, struct ad_erro
 {
     struct subject s;
     struct timed jobs[RACE_JOBS];
+    size_t rounds = quick ? TIMING_QUICK : TIMING_ROUNDS;
     if (subject_open(&s, scene, error) == AD_OK) {
         for (size_t j = 0; j < RACE_JOBS; j++)
-            jobs[j] = (struct timed){runs[j], &s, 0};
+            jobs[j] = (struct timed){.run = runs[j], .context = &s};
         race->disagreement = disagreement(&s);
-        time_in_turn(RACE_JOBS, jobs, quick ? TIMING_QUICK : TIMING_ROUNDS);
-        for (size_t j = 0; j < RACE_JOBS; j++)
+        time_in_turn(RACE_JOBS, jobs, rounds);
+        for (size_t j = 0; j < RACE_JOBS; j++) {
             race->ns[j] = jobs[j].nanoseconds;
+            for (size_t k = 0; k < RACE_JOBS; k++)
+                race->ratio[j][k] = time_ratio(&jobs[j], &jobs[k], rounds);
+        }
     }
     subject_close(&s);
     return error->status;

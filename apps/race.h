@@ -16,7 +16,8 @@ enum {
 
 struct race {
     double ns[RACE_JOBS]; /* of one call; ADAM_STEP: gradient by the tape and the step */
-    double disagreement;  /* of the three gradients, relative to the largest entry */
+    double ratio[RACE_JOBS][RACE_JOBS]; /* [a][b]: how much longer a takes than b (time_ratio) */
+    double disagreement;                /* of the three gradients, relative to the largest entry */
 };
 
 /* Measures scene number `scene` of hand.h. */

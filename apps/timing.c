@@ -4,6 +4,7 @@
 
 #include <assert.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 static const double batch_ns = 2e5;
@@ -40,20 +41,33 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+static double median(size_t n, const double values[])
+{
+    double sorted[TIMING_ROUNDS];
+    memcpy(sorted, values, n * sizeof *sorted);
+    qsort(sorted, n, sizeof *sorted, ascending);
+    return sorted[n / 2];
+}
+
 void time_in_turn(size_t n, struct timed jobs[], size_t rounds)
 {
-    double ns[MAX_JOBS][TIMING_ROUNDS];
     size_t calls[MAX_JOBS];
     assert(n <= MAX_JOBS && 0 < rounds && rounds <= TIMING_ROUNDS);
     for (size_t j = 0; j < n; j++)
         calls[j] = calls_in_a_batch(&jobs[j]);
     for (size_t r = 0; r < rounds; r++)
         for (size_t j = 0; j < n; j++)
-            ns[j][r] = batch(&jobs[j], calls[j]);
-    for (size_t j = 0; j < n; j++) {
-        qsort(ns[j], rounds, sizeof ns[j][0], ascending);
-        jobs[j].nanoseconds = ns[j][rounds / 2];
-    }
+            jobs[j].batch[r] = batch(&jobs[j], calls[j]);
+    for (size_t j = 0; j < n; j++)
+        jobs[j].nanoseconds = median(rounds, jobs[j].batch);
+}
+
+double time_ratio(const struct timed *a, const struct timed *b, size_t rounds)
+{
+    double ratio[TIMING_ROUNDS];
+    for (size_t r = 0; r < rounds; r++)
+        ratio[r] = a->batch[r] / b->batch[r];
+    return median(rounds, ratio);
 }
 
 double processor_seconds(void)

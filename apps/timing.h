@@ -4,17 +4,22 @@
 
 #include <stddef.h>
 
+enum { TIMING_ROUNDS = 101, TIMING_QUICK = 15 };
+
 struct timed {
     void (*run)(void *context);
     void *context;
-    double nanoseconds; /* of one call: the median over batches */
+    double nanoseconds;          /* of one call: the median over batches */
+    double batch[TIMING_ROUNDS]; /* of one call in each of them */
 };
-
-enum { TIMING_ROUNDS = 101, TIMING_QUICK = 15 };
 
 /* Times jobs[0..n-1] in turn, a batch of each per round, so that what disturbs the machine disturbs
    all of them alike. At most TIMING_ROUNDS rounds. */
 void time_in_turn(size_t n, struct timed jobs[], size_t rounds);
+
+/* How much longer a takes than b, timed in turn with it: the median over rounds, where what
+   disturbed the machine disturbed both. */
+double time_ratio(const struct timed *a, const struct timed *b, size_t rounds);
 
 /* Of this process so far, all threads together: what a busy machine does not change. */
 double processor_seconds(void);

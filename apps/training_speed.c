@@ -146,10 +146,10 @@ enum ad_status training_speed_measure(const struct hnn_settings *settings, size_
                                       struct ad_error *error)
 {
     struct subject s = {.settings = settings, .batch = batch, .threads = threads, .error = error};
-    struct timed jobs[JOBS] = {[STEP] = {run_step, &s, 0},
-                               [GRADIENT] = {run_gradient, &s, 0},
-                               [PRODUCTS] = {run_products, &s, 0},
-                               [ACTIVATION] = {run_activation, &s, 0}};
+    struct timed jobs[JOBS] = {[STEP] = {.run = run_step, .context = &s},
+                               [GRADIENT] = {.run = run_gradient, .context = &s},
+                               [PRODUCTS] = {.run = run_products, .context = &s},
+                               [ACTIVATION] = {.run = run_activation, .context = &s}};
     if (settings->pixels || settings->separable || settings->dissipation)
         return ad_fail(error, AD_E_ARGUMENT, "the floor is that of one network of states");
     if (open_step(&s) == AD_OK && open_floor(&s) == AD_OK) {

@@ -4,6 +4,7 @@
 #include "../files.h"
 #include "shell.h"
 #include "../../apps/exact.h"
+#include "../../apps/hand.h"
 #include "../../apps/motions.h"
 #include "../../apps/work.h"
 
@@ -306,7 +307,7 @@ static void test_gradients(void **state)
     (void)state;
     assert_int_equal(shell("$LA chart gradients --quick --quiet --out ."), 0);
     struct table *t = table_read("gradients.csv");
-    assert_int_equal(t->rows, 3);
+    assert_int_equal(t->rows, HAND_N);
     for (size_t r = 0; r < t->rows; r++) {
         assert_true(number(t, r, "tape_gradient_ns") > 0);
         assert_true(number(t, r, "hand_gradient_ns") > 0);

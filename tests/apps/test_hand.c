@@ -42,6 +42,23 @@ static real dblpend(const real *q, const real *v)
     return T + 2 * cosl(q[0]) + cosl(q[1]);
 }
 
+static real ephemeris(const real *q, const real *v)
+{
+    static const real G = 6.67430e-11L, gm[] = {132712440041.93938e9L, 22031.86855e9L,
+                                                324858.592e9L, 398600.435436e9L, 42828.375214e9L};
+    real L = 0;
+    for (int b = 0; b < 5; b++) {
+        L += gm[b] / G * kinetic(3, v + 3 * b);
+        for (int a = 0; a < b; a++) {
+            real square = 0;
+            for (int k = 0; k < 3; k++)
+                square += (q[3 * a + k] - q[3 * b + k]) * (q[3 * a + k] - q[3 * b + k]);
+            L += gm[a] * gm[b] / G / sqrtl(square);
+        }
+    }
+    return L / 5;
+}
+
 static real gas(const real *q, const real *v)
 {
     real V = 0;
@@ -53,7 +70,10 @@ static real gas(const real *q, const real *v)
     return (kinetic(100, v) - V) / 50;
 }
 
-static lagrangian *const lagrangians[HAND_N] = {threebody, dblpend, gas};
+static lagrangian *const lagrangians[HAND_N] = {threebody, dblpend, ephemeris, gas};
+
+/* Of a coordinate, for steps of differences. */
+static const double size_of[HAND_N] = {1, 1, 1e11, 1};
 
 static real objective_slice(int scene, const struct hand_kernel *k, const double *x, int i)
 {
@@ -94,7 +114,7 @@ static real nearby(int scene, const struct hand_kernel *k, double *x, int at, do
 
 static double difference(int scene, const struct hand_kernel *k, double *x, int at)
 {
-    const double h = 1e-5;
+    const double h = 1e-5 * size_of[scene];
     return (double)((4 * nearby(scene, k, x, at, h / 2) - nearby(scene, k, x, at, h)) / 3);
 }
 
@@ -105,7 +125,8 @@ static double uniform(void) { return rand() / (double)RAND_MAX; }
 /* Bodies on a jittered lattice wide enough that no pair collides; angles anywhere. */
 static void draw(int scene, int dof, double *x)
 {
-    static const double spacing[HAND_N] = {0.3, 0, 0.06}, jitter[HAND_N] = {0.05, 3, 0.008};
+    static const double spacing[HAND_N] = {0.3, 0, 1e11, 0.06};
+    static const double jitter[HAND_N] = {0.05, 3, 1e10, 0.008};
     srand(20 + (unsigned)scene);
     for (int c = 0; c < dof; c++) {
         int cell = c % 2 ? c / 2 / 8 : c / 2 % 8;
