@@ -15,8 +15,9 @@ struct chart_settings {
     size_t days;
 };
 
-/* Gradient of the action by the tape and by hand, and the value alone: gradients.csv.
-   Returns the exit status: NOT_REACHED where the two gradients differ. */
+/* Gradient of the action, and its Hessian times a vector, by the tape and by hand: gradients.csv and
+   its picture; path and derivatives themselves in gradients-values.csv. Returns the exit status:
+   NOT_REACHED where tape and hand differ. */
 int chart_gradients(const struct chart_settings *settings, struct ad_error *error);
 /* Every integrator on problems with known answers: error against work, in integrators.csv and a
    picture a problem; energy over many periods at equal work, in drift.csv and its picture. */

@@ -16,6 +16,8 @@ struct hand_kernel {
     double (*gradient)(const double *x,
                        double *g); /* fills g [dof x HAND_SLICES]; returns the mean */
     double (*primal)(const double *x);
+    /* Second derivatives times a vector u: fills h. */
+    void (*product)(const double *x, const double *u, double *h);
 };
 
 enum { HAND_THREEBODY, HAND_DBLPEND, HAND_EPHEMERIS, HAND_GAS, HAND_N };

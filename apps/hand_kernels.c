@@ -241,6 +241,7 @@ enum { EIGHTS = N / 8 * 8 };
 enum { EIGHTS = 0 };
 #define gas_potential_8 gas_potential_4
 #define gas_force_8 gas_force_4
+#define gas_product_8 gas_product_4
 #endif
 
 static double gas_primal(const double *x)
@@ -267,11 +268,14 @@ static double gas_gradient(const double *x, double *g)
     return GAS_WEIGHT * (T - V);
 }
 
+#include "hand_products.h"
+
 extern const struct hand_kernel HAND_TABLE(HAND_ISA)[HAND_N];
 const struct hand_kernel HAND_TABLE(HAND_ISA)[HAND_N] = {
-    [HAND_THREEBODY] = {"threebody", 6, THREEBODY_DT, threebody_gradient, threebody_primal},
-    [HAND_DBLPEND] = {"dblpend", 2, DBLPEND_DT, dblpend_gradient, dblpend_primal},
+    [HAND_THREEBODY] = {"threebody", 6, THREEBODY_DT, threebody_gradient, threebody_primal,
+                        threebody_product},
+    [HAND_DBLPEND] = {"dblpend", 2, DBLPEND_DT, dblpend_gradient, dblpend_primal, dblpend_product},
     [HAND_EPHEMERIS] = {"ephemeris", EPHEMERIS_DOF, EPHEMERIS_DT, ephemeris_gradient,
-                        ephemeris_primal},
-    [HAND_GAS] = {"gas", DOF, GAS_DT, gas_gradient, gas_primal},
+                        ephemeris_primal, ephemeris_product},
+    [HAND_GAS] = {"gas", DOF, GAS_DT, gas_gradient, gas_primal, gas_product},
 };

@@ -2,20 +2,16 @@
    in turn; beside it the value alone, and a whole step of Adam. */
 #include "race.h"
 #include "hand.h"
-#include "timing.h"
-#include "../physics/physics.h"
 
 #include <math.h>
 #include <stdlib.h>
 
 struct subject {
     const struct hand_kernel *hand;
-    size_t n; /* dof * HAND_SLICES */
-    double *x, *g;
-    struct phys_system system;
-    ad_tape *tape;
+    const struct race_values *values;
+    double *g;
+    struct race_tape recorded;
     ad_program *gradient, *native, *primal;
-    ad_var path, slope;
     ad_optimiser *adam;
     double sink; /* so that no call is without effect */
 };
@@ -35,7 +31,7 @@ static void run_native_gradient(void *context)
 static void run_hand_gradient(void *context)
 {
     struct subject *s = context;
-    s->sink += s->hand->gradient(s->x, s->g);
+    s->sink += s->hand->gradient(s->values->x, s->g);
 }
 
 static void run_tape_primal(void *context)
@@ -47,21 +43,24 @@ static void run_tape_primal(void *context)
 static void run_hand_primal(void *context)
 {
     struct subject *s = context;
-    s->sink += s->hand->primal(s->x);
+    s->sink += s->hand->primal(s->values->x);
 }
 
 static void run_adam_step(void *context)
 {
     struct subject *s = context;
     ad_run(s->gradient);
-    ad_optimiser_step(s->adam, ad_data(s->gradient, s->path), ad_data(s->gradient, s->slope));
+    ad_optimiser_step(s->adam, ad_data(s->gradient, s->recorded.path),
+                      ad_data(s->gradient, s->recorded.gradient));
 }
 
-static void (*const runs[RACE_JOBS])(void *) = {
+static void (*const runs[RACE_FIRST])(void *) = {
     [TAPE_GRADIENT] = run_tape_gradient, [NATIVE_GRADIENT] = run_native_gradient,
     [HAND_GRADIENT] = run_hand_gradient, [TAPE_PRIMAL] = run_tape_primal,
     [HAND_PRIMAL] = run_hand_primal,     [ADAM_STEP] = run_adam_step,
 };
+
+/* ---- where ---- */
 
 /* Bodies around the points of a lattice (angles: around zero), wide enough that none collide. */
 static void draw_path(int scene, int dof, double *x)
@@ -76,89 +75,140 @@ static void draw_path(int scene, int dof, double *x)
     }
 }
 
+static enum ad_status values_new(int scene, struct race_values *values, struct ad_error *error)
+{
+    int dof = hand_build(0)[scene].dof;
+    values->n = (size_t)dof * HAND_SLICES;
+    values->x = calloc(4 * values->n, sizeof *values->x);
+    if (!values->x)
+        return ad_fail(error, AD_E_MEMORY, "no memory for a path");
+    values->u = values->x + values->n;
+    values->gradient = values->u + values->n;
+    values->product = values->gradient + values->n;
+    draw_path(scene, dof, values->x);
+    for (size_t k = 0; k < values->n; k++)
+        values->u[k] = sin(1.7 * (double)k + 0.4);
+    return AD_OK;
+}
+
+double race_disagreement(size_t n, const double *a, const double *b)
+{
+    double largest = 0, difference = 0;
+    for (size_t k = 0; k < n; k++) {
+        largest = fmax(largest, fabs(a[k]));
+        difference = fmax(difference, fabs(a[k] - b[k]));
+    }
+    return difference / largest;
+}
+
+/* ---- what ---- */
+
+void race_tape_close(struct race_tape *t)
+{
+    ad_tape_free(t->tape);
+    phys_system_close(&t->system);
+}
+
+enum ad_status race_tape_open(int scene, struct race_tape *t, struct ad_error *error)
+{
+    const struct hand_kernel *hand = &hand_build(0)[scene];
+    const struct phys_rule *rule = phys_rule_find("left+repeat", error);
+    struct phys_action action;
+    *t = (struct race_tape){0};
+    if (!rule || phys_system_open(hand->scene, &t->system, error) != AD_OK)
+        return error->status;
+    if (!(t->tape = ad_tape_new(AD_F64)))
+        return ad_fail(error, AD_E_MEMORY, "no memory for scene %s", hand->scene);
+    phys_action_record(t->tape, &t->system, rule, HAND_SLICES, hand->dt, 0, &action);
+    t->path = action.path;
+    t->objective = action.objective;
+    if (ad_grad(t->objective, 1, &t->path, &t->gradient) != AD_OK)
+        ad_fail(error, ad_tape_error(t->tape)->status, "%s", ad_tape_error(t->tape)->message);
+    return error->status;
+}
+
 static void subject_close(struct subject *s)
 {
     ad_optimiser_free(s->adam);
     ad_program_free(s->gradient);
     ad_program_free(s->native);
     ad_program_free(s->primal);
-    ad_tape_free(s->tape);
-    phys_system_close(&s->system);
-    free(s->x);
+    race_tape_close(&s->recorded);
     free(s->g);
 }
 
-static enum ad_status record(struct subject *s, struct ad_error *error)
+static enum ad_status compile(struct subject *s, struct ad_error *error)
 {
-    struct phys_action action;
-    const struct phys_rule *rule = phys_rule_find("left+repeat", error);
-    if (!rule)
-        return error->status;
-    phys_action_record(s->tape, &s->system, rule, HAND_SLICES, s->hand->dt, 0, &action);
-    s->path = action.path;
-    ad_grad(action.objective, 1, &s->path, &s->slope);
-    ad_compile(s->tape, 1, &action.objective, &s->primal);
-    ad_compile(s->tape, 2, (ad_var[]){action.objective, s->slope}, &s->native);
-    if (ad_compile(s->tape, 2, (ad_var[]){action.objective, s->slope}, &s->gradient) != AD_OK)
-        return ad_fail(error, ad_tape_error(s->tape)->status, "%s",
-                       ad_tape_error(s->tape)->message);
+    const struct race_tape *r = &s->recorded;
+    ad_compile(r->tape, 1, &r->objective, &s->primal);
+    ad_compile(r->tape, 2, (ad_var[]){r->objective, r->gradient}, &s->native);
+    if (ad_compile(r->tape, 2, (ad_var[]){r->objective, r->gradient}, &s->gradient) != AD_OK)
+        return ad_fail(error, ad_tape_error(r->tape)->status, "%s",
+                       ad_tape_error(r->tape)->message);
     ad_native(s->native, INFINITY, NULL);
-    ad_set(s->native, s->path, s->x);
-    ad_set(s->primal, s->path, s->x);
-    return ad_set(s->gradient, s->path, s->x);
+    ad_set(s->native, r->path, s->values->x);
+    ad_set(s->primal, r->path, s->values->x);
+    return ad_set(s->gradient, r->path, s->values->x);
 }
 
-static enum ad_status subject_open(struct subject *s, int scene, struct ad_error *error)
+static enum ad_status subject_open(struct subject *s, int scene, const struct race_values *values,
+                                   struct ad_error *error)
 {
-    *s = (struct subject){.hand = &hand_build(0)[scene]};
-    s->n = (size_t)s->hand->dof * HAND_SLICES;
+    *s = (struct subject){.hand = &hand_build(0)[scene], .values = values};
     struct ad_optimiser_settings adam = ad_optimiser_defaults(AD_ADAM);
     adam.learning_rate = 1e-12; /* does all the work, and leaves the path where it is */
-    s->x = malloc(s->n * sizeof *s->x);
-    s->g = malloc(s->n * sizeof *s->g);
-    s->tape = ad_tape_new(AD_F64);
-    s->adam = ad_optimiser_new(&adam, AD_F64, s->n);
-    if (!s->x || !s->g || !s->tape || !s->adam)
+    s->g = malloc(values->n * sizeof *s->g);
+    s->adam = ad_optimiser_new(&adam, AD_F64, values->n);
+    if (!s->g || !s->adam)
         return ad_fail(error, AD_E_MEMORY, "no memory for scene %s", s->hand->scene);
-    draw_path(scene, s->hand->dof, s->x);
-    if (phys_system_open(s->hand->scene, &s->system, error) != AD_OK)
+    if (race_tape_open(scene, &s->recorded, error) != AD_OK)
         return error->status;
-    return record(s, error);
+    return compile(s, error);
 }
 
-/* Largest difference of the tape's gradients to the one by hand, relative to the largest entry. */
-static double disagreement(struct subject *s)
+static void compare(struct subject *s, struct race *race)
 {
-    double largest = 0, difference = 0;
+    const struct race_values *v = s->values;
     ad_run(s->gradient);
     ad_run(s->native);
-    const double *tape = ad_data(s->gradient, s->slope);
-    const double *native = ad_data(s->native, s->slope);
-    s->hand->gradient(s->x, s->g);
-    for (size_t k = 0; k < s->n; k++) {
-        largest = fmax(largest, fabs(s->g[k]));
-        difference = fmax(difference, fabs(s->g[k] - tape[k]));
-        difference = fmax(difference, fabs(s->g[k] - native[k]));
+    ad_get(s->gradient, s->recorded.gradient, v->gradient);
+    s->hand->gradient(v->x, s->g);
+    race->disagreement =
+        fmax(race_disagreement(v->n, s->g, v->gradient),
+             race_disagreement(v->n, s->g, ad_data(s->native, s->recorded.gradient)));
+}
+
+void race_time(size_t n, struct timed jobs[], size_t rounds, size_t first, struct race *race)
+{
+    time_in_turn(n, jobs, rounds);
+    for (size_t j = 0; j < n; j++) {
+        race->ns[first + j] = jobs[j].nanoseconds;
+        for (size_t k = 0; k < n; k++)
+            race->ratio[first + j][first + k] = time_ratio(&jobs[j], &jobs[k], rounds);
     }
-    return difference / largest;
 }
 
 enum ad_status race_run(int scene, bool quick, struct race *race, struct ad_error *error)
 {
-    struct subject s;
-    struct timed jobs[RACE_JOBS];
-    size_t rounds = quick ? TIMING_QUICK : TIMING_ROUNDS;
-    if (subject_open(&s, scene, error) == AD_OK) {
-        for (size_t j = 0; j < RACE_JOBS; j++)
+    struct subject s = {0};
+    struct timed jobs[RACE_FIRST];
+    *race = (struct race){0};
+    if (values_new(scene, &race->values, error) == AD_OK &&
+        subject_open(&s, scene, &race->values, error) == AD_OK) {
+        for (size_t j = 0; j < RACE_FIRST; j++)
             jobs[j] = (struct timed){.run = runs[j], .context = &s};
-        race->disagreement = disagreement(&s);
-        time_in_turn(RACE_JOBS, jobs, rounds);
-        for (size_t j = 0; j < RACE_JOBS; j++) {
-            race->ns[j] = jobs[j].nanoseconds;
-            for (size_t k = 0; k < RACE_JOBS; k++)
-                race->ratio[j][k] = time_ratio(&jobs[j], &jobs[k], rounds);
-        }
+        compare(&s, race);
+        race_time(RACE_FIRST, jobs, quick ? TIMING_QUICK : TIMING_ROUNDS, 0, race);
+        race_second(scene, quick, race, error);
+        race->ratio[NATIVE_PRODUCT][NATIVE_GRADIENT] =
+            race->ns[NATIVE_PRODUCT] / race->ns[NATIVE_GRADIENT];
     }
     subject_close(&s);
     return error->status;
+}
+
+void race_free(struct race *race)
+{
+    free(race->values.x);
+    *race = (struct race){0};
 }

@@ -1,8 +1,9 @@
-/* The gradient of the action by the tape against hand-written C: same function, same path. */
+/* Derivatives of the action by the tape against hand-written C: same function, same path. */
 #ifndef APPS_RACE_H
 #define APPS_RACE_H
 
-#include "../autodiff/autodiff.h"
+#include "timing.h"
+#include "../physics/physics.h"
 
 enum {
     TAPE_GRADIENT,   /* interpreted */
@@ -11,16 +12,49 @@ enum {
     TAPE_PRIMAL,
     HAND_PRIMAL,
     ADAM_STEP,
+    RACE_FIRST,                /* so many of first order; of second: */
+    TAPE_PRODUCT = RACE_FIRST, /* Hessian times a vector */
+    NATIVE_PRODUCT,
+    HAND_PRODUCT,
+    HESSIAN_BLOCKS, /* the whole Hessian, block by block, as Newton's method takes it */
     RACE_JOBS
+};
+
+/* Values of a scene's race, [dof x HAND_SLICES] each: the path, a vector, gradient and Hessian
+   times the vector by the tape. */
+struct race_values {
+    size_t n;
+    double *x, *u, *gradient, *product; /* of one allocation, at x */
 };
 
 struct race {
     double ns[RACE_JOBS]; /* of one call; ADAM_STEP: gradient by the tape and the step */
     double ratio[RACE_JOBS][RACE_JOBS]; /* [a][b]: how much longer a takes than b (time_ratio) */
     double disagreement;                /* of the three gradients, relative to the largest entry */
+    double second; /* the same of Hessians times a vector: tape, compiled, hand, blocks */
+    struct race_values values;
 };
 
-/* Measures scene number `scene` of hand.h. */
+/* Measures scene number `scene` of hand.h. Ends with race_free, whatever it returned. */
 enum ad_status race_run(int scene, bool quick, struct race *race, struct ad_error *error);
+void race_free(struct race *race);
+
+/* ---- between race.c and race_second.c ---- */
+
+/* The action of a scene of hand.h as race.c has it recorded, with its gradient. */
+struct race_tape {
+    struct phys_system system;
+    ad_tape *tape;
+    ad_var path, objective, gradient;
+};
+enum ad_status race_tape_open(int scene, struct race_tape *t, struct ad_error *error);
+void race_tape_close(struct race_tape *t);
+/* Times jobs[0..n-1] in turn: numbers first ... of race->ns and race->ratio. */
+void race_time(size_t n, struct timed jobs[], size_t rounds, size_t first, struct race *race);
+/* Fills race->ns and ratio from RACE_FIRST on, second and values.product, at values.x and values.u.
+ */
+enum ad_status race_second(int scene, bool quick, struct race *race, struct ad_error *error);
+/* Largest difference of two vectors, relative to the largest entry of the first. */
+double race_disagreement(size_t n, const double *a, const double *b);
 
 #endif

@@ -31,6 +31,8 @@ static double batch(const struct timed *job, size_t calls)
 static size_t calls_in_a_batch(const struct timed *job)
 {
     double ns = batch(job, 1);
+    if (ns > batch_ns)
+        return 1;
     ns = batch(job, 1 + (size_t)(batch_ns / (ns + 1)));
     return 1 + (size_t)(batch_ns / ns);
 }

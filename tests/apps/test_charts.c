@@ -14,7 +14,7 @@
 
 /* ---- tables ---- */
 
-enum { MOST_ROWS = 4000, MOST_COLUMNS = 32 };
+enum { MOST_ROWS = 1 << 14, MOST_COLUMNS = 32 };
 
 struct table {
     size_t rows, columns;
@@ -311,7 +311,33 @@ static void test_gradients(void **state)
     for (size_t r = 0; r < t->rows; r++) {
         assert_true(number(t, r, "tape_gradient_ns") > 0);
         assert_true(number(t, r, "hand_gradient_ns") > 0);
+        assert_true(number(t, r, "tape_product_ns") > 0);
+        assert_true(number(t, r, "hessian_blocks_ns") > 0);
         assert_true(number(t, r, "disagreement") < 1e-11);
+        assert_true(number(t, r, "second_disagreement") < 1e-11);
+    }
+    table_free(t);
+}
+
+/* Three bodies moved together have the same action: their gradient adds up to nothing, and so do
+   the second derivatives times any vector. */
+static void test_gradient_values(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"gradient", "product"};
+    struct table *t = table_read("gradients-values.csv");
+    expect_header(t, "scene,coordinate,slice,x,u,gradient,product");
+    for (size_t k = 0; k < 2; k++) {
+        double sum = 0, largest = 0;
+        for (size_t r = 0; r < t->rows; r++) {
+            double value = number(t, r, names[k]);
+            if (is(t, r, "scene", "threebody")) {
+                sum += value;
+                largest = fmax(largest, fabs(value));
+            }
+        }
+        assert_true(largest > 0);
+        assert_close(sum, 0, 0, 1e-13 * 600 * largest);
     }
     table_free(t);
 }
@@ -483,6 +509,7 @@ int main(void)
         cmocka_unit_test(test_work_between_runs),
         cmocka_unit_test_setup(test_wrong_format, clean),
         cmocka_unit_test_setup(test_gradients, clean),
+        cmocka_unit_test(test_gradient_values),
         cmocka_unit_test_setup(test_hnn_steps, clean),
         cmocka_unit_test(test_hnn_learning),
         cmocka_unit_test(test_hnn_rollouts),

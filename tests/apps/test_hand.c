@@ -183,6 +183,44 @@ static void gradients_are_those_of_central_differences(void **state)
     for_each_build(check_gradient);
 }
 
+/* Along u the product is the slope of the gradient; the first is Richardson's of steps h and h/2.
+ */
+static void check_product(int scene, const struct hand_kernel *k, double *x)
+{
+    enum { MOST = MAX_DOF * N };
+    static double u[MOST], h[MOST], moved[MOST], slope[MOST], g[2][MOST];
+    static const double step[HAND_N] = {
+        [HAND_THREEBODY] = 1e-4, [HAND_DBLPEND] = 1e-3, [HAND_EPHEMERIS] = 1e8, [HAND_GAS] = 1e-5};
+    int n = k->dof * N;
+    double largest = 0;
+    for (int at = 0; at < n; at++) {
+        u[at] = 2 * uniform() - 1;
+        h[at] = NAN;
+        slope[at] = 0;
+    }
+    for (int half = 1; half <= 2; half++) {
+        for (int sign = 0; sign < 2; sign++) {
+            for (int at = 0; at < n; at++)
+                moved[at] = x[at] + (sign ? -1 : 1) * step[scene] / half * u[at];
+            k->gradient(moved, g[sign]);
+        }
+        for (int at = 0; at < n; at++)
+            slope[at] +=
+                (half == 1 ? -1.0 / 3 : 4.0 / 3) * (g[0][at] - g[1][at]) / (2 * step[scene] / half);
+    }
+    k->product(x, u, h);
+    for (int at = 0; at < n; at++)
+        largest = fmax(largest, fabs(h[at]));
+    for (int at = 0; at < n; at++)
+        assert_close(h[at], slope[at], 0, 1e-8 * largest);
+}
+
+static void products_are_slopes_of_the_gradient(void **state)
+{
+    (void)state;
+    for_each_build(check_product);
+}
+
 /* Whatever is in g before is overwritten, and nothing behind it is touched. */
 static void check_overwrites(int scene, const struct hand_kernel *k, double *x)
 {
@@ -208,6 +246,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(values_are_those_of_the_lagrangian),
         cmocka_unit_test(gradients_are_those_of_central_differences),
+        cmocka_unit_test(products_are_slopes_of_the_gradient),
         cmocka_unit_test(the_gradient_is_written_not_added),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
