@@ -57,7 +57,7 @@ static enum ad_status follow(const struct problem *motion, struct drift *d, doub
     struct phys_simulation settings;
     struct ad_error lost = {0};
     run.time = time;
-    if (d->ode->enter(d->ode->context, 0, run.q, run.v, y, error) != AD_OK ||
+    if (phys_ode_enter(d->ode, 0, run.q, run.v, y, error) != AD_OK ||
         simulate_settings(&run, d->integrator, d->setting, d->ode, y, scale, &settings, error) !=
             AD_OK)
         return error->status;

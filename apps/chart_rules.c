@@ -52,7 +52,7 @@ static enum ad_status motion_at(const struct panel *panel, size_t slices, double
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (phys_ode_canonical(&panel->system, &ode, error) == AD_OK &&
         panel->system.scene->start(panel->system.params, 0, q, q + dof, error) == AD_OK &&
-        ode.enter(ode.context, 0, q, q + dof, y, error) == AD_OK)
+        phys_ode_enter(&ode, 0, q, q + dof, y, error) == AD_OK)
         phys_simulate(&s, &ode, y, &info, error);
     phys_ode_free(&ode);
     free(q);

@@ -6,7 +6,7 @@
 
 static void name(const struct field *f, size_t k, char text[32])
 {
-    f->ode.component(f->ode.context, k, text, 32);
+    phys_ode_component(&f->ode, k, text, 32);
 }
 
 void field_write_csv(const struct field *f, FILE *out)

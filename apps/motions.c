@@ -88,7 +88,7 @@ static enum ad_status follow(const struct problem *motion, const struct phys_int
     struct phys_simulation settings;
     struct phys_simulation_info info;
     struct ad_error lost = {0};
-    if (ode->enter(ode->context, 0, run->q, run->v, y, error) != AD_OK ||
+    if (phys_ode_enter(ode, 0, run->q, run->v, y, error) != AD_OK ||
         simulate_settings(run, integrator, setting, ode, y, scale, &settings, error) != AD_OK)
         return error->status;
     double start = processor_seconds();
@@ -113,7 +113,7 @@ static enum ad_status run_to(const struct problem *motion, const struct phys_int
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (follow(motion, integrator, ode, setting, y, y + ode->n, cost, error) == AD_OK &&
         cost->complete)
-        ode->leave(ode->context, motion->run.time, y, x, x + dof, error);
+        phys_ode_leave(ode, motion->run.time, y, x, x + dof, error);
     free(y);
     return error->status;
 }

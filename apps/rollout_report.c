@@ -121,7 +121,7 @@ static void names(const struct rollout_run *run, const struct rollout_curve *c, 
     const struct phys_ode *ode = &run->model[0].ode;
     char name[32];
     for (size_t k = 0; k < ode->n; k++) {
-        ode->component(ode->context, k, name, sizeof name);
+        phys_ode_component(ode, k, name, sizeof name);
         fprintf(out, ",%s%s", c->prefix, name);
     }
     fprintf(out, ",%sH,%senergy", c->prefix, c->prefix);

@@ -50,7 +50,7 @@ static enum ad_status attempt(const struct simulate_run *run, const struct phys_
     trial->samples = (struct simulate_samples){.ode = ode, .dof = run->system.dof};
     if (!y)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (ode->enter(ode->context, 0, run->q, run->v, y, error) == AD_OK &&
+    if (phys_ode_enter(ode, 0, run->q, run->v, y, error) == AD_OK &&
         simulate_settings(run, integrator, setting, ode, y, y + n, &settings, error) == AD_OK) {
         settings.n_samples = POINTS;
         settings.max_steps = MOST_STEPS;

@@ -9,7 +9,7 @@
 static bool get_state(const struct event_watch *w, double t, const double *y, double *x)
 {
     struct ad_error ignored = {0}; /* of the same state the next step will complain */
-    return w->ode->leave(w->ode->context, t, y, x, x + w->ode->system->dof, &ignored) == AD_OK;
+    return phys_ode_leave(w->ode, t, y, x, x + w->ode->system->dof, &ignored) == AD_OK;
 }
 
 static void values(void *context, double t, const double *y, double *g)

@@ -70,7 +70,7 @@ static void find_horizon(const struct simulate_run *run, struct simulate_outlook
     if (!y || !scale)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else if (phys_ode_lagrangian(&run->system, &ode, error) == AD_OK &&
-             ode.enter(ode.context, 0, run->q, run->v, y, error) == AD_OK &&
+             phys_ode_enter(&ode, 0, run->q, run->v, y, error) == AD_OK &&
              phys_typical_sizes(&ode, 0, y, scale, error) == AD_OK)
         phys_lyapunov(&ode, y, &settings, &outlook->chaos, error);
     outlook->has_horizon = error->status == AD_OK;

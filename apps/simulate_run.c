@@ -41,7 +41,7 @@ bool simulate_sample(void *samples, double t, const double *y)
     double *x = s->x + 2 * s->n * s->dof;
     s->t[s->n] = t;
     s->energy[s->n] = ode->energy ? ode->energy(ode->context, t, y) : (double)NAN;
-    if (ode->leave(ode->context, t, y, x, x + s->dof, &error) != AD_OK) {
+    if (phys_ode_leave(ode, t, y, x, x + s->dof, &error) != AD_OK) {
         s->failed = true;
         return false;
     }
@@ -120,7 +120,7 @@ static enum ad_status forward(const struct simulate_run *run, double *y, double 
     double setting = run->integrator->adaptive ? run->tolerance : run->dt;
     if (!events)
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    else if (ode->enter(ode->context, 0, run->q, run->v, y, error) == AD_OK &&
+    else if (phys_ode_enter(ode, 0, run->q, run->v, y, error) == AD_OK &&
              simulate_settings(run, run->integrator, setting, ode, y, scale, &settings, error) ==
                  AD_OK &&
              event_watch_all(&run->questions, ode, &result->events, &watches, events, error) ==
@@ -158,7 +158,7 @@ static enum ad_status reverse(const struct simulate_run *run, double *y, double 
         settings.t0 = result->info.t;
         settings.t1 = 0;
         if (phys_simulate(&settings, ode, y, &info, error) == AD_OK)
-            ode->leave(ode->context, 0, y, x, x + run->system.dof, error);
+            phys_ode_leave(ode, 0, y, x, x + run->system.dof, error);
     }
     for (size_t k = 0; k < run->system.dof; k++)
         sum += (x[k] - run->q[k]) * (x[k] - run->q[k]);
@@ -187,7 +187,7 @@ static enum ad_status compare(const struct simulate_run *run, struct simulate_re
         return AD_OK;
     }
     if (phys_ode_lagrangian(&run->system, &ode, error) == AD_OK &&
-        ode.enter(ode.context, 0, run->q, run->v, y, error) == AD_OK &&
+        phys_ode_enter(&ode, 0, run->q, run->v, y, error) == AD_OK &&
         simulate_settings(run, method, reference_tolerance, &ode, y, scale, &settings, error) ==
             AD_OK) {
         reference = (struct simulate_samples){.ode = &ode, .dof = found->dof};

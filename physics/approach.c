@@ -16,7 +16,7 @@ struct phys_approach {
 static bool get_state(struct phys_approach *a, double t, const double *y)
 {
     struct ad_error ignored = {0}; /* of the same state the next step will complain */
-    return a->ode->leave(a->ode->context, t, y, a->q, a->v, &ignored) == AD_OK;
+    return phys_ode_leave(a->ode, t, y, a->q, a->v, &ignored) == AD_OK;
 }
 
 static double pair_product(const struct phys_approach *a, const double *u, const double *w,

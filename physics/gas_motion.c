@@ -146,34 +146,6 @@ static double energy(void *context, double t, const double *y)
     return 0.5 * c->gas->m * T + V;
 }
 
-static enum ad_status enter(void *context, double t, const double *q, const double *v, double *y,
-                            struct ad_error *error)
-{
-    const struct context *c = context;
-    size_t dof = c->system->dof;
-    (void)t, (void)error;
-    memcpy(y, q, dof * sizeof *y);
-    memcpy(y + dof, v, dof * sizeof *y);
-    return AD_OK;
-}
-
-static enum ad_status leave(void *context, double t, const double *y, double *q, double *v,
-                            struct ad_error *error)
-{
-    const struct context *c = context;
-    size_t dof = c->system->dof;
-    (void)t, (void)error;
-    memcpy(q, y, dof * sizeof *q);
-    memcpy(v, y + dof, dof * sizeof *v);
-    return AD_OK;
-}
-
-static void component(const void *context, size_t k, char *name, size_t size)
-{
-    const struct context *c = context;
-    phys_state_name(c->system, k, "velocity", name, size);
-}
-
 static void release(void *context)
 {
     struct context *c = context;
@@ -228,9 +200,6 @@ enum ad_status phys_ode_gas(const struct phys_system *system, enum phys_gas_pair
         .friction = c->gas->friction,
         .canonical = c->gas->friction == 0,
         .energy = energy,
-        .enter = enter,
-        .leave = leave,
-        .component = component,
         .system = system,
         .context = c,
         .free = release,

@@ -39,14 +39,15 @@ struct phys_ode {
     /* The halves are conjugate (up to a constant linear map): what a symplectic method preserves
        in y is the form of mechanics. */
     bool canonical;
-    /* Optional: E(t, y); y [n] from (q, v) and back; the name of component k of y. */
+    /* Each may be NULL. energy: E(t, y). enter, leave: y [n] from (q, v) and back, where y is not
+       (q, v) itself. component: the name of component k of y. */
     double (*energy)(void *context, double t, const double *y);
     enum ad_status (*enter)(void *context, double t, const double *q, const double *v, double *y,
                             struct ad_error *error);
     enum ad_status (*leave)(void *context, double t, const double *y, double *q, double *v,
                             struct ad_error *error);
     void (*component)(const void *context, size_t k, char *name, size_t size);
-    const struct phys_system *system; /* what variational methods discretise, or NULL */
+    const struct phys_system *system; /* what moves, n = 2 dof; NULL: not made of a system */
     void *context;
     void (*free)(void *context); /* or NULL */
 };
@@ -80,6 +81,14 @@ enum ad_status phys_ode_hamiltonian(phys_hamiltonian *H, size_t dof, const void 
                                     struct phys_ode *ode, struct ad_error *error);
 /* Takes zero-initialised and failed ones too. */
 void phys_ode_free(struct phys_ode *ode);
+
+/* y [n] from q, v [n/2 each] and back. */
+enum ad_status phys_ode_enter(const struct phys_ode *ode, double t, const double *q,
+                              const double *v, double *y, struct ad_error *error);
+enum ad_status phys_ode_leave(const struct phys_ode *ode, double t, const double *y, double *q,
+                              double *v, struct ad_error *error);
+/* The name of component k of y: "x of earth", "the velocity of ...", or "y3" where nobody knows. */
+void phys_ode_component(const struct phys_ode *ode, size_t k, char *name, size_t size);
 
 /* ---- from L to momenta and energy (legendre.c) ---- */
 

@@ -18,6 +18,38 @@ void phys_state_name(const struct phys_system *system, size_t k, const char *wha
         snprintf(name, size, "the %s of %s", what, coordinate);
 }
 
+enum ad_status phys_ode_enter(const struct phys_ode *ode, double t, const double *q,
+                              const double *v, double *y, struct ad_error *error)
+{
+    size_t half = ode->n / 2;
+    if (ode->enter)
+        return ode->enter(ode->context, t, q, v, y, error);
+    memcpy(y, q, half * sizeof *y);
+    memcpy(y + half, v, half * sizeof *y);
+    return AD_OK;
+}
+
+enum ad_status phys_ode_leave(const struct phys_ode *ode, double t, const double *y, double *q,
+                              double *v, struct ad_error *error)
+{
+    size_t half = ode->n / 2;
+    if (ode->leave)
+        return ode->leave(ode->context, t, y, q, v, error);
+    memcpy(q, y, half * sizeof *q);
+    memcpy(v, y + half, half * sizeof *v);
+    return AD_OK;
+}
+
+void phys_ode_component(const struct phys_ode *ode, size_t k, char *name, size_t size)
+{
+    if (ode->component)
+        ode->component(ode->context, k, name, size);
+    else if (ode->system)
+        phys_state_name(ode->system, k, "velocity", name, size);
+    else
+        snprintf(name, size, "y%zu", k + 1);
+}
+
 void phys_ode_free(struct phys_ode *ode)
 {
     if (ode->free)
@@ -61,7 +93,7 @@ static double size_of_fall(const struct phys_ode *ode, double t, const double *y
 enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const double *y,
                                   double *scale, struct ad_error *error)
 {
-    bool halves = ode->canonical || ode->kick || ode->enter;
+    bool halves = ode->canonical || ode->kick || ode->system;
     size_t first = halves ? ode->n / 2 : ode->n, second = ode->n - first;
     if (ode->field(ode->context, t, y, scale, error) != AD_OK)
         return error->status;

@@ -34,34 +34,6 @@ static double energy(void *context, double t, const double *y)
     return phys_legendre_energy(c->legendre, y, y + c->system->dof, t);
 }
 
-static enum ad_status enter(void *context, double t, const double *q, const double *v, double *y,
-                            struct ad_error *error)
-{
-    const struct context *c = context;
-    size_t dof = c->system->dof;
-    (void)t, (void)error;
-    memcpy(y, q, dof * sizeof *y);
-    memcpy(y + dof, v, dof * sizeof *y);
-    return AD_OK;
-}
-
-static enum ad_status leave(void *context, double t, const double *y, double *q, double *v,
-                            struct ad_error *error)
-{
-    const struct context *c = context;
-    size_t dof = c->system->dof;
-    (void)t, (void)error;
-    memcpy(q, y, dof * sizeof *q);
-    memcpy(v, y + dof, dof * sizeof *v);
-    return AD_OK;
-}
-
-static void component(const void *context, size_t k, char *name, size_t size)
-{
-    const struct context *c = context;
-    phys_state_name(c->system, k, "velocity", name, size);
-}
-
 static void release(void *context)
 {
     struct context *c = context;
@@ -91,9 +63,6 @@ enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys
         ode->kick = kick;
     ode->canonical = ode->kick != NULL;
     ode->energy = energy;
-    ode->enter = enter;
-    ode->leave = leave;
-    ode->component = component;
     ode->system = system;
     return AD_OK;
 }

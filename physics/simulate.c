@@ -160,7 +160,7 @@ static enum ad_status check_finite(const struct run *run, struct ad_error *error
     char name[64];
     for (size_t k = 0; k < m->n; k++)
         if (!isfinite(m->next[k])) {
-            phys_stepper_name(m, k, name, sizeof name);
+            phys_ode_component(m->ode, k, name, sizeof name);
             return ad_fail(error, AD_E_NONFINITE,
                            "step %zu: %s is no longer finite at t = %.9g: the step of %.3g is too "
                            "long for this motion, or the motion ends there",

@@ -37,7 +37,7 @@ static enum ad_status underflow(const struct run *run, const struct ad_error *ca
 {
     const struct phys_stepper *m = &run->stepper;
     char name[64];
-    phys_stepper_name(m, m->worst, name, sizeof name);
+    phys_ode_component(m->ode, m->worst, name, sizeof name);
     if (cause->status != AD_OK)
         return ad_fail(error, AD_E_NONFINITE, "step %zu: %s", run->info->steps + 1, cause->message);
     return ad_fail(error, AD_E_ACCURACY,

@@ -168,7 +168,7 @@ static enum ad_status refuse(struct phys_stepper *s, double h, const struct ad_e
     char name[64];
     if (astray->status != AD_OK)
         return ad_fail(error, astray->status, "%s", astray->message);
-    phys_stepper_name(s, s->worst, name, sizeof name);
+    phys_ode_component(s->ode, s->worst, name, sizeof name);
     return ad_fail(error, AD_E_ACCURACY,
                    "the implicit stages find no solution at t = %.9g, worst in %s: take a smaller "
                    "step than %.3g",

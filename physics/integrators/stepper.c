@@ -1,7 +1,6 @@
 /* A method at work on one problem: memory, rates, and the polynomial between the ends of a step. */
 #include "stepper.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,7 +16,7 @@ static enum ad_status check(const struct phys_integrator *integrator, const stru
                        "positions and time alone; those of %s do not: take gauss2, "
                        "implicit-midpoint or dop853",
                        integrator->name, name);
-    if (integrator->scheme == &phys_splitting && !ode->kick && !ode->canonical && !ode->enter)
+    if (integrator->scheme == &phys_splitting && !ode->kick && !ode->canonical && !ode->system)
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s moves positions and velocities in turn; %s has no such halves: take "
                        "gauss2, implicit-midpoint or dop853",
@@ -137,12 +136,4 @@ void phys_stepper_at(const struct phys_stepper *s, double theta, double *y)
             sum = (sum + s->dense[row * s->n + k]) * (row % 2 == 0 ? theta : 1 - theta);
         y[k] = s->y[k] + sum;
     }
-}
-
-void phys_stepper_name(const struct phys_stepper *s, size_t k, char *name, size_t size)
-{
-    if (s->ode->component)
-        s->ode->component(s->ode->context, k, name, size);
-    else
-        snprintf(name, size, "y%zu", k + 1);
 }

@@ -54,8 +54,6 @@ void phys_stepper_accept(struct phys_stepper *s, double t);
 /* Prepares the polynomial of the step taken; then y at t + theta h. */
 enum ad_status phys_stepper_dense(struct phys_stepper *s, struct ad_error *error);
 void phys_stepper_at(const struct phys_stepper *s, double theta, double *y);
-/* Component k of y by name. */
-void phys_stepper_name(const struct phys_stepper *s, size_t k, char *name, size_t size);
 
 /* What component k may err in a step. */
 static inline double phys_allowed(const struct phys_simulation *settings, size_t k, double y)

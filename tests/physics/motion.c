@@ -14,7 +14,7 @@ void motion_open(struct motion *m, const char *scene, bool canonical,
     assert_int_equal(
         (canonical ? phys_ode_canonical : phys_ode_lagrangian)(&m->system, &m->ode, &m->error),
         AD_OK);
-    assert_int_equal(m->ode.enter(m->ode.context, 0, q, v, m->y, &m->error), AD_OK);
+    assert_int_equal(phys_ode_enter(&m->ode, 0, q, v, m->y, &m->error), AD_OK);
 }
 
 void motion_close(struct motion *m)

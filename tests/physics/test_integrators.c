@@ -170,7 +170,7 @@ static void totals(struct motion *m, struct phys_totals *totals)
     double q[MOTION_DOF], v[MOTION_DOF];
     phys_legendre *legendre;
     assert_int_equal(phys_legendre_new(&m->system, &legendre, &m->error), AD_OK);
-    assert_int_equal(m->ode.leave(m->ode.context, 0, m->y, q, v, &m->error), AD_OK);
+    assert_int_equal(phys_ode_leave(&m->ode, 0, m->y, q, v, &m->error), AD_OK);
     phys_totals(legendre, q, v, 0, totals);
     phys_legendre_free(legendre);
 }
