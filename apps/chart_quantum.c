@@ -6,10 +6,10 @@
 #include "command.h"
 #include "json.h"
 #include "timing.h"
+#include "../autodiff/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
-#include <time.h>
 
 const struct quantum_problem quantum_problems[QUANTUM_PROBLEMS] = {
     {"free", "free packet", "freebody", 0, -13, 13, 1.5, {-2, 0.7, 2}, true, {1, 0, 0}},
@@ -43,13 +43,6 @@ const struct quantum_way quantum_ways[QUANTUM_WAYS] = {
     {"fft on a ring", "trapezoid", &qm_method_fft, QM_RING, 512, 0},
     {"crank-nicolson", "trapezoid", &qm_method_crank_nicolson, QM_REFLECT, 0, 16},
 };
-
-static double now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
 
 /* ---- error against seconds ---- */
 
@@ -95,13 +88,13 @@ static enum ad_status measure(const struct quantum_way *way, const struct qm_sli
     if (!psi)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     qm_packet(&slice->grid, 1, &reference->problem->packet, 1, 0, psi);
-    double start = now();
+    double start = ad_now();
     if (qm_propagator_new(way->method, slice, &propagator, error) == AD_OK) {
-        double built = now();
+        double built = ad_now();
         for (size_t k = 0; k < steps; k++)
             qm_propagate(propagator, 1, psi, error);
         *point =
-            (struct quantum_point){n, steps, built - start, now() - start,
+            (struct quantum_point){n, steps, built - start, ad_now() - start,
                                    quantum_reference_error(reference, &slice->grid, psi, psi + n)};
     }
     qm_propagator_free(propagator);
@@ -222,10 +215,10 @@ static enum ad_status slices_new(const struct phys_system *system, size_t n, siz
     for (size_t p = 0; p < packets; p++)
         qm_packet(&slice.grid, 1, &(struct qm_gaussian){(double)p / 10, 0.7, 0}, packets, p,
                   s->psi);
-    double start = now();
+    double start = ad_now();
     if (qm_kernel(&slice, s->K, error) != AD_OK)
         return error->status;
-    s->build = now() - start;
+    s->build = ad_now() - start;
     if (qm_propagator_new(&qm_method_kernel, &slice, &s->kernel, error) == AD_OK)
         qm_propagator_new(&qm_method_fft, &slice, &s->fft, error);
     return error->status;

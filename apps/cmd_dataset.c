@@ -4,12 +4,12 @@
 #include "dataset.h"
 #include "json.h"
 #include "result.h"
+#include "../autodiff/clock.h"
 #include "../hnn/data.h"
 #include "../physics/runfile.h"
 
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 /* ---- what is asked for ---- */
 
@@ -125,13 +125,6 @@ static bool ends_with(const char *text, const char *end)
 
 bool dataset_is_hdf5(const char *out) { return ends_with(out, ".h5") || ends_with(out, ".hdf5"); }
 
-double dataset_now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static void report_json(const struct hnn_task *task, const struct hnn_sampling *s,
                         const struct hnn_observations *o, const char *file, double seconds)
 {
@@ -187,9 +180,9 @@ static enum ad_status observe(const struct dataset_options *options, struct ad_e
     if (!task)
         return mention_pixels(options->common.argument[0], error);
     struct hnn_sampling sampling = sampling_of(task, options);
-    double start = dataset_now();
+    double start = ad_now();
     if (hnn_task_observe(task, &sampling, options->common.seed, &observations, error) == AD_OK) {
-        double seconds = dataset_now() - start;
+        double seconds = ad_now() - start;
         if ((dataset_is_hdf5(options->out)
                  ? save_hdf5(task, &sampling, &options->common, &observations, options->out, error)
                  : save_csv(&observations, options->out, error)) == AD_OK)

@@ -21,8 +21,6 @@ void dataset_choose_number(double *value, double given);
 void dataset_choose_count(size_t *value, size_t given);
 /* --out names a file of HDF5. */
 bool dataset_is_hdf5(const char *out);
-/* Seconds of a clock that only goes forward. */
-double dataset_now(void);
 
 /* Draws frames and writes them, all that the command does for the task `pixels`. */
 enum ad_status dataset_pixels(const struct dataset_options *options, struct ad_error *error);

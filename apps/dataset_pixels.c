@@ -3,6 +3,7 @@
 #include "dataset.h"
 #include "json.h"
 #include "numbers.h"
+#include "../autodiff/clock.h"
 #include "../hnn/pixels.h"
 #include "../physics/runfile.h"
 
@@ -112,10 +113,10 @@ enum ad_status dataset_pixels(const struct dataset_options *o, struct ad_error *
                        o->out);
     if (filming_of(o, &filming, error) != AD_OK)
         return error->status;
-    double start = dataset_now();
+    double start = ad_now();
     if (hnn_rod_film(&filming, o->common.seed, &frames, error) == AD_OK &&
         save(o, &filming, &frames, error) == AD_OK)
-        report(o, &frames, dataset_now() - start);
+        report(o, &frames, ad_now() - start);
     hnn_frames_free(&frames);
     return error->status;
 }

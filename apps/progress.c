@@ -1,29 +1,22 @@
 /* A line on the terminal that says how far a run is (progress.h). */
 #include "progress.h"
+#include "../autodiff/clock.h"
 
 #include <stdarg.h>
 #include <stdio.h>
-#include <time.h>
 #include <unistd.h>
-
-static double now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
 
 /* The first line waits, so that a run of a blink shows none. */
 void progress_start(struct progress *progress, bool quiet)
 {
-    *progress = (struct progress){.shown = !quiet && isatty(STDERR_FILENO), .next = now() + 0.2};
+    *progress = (struct progress){.shown = !quiet && isatty(STDERR_FILENO), .next = ad_now() + 0.2};
 }
 
 bool progress_due(struct progress *progress)
 {
     if (!progress->shown)
         return false;
-    double time = now();
+    double time = ad_now();
     if (time < progress->next)
         return false;
     progress->next = time + 0.1;

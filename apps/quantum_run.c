@@ -2,19 +2,12 @@
 #include "interrupt.h"
 #include "progress.h"
 #include "quantum.h"
+#include "../autodiff/clock.h"
 
 #include <complex.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-
-static double now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
 
 static enum ad_status reserve(const struct quantum_run *run, struct quantum_result *result,
                               struct ad_error *error)
@@ -68,7 +61,7 @@ static enum ad_status follow(const struct quantum_run *run, qm_propagator *propa
                              struct quantum_result *result, struct ad_error *error)
 {
     struct progress progress;
-    double start = now();
+    double start = ad_now();
     progress_start(&progress, run->options->common.quiet);
     for (size_t k = 1; k <= run->steps && !result->interrupted; k++) {
         if (qm_propagate(propagator, run->n_packets, result->psi, error) != AD_OK)
@@ -82,7 +75,7 @@ static enum ad_status follow(const struct quantum_run *run, qm_propagator *propa
             progress_line(&progress, "slice %zu of %zu", k, run->steps);
     }
     progress_end(&progress);
-    result->seconds = now() - start;
+    result->seconds = ad_now() - start;
     return error->status;
 }
 
@@ -91,17 +84,17 @@ static enum ad_status leap(const struct quantum_run *run, struct quantum_result 
                            struct ad_error *error)
 {
     size_t n = run->slice.grid.n, packets = run->n_packets;
-    double start = now(), t = ldexp(run->slice.dt, (int)run->options->power);
+    double start = ad_now(), t = ldexp(run->slice.dt, (int)run->options->power);
     qm_complex *K = n < SIZE_MAX / n / sizeof *K ? malloc(n * n * sizeof *K) : NULL;
     qm_complex *before = malloc(n * packets * sizeof *before);
     if (!K || !before)
         ad_fail(error, AD_E_MEMORY, "out of memory for a kernel of %zu x %zu", n, n);
     else if (qm_kernel(&run->slice, K, error) == AD_OK &&
              qm_kernel_square(n, run->options->power, K, error) == AD_OK) {
-        result->setup_seconds = now() - start;
+        result->setup_seconds = ad_now() - start;
         memcpy(before, result->psi, n * packets * sizeof *before);
         qm_kernel_apply(n, K, packets, before, result->psi);
-        result->seconds = now() - start - result->setup_seconds;
+        result->seconds = ad_now() - start - result->setup_seconds;
         sample(run, t, result);
     }
     free(K);
@@ -113,10 +106,10 @@ static enum ad_status step_by_step(const struct quantum_run *run, struct quantum
                                    struct ad_error *error)
 {
     qm_propagator *propagator;
-    double start = now();
+    double start = ad_now();
     if (qm_propagator_new(run->method, &run->slice, &propagator, error) != AD_OK)
         return error->status;
-    result->setup_seconds = now() - start;
+    result->setup_seconds = ad_now() - start;
     follow(run, propagator, result, error);
     qm_propagator_free(propagator);
     return error->status;

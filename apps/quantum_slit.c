@@ -7,12 +7,12 @@
 #include "progress.h"
 #include "quantum.h"
 #include "quantum_slit.h"
+#include "../autodiff/clock.h"
 
 #include <complex.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 enum { FRAMES = 60, POINTS = 256, STEPS = 200 };
 
@@ -27,13 +27,6 @@ static const struct phys_param params[] = {
     {"flight", "1", "time from the slits to the screen", 3, offsetof(struct slit_setup, flight)},
     {"m", "1", "mass", 1, offsetof(struct slit_setup, mass)},
 };
-
-static double now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
 
 /* ---- setup ---- */
 
@@ -219,7 +212,7 @@ static void keep_frame(struct slit *s, double t)
 static void follow(const struct quantum_options *options, struct slit *s)
 {
     struct progress progress;
-    double from = now();
+    double from = ad_now();
     progress_start(&progress, options->common.quiet);
     keep_frame(s, 0);
     for (size_t done = 0; done < s->steps && !s->interrupted;) {
@@ -232,7 +225,7 @@ static void follow(const struct quantum_options *options, struct slit *s)
             progress_line(&progress, "slice %zu of %zu", done, s->steps);
     }
     progress_end(&progress);
-    s->seconds = now() - from;
+    s->seconds = ad_now() - from;
 }
 
 /* |sum of two spread Gaussians|^2, where one has spread by z = 1 + i theta. */
@@ -352,12 +345,12 @@ static void write_results(const struct quantum_options *options, const struct sl
 static enum ad_status prepare(const struct quantum_options *options, struct slit *s,
                               struct ad_error *error)
 {
-    double from = now();
+    double from = ad_now();
     if (setup(options, s, error) != AD_OK || fill_kernels(options, s, error) != AD_OK)
         return error->status;
     fill_mask(s);
     fill_packet(s);
-    s->setup_seconds = now() - from;
+    s->setup_seconds = ad_now() - from;
     return AD_OK;
 }
 

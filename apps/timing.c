@@ -1,6 +1,7 @@
 /* Medians of many batches; a batch is long enough for the clock and short enough to miss most
    interruptions. */
 #include "timing.h"
+#include "../autodiff/clock.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -11,21 +12,14 @@ static const double batch_ns = 2e5;
 
 enum { MAX_JOBS = 8 };
 
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
-
 /* The first call of a batch is not counted: it finds the cache as the other jobs left it. */
 static double batch(const struct timed *job, size_t calls)
 {
     job->run(job->context);
-    double start = now();
+    double start = ad_now();
     for (size_t k = 0; k < calls; k++)
         job->run(job->context);
-    return (now() - start) / (double)calls;
+    return 1e9 * (ad_now() - start) / (double)calls;
 }
 
 static size_t calls_in_a_batch(const struct timed *job)

@@ -4,11 +4,11 @@
    adds into a private copy of the sums, and the copies are added in order. Threads only decide who
    runs which chunk, so they change no bit of the result. */
 #include "blas.h"
+#include "clock.h"
 #include "exec.h"
 #include "native.h"
 
 #include <string.h>
-#include <time.h>
 
 static uint32_t border(uint32_t extent, uint32_t tile, uint32_t chunk, uint32_t chunks)
 {
@@ -196,23 +196,16 @@ void ad_rerun(ad_program *p)
         ad_program_execute(p, p->n_held_segments, p->n_segments, NULL);
 }
 
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 double ad_run_timed(ad_program *p)
 {
     double products = 0;
     size_t n;
     const struct segment *segments = segments_of(p, &n);
     for (size_t i = 0; i < n; i++) {
-        double began = now();
+        double began = ad_now();
         ad_execute_segments(p, segments + i, 1, NULL);
         if (p->instructions[segments[i].first].kind == DO_MATMUL)
-            products += now() - began;
+            products += ad_now() - began;
     }
     return products;
 }

@@ -1,11 +1,11 @@
 /* Training: a step is one program, forward, in-graph gradient, loss and backward, run over the
    blocks of a batch, and one step of an optimiser on the flat parameters. */
 #include "train.h"
+#include "../autodiff/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 struct hnn_training hnn_training_defaults(void)
 {
@@ -26,13 +26,6 @@ struct hnn_training hnn_pixel_training_defaults(void)
     s.weight_decay = 1e-5;
     s.every = 200;
     return s;
-}
-
-static double now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
 }
 
 static enum ad_status check(const hnn_model *model, const struct hnn_training *s,
@@ -169,8 +162,8 @@ double hnn_trainer_test_loss(hnn_trainer *t)
 
 double hnn_trainer_product_share(hnn_trainer *t)
 {
-    double began = now(), products = hnn_problem_products(&t->problem);
-    return products / (now() - began);
+    double began = ad_now(), products = hnn_problem_products(&t->problem);
+    return products / (ad_now() - began);
 }
 
 enum ad_status hnn_trainer_deliver(hnn_trainer *t, struct ad_error *error)
@@ -253,7 +246,7 @@ enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_er
     bool stalled = false;
     *stop = 0;
     while (!*stop) {
-        double began = now();
+        double began = ad_now();
         if (t->step >= t->settings.steps)
             *stop = HNN_STOP_STEPS;
         else if (out_of_patience(t))
@@ -262,7 +255,7 @@ enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_er
             *stop = HNN_STOP_STALLED;
         else if (take_step(t, &stalled, error) != AD_OK)
             return error->status;
-        t->seconds += now() - began;
+        t->seconds += ad_now() - began;
         bool last = stalled || t->step >= t->settings.steps;
         if (!*stop && (last || t->step % t->settings.every == 0) && survey(t, error) != AD_OK)
             return error->status;

@@ -1,17 +1,10 @@
 /* The action of a path and its gradient as one program, for all solvers (path_program.h). */
 #include "path_program.h"
+#include "../autodiff/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-
-static double seconds(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* ---- making ---- */
 
@@ -74,7 +67,7 @@ enum ad_status phys_path_program_new(struct phys_path_program *p, const struct p
                                     .tape = ad_tape_new(AD_F64),
                                     .n = settings->rule->degree * system->dof * settings->slices,
                                     .nearest_at = (double)INFINITY,
-                                    .started = seconds()};
+                                    .started = ad_now()};
     if (settings->reference)
         p->nearest = malloc(p->n * sizeof *p->nearest);
     if (!p->tape || (settings->reference && !p->nearest))
@@ -160,9 +153,9 @@ static bool carry_on(struct phys_path_program *p, const struct phys_path_step *a
     const struct phys_path_settings *s = p->settings;
     if (!s->progress)
         return true;
-    double before = seconds();
+    double before = ad_now();
     bool on = s->progress(s->context, at);
-    p->in_progress += seconds() - before;
+    p->in_progress += ad_now() - before;
     return on;
 }
 
@@ -208,7 +201,7 @@ void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
     memcpy(path, p->x, p->n * sizeof *p->x);
     *info = (struct phys_path_info){.stop = stop,
                                     .steps = found.step,
-                                    .seconds = seconds() - p->started - p->in_progress,
+                                    .seconds = ad_now() - p->started - p->in_progress,
                                     .action = found.action,
                                     .action_mean = found.action_mean,
                                     .kinetic_mean = found.kinetic_mean,

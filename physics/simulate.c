@@ -1,17 +1,10 @@
 /* The driver: steps, events, samples and energy, one step after the other. */
 #include "simulate.h"
+#include "../autodiff/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-
-static double now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
 
 static enum ad_status check_settings(const struct phys_simulation *s, struct ad_error *error)
 {
@@ -67,13 +60,13 @@ static void give(struct run *run, double t, const double *y)
     const struct phys_simulation *s = run->settings;
     if (!s->sample)
         return;
-    double before = now();
+    double before = ad_now();
     run->given = t == run->end;
     if (!s->sample(s->context, t, y)) {
         run->stop = true;
         run->info->stop = PHYS_SIMULATION_INTERRUPTED;
     }
-    run->away += now() - before;
+    run->away += ad_now() - before;
 }
 
 /* Whether a sample is due after this many fixed steps: the nearest to its time. Of several that
@@ -142,7 +135,7 @@ static void watch_energy(struct run *run, double t, const double *y)
     struct phys_simulation_info *info = run->info;
     if (!run->settings->watch_energy || !ode->energy)
         return;
-    double before = now(), E = ode->energy(ode->context, t, y);
+    double before = ad_now(), E = ode->energy(ode->context, t, y);
     if (info->steps == 0)
         info->energy_start = E;
     double drift = fabs(E - info->energy_start);
@@ -150,7 +143,7 @@ static void watch_energy(struct run *run, double t, const double *y)
         drift /= fabs(info->energy_start);
     if (!(drift <= info->energy_drift))
         info->energy_drift = drift;
-    run->away += now() - before;
+    run->away += ad_now() - before;
 }
 
 /* Adaptive steps look at themselves; those of fixed length are looked at here. */
@@ -236,10 +229,10 @@ enum ad_status phys_simulate(const struct phys_simulation *settings, const struc
     *info = (struct phys_simulation_info){.t = settings->t0};
     if (check_settings(settings, error) != AD_OK)
         return error->status;
-    double before = now();
+    double before = ad_now();
     if (begin(&run, ode, y, error) == AD_OK)
         march(&run, error);
-    info->seconds = now() - before - run.away;
+    info->seconds = ad_now() - before - run.away;
     if (run.stepper.memory) {
         memcpy(y, run.stepper.y, ode->n * sizeof *y);
         info->t = run.stepper.t;

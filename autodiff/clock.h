@@ -1,0 +1,14 @@
+/* The time since some moment, in seconds, of a clock that is never set back. */
+#ifndef AUTODIFF_CLOCK_H
+#define AUTODIFF_CLOCK_H
+
+#include <time.h>
+
+static inline double ad_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+#endif
