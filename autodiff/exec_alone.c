@@ -12,8 +12,8 @@ static size_t row_stride(const struct value *v, const struct loc *l)
 
 /* Products are cut in the same pieces whatever the number of threads: BLAS gives other last bits
    for other shapes. Every piece packs one factor anew, so pieces are few: of this many products and
-   sums each, and no narrower than PIECE. */
-enum { PIECE = 64, MAX_PIECES = 16 };
+   sums each, and no narrower than two tiles of BLAS's kernels. */
+enum { TILE = 48, PIECE = 2 * TILE, MAX_PIECES = 16 };
 static const double PIECE_WORK = 1.5e7;
 
 static size_t pieces_of(size_t extent, double work)
@@ -24,10 +24,9 @@ static size_t pieces_of(size_t extent, double work)
     return pieces ? pieces : 1;
 }
 
-/* Where piece i begins: at whole vectors and tiles of BLAS's kernels, of either type. */
+/* Where piece i begins: at whole vectors and tiles, of either type. */
 static size_t cut(size_t extent, size_t i, size_t pieces)
 {
-    enum { TILE = 48 };
     return i == pieces ? extent : extent / TILE * i / pieces * TILE;
 }
 

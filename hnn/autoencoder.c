@@ -10,33 +10,46 @@
    way, and nothing is transposed. */
 enum order { COLUMNS, ROWS };
 
-static ad_var linear(const hnn_model *model, ad_var parameters, size_t k, ad_var h, enum order in,
-                     enum order out)
+static ad_var linear(const hnn_model *model, ad_var parameters, size_t k, ad_var h, enum order out)
 {
     ad_var weight = hnn_record_block(model, parameters, k);
     ad_var bias = hnn_record_block(model, parameters, k + 1);
     if (out == COLUMNS)
-        return ad_add(ad_matmul(weight, false, h, in == ROWS), bias);
-    return ad_add(ad_matmul(h, in == COLUMNS, weight, true), ad_reshape(bias, 1, ad_rows(bias)));
+        return ad_add(ad_matmul(weight, false, h, false), bias);
+    return ad_add(ad_matmul(h, true, weight, true), ad_reshape(bias, 1, ad_rows(bias)));
 }
 
-static ad_var coder(const hnn_model *model, ad_var parameters, size_t k, ad_var x, enum order in,
-                    enum order out)
+/* The maps after the first one, and its relu, on what that makes. */
+static ad_var coder(const hnn_model *model, ad_var parameters, size_t k, ad_var h, enum order out)
 {
-    ad_var h = ad_relu(linear(model, parameters, k, x, in, COLUMNS));
+    h = ad_relu(h);
     for (size_t layer = 1; layer + 1 < HNN_CODER_LAYERS; layer++)
-        h = ad_add(h, ad_relu(linear(model, parameters, k += 2, h, COLUMNS, COLUMNS)));
-    return linear(model, parameters, k + 2, h, COLUMNS, out);
+        h = ad_add(h, ad_relu(linear(model, parameters, k += 2, h, COLUMNS)));
+    return linear(model, parameters, k + 2, h, out);
+}
+
+/* Products with the first weight stand apart, so that no observation is copied; all behind it sees
+   one wide matrix. Each parameter is then cut out once, and its gradient computed where it goes. */
+ad_var hnn_record_encode_all(const hnn_model *model, ad_var parameters, size_t n,
+                             const ad_var pixels[])
+{
+    size_t k = model->encoder;
+    ad_var weight = hnn_record_block(model, parameters, k), h[HNN_ENCODE_MOST];
+    for (size_t i = 0; i < n; i++)
+        h[i] = ad_matmul(weight, false, pixels[i], true);
+    ad_var first = ad_add(ad_concat_cols(n, h), hnn_record_block(model, parameters, k + 1));
+    return ad_label(coder(model, parameters, k, first, COLUMNS), "encoder");
 }
 
 ad_var hnn_record_encode(const hnn_model *model, ad_var parameters, ad_var pixels)
 {
-    return ad_label(coder(model, parameters, model->encoder, pixels, ROWS, COLUMNS), "encoder");
+    return hnn_record_encode_all(model, parameters, 1, &pixels);
 }
 
 ad_var hnn_record_decode(const hnn_model *model, ad_var parameters, ad_var x)
 {
-    return ad_label(coder(model, parameters, model->decoder, x, COLUMNS, ROWS), "decoder");
+    ad_var first = linear(model, parameters, model->decoder, x, COLUMNS);
+    return ad_label(coder(model, parameters, model->decoder, first, ROWS), "decoder");
 }
 
 /* One run of either half, in the precision of the parameters. */

@@ -9,7 +9,7 @@
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
 enum { HNN_NETS_MOST = 3, HNN_NOTES_MOST = 16 };
-enum { HNN_CODER_LAYERS = 4 };
+enum { HNN_CODER_LAYERS = 4, HNN_ENCODE_MOST = 2 };
 enum { HNN_BLOCKS_MOST = HNN_NETS_MOST * 2 * HNN_LAYERS_MOST + 2 * 2 * HNN_CODER_LAYERS };
 
 /* One multilayer perceptron of a model: it reads rows first ... first+inputs-1 of the state. */
@@ -76,6 +76,10 @@ enum ad_status hnn_settings_check(const struct hnn_settings *settings, struct ad
 void hnn_layout(hnn_model *model);
 /* The matrix or column of block k, a view of the flat parameters (field.c). */
 ad_var hnn_record_block(const hnn_model *model, ad_var parameters, size_t k);
+/* States [2n x samples] of n batches of observations, those of the first batch first; the columns
+   are theirs one after another (autoencoder.c). */
+ad_var hnn_record_encode_all(const hnn_model *model, ad_var parameters, size_t n,
+                             const ad_var pixels[]);
 /* Draws all parameters, `values` [size] (start.c). AD_E_MEMORY. */
 enum ad_status hnn_start_draw(const hnn_model *model, double *values, struct ad_error *error);
 /* Elements as doubles and back, whatever their type. */

@@ -26,9 +26,9 @@ static ad_var record(const hnn_model *model, const struct hnn_training *training
                      ad_var x, ad_var next)
 {
     (void)training;
-    size_t n = model->settings.dof;
-    ad_var z = hnn_record_encode(model, parameters, x);
-    ad_var z_next = hnn_record_encode(model, parameters, next);
+    size_t n = model->settings.dof, samples = ad_rows(x);
+    ad_var both = hnn_record_encode_all(model, parameters, 2, (ad_var[]){x, next});
+    ad_var z = ad_slice_cols(both, 0, samples), z_next = ad_slice_cols(both, samples, samples);
     ad_var step = ad_sub(z_next, z);
     ad_var missed = ad_square(ad_sub(hnn_record_decode(model, parameters, z), x));
     ad_var seen = ad_mul(1 / (double)ad_cols(x), ad_reshape(ad_sum_cols(missed), 1, ad_rows(x)));
