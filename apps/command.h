@@ -28,6 +28,9 @@ extern const struct command *const commands[];
 /* The one of this name; an AD_E_ARGUMENT suggests the nearest, and is returned as NULL. */
 const struct command *command_find(const char *name, struct ad_error *error);
 
+/* All that main does: the exit status of a command line. */
+int command_main(int argc, char *argv[]);
+
 /* The exit status that an error of the library stands for. */
 int command_status(const struct ad_error *error);
 

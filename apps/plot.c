@@ -11,10 +11,11 @@ static const struct plot_format {
     const char *extension, *terminal, *options; /* the size goes between the two */
     double pixels;
     bool animated;
+    const char *end; /* its last bytes */
 } formats[] = {
-    {".svg", "svg", "font 'Helvetica,13' background 'white'", 1, false},
-    {".png", "pngcairo", "font 'Helvetica,13' fontscale 1.2", 1.5, false},
-    {".gif", "gif animate delay 8 loop 0", "", 1, true},
+    {".svg", "svg", "font 'Helvetica,13' background 'white'", 1, false, "</svg>\n\n"},
+    {".png", "pngcairo", "font 'Helvetica,13' fontscale 1.2", 1.5, false, "IEND\xae\x42\x60\x82"},
+    {".gif", "gif animate delay 8 loop 0", "", 1, true, ";"},
 };
 
 static const struct plot_format *format_of(const char *target)
@@ -123,6 +124,7 @@ static int run_gnuplot(const struct plot *plot, char *line, int size)
 {
     const char *name = plot->script_file.temporary;
     char *command = malloc(4 * strlen(name) + 32), *end;
+    *line = '\0';
     if (!command)
         return -1;
     end = stpcpy(command, "exec gnuplot '");
@@ -134,13 +136,25 @@ static int run_gnuplot(const struct plot *plot, char *line, int size)
     if (!gnuplot)
         return -1;
     char rest[256];
-    *line = '\0';
     for (char *to = line; fgets(to, to == line ? size : (int)sizeof rest, gnuplot);)
         if (strspn(to, " \t\r\n^") != strlen(to))
             to = rest;
     line[strcspn(line, "\n")] = '\0';
     int status = pclose(gnuplot);
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+/* On a full disk gnuplot says nothing and leaves half a picture. */
+static bool is_whole(const struct plot *plot)
+{
+    char end[16];
+    const size_t length = strlen(plot->format->end);
+    FILE *in = fopen(plot->picture_file.temporary, "rb");
+    bool whole = in && fseek(in, -(long)length, SEEK_END) == 0 &&
+                 fread(end, 1, length, in) == length && memcmp(end, plot->format->end, length) == 0;
+    if (in)
+        fclose(in);
+    return whole;
 }
 
 /* Without gnuplot: data and commands, under names of their own. */
@@ -178,6 +192,8 @@ enum ad_status plot_commit(struct plot *plot, struct ad_error *error)
             status = keep(plot, error);
         else if (exit != 0)
             status = ad_fail(error, AD_E_IO, "%s: gnuplot failed: %s", picture, line);
+        else if (!is_whole(plot))
+            status = ad_fail(error, AD_E_IO, "%s: cannot be written whole", picture);
         else
             status = phys_whole_commit(&plot->picture_file, error);
     }

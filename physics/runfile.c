@@ -17,10 +17,15 @@ struct reason {
     char text[160];
 };
 
+/* Of a failed system call HDF5 tells the time, the file and more around "error message = '...'". */
 static herr_t innermost(unsigned depth, const H5E_error2_t *entry, void *reason)
 {
-    if (depth == 0 && entry->desc)
-        snprintf(((struct reason *)reason)->text, sizeof(struct reason), "%s", entry->desc);
+    static const char before[] = "error message = '";
+    const char *system = entry->desc ? strstr(entry->desc, before) : NULL;
+    const char *text = system ? system + sizeof before - 1 : entry->desc;
+    if (depth == 0 && text)
+        snprintf(((struct reason *)reason)->text, sizeof(struct reason), "%.*s",
+                 (int)strcspn(text, system ? "'" : "\n"), text);
     return 0;
 }
 
@@ -29,7 +34,6 @@ static struct reason last_reason(void)
     struct reason reason = {"HDF5 gives no reason"};
     H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, innermost, &reason);
     H5Eclear2(H5E_DEFAULT);
-    reason.text[strcspn(reason.text, "\n")] = '\0';
     return reason;
 }
 
@@ -44,8 +48,17 @@ void phys_h5_fail_write(phys_runfile *file, const char *what, const char *item)
     phys_h5_fail(&file->error, AD_E_IO, file->name, what, item);
 }
 
+/* Comes before every other call. On exit HDF5 would write again to a file that could not be closed,
+   and crash. */
+static void start_hdf5(void)
+{
+    H5dont_atexit();
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+}
+
 static phys_runfile *handle_new(const char *name, struct ad_error *error)
 {
+    start_hdf5();
     phys_runfile *file = calloc(1, sizeof *file);
     if (file && !(file->name = strdup(name))) {
         free(file);
@@ -53,7 +66,6 @@ static phys_runfile *handle_new(const char *name, struct ad_error *error)
     }
     if (!file)
         ad_fail(error, AD_E_MEMORY, "%s: out of memory", name);
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
     return file;
 }
 
@@ -76,11 +88,11 @@ enum ad_status phys_runfile_create(const char *target, phys_runfile **out, struc
         hid_t sealed = H5Pcreate(H5P_FILE_CREATE);
         H5Pset_userblock(sealed, PHYS_SEAL_BYTES);
         file->id = H5Fcreate(file->file.temporary, H5F_ACC_TRUNC, sealed, H5P_DEFAULT);
-        H5Pclose(sealed);
         if (file->id < 0) {
             status = phys_h5_fail(error, AD_E_IO, target, "create", target);
             phys_whole_abandon(&file->file);
         }
+        H5Pclose(sealed);
     }
     if (status == AD_OK)
         *out = file;
@@ -121,7 +133,7 @@ void phys_runfile_abandon(phys_runfile *file)
 
 bool phys_runfile_is(const char *name)
 {
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    start_hdf5();
     return H5Fis_hdf5(name) > 0;
 }
 

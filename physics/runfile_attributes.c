@@ -25,10 +25,9 @@ static void put(phys_runfile *file, const char *object, const char *name, hid_t 
     H5Pset_char_encoding(utf8, H5T_CSET_UTF8);
     hid_t id =
         H5Acreate_by_name(file->id, object, name, file_type, space, utf8, H5P_DEFAULT, H5P_DEFAULT);
-    if (id < 0 || H5Awrite(id, type, value) < 0)
+    bool written = id >= 0 && H5Awrite(id, type, value) >= 0;
+    if (!(id >= 0 && H5Aclose(id) >= 0 && written))
         phys_h5_fail_write(file, "write attribute", name);
-    if (id >= 0)
-        H5Aclose(id);
     H5Pclose(utf8);
     H5Sclose(space);
 }

@@ -48,9 +48,9 @@ void phys_runfile_write(phys_runfile *file, const char *name, enum ad_type type,
     hid_t id = dataset_new(file, name, type, rank, size, NULL, NULL);
     if (id < 0)
         return;
-    if (H5Dwrite(id, memory_type(type), H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0)
+    bool written = H5Dwrite(id, memory_type(type), H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0;
+    if (!(H5Dclose(id) >= 0 && written)) /* small values reach the disk when it is closed */
         phys_h5_fail_write(file, "write", name);
-    H5Dclose(id);
 }
 
 /* Records a chunk: about 64 KiB, so that a history of scalars does not become a chunk each. */
@@ -73,8 +73,8 @@ void phys_runfile_extendable(phys_runfile *file, const char *name, enum ad_type 
     for (size_t k = 1; k < rank; k++)
         size[k] = most[k] = chunk[k] = dims[k];
     hid_t id = dataset_new(file, name, type, rank, size, most, chunk);
-    if (id >= 0)
-        H5Dclose(id);
+    if (id >= 0 && H5Dclose(id) < 0)
+        phys_h5_fail_write(file, "create", name);
 }
 
 /* Selects records first .. first+count-1 of a file's space; false where there are not so many. */
@@ -118,10 +118,9 @@ void phys_runfile_append(phys_runfile *file, const char *name, const void *recor
     if (file->error.status != AD_OK)
         return;
     hid_t id = H5Dopen2(file->id, name, H5P_DEFAULT);
-    if (id < 0 || !append(id, record))
+    bool appended = id >= 0 && append(id, record);
+    if (!(id >= 0 && H5Dclose(id) >= 0 && appended))
         phys_h5_fail_write(file, "append to", name);
-    if (id >= 0)
-        H5Dclose(id);
 }
 
 void phys_runfile_folder(phys_runfile *file, const char *name)
@@ -130,9 +129,7 @@ void phys_runfile_folder(phys_runfile *file, const char *name)
         return;
     hid_t link = link_properties();
     hid_t id = H5Gcreate2(file->id, name, link, H5P_DEFAULT, H5P_DEFAULT);
-    if (id < 0)
+    if (id < 0 || H5Gclose(id) < 0)
         phys_h5_fail_write(file, "create", name);
-    else
-        H5Gclose(id);
     H5Pclose(link);
 }

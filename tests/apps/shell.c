@@ -56,6 +56,12 @@ static void read_file(const char *name, char *text, size_t size)
         fclose(in);
 }
 
+void shell_read(void)
+{
+    read_file("out", out, sizeof out);
+    read_file("err", err, sizeof err);
+}
+
 int shell(const char *format, ...)
 {
     char line[8192];
@@ -66,8 +72,7 @@ int shell(const char *format, ...)
     va_end(arguments);
     snprintf(line + n, sizeof line - (size_t)n, "; } >../out 2>../err");
     int status = system(line);
-    read_file("out", out, sizeof out);
-    read_file("err", err, sizeof err);
+    shell_read();
     return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
 }
 

@@ -20,6 +20,8 @@ int shell(const char *format, ...)
 /* What the last one printed. */
 const char *shell_out(void);
 const char *shell_err(void);
+/* Reads both again, where a process other than a shell's wrote ../out and ../err. */
+void shell_read(void);
 /* The last line of its standard output, without the newline. */
 const char *shell_last_line(void);
 /* Entries of the work folder, hidden ones too. */

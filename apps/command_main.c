@@ -1,0 +1,114 @@
+/* The command `leastaction`: finds the subcommand, parses its options, runs it, prints its error.
+ */
+#include "command.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void help(void)
+{
+    puts("leastaction SUBCOMMAND [options]\n\n"
+         "Paths of stationary action, from a Lagrangian written once.\n");
+    for (size_t k = 0; commands[k]; k++)
+        printf("  %-10s %s\n", commands[k]->line.name, commands[k]->line.what);
+    puts("\nleastaction SUBCOMMAND --help lists its options; leastaction --version the version.\n"
+         "Exit status: 0 done; 1 ran, but did not reach what was asked; 2 wrong use or bad input.");
+}
+
+/* Appends a word as a shell would have to read it. */
+static char *append_word(char *to, const char *word)
+{
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                "0123456789_-+=:,./@%";
+    bool quote = word[0] == '\0' || word[strspn(word, plain)] != '\0';
+    if (quote)
+        *to++ = '\'';
+    for (; *word; word++)
+        if (*word == '\'')
+            to = stpcpy(to, "'\\''");
+        else
+            *to++ = *word;
+    if (quote)
+        *to++ = '\'';
+    *to = '\0';
+    return to;
+}
+
+/* The command line as text, to be freed. */
+static char *command_text(int argc, char *const argv[])
+{
+    size_t size = sizeof "leastaction";
+    for (int k = 1; k < argc; k++)
+        size += 4 * strlen(argv[k]) + 3;
+    char *text = malloc(size), *end = text ? stpcpy(text, "leastaction") : NULL;
+    for (int k = 1; k < argc && end; k++) {
+        *end++ = ' ';
+        end = append_word(end, argv[k]);
+    }
+    return text;
+}
+
+/* What was promised on standard output must have arrived there. */
+static int finish(int status)
+{
+    if (fflush(stdout) == 0 && !ferror(stdout))
+        return status;
+    fputs("leastaction: standard output cannot be written\n", stderr);
+    return status == DONE ? NOT_REACHED : status;
+}
+
+static int run(const struct command *command, int argc, char *const argv[], struct ad_error *error)
+{
+    struct common *common = calloc(1, command->bytes);
+    char *text = command_text(argc, argv);
+    if (!common || !text) {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    } else if (options_parse(&command->line, argc - 2, argv + 2, common, error) == AD_OK) {
+        common->command = text;
+        int status = DONE;
+        if (common->no_native)
+            setenv("LEASTACTION_NATIVE", "0", 1);
+        if (common->help)
+            options_help(&command->line, stdout);
+        else if (common->version)
+            puts("leastaction " LEASTACTION_VERSION);
+        else
+            status = command->run(common, error);
+        options_free(&command->line, common);
+        free(common);
+        free(text);
+        return status;
+    } else {
+        options_free(&command->line, common);
+    }
+    free(common);
+    free(text);
+    return command_status(error);
+}
+
+int command_main(int argc, char *argv[])
+{
+    if (argc < 2) {
+        fputs("leastaction: missing subcommand; --help lists them\n", stderr);
+        return WRONG_USE;
+    }
+    if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) {
+        help();
+        return finish(DONE);
+    }
+    if (strcmp(argv[1], "--version") == 0) {
+        puts("leastaction " LEASTACTION_VERSION);
+        return finish(DONE);
+    }
+    struct ad_error error = {0};
+    const struct command *command = command_find(argv[1], &error);
+    if (!command) {
+        fprintf(stderr, "leastaction: %s\n", error.message);
+        return WRONG_USE;
+    }
+    int status = run(command, argc, argv, &error);
+    if (error.status != AD_OK)
+        fprintf(stderr, "leastaction %s: %s\n", argv[1], error.message);
+    return finish(status);
+}

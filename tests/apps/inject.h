@@ -1,0 +1,35 @@
+/* Runs the command in a child of this process whose system calls on files fail on request: a full
+   disk, a cable pulled, at any moment of a run. */
+#ifndef TESTS_APPS_INJECT_H
+#define TESTS_APPS_INJECT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum { INJECT_WORDS = 40 };
+
+/* Words of a command line of which spaces are the only punctuation, after "leastaction". */
+struct words {
+    int n;
+    char *word[INJECT_WORDS + 1], text[1024];
+};
+void inject_words(struct words *words, const char *line);
+
+/* In a child: goes to the work folder of the shell, with the files of shell_out and shell_err for
+   its output. */
+void inject_enter(void);
+
+/* Which calls fail. Counted are those that open for writing, write, sync, truncate, rename, and
+   close what was open for writing, in the work folder, in the child and its children. */
+struct inject {
+    size_t first;     /* the first that fails, from 1; 0: none */
+    bool and_after;   /* ... and every one after it that needs space: a disk that stays full, as it
+                         does where a program that the command started is the first to find it so */
+    size_t calls;     /* out: how many there were */
+    const char *what; /* out: the call that failed first, "write" */
+};
+
+/* Exit status of the command line, or 128 + the signal; -1 where the kernel cannot inject. */
+int inject_run(const struct words *words, struct inject *inject);
+
+#endif
