@@ -1,5 +1,6 @@
 #include "support.h"
 
+#include <float.h>
 #include <stdlib.h>
 
 uint64_t random_bits(uint64_t *state)
@@ -110,4 +111,25 @@ void for_each_isa(void (*f)(void))
         f();
     }
     unsetenv("LEASTACTION_ISA");
+}
+
+double derivative(function *f, int order, double x)
+{
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var in = ad_input(tape, 1, 1, "x"), y = f(in);
+    for (int k = 0; k < order; k++) {
+        ad_var g;
+        assert_int_equal(ad_grad(y, 1, &in, &g), AD_OK);
+        y = g;
+    }
+    double value = evaluate_scalar(y, 1, &in, (const double *const[]){&x});
+    ad_tape_free(tape);
+    return value;
+}
+
+void assert_same(double a, double b, const char *what)
+{
+    bool same = isnan(b) ? isnan(a) : a == b || fabs(a - b) <= 4 * DBL_EPSILON * fabs(b);
+    if (!same)
+        fail_msg("%s is %.17g, not %.17g", what, a, b);
 }

@@ -20,6 +20,12 @@ double *evaluate(ad_var y, size_t n, const ad_var x[], const double *const at[])
 /* The same for a value without inputs, or of 1x1. */
 double evaluate_scalar(ad_var y, size_t n, const ad_var x[], const double *const at[]);
 
+/* The value (order 0) or derivative of this order of f at x. */
+typedef ad_var function(ad_var x);
+double derivative(function *f, int order, double x);
+/* a ~ b to rounding, where b may be infinite or NaN. */
+void assert_same(double a, double b, const char *what);
+
 /* Sum of y's elements times fixed irregular weights: a scalar in which every element counts. */
 ad_var weighted_sum(ad_var y);
 

@@ -1,6 +1,8 @@
 #include "motion.h"
 #include "../close.h"
 
+const struct phys_setting unit_pendulum[] = {{"l", 1}, {"theta0", 0}, {"rate0", 1.8}, {NULL, 0}};
+
 void motion_open(struct motion *m, const char *scene, bool canonical,
                  const struct phys_setting *set)
 {

@@ -15,6 +15,9 @@ struct motion {
     struct ad_error error;
 };
 
+/* g = l = 1, from the bottom at 1.8: it swings to 128 degrees. */
+extern const struct phys_setting unit_pendulum[];
+
 /* Opens a scene with NAME, VALUE pairs set, the last name NULL. In y = (q, p) if `canonical`. */
 void motion_open(struct motion *m, const char *scene, bool canonical,
                  const struct phys_setting *set);

@@ -1,0 +1,164 @@
+/* Fields of every kind: stiff ones, Hamiltonians, those without halves; what integrators take of
+   them and what they refuse. */
+#include "../close.h"
+#include "motion.h"
+
+#include <string.h>
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    struct motion m;
+    motion_open(&m, "dblpend", false, NULL);
+    assert_null(m.ode.kick);
+    motion_run(&m, "verlet", 0.01, 1, AD_E_ARGUMENT);
+    assert_non_null(strstr(m.error.message, "dblpend"));
+    assert_non_null(strstr(m.error.message, "implicit-midpoint"));
+    motion_run(&m, "gauss2", 0, 1, AD_E_ARGUMENT);
+    motion_run(&m, "dop853", 0, 1, AD_E_ARGUMENT);
+    motion_run(&m, "dop853", (double)NAN, 1, AD_E_ARGUMENT);
+    motion_run(&m, "gauss2", 0.01, INFINITY, AD_E_ARGUMENT);
+    motion_close(&m);
+    motion_open(&m, "arenstorf", false, NULL); /* masses are constant, forces are not of q alone */
+    assert_null(m.ode.kick);
+    motion_close(&m);
+    struct ad_error error = {0};
+    assert_null(phys_integrator_find("dop835", &error));
+    assert_non_null(strstr(error.message, "dop853"));
+}
+
+/* A long step: iterating the stages does not contract, Newton's method finds them. The oscillator
+   answers with the Cayley transform. */
+static void test_long_implicit_steps(void **state)
+{
+    (void)state;
+    struct motion m;
+    double h = 10, c = (1 - h * h / 4) / (1 + h * h / 4), s = h / (1 + h * h / 4);
+    motion_open(&m, "spring", false, NULL);
+    motion_run(&m, "implicit-midpoint", h, h, AD_OK);
+    assert_int_equal(m.info.steps, 1);
+    assert_close(m.y[0], c, 0, 1e-14);
+    assert_close(m.y[1], -s, 0, 1e-14);
+    motion_run(&m, "gauss5", h, 100 * h, AD_OK);
+    assert_close(m.y[0] * m.y[0] + m.y[1] * m.y[1], 1, 1e-12, 0);
+    motion_close(&m);
+}
+
+static enum ad_status grow(void *context, double t, const double *y, double *rate,
+                           struct ad_error *error)
+{
+    (void)context, (void)t, (void)error;
+    rate[0] = y[0] * y[0];
+    return AD_OK;
+}
+
+/* y' = y^2 from 1: the midpoint Y = 1 + h Y^2/2 is (1 - sqrt(1 - 2 h))/h, up to h = 1/2. */
+static void test_implicit_steps_to_their_limit(void **state)
+{
+    (void)state;
+    static const double steps[] = {0.1, 0.4, 0.49, 0.4999, 0.501, 0.6};
+    for (size_t k = 0; k < sizeof steps / sizeof *steps; k++) {
+        struct motion m = {.ode = {.n = 1, .field = grow}, .y = {1}};
+        double h = steps[k], Y = (1 - sqrt(1 - 2 * h)) / h;
+        motion_run(&m, "implicit-midpoint", h, h, h < 0.5 ? AD_OK : AD_E_ACCURACY);
+        if (h < 0.5)
+            assert_close(m.y[0], 2 * Y - 1, 1e-14 / (1 - 2 * h), 0);
+        else
+            assert_non_null(strstr(m.error.message, "take a smaller step than"));
+    }
+}
+
+/* From q = 0, p = 2k with k = 0.9: q(t) = 2 asin(k sn(t, k)), p = 2 k cn(t, k). */
+static void pendulum_at(double t, double *y)
+{
+    struct motion m;
+    motion_open(&m, "pendulum", false, unit_pendulum);
+    motion_run(&m, "dop853", 2.3e-14, t, AD_OK);
+    memcpy(y, m.y, 2 * sizeof *y);
+    motion_close(&m);
+}
+
+static ad_var pendulum_hamiltonian(ad_var q, ad_var p, ad_var t, const void *params)
+{
+    const double *g = params;
+    (void)t;
+    return ad_add(ad_mul(0.5, ad_square(p)), ad_mul(*g, ad_sub(1.0, ad_cos(q))));
+}
+
+/* Does not separate: (q^2 + 1)(p^2 + 1)/2, whose motion is known to conserve itself alone. */
+static ad_var product_hamiltonian(ad_var q, ad_var p, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_mul(0.5, ad_mul(ad_add(ad_square(q), 1.0), ad_add(ad_square(p), 1.0)));
+}
+
+static void test_hamiltonian(void **state)
+{
+    (void)state;
+    struct motion m = {0};
+    double exact[2], g = 1, start[] = {0, 1.8};
+    pendulum_at(5, exact);
+    assert_int_equal(phys_ode_hamiltonian(pendulum_hamiltonian, 1, &g, &m.ode, &m.error), AD_OK);
+    assert_true(m.ode.kick && m.ode.drift && m.ode.canonical);
+    memcpy(m.y, start, sizeof start);
+    m.settings.watch_energy = true;
+    motion_run(&m, "yoshida6", 0.005, 5, AD_OK);
+    assert_close(m.y[0], exact[0], 0, 1e-11);
+    assert_close(m.info.energy_start, 1.62, 1e-15, 0);
+    phys_ode_free(&m.ode);
+
+    assert_int_equal(phys_ode_hamiltonian(product_hamiltonian, 1, NULL, &m.ode, &m.error), AD_OK);
+    assert_null(m.ode.kick);
+    memcpy(m.y, (double[]){0.3, -0.7}, sizeof start);
+    motion_run(&m, "gauss4", 0.05, 50, AD_OK);
+    assert_true(m.info.energy_drift < 1e-9);
+    motion_run(&m, "verlet", 0.05, 50, AD_E_ARGUMENT);
+    phys_ode_free(&m.ode);
+}
+
+/* Every method on a Hamiltonian that does not separate, and on a field without halves: those that
+   take it come near to the motion, the others refuse it and say what does. At y = 2 Euler's method
+   errs by 4 log(2) h on y' = y^2 and the midpoint rule by h^2, to leading order. */
+static void test_what_methods_take(void **state)
+{
+    (void)state;
+    struct motion exact = {0};
+    phys_ode_hamiltonian(product_hamiltonian, 1, NULL, &exact.ode, &exact.error);
+    memcpy(exact.y, (double[]){0.3, -0.7}, 2 * sizeof(double));
+    motion_run(&exact, "dop853", 1e-14, 1, AD_OK);
+    phys_ode_free(&exact.ode);
+    for (size_t k = 0; phys_integrators[k]; k++) {
+        const struct phys_integrator *method = phys_integrators[k];
+        bool refused = method->separable || method->lagrangian;
+        double h = method->adaptive ? 1e-10 : 0.002;
+        struct motion m = {.y = {0.3, -0.7}}, grown = {.ode = {.n = 1, .field = grow}, .y = {1}};
+        phys_ode_hamiltonian(product_hamiltonian, 1, NULL, &m.ode, &m.error);
+        motion_run(&m, method->name, h, 1, refused ? AD_E_ARGUMENT : AD_OK);
+        if (refused)
+            assert_non_null(strstr(m.error.message, "take gauss2, implicit-midpoint or dop853"));
+        else
+            assert_close(m.y[0], exact.y[0], 0, method->order > 1 ? 1e-6 : 4e-3);
+        phys_ode_free(&m.ode);
+
+        refused |= strcmp(method->name, "semi-implicit") == 0;
+        motion_run(&grown, method->name, h, 0.5, refused ? AD_E_ARGUMENT : AD_OK);
+        if (refused)
+            assert_non_null(
+                strstr(grown.error.message, "take gauss2, implicit-midpoint or dop853"));
+        else
+            assert_close(grown.y[0], 2, 0,
+                         1.01 * (method->order > 1 ? 0.002 * 0.002 : 4 * log(2) * 0.002));
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_long_implicit_steps),
+        cmocka_unit_test(test_implicit_steps_to_their_limit),
+        cmocka_unit_test(test_hamiltonian),
+        cmocka_unit_test(test_what_methods_take),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
