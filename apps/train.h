@@ -18,7 +18,7 @@ struct train_options {
     double test_fraction;
     const char *optimiser, *schedule, *batch;
     size_t steps, rollout, every, patience;
-    double learning_rate, weight_decay, momentum, dt;
+    double learning_rate, weight_decay, momentum, average, dt;
     const char *log;
     bool resume;
     double checkpoint; /* seconds between checkpoints */

@@ -191,6 +191,8 @@ static enum ad_status training_settings(struct train_run *run, struct ad_error *
         s->every = o->every;
     if (!isnan(o->weight_decay))
         s->weight_decay = o->weight_decay;
+    if (!isnan(o->average))
+        s->average = o->average;
     s->momentum = o->momentum;
     s->rollout = o->rollout;
     s->dt = run->data.dt;

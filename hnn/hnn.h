@@ -208,6 +208,8 @@ struct hnn_training {
     size_t batch; /* samples of a step, by seeded permutations; 0: all of them */
     double learning_rate, weight_decay;
     double momentum; /* sgd */
+    double average;  /* the model has the mean of the parameters over about this last share of the
+                        steps, 0 ... 1; 0, and always by lbfgs: those after the last step */
     size_t rollout;  /* K: loss on K Runge-Kutta steps of dt; 0: on the rates */
     double dt;
     size_t every;    /* steps between losses on the test set, and rows of the history; 0: 10 */
@@ -219,9 +221,11 @@ struct hnn_training {
     bool (*progress)(void *context, hnn_trainer *trainer);
     void *context;
 };
-/* As published: adam, constant, 2000 steps, full batch, rate 1e-3, weight decay 1e-4. */
+/* As published: adam, constant, 2000 steps, full batch, rate 1e-3, weight decay 1e-4; but for the
+   average over the last tenth of the steps, where published models have their last weights. */
 struct hnn_training hnn_training_defaults(void);
-/* The same for models of pixels: 10000 steps of batches of 200, weight decay 1e-5, every 200. */
+/* The same for models of pixels: 10000 steps of batches of 200, weight decay 1e-5, no
+   average, every 200. */
 struct hnn_training hnn_pixel_training_defaults(void);
 
 enum hnn_stop {

@@ -14,6 +14,7 @@ struct hnn_training hnn_training_defaults(void)
                                  .steps = 2000,
                                  .learning_rate = 1e-3,
                                  .weight_decay = 1e-4,
+                                 .average = 0.1,
                                  .every = 10,
                                  .threads = 1};
 }
@@ -24,6 +25,7 @@ struct hnn_training hnn_pixel_training_defaults(void)
     s.steps = 10000;
     s.batch = 200;
     s.weight_decay = 1e-5;
+    s.average = 0;
     s.every = 200;
     return s;
 }
@@ -51,6 +53,10 @@ static enum ad_status check(const hnn_model *model, const struct hnn_training *s
                        s->weight_decay);
     if (!(s->momentum >= 0 && s->momentum < 1))
         return ad_fail(error, AD_E_ARGUMENT, "the momentum must be in [0, 1), not %g", s->momentum);
+    if (!(s->average >= 0 && s->average <= 1))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "the share of the steps to average over must be in [0, 1], not %g",
+                       s->average);
     if (s->rollout && (!(s->dt > 0) || !isfinite(s->dt)))
         return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs a positive time step");
     if (s->optimiser->full_batch && s->batch && s->batch != train->n)
@@ -86,7 +92,8 @@ static enum ad_status prepare_method(hnn_trainer *t, struct ad_error *error)
     t->size_bytes = t->problem.n * hnn_type_bytes(t->problem.type);
     if (t->settings.patience)
         t->best = malloc(t->size_bytes);
-    if (!t->method || (t->settings.patience && !t->best))
+    if (!t->method || (t->settings.patience && !t->best) ||
+        (t->settings.average > 0 && !t->settings.optimiser->full_batch && !hnn_average_new(t)))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     memcpy(hnn_problem_point(&t->problem), t->model->parameters, t->size_bytes);
     return AD_OK;
@@ -135,6 +142,8 @@ void hnn_trainer_free(hnn_trainer *t)
     hnn_data_free(&t->test);
     free(t->history);
     free(t->best);
+    free(t->average);
+    free(t->rounded);
     free(t);
 }
 
@@ -169,7 +178,7 @@ double hnn_trainer_product_share(hnn_trainer *t)
 enum ad_status hnn_trainer_deliver(hnn_trainer *t, struct ad_error *error)
 {
     bool best = t->best && isfinite(t->best_loss);
-    hnn_model_set_parameters(t->model, best ? t->best : hnn_problem_point(&t->problem));
+    hnn_model_set_parameters(t->model, best ? t->best : hnn_trainer_outcome(t));
     if (t->model->settings.pixels)
         return AD_OK;
     return hnn_range_energy(t->model, t->train.type, t->train.n, t->train.x, error);
@@ -194,7 +203,7 @@ enum ad_status hnn_history_add(hnn_trainer *t, const struct hnn_row *row, struct
 /* Closes a row of the history: the test loss, and whether it is the least so far. */
 static enum ad_status survey(hnn_trainer *t, struct ad_error *error)
 {
-    const void *point = hnn_problem_point(&t->problem);
+    const void *point = hnn_trainer_outcome(t);
     struct hnn_row row = {.step = t->step,
                           .train_loss = t->loss_sum / (double)t->loss_count,
                           .test_loss = hnn_survey_loss(&t->test_survey, point, t->size_bytes),
@@ -232,6 +241,8 @@ static enum ad_status take_step(hnn_trainer *t, bool *stalled, struct ad_error *
         return ad_fail(error, AD_E_NONFINITE,
                        "the loss is not finite at step %zu; a smaller learning rate may help",
                        t->step);
+    if (t->average)
+        hnn_average_step(t);
     return AD_OK;
 }
 

@@ -140,8 +140,17 @@ struct hnn_trainer {
     size_t rows, room;
     double best_loss; /* least test loss, the step it was at, and the parameters there */
     size_t best_step;
-    void *best; /* NULL without patience */
+    void *best;      /* NULL without patience */
+    double *average; /* [n]; NULL where the last parameters are the model's */
+    void *rounded;   /* the same in their type */
 };
+
+/* The mean of the parameters (train_average.c): memory for it, false where there is none; the
+   present parameters, after a step, taken into it. */
+bool hnn_average_new(hnn_trainer *trainer);
+void hnn_average_step(hnn_trainer *trainer);
+/* What the model would be if training ended here, [n]: that mean, or the present parameters. */
+const void *hnn_trainer_outcome(const hnn_trainer *trainer);
 
 /* Appends a row to the history; AD_E_MEMORY. */
 enum ad_status hnn_history_add(hnn_trainer *trainer, const struct hnn_row *row,

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TEXT_ROOM = 400, HASH_ROOM = 40 };
+enum { TEXT_ROOM = 440, HASH_ROOM = 40 };
 
 static const char folder[] = "training";
 
@@ -16,11 +16,13 @@ static const char folder[] = "training";
 static void settings_text(const hnn_trainer *t, char text[TEXT_ROOM])
 {
     const struct hnn_training *s = &t->settings;
-    snprintf(text, TEXT_ROOM,
-             "optimiser=%s schedule=%s batch=%zu learning_rate=%.17g weight_decay=%.17g "
-             "momentum=%.17g rollout=%zu dt=%.17g every=%zu patience=%zu seed=%" PRIu64,
-             s->optimiser->name, s->schedule->name, s->batch, s->learning_rate, s->weight_decay,
-             s->momentum, s->rollout, s->rollout ? s->dt : 0.0, s->every, s->patience, s->seed);
+    snprintf(
+        text, TEXT_ROOM,
+        "optimiser=%s schedule=%s batch=%zu learning_rate=%.17g weight_decay=%.17g "
+        "momentum=%.17g average=%.17g rollout=%zu dt=%.17g every=%zu patience=%zu seed=%" PRIu64,
+        s->optimiser->name, s->schedule->name, s->batch, s->learning_rate, s->weight_decay,
+        s->momentum, s->average, s->rollout, s->rollout ? s->dt : 0.0, s->every, s->patience,
+        s->seed);
 }
 
 static void data_text(const hnn_trainer *t, char text[HASH_ROOM])
@@ -78,7 +80,9 @@ static void write_state(hnn_trainer *t, phys_runfile *file)
     write_random(t, file);
     write_history(t, file);
     phys_runfile_write(file, "training/optimiser", type, 1, &n, state);
-    if (t->best) /* the model's own are then the best ones */
+    if (t->average)
+        phys_runfile_write(file, "training/average", AD_F64, 1, &t->problem.n, t->average);
+    if (t->average || t->best) /* the model's own are then the mean, or the best ones */
         phys_runfile_write(file, "training/parameters", t->problem.type, 1, &t->problem.n,
                            hnn_problem_point(&t->problem));
 }
@@ -208,8 +212,11 @@ static void read_state(const struct reading *r)
     read_random(r);
     read_history(r);
     read_vector(r, "training/optimiser", type, n, state);
-    if (t->best) {
+    if (t->average)
+        read_vector(r, "training/average", AD_F64, t->problem.n, t->average);
+    if (t->best)
         memcpy(t->best, t->model->parameters, t->size_bytes);
+    if (t->average || t->best) {
         read_vector(r, "training/parameters", t->problem.type, t->problem.n, point);
     } else {
         memcpy(point, t->model->parameters, t->size_bytes);

@@ -214,6 +214,91 @@ static void test_blocks(void **state)
     check_blocks(AD_F64, 1e-14);
 }
 
+/* ---- the mean over the last steps ---- */
+
+enum { STEPS = 60 };
+
+struct passed {
+    size_t n, steps;
+    double *point; /* [STEPS][n] */
+};
+
+static bool pass(void *context, hnn_trainer *trainer)
+{
+    struct passed *passed = context;
+    hnn_to_double(trainer->problem.type, passed->n, hnn_problem_point(&trainer->problem),
+                  passed->point + passed->steps++ * passed->n);
+    return true;
+}
+
+/* The model against the points passed: what step j adds to the mean with the weight 1/(f j), the
+   later ones leave by the factors 1 - 1/(f i). All weights are the same for f = 1. */
+static void check_average(enum ad_type type, double f, double tolerance)
+{
+    struct hnn_samples train = small_pendulum(1, 40, 0);
+    struct hnn_settings s = small_settings(&small_kinds[1], 1, 3);
+    s.precision = type;
+    hnn_model *model = small_model(&s);
+    size_t n = hnn_model_size(model);
+    struct passed passed = {.n = n, .point = malloc(STEPS * n * sizeof(double))};
+    struct hnn_training training = hnn_training_defaults();
+    training.learning_rate = 0.05;
+    training.steps = STEPS;
+    training.average = f;
+    training.progress = pass;
+    training.context = &passed;
+    trained(model, &training, &train);
+    double *found = malloc(n * sizeof *found), weight[STEPS], left = 1;
+    for (size_t j = STEPS; j >= 1; j--) {
+        double share = fmin(1, 1 / (f * (double)j));
+        weight[j - 1] = left * share;
+        left *= 1 - share;
+    }
+    hnn_to_double(type, n, hnn_model_parameters(model), found);
+    for (size_t k = 0; k < n; k++) {
+        double mean = 0;
+        for (size_t j = 0; j < STEPS; j++)
+            mean += (f == 1 ? 1.0 / STEPS : weight[j]) * passed.point[j * n + k];
+        assert_close(found[k], mean, tolerance, tolerance);
+    }
+    free(found);
+    free(passed.point);
+    hnn_model_free(model);
+    small_samples_free(&train);
+}
+
+static void test_average(void **state)
+{
+    (void)state;
+    check_average(AD_F64, 1, 1e-14);
+    check_average(AD_F64, 0.1, 1e-14);
+    check_average(AD_F32, 0.1, 1e-7);
+}
+
+/* Steps of one length, by batches, go on about the minimum; their mean is nearer to it. Of one run
+   the last step may end there by chance, of several not. */
+static void test_average_rests(void **state)
+{
+    (void)state;
+    struct hnn_samples train = small_pendulum(1, 40, 0);
+    double loss[2] = {0};
+    for (int average = 0; average < 2; average++)
+        for (uint64_t seed = 0; seed < 5; seed++) {
+            struct hnn_settings s = small_settings(&small_kinds[1], 1, 3);
+            s.seed = seed;
+            hnn_model *model = small_model(&s);
+            struct hnn_training training = hnn_training_defaults();
+            training.batch = 8;
+            training.learning_rate = 0.05;
+            training.steps = 500;
+            training.average = average ? 0.1 : 0;
+            loss[average] += trained(model, &training, &train);
+            hnn_model_free(model);
+        }
+    assert_true(loss[1] < 0.5 * loss[0]);
+    small_samples_free(&train);
+}
+
 /* ---- resuming ---- */
 
 struct half {
@@ -296,7 +381,8 @@ static void test_resume(void **state)
             }
 }
 
-/* With patience a file holds two sets of parameters: the best, and the present ones. */
+/* With patience a file holds the best parameters beside the present ones, with or without their
+   mean. */
 static void test_resume_with_patience(void **state)
 {
     (void)state;
@@ -306,6 +392,8 @@ static void test_resume_with_patience(void **state)
     training.learning_rate = 0.05; /* the test loss goes up and down */
     training.patience = 190;
     training.every = 7;
+    check_resume(s, training);
+    training.average = 0;
     check_resume(s, training);
 }
 
@@ -387,6 +475,7 @@ static void test_refusals(void **state)
     refused((t = good, t.learning_rate = NAN, t), "learning rate");
     refused((t = good, t.weight_decay = -1, t), "weight decay");
     refused((t = good, t.momentum = 1, t), "momentum");
+    refused((t = good, t.average = 1.1, t), "average");
     refused((t = good, t.rollout = 2, t), "time step");
     refused((t = good, t.patience = 2, t), "test samples");
     refused((t = good, t.optimiser = hnn_optimisers[3], t.batch = 5, t), "all samples");
@@ -490,6 +579,8 @@ int main(void)
         cmocka_unit_test(test_large_sets),
         cmocka_unit_test(test_batches),
         cmocka_unit_test(test_blocks),
+        cmocka_unit_test(test_average),
+        cmocka_unit_test(test_average_rests),
         cmocka_unit_test(test_resume),
         cmocka_unit_test(test_resume_with_patience),
         cmocka_unit_test(test_patience),
