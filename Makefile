@@ -193,7 +193,7 @@ bench: all
 HORIZONS ?= $(wildcard $(or $(LEASTACTION_SHARED),../shared)/data/horizons)
 
 charts: all
-	@for kind in gradients integrators paths gas hnn quantum $(if $(HORIZONS),ephemeris); do \
+	@for kind in gradients linear integrators paths gas hnn quantum $(if $(HORIZONS),ephemeris); do \
 	    $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) \
 	        $(if $(HORIZONS),--data '$(HORIZONS)') || exit; \
 	done

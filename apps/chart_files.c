@@ -1,7 +1,9 @@
 /* Files of a chart (charts.h). */
 #include "charts.h"
+#include "command.h"
 
 #include <errno.h>
+#include <gnu/libc-version.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <time.h>
@@ -18,41 +20,70 @@ static enum ad_status name_in(const struct chart_settings *settings, const char 
     return AD_OK;
 }
 
-/* Model name of the processor as Linux gives it. */
-static void print_machine(FILE *out)
+struct origin {
+    char machine[128], date[32], versions[96];
+};
+
+/* The model name of the processor as Linux gives it. */
+static void name_machine(char *to, size_t size)
 {
     char line[256];
     FILE *info = fopen("/proc/cpuinfo", "r");
+    snprintf(to, size, "unknown");
     while (info && fgets(line, sizeof line, info))
         if (strncmp(line, "model name", 10) == 0 && strchr(line, ':')) {
-            fprintf(out, "# machine: %s", strchr(line, ':') + 2);
+            line[strcspn(line, "\n")] = '\0';
+            snprintf(to, size, "%s", strchr(line, ':') + 2);
             break;
         }
     if (info)
         fclose(info);
 }
 
+#ifdef __clang__
+#define COMPILER "" /* its version begins with its name */
+#else
+#define COMPILER "gcc "
+#endif
+
+/* glibc's version is that of the vector functions. */
+static struct origin origin(void)
+{
+    struct origin o;
+    time_t now = time(NULL);
+    name_machine(o.machine, sizeof o.machine);
+    strftime(o.date, sizeof o.date, "%Y-%m-%d", gmtime(&now));
+    snprintf(o.versions, sizeof o.versions, "leastaction %s, " COMPILER "%.40s, glibc %s",
+             LEASTACTION_VERSION, __VERSION__, gnu_get_libc_version());
+    return o;
+}
+
 enum ad_status chart_csv(const struct chart_settings *settings, const char *name,
                          struct result *csv, struct ad_error *error)
 {
-    char target[NAME_ROOM], date[32] = "";
-    time_t now = time(NULL);
+    char target[NAME_ROOM];
     *csv = (struct result){0};
     if (name_in(settings, name, "csv", target, error) != AD_OK ||
         result_begin(csv, target, error) != AD_OK)
         return error->status;
-    strftime(date, sizeof date, "%Y-%m-%d", gmtime(&now));
-    print_machine(csv->out);
-    fprintf(csv->out, "# date: %s\n# compiler: %s\n", date, __VERSION__);
+    struct origin o = origin();
+    fprintf(csv->out, "# machine: %s\n# date: %s\n# versions: %s\n", o.machine, o.date, o.versions);
     return AD_OK;
 }
 
 enum ad_status chart_picture(const struct chart_settings *settings, const char *name,
                              struct plot *plot, struct ad_error *error)
 {
-    char target[NAME_ROOM];
+    char target[NAME_ROOM], line[320];
     *plot = (struct plot){0};
-    if (name_in(settings, name, settings->format, target, error) != AD_OK)
+    if (name_in(settings, name, settings->format, target, error) != AD_OK ||
+        plot_begin(plot, target, error) != AD_OK)
         return error->status;
-    return plot_begin(plot, target, error);
+    struct origin o = origin();
+    snprintf(line, sizeof line, "%s; %s; %s", o.machine, o.date, o.versions);
+    fputs("set label 999 ", plot->script);
+    plot_quote(plot->script, line);
+    fputs(" at screen 0.004,0.014 left font ',7' textcolor rgb '#808080' noenhanced\n",
+          plot->script);
+    return AD_OK;
 }

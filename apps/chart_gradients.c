@@ -132,7 +132,10 @@ static void write_bars(const struct bars *bars, const struct race races[HAND_N],
         fputs(hand_build(0)[scene].scene, data);
         for (size_t b = 0; b < 3; b++) {
             double us = 1e-3 * race->ns[bars->bar[b]];
-            fprintf(data, " %.4g %.*f", race->ratio[bars->bar[b]][bars->bar[2]], us < 10 ? 2 : 0,
+            fprintf(data, " %.4g %.*f", race->ratio[bars->bar[b]][bars->bar[2]],
+                    us < 10    ? 2
+                    : us < 100 ? 1
+                               : 0,
                     us);
         }
         fputc('\n', data);

@@ -15,10 +15,13 @@ struct chart_settings {
     size_t days;
 };
 
-/* Gradient of the action, and its Hessian times a vector, by the tape and by hand: gradients.csv and
-   its picture; path and derivatives themselves in gradients-values.csv. Returns the exit status:
-   NOT_REACHED where tape and hand differ. */
+/* Gradient of the action, and its Hessian times a vector, by the tape and by hand: gradients.csv
+   and its picture; path and derivatives themselves in gradients-values.csv. Returns the exit
+   status: NOT_REACHED where tape and hand differ. */
 int chart_gradients(const struct chart_settings *settings, struct ad_error *error);
+/* Time and memory of a gradient over slices and over pairs of bodies: linear.csv and its picture.
+ */
+int chart_linear(const struct chart_settings *settings, struct ad_error *error);
 /* Every integrator on problems with known answers: error against work, in integrators.csv and a
    picture a problem; energy over many periods at equal work, in drift.csv and its picture. */
 int chart_integrators(const struct chart_settings *settings, struct ad_error *error);
@@ -43,12 +46,12 @@ int chart_quantum(const struct chart_settings *settings, struct ad_error *error)
 
 /* ---- files of a chart (chart_files.c) ---- */
 
-/* Makes the folder and begins NAME.csv in it, under lines that say on what machine, when and by
-   which compiler; before anything is measured, so that a folder that cannot be written is found at
+/* Makes the folder and begins NAME.csv in it, under lines that say on what machine, when and with
+   which versions; before anything is measured, so that a folder that cannot be written is found at
    once. */
 enum ad_status chart_csv(const struct chart_settings *settings, const char *name,
                          struct result *csv, struct ad_error *error);
-/* Begins the picture NAME.svg (or .png) in the folder. */
+/* Begins the picture NAME.svg (or .png) in the folder; a line of small print says the same. */
 enum ad_status chart_picture(const struct chart_settings *settings, const char *name,
                              struct plot *plot, struct ad_error *error);
 

@@ -17,6 +17,7 @@ static const struct chart {
     int (*draw)(const struct chart_settings *settings, struct ad_error *error);
 } charts[] = {
     {"gradients", chart_gradients},
+    {"linear", chart_linear},
     {"integrators", chart_integrators},
     {"paths", chart_paths},
     {"ephemeris", chart_ephemeris},
@@ -76,7 +77,7 @@ static const struct option table[] = {
 
 const struct command command_chart = {
     .line = {.name = "chart",
-             .what = "speed against accuracy, measured: gradients, integrators, paths, "
+             .what = "speed against accuracy, measured: gradients, linear, integrators, paths, "
                      "ephemeris, gas, hnn, quantum",
              .arguments = {"KIND"},
              .options = table,

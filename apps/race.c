@@ -62,30 +62,29 @@ static void (*const runs[RACE_FIRST])(void *) = {
 
 /* ---- where ---- */
 
-/* Bodies around the points of a lattice (angles: around zero), wide enough that none collide. */
-static void draw_path(int scene, int dof, double *x)
+void race_draw_path(int scene, size_t dof, size_t slices, double *x)
 {
     static const double spacing[HAND_N] = {0.3, 0, 1e11, 0.06};
     static const double swing[HAND_N] = {0.05, 2, 1e10, 0.008};
-    for (int c = 0; c < dof; c++) {
-        int cell = c % 2 ? c / 2 / 8 : c / 2 % 8;
-        for (int i = 0; i < HAND_SLICES; i++)
-            x[c * HAND_SLICES + i] =
-                spacing[scene] * cell + swing[scene] * sin(0.37 * i + 1.3 * c * c + 0.2);
+    for (size_t c = 0; c < dof; c++) {
+        size_t cell = c % 2 ? c / 2 / 8 : c / 2 % 8;
+        for (size_t i = 0; i < slices; i++)
+            x[c * slices + i] = spacing[scene] * (double)cell +
+                                swing[scene] * sin(0.37 * (double)i + 1.3 * (double)(c * c) + 0.2);
     }
 }
 
 static enum ad_status values_new(int scene, struct race_values *values, struct ad_error *error)
 {
-    int dof = hand_build(0)[scene].dof;
-    values->n = (size_t)dof * HAND_SLICES;
+    size_t dof = (size_t)hand_build(0)[scene].dof;
+    values->n = dof * HAND_SLICES;
     values->x = calloc(4 * values->n, sizeof *values->x);
     if (!values->x)
         return ad_fail(error, AD_E_MEMORY, "no memory for a path");
     values->u = values->x + values->n;
     values->gradient = values->u + values->n;
     values->product = values->gradient + values->n;
-    draw_path(scene, dof, values->x);
+    race_draw_path(scene, dof, HAND_SLICES, values->x);
     for (size_t k = 0; k < values->n; k++)
         values->u[k] = sin(1.7 * (double)k + 0.4);
     return AD_OK;
@@ -196,7 +195,7 @@ enum ad_status race_run(int scene, bool quick, struct race *race, struct ad_erro
     if (values_new(scene, &race->values, error) == AD_OK &&
         subject_open(&s, scene, &race->values, error) == AD_OK) {
         for (size_t j = 0; j < RACE_FIRST; j++)
-            jobs[j] = (struct timed){.run = runs[j], .context = &s};
+            jobs[j] = (struct timed){.run = runs[j], .context = &s, .processor = true};
         compare(&s, race);
         race_time(RACE_FIRST, jobs, quick ? TIMING_QUICK : TIMING_ROUNDS, 0, race);
         race_second(scene, quick, race, error);

@@ -39,6 +39,10 @@ struct race {
 enum ad_status race_run(int scene, bool quick, struct race *race, struct ad_error *error);
 void race_free(struct race *race);
 
+/* A path of a scene, x [dof x slices]: bodies around the points of a lattice (angles: around zero),
+   wide enough that none collide. */
+void race_draw_path(int scene, size_t dof, size_t slices, double *x);
+
 /* ---- between race.c and race_second.c ---- */
 
 /* The action of a scene of hand.h as race.c has it recorded, with its gradient. */

@@ -121,10 +121,10 @@ static void compare(struct subject *s, struct race *race)
 enum ad_status race_second(int scene, bool quick, struct race *race, struct ad_error *error)
 {
     struct subject s;
-    struct timed products[] = {{.run = run_tape, .context = &s},
-                               {.run = run_native, .context = &s},
-                               {.run = run_hand, .context = &s}};
-    struct timed blocks = {.run = run_blocks, .context = &s};
+    struct timed products[] = {{.run = run_tape, .context = &s, .processor = true},
+                               {.run = run_native, .context = &s, .processor = true},
+                               {.run = run_hand, .context = &s, .processor = true}};
+    struct timed blocks = {.run = run_blocks, .context = &s, .processor = true};
     if (subject_open(&s, scene, &race->values, error) == AD_OK) {
         compare(&s, race);
         race_time(3, products, quick ? TIMING_QUICK : TIMING_ROUNDS, TAPE_PRODUCT, race);

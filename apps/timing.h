@@ -2,6 +2,7 @@
 #ifndef APPS_TIMING_H
 #define APPS_TIMING_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 enum { TIMING_ROUNDS = 101, TIMING_QUICK = 15 };
@@ -9,6 +10,8 @@ enum { TIMING_ROUNDS = 101, TIMING_QUICK = 15 };
 struct timed {
     void (*run)(void *context);
     void *context;
+    bool processor;              /* by the processor's clock, all threads together: what a busy
+                                    machine changes less; false: by the wall's */
     double nanoseconds;          /* of one call: the median over batches */
     double batch[TIMING_ROUNDS]; /* of one call in each of them */
 };

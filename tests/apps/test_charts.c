@@ -342,6 +342,27 @@ static void test_gradient_values(void **state)
     table_free(t);
 }
 
+/* Bytes a slice, and a pair, do not rise with their number. */
+static void test_linear(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"program_bytes", "tape_bytes"};
+    assert_int_equal(shell("$LA chart linear --quick --quiet --out ."), 0);
+    struct table *t = table_read("linear.csv");
+    assert_int_equal(t->rows, 3 + 4); /* of slices, of bodies */
+    for (size_t r = 1; r < t->rows; r++) {
+        double factor = number(t, r, "units") / number(t, r - 1, "units");
+        if (strcmp(t->cell[r][0], t->cell[r - 1][0]) != 0)
+            continue;
+        assert_true(factor > 1);
+        for (size_t k = 0; k < 2; k++)
+            assert_true(number(t, r, names[k]) < 1.05 * factor * number(t, r - 1, names[k]));
+        assert_true(number(t, r, "interpreted_seconds") > 0);
+        assert_true(number(t, r, "compiled_seconds") > 0);
+    }
+    table_free(t);
+}
+
 static void test_hnn_steps(void **state)
 {
     (void)state;
@@ -510,6 +531,7 @@ int main(void)
         cmocka_unit_test_setup(test_wrong_format, clean),
         cmocka_unit_test_setup(test_gradients, clean),
         cmocka_unit_test(test_gradient_values),
+        cmocka_unit_test_setup(test_linear, clean),
         cmocka_unit_test_setup(test_hnn_steps, clean),
         cmocka_unit_test(test_hnn_learning),
         cmocka_unit_test(test_hnn_rollouts),
