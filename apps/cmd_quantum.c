@@ -33,10 +33,10 @@ static int run_packets(const struct quantum_run *run, struct ad_error *error)
     if (quantum_run(run, &result, error) != AD_OK)
         outputs_abandon(&outputs);
     else if (write_results(run, &result, &outputs, error) == AD_OK) {
-        if (!common->quiet || !common->json)
-            quantum_print(run, &result);
         if (common->json)
             quantum_print_json(run, &result);
+        else if (!common->quiet)
+            quantum_print(run, &result);
     }
     if (error->status == AD_OK && result.interrupted)
         ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are those so far",

@@ -44,8 +44,12 @@ static int run_simulation(struct simulate_run *run, struct ad_error *error)
     simulate_outlook(run, &result, error);
     if (error->status != AD_OK)
         outputs_abandon(&outputs);
-    else if (write_results(run, &result, &outputs, error) == AD_OK)
-        (common->json ? simulate_print_json : simulate_print)(run, &result);
+    else if (write_results(run, &result, &outputs, error) == AD_OK) {
+        if (common->json)
+            simulate_print_json(run, &result);
+        else if (!common->quiet)
+            simulate_print(run, &result);
+    }
     if (error->status == AD_OK && result.info.stop == PHYS_SIMULATION_INTERRUPTED)
         ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are those so far",
                 result.info.t);

@@ -267,8 +267,12 @@ static enum ad_status both(const struct quantum_options *options, const struct q
     struct quantum_result result = {0};
     if (published(options->scale, &old, error) == AD_OK &&
         quantum_run(run, &result, error) == AD_OK &&
-        write_results(&old, run, &result, outputs, error) == AD_OK)
-        (options->common.json ? print_json : print)(&old, run, &result);
+        write_results(&old, run, &result, outputs, error) == AD_OK) {
+        if (options->common.json)
+            print_json(&old, run, &result);
+        else if (!options->common.quiet)
+            print(&old, run, &result);
+    }
     published_free(&old);
     quantum_result_free(&result);
     return error->status;

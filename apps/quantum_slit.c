@@ -364,8 +364,12 @@ int quantum_slit(const struct quantum_options *options, struct ad_error *error)
         follow(options, &slit);
         look_at_screen(&slit);
         write_results(options, &slit, &outputs);
-        if (outputs_commit(&outputs, error) == AD_OK)
-            (options->common.json ? print_json : print)(&slit);
+        if (outputs_commit(&outputs, error) == AD_OK) {
+            if (options->common.json)
+                print_json(&slit);
+            else if (!options->common.quiet)
+                print(&slit);
+        }
         if (error->status == AD_OK && slit.interrupted)
             ad_fail(error, AD_E_ACCURACY, "interrupted; results are those so far");
     }

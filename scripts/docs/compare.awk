@@ -15,7 +15,7 @@ function distance(a, b) { return a > b ? a - b : b - a }
 
 # Brackets, commas and the like around numbers are the same on both sides.
 function same_word(a, b) {
-    if (a == "..." || a == b) return 1
+    if (a ~ /^\.\.\.[,;:)]?$/ || a == b) return 1
     while (a !~ /^[-+.0-9]/ && a != "" && substr(a, 1, 1) == substr(b, 1, 1)) { a = substr(a, 2); b = substr(b, 2) }
     while (a !~ /[.0-9]$/ && a != "" && substr(a, length(a)) == substr(b, length(b))) {
         a = substr(a, 1, length(a) - 1); b = substr(b, 1, length(b) - 1)

@@ -289,6 +289,25 @@ static void test_csv_on_standard_output(void **state)
     assert_int_equal(atoi(shell_out()), 6);
 }
 
+/* What asks for no output prints none. */
+static void test_quiet(void **state)
+{
+    (void)state;
+    static const char *const runs[] = {
+        "path pendulum",
+        "simulate kepler",
+        "quantum --points 257",
+        "quantum --preset paper --scale 0.2",
+        "quantum --scene double-slit --points 180 --steps 99",
+    };
+    for (size_t k = 0; k < sizeof runs / sizeof *runs; k++) {
+        works("$LA %s --quiet", runs[k]);
+        assert_string_equal(shell_out(), "");
+    }
+    works("$LA simulate kepler --samples 4 --csv - --quiet | wc -l");
+    assert_int_equal(atoi(shell_out()), 6);
+}
+
 static void test_found_path_as_start(void **state)
 {
     (void)state;
@@ -465,6 +484,7 @@ int main(void)
         cmocka_unit_test_teardown(test_outputs_agree, clean),
         cmocka_unit_test_teardown(test_equal_runs_equal_files, clean),
         cmocka_unit_test_teardown(test_csv_on_standard_output, clean),
+        cmocka_unit_test_teardown(test_quiet, clean),
         cmocka_unit_test_teardown(test_found_path_as_start, clean),
         cmocka_unit_test_teardown(test_dump, clean),
         cmocka_unit_test_teardown(test_not_converged, clean),
