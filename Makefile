@@ -159,8 +159,8 @@ $(BUILD)/leastaction: $(BUILD)/apps/main.o $(BUILD)/apps.a $(A)
 leastaction: $(BUILD)/leastaction
 	@ln -sf $< $@
 
-# Tests named test_alloc* replace these functions (__wrap_malloc, __real_malloc, ...).
-wrap_alloc = $(if $(findstring /test_alloc,$@),$(foreach f,malloc calloc realloc aligned_alloc free,-Wl,--wrap=$(f)))
+# Tests named test_alloc* replace these functions (tests/alloc.c).
+wrap_alloc = $(if $(findstring /test_alloc,$@),$(foreach f,malloc calloc realloc aligned_alloc strdup strndup free,-Wl,--wrap=$(f)))
 
 # Tests link statically, so that they reach internals; exported names are for scenes loaded in tests.
 $(TESTS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/tests/helpers.a $(A)
@@ -243,9 +243,9 @@ run-fuzzers: $(FUZZERS)
 	        || { tail -n 30 $$f.log; exit 1; }; \
 	done
 
-$(FUZZERS): $(BUILD)/%: $(BUILD)/%.o $(A)
+$(FUZZERS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/apps.a $(A)
 	$(call say,LD,$@)
-	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -fsanitize=fuzzer $< $(A) $(LIBS) -o $@
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -fsanitize=fuzzer $< $(BUILD)/apps.a $(A) $(LIBS) -o $@
 
 # ---- install ----
 

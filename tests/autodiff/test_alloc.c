@@ -2,65 +2,10 @@
    a crash, and nothing leaks. The linker sends the allocations of the library here. */
 #include "autodiff/optim.h"
 #include "support.h"
+#include "tests/alloc.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-/* ---- allocations that fail on request ---- */
-
-static size_t calls, failing; /* the call that fails, counted from 1; 0: none */
-static bool all_after;        /* ... and every one after it */
-static size_t given, taken;   /* blocks handed out and given back */
-
-static bool fails(void)
-{
-    calls++;
-    return failing && (calls == failing || (all_after && calls > failing));
-}
-
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t n, size_t size);
-void *__real_realloc(void *old, size_t size);
-void *__real_aligned_alloc(size_t alignment, size_t size);
-void __real_free(void *block);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t n, size_t size);
-void *__wrap_realloc(void *old, size_t size);
-void *__wrap_aligned_alloc(size_t alignment, size_t size);
-void __wrap_free(void *block);
-
-static void *count(void *block)
-{
-    given += block != NULL;
-    return block;
-}
-
-void *__wrap_malloc(size_t size) { return fails() ? NULL : count(__real_malloc(size)); }
-
-void *__wrap_calloc(size_t n, size_t size)
-{
-    return fails() ? NULL : count(__real_calloc(n, size));
-}
-
-void *__wrap_realloc(void *old, size_t size)
-{
-    if (fails())
-        return NULL;
-    void *block = __real_realloc(old, size);
-    given += !old && block;
-    return block;
-}
-
-void *__wrap_aligned_alloc(size_t alignment, size_t size)
-{
-    return fails() ? NULL : count(__real_aligned_alloc(alignment, size));
-}
-
-void __wrap_free(void *block)
-{
-    taken += block != NULL;
-    __real_free(block);
-}
 
 /* ---- jobs: every kind of node, so that every array of the tape and the compiler grows ---- */
 
@@ -168,11 +113,9 @@ static enum ad_status optimise(void)
 
 static void run(enum ad_status (*job)(void), size_t fail, bool after, enum ad_status *status)
 {
-    calls = given = taken = 0;
-    failing = fail;
-    all_after = after;
+    alloc = (struct alloc){.failing = fail, .all_after = after};
     *status = job();
-    failing = 0;
+    alloc.failing = 0;
 }
 
 /* A job survives a failure only where it can do without (shrinking an array). */
@@ -181,13 +124,13 @@ static void fail_everywhere(enum ad_status (*job)(void), size_t step)
     enum ad_status status;
     run(job, 0, false, &status);
     assert_int_equal(status, AD_OK);
-    assert_int_equal(given, taken);
-    size_t total = calls, survived = 0;
+    assert_int_equal(alloc.given, alloc.taken);
+    size_t total = alloc.calls, survived = 0;
     assert_true(total > 0);
     for (int after = 0; after < 2; after++)
         for (size_t k = 1; k <= total; k += step) {
             run(job, k, after, &status);
-            size_t leaked = given - taken;
+            size_t leaked = alloc.given - alloc.taken;
             if (leaked)
                 fail_msg("call %zu of %zu failing leaks %zu blocks", k, total, leaked);
             if (status == AD_OK)
@@ -233,12 +176,12 @@ static void test_running_allocates_nothing(void **state)
     struct ad_optimiser_settings settings = ad_optimiser_defaults(AD_ADAM);
     ad_optimiser *o = ad_optimiser_new(&settings, AD_F64, 120);
     ad_run(p);
-    calls = 0;
+    alloc.calls = 0;
     for (int k = 0; k < 10; k++) {
         ad_run(p);
         ad_optimiser_step(o, ad_data(p, x[0]), ad_data(p, g[0]));
     }
-    assert_int_equal(calls, 0);
+    assert_int_equal(alloc.calls, 0);
     ad_optimiser_free(o);
     ad_program_free(p);
     ad_tape_free(tape);
@@ -254,10 +197,10 @@ static void test_threads_without_memory(void **state)
     double before, after;
     ad_run(p);
     ad_get(p, y, &before);
-    calls = 0;
-    failing = 1;
+    alloc.calls = 0;
+    alloc.failing = 1;
     ad_set_threads(p, 3);
-    failing = 0;
+    alloc.failing = 0;
     ad_run(p);
     ad_get(p, y, &after);
     assert_true(before == after);

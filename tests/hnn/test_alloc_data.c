@@ -2,6 +2,7 @@
    The linker sends the allocations of the library here; leaks are for the sanitizers to find. */
 #include "../../hnn/data.h"
 #include "../../physics/runfile.h"
+#include "../alloc.h"
 #include "../close.h"
 #include "../files.h"
 
@@ -9,44 +10,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-static size_t calls, failing; /* the call that fails, counted from 1; 0: none */
-
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t n, size_t size);
-void *__real_realloc(void *old, size_t size);
-void *__real_aligned_alloc(size_t alignment, size_t size);
-void __real_free(void *block);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t n, size_t size);
-void *__wrap_realloc(void *old, size_t size);
-void *__wrap_aligned_alloc(size_t alignment, size_t size);
-void __wrap_free(void *block);
-
-static bool fails(void) { return ++calls == failing; }
-
-void *__wrap_malloc(size_t size) { return fails() ? NULL : __real_malloc(size); }
-void *__wrap_calloc(size_t n, size_t size) { return fails() ? NULL : __real_calloc(n, size); }
-void *__wrap_realloc(void *old, size_t size) { return fails() ? NULL : __real_realloc(old, size); }
-void *__wrap_aligned_alloc(size_t alignment, size_t size)
-{
-    return fails() ? NULL : __real_aligned_alloc(alignment, size);
-}
-void __wrap_free(void *block) { __real_free(block); }
-
 /* Runs a job with every allocation failing in turn; some it can do without. */
 static void assert_survives(enum ad_status (*job)(const char *file, struct ad_error *error),
                             const char *file, size_t at_least)
 {
     size_t refused = 0;
     struct ad_error none = {0};
-    calls = 0;
+    alloc.calls = 0;
     assert_int_equal(job(file, &none), AD_OK);
-    for (size_t k = 1, all = calls; k <= all; k++) {
+    for (size_t k = 1, all = alloc.calls; k <= all; k++) {
         struct ad_error error = {0};
-        calls = 0;
-        failing = k;
+        alloc = (struct alloc){.failing = k};
         enum ad_status status = job(file, &error);
-        failing = 0;
+        alloc.failing = 0;
         if (status != AD_OK && (status != AD_E_MEMORY || !strstr(error.message, "memory")))
             fail_msg("allocation %zu: status %d, '%s'", k, status, error.message);
         refused += status != AD_OK;

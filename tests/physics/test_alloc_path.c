@@ -1,61 +1,11 @@
 /* A step of a descent allocates nothing; an allocation that fails anywhere gives a status, never a
    crash, and nothing leaks. The linker sends the allocations of the library here. */
 #include "published.h"
+#include "tests/alloc.h"
 #include "tests/close.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-/* ---- allocations, counted, failing on request ---- */
-
-static size_t calls, failing; /* the call that fails, counted from 1; 0: none */
-static size_t given, taken;   /* blocks handed out and given back */
-
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t n, size_t size);
-void *__real_realloc(void *old, size_t size);
-void *__real_aligned_alloc(size_t alignment, size_t size);
-void __real_free(void *block);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t n, size_t size);
-void *__wrap_realloc(void *old, size_t size);
-void *__wrap_aligned_alloc(size_t alignment, size_t size);
-void __wrap_free(void *block);
-
-static bool fails(void) { return ++calls == failing; }
-
-static void *count(void *block)
-{
-    given += block != NULL;
-    return block;
-}
-
-void *__wrap_malloc(size_t size) { return fails() ? NULL : count(__real_malloc(size)); }
-
-void *__wrap_calloc(size_t n, size_t size)
-{
-    return fails() ? NULL : count(__real_calloc(n, size));
-}
-
-void *__wrap_realloc(void *old, size_t size)
-{
-    if (fails())
-        return NULL;
-    void *block = __real_realloc(old, size);
-    given += !old && block;
-    return block;
-}
-
-void *__wrap_aligned_alloc(size_t alignment, size_t size)
-{
-    return fails() ? NULL : count(__real_aligned_alloc(alignment, size));
-}
-
-void __wrap_free(void *block)
-{
-    taken += block != NULL;
-    __real_free(block);
-}
 
 /* ---- jobs ---- */
 
@@ -64,7 +14,7 @@ enum { SLICES = 12, STEPS = 5, MOST = 100 };
 static bool note_calls(void *context, const struct phys_path_step *step)
 {
     size_t *seen = context;
-    seen[step->step] = calls;
+    seen[step->step] = alloc.calls;
     return true;
 }
 
@@ -122,15 +72,16 @@ static bool survives(const char *scene, size_t at, const struct result *expected
 {
     static struct result result;
     struct ad_error error = {0};
-    size_t before = given - taken;
+    size_t before = alloc.given - alloc.taken;
     memset(&result, 0, sizeof result);
-    calls = 0;
-    failing = at;
+    alloc.calls = 0;
+    alloc.failing = at;
     enum ad_status status = run(scene, &result, &error);
-    bool failed = calls >= failing;
-    failing = 0;
-    if (given - taken != before)
-        fail_msg("%s: %zu blocks lost at allocation %zu", scene, given - taken - before, at);
+    bool failed = alloc.calls >= at;
+    alloc.failing = 0;
+    if (alloc.given - alloc.taken != before)
+        fail_msg("%s: %zu blocks lost at allocation %zu", scene, alloc.given - alloc.taken - before,
+                 at);
     /* memory that is merely trimmed may be refused: then nothing else may change */
     if (status == AD_OK)
         assert_memory_equal(result.path, expected->path, sizeof result.path);

@@ -1,0 +1,68 @@
+/* Failing allocations (alloc.h). */
+#include "alloc.h"
+
+#include <string.h>
+
+struct alloc alloc;
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t n, size_t size);
+void *__real_realloc(void *old, size_t size);
+void *__real_aligned_alloc(size_t alignment, size_t size);
+char *__real_strdup(const char *text);
+char *__real_strndup(const char *text, size_t most);
+void __real_free(void *block);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t n, size_t size);
+void *__wrap_realloc(void *old, size_t size);
+void *__wrap_aligned_alloc(size_t alignment, size_t size);
+char *__wrap_strdup(const char *text);
+char *__wrap_strndup(const char *text, size_t most);
+void __wrap_free(void *block);
+
+static bool fails(void)
+{
+    alloc.calls++;
+    return alloc.failing &&
+           (alloc.calls == alloc.failing || (alloc.all_after && alloc.calls > alloc.failing));
+}
+
+static void *count(void *block)
+{
+    alloc.given += block != NULL;
+    return block;
+}
+
+void *__wrap_malloc(size_t size) { return fails() ? NULL : count(__real_malloc(size)); }
+
+void *__wrap_calloc(size_t n, size_t size)
+{
+    return fails() ? NULL : count(__real_calloc(n, size));
+}
+
+void *__wrap_realloc(void *old, size_t size)
+{
+    if (fails())
+        return NULL;
+    void *block = __real_realloc(old, size);
+    alloc.given += !old && block;
+    return block;
+}
+
+void *__wrap_aligned_alloc(size_t alignment, size_t size)
+{
+    return fails() ? NULL : count(__real_aligned_alloc(alignment, size));
+}
+
+char *__wrap_strdup(const char *text) { return fails() ? NULL : count(__real_strdup(text)); }
+
+char *__wrap_strndup(const char *text, size_t most)
+{
+    return fails() ? NULL : count(__real_strndup(text, most));
+}
+
+void __wrap_free(void *block)
+{
+    alloc.taken += block != NULL;
+    __real_free(block);
+}

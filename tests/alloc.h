@@ -1,0 +1,18 @@
+/* Allocations of the library and the command, counted, failing on request. For tests named
+   test_alloc*: the linker sends them here (--wrap), those of other libraries go their own way. */
+#ifndef TESTS_ALLOC_H
+#define TESTS_ALLOC_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+struct alloc {
+    size_t calls;        /* since it was set to 0 */
+    size_t failing;      /* the call that fails, counted from 1; 0: none */
+    bool all_after;      /* ... and every one after it */
+    size_t given, taken; /* blocks handed out and given back */
+};
+
+extern struct alloc alloc;
+
+#endif
