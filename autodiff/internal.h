@@ -68,6 +68,11 @@ extern const struct op_info ad_ops[AD_N_OPS];
 /* Makes room for `more` further elements of `size` bytes; false when memory is exhausted. */
 bool ad_reserve(void **array, size_t n, size_t *max, size_t more, size_t size);
 
+/* Whether recording passes x through: it has no tape, or one that holds an error. */
+static inline bool ad_failed(ad_var x) { return !x.tape || x.tape->error.status != AD_OK; }
+/* Whether a value may have this shape, on a tape that holds no error; keeps one if not. */
+bool ad_shape_fits(ad_tape *tape, const char *op, size_t rows, size_t cols);
+
 /* Appends a node; on failure the error is kept and the handle of node 0 returned. */
 ad_var ad_append(ad_tape *tape, struct node node);
 /* Appends numbers or list entries; returns the offset of the first, UINT32_MAX when out of memory.

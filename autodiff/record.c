@@ -13,15 +13,8 @@ static uint32_t broadcast_dim(uint32_t a, uint32_t b)
 
 static ad_var refuse(ad_tape *tape, enum ad_op op, ad_var a, ad_var b)
 {
-    ad_fail(&tape->error, AD_E_SHAPE, "%s: shapes %zu x %zu and %zu x %zu do not broadcast",
-            ad_op_name(op), ad_rows(a), ad_cols(a), ad_rows(b), ad_cols(b));
-    return (ad_var){tape, 0};
-}
-
-static ad_var foreign(ad_tape *tape, enum ad_op op)
-{
-    ad_fail(&tape->error, AD_E_TAPE, "%s: variables of different tapes", ad_op_name(op));
-    return (ad_var){tape, 0};
+    return ad_refuse(tape, AD_E_SHAPE, "%s: shapes %zu x %zu and %zu x %zu do not broadcast",
+                     ad_op_name(op), ad_rows(a), ad_cols(a), ad_rows(b), ad_cols(b));
 }
 
 /* The tape of an operation's arguments; an error is kept in the first tape found. */
@@ -32,7 +25,7 @@ static ad_tape *common_tape(enum ad_op op, size_t n, const ad_arg *args)
         if (!args[i].var.tape)
             continue;
         if (tape && tape != args[i].var.tape)
-            foreign(tape, op);
+            ad_fail(&tape->error, AD_E_TAPE, "%s: variables of different tapes", ad_op_name(op));
         else
             tape = args[i].var.tape;
     }
@@ -69,7 +62,7 @@ static ad_var elementwise(ad_tape *tape, enum ad_op op, size_t n, const ad_var *
 
 ad_var ad_unary(enum ad_op op, ad_var x)
 {
-    if (!x.tape || x.tape->error.status != AD_OK)
+    if (ad_failed(x))
         return (ad_var){x.tape, 0};
     const struct node *n = node_at(x.tape, x.id);
     if (op == AD_OP_neg && n->op == AD_OP_neg)

@@ -1,21 +1,12 @@
-/* Recording of what moves or reduces values: leaves, views, sums, matmul, time difference. */
+/* Recording of what moves or reduces values: leaves, sums, matmul, views, time difference. Each
+   passes a failure of its arguments through. */
 #include "internal.h"
 
 #include <math.h>
 
-static ad_var refused(ad_tape *tape, enum ad_status status, const char *what, ad_var x)
-{
-    ad_fail(&tape->error, status, "%s, of a %zu x %zu value", what, ad_rows(x), ad_cols(x));
-    return (ad_var){tape, 0};
-}
-
-static bool failed(ad_var x) { return !x.tape || x.tape->error.status != AD_OK; }
-
-static ad_var failure(ad_var x) { return (ad_var){x.tape, 0}; }
-
 /* ---- leaves ---- */
 
-static bool shape_fits(ad_tape *tape, const char *op, size_t rows, size_t cols)
+bool ad_shape_fits(ad_tape *tape, const char *op, size_t rows, size_t cols)
 {
     if (tape->error.status != AD_OK)
         return false;
@@ -27,7 +18,7 @@ static bool shape_fits(ad_tape *tape, const char *op, size_t rows, size_t cols)
 
 ad_var ad_input(ad_tape *tape, size_t rows, size_t cols, const char *label)
 {
-    if (!shape_fits(tape, "input", rows, cols))
+    if (!ad_shape_fits(tape, "input", rows, cols))
         return (ad_var){tape, 0};
     ad_var x = ad_append(
         tape, (struct node){.op = AD_OP_input, .rows = (uint32_t)rows, .cols = (uint32_t)cols});
@@ -48,7 +39,7 @@ ad_var ad_hold(ad_var input)
 
 ad_var ad_const(ad_tape *tape, size_t rows, size_t cols, const double *values)
 {
-    if (!shape_fits(tape, "constant", rows, cols))
+    if (!ad_shape_fits(tape, "constant", rows, cols))
         return (ad_var){tape, 0};
     uint32_t first = ad_append_numbers(tape, rows * cols, values);
     return ad_append(tape, (struct node){.op = AD_OP_constant,
@@ -63,8 +54,8 @@ ad_var ad_scalar(ad_tape *tape, double value) { return ad_const(tape, 1, 1, &val
 
 static ad_var reduce(ad_var x, enum ad_op op, bool rows, bool cols)
 {
-    if (failed(x))
-        return failure(x);
+    if (ad_failed(x))
+        return (ad_var){x.tape, 0};
     const struct node *n = node_at(x.tape, x.id);
     if ((!rows || n->rows == 1) && (!cols || n->cols == 1))
         return x;
@@ -82,8 +73,8 @@ ad_var ad_sum_cols(ad_var x) { return reduce(x, AD_OP_sum_cols, false, true); }
 
 ad_var ad_mean(ad_var x)
 {
-    if (failed(x))
-        return failure(x);
+    if (ad_failed(x))
+        return (ad_var){x.tape, 0};
     return ad_mul(1.0 / (double)node_size(node_at(x.tape, x.id)), ad_sum(x));
 }
 
@@ -93,20 +84,16 @@ ad_var ad_dot(ad_var a, ad_var b) { return ad_sum(ad_mul(a, b)); }
 
 ad_var ad_matmul(ad_var a, bool transpose_a, ad_var b, bool transpose_b)
 {
-    if (failed(a) || failed(b))
-        return failure(a.tape ? a : b);
-    if (a.tape != b.tape) {
-        ad_fail(&a.tape->error, AD_E_TAPE, "matmul: variables of different tapes");
-        return failure(a);
-    }
+    if (ad_failed(a) || ad_failed(b))
+        return (ad_var){a.tape ? a.tape : b.tape, 0};
+    if (a.tape != b.tape)
+        return ad_refuse(a.tape, AD_E_TAPE, "matmul: variables of different tapes");
     const struct node *x = node_at(a.tape, a.id), *y = node_at(b.tape, b.id);
     uint32_t rows = transpose_a ? x->cols : x->rows, inner_a = transpose_a ? x->rows : x->cols;
     uint32_t cols = transpose_b ? y->rows : y->cols, inner_b = transpose_b ? y->cols : y->rows;
-    if (inner_a != inner_b) {
-        ad_fail(&a.tape->error, AD_E_SHAPE, "matmul: %u x %u times %u x %u", rows, inner_a, inner_b,
-                cols);
-        return failure(a);
-    }
+    if (inner_a != inner_b)
+        return ad_refuse(a.tape, AD_E_SHAPE, "matmul: %u x %u times %u x %u", rows, inner_a,
+                         inner_b, cols);
     return ad_append(a.tape,
                      (struct node){.op = AD_OP_matmul,
                                    .rows = rows,
@@ -117,8 +104,8 @@ ad_var ad_matmul(ad_var a, bool transpose_a, ad_var b, bool transpose_b)
 
 ad_var ad_transpose(ad_var x)
 {
-    if (failed(x))
-        return failure(x);
+    if (ad_failed(x))
+        return (ad_var){x.tape, 0};
     const struct node *n = node_at(x.tape, x.id);
     if (n->op == AD_OP_transpose)
         return (ad_var){x.tape, n->in[0]};
@@ -133,15 +120,13 @@ ad_var ad_transpose(ad_var x)
 
 static ad_var slice(ad_var x, size_t row, size_t col, size_t rows, size_t cols)
 {
-    if (failed(x))
-        return failure(x);
+    if (ad_failed(x))
+        return (ad_var){x.tape, 0};
     const struct node *n = node_at(x.tape, x.id);
     if (!rows || !cols || row > n->rows || rows > n->rows - row || col > n->cols ||
-        cols > n->cols - col) {
-        ad_fail(&x.tape->error, AD_E_SHAPE, "slice: %zu x %zu from (%zu, %zu), of a %u x %u value",
-                rows, cols, row, col, n->rows, n->cols);
-        return failure(x);
-    }
+        cols > n->cols - col)
+        return ad_refuse(x.tape, AD_E_SHAPE, "slice: %zu x %zu from (%zu, %zu), of a %u x %u value",
+                         rows, cols, row, col, n->rows, n->cols);
     if (rows == n->rows && cols == n->cols)
         return x;
     return ad_append(x.tape, (struct node){.op = AD_OP_slice,
@@ -166,14 +151,12 @@ ad_var ad_col(ad_var x, size_t col) { return ad_slice_cols(x, col, 1); }
 
 ad_var ad_reshape(ad_var x, size_t rows, size_t cols)
 {
-    if (failed(x) || !shape_fits(x.tape, "reshape", rows, cols))
-        return failure(x);
+    if (ad_failed(x) || !ad_shape_fits(x.tape, "reshape", rows, cols))
+        return (ad_var){x.tape, 0};
     const struct node *n = node_at(x.tape, x.id);
-    if (rows * cols != node_size(n)) {
-        ad_fail(&x.tape->error, AD_E_SHAPE, "reshape: to %zu x %zu, of a %u x %u value", rows, cols,
-                n->rows, n->cols);
-        return failure(x);
-    }
+    if (rows * cols != node_size(n))
+        return ad_refuse(x.tape, AD_E_SHAPE, "reshape: to %zu x %zu, of a %u x %u value", rows,
+                         cols, n->rows, n->cols);
     if (rows == n->rows && cols == n->cols)
         return x;
     return ad_append(x.tape, (struct node){.op = AD_OP_reshape,
@@ -184,14 +167,12 @@ ad_var ad_reshape(ad_var x, size_t rows, size_t cols)
 
 ad_var ad_broadcast(ad_var x, size_t rows, size_t cols)
 {
-    if (failed(x) || !shape_fits(x.tape, "broadcast", rows, cols))
-        return failure(x);
+    if (ad_failed(x) || !ad_shape_fits(x.tape, "broadcast", rows, cols))
+        return (ad_var){x.tape, 0};
     const struct node *n = node_at(x.tape, x.id);
-    if ((n->rows != rows && n->rows != 1) || (n->cols != cols && n->cols != 1)) {
-        ad_fail(&x.tape->error, AD_E_SHAPE, "broadcast: to %zu x %zu, of a %u x %u value", rows,
-                cols, n->rows, n->cols);
-        return failure(x);
-    }
+    if ((n->rows != rows && n->rows != 1) || (n->cols != cols && n->cols != 1))
+        return ad_refuse(x.tape, AD_E_SHAPE, "broadcast: to %zu x %zu, of a %u x %u value", rows,
+                         cols, n->rows, n->cols);
     if (rows == n->rows && cols == n->cols)
         return x;
     return ad_append(x.tape, (struct node){.op = AD_OP_broadcast,
@@ -203,14 +184,12 @@ ad_var ad_broadcast(ad_var x, size_t rows, size_t cols)
 static ad_var indexed(ad_var x, enum ad_op op, size_t n, const uint32_t rows[], size_t limit,
                       size_t height)
 {
-    if (failed(x) || !shape_fits(x.tape, ad_op_name(op), n, height))
-        return failure(x);
+    if (ad_failed(x) || !ad_shape_fits(x.tape, ad_op_name(op), n, height))
+        return (ad_var){x.tape, 0};
     for (size_t k = 0; k < n; k++)
-        if (rows[k] >= limit) {
-            ad_fail(&x.tape->error, AD_E_SHAPE, "%s: entry %zu names row %u of %zu", ad_op_name(op),
-                    k, rows[k], limit);
-            return failure(x);
-        }
+        if (rows[k] >= limit)
+            return ad_refuse(x.tape, AD_E_SHAPE, "%s: entry %zu names row %u of %zu",
+                             ad_op_name(op), k, rows[k], limit);
     uint32_t list = ad_append_list(x.tape, n, rows);
     return ad_append(x.tape, (struct node){.op = (uint16_t)op,
                                            .rows = (uint32_t)height,
@@ -226,113 +205,20 @@ ad_var ad_gather_rows(ad_var x, size_t n, const uint32_t rows[])
 
 ad_var ad_scatter_rows(ad_var x, const uint32_t rows[], size_t height)
 {
-    if (failed(x))
-        return failure(x);
+    if (ad_failed(x))
+        return (ad_var){x.tape, 0};
     const struct node *n = node_at(x.tape, x.id);
     if (n->op == AD_OP_neg) /* adding up first leaves less to negate */
         return ad_neg(ad_scatter_rows((ad_var){x.tape, n->in[0]}, rows, height));
     return indexed(x, AD_OP_scatter, ad_rows(x), rows, height, height);
 }
 
-/* ---- placing ---- */
-
-static bool part_fits(const ad_tape *tape, ad_var part, size_t rows, size_t cols, size_t row,
-                      size_t col)
-{
-    const struct node *p = node_at(tape, part.id);
-    return row <= rows && p->rows <= rows - row && col <= cols && p->cols <= cols - col;
-}
-
-ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var parts[],
-                const size_t row[], const size_t col[])
-{
-    ad_var zero = {tape, 0};
-    if (!shape_fits(tape, "place", rows, cols))
-        return zero;
-    for (size_t k = 0; k < n; k++) {
-        if (parts[k].tape != tape) {
-            ad_fail(&tape->error, AD_E_TAPE, "place: part %zu is of another tape", k);
-            return zero;
-        }
-        if (!part_fits(tape, parts[k], rows, cols, row[k], col[k])) {
-            ad_fail(&tape->error, AD_E_SHAPE,
-                    "place: part %zu, %zu x %zu at (%zu, %zu), leaves the %zu x %zu value", k,
-                    ad_rows(parts[k]), ad_cols(parts[k]), row[k], col[k], rows, cols);
-            return zero;
-        }
-    }
-    if (n == 1 && ad_rows(parts[0]) == rows && ad_cols(parts[0]) == cols)
-        return parts[0];
-    uint32_t list = (uint32_t)tape->n_lists;
-    if (n >= UINT32_MAX / 4 || !ad_reserve((void **)&tape->lists, tape->n_lists, &tape->max_lists,
-                                           3 * n + 1, sizeof *tape->lists)) {
-        ad_fail(&tape->error, AD_E_MEMORY, "out of memory for %zu parts", n);
-        return zero;
-    }
-    uint32_t *to = tape->lists + tape->n_lists;
-    *to++ = (uint32_t)n;
-    for (size_t k = 0; k < n; k++) {
-        *to++ = parts[k].id;
-        *to++ = (uint32_t)row[k];
-        *to++ = (uint32_t)col[k];
-    }
-    tape->n_lists += 3 * n + 1;
-    return ad_append(
-        tape, (struct node){
-                  .op = AD_OP_place, .rows = (uint32_t)rows, .cols = (uint32_t)cols, .aux = list});
-}
-
-/* A place whose parts follow each other along one dimension. */
-static ad_var concat(size_t n, const ad_var parts[], bool rows)
-{
-    if (!n || failed(parts[0]))
-        return n ? failure(parts[0]) : (ad_var){NULL, 0};
-    ad_tape *tape = parts[0].tape;
-    size_t across = rows ? ad_cols(parts[0]) : ad_rows(parts[0]), along = 0;
-    for (size_t k = 0; k < n; k++) {
-        if (parts[k].tape != tape) {
-            ad_fail(&tape->error, AD_E_TAPE, "concat: part %zu is of another tape", k);
-            return failure(parts[0]);
-        }
-        if ((rows ? ad_cols(parts[k]) : ad_rows(parts[k])) != across)
-            return refused(tape, AD_E_SHAPE, "concat: the shape differs from the first part's",
-                           parts[k]);
-        along += rows ? ad_rows(parts[k]) : ad_cols(parts[k]);
-    }
-    ad_var y = ad_place(tape, rows ? along : across, rows ? across : along, 0, NULL, NULL, NULL);
-    if (n == 1 || failed(y))
-        return n == 1 ? parts[0] : failure(y);
-    struct node *node = node_at(tape, y.id);
-    if (!ad_reserve((void **)&tape->lists, tape->n_lists, &tape->max_lists, 3 * n,
-                    sizeof *tape->lists)) {
-        ad_fail(&tape->error, AD_E_MEMORY, "out of memory for %zu parts", n);
-        return failure(y);
-    }
-    tape->lists[node->aux] = (uint32_t)n;
-    uint32_t at = 0;
-    for (size_t k = 0; k < n; k++) {
-        uint32_t *to = tape->lists + tape->n_lists;
-        to[0] = parts[k].id;
-        to[1] = rows ? at : 0;
-        to[2] = rows ? 0 : at;
-        at += (uint32_t)(rows ? ad_rows(parts[k]) : ad_cols(parts[k]));
-        tape->n_lists += 3;
-    }
-    return y;
-}
-
-ad_var ad_concat_rows(size_t n, const ad_var parts[]) { return concat(n, parts, true); }
-
-ad_var ad_concat_cols(size_t n, const ad_var parts[]) { return concat(n, parts, false); }
-
 /* ---- time difference ---- */
 
 static ad_var difference(ad_var x, enum ad_op op, double scale, bool repeat, size_t cols)
 {
-    if (!isfinite(scale)) {
-        ad_fail(&x.tape->error, AD_E_ARGUMENT, "%s: scale %g", ad_op_name(op), scale);
-        return failure(x);
-    }
+    if (!isfinite(scale))
+        return ad_refuse(x.tape, AD_E_ARGUMENT, "%s: scale %g", ad_op_name(op), scale);
     uint32_t number = ad_append_numbers(x.tape, 1, &scale);
     return ad_append(x.tape, (struct node){.op = (uint16_t)op,
                                            .rows = node_at(x.tape, x.id)->rows,
@@ -343,18 +229,21 @@ static ad_var difference(ad_var x, enum ad_op op, double scale, bool repeat, siz
 
 ad_var ad_diff(ad_var x, double scale, bool repeat)
 {
-    if (failed(x))
-        return failure(x);
+    if (ad_failed(x))
+        return (ad_var){x.tape, 0};
     if (ad_cols(x) < 2)
-        return refused(x.tape, AD_E_SHAPE, "diff: needs two columns", x);
+        return ad_refuse(x.tape, AD_E_SHAPE, "diff: needs two columns, of a %zu x %zu value",
+                         ad_rows(x), ad_cols(x));
     return difference(x, AD_OP_diff, scale, repeat, ad_cols(x) - !repeat);
 }
 
 ad_var ad_diff_adjoint(ad_var u, double scale, bool repeat, size_t cols)
 {
-    if (failed(u))
-        return failure(u);
+    if (ad_failed(u))
+        return (ad_var){u.tape, 0};
     if (cols < 2 || ad_cols(u) != cols - !repeat)
-        return refused(u.tape, AD_E_SHAPE, "diff_adjoint: columns do not match", u);
+        return ad_refuse(u.tape, AD_E_SHAPE,
+                         "diff_adjoint: columns do not match, of a %zu x %zu value", ad_rows(u),
+                         ad_cols(u));
     return difference(u, AD_OP_diff_adjoint, scale, repeat, cols);
 }

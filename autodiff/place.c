@@ -1,0 +1,94 @@
+/* Recording of values made of parts: each at its place, zero elsewhere, adding up where they
+   overlap. The list of a node has the number of parts, then id, row and column of each. */
+#include "internal.h"
+
+/* Room for the places of n parts, to be filled; NULL when out of memory. */
+static uint32_t *new_list(ad_tape *tape, size_t n, uint32_t *list)
+{
+    if (n >= UINT32_MAX / 4 || 3 * n + 1 >= UINT32_MAX - tape->n_lists ||
+        !ad_reserve((void **)&tape->lists, tape->n_lists, &tape->max_lists, 3 * n + 1,
+                    sizeof *tape->lists)) {
+        ad_fail(&tape->error, AD_E_MEMORY, "out of memory for %zu parts", n);
+        return NULL;
+    }
+    uint32_t *places = tape->lists + tape->n_lists;
+    *places++ = (uint32_t)n;
+    *list = (uint32_t)tape->n_lists;
+    tape->n_lists += 3 * n + 1;
+    return places;
+}
+
+static ad_var append(ad_tape *tape, size_t rows, size_t cols, uint32_t list)
+{
+    return ad_append(
+        tape, (struct node){
+                  .op = AD_OP_place, .rows = (uint32_t)rows, .cols = (uint32_t)cols, .aux = list});
+}
+
+static bool part_fits(ad_var part, size_t rows, size_t cols, size_t row, size_t col)
+{
+    return row <= rows && ad_rows(part) <= rows - row && col <= cols && ad_cols(part) <= cols - col;
+}
+
+ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var parts[],
+                const size_t row[], const size_t col[])
+{
+    uint32_t list;
+    if (!ad_shape_fits(tape, "place", rows, cols))
+        return (ad_var){tape, 0};
+    for (size_t k = 0; k < n; k++) {
+        if (parts[k].tape != tape)
+            return ad_refuse(tape, AD_E_TAPE, "place: part %zu is of another tape", k);
+        if (!part_fits(parts[k], rows, cols, row[k], col[k]))
+            return ad_refuse(tape, AD_E_SHAPE,
+                             "place: part %zu, %zu x %zu at (%zu, %zu), leaves the %zu x %zu value",
+                             k, ad_rows(parts[k]), ad_cols(parts[k]), row[k], col[k], rows, cols);
+    }
+    if (n == 1 && ad_rows(parts[0]) == rows && ad_cols(parts[0]) == cols)
+        return parts[0];
+    uint32_t *to = new_list(tape, n, &list);
+    if (!to)
+        return (ad_var){tape, 0};
+    for (size_t k = 0; k < n; k++) {
+        *to++ = parts[k].id;
+        *to++ = (uint32_t)row[k];
+        *to++ = (uint32_t)col[k];
+    }
+    return append(tape, rows, cols, list);
+}
+
+/* Parts that follow each other: below (rows) or beside each other. */
+static ad_var concat(size_t n, const ad_var parts[], bool rows)
+{
+    if (n == 0 || ad_failed(parts[0]))
+        return (ad_var){n ? parts[0].tape : NULL, 0};
+    ad_tape *tape = parts[0].tape;
+    size_t across = rows ? ad_cols(parts[0]) : ad_rows(parts[0]), along = 0;
+    for (size_t k = 0; k < n; k++) {
+        if (parts[k].tape != tape)
+            return ad_refuse(tape, AD_E_TAPE, "concat: part %zu is of another tape", k);
+        if ((rows ? ad_cols(parts[k]) : ad_rows(parts[k])) != across)
+            return ad_refuse(
+                tape, AD_E_SHAPE,
+                "concat: the shape differs from the first part's, of a %zu x %zu value",
+                ad_rows(parts[k]), ad_cols(parts[k]));
+        along += rows ? ad_rows(parts[k]) : ad_cols(parts[k]);
+    }
+    if (n == 1)
+        return parts[0];
+    uint32_t list, at = 0, *to;
+    if (!ad_shape_fits(tape, "concat", rows ? along : across, rows ? across : along) ||
+        !(to = new_list(tape, n, &list)))
+        return (ad_var){tape, 0};
+    for (size_t k = 0; k < n; k++) {
+        *to++ = parts[k].id;
+        *to++ = rows ? at : 0;
+        *to++ = rows ? 0 : at;
+        at += (uint32_t)(rows ? ad_rows(parts[k]) : ad_cols(parts[k]));
+    }
+    return append(tape, rows ? along : across, rows ? across : along, list);
+}
+
+ad_var ad_concat_rows(size_t n, const ad_var parts[]) { return concat(n, parts, true); }
+
+ad_var ad_concat_cols(size_t n, const ad_var parts[]) { return concat(n, parts, false); }
