@@ -80,6 +80,9 @@ double *path_new(const struct path_run *run, struct ad_error *error);
 enum ad_status path_ephemeris(const struct path_options *options, struct path_run *run,
                               double **observed, struct ad_error *error);
 
+/* Start, reference and room for the path of a run whose settings are made; takes `observed`. Ends
+   path_setup. (path_start.c) */
+enum ad_status path_start(struct path_run *run, double *observed, struct ad_error *error);
 /* Whether the start is read from a file. */
 bool path_from_file(const struct path_options *options);
 
