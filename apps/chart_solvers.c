@@ -100,9 +100,8 @@ static enum ad_status open_scene(struct scene_run *run, const struct contest *co
     if (phys_system_open(contest->scene, &run->system, error) != AD_OK)
         return error->status;
     const struct phys_preset *paper = run->system.scene->paper;
-    for (size_t k = 0; k < paper->n_set; k++)
-        if (phys_system_set(&run->system, paper->set[k].name, paper->set[k].value, error) != AD_OK)
-            return error->status;
+    if (phys_system_set_all(&run->system, paper->n_set, paper->set, error) != AD_OK)
+        return error->status;
     run->settings = (struct phys_path_settings){.slices = paper->slices,
                                                 .steps = paper->steps,
                                                 .dt = paper->dt,

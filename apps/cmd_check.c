@@ -84,8 +84,8 @@ static enum ad_status find_points(const struct phys_system *system, const struct
                                   struct ad_error *error)
 {
     const struct phys_scene *scene = system->scene;
-    size_t slices = options->slices != OPTION_NO_COUNT ? options->slices : scene->slices;
-    double dt = !isnan(options->dt) ? options->dt : scene->dt;
+    size_t slices = option_count_or(options->slices, scene->slices);
+    double dt = option_number_or(options->dt, scene->dt);
     if (slices < 3)
         return ad_fail(error, AD_E_ARGUMENT, "--slices: expected at least 3, got %zu", slices);
     if (!(dt > 0))
@@ -260,10 +260,8 @@ static int run(const void *values, struct ad_error *error)
     const struct options *options = values;
     struct phys_system system;
     struct report report = {0};
-    phys_system_open(options->common.argument[0], &system, error);
-    for (size_t k = 0; k < options->set.n && error->status == AD_OK; k++)
-        phys_system_set(&system, options->set.setting[k].name, options->set.setting[k].value,
-                        error);
+    if (phys_system_open(options->common.argument[0], &system, error) == AD_OK)
+        phys_system_set_all(&system, options->set.n, options->set.setting, error);
     int status = command_status(error);
     if (status == DONE && examine(&system, options, &report, error) == AD_OK) {
         (options->common.json ? json_report : print_report)(&system, &report);

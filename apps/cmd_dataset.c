@@ -13,29 +13,17 @@
 
 /* ---- what is asked for ---- */
 
-void dataset_choose_number(double *value, double given)
-{
-    if (!isnan(given))
-        *value = given;
-}
-
-void dataset_choose_count(size_t *value, size_t given)
-{
-    if (given != OPTION_NO_COUNT)
-        *value = given;
-}
-
 static struct hnn_sampling sampling_of(const struct hnn_task *task, const struct dataset_options *o)
 {
     struct hnn_sampling s = task->published;
-    dataset_choose_count(&s.trials, o->trials);
-    dataset_choose_count(&s.points, o->points);
-    dataset_choose_number(&s.time, o->time);
-    dataset_choose_number(&s.noise, o->noise);
-    dataset_choose_number(&s.radius_min, o->min_radius);
-    dataset_choose_number(&s.radius_max, o->max_radius);
-    dataset_choose_number(&s.spread, o->spread);
-    dataset_choose_number(&s.strength, o->strength);
+    s.trials = option_count_or(o->trials, s.trials);
+    s.points = option_count_or(o->points, s.points);
+    s.time = option_number_or(o->time, s.time);
+    s.noise = option_number_or(o->noise, s.noise);
+    s.radius_min = option_number_or(o->min_radius, s.radius_min);
+    s.radius_max = option_number_or(o->max_radius, s.radius_max);
+    s.spread = option_number_or(o->spread, s.spread);
+    s.strength = option_number_or(o->strength, s.strength);
     return s;
 }
 

@@ -16,9 +16,6 @@ struct dataset_options {
     double dt, max_angle, max_speed;
 };
 
-/* A number or count that was given replaces the published one. */
-void dataset_choose_number(double *value, double given);
-void dataset_choose_count(size_t *value, size_t given);
 /* --out names a file of HDF5. */
 bool dataset_is_hdf5(const char *out);
 

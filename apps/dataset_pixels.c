@@ -55,12 +55,12 @@ static enum ad_status filming_of(const struct dataset_options *o, struct hnn_fil
                                  struct ad_error *error)
 {
     size_t pairs = filming->frames - 2;
-    dataset_choose_count(&filming->trajectories, o->trials);
-    dataset_choose_count(&pairs, o->points);
+    filming->trajectories = option_count_or(o->trials, filming->trajectories);
+    pairs = option_count_or(o->points, pairs);
     filming->frames = pairs + 2;
-    dataset_choose_number(&filming->rod.dt, o->dt);
-    dataset_choose_number(&filming->angle_max, o->max_angle);
-    dataset_choose_number(&filming->speed_max, o->max_speed);
+    filming->rod.dt = option_number_or(o->dt, filming->rod.dt);
+    filming->angle_max = option_number_or(o->max_angle, filming->angle_max);
+    filming->speed_max = option_number_or(o->max_speed, filming->speed_max);
     if (read_size(o->size, filming, error) == AD_OK)
         read_view(o, &filming->rod, error);
     return error->status;

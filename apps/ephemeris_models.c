@@ -63,10 +63,7 @@ const char *ephemeris_planet(size_t planet) { return planets[planet]; }
 static enum ad_status set_published(struct phys_system *system, struct ad_error *error)
 {
     const struct phys_preset *paper = system->scene->paper;
-    for (size_t k = 0; k < paper->n_set; k++)
-        if (phys_system_set(system, paper->set[k].name, paper->set[k].value, error) != AD_OK)
-            break;
-    return error->status;
+    return phys_system_set_all(system, paper->n_set, paper->set, error);
 }
 
 static enum ad_status set_measured(const struct ephemeris_model *model,

@@ -12,7 +12,7 @@ static enum ad_status choose_span(const char *folder, const char *from, size_t d
                                   struct ephemeris_tables *tables, struct ad_error *error)
 {
     const struct phys_horizons *table = tables->table;
-    tables->days = days == OPTION_NO_COUNT ? EPHEMERIS_DAYS : days;
+    tables->days = option_count_or(days, EPHEMERIS_DAYS);
     if (from && phys_horizons_epoch(table, from, &tables->first, error) != AD_OK)
         return error->status;
     if (!from && table->n >= PAPER_YEAR)

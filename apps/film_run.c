@@ -125,7 +125,7 @@ static void accumulate(struct film_model *sum, const struct film_model *one, dou
 
 enum ad_status film_run(struct film *film, struct ad_error *error)
 {
-    size_t starts = film->options->starts == OPTION_NO_COUNT ? 1 : film->options->starts;
+    size_t starts = option_count_or(film->options->starts, 1);
     struct film_model mean_of[ROLLOUT_MODELS] = {0};
     double *angle = malloc(film->settings.n * sizeof *angle);
     if (!angle)

@@ -71,7 +71,7 @@ static enum ad_status film_starts(struct film *film, struct ad_error *error)
     const struct rollout_options *o = film->options;
     struct hnn_filming filming = hnn_filming_published();
     const char *size = hnn_model_noted(film->model[0].model, "frame");
-    filming.trajectories = o->starts == OPTION_NO_COUNT ? 1 : o->starts;
+    filming.trajectories = option_count_or(o->starts, 1);
     filming.frames = 3;
     if (size)
         sscanf(size, "%zu x %zu", &filming.height, &filming.width);

@@ -102,7 +102,7 @@ static enum ad_status add_setting(struct settings *settings, const char *text,
     if (!equals || equals == text || !options_number(equals + 1, &value))
         return ad_fail(error, AD_E_ARGUMENT, "--set: expected NAME=VALUE with a number, got '%s'",
                        text);
-    struct setting *grown = realloc(settings->setting, (settings->n + 1) * sizeof *grown);
+    struct phys_setting *grown = realloc(settings->setting, (settings->n + 1) * sizeof *grown);
     if (grown)
         settings->setting = grown;
     char *name = strndup(text, (size_t)(equals - text));
@@ -110,7 +110,7 @@ static enum ad_status add_setting(struct settings *settings, const char *text,
         free(name);
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     }
-    settings->setting[settings->n++] = (struct setting){name, value};
+    settings->setting[settings->n++] = (struct phys_setting){name, value};
     return AD_OK;
 }
 
@@ -272,7 +272,7 @@ void options_free(const struct command_line *line, void *values)
             continue;
         struct settings *settings = at;
         for (size_t s = 0; s < settings->n; s++)
-            free(settings->setting[s].name);
+            free((char *)settings->setting[s].name);
         free(settings->setting);
         *settings = (struct settings){0};
     }

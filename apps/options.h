@@ -3,7 +3,7 @@
 #ifndef APPS_OPTIONS_H
 #define APPS_OPTIONS_H
 
-#include "../autodiff/autodiff.h"
+#include "../physics/physics.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -38,10 +38,7 @@ struct texts {
 /* NAME=VALUE as often as --set was given. */
 struct settings {
     size_t n;
-    struct setting {
-        char *name; /* owned */
-        double value;
-    } * setting;
+    struct phys_setting *setting; /* owned, and so are the names */
 };
 
 /* What every subcommand takes. */
@@ -78,6 +75,16 @@ const struct option *options_row(const struct command_line *line, size_t k);
 
 /* The text of --help. */
 void options_help(const struct command_line *line, FILE *out);
+
+/* What was given, else the other. */
+static inline double option_number_or(double given, double otherwise)
+{
+    return isnan(given) ? otherwise : given;
+}
+static inline size_t option_count_or(size_t given, size_t otherwise)
+{
+    return given == OPTION_NO_COUNT ? otherwise : given;
+}
 
 /* A number, all of `text`: false for anything else, infinities and NaN. */
 bool options_number(const char *text, double *value);

@@ -7,16 +7,6 @@
 
 enum { STORED = 200 }; /* paths in a run file, about */
 
-static size_t count_or(size_t given, size_t otherwise)
-{
-    return given != OPTION_NO_COUNT ? given : otherwise;
-}
-
-static double number_or(double given, double otherwise)
-{
-    return !isnan(given) ? given : otherwise;
-}
-
 /* ---- scene and parameters ---- */
 
 static enum ad_status choose_preset(const struct path_options *options, struct path_run *run,
@@ -37,12 +27,10 @@ static enum ad_status choose_preset(const struct path_options *options, struct p
 static enum ad_status set_parameters(const struct path_options *options, struct path_run *run,
                                      struct ad_error *error)
 {
-    for (size_t k = 0; run->preset && k < run->preset->n_set; k++)
-        phys_system_set(&run->system, run->preset->set[k].name, run->preset->set[k].value, error);
-    for (size_t k = 0; k < options->set.n && error->status == AD_OK; k++)
-        phys_system_set(&run->system, options->set.setting[k].name, options->set.setting[k].value,
-                        error);
-    return error->status;
+    if (run->preset &&
+        phys_system_set_all(&run->system, run->preset->n_set, run->preset->set, error) != AD_OK)
+        return error->status;
+    return phys_system_set_all(&run->system, options->set.n, options->set.setting, error);
 }
 
 /* ---- settings ---- */
@@ -67,19 +55,19 @@ static void choose_settings(const struct path_options *options, struct path_run 
     const struct phys_scene *scene = run->system.scene;
     const struct phys_preset *preset = run->preset, *paper = scene->paper;
     struct phys_path_settings *settings = &run->settings;
-    settings->slices = count_or(options->slices, preset ? preset->slices : scene->slices);
-    settings->dt = number_or(options->dt, preset ? preset->dt : scene->dt);
-    settings->steps = count_or(options->steps, paper ? paper->steps : 500);
+    settings->slices = option_count_or(options->slices, preset ? preset->slices : scene->slices);
+    settings->dt = option_number_or(options->dt, preset ? preset->dt : scene->dt);
+    settings->steps = option_count_or(options->steps, paper ? paper->steps : 500);
     settings->learning_rate =
-        number_or(options->learning_rate, paper ? paper->learning_rate : 1e-2);
-    settings->tolerance = number_or(options->grad_tolerance, 0);
+        option_number_or(options->learning_rate, paper ? paper->learning_rate : 1e-2);
+    settings->tolerance = option_number_or(options->grad_tolerance, 0);
     settings->momentum = options->momentum;
     settings->hold = options->hold;
-    settings->adam_steps = count_or(options->adam_steps, starts_on_line(run) ? 200 : 0);
+    settings->adam_steps = option_count_or(options->adam_steps, starts_on_line(run) ? 200 : 0);
     settings->threads = options->common.threads;
     settings->native = true;
     run->damping = preset ? preset->damping : 1;
-    run->every = count_or(options->every, (settings->steps + STORED - 1) / STORED);
+    run->every = option_count_or(options->every, (settings->steps + STORED - 1) / STORED);
     if (run->every == 0 && options->every == OPTION_NO_COUNT)
         run->every = 1; /* no steps at all: the start is stored */
 }
@@ -114,7 +102,7 @@ static enum ad_status choose_energy_loss(const struct path_options *options, str
 {
     bool published = run->preset && !is_exact(run) && !options->energy_loss;
     double otherwise = published ? run->preset->energy_weight : options->energy_loss ? 1 : 0;
-    run->settings.energy_weight = number_or(options->energy_weight, otherwise);
+    run->settings.energy_weight = option_number_or(options->energy_weight, otherwise);
     if (options->energy_loss && strcmp(options->energy_loss, "local") == 0)
         run->settings.energy_local = true;
     else if (options->energy_loss && strcmp(options->energy_loss, "global") != 0)
@@ -134,7 +122,7 @@ static void choose_noise(const struct path_options *options, struct path_run *ru
 {
     bool published = run->preset && (!options->init || strcmp(options->init, "ode") == 0);
     run->noise = published ? run->preset->noise : (struct phys_noise){.scale = 1};
-    run->noise.sigma = number_or(options->noise, run->noise.sigma);
+    run->noise.sigma = option_number_or(options->noise, run->noise.sigma);
 }
 
 static enum ad_status check_settings(const struct path_options *options, const struct path_run *run,

@@ -68,10 +68,7 @@ static enum ad_status open_scene(const struct preset *preset, struct quantum_run
         return error->status;
     for (size_t k = 0; k < 2 && preset->set[k].name; k++)
         phys_system_set(&run->system, preset->set[k].name, preset->set[k].value, error);
-    for (size_t k = 0; k < options->set.n && error->status == AD_OK; k++)
-        phys_system_set(&run->system, options->set.setting[k].name, options->set.setting[k].value,
-                        error);
-    return error->status;
+    return phys_system_set_all(&run->system, options->set.n, options->set.setting, error);
 }
 
 static enum ad_status read_packets(const struct preset *preset, struct quantum_run *run,
@@ -111,13 +108,6 @@ static enum ad_status read_walls(const char *text, enum qm_walls *walls, struct 
                 : AD_OK;
 }
 
-static double number_or(double given, double otherwise) { return isnan(given) ? otherwise : given; }
-
-static size_t count_or(size_t given, size_t otherwise)
-{
-    return given == OPTION_NO_COUNT ? otherwise : given;
-}
-
 static enum ad_status make_slice(const struct preset *preset, struct quantum_run *run,
                                  struct ad_error *error)
 {
@@ -128,15 +118,15 @@ static enum ad_status make_slice(const struct preset *preset, struct quantum_run
         return error->status;
     *slice = (struct qm_slice){
         .system = &run->system,
-        .grid = {box[0], box[1], count_or(options->points, preset->points)},
+        .grid = {box[0], box[1], option_count_or(options->points, preset->points)},
         .walls = preset->walls,
-        .absorb = number_or(options->absorb, 0),
-        .dt = number_or(options->dt, preset->dt),
+        .absorb = option_number_or(options->absorb, 0),
+        .dt = option_number_or(options->dt, preset->dt),
         .hbar = options->hbar,
         .threads = options->common.threads,
     };
-    run->steps = count_or(options->steps, preset->steps);
-    run->every = count_or(options->every, run->steps / 200 + 1);
+    run->steps = option_count_or(options->steps, preset->steps);
+    run->every = option_count_or(options->every, run->steps / 200 + 1);
     if (run->every == 0)
         return ad_fail(error, AD_E_ARGUMENT, "--every: expected at least 1, got 0");
     if (options->power != OPTION_NO_COUNT && options->power > 60)

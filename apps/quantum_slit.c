@@ -181,13 +181,13 @@ static enum ad_status setup(const struct quantum_options *options, struct slit *
         read_settings(&options->set, &s->setup, error) != AD_OK)
         return error->status;
     const struct slit_setup *p = &s->setup;
-    size_t n = options->points == OPTION_NO_COUNT ? POINTS : options->points;
+    size_t n = option_count_or(options->points, POINTS);
     double screen = p->speed * p->flight, spread = options->hbar * p->flight / (2 * p->mass);
     double half = 2 * layer + p->apart / 2 + 2 * hypot(p->sigma, spread / p->sigma);
     s->hbar = options->hbar;
     s->x = (struct qm_grid){start - 2 - layer, screen + 3 + layer, n};
     s->y = (struct qm_grid){-half, half, n};
-    s->steps = options->steps == OPTION_NO_COUNT ? STEPS : options->steps;
+    s->steps = option_count_or(options->steps, STEPS);
     if (s->steps == 0 || n < 4)
         return ad_fail(error, AD_E_ARGUMENT, "--%s: expected more", n < 4 ? "points" : "steps");
     s->every = s->steps / FRAMES + 1;

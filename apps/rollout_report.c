@@ -92,7 +92,7 @@ void rollout_print_json(const struct rollout_run *run)
     json_open(&json, stdout);
     json_text(&json, "integrator", s->integrator->name);
     json_text(&json, "truth", run->options->truth);
-    json_count(&json, "starts", starts == OPTION_NO_COUNT ? 1 : starts);
+    json_count(&json, "starts", option_count_or(starts, 1));
     json_count(&json, "points", s->n);
     json_number(&json, "time", s->t[s->n - 1] - s->t[0]);
     json_model(&json, run, &run->model[0]);

@@ -76,17 +76,13 @@ enum ad_status simulate_setup(const struct simulate_options *options, struct sim
 {
     *run = (struct simulate_run){.options = options};
     if (check(options, error) != AD_OK ||
-        phys_system_open(options->common.argument[0], &run->system, error) != AD_OK)
-        return error->status;
-    for (size_t k = 0; k < options->set.n; k++)
-        if (phys_system_set(&run->system, options->set.setting[k].name,
-                            options->set.setting[k].value, error) != AD_OK)
-            return error->status;
-    if (event_questions_read(&options->events, options->until, &run->system, &run->questions,
+        phys_system_open(options->common.argument[0], &run->system, error) != AD_OK ||
+        phys_system_set_all(&run->system, options->set.n, options->set.setting, error) != AD_OK ||
+        event_questions_read(&options->events, options->until, &run->system, &run->questions,
                              error) != AD_OK)
         return error->status;
     const struct phys_scene *scene = run->system.scene;
-    run->time = !isnan(options->time) ? options->time : (double)(scene->slices - 1) * scene->dt;
+    run->time = option_number_or(options->time, (double)(scene->slices - 1) * scene->dt);
     if (options->integrator)
         run->integrator = phys_integrator_find(options->integrator, error);
     if (options->data && (simulate_ephemeris(run, error) != AD_OK || run->model))

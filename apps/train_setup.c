@@ -185,18 +185,14 @@ static enum ad_status training_settings(struct train_run *run, struct ad_error *
     s->optimiser = hnn_optimiser_find(o->optimiser, error);
     s->schedule = hnn_schedule_find(o->schedule, error);
     s->learning_rate = o->learning_rate;
-    if (o->steps != OPTION_NO_COUNT)
-        s->steps = o->steps;
-    if (o->every != OPTION_NO_COUNT)
-        s->every = o->every;
-    if (!isnan(o->weight_decay))
-        s->weight_decay = o->weight_decay;
-    if (!isnan(o->average))
-        s->average = o->average;
+    s->steps = option_count_or(o->steps, s->steps);
+    s->every = option_count_or(o->every, s->every);
+    s->weight_decay = option_number_or(o->weight_decay, s->weight_decay);
+    s->average = option_number_or(o->average, s->average);
     s->momentum = o->momentum;
     s->rollout = o->rollout;
     s->dt = run->data.dt;
-    s->patience = o->patience == OPTION_NO_COUNT ? 0 : o->patience;
+    s->patience = option_count_or(o->patience, 0);
     s->seed = o->common.seed;
     s->threads = o->common.threads;
     s->progress = train_after_step;

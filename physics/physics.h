@@ -37,7 +37,7 @@ struct phys_param {
     size_t offset;
 };
 
-/* A parameter by name, for presets. */
+/* A parameter by name. */
 struct phys_setting {
     const char *name;
     double value;
@@ -133,6 +133,9 @@ void phys_system_close(struct phys_system *system);
  */
 enum ad_status phys_system_set(struct phys_system *system, const char *name, double value,
                                struct ad_error *error);
+/* Sets n parameters in their order, up to the first that is refused. */
+enum ad_status phys_system_set_all(struct phys_system *system, size_t n,
+                                   const struct phys_setting set[], struct ad_error *error);
 double phys_system_get(const struct phys_system *system, const char *name); /* NaN: no such name */
 /* Writes the name of coordinate k. */
 void phys_coordinate_name(const struct phys_system *system, size_t k, char *name, size_t size);

@@ -117,6 +117,15 @@ enum ad_status phys_system_set(struct phys_system *system, const char *name, dou
                    value, scene->params[k].what);
 }
 
+enum ad_status phys_system_set_all(struct phys_system *system, size_t n,
+                                   const struct phys_setting set[], struct ad_error *error)
+{
+    for (size_t k = 0; k < n; k++)
+        if (phys_system_set(system, set[k].name, set[k].value, error) != AD_OK)
+            return error->status;
+    return AD_OK;
+}
+
 double phys_system_get(const struct phys_system *system, const char *name)
 {
     for (size_t k = 0; k < system->scene->n_params; k++)
