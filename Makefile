@@ -69,7 +69,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests test check demo charts docs-pictures peers hnn-table bench lint format sanitize test-o1 mutants torture fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests test check demo charts docs-pictures peers hnn-table bench lint format sanitize test-o1 mutants torture recipes fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -93,6 +93,7 @@ help:
 	@echo '  test-o1    tests of the tape with kernels compiled plainly: the oracle'
 	@echo '  mutants    a flipped sign in any gradient rule must fail a test'
 	@echo '  torture    kills runs at random moments: files stay whole, training resumes'
+	@echo '  recipes    follows docs/recipes.md in a copy of the tree: minutes'
 	@echo '  fuzz       readers of files against libFuzzer (clang), FUZZ_SECONDS=10 each'
 	@echo '  install uninstall clean'
 
@@ -229,6 +230,9 @@ mutants: $(A)
 
 torture: all
 	@scripts/torture $(BUILD)/leastaction $(KILLS)
+
+recipes: all
+	@FULL=1 scripts/check-docs $(BUILD) docs/recipes.md
 
 # The library is instrumented too, so that the fuzzer sees which bytes lead where.
 fuzz:
