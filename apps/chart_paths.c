@@ -24,8 +24,13 @@ int chart_paths(const struct chart_settings *settings, struct ad_error *error)
     if (!memory)
         return ad_fail(error, AD_E_MEMORY, "out of memory"), command_status(error);
     json_open(&json, memory);
-    if (chart_rules(settings, &json, error) == AD_OK)
+    json_object(&json, "orders");
+    chart_rules(settings, &json, error);
+    json_end_object(&json);
+    json_object(&json, "distances");
+    if (error->status == AD_OK)
         chart_solvers(settings, &json, error);
+    json_end_object(&json);
     json_close(&json);
     fclose(memory);
     if (error->status == AD_OK && settings->json)
