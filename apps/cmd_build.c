@@ -5,6 +5,7 @@
 #include "../physics/physics.h"
 #include "../physics/whole.h"
 
+#include <errno.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -49,7 +50,8 @@ static enum ad_status find_headers(char folder[PATH_MAX], struct ad_error *error
             return AD_OK;
     }
     return ad_fail(error, AD_E_INPUT,
-                   "physics/physics.h is not near the command; --include FOLDER");
+                   "physics/physics.h is not near the command; expected --include FOLDER, which "
+                   "has it");
 }
 
 /* my_scene.c becomes my_scene.so; the caller frees. */
@@ -77,7 +79,8 @@ static enum ad_status compile(const char *source, const char *include, const cha
                                  to,         "-lm",
                                  NULL};
     if (access(source, R_OK) != 0)
-        return ad_fail(error, AD_E_INPUT, "%s: cannot be read", source);
+        return ad_fail(error, AD_E_INPUT, "%s: cannot be read: %s; expected a Lagrangian in C",
+                       source, strerror(errno));
     if (!ad_cc_find(&compiler, error))
         return error->status;
     if (ad_cc_run(&compiler, words, false) != 0)
@@ -86,13 +89,17 @@ static enum ad_status compile(const char *source, const char *include, const cha
     return AD_OK;
 }
 
-/* What was compiled is a scene. */
-static enum ad_status try_scene(const char *library, struct phys_system *system,
+/* What was compiled is a scene; if not, the source is to blame, not a file that will be gone. */
+static enum ad_status try_scene(const char *source, const char *library, struct phys_system *system,
                                 struct ad_error *error)
 {
     char path[PATH_MAX]; /* with a slash: a file, not the name of a scene */
-    snprintf(path, sizeof path, "%s%s", strchr(library, '/') ? "" : "./", library);
-    return phys_system_open(path, system, error);
+    struct ad_error why = {0};
+    int n = snprintf(path, sizeof path, "%s%s", strchr(library, '/') ? "" : "./", library);
+    if (phys_system_open(path, system, &why) == AD_OK)
+        return AD_OK;
+    const char *reason = strncmp(why.message, path, (size_t)n) == 0 ? why.message + n : why.message;
+    return ad_fail(error, why.status, "%s%s", source, reason);
 }
 
 static void report(const struct options *options, const struct phys_system *system, const char *out)
@@ -113,12 +120,12 @@ static int run(const void *values, struct ad_error *error)
     if (!out)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else if (strcmp(out, source) == 0)
-        ad_fail(error, AD_E_ARGUMENT, "--out names the source, %s", source);
+        ad_fail(error, AD_E_ARGUMENT, "--out names the source, %s; expected another file", source);
     else if ((options->include || find_headers(folder, error) == AD_OK) &&
              phys_whole_begin(&file, out, error) == AD_OK &&
              compile(source, options->include ? options->include : folder, file.temporary, error) ==
                  AD_OK &&
-             try_scene(file.temporary, &system, error) == AD_OK &&
+             try_scene(source, file.temporary, &system, error) == AD_OK &&
              phys_whole_commit(&file, error) == AD_OK)
         report(options, &system, out);
     phys_system_close(&system);

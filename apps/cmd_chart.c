@@ -3,8 +3,6 @@
 #include "charts.h"
 #include "../physics/physics.h"
 
-#include <string.h>
-
 struct options {
     struct common common;
     bool quick;
@@ -28,20 +26,20 @@ static const struct chart {
 
 enum { N_CHARTS = sizeof charts / sizeof *charts };
 
-static enum ad_status unknown(const char *name, struct ad_error *error)
+static const struct chart *find_chart(const char *name, struct ad_error *error)
 {
     const char *names[N_CHARTS];
     for (size_t k = 0; k < N_CHARTS; k++)
         names[k] = charts[k].name;
-    const char *nearest = phys_nearest(name, N_CHARTS, names);
-    return ad_fail(error, AD_E_ARGUMENT, "unknown chart '%s'; did you mean '%s'?", name,
-                   nearest ? nearest : names[0]);
+    size_t k = phys_find("chart", name, N_CHARTS, names, error);
+    return k < N_CHARTS ? &charts[k] : NULL;
 }
 
 static int run(const void *values, struct ad_error *error)
 {
     const struct options *options = values;
-    const char *name = options->common.argument[0];
+    static const char *const formats[] = {"svg", "png"};
+    const struct chart *chart = find_chart(options->common.argument[0], error);
     const struct chart_settings settings = {
         .folder = options->folder,
         .format = options->format,
@@ -52,15 +50,9 @@ static int run(const void *values, struct ad_error *error)
         .from = options->from,
         .days = options->days,
     };
-    if (strcmp(options->format, "svg") != 0 && strcmp(options->format, "png") != 0) {
-        ad_fail(error, AD_E_ARGUMENT, "--format: expected svg or png, got '%s'", options->format);
+    if (!chart || options_choose("format", options->format, 2, formats, error) == 2)
         return WRONG_USE;
-    }
-    for (size_t k = 0; k < N_CHARTS; k++)
-        if (strcmp(name, charts[k].name) == 0)
-            return charts[k].draw(&settings, error);
-    unknown(name, error);
-    return WRONG_USE;
+    return chart->draw(&settings, error);
 }
 
 #define AT(member) offsetof(struct options, member)

@@ -89,7 +89,11 @@ static enum ad_status find_points(const struct phys_system *system, const struct
     if (slices < 3)
         return ad_fail(error, AD_E_ARGUMENT, "--slices: expected at least 3, got %zu", slices);
     if (!(dt > 0))
-        return ad_fail(error, AD_E_ARGUMENT, "--dt: expected more than 0, got %g", dt);
+        return ad_fail(error, AD_E_ARGUMENT, "--dt: expected more than 0, such as 0.01, got %g",
+                       dt);
+    if (!(options->tolerance > 0))
+        return ad_fail(error, AD_E_ARGUMENT, "--tol: expected more than 0, such as 1e-6, got %g",
+                       options->tolerance);
     double *path = calloc(system->dof, slices * sizeof *path);
     if (!path)
         return ad_fail(error, AD_E_MEMORY, "out of memory");

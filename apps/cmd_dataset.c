@@ -152,21 +152,22 @@ static enum ad_status check_out(const char *name, struct ad_error *error)
     return error->status;
 }
 
-/* The table of tasks knows motions alone. */
-static enum ad_status mention_pixels(const char *name, struct ad_error *error)
+/* A task of motion from the table; NULL, without an error, is "pixels". */
+static const struct hnn_task *find_task(const char *name, struct ad_error *error)
 {
-    if (!phys_nearest(name, 1, (const char *const[]){"pixels"}))
-        return error->status;
-    *error = (struct ad_error){0};
-    return ad_fail(error, AD_E_ARGUMENT, "unknown task '%s'; did you mean 'pixels'?", name);
+    const char *names[16];
+    size_t n = 0;
+    for (; hnn_tasks[n] && n + 1 < sizeof names / sizeof *names; n++)
+        names[n] = hnn_tasks[n]->name;
+    names[n] = "pixels";
+    size_t k = phys_find("task", name, n + 1, names, error);
+    return k < n ? hnn_tasks[k] : NULL;
 }
 
-static enum ad_status observe(const struct dataset_options *options, struct ad_error *error)
+static enum ad_status observe(const struct hnn_task *task, const struct dataset_options *options,
+                              struct ad_error *error)
 {
-    const struct hnn_task *task = hnn_task_find(options->common.argument[0], error);
     struct hnn_observations observations = {0};
-    if (!task)
-        return mention_pixels(options->common.argument[0], error);
     struct hnn_sampling sampling = sampling_of(task, options);
     double start = ad_now();
     if (hnn_task_observe(task, &sampling, options->common.seed, &observations, error) == AD_OK) {
@@ -219,16 +220,18 @@ static enum ad_status check_options(const struct dataset_options *options, bool 
     for (size_t k = first; k < end; k++)
         if (given(options, &table[k]))
             return ad_fail(error, AD_E_ARGUMENT, "--%s is %s", table[k].name,
-                           pixels ? "not for pixels" : "for pixels alone");
+                           pixels ? "not for pixels; leave it out"
+                                  : "for pixels alone; leave it out");
     return AD_OK;
 }
 
 static int run(const void *values, struct ad_error *error)
 {
     const struct dataset_options *options = values;
-    bool pixels = strcmp(options->common.argument[0], "pixels") == 0;
-    if (check_options(options, pixels, error) == AD_OK && check_out(options->out, error) == AD_OK)
-        (pixels ? dataset_pixels : observe)(options, error);
+    const struct hnn_task *task = find_task(options->common.argument[0], error);
+    if (error->status == AD_OK && check_options(options, !task, error) == AD_OK &&
+        check_out(options->out, error) == AD_OK)
+        task ? observe(task, options, error) : dataset_pixels(options, error);
     return command_status(error);
 }
 

@@ -217,8 +217,10 @@ static enum ad_status dataset(phys_runfile *file, const struct options *options,
 {
     struct phys_runfile_item item;
     struct table table = {.item = &item, .rows = 1, .columns = 1};
-    if (phys_runfile_shape(file, options->dataset, &item, error) != AD_OK)
-        return error->status;
+    struct ad_error why = {0};
+    if (phys_runfile_shape(file, options->dataset, &item, &why) != AD_OK)
+        return ad_fail(error, why.status, "%s; leastaction dump %s lists all", why.message,
+                       options->common.argument[0]);
     if (item.rank < 1 || item.rank > 3)
         return ad_fail(error, AD_E_INPUT, "%s: '%s' has %zu dimensions, expected 1 to 3",
                        options->common.argument[0], options->dataset, item.rank);

@@ -50,12 +50,15 @@ static int run(const void *values, struct ad_error *error)
     const struct quantum_options *options = values;
     struct quantum_run run;
     int status = WRONG_USE;
-    if (options->preset && strcmp(options->preset, "paper") != 0) {
-        ad_fail(error, AD_E_ARGUMENT, "--preset: expected paper, got '%s'", options->preset);
+    if (options->preset)
+        return options_choose("preset", options->preset, 1, (const char *const[]){"paper"},
+                              error) == 0
+                   ? quantum_paper(options, error)
+                   : WRONG_USE;
+    if (options->scale != 1) {
+        ad_fail(error, AD_E_ARGUMENT, "--scale needs --preset paper, whose scale it is");
         return WRONG_USE;
     }
-    if (options->preset)
-        return quantum_paper(options, error);
     if (strcmp(options->scene, "double-slit") == 0)
         return quantum_slit(options, error);
     if (quantum_setup(options, &run, error) == AD_OK)

@@ -90,7 +90,7 @@ static int run(const struct command *command, int argc, char *const argv[], stru
 int command_main(int argc, char *argv[])
 {
     if (argc < 2) {
-        fputs("leastaction: missing subcommand; --help lists them\n", stderr);
+        fputs("leastaction: missing subcommand; leastaction --help lists them\n", stderr);
         return WRONG_USE;
     }
     if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) {

@@ -2,8 +2,6 @@
 #include "command.h"
 #include "../physics/physics.h"
 
-#include <string.h>
-
 const struct command *const commands[] = {
 #define COMMAND(name) &command_##name,
 #include "commands.def"
@@ -12,19 +10,11 @@ const struct command *const commands[] = {
 
 const struct command *command_find(const char *name, struct ad_error *error)
 {
-    const char *names[sizeof commands / sizeof *commands], *nearest;
+    const char *names[sizeof commands / sizeof *commands];
     size_t n = 0;
-    for (; commands[n]; n++) {
-        if (strcmp(name, commands[n]->line.name) == 0)
-            return commands[n];
+    for (; commands[n]; n++)
         names[n] = commands[n]->line.name;
-    }
-    nearest = phys_nearest(name, n, names);
-    if (nearest)
-        ad_fail(error, AD_E_ARGUMENT, "unknown subcommand '%s'; did you mean '%s'?", name, nearest);
-    else
-        ad_fail(error, AD_E_ARGUMENT, "unknown subcommand '%s'; --help lists them", name);
-    return NULL;
+    return commands[phys_find("subcommand", name, n, names, error)]; /* NULL behind the last */
 }
 
 int command_status(const struct ad_error *error)

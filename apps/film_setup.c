@@ -31,7 +31,7 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
         {o->points != OPTION_NO_COUNT, "--points: a model of pixels gives every frame; --time N"},
         {!isnan(o->time) && !(o->time >= 2 && o->time <= 1e6 && o->time == floor(o->time)),
          "--time: expected a number of frames, 2 to 1e6"},
-        {adds != !isnan(o->at), "--add-energy DE and --at T: give both or none"},
+        {adds != !isnan(o->at), "--add-energy DE and --at T: expected both or none"},
         {many &&
              (adds || o->reverse || o->trial || o->common.out || o->common.csv || o->common.plot),
          "--starts: expected no --trial, --reverse, --add-energy, --out, --csv or --plot"},

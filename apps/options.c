@@ -69,7 +69,8 @@ static enum ad_status unknown(const struct command_line *line, const char *name,
     if (nearest)
         return ad_fail(error, AD_E_ARGUMENT, "unknown option --%s; did you mean --%s?", given,
                        nearest);
-    return ad_fail(error, AD_E_ARGUMENT, "unknown option --%s; --help lists them", given);
+    return ad_fail(error, AD_E_ARGUMENT, "unknown option --%s; leastaction %s --help lists them",
+                   given, line->name);
 }
 
 /* ---- values ---- */
@@ -100,8 +101,8 @@ static enum ad_status add_setting(struct settings *settings, const char *text,
     const char *equals = strchr(text, '=');
     double value;
     if (!equals || equals == text || !options_number(equals + 1, &value))
-        return ad_fail(error, AD_E_ARGUMENT, "--set: expected NAME=VALUE with a number, got '%s'",
-                       text);
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--set: expected NAME=VALUE with a number, as in mass=1.5, got '%s'", text);
     struct phys_setting *grown = realloc(settings->setting, (settings->n + 1) * sizeof *grown);
     if (grown)
         settings->setting = grown;
@@ -124,11 +125,10 @@ static enum ad_status add_text(struct texts *texts, const char *text, struct ad_
     return AD_OK;
 }
 
-static const char *const expected[] = {
-    [OPTION_TEXT] = "a text",
-    [OPTION_NUMBER] = "a number",
-    [OPTION_COUNT] = "a whole number",
-    [OPTION_SEED] = "a whole number",
+static const char *const kinds[] = {
+    [OPTION_NUMBER] = "a number such as 0.5",
+    [OPTION_COUNT] = "a whole number such as 10",
+    [OPTION_SEED] = "a whole number such as 10",
 };
 
 /* Stores `text` as the value of an option. */
@@ -144,7 +144,6 @@ static enum ad_status store(const struct option *option, const char *text, char 
         break;
     case OPTION_TEXT:
         *(const char **)at = text;
-        right = *text != '\0';
         break;
     case OPTION_NUMBER:
         right = options_number(text, at);
@@ -164,7 +163,7 @@ static enum ad_status store(const struct option *option, const char *text, char 
     if (right)
         return AD_OK;
     return ad_fail(error, AD_E_ARGUMENT, "--%s: expected %s, got '%s'", option->name,
-                   expected[option->kind], text);
+                   kinds[option->kind], text);
 }
 
 /* What an option holds until it is given. */
@@ -180,7 +179,30 @@ static void store_default(const struct option *option, char *values)
         store(option, option->fallback, values, &error);
 }
 
+size_t options_choose(const char *option, const char *given, size_t n, const char *const names[],
+                      struct ad_error *error)
+{
+    char all[160] = "";
+    for (size_t k = 0; k < n; k++) {
+        if (strcmp(given, names[k]) == 0)
+            return k;
+        snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s",
+                 k == 0      ? ""
+                 : k + 1 < n ? ", "
+                             : " or ",
+                 names[k]);
+    }
+    ad_fail(error, AD_E_ARGUMENT, "--%s: expected %s, got '%s'", option, all, given);
+    return n;
+}
+
 /* ---- words ---- */
+
+static enum ad_status needs_value(const struct option *option, struct ad_error *error)
+{
+    return ad_fail(error, AD_E_ARGUMENT, "--%s needs a value: --%s %s", option->name, option->name,
+                   option->placeholder);
+}
 
 static enum ad_status parse_option(const struct command_line *line, int argc, char *const argv[],
                                    int *word, char *values, struct ad_error *error)
@@ -192,23 +214,34 @@ static enum ad_status parse_option(const struct command_line *line, int argc, ch
         return unknown(line, name, length, error);
     if (option->kind == OPTION_FLAG) {
         if (equals)
-            return ad_fail(error, AD_E_ARGUMENT, "--%s takes no value", option->name);
+            return ad_fail(error, AD_E_ARGUMENT, "--%s takes no value, got '%s'; give it alone",
+                           option->name, equals + 1);
         return store(option, "", values, error);
     }
-    if (equals)
-        return store(option, equals + 1, values, error);
-    if (*word + 1 >= argc || strncmp(argv[*word + 1], "--", 2) == 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--%s needs a value: --%s %s", option->name,
-                       option->name, option->placeholder);
-    return store(option, argv[++*word], values, error);
+    if (!equals && (*word + 1 >= argc || strncmp(argv[*word + 1], "--", 2) == 0))
+        return needs_value(option, error);
+    const char *value = equals ? equals + 1 : argv[++*word];
+    return *value ? store(option, value, values, error) : needs_value(option, error);
+}
+
+/* "leastaction path SCENE [options]" */
+static void usage(const struct command_line *line, size_t size, char *text)
+{
+    size_t used = (size_t)snprintf(text, size, "leastaction %s", line->name);
+    for (size_t k = 0; k < COUNT(line->arguments) && line->arguments[k] && used < size; k++)
+        used += (size_t)snprintf(text + used, size - used, " %s", line->arguments[k]);
+    if (used < size)
+        snprintf(text + used, size - used, " [options]");
 }
 
 static enum ad_status parse_argument(const struct command_line *line, const char *word,
                                      struct common *common, struct ad_error *error)
 {
     size_t k = common->n_arguments;
+    char form[128];
+    usage(line, sizeof form, form);
     if (k >= COUNT(common->argument) || !line->arguments[k])
-        return ad_fail(error, AD_E_ARGUMENT, "unexpected argument '%s'", word);
+        return ad_fail(error, AD_E_ARGUMENT, "unexpected argument '%s'; expected: %s", word, form);
     common->argument[common->n_arguments++] = word;
     return AD_OK;
 }
@@ -221,7 +254,8 @@ static enum ad_status check_outputs(const struct common *common, struct ad_error
     for (size_t a = 0; a < COUNT(files); a++)
         for (size_t b = a + 1; b < COUNT(files); b++)
             if (files[a] && files[b] && strcmp(files[a], files[b]) == 0)
-                return ad_fail(error, AD_E_ARGUMENT, "--%s and --%s name the same file, '%s'",
+                return ad_fail(error, AD_E_ARGUMENT,
+                               "--%s and --%s name the same file, '%s'; expected a file for each",
                                names[a], names[b], files[a]);
     return AD_OK;
 }
@@ -229,11 +263,14 @@ static enum ad_status check_outputs(const struct common *common, struct ad_error
 static enum ad_status check_arguments(const struct command_line *line, const struct common *common,
                                       struct ad_error *error)
 {
+    char form[128];
+    usage(line, sizeof form, form);
     for (size_t k = common->n_arguments; k < COUNT(line->arguments) && line->arguments[k]; k++)
         if (line->arguments[k][0] != '[')
-            return ad_fail(error, AD_E_ARGUMENT, "missing argument %s", line->arguments[k]);
+            return ad_fail(error, AD_E_ARGUMENT, "missing argument %s; expected: %s",
+                           line->arguments[k], form);
     if (common->threads == 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--threads: expected at least 1, got '0'");
+        return ad_fail(error, AD_E_ARGUMENT, "--threads: expected at least 1, got 0");
     return check_outputs(common, error);
 }
 

@@ -86,6 +86,11 @@ static inline size_t option_count_or(size_t given, size_t otherwise)
     return given == OPTION_NO_COUNT ? otherwise : given;
 }
 
+/* Index of the value of an option that is one of names[0..n-1]; n, and an AD_E_ARGUMENT that lists
+   them, if it is none. */
+size_t options_choose(const char *option, const char *given, size_t n, const char *const names[],
+                      struct ad_error *error);
+
 /* A number, all of `text`: false for anything else, infinities and NaN. */
 bool options_number(const char *text, double *value);
 

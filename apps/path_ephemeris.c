@@ -25,10 +25,11 @@ static enum ad_status refuse(const struct path_options *options, bool ephemeris,
     };
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
         if (rows[k].given && !ephemeris)
-            return ad_fail(error, AD_E_ARGUMENT, "--%s: only for the scene ephemeris",
-                           rows[k].name);
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "--%s is for the scene ephemeris alone; leave it out", rows[k].name);
         if (rows[k].given && rows[k].needs_data && !options->data)
-            return ad_fail(error, AD_E_ARGUMENT, "--%s needs --data DIR", rows[k].name);
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "--%s needs --data DIR, a folder of Horizons tables", rows[k].name);
     }
     if (options->dims != OPTION_NO_COUNT && options->dims != 2 && options->dims != 3)
         return ad_fail(error, AD_E_ARGUMENT, "--dims: expected 2 or 3, got %zu", options->dims);

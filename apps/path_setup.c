@@ -15,11 +15,11 @@ static enum ad_status choose_preset(const struct path_options *options, struct p
     const struct phys_scene *scene = run->system.scene;
     if (!options->preset)
         return AD_OK;
-    if (strcmp(options->preset, "paper") != 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--preset: expected paper, got '%s'", options->preset);
+    if (options_choose("preset", options->preset, 1, (const char *const[]){"paper"}, error) != 0)
+        return error->status;
     if (!scene->paper)
-        return ad_fail(error, AD_E_ARGUMENT, "--preset paper: scene %s is not in the paper",
-                       scene->name);
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--preset paper: scene %s is not in the paper; leave it out", scene->name);
     run->preset = scene->paper;
     return AD_OK;
 }
@@ -78,14 +78,13 @@ static enum ad_status choose_solver(const struct path_options *options, struct p
     bool newton = path_wants_all(options) || run->system.scene->free_time;
     const char *name = options->solver ? options->solver : default_solver(options, run);
     run->solver = phys_solver_find(newton ? "newton" : name, error);
-    if (path_wants_all(options) && strcmp(options->ends, "both") != 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--all: with --ends %s there is one answer",
-                       options->ends);
-    if (strcmp(options->ends, "start") == 0)
+    static const char *const ends[] = {"both", "start"};
+    bool start = options_choose("ends", options->ends, 2, ends, error) == 1;
+    if (path_wants_all(options) && start)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--all: with --ends start there is one answer; leave out one of them");
+    if (start)
         run->solver = &phys_solver_march;
-    else if (strcmp(options->ends, "both") != 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--ends: expected both or start, got '%s'",
-                       options->ends);
     return error->status;
 }
 
@@ -103,18 +102,16 @@ static enum ad_status choose_energy_loss(const struct path_options *options, str
     bool published = run->preset && !is_exact(run) && !options->energy_loss;
     double otherwise = published ? run->preset->energy_weight : options->energy_loss ? 1 : 0;
     run->settings.energy_weight = option_number_or(options->energy_weight, otherwise);
-    if (options->energy_loss && strcmp(options->energy_loss, "local") == 0)
-        run->settings.energy_local = true;
-    else if (options->energy_loss && strcmp(options->energy_loss, "global") != 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--energy-loss: expected global or local, got '%s'",
-                       options->energy_loss);
+    static const char *const kinds[] = {"global", "local"};
+    if (options->energy_loss)
+        run->settings.energy_local =
+            options_choose("energy-loss", options->energy_loss, 2, kinds, error) == 1;
     if (is_exact(run) && run->settings.energy_weight != 0)
-        return ad_fail(
-            error, AD_E_ARGUMENT,
-            "--energy-weight: %s finds a stationary path of the action itself; take adam, "
-            "sgd or lbfgs for a penalty",
-            run->solver->name);
-    return AD_OK;
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--energy-%s: %s finds a stationary path of the action itself; take adam, "
+                       "sgd or lbfgs for a penalty",
+                       options->energy_loss ? "loss" : "weight", run->solver->name);
+    return error->status;
 }
 
 /* The published noise belongs to the preset's own start; a sigma given replaces its size. */
@@ -133,9 +130,10 @@ static enum ad_status check_settings(const struct path_options *options, const s
         return ad_fail(error, AD_E_ARGUMENT, "--slices: expected at least 3, got %zu",
                        settings->slices);
     if (!(settings->dt > 0))
-        return ad_fail(error, AD_E_ARGUMENT, "--dt: expected more than 0, got %g", settings->dt);
+        return ad_fail(error, AD_E_ARGUMENT, "--dt: expected more than 0, such as 0.01, got %g",
+                       settings->dt);
     if (!(settings->learning_rate > 0))
-        return ad_fail(error, AD_E_ARGUMENT, "--lr: expected more than 0, got %g",
+        return ad_fail(error, AD_E_ARGUMENT, "--lr: expected more than 0, such as 0.01, got %g",
                        settings->learning_rate);
     if (!(settings->tolerance >= 0))
         return ad_fail(error, AD_E_ARGUMENT, "--grad-tol: expected at least 0, got %g",

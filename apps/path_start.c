@@ -32,11 +32,12 @@ static double *read_path(const struct path_run *run, const char *file, struct ad
     if (phys_table_read(file, &rows, &columns, &table, error) != AD_OK)
         return NULL;
     if (columns != dof)
-        ad_fail(error, AD_E_INPUT, "%s: %zu columns, expected the %zu coordinates of %s", file,
-                columns, dof, run->system.scene->name);
+        ad_fail(error, AD_E_INPUT, "%s: %zu columns, expected one for each coordinate of %s: %zu",
+                file, columns, run->system.scene->name, dof);
     else if (rows != slices)
-        ad_fail(error, AD_E_INPUT, "%s: %zu rows, expected %zu slices (--slices)", file, rows,
-                slices);
+        ad_fail(error, AD_E_INPUT,
+                "%s: %zu rows, expected one for each slice: %zu; or give --slices %zu", file, rows,
+                slices, rows);
     else
         path = path_new(run, error);
     for (size_t k = 0; path && k < dof; k++)

@@ -59,13 +59,29 @@ enum ad_status quantum_numbers(const char *option, const char *text, size_t n, d
 
 /* ---- the scene ---- */
 
+/* Scenes have other names elsewhere: those of this subcommand are suggested first. */
+static enum ad_status mention_presets(const char *name, struct ad_error *error)
+{
+    enum { N = sizeof presets / sizeof *presets };
+    const char *names[N + 1];
+    for (size_t k = 0; k < N; k++)
+        names[k] = presets[k].name;
+    names[N] = "double-slit";
+    const char *nearest = phys_nearest(name, N + 1, names);
+    if (nearest && error->status == AD_E_ARGUMENT) {
+        *error = (struct ad_error){0};
+        ad_fail(error, AD_E_ARGUMENT, "no scene '%s'; did you mean '%s'?", name, nearest);
+    }
+    return error->status;
+}
+
 static enum ad_status open_scene(const struct preset *preset, struct quantum_run *run,
                                  struct ad_error *error)
 {
     const struct quantum_options *options = run->options;
     const char *name = preset->scene ? preset->scene : run->name;
     if (phys_system_open(name, &run->system, error) != AD_OK)
-        return error->status;
+        return mention_presets(name, error);
     for (size_t k = 0; k < 2 && preset->set[k].name; k++)
         phys_system_set(&run->system, preset->set[k].name, preset->set[k].value, error);
     return phys_system_set_all(&run->system, options->set.n, options->set.setting, error);
@@ -85,7 +101,8 @@ static enum ad_status read_packets(const struct preset *preset, struct quantum_r
         if (quantum_numbers("packet", given->text[k], 3, x, error) != AD_OK)
             return error->status;
         if (!(x[1] > 0))
-            return ad_fail(error, AD_E_ARGUMENT, "--packet %s: expected a width above 0",
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "--packet %s: expected a width above 0, the second number",
                            given->text[k]);
         run->packet[k] = (struct qm_gaussian){x[0], x[1], x[2]};
     }
@@ -98,14 +115,10 @@ static enum ad_status read_walls(const char *text, enum qm_walls *walls, struct 
 {
     static const char *const names[] = {
         [QM_OPEN] = "open", [QM_REFLECT] = "reflect", [QM_RING] = "ring"};
-    for (size_t k = 0; text && k < sizeof names / sizeof *names; k++)
-        if (strcmp(text, names[k]) == 0) {
-            *walls = (enum qm_walls)k;
-            return AD_OK;
-        }
-    return text ? ad_fail(error, AD_E_ARGUMENT, "--walls: expected open, reflect or ring, got '%s'",
-                          text)
-                : AD_OK;
+    if (text)
+        *walls = (enum qm_walls)options_choose("walls", text, sizeof names / sizeof *names, names,
+                                               error);
+    return error->status;
 }
 
 static enum ad_status make_slice(const struct preset *preset, struct quantum_run *run,

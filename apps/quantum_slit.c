@@ -33,18 +33,16 @@ static const struct phys_param params[] = {
 static enum ad_status read_settings(const struct settings *set, struct slit_setup *setup,
                                     struct ad_error *error)
 {
-    size_t n = sizeof params / sizeof *params;
-    for (size_t k = 0; k < n; k++)
+    enum { N = sizeof params / sizeof *params };
+    const char *names[N];
+    for (size_t k = 0; k < N; k++) {
         *(double *)((char *)setup + params[k].offset) = params[k].value;
+        names[k] = params[k].name;
+    }
     for (size_t s = 0; s < set->n; s++) {
-        size_t k = 0;
-        while (k < n && strcmp(params[k].name, set->setting[s].name) != 0)
-            k++;
-        if (k == n)
-            return ad_fail(error, AD_E_ARGUMENT,
-                           "no parameter of double-slit '%s'; expected one of: apart, sigma, "
-                           "speed, flight, m",
-                           set->setting[s].name);
+        size_t k = phys_find("parameter of double-slit", set->setting[s].name, N, names, error);
+        if (k == N)
+            return AD_E_ARGUMENT;
         if (!(set->setting[s].value > 0))
             return ad_fail(error, AD_E_ARGUMENT, "double-slit: %s is %g, expected more than 0",
                            params[k].name, set->setting[s].value);
@@ -189,7 +187,8 @@ static enum ad_status setup(const struct quantum_options *options, struct slit *
     s->y = (struct qm_grid){-half, half, n};
     s->steps = option_count_or(options->steps, STEPS);
     if (s->steps == 0 || n < 4)
-        return ad_fail(error, AD_E_ARGUMENT, "--%s: expected more", n < 4 ? "points" : "steps");
+        return ad_fail(error, AD_E_ARGUMENT, "--%s: expected at least %d",
+                       n < 4 ? "points" : "steps", n < 4 ? 4 : 1);
     s->every = s->steps / FRAMES + 1;
     s->dt = (screen - start) / p->speed / (double)s->steps;
     if (p->speed * s->dt > 2 * thickness)

@@ -17,12 +17,15 @@ static enum ad_status check_numbers(const struct rollout_options *o, struct ad_e
 {
     const struct {
         const char *name;
-        double value;
-    } positive[] = {{"time", o->time}, {"dt", o->dt}, {"rtol", o->rtol}, {"strength", o->strength}};
+        double value, example;
+    } positive[] = {{"time", o->time, 20},
+                    {"dt", o->dt, 0.01},
+                    {"rtol", o->rtol, 1e-9},
+                    {"strength", o->strength, 1}};
     for (size_t k = 0; k < sizeof positive / sizeof *positive; k++)
         if (!isnan(positive[k].value) && !(positive[k].value > 0))
-            return ad_fail(error, AD_E_ARGUMENT, "--%s: expected more than 0, got %g",
-                           positive[k].name, positive[k].value);
+            return ad_fail(error, AD_E_ARGUMENT, "--%s: expected more than 0, such as %g, got %g",
+                           positive[k].name, positive[k].example, positive[k].value);
     if (o->points < 2)
         return ad_fail(error, AD_E_ARGUMENT, "--points: expected at least 2, got %zu", o->points);
     if (o->starts == 0)
@@ -38,9 +41,11 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
         bool wrong;
         const char *what;
     } rule[] = {
-        {adds != !isnan(o->at), "--add-energy DE and --at T: give both or none"},
-        {!isnan(o->dt) && !isnan(o->rtol), "--dt and --rtol: give one of them"},
-        {!isnan(o->dt) && !o->integrator, "--dt needs --integrator NAME"},
+        {adds != !isnan(o->at), "--add-energy DE and --at T: expected both or none"},
+        {!isnan(o->dt) && !isnan(o->rtol),
+         "--dt and --rtol: expected one of them; leave the other out"},
+        {!isnan(o->dt) && !o->integrator,
+         "--dt needs --integrator NAME, one with fixed steps such as rk4"},
         {many && !o->truth, "--starts needs --truth TASK, whose starts they are"},
         {many && (o->x0 || o->reverse || adds || c->out || c->csv || c->plot),
          "--starts: expected no --x0, --reverse, --add-energy, --out, --csv or --plot"},
@@ -65,7 +70,8 @@ enum ad_status rollout_steps(const struct rollout_options *o, struct hnn_rollout
         return ad_fail(error, AD_E_ARGUMENT, "--rtol: %s has steps of one length; give --dt DT",
                        name);
     if (isnan(o->dt) && !s->integrator->adaptive)
-        return ad_fail(error, AD_E_ARGUMENT, "--integrator %s needs --dt DT", name);
+        return ad_fail(error, AD_E_ARGUMENT, "--integrator %s needs --dt DT, such as --dt 0.01",
+                       name);
     s->dt = o->dt;
     s->rtol = isnan(o->rtol) ? 0 : o->rtol;
     s->add = isnan(o->add_energy) ? 0 : o->add_energy;
@@ -103,8 +109,9 @@ static enum ad_status use_energy(struct rollout_run *run, const char *name, stru
     if (isnan(strength))
         strength = task->published.strength;
     if (2 * task->dof != run->model[0].ode.n)
-        return ad_fail(error, AD_E_ARGUMENT, "%s has %zu coordinates and momenta, the model %zu",
-                       name, 2 * task->dof, run->model[0].ode.n);
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s has %zu coordinates and momenta, the model %zu; expected as many", name,
+                       2 * task->dof, run->model[0].ode.n);
     return hnn_task_ode(task, strength, &run->energy, error);
 }
 
@@ -137,7 +144,7 @@ static enum ad_status find_truth(struct rollout_run *run, struct ad_error *error
         return AD_OK;
     run->task = hnn_task_find(o->truth, &unknown);
     if (run->task && o->energy)
-        return ad_fail(error, AD_E_ARGUMENT, "--energy: %s has its own", o->truth);
+        return ad_fail(error, AD_E_ARGUMENT, "--energy: %s has its own; leave it out", o->truth);
     if (run->task)
         return use_energy(run, o->truth, error);
     if (access(o->truth, R_OK) != 0)
@@ -163,8 +170,10 @@ static enum ad_status choose_start(struct rollout_run *run, struct ad_error *err
     else if (run->task)
         hnn_task_start(run->task, o->strength, o->common.seed, run->x0);
     else
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "missing --x0: %zu numbers, or --truth that gives a start", states);
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "missing --x0, %zu numbers with commas between; or --truth, which gives a start",
+            states);
     return AD_OK;
 }
 

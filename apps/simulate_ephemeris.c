@@ -26,7 +26,8 @@ static enum ad_status check(const struct simulate_run *run, struct ad_error *err
         {"rough", choosing && o->rough, "--tol chooses the model, and with it the bodies"},
     };
     if (strcmp(run->system.scene->name, "ephemeris") != 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--data: only for the scene ephemeris");
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--data is for the scene ephemeris alone; leave it out");
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
         if (rows[k].given)
             return ad_fail(error, AD_E_ARGUMENT, "--%s with --data: %s", rows[k].name,

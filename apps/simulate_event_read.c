@@ -112,8 +112,8 @@ static enum ad_status read_event(const struct phys_system *system, const char *t
     event->direction = text[length] == '>' ? 1 : text[length] == '<' ? -1 : 0;
     if (!text[length] || !options_number(text + length + 1, &event->value))
         return ad_fail(error, AD_E_ARGUMENT,
-                       "event '%s': expected QUANTITY=VALUE, or > where it rises and < where it "
-                       "falls",
+                       "event '%s': expected QUANTITY=VALUE such as energy=1, or > where it rises "
+                       "and < where it falls",
                        text);
     snprintf(name, sizeof name, "%.*s", (int)length, text);
     if (read_quantity(system, name, event))

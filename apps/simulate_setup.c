@@ -11,26 +11,29 @@ static enum ad_status check(const struct simulate_options *options, struct ad_er
 {
     const struct {
         const char *name;
-        double value;
-    } positive[] = {{"dt", options->dt},
-                    {"tol", options->tolerance},
-                    {"time", options->time},
-                    {"horizon", options->horizon}};
+        double value, example;
+    } positive[] = {{"dt", options->dt, 0.01},
+                    {"tol", options->tolerance, 1e-9},
+                    {"time", options->time, 10},
+                    {"horizon", options->horizon, 1e-6}};
     for (size_t k = 0; k < sizeof positive / sizeof *positive; k++)
         if (!isnan(positive[k].value) && !(positive[k].value > 0))
-            return ad_fail(error, AD_E_ARGUMENT, "--%s: expected more than 0, got %g",
-                           positive[k].name, positive[k].value);
+            return ad_fail(error, AD_E_ARGUMENT, "--%s: expected more than 0, such as %g, got %g",
+                           positive[k].name, positive[k].example, positive[k].value);
     if (options->horizon >= simulate_lost)
         return ad_fail(error, AD_E_ARGUMENT, "--horizon: expected less than %g, got %g",
                        simulate_lost, options->horizon);
     if (!isnan(options->dt) && !isnan(options->tolerance))
-        return ad_fail(error, AD_E_ARGUMENT, "--dt and --tol: give one of them");
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--dt and --tol: expected one of them; leave the other out");
     if (!isnan(options->dt) && !options->integrator)
-        return ad_fail(error, AD_E_ARGUMENT, "--dt needs --integrator NAME");
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--dt needs --integrator NAME, one with fixed steps such as rk4");
     if (options->every != OPTION_NO_COUNT && options->samples != OPTION_NO_COUNT)
-        return ad_fail(error, AD_E_ARGUMENT, "--every and --samples: give one of them");
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--every and --samples: expected one of them; leave the other out");
     if (!options->data && (options->from || options->rough || options->days != OPTION_NO_COUNT))
-        return ad_fail(error, AD_E_ARGUMENT, "--%s needs --data DIR",
+        return ad_fail(error, AD_E_ARGUMENT, "--%s needs --data DIR, a folder of Horizons tables",
                        options->from    ? "from"
                        : options->rough ? "rough"
                                         : "days");

@@ -14,7 +14,8 @@ static enum ad_status check_options(const struct train_options *o, struct ad_err
                   {"normalise", o->normalise}, {"dt", !isnan(o->dt)}, {"rollout", o->rollout}};
     for (size_t k = 0; k < sizeof option / sizeof *option; k++)
         if (option[k].given)
-            return ad_fail(error, AD_E_ARGUMENT, "--%s is for models of states, not for --model %s",
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "--%s is for models of states, not for --model %s; leave it out",
                            option[k].name, o->model);
     return AD_OK;
 }

@@ -12,15 +12,10 @@ static enum ad_status choose(const char *option, const char *name, const char *c
                              size_t *index, struct ad_error *error)
 {
     size_t n = 0;
-    char all[128] = "";
-    for (; names[n]; n++) {
-        if (strcmp(name, names[n]) == 0) {
-            *index = n;
-            return AD_OK;
-        }
-        snprintf(all + strlen(all), sizeof all - strlen(all), " %s", names[n]);
-    }
-    return ad_fail(error, AD_E_ARGUMENT, "--%s %s: there are%s", option, name, all);
+    while (names[n])
+        n++;
+    *index = options_choose(option, name, n, names, error);
+    return error->status;
 }
 
 /* "200", the width of every hidden layer, or "200,100", one number each. */
@@ -32,8 +27,10 @@ static enum ad_status read_widths(const char *text, struct hnn_settings *s, stru
         char *end;
         s->hidden[n] = (size_t)strtoul(at, &end, 10);
         if (end == at || *at == '-' || (*end != '\0' && *end != ','))
-            return ad_fail(error, AD_E_ARGUMENT,
-                           "--hidden %s: expected a number, or one for each hidden layer", text);
+            return ad_fail(
+                error, AD_E_ARGUMENT,
+                "--hidden %s: expected a number such as 200, or one for each hidden layer: 200,100",
+                text);
         more = *end == ',';
         at = end + more;
     }
@@ -70,8 +67,8 @@ static enum ad_status model_settings(const struct train_run *run, struct hnn_set
     s->dissipation = o->dissipation;
     s->seed = o->common.seed;
     if (s->layers < 1 || s->layers > HNN_LAYERS_MOST)
-        return ad_fail(error, AD_E_ARGUMENT, "--layers %zu: expected 1 to %d", s->layers,
-                       HNN_LAYERS_MOST);
+        return ad_fail(error, AD_E_ARGUMENT, "--layers: expected 1 to %d, got %zu", HNN_LAYERS_MOST,
+                       s->layers);
     if (read_widths(o->hidden, s, error) == AD_OK && run->pixels)
         s->autoencoder = s->hidden[0];
     return error->status;
@@ -171,8 +168,8 @@ static enum ad_status read_batch(const char *text, size_t *batch, struct ad_erro
     errno = 0;
     unsigned long n = strtoul(text, &end, 10);
     if (end == text || *end || *text == '-' || n == 0 || errno)
-        return ad_fail(error, AD_E_ARGUMENT, "--batch %s: expected 'full' or a number of samples",
-                       text);
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--batch: expected 'full' or a number of samples, got '%s'", text);
     *batch = n;
     return AD_OK;
 }

@@ -154,8 +154,8 @@ static void read_format(const struct reading *r)
     struct ad_error none = {0};
     phys_runfile_get_text(r->file, "/", "format", &text, &none);
     if (!text || strcmp(text, format) != 0)
-        ad_fail(r->error, AD_E_INPUT, "%s: is no model of leastaction (attribute 'format')",
-                r->name);
+        ad_fail(r->error, AD_E_INPUT,
+                "%s: not a model: expected a file that `leastaction train` wrote", r->name);
     free(text);
     if (!failed(r) && read_count(r, "version", 1 << 20) != VERSION && !failed(r))
         ad_fail(r->error, AD_E_INPUT, "%s: is of another version, expected %d", r->name, VERSION);

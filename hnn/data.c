@@ -15,13 +15,15 @@ static enum ad_status check_settings(const struct hnn_dataset_settings *s, struc
     if (!s->file)
         return ad_fail(error, AD_E_ARGUMENT, "a data set needs a file");
     if (!(f >= 0 && f < 1))
-        return ad_fail(error, AD_E_ARGUMENT, "a test fraction is at least 0 and under 1, not %g",
-                       f);
-    if (f > 0 && s->test_file)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "test samples come from a file of their own, or are a fraction: not both");
+                       "test fraction: expected at least 0 and less than 1, got %g", f);
+    if (f > 0 && s->test_file)
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "test samples: expected a file of their own or a fraction, got both; leave one out");
     if (s->rollout && !s->time && !(s->dt > 0))
-        return ad_fail(error, AD_E_ARGUMENT, "rollouts need a time column, or the time step");
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "a loss on rollouts needs the time column, or the time step");
     return AD_OK;
 }
 

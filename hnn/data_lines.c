@@ -51,7 +51,8 @@ static enum ad_status fill(struct hnn_lines *lines, struct ad_error *error)
     lines->n += got;
     lines->ended = got < room;
     if (ferror(lines->stream))
-        return ad_fail(error, AD_E_IO, "%s: cannot be read: %s", lines->file, strerror(errno));
+        return ad_fail(error, AD_E_IO, "%s: cannot be read: %s; expected CSV or text", lines->file,
+                       strerror(errno));
     return AD_OK;
 }
 

@@ -92,8 +92,9 @@ static enum ad_status find_state(const struct hnn_dataset_settings *settings,
     for (size_t k = 0; k < plan->components; k++)
         for (size_t j = 0; j < k; j++)
             if (plan->state[j] == plan->state[k])
-                return ad_fail(error, AD_E_ARGUMENT, "%s: state: column %zu is there twice",
-                               s->file, plan->state[k] + 1);
+                return ad_fail(error, AD_E_ARGUMENT,
+                               "%s: state: column %zu is there twice; expected each once", s->file,
+                               plan->state[k] + 1);
     return AD_OK;
 }
 

@@ -22,7 +22,8 @@ enum ad_status hnn_source_open(const char *file, struct hnn_source **source, str
         return hnn_hdf5_open(file, source, error);
     FILE *stream = fopen(file, "rb");
     if (!stream)
-        return ad_fail(error, AD_E_IO, "%s: cannot be read: %s", file, strerror(errno));
+        return ad_fail(error, AD_E_IO, "%s: cannot be read: %s; expected CSV, text or HDF5", file,
+                       strerror(errno));
     return hnn_text_open(file, stream, source, error);
 }
 

@@ -82,15 +82,18 @@ enum ad_status hnn_roles_split(const struct hnn_dataset_settings *s, struct hnn_
     size_t wanted = (size_t)llround(s->test_fraction * (double)of);
     struct phys_random random;
     if (by_trial && table->plan.trial == HNN_NO_COLUMN)
-        return ad_fail(error, AD_E_ARGUMENT, "%s: a split by trial needs a trial column",
-                       table->file);
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "%s: a split by trial needs a trial column; expected one named trial, or a choice",
+            table->file);
     if (s->rollout && s->split == HNN_SPLIT_RANDOM)
         return ad_fail(error, AD_E_ARGUMENT,
                        "rollouts share states: split them at the tail, or by trial");
     if (wanted == 0 || wanted >= of)
-        return ad_fail(error, AD_E_ARGUMENT, "%s: a test fraction of %g of %zu %s leaves none %s",
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s: a test fraction of %g of %zu %s leaves none %s; expected a %s one",
                        table->file, s->test_fraction, of, by_trial ? "trials" : "samples",
-                       wanted ? "to train on" : "for the test");
+                       wanted ? "to train on" : "for the test", wanted ? "smaller" : "larger");
     phys_random_seed(&random, s->seed);
     if (s->split == HNN_SPLIT_TAIL)
         split_tail(table, s->rollout, wanted);

@@ -42,8 +42,8 @@ enum ad_status hnn_frames_split(const struct hnn_frames *f, double fraction, uin
 {
     *pairs = (struct hnn_split_pairs){0};
     if (!(fraction >= 0 && fraction < 1))
-        return ad_fail(error, AD_E_ARGUMENT, "a test fraction is at least 0 and under 1, not %g",
-                       fraction);
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "test fraction: expected at least 0 and less than 1, got %g", fraction);
     size_t wanted = (size_t)llround(fraction * (double)f->trajectories), left = f->trajectories;
     if (wanted == left || (wanted == 0 && fraction > 0))
         return ad_fail(error, AD_E_ARGUMENT,

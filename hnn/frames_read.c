@@ -10,7 +10,8 @@ enum ad_status hnn_frames_read(const char *path, struct hnn_frames *frames, stru
     struct stat status;
     *frames = (struct hnn_frames){0};
     if (stat(path, &status) != 0)
-        return ad_fail(error, AD_E_IO, "%s: cannot be read: %s", path, strerror(errno));
+        return ad_fail(error, AD_E_IO, "%s: cannot be read: %s; expected frames, HDF5 or a folder",
+                       path, strerror(errno));
     return (S_ISDIR(status.st_mode) ? hnn_frames_read_folder : hnn_frames_read_hdf5)(path, frames,
                                                                                      error);
 }

@@ -45,18 +45,13 @@ enum ad_status hnn_find(const char *what, const char *name, const char *const na
                         size_t *index, struct ad_error *error)
 {
     size_t n = 0;
-    for (; names[n]; n++)
-        if (strcmp(names[n], name) == 0) {
-            *index = n;
-            return AD_OK;
-        }
-    const char *nearest = phys_nearest(name, n, names);
-    char all[160] = "";
-    for (size_t k = 0; k < n && !nearest; k++)
-        snprintf(all + strlen(all), sizeof all - strlen(all), " %s", names[k]);
-    return nearest ? ad_fail(error, AD_E_ARGUMENT, "unknown %s '%s'; did you mean '%s'?", what,
-                             name, nearest)
-                   : ad_fail(error, AD_E_ARGUMENT, "unknown %s '%s'; there are%s", what, name, all);
+    while (names[n])
+        n++;
+    size_t k = phys_find(what, name, n, names, error);
+    if (k == n)
+        return AD_E_ARGUMENT;
+    *index = k;
+    return AD_OK;
 }
 
 enum ad_status hnn_activation_find(const char *name, const struct hnn_activation **activation,
@@ -83,26 +78,29 @@ enum { WIDTH_MOST = 1 << 14, DOF_MOST = 1 << 12, PIXELS_MOST = 1 << 16 };
 static enum ad_status check_autoencoder(const struct hnn_settings *s, struct ad_error *error)
 {
     if (s->pixels > PIXELS_MOST)
-        return ad_fail(error, AD_E_ARGUMENT, "an observation has at most %d pixels, not %zu",
-                       PIXELS_MOST, s->pixels);
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "pixels of an observation: expected at most %d, got %zu", PIXELS_MOST,
+                       s->pixels);
     if (s->pixels && (s->autoencoder < 1 || s->autoencoder > WIDTH_MOST))
-        return ad_fail(error, AD_E_ARGUMENT, "an autoencoder is 1 to %d wide, not %zu", WIDTH_MOST,
-                       s->autoencoder);
+        return ad_fail(error, AD_E_ARGUMENT, "width of the autoencoder: expected 1 to %d, got %zu",
+                       WIDTH_MOST, s->autoencoder);
     return AD_OK;
 }
 
 enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error *error)
 {
     if (s->dof < 1 || s->dof > DOF_MOST)
-        return ad_fail(error, AD_E_ARGUMENT, "a model has 1 to %d degrees of freedom, not %zu",
-                       DOF_MOST, s->dof);
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "degrees of freedom of a model: expected 1 to %d, got %zu", DOF_MOST,
+                       s->dof);
     if (s->layers < 1 || s->layers > HNN_LAYERS_MOST)
-        return ad_fail(error, AD_E_ARGUMENT, "a network has 1 to %d layers, not %zu",
+        return ad_fail(error, AD_E_ARGUMENT, "layers of a network: expected 1 to %d, got %zu",
                        HNN_LAYERS_MOST, s->layers);
     for (size_t k = 0; k + 1 < s->layers; k++)
         if (s->hidden[k] < 1 || s->hidden[k] > WIDTH_MOST)
-            return ad_fail(error, AD_E_ARGUMENT, "a hidden layer is 1 to %d wide, not %zu",
-                           WIDTH_MOST, s->hidden[k]);
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "width of a hidden layer: expected 1 to %d, got %zu", WIDTH_MOST,
+                           s->hidden[k]);
     bool symplectic = s->kind == HNN_HAMILTONIAN && s->field == HNN_SYMPLECTIC;
     if (s->separable && !symplectic)
         return refuse(error, "a separable H needs model hnn and field symplectic");

@@ -95,7 +95,7 @@ static enum ad_status check_sampling(const struct hnn_sampling *s, struct ad_err
     };
     for (size_t k = 0; k < LENGTH(rule); k++)
         if (!rule[k].holds)
-            return ad_fail(error, AD_E_ARGUMENT, "a data set needs %s", rule[k].expected);
+            return ad_fail(error, AD_E_ARGUMENT, "data set: expected %s", rule[k].expected);
     return AD_OK;
 }
 

@@ -21,12 +21,13 @@ static enum ad_status check(const struct hnn_filming *f, struct ad_error *error)
         return error->status;
     if (f->trajectories < 1 || f->frames < 3)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "frames need at least one trajectory, and three of each: "
-                       "a pair, and the next one");
+                       "frames: expected at least one trajectory, and three of each: a pair, and "
+                       "the next one");
     if (f->height < 1 || f->width < 1)
-        return ad_fail(error, AD_E_ARGUMENT, "a frame has at least one pixel");
+        return ad_fail(error, AD_E_ARGUMENT, "frames: expected at least one pixel each way");
     if (!(f->angle_max >= 0 && f->speed_max >= 0 && isfinite(f->angle_max + f->speed_max)))
-        return ad_fail(error, AD_E_ARGUMENT, "angle and speed of starts are at least 0");
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "frames: expected angle and speed of starts of at least 0");
     return AD_OK;
 }
 

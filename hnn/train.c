@@ -43,27 +43,31 @@ static enum ad_status check(const hnn_model *model, const struct hnn_training *s
     if (pixels && s->rollout)
         return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs a model of states");
     if (s->batch > train->n)
-        return ad_fail(error, AD_E_ARGUMENT, "a batch of %zu is more than the %zu samples",
-                       s->batch, train->n);
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "batch: expected at most the %zu samples there are, got %zu", train->n,
+                       s->batch);
     if (!(s->learning_rate > 0) || !isfinite(s->learning_rate))
-        return ad_fail(error, AD_E_ARGUMENT, "the learning rate must be positive, not %g",
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "learning rate: expected more than 0, such as 1e-3, got %g",
                        s->learning_rate);
     if (!(s->weight_decay >= 0) || !isfinite(s->weight_decay))
-        return ad_fail(error, AD_E_ARGUMENT, "the weight decay must not be negative: %g",
-                       s->weight_decay);
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "weight decay: expected at least 0, such as 1e-4, got %g", s->weight_decay);
     if (!(s->momentum >= 0 && s->momentum < 1))
-        return ad_fail(error, AD_E_ARGUMENT, "the momentum must be in [0, 1), not %g", s->momentum);
+        return ad_fail(error, AD_E_ARGUMENT, "momentum: expected 0 or more, less than 1, got %g",
+                       s->momentum);
     if (!(s->average >= 0 && s->average <= 1))
         return ad_fail(error, AD_E_ARGUMENT,
-                       "the share of the steps to average over must be in [0, 1], not %g",
-                       s->average);
+                       "share of the steps to average over: expected 0 to 1, got %g", s->average);
     if (s->rollout && (!(s->dt > 0) || !isfinite(s->dt)))
         return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs a positive time step");
     if (s->optimiser->full_batch && s->batch && s->batch != train->n)
-        return ad_fail(error, AD_E_ARGUMENT, "%s needs all samples in every step",
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s needs all samples in every step; expected a full batch",
                        s->optimiser->name);
     if (s->patience && test->n == 0)
-        return ad_fail(error, AD_E_ARGUMENT, "stopping by the test loss needs test samples");
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "stopping by the test loss needs test samples; set some apart");
     return AD_OK;
 }
 
@@ -239,8 +243,7 @@ static enum ad_status take_step(hnn_trainer *t, bool *stalled, struct ad_error *
     t->loss_count++;
     if (!isfinite(loss))
         return ad_fail(error, AD_E_NONFINITE,
-                       "the loss is not finite at step %zu; a smaller learning rate may help",
-                       t->step);
+                       "the loss is not finite at step %zu; try a smaller learning rate", t->step);
     if (t->average)
         hnn_average_step(t);
     return AD_OK;

@@ -248,8 +248,11 @@ enum ad_status hnn_trainer_resume(hnn_trainer *t, const char *name, struct ad_er
     if (hnn_model_load(name, &stored, error) != AD_OK)
         return error->status;
     if (!same_settings(&stored->settings, &t->model->settings) || !same_scaling(stored, t->model))
-        ad_fail(error, AD_E_INPUT,
-                "%s: is a model of other settings; `leastaction dump` shows them", name);
+        ad_fail(
+            error, AD_E_INPUT,
+            "%s: is a model of other settings, which `leastaction dump` shows; expected those, or "
+            "another file",
+            name);
     else
         hnn_model_set_parameters(t->model, stored->parameters);
     hnn_model_free(stored);

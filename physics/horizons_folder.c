@@ -163,7 +163,8 @@ static bool list_files(struct search *s)
     s->n_files = scandir(s->folder, &s->files, is_visible, alphasort);
     if (s->n_files < 0) {
         s->n_files = 0;
-        return FAIL(s, AD_E_IO, "%s: cannot be read: %s", s->folder, strerror(errno));
+        return FAIL(s, AD_E_IO, "%s: cannot be read: %s; expected a folder of Horizons tables",
+                    s->folder, strerror(errno));
     }
     s->candidates = calloc((size_t)s->n_files + 1, sizeof *s->candidates);
     return s->candidates || out_of_memory(s);

@@ -13,11 +13,6 @@ static inline enum ad_status phys_tape_status(const ad_tape *tape, struct ad_err
     return e->status == AD_OK ? AD_OK : ad_fail(error, e->status, "%s", e->message);
 }
 
-/* Index of `name` in names[0..n-1]; n, and an error that names the nearest or all there are, if it
-   is not there. `what` is what they are names of. */
-size_t phys_find(const char *what, const char *name, size_t n, const char *const names[],
-                 struct ad_error *error);
-
 /* The struct phys_scene that a shared object exports; *library is for phys_library_close. */
 enum ad_status phys_library_open(const char *file, void **library, const struct phys_scene **scene,
                                  struct ad_error *error);

@@ -3,9 +3,11 @@
 #include "internal.h"
 
 #include <dlfcn.h>
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 #define SYMBOL "leastaction_scene"
 
@@ -53,12 +55,17 @@ enum ad_status phys_library_open(const char *file, void **library, const struct 
     int length = snprintf(path, sizeof path, "%s%s", strchr(file, '/') ? "" : "./", file);
     if (length < 0 || (size_t)length >= sizeof path)
         return ad_fail(error, AD_E_INPUT, "the path of the scene is too long");
+    if (access(path, R_OK) != 0)
+        return ad_fail(error, AD_E_INPUT, "%s: cannot be read: %s; expected a scene in a .so", file,
+                       strerror(errno));
     *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!*library)
         return ad_fail(error, AD_E_INPUT, "%s: not a scene: %s", file, dlerror());
     *scene = dlsym(*library, SYMBOL);
     if (!*scene)
-        return ad_fail(error, AD_E_INPUT, "%s: not a scene: it exports no '" SYMBOL "'", file);
+        return ad_fail(error, AD_E_INPUT,
+                       "%s: not a scene: expected it to export const struct phys_scene " SYMBOL,
+                       file);
     const char *wrong = flaw(*scene);
     if (wrong)
         return ad_fail(error, AD_E_INPUT, "%s: a scene %s", file, wrong);

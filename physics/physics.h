@@ -149,6 +149,10 @@ void phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, 
 
 /* The name in names[0..n-1] nearest to `name` by edit distance; NULL if none is near. */
 const char *phys_nearest(const char *name, size_t n, const char *const names[]);
+/* Index of `name` in names[0..n-1]; n, and an AD_E_ARGUMENT that names the nearest or all there
+   are, if it is not there. `what` is what they are names of. */
+size_t phys_find(const char *what, const char *name, size_t n, const char *const names[],
+                 struct ad_error *error);
 
 /* ---- the ephemeris (ephemeris.c) ---- */
 

@@ -149,7 +149,8 @@ enum ad_status phys_runfile_open(const char *name, phys_runfile **out, struct ad
     if (file->id < 0) {
         handle_free(file);
         return access(name, R_OK) != 0
-                   ? ad_fail(error, AD_E_INPUT, "%s: cannot be read: %s", name, strerror(errno))
+                   ? ad_fail(error, AD_E_INPUT, "%s: cannot be read: %s; expected an HDF5 file",
+                             name, strerror(errno))
                    : ad_fail(error, AD_E_INPUT, "%s: not an HDF5 file, or damaged: %s", name,
                              last_reason().text);
     }

@@ -48,7 +48,5 @@ enum ad_status phys_seal_check(const char *file, const char *name, struct ad_err
     fclose(in);
     return whole ? AD_OK
                  : ad_fail(error, AD_E_INPUT,
-                           "%s: damaged: not as it was written (its seal is "
-                           "broken)",
-                           name);
+                           "%s: damaged: not as it was written; expected a whole copy of it", name);
 }

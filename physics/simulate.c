@@ -20,7 +20,8 @@ static enum ad_status check_settings(const struct phys_simulation *s, struct ad_
         return ad_fail(error, AD_E_ARGUMENT, "%s: time step %g, expected a positive number",
                        s->integrator->name, s->dt);
     } else if (!(fabs(s->t1 - s->t0) / s->dt < 1e15)) {
-        return ad_fail(error, AD_E_ARGUMENT, "time step %g is too small for a time of %g", s->dt,
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "time step %g is too small for a time of %g; expected a longer one", s->dt,
                        fabs(s->t1 - s->t0));
     }
     return AD_OK;

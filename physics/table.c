@@ -37,7 +37,7 @@ static bool out_of_memory(struct reader *r)
 
 static bool cannot_read(struct reader *r)
 {
-    return FAIL(r, AD_E_IO, "%s: cannot be read: %s", r->file, strerror(errno));
+    return FAIL(r, AD_E_IO, "%s: cannot be read: %s; expected CSV", r->file, strerror(errno));
 }
 
 /* ---- the file ---- */

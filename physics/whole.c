@@ -15,6 +15,14 @@ static enum ad_status fail(struct ad_error *error, const char *name, const char 
     return ad_fail(error, AD_E_IO, "%s: cannot be written: %s", name, reason);
 }
 
+/* Before anything is written: the name is to blame. */
+static enum ad_status refuse(struct ad_error *error, const char *name, const char *reason)
+{
+    return ad_fail(error, AD_E_IO,
+                   "%s: cannot be written: %s; expected a file in a folder that can be written to",
+                   name, reason);
+}
+
 /* Length of the folder part of a name, its last slash included. */
 static size_t folder_length(const char *name)
 {
@@ -61,7 +69,7 @@ enum ad_status phys_whole_begin(struct phys_whole *file, const char *target, str
     const char *reason;
     *file = (struct phys_whole){.target = resolve(target, &reason)};
     if (reason)
-        return fail(error, target, reason);
+        return refuse(error, target, reason);
     file->temporary = file->target ? temporary_name(file->target) : NULL;
     if (!file->temporary) {
         forget(file);
@@ -69,7 +77,7 @@ enum ad_status phys_whole_begin(struct phys_whole *file, const char *target, str
     }
     int descriptor = open(file->temporary, O_WRONLY | O_CREAT | O_TRUNC, 0666);
     if (descriptor < 0) {
-        enum ad_status status = fail(error, target, strerror(errno));
+        enum ad_status status = refuse(error, target, strerror(errno));
         forget(file);
         return status;
     }

@@ -30,19 +30,21 @@ static enum ad_status check_numbers(const struct qm_slice *slice, struct ad_erro
 {
     const struct {
         const char *name;
-        double value;
-    } positive[] = {{"dt", slice->dt},
-                    {"hbar", slice->hbar},
-                    {"the length of the box", slice->grid.high - slice->grid.low}};
+        double value, example;
+    } positive[] = {
+        {"dt", slice->dt, 0.1},
+        {"hbar", slice->hbar, 1},
+        {"length of the box, upper less lower wall", slice->grid.high - slice->grid.low, 20}};
     for (size_t k = 0; k < sizeof positive / sizeof *positive; k++)
         if (!(positive[k].value > 0) || !isfinite(positive[k].value))
-            return ad_fail(error, AD_E_ARGUMENT, "%s: expected more than 0, got %g",
-                           positive[k].name, positive[k].value);
+            return ad_fail(error, AD_E_ARGUMENT, "%s: expected more than 0, such as %g, got %g",
+                           positive[k].name, positive[k].example, positive[k].value);
     if (slice->grid.n < 4)
-        return ad_fail(error, AD_E_ARGUMENT, "expected at least 4 points, got %zu", slice->grid.n);
+        return ad_fail(error, AD_E_ARGUMENT, "points: expected at least 4, got %zu", slice->grid.n);
     if (!(slice->absorb >= 0) || 2 * slice->absorb > slice->grid.high - slice->grid.low)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "absorbing layers of %g: expected 0 to half of the box", slice->absorb);
+                       "absorbing layers: expected 0 to half of the box, %g, got %g",
+                       0.5 * (slice->grid.high - slice->grid.low), slice->absorb);
     return AD_OK;
 }
 

@@ -2,7 +2,6 @@
 #include "internal.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 const struct qm_method *const qm_methods[] = {&qm_method_kernel, &qm_method_fft,
                                               &qm_method_crank_nicolson, NULL};
@@ -14,12 +13,11 @@ struct qm_propagator {
 
 const struct qm_method *qm_method_find(const char *name, struct ad_error *error)
 {
-    for (const struct qm_method *const *m = qm_methods; *m; m++)
-        if (strcmp((*m)->name, name) == 0)
-            return *m;
-    ad_fail(error, AD_E_ARGUMENT, "no method '%s'; expected one of: kernel, fft, crank-nicolson",
-            name);
-    return NULL;
+    const char *names[sizeof qm_methods / sizeof *qm_methods];
+    size_t n = 0;
+    for (; qm_methods[n]; n++)
+        names[n] = qm_methods[n]->name;
+    return qm_methods[phys_find("method", name, n, names, error)]; /* NULL behind the last */
 }
 
 enum ad_status qm_propagator_new(const struct qm_method *method, const struct qm_slice *slice,

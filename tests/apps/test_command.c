@@ -1,5 +1,5 @@
-/* The command, from outside: exit status, the message of every wrong use, and what it leaves
- * behind. */
+/* The command, from outside: what it prints, and what it leaves behind. Wrong uses: test_errors.c.
+ */
 #include "../close.h"
 #include "shell.h"
 #include "../../apps/command.h"
@@ -23,89 +23,6 @@ static int clean(void **state)
     (void)state;
     shell_clean();
     return 0;
-}
-
-/* ---- wrong uses: one line on standard error, nothing on the other, nothing left behind ---- */
-
-static void test_wrong_uses(void **state)
-{
-    (void)state;
-    static const struct {
-        const char *arguments, *message;
-    } cases[] = {
-        {"", "leastaction: missing subcommand; --help lists them"},
-        {"paht", "leastaction: unknown subcommand 'paht'; did you mean 'path'?"},
-        {"path", "leastaction path: missing argument SCENE"},
-        {"path pendlum", "leastaction path: no scene 'pendlum'; did you mean 'pendulum'?"},
-        {"path pendulum --setps 3",
-         "leastaction path: unknown option --setps; did you mean --steps?"},
-        {"path pendulum --steps many",
-         "leastaction path: --steps: expected a whole number, got 'many'"},
-        {"path pendulum --dt fast", "leastaction path: --dt: expected a number, got 'fast'"},
-        {"path pendulum --dt 0", "leastaction path: --dt: expected more than 0, got 0"},
-        {"path pendulum --lr -1", "leastaction path: --lr: expected more than 0, got -1"},
-        {"path pendulum --slices 2", "leastaction path: --slices: expected at least 3, got 2"},
-        {"path pendulum --every 0", "leastaction path: --every: expected at least 1, got 0"},
-        {"path pendulum --noise -1", "leastaction path: --noise: expected at least 0, got -1"},
-        {"path pendulum --set m",
-         "leastaction path: --set: expected NAME=VALUE with a number, got 'm'"},
-        {"path pendulum --set thta0=1",
-         "leastaction path: no parameter of pendulum 'thta0'; did you mean 'theta0'?"},
-        {"path pendulum --solver adm", "leastaction path: no solver 'adm'; did you mean 'adam'?"},
-        {"path pendulum --rule lft",
-         "leastaction path: no action rule 'lft'; did you mean 'left'?"},
-        {"path pendulum --preset papre", "leastaction path: --preset: expected paper, got 'papre'"},
-        {"path spring --preset paper",
-         "leastaction path: --preset paper: scene spring is not in the paper"},
-        {"path pendulum --init no.csv",
-         "leastaction path: no.csv: cannot be read: No such file or directory"},
-        {"path pendulum --init ../two.csv --slices 4",
-         "leastaction path: ../two.csv: 2 columns, expected the 1 coordinates of pendulum"},
-        {"path pendulum --init ../one.csv",
-         "leastaction path: ../one.csv: 4 rows, expected 100 slices (--slices)"},
-        {"path pendulum --reference ../text.csv --slices 3",
-         "leastaction path: ../text.csv:3:1: expected a number, found 'x'"},
-        {"path pendulum --init ../nan.csv --slices 3",
-         "leastaction path: ../nan.csv:2:1: expected a number, found 'nan'"},
-        {"path pendulum --data .", "leastaction path: --data: only for the scene ephemeris"},
-        {"path ephemeris --from 3", "leastaction path: --from needs --data DIR"},
-        {"path ephemeris --dims 4", "leastaction path: --dims: expected 2 or 3, got 4"},
-        {"path pendulum --out no/run.h5",
-         "leastaction path: no/run.h5: cannot be written: No such file or directory"},
-        {"path pendulum --csv .", "leastaction path: .: cannot be written: it is a folder"},
-        {"path pendulum --out a.h5 --plot a.pdf",
-         "leastaction path: --plot: expected a name ending in .svg, .png or .gif, got 'a.pdf'"},
-        {"path pendulum --out a --csv a",
-         "leastaction path: --out and --csv name the same file, 'a'"},
-        {"check pendulum --slices 1", "leastaction check: --slices: expected at least 3, got 1"},
-        {"check kepler --set e=1.5", "leastaction check: kepler: e = 1.5 makes no system "
-                                     "(eccentricity, 0 <= e < 1)"},
-        {"scenes pendlum", "leastaction scenes: no scene 'pendlum'; did you mean 'pendulum'?"},
-        {"dump", "leastaction dump: missing argument FILE.h5"},
-        {"dump no.h5", "leastaction dump: no.h5: cannot be read: No such file or directory"},
-        {"dump ../one.csv", "leastaction dump: ../one.csv: not an HDF5 file, or damaged: file "
-                            "signature not found"},
-        {"chart gradient",
-         "leastaction chart: unknown chart 'gradient'; did you mean 'gradients'?"},
-    };
-    shell("printf '1\\n2\\n3\\n4\\n' >../one.csv; printf '1,2\\n1,2\\n1,2\\n1,2\\n' >../two.csv;"
-          "printf '1\\n2\\nx\\n' >../text.csv; printf '1\\nnan\\n2\\n' >../nan.csv");
-    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        char expected[512];
-        snprintf(expected, sizeof expected, "%s\n", cases[k].message);
-        int status = shell("$LA %s", cases[k].arguments);
-        assert_string_equal(shell_err(), expected);
-        assert_string_equal(shell_out(), "");
-        assert_int_equal(status, 2);
-        assert_int_equal(shell_files(), 0);
-    }
-}
-
-static void test_standard_output_lost(void **state)
-{
-    (void)state;
-    assert_int_equal(shell("$LA scenes >/dev/full"), 1);
-    assert_string_equal(shell_err(), "leastaction: standard output cannot be written\n");
 }
 
 /* ---- help and version ---- */
@@ -473,8 +390,6 @@ static void test_pictures(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_wrong_uses, clean),
-        cmocka_unit_test_teardown(test_standard_output_lost, clean),
         cmocka_unit_test_teardown(test_help, clean),
         cmocka_unit_test_teardown(test_json_keys, clean),
         cmocka_unit_test_teardown(test_every_scene_runs, clean),

@@ -170,7 +170,8 @@ static void test_refusals(void **state)
     (void)state;
     shell_clean();
     assert_int_equal(shell("$LA build nothing.c --include $ROOT"), 2);
-    assert_string_equal(shell_err(), "leastaction build: nothing.c: cannot be read\n");
+    assert_string_equal(shell_err(), "leastaction build: nothing.c: cannot be read: No such file "
+                                     "or directory; expected a Lagrangian in C\n");
     assert_int_equal(
         shell("echo 'int f(void) { return g; }' > wrong.c; $LA build wrong.c --include $ROOT"), 2);
     assert_non_null(strstr(shell_err(), "wrong.c:1:"));

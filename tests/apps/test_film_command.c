@@ -177,7 +177,7 @@ static void test_refused(void **state)
         {"m.h5 --truth f.h5 --starts 7", "has 6 trajectories"},
         {"m.h5 --truth none.h5", "cannot be read"},
         {"m.h5 --truth m.h5", "expected frames as an array"},
-        {"m.h5 --truth pixels --add-energy 1", "give both or none"},
+        {"m.h5 --truth pixels --add-energy 1", "expected both or none"},
         {"b.h5 --truth pixels --add-energy 1 --at 2", "b.h5"},
         {"m.h5 --truth pixels --starts 2 --plot p.svg", "expected no"},
     };

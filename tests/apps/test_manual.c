@@ -68,7 +68,7 @@ static void test_unknown_page(void **state)
 {
     (void)state;
     assert_int_equal(shell("$LA manual pth"), 2);
-    assert_non_null(strstr(shell_err(), "unknown subcommand 'pth'; did you mean 'path'?"));
+    assert_non_null(strstr(shell_err(), "no subcommand 'pth'; did you mean 'path'?"));
 }
 
 int main(void)

@@ -175,7 +175,7 @@ static void test_refusals(void **state)
         int status;
         const char *arguments, *message;
     } cases[] = {
-        {2, "spring --tol 0", "--tol: expected more than 0, got 0"},
+        {2, "spring --tol 0", "--tol: expected more than 0, such as 1e-6, got 0"},
         {2, "spring --tol nan", "--tol"},
         {2, "pendulum --tol 1e-3 --preset paper", "--tol does not go with --preset"},
         {2, "spring --tol 1e-3 --all", "--tol does not go with --all"},

@@ -175,10 +175,10 @@ static void test_refusals(void **state)
 {
     (void)state;
     refused("absent.csv", "absent.csv");
-    refused("pendulum.csv --model hmm", "--model hmm: there are baseline hnn");
+    refused("pendulum.csv --model hmm", "--model: expected baseline, hnn");
     refused("pendulum.csv --activation tanj", "did you mean 'tanh'");
     refused("pendulum.csv --optimiser adm", "did you mean 'adam'");
-    refused("pendulum.csv --precision f16", "f32 f64");
+    refused("pendulum.csv --precision f16", "f32 or f64");
     refused("pendulum.csv --hidden 20,x", "--hidden 20,x");
     refused("pendulum.csv --hidden 20,30,40", "expected 2 numbers");
     refused("pendulum.csv --batch some", "expected 'full'");

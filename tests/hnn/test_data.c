@@ -192,7 +192,7 @@ static void test_rollouts_do_not_see_the_test(void **state)
     s.split = HNN_SPLIT_RANDOM;
     assert_refused(&s, AD_E_ARGUMENT, "rollouts share states");
     s.dt = 0;
-    assert_refused(&s, AD_E_ARGUMENT, "rollouts need a time column, or the time step");
+    assert_refused(&s, AD_E_ARGUMENT, "a loss on rollouts needs the time column, or the time step");
 }
 
 static void test_rollouts_need_equal_steps(void **state)
@@ -295,12 +295,12 @@ static void test_splits_that_leave_nothing(void **state)
     s.test_fraction = 0.2;
     assert_refused(&s, AD_E_ARGUMENT, "0.2 of 2 trials leaves none for the test");
     s.test_fraction = 1;
-    assert_refused(&s, AD_E_ARGUMENT, "under 1, not 1");
+    assert_refused(&s, AD_E_ARGUMENT, "less than 1, got 1");
     s.test_fraction = (double)NAN;
     assert_refused(&s, AD_E_ARGUMENT, "at least 0");
     s.test_fraction = 0.5;
     s.test_file = file.text;
-    assert_refused(&s, AD_E_ARGUMENT, "not both");
+    assert_refused(&s, AD_E_ARGUMENT, "got both");
 }
 
 static void test_test_file(void **state)

@@ -470,7 +470,7 @@ static void test_refusals(void **state)
 {
     (void)state;
     struct hnn_training good = hnn_training_defaults(), t;
-    refused((t = good, t.batch = 11, t), "batch of 11");
+    refused((t = good, t.batch = 11, t), "got 11");
     refused((t = good, t.learning_rate = 0, t), "learning rate");
     refused((t = good, t.learning_rate = NAN, t), "learning rate");
     refused((t = good, t.weight_decay = -1, t), "weight decay");
