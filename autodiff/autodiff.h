@@ -135,7 +135,7 @@ ad_var ad_binary(enum ad_op op, ad_arg a, ad_arg b);
 ad_var ad_ternary(enum ad_op op, ad_arg a, ad_arg b, ad_arg c);
 const char *ad_op_name(enum ad_op op);
 
-/* neg abs sign step square sqrt recip exp log log1p expm1 sin cos tan asin acos atan sinh cosh tanh
+/* neg abs sign step square cube sqrt recip exp log log1p expm1 sin cos tan asin acos atan sinh cosh tanh
    sigmoid softplus relu: ad_NAME(x), the shape of x. At the edges of their domains the value is
    that of C, and the gradient stays finite wherever the value is:
        abs 0 at 0; sign 0 everywhere; step(x) = (x > 0), 0 everywhere; relu 0 at 0;
@@ -161,7 +161,7 @@ extern "C" {
    0 at (0, 0). pow: gradient 0 at base 0 where the true one is infinite; the gradient of the
    exponent at base 0 is 0. Comparisons give 1 or 0 and have no gradient.
    Numbers meet before lanes do: a whole exponent up to 32 becomes products, c1*(c2*x) one product,
-   c/x a reciprocal times c. Each may move the last bit. */
+   c/x a reciprocal times c (for a matrix of constants, too). Each may move the last bit. */
 #define ad_add(a, b) ad_binary(AD_OP_add, AD_ARG(a), AD_ARG(b))
 #define ad_sub(a, b) ad_binary(AD_OP_sub, AD_ARG(a), AD_ARG(b))
 #define ad_mul(a, b) ad_binary(AD_OP_mul, AD_ARG(a), AD_ARG(b))

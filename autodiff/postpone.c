@@ -6,10 +6,13 @@
 
 #include <stdlib.h>
 
+enum { DEPTH = 6 }; /* of operands of operands that are looked at */
+
 struct uses {
     uint32_t first; /* level of the first use, after postponing */
     uint32_t last;  /* of the last one, before */
-    bool whole;     /* read otherwise than lane by lane, by another stage, or by a sum in place */
+    uint32_t count;
+    bool whole; /* read otherwise than lane by lane, by another stage, or by a sum in place */
 };
 
 static bool is_product(const struct graph *g, uint32_t i)
@@ -28,6 +31,7 @@ static void note_uses(const struct graph *g, uint32_t i, const uint32_t *level, 
         struct uses *u = &uses[root];
         u->whole |= in_place || !reads_in_step(g, v, k) ||
                     ((v->flags ^ g->values[root].flags) & stage) != 0;
+        u->count++;
         u->last = level[i] > u->last ? level[i] : u->last;
     }
     if (v->op == AD_OP_place)
@@ -35,9 +39,18 @@ static void note_uses(const struct graph *g, uint32_t i, const uint32_t *level, 
             uses[g->locs[g->renumber[place_part(g, v, k)[0]]].root].whole = true;
 }
 
-/* How many values of v's size would live until `level` for v's sake. */
+static bool can_wait(const struct graph *g, uint32_t i, const struct uses *u)
+{
+    const struct value *v = &g->values[i];
+    return ad_ops[v->op].elementwise && !is_leaf(v) && !(v->flags & (VALUE_OUTPUT | VALUE_VIEW)) &&
+           !u->whole;
+}
+
+/* How many values of v's size would live until `level` for v's sake, up to a few. What only v reads
+   can wait with it, and then what that reads lives on instead: to a depth, so that the time stays
+   linear in the program. */
 static unsigned kept_alive(const struct graph *g, const struct value *v, uint32_t level,
-                           const struct uses *uses)
+                           const struct uses *uses, int depth)
 {
     unsigned n = 0;
     for (uint32_t k = 0; k < n_inputs(v); k++) {
@@ -45,7 +58,12 @@ static unsigned kept_alive(const struct graph *g, const struct value *v, uint32_
         const struct value *x = &g->values[root];
         bool again = (k > 0 && v->in[0] == v->in[k]) || (k > 1 && v->in[1] == v->in[k]);
         bool lives = is_leaf(x) || (x->flags & VALUE_OUTPUT) || uses[root].last >= level;
-        n += (size_t)x->rows * x->cols >= (size_t)v->rows * v->cols && !lives && !again;
+        if (lives || again || (size_t)x->rows * x->cols < (size_t)v->rows * v->cols)
+            continue;
+        unsigned instead = 1;
+        if (depth > 0 && uses[root].count == 1 && can_wait(g, root, &uses[root]))
+            instead = kept_alive(g, x, level, uses, depth - 1);
+        n += instead < 1 ? instead : 1;
     }
     return n;
 }
@@ -65,8 +83,8 @@ bool ad_graph_postpone(const struct graph *g, uint32_t *level)
         const struct uses *u = &uses[i];
         if (is_leaf(v) || (v->flags & VALUE_VIEW))
             continue;
-        if (ad_ops[v->op].elementwise && !(v->flags & VALUE_OUTPUT) && !u->whole &&
-            u->first != UINT32_MAX && u->first > level[i] && kept_alive(g, v, u->first, uses) <= 1)
+        if (can_wait(g, i, u) && u->first != UINT32_MAX && u->first > level[i] &&
+            kept_alive(g, v, u->first, uses, DEPTH) <= 1)
             level[i] = u->first;
         for (uint32_t k = 0; k < n_inputs(v); k++) {
             struct uses *x = &uses[operand_loc(g, v, k)->root];

@@ -103,6 +103,8 @@ static bool power(ad_var x, double c, ad_var *y)
         *y = x;
     else if (c == 2)
         *y = ad_square(x);
+    else if (c == 3)
+        *y = ad_cube(x);
     else if (c == -1)
         *y = ad_recip(x);
     else if (c == 0.5)
@@ -167,10 +169,6 @@ static bool simplify_left(enum ad_op op, double c, ad_var x, ad_var *y)
         *y = ad_neg(x);
         return true;
     }
-    if (op == AD_OP_div) { /* the gradient needs 1/x as well */
-        *y = ad_scale(ad_recip(x), c);
-        return true;
-    }
     return false;
 }
 
@@ -188,6 +186,27 @@ static bool simplify_signs(enum ad_op op, ad_var a, ad_var b, ad_var *y)
         return true;
     }
     return false;
+}
+
+/* x^2 x is one operation: its gradient has one path to x instead of two. */
+static bool simplify_cube(enum ad_op op, ad_var a, ad_var b, ad_var *y)
+{
+    const struct node *na = node_at(a.tape, a.id), *nb = node_at(b.tape, b.id);
+    bool first = na->op == AD_OP_square && na->in[0] == b.id;
+    bool second = nb->op == AD_OP_square && nb->in[0] == a.id;
+    if (op != AD_OP_mul || !(first || second))
+        return false;
+    *y = ad_cube(first ? b : a);
+    return true;
+}
+
+/* c/x for a constant c of any shape: the gradient needs 1/x as well. */
+static bool simplify_quotient(enum ad_op op, ad_var a, ad_var b, ad_var *y)
+{
+    if (op != AD_OP_div || node_at(a.tape, a.id)->op != AD_OP_constant)
+        return false;
+    *y = ad_mul(a, ad_recip(b));
+    return true;
 }
 
 /* A factor 1 - t^2 with tanh t is one operation with its product: nothing is stored for it. */
@@ -219,7 +238,8 @@ ad_var ad_binary(enum ad_op op, ad_arg a, ad_arg b)
         return y;
     a.var = as_var(tape, a);
     b.var = as_var(tape, b);
-    if (simplify_signs(op, a.var, b.var, &y) || simplify_slope(op, a.var, b.var, &y))
+    if (simplify_signs(op, a.var, b.var, &y) || simplify_slope(op, a.var, b.var, &y) ||
+        simplify_cube(op, a.var, b.var, &y) || simplify_quotient(op, a.var, b.var, &y))
         return y;
     return elementwise(tape, op, 2, (ad_var[]){a.var, b.var});
 }

@@ -35,22 +35,37 @@ static double ad_value(ad_var c)
     return value;
 }
 
-/* c g, the number multiplied into one that g, or a factor of g, already has. */
-static ad_var scaled(ad_var g, double c)
+/* Looks for a number in the product n, so many factors of factors deep, and multiplies it by c. */
+static bool scale_factor(ad_tape *tape, uint32_t id, double c, int depth, ad_var *product)
 {
-    const struct node *n = node_at(g.tape, g.id);
-    double inner;
-    for (int k = 0; k < 2 && n->op == AD_OP_mul; k++) {
-        const struct node *factor = node_at(g.tape, n->in[k]);
-        if (factor->op == AD_OP_mul && ad_constant_value((ad_var){g.tape, factor->in[1]}, &inner))
-            return ad_mul(ad_scale((ad_var){g.tape, n->in[k]}, c),
-                          ((ad_var){g.tape, n->in[1 - k]}));
+    const struct node *n = node_at(tape, id);
+    double number;
+    if (n->op != AD_OP_mul)
+        return false;
+    ad_var x[2] = {{tape, n->in[0]}, {tape, n->in[1]}}, scaled;
+    if (ad_constant_value(x[1], &number)) {
+        *product = ad_scale((ad_var){tape, id}, c);
+        return true;
     }
-    return ad_scale(g, c);
+    for (int k = 0; k < 2 && depth > 0; k++)
+        if (scale_factor(tape, x[k].id, c, depth - 1, &scaled)) {
+            *product = ad_mul(scaled, x[1 - k]);
+            return true;
+        }
+    return false;
+}
+
+/* c g, the number multiplied into one that g, or a factor of it, already has. Where y has several
+   inputs they share what g is a product of. */
+static ad_var scaled(const struct node *y, ad_var g, double c)
+{
+    ad_var product;
+    int depth = ad_ops[y->op].arity == 1 ? 4 : 1;
+    return scale_factor(g.tape, g.id, c, depth, &product) ? product : ad_scale(g, c);
 }
 
 /* Moves the number of a factor c d to g: shared by all inputs, and often free there. */
-static void move_number(ad_var *g, ad_arg *d)
+static void move_number(const struct node *y, ad_var *g, ad_arg *d)
 {
     if (!d->var.tape)
         return;
@@ -59,7 +74,7 @@ static void move_number(ad_var *g, ad_arg *d)
     if (n->op != AD_OP_neg &&
         !(n->op == AD_OP_mul && ad_constant_value((ad_var){g->tape, n->in[1]}, &c)))
         return;
-    *g = scaled(*g, c);
+    *g = scaled(y, *g, c);
     d->var.id = n->in[0];
 }
 
@@ -71,10 +86,12 @@ static void chain(struct sweep *s, const struct node *y, int k, ad_var g, ad_arg
         return;
     if (d.var.tape && ad_constant_value(d.var, &d.value))
         d.var.tape = NULL;
-    move_number(&g, &d);
+    move_number(y, &g, &d);
     ad_var c;
-    if (!d.var.tape)
-        c = scaled(g, d.value);
+    if (y->op == AD_OP_sub && k == 1 && is_needed(s, y->in[0]))
+        c = ad_neg(g); /* shares g with the other side */
+    else if (!d.var.tape)
+        c = scaled(y, g, d.value);
     else
         c = ad_binary(s->tainted ? AD_OP_mul0 : AD_OP_mul, AD_ARG(g), d);
     ad_accumulate(s, to, ad_reduce_to(c, y, node_at(s->tape, to)));

@@ -80,6 +80,7 @@ static void every_operation(enum ad_type type, size_t rows, size_t cols)
     uint64_t state = 17;
     ad_tape *tape = ad_tape_new(type);
     ad_var out[2 * AD_N_OPS], x[AD_N_OPS][3];
+    const char *name[2 * AD_N_OPS];
     size_t n = 0;
     for (int op = 0; op < AD_N_OPS; op++)
         for (int k = 0; k < entries[op].arity; k++)
@@ -87,9 +88,10 @@ static void every_operation(enum ad_type type, size_t rows, size_t cols)
     for (int op = 0; op < AD_N_OPS; op++) {
         if (!entries[op].arity)
             continue;
-        out[n++] = record((enum ad_op)op, x[op], -7);
-        out[n] = ad_sum_cols(out[n - 1]);
-        n++;
+        name[n] = name[n + 1] = entries[op].name;
+        out[n] = record((enum ad_op)op, x[op], -7);
+        out[n + 1] = ad_sum_cols(ad_abs(out[n])); /* sums that cancel keep no digits */
+        n += 2;
     }
     struct twins t = make_twins(tape, n, out);
     for (int op = 0; op < AD_N_OPS; op++)
@@ -101,7 +103,9 @@ static void every_operation(enum ad_type type, size_t rows, size_t cols)
         }
     ad_run(t.interpreted);
     ad_run(t.compiled);
-    assert_equal_outputs(&t, n, out, type == AD_F32 ? 1e-6 : 2e-15, "operations");
+    for (size_t k = 0; k < n; k++)
+        assert_same_values(t.interpreted, t.compiled, out[k], type == AD_F32 ? 1e-6 : 2e-15,
+                           name[k]);
     free_twins(&t);
     ad_tape_free(tape);
 }
