@@ -1,5 +1,6 @@
 /* Runs the command under test as a user would (shell.h). */
 #include "shell.h"
+#include "../close.h"
 
 #include <dirent.h>
 #include <stdarg.h>
@@ -8,7 +9,6 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 static char folder[] = "/tmp/leastaction-command-XXXXXX";
 static char out[1 << 20], err[1 << 16], path[512];
@@ -62,18 +62,35 @@ void shell_read(void)
     read_file("err", err, sizeof err);
 }
 
-int shell(const char *format, ...)
+static int run(const char *format, va_list arguments)
 {
     char line[8192];
     int n = snprintf(line, sizeof line, "cd %s/work && { ", folder);
-    va_list arguments;
-    va_start(arguments, format);
     n += vsnprintf(line + n, sizeof line - (size_t)n, format, arguments);
-    va_end(arguments);
     snprintf(line + n, sizeof line - (size_t)n, "; } >../out 2>../err");
     int status = system(line);
     shell_read();
     return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+}
+
+int shell(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    int status = run(format, arguments);
+    va_end(arguments);
+    return status;
+}
+
+void shell_works(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    int status = run(format, arguments);
+    va_end(arguments);
+    if (status != 0)
+        print_error("%s", err);
+    assert_int_equal(status, 0);
 }
 
 const char *shell_out(void) { return out; }
@@ -86,6 +103,29 @@ const char *shell_last_line(void)
         out[--length] = '\0';
     const char *newline = strrchr(out, '\n');
     return newline ? newline + 1 : out;
+}
+
+/* Behind the key in `json`; fails the test where it is not. */
+static const char *after(const char *json, const char *key)
+{
+    char quoted[64];
+    snprintf(quoted, sizeof quoted, "\"%s\": ", key);
+    const char *at = strstr(json, quoted);
+    if (!at)
+        fail_msg("no %s in %s", key, json);
+    return at + strlen(quoted);
+}
+
+static double number_at(const char *text)
+{
+    return strncmp(text, "null", 4) == 0 ? (double)NAN : strtod(text, NULL);
+}
+
+double shell_number(const char *key) { return number_at(after(shell_last_line(), key)); }
+
+double shell_number_in(const char *object, const char *key)
+{
+    return number_at(after(after(shell_last_line(), object), key));
 }
 
 const char *shell_path(const char *name)
@@ -111,4 +151,11 @@ void shell_clean(void)
     snprintf(command, sizeof command, "find %s/work -mindepth 1 -delete", folder);
     if (system(command) != 0)
         fprintf(stderr, "%s/work cannot be emptied\n", folder);
+}
+
+int shell_empty(void **state)
+{
+    (void)state;
+    shell_clean();
+    return 0;
 }

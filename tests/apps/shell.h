@@ -10,9 +10,18 @@
 int shell_setup(void **state);
 int shell_teardown(void **state);
 
+/* Empties the work folder; for cmocka's setup of a test. */
+int shell_empty(void **state);
+
 /* Runs a shell command line, in which $LA is the command and $ROOT the repository; returns the exit
    status, or 128 + the signal. */
 int shell(const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 1, 2)))
+#endif
+    ;
+/* The same; fails the test, and prints what it said, unless the status is 0. */
+void shell_works(const char *format, ...)
 #if defined(__GNUC__)
     __attribute__((format(printf, 1, 2)))
 #endif
@@ -24,6 +33,10 @@ const char *shell_err(void);
 void shell_read(void);
 /* The last line of its standard output, without the newline. */
 const char *shell_last_line(void);
+/* The number of a key in the JSON on it, of an object in that; NaN for null. Fails the test where
+   there is none. */
+double shell_number(const char *key);
+double shell_number_in(const char *object, const char *key);
 /* Entries of the work folder, hidden ones too. */
 size_t shell_files(void);
 /* Empties the work folder. */

@@ -8,7 +8,6 @@
 #include "../../apps/motions.h"
 #include "../../apps/work.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -105,13 +104,6 @@ static void expect_files(size_t n, const char *const names[])
         assert_true(size > 0);
     }
     assert_int_equal(shell_files(), n);
-}
-
-static int clean(void **state)
-{
-    (void)state;
-    shell_clean();
-    return 0;
 }
 
 static bool gnuplot(void) { return system("command -v gnuplot >/dev/null") == 0; }
@@ -528,18 +520,18 @@ int main(void)
         cmocka_unit_test(test_pendulum_answer),
         cmocka_unit_test(test_found_answers),
         cmocka_unit_test(test_work_between_runs),
-        cmocka_unit_test_setup(test_wrong_format, clean),
-        cmocka_unit_test_setup(test_gradients, clean),
+        cmocka_unit_test_setup(test_wrong_format, shell_empty),
+        cmocka_unit_test_setup(test_gradients, shell_empty),
         cmocka_unit_test(test_gradient_values),
-        cmocka_unit_test_setup(test_linear, clean),
-        cmocka_unit_test_setup(test_hnn_steps, clean),
+        cmocka_unit_test_setup(test_linear, shell_empty),
+        cmocka_unit_test_setup(test_hnn_steps, shell_empty),
         cmocka_unit_test(test_hnn_learning),
         cmocka_unit_test(test_hnn_rollouts),
         cmocka_unit_test(test_hnn_files),
-        cmocka_unit_test_setup(test_integrators, clean),
+        cmocka_unit_test_setup(test_integrators, shell_empty),
         cmocka_unit_test(test_drift),
         cmocka_unit_test(test_integrator_files),
-        cmocka_unit_test_setup(test_rules, clean),
+        cmocka_unit_test_setup(test_rules, shell_empty),
         cmocka_unit_test(test_solvers),
     };
     return cmocka_run_group_tests_name("charts", tests, shell_setup, shell_teardown);

@@ -9,53 +9,27 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Runs one that must work. */
-#define works(...)                                                                                 \
-    do {                                                                                           \
-        int status_ = shell(__VA_ARGS__);                                                          \
-        if (status_ != 0)                                                                          \
-            print_error("%s", shell_err());                                                        \
-        assert_int_equal(status_, 0);                                                              \
-    } while (0)
-
-static int clean(void **state)
-{
-    (void)state;
-    shell_clean();
-    return 0;
-}
-
 /* ---- help and version ---- */
 
 static void test_help(void **state)
 {
     (void)state;
     static const char *const names[] = {"scenes", "path", "check", "chart", "dump"};
-    works("$LA --help");
+    shell_works("$LA --help");
     for (size_t k = 0; k < sizeof names / sizeof *names; k++)
         assert_non_null(strstr(shell_out(), names[k]));
     for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
         char first[64];
-        works("$LA %s --help", names[k]);
+        shell_works("$LA %s --help", names[k]);
         snprintf(first, sizeof first, "leastaction %s ", names[k]);
         assert_ptr_equal(strstr(shell_out(), first), shell_out());
         assert_non_null(strstr(shell_out(), "--json"));
     }
-    works("$LA path --version");
+    shell_works("$LA path --version");
     assert_string_equal(shell_out(), "leastaction " LEASTACTION_VERSION "\n");
 }
 
 /* ---- JSON ---- */
-
-/* The value behind a key of the last line; NaN where it is null or absent. */
-static double value(const char *key)
-{
-    char quoted[64];
-    snprintf(quoted, sizeof quoted, "\"%s\": ", key);
-    const char *at = strstr(shell_last_line(), quoted);
-    return at && strncmp(at + strlen(quoted), "null", 4) != 0 ? strtod(at + strlen(quoted), NULL)
-                                                              : (double)NAN;
-}
 
 static void test_json_keys(void **state)
 {
@@ -64,7 +38,7 @@ static void test_json_keys(void **state)
         "scene",     "dof",         "slices",      "dt",          "solver",       "rule",
         "steps",     "seconds",     "action",      "action_mean", "kinetic_mean", "potential_mean",
         "grad_norm", "morse_index", "mse_initial", "mse_final",   "max_error",    "energy_drift"};
-    works("$LA path freebody --preset paper --json");
+    shell_works("$LA path freebody --preset paper --json");
     const char *at = shell_last_line();
     assert_int_equal(at[0], '{');
     assert_int_equal(at[strlen(at) - 1], '}');
@@ -74,29 +48,31 @@ static void test_json_keys(void **state)
         at = strstr(at, quoted); /* in this order */
         assert_non_null(at);
     }
-    assert_true(value("dof") == 1 && value("slices") == 60 && value("steps") == 500);
-    assert_true(value("dt") == 0.25);
+    assert_true(shell_number("dof") == 1 && shell_number("slices") == 60 &&
+                shell_number("steps") == 500);
+    assert_true(shell_number("dt") == 0.25);
     /* the mean of L over the slices is action over their number and length */
-    assert_close(value("action"), value("action_mean") * 60 * 0.25, 1e-12, 0);
-    assert_close(value("action_mean"), value("kinetic_mean") - value("potential_mean"), 1e-12, 0);
-    assert_true(value("mse_final") < 0.01 * value("mse_initial"));
-    assert_true(isnan(value("morse_index")));
+    assert_close(shell_number("action"), shell_number("action_mean") * 60 * 0.25, 1e-12, 0);
+    assert_close(shell_number("action_mean"),
+                 shell_number("kinetic_mean") - shell_number("potential_mean"), 1e-12, 0);
+    assert_true(shell_number("mse_final") < 0.01 * shell_number("mse_initial"));
+    assert_true(isnan(shell_number("morse_index")));
 }
 
 static void test_every_scene_runs(void **state)
 {
     (void)state;
-    works("$LA scenes --json");
+    shell_works("$LA scenes --json");
     static const char *const names[] = {"freebody", "pendulum",  "dblpend", "threebody",
                                         "gas",      "ephemeris", "spring",  "kepler"};
     char text[32];
     for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
-        works("$LA scenes --json");
+        shell_works("$LA scenes --json");
         snprintf(text, sizeof text, "\"name\": \"%s\"", names[k]);
         assert_non_null(strstr(shell_out(), text));
-        works("$LA path %s --solver adam --steps 3 --json", names[k]);
-        assert_true(isfinite(value("action")) && isfinite(value("mse_final")));
-        works("$LA scenes %s", names[k]);
+        shell_works("$LA path %s --solver adam --steps 3 --json", names[k]);
+        assert_true(isfinite(shell_number("action")) && isfinite(shell_number("mse_final")));
+        shell_works("$LA scenes %s", names[k]);
     }
 }
 
@@ -105,12 +81,12 @@ static void test_every_scene_runs(void **state)
 static void test_start_on_the_answer(void **state)
 {
     (void)state;
-    works("$LA path kepler --init ode --solver adam --steps 0 --json");
-    assert_true(value("mse_initial") == 0 && value("max_error") == 0);
-    assert_close(value("grad_norm"), 0, 0, 1e-12);
-    works("$LA path kepler --init ode --noise 0.05 --seed 3 --solver adam --steps 0 --json");
-    assert_close(sqrt(value("mse_initial")), 0.05, 0.25, 0);
-    assert_true(value("grad_norm") > 0.1);
+    shell_works("$LA path kepler --init ode --solver adam --steps 0 --json");
+    assert_true(shell_number("mse_initial") == 0 && shell_number("max_error") == 0);
+    assert_close(shell_number("grad_norm"), 0, 0, 1e-12);
+    shell_works("$LA path kepler --init ode --noise 0.05 --seed 3 --solver adam --steps 0 --json");
+    assert_close(sqrt(shell_number("mse_initial")), 0.05, 0.25, 0);
+    assert_true(shell_number("grad_norm") > 0.1);
 }
 
 /* The motion is stationary as dt goes to 0: halving it divides the gradient there by four and more
@@ -120,29 +96,31 @@ static void test_rules_with_nodes(void **state)
     (void)state;
     static const char *const rules[] = {"midpoint", "trapezoid", "gauss2", "gauss3"};
     for (size_t k = 0; k < sizeof rules / sizeof *rules; k++) {
-        works("$LA path kepler --rule %s --init ode --solver adam --steps 0 --slices 101 --dt 0.03 "
-              "--json",
-              rules[k]);
-        double coarse = value("grad_norm");
-        works("$LA path kepler --rule %s --init ode --solver adam --steps 0 --slices 201 --dt "
-              "0.015 --json",
-              rules[k]);
-        assert_true(value("grad_norm") > 0 && value("grad_norm") < coarse / 4);
+        shell_works(
+            "$LA path kepler --rule %s --init ode --solver adam --steps 0 --slices 101 --dt 0.03 "
+            "--json",
+            rules[k]);
+        double coarse = shell_number("grad_norm");
+        shell_works(
+            "$LA path kepler --rule %s --init ode --solver adam --steps 0 --slices 201 --dt "
+            "0.015 --json",
+            rules[k]);
+        assert_true(shell_number("grad_norm") > 0 && shell_number("grad_norm") < coarse / 4);
     }
-    works("$LA path kepler --rule gauss3 --solver adam --steps 3 --out run.h5 --json");
-    works("$LA dump run.h5 --json");
+    shell_works("$LA path kepler --rule gauss3 --solver adam --steps 3 --out run.h5 --json");
+    shell_works("$LA dump run.h5 --json");
     assert_non_null(strstr(shell_out(), "\"shape\": [4, 2, 101]"));
 }
 
 static void test_set_and_preset(void **state)
 {
     (void)state;
-    works("$LA path spring --init ode --solver adam --steps 0 --set k=4 --set=q0=0.5 --json");
-    double potential = value("potential_mean");
-    works("$LA path spring --init ode --solver adam --steps 0 --json");
-    assert_true(fabs(potential - value("potential_mean")) > 1e-3);
-    works("$LA path pendulum --preset paper --steps 7 --json");
-    assert_true(value("steps") == 7);
+    shell_works("$LA path spring --init ode --solver adam --steps 0 --set k=4 --set=q0=0.5 --json");
+    double potential = shell_number("potential_mean");
+    shell_works("$LA path spring --init ode --solver adam --steps 0 --json");
+    assert_true(fabs(potential - shell_number("potential_mean")) > 1e-3);
+    shell_works("$LA path pendulum --preset paper --steps 7 --json");
+    assert_true(shell_number("steps") == 7);
     assert_non_null(strstr(shell_last_line(), "\"rule\": \"left+repeat\""));
 }
 
@@ -153,10 +131,11 @@ static void test_outputs_agree(void **state)
     (void)state;
     struct ad_error error = {0};
     phys_runfile *file;
-    works("$LA path threebody --preset paper --steps 20 --every 7 --out run.h5 --csv found.csv "
-          "--json");
+    shell_works(
+        "$LA path threebody --preset paper --steps 20 --every 7 --out run.h5 --csv found.csv "
+        "--json");
     assert_int_equal(shell_files(), 2);
-    double action = value("action_mean");
+    double action = shell_number("action_mean");
     assert_int_equal(phys_runfile_open(shell_path("run.h5"), &file, &error), AD_OK);
     double steps[4], history[21], number;
     assert_int_equal(phys_runfile_read(file, "step", 0, 4, steps, &error), AD_OK);
@@ -188,21 +167,21 @@ static void test_outputs_agree(void **state)
 static void test_equal_runs_equal_files(void **state)
 {
     (void)state;
-    works("$LA path pendulum --preset paper --seed 5 --out run.h5 --csv found.csv --quiet");
-    works("mkdir first && mv run.h5 found.csv first && sleep 1");
-    works("$LA path pendulum --preset paper --seed 5 --out run.h5 --csv found.csv --quiet");
-    works("cmp run.h5 first/run.h5 && cmp found.csv first/found.csv");
-    works("$LA path pendulum --preset paper --seed 6 --csv found.csv --quiet");
+    shell_works("$LA path pendulum --preset paper --seed 5 --out run.h5 --csv found.csv --quiet");
+    shell_works("mkdir first && mv run.h5 found.csv first && sleep 1");
+    shell_works("$LA path pendulum --preset paper --seed 5 --out run.h5 --csv found.csv --quiet");
+    shell_works("cmp run.h5 first/run.h5 && cmp found.csv first/found.csv");
+    shell_works("$LA path pendulum --preset paper --seed 6 --csv found.csv --quiet");
     assert_int_equal(shell("cmp -s found.csv first/found.csv"), 1);
 }
 
 static void test_csv_on_standard_output(void **state)
 {
     (void)state;
-    works("$LA path kepler --solver adam --steps 2 --slices 5 --csv - --json");
+    shell_works("$LA path kepler --solver adam --steps 2 --slices 5 --csv - --json");
     assert_ptr_equal(strstr(shell_out(), "x,y\n"), shell_out());
     assert_int_equal(shell_last_line()[0], '{');
-    works("$LA path kepler --solver adam --steps 2 --slices 5 --csv - --quiet | wc -l");
+    shell_works("$LA path kepler --solver adam --steps 2 --slices 5 --csv - --quiet | wc -l");
     assert_int_equal(atoi(shell_out()), 6);
 }
 
@@ -218,39 +197,41 @@ static void test_quiet(void **state)
         "quantum --scene double-slit --points 180 --steps 99",
     };
     for (size_t k = 0; k < sizeof runs / sizeof *runs; k++) {
-        works("$LA %s --quiet", runs[k]);
+        shell_works("$LA %s --quiet", runs[k]);
         assert_string_equal(shell_out(), "");
     }
-    works("$LA simulate kepler --samples 4 --csv - --quiet | wc -l");
+    shell_works("$LA simulate kepler --samples 4 --csv - --quiet | wc -l");
     assert_int_equal(atoi(shell_out()), 6);
 }
 
 static void test_found_path_as_start(void **state)
 {
     (void)state;
-    works("$LA path kepler --solver adam --steps 9 --csv found.csv --json");
-    double action = value("action");
-    works("$LA path kepler --solver adam --steps 0 --init found.csv --reference found.csv --json");
-    assert_true(value("action") == action && value("mse_initial") == 0);
+    shell_works("$LA path kepler --solver adam --steps 9 --csv found.csv --json");
+    double action = shell_number("action");
+    shell_works(
+        "$LA path kepler --solver adam --steps 0 --init found.csv --reference found.csv --json");
+    assert_true(shell_number("action") == action && shell_number("mse_initial") == 0);
 }
 
 static void test_dump(void **state)
 {
     (void)state;
-    works("$LA path pendulum --solver adam --steps 2 --every 1 --slices 8 --out run.h5 --quiet");
-    works("$LA dump run.h5");
+    shell_works(
+        "$LA path pendulum --solver adam --steps 2 --every 1 --slices 8 --out run.h5 --quiet");
+    shell_works("$LA dump run.h5");
     assert_non_null(strstr(shell_out(), "\n    dt = 1 s\n"));
     assert_non_null(strstr(shell_out(), "\n/path  f64 [3 x 1 x 8]\n"));
-    works("$LA dump run.h5 --csv -");
+    shell_works("$LA dump run.h5 --csv -");
     assert_non_null(strstr(shell_out(), "\n/path,,f64,3 x 1 x 8,\n"));
-    works("$LA dump run.h5 --json");
+    shell_works("$LA dump run.h5 --json");
     assert_non_null(strstr(shell_last_line(), "\"object\": \"path\", \"kind\": \"f64\", \"shape\": "
                                               "[3, 1, 8], \"attributes\": {"));
-    works("$LA dump run.h5 --dataset step --csv step.csv && cat step.csv");
+    shell_works("$LA dump run.h5 --dataset step --csv step.csv && cat step.csv");
     assert_string_equal(shell_out(), "0\n1\n2\n");
-    works("$LA dump run.h5 --dataset step --json");
+    shell_works("$LA dump run.h5 --dataset step --json");
     assert_non_null(strstr(shell_out(), "\"values\": [0, 1, 2]}"));
-    works("$LA dump run.h5 --dataset path --csv - | cut -d, -f1,2,3");
+    shell_works("$LA dump run.h5 --dataset path --csv - | cut -d, -f1,2,3");
     assert_non_null(strstr(shell_out(), "2,0,1.57079632"));
     assert_int_equal(shell("$LA dump run.h5 --dataset pth"), 2);
     assert_non_null(strstr(shell_err(), "'pth'"));
@@ -268,7 +249,7 @@ static void test_not_converged(void **state)
         strstr(shell_err(), "leastaction path: not converged: all steps taken, |gradient| "));
     assert_int_equal(shell_last_line()[0], '{');
     assert_int_equal(shell_files(), 1);
-    works("$LA path spring --steps 4000 --lr 1e-3 --grad-tol 0.3 --json");
+    shell_works("$LA path spring --steps 4000 --lr 1e-3 --grad-tol 0.3 --json");
     assert_non_null(strstr(shell_last_line(), "\"stop\": \"tolerance reached\""));
 }
 
@@ -280,7 +261,7 @@ static void test_energy_that_no_path_has(void **state)
     assert_non_null(strstr(shell_err(), "no stationary path of energy -0.7 between these ends"));
     assert_non_null(strstr(shell_err(), " -0.500"));
     assert_int_equal(shell_files(), 0);
-    works("$LA path kepler --energy -0.5 --json");
+    shell_works("$LA path kepler --energy -0.5 --json");
     assert_non_null(strstr(shell_last_line(), "\"unseen\": "));
 }
 
@@ -302,7 +283,7 @@ static void test_interrupted(void **state)
     assert_ptr_equal(strstr(shell_err(), "leastaction path: interrupted after step "), shell_err());
     assert_non_null(strstr(shell_last_line(), "\"stop\": \"interrupted\""));
     assert_int_equal(shell_files(), 1);
-    works("$LA dump run.h5 | grep stop");
+    shell_works("$LA dump run.h5 | grep stop");
     assert_string_equal(shell_out(), "    stop = interrupted\n");
 }
 
@@ -310,8 +291,8 @@ static void test_interrupted(void **state)
 
 static void build_scene(const char *name)
 {
-    works("${CC:-cc} -std=c11 -shared -fPIC -I$ROOT $ROOT/tests/apps/scenes/%s.c -o %s.so", name,
-          name);
+    shell_works("${CC:-cc} -std=c11 -shared -fPIC -I$ROOT $ROOT/tests/apps/scenes/%s.c -o %s.so",
+                name, name);
 }
 
 static void test_check(void **state)
@@ -339,7 +320,7 @@ static void test_check(void **state)
     }
     assert_string_equal(shell_err(),
                         "leastaction check: mass: the Lagrangian is 1 x 1, expected 1 x 11\n");
-    works("$LA path good.so --solver adam --steps 5 --json");
+    shell_works("$LA path good.so --solver adam --steps 5 --json");
     assert_non_null(strstr(shell_last_line(), "\"scene\": \"mass\""));
 }
 
@@ -349,8 +330,8 @@ static void test_check_built_in(void **state)
     static const char *const names[] = {"freebody",  "pendulum", "dblpend", "threebody",
                                         "ephemeris", "spring",   "kepler"};
     for (size_t k = 0; k < sizeof names / sizeof *names; k++)
-        works("$LA check %s", names[k]);
-    works("$LA check gas --set bodies=9");
+        shell_works("$LA check %s", names[k]);
+    shell_works("$LA check gas --set bodies=9");
 }
 
 /* ---- pictures ---- */
@@ -358,13 +339,13 @@ static void test_check_built_in(void **state)
 static void test_picture_without_gnuplot(void **state)
 {
     (void)state;
-    works("mkdir empty && PATH=$PWD/empty $LA path pendulum --solver adam --steps 20 --plot "
-          "fig.svg --quiet");
+    shell_works("mkdir empty && PATH=$PWD/empty $LA path pendulum --solver adam --steps 20 --plot "
+                "fig.svg --quiet");
     assert_string_equal(shell_err(),
                         "gnuplot is not installed: wrote fig.dat and fig.gp; draw with: "
                         "gnuplot fig.gp\n");
     assert_int_equal(shell_files(), 3);
-    works("head -n 2 fig.gp");
+    shell_works("head -n 2 fig.gp");
     assert_string_equal(shell_out(), "data = 'fig.dat'\npicture = 'fig.svg'\n");
 }
 
@@ -379,9 +360,10 @@ static void test_pictures(void **state)
         skip();
     }
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        works("$LA path kepler --solver adam --steps 20 --plot \"%s\" --quiet", cases[k].name);
+        shell_works("$LA path kepler --solver adam --steps 20 --plot \"%s\" --quiet",
+                    cases[k].name);
         assert_string_equal(shell_err(), "");
-        works("cat \"%s\"", cases[k].name);
+        shell_works("cat \"%s\"", cases[k].name);
         assert_memory_equal(shell_out(), cases[k].magic, strlen(cases[k].magic));
     }
     assert_int_equal(shell_files(), 3);
@@ -390,26 +372,26 @@ static void test_pictures(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_help, clean),
-        cmocka_unit_test_teardown(test_json_keys, clean),
-        cmocka_unit_test_teardown(test_every_scene_runs, clean),
-        cmocka_unit_test_teardown(test_start_on_the_answer, clean),
-        cmocka_unit_test_teardown(test_rules_with_nodes, clean),
-        cmocka_unit_test_teardown(test_set_and_preset, clean),
-        cmocka_unit_test_teardown(test_outputs_agree, clean),
-        cmocka_unit_test_teardown(test_equal_runs_equal_files, clean),
-        cmocka_unit_test_teardown(test_csv_on_standard_output, clean),
-        cmocka_unit_test_teardown(test_quiet, clean),
-        cmocka_unit_test_teardown(test_found_path_as_start, clean),
-        cmocka_unit_test_teardown(test_dump, clean),
-        cmocka_unit_test_teardown(test_not_converged, clean),
-        cmocka_unit_test_teardown(test_not_finite, clean),
-        cmocka_unit_test_teardown(test_interrupted, clean),
-        cmocka_unit_test_teardown(test_energy_that_no_path_has, clean),
-        cmocka_unit_test_teardown(test_check, clean),
-        cmocka_unit_test_teardown(test_check_built_in, clean),
-        cmocka_unit_test_teardown(test_picture_without_gnuplot, clean),
-        cmocka_unit_test_teardown(test_pictures, clean),
+        cmocka_unit_test_teardown(test_help, shell_empty),
+        cmocka_unit_test_teardown(test_json_keys, shell_empty),
+        cmocka_unit_test_teardown(test_every_scene_runs, shell_empty),
+        cmocka_unit_test_teardown(test_start_on_the_answer, shell_empty),
+        cmocka_unit_test_teardown(test_rules_with_nodes, shell_empty),
+        cmocka_unit_test_teardown(test_set_and_preset, shell_empty),
+        cmocka_unit_test_teardown(test_outputs_agree, shell_empty),
+        cmocka_unit_test_teardown(test_equal_runs_equal_files, shell_empty),
+        cmocka_unit_test_teardown(test_csv_on_standard_output, shell_empty),
+        cmocka_unit_test_teardown(test_quiet, shell_empty),
+        cmocka_unit_test_teardown(test_found_path_as_start, shell_empty),
+        cmocka_unit_test_teardown(test_dump, shell_empty),
+        cmocka_unit_test_teardown(test_not_converged, shell_empty),
+        cmocka_unit_test_teardown(test_not_finite, shell_empty),
+        cmocka_unit_test_teardown(test_interrupted, shell_empty),
+        cmocka_unit_test_teardown(test_energy_that_no_path_has, shell_empty),
+        cmocka_unit_test_teardown(test_check, shell_empty),
+        cmocka_unit_test_teardown(test_check_built_in, shell_empty),
+        cmocka_unit_test_teardown(test_picture_without_gnuplot, shell_empty),
+        cmocka_unit_test_teardown(test_pictures, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }

@@ -11,21 +11,6 @@
 
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
-static int clean(void **state)
-{
-    (void)state;
-    shell_clean();
-    return 0;
-}
-
-static void works(const char *arguments)
-{
-    int status = shell("$LA dataset %s", arguments);
-    if (status != 0)
-        print_error("%s", shell_err());
-    assert_int_equal(status, 0);
-}
-
 static struct hnn_dataset read_dataset(const char *name)
 {
     struct hnn_dataset d;
@@ -50,9 +35,9 @@ static void test_both_formats(void **state)
         char arguments[256];
         const char *few = tasks[k].dof > 1 ? "--trials 4" : "";
         snprintf(arguments, sizeof arguments, "%s %s --out a.csv", tasks[k].task, few);
-        works(arguments);
+        shell_works("$LA dataset %s", arguments);
         snprintf(arguments, sizeof arguments, "%s %s --out a.h5", tasks[k].task, few);
-        works(arguments);
+        shell_works("$LA dataset %s", arguments);
         struct hnn_dataset text = read_dataset("a.csv"), hdf5 = read_dataset("a.h5");
         assert_int_equal(text.dof, tasks[k].dof);
         assert_int_equal(text.train.n, tasks[k].rows);
@@ -74,7 +59,7 @@ static void test_hdf5_says_what_it_is(void **state)
     phys_runfile *file;
     char *text = NULL;
     double noise = 0;
-    works("pendulum --seed 5 --noise 0.25 --out p.h5");
+    shell_works("$LA dataset pendulum --seed 5 --noise 0.25 --out p.h5");
     assert_int_equal(phys_runfile_open(shell_path("p.h5"), &file, &error), AD_OK);
     assert_int_equal(phys_runfile_get_text(file, "/", "command", &text, &error), AD_OK);
     assert_string_equal(text, "leastaction dataset pendulum --seed 5 --noise 0.25 --out p.h5");
@@ -91,13 +76,14 @@ static void test_hdf5_says_what_it_is(void **state)
 static void test_seed_and_options(void **state)
 {
     (void)state;
-    works("spring --seed 3 --out a.csv");
-    works("spring --seed 3 --out b.csv");
-    works("spring --seed 4 --out c.csv");
+    shell_works("$LA dataset spring --seed 3 --out a.csv");
+    shell_works("$LA dataset spring --seed 3 --out b.csv");
+    shell_works("$LA dataset spring --seed 4 --out c.csv");
     assert_int_equal(shell("cmp a.csv b.csv"), 0);
     assert_int_equal(shell("cmp -s a.csv c.csv"), 1);
-    works("spring --trials 3 --points 5 --time 2 --noise 0 --min-radius 2 --max-radius 2 "
-          "--strength 1 --out o.csv");
+    shell_works(
+        "$LA dataset spring --trials 3 --points 5 --time 2 --noise 0 --min-radius 2 --max-radius 2 "
+        "--strength 1 --out o.csv");
     struct hnn_dataset d = read_dataset("o.csv");
     assert_int_equal(d.trials, 3);
     assert_int_equal(d.train.n, 15);
@@ -116,8 +102,9 @@ static void test_pixels(void **state)
     struct hnn_filming filming = hnn_filming_published();
     struct hnn_frames drawn, read;
     struct ad_error error = {0};
-    works("pixels --trials 3 --points 4 --size 20,30 --dt 0.02 --max-angle 1 --max-speed 2 "
-          "--rows 100,400 --columns 50,450 --seed 9 --json --out p.h5");
+    shell_works("$LA dataset pixels --trials 3 --points 4 --size 20,30 --dt 0.02 --max-angle 1 "
+                "--max-speed 2 "
+                "--rows 100,400 --columns 50,450 --seed 9 --json --out p.h5");
     assert_non_null(strstr(shell_last_line(), "\"frames\": 18"));
     filming.trajectories = 3;
     filming.frames = 6;
@@ -138,7 +125,7 @@ static void test_pixels(void **state)
     assert_close(read.rod.dt, 0.02, 0, 0);
     hnn_frames_free(&drawn);
     hnn_frames_free(&read);
-    works("pixels --trials 1 --points 1 --out p.h5");
+    shell_works("$LA dataset pixels --trials 1 --points 1 --out p.h5");
     assert_int_equal(hnn_frames_read(shell_path("p.h5"), &read, &error), AD_OK);
     struct hnn_rod published = hnn_rod_published();
     assert_memory_equal(&read.rod, &published, sizeof published);
@@ -148,12 +135,12 @@ static void test_pixels(void **state)
 static void test_standard_output(void **state)
 {
     (void)state;
-    works("spring --trials 2 --points 3 --out -");
+    shell_works("$LA dataset spring --trials 2 --points 3 --out -");
     assert_int_equal(strncmp(shell_out(), "q,p,dqdt,dpdt,trial,t\n", 22), 0);
     assert_int_equal(shell_files(), 0);
-    works("spring --quiet --out q.csv");
+    shell_works("$LA dataset spring --quiet --out q.csv");
     assert_string_equal(shell_out(), "");
-    works("twobody --trials 2 --json --out t.h5");
+    shell_works("$LA dataset twobody --trials 2 --json --out t.h5");
     assert_non_null(strstr(shell_last_line(), "\"rows\": 100"));
     assert_non_null(strstr(shell_last_line(), "\"columns\": 18"));
 }
@@ -193,12 +180,12 @@ static void test_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_both_formats, clean),
-        cmocka_unit_test_setup(test_hdf5_says_what_it_is, clean),
-        cmocka_unit_test_setup(test_seed_and_options, clean),
-        cmocka_unit_test_setup(test_pixels, clean),
-        cmocka_unit_test_setup(test_standard_output, clean),
-        cmocka_unit_test_setup(test_refused, clean),
+        cmocka_unit_test_setup(test_both_formats, shell_empty),
+        cmocka_unit_test_setup(test_hdf5_says_what_it_is, shell_empty),
+        cmocka_unit_test_setup(test_seed_and_options, shell_empty),
+        cmocka_unit_test_setup(test_pixels, shell_empty),
+        cmocka_unit_test_setup(test_standard_output, shell_empty),
+        cmocka_unit_test_setup(test_refused, shell_empty),
     };
     return cmocka_run_group_tests_name("leastaction dataset", tests, shell_setup, shell_teardown);
 }

@@ -7,7 +7,6 @@
 #include "shell.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
@@ -23,25 +22,6 @@ static int setup(void **state)
            shell("$LA train f.h5 --model pixel-baseline %s --out b.h5", training);
 }
 
-static void works(const char *arguments)
-{
-    int status = shell("$LA rollout %s", arguments);
-    if (status != 0)
-        print_error("%s", shell_err());
-    assert_int_equal(status, 0);
-}
-
-/* A number of the last line's JSON, the first of that name. */
-static double value(const char *key)
-{
-    char quoted[64];
-    snprintf(quoted, sizeof quoted, "\"%s\": ", key);
-    const char *at = strstr(shell_last_line(), quoted);
-    assert_non_null(at);
-    return strncmp(at + strlen(quoted), "null", 4) == 0 ? (double)NAN
-                                                        : strtod(at + strlen(quoted), NULL);
-}
-
 /* The report is what a user of the library gets: encoded, followed, decoded, measured. */
 static void test_as_from_c(void **state)
 {
@@ -54,7 +34,7 @@ static void test_as_from_c(void **state)
     struct ad_error error = {0};
     static float foreseen[N * AREA], truth[N * AREA];
     double t[N], angle[N], energy[N - 2], pixels = 0, energies = 0;
-    works("m.h5 --truth f.h5 --trial 3 --time 20 --json");
+    shell_works("$LA rollout m.h5 --truth f.h5 --trial 3 --time 20 --json");
     assert_int_equal(hnn_frames_read(shell_path("f.h5"), &f, &error), AD_OK);
     assert_int_equal(hnn_model_load(shell_path("m.h5"), &model, &error), AD_OK);
     hnn_times(0, N - 1, N, t);
@@ -73,9 +53,9 @@ static void test_as_from_c(void **state)
     hnn_rod_energies(&f.rod, N, angle, energy);
     for (size_t k = 0; k < N - 2; k++)
         energies += pow(energy[k] - E, 2) / (N - 2);
-    assert_close(value("true_energy"), E, 1e-12, 0);
-    assert_close(value("coordinate_mse"), pixels, 1e-9, 0);
-    assert_close(value("energy_mse"), energies, 1e-9, 0);
+    assert_close(shell_number("true_energy"), E, 1e-12, 0);
+    assert_close(shell_number("coordinate_mse"), pixels, 1e-9, 0);
+    assert_close(shell_number("energy_mse"), energies, 1e-9, 0);
     hnn_path_free(&path);
     hnn_model_free(model);
     hnn_frames_free(&f);
@@ -84,9 +64,10 @@ static void test_as_from_c(void **state)
 static void test_added_energy(void **state)
 {
     (void)state;
-    works("m.h5 --truth pixels --seed 2 --time 12 --add-energy 0.01 --at 5 --csv a.csv --json");
-    assert_true(value("conserved_drift") < 1e-6);
-    assert_true(isnan(value("energy_mse")));
+    shell_works("$LA rollout m.h5 --truth pixels --seed 2 --time 12 --add-energy 0.01 --at 5 --csv "
+                "a.csv --json");
+    assert_true(shell_number("conserved_drift") < 1e-6);
+    assert_true(isnan(shell_number("energy_mse")));
     assert_int_equal(shell("cut -d, -f4 a.csv | sed -n '7p;8p' | paste -sd,"), 0);
     double H[2];
     assert_int_equal(sscanf(shell_out(), "%lf,%lf", &H[0], &H[1]), 2);
@@ -102,12 +83,12 @@ static void test_starts(void **state)
         char arguments[128];
         snprintf(arguments, sizeof arguments,
                  "m.h5 --against b.h5 --truth f.h5 --trial %d --time 9 --json", k);
-        works(arguments);
-        sum += value("energy_mse") / 3;
+        shell_works("$LA rollout %s", arguments);
+        sum += shell_number("energy_mse") / 3;
     }
-    works("m.h5 --against b.h5 --truth f.h5 --starts 3 --time 9 --json");
-    assert_close(value("energy_mse"), sum, 1e-12, 0);
-    works("m.h5 --truth pixels --starts 2 --time 9 --json");
+    shell_works("$LA rollout m.h5 --against b.h5 --truth f.h5 --starts 3 --time 9 --json");
+    assert_close(shell_number("energy_mse"), sum, 1e-12, 0);
+    shell_works("$LA rollout m.h5 --truth pixels --starts 2 --time 9 --json");
 }
 
 static void test_files(void **state)
@@ -116,7 +97,7 @@ static void test_files(void **state)
     struct phys_runfile_item item;
     struct ad_error error = {0};
     phys_runfile *file;
-    works("m.h5 --against b.h5 --truth pixels --time 7 --csv r.csv --out r.h5");
+    shell_works("$LA rollout m.h5 --against b.h5 --truth pixels --time 7 --csv r.csv --out r.h5");
     assert_non_null(strstr(shell_out(), "energy of the frames, mean square error"));
     assert_int_equal(shell("head -n 1 r.csv; wc -l < r.csv"), 0);
     assert_string_equal(shell_out(), "frame,energy_truth,energy,H,z1,z2,against_energy,against_H,"
@@ -143,9 +124,9 @@ static void test_frames_of_no_rod(void **state)
     assert_int_equal(phys_runfile_create(shell_path("u.h5"), &file, &error), AD_OK);
     phys_runfile_write(file, "frames", AD_F64, 3, dims, values);
     assert_int_equal(phys_runfile_commit(file, &error), AD_OK);
-    works("m.h5 --truth u.h5 --time 9 --json");
-    assert_true(isnan(value("true_energy")) && isnan(value("energy_mse")));
-    assert_true(value("coordinate_mse") > 0);
+    shell_works("$LA rollout m.h5 --truth u.h5 --time 9 --json");
+    assert_true(isnan(shell_number("true_energy")) && isnan(shell_number("energy_mse")));
+    assert_true(shell_number("coordinate_mse") > 0);
 }
 
 static void test_pictures(void **state)
@@ -155,9 +136,9 @@ static void test_pictures(void **state)
         print_message("gnuplot is not installed\n");
         skip();
     }
-    works("m.h5 --against b.h5 --truth pixels --time 5 --plot p.svg --quiet");
-    works("m.h5 --against b.h5 --truth pixels --time 5 --plot p.gif --quiet");
-    works("b.h5 --truth pixels --time 5 --plot p.png --quiet");
+    shell_works("$LA rollout m.h5 --against b.h5 --truth pixels --time 5 --plot p.svg --quiet");
+    shell_works("$LA rollout m.h5 --against b.h5 --truth pixels --time 5 --plot p.gif --quiet");
+    shell_works("$LA rollout b.h5 --truth pixels --time 5 --plot p.png --quiet");
     assert_string_equal(shell_err(), "");
     assert_int_equal(shell("grep -q 'energy of the frames' p.svg && head -c 6 p.gif"), 0);
     assert_string_equal(shell_out(), "GIF89a");

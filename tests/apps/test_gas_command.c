@@ -9,22 +9,6 @@
 #define COMMON                                                                                     \
     "simulate gas --integrator verlet --set bodies=150 --set cutoff=3 --set walls=.01 --json "
 
-/* A number of one of the objects of the last line. */
-static double number(const char *object, const char *key)
-{
-    char name[64];
-    const char *at = shell_last_line();
-    snprintf(name, sizeof name, "\"%s\": ", object);
-    at = strstr(at, name);
-    assert_non_null(at);
-    if (key) {
-        snprintf(name, sizeof name, "\"%s\": ", key);
-        at = strstr(at, name);
-        assert_non_null(at);
-    }
-    return strtod(at + strlen(name), NULL);
-}
-
 static void test_states(void **state)
 {
     (void)state;
@@ -33,17 +17,18 @@ static void test_states(void **state)
                            "--time 150"),
                      0);
     assert_non_null(strstr(shell_last_line(), "\"order_end\": {\"state\": \"gas-like\""));
-    assert_true(number("order_end", "neighbours") < 1.5);
-    assert_true(number("order_end", "peak") < 4); /* of one moment: 150 bodies show 2 to 4.2 */
-    assert_true(number("energy_drift", NULL) < 0.02);
+    assert_true(shell_number_in("order_end", "neighbours") < 1.5);
+    assert_true(shell_number_in("order_end", "peak") <
+                4); /* of one moment: 150 bodies show 2 to 4.2 */
+    assert_true(shell_number("energy_drift") < 0.02);
     assert_int_equal(shell("$LA " COMMON "--set spacing=.06 --set speed=4e-3 --set friction=.01 "
                            "--dt .2 --time 700"),
                      0);
     assert_non_null(strstr(shell_last_line(), "\"order_end\": {\"state\": \"solid-like\""));
-    assert_true(number("order_end", "neighbours") > 4.3);
-    assert_true(number("order_end", "peak") > 8);
+    assert_true(shell_number_in("order_end", "neighbours") > 4.3);
+    assert_true(shell_number_in("order_end", "peak") > 8);
     /* in the crystal neighbours are where their pair's energy is least */
-    assert_close(number("order_end", "peak_at"), 0.04 * pow(2, 1 / 6.0), 0.03, 0);
+    assert_close(shell_number_in("order_end", "peak_at"), 0.04 * pow(2, 1 / 6.0), 0.03, 0);
 }
 
 static void test_pictures(void **state)

@@ -10,31 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int clean(void **state)
-{
-    (void)state;
-    shell_clean();
-    return 0;
-}
-
-/* The number of a key of the JSON object on the last line. */
-static double number(const char *key)
-{
-    char name[64];
-    snprintf(name, sizeof name, "\"%s\": ", key);
-    const char *at = strstr(shell_last_line(), name);
-    assert_non_null(at);
-    return strtod(at + strlen(name), NULL);
-}
-
-static void works(const char *command)
-{
-    int status = shell("%s", command);
-    if (status != 0)
-        print_error("%s", shell_err());
-    assert_int_equal(status, 0);
-}
-
 /* ---- known answers: q at time t ---- */
 
 static void spring(double t, double *q) { q[0] = cos(t) + 0.3 * sin(t); }
@@ -70,11 +45,11 @@ static const struct known {
 static double largest_error(const struct known *answer)
 {
     size_t rows, columns;
-    double *values, q[2], most = 0, dt = number("dt");
+    double *values, q[2], most = 0, dt = shell_number("dt");
     struct ad_error error = {0};
     assert_int_equal(phys_table_read(shell_path("found.csv"), &rows, &columns, &values, &error),
                      AD_OK);
-    assert_true((double)rows == number("slices"));
+    assert_true((double)rows == shell_number("slices"));
     for (size_t i = 0; i < rows; i++) {
         answer->at((double)i * dt, q);
         for (size_t k = 0; k < columns; k++)
@@ -89,10 +64,10 @@ static void holds(const struct known *answer, const char *rule, double tolerance
     char command[256];
     snprintf(command, sizeof command, "$LA path %s %s --tol %g --csv found.csv --json", answer->run,
              rule, tolerance);
-    works(command);
-    double error = largest_error(answer), estimate = number("error_estimate");
+    shell_works("%s", command);
+    double error = largest_error(answer), estimate = shell_number("error_estimate");
     print_message("%-75s %s %.0e: %3.0f slices, estimate %.1e, error %.1e\n", answer->run, rule,
-                  tolerance, number("slices"), estimate, error);
+                  tolerance, shell_number("slices"), estimate, error);
     assert_true(estimate < tolerance);
     assert_true(error < tolerance);
     assert_true(error <= 10 * estimate);
@@ -136,15 +111,15 @@ static void test_least_that_will_do(void **state)
                  "$LA path kepler --init ode --dt 0.02 --rule gauss4 "
                  "--tol %g --json",
                  tolerance);
-        works(command);
-        assert_true(number("slices") >= before);
-        before = number("slices");
+        shell_works("%s", command);
+        assert_true(shell_number("slices") >= before);
+        before = shell_number("slices");
     }
     assert_true(before > 17);
-    works("$LA path spring --tol 1e-6");
+    shell_works("$LA path spring --tol 1e-6");
     assert_non_null(strstr(shell_out(), "  chosen: 32 elements of gauss2: the first setting with "
                                         "an estimate under 1e-06\n"));
-    works("$LA path spring --tol 1e-6 --json");
+    shell_works("$LA path spring --tol 1e-6 --json");
     assert_non_null(strstr(shell_last_line(), "\"chosen\": \"32 elements of gauss2: "));
 }
 
@@ -155,8 +130,9 @@ static void test_ends_of_a_file(void **state)
     size_t rows, columns;
     double *values;
     struct ad_error error = {0};
-    works("printf 'x\\n0.1\\n0.7\\n-0.4\\n0.3\\n' > start.csv");
-    works("$LA path spring --init start.csv --slices 4 --dt 0.5 --tol 1e-8 --csv found.csv --json");
+    shell_works("printf 'x\\n0.1\\n0.7\\n-0.4\\n0.3\\n' > start.csv");
+    shell_works(
+        "$LA path spring --init start.csv --slices 4 --dt 0.5 --tol 1e-8 --csv found.csv --json");
     assert_int_equal(phys_table_read(shell_path("found.csv"), &rows, &columns, &values, &error),
                      AD_OK);
     double T = 1.5, b = (0.3 - 0.1 * cos(T)) / sin(T);
@@ -206,11 +182,11 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_estimate_is_honest, clean),
-        cmocka_unit_test_setup(test_rule_stays, clean),
-        cmocka_unit_test_setup(test_least_that_will_do, clean),
-        cmocka_unit_test_setup(test_ends_of_a_file, clean),
-        cmocka_unit_test_setup(test_refusals, clean),
+        cmocka_unit_test_setup(test_estimate_is_honest, shell_empty),
+        cmocka_unit_test_setup(test_rule_stays, shell_empty),
+        cmocka_unit_test_setup(test_least_that_will_do, shell_empty),
+        cmocka_unit_test_setup(test_ends_of_a_file, shell_empty),
+        cmocka_unit_test_setup(test_refusals, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }

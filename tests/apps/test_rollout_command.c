@@ -33,43 +33,28 @@ static int setup(void **state)
     return shell(TRAIN "--out hnn.h5 && " TRAIN "--model baseline --out base.h5");
 }
 
-static double number(const char *text, const char *key)
-{
-    char quoted[64];
-    snprintf(quoted, sizeof quoted, "\"%s\": ", key);
-    const char *at = strstr(text, quoted);
-    if (!at)
-        fail_msg("no %s in %s", key, text);
-    return strncmp(at + strlen(quoted), "null", 4) == 0 ? (double)NAN
-                                                        : strtod(at + strlen(quoted), NULL);
-}
-
-static double value(const char *key) { return number(shell_last_line(), key); }
-
 static void test_against_truth(void **state)
 {
     (void)state;
     assert_int_equal(shell("$LA rollout hnn.h5 --truth spring --x0 0.9,0 --against base.h5 --json"),
                      0);
-    assert_true(value("energy_mse") < 1e-4 && value("energy_mse_model") < 1e-4);
-    assert_true(value("coordinate_mse") < 0.2 && value("conserved_drift") < 1e-6);
-    assert_true(value("evaluations") > 100 && value("seconds") > 0);
-    assert_true(isnan(value("reversal_error")) && isnan(value("outside_from")));
-    const char *against = strstr(shell_last_line(), "\"against\"");
-    assert_non_null(against);
-    assert_true(number(against, "energy_mse") > value("energy_mse"));
-    assert_true(isnan(number(against, "conserved_drift")));
+    assert_true(shell_number("energy_mse") < 1e-4 && shell_number("energy_mse_model") < 1e-4);
+    assert_true(shell_number("coordinate_mse") < 0.2 && shell_number("conserved_drift") < 1e-6);
+    assert_true(shell_number("evaluations") > 100 && shell_number("seconds") > 0);
+    assert_true(isnan(shell_number("reversal_error")) && isnan(shell_number("outside_from")));
+    assert_true(shell_number_in("against", "energy_mse") > shell_number("energy_mse"));
+    assert_true(isnan(shell_number_in("against", "conserved_drift")));
 }
 
 static void test_reversal(void **state)
 {
     (void)state;
     assert_int_equal(shell("$LA rollout hnn.h5 --x0 0.9,0 --time 10 --reverse --json"), 0);
-    assert_true(value("reversal_error") < 1e-7);
+    assert_true(shell_number("reversal_error") < 1e-7);
     assert_int_equal(shell("$LA rollout hnn.h5 --x0 0.9,0 --time 10 --reverse --json "
                            "--integrator implicit-midpoint --dt 0.05"),
                      0);
-    assert_true(value("reversal_error") < 1e-12);
+    assert_true(shell_number("reversal_error") < 1e-12);
 }
 
 /* Column `column` (from 1) of a row of a CSV file (the header is row 0), as text. */
@@ -86,7 +71,7 @@ static void test_added_energy(void **state)
     assert_int_equal(shell("$LA rollout hnn.h5 --x0 0.9,0 --time 4 --points 5 --add-energy 0.4 "
                            "--at 2 --csv path.csv --json"),
                      0);
-    assert_true(value("conserved_drift") < 1e-6 && isnan(value("outside_from")));
+    assert_true(shell_number("conserved_drift") < 1e-6 && isnan(shell_number("outside_from")));
     double start = cell("path.csv", 1, 4);
     assert_close(cell("path.csv", 3, 4), start, 0, 1e-6);
     assert_close(cell("path.csv", 4, 4), start + 0.4, 0, 1e-6);
@@ -94,7 +79,7 @@ static void test_added_energy(void **state)
     assert_int_equal(shell("$LA rollout hnn.h5 --x0 0.9,0 --time 4 --points 5 --add-energy 2 "
                            "--at 2 --json"),
                      0);
-    assert_close(value("outside_from"), 3, 1e-15, 0);
+    assert_close(shell_number("outside_from"), 3, 1e-15, 0);
     assert_non_null(strstr(shell_last_line(), "seen in training"));
     assert_int_equal(shell("$LA rollout hnn.h5 --x0 3,0 --time 1"), 0);
     assert_non_null(strstr(shell_out(), "outside its training from t = 0 on: H = "));
@@ -104,11 +89,11 @@ static void test_starts(void **state)
 {
     (void)state;
     assert_int_equal(shell("$LA rollout hnn.h5 --truth spring --starts 4 --time 5 --json"), 0);
-    double energy = value("energy_mse"), published = value("energy_mse_published");
+    double energy = shell_number("energy_mse"), published = shell_number("energy_mse_published");
     assert_true(energy > 0 && energy < 1e-3 && published > 0 && published != energy);
     assert_int_equal(shell("$LA rollout hnn.h5 --truth spring --starts 4 --time 5 --json --seed 2"),
                      0);
-    assert_true(value("energy_mse") != energy);
+    assert_true(shell_number("energy_mse") != energy);
 }
 
 /* A circle measured every 0.1: x0 and times come from the file. */
@@ -124,9 +109,9 @@ static void test_measured(void **state)
     assert_int_equal(shell("$LA rollout hnn.h5 --truth measured.csv --time-column clock --from 4 "
                            "--energy spring --json --csv out.csv"),
                      0);
-    assert_close(value("time"), 3, 1e-12, 0);
-    assert_close(value("points"), 31, 0, 0);
-    assert_true(value("coordinate_mse") < 0.01 && value("energy_mse") < 1e-4);
+    assert_close(shell_number("time"), 3, 1e-12, 0);
+    assert_close(shell_number("points"), 31, 0, 0);
+    assert_true(shell_number("coordinate_mse") < 0.01 && shell_number("energy_mse") < 1e-4);
     assert_close(cell("out.csv", 1, 1), 4, 1e-15, 0);
     assert_close(cell("out.csv", 1, 2), 0.7 * cos(2), 1e-12, 0);
     assert_close(cell("out.csv", 31, 9), 0.49, 1e-12, 0); /* true energy of the truth */
@@ -155,7 +140,7 @@ static void test_field(void **state)
     assert_int_equal(shell("$LA field hnn.h5 --across -1,1 --up -0.5,0.5 --grid 5 --csv f.csv "
                            "--out f.h5 --plot f.svg --json"),
                      0);
-    assert_close(value("points"), 25, 0, 0);
+    assert_close(shell_number("points"), 25, 0, 0);
     assert_int_equal(shell("head -n 1 f.csv; wc -l <f.csv; grep -c '<svg' f.svg"), 0);
     assert_string_equal(shell_out(), "q1,p1,dq1dt,dp1dt,H\n26\n1\n");
     assert_close(cell("f.csv", 1, 1), -1, 0, 0); /* corner: q = -1, p = -1/2 */

@@ -9,58 +9,33 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int clean(void **state)
-{
-    (void)state;
-    shell_clean();
-    return 0;
-}
-
-/* The number of a key of the JSON object on the last line; NaN for null. */
-static double number(const char *key)
-{
-    char name[64];
-    snprintf(name, sizeof name, "\"%s\": ", key);
-    const char *at = strstr(shell_last_line(), name);
-    assert_non_null(at);
-    at += strlen(name);
-    return strncmp(at, "null", 4) == 0 ? (double)NAN : strtod(at, NULL);
-}
-
 static bool has(const char *text) { return strstr(shell_last_line(), text) != NULL; }
-
-static void works(const char *arguments)
-{
-    int status = shell("$LA simulate %s", arguments);
-    if (status != 0)
-        print_error("%s", shell_err());
-    assert_int_equal(status, 0);
-}
 
 static void test_report(void **state)
 {
     (void)state;
-    works("kepler --integrator verlet --dt 0.006283185307179587 --time 62.83185307179586 --json");
+    shell_works("$LA simulate kepler --integrator verlet --dt 0.006283185307179587 --time "
+                "62.83185307179586 --json");
     assert_true(has("\"scene\": \"kepler\"") && has("\"integrator\": \"verlet\""));
-    assert_true(number("steps") == 10000);
-    assert_true(number("evaluations") == 10000);
-    assert_close(number("error"), 0.0103, 0.02, 0);
-    assert_close(number("energy"), -0.5, 1e-15, 0);
-    assert_close(number("energy_drift"), 5.06e-5, 0.01, 0);
-    assert_true(number("angular_momentum_change") < 1e-12);
-    assert_true(isnan(number("closest_approach")));
-    works("kepler --no-reference --json");
-    assert_true(isnan(number("error")));
+    assert_true(shell_number("steps") == 10000);
+    assert_true(shell_number("evaluations") == 10000);
+    assert_close(shell_number("error"), 0.0103, 0.02, 0);
+    assert_close(shell_number("energy"), -0.5, 1e-15, 0);
+    assert_close(shell_number("energy_drift"), 5.06e-5, 0.01, 0);
+    assert_true(shell_number("angular_momentum_change") < 1e-12);
+    assert_true(isnan(shell_number("closest_approach")));
+    shell_works("$LA simulate kepler --no-reference --json");
+    assert_true(isnan(shell_number("error")));
 }
 
 static void test_bodies_and_reversal(void **state)
 {
     (void)state;
-    works("figure8 --integrator gauss4 --dt 0.02 --reverse --json");
-    assert_close(number("closest_approach"), 0.6905266, 1e-6, 0);
-    assert_true(number("reversal_error") < 1e-12);
-    assert_true(number("momentum_change") < 1e-13);
-    assert_true(number("error") < 1e-8);
+    shell_works("$LA simulate figure8 --integrator gauss4 --dt 0.02 --reverse --json");
+    assert_close(shell_number("closest_approach"), 0.6905266, 1e-6, 0);
+    assert_true(shell_number("reversal_error") < 1e-12);
+    assert_true(shell_number("momentum_change") < 1e-13);
+    assert_true(shell_number("error") < 1e-8);
 }
 
 /* Every scene and every integrator says how its energy drifts; those that need a scene that
@@ -72,8 +47,8 @@ static void test_energy_is_always_reported(void **state)
         char arguments[96];
         snprintf(arguments, sizeof arguments, "%s --no-reference --time 1 --json",
                  phys_scenes[k]->name);
-        works(arguments);
-        assert_true(number("energy_drift") >= 0);
+        shell_works("$LA simulate %s", arguments);
+        assert_true(shell_number("energy_drift") >= 0);
     }
     for (size_t k = 0; phys_integrators[k]; k++) {
         const struct phys_integrator *method = phys_integrators[k];
@@ -84,7 +59,7 @@ static void test_energy_is_always_reported(void **state)
         if (method->separable)
             assert_non_null(strstr(shell_err(), "gauss2, implicit-midpoint or dop853"));
         else
-            assert_true(number("energy_drift") >= 0);
+            assert_true(shell_number("energy_drift") >= 0);
     }
 }
 
@@ -92,10 +67,12 @@ static void test_energy_is_always_reported(void **state)
 static void test_energy_of_a_scene_that_does_not_separate(void **state)
 {
     (void)state;
-    works("dblpend --integrator gauss3 --dt 0.01 --time 50 --no-reference --json");
-    assert_true(number("energy_drift") < 1e-9);
-    works("dblpend --integrator variational-trapezoid --dt 0.01 --time 5 --json");
-    assert_true(number("error") < 1e-2 && number("error") > 1e-6);
+    shell_works(
+        "$LA simulate dblpend --integrator gauss3 --dt 0.01 --time 50 --no-reference --json");
+    assert_true(shell_number("energy_drift") < 1e-9);
+    shell_works(
+        "$LA simulate dblpend --integrator variational-trapezoid --dt 0.01 --time 5 --json");
+    assert_true(shell_number("error") < 1e-2 && shell_number("error") > 1e-6);
 }
 
 /* The estimate is an upper bound but for a factor of ten at most, and the error meets what was
@@ -110,16 +87,16 @@ static void test_tolerance_is_met(void **state)
         for (double tolerance = 1e-3; tolerance > 1e-10; tolerance *= 1e-3) {
             char arguments[96];
             snprintf(arguments, sizeof arguments, "%s --tol %g --json", runs[k], tolerance);
-            works(arguments);
-            double error = number("error"), estimate = number("error_estimate");
+            shell_works("$LA simulate %s", arguments);
+            double error = shell_number("error"), estimate = shell_number("error_estimate");
             print_message("%-20s %.0e: estimate %.1e, error %.1e\n", runs[k], tolerance, estimate,
                           error);
             assert_true(estimate <= tolerance);
             assert_true(error <= tolerance);
             assert_true(error <= 10 * estimate);
         }
-    works("kepler --integrator yoshida4 --tol 1e-4 --json");
-    assert_true(has("\"integrator\": \"yoshida4\"") && number("error") < 1e-4);
+    shell_works("$LA simulate kepler --integrator yoshida4 --tol 1e-4 --json");
+    assert_true(has("\"integrator\": \"yoshida4\"") && shell_number("error") < 1e-4);
 }
 
 static void test_files(void **state)
@@ -128,7 +105,7 @@ static void test_files(void **state)
     size_t rows, columns;
     double *values, energy[12];
     struct ad_error error = {0};
-    works("kepler --samples 11 --csv k.csv --out k.h5 --plot k.svg --quiet");
+    shell_works("$LA simulate kepler --samples 11 --csv k.csv --out k.h5 --plot k.svg --quiet");
     assert_int_equal(phys_table_read(shell_path("k.csv"), &rows, &columns, &values, &error), AD_OK);
     assert_int_equal(rows, 12);
     assert_int_equal(columns, 5);
@@ -153,7 +130,7 @@ static void test_events(void **state)
     const double period = 6.69997566437;
     char arguments[200];
     snprintf(arguments, sizeof arguments, "%s --event 'v_theta<0' --out e.h5", command);
-    works(arguments);
+    shell_works("$LA simulate %s", arguments);
     const char *at = shell_last_line();
     for (int k = 1; k <= 3; k++) {
         at = strstr(at, "{\"event\": \"v_theta<0\", \"t\": ");
@@ -173,9 +150,9 @@ static void test_events(void **state)
     phys_runfile_close(file);
 
     snprintf(arguments, sizeof arguments, "%s --until theta=0 --csv e.csv", command);
-    works(arguments);
+    shell_works("$LA simulate %s", arguments);
     assert_true(has("\"stop\": \"event\""));
-    assert_close(number("time"), period / 4, 1e-11, 0);
+    assert_close(shell_number("time"), period / 4, 1e-11, 0);
     size_t rows, columns;
     double *values; /* the samples go on up to the event, the last one is there */
     assert_int_equal(phys_table_read(shell_path("e.csv"), &rows, &columns, &values, &error), AD_OK);
@@ -186,10 +163,13 @@ static void test_events(void **state)
     assert_int_equal(shell("$LA simulate kepler --until x=3"), 1); /* with the results so far */
     assert_non_null(strstr(shell_err(), "--until x=3: not before t = 3.14"));
     assert_non_null(strstr(shell_out(), "not in this time"));
-    works("kepler --until distance:1=1 --integrator gauss4 --dt 0.1 --json"); /* end of its axis */
+    shell_works(
+        "$LA simulate kepler --until distance:1=1 --integrator gauss4 --dt 0.1 --json"); /* end of
+                                                                                            its axis
+                                                                                          */
     assert_true(has("\"stop\": \"event\""));
-    assert_close(number("time"), M_PI / 2 - 0.6, 1e-4, 0);
-    works("ephemeris --event distance:mercury,venus=1e11 --no-reference --json");
+    assert_close(shell_number("time"), M_PI / 2 - 0.6, 1e-4, 0);
+    shell_works("$LA simulate ephemeris --event distance:mercury,venus=1e11 --no-reference --json");
     assert_true(has("{\"event\": \"distance:mercury,venus=1e11\""));
 }
 
@@ -235,14 +215,14 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(test_report, clean),
-        cmocka_unit_test_setup(test_bodies_and_reversal, clean),
-        cmocka_unit_test_setup(test_energy_of_a_scene_that_does_not_separate, clean),
-        cmocka_unit_test_setup(test_tolerance_is_met, clean),
-        cmocka_unit_test_setup(test_files, clean),
-        cmocka_unit_test_setup(test_energy_is_always_reported, clean),
-        cmocka_unit_test_setup(test_events, clean),
-        cmocka_unit_test_setup(test_refusals, clean),
+        cmocka_unit_test_setup(test_report, shell_empty),
+        cmocka_unit_test_setup(test_bodies_and_reversal, shell_empty),
+        cmocka_unit_test_setup(test_energy_of_a_scene_that_does_not_separate, shell_empty),
+        cmocka_unit_test_setup(test_tolerance_is_met, shell_empty),
+        cmocka_unit_test_setup(test_files, shell_empty),
+        cmocka_unit_test_setup(test_energy_is_always_reported, shell_empty),
+        cmocka_unit_test_setup(test_events, shell_empty),
+        cmocka_unit_test_setup(test_refusals, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }

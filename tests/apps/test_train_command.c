@@ -49,24 +49,15 @@ static int setup(void **state)
 
 #define SMALL "--hidden 16 --lr 1e-2 --test-fraction 0.2 --split random --batch 20 "
 
-static double number(const char *key)
-{
-    char quoted[64];
-    snprintf(quoted, sizeof quoted, "\"%s\": ", key);
-    const char *at = strstr(shell_last_line(), quoted);
-    if (!at)
-        fail_msg("no %s in %s", key, shell_last_line());
-    return strtod(at + strlen(quoted), NULL);
-}
-
 static void test_json_and_files(void **state)
 {
     (void)state;
     assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 200 --json --log log.csv"), 0);
-    assert_true(number("train_loss") < 0.02 && number("test_loss") < 0.05);
-    assert_true(number("steps") == 200 && number("seconds") > 0 && number("ms_per_step") > 0);
-    assert_true(number("parameters") == 2 * 16 + 16 + 16 * 16 + 16 + 16);
-    assert_true(number("train_samples") == 48 && number("test_samples") == 12);
+    assert_true(shell_number("train_loss") < 0.02 && shell_number("test_loss") < 0.05);
+    assert_true(shell_number("steps") == 200 && shell_number("seconds") > 0 &&
+                shell_number("ms_per_step") > 0);
+    assert_true(shell_number("parameters") == 2 * 16 + 16 + 16 * 16 + 16 + 16);
+    assert_true(shell_number("train_samples") == 48 && shell_number("test_samples") == 12);
     assert_int_equal(shell_files(), 3); /* data, model.h5, log.csv */
     assert_int_equal(shell("head -n 1 log.csv; wc -l <log.csv"), 0);
     assert_string_equal(shell_out(), "step,train_loss,test_loss,seconds\n21\n");
@@ -114,7 +105,7 @@ static void test_killed(void **state)
     assert_int_equal(shell("$LA dump b.h5 | grep -w step"), 0);
     assert_int_equal(
         shell("$LA train pendulum.csv " SMALL "--steps 20000 --json --out b.h5 --resume"), 0);
-    assert_true(number("steps") == 20000);
+    assert_true(shell_number("steps") == 20000);
     assert_int_equal(shell("for f in a b; do $LA dump $f.h5 --dataset training/optimiser >$f.txt; "
                            "$LA dump $f.h5 --dataset linear2.weight >>$f.txt; done; "
                            "test -s a.txt && cmp a.txt b.txt"),
@@ -130,16 +121,16 @@ static void test_pixels(void **state)
     assert_int_equal(shell("$LA train frames.h5 --model pixel-baseline " PIXELS
                            "--steps 1 --json --out other.h5"),
                      0);
-    double before = number("train_loss");
+    double before = shell_number("train_loss");
     double encoder = 488 + 2 * 72 + 18, decoder = 24 + 2 * 72 + 540, field = 24 + 72 + 16;
-    assert_true(number("parameters") == encoder + decoder + field);
-    assert_true(number("train_samples") == 30 && number("test_samples") == 10);
+    assert_true(shell_number("parameters") == encoder + decoder + field);
+    assert_true(shell_number("train_samples") == 30 && shell_number("test_samples") == 10);
     for (int k = 0; k < 2; k++)
         assert_int_equal(shell("$LA train frames.h5 --model pixel-hnn " PIXELS
                                "--steps 300 --json --out a%d.h5",
                                k),
                          0);
-    assert_true(number("train_loss") < 0.5 * before && number("test_loss") < before);
+    assert_true(shell_number("train_loss") < 0.5 * before && shell_number("test_loss") < before);
     assert_int_equal(shell("$LA train frames.h5 --model pixel-hnn " PIXELS
                            "--steps 100 --quiet --out a1.h5 && "
                            "$LA train frames.h5 --model pixel-hnn " PIXELS
