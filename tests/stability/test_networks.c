@@ -103,18 +103,25 @@ static void swing(double *x, double *rate)
     }
 }
 
-/* Largest error of the rates on a level. */
-static double field_error(hnn_model *model, double E)
+/* Errors of the rates on a level: root mean square, and the largest. */
+struct field_error {
+    double rms, most;
+};
+static struct field_error field_error(hnn_model *model, double E)
 {
-    double most = 0;
-    for (int k = 0; k < 200; k++) {
+    enum { POINTS = 200 };
+    struct field_error error = {0};
+    for (int k = 0; k < POINTS; k++) {
         double y[2], rate[2], found[2];
-        on_level(E, 0.0314159 * k, y);
+        on_level(E, 2 * M_PI * k / POINTS, y);
         field(y[0], y[1], rate);
         assert_int_equal(hnn_model_field(model, y, found), AD_OK);
-        most = fmax(most, hypot(found[0] - rate[0], found[1] - rate[1]));
+        double miss = hypot(found[0] - rate[0], found[1] - rate[1]);
+        error.rms += miss * miss / POINTS;
+        error.most = fmax(error.most, miss);
     }
-    return most;
+    error.rms = sqrt(error.rms);
+    return error;
 }
 
 /* What is said of a rollout from a level: NULL if nothing is. */
@@ -137,19 +144,50 @@ static const char *said(hnn_model *model, double E, char *what, size_t size)
     return outside ? what : NULL;
 }
 
-static void test_beyond_training(void **state)
+static hnn_model *trained_on_swings(uint64_t seed, size_t steps)
+{
+    double x[2 * SAMPLES], rate[2 * SAMPLES], loss;
+    struct hnn_settings settings = small(HNN_HAMILTONIAN);
+    settings.start = HNN_HE;
+    settings.seed = seed;
+    swing(x, rate);
+    return train(&settings, x, rate, steps, &loss);
+}
+
+/* The known errors, 0.003 inside, 0.22 at E = 0.13, 0.86 at E = 5.97, come without the network they
+   are of. Largest errors next to the separatrix, E = 6, are from 0.55 to 0.92 whatever it is: He,
+   Xavier or orthogonal starts, 32 or 64 units, 300 or 800 steps. At the centre, which lies far from
+   anything seen, all depends on how the weights began, root mean squares are 0.09 to 0.7 from He
+   starts and 0.02 to 0.1 from the others; so these are of He starts. Published data, with their
+   noise of 0.1, allow no 0.003 inside: 200 units and 2000 steps of Adam give 0.037, 0.08 to 0.11,
+   and 1.1. Of several seeds the geometric mean; one alone may differ by a factor of 2.5 at the
+   centre. */
+static void test_errors_beyond_training(void **state)
 {
     (void)state;
-    double x[2 * SAMPLES], rate[2 * SAMPLES], loss;
+    enum { SEEDS = 5 };
+    static const double known[] = {0.003, 0.22, 0.86};
+    double mean[3] = {1, 1, 1};
+    for (uint64_t seed = 0; seed < SEEDS; seed++) {
+        hnn_model *model = trained_on_swings(seed, 800);
+        double error[] = {field_error(model, 3).rms, field_error(model, 0.13).rms,
+                          field_error(model, 5.97).most};
+        print_message("seed %d: %.4f inside, %.3f at E = 0.13, %.3f at E = 5.97\n", (int)seed,
+                      error[0], error[1], error[2]);
+        for (int k = 0; k < 3; k++)
+            mean[k] *= pow(error[k], 1.0 / SEEDS);
+        hnn_model_free(model);
+    }
+    for (int k = 0; k < 3; k++)
+        if (!(mean[k] < 2 * known[k] && mean[k] > known[k] / 2))
+            fail_msg("%g, expected %g within a factor of 2", mean[k], known[k]);
+}
+
+static void test_said_beyond_training(void **state)
+{
+    (void)state;
     char what[120];
-    struct hnn_settings settings = small(HNN_HAMILTONIAN);
-    swing(x, rate);
-    hnn_model *model = train(&settings, x, rate, 800, &loss);
-    double inside = field_error(model, 3);
-    assert_true(inside < 0.01);
-    assert_true(field_error(model, 0.13) > 4 * inside); /* the centre, which it never saw */
-    double beyond = field_error(model, 5.97);           /* next to the separatrix, E = 6 */
-    assert_true(beyond > 50 * inside && beyond > 0.3 && beyond < 2);
+    hnn_model *model = trained_on_swings(0, 50);
     assert_null(said(model, 3, what, sizeof what));
     assert_non_null(said(model, 0.13, what, sizeof what));
     assert_non_null(strstr(what, "seen in training"));
@@ -162,7 +200,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_friction),
-        cmocka_unit_test(test_beyond_training),
+        cmocka_unit_test(test_errors_beyond_training),
+        cmocka_unit_test(test_said_beyond_training),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
