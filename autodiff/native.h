@@ -50,6 +50,9 @@ bool ad_native_segment(FILE *out, const ad_program *program, const struct walk *
    stand, in order, for its functions run0, run1, ... NULL when out of memory. */
 char *ad_native_source(const ad_program *program, struct native *native);
 
+/* A file of the cache is the user's own, holds this source, and is as it was written. */
+bool ad_native_is_whole(const char *path, const char *source);
+
 /* The shared object of this source: from the cache folder if it is there and unhurt, else compiled
    and kept there. NULL, with a reason in `note`, where that cannot be. dlclose it. */
 void *ad_native_load(const char *source, const char *isa, const struct compiler *compiler,

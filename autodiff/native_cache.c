@@ -89,8 +89,7 @@ static char *read_own_file(const char *path, size_t *bytes)
     return text;
 }
 
-/* The file holds this source, and all of it is as it was written. */
-static bool is_whole(const char *path, const char *source)
+bool ad_native_is_whole(const char *path, const char *source)
 {
     size_t bytes = 0, length = strlen(source);
     struct trailer t;
@@ -178,7 +177,7 @@ void *ad_native_load(const char *source, const char *isa, const struct compiler 
     size_t length = strlen(path);
     snprintf(path + length, PATH_MAX - length, "/%016llx.so",
              (unsigned long long)hash(HASH_START, source, strlen(source)));
-    if (!is_whole(path, source) && !build(path, source, isa, c, note))
+    if (!ad_native_is_whole(path, source) && !build(path, source, isa, c, note))
         return NULL;
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!library)

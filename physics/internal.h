@@ -17,6 +17,15 @@ static inline enum ad_status phys_tape_status(const ad_tape *tape, struct ad_err
 enum ad_status phys_library_open(const char *file, void **library, const struct phys_scene **scene,
                                  struct ad_error *error);
 void phys_library_close(void *library);
+/* The file is a shared object and as long as it says it is. To map more of a file than there is
+   ends in a signal, and the system's loader does not look. */
+bool phys_library_is_whole(const char *file);
+/* What is wrong with a scene from outside, or NULL. */
+const char *phys_scene_flaw(const struct phys_scene *scene);
+/* A system of a scene without flaw, with default parameters: the second half of phys_system_open.
+ */
+enum ad_status phys_system_begin(struct phys_system *system, const struct phys_scene *scene,
+                                 struct ad_error *error);
 
 /* The system that a motion was made of. */
 const struct phys_system *phys_motion_system(const phys_motion *motion);

@@ -10,19 +10,20 @@
 #include <unistd.h>
 
 #define SYMBOL "leastaction_scene"
+enum { PARAMS_MOST = 1 << 30 };
 
 static bool parameters_fit(const struct phys_scene *s)
 {
     for (size_t k = 0; k < s->n_params; k++)
         if (!s->params[k].name || s->params[k].offset > s->params_bytes ||
-            s->params_bytes - s->params[k].offset < sizeof(double))
+            s->params_bytes - s->params[k].offset < sizeof(double) ||
+            s->params[k].offset % _Alignof(double) != 0)
             return false;
-    return true;
+    return s->params_bytes < PARAMS_MOST;
 }
 
-/* What is wrong with a scene, or NULL. Version and size come first: they say whether the rest of
-   the struct can be read at all. */
-static const char *flaw(const struct phys_scene *s)
+/* Version and size come first: they say whether the rest of the struct can be read at all. */
+const char *phys_scene_flaw(const struct phys_scene *s)
 {
     if (s->version != PHYS_SCENE_VERSION)
         return "made for another version of leastaction (version is not PHYS_SCENE_VERSION)";
@@ -58,6 +59,10 @@ enum ad_status phys_library_open(const char *file, void **library, const struct 
     if (access(path, R_OK) != 0)
         return ad_fail(error, AD_E_INPUT, "%s: cannot be read: %s; expected a scene in a .so", file,
                        strerror(errno));
+    if (!phys_library_is_whole(path))
+        return ad_fail(error, AD_E_INPUT,
+                       "%s: not a scene: expected a shared object, this is none or cut short",
+                       file);
     *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!*library)
         return ad_fail(error, AD_E_INPUT, "%s: not a scene: %s", file, dlerror());
@@ -66,7 +71,7 @@ enum ad_status phys_library_open(const char *file, void **library, const struct 
         return ad_fail(error, AD_E_INPUT,
                        "%s: not a scene: expected it to export const struct phys_scene " SYMBOL,
                        file);
-    const char *wrong = flaw(*scene);
+    const char *wrong = phys_scene_flaw(*scene);
     if (wrong)
         return ad_fail(error, AD_E_INPUT, "%s: a scene %s", file, wrong);
     return AD_OK;

@@ -68,21 +68,26 @@ static enum ad_status find_scene(const char *name, struct phys_system *system,
     return AD_OK;
 }
 
+enum ad_status phys_system_begin(struct phys_system *system, const struct phys_scene *scene,
+                                 struct ad_error *error)
+{
+    system->scene = scene;
+    system->params = calloc(1, scene->params_bytes + 1);
+    if (!system->params)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; k < scene->n_params; k++)
+        *value_of(system, k) = scene->params[k].value;
+    if (!measure(system))
+        return ad_fail(error, AD_E_INPUT, "%s: the default parameters make no system", scene->name);
+    return AD_OK;
+}
+
 enum ad_status phys_system_open(const char *name, struct phys_system *system,
                                 struct ad_error *error)
 {
     *system = (struct phys_system){0};
     enum ad_status status = find_scene(name, system, error);
-    if (status != AD_OK)
-        return status;
-    system->params = calloc(1, system->scene->params_bytes + 1);
-    if (!system->params)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    for (size_t k = 0; k < system->scene->n_params; k++)
-        *value_of(system, k) = system->scene->params[k].value;
-    if (!measure(system))
-        return ad_fail(error, AD_E_INPUT, "%s: the default parameters make no system", name);
-    return AD_OK;
+    return status == AD_OK ? phys_system_begin(system, system->scene, error) : status;
 }
 
 void phys_system_close(struct phys_system *system)

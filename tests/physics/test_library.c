@@ -19,7 +19,8 @@ static const char source[] =
     "{ (void)p, (void)seed, (void)error; q[0] = 1; v[0] = 2; return AD_OK; }\n"
     "static const struct phys_param params[] = {{\"m\", \"kg\", \"mass\", 2, 0}};\n"
     "static const struct phys_param outside[] = {{\"m\", \"kg\", \"mass\", 2, 4}};\n"
-    "extern const void *use[]; const void *use[] = {outside};\n"
+    "static const struct phys_param askew[] = {{\"m\", \"kg\", \"mass\", 2, 1}};\n"
+    "extern const void *use[]; const void *use[] = {outside, askew};\n"
     "const struct phys_scene SYMBOL = {\n"
     "    .version = PHYS_SCENE_VERSION, .size = sizeof(struct phys_scene), .name = \"mass\",\n"
     "    .what = \"a mass\", .dof = 1, .dims = 1, .unit = \"m\", .time_unit = \"s\",\n"
@@ -91,6 +92,8 @@ static void flawed_scenes_are_refused(void **state)
         {".slices = 2", "fewer than 3 slices"},
         {".dt = -1", "time step that is not positive"},
         {".params = outside", "parameters that do not lie in"},
+        {".params = askew, .params_bytes = 16", "parameters that do not lie in"},
+        {".params_bytes = -1", "parameters that do not lie in"},
         {".dof = 3, .dims = 2", "make no system"},
     };
     for (size_t k = 0; k < sizeof table / sizeof *table; k++) {
@@ -99,6 +102,20 @@ static void flawed_scenes_are_refused(void **state)
     }
     struct path other = build("another_name", ".dt = 0.5");
     assert_refused(other.text, "expected it to export const struct phys_scene leastaction_scene");
+}
+
+/* Mapping more of a file than there is would end the process with a signal. */
+static void cut_files_are_refused(void **state)
+{
+    (void)state;
+    size_t size;
+    struct path so = build("leastaction_scene", ".dt = 0.5");
+    char *bytes = files_read(so.text, &size);
+    for (size_t length = 0; length < size; length += 1 + size / 9) {
+        struct path cut = files_write("cut.so", bytes, length);
+        assert_refused(cut.text, "cut short");
+    }
+    free(bytes);
 }
 
 static void files_that_are_no_shared_objects_are_refused(void **state)
@@ -119,6 +136,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_scene_from_outside_runs),
         cmocka_unit_test(flawed_scenes_are_refused),
+        cmocka_unit_test(cut_files_are_refused),
         cmocka_unit_test(files_that_are_no_shared_objects_are_refused),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
