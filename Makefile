@@ -69,7 +69,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests test check demo charts docs-pictures peers hnn-table bench lint format sanitize test-o1 mutants torture recipes fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests test check demo charts docs-pictures peers hnn-table bench lint format sanitize test-o1 coverage matrix mutants torture recipes fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -91,6 +91,7 @@ help:
 	@echo '  format     clang-format everything'
 	@echo '  sanitize   every test under ASan and UBSan'
 	@echo '  test-o1    tests of the tape with kernels compiled plainly: the oracle'
+	@echo '  coverage   lines that the tests run, by gcov: folder by folder, and files under 90 %'
 	@echo '  mutants    a flipped sign in any gradient rule must fail a test'
 	@echo '  torture    kills runs at random moments: files stay whole, training resumes'
 	@echo '  recipes    follows docs/recipes.md in a copy of the tree: minutes'
@@ -225,11 +226,17 @@ sanitize:
 test-o1:
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 TEST_DIRS=tests/autodiff check
 
+# -O1, so that lines are still those of the source; tests run side by side, so counts are atomic.
+coverage:
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/coverage CC=gcc \
+	    CFLAGS='-O1 -g --coverage -fprofile-update=atomic' check
+	@scripts/coverage $(BUILD)/coverage
+
 mutants: $(A)
-	@CC=$(CC) scripts/mutants $(BUILD)
+	+@CC=$(CC) scripts/mutants $(BUILD)
 
 torture: all
-	@scripts/torture $(BUILD)/leastaction $(KILLS)
+	+@scripts/torture $(BUILD)/leastaction $(KILLS)
 
 recipes: all
 	@FULL=1 scripts/check-docs $(BUILD) docs/recipes.md

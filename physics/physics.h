@@ -127,6 +127,10 @@ struct phys_system {
    ours: AD_E_INPUT, saying why. Ends with phys_system_close, after a failure too. */
 enum ad_status phys_system_open(const char *name, struct phys_system *system,
                                 struct ad_error *error);
+/* The same for a scene of the caller's own, linked to its program; it must outlive the system.
+   AD_E_INPUT says what a scene lacks. */
+enum ad_status phys_system_make(const struct phys_scene *scene, struct phys_system *system,
+                                struct ad_error *error);
 void phys_system_close(struct phys_system *system);
 /* Sets a parameter by name and updates dof. Unknown names are refused, naming the nearest; so are
    values that are not finite or make no system: AD_E_ARGUMENT, and the parameter keeps its value.

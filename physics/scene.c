@@ -90,6 +90,15 @@ enum ad_status phys_system_open(const char *name, struct phys_system *system,
     return status == AD_OK ? phys_system_begin(system, system->scene, error) : status;
 }
 
+enum ad_status phys_system_make(const struct phys_scene *scene, struct phys_system *system,
+                                struct ad_error *error)
+{
+    const char *flaw = phys_scene_flaw(scene);
+    *system = (struct phys_system){0};
+    return flaw ? ad_fail(error, AD_E_INPUT, "a scene %s", flaw)
+                : phys_system_begin(system, scene, error);
+}
+
 void phys_system_close(struct phys_system *system)
 {
     free(system->params);

@@ -75,6 +75,27 @@ static void assert_refused(const char *file, const char *message)
     phys_system_close(&system);
 }
 
+/* Linked instead of loaded: the pendulum's Lagrangian under another name, and without a start. */
+static void a_linked_scene_runs(void **state)
+{
+    (void)state;
+    struct phys_system system;
+    struct ad_error error = {0};
+    assert_int_equal(phys_system_open("pendulum", &system, &error), AD_OK);
+    struct phys_scene scene = *system.scene;
+    phys_system_close(&system);
+    scene.name = "swing";
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    assert_ptr_equal(system.scene, &scene);
+    assert_int_equal(phys_system_set(&system, "l", 2, &error), AD_OK);
+    assert_true(phys_system_get(&system, "l") == 2 && system.dof == 1);
+    phys_system_close(&system);
+    scene.start = NULL;
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_E_INPUT);
+    assert_string_equal(error.message, "a scene without a start");
+    phys_system_close(&system);
+}
+
 static void flawed_scenes_are_refused(void **state)
 {
     (void)state;
@@ -135,6 +156,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_scene_from_outside_runs),
+        cmocka_unit_test(a_linked_scene_runs),
         cmocka_unit_test(flawed_scenes_are_refused),
         cmocka_unit_test(cut_files_are_refused),
         cmocka_unit_test(files_that_are_no_shared_objects_are_refused),
