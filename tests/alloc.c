@@ -1,6 +1,7 @@
 /* Failing allocations (alloc.h). */
 #include "alloc.h"
 
+#include <malloc.h>
 #include <string.h>
 
 struct alloc alloc;
@@ -27,9 +28,17 @@ static bool fails(void)
            (alloc.calls == alloc.failing || (alloc.all_after && alloc.calls > alloc.failing));
 }
 
+static void hold(long bytes)
+{
+    alloc.held += bytes;
+    if (alloc.held > alloc.most)
+        alloc.most = alloc.held;
+}
+
 static void *count(void *block)
 {
     alloc.given += block != NULL;
+    hold((long)malloc_usable_size(block));
     return block;
 }
 
@@ -44,8 +53,11 @@ void *__wrap_realloc(void *old, size_t size)
 {
     if (fails())
         return NULL;
+    long before = (long)malloc_usable_size(old);
     void *block = __real_realloc(old, size);
     alloc.given += !old && block;
+    if (block)
+        hold((long)malloc_usable_size(block) - before);
     return block;
 }
 
@@ -64,5 +76,6 @@ char *__wrap_strndup(const char *text, size_t most)
 void __wrap_free(void *block)
 {
     alloc.taken += block != NULL;
+    hold(-(long)malloc_usable_size(block));
     __real_free(block);
 }

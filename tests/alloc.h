@@ -11,6 +11,7 @@ struct alloc {
     size_t failing;      /* the call that fails, counted from 1; 0: none */
     bool all_after;      /* ... and every one after it */
     size_t given, taken; /* blocks handed out and given back */
+    long held, most;     /* bytes of them now, and at most */
 };
 
 extern struct alloc alloc;

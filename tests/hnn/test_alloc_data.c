@@ -79,6 +79,39 @@ static void test_hdf5(void **state)
     assert_survives(read_hdf5, file.text, 30);
 }
 
+/* Bytes held at most while four columns are read of so many. */
+static long most_held(size_t columns, size_t rows)
+{
+    char *text = malloc(2 * rows * columns), *p = text;
+    assert_non_null(text);
+    for (size_t k = 0; k < rows * columns; k++) {
+        *p++ = (char)('1' + k % 9);
+        *p++ = k % columns == columns - 1 ? '\n' : ',';
+    }
+    struct path file = files_write("columns.csv", text, (size_t)(p - text));
+    free(text);
+    struct hnn_dataset d;
+    struct hnn_dataset_settings s = {.file = file.text, .state = "1,3", .rate = "2,4"};
+    struct ad_error error = {0};
+    alloc = (struct alloc){0};
+    assert_int_equal(hnn_dataset_read(&s, &d, &error), AD_OK);
+    assert_int_equal(d.train.n, rows);
+    hnn_dataset_free(&d);
+    assert_true(alloc.held == 0);
+    return alloc.most;
+}
+
+/* Columns that are not chosen are read past: they cost their place in the table of columns. */
+static void test_chosen_columns(void **state)
+{
+    (void)state;
+    enum { ROWS = 50000, MORE = 36 };
+    long column = ROWS * (long)sizeof(double), few = most_held(4, ROWS),
+         many = most_held(4 + MORE, ROWS);
+    assert_true(few > 4 * column);
+    assert_in_range(labs(many - few), 0, MORE * 64);
+}
+
 static enum ad_status observe(const char *task, struct ad_error *error)
 {
     struct hnn_observations o;
@@ -101,6 +134,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_text),
         cmocka_unit_test(test_hdf5),
+        cmocka_unit_test(test_chosen_columns),
         cmocka_unit_test(test_tasks),
     };
     return cmocka_run_group_tests_name("failing allocations", tests, files_setup, files_teardown);
