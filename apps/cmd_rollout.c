@@ -99,9 +99,9 @@ const struct command command_rollout = {
          .more =
              "Errors are means over outputs of squares of differences from the true motion: of\n"
              "the true energy, of the model's H, and of the components of the state. H is known\n"
-             "up to a constant, so its change is not divided by it. With --starts the energy's\n"
-             "error is also computed as it was published (arXiv 1906.01563): of a pendulum from\n"
-             "q^2 + p^2, of a spring over a time longer by 1.09. Fixed steps are shortened so\n"
+             "up to a constant, so its change is not divided by it. The energy's error is also\n"
+             "computed as it was published (arXiv 1906.01563): of a pendulum from q^2 + p^2, of a\n"
+             "spring over a time longer by 1.09. Fixed steps are shortened so\n"
              "that whole ones lead from output to output. Where a motion leaves the states or\n"
              "the values of H that the model was trained on, the report says so.\n\n"
              "Of a model of pixels --truth is `pixels`, or frames as `train` takes them. It is\n"

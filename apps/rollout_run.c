@@ -43,6 +43,17 @@ static enum ad_status follow_truth(struct rollout_run *run, struct ad_error *err
     return named(run->task->name, error);
 }
 
+/* Of a measured motion it was computed from the true energy. */
+static enum ad_status measure_as_published(const struct rollout_run *run, struct rollout_model *m,
+                                           struct ad_error *error)
+{
+    m->score.energy_mse_published = run->task ? NAN : m->energy_mse;
+    if (run->task && run->settings.add == 0)
+        hnn_task_published_mse(run->task, run->options->strength, &m->ode, &run->settings, &m->path,
+                               &run->truth, &m->score.energy_mse_published, error);
+    return named(m->file, error);
+}
+
 static void measure(const struct rollout_run *run, struct rollout_model *m)
 {
     m->conserved_drift = hnn_energy_drift(&m->ode, &m->path, &run->settings);
@@ -65,6 +76,8 @@ static enum ad_status one_start(struct rollout_run *run, struct ad_error *error)
         if (named(m->file, error) != AD_OK)
             return error->status;
         measure(run, m);
+        if (measure_as_published(run, m, error) != AD_OK)
+            return error->status;
     }
     return AD_OK;
 }

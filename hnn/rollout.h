@@ -77,6 +77,15 @@ double hnn_path_energy(const struct phys_ode *ode, const struct hnn_path *path, 
    the motion by the model and b the true motion. */
 double hnn_energy_mse(const struct phys_ode *ode, const struct hnn_path *a,
                       const struct hnn_path *b);
+/* The same as it was computed for the published table: of the published energy of a system, the
+   model followed over the published time from the same start (hnn_task.published_energy,
+   time_stretch). `path` and `truth` are of `settings`, whose times begin at 0; strength NaN: as
+   published. */
+enum ad_status hnn_task_published_mse(const struct hnn_task *task, double strength,
+                                      const struct phys_ode *model,
+                                      const struct hnn_rollout_settings *settings,
+                                      const struct hnn_path *path, const struct hnn_path *truth,
+                                      double *mse, struct ad_error *error);
 /* Largest change of E from its start, less what was added, in units of E: the energy of a model is
    known up to a constant, so that no ratio means anything. */
 double hnn_energy_drift(const struct phys_ode *ode, const struct hnn_path *path,

@@ -11,14 +11,44 @@ static const double accuracy = 1e-12;
 
 enum { STARTS = 15, POINTS = 100, TIME = 20 };
 
+enum ad_status hnn_task_published_mse(const struct hnn_task *task, double strength,
+                                      const struct phys_ode *model,
+                                      const struct hnn_rollout_settings *settings,
+                                      const struct hnn_path *path, const struct hnn_path *truth,
+                                      double *mse, struct ad_error *error)
+{
+    bool stretches = task->time_stretch > 0 && task->time_stretch != 1;
+    struct hnn_rollout_settings longer = *settings;
+    struct hnn_rollout_info info;
+    struct hnn_path stretched = {0};
+    struct phys_ode energy = {0};
+    double *t = malloc(settings->n * sizeof *t);
+    if (isnan(strength))
+        strength = task->published.strength;
+    if (!t)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu outputs", settings->n);
+    for (size_t k = 0; k < settings->n; k++)
+        t[k] = task->time_stretch * settings->t[k];
+    longer.t = t;
+    longer.reverse = false;
+    if (phys_ode_hamiltonian(task->published_energy ? task->published_energy : task->H, task->dof,
+                             &strength, &energy, error) == AD_OK &&
+        (!stretches || hnn_rollout(model, &longer, path->x, &stretched, &info, error) == AD_OK))
+        *mse = hnn_energy_mse(&energy, stretches ? &stretched : path, truth);
+    hnn_path_free(&stretched);
+    phys_ode_free(&energy);
+    free(t);
+    return error->status;
+}
+
 /* What all starts have in common. */
 struct setting {
     const struct phys_ode *model;
-    struct phys_ode truth, published; /* the latter for its energy alone */
+    const struct hnn_task *task;
+    struct phys_ode truth;
     struct hnn_sampling sampling;
     struct hnn_rollout_settings of_model, of_truth;
-    double stretch;
-    double *t, *stretched; /* [points] */
+    double *t; /* [points] */
     struct phys_random random;
 };
 
@@ -27,20 +57,16 @@ static enum ad_status prepare(const struct hnn_task *task, const struct hnn_tria
 {
     size_t points = trials->points ? trials->points : POINTS;
     double time = trials->time > 0 ? trials->time : TIME;
-    phys_hamiltonian *published = task->published_energy ? task->published_energy : task->H;
     if (s->model->n != 2 * task->dof)
         return ad_fail(error, AD_E_ARGUMENT, "%s has %zu coordinates and momenta, %s has %zu",
                        s->model->name, s->model->n, task->name, 2 * task->dof);
-    if (points < 2 || !(s->t = malloc(2 * points * sizeof *s->t)))
+    if (points < 2 || !(s->t = malloc(points * sizeof *s->t)))
         return ad_fail(error, points < 2 ? AD_E_ARGUMENT : AD_E_MEMORY, "no room for %zu points",
                        points);
     s->sampling = task->published;
     if (trials->strength > 0)
         s->sampling.strength = trials->strength;
-    s->stretch = task->time_stretch > 0 ? task->time_stretch : 1;
-    s->stretched = s->t + points;
     hnn_times(0, time, points, s->t);
-    hnn_times(0, s->stretch * time, points, s->stretched);
     s->of_model = (struct hnn_rollout_settings){.integrator = trials->integrator,
                                                 .dt = trials->dt,
                                                 .rtol = trials->rtol,
@@ -48,35 +74,13 @@ static enum ad_status prepare(const struct hnn_task *task, const struct hnn_tria
                                                 .t = s->t};
     s->of_truth = (struct hnn_rollout_settings){.rtol = accuracy, .n = points, .t = s->t};
     phys_random_seed(&s->random, trials->seed);
-    if (hnn_task_ode(task, s->sampling.strength, &s->truth, error) == AD_OK)
-        phys_ode_hamiltonian(published, task->dof, &s->sampling.strength, &s->published, error);
-    return error->status;
+    return hnn_task_ode(task, s->sampling.strength, &s->truth, error);
 }
 
 static void release(struct setting *s)
 {
     phys_ode_free(&s->truth);
-    phys_ode_free(&s->published);
     free(s->t);
-}
-
-/* The model over the published time; the true one where that is the same. */
-static enum ad_status published_error(const struct setting *s, const double *x0,
-                                      const struct hnn_path *path, const struct hnn_path *truth,
-                                      double *square, struct ad_error *error)
-{
-    struct hnn_rollout_settings settings = s->of_model;
-    struct hnn_rollout_info info;
-    struct hnn_path longer = {0};
-    if (s->stretch != 1) {
-        settings.t = s->stretched;
-        if (hnn_rollout(s->model, &settings, x0, &longer, &info, error) != AD_OK)
-            return error->status;
-        path = &longer;
-    }
-    *square += hnn_energy_mse(&s->published, path, truth);
-    hnn_path_free(&longer);
-    return AD_OK;
 }
 
 /* Adds what one start gives. */
@@ -85,9 +89,12 @@ static enum ad_status try_start(const struct setting *s, const double *x0, struc
 {
     struct hnn_path path = {0}, truth = {0};
     struct hnn_rollout_info info, unused;
+    double published;
     if (hnn_rollout(s->model, &s->of_model, x0, &path, &info, error) == AD_OK &&
         hnn_rollout(&s->truth, &s->of_truth, x0, &truth, &unused, error) == AD_OK &&
-        published_error(s, x0, &path, &truth, &sum->energy_mse_published, error) == AD_OK) {
+        hnn_task_published_mse(s->task, s->sampling.strength, s->model, &s->of_model, &path, &truth,
+                               &published, error) == AD_OK) {
+        sum->energy_mse_published += published;
         sum->energy_mse += hnn_energy_mse(&s->truth, &path, &truth);
         sum->energy_mse_model += hnn_energy_mse(s->model, &path, &truth);
         sum->coordinate_mse += hnn_path_mse(&path, &truth);
@@ -104,7 +111,7 @@ enum ad_status hnn_task_trials(const struct phys_ode *model, const struct hnn_ta
                                const struct hnn_trials *trials, struct hnn_score *score,
                                struct ad_error *error)
 {
-    struct setting s = {.model = model};
+    struct setting s = {.model = model, .task = task};
     size_t starts = trials->starts ? trials->starts : STARTS;
     double x0[HNN_TASK_STATES_MOST], share = 1 / (double)starts;
     *score = (struct hnn_score){0};

@@ -96,6 +96,17 @@ static void test_starts(void **state)
     assert_true(shell_number("energy_mse") != energy);
 }
 
+/* As published a spring's model has 1.09 times as long; the true energy does not change. */
+static void test_published_of_one_start(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA rollout hnn.h5 --truth spring --x0 0.7,0.1 --time 5 --json"), 0);
+    double energy = shell_number("energy_mse"), published = shell_number("energy_mse_published");
+    assert_int_equal(shell("$LA rollout hnn.h5 --truth spring --x0 0.7,0.1 --time 5.45 --json"), 0);
+    assert_close(published, shell_number("energy_mse"), 1e-5, 0);
+    assert_true(published != energy);
+}
+
 /* A circle measured every 0.1: x0 and times come from the file. */
 static void test_measured(void **state)
 {
@@ -112,6 +123,7 @@ static void test_measured(void **state)
     assert_close(shell_number("time"), 3, 1e-12, 0);
     assert_close(shell_number("points"), 31, 0, 0);
     assert_true(shell_number("coordinate_mse") < 0.01 && shell_number("energy_mse") < 1e-4);
+    assert_true(shell_number("energy_mse_published") == shell_number("energy_mse"));
     assert_close(cell("out.csv", 1, 1), 4, 1e-15, 0);
     assert_close(cell("out.csv", 1, 2), 0.7 * cos(2), 1e-12, 0);
     assert_close(cell("out.csv", 31, 9), 0.49, 1e-12, 0); /* true energy of the truth */
@@ -209,6 +221,7 @@ int main(void)
         cmocka_unit_test(test_reversal),
         cmocka_unit_test(test_added_energy),
         cmocka_unit_test(test_starts),
+        cmocka_unit_test(test_published_of_one_start),
         cmocka_unit_test(test_measured),
         cmocka_unit_test(test_files),
         cmocka_unit_test(test_field),
