@@ -7,6 +7,7 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -15,7 +16,7 @@ static char fuzz_name[256];
 
 static void fuzz_remove(void) { unlink(fuzz_name); }
 
-static const char *fuzz_file(const uint8_t *data, size_t size)
+static inline const char *fuzz_file(const uint8_t *data, size_t size)
 {
     if (!*fuzz_name) {
         const char *folder = getenv("TMPDIR");
@@ -29,8 +30,17 @@ static const char *fuzz_file(const uint8_t *data, size_t size)
     return fuzz_name;
 }
 
+/* Bytes as a string, up to the first zero; the caller frees. */
+static inline char *fuzz_text(const uint8_t *data, size_t size)
+{
+    char *text = calloc(1, size + 1);
+    if (!text)
+        abort();
+    return memcpy(text, data, size);
+}
+
 /* Aborts, which the fuzzer reports, unless it holds. */
-static void fuzz_require(int condition)
+static inline void fuzz_require(int condition)
 {
     if (!condition)
         abort();
