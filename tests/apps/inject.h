@@ -32,4 +32,7 @@ struct inject {
 /* Exit status of the command line, or 128 + the signal; -1 where the kernel cannot inject. */
 int inject_run(const struct words *words, struct inject *inject);
 
+/* The same as whoever runs the tests or, were that root, who may write anywhere, as nobody. */
+int inject_without_rights(const struct words *words);
+
 #endif

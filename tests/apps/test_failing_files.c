@@ -1,7 +1,7 @@
 /* A full disk, a write, sync, close or rename that fails, at every such call of one run of each
-   subcommand that writes: an error of one line, or a run that did without; earlier files stay byte
-   for byte until a whole one takes their place; nothing temporary is left. A few calls of each run
-   are tried; with EVERY=1 in the environment all of them. */
+   subcommand that writes, and a folder that is read only: an error of one line, or a run that did
+   without; earlier files stay byte for byte until a whole one takes their place; nothing temporary
+   is left. A few calls of each run are tried; with EVERY=1 in the environment all of them. */
 #include "../close.h"
 #include "../files.h"
 #include "inject.h"
@@ -89,10 +89,12 @@ static void assert_left(size_t k, int status, const struct output whole[], const
     const struct output earlier = {(char *)old, sizeof old - 1};
     for (size_t i = 0; i < MOST_OUTPUTS && table[k].outputs[i]; i++) {
         struct output now = output_of(table[k].outputs[i]);
-        bool new = table[k].others ? is_whole(table[k].outputs[i], &now) : same(&now, &whole[i]);
+        bool new = !whole            ? false
+                   : table[k].others ? is_whole(table[k].outputs[i], &now)
+                                     : same(&now, &whole[i]);
         if (!new && (status == 0 || !same(&now, &earlier)))
             fail_msg("%s: %s: exit %d and %s of %zu bytes instead of %zu", table[k].line, what,
-                     status, table[k].outputs[i], now.size, whole[i].size);
+                     status, table[k].outputs[i], now.size, whole ? whole[i].size : sizeof old - 1);
         free(now.bytes);
     }
 }
@@ -149,6 +151,26 @@ static void test_every_call(void **state)
     }
 }
 
+static void test_read_only_folder(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("chmod 755 .."), 0);
+    for (size_t k = 0; k < sizeof table / sizeof *table; k++) {
+        struct words words;
+        inject_words(&words, table[k].line);
+        put_old(k);
+        size_t files = shell_files();
+        assert_int_equal(shell("chmod 555 ."), 0);
+        int status = inject_without_rights(&words);
+        assert_message(status, table[k].line);
+        if (status != 2 || !strstr(shell_err(), "Permission denied"))
+            fail_msg("%s: status %d, %s", table[k].line, status, shell_err());
+        assert_left(k, status, NULL, table[k].line);
+        assert_int_equal(shell_files(), files);
+        assert_int_equal(shell("chmod 755 ."), 0);
+    }
+}
+
 static int setup(void **state)
 {
     if (shell_setup(state) != 0)
@@ -161,6 +183,7 @@ static int setup(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_every_call)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_every_call),
+                                       cmocka_unit_test(test_read_only_folder)};
     return cmocka_run_group_tests(tests, setup, shell_teardown);
 }
