@@ -95,7 +95,7 @@ help:
 	@echo '  mutants    a flipped sign in any gradient rule must fail a test'
 	@echo '  torture    kills runs at random moments: files stay whole, training resumes'
 	@echo '  recipes    follows docs/recipes.md in a copy of the tree: minutes'
-	@echo '  fuzz       readers of files against libFuzzer (clang), FUZZ_SECONDS=10 each'
+	@echo '  fuzz       every parser against libFuzzer (clang), FUZZ_SECONDS=10 each; check tries its corpus'
 	@echo '  install uninstall clean'
 
 # ---- compile ----
@@ -167,9 +167,16 @@ wrap_alloc = $(if $(findstring /test_alloc,$@),$(foreach f,malloc calloc realloc
 # Tests link statically, so that they reach internals; exported names are for scenes loaded in tests.
 $(TESTS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/tests/helpers.a $(A)
 	$(call say,LD,$@)
-	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -rdynamic $(wrap_alloc) $< $(BUILD)/tests/helpers.a \
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -rdynamic $(wrap_alloc) $(filter %.o,$^) $(BUILD)/tests/helpers.a \
 	    $(filter %/apps.a,$^) $(A) $(LIBS) -lcmocka -o $@
 $(filter-out $(BUILD)/tests/autodiff/% $(BUILD)/tests/physics/%,$(TESTS)): $(BUILD)/apps.a
+
+# Outside of libFuzzer the fuzzers are functions of one test, each with a name of its own.
+FUZZ_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(wildcard tests/fuzz/fuzz_*.c))
+$(BUILD)/tests/fuzz/test_corpus: $(FUZZ_OBJ)
+ifndef FUZZING
+$(FUZZ_OBJ): private CFLAGS += -DLLVMFuzzerTestOneInput=$(*F)
+endif
 
 build-tests: $(TESTS)
 
@@ -243,14 +250,15 @@ recipes: all
 
 # The library is instrumented too, so that the fuzzer sees which bytes lead where.
 fuzz:
-	@$(MAKE) --no-print-directory BUILD=$(BUILD)/fuzz CC=clang SAN=1 \
-	    CFLAGS='-O1 -g -fsanitize=fuzzer-no-link' run-fuzzers
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/fuzz CC=clang SAN=1 FUZZING=1 \
+	    CFLAGS='-O1 -g -fsanitize=fuzzer-no-link -Wno-pass-failed' run-fuzzers
 
 run-fuzzers: $(FUZZERS)
 	@for f in $^; do \
 	    mkdir -p $$f.corpus; \
 	    echo "$$f ($(FUZZ_SECONDS) s)"; \
-	    TMPDIR=$${TMPDIR:-/dev/shm} $$f -max_total_time=$(FUZZ_SECONDS) -max_len=4096 -artifact_prefix=$$f. $$f.corpus >$$f.log 2>&1 \
+	    TMPDIR=$${TMPDIR:-/dev/shm} $$f -max_total_time=$(FUZZ_SECONDS) -max_len=4096 -artifact_prefix=$$f. \
+	        $$f.corpus tests/fuzz/corpus/$${f##*fuzz_} >$$f.log 2>&1 \
 	        || { tail -n 30 $$f.log; exit 1; }; \
 	done
 

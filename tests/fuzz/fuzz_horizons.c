@@ -1,11 +1,5 @@
 /* Fuzzer of the Horizons reader: no input crashes it; tables that it accepts are finite, with
-   epochs in order and a date that leads back to the first, and what it refuses it explains. Build
-   and run, from the root, with real tables as corpus:
-
-     clang -g -O1 -fsanitize=fuzzer,address,undefined -std=c11 -D_XOPEN_SOURCE=700 -I. \
-         tests/fuzz/fuzz_horizons.c physics/horizons*.c physics/text.c autodiff/status.c -lm \
-         -o fuzz_horizons
-     TMPDIR=/dev/shm ./fuzz_horizons -max_total_time=60 -max_len=8192 CORPUS */
+   epochs in order and a date that leads back to the first, and what it refuses it explains. */
 #include "fuzz.h"
 
 #include "physics/horizons.h"

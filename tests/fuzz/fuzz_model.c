@@ -1,6 +1,6 @@
 /* Fuzzer of models in HDF5. A text says what is in the file, a line each:
 
-     NAME=VALUE         an attribute: a number if it reads as one, else a text
+     NAME=VALUE         an attribute: a number if it reads as one, else, or behind ", a text
      NAME 3 2           a dataset of these dimensions
 
    so that every file is sound HDF5 and what the reader of models, and of trainings, must look at
@@ -23,7 +23,7 @@ static void attribute(phys_runfile *file, char *name, char *value)
     if (options_number(value, &number))
         phys_runfile_number(file, folder, slash ? slash + 1 : name, number, NULL);
     else
-        phys_runfile_text(file, folder, slash ? slash + 1 : name, value);
+        phys_runfile_text(file, folder, slash ? slash + 1 : name, value + (*value == '"'));
 }
 
 static void dataset(phys_runfile *file, const char *name, const char *at)
@@ -69,7 +69,7 @@ static void write_file(const char *name, char *text)
 static void resume(const char *name)
 {
     static const double x[] = {1, 0, 0.5, -1}, rate[] = {0, -1, -1, -0.5};
-    const struct hnn_samples samples = {.n = 2, .x = x, .target = rate};
+    const struct hnn_samples samples = {.n = 2, .x = x, .target = rate}, none = {0};
     struct hnn_settings settings = hnn_defaults(HNN_HAMILTONIAN, 1);
     struct hnn_training training = hnn_training_defaults();
     struct ad_error error = {0};
@@ -78,7 +78,7 @@ static void resume(const char *name)
     settings.layers = 2;
     settings.hidden[0] = 3;
     if (hnn_model_new(&settings, &model, &error) == AD_OK &&
-        hnn_trainer_new(model, &training, &samples, NULL, &trainer, &error) == AD_OK &&
+        hnn_trainer_new(model, &training, &samples, &none, &trainer, &error) == AD_OK &&
         hnn_trainer_resume(trainer, name, &error) != AD_OK)
         fuzz_require(error.message[0]);
     hnn_trainer_free(trainer);

@@ -1,9 +1,5 @@
 /* Fuzzer of the table reader: no input crashes it; what it accepts is finite, what it refuses it
-   explains. Build and run, from the root:
-
-     clang -g -O1 -fsanitize=fuzzer,address,undefined -std=c11 -D_XOPEN_SOURCE=700 -I. \
-         tests/fuzz/fuzz_table.c physics/table.c physics/text.c autodiff/status.c -lm -o fuzz_table
-     TMPDIR=/dev/shm ./fuzz_table -max_total_time=60 -max_len=4096 CORPUS */
+   explains. */
 #include "fuzz.h"
 
 #include "physics/table.h"
