@@ -241,7 +241,7 @@ static void animation(const struct drawing *d, FILE *out)
         image(d, s, "f", "0", out);
         fputc('\n', out);
     }
-    panel(0.13, 0.97, 0.11, 0.42, out);
+    panel(0.13, 0.96, 0.11, 0.42, out);
     time_axes(d, out);
     fputs("set title 'energy of the frames / J' textcolor rgb 'black'\nunset ylabel\nunset key\n",
           out);
