@@ -64,40 +64,45 @@ void phys_runfile_integer(phys_runfile *file, const char *object, const char *na
 
 /* ---- reading ---- */
 
-/* The text of an attribute, to be freed; NULL if it cannot be read. */
-static char *read_text(hid_t id)
+/* The text of an attribute, to be freed; NULL if it cannot be read. False: out of memory. */
+static bool read_text(hid_t id, char **text)
 {
     hid_t stored = H5Aget_type(id), memory = text_type();
-    char *text = NULL;
+    bool room = true;
+    *text = NULL;
     if (H5Tis_variable_str(stored) > 0) {
         char *owned = NULL;
         H5Tset_cset(memory, H5Tget_cset(stored));
         if (H5Aread(id, memory, &owned) >= 0 && owned) {
-            text = strdup(owned);
+            room = (*text = strdup(owned)) != NULL;
             H5free_memory(owned);
         }
-    } else if ((text = calloc(H5Tget_size(stored) + 1, 1)) && H5Aread(id, stored, text) < 0) {
-        free(text);
-        text = NULL;
+    } else if (!(*text = calloc(H5Tget_size(stored) + 1, 1))) {
+        room = false;
+    } else if (H5Aread(id, stored, *text) < 0) {
+        free(*text);
+        *text = NULL;
     }
     H5Tclose(memory);
     H5Tclose(stored);
-    return text;
+    return room;
 }
 
-char *phys_h5_attribute(hid_t id, struct phys_runfile_item *item)
+bool phys_h5_attribute(hid_t id, struct phys_runfile_item *item, char **text)
 {
     hid_t type = H5Aget_type(id), space = H5Aget_space(id);
-    char *text = NULL;
+    bool room = true;
+    *text = NULL;
     item->kind = H5Sget_simple_extent_npoints(space) == 1 ? phys_h5_kind(type) : PHYS_RUNFILE_OTHER;
     if (item->kind == PHYS_RUNFILE_TEXT)
-        item->text = text = read_text(id);
+        room = read_text(id, text);
+    item->text = *text;
     if ((phys_h5_is_number(item->kind) && H5Aread(id, H5T_NATIVE_DOUBLE, &item->number) < 0) ||
-        (item->kind == PHYS_RUNFILE_TEXT && !text))
+        (item->kind == PHYS_RUNFILE_TEXT && !*text))
         item->kind = PHYS_RUNFILE_OTHER;
     H5Sclose(space);
     H5Tclose(type);
-    return text;
+    return room;
 }
 
 static enum ad_status get(phys_runfile *file, const char *object, const char *name,
@@ -107,9 +112,9 @@ static enum ad_status get(phys_runfile *file, const char *object, const char *na
     hid_t id = H5Aopen_by_name(file->id, object, name, H5P_DEFAULT, H5P_DEFAULT);
     if (id < 0)
         return phys_h5_fail(error, AD_E_INPUT, file->name, "find attribute", name);
-    *text = phys_h5_attribute(id, item);
+    bool room = phys_h5_attribute(id, item, text);
     H5Aclose(id);
-    return AD_OK;
+    return room ? AD_OK : ad_fail(error, AD_E_MEMORY, "%s: out of memory", file->name);
 }
 
 enum ad_status phys_runfile_get(phys_runfile *file, const char *object, const char *name,

@@ -27,7 +27,8 @@ bool phys_h5_is_number(enum phys_runfile_kind kind);
 
 /* Kind and shape of a dataset. */
 void phys_h5_describe(hid_t dataset, struct phys_runfile_item *item);
-/* Fills kind and number of an attribute; returns its text, to be freed, where it is one. */
-char *phys_h5_attribute(hid_t attribute, struct phys_runfile_item *item);
+/* Fills kind and number of an attribute, and its text, to be freed, where it is one, NULL else.
+   False: out of memory. */
+bool phys_h5_attribute(hid_t attribute, struct phys_runfile_item *item, char **text);
 
 #endif

@@ -8,21 +8,24 @@ struct listing {
     void (*visit)(void *context, const struct phys_runfile_item *item);
     void *context;
     const char *object;
+    bool out_of_memory;
 };
 
 static herr_t list_attribute(hid_t object, const char *name, const H5A_info_t *info, void *context)
 {
-    const struct listing *listing = context;
+    struct listing *listing = context;
+    char *text;
     (void)info;
     struct phys_runfile_item item = {.object = listing->object, .attribute = name};
     hid_t id = H5Aopen(object, name, H5P_DEFAULT);
     if (id < 0)
         return -1;
-    char *text = phys_h5_attribute(id, &item);
-    listing->visit(listing->context, &item);
+    listing->out_of_memory = !phys_h5_attribute(id, &item, &text);
+    if (!listing->out_of_memory)
+        listing->visit(listing->context, &item);
     free(text);
     H5Aclose(id);
-    return 0;
+    return listing->out_of_memory ? -1 : 0;
 }
 
 static herr_t list_object(hid_t root, const char *name, const H5O_info_t *info, void *context)
@@ -47,8 +50,9 @@ enum ad_status phys_runfile_list(phys_runfile *file,
                                  void (*visit)(void *context, const struct phys_runfile_item *item),
                                  void *context, struct ad_error *error)
 {
-    struct listing listing = {visit, context, ""};
+    struct listing listing = {visit, context, "", false};
     if (H5Ovisit(file->id, H5_INDEX_NAME, H5_ITER_INC, list_object, &listing) < 0)
-        return phys_h5_fail(error, AD_E_INPUT, file->name, "list", "/");
+        return listing.out_of_memory ? ad_fail(error, AD_E_MEMORY, "%s: out of memory", file->name)
+                                     : phys_h5_fail(error, AD_E_INPUT, file->name, "list", "/");
     return AD_OK;
 }
