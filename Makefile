@@ -92,6 +92,7 @@ help:
 	@echo '  sanitize   every test under ASan and UBSan'
 	@echo '  test-o1    tests of the tape with kernels compiled plainly: the oracle'
 	@echo '  coverage   lines that the tests run, by gcov: folder by folder, and files under 90 %'
+	@echo '  matrix     the runs of docs/accuracy.md, by gcc and clang, -O0 to -O3, with and without AVX, 1 and 2 threads'
 	@echo '  mutants    a flipped sign in any gradient rule must fail a test'
 	@echo '  torture    kills runs at random moments: files stay whole, training resumes'
 	@echo '  recipes    follows docs/recipes.md in a copy of the tree: minutes'
@@ -238,6 +239,9 @@ coverage:
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/coverage CC=gcc \
 	    CFLAGS='-O1 -g --coverage -fprofile-update=atomic' check
 	@scripts/coverage $(BUILD)/coverage
+
+matrix:
+	+@scripts/matrix $(BUILD)
 
 mutants: $(A)
 	+@CC=$(CC) scripts/mutants $(BUILD)
