@@ -1,4 +1,5 @@
-/* The double slit: set up and run (quantum_slit.c), drawn (quantum_slit_picture.c). */
+/* The double slit: set up (quantum_slit_setup.c), run (quantum_slit.c), drawn
+   (quantum_slit_picture.c). */
 #ifndef APPS_QUANTUM_SLIT_H
 #define APPS_QUANTUM_SLIT_H
 
@@ -26,6 +27,12 @@ struct slit {
     bool interrupted;
 };
 
+struct quantum_options;
+
+/* Everything up to the start of the run, for slit_free whatever it returned. */
+enum ad_status slit_prepare(const struct quantum_options *options, struct slit *slit,
+                            struct ad_error *error);
+void slit_free(struct slit *slit);
 void slit_picture(const struct slit *slit, struct plot *plot);
 
 #endif
