@@ -3,13 +3,12 @@
    The right side is one gradient more than L_q: second derivatives commute, so with w = v held
    fixed L_vq v + L_vt = d/dv (L_q . w + L_t). M comes from dof lanes of the same state: column j of
    the gradient of sum_j p_j(lane j) with respect to the lanes' v is column j of M, all of it in one
-   run. Where M is constant it folds away when compiled and is evaluated once. */
+   run. Where M is constant it folds away when compiled, and is evaluated and factored once. */
 #include "internal.h"
 #include "../autodiff/blas.h"
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 struct phys_motion {
     const struct phys_system *system;
@@ -18,8 +17,11 @@ struct phys_motion {
     ad_var mass, force;       /* M [dof x dof], right side [dof x 1] */
     ad_program *mass_program; /* NULL once M is known for good */
     ad_program *force_program;
-    bool diagonal;      /* M has no other entries; they are then the first row of factor */
-    double *M, *factor; /* [dof x dof] each; factor is what the solver destroys */
+    /* M [dof x dof] as factored, P L U, or where it is diagonal its diagonal [dof]. */
+    double *factor;
+    int *pivots; /* [dof] */
+    bool diagonal;
+    size_t singular; /* 0, or 1 + the coordinate of a zero pivot */
 };
 
 /* Rows of the unit matrix as a constant; the seed of the lanes. */
@@ -80,22 +82,33 @@ static bool is_diagonal(size_t n, const double *M)
     return true;
 }
 
-/* M has been evaluated. */
-static void note_diagonal(phys_motion *m)
+static void factor(phys_motion *m)
 {
     size_t n = m->system->dof;
-    m->diagonal = is_diagonal(n, m->M);
-    for (size_t k = 0; k < n && m->diagonal; k++)
-        m->factor[k] = m->M[k * n + k];
+    double *M = m->factor;
+    m->singular = 0;
+    m->diagonal = is_diagonal(n, M);
+    if (!m->diagonal)
+        m->singular = (size_t)ad_blas_factor(n, M, m->pivots);
+    for (size_t k = 0; k < n && m->diagonal; k++) {
+        M[k] = M[k * n + k];
+        if (M[k] == 0 && !m->singular)
+            m->singular = k + 1;
+    }
+}
+
+static void evaluate_mass(phys_motion *m)
+{
+    ad_run(m->mass_program);
+    ad_get(m->mass_program, m->mass, m->factor);
+    factor(m);
 }
 
 static void keep_constant_mass(phys_motion *m)
 {
     if (ad_program_info(m->mass_program).instructions > 0)
         return;
-    ad_run(m->mass_program);
-    ad_get(m->mass_program, m->mass, m->M);
-    note_diagonal(m);
+    evaluate_mass(m);
     ad_program_free(m->mass_program);
     m->mass_program = NULL;
 }
@@ -108,20 +121,18 @@ enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **m
     if (!m)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     *m = (phys_motion){.system = system, .tape = ad_tape_new(AD_F64)};
-    if (n <= SIZE_MAX / sizeof(double) / n) {
-        m->M = malloc(n * n * sizeof *m->M);
+    if (n <= SIZE_MAX / sizeof(double) / n)
         m->factor = malloc(n * n * sizeof *m->factor);
-    }
-    if (!m->tape || !m->M || !m->factor)
+    m->pivots = malloc(n * sizeof *m->pivots);
+    if (!m->tape || !m->factor || !m->pivots)
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
     else if (record(m, error) == AD_OK)
         keep_constant_mass(m);
-    if (!m->force_program) {
+    if (error->status != AD_OK) {
         phys_motion_free(m);
         *motion = NULL;
-        return error->status;
     }
-    return AD_OK;
+    return error->status;
 }
 
 void phys_motion_free(phys_motion *motion)
@@ -131,8 +142,8 @@ void phys_motion_free(phys_motion *motion)
     ad_program_free(motion->mass_program);
     ad_program_free(motion->force_program);
     ad_tape_free(motion->tape);
-    free(motion->M);
     free(motion->factor);
+    free(motion->pivots);
     free(motion);
 }
 
@@ -145,20 +156,14 @@ static void set_state(phys_motion *m, ad_program *program, const double *q, cons
     ad_set(program, m->t, &t);
 }
 
-/* b becomes the solution of M a = b; returns 0, or 1 + the coordinate of a zero pivot. */
-static size_t solve(phys_motion *m, double *b)
+/* b becomes the solution of M a = b. */
+static void solve(const phys_motion *m, double *b)
 {
     size_t n = m->system->dof;
-    if (!m->diagonal) {
-        memcpy(m->factor, m->M, n * n * sizeof *m->M);
-        return (size_t)ad_blas_solve(n, m->factor, b);
-    }
-    for (size_t k = 0; k < n; k++) {
-        if (m->factor[k] == 0)
-            return k + 1;
+    if (!m->diagonal)
+        ad_blas_factor_solve(n, m->factor, m->pivots, b);
+    for (size_t k = 0; k < n && m->diagonal; k++)
         b[k] /= m->factor[k];
-    }
-    return 0;
 }
 
 static enum ad_status refuse(const phys_motion *m, const char *what, size_t k, double t,
@@ -179,15 +184,11 @@ enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, co
     ad_get(m->force_program, m->force, a);
     if (m->mass_program) {
         set_state(m, m->mass_program, q, v, t);
-        ad_run(m->mass_program);
-        ad_get(m->mass_program, m->mass, m->M);
-        note_diagonal(m);
+        evaluate_mass(m);
     }
-    size_t singular = solve(m, a);
-    if (singular > m->system->dof)
-        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", m->system->dof);
-    if (singular)
-        return refuse(m, "the mass matrix is singular", singular - 1, t, error);
+    if (m->singular)
+        return refuse(m, "the mass matrix is singular", m->singular - 1, t, error);
+    solve(m, a);
     for (size_t k = 0; k < m->system->dof; k++)
         if (!isfinite(a[k]))
             return refuse(m, "the acceleration is not finite", k, t, error);
