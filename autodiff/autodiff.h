@@ -72,7 +72,7 @@ typedef struct ad_var {
 ad_tape *ad_tape_new(enum ad_type type);
 /* Forgets all that was recorded, errors too, and keeps the memory for the next recording. */
 void ad_tape_reset(ad_tape *tape);
-void ad_tape_free(ad_tape *tape);
+void ad_tape_free(ad_tape *tape); /* takes NULL; programs live on */
 /* First error of the recording (status AD_OK if none). Lives as long as the tape. */
 const struct ad_error *ad_tape_error(const ad_tape *tape);
 /* Keeps an error in the tape, as operations do: for callbacks that find they cannot record what
@@ -87,6 +87,7 @@ size_t ad_tape_size(const ad_tape *tape);
 /* Bytes held by the tape (nodes, constants, labels, index lists). */
 size_t ad_tape_bytes(const ad_tape *tape);
 
+/* Shape of a value; 0 x 0 for a handle without a tape. */
 size_t ad_rows(ad_var x);
 size_t ad_cols(ad_var x);
 
@@ -130,14 +131,15 @@ enum ad_op {
     AD_N_OPS
 };
 
+/* An operation by its number: what the names below are short for. */
 ad_var ad_unary(enum ad_op op, ad_var x);
 ad_var ad_binary(enum ad_op op, ad_arg a, ad_arg b);
 ad_var ad_ternary(enum ad_op op, ad_arg a, ad_arg b, ad_arg c);
-const char *ad_op_name(enum ad_op op);
+const char *ad_op_name(enum ad_op op); /* "matmul", as messages name it */
 
-/* neg abs sign step square cube sqrt recip exp log log1p expm1 sin cos tan asin acos atan sinh cosh tanh
-   sigmoid softplus relu: ad_NAME(x), the shape of x. At the edges of their domains the value is
-   that of C, and the gradient stays finite wherever the value is:
+/* neg abs sign step square cube sqrt recip exp log log1p expm1 sin cos tan asin acos atan sinh cosh
+   tanh sigmoid softplus relu: ad_NAME(x), the shape of x. At the edges of their domains the value
+   is that of C, and the gradient stays finite wherever the value is:
        abs 0 at 0; sign 0 everywhere; step(x) = (x > 0), 0 everywhere; relu 0 at 0;
        sqrt, asin, acos: 0 where the true derivative is infinite.
    Outside (log, recip at 0; sqrt below 0) infinities and NaN come through, value and gradient,
@@ -192,7 +194,7 @@ ad_var ad_dot(ad_var a, ad_var b); /* sum of a*b, shapes broadcast -> 1 x 1 */
 
 /* op(a) op(b), where op transposes if its flag is set. */
 ad_var ad_matmul(ad_var a, bool transpose_a, ad_var b, bool transpose_b);
-ad_var ad_transpose(ad_var x);
+ad_var ad_transpose(ad_var x); /* -> cols x rows */
 
 /* Views: no copy is made. Slices need first + count within the shape. */
 ad_var ad_row(ad_var x, size_t row);                        /* -> 1 x cols */
@@ -233,11 +235,11 @@ enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[]);
    except that variables name its inputs and outputs. On failure *program is NULL, the status is
    returned and kept in the tape. */
 enum ad_status ad_compile(ad_tape *tape, size_t n_out, const ad_var out[], ad_program **program);
-void ad_program_free(ad_program *program);
+void ad_program_free(ad_program *program); /* takes NULL */
 
 /* Sets an input from rows*cols doubles (converted for f32). AD_E_TAPE if x is not one of the
-   program's inputs; every input recorded before
-   compiling is one, whether an output needs it or not. */
+   program's inputs; every input recorded before compiling is one, whether an output needs it or
+   not. */
 enum ad_status ad_set(ad_program *program, ad_var x, const double *values);
 /* Copies an input or output to rows*cols doubles. */
 enum ad_status ad_get(const ad_program *program, ad_var x, double *values);

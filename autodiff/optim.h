@@ -31,7 +31,7 @@ typedef struct ad_optimiser ad_optimiser;
 /* NULL when memory is exhausted. */
 ad_optimiser *ad_optimiser_new(const struct ad_optimiser_settings *settings, enum ad_type type,
                                size_t n);
-void ad_optimiser_free(ad_optimiser *optimiser);
+void ad_optimiser_free(ad_optimiser *optimiser); /* takes NULL */
 
 /* One step: x [n] moves against g [n], both of the optimiser's type. */
 void ad_optimiser_step(ad_optimiser *optimiser, void *x, const void *g);

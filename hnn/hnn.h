@@ -97,6 +97,7 @@ struct hnn_block {
     bool bias;
     size_t rows, cols, offset; /* offset: in elements of the flat vector */
 };
+/* Those of a model, *n of them, in the order of the flat vector. */
 const struct hnn_block *hnn_model_blocks(const hnn_model *model, size_t *n);
 
 /* Lets the networks see (x - centre)/scale, and brings their outputs to the size of `rate`;
@@ -104,8 +105,6 @@ const struct hnn_block *hnn_model_blocks(const hnn_model *model, size_t *n);
    a Hamiltonian in x. Losses are then of rates in units of `rate`. */
 enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const double *scale,
                                    const double *rate, struct ad_error *error);
-/* `rate` of the above, [2n]; NULL where there is none. */
-const double *hnn_model_rate_scale(const hnn_model *model);
 
 /* What a model has seen: the least and the largest value of every component of the state, and of H
    (NaN where the model has none). */
@@ -194,6 +193,7 @@ struct hnn_schedule {
 };
 extern const struct hnn_schedule *const hnn_schedules[];   /* NULL-terminated */
 extern const struct hnn_optimiser *const hnn_optimisers[]; /* NULL-terminated */
+/* By name; NULL and AD_E_ARGUMENT, naming the nearest, if there is none. */
 const struct hnn_schedule *hnn_schedule_find(const char *name, struct ad_error *error);
 const struct hnn_optimiser *hnn_optimiser_find(const char *name, struct ad_error *error);
 const char *hnn_optimiser_name(const struct hnn_optimiser *optimiser);

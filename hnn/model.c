@@ -85,7 +85,6 @@ void hnn_model_free(hnn_model *model)
 const struct hnn_settings *hnn_model_settings(const hnn_model *model) { return &model->settings; }
 size_t hnn_model_size(const hnn_model *model) { return model->size; }
 const void *hnn_model_parameters(const hnn_model *model) { return model->parameters; }
-const double *hnn_model_rate_scale(const hnn_model *model) { return model->scaling.rate; }
 
 const struct hnn_block *hnn_model_blocks(const hnn_model *model, size_t *n)
 {

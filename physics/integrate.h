@@ -93,9 +93,10 @@ void phys_ode_component(const struct phys_ode *ode, size_t k, char *name, size_t
 /* ---- from L to momenta and energy (legendre.c) ---- */
 
 typedef struct phys_legendre phys_legendre;
+/* The system must outlive it. */
 enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre **legendre,
                                  struct ad_error *error);
-void phys_legendre_free(phys_legendre *legendre);
+void phys_legendre_free(phys_legendre *legendre); /* takes NULL */
 /* v . L_v - L, right for any L. */
 double phys_legendre_energy(phys_legendre *legendre, const double *q, const double *v, double t);
 /* p [dof] = L_v, and force [dof] = L_q; either may be NULL. */
@@ -139,6 +140,7 @@ struct phys_integrator {
     const void *coefficients;
 };
 extern const struct phys_integrator *const phys_integrators[]; /* NULL-terminated */
+/* By name; NULL and AD_E_ARGUMENT, naming the nearest, if there is none. */
 const struct phys_integrator *phys_integrator_find(const char *name, struct ad_error *error);
 
 /* ---- simulation (simulate.c) ---- */
@@ -215,6 +217,7 @@ struct phys_approach;
 /* For an ode of a system; closest begins with the distances at y. Ends with phys_approach_free. */
 enum ad_status phys_approach_new(const struct phys_ode *ode, double t, const double *y,
                                  struct phys_approach **approach, struct ad_error *error);
+/* What to hand to phys_simulate; and what was least so far. */
 const struct phys_events *phys_approach_events(const struct phys_approach *approach);
 struct phys_closest phys_approach_closest(const struct phys_approach *approach);
 void phys_approach_free(struct phys_approach *approach);

@@ -158,27 +158,6 @@ const char *phys_nearest(const char *name, size_t n, const char *const names[]);
 size_t phys_find(const char *what, const char *name, size_t n, const char *const names[],
                  struct ad_error *error);
 
-/* ---- the ephemeris (ephemeris.c) ---- */
-
-struct phys_horizons;
-
-/* Chooses the bodies (comma-separated names or ids) and the dimensions, 2 or 3, of an ephemeris
-   system that runs without tables; a mass set by name stays. jupiter, saturn and moon are known
-   roughly, from mean elements and series. AD_E_ARGUMENT names what is unknown. */
-enum ad_status phys_ephemeris_choose(struct phys_system *system, const char *bodies, size_t dims,
-                                     struct ad_error *error);
-/* Bodies, start and reference path from n tables of the same epochs: slice i is epoch first + i.
-   Masses are the tables' GM over G, save those set by name. The tables are not kept. reference:
-   [n*dims x slices], or NULL. Tables of type 1 have no velocities: those at the start are then from
-   differences of positions, of second order. */
-enum ad_status phys_ephemeris_use(struct phys_system *system, size_t n,
-                                  const struct phys_horizons *tables, size_t first, size_t slices,
-                                  size_t dims, double *reference, struct ad_error *error);
-/* Adds such roughly known bodies to a system whose bodies are chosen: the Sun is there for jupiter
-   and saturn, the Earth for the moon. jd: Julian date TDB of its start. */
-enum ad_status phys_ephemeris_add(struct phys_system *system, const char *bodies, double jd,
-                                  struct ad_error *error);
-
 /* ---- action (action.c) ---- */
 
 enum { PHYS_RULE_MOST = 24 }; /* largest degree, and number of points, of a rule */
@@ -208,7 +187,8 @@ struct phys_rule {
     void (*fill)(const struct phys_rule *rule, struct phys_rule_table *table);
 };
 extern const struct phys_rule *const phys_rules[]; /* NULL-terminated; higher gauss rules exist */
-/* By name: one of phys_rules, or gaussN up to N = PHYS_RULE_MOST. */
+/* By name: one of phys_rules, or gaussN up to N = PHYS_RULE_MOST; NULL and AD_E_ARGUMENT, naming
+   the nearest, if there is none. */
 const struct phys_rule *phys_rule_find(const char *name, struct ad_error *error);
 
 /* Where the rule looks at a path x [s*dof x n]: q, v [dof x m], t [1 x m], and the weight of each
@@ -239,6 +219,8 @@ struct phys_action {
     ad_var objective;    /* action_mean + energy_weight * mean (E0 - E_i)^2 */
     struct phys_rule_points points;
 };
+/* Records it with an input for the path; what is wrong with scene or rule is kept in the tape, and
+   its status returned. */
 enum ad_status phys_action_record(ad_tape *tape, const struct phys_system *system,
                                   const struct phys_rule *rule, size_t slices, double dt,
                                   double energy_weight, struct phys_action *action);
@@ -264,13 +246,13 @@ enum ad_status phys_check_gradient(const struct phys_system *system, const struc
                                    int order, double tolerance, size_t entries,
                                    struct ad_check *report, struct ad_error *error);
 
-/* Whether slice i of L depends on slice i of q, v and t alone, by moving one slice after the other
-   and comparing the bits of the rest. */
+/* Whether slice i of L depends on slice i of q, v and t alone. */
 struct phys_locality {
     bool passed;
     size_t slice, moved; /* L of `slice` reacts to slice `moved` ... */
     size_t row;          /* ... of q (row < dof), v (< 2 dof) or t (2 dof); SIZE_MAX: several */
 };
+/* Moves one slice after the other and compares the bits of L at the rest. */
 enum ad_status phys_check_locality(const struct phys_system *system, const struct phys_points *at,
                                    struct phys_locality *report, struct ad_error *error);
 
@@ -278,9 +260,10 @@ enum ad_status phys_check_locality(const struct phys_system *system, const struc
 
 /* Accelerations of any Lagrangian from the tape: M(q,v) a = L_q - L_vq v - L_vt, M = L_vv. */
 typedef struct phys_motion phys_motion;
+/* The system must outlive it. What its callbacks do wrong is returned: AD_E_SHAPE, AD_E_MEMORY. */
 enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **motion,
                                struct ad_error *error);
-void phys_motion_free(phys_motion *motion);
+void phys_motion_free(phys_motion *motion); /* takes NULL */
 /* a [dof] at (q [dof], v [dof], t). AD_E_NONFINITE where it is not finite or M is singular, naming
    the coordinate. */
 enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, const double *v,
@@ -363,6 +346,7 @@ extern const struct phys_solver *const phys_solvers[]; /* NULL-terminated */
 /* Not one of them: only the first two slices are given, and the discrete equations of the rule are
    marched from slice to slice. Its steps are the slices found; all other settings are ignored. */
 extern const struct phys_solver phys_solver_march;
+/* By name; NULL and AD_E_ARGUMENT, naming the nearest, if there is none. */
 const struct phys_solver *phys_solver_find(const char *name, struct ad_error *error);
 
 /* The stationary path between the first and the last slice of path [s*dof x slices] (s: degree of
@@ -421,6 +405,27 @@ enum ad_status phys_path_all(const struct phys_system *system,
                              size_t starts, uint64_t seed, struct phys_answers *answers,
                              struct ad_error *error);
 void phys_answers_free(struct phys_answers *answers);
+
+/* ---- the ephemeris (ephemeris.c) ---- */
+
+struct phys_horizons;
+
+/* Chooses the bodies (comma-separated names or ids) and the dimensions, 2 or 3, of an ephemeris
+   system that runs without tables; a mass set by name stays. jupiter, saturn and moon are known
+   roughly, from mean elements and series. AD_E_ARGUMENT names what is unknown. */
+enum ad_status phys_ephemeris_choose(struct phys_system *system, const char *bodies, size_t dims,
+                                     struct ad_error *error);
+/* Bodies, start and reference path from n tables of the same epochs: slice i is epoch first + i.
+   Masses are the tables' GM over G, save those set by name. The tables are not kept. reference:
+   [n*dims x slices], or NULL. Tables of type 1 have no velocities: those at the start are then from
+   differences of positions, of second order. */
+enum ad_status phys_ephemeris_use(struct phys_system *system, size_t n,
+                                  const struct phys_horizons *tables, size_t first, size_t slices,
+                                  size_t dims, double *reference, struct ad_error *error);
+/* Adds such roughly known bodies to a system whose bodies are chosen: the Sun is there for jupiter
+   and saturn, the Earth for the moon. jd: Julian date TDB of its start. */
+enum ad_status phys_ephemeris_add(struct phys_system *system, const char *bodies, double jd,
+                                  struct ad_error *error);
 
 #ifdef __cplusplus
 }
