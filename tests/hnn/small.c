@@ -67,3 +67,36 @@ void small_samples_free(struct hnn_samples *samples)
     free((void *)(uintptr_t)samples->x);
     free((void *)(uintptr_t)samples->target);
 }
+
+const struct hnn_samples small_none = {.n = 0};
+
+hnn_trainer *small_trainer(hnn_model *model, const struct hnn_training *training,
+                           const struct hnn_samples *train, const struct hnn_samples *test)
+{
+    struct ad_error error = {0};
+    hnn_trainer *trainer;
+    if (hnn_trainer_new(model, training, train, test, &trainer, &error) != AD_OK)
+        fail_msg("%s", error.message);
+    return trainer;
+}
+
+enum hnn_stop small_run(hnn_trainer *trainer)
+{
+    struct ad_error error = {0};
+    enum hnn_stop stop;
+    if (hnn_trainer_run(trainer, &stop, &error) != AD_OK)
+        fail_msg("%s", error.message);
+    return stop;
+}
+
+double small_loss(hnn_model *model, const struct hnn_samples *samples)
+{
+    struct ad_error error = {0};
+    size_t m = 2 * hnn_model_settings(model)->dof, n = m * samples->n;
+    double *rate = malloc(n * sizeof *rate), sum = 0;
+    assert_int_equal(hnn_model_evaluate(model, samples->n, samples->x, rate, NULL, &error), AD_OK);
+    for (size_t k = 0; k < n; k++)
+        sum += (rate[k] - samples->target[k]) * (rate[k] - samples->target[k]);
+    free(rate);
+    return sum / (double)n;
+}

@@ -23,5 +23,13 @@ double *small_values(uint64_t seed, size_t rows, size_t n);
 /* States [2 x n] within +-1.5, and the rates of q' = p, p' = -sin q - friction p. */
 struct hnn_samples small_pendulum(uint64_t seed, size_t n, double friction);
 void small_samples_free(struct hnn_samples *samples);
+extern const struct hnn_samples small_none;
+
+/* A trainer, and all its steps; whatever fails, fails the test. */
+hnn_trainer *small_trainer(hnn_model *model, const struct hnn_training *training,
+                           const struct hnn_samples *train, const struct hnn_samples *test);
+enum hnn_stop small_run(hnn_trainer *trainer);
+/* The loss on rates as it is defined, from the field itself. */
+double small_loss(hnn_model *model, const struct hnn_samples *samples);
 
 #endif

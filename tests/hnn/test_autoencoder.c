@@ -43,24 +43,6 @@ static void shoot(struct film *film)
         .n = SAMPLES, .frames = film->pixels, .first = film->first, .frame = FRAME};
 }
 
-static hnn_trainer *trainer_of(hnn_model *model, const struct hnn_training *training,
-                               const struct hnn_samples *train, const struct hnn_samples *test)
-{
-    struct ad_error error = {0};
-    hnn_trainer *trainer;
-    if (hnn_trainer_new(model, training, train, test, &trainer, &error) != AD_OK)
-        fail_msg("%s", error.message);
-    return trainer;
-}
-
-static void run(hnn_trainer *trainer)
-{
-    struct ad_error error = {0};
-    enum hnn_stop stop;
-    if (hnn_trainer_run(trainer, &stop, &error) != AD_OK)
-        fail_msg("%s", error.message);
-}
-
 /* ---- the oracle ---- */
 
 /* out = W in + b of the named map, added to what is there. */
@@ -134,7 +116,7 @@ static void test_loss(void **state)
         hnn_model *model = small_model(&s);
         struct hnn_training training = hnn_pixel_training_defaults();
         training.batch = 7;
-        hnn_trainer *trainer = trainer_of(model, &training, &film.samples, &film.samples);
+        hnn_trainer *trainer = small_trainer(model, &training, &film.samples, &film.samples);
         double expected = 0;
         for (int k = 0; k < SAMPLES; k++)
             expected += loss_of(model, film.pixels + k * FRAME) / SAMPLES;
@@ -203,9 +185,9 @@ static void test_training_halves_the_loss(void **state)
             s.precision = (enum ad_type)type;
             hnn_model *model = small_model(&s);
             struct hnn_training training = short_training(150);
-            hnn_trainer *trainer = trainer_of(model, &training, &film.samples, &film.samples);
+            hnn_trainer *trainer = small_trainer(model, &training, &film.samples, &film.samples);
             double before = hnn_trainer_train_loss(trainer);
-            run(trainer);
+            small_run(trainer);
             double after = hnn_trainer_train_loss(trainer);
             if (!(after < 0.5 * before))
                 fail_msg("%s, %s: %g after %g", hnn_precisions[type], hnn_kinds[kind], after,
@@ -234,20 +216,20 @@ static void test_resumes_bitwise(void **state)
     s.precision = AD_F32;
     struct hnn_training whole = short_training(17), part = short_training(10);
     hnn_model *model[2] = {small_model(&s), small_model(&s)};
-    hnn_trainer *trainer = trainer_of(model[0], &whole, &film.samples, &film.samples);
-    run(trainer);
+    hnn_trainer *trainer = small_trainer(model[0], &whole, &film.samples, &film.samples);
+    small_run(trainer);
     struct path expected = saved(trainer, "whole.h5");
     hnn_trainer_free(trainer);
 
-    trainer = trainer_of(model[1], &part, &film.samples, &film.samples);
-    run(trainer);
+    trainer = small_trainer(model[1], &part, &film.samples, &film.samples);
+    small_run(trainer);
     struct path half = saved(trainer, "half.h5");
     hnn_trainer_free(trainer);
-    trainer = trainer_of(model[1], &whole, &film.samples, &film.samples);
+    trainer = small_trainer(model[1], &whole, &film.samples, &film.samples);
     struct ad_error error = {0};
     assert_int_equal(hnn_trainer_resume(trainer, half.text, &error), AD_OK);
     assert_int_equal(hnn_trainer_step(trainer), 10);
-    run(trainer);
+    small_run(trainer);
     struct path found = saved(trainer, "resumed.h5");
     hnn_trainer_free(trainer);
 

@@ -1,41 +1,15 @@
-/* The published systems: equations, energy and starts by hand, and the distribution of their
+/* The published systems: equations and energy by hand, noise, and the distribution of their
    observations against the published files. */
-#include "../../hnn/data.h"
+#include "observed.h"
 #include "../close.h"
 #include "../files.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
 enum { STATES_MOST = 12 };
-
-static struct hnn_observations observe(const char *name, const struct hnn_sampling *sampling,
-                                       uint64_t seed)
-{
-    struct hnn_observations o;
-    struct ad_error error = {0};
-    const struct hnn_task *task = hnn_task_find(name, &error);
-    assert_non_null(task);
-    if (hnn_task_observe(task, sampling, seed, &o, &error) != AD_OK)
-        fail_msg("%s", error.message);
-    return o;
-}
-
-static struct hnn_sampling published(const char *name)
-{
-    struct ad_error error = {0};
-    return hnn_task_find(name, &error)->published;
-}
-
-static double at(const struct hnn_observations *o, size_t column, size_t row)
-{
-    return o->values[column * o->rows + row];
-}
-
-/* ---- energies and equations of motion, by hand ---- */
 
 static double spring_field(double k, const double *y, double *rate)
 {
@@ -98,23 +72,23 @@ static void test_motion(void **state)
 {
     (void)state;
     for (size_t k = 0; k < LENGTH(tasks); k++) {
-        struct hnn_sampling s = published(tasks[k].name);
+        struct hnn_sampling s = published_sampling(tasks[k].name);
         s.noise = 0;
         s.trials = 40;
         s.strength = tasks[k].strength;
-        struct hnn_observations o = observe(tasks[k].name, &s, 3);
+        struct hnn_observations o = observed(tasks[k].name, &s, 3);
         size_t states = 2 * o.dof;
         double first = 0, worst = 0;
         assert_int_equal(o.rows, s.trials * s.points);
         for (size_t i = 0; i < o.rows; i++) {
             double y[STATES_MOST], rate[STATES_MOST];
             for (size_t c = 0; c < states; c++)
-                y[c] = at(&o, c, i);
+                y[c] = observed_at(&o, c, i);
             double energy = tasks[k].field(s.strength, y, rate);
             for (size_t c = 0; c < states; c++)
-                assert_close(at(&o, states + c, i), rate[c], 1e-12, 1e-12);
-            assert_close(at(&o, 2 * states, i), (double)(i / s.points), 0, 0);
-            assert_close(at(&o, 2 * states + 1, i),
+                assert_close(observed_at(&o, states + c, i), rate[c], 1e-12, 1e-12);
+            assert_close(observed_at(&o, 2 * states, i), (double)(i / s.points), 0, 0);
+            assert_close(observed_at(&o, 2 * states + 1, i),
                          s.time * (double)(i % s.points) / (double)(s.points - 1), 1e-12, 1e-12);
             first = i % s.points == 0 ? energy : first;
             worst = fmax(worst, fabs(energy - first) / fabs(first));
@@ -131,110 +105,13 @@ static void test_names(void **state)
     static const char *const two[] = {"q1x",    "q2x",    "q1y",    "q2y",    "p1x",    "p2x",
                                       "p1y",    "p2y",    "dq1xdt", "dq2xdt", "dq1ydt", "dq2ydt",
                                       "dp1xdt", "dp2xdt", "dp1ydt", "dp2ydt", "trial",  "t"};
-    struct hnn_sampling s = published("twobody");
+    struct hnn_sampling s = published_sampling("twobody");
     s.trials = 1;
-    struct hnn_observations o = observe("twobody", &s, 0);
+    struct hnn_observations o = observed("twobody", &s, 0);
     assert_int_equal(o.cols, LENGTH(two));
     for (size_t k = 0; k < o.cols; k++)
         assert_string_equal(o.names[k], two[k]);
     hnn_observations_free(&o);
-}
-
-/* ---- starts ---- */
-
-static void assert_between(double x, double low, double high)
-{
-    if (!(x >= low - 1e-12 && x <= high + 1e-12))
-        fail_msg("%.17g is not within %g and %g", x, low, high);
-}
-
-/* The least and largest of many starts come near the ends of their range, and never beyond. */
-static void test_starts_on_circles(void **state)
-{
-    (void)state;
-    static const char *const names[] = {"spring", "pendulum"};
-    for (size_t k = 0; k < 2; k++) {
-        struct hnn_sampling s = published(names[k]);
-        s.noise = 0;
-        s.points = 2;
-        s.trials = 2000;
-        struct hnn_observations o = observe(names[k], &s, 5);
-        double least = 1e9, most = 0;
-        for (size_t i = 0; i < o.rows; i += s.points) {
-            double r = hypot(at(&o, 0, i), at(&o, 1, i));
-            assert_between(r, s.radius_min, s.radius_max);
-            least = fmin(least, r);
-            most = fmax(most, r);
-        }
-        assert_close(least, s.radius_min, 0, 0.01);
-        assert_close(most, s.radius_max, 0, 0.01);
-        hnn_observations_free(&o);
-    }
-}
-
-/* Without spread both systems of bodies turn rigidly: all distances stay. */
-static void test_circular_orbits(void **state)
-{
-    (void)state;
-    static const char *const names[] = {"twobody", "threebody"};
-    for (size_t k = 0; k < 2; k++) {
-        struct hnn_sampling s = published(names[k]);
-        s.spread = 0;
-        s.trials = 20;
-        s.strength = 1.7;
-        struct hnn_observations o = observe(names[k], &s, 11);
-        size_t bodies = o.dof / 2;
-        for (size_t i = 0; i < o.rows; i++)
-            for (size_t b = 0; b < bodies; b++) {
-                size_t start = i - i % s.points;
-                double r = hypot(at(&o, b, start), at(&o, bodies + b, start));
-                assert_close(hypot(at(&o, b, i), at(&o, bodies + b, i)), r, 1e-8, 0);
-                if (bodies == 3)
-                    assert_between(r, s.radius_min, s.radius_max);
-                else
-                    assert_between(fabs(at(&o, b, start)), s.radius_min, s.radius_max);
-            }
-        hnn_observations_free(&o);
-    }
-}
-
-/* Speeds of three bodies: every component within the spread, near its ends too. */
-static void test_spread_of_speeds(void **state)
-{
-    (void)state;
-    struct hnn_sampling s = published("threebody");
-    s.points = 2;
-    s.time = 1e-3;
-    s.trials = 1000;
-    struct hnn_observations o = observe("threebody", &s, 13);
-    double most = 0;
-    for (size_t i = 0; i < o.rows; i += 2)
-        for (size_t b = 0; b < 3; b++) {
-            double x = at(&o, b, i), y = at(&o, 3 + b, i), r = hypot(x, y);
-            double circular = sqrt(1 / (sqrt(3.0) * r));
-            double off = fmax(fabs(at(&o, 6 + b, i) / (-circular * y / r) - 1),
-                              fabs(at(&o, 9 + b, i) / (circular * x / r) - 1));
-            assert_between(off, 0, 0.2 + 1e-9);
-            most = fmax(most, off);
-        }
-    assert_close(most, 0.2, 0, 1e-3);
-    hnn_observations_free(&o);
-}
-
-/* ---- seeds and noise ---- */
-
-static void test_seeds(void **state)
-{
-    (void)state;
-    struct hnn_sampling s = published("pendulum");
-    struct hnn_observations a = observe("pendulum", &s, 1), b = observe("pendulum", &s, 1);
-    struct hnn_observations c = observe("pendulum", &s, 2);
-    size_t bytes = a.rows * a.cols * sizeof *a.values;
-    assert_memory_equal(a.values, b.values, bytes);
-    assert_memory_not_equal(a.values, c.values, bytes / a.cols);
-    hnn_observations_free(&a);
-    hnn_observations_free(&b);
-    hnn_observations_free(&c);
 }
 
 /* Rates carry no noise, so those of the spring tell where it was: q = -p'/2, p = q'/2. */
@@ -252,17 +129,15 @@ static void test_noise(void **state)
     (void)state;
     static const double sigmas[] = {0.1, 0.37};
     for (size_t k = 0; k < 2; k++) {
-        struct hnn_sampling s = published("spring");
+        struct hnn_sampling s = published_sampling("spring");
         s.noise = sigmas[k];
-        struct hnn_observations o = observe("spring", &s, 17);
+        struct hnn_observations o = observed("spring", &s, 17);
         const double *x = o.values;
         double found = spring_noise(o.rows, x, x + o.rows, x + 2 * o.rows, x + 3 * o.rows);
         assert_close(found, sigmas[k], 5 / sqrt(4.0 * (double)o.rows), 0);
         hnn_observations_free(&o);
     }
 }
-
-/* ---- the published files ---- */
 
 /* What is compared: all columns, and all products of two. Their means over a trajectory are drawn
    independently, so that the spread over ours tells how far those of a file may be off. */
@@ -313,9 +188,9 @@ static void compare_with_file(const struct by_hand *task, const char *part)
     struct ad_error error = {0};
     if (hnn_dataset_read(&settings, &d, &error) != AD_OK)
         fail_msg("%s", error.message);
-    struct hnn_sampling s = published(task->name);
+    struct hnn_sampling s = published_sampling(task->name);
     s.trials = 3000;
-    struct hnn_observations o = observe(task->name, &s, 23);
+    struct hnn_observations o = observed(task->name, &s, 23);
     size_t columns = 4 * o.dof, trials = d.train.n / s.points;
     assert_int_equal(trials * s.points, d.train.n);
     struct moments ours = moments_of(columns, s.trials, s.points, o.values, o.rows);
@@ -349,12 +224,10 @@ static void test_noise_as_published(void **state)
     assert_int_equal(hnn_dataset_read(&settings, &d, &error), AD_OK);
     const double *x = d.train.x, *rate = d.train.target;
     size_t n = d.train.n;
-    assert_close(spring_noise(n, x, x + n, rate, rate + n), published("spring").noise,
+    assert_close(spring_noise(n, x, x + n, rate, rate + n), published_sampling("spring").noise,
                  5 / sqrt(4.0 * (double)n), 0);
     hnn_dataset_free(&d);
 }
-
-/* ---- refused ---- */
 
 static void test_refused(void **state)
 {
@@ -395,10 +268,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_motion),
         cmocka_unit_test(test_names),
-        cmocka_unit_test(test_starts_on_circles),
-        cmocka_unit_test(test_circular_orbits),
-        cmocka_unit_test(test_spread_of_speeds),
-        cmocka_unit_test(test_seeds),
         cmocka_unit_test(test_noise),
         cmocka_unit_test(test_distributions),
         cmocka_unit_test(test_noise_as_published),

@@ -1,0 +1,71 @@
+/* Rollouts from a data set: targets some steps ahead, of the same trajectory. */
+#include "datasets.h"
+#include "../close.h"
+#include "../files.h"
+
+static void test_rollouts(void **state)
+{
+    (void)state;
+    struct path file = dataset_rows("rollout.csv", 60, 15);
+    struct hnn_dataset_settings s = {
+        .file = file.text, .time = "t", .rollout = 3, .test_fraction = 0.25};
+    struct hnn_dataset d = dataset_of(&s);
+    assert_close(d.dt, 0.25, 0, 0);
+    assert_null(d.rate);
+    const struct hnn_samples *parts[] = {&d.train, &d.test};
+    for (size_t part = 0; part < 2; part++)
+        for (size_t i = 0; i < parts[part]->n; i++) {
+            size_t n = parts[part]->n;
+            double q = parts[part]->x[i];
+            assert_true((size_t)q / 15 == (size_t)(q + 3) / 15);
+            for (size_t k = 1; k <= 3; k++) {
+                assert_true(parts[part]->target[(k - 1) * 2 * n + i] == q + (double)k);
+                assert_true(parts[part]->target[((k - 1) * 2 + 1) * n + i] == -q - (double)k);
+            }
+        }
+    assert_int_equal(d.test.n, 12); /* of 4 (15 - 3), all in the last trajectory */
+    assert_true(d.test.x[0] == 45);
+    assert_int_equal(d.train.n, 36);
+    hnn_dataset_free(&d);
+}
+
+/* No target of the training is a state of the test. */
+static void test_rollouts_do_not_see_the_test(void **state)
+{
+    (void)state;
+    struct path file = dataset_rows("rollout.csv", 60, 60);
+    struct hnn_dataset_settings s = {
+        .file = file.text, .rollout = 3, .dt = 0.1, .test_fraction = 0.25};
+    struct hnn_dataset d = dataset_of(&s);
+    assert_close(d.dt, 0.1, 0, 0);
+    assert_true(d.train.x[d.train.n - 1] + 3 < d.test.x[0]);
+    assert_true(d.train.x[d.train.n - 1] + 4 == d.test.x[0]);
+    hnn_dataset_free(&d);
+    s.split = HNN_SPLIT_RANDOM;
+    dataset_refused(&s, AD_E_ARGUMENT, "rollouts share states");
+    s.dt = 0;
+    dataset_refused(&s, AD_E_ARGUMENT,
+                    "a loss on rollouts needs the time column, or the time step");
+}
+
+static void test_rollouts_need_equal_steps(void **state)
+{
+    (void)state;
+    struct path file = files_write_text("uneven.csv", "t,q,p\n0,1,2\n1,2,3\n2.5,1,1\n4,1,1\n");
+    dataset_refused(&(struct hnn_dataset_settings){.file = file.text, .time = "t", .rollout = 1},
+                    AD_E_INPUT, "rollouts need equal steps of time, found 1 and 1.5 (t = 2.5)");
+    file = dataset_rows("even.csv", 9, 9);
+    dataset_refused(
+        &(struct hnn_dataset_settings){.file = file.text, .time = "t", .rollout = 1, .dt = 0.5},
+        AD_E_ARGUMENT, "the time step is 0.25 there, not 0.5");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_rollouts),
+        cmocka_unit_test(test_rollouts_do_not_see_the_test),
+        cmocka_unit_test(test_rollouts_need_equal_steps),
+    };
+    return cmocka_run_group_tests_name("data sets", tests, files_setup, files_teardown);
+}
