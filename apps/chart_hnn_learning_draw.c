@@ -73,7 +73,7 @@ void learning_draw(size_t n, const struct learning_curve curves[], struct plot *
     plot->height = 640;
     for (size_t k = 0; k < n; k++)
         write_curve(&curves[k], plot->data);
-    fputs("set multiplot layout 2,2 margins 0.075,0.82,0.085,0.94 spacing 0.05,0.075\n"
+    fputs("set multiplot layout 2,2 margins 0.075,0.82,0.11,0.94 spacing 0.05,0.075\n"
           "set logscale xy\nset format xy '10^{%T}'\nset ytics 100\nset border 3\n"
           "set tics nomirror\nset grid lc rgb '#e6e6e6' lt 1\nset xrange [1e-3:6]\nunset key\n",
           out);

@@ -95,8 +95,18 @@ static enum ad_status refine(const struct rollouts *r, const struct phys_integra
     return AD_OK;
 }
 
+static double least_error(const struct work_curve *curve)
+{
+    double least = INFINITY;
+    for (size_t k = 0; k < curve->n; k++)
+        least = fmin(least, curve->point[k].error);
+    return least;
+}
+
 static enum ad_status measure(struct rollouts *r, double most, struct ad_error *error)
 {
+    for (size_t t = 0; t < ROLLOUT_TYPES; t++)
+        r->least[t] = INFINITY;
     for (size_t k = 0; phys_integrators[k] && r->n < ROLLOUT_METHODS; k++) {
         const struct phys_integrator *integrator = phys_integrators[k];
         if (integrator->separable || integrator->lagrangian)
@@ -105,6 +115,7 @@ static enum ad_status measure(struct rollouts *r, double most, struct ad_error *
             hnn_model_evaluate_in(r->model, rollout_types[t]);
             if (refine(r, integrator, most, &r->curve[t][r->n], error) != AD_OK)
                 return error->status;
+            r->least[t] = fmin(r->least[t], least_error(&r->curve[t][r->n]));
         }
         r->n++;
     }
@@ -112,14 +123,6 @@ static enum ad_status measure(struct rollouts *r, double most, struct ad_error *
 }
 
 /* ---- what is told ---- */
-
-static double least_error(const struct work_curve *curve)
-{
-    double least = INFINITY;
-    for (size_t k = 0; k < curve->n; k++)
-        least = fmin(least, curve->point[k].error);
-    return least;
-}
 
 static void report(const struct chart_settings *settings, const struct rollouts *r, FILE *csv,
                    struct json *json)
@@ -137,6 +140,7 @@ static void report(const struct chart_settings *settings, const struct rollouts 
                         curve->point[k].error);
             json_number(json, curve->name, least_error(curve));
         }
+        json_number(json, "least", r->least[t]);
         json_end_object(json);
     }
     json_end_object(json);

@@ -14,6 +14,7 @@ struct rollouts {
     double model_error;  /* its distance from the true motion: finer than this is of no use */
     size_t n;
     struct work_curve curve[ROLLOUT_TYPES][ROLLOUT_METHODS];
+    double least[ROLLOUT_TYPES]; /* error that any method comes to */
 };
 /* Of the field, in the order of the curves: f64, f32. */
 extern const enum ad_type rollout_types[ROLLOUT_TYPES];

@@ -20,8 +20,8 @@ void rollouts_print(const struct rollouts *r, FILE *out)
     }
     fprintf(out,
             "errors at t = %g against the network's own exact motion, which is %.1e from the "
-            "pendulum's\n",
-            r->time, r->model_error);
+            "pendulum's;\nwith the field in f32 no method comes nearer than %.1e\n",
+            r->time, r->model_error, r->least[1]);
 }
 
 static void draw_panel(const struct rollouts *r, size_t type, FILE *out)
@@ -34,7 +34,9 @@ static void draw_panel(const struct rollouts *r, size_t type, FILE *out)
                 "title '%s', \\\n    ",
                 type * r->n + c, s.dashed ? "(8,3)" : "1", s.mark, s.colour, s.name);
     }
-    fprintf(out, "%.6g with lines lw 1.5 dt (3,3) lc rgb '#444444' notitle\n", r->model_error);
+    fprintf(out, "%.6g with lines lw 1.5 dt (3,3) lc rgb '#444444' notitle", r->model_error);
+    fprintf(out, ", \\\n    %.6g with lines lw 1.5 dt (1,3) lc rgb '#c0392b' notitle\n",
+            r->least[1]);
 }
 
 /* The methods that have no curve: the stages of implicit ones are not solved to the roundings of
@@ -67,8 +69,10 @@ void rollouts_draw(const struct rollouts *r, struct plot *plot)
             "set yrange [1e-12:3]\nset xlabel 'evaluations of the field'\nunset key\n"
             "set ylabel 'error at t = %g, relative' offset 1\n"
             "set label 1 'error of the network' at graph 0.02, first %.3g "
-            "left font ',10' textcolor rgb '#444444' front\n",
-            r->time, r->model_error / 1.7);
+            "left font ',10' textcolor rgb '#444444' front\n"
+            "set label 3 'f32 ends: %.1e' at graph 0.02, first %.3g "
+            "left font ',10' textcolor rgb '#c0392b' front\n",
+            r->time, r->model_error / 1.7, r->least[1], r->least[1] / 1.7);
     for (size_t t = 0; t < ROLLOUT_TYPES; t++) {
         if (t > 0)
             fputs("unset ylabel\nset key at screen 0.998,0.92 right top Left reverse samplen 2.5 "
