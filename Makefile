@@ -69,7 +69,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests test check demo charts docs-pictures peers hnn-table bench lint format sanitize test-o1 coverage matrix mutants torture recipes fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests test check demo charts docs-pictures peers hnn-table bench lint format sanitize test-o1 coverage matrix mutants torture faults tsan run-threaded recipes fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -96,6 +96,8 @@ help:
 	@echo '  mutants    a flipped sign in any gradient rule must fail a test'
 	@echo '  torture    kills runs at random moments: files stay whole, training resumes'
 	@echo '  recipes    follows docs/recipes.md in a copy of the tree: minutes'
+	@echo '  faults     every call on files and every allocation of a run fails, for each subcommand'
+	@echo '  tsan       what runs on threads, under the thread sanitizer (clang)'
 	@echo '  fuzz       every parser against libFuzzer (clang), FUZZ_SECONDS=10 each; check tries its corpus'
 	@echo '  install uninstall clean'
 
@@ -251,6 +253,18 @@ torture: all
 
 recipes: all
 	@FULL=1 scripts/check-docs $(BUILD) docs/recipes.md
+
+# Every call on files and every allocation of a run, of which the tests try a few.
+faults: all $(BUILD)/tests/apps/test_failing_files $(BUILD)/tests/apps/test_alloc_commands
+	@FAULTS=100000 LEASTACTION_BUILD=$(BUILD) scripts/run-tests $(filter %/test_failing_files %/test_alloc_commands,$^)
+
+# By clang: its OpenMP tells the sanitizer of barriers and locks (libarcher), gcc's does not.
+THREADED = autodiff/test_threads autodiff/test_native physics/test_gas physics/test_path_all hnn/test_train
+run-threaded: $(THREADED:%=$(BUILD)/tests/%)
+	@TSAN_OPTIONS=ignore_noninstrumented_modules=1 OPENBLAS_NUM_THREADS=1 scripts/run-tests $^
+tsan:
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/tsan CC=clang SANITIZE=-fsanitize=thread \
+	    CFLAGS='-O1 -g -Wno-pass-failed' run-threaded
 
 # The library is instrumented too, so that the fuzzer sees which bytes lead where.
 fuzz:

@@ -19,6 +19,10 @@ void inject_words(struct words *words, const char *line);
    its output. */
 void inject_enter(void);
 
+/* From one fault that is tried to the next, of `all` in a run: 6 are tried, or FAULTS of the
+   environment. */
+size_t inject_step(size_t all);
+
 /* Which calls fail. Counted are those that open for writing, write, sync, truncate, rename, and
    close what was open for writing, in the work folder, in the child and its children. */
 struct inject {

@@ -1,6 +1,6 @@
 /* An allocation that fails, alone or with all after it, at any moment of one run of each
    subcommand: an error of one line, or a run that did without; never a crash. Some of each run are
-   tried; with EVERY=1 in the environment all of them. */
+   tried; with FAULTS=100000 in the environment all of them. */
 #define _DEFAULT_SOURCE /* MAP_ANONYMOUS */
 #include "../alloc.h"
 #include "../close.h"
@@ -14,8 +14,6 @@
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-enum { SOME = 6 };
 
 static const char *const table[] = {
     "scenes",
@@ -81,7 +79,7 @@ static void test_every_allocation(void **state)
     for (size_t k = 0; k < sizeof table / sizeof *table; k++) {
         if (run(table[k], 0, false) != 0)
             fail_msg("%s: %s", table[k], shell_err());
-        size_t all = *calls, step = getenv("EVERY") ? 1 : 1 + all / SOME;
+        size_t all = *calls, step = inject_step(all);
         for (size_t call = 1 + k % step; call <= all; call += step)
             fail_at(table[k], call, call / step % 2);
     }

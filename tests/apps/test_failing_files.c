@@ -1,7 +1,7 @@
 /* A full disk, a write, sync, close or rename that fails, at every such call of one run of each
    subcommand that writes, and a folder that is read only: an error of one line, or a run that did
    without; earlier files stay byte for byte until a whole one takes their place; nothing temporary
-   is left. A few calls of each run are tried; with EVERY=1 in the environment all of them. */
+   is left. A few calls of each run are tried; with FAULTS=100000 in the environment all of them. */
 #include "../close.h"
 #include "../files.h"
 #include "inject.h"
@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_OUTPUTS = 3, SOME = 6 };
+enum { MOST_OUTPUTS = 3 };
 static const char old[] = "of an earlier run\n";
 
 static const struct {
@@ -139,11 +139,11 @@ static void test_every_call(void **state)
             fail_msg("%s: %s", table[k].line, shell_err());
         for (size_t i = 0; i < MOST_OUTPUTS && table[k].outputs[i]; i++)
             whole[i] = output_of(table[k].outputs[i]);
-        size_t files = shell_files(), step = getenv("EVERY") ? 1 : 1 + none.calls / SOME;
+        size_t files = shell_files(), step = inject_step(none.calls);
         assert_true(none.calls > 2);
         for (size_t call = 1; call <= none.calls; call += step) {
             fail_at(k, call, false, whole, files);
-            if (getenv("EVERY"))
+            if (step == 1)
                 fail_at(k, call, true, whole, files);
         }
         for (size_t i = 0; i < MOST_OUTPUTS; i++)
