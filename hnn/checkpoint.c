@@ -286,7 +286,7 @@ enum ad_status hnn_model_load(const char *name, hnn_model **model, struct ad_err
     read_settings(&r, &settings);
     char *activation = read_text(&r, "activation");
     settings.activation = activation;
-    if (!failed(&r) && hnn_model_new(&settings, model, &why) != AD_OK)
+    if (!failed(&r) && hnn_model_blank(&settings, model, &why) != AD_OK)
         ad_fail(error, why.status == AD_E_MEMORY ? AD_E_MEMORY : AD_E_INPUT, "%s: %s", name,
                 why.message);
     free(activation);

@@ -25,20 +25,8 @@ void hnn_from_double(enum ad_type type, size_t n, const double *from, void *to)
             singles[k] = (float)from[k];
 }
 
-static enum ad_status draw(hnn_model *model, struct ad_error *error)
-{
-    double *values = malloc(model->size * sizeof *values);
-    model->parameters = calloc(model->size, hnn_type_bytes(model->settings.precision));
-    if (!values || !model->parameters)
-        ad_fail(error, AD_E_MEMORY, "out of memory for %zu parameters", model->size);
-    else if (hnn_start_draw(model, values, error) == AD_OK)
-        hnn_from_double(model->settings.precision, model->size, values, model->parameters);
-    free(values);
-    return error->status;
-}
-
-enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **out,
-                             struct ad_error *error)
+enum ad_status hnn_model_blank(const struct hnn_settings *settings, hnn_model **out,
+                               struct ad_error *error)
 {
     *out = NULL;
     const struct hnn_activation *activation = NULL;
@@ -55,10 +43,32 @@ enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **ou
     model->evaluate_in = AD_F64;
     model->version = 1;
     hnn_layout(model);
-    if (draw(model, error) == AD_OK)
+    model->parameters = calloc(model->size, hnn_type_bytes(settings->precision));
+    if (model->parameters) {
         *out = model;
-    else
+        return AD_OK;
+    }
+    ad_fail(error, AD_E_MEMORY, "out of memory for %zu parameters", model->size);
+    hnn_model_free(model);
+    return error->status;
+}
+
+enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **out,
+                             struct ad_error *error)
+{
+    if (hnn_model_blank(settings, out, error) != AD_OK)
+        return error->status;
+    hnn_model *model = *out;
+    double *values = malloc(model->size * sizeof *values);
+    if (!values)
+        ad_fail(error, AD_E_MEMORY, "out of memory for %zu parameters", model->size);
+    else if (hnn_start_draw(model, values, error) == AD_OK)
+        hnn_from_double(settings->precision, model->size, values, model->parameters);
+    free(values);
+    if (error->status != AD_OK) {
         hnn_model_free(model);
+        *out = NULL;
+    }
     return error->status;
 }
 
