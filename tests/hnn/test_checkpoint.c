@@ -82,7 +82,7 @@ static void test_foreign(void **state)
     assert_int_equal(phys_runfile_create(file.text, &run, &error), AD_OK);
     phys_runfile_text(run, "/", "scene", "pendulum");
     assert_int_equal(phys_runfile_commit(run, &error), AD_OK);
-    refused(file.text, "no model");
+    refused(file.text, "not a model");
     assert_int_equal(phys_runfile_create(file.text, &run, &error), AD_OK);
     phys_runfile_text(run, "/", "format", "leastaction model");
     phys_runfile_integer(run, "/", "version", 2, NULL);
