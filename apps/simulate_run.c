@@ -169,47 +169,64 @@ static enum ad_status reverse(const struct simulate_run *run, double *y, double 
 
 /* ---- comparison ---- */
 
-/* Distances of coordinates at every sample from a run of small tolerance. */
+/* The same samples, found by a run of small tolerance. */
+static enum ad_status follow_reference(const struct simulate_run *run,
+                                       const struct simulate_samples *found,
+                                       const struct phys_ode *ode, double *y, double *scale,
+                                       struct simulate_samples *reference, struct ad_error *error)
+{
+    struct phys_simulation settings;
+    struct phys_simulation_info info;
+    const struct phys_integrator *method = phys_integrator_find("dop853", error);
+    *reference = (struct simulate_samples){.ode = ode, .dof = found->dof};
+    if (phys_ode_enter(ode, 0, run->q, run->v, y, error) != AD_OK ||
+        simulate_settings(run, method, reference_tolerance, ode, y, scale, &settings, error) !=
+            AD_OK)
+        return error->status;
+    settings.t1 = found->t[found->n - 1];
+    settings.times = found->t + 1;
+    settings.n_samples = found->n - 1;
+    settings.sample = simulate_sample;
+    settings.context = reference;
+    if (found->n > 1 && phys_simulate(&settings, ode, y, &info, error) != AD_OK) {
+        struct ad_error cause = *error;
+        *error = (struct ad_error){0};
+        ad_fail(error, cause.status, "the reference run: %.200s (--no-reference leaves it out)",
+                cause.message);
+    }
+    return error->status;
+}
+
+static void measure_distance(const struct simulate_samples *reference,
+                             struct simulate_result *result)
+{
+    const struct simulate_samples *found = &result->samples;
+    size_t row = 2 * found->dof;
+    for (size_t i = 0; i < reference->n && i < found->n; i++) {
+        double sum = 0;
+        for (size_t k = 0; k < found->dof; k++)
+            sum += pow(found->x[i * row + k] - reference->x[i * row + k], 2);
+        result->distance[i] = result->error_end = sqrt(sum);
+        result->error = fmax(result->error, result->error_end);
+    }
+}
+
+/* Distances of coordinates at every sample from what is known better. */
 static enum ad_status compare(const struct simulate_run *run, struct simulate_result *result,
                               double *y, double *scale, struct ad_error *error)
 {
     struct phys_ode ode = {0};
-    struct phys_simulation settings;
-    struct phys_simulation_info info;
-    struct simulate_samples *found = &result->samples, reference = {0};
-    const struct phys_integrator *method = phys_integrator_find("dop853", error);
-    size_t row = 2 * found->dof;
-    result->distance = calloc(found->n, sizeof *result->distance);
+    struct simulate_samples reference = {0};
+    result->distance = calloc(result->samples.n, sizeof *result->distance);
     if (!result->distance)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (run->tables.n) {
         simulate_ephemeris_compare(run, result);
         return AD_OK;
     }
-    if (phys_ode_lagrangian(&run->system, &ode, error) == AD_OK &&
-        phys_ode_enter(&ode, 0, run->q, run->v, y, error) == AD_OK &&
-        simulate_settings(run, method, reference_tolerance, &ode, y, scale, &settings, error) ==
-            AD_OK) {
-        reference = (struct simulate_samples){.ode = &ode, .dof = found->dof};
-        settings.t1 = found->t[found->n - 1];
-        settings.times = found->t + 1;
-        settings.n_samples = found->n - 1;
-        settings.sample = simulate_sample;
-        settings.context = &reference;
-        if (found->n > 1 && phys_simulate(&settings, &ode, y, &info, error) != AD_OK) {
-            struct ad_error cause = *error;
-            *error = (struct ad_error){0};
-            ad_fail(error, cause.status, "the reference run: %.200s (--no-reference leaves it out)",
-                    cause.message);
-        }
-    }
-    for (size_t i = 0; i < reference.n && i < found->n; i++) {
-        double sum = 0;
-        for (size_t k = 0; k < found->dof; k++)
-            sum += pow(found->x[i * row + k] - reference.x[i * row + k], 2);
-        result->distance[i] = result->error_end = sqrt(sum);
-        result->error = fmax(result->error, result->error_end);
-    }
+    if (phys_ode_lagrangian(&run->system, &ode, error) == AD_OK)
+        follow_reference(run, &result->samples, &ode, y, scale, &reference, error);
+    measure_distance(&reference, result);
     simulate_samples_free(&reference);
     phys_ode_free(&ode);
     return error->status;

@@ -169,6 +169,41 @@ static bool emit_sink(struct plan *p, const struct segment *s, uint32_t id)
            append_instruction(p, in);
 }
 
+/* Values that nothing outside the segment reads lie on its tiles; their offsets count slots until
+   slots_to_bytes. */
+static void lay_on_tiles(struct graph *g, const struct group *group, const struct segment *s)
+{
+    for (uint32_t i = 0; i < group->count; i++) {
+        uint32_t id = g->order[group->first + i];
+        if (!(g->values[id].flags & VALUE_STORED)) {
+            g->locs[id].base = BASE_TILE;
+            g->locs[id].rs = s->tile_cols;
+        }
+    }
+}
+
+static void slots_to_bytes(struct graph *g, const struct group *group, size_t first_loc,
+                           size_t slot_bytes)
+{
+    for (uint32_t i = 0; i < group->count; i++) {
+        struct loc *l = &g->locs[g->order[group->first + i]];
+        if (l->base == BASE_TILE)
+            l->off *= slot_bytes;
+    }
+    for (size_t i = first_loc; i < g->n_locs; i++)
+        if (g->locs[i].base == BASE_TILE)
+            g->locs[i].off *= slot_bytes;
+}
+
+static bool emit_member(struct plan *p, const struct segment *s, uint32_t id, uint32_t n_slots)
+{
+    const struct value *v = &p->graph->values[id];
+    uint32_t spread_slot = n_slots - ad_spread_operands(p, v);
+    return is_sink(v->op)      ? emit_sink(p, s, id)
+           : is_stencil(v->op) ? emit_stencil(p, id)
+                               : emit_elementwise(p, s, id, spread_slot);
+}
+
 static bool emit_fused(struct plan *p, const struct group *group, struct segment s)
 {
     struct graph *g = p->graph;
@@ -182,32 +217,12 @@ static bool emit_fused(struct plan *p, const struct group *group, struct segment
     if (!ad_plan_tiles(p, group, &s, &n_slots))
         return false;
     size_t slot_bytes = ((size_t)s.tile_rows * s.tile_cols * p->program->element + 63) / 64 * 64;
-    uint32_t first_loc = (uint32_t)g->n_locs;
-    for (uint32_t i = 0; i < group->count; i++) {
-        uint32_t id = g->order[group->first + i];
-        struct loc *l = &g->locs[id];
-        if (g->values[id].flags & VALUE_STORED)
-            continue;
-        l->base = BASE_TILE;
-        l->rs = s.tile_cols;
-    }
-    for (uint32_t i = 0; i < group->count; i++) {
-        uint32_t id = g->order[group->first + i];
-        uint16_t op = g->values[id].op;
-        uint32_t spread_slot = n_slots - ad_spread_operands(p, &g->values[id]);
-        if (is_sink(op)      ? !emit_sink(p, &s, id)
-            : is_stencil(op) ? !emit_stencil(p, id)
-                             : !emit_elementwise(p, &s, id, spread_slot))
+    size_t first_loc = g->n_locs;
+    lay_on_tiles(g, group, &s);
+    for (uint32_t i = 0; i < group->count; i++)
+        if (!emit_member(p, &s, g->order[group->first + i], n_slots))
             return false;
-    }
-    for (uint32_t i = 0; i < group->count; i++) { /* slots become bytes */
-        struct loc *l = &g->locs[g->order[group->first + i]];
-        if (l->base == BASE_TILE)
-            l->off *= slot_bytes;
-    }
-    for (size_t i = first_loc; i < g->n_locs; i++)
-        if (g->locs[i].base == BASE_TILE)
-            g->locs[i].off *= slot_bytes;
+    slots_to_bytes(g, group, first_loc, slot_bytes);
     if (p->tile_bytes < n_slots * slot_bytes)
         p->tile_bytes = n_slots * slot_bytes;
     s.count = (uint32_t)p->program->n_instructions - s.first;

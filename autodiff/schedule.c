@@ -55,6 +55,38 @@ static bool contiguous(const struct value *x, const struct loc *l)
     return !l->list && (l->cs == 1 || x->cols == 1) && (l->rs == x->cols || x->rows == 1);
 }
 
+/* Where v lies, from where its operand x does. */
+static bool look_through(struct graph *g, const struct value *v, const struct value *x,
+                         struct loc *l)
+{
+    switch (v->op) {
+    case AD_OP_slice:
+        if (l->list)
+            l->list += v->in[1];
+        else
+            l->off += (size_t)v->in[1] * l->rs;
+        l->off += (size_t)v->in[2] * l->cs;
+        return true;
+    case AD_OP_gather:
+        l->list = copy_list(g, v->aux);
+        return l->list != 0;
+    case AD_OP_reshape:
+        l->rs = v->cols;
+        l->cs = 1;
+        return true;
+    default: /* broadcast */
+        if (x->rows == 1 && v->rows > 1) {
+            if (l->list)
+                l->off += (size_t)g->lists[l->list - 1] * l->rs;
+            l->list = 0;
+            l->rs = 0;
+        }
+        if (x->cols == 1 && v->cols > 1)
+            l->cs = 0;
+        return true;
+    }
+}
+
 static bool view_of(struct graph *g, uint32_t i)
 {
     struct value *v = &g->values[i];
@@ -64,33 +96,8 @@ static bool view_of(struct graph *g, uint32_t i)
     if (copy_first && !make_copy(g, v->in[0]))
         return false;
     struct loc l = g->locs[v->in[0]];
-    switch (v->op) {
-    case AD_OP_slice:
-        if (l.list)
-            l.list += v->in[1];
-        else
-            l.off += (size_t)v->in[1] * l.rs;
-        l.off += (size_t)v->in[2] * l.cs;
-        break;
-    case AD_OP_gather:
-        l.list = copy_list(g, v->aux);
-        if (!l.list)
-            return false;
-        break;
-    case AD_OP_reshape:
-        l.rs = v->cols;
-        l.cs = 1;
-        break;
-    default: /* broadcast */
-        if (x->rows == 1 && v->rows > 1) {
-            if (l.list)
-                l.off += (size_t)g->lists[l.list - 1] * l.rs;
-            l.list = 0;
-            l.rs = 0;
-        }
-        if (x->cols == 1 && v->cols > 1)
-            l.cs = 0;
-    }
+    if (!look_through(g, v, x, &l))
+        return false;
     v->flags |= VALUE_VIEW;
     v->in[1] = v->in[2] = 0;
     g->locs[i] = l;
