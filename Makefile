@@ -216,9 +216,11 @@ docs-pictures: all
 
 # Other tools on the same jobs, those that $(PYTHON) can import.
 peers: all
-	@test -f charts/integrators.csv && test -f charts/gradients.csv && test -f charts/hnn-steps.csv || $(MAKE) --no-print-directory charts
-	@$(PYTHON) -B scripts/peers/compare.py charts $(if $(QUICK),--quick)
-	@$(PYTHON) -B scripts/peers/pixels_torch.py $(BUILD)/leastaction $(if $(QUICK),--quick)
+	@for kind in gradients integrators hnn quantum; do \
+	    test -f charts/$$kind.csv || test -f charts/$$kind-steps.csv || \
+	        $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) || exit; \
+	done
+	@$(PYTHON) -B scripts/peers/compare.py $(BUILD)/leastaction charts $(if $(QUICK),--quick)
 
 hnn-table: all
 	@scripts/hnn-table $(BUILD)/leastaction hnn-table

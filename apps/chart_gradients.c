@@ -28,6 +28,7 @@ static const struct column {
     {"tape_gradient_per_primal", "grad/primal", 1, 12, 2, TAPE_GRADIENT, TAPE_PRIMAL},
     {"hand_gradient_per_primal", "hand", 1, 6, 2, HAND_GRADIENT, HAND_PRIMAL},
     {"adam_step_per_gradient", "Adam step/grad", 1, 15, 2, ADAM_STEP, TAPE_GRADIENT},
+    {"native_adam_step_ns", "compiled step", 1, 14, 0, NATIVE_ADAM_STEP, -1},
     {"tape_product_ns", "tape", 2, 10, 0, TAPE_PRODUCT, -1},
     {"native_product_ns", "compiled", 2, 9, 0, NATIVE_PRODUCT, -1},
     {"hand_product_ns", "hand", 2, 8, 0, HAND_PRODUCT, -1},
@@ -101,13 +102,17 @@ static void print_csv(FILE *out, const struct race races[HAND_N])
 /* What others need to do the same, and to compare what they get. */
 static void print_values(FILE *out, const struct race races[HAND_N])
 {
-    fputs("scene,coordinate,slice,x,u,gradient,product\n", out);
+    fprintf(out, "# adam: the path after %d steps, betas 0.9 and 0.999, eps 1e-8, learning rates",
+            RACE_ADAM_STEPS);
+    for (int scene = 0; scene < HAND_N; scene++)
+        fprintf(out, " %s %g", hand_build(0)[scene].scene, races[scene].values.adam_rate);
+    fputs("\nscene,coordinate,slice,x,u,gradient,product,adam\n", out);
     for (int scene = 0; scene < HAND_N; scene++) {
         const struct race_values *v = &races[scene].values;
         for (size_t k = 0; k < v->n; k++)
-            fprintf(out, "%s,%zu,%zu,%.17g,%.17g,%.17g,%.17g\n", hand_build(0)[scene].scene,
+            fprintf(out, "%s,%zu,%zu,%.17g,%.17g,%.17g,%.17g,%.17g\n", hand_build(0)[scene].scene,
                     k / HAND_SLICES, k % HAND_SLICES, v->x[k], v->u[k], v->gradient[k],
-                    v->product[k]);
+                    v->product[k], v->adam[k]);
     }
 }
 

@@ -46,31 +46,51 @@ static void run_hand_primal(void *context)
     s->sink += s->hand->primal(s->values->x);
 }
 
+static void step(const struct subject *s, ad_optimiser *adam, ad_program *program)
+{
+    ad_run(program);
+    ad_optimiser_step(adam, ad_data(program, s->recorded.path),
+                      ad_data(program, s->recorded.gradient));
+}
+
 static void run_adam_step(void *context)
 {
     struct subject *s = context;
-    ad_run(s->gradient);
-    ad_optimiser_step(s->adam, ad_data(s->gradient, s->recorded.path),
-                      ad_data(s->gradient, s->recorded.gradient));
+    step(s, s->adam, s->gradient);
+}
+
+static void run_native_adam_step(void *context)
+{
+    struct subject *s = context;
+    step(s, s->adam, s->native);
 }
 
 static void (*const runs[RACE_FIRST])(void *) = {
-    [TAPE_GRADIENT] = run_tape_gradient, [NATIVE_GRADIENT] = run_native_gradient,
-    [HAND_GRADIENT] = run_hand_gradient, [TAPE_PRIMAL] = run_tape_primal,
-    [HAND_PRIMAL] = run_hand_primal,     [ADAM_STEP] = run_adam_step,
+    [TAPE_GRADIENT] = run_tape_gradient,       [NATIVE_GRADIENT] = run_native_gradient,
+    [HAND_GRADIENT] = run_hand_gradient,       [TAPE_PRIMAL] = run_tape_primal,
+    [HAND_PRIMAL] = run_hand_primal,           [ADAM_STEP] = run_adam_step,
+    [NATIVE_ADAM_STEP] = run_native_adam_step,
 };
 
 /* ---- where ---- */
 
+static const struct {
+    double spacing, swing;
+} lattice[HAND_N] = {
+    [HAND_THREEBODY] = {0.3, 0.05},
+    [HAND_DBLPEND] = {0, 2},
+    [HAND_EPHEMERIS] = {1e11, 1e10},
+    [HAND_GAS] = {0.06, 0.008},
+};
+
 void race_draw_path(int scene, size_t dof, size_t slices, double *x)
 {
-    static const double spacing[HAND_N] = {0.3, 0, 1e11, 0.06};
-    static const double swing[HAND_N] = {0.05, 2, 1e10, 0.008};
     for (size_t c = 0; c < dof; c++) {
         size_t cell = c % 2 ? c / 2 / 8 : c / 2 % 8;
         for (size_t i = 0; i < slices; i++)
-            x[c * slices + i] = spacing[scene] * (double)cell +
-                                swing[scene] * sin(0.37 * (double)i + 1.3 * (double)(c * c) + 0.2);
+            x[c * slices + i] =
+                lattice[scene].spacing * (double)cell +
+                lattice[scene].swing * sin(0.37 * (double)i + 1.3 * (double)(c * c) + 0.2);
     }
 }
 
@@ -78,12 +98,14 @@ static enum ad_status values_new(int scene, struct race_values *values, struct a
 {
     size_t dof = (size_t)hand_build(0)[scene].dof;
     values->n = dof * HAND_SLICES;
-    values->x = calloc(4 * values->n, sizeof *values->x);
+    values->x = calloc(5 * values->n, sizeof *values->x);
     if (!values->x)
         return ad_fail(error, AD_E_MEMORY, "no memory for a path");
     values->u = values->x + values->n;
     values->gradient = values->u + values->n;
     values->product = values->gradient + values->n;
+    values->adam = values->product + values->n;
+    values->adam_rate = 1e-3 * lattice[scene].swing;
     race_draw_path(scene, dof, HAND_SLICES, values->x);
     for (size_t k = 0; k < values->n; k++)
         values->u[k] = sin(1.7 * (double)k + 0.4);
@@ -165,6 +187,23 @@ static enum ad_status subject_open(struct subject *s, int scene, const struct ra
     return compile(s, error);
 }
 
+/* Where Adam leads from the path, which is put back. */
+static enum ad_status descend(struct subject *s, struct ad_error *error)
+{
+    const struct race_values *v = s->values;
+    struct ad_optimiser_settings settings = ad_optimiser_defaults(AD_ADAM);
+    settings.learning_rate = v->adam_rate;
+    ad_optimiser *adam = ad_optimiser_new(&settings, AD_F64, v->n);
+    if (!adam)
+        return ad_fail(error, AD_E_MEMORY, "no memory for Adam");
+    for (int k = 0; k < RACE_ADAM_STEPS; k++)
+        step(s, adam, s->gradient);
+    ad_get(s->gradient, s->recorded.path, v->adam);
+    ad_set(s->gradient, s->recorded.path, v->x);
+    ad_optimiser_free(adam);
+    return AD_OK;
+}
+
 static void compare(struct subject *s, struct race *race)
 {
     const struct race_values *v = s->values;
@@ -193,7 +232,7 @@ enum ad_status race_run(int scene, bool quick, struct race *race, struct ad_erro
     struct timed jobs[RACE_FIRST];
     *race = (struct race){0};
     if (values_new(scene, &race->values, error) == AD_OK &&
-        subject_open(&s, scene, &race->values, error) == AD_OK) {
+        subject_open(&s, scene, &race->values, error) == AD_OK && descend(&s, error) == AD_OK) {
         for (size_t j = 0; j < RACE_FIRST; j++)
             jobs[j] = (struct timed){.run = runs[j], .context = &s, .processor = true};
         compare(&s, race);

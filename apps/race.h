@@ -11,7 +11,8 @@ enum {
     HAND_GRADIENT,
     TAPE_PRIMAL,
     HAND_PRIMAL,
-    ADAM_STEP,
+    ADAM_STEP,                 /* gradient by the tape, interpreted, and the step */
+    NATIVE_ADAM_STEP,          /* compiled */
     RACE_FIRST,                /* so many of first order; of second: */
     TAPE_PRODUCT = RACE_FIRST, /* Hessian times a vector */
     NATIVE_PRODUCT,
@@ -20,15 +21,18 @@ enum {
     RACE_JOBS
 };
 
-/* Values of a scene's race, [dof x HAND_SLICES] each: the path, a vector, gradient and Hessian
-   times the vector by the tape. */
+enum { RACE_ADAM_STEPS = 100 };
+
+/* Values of a scene's race, [dof x HAND_SLICES] each: the path, a vector; by the tape the gradient,
+   the Hessian times the vector, and where so many steps of Adam lead. */
 struct race_values {
     size_t n;
-    double *x, *u, *gradient, *product; /* of one allocation, at x */
+    double adam_rate;                          /* its learning rate */
+    double *x, *u, *gradient, *product, *adam; /* of one allocation, at x */
 };
 
 struct race {
-    double ns[RACE_JOBS]; /* of one call; ADAM_STEP: gradient by the tape and the step */
+    double ns[RACE_JOBS];               /* of one call */
     double ratio[RACE_JOBS][RACE_JOBS]; /* [a][b]: how much longer a takes than b (time_ratio) */
     double disagreement;                /* of the three gradients, relative to the largest entry */
     double second; /* the same of Hessians times a vector: tape, compiled, hand, blocks */

@@ -1,36 +1,88 @@
 #!/usr/bin/env python3
-"""Runs the peers that are installed, puts them beside our charts in FOLDER/peers.csv, and prints
-both sides. Needs integrators.csv, gradients.csv and hnn-steps.csv of `leastaction chart` in FOLDER.
+"""Runs the peers that are installed beside our charts in FOLDER, writes FOLDER/peers.csv and its
+picture, and prints both sides. Needs the CSV files of `leastaction chart` gradients, integrators, hnn
+and quantum in FOLDER.
 
-    scripts/peers/compare.py [FOLDER] [--quick]
+    scripts/peers/compare.py COMMAND [FOLDER] [--quick]
+
+A row of peers.csv: job, peer, version, seconds of the processor (one thread), ratio to ours, largest
+relative difference of the result from ours where there is one to compare, and a note where we are
+behind. Ours are rows, too; those of ratio 1 are what others are divided by.
 """
 import csv
 import importlib.util
 import io
 import math
 import pathlib
+import shutil
 import subprocess
 import sys
+import tempfile
+
+from draw import draw
 
 HERE = pathlib.Path(__file__).parent
 ACCURACIES = 1e-3, 1e-6, 1e-9
+PACKET_ACCURACIES = 1e-2, 1e-3, 1e-4
+COLUMNS = "job", "peer", "version", "seconds", "ratio", "difference", "note"
+US, INTERPRETED, BY_HAND = "leastaction", "leastaction, interpreted", "C by hand"
+ADAM_STEPS = 100
 
 
 def read(text):
     return list(csv.DictReader(line for line in io.StringIO(text) if not line.startswith("#")))
 
 
-def run(script, modules, *arguments):
+# ---- running peers ----
+
+
+def run(command):
+    """Rows that it prints; none where it fails, which is said."""
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if done.returncode != 0:
+        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        print(f"{pathlib.Path(command[-1]).name}: failed: {last}", file=sys.stderr)
+    return done.stdout
+
+
+def python(script, modules, *arguments):
     missing = [m for m in modules if importlib.util.find_spec(m) is None]
     if missing:
         print(f"{script}: skipped, {' and '.join(missing)} not installed", file=sys.stderr)
-        return []
-    command = [sys.executable, str(HERE / script), *arguments]
-    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
-    if done.returncode != 0:
-        print(f"{script}: failed with status {done.returncode}", file=sys.stderr)
-        return []
-    return read(done.stdout)
+        return ""
+    return run([sys.executable, "-B", str(HERE / script), *arguments])
+
+
+def adolc(values):
+    """Compiled where its headers and library are."""
+    compiler = shutil.which("c++") or shutil.which("g++")
+    version = subprocess.run(["pkg-config", "--modversion", "adolc"], capture_output=True, text=True)
+    if not compiler or version.returncode != 0:
+        print("gradients_adolc.cpp: skipped, no C++ compiler or ADOL-C", file=sys.stderr)
+        return ""
+    with tempfile.TemporaryDirectory() as folder:
+        program = f"{folder}/adolc"
+        define = f'-DPEER_VERSION="{version.stdout.strip()}"'
+        words = [compiler, "-O2", "-march=native", "-std=c++17", define]
+        subprocess.run([*words, str(HERE / "gradients_adolc.cpp"), "-ladolc", "-o", program], check=True)
+        return run([program, values])
+
+
+def peers(folder, quick):
+    """job, peer, version, seconds, difference of every peer."""
+    values = str(folder / "gradients-values.csv")
+    text = (
+        python("gradients_torch.py", ["numpy", "torch"], values, *quick)
+        + python("gradients_jax.py", ["numpy", "jax"], values)
+        + python("gradients_casadi.py", ["numpy", "casadi"], values, *quick)
+        + adolc(values)
+        + python("training_torch.py", ["numpy", "torch"], *quick)
+        + python("training_jax.py", ["numpy", "jax"])
+    )
+    return [tuple(line.split(",")) for line in text.splitlines() if line.count(",") == 4]
+
+
+# ---- seconds to an error: motions and packets ----
 
 
 def at(rows, accuracy):
@@ -50,126 +102,133 @@ def at(rows, accuracy):
 def fastest(rows, accuracy):
     methods = dict.fromkeys(row["method"] for row in rows)
     times = {m: at([r for r in rows if r["method"] == m], accuracy) for m in methods}
-    return min(((s, m) for m, s in times.items() if s is not None), default=(None, "none"))
+    return min(((s, m) for m, s in times.items() if s is not None), default=(None, None))
 
 
-def cell(seconds, method, width):
-    return f"{'-' if seconds is None else f'{seconds:.2e} s':>11} {method:<{width}}"
-
-
-def print_motions(ours, theirs):
-    print(f"\n{'problem':<10} {'error':>6}  {'leastaction':<24} {'SciPy':<24} {'ratio':>8}")
-    for problem in dict.fromkeys(row["problem"] for row in ours):
-        for accuracy in ACCURACIES:
-            a, b = (
-                fastest([r for r in rows if r["problem"] == problem], accuracy)
-                for rows in (ours, theirs)
-            )
-            ratio = f"{b[0] / a[0]:8.1f}" if a[0] and b[0] else f"{'-':>8}"
-            print(f"{problem:<10} {accuracy:6.0e} {cell(*a, 13)} {cell(b[0], b[1], 13)} {ratio}")
-
-
-def print_gradients(ours, theirs):
-    methods = list(dict.fromkeys(row["method"] for row in theirs))
-    print(f"\n{'gradient':<10} {'by hand':>12} {'tape':>12}", *(f"{m:>22}" for m in methods))
-    for row in ours:
-        tape = 1e-9 * float(row["tape_gradient_ns"])
-        line = f"{row['scene']:<10} {1e-3 * float(row['hand_gradient_ns']):9.2f} us {1e6 * tape:9.2f} us"
-        for m in methods:
-            for r in theirs:
-                if (r["scene"], r["method"]) == (row["scene"], m):
-                    s = float(r["seconds"])
-                    line += f" {1e6 * s:9.1f} us = {s / tape:5.1f} x"
-        print(line)
-
-
-def one_thread(steps):
-    """Seconds of a step of the published width by (model, precision)."""
-    return {
-        (r["model"], r["precision"]): 1e-3 * float(r["step_ms"])
-        for r in steps
-        if (r["threads"], r["width"]) == ("1", "200")
-    }
-
-
-def print_training(ours, theirs):
-    methods = list(dict.fromkeys(r["method"] for r in theirs))
-    print(f"\n{'training step':<14} {'leastaction':>12}", *(f"{m:>22}" for m in methods))
-    for (model, precision), seconds in one_thread(ours).items():
-        line = f"{model + ' ' + precision:<14} {1e3 * seconds:9.2f} ms"
-        for m in methods:
-            for r in theirs:
-                if (r["model"], r["precision"], r["method"]) == (model, precision, m):
-                    s = float(r["seconds"])
-                    line += f" {1e3 * s:9.2f} ms = {s / seconds:5.2f} x"
-        print(line)
-
-
-def as_training(ours, theirs):
-    rows = [(*key, "leastaction", s) for key, s in one_thread(ours).items()]
-    rows += [(r["model"], r["precision"], r["method"], float(r["seconds"])) for r in theirs]
-    return [
-        {"problem": f"training {m} {p}", "method": name, "evaluations": 1, "seconds": f"{s:.6g}"}
-        for m, p, name, s in rows
-    ]
-
-
-def as_motions(gradients, peers):
-    """Gradients as rows of the same columns: seconds of one evaluation."""
-    rows = [
-        (f"gradient {r['scene']}", f"leastaction {side}", 1e-9 * float(r[f"{side}_gradient_ns"]))
-        for r in gradients
-        for side in ("tape", "hand")
-    ] + [(f"gradient {r['scene']}", r["method"], float(r["seconds"])) for r in peers]
-    return [
-        {"problem": p, "method": m, "evaluations": 1, "seconds": f"{s:.6g}"} for p, m, s in rows
-    ]
-
-
-def print_packets(ours, theirs):
-    """The fastest of either side at an error, where both know the problem."""
-    print(f"\n{'packet':<10} {'error':>6}  {'leastaction':<30} {'NumPy':<24} {'ratio':>8}")
+def to_errors(kind, accuracies, ours, theirs, peer, version):
+    """The fastest of either side at some errors, where both get there."""
     for problem in dict.fromkeys(row["problem"] for row in theirs):
-        for accuracy in 1e-2, 1e-3, 1e-4:
+        for accuracy in accuracies:
             a, b = (
                 fastest([r for r in rows if r["problem"] == problem], accuracy)
                 for rows in (ours, theirs)
             )
-            ratio = f"{b[0] / a[0]:8.1f}" if a[0] and b[0] else f"{'-':>8}"
-            print(f"{problem:<10} {accuracy:6.0e} {cell(*a, 19)} {cell(*b, 13)} {ratio}")
+            if a[0] and b[0]:
+                job = f"{kind} {problem} to {accuracy:.0e}".replace("e-0", "e-")
+                yield job, US, "", a[0], ""
+                yield job, f"{peer} ({b[1].replace('scipy ', '')})", version, b[0], ""
+
+
+def version_of(module):
+    return getattr(__import__(module), "__version__", "")
+
+
+def motions(folder, quick):
+    theirs = read(python("scipy_ivp.py", ["numpy", "scipy"], *quick))
+    ours = read((folder / "integrators.csv").read_text())
+    return list(to_errors("motion", ACCURACIES, ours, theirs, "SciPy", theirs and version_of("scipy")))
+
+
+def packets(folder, quick):
+    theirs = read(python("quantum_numpy.py", ["numpy"], *quick))
+    ours = read((folder / "quantum.csv").read_text())
+    version = theirs and version_of("numpy")
+    return list(to_errors("packet", PACKET_ACCURACIES, ours, theirs, "NumPy", version))
+
+
+def pixels(command, quick):
+    for row in read(python("pixels_torch.py", ["torch"], command, *quick)):
+        yield f"training {row['model']} f32", US, "", 1e-3 * float(row["ours_ms"]), ""
+        seconds = 1e-3 * float(row["torch_ms"])
+        yield f"training {row['model']} f32", "PyTorch eager", version_of("torch"), seconds, ""
+
+
+# ---- ours ----
+
+
+def our_derivatives(row):
+    """Of a row of gradients.csv; the compiled tape first, which others are divided by."""
+    scene = row["scene"]
+    for job, key in ("gradient", "gradient"), ("product", "product"):
+        for peer, side in (US, "native"), (INTERPRETED, "tape"), (BY_HAND, "hand"):
+            yield f"{job} {scene}", peer, "", 1e-9 * float(row[f"{side}_{key}_ns"]), ""
+    steps = ADAM_STEPS * 1e-9 * float(row["native_adam_step_ns"])
+    yield f"adam {scene}", US, "", steps, ""
+    yield f"hessian {scene}", US, "", 1e-9 * float(row["hessian_blocks_ns"]), ""
+
+
+def our_training(rows):
+    for row in rows:
+        if (row["threads"], row["width"]) == ("1", "200"):
+            job = f"training {row['model']} {row['precision']}"
+            yield job, US, "", 1e-3 * float(row["step_ms"]), ""
+
+
+# ---- the table ----
+
+
+def note(ratio, peer):
+    """By how much ours is behind, where it is."""
+    if ratio >= 1 or peer in (US, BY_HAND, INTERPRETED):
+        return ""
+    return f"behind: ours takes {1 / ratio:.2f} times as long"
+
+
+def table(rows):
+    """Rows by job, in the order of jobs, ours first, with ratio and note."""
+    rows = [(job, peer, version, float(s), difference) for job, peer, version, s, difference in rows]
+    kinds = "gradient", "product", "hessian", "adam", "training", "motion", "packet"
+    ours = {job: s for job, peer, _, s, _ in rows if peer == US}
+    rows = [r for r in rows if r[0] in ours]
+    jobs = list(dict.fromkeys(r[0] for r in rows))
+    order = {job: (kinds.index(job.split()[0]), jobs.index(job)) for job in jobs}
+    for job, peer, version, s, difference in sorted(rows, key=lambda r: order[r[0]]):
+        ratio = s / ours[job]
+        values = job, peer, version, f"{s:.4g}", f"{ratio:.3g}", difference, note(ratio, peer)
+        yield dict(zip(COLUMNS, values))
+
+
+def write(rows, folder):
+    origin = [
+        line
+        for line in (folder / "gradients.csv").read_text().splitlines()
+        if line.startswith("#")
+    ]
+    with open(folder / "peers.csv", "w", newline="") as out:
+        print(*origin, sep="\n", file=out)
+        print(f"# one thread; Python {sys.version.split()[0]}; ratio: times as long as ours", file=out)
+        lines = csv.DictWriter(out, COLUMNS, lineterminator="\n")
+        lines.writeheader()
+        lines.writerows(rows)
+    return "; ".join(line.split(": ", 1)[1] for line in origin[:3])
+
+
+def show(rows):
+    for row in rows:
+        line = f"{row['job']:<28} {row['peer']:<26} {row['version']:<8} {float(row['seconds']):10.3g} s"
+        line += f" {float(row['ratio']):10.3g} x  {row['difference']:>8}  {row['note']}"
+        print(line.rstrip())
+    behind = sum(bool(row["note"]) for row in rows)
+    print(f"\n{len(rows)} rows, ahead or level in all but {behind}; ratio: times as long as ours")
 
 
 def main():
     arguments = [a for a in sys.argv[1:] if not a.startswith("--")]
     quick = ["--quick"] if "--quick" in sys.argv else []
-    folder = pathlib.Path(arguments[0] if arguments else "charts")
+    command = str(pathlib.Path(arguments[0]).resolve())
+    folder = pathlib.Path(arguments[1] if len(arguments) > 1 else "charts")
+    version = subprocess.run([command, "--version"], stdout=subprocess.PIPE, text=True).stdout.split()
     try:
-        ours = read((folder / "integrators.csv").read_text())
-        gradients = read((folder / "gradients.csv").read_text())
-        steps = read((folder / "hnn-steps.csv").read_text())
+        rows = [r for row in read((folder / "gradients.csv").read_text()) for r in our_derivatives(row)]
+        rows += our_training(read((folder / "hnn-steps.csv").read_text()))
+        rows += peers(folder, quick) + motions(folder, quick) + packets(folder, quick)
     except OSError as e:
         sys.exit(f"{e.filename}: {e.strerror}; run `make charts` first")
-    motions = run("scipy_ivp.py", ["numpy", "scipy"], *quick)
-    others = run("gradients_torch.py", ["numpy", "torch"]) + run(
-        "gradients_jax.py", ["numpy", "jax"]
-    )
-    training = run("training_torch.py", ["numpy", "torch"]) + run(
-        "training_jax.py", ["numpy", "jax"]
-    )
-    with open(folder / "peers.csv", "w", newline="") as out:
-        table = csv.DictWriter(out, ours[0].keys(), restval="")
-        table.writeheader()
-        table.writerows(ours + motions + as_motions(gradients, others))
-        table.writerows(as_training(steps, training))
-    if motions:
-        print_motions(ours, motions)
-    if others:
-        print_gradients(gradients, others)
-    if training:
-        print_training(steps, training)
-    packets = folder / "quantum.csv"
-    if packets.exists() and (others := run("quantum_numpy.py", ["numpy"], *quick)):
-        print_packets(read(packets.read_text()), others)
+    rows += pixels(command, quick)
+    rows = [(j, p, version[-1] if p in (US, INTERPRETED) and version else v, s, d) for j, p, v, s, d in rows]
+    rows = list(table(rows))
+    draw(rows, folder / "peers", write(rows, folder))
+    show(rows)
 
 
 if __name__ == "__main__":

@@ -1,22 +1,56 @@
 #!/usr/bin/env python3
-"""Gradients of the discretised actions in PyTorch, eager, tensors over slices, f64, one thread.
+"""Derivatives of the discretised actions in PyTorch, tensors over slices, f64, one thread: eager, and
+by torch.compile.
 
-    scripts/peers/gradients_torch.py > torch.csv
+    scripts/peers/gradients_torch.py charts/gradients-values.csv [--quick]
 """
-import torch
+import sys
 
-from actions import report
+import torch
+from torch.func import grad, jvp
+
+from actions import ADAM_STEPS, objective, report, scenes, values
 
 torch.set_num_threads(1)
+VERSION = torch.__version__.split("+")[0]
 
 
-def gradient_of(f, x):
-    t = torch.tensor(x, dtype=torch.float64, requires_grad=True)
+def eager(name, x, u, gradient, product, descended):
+    f = objective(torch, name)
+    at = torch.tensor(x, requires_grad=True)
+    along = torch.tensor(u)
 
-    def run():
-        return torch.autograd.grad(f(torch, t), t)[0]
+    def first():
+        return torch.autograd.grad(f(at), at)[0]
 
-    return run, lambda: run().numpy()
+    def second():
+        g = torch.autograd.grad(f(at), at, create_graph=True)[0]
+        return torch.autograd.grad((g * along).sum(), at)[0]
+
+    def adam():
+        path = torch.tensor(x, requires_grad=True)
+        optimiser = torch.optim.Adam([path], scenes[name][3])
+        for _ in range(ADAM_STEPS):
+            optimiser.zero_grad()
+            f(path).backward()
+            optimiser.step()
+        return path.detach()
+
+    report(f"gradient {name}", "PyTorch eager", VERSION, first, gradient)
+    report(f"product {name}", "PyTorch eager", VERSION, second, product)
+    report(f"adam {name}", "PyTorch eager", VERSION, adam, descended)
 
 
-report(f"torch {torch.__version__.split('+')[0]} eager", gradient_of)
+def compiled(name, x, u, gradient, product):
+    f = objective(torch, name)
+    at, along = torch.tensor(x), torch.tensor(u)
+    first = torch.compile(grad(f))
+    second = torch.compile(lambda y, d: jvp(grad(f), (y,), (d,))[1])
+    report(f"gradient {name}", "torch.compile", VERSION, lambda: first(at), gradient)
+    report(f"product {name}", "torch.compile", VERSION, lambda: second(at, along), product)
+
+
+for name, (x, u, gradient, product, descended) in values().items():
+    eager(name, x, u, gradient, product, descended)
+    if "--quick" not in sys.argv:
+        compiled(name, x, u, gradient, product)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A training step in JAX, jit, one thread.
 
-    scripts/peers/training_jax.py > jax.csv
+    scripts/peers/training_jax.py
 """
 import os
 
@@ -67,4 +67,4 @@ def step_of(model, precision):
     return step
 
 
-report(f"jax {jax.__version__} jit", step_of)
+report("JAX jit", jax.__version__, step_of)

@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
-"""A training step in PyTorch, eager, one thread: the published code, autograd.grad with create_graph.
+"""A training step in PyTorch, one thread: eager, the published code, autograd.grad with create_graph;
+and loss and gradient by torch.compile.
 
-    scripts/peers/training_torch.py > torch.csv
+    scripts/peers/training_torch.py [--quick]
 """
+import sys
+
 import torch
+from torch.func import functional_call, grad
 
 from training import WIDTH, report, samples
 
@@ -24,14 +28,18 @@ def network(outputs):
     return torch.nn.Sequential(*layers)
 
 
-def step_of(model, precision):
+def start(model, precision):
     torch.manual_seed(0)
     dtype = {"f32": torch.float32, "f64": torch.float64}[precision]
-    x, rates = (torch.tensor(a) for a in samples(precision))
-    x.requires_grad_(model == "hnn")
-    J = SYMPLECTIC.to(dtype)
     net = network(1 if model == "hnn" else 2).to(dtype)
     optimiser = torch.optim.Adam(net.parameters(), 1e-3, weight_decay=1e-4)
+    x, rates = (torch.tensor(a) for a in samples(precision))
+    return net, optimiser, x, rates, SYMPLECTIC.to(dtype)
+
+
+def eager(model, precision):
+    net, optimiser, x, rates, J = start(model, precision)
+    x.requires_grad_(model == "hnn")
 
     def field():
         if model == "baseline":
@@ -48,4 +56,30 @@ def step_of(model, precision):
     return step
 
 
-report(f"torch {torch.__version__.split('+')[0]} eager", step_of)
+def compiled(model, precision):
+    net, optimiser, x, rates, J = start(model, precision)
+    weights = dict(net.named_parameters())
+
+    def loss(weights):
+        def output(at):
+            return functional_call(net, weights, at)
+
+        out = output(x) if model == "baseline" else grad(lambda at: output(at).sum())(x) @ J.t()
+        return (rates - out).pow(2).mean()
+
+    slopes = torch.compile(torch.func.grad_and_value(loss))
+
+    def step():
+        g, value = slopes({name: w.detach() for name, w in weights.items()})
+        for name, w in weights.items():
+            w.grad = g[name]
+        optimiser.step()
+        return value
+
+    return step
+
+
+VERSION = torch.__version__.split("+")[0]
+report("PyTorch eager", VERSION, eager)
+if "--quick" not in sys.argv:
+    report("torch.compile", VERSION, compiled)

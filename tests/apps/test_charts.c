@@ -318,7 +318,7 @@ static void test_gradient_values(void **state)
     (void)state;
     static const char *const names[] = {"gradient", "product"};
     struct table *t = table_read("gradients-values.csv");
-    expect_header(t, "scene,coordinate,slice,x,u,gradient,product");
+    expect_header(t, "scene,coordinate,slice,x,u,gradient,product,adam");
     for (size_t k = 0; k < 2; k++) {
         double sum = 0, largest = 0;
         for (size_t r = 0; r < t->rows; r++) {
