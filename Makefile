@@ -204,23 +204,28 @@ bench: all
 # The ephemeris is held against tables of Horizons, where there are any.
 HORIZONS ?= $(wildcard $(or $(LEASTACTION_SHARED),../shared)/data/horizons)
 
+CHARTS = gradients linear integrators paths gas hnn quantum jobs $(if $(HORIZONS),ephemeris)
+
 charts: all
-	@for kind in gradients linear integrators paths gas hnn quantum $(if $(HORIZONS),ephemeris); do \
+	@for kind in $(CHARTS); do \
 	    $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) \
 	        $(if $(HORIZONS),--data '$(HORIZONS)') || exit; \
 	done
+	@$(MAKE) --no-print-directory peers
 
 # The pictures of README.md, by the commands it names.
 docs-pictures: all
 	@scripts/docs-pictures $(BUILD)/leastaction
 
-# Other tools on the same jobs, those that $(PYTHON) can import.
+# Other tools on the same jobs, those that $(PYTHON) can import, beside our charts.
 peers: all
 	@for kind in gradients integrators hnn quantum; do \
 	    test -f charts/$$kind.csv || test -f charts/$$kind-steps.csv || \
 	        $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) || exit; \
 	done
-	@$(PYTHON) -B scripts/peers/compare.py $(BUILD)/leastaction charts $(if $(QUICK),--quick)
+	@if command -v $(PYTHON) >/dev/null; then \
+	    $(PYTHON) -B scripts/peers/compare.py $(BUILD)/leastaction charts $(if $(QUICK),--quick); \
+	else echo 'peers: skipped, $(PYTHON) not installed'; fi
 
 hnn-table: all
 	@scripts/hnn-table $(BUILD)/leastaction hnn-table

@@ -83,7 +83,7 @@ enum ad_status chart_picture(const struct chart_settings *settings, const char *
     snprintf(line, sizeof line, "%s; %s; %s", o.machine, o.date, o.versions);
     fputs("set label 999 ", plot->script);
     plot_quote(plot->script, line);
-    fputs(" at screen 0.004,0.014 left font ',7' textcolor rgb '#808080' noenhanced\n",
+    fputs(" at screen 0.004,0.99 left font ',7' textcolor rgb '#808080' noenhanced\n",
           plot->script);
     return AD_OK;
 }

@@ -4,6 +4,7 @@
 
 #include "charts.h"
 #include "json.h"
+#include "../hnn/data.h"
 #include "../hnn/hnn.h"
 
 /* The published network: two hidden layers of 200, steps on 750 samples at once. */
@@ -21,6 +22,11 @@ enum { NETWORKS_MOST = 16 };
 /* Every width, narrow to wide, as HNN and baseline, in f32 and f64; returns how many. */
 size_t networks_of_chart(bool quick, struct network networks[NETWORKS_MOST]);
 struct hnn_settings network_settings(const struct network *network);
+
+/* Mean square error of the energy along motions to t = 20 from a few starts; infinite where one is
+   lost. */
+enum ad_status network_energy_error(hnn_model *model, const struct hnn_task *task, size_t starts,
+                                    double *mse, struct ad_error *error);
 
 /* A step of training beside its floor, and one evaluation of the field: hnn-steps.csv. */
 enum ad_status chart_steps(const struct chart_settings *settings, struct json *json,

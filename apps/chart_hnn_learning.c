@@ -36,17 +36,16 @@ static bool go_on(void *context, hnn_trainer *trainer)
            lesson->spent + processor_seconds() - lesson->began < lesson->most_seconds;
 }
 
-static enum ad_status energy_error(const struct lesson *lesson, hnn_model *model, double *mse,
-                                   struct ad_error *error)
+enum ad_status network_energy_error(hnn_model *model, const struct hnn_task *task, size_t starts,
+                                    double *mse, struct ad_error *error)
 {
+    const struct hnn_trials trials = {.starts = starts, .rtol = accuracy};
     struct phys_ode ode = {0};
     struct hnn_score score;
     struct ad_error lost = {0};
     *mse = INFINITY;
     if (hnn_model_ode(model, &ode, error) == AD_OK &&
-        hnn_task_trials(&ode, lesson->task,
-                        &(struct hnn_trials){.starts = STARTS, .rtol = accuracy}, &score,
-                        &lost) == AD_OK)
+        hnn_task_trials(&ode, task, &trials, &score, &lost) == AD_OK)
         *mse = score.energy_mse;
     phys_ode_free(&ode);
     if (lost.status != AD_OK && lost.status != AD_E_NONFINITE && lost.status != AD_E_ACCURACY)
@@ -65,7 +64,7 @@ static enum ad_status one_stage(struct lesson *lesson, hnn_model *model, hnn_tra
     *at = (struct learning_point){.step = hnn_trainer_step(trainer),
                                   .seconds = lesson->spent,
                                   .test_loss = hnn_trainer_test_loss(trainer)};
-    return energy_error(lesson, model, &at->energy_mse, error);
+    return network_energy_error(model, lesson->task, STARTS, &at->energy_mse, error);
 }
 
 /* Stages of 4, 8, 16 ... steps, until the time is up. */

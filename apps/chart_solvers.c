@@ -1,5 +1,6 @@
 /* Solvers of paths (chart_paths.h): from the published noise to the stationary path of rule `left`,
    distance over seconds; Newton's method beside the published descent and the paper's remedies. */
+#include "chart_jobs.h"
 #include "chart_paths.h"
 
 #include <math.h>
@@ -128,13 +129,16 @@ struct watch {
     const char *scene, *solver;
     double began, away; /* seconds: when the run began, spent here */
     double next;        /* seconds after which a point is kept */
-    FILE *csv, *data;
+    FILE *csv, *data;   /* NULL: points are not kept */
     size_t steps;
-    double seconds, error; /* of the last step */
+    double seconds, error;  /* of the last step */
+    double target, reached; /* seconds until the error first was no more than the target */
 };
 
 static void keep(struct watch *w)
 {
+    if (!w->csv)
+        return;
     fprintf(w->csv, "%s,%s,%zu,%.6g,%.6g\n", w->scene, w->solver, w->steps, w->seconds, w->error);
     fprintf(w->data, "%.6g %.6g\n", w->seconds, fmax(w->error, 1e-17));
     w->next = closer * w->seconds;
@@ -147,6 +151,8 @@ static bool watch(void *context, const struct phys_path_step *step)
     w->seconds = now - w->began - w->away;
     w->steps = step->step;
     w->error = path_distance(w->run->n, step->path, w->run->reference);
+    if (w->error <= w->target)
+        w->reached = fmin(w->reached, w->seconds);
     if (w->seconds >= w->next)
         keep(w);
     w->away += processor_seconds() - now;
@@ -203,29 +209,58 @@ static struct phys_path_settings settings_of(const struct scene_run *run, const 
     return settings;
 }
 
-static enum ad_status run_solver(struct scene_run *run, const struct solver *s, FILE *csv,
-                                 FILE *data, double *final, struct ad_error *error)
+static enum ad_status run_solver(struct scene_run *run, const struct solver *s, struct watch *w,
+                                 struct ad_error *error)
 {
     const struct phys_solver *solver = phys_solver_find(s->solver, error);
     struct phys_path_settings settings = settings_of(run, s, error);
-    struct watch w = {
-        .run = run, .scene = run->contest->scene, .solver = s->name, .csv = csv, .data = data};
     struct phys_path_info info;
     struct ad_error lost = {0};
     if (strcmp(s->solver, "sgd") == 0)
         settings.learning_rate = tuned_rate(run, solver, settings, error);
+    w->run = run;
+    w->scene = run->contest->scene;
+    w->solver = s->name;
+    w->reached = INFINITY;
     settings.progress = watch;
-    settings.context = &w;
+    settings.context = w;
     memcpy(run->path, run->start, run->n * sizeof *run->path);
-    fprintf(data, "# %s, %s: seconds, distance\n", w.scene, w.solver);
-    w.began = processor_seconds();
+    w->began = processor_seconds();
     phys_path_solve(solver, &run->system, &settings, run->path, &info, &lost);
-    keep(&w);
-    fputs("\n\n", data);
-    final[0] = w.error;
-    final[1] = w.seconds;
+    keep(w);
     if (lost.status != AD_OK && lost.status != AD_E_NONFINITE)
         return ad_fail(error, lost.status, "%s: %s", run->contest->scene, lost.message);
+    return error->status;
+}
+
+static const struct solver *solver_named(const char *name)
+{
+    const struct solver *s = solvers;
+    while (strcmp(s->name, name) != 0)
+        s++;
+    return s;
+}
+
+enum ad_status jobs_paths(bool quick, struct job jobs[], size_t *n, struct ad_error *error)
+{
+    for (size_t k = 0; k < N_CONTESTS && error->status == AD_OK; k++) {
+        struct scene_run run;
+        struct watch adam = {0}, newton = {0};
+        if (quick && contests[k].slow)
+            continue;
+        if (open_scene(&run, &contests[k], error) == AD_OK &&
+            run_solver(&run, solver_named("Adam as published"), &adam, error) == AD_OK) {
+            newton.target = adam.error;
+            run_solver(&run, solver_named("Newton"), &newton, error);
+            jobs[(*n)++] = (struct job){.name = contests[k].scene,
+                                        .group = "path",
+                                        .measure = "distance from the stationary path, relative",
+                                        .published = {adam.seconds, adam.error},
+                                        .ours = {newton.seconds, newton.error},
+                                        .level = newton.reached};
+        }
+        close_scene(&run);
+    }
     return error->status;
 }
 
@@ -274,12 +309,14 @@ static enum ad_status one_scene(const struct chart_settings *settings,
     if (open_scene(&run, contest, error) == AD_OK) {
         json_object(json, contest->scene);
         for (size_t s = 0; s < N_SOLVERS && error->status == AD_OK; s++) {
-            double final[2];
-            if (run_solver(&run, &solvers[s], csv, data, final, error) != AD_OK)
+            struct watch w = {.csv = csv, .data = data};
+            fprintf(data, "# %s, %s: seconds, distance\n", contest->scene, solvers[s].name);
+            if (run_solver(&run, &solvers[s], &w, error) != AD_OK)
                 break;
+            fputs("\n\n", data);
             if (!settings->quiet)
-                printf("  %-30s %8.1e %10.2g\n", solvers[s].name, final[0], final[1]);
-            json_number(json, solvers[s].name, final[0]);
+                printf("  %-30s %8.1e %10.2g\n", solvers[s].name, w.error, w.seconds);
+            json_number(json, solvers[s].name, w.error);
         }
         json_end_object(json);
     }

@@ -28,6 +28,9 @@ int chart_integrators(const struct chart_settings *settings, struct ad_error *er
 /* Paths: rules against slices in rules.csv, solvers against time in paths.csv, and their pictures.
  */
 int chart_paths(const struct chart_settings *settings, struct ad_error *error);
+/* Whole jobs, paths, networks and a packet, with the published settings and with ours: jobs.csv and
+   its picture. */
+int chart_jobs(const struct chart_settings *settings, struct ad_error *error);
 /* Models of the inner planets against Horizons tables, from the published one on: ephemeris.csv and
    its picture. */
 int chart_ephemeris(const struct chart_settings *settings, struct ad_error *error);

@@ -22,6 +22,7 @@ static const struct chart {
     {"gas", chart_gas},
     {"hnn", chart_hnn},
     {"quantum", chart_quantum},
+    {"jobs", chart_jobs},
 };
 
 enum { N_CHARTS = sizeof charts / sizeof *charts };
@@ -70,7 +71,7 @@ static const struct option table[] = {
 const struct command command_chart = {
     .line = {.name = "chart",
              .what = "speed against accuracy, measured: gradients, linear, integrators, paths, "
-                     "ephemeris, gas, hnn, quantum",
+                     "ephemeris, gas, hnn, quantum, jobs",
              .arguments = {"KIND"},
              .options = table,
              .n_options = sizeof table / sizeof *table},

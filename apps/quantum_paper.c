@@ -5,6 +5,7 @@
 #include "command.h"
 #include "interrupt.h"
 #include "quantum_paper.h"
+#include "timing.h"
 
 #include <complex.h>
 #include <math.h>
@@ -297,4 +298,34 @@ int quantum_paper(const struct quantum_options *options, struct ad_error *error)
     outputs_abandon(&outputs);
     quantum_free(&run);
     return command_status(error);
+}
+
+enum ad_status paper_measure(double scale, struct paper_cost *cost, struct ad_error *error)
+{
+    const struct quantum_options options = {.scale = scale};
+    struct quantum_options right;
+    struct quantum_run run = {0};
+    struct quantum_result result = {0};
+    struct published old = {0};
+    char packet[64];
+    const char *text;
+    right_options(&options, &right, packet, &text);
+    double start = processor_seconds();
+    if (published(scale, &old, error) == AD_OK) {
+        double middle = processor_seconds();
+        if (quantum_setup(&right, &run, error) == AD_OK &&
+            quantum_run(&run, &result, error) == AD_OK) {
+            double end = result.classical[result.n - 1];
+            *cost = (struct paper_cost){
+                .published_seconds = middle - start,
+                .published_error = fabs(old.mean[old.frames - 1] - end),
+                .seconds = processor_seconds() - middle,
+                .error = fabs(result.moments[result.n - 1].mean_x - end),
+            };
+        }
+    }
+    published_free(&old);
+    quantum_result_free(&result);
+    quantum_free(&run);
+    return error->status;
 }

@@ -19,4 +19,10 @@ struct published {
 void paper_picture(const struct published *published, const struct quantum_run *run,
                    const struct quantum_result *result, const qm_complex *K, struct plot *plot);
 
+/* What the two runs cost, seconds of the processor, and how far the mean ends from the particle. */
+struct paper_cost {
+    double published_seconds, published_error, seconds, error;
+};
+enum ad_status paper_measure(double scale, struct paper_cost *cost, struct ad_error *error);
+
 #endif

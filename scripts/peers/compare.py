@@ -64,8 +64,8 @@ def adolc(values):
         program = f"{folder}/adolc"
         define = f'-DPEER_VERSION="{version.stdout.strip()}"'
         words = [compiler, "-O2", "-march=native", "-std=c++17", define]
-        subprocess.run([*words, str(HERE / "gradients_adolc.cpp"), "-ladolc", "-o", program], check=True)
-        return run([program, values])
+        built = subprocess.run([*words, str(HERE / "gradients_adolc.cpp"), "-ladolc", "-o", program])
+        return run([program, values]) if built.returncode == 0 else ""
 
 
 def peers(folder, quick):

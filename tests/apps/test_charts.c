@@ -355,6 +355,26 @@ static void test_linear(void **state)
     table_free(t);
 }
 
+/* Newton ends on the stationary path, where the published descent is not. */
+static void test_jobs(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA chart jobs --quick --quiet --out ."), 0);
+    struct table *t = table_read("jobs.csv");
+    size_t paths = 0;
+    for (size_t r = 0; r < t->rows; r++) {
+        assert_true(number(t, r, "published_seconds") > 0 && number(t, r, "our_seconds") > 0);
+        if (!is(t, r, "group", "path"))
+            continue;
+        paths++;
+        assert_true(number(t, r, "published_error") > 1e-4);
+        assert_true(number(t, r, "our_error") < 1e-12);
+        assert_true(number(t, r, "level_seconds") <= number(t, r, "our_seconds"));
+    }
+    assert_int_equal(paths, 5);
+    table_free(t);
+}
+
 static void test_hnn_steps(void **state)
 {
     (void)state;
@@ -524,6 +544,7 @@ int main(void)
         cmocka_unit_test_setup(test_gradients, shell_empty),
         cmocka_unit_test(test_gradient_values),
         cmocka_unit_test_setup(test_linear, shell_empty),
+        cmocka_unit_test_setup(test_jobs, shell_empty),
         cmocka_unit_test_setup(test_hnn_steps, shell_empty),
         cmocka_unit_test(test_hnn_learning),
         cmocka_unit_test(test_hnn_rollouts),
