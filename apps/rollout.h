@@ -14,6 +14,7 @@ struct rollout_options {
     double time, from, strength, dt, rtol, add_energy, at;
     size_t points, starts;
     bool reverse;
+    struct settings set;
 };
 
 /* One model, where it went, and how far that is from the truth; NaN where there is none. */
@@ -36,7 +37,9 @@ struct rollout_run {
     size_t n_models;
     struct rollout_model model[ROLLOUT_MODELS];
     const struct hnn_task *task; /* of --truth, or NULL */
-    struct phys_ode energy;      /* the true energy; of a task, its motion, too; n 0: not known */
+    struct phys_system system;   /* of --truth, where that is a scene */
+    struct phys_ode energy;      /* the true energy; of a task or a scene, its motion, too; n 0: not
+                                    known */
     struct hnn_path truth;       /* n 0: none */
     struct hnn_rollout_settings settings;
     double *t;  /* outputs */

@@ -40,14 +40,14 @@ static enum ad_status follow_truth(struct rollout_run *run, struct ad_error *err
     s.rtol = truth_tolerance;
     s.reverse = false;
     hnn_rollout(&run->energy, &s, run->x0, &run->truth, &info, error);
-    return named(run->task->name, error);
+    return named(run->options->truth, error);
 }
 
 /* Of a measured motion it was computed from the true energy. */
 static enum ad_status measure_as_published(const struct rollout_run *run, struct rollout_model *m,
                                            struct ad_error *error)
 {
-    m->score.energy_mse_published = run->task ? NAN : m->energy_mse;
+    m->score.energy_mse_published = run->task || run->system.scene ? NAN : m->energy_mse;
     if (run->task && run->settings.add == 0)
         hnn_task_published_mse(run->task, run->options->strength, &m->ode, &run->settings, &m->path,
                                &run->truth, &m->score.energy_mse_published, error);
@@ -68,7 +68,8 @@ static void measure(const struct rollout_run *run, struct rollout_model *m)
 
 static enum ad_status one_start(struct rollout_run *run, struct ad_error *error)
 {
-    if (run->task && follow_truth(run, error) != AD_OK)
+    bool measured = run->truth.n > 0;
+    if (!measured && run->energy.n && follow_truth(run, error) != AD_OK)
         return error->status;
     for (size_t k = 0; k < run->n_models; k++) {
         struct rollout_model *m = &run->model[k];

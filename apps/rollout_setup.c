@@ -135,26 +135,74 @@ static enum ad_status read_truth(struct rollout_run *run, struct ad_error *error
     return o->energy ? use_energy(run, o->energy, error) : AD_OK;
 }
 
-/* A task by its name, or a file. */
-static enum ad_status find_truth(struct rollout_run *run, struct ad_error *error)
+/* The motion of a scene's Lagrangian in q and p. */
+static enum ad_status use_scene(struct rollout_run *run, struct ad_error *error)
 {
     const struct rollout_options *o = run->options;
     struct ad_error unknown = {0};
+    if (phys_system_open(o->truth, &run->system, &unknown) != AD_OK)
+        return ad_fail(error, unknown.status, "--truth: %s%s",
+                       unknown.status == AD_E_ARGUMENT ? "no such file or task, and " : "",
+                       unknown.message);
+    if (phys_system_set_all(&run->system, o->set.n, o->set.setting, error) != AD_OK)
+        return error->status;
+    if (2 * run->system.dof != run->model[0].ode.n)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s has %zu coordinates and momenta, the model %zu; expected as many",
+                       o->truth, 2 * run->system.dof, run->model[0].ode.n);
+    return phys_ode_canonical(&run->system, &run->energy, error);
+}
+
+static bool is_data(const char *name)
+{
+    const char *end = strrchr(name, '.');
+    return access(name, R_OK) == 0 && !(end && strcmp(end, ".so") == 0);
+}
+
+/* A task by its name, a file, or a scene. */
+static enum ad_status find_truth(struct rollout_run *run, struct ad_error *error)
+{
+    const struct rollout_options *o = run->options;
+    struct ad_error not_one = {0};
     if (!o->truth)
         return AD_OK;
-    run->task = hnn_task_find(o->truth, &unknown);
-    if (run->task && o->energy)
+    run->task = hnn_task_find(o->truth, &not_one);
+    bool data = !run->task && is_data(o->truth), scene = !run->task && !data;
+    const struct {
+        bool wrong;
+        const char *what;
+    } rule[] = {
+        {!run->task && o->starts != OPTION_NO_COUNT,
+         "--starts needs --truth TASK, whose starts they are"},
+        {!scene && o->set.n, "--set needs --truth SCENE, whose parameter it is"},
+    };
+    for (size_t k = 0; k < sizeof rule / sizeof *rule; k++)
+        if (rule[k].wrong)
+            return ad_fail(error, AD_E_ARGUMENT, "%s", rule[k].what);
+    if (!data && o->energy)
         return ad_fail(error, AD_E_ARGUMENT, "--energy: %s has its own; leave it out", o->truth);
-    if (run->task)
-        return use_energy(run, o->truth, error);
-    if (access(o->truth, R_OK) != 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--truth: no such file, and %s", unknown.message);
-    if (o->starts != OPTION_NO_COUNT)
-        return ad_fail(error, AD_E_ARGUMENT, "--starts needs --truth TASK, not a file");
-    return read_truth(run, error);
+    return run->task ? use_energy(run, o->truth, error)
+           : data    ? read_truth(run, error)
+                     : use_scene(run, error);
 }
 
 /* ---- start and outputs ---- */
+
+/* As `simulate` starts the scene. */
+static enum ad_status start_of_scene(struct rollout_run *run, struct ad_error *error)
+{
+    const struct phys_system *s = &run->system;
+    double *q = malloc(2 * s->dof * sizeof *q), *v = q + s->dof;
+    if (!q)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (!s->scene->start)
+        ad_fail(error, AD_E_ARGUMENT, "missing --x0: %s is no initial-value problem",
+                s->scene->name);
+    else if (s->scene->start(s->params, run->options->common.seed, q, v, error) == AD_OK)
+        phys_ode_enter(&run->energy, 0, q, v, run->x0, error);
+    free(q);
+    return error->status;
+}
 
 static enum ad_status choose_start(struct rollout_run *run, struct ad_error *error)
 {
@@ -169,6 +217,8 @@ static enum ad_status choose_start(struct rollout_run *run, struct ad_error *err
         memcpy(run->x0, run->truth.x, states * sizeof *run->x0);
     else if (run->task)
         hnn_task_start(run->task, o->strength, o->common.seed, run->x0);
+    else if (run->system.scene)
+        return start_of_scene(run, error);
     else
         return ad_fail(
             error, AD_E_ARGUMENT,
@@ -217,6 +267,7 @@ void rollout_free(struct rollout_run *run)
         hnn_model_free(run->model[k].model);
     }
     phys_ode_free(&run->energy);
+    phys_system_close(&run->system);
     hnn_path_free(&run->truth);
     free(run->t);
     free(run->x0);

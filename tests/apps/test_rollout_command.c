@@ -129,6 +129,25 @@ static void test_measured(void **state)
     assert_close(cell("out.csv", 31, 9), 0.49, 1e-12, 0); /* true energy of the truth */
 }
 
+/* A scene's Lagrangian as the truth, in q and p: of `cubic` E = (q^2 + p^2)/2 + q^3/3. */
+static void test_scene(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA rollout hnn.h5 --truth cubic --x0 0.3,0.1 --time 7 --points 8 "
+                           "--json --csv scene.csv"),
+                     0);
+    assert_true(shell_number("energy_mse") > 0 && isnan(shell_number("energy_mse_published")));
+    assert_close(cell("scene.csv", 1, 9), 0.059, 1e-14, 0);
+    assert_close(cell("scene.csv", 8, 9), 0.059, 1e-10, 0);
+    assert_int_equal(shell("$LA rollout hnn.h5 --truth cubic --time 2 --json"), 0);
+    assert_int_equal(shell("$LA rollout hnn.h5 --truth kepler"), 2);
+    assert_non_null(strstr(shell_err(), "kepler has 4 coordinates and momenta, the model 2"));
+    assert_int_equal(shell("$LA rollout hnn.h5 --truth keplr"), 2);
+    assert_non_null(strstr(shell_err(), "did you mean 'kepler'?"));
+    assert_int_equal(shell("$LA rollout hnn.h5 --truth spring --set m=2"), 2);
+    assert_non_null(strstr(shell_err(), "--set needs --truth SCENE"));
+}
+
 static void test_files(void **state)
 {
     (void)state;
@@ -223,6 +242,7 @@ int main(void)
         cmocka_unit_test(test_starts),
         cmocka_unit_test(test_published_of_one_start),
         cmocka_unit_test(test_measured),
+        cmocka_unit_test(test_scene),
         cmocka_unit_test(test_files),
         cmocka_unit_test(test_field),
         cmocka_unit_test(test_weights_in_python),
