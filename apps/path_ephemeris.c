@@ -35,7 +35,8 @@ static enum ad_status refuse(const struct path_options *options, bool ephemeris,
         return ad_fail(error, AD_E_ARGUMENT, "--dims: expected 2 or 3, got %zu", options->dims);
     if (options->days != OPTION_NO_COUNT && options->slices != OPTION_NO_COUNT &&
         options->days != options->slices)
-        return ad_fail(error, AD_E_ARGUMENT, "--days %zu and --slices %zu disagree", options->days,
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--days %zu and --slices %zu disagree; leave out one of them", options->days,
                        options->slices);
     return AD_OK;
 }

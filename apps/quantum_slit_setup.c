@@ -60,8 +60,8 @@ static enum ad_status refuse_others(const struct quantum_options *options, struc
             return ad_fail(error, AD_E_ARGUMENT, "--%s: not for the double slit; see --set",
                            others[k].name);
     if (strcmp(options->method, "kernel") != 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--method: the double slit has kernel alone, got '%s'",
-                       options->method);
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--method: expected kernel for the double slit, got '%s'", options->method);
     return AD_OK;
 }
 
