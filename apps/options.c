@@ -18,6 +18,8 @@ static const struct option general[] = {
     {"quiet", NULL, OPTION_FLAG, NULL, "nothing but errors, and what was asked for", AT(quiet)},
     {"seed", "N", OPTION_SEED, "1", "of every random number", AT(seed)},
     {"threads", "N", OPTION_COUNT, "1", "results do not depend on it", AT(threads)},
+    {"verbose", NULL, OPTION_FLAG, NULL, "or -v: say too what ran as machine code, and why not",
+     AT(verbose)},
     {"no-native", NULL, OPTION_FLAG, NULL, "never compile long runs to machine code",
      AT(no_native)},
 };
@@ -284,6 +286,8 @@ enum ad_status options_parse(const struct command_line *line, int argc, char *co
     for (int k = 0; k < argc && status == AD_OK; k++) {
         if (strcmp(argv[k], "-h") == 0)
             common->help = true;
+        else if (strcmp(argv[k], "-v") == 0)
+            common->verbose = true;
         else if (argv[k][0] == '-' && argv[k][1] != '\0' && argv[k][1] != '-')
             status =
                 ad_fail(error, AD_E_ARGUMENT, "unknown option %s; options begin with --", argv[k]);

@@ -43,7 +43,7 @@ struct settings {
 
 /* What every subcommand takes. */
 struct common {
-    bool help, version, json, quiet, no_native;
+    bool help, version, json, quiet, verbose, no_native;
     uint64_t seed;
     size_t threads;
     const char *out, *csv, *plot; /* where the subcommand has results to write */

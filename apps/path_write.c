@@ -75,6 +75,8 @@ void path_print(const struct path_run *run, const struct path_result *result)
            run->settings.slices, run->settings.dt, *time ? " " : "", time, run->settings.rule->name,
            run->solver->name, result->info.steps, result->info.seconds,
            result->info.native ? " as machine code" : "", path_stop_name(result->info.stop));
+    if (run->options->common.verbose && *result->info.interpreted)
+        printf("  interpreted: %s\n\n", result->info.interpreted);
     printf("  %-14s %13s %13s %13s\n", "", "reference", "start", "found");
     print_row("S mean", r->action_mean, s->action_mean, f->action_mean, energy);
     print_row("T mean", r->kinetic_mean, s->kinetic_mean, f->kinetic_mean, energy);

@@ -246,10 +246,10 @@ enum ad_status ad_get(const ad_program *program, ad_var x, double *values);
 /* The storage of an input or output, rows*cols contiguous elements of the tape's type, fixed for
    the life of the program; NULL if the program has no such input or output. */
 void *ad_data(ad_program *program, ad_var x);
-/* One pass over the program; allocates nothing. */
+/* One pass over the program; allocates nothing, but where ad_native_in_time says so. */
 void ad_run(ad_program *program);
 /* The same, where no held input was set since the last ad_run: what depends on held inputs alone is
-   not computed again, unless the program runs as machine code. */
+   not computed again. */
 void ad_rerun(ad_program *program);
 /* As ad_run; returns the seconds of it spent in matrix products, inside OpenBLAS. */
 double ad_run_timed(ad_program *program);
@@ -262,6 +262,13 @@ double ad_run_timed(ad_program *program);
    `note` (may be NULL): it does not pay, there is no compiler or no safe folder, or
    LEASTACTION_NATIVE=0 is in the environment. Values are the same to rounding. */
 bool ad_native(ad_program *program, double runs, struct ad_error *note);
+
+/* The same as soon as it pays, for programs of which nobody knows how often they will run: a later
+   ad_run or ad_rerun compiles first, once those before it would have saved as much time as that
+   takes. When that is depends on the program alone, so that the same work gives the same bits. */
+void ad_native_in_time(ad_program *program);
+/* Why the program is interpreted; "" if it is not. Lives as long as the program. */
+const char *ad_native_note(const ad_program *program);
 
 /* Threads for large segments (default 1). Results do not depend on it, to the last bit. */
 void ad_set_threads(ad_program *program, size_t threads);

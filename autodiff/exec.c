@@ -170,37 +170,37 @@ void ad_program_execute(ad_program *p, size_t first, size_t last, struct check *
     ad_execute_segments(p, p->segments + first, last - first, check);
 }
 
-/* What each run goes through. */
-static const struct segment *segments_of(const ad_program *p, size_t *n)
+/* What each run goes through, or each run again: without what held inputs alone decide. */
+static const struct segment *segments_of(ad_program *p, bool again, size_t *n)
 {
+    size_t first = again ? p->n_held_segments : p->n_constant_segments;
+    if (p->price > 0)
+        ad_native_weigh(p, first);
     if (p->native) {
-        *n = p->native->n_segments;
-        return p->native->segments;
+        first = again ? p->native->n_held : 0;
+        *n = p->native->n_segments - first;
+        return p->native->segments + first;
     }
-    *n = p->n_segments - p->n_constant_segments;
-    return p->segments + p->n_constant_segments;
+    *n = p->n_segments - first;
+    return p->segments + first;
 }
 
-void ad_run(ad_program *p)
+static void run(ad_program *p, bool again)
 {
     size_t n;
-    const struct segment *segments = segments_of(p, &n);
+    const struct segment *segments = segments_of(p, again, &n);
     ad_execute_segments(p, segments, n, NULL);
 }
 
-void ad_rerun(ad_program *p)
-{
-    if (p->native)
-        ad_run(p);
-    else
-        ad_program_execute(p, p->n_held_segments, p->n_segments, NULL);
-}
+void ad_run(ad_program *p) { run(p, false); }
+
+void ad_rerun(ad_program *p) { run(p, true); }
 
 double ad_run_timed(ad_program *p)
 {
     double products = 0;
     size_t n;
-    const struct segment *segments = segments_of(p, &n);
+    const struct segment *segments = segments_of(p, false, &n);
     for (size_t i = 0; i < n; i++) {
         double began = ad_now();
         ad_execute_segments(p, segments + i, 1, NULL);

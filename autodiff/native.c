@@ -71,11 +71,11 @@ enum { MOST_INSTRUCTIONS = 4096 };
 
 /* Seconds that machine code saves in a run, and that compiling takes: measured on one machine once,
    not here, so that the same work gives the same bits every time. */
-static double seconds_saved(const ad_program *p)
+static double seconds_saved(const ad_program *p, size_t first)
 {
     static const double AN_ELEMENT = 1e-10, AN_INSTRUCTION = 5e-9;
     double saved = 0;
-    for (size_t i = p->n_constant_segments; i < p->n_segments; i++) {
+    for (size_t i = first; i < p->n_segments; i++) {
         const struct segment *g = &p->segments[i];
         if (g->fused)
             saved += g->count * (AN_INSTRUCTION + AN_ELEMENT * g->rows * g->cols);
@@ -106,21 +106,60 @@ static bool install(ad_program *p, const struct compiler *compiler, struct ad_er
     return true;
 }
 
-bool ad_native(ad_program *p, double runs, struct ad_error *note)
+/* Keeps why compiling is out of the question. */
+static bool is_refused(ad_program *p)
+{
+    p->interpreted = (struct ad_error){0};
+    if (turned_off())
+        ad_fail(&p->interpreted, AD_E_ARGUMENT, "LEASTACTION_NATIVE=0 turns machine code off");
+    else if (p->n_instructions > MOST_INSTRUCTIONS)
+        ad_fail(&p->interpreted, AD_E_ARGUMENT,
+                "more than %d instructions take too long to compile", MOST_INSTRUCTIONS);
+    return p->interpreted.status != AD_OK;
+}
+
+static void compile(ad_program *p)
 {
     struct compiler compiler = {.identity = ""};
-    struct ad_error unused = {0};
-    note = note ? note : &unused;
-    if (p->native)
-        return true;
-    if (turned_off())
-        ad_fail(note, AD_E_ARGUMENT, "LEASTACTION_NATIVE=0 turns machine code off");
-    else if (p->n_instructions > MOST_INSTRUCTIONS)
-        ad_fail(note, AD_E_ARGUMENT, "more than %d instructions take too long to compile",
-                MOST_INSTRUCTIONS);
-    else if (!(runs * seconds_saved(p) > seconds_to_compile(p)))
-        ad_fail(note, AD_E_ARGUMENT, "so few runs do not pay for compiling");
-    else
-        return ad_cc_find(&compiler, note) && install(p, &compiler, note);
-    return false;
+    p->interpreted = (struct ad_error){0};
+    p->price = 0;
+    if (ad_cc_find(&compiler, &p->interpreted))
+        install(p, &compiler, &p->interpreted);
+}
+
+static const char too_few[] = "so few runs do not pay for compiling";
+
+bool ad_native(ad_program *p, double runs, struct ad_error *note)
+{
+    if (!p->native && !is_refused(p)) {
+        if (runs * seconds_saved(p, p->n_constant_segments) > seconds_to_compile(p))
+            compile(p);
+        else
+            ad_fail(&p->interpreted, AD_E_ARGUMENT, "%s", too_few);
+    }
+    if (!p->native && note)
+        *note = p->interpreted;
+    return p->native;
+}
+
+void ad_native_in_time(ad_program *p)
+{
+    if (p->native || is_refused(p))
+        return;
+    p->price = seconds_to_compile(p);
+    ad_fail(&p->interpreted, AD_E_ARGUMENT, "%s", too_few);
+}
+
+void ad_native_weigh(ad_program *p, size_t first)
+{
+    p->saved += seconds_saved(p, first);
+    if (p->saved > p->price)
+        compile(p);
+}
+
+const char *ad_native_note(const ad_program *p)
+{
+    return p->native                   ? ""
+           : p->interpreted.message[0] ? p->interpreted.message
+                                       : "nobody asked for machine code";
 }

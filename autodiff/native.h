@@ -15,16 +15,20 @@
 #include <stdio.h>
 
 /* Changes when emitted code and executor no longer fit those of before. */
-#define NATIVE_VERSION 1
+#define NATIVE_VERSION 2
 
 /* What replaces a program's segments. */
 struct native {
     struct segment *segments;
-    size_t n_segments;
+    size_t n_segments, n_held; /* held: the first ones, that ad_rerun leaves out */
     void *library;
 };
 
 void ad_native_free(struct native *native);
+
+/* Before a run from segment `first` on: adds what machine code would save, and compiles where that
+   has become enough. Programs of price 0 need no call. */
+void ad_native_weigh(ad_program *program, size_t first);
 
 /* How a segment is walked. */
 struct walk {

@@ -7,11 +7,12 @@
 
 enum { MOST_LANES = 64 };
 
-/* A segment of its own for the executor: what it does itself, and what is split for threads. */
-static bool joins(const struct walk *before, const struct walk *w)
+/* A segment of its own for the executor: what it does itself, what is split for threads, and where
+   a run again begins. */
+static bool joins(const ad_program *p, const struct walk *before, const struct walk *w)
 {
     return before->segment.fused && before->segment.chunks == 1 && w->segment.fused &&
-           w->segment.chunks == 1;
+           w->segment.chunks == 1 && w->number != p->n_held_segments;
 }
 
 static struct walk *plan_walks(const ad_program *p, size_t *n)
@@ -51,10 +52,13 @@ static void write_call(FILE *out, const struct walk *w)
 }
 
 /* Functions that call segments one after the other; the executor's list of what is left. */
-static void write_runs(FILE *out, size_t n, const struct walk walks[], struct native *native)
+static void write_runs(FILE *out, const ad_program *p, size_t n, const struct walk walks[],
+                       struct native *native)
 {
     size_t runs = 0;
     for (size_t i = 0; i < n; i++) {
+        if (walks[i].number < p->n_held_segments)
+            native->n_held = native->n_segments + 1;
         if (!walks[i].segment.fused) {
             native->segments[native->n_segments++] = walks[i].segment;
             continue;
@@ -66,7 +70,7 @@ static void write_runs(FILE *out, size_t n, const struct walk walks[], struct na
                 runs++);
         native->segments[native->n_segments++] = walks[i].segment;
         write_call(out, &walks[i]);
-        for (; i + 1 < n && joins(&walks[i], &walks[i + 1]); i++)
+        for (; i + 1 < n && joins(p, &walks[i], &walks[i + 1]); i++)
             write_call(out, &walks[i + 1]);
         fputs("}\n", out);
     }
@@ -84,7 +88,7 @@ char *ad_native_source(const ad_program *p, struct native *native)
         write_vectors(out, p, n, walks);
         for (size_t i = 0; done && i < n; i++)
             done = !walks[i].segment.fused || ad_native_segment(out, p, &walks[i]);
-        write_runs(out, n, walks, native);
+        write_runs(out, p, n, walks, native);
     }
     if (out)
         done = fclose(out) == 0 && done;

@@ -220,7 +220,9 @@ struct ad_program {
     size_t memory_bytes, tile_bytes;
     size_t threads;
     bool has_matmul;
-    struct native *native; /* NULL: interpreted */
+    struct native *native;       /* NULL: interpreted */
+    struct ad_error interpreted; /* why */
+    double saved, price;         /* seconds, by what ran so far; 0: no matter (native.h) */
 };
 
 enum ad_status ad_program_plan(struct graph *graph, struct ad_program **program,

@@ -63,7 +63,8 @@ static enum ad_status record(struct context *c, struct ad_error *error)
     c->potential = ad_label(V, "potential energy");
     if (ad_grad(V, 1, &c->q, &gradient) == AD_OK) {
         c->acceleration = ad_label(ad_mul(-1 / c->gas->m, gradient), "acceleration");
-        ad_compile(c->tape, 1, &c->acceleration, &c->for_acceleration);
+        if (ad_compile(c->tape, 1, &c->acceleration, &c->for_acceleration) == AD_OK && !c->listed)
+            ad_native_in_time(c->for_acceleration); /* lists change before it would pay */
     }
     return phys_tape_status(c->tape, error);
 }

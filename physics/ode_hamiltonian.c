@@ -109,7 +109,12 @@ static enum ad_status record(struct context *c, phys_hamiltonian *H, const void 
         ad_compile(c->tape, 1, &c->force, &c->for_force);
         ad_compile(c->tape, 1, &c->H, &c->for_energy);
     }
-    return phys_tape_status(c->tape, error);
+    if (phys_tape_status(c->tape, error) == AD_OK) {
+        ad_native_in_time(c->both);
+        ad_native_in_time(c->for_velocity);
+        ad_native_in_time(c->for_force);
+    }
+    return error->status;
 }
 
 enum ad_status phys_ode_hamiltonian(phys_hamiltonian *H, size_t dof, const void *params,

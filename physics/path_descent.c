@@ -45,9 +45,9 @@ static enum ad_status solve(enum ad_optimiser_method method, const struct phys_s
     ad_optimiser *o = NULL;
     if (phys_path_program_new(&p, system, settings, path, error) == AD_OK &&
         (o = optimiser(&p, method, error))) {
-        bool native = settings->native && ad_native(p.program, (double)settings->steps, NULL);
+        if (settings->native)
+            ad_native(p.program, (double)settings->steps, NULL);
         descend(&p, o, path, info, error);
-        info->native = native;
     }
     ad_optimiser_free(o);
     phys_path_program_free(&p);

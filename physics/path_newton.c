@@ -41,6 +41,10 @@ static enum ad_status newton_new(struct newton *s, const struct phys_system *sys
                          error) != AD_OK ||
         phys_band_new(&s->band, &s->hessian, hold, error) != AD_OK)
         return error->status;
+    if (settings->native) {
+        ad_native_in_time(s->hessian.by_q);
+        ad_native_in_time(s->hessian.by_v);
+    }
     s->gradient = malloc(3 * s->path.n * sizeof *s->gradient);
     if (!s->gradient)
         return ad_fail(error, AD_E_MEMORY, "out of memory");

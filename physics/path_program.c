@@ -3,6 +3,7 @@
 #include "../autodiff/clock.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -83,6 +84,8 @@ enum ad_status phys_path_program_new(struct phys_path_program *p, const struct p
     ad_set(p->program, p->action.start_energy, &start_energy);
     ad_run(p->program);
     p->start_norm = value(p, p->norm);
+    if (settings->native)
+        ad_native_in_time(p->program);
     return AD_OK;
 }
 
@@ -207,4 +210,6 @@ void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
                                     .kinetic_mean = found.kinetic_mean,
                                     .potential_mean = found.potential_mean,
                                     .grad_norm = found.grad_norm};
+    snprintf(info->interpreted, sizeof info->interpreted, "%s", ad_native_note(p->program));
+    info->native = !*info->interpreted;
 }

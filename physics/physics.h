@@ -311,7 +311,7 @@ struct phys_path_settings {
         *reference; /* [dof x slices]: descents end at the step nearest to it, once the
                        distance has not fallen for PHYS_PATIENCE steps; NULL: they do not */
     size_t threads;
-    bool native; /* descents whose steps pay for it run as machine code (ad_native) */
+    bool native; /* what runs long enough to pay for it runs as machine code (ad_native) */
     /* Called after step 0 (the start), and after every step; false stops the run cleanly. path is
        [s*dof x slices] for a rule of degree s; means are those of phys_action. May be NULL. */
     bool (*progress)(void *context, const struct phys_path_step *step);
@@ -332,7 +332,8 @@ struct phys_path_info {
     size_t steps;
     double seconds; /* of the solver alone */
     double action, action_mean, kinetic_mean, potential_mean, grad_norm;
-    bool native; /* ran as machine code */
+    bool native;           /* the action and its gradient ran as machine code at the end ... */
+    char interpreted[312]; /* ... or why they did not */
 };
 
 /* A solver: one file, one const struct, one line in the table. */

@@ -124,6 +124,17 @@ static void test_set_and_preset(void **state)
     assert_non_null(strstr(shell_last_line(), "\"rule\": \"left+repeat\""));
 }
 
+static void test_why_interpreted(void **state)
+{
+    (void)state;
+    shell_works("$LA path pendulum --solver adam --steps 3 -v");
+    assert_non_null(strstr(shell_out(), "interpreted: so few runs"));
+    shell_works("$LA path pendulum --solver adam --steps 3 --verbose --no-native");
+    assert_non_null(strstr(shell_out(), "interpreted: LEASTACTION_NATIVE=0"));
+    shell_works("$LA path pendulum --solver adam --steps 3");
+    assert_null(strstr(shell_out(), "interpreted"));
+}
+
 /* ---- results ---- */
 
 static void test_outputs_agree(void **state)
@@ -376,6 +387,7 @@ int main(void)
         cmocka_unit_test_teardown(test_json_keys, shell_empty),
         cmocka_unit_test_teardown(test_every_scene_runs, shell_empty),
         cmocka_unit_test_teardown(test_start_on_the_answer, shell_empty),
+        cmocka_unit_test_teardown(test_why_interpreted, shell_empty),
         cmocka_unit_test_teardown(test_rules_with_nodes, shell_empty),
         cmocka_unit_test_teardown(test_set_and_preset, shell_empty),
         cmocka_unit_test_teardown(test_outputs_agree, shell_empty),

@@ -388,6 +388,12 @@ static void test_no_compiler(void **state)
     char *before = getenv("CC"), *kept = before ? strdup(before) : NULL;
     setenv("CC", "no-such-compiler-anywhere", 1);
     assert_refused(2, "no-such-compiler");
+    char *path = strdup(getenv("PATH"));
+    unsetenv("CC");
+    setenv("PATH", native_cache.text, 1);
+    assert_refused(2, "no C compiler: cc is not found");
+    setenv("PATH", path, 1);
+    free(path);
     setenv("CC", "false", 1); /* there, but it fails */
     assert_refused(2, "does not compile");
     setenv("LEASTACTION_NATIVE", "0", 1);
@@ -411,6 +417,54 @@ static void test_few_runs(void **state)
     assert_false(ad_native(p, 1, &note));
     assert_non_null(strstr(note.message, "runs"));
     ad_program_free(p);
+    ad_tape_free(tape);
+}
+
+/* Nobody says how often it will run: after enough runs it is compiled, and goes on as before. */
+static void test_in_time(void **state)
+{
+    enum { N = 1 << 20, MOST = 2000 };
+    (void)state;
+    native_need_compiler();
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, 1, N, "x"), y = ad_sum(ad_add(1.0, ad_mul(0.5, x)));
+    ad_program *p = compile(tape, 1, &y);
+    size_t runs = 0;
+    double value;
+    assert_non_null(strstr(ad_native_note(p), "nobody"));
+    ad_native_in_time(p);
+    assert_non_null(strstr(ad_native_note(p), "runs"));
+    for (; runs < MOST && *ad_native_note(p); runs++)
+        ad_run(p);
+    assert_in_range(runs, 2, MOST - 1);
+    ad_get(p, y, &value);
+    assert_close(value, N, 1e-14, 0);
+    ad_program_free(p);
+    ad_tape_free(tape);
+}
+
+/* Run again, machine code leaves out what held inputs decide: a change of one is not seen. */
+static void test_held(void **state)
+{
+    (void)state;
+    native_need_compiler();
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var a = ad_hold(ad_input(tape, 3, 40, "a")), b = ad_input(tape, 3, 40, "b");
+    ad_var y = ad_sum_rows(ad_mul(ad_diff(ad_sin(ad_diff(a, 2, true)), 3, true), b));
+    struct twins t = make_twins(tape, 1, &y);
+    uint64_t random = 9;
+    double *values = random_values(&random, 4 * 120, -2, 2);
+    for (size_t k = 0; k < 4; k++) {
+        for (ad_program **p = &t.interpreted; p <= &t.compiled; p++) {
+            ad_set(*p, k == 3 ? a : b, values + 120 * k);
+            if (k == 0)
+                ad_set(*p, a, values + 240);
+            (k == 0 ? ad_run : ad_rerun)(*p);
+        }
+        assert_equal_outputs(&t, 1, &y, 1e-14, "held");
+    }
+    free(values);
+    free_twins(&t);
     ad_tape_free(tape);
 }
 
@@ -464,6 +518,8 @@ int main(void)
         cmocka_unit_test(test_unsafe_folders),
         cmocka_unit_test(test_no_compiler),
         cmocka_unit_test(test_few_runs),
+        cmocka_unit_test(test_in_time),
+        cmocka_unit_test(test_held),
         cmocka_unit_test(test_large_programs_stay_interpreted),
         cmocka_unit_test(test_several_processes),
     };
