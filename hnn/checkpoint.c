@@ -201,10 +201,8 @@ static void read_settings(const struct reading *r, struct hnn_settings *s)
     }
 }
 
-static void read_block(const struct reading *r, hnn_model *model, const struct hnn_block *b,
-                       double *values)
+static void check_shape(const struct reading *r, const struct hnn_block *b)
 {
-    enum ad_type type = model->settings.precision;
     struct phys_runfile_item item;
     if (failed(r) || phys_runfile_shape(r->file, b->name, &item, r->error) != AD_OK)
         return;
@@ -212,7 +210,13 @@ static void read_block(const struct reading *r, hnn_model *model, const struct h
         (!b->bias && item.dims[1] != b->cols))
         ad_fail(r->error, AD_E_INPUT, "%s: '%s' has another shape, expected %zu x %zu", r->name,
                 b->name, b->rows, b->cols);
-    else if (phys_runfile_read(r->file, b->name, 0, b->rows, values, r->error) == AD_OK)
+}
+
+static void read_block(const struct reading *r, hnn_model *model, const struct hnn_block *b,
+                       double *values)
+{
+    enum ad_type type = model->settings.precision;
+    if (!failed(r) && phys_runfile_read(r->file, b->name, 0, b->rows, values, r->error) == AD_OK)
         hnn_from_double(type, b->rows * b->cols, values,
                         (char *)model->parameters + b->offset * hnn_type_bytes(type));
 }
@@ -260,8 +264,13 @@ static void read_note(void *context, const struct phys_runfile_item *item)
         hnn_model_note(n->model, item->attribute, item->text, n->error);
 }
 
+/* Room is made for what is there, not for what the settings ask for. */
 static void read_parameters(const struct reading *r, hnn_model *model)
 {
+    for (size_t k = 0; k < model->n_blocks; k++)
+        check_shape(r, &model->block[k]);
+    if (failed(r) || hnn_model_make_room(model, r->error) != AD_OK)
+        return;
     size_t room = model->size + 3 * hnn_states(model);
     double *values = malloc(room * sizeof *values);
     if (!values) {

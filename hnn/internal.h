@@ -74,10 +74,11 @@ enum ad_status hnn_activation_find(const char *name, const struct hnn_activation
 enum ad_status hnn_settings_check(const struct hnn_settings *settings, struct ad_error *error);
 /* Networks, names, shapes and offsets of all parameters from the settings (layout.c). */
 void hnn_layout(hnn_model *model);
-/* A model whose parameters are all 0: for those of a file, which may ask for a size that takes
-   hours to draw. */
+/* A model without parameters, then room for them, all 0: for those of a file, which may ask for a
+   size that takes hours to draw, or that nothing holds. */
 enum ad_status hnn_model_blank(const struct hnn_settings *settings, hnn_model **model,
                                struct ad_error *error);
+enum ad_status hnn_model_make_room(hnn_model *model, struct ad_error *error);
 /* The matrix or column of block k, a view of the flat parameters (field.c). */
 ad_var hnn_record_block(const hnn_model *model, ad_var parameters, size_t k);
 /* States [2n x samples] of n batches of observations, those of the first batch first; the columns

@@ -43,14 +43,16 @@ enum ad_status hnn_model_blank(const struct hnn_settings *settings, hnn_model **
     model->evaluate_in = AD_F64;
     model->version = 1;
     hnn_layout(model);
-    model->parameters = calloc(model->size, hnn_type_bytes(settings->precision));
-    if (model->parameters) {
-        *out = model;
-        return AD_OK;
-    }
-    ad_fail(error, AD_E_MEMORY, "out of memory for %zu parameters", model->size);
-    hnn_model_free(model);
-    return error->status;
+    *out = model;
+    return AD_OK;
+}
+
+enum ad_status hnn_model_make_room(hnn_model *model, struct ad_error *error)
+{
+    model->parameters = calloc(model->size, hnn_type_bytes(model->settings.precision));
+    return model->parameters
+               ? AD_OK
+               : ad_fail(error, AD_E_MEMORY, "out of memory for %zu parameters", model->size);
 }
 
 enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **out,
@@ -60,7 +62,7 @@ enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **ou
         return error->status;
     hnn_model *model = *out;
     double *values = malloc(model->size * sizeof *values);
-    if (!values)
+    if (hnn_model_make_room(model, error) != AD_OK || !values)
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu parameters", model->size);
     else if (hnn_start_draw(model, values, error) == AD_OK)
         hnn_from_double(settings->precision, model->size, values, model->parameters);

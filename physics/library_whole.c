@@ -30,11 +30,14 @@ static bool is_whole(FILE *in)
         !inside(head.e_phoff, (uint64_t)head.e_phnum * sizeof part, size) ||
         !inside(head.e_shoff, (uint64_t)head.e_shnum * head.e_shentsize, size))
         return false;
-    for (size_t k = 0; k < head.e_phnum; k++)
+    size_t loaded = 0;
+    for (size_t k = 0; k < head.e_phnum; k++) {
         if (!read_at(in, head.e_phoff + k * sizeof part, &part, sizeof part) ||
             (part.p_type == PT_LOAD && !inside(part.p_offset, part.p_filesz, size)))
             return false;
-    return true;
+        loaded += part.p_type == PT_LOAD;
+    }
+    return loaded > 0;
 }
 
 bool phys_library_is_whole(const char *file)

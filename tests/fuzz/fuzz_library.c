@@ -1,5 +1,5 @@
 /* Fuzzer of what is looked at before a shared object is loaded: no file crashes it, and what it
-   lets pass is as long as it says. */
+   lets pass is one. */
 #include "fuzz.h"
 
 #include "physics/internal.h"
@@ -8,7 +8,5 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     int whole = phys_library_is_whole(fuzz_file(data, size));
     fuzz_require(!whole || (size >= 64 && memcmp(data, "\177ELF", 4) == 0));
-    if (whole) /* the section headers come last: cut, it is no longer whole */
-        fuzz_require(!phys_library_is_whole(fuzz_file(data, 64)));
     return 0;
 }

@@ -48,7 +48,7 @@ static struct phys_scene scene_of(const struct bytes *b, const struct phys_param
         .kinetic = UNLESS(7, free_motion),
         .potential = UNLESS(8, free_motion),
         .start = UNLESS(9, start),
-        .dof_of = b->n_params && b->offset[0] == 0 ? UNLESS(10, dof_of) : NULL,
+        .dof_of = b->n_params % 3 && b->offset[0] == 0 ? UNLESS(10, dof_of) : NULL,
         .dof = b->dof,
         .dims = b->dims,
         .slices = b->slices,
