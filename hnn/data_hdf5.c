@@ -226,7 +226,10 @@ enum ad_status hnn_hdf5_open(const char *file, struct hnn_source **source, struc
         if (h->out_of_memory)
             ad_fail(error, AD_E_MEMORY, "%s: out of memory", file);
         else if (h->source.columns == 0)
-            ad_fail(error, AD_E_INPUT, "%s: expected arrays of numbers, found none", file);
+            ad_fail(error, AD_E_INPUT,
+                    "%s: expected arrays of one or two dimensions, found none; models of "
+                    "pixels learn from frames",
+                    file);
     }
     if (error->status == AD_OK) {
         put_in_order(h);
