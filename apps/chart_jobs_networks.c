@@ -18,8 +18,8 @@ static const struct network_job {
     size_t our_steps;
     double our_rate;
 } network_jobs[] = {
-    {"spring", 0, 2000, 1e-4, 250, 5e-3},
-    {"pendulum", 0, 2000, 1e-4, 250, 5e-3},
+    {"spring", 0, 2000, 1e-4, 500, 3e-3},
+    {"pendulum", 0, 2000, 1e-4, 1000, 1e-3},
     {"twobody", 200, 10000, 0, 2500, 3e-3},
 };
 

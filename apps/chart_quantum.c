@@ -6,7 +6,6 @@
 #include "command.h"
 #include "json.h"
 #include "timing.h"
-#include "../autodiff/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -88,13 +87,13 @@ static enum ad_status measure(const struct quantum_way *way, const struct qm_sli
     if (!psi)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     qm_packet(&slice->grid, 1, &reference->problem->packet, 1, 0, psi);
-    double start = ad_now();
+    double start = processor_seconds();
     if (qm_propagator_new(way->method, slice, &propagator, error) == AD_OK) {
-        double built = ad_now();
+        double built = processor_seconds();
         for (size_t k = 0; k < steps; k++)
             qm_propagate(propagator, 1, psi, error);
         *point =
-            (struct quantum_point){n, steps, built - start, ad_now() - start,
+            (struct quantum_point){n, steps, built - start, processor_seconds() - start,
                                    quantum_reference_error(reference, &slice->grid, psi, psi + n)};
     }
     qm_propagator_free(propagator);
@@ -215,10 +214,10 @@ static enum ad_status slices_new(const struct phys_system *system, size_t n, siz
     for (size_t p = 0; p < packets; p++)
         qm_packet(&slice.grid, 1, &(struct qm_gaussian){(double)p / 10, 0.7, 0}, packets, p,
                   s->psi);
-    double start = ad_now();
+    double start = processor_seconds();
     if (qm_kernel(&slice, s->K, error) != AD_OK)
         return error->status;
-    s->build = ad_now() - start;
+    s->build = processor_seconds() - start;
     if (qm_propagator_new(&qm_method_kernel, &slice, &s->kernel, error) == AD_OK)
         qm_propagator_new(&qm_method_fft, &slice, &s->fft, error);
     return error->status;
@@ -229,9 +228,9 @@ static enum ad_status race(const struct phys_system *system, size_t n, size_t pa
 {
     struct slices s;
     if (slices_new(system, n, packets, &s, error) == AD_OK) {
-        struct timed jobs[] = {{.run = product, .context = &s},
-                               {.run = by_kernel, .context = &s},
-                               {.run = by_fft, .context = &s}};
+        struct timed jobs[] = {{.run = product, .context = &s, .processor = true},
+                               {.run = by_kernel, .context = &s, .processor = true},
+                               {.run = by_fft, .context = &s, .processor = true}};
         time_in_turn(3, jobs, brief ? 3 : TIMING_QUICK);
         fprintf(csv, "%zu,%zu,%.6g,%.6g,%.6g,%.6g\n", n, packets, s.build,
                 1e-9 * jobs[0].nanoseconds, 1e-9 * jobs[1].nanoseconds, 1e-9 * jobs[2].nanoseconds);

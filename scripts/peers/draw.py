@@ -14,7 +14,7 @@ def script(rows, picture, origin):
     lines = [
         f"set terminal svg size 900,{120 + 17 * len(jobs)} font 'Helvetica,12' background 'white'",
         f"set output '{picture}'",
-        f"set label 1 '{origin}' at screen 0.004,0.995 left font ',7' textcolor rgb '#808080' noenhanced",
+        f"set label 1 '{origin}' at screen 0.004,0.985 left font ',7' textcolor rgb '#808080' noenhanced",
         "set title 'The same jobs in other tools, one thread: times as long as leastaction'",
         "set logscale x",
         "set xrange [0.2:*]",
@@ -22,7 +22,7 @@ def script(rows, picture, origin):
         "set grid x lt 1 lc rgb '#e6e6e6'",
         "set border 3",
         "set tics nomirror",
-        "set xlabel 'times as long as leastaction; left of the line it is faster'",
+        "set xlabel 'times as long as leastaction; left of the line the other is faster'",
         "set key outside right top Left reverse samplen 1 noenhanced",
         "set arrow from 1,graph 0 to 1,graph 1 nohead lw 1.5 lc rgb '#303030'",
         "set ytics noenhanced (" + ",".join(f"'{job}' {k}" for k, job in enumerate(jobs)) + ")",
