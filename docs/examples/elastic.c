@@ -7,7 +7,7 @@ struct elastic {
     double m, k, l, g;
 };
 
-static const struct phys_param params[] = {
+static const struct phys_param parameters[] = {
     {"m", "kg", "mass", 1, offsetof(struct elastic, m)},
     {"k", "N/m", "stiffness", 40, offsetof(struct elastic, k)},
     {"l", "m", "length at rest", 1, offsetof(struct elastic, l)},
@@ -51,8 +51,8 @@ const struct phys_scene leastaction_scene = {
     .unit = "m, rad",
     .time_unit = "s",
     .energy_unit = "J",
-    .params = params,
-    .n_params = 4,
+    .params = parameters,
+    .n_params = sizeof parameters / sizeof *parameters,
     .params_bytes = sizeof(struct elastic),
     .kinetic = kinetic,
     .potential = potential, /* or .lagrangian, where L does not split */
