@@ -197,7 +197,7 @@ void ad_native_name(const struct writer *w, uint32_t loc)
 static void declare(struct writer *w, uint32_t loc, enum scope scope)
 {
     const struct loc *l = &w->p->locs[loc];
-    uint8_t bit = scope == INNER ? (uint8_t)(1u << w->k) : EVERY_ROW;
+    uint8_t bit = (uint8_t)(scope == INNER ? 1u << w->k : EVERY_ROW);
     if ((w->known[loc] & (EVERY_ROW | bit)) || l->base == BASE_TILE || scope_of(w, l) != scope)
         return;
     w->known[loc] |= bit;
