@@ -192,14 +192,14 @@ static enum ad_status find_truth(struct rollout_run *run, struct ad_error *error
 static enum ad_status start_of_scene(struct rollout_run *run, struct ad_error *error)
 {
     const struct phys_system *s = &run->system;
-    double *q = malloc(2 * s->dof * sizeof *q), *v = q + s->dof;
+    double *q = malloc(2 * s->dof * sizeof *q); /* and v behind it */
     if (!q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (!s->scene->start)
         ad_fail(error, AD_E_ARGUMENT, "missing --x0: %s is no initial-value problem",
                 s->scene->name);
-    else if (s->scene->start(s->params, run->options->common.seed, q, v, error) == AD_OK)
-        phys_ode_enter(&run->energy, 0, q, v, run->x0, error);
+    else if (s->scene->start(s->params, run->options->common.seed, q, q + s->dof, error) == AD_OK)
+        phys_ode_enter(&run->energy, 0, q, q + s->dof, run->x0, error);
     free(q);
     return error->status;
 }
