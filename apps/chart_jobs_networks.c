@@ -37,7 +37,7 @@ static bool in_time(void *context, hnn_trainer *trainer)
 }
 
 static enum ad_status train(const struct hnn_task *task, const struct hnn_observations *data,
-                            struct hnn_training *training, struct job_side *side,
+                            struct hnn_training training, struct job_side *side,
                             struct ad_error *error)
 {
     const size_t n = data->rows;
@@ -49,12 +49,12 @@ static enum ad_status train(const struct hnn_task *task, const struct hnn_observ
     hnn_trainer *trainer = NULL;
     enum hnn_stop stop;
     settings.precision = AD_F32;
-    training->every = SIZE_MAX;
-    training->threads = 1;
-    training->progress = in_time;
-    training->context = &clock;
+    training.every = SIZE_MAX;
+    training.threads = 1;
+    training.progress = in_time;
+    training.context = &clock;
     if (hnn_model_new(&settings, &model, error) == AD_OK &&
-        hnn_trainer_new(model, training, &samples, &(struct hnn_samples){0}, &trainer, error) ==
+        hnn_trainer_new(model, &training, &samples, &(struct hnn_samples){0}, &trainer, error) ==
             AD_OK) {
         clock.began = processor_seconds();
         if (hnn_trainer_run(trainer, &stop, error) == AD_OK) {
@@ -85,8 +85,8 @@ static enum ad_status one_task(const struct network_job *given, bool quick, stru
     *job = (struct job){
         .name = given->task, .group = "network", .measure = "mean square error of the energy"};
     if (hnn_task_observe(task, &task->published, SEED, &data, error) == AD_OK &&
-        train(task, &data, &published, &job->published, error) == AD_OK)
-        train(task, &data, &ours, &job->ours, error);
+        train(task, &data, published, &job->published, error) == AD_OK)
+        train(task, &data, ours, &job->ours, error);
     job->level = job->ours.error <= job->published.error ? job->ours.seconds : INFINITY;
     hnn_observations_free(&data);
     return error->status;

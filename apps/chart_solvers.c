@@ -255,8 +255,8 @@ enum ad_status jobs_paths(bool quick, struct job jobs[], size_t *n, struct ad_er
             jobs[(*n)++] = (struct job){.name = contests[k].scene,
                                         .group = "path",
                                         .measure = "distance from the stationary path, relative",
-                                        .published = {adam.seconds, adam.error},
-                                        .ours = {newton.seconds, newton.error},
+                                        .published = {adam.seconds, adam.error, false},
+                                        .ours = {newton.seconds, newton.error, false},
                                         .level = newton.reached};
         }
         close_scene(&run);

@@ -63,6 +63,7 @@ void time_in_turn(size_t n, struct timed jobs[], size_t rounds)
 double time_ratio(const struct timed *a, const struct timed *b, size_t rounds)
 {
     double ratio[TIMING_ROUNDS];
+    assert(0 < rounds && rounds <= TIMING_ROUNDS);
     for (size_t r = 0; r < rounds; r++)
         ratio[r] = a->batch[r] / b->batch[r];
     return median(rounds, ratio);
