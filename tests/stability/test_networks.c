@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-enum { SAMPLES = 400, WIDTH = 32 };
+enum { SAMPLES = 208, WIDTH = 32 };
 
 /* A model trained on these samples; its loss. */
 static hnn_model *train(const struct hnn_settings *settings, const double *x, const double *rate,
