@@ -266,7 +266,7 @@ faults: all $(BUILD)/tests/apps/test_failing_files $(BUILD)/tests/apps/test_allo
 	@FAULTS=100000 LEASTACTION_BUILD=$(BUILD) scripts/run-tests $(filter %/test_failing_files %/test_alloc_commands,$^)
 
 # By clang: its OpenMP tells the sanitizer of barriers and locks (libarcher), gcc's does not.
-THREADED = autodiff/test_threads autodiff/test_native physics/test_gas physics/test_path_all hnn/test_train
+THREADED = autodiff/test_threads autodiff/test_native hnn/test_batches
 run-threaded: $(THREADED:%=$(BUILD)/tests/%)
 	@TSAN_OPTIONS=ignore_noninstrumented_modules=1 OPENBLAS_NUM_THREADS=1 scripts/run-tests $^
 tsan:
