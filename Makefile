@@ -108,7 +108,7 @@ $(BUILD)/flags: FORCE
 	@mkdir -p $(@D)
 	@echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' | cmp -s - $@ || echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' > $@
 
-compile = $(CC) $(ALL_CFLAGS) -MMD -MP -c $< -o $@
+compile = $(CC) $(ALL_CFLAGS) $(NAMED) -MMD -MP -c $< -o $@
 
 $(BUILD)/%.o: %.c $(BUILD)/flags
 	$(call say,CC,$<)
@@ -178,7 +178,7 @@ $(filter-out $(BUILD)/tests/autodiff/% $(BUILD)/tests/physics/%,$(TESTS)): $(BUI
 FUZZ_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(wildcard tests/fuzz/fuzz_*.c))
 $(BUILD)/tests/fuzz/test_corpus: $(FUZZ_OBJ)
 ifndef FUZZING
-$(FUZZ_OBJ): private CFLAGS += -DLLVMFuzzerTestOneInput=$(*F)
+$(FUZZ_OBJ): private NAMED = -DLLVMFuzzerTestOneInput=$(*F)
 endif
 
 build-tests: $(TESTS)

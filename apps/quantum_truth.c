@@ -180,12 +180,11 @@ enum ad_status quantum_classical(const struct quantum_run *run, size_t n, const 
     struct phys_ode ode = {0};
     double y[2], now = 0;
     bool inside = true;
-    if (start(run, y, error) != AD_OK || phys_ode_lagrangian(&run->system, &ode, error) != AD_OK)
-        return error->status;
-    for (size_t k = 0; k < n; k++) {
-        inside = inside && (k == 0 || advance(&ode, &walls, &now, t[k], y, error));
-        x[k] = inside ? y[0] : (double)NAN;
-    }
+    if (start(run, y, error) == AD_OK && phys_ode_lagrangian(&run->system, &ode, error) == AD_OK)
+        for (size_t k = 0; k < n; k++) {
+            inside = inside && (k == 0 || advance(&ode, &walls, &now, t[k], y, error));
+            x[k] = inside ? y[0] : (double)NAN;
+        }
     phys_ode_free(&ode);
     return error->status;
 }
