@@ -28,7 +28,7 @@ static void write_rows(size_t n, const struct job jobs[], FILE *csv)
           "our_cut,level_seconds\n",
           csv);
     for (const struct job *j = jobs; j < jobs + n; j++)
-        fprintf(csv, "%s,%s,\"%s\",%.4g,%.4g,%s,%.4g,%.4g,%s,%.4g\n", j->group, j->name, j->measure,
+        fprintf(csv, "%s,%s,%s,%.4g,%.4g,%s,%.4g,%.4g,%s,%.4g\n", j->group, j->name, j->measure,
                 j->published.seconds, j->published.error, j->published.cut ? "yes" : "no",
                 j->ours.seconds, j->ours.error, j->ours.cut ? "yes" : "no", j->level);
 }

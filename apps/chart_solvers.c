@@ -254,7 +254,7 @@ enum ad_status jobs_paths(bool quick, struct job jobs[], size_t *n, struct ad_er
             run_solver(&run, solver_named("Newton"), &newton, error);
             jobs[(*n)++] = (struct job){.name = contests[k].scene,
                                         .group = "path",
-                                        .measure = "distance from the stationary path, relative",
+                                        .measure = "relative distance from the stationary path",
                                         .published = {adam.seconds, adam.error, false},
                                         .ours = {newton.seconds, newton.error, false},
                                         .level = newton.reached};
