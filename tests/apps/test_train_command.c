@@ -173,7 +173,7 @@ static void test_refusals(void **state)
     refused("pendulum.csv --hidden 20,x", "--hidden 20,x");
     refused("pendulum.csv --hidden 20,30,40", "expected 2 numbers");
     refused("pendulum.csv --batch some", "expected 'full'");
-    refused("pendulum.csv --batch 61", "more than the 60 samples");
+    refused("pendulum.csv --batch 61", "at most the 60 samples");
     refused("pendulum.csv --state q,r", "r");
     refused("pendulum.csv --patience 5", "test samples");
     refused("pendulum.csv --out /nonexistent/model.h5", "/nonexistent/model.h5");

@@ -153,7 +153,7 @@ static void test_refusals(void **state)
     refused((s = good, s.dof = 0, s), "degrees of freedom");
     refused((s = good, s.layers = 0, s), "layers");
     refused((s = good, s.layers = HNN_LAYERS_MOST + 1, s), "layers");
-    refused((s = good, s.hidden[1] = 0, s), "wide");
+    refused((s = good, s.hidden[1] = 0, s), "width of a hidden layer");
     refused((s = good, s.field = HNN_BOTH, s.separable = true, s), "separable");
     refused((s = good, s.kind = HNN_BASELINE, s.dissipation = true, s), "dissipation");
 }

@@ -278,7 +278,7 @@ static void misuse_is_refused(void **state)
     bad = good, bad.grid.high = -4;
     refused(&bad, "box");
     bad = good, bad.grid.n = 3;
-    refused(&bad, "4 points");
+    refused(&bad, "points: expected at least 4");
     bad = good, bad.absorb = 4;
     refused(&bad, "half of the box");
     bad = good, bad.system = &plane;
