@@ -64,6 +64,14 @@ static void row(const char *name, double value, const char *unit)
         printf("  %-24s %13.6g  %s\n", name, value, unit_shown(unit));
 }
 
+static void print_interpreted(const struct simulate_run *run)
+{
+    const struct phys_ode *ode = &run->ode;
+    const char *why = ode->interpreted ? ode->interpreted(ode->context) : "";
+    if (run->options->common.verbose && *why)
+        printf("  interpreted: %s\n\n", why);
+}
+
 void simulate_print(const struct simulate_run *run, const struct simulate_result *result)
 {
     const struct phys_scene *scene = run->system.scene;
@@ -73,6 +81,7 @@ void simulate_print(const struct simulate_run *run, const struct simulate_result
     printf("%s: %s to t = %g %s, %zu steps (%zu rejected), %zu evaluations in %.3g s, %s\n\n",
            scene->name, run->integrator->name, info->t, unit_shown(scene->time_unit), info->steps,
            info->rejected, info->evaluations, info->seconds, stop_name(info->stop));
+    print_interpreted(run);
     row("energy", info->energy_start, scene->energy_unit);
     row("energy drift, largest", info->energy_drift, "of the start");
     row("error, largest", result->error, scene->unit);
@@ -218,6 +227,15 @@ static enum ad_status file_half(const struct simulate_result *result, size_t hal
     return AD_OK;
 }
 
+static void file_units(const struct phys_scene *scene, phys_runfile *file)
+{
+    const char *time = unit_shown(scene->time_unit);
+    char speed[64];
+    snprintf(speed, sizeof speed, "%s%s%s", scene->unit, *time ? "/" : "", time);
+    phys_runfile_text(file, "path", "unit", scene->unit);
+    phys_runfile_text(file, "velocity", "unit", speed);
+}
+
 enum ad_status simulate_file(const struct simulate_run *run, const struct simulate_result *result,
                              phys_runfile *file, struct ad_error *error)
 {
@@ -251,6 +269,6 @@ enum ad_status simulate_file(const struct simulate_run *run, const struct simula
         return error->status;
     if (file_half(result, 0, "path", file, error) == AD_OK &&
         file_half(result, 1, "velocity", file, error) == AD_OK)
-        phys_runfile_text(file, "path", "unit", scene->unit);
+        file_units(scene, file);
     return error->status;
 }

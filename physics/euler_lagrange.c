@@ -203,4 +203,9 @@ bool phys_motion_separates(phys_motion *motion)
     return !motion->mass_program && phys_is_independent(motion->tape, motion->force, 2, velocities);
 }
 
+const char *phys_motion_interpreted(const phys_motion *motion)
+{
+    return ad_native_note(motion->force_program);
+}
+
 const struct phys_system *phys_motion_system(const phys_motion *motion) { return motion->system; }

@@ -64,7 +64,7 @@ static enum ad_status record(struct context *c, struct ad_error *error)
     if (ad_grad(V, 1, &c->q, &gradient) == AD_OK) {
         c->acceleration = ad_label(ad_mul(-1 / c->gas->m, gradient), "acceleration");
         if (ad_compile(c->tape, 1, &c->acceleration, &c->for_acceleration) == AD_OK && !c->listed)
-            ad_native_in_time(c->for_acceleration); /* lists change before it would pay */
+            ad_native_in_time(c->for_acceleration);
     }
     return phys_tape_status(c->tape, error);
 }
@@ -91,6 +91,14 @@ static enum ad_status list(struct context *c, const double *q, struct ad_error *
 static enum ad_status ready(struct context *c, const double *q, struct ad_error *error)
 {
     return c->listed && (!c->for_acceleration || has_moved(c, q)) ? list(c, q, error) : AD_OK;
+}
+
+static const char *interpreted(const void *context)
+{
+    const struct context *c = context;
+    return c->listed              ? "lists of near pairs change before compiling would pay"
+           : !c->for_acceleration ? ""
+                                  : ad_native_note(c->for_acceleration);
 }
 
 /* ---- the field ---- */
@@ -201,6 +209,7 @@ enum ad_status phys_ode_gas(const struct phys_system *system, enum phys_gas_pair
         .friction = c->gas->friction,
         .canonical = c->gas->friction == 0,
         .energy = energy,
+        .interpreted = interpreted,
         .system = system,
         .context = c,
         .free = release,

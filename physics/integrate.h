@@ -47,6 +47,8 @@ struct phys_ode {
     enum ad_status (*leave)(void *context, double t, const double *y, double *q, double *v,
                             struct ad_error *error);
     void (*component)(const void *context, size_t k, char *name, size_t size);
+    /* Why the field is interpreted, "" where it runs as machine code (ad_native_note). */
+    const char *(*interpreted)(const void *context);
     const struct phys_system *system; /* what moves, n = 2 dof; NULL: not made of a system */
     void *context;
     void (*free)(void *context); /* or NULL */

@@ -31,6 +31,8 @@ enum ad_status phys_system_begin(struct phys_system *system, const struct phys_s
 const struct phys_system *phys_motion_system(const phys_motion *motion);
 /* The masses are constant and the accelerations depend on q and t alone. */
 bool phys_motion_separates(phys_motion *motion);
+/* Why its forces are interpreted (ad_native_note). */
+const char *phys_motion_interpreted(const phys_motion *motion);
 /* L_vv [dof x dof] at q, v [dof x 1] and t. */
 ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t);
 

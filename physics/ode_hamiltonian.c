@@ -89,6 +89,12 @@ static void release(void *context)
     free(c);
 }
 
+static const char *interpreted(const void *context)
+{
+    const struct context *c = context;
+    return ad_native_note(c->both);
+}
+
 static enum ad_status record(struct context *c, phys_hamiltonian *H, const void *params,
                              struct ad_error *error)
 {
@@ -137,5 +143,6 @@ enum ad_status phys_ode_hamiltonian(phys_hamiltonian *H, size_t dof, const void 
     ode->canonical = true;
     ode->energy = energy;
     ode->component = component;
+    ode->interpreted = interpreted;
     return AD_OK;
 }

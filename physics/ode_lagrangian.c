@@ -34,6 +34,12 @@ static double energy(void *context, double t, const double *y)
     return phys_legendre_energy(c->legendre, y, y + c->system->dof, t);
 }
 
+static const char *interpreted(const void *context)
+{
+    const struct context *c = context;
+    return phys_motion_interpreted(c->motion);
+}
+
 static void release(void *context)
 {
     struct context *c = context;
@@ -63,6 +69,7 @@ enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys
         ode->kick = kick;
     ode->canonical = ode->kick != NULL;
     ode->energy = energy;
+    ode->interpreted = interpreted;
     ode->system = system;
     return AD_OK;
 }
