@@ -93,19 +93,46 @@ static bool commutes(uint16_t op)
     return op == AD_OP_add || op == AD_OP_mul || op == AD_OP_eq || op == AD_OP_ne;
 }
 
+/* Values by what they are, open addressing: 1 + their number. */
+struct known {
+    uint32_t *table;
+    size_t mask;
+};
+
+/* Where a value equal to v is, or would be. */
+static uint32_t *look_up(const struct graph *g, const struct value *v, const struct known *known)
+{
+    size_t slot = hash(g->tape, v) & known->mask;
+    while (known->table[slot] && !equal(g->tape, &g->values[known->table[slot] - 1], v))
+        slot = (slot + 1) & known->mask;
+    return &known->table[slot];
+}
+
+/* Gradients of roots ask for recip0(x), and potentials have divided by x before: x itself where it
+   is 0, else what is there, is cheaper than to divide again. */
+static void reuse_reciprocal(const struct graph *g, struct value *v, const struct known *known)
+{
+    struct value reciprocal = *v;
+    reciprocal.op = AD_OP_recip;
+    uint32_t found = v->op == AD_OP_recip0 ? *look_up(g, &reciprocal, known) : 0;
+    if (!found)
+        return;
+    v->op = AD_OP_select;
+    v->in[1] = found - 1;
+    v->in[2] = v->in[0];
+}
+
 /* The value equal to v recorded before, or a new one. */
-static uint32_t share(struct graph *g, struct value v, uint32_t *table, size_t mask)
+static uint32_t share(struct graph *g, struct value v, const struct known *known)
 {
     bool single = v.op == AD_OP_input || v.op == AD_OP_place;
-    size_t slot = hash(g->tape, &v) & mask;
-    while (!single && table[slot]) {
-        if (equal(g->tape, &g->values[table[slot] - 1], &v))
-            return table[slot] - 1;
-        slot = (slot + 1) & mask;
-    }
+    reuse_reciprocal(g, &v, known);
+    uint32_t *slot = single ? NULL : look_up(g, &v, known);
+    if (slot && *slot)
+        return *slot - 1;
     g->values[g->n++] = v;
-    if (!single)
-        table[slot] = (uint32_t)g->n;
+    if (slot)
+        *slot = (uint32_t)g->n;
     return (uint32_t)g->n - 1;
 }
 
@@ -178,8 +205,8 @@ static size_t power_of_two_above(size_t n)
 bool ad_graph_build(struct graph *g, const ad_tape *tape, size_t n_out, const ad_var out[])
 {
     bool built = false;
-    size_t live_nodes = 0, mask = 0;
-    uint32_t *table = NULL;
+    size_t live_nodes = 0;
+    struct known known = {0};
     uint8_t *live = calloc(tape->n_nodes, 1);
     g->tape = tape;
     g->renumber = malloc(tape->n_nodes * sizeof *g->renumber);
@@ -191,19 +218,19 @@ bool ad_graph_build(struct graph *g, const ad_tape *tape, size_t n_out, const ad
     mark_live(tape, live);
     for (size_t id = 0; id < tape->n_nodes; id++)
         live_nodes += live[id];
-    mask = power_of_two_above(live_nodes + live_nodes / 2) - 1;
-    table = calloc(mask + 1, sizeof *table);
+    known.mask = power_of_two_above(live_nodes + live_nodes / 2) - 1;
+    known.table = calloc(known.mask + 1, sizeof *known.table);
     g->values = malloc((live_nodes + 1) * sizeof *g->values);
-    if (!table || !g->values)
+    if (!known.table || !g->values)
         goto done;
     for (size_t id = 0; id < tape->n_nodes; id++)
         if (live[id])
             g->renumber[id] =
-                share(g, renumbered(g, node_at(tape, (uint32_t)id), (uint32_t)id), table, mask);
+                share(g, renumbered(g, node_at(tape, (uint32_t)id), (uint32_t)id), &known);
     built = list_ports(g, n_out, out);
 done:
     free(live);
-    free(table);
+    free(known.table);
     return built;
 }
 

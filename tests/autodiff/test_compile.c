@@ -184,6 +184,30 @@ static void test_products_add_themselves(void **state)
 }
 
 /* Values live only as long as they are used: a long chain needs the memory of a few. */
+/* Beside 1/x, recip0(x) is not divided again, and is what it is alone. */
+static void test_reciprocals_are_reused(void **state)
+{
+    (void)state;
+    const double values[] = {0, -0.0, 2, -0.37, 1e-310, INFINITY, -INFINITY, NAN};
+    enum { N = sizeof values / sizeof *values };
+    double reused[N], alone[N];
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, N, NULL), out[] = {ad_recip(x), ad_recip0(x)};
+    ad_program *two = compile(t, 2, out), *one = compile(t, 1, out + 1);
+    ad_set(two, x, values);
+    ad_set(one, x, values);
+    ad_run(two);
+    ad_run(one);
+    ad_get(two, out[1], reused);
+    ad_get(one, out[1], alone);
+    for (size_t k = 0; k < N; k++)
+        assert_true(reused[k] == alone[k] || (isnan(reused[k]) && isnan(alone[k])));
+    assert_true(alone[0] == 0 && alone[1] == 0 && alone[2] == 0.5);
+    ad_program_free(two);
+    ad_program_free(one);
+    ad_tape_free(t);
+}
+
 static void test_memory_is_reused(void **state)
 {
     (void)state;
@@ -205,6 +229,7 @@ int main(void)
         cmocka_unit_test(test_elementwise_runs_are_one_segment),
         cmocka_unit_test(test_values_wait),
         cmocka_unit_test(test_products_add_themselves),
+        cmocka_unit_test(test_reciprocals_are_reused),
         cmocka_unit_test(test_memory_is_reused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
