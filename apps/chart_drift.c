@@ -200,14 +200,10 @@ enum ad_status chart_drift(const struct chart_settings *settings, struct ad_erro
         chart_picture(settings, "drift", &plot, error) == AD_OK) {
         fprintf(csv.out, "# %d evaluations a period\nmethod,symplectic,setting,periods,error\n",
                 PER_PERIOD);
-        if (measure(&motion, periods, drifts, &n, csv.out, plot.data, error) == AD_OK) {
+        if (measure(&motion, periods, drifts, &n, csv.out, plot.data, error) == AD_OK)
             draw(n, drifts, periods, last, &plot);
-            if (plot_commit(&plot, error) == AD_OK)
-                result_commit(&csv, error);
-        }
     }
-    plot_abandon(&plot);
-    result_abandon(&csv);
+    chart_end(&plot, &csv, error);
     problem_close(&motion);
     free(drifts);
     return error->status;

@@ -87,3 +87,12 @@ enum ad_status chart_picture(const struct chart_settings *settings, const char *
           plot->script);
     return AD_OK;
 }
+
+enum ad_status chart_end(struct plot *plot, struct result *csv, struct ad_error *error)
+{
+    if (error->status == AD_OK && plot_commit(plot, error) == AD_OK)
+        result_commit(csv, error);
+    plot_abandon(plot);
+    result_abandon(csv);
+    return error->status;
+}

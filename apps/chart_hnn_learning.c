@@ -187,12 +187,8 @@ enum ad_status chart_learning(const struct chart_settings *settings, struct json
             printf("a pendulum, %d samples without noise; energy: %d motions to t = 20\n\n",
                    PUBLISHED_BATCH, STARTS);
         learning_draw(n, curves, &plot);
-        if (plot_commit(&plot, error) == AD_OK)
-            result_commit(&csv, error);
     }
     hnn_observations_free(&lesson.train);
     hnn_observations_free(&lesson.test);
-    plot_abandon(&plot);
-    result_abandon(&csv);
-    return error->status;
+    return chart_end(&plot, &csv, error);
 }

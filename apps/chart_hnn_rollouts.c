@@ -171,11 +171,8 @@ enum ad_status chart_rollouts(const struct chart_settings *settings, hnn_model *
                 r->model_error);
         report(settings, r, csv.out, json);
         rollouts_draw(r, &plot);
-        if (plot_commit(&plot, error) == AD_OK)
-            result_commit(&csv, error);
     }
-    plot_abandon(&plot);
-    result_abandon(&csv);
+    chart_end(&plot, &csv, error);
     phys_ode_free(&r->ode);
     free(r);
     return error->status;

@@ -98,12 +98,8 @@ int chart_jobs(const struct chart_settings *settings, struct ad_error *error)
         jobs_quantum(settings->quick, jobs, &n, error) == AD_OK) {
         write_rows(n, jobs, csv.out);
         jobs_draw(n, jobs, &plot);
-        if (plot_commit(&plot, error) == AD_OK)
-            result_commit(&csv, error);
     }
-    plot_abandon(&plot);
-    result_abandon(&csv);
-    if (error->status != AD_OK)
+    if (chart_end(&plot, &csv, error) != AD_OK)
         return command_status(error);
     if (!settings->quiet)
         print_table(n, jobs);

@@ -1,4 +1,4 @@
-/* The picture of chart jobs: a line a job, published and ours joined; left seconds, right errors.
+/* The picture of chart jobs: a line a job, published and ours joined; seconds left, errors right.
  */
 #include "chart_jobs.h"
 

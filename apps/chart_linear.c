@@ -239,12 +239,8 @@ int chart_linear(const struct chart_settings *settings, struct ad_error *error)
         for (int c = 0; c < LINEAR_CURVES; c++)
             write_rows(&curves[c], csv.out);
         linear_draw(curves, &plot);
-        if (plot_commit(&plot, error) == AD_OK)
-            result_commit(&csv, error);
     }
-    plot_abandon(&plot);
-    result_abandon(&csv);
-    if (error->status != AD_OK)
+    if (chart_end(&plot, &csv, error) != AD_OK)
         return command_status(error);
     for (int c = 0; c < LINEAR_CURVES && !settings->quiet; c++)
         print_curve(&curves[c]);

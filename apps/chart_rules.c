@@ -223,13 +223,9 @@ enum ad_status chart_rules(const struct chart_settings *settings, struct json *j
             if (!settings->quiet)
                 print(&panels[p]);
         }
-    if (error->status == AD_OK) {
+    if (error->status == AD_OK)
         rules_draw(panels, &plot);
-        if (plot_commit(&plot, error) == AD_OK)
-            result_commit(&csv, error);
-    }
-    plot_abandon(&plot);
-    result_abandon(&csv);
+    chart_end(&plot, &csv, error);
     for (size_t p = 0; p < N_BOUNDARIES; p++)
         phys_system_close(&panels[p].system);
     free(panels);

@@ -340,12 +340,7 @@ enum ad_status chart_solvers(const struct chart_settings *settings, struct json 
         scenes[n++] = contests[k].scene;
         one_scene(settings, &contests[k], csv.out, plot.data, json, error);
     }
-    if (error->status == AD_OK) {
+    if (error->status == AD_OK)
         draw(n, scenes, &plot);
-        if (plot_commit(&plot, error) == AD_OK)
-            result_commit(&csv, error);
-    }
-    plot_abandon(&plot);
-    result_abandon(&csv);
-    return error->status;
+    return chart_end(&plot, &csv, error);
 }

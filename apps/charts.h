@@ -19,8 +19,7 @@ struct chart_settings {
    and its picture; path and derivatives themselves in gradients-values.csv. Returns the exit
    status: NOT_REACHED where tape and hand differ. */
 int chart_gradients(const struct chart_settings *settings, struct ad_error *error);
-/* Time and memory of a gradient over slices and over pairs of bodies: linear.csv and its picture.
- */
+/* Time and memory of a gradient over slices and over pairs: linear.csv and its picture. */
 int chart_linear(const struct chart_settings *settings, struct ad_error *error);
 /* Every integrator on problems with known answers: error against work, in integrators.csv and a
    picture a problem; energy over many periods at equal work, in drift.csv and its picture. */
@@ -57,5 +56,7 @@ enum ad_status chart_csv(const struct chart_settings *settings, const char *name
 /* Begins the picture NAME.svg (or .png) in the folder; a line of small print says the same. */
 enum ad_status chart_picture(const struct chart_settings *settings, const char *name,
                              struct plot *plot, struct ad_error *error);
+/* Both in place, or where there is an error neither; its status. Takes those that never began. */
+enum ad_status chart_end(struct plot *plot, struct result *csv, struct ad_error *error);
 
 #endif

@@ -11,9 +11,9 @@ static const struct plot_format {
     const char *extension, *terminal, *options; /* the size goes between the two */
     double pixels;
     bool animated;
-    const char *end; /* its last bytes */
+    const char *end; /* its last bytes, but for newlines */
 } formats[] = {
-    {".svg", "svg", "font 'Helvetica,13' background 'white'", 1, false, "</svg>\n\n"},
+    {".svg", "svg", "font 'Helvetica,13' background 'white'", 1, false, "</svg>"},
     {".png", "pngcairo", "font 'Helvetica,13' fontscale 1.2", 1.5, false, "IEND\xae\x42\x60\x82"},
     {".gif", "gif animate delay 8 loop 0", "", 1, true, ";"},
 };
@@ -147,14 +147,18 @@ static int run_gnuplot(const struct plot *plot, char *line, int size)
 /* On a full disk gnuplot says nothing and leaves half a picture. */
 static bool is_whole(const struct plot *plot)
 {
-    char end[16];
+    enum { TAIL = 16 };
+    char tail[TAIL];
     const size_t length = strlen(plot->format->end);
+    size_t n = 0;
     FILE *in = fopen(plot->picture_file.temporary, "rb");
-    bool whole = in && fseek(in, -(long)length, SEEK_END) == 0 &&
-                 fread(end, 1, length, in) == length && memcmp(end, plot->format->end, length) == 0;
+    if (in && fseek(in, -TAIL, SEEK_END) == 0)
+        n = fread(tail, 1, TAIL, in);
     if (in)
         fclose(in);
-    return whole;
+    while (n > 0 && tail[n - 1] == '\n')
+        n--;
+    return n >= length && memcmp(tail + n - length, plot->format->end, length) == 0;
 }
 
 /* Without gnuplot: data and commands, under names of their own. */

@@ -11,6 +11,26 @@ static const double accuracy = 1e-12;
 
 enum { STARTS = 15, POINTS = 100, TIME = 20 };
 
+/* The motion from x0 with outputs at times longer by this factor. */
+static enum ad_status follow_stretched(const struct phys_ode *model, double stretch,
+                                       const struct hnn_rollout_settings *settings,
+                                       const double *x0, struct hnn_path *path,
+                                       struct ad_error *error)
+{
+    struct hnn_rollout_settings longer = *settings;
+    struct hnn_rollout_info info;
+    double *t = malloc(settings->n * sizeof *t);
+    if (!t)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu outputs", settings->n);
+    for (size_t k = 0; k < settings->n; k++)
+        t[k] = stretch * settings->t[k];
+    longer.t = t;
+    longer.reverse = false;
+    hnn_rollout(model, &longer, x0, path, &info, error);
+    free(t);
+    return error->status;
+}
+
 enum ad_status hnn_task_published_mse(const struct hnn_task *task, double strength,
                                       const struct phys_ode *model,
                                       const struct hnn_rollout_settings *settings,
@@ -18,26 +38,17 @@ enum ad_status hnn_task_published_mse(const struct hnn_task *task, double streng
                                       double *mse, struct ad_error *error)
 {
     bool stretches = task->time_stretch > 0 && task->time_stretch != 1;
-    struct hnn_rollout_settings longer = *settings;
-    struct hnn_rollout_info info;
     struct hnn_path stretched = {0};
     struct phys_ode energy = {0};
-    double *t = malloc(settings->n * sizeof *t);
     if (isnan(strength))
         strength = task->published.strength;
-    if (!t)
-        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu outputs", settings->n);
-    for (size_t k = 0; k < settings->n; k++)
-        t[k] = task->time_stretch * settings->t[k];
-    longer.t = t;
-    longer.reverse = false;
     if (phys_ode_hamiltonian(task->published_energy ? task->published_energy : task->H, task->dof,
                              &strength, &energy, error) == AD_OK &&
-        (!stretches || hnn_rollout(model, &longer, path->x, &stretched, &info, error) == AD_OK))
+        (!stretches || follow_stretched(model, task->time_stretch, settings, path->x, &stretched,
+                                        error) == AD_OK))
         *mse = hnn_energy_mse(&energy, stretches ? &stretched : path, truth);
     hnn_path_free(&stretched);
     phys_ode_free(&energy);
-    free(t);
     return error->status;
 }
 

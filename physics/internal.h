@@ -22,8 +22,7 @@ void phys_library_close(void *library);
 bool phys_library_is_whole(const char *file);
 /* What is wrong with a scene from outside, or NULL. */
 const char *phys_scene_flaw(const struct phys_scene *scene);
-/* A system of a scene without flaw, with default parameters: the second half of phys_system_open.
- */
+/* A system of a scene without flaw, with default parameters: the end of phys_system_open. */
 enum ad_status phys_system_begin(struct phys_system *system, const struct phys_scene *scene,
                                  struct ad_error *error);
 
