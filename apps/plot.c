@@ -197,7 +197,9 @@ enum ad_status plot_commit(struct plot *plot, struct ad_error *error)
         else if (exit != 0)
             status = ad_fail(error, AD_E_IO, "%s: gnuplot failed: %s", picture, line);
         else if (!is_whole(plot))
-            status = ad_fail(error, AD_E_IO, "%s: cannot be written whole", picture);
+            status = ad_fail(error, AD_E_IO,
+                             "%s: cannot be written whole: gnuplot left a part; is the disk full?",
+                             picture);
         else
             status = phys_whole_commit(&plot->picture_file, error);
     }
