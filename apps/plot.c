@@ -148,7 +148,7 @@ static int run_gnuplot(const struct plot *plot, char *line, int size)
 static bool is_whole(const struct plot *plot)
 {
     enum { TAIL = 16 };
-    char tail[TAIL];
+    char tail[TAIL] = {0};
     const size_t length = strlen(plot->format->end);
     size_t n = 0;
     FILE *in = fopen(plot->picture_file.temporary, "rb");
