@@ -46,7 +46,7 @@ ISA_avx512 = -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx2 -mfma -mprefer-ve
 # ---- what is built ----
 
 KERNELS := $(wildcard autodiff/kernels.c)
-LIB_SRC := $(filter-out $(KERNELS),$(wildcard autodiff/*.c physics/*.c physics/scenes/*.c physics/integrators/*.c hnn/*.c quantum/*.c))
+LIB_SRC := $(filter-out $(KERNELS),$(wildcard autodiff/*.c autodiff/native/*.c physics/*.c physics/scenes/*.c physics/integrators/*.c hnn/*.c quantum/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) \
            $(if $(KERNELS),$(foreach t,f32 f64,$(foreach i,$(ISAS),$(BUILD)/autodiff/kernels_$(t)_$(i).o)))
 HAND    := $(wildcard apps/hand_kernels.c)
@@ -234,7 +234,7 @@ lint:
 	@scripts/lint $(BUILD)
 
 format:
-	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff physics physics/* hnn quantum apps tests tests/* tests/apps/scenes docs/examples))
+	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff autodiff/* physics physics/* hnn quantum apps tests tests/* tests/apps/scenes docs/examples))
 
 sanitize:
 	@ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1 \

@@ -1,7 +1,7 @@
 /* leastaction build: a Lagrangian of a user's own, from C to a scene that every subcommand takes.
  */
 #include "command.h"
-#include "../autodiff/cc.h"
+#include "../autodiff/native/cc.h"
 #include "../physics/physics.h"
 #include "../physics/whole.h"
 

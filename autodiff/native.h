@@ -1,6 +1,6 @@
-/* Inside of the compiled back end. Fused segments become C, one function each (native_segment.c)
-   over vectors of the compiler's own vector type (native_vectors.c); the system's compiler (cc.c)
-   makes a shared object of it, kept in the user's cache folder (native_cache.c) and loaded in place
+/* Inside of the compiled back end, in native/. Fused segments become C, one function each
+   (segment.c), over vectors of the compiler's own vector type (vectors.c); the system's compiler
+   (cc.c) makes a shared object of it, kept in the user's cache folder (cache.c) and loaded in place
    of the interpreter (native.c). Matrix products and what else stands alone stay as they are; so
    does the interpreter, for whoever has no compiler, and as the oracle.
 
@@ -9,7 +9,7 @@
 #ifndef AUTODIFF_NATIVE_H
 #define AUTODIFF_NATIVE_H
 
-#include "cc.h"
+#include "native/cc.h"
 #include "program.h"
 
 #include <stdio.h>

@@ -2,7 +2,7 @@
    this one: the processor looks ahead over some hundred operations only, and a row after its
    division fills them with what waits for it. The head of a row is what its slow operations need.
  */
-#include "native_writer.h"
+#include "writer.h"
 
 #include <stdlib.h>
 

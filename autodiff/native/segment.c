@@ -9,7 +9,7 @@
 
    The last vector of a loop is moved back to end with the data: it computes lanes again, and `on`
    keeps those from being summed twice. */
-#include "native_writer.h"
+#include "writer.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* Operands of compiled operations: loaded once, as far outside of the loops as they may be. */
-#include "native_writer.h"
+#include "writer.h"
 
 #include <stdarg.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* Expressions of compiled operations: those of the table, and time differences. */
-#include "native_writer.h"
+#include "writer.h"
 
 /* The exponent of a whole power, where it is a constant. */
 static bool whole_exponent(const struct writer *w, const struct loc *l, int *exponent)

@@ -6,7 +6,7 @@
 #ifndef AUTODIFF_NATIVE_WRITER_H
 #define AUTODIFF_NATIVE_WRITER_H
 
-#include "native.h"
+#include "../native.h"
 
 enum {
     MAX_ARRAYS = 16,
@@ -47,7 +47,7 @@ struct writer {
 void ad_native_say(const struct writer *w, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-/* ---- operands: native_operands.c ---- */
+/* ---- operands: operands.c ---- */
 
 void ad_native_find_lists(struct writer *w);
 void ad_native_find_arrays(struct writer *w);
@@ -66,13 +66,13 @@ static inline bool reads_lanes(const struct instruction *in)
     return in->kind != DO_DIFF && in->kind != DO_DIFF_ADJOINT;
 }
 
-/* ---- operations: native_operations.c ---- */
+/* ---- operations: operations.c ---- */
 
 /* What must stand before it, and the expression of an instruction that is no sum. */
 void ad_native_prepare(const struct writer *w, const struct instruction *in);
 void ad_native_operation(const struct writer *w, const struct instruction *in);
 
-/* ---- sums: native_sums.c ---- */
+/* ---- sums: sums.c ---- */
 
 void ad_native_open_sinks(const struct writer *w);
 void ad_native_close_sinks(const struct writer *w);
@@ -81,13 +81,13 @@ void ad_native_open_columns(const struct writer *w);
 void ad_native_close_columns(const struct writer *w);
 void ad_native_add(const struct writer *w, const struct instruction *in);
 
-/* ---- statements: native_segment.c ---- */
+/* ---- statements: segment.c ---- */
 
 void ad_native_instruction(struct writer *w, const struct instruction *in);
 /* Another row begins, or another block of the text: no variable of one row is declared. */
 void ad_native_forget_rows(struct writer *w);
 
-/* ---- native_pipeline.c ---- */
+/* ---- pipeline.c ---- */
 
 /* Writes the loop over rows if there is something slow in it; false when out of memory. */
 bool ad_native_pipeline(struct writer *w, bool *written);

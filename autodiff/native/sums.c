@@ -2,7 +2,7 @@
    doubles; for a sum over columns, the doubles of all rows in memory; for added rows, a vector of
    columns, or an array with one of every row, that is stored when the rows are through. Where such
    an array is too large, rows are added in memory. */
-#include "native_writer.h"
+#include "writer.h"
 
 /* Rows are added into rows by number. */
 static bool scatters(const struct writer *w, uint32_t sink)
