@@ -49,10 +49,10 @@ KERNELS := $(wildcard autodiff/kernels.c)
 LIB_SRC := $(filter-out $(KERNELS),$(wildcard autodiff/*.c autodiff/native/*.c physics/*.c physics/scenes/*.c physics/integrators/*.c hnn/*.c quantum/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) \
            $(if $(KERNELS),$(foreach t,f32 f64,$(foreach i,$(ISAS),$(BUILD)/autodiff/kernels_$(t)_$(i).o)))
-HAND    := $(wildcard apps/hand_kernels.c)
+HAND    := $(wildcard apps/hand_kernels.c apps/hand_hnn.c)
 APP_SRC := $(filter-out $(HAND),$(wildcard apps/*.c))
 APP_OBJ := $(filter-out $(BUILD)/apps/main.o,$(APP_SRC:%.c=$(BUILD)/%.o)) \
-           $(if $(HAND),$(foreach i,$(ISAS),$(BUILD)/apps/hand_kernels_$(i).o))
+           $(foreach f,$(HAND:%.c=$(BUILD)/%),$(foreach i,$(ISAS),$(f)_$(i).o))
 TEST_DIRS ?= $(wildcard tests/*)
 TEST_SRC := $(wildcard $(addsuffix /test_*.c,$(TEST_DIRS)))
 TESTS    := $(TEST_SRC:%.c=$(BUILD)/%)
@@ -122,14 +122,15 @@ $(BUILD)/autodiff/kernels_$(1)_$(2).o: autodiff/kernels.c $(BUILD)/flags
 	@mkdir -p $$(@D)
 	$(Q)$$(compile) $$(SIMD) $$(ISA_$(2)) -DAD_KERNEL_$(subst f,F,$(1)) -DAD_KERNEL_ISA=$(2)
 endef
+# $(1) a file written by hand, without .c
 define hand_rule
-$(BUILD)/apps/hand_kernels_$(1).o: apps/hand_kernels.c $(BUILD)/flags
-	$$(call say,CC,'$$< ($(1))')
+$(BUILD)/$(1)_$(2).o: $(1).c $(BUILD)/flags
+	$$(call say,CC,'$$< ($(2))')
 	@mkdir -p $$(@D)
-	$(Q)$$(compile) $$(SIMD) $$(ISA_$(1)) -ffp-contract=fast -DHAND_ISA=$(1)
+	$(Q)$$(compile) $$(SIMD) $$(ISA_$(2)) -ffp-contract=fast -DHAND_ISA=$(2)
 endef
 $(foreach t,f32 f64,$(foreach i,$(ISAS),$(eval $(call kernel_rule,$(t),$(i)))))
-$(foreach i,$(ISAS),$(eval $(call hand_rule,$(i))))
+$(foreach f,$(HAND:%.c=%),$(foreach i,$(ISAS),$(eval $(call hand_rule,$(f),$(i)))))
 
 -include $(shell find $(BUILD) -name '*.d' 2>/dev/null)
 

@@ -2,7 +2,9 @@
 #include "chart_hnn.h"
 #include "training_speed.h"
 
-enum { ROUNDS = 15, ROUNDS_QUICK = 5, THREADS = 2 }; /* rounds of the published width */
+#include <math.h>
+
+enum { ROUNDS = 31, ROUNDS_QUICK = 15, THREADS = 2 }; /* rounds of the published width */
 
 struct evaluation {
     hnn_model *model;
@@ -48,19 +50,28 @@ static double floor_ms(const struct row *row)
 static void print_row(const struct row *row)
 {
     const struct training_speed *s = &row->speed;
-    printf("%-9s %5zu  %s %7zu %9.2f %8.0f%% %9.2f %9.2f %6.2f %9.1f\n",
-           hnn_kinds[row->network->kind], row->network->width, hnn_precisions[row->network->type],
-           row->threads, s->step_ms, 100 * s->share, s->products_ms, s->activation_ms,
-           s->step_ms / floor_ms(row), row->field_us);
+    printf("%-9s %5zu  %s %7zu %9.2f %8.0f%% %9.2f %9.2f %6.2f", hnn_kinds[row->network->kind],
+           row->network->width, hnn_precisions[row->network->type], row->threads, s->step_ms,
+           100 * s->share, s->products_ms, s->activation_ms, s->step_ms / floor_ms(row));
+    if (isnan(s->hand_ms))
+        printf(" %9s %6s", "", "");
+    else
+        printf(" %9.2f %6.2f", s->hand_ms, s->hand_ratio);
+    printf(" %9.1f\n", row->field_us);
     fflush(stdout);
 }
 
 static void write_row(const struct row *row, FILE *csv)
 {
     const struct training_speed *s = &row->speed;
-    fprintf(csv, "%s,%s,%zu,%d,%zu,%.4g,%.3f,%.4g,%.4g,%.4g\n", hnn_kinds[row->network->kind],
+    fprintf(csv, "%s,%s,%zu,%d,%zu,%.4g,%.3f,%.4g,%.4g,", hnn_kinds[row->network->kind],
             hnn_precisions[row->network->type], row->threads, PUBLISHED_BATCH, row->network->width,
-            s->step_ms, s->share, s->products_ms, s->activation_ms, row->field_us);
+            s->step_ms, s->share, s->products_ms, s->activation_ms);
+    if (!isnan(s->hand_ms))
+        fprintf(csv, "%.4g,%.3f,", s->hand_ms, s->hand_ratio);
+    else
+        fputs(",,", csv);
+    fprintf(csv, "%.4g\n", row->field_us);
 }
 
 static void json_row(const struct row *row, struct json *json)
@@ -74,6 +85,8 @@ static void json_row(const struct row *row, struct json *json)
     json_number(json, "blas_share", row->speed.share);
     json_number(json, "floor_ms", floor_ms(row));
     json_number(json, "ratio", row->speed.step_ms / floor_ms(row));
+    json_number(json, "hand_ms", row->speed.hand_ms);
+    json_number(json, "hand_ratio", row->speed.hand_ratio);
     json_number(json, "field_us", row->field_us);
     json_end_object(json);
 }
@@ -112,11 +125,11 @@ enum ad_status chart_steps(const struct chart_settings *settings, struct json *j
     if (chart_csv(settings, "hnn-steps", &csv, error) != AD_OK)
         return error->status;
     fputs("model,precision,threads,batch,width,step_ms,blas_share,products_ms,activation_ms,"
-          "field_us\n",
+          "hand_ms,hand_ratio,field_us\n",
           csv.out);
     if (!settings->quiet)
-        printf("%-9s %5s  %s %7s %9s %9s %9s %9s %6s %9s\n", "", "width", "   ", "threads",
-               "ms/step", "OpenBLAS", "products", "tanh", "ratio", "us/field");
+        printf("%-9s %5s  %s %7s %9s %9s %9s %9s %6s %9s %6s %9s\n", "", "width", "   ", "threads",
+               "ms/step", "OpenBLAS", "products", "tanh", "ratio", "by hand", "ratio", "us/field");
     json_array(json, "steps");
     for (size_t k = 0; k < n && error->status == AD_OK; k++)
         one_network(settings, &networks[k], csv.out, json, error);
@@ -127,7 +140,7 @@ enum ad_status chart_steps(const struct chart_settings *settings, struct json *j
     if (error->status == AD_OK && !settings->quiet)
         printf("a step of Adam on %d samples, 2-width-width-outputs, tanh; OpenBLAS: its share of "
                "loss and gradient\non one thread; ratio: to the floor, the products and the tanh "
-               "alone; field: of one state\n\n",
+               "alone, and to the step by hand; field: of one state\n\n",
                PUBLISHED_BATCH);
     return error->status;
 }

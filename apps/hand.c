@@ -1,18 +1,32 @@
-/* Chooses among the builds of the hand-written kernels what this machine can run. */
+/* Chooses among the builds of what is written by hand those that this machine can run. */
 #include "hand.h"
+#include "hand_hnn.h"
 
 #include <stddef.h>
 
 extern const struct hand_kernel hand_table_base[], hand_table_avx2[], hand_table_avx512[];
+extern const struct hand_hnn hand_hnn_base, hand_hnn_avx2, hand_hnn_avx512;
 
-const struct hand_kernel *hand_build(int k)
+static const struct build {
+    const struct hand_kernel *kernels;
+    const struct hand_hnn *hnn;
+} none;
+
+static const struct build *find_build(int k)
 {
 #ifndef AD_ONLY_BASE
+    static const struct build avx512 = {hand_table_avx512, &hand_hnn_avx512};
+    static const struct build avx2 = {hand_table_avx2, &hand_hnn_avx2};
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
         __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw") && k-- == 0)
-        return hand_table_avx512;
+        return &avx512;
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && k-- == 0)
-        return hand_table_avx2;
+        return &avx2;
 #endif
-    return k == 0 ? hand_table_base : NULL;
+    static const struct build base = {hand_table_base, &hand_hnn_base};
+    return k == 0 ? &base : &none;
 }
+
+const struct hand_kernel *hand_build(int k) { return find_build(k)->kernels; }
+
+const struct hand_hnn *hand_hnn_build(int k) { return find_build(k)->hnn; }

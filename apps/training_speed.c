@@ -1,5 +1,6 @@
 /* A trainer takes steps while the floor runs on arrays of the same size. */
 #include "training_speed.h"
+#include "hand_training.h"
 #include "../autodiff/blas.h"
 
 #include <math.h>
@@ -8,7 +9,7 @@
 
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
-enum { STEP, GRADIENT, PRODUCTS, ACTIVATION, JOBS };
+enum { STEP, GRADIENT, PRODUCTS, ACTIVATION, HAND, JOBS };
 
 struct subject {
     const struct hnn_settings *settings;
@@ -20,6 +21,9 @@ struct subject {
     void *matrix[4];       /* of the type: each has room for [widest x batch or widest] */
     ad_tape *tape;
     ad_program *activation;
+    struct hand_training hand;
+    float *samples; /* of it: states and rates, [4 x batch] */
+    bool by_hand;
     struct ad_error *error;
 };
 
@@ -61,6 +65,12 @@ static void run_activation(void *context)
 {
     struct subject *s = context;
     ad_run(s->activation);
+}
+
+static void run_hand(void *context)
+{
+    struct subject *s = context;
+    hand_training_step(&s->hand);
 }
 
 static void fill(enum ad_type type, size_t n, void *to)
@@ -118,8 +128,24 @@ static enum ad_status open_step(struct subject *s)
                            s->error);
 }
 
+static enum ad_status open_hand(struct subject *s)
+{
+    size_t n = 2 * s->batch;
+    s->by_hand = s->threads == 1 && hand_training_suits(s->settings);
+    if (!s->by_hand)
+        return AD_OK;
+    s->samples = malloc(2 * n * sizeof *s->samples);
+    if (!s->samples)
+        return ad_fail(s->error, AD_E_MEMORY, "out of memory for %zu samples", s->batch);
+    fill(AD_F32, 2 * n, s->samples);
+    return hand_training_new(&s->hand, s->model, s->batch, s->samples, s->samples + n,
+                             hnn_training_defaults().weight_decay, s->error);
+}
+
 static void subject_close(struct subject *s)
 {
+    hand_training_free(&s->hand);
+    free(s->samples);
     hnn_trainer_free(s->trainer);
     hnn_model_free(s->model);
     ad_program_free(s->activation);
@@ -131,13 +157,13 @@ static void subject_close(struct subject *s)
 
 /* All in turn; but threads of OpenBLAS spin for some 30 ms after a product, and would take the
    processors from those of the step. */
-static void measure(size_t threads, struct timed jobs[JOBS], size_t rounds)
+static void measure(const struct subject *s, struct timed jobs[JOBS], size_t rounds)
 {
-    if (threads == 1) {
-        time_in_turn(JOBS, jobs, rounds);
+    if (s->threads == 1) {
+        time_in_turn(s->by_hand ? JOBS : HAND, jobs, rounds);
     } else {
         time_in_turn(PRODUCTS, jobs, rounds);
-        time_in_turn(JOBS - PRODUCTS, jobs + PRODUCTS, rounds);
+        time_in_turn(HAND - PRODUCTS, jobs + PRODUCTS, rounds);
     }
 }
 
@@ -145,19 +171,26 @@ enum ad_status training_speed_measure(const struct hnn_settings *settings, size_
                                       size_t threads, size_t rounds, struct training_speed *speed,
                                       struct ad_error *error)
 {
+    static void (*const runs[JOBS])(void *) = {[STEP] = run_step,
+                                               [GRADIENT] = run_gradient,
+                                               [PRODUCTS] = run_products,
+                                               [ACTIVATION] = run_activation,
+                                               [HAND] = run_hand};
     struct subject s = {.settings = settings, .batch = batch, .threads = threads, .error = error};
-    struct timed jobs[JOBS] = {[STEP] = {.run = run_step, .context = &s},
-                               [GRADIENT] = {.run = run_gradient, .context = &s},
-                               [PRODUCTS] = {.run = run_products, .context = &s},
-                               [ACTIVATION] = {.run = run_activation, .context = &s}};
+    struct timed jobs[JOBS];
+    for (size_t j = 0; j < JOBS; j++)
+        jobs[j] = (struct timed){.run = runs[j], .context = &s, .processor = threads == 1};
     if (settings->pixels || settings->separable || settings->dissipation)
         return ad_fail(error, AD_E_ARGUMENT, "the floor is that of one network of states");
-    if (open_step(&s) == AD_OK && open_floor(&s) == AD_OK) {
-        measure(threads, jobs, rounds);
-        *speed = (struct training_speed){.step_ms = 1e-6 * jobs[STEP].nanoseconds,
-                                         .share = s.shares / s.shared,
-                                         .products_ms = 1e-6 * jobs[PRODUCTS].nanoseconds,
-                                         .activation_ms = 1e-6 * jobs[ACTIVATION].nanoseconds};
+    if (open_step(&s) == AD_OK && open_floor(&s) == AD_OK && open_hand(&s) == AD_OK) {
+        measure(&s, jobs, rounds);
+        *speed = (struct training_speed){
+            .step_ms = 1e-6 * jobs[STEP].nanoseconds,
+            .share = s.shares / s.shared,
+            .products_ms = 1e-6 * jobs[PRODUCTS].nanoseconds,
+            .activation_ms = 1e-6 * jobs[ACTIVATION].nanoseconds,
+            .hand_ms = s.by_hand ? 1e-6 * jobs[HAND].nanoseconds : NAN,
+            .hand_ratio = s.by_hand ? time_ratio(&jobs[STEP], &jobs[HAND], rounds) : NAN};
     }
     subject_close(&s);
     return error->status;

@@ -18,10 +18,13 @@ struct training_speed {
     double step_ms;                    /* loss, gradient and a step of Adam, full batch */
     double share;                      /* of loss and gradient inside OpenBLAS, one thread */
     double products_ms, activation_ms; /* the floor */
+    double hand_ms, hand_ratio; /* the step by hand, and ours in its terms; NaN where there is none
+                                   (hand_training.h), and on more threads than one */
 };
 
-/* Medians, all measured in this process, on one thread in turn. With more threads than one OpenBLAS
-   uses its own for the floor. Hamiltonian or baseline models of states alone: AD_E_ARGUMENT. */
+/* Medians, all measured in this process, on one thread in turn by the processor's clock. With more
+   threads than one OpenBLAS uses its own for the floor, and the clock is the wall's. Hamiltonian or
+   baseline models of states alone: AD_E_ARGUMENT. */
 enum ad_status training_speed_measure(const struct hnn_settings *settings, size_t batch,
                                       size_t threads, size_t rounds, struct training_speed *speed,
                                       struct ad_error *error);

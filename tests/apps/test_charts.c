@@ -101,6 +101,11 @@ static void test_hnn_steps(void **state)
         assert_true(table_number(t, r, "blas_share") > 0 && table_number(t, r, "blas_share") < 1);
         assert_true(table_number(t, r, "products_ms") > 0 &&
                     table_number(t, r, "activation_ms") > 0);
+        bool by_hand = table_is(t, r, "model", "hnn") && table_is(t, r, "precision", "f32") &&
+                       table_is(t, r, "threads", "1");
+        assert_true(by_hand
+                        ? table_number(t, r, "hand_ms") > 0 && table_number(t, r, "hand_ratio") > 0
+                        : table_is(t, r, "hand_ms", "") && table_is(t, r, "hand_ratio", ""));
     }
     table_free(t);
 }
