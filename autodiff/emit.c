@@ -216,7 +216,7 @@ static bool emit_fused(struct plan *p, const struct group *group, struct segment
     s.count = group->count;
     if (!ad_plan_tiles(p, group, &s, &n_slots))
         return false;
-    size_t slot_bytes = ((size_t)s.tile_rows * s.tile_cols * p->program->element + 63) / 64 * 64;
+    size_t slot_bytes = ad_slot_bytes(p->program->element, &s);
     size_t first_loc = g->n_locs;
     lay_on_tiles(g, group, &s);
     for (uint32_t i = 0; i < group->count; i++)

@@ -185,6 +185,12 @@ struct call {
     const void *a, *b, *c;
 };
 
+/* Values of a segment that share its tiles lie in slots of so many bytes. */
+static inline size_t ad_slot_bytes(size_t element, const struct segment *s)
+{
+    return ((size_t)s->tile_rows * s->tile_cols * element + 63) / 64 * 64;
+}
+
 struct check;
 struct native;
 

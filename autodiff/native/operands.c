@@ -88,6 +88,8 @@ void ad_native_address(const struct writer *w, const struct loc *l)
 static enum scope scope_of(const struct writer *w, const struct loc *l)
 {
     bool same_row = !l->rs && !l->list;
+    if (w->crosses || l->base == BASE_TILE)
+        return INNER;
     if (w->walk->along_rows)
         return same_row ? FUNCTION : INNER;
     if (same_row && !l->cs)
@@ -198,13 +200,16 @@ static void declare(struct writer *w, uint32_t loc, enum scope scope)
 {
     const struct loc *l = &w->p->locs[loc];
     uint8_t bit = (uint8_t)(scope == INNER ? 1u << w->k : EVERY_ROW);
-    if ((w->known[loc] & (EVERY_ROW | bit)) || l->base == BASE_TILE || scope_of(w, l) != scope)
+    if ((w->known[loc] & (EVERY_ROW | bit)) || scope_of(w, l) != scope)
         return;
     w->known[loc] |= bit;
     ad_native_say(w, "const V@ ");
     ad_native_name(w, loc);
     ad_native_say(w, " = ");
-    write_load(w, l);
+    if (l->base == BASE_TILE)
+        ad_native_say(w, "x[%u]", ad_native_slot(w, loc));
+    else
+        write_load(w, l);
     ad_native_say(w, ";\n");
 }
 

@@ -34,7 +34,7 @@ static uint32_t count_known(const struct writer *w)
 void ad_native_instruction(struct writer *w, const struct instruction *in)
 {
     ad_native_declare(w, in, INNER);
-    if (in->kind > DO_DIFF_ADJOINT) {
+    if (is_sum(in)) {
         ad_native_add(w, in);
         return;
     }
@@ -45,13 +45,13 @@ void ad_native_instruction(struct writer *w, const struct instruction *in)
     ad_native_say(w, " = ");
     ad_native_operation(w, in);
     ad_native_say(w, ";\n");
-    if (w->p->locs[in->loc[0]].base == BASE_TILE)
-        return;
-    ad_native_say(w, "store@(");
-    ad_native_address(w, &w->p->locs[in->loc[0]]);
-    ad_native_say(w, ", ");
-    ad_native_name(w, in->loc[0]);
-    ad_native_say(w, ");\n");
+    if (w->p->locs[in->loc[0]].base == BASE_MEMORY) {
+        ad_native_say(w, "store@(");
+        ad_native_address(w, &w->p->locs[in->loc[0]]);
+        ad_native_say(w, ", v%u_%u);\n", in->loc[0], w->k);
+    } else if (w->crosses && w->crosses[in->loc[0]]) {
+        ad_native_say(w, "x[%u] = v%u_%u;\n", ad_native_slot(w, in->loc[0]), in->loc[0], w->k);
+    }
 }
 
 void ad_native_forget_rows(struct writer *w)
@@ -63,6 +63,10 @@ void ad_native_forget_rows(struct writer *w)
 /* All instructions, of `beside` rows side by side. */
 static void write_instructions(struct writer *w, uint32_t beside)
 {
+    if (w->crosses) {
+        ad_native_call_parts(w);
+        return;
+    }
     for (const struct instruction *in = w->first; in < w->end; in++)
         for (w->k = 0; w->k < beside; w->k++)
             ad_native_instruction(w, in);
@@ -103,7 +107,7 @@ static void write_literal_rows(struct writer *w)
 
 static bool write_row_loop(struct writer *w)
 {
-    bool written, done = ad_native_pipeline(w, &written);
+    bool written = false, done = w->crosses || ad_native_pipeline(w, &written);
     if (written || !done)
         return done;
     uint32_t beside = w->g->count <= MAX_INSTRUCTIONS_BESIDE && w->g->rows > 1 ? MAX_BESIDE : 1;
@@ -164,24 +168,28 @@ bool ad_native_segment(FILE *out, const ad_program *p, const struct walk *walk)
     w.known = calloc(w.n_known, 1);
     if (!w.known)
         return false;
-    bool done = true;
     ad_native_find_lists(&w);
-    ad_native_find_arrays(&w);
+    bool done = ad_native_parts(&w);
+    if (!w.crosses)
+        ad_native_find_arrays(&w);
     ad_native_say(&w,
                   "static void s%u(char *m, const u32 *l, size_t chunk, size_t row, size_t row_end,"
                   " size_t col, size_t col_end)\n{\n"
                   "(void)l; (void)chunk; (void)row; (void)row_end; (void)col; (void)col_end;\n",
                   walk->number);
     ad_native_open_sinks(&w);
+    if (w.crosses)
+        ad_native_open_parts(&w);
     ad_native_declare_all(&w, FUNCTION);
     if (walk->along_rows)
         write_along_rows(&w);
     else if (walk->rows_inside)
-        done = write_rows_inside(&w);
+        done = write_rows_inside(&w) && done;
     else
         write_rows_outside(&w);
     ad_native_close_sinks(&w);
     ad_native_say(&w, "}\n");
     free(w.known);
+    free(w.crosses);
     return done;
 }

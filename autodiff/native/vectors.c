@@ -34,8 +34,9 @@ static const char for_vectors[] =
     "typedef I I@ __attribute__((vector_size(@ * sizeof(R))));\n"
     "typedef double D@ __attribute__((vector_size(@ * sizeof(double))));\n"
     "static const I steps@[2 * @] = {[@ ... 2 * @ - 1] = -1};\n"
-    "static inline V@ load@(const char *p) { V@ v; COPY(&v, p, sizeof v); return v; }\n"
-    "static inline void store@(char *p, V@ v) { COPY(p, &v, sizeof v); }\n"
+    "typedef R U@ __attribute__((vector_size(@ * sizeof(R)), aligned(1), may_alias));\n"
+    "#define load@(p) ((V@)*(const U@ *)(p))\n"
+    "#define store@(p, v) (*(U@ *)(p) = (v))\n"
     "static inline V@ splat@(const char *p) { R x; COPY(&x, p, sizeof x); return x - (V@){0}; }\n"
     "static inline V@ all@(R x) { return x - (V@){0}; }\n"
     "static inline I@ on@(size_t done) { I@ m; COPY(&m, steps@ + @ - done, sizeof m); return m; }\n"
@@ -141,10 +142,14 @@ static const char *value_text(enum ad_op op)
 static void write_operation(FILE *out, enum ad_op op, uint32_t lanes)
 {
     static const char *const arguments[] = {"", "V x", "V a, V b", "V a, V b, V c"};
+    static const char *const names[] = {"", "x", "a, b", "a, b, c"};
     const char *value = value_text(op);
-    if (value && *value)
-        fprintf(out, "static inline V op_%s_%u(%s) { return %s; }\n", ad_op_name(op), lanes,
-                arguments[ad_ops[op].arity], value);
+    if (!value || !*value)
+        return;
+    bool calls = strpbrk(value, "FOP");
+    fprintf(out,
+            calls ? "static inline V op_%s_%u(%s) { return %s; }\n" : "#define op_%s_%u(%s) (%s)\n",
+            ad_op_name(op), lanes, (calls ? arguments : names)[ad_ops[op].arity], value);
 }
 
 /* ---- mathematical functions ---- */

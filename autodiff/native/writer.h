@@ -31,7 +31,8 @@ struct writer {
     const struct walk *walk;
     const struct segment *g;
     const struct instruction *first, *end;
-    uint8_t *known; /* per location: which of the rows side by side have a variable */
+    uint8_t *known;   /* per location: which of the rows side by side have a variable */
+    uint8_t *crosses; /* per location: read by several parts; NULL where the segment is whole */
     uint32_t n_known;
     struct array arrays[MAX_ARRAYS];
     size_t n_arrays;
@@ -66,6 +67,9 @@ static inline bool reads_lanes(const struct instruction *in)
     return in->kind != DO_DIFF && in->kind != DO_DIFF_ADJOINT;
 }
 
+/* Adds up, instead of computing a value. */
+static inline bool is_sum(const struct instruction *in) { return in->kind > DO_DIFF_ADJOINT; }
+
 /* ---- operations: operations.c ---- */
 
 /* What must stand before it, and the expression of an instruction that is no sum. */
@@ -86,6 +90,17 @@ void ad_native_add(const struct writer *w, const struct instruction *in);
 void ad_native_instruction(struct writer *w, const struct instruction *in);
 /* Another row begins, or another block of the text: no variable of one row is declared. */
 void ad_native_forget_rows(struct writer *w);
+
+/* ---- parts.c ---- */
+
+/* Writes the parts of a segment that is long, and sets `crosses`. False when out of memory. */
+bool ad_native_parts(struct writer *w);
+/* Declares x. */
+void ad_native_open_parts(const struct writer *w);
+/* Stands for the instructions of a row. */
+void ad_native_call_parts(struct writer *w);
+/* Which vector of x a value on a tile goes through. */
+uint32_t ad_native_slot(const struct writer *w, uint32_t loc);
 
 /* ---- pipeline.c ---- */
 

@@ -167,7 +167,7 @@ static void test_large_programs_stay_interpreted(void **state)
     struct ad_error note = {0};
     ad_tape *tape = ad_tape_new(AD_F64);
     ad_var x = ad_input(tape, 1, 10, "x"), y = x;
-    for (size_t k = 0; k < 5000; k++)
+    for (size_t k = 0; k < 40000; k++)
         y = ad_add(ad_mul(0.5, y), x);
     ad_program *p = compile(tape, 1, &y);
     assert_false(ad_native(p, INFINITY, &note));
