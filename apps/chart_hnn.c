@@ -1,4 +1,4 @@
-/* leastaction chart hnn: its three parts. */
+/* leastaction chart hnn: its parts. */
 #include "chart_hnn.h"
 #include "command.h"
 
@@ -36,7 +36,7 @@ int chart_hnn(const struct chart_settings *settings, struct ad_error *error)
     if (!memory)
         return ad_fail(error, AD_E_MEMORY, "out of memory"), command_status(error);
     json_open(&json, memory);
-    if (chart_steps(settings, &json, error) == AD_OK &&
+    if (chart_steps(settings, &json, error) == AD_OK && chart_losses(settings, error) == AD_OK &&
         chart_learning(settings, &json, &model, error) == AD_OK)
         chart_rollouts(settings, model, &json, error);
     json_close(&json);

@@ -31,6 +31,9 @@ enum ad_status network_energy_error(hnn_model *model, const struct hnn_task *tas
 /* A step of training beside its floor, and one evaluation of the field: hnn-steps.csv. */
 enum ad_status chart_steps(const struct chart_settings *settings, struct json *json,
                            struct ad_error *error);
+/* The losses of the first steps of training, from weights and on samples that others can have, too:
+   hnn-losses.csv. */
+enum ad_status chart_losses(const struct chart_settings *settings, struct ad_error *error);
 /* Test loss and energy error against seconds of training: hnn-learning.csv and its picture. The
    published HNN in f32, as far as it came, goes to `model`: the caller frees it. */
 enum ad_status chart_learning(const struct chart_settings *settings, struct json *json,

@@ -36,8 +36,8 @@ int chart_ephemeris(const struct chart_settings *settings, struct ad_error *erro
 /* Seconds a step of the gas against its bodies, with all and with near pairs, in gas.csv; order
    against temperature in gas-order.csv; one picture of both. */
 int chart_gas(const struct chart_settings *settings, struct ad_error *error);
-/* Hamiltonian networks and baselines: a step of training beside its floor, hnn-steps.csv; what is
-   learned against seconds, hnn-learning.csv; rollouts by every integrator, the field in f64 and in
+/* Hamiltonian networks and baselines: a step of training beside its floor, hnn-steps.csv; the
+   losses of the first steps, for peers, hnn-losses.csv; what is learned against seconds, hnn-learning.csv; rollouts by every integrator, the field in f64 and in
    f32, hnn-rollouts.csv; pictures of the latter two. */
 int chart_hnn(const struct chart_settings *settings, struct ad_error *error);
 

@@ -70,14 +70,14 @@ def adolc(values):
 
 def peers(folder, quick):
     """job, peer, version, seconds, difference of every peer."""
-    values = str(folder / "gradients-values.csv")
+    values, losses = str(folder / "gradients-values.csv"), str(folder / "hnn-losses.csv")
     text = (
         python("gradients_torch.py", ["numpy", "torch"], values, *quick)
         + python("gradients_jax.py", ["numpy", "jax"], values)
         + python("gradients_casadi.py", ["numpy", "casadi"], values, *quick)
         + adolc(values)
-        + python("training_torch.py", ["numpy", "torch"], *quick)
-        + python("training_jax.py", ["numpy", "jax"])
+        + python("training_torch.py", ["numpy", "torch"], losses, *quick)
+        + python("training_jax.py", ["numpy", "jax"], losses)
     )
     return [tuple(line.split(",")) for line in text.splitlines() if line.count(",") == 4]
 

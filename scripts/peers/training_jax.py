@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A training step in JAX, jit, one thread.
 
-    scripts/peers/training_jax.py
+    scripts/peers/training_jax.py charts/hnn-losses.csv
 """
 import os
 
@@ -13,25 +13,18 @@ os.environ.setdefault(
 import jax
 import jax.numpy as jnp
 
-from training import PRECISIONS, WIDTH, report, samples
+from training import PRECISIONS, parameters, report, samples
 
 jax.config.update("jax_enable_x64", True)
 
 
-def start(outputs, dtype):
-    keys = jax.random.split(jax.random.key(0), 3)
-    shapes = (2, WIDTH), (WIDTH, WIDTH), (WIDTH, outputs)
-    weights = [jax.nn.initializers.orthogonal()(k, s, dtype) for k, s in zip(keys, shapes)]
-    return weights, [jnp.zeros(WIDTH, dtype), jnp.zeros(WIDTH, dtype)]
+def output(weights, x):
+    w1, b1, w2, b2, w3 = weights
+    return jnp.tanh(jnp.tanh(x @ w1.T + b1) @ w2.T + b2) @ w3.T
 
 
-def output(parameters, x):
-    (w1, w2, w3), (b1, b2) = parameters
-    return jnp.tanh(jnp.tanh(x @ w1 + b1) @ w2 + b2) @ w3
-
-
-def field(parameters, x):
-    g = jax.grad(lambda at: output(parameters, at).sum())(x)
+def field(weights, x):
+    g = jax.grad(lambda at: output(weights, at).sum())(x)
     return jnp.stack([g[:, 1], -g[:, 0]], 1)
 
 
@@ -45,17 +38,16 @@ def adam(t, x, g, m, v):
 def step_of(model, precision):
     x, rates = samples(precision)
     rate = field if model == "hnn" else output
-    parameters = start(1 if model == "hnn" else 2, PRECISIONS[precision])
-    zeros = jax.tree.map(jnp.zeros_like, parameters)
 
     @jax.jit
     def next_state(t, *state):
         loss, g = jax.value_and_grad(lambda at: ((rates - rate(at, x)) ** 2).mean())(state[0])
-        leaves = zip(jax.tree.leaves(g), *map(jax.tree.leaves, state))
-        moved = zip(*(adam(t, x, g, m, v) for g, x, m, v in leaves))
-        return loss, *(jax.tree.unflatten(jax.tree.structure(g), leaves) for leaves in moved)
+        moved = [adam(t, x, g, m, v) for g, x, m, v in zip(g, *state)]
+        return loss, *map(list, zip(*moved))
 
-    state = [parameters, zeros, zeros]
+    weights = [jnp.asarray(a) for a in parameters(model, precision)]
+    zeros = [jnp.zeros_like(a) for a in weights]
+    state = [weights, zeros, zeros]
     count = PRECISIONS[precision](0)
 
     def step():

@@ -2,36 +2,35 @@
 """A training step in PyTorch, one thread: eager, the published code, autograd.grad with create_graph;
 and loss and gradient by torch.compile.
 
-    scripts/peers/training_torch.py [--quick]
+    scripts/peers/training_torch.py charts/hnn-losses.csv [--quick]
 """
 import sys
 
 import torch
 from torch.func import functional_call, grad
 
-from training import WIDTH, report, samples
+from training import OUTPUTS, WIDTH, parameters, report, samples
 
 torch.set_num_threads(1)
 SYMPLECTIC = torch.tensor([[0.0, 1.0], [-1.0, 0.0]])
 
 
 def network(outputs):
-    layers = [
+    return torch.nn.Sequential(
         torch.nn.Linear(2, WIDTH),
         torch.nn.Tanh(),
         torch.nn.Linear(WIDTH, WIDTH),
         torch.nn.Tanh(),
         torch.nn.Linear(WIDTH, outputs, bias=False),
-    ]
-    for layer in layers[::2]:
-        torch.nn.init.orthogonal_(layer.weight)
-    return torch.nn.Sequential(*layers)
+    )
 
 
 def start(model, precision):
-    torch.manual_seed(0)
     dtype = {"f32": torch.float32, "f64": torch.float64}[precision]
-    net = network(1 if model == "hnn" else 2).to(dtype)
+    net = network(OUTPUTS[model]).to(dtype)
+    with torch.no_grad():
+        for mine, value in zip(net.parameters(), parameters(model, precision)):
+            mine.copy_(torch.tensor(value))
     optimiser = torch.optim.Adam(net.parameters(), 1e-3, weight_decay=1e-4)
     x, rates = (torch.tensor(a) for a in samples(precision))
     return net, optimiser, x, rates, SYMPLECTIC.to(dtype)

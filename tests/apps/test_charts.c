@@ -110,6 +110,23 @@ static void test_hnn_steps(void **state)
     table_free(t);
 }
 
+/* From the same weights: in f32 and f64 the same but for rounding, and smaller at the end. */
+static void test_hnn_losses(void **state)
+{
+    (void)state;
+    enum { STEPS = 20 };
+    struct table *t = table_read("hnn-losses.csv");
+    table_expect_header(t, "model,precision,step,loss");
+    assert_int_equal(t->rows, 2 * 2 * STEPS); /* kinds, precisions */
+    for (size_t r = 0; r < t->rows; r++) {
+        if (table_is(t, r, "precision", "f64"))
+            assert_close(table_number(t, r - STEPS, "loss"), table_number(t, r, "loss"), 1e-5, 0);
+        if (table_number(t, r, "step") == STEPS)
+            assert_true(table_number(t, r, "loss") < 0.6 * table_number(t, r + 1 - STEPS, "loss"));
+    }
+    table_free(t);
+}
+
 /* How many steps fit into the time is the machine's; where a number of steps leads is not. */
 static double loss_after(const struct table *t, const char *model, const char *type, double step)
 {
@@ -166,8 +183,8 @@ static void test_hnn_rollouts(void **state)
 static void test_hnn_files(void **state)
 {
     (void)state;
-    static const char *const names[] = {"hnn-steps.csv", "hnn-learning.csv", "hnn-learning.svg",
-                                        "hnn-rollouts.csv", "hnn-rollouts.svg"};
+    static const char *const names[] = {"hnn-steps.csv",    "hnn-losses.csv",   "hnn-learning.csv",
+                                        "hnn-learning.svg", "hnn-rollouts.csv", "hnn-rollouts.svg"};
     if (!gnuplot()) {
         print_message("gnuplot is not installed\n");
         skip();
@@ -193,6 +210,7 @@ int main(void)
         cmocka_unit_test_setup(test_linear, shell_empty),
         cmocka_unit_test_setup(test_jobs, shell_empty),
         cmocka_unit_test_setup(test_hnn_steps, shell_empty),
+        cmocka_unit_test(test_hnn_losses),
         cmocka_unit_test(test_hnn_learning),
         cmocka_unit_test(test_hnn_rollouts),
         cmocka_unit_test(test_hnn_files),

@@ -1,0 +1,85 @@
+/* The first losses of a training from weights and on samples that a formula gives, so that peers
+   can do the same (chart_hnn.h, scripts/peers/training.py). */
+#include "chart_hnn.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { STEPS = 20, SAMPLES = PUBLISHED_BATCH };
+
+/* Without structure, and the same in any language: number k of a sequence in [-1, 1]. */
+static double number(size_t k) { return sin(0.7 * (double)(k * k)); }
+
+static void put(enum ad_type type, void *to, size_t k, double value)
+{
+    if (type == AD_F32)
+        ((float *)to)[k] = (float)value;
+    else
+        ((double *)to)[k] = value;
+}
+
+/* Weights of about unit gain. */
+static enum ad_status begin(hnn_model *model, struct ad_error *error)
+{
+    size_t n, bytes = hnn_model_size(model) * sizeof(double);
+    const struct hnn_block *block = hnn_model_blocks(model, &n);
+    void *parameters = malloc(bytes);
+    if (!parameters)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu bytes", bytes);
+    for (const struct hnn_block *b = block; b < block + n; b++)
+        for (size_t k = b->offset; k < b->offset + b->rows * b->cols; k++)
+            put(hnn_model_settings(model)->precision, parameters, k,
+                number(k) * (b->bias ? 0.1 : sqrt(2 / (double)b->cols)));
+    hnn_model_set_parameters(model, parameters);
+    free(parameters);
+    return AD_OK;
+}
+
+static enum ad_status train(const struct network *network, const struct hnn_samples *samples,
+                            FILE *csv, struct ad_error *error)
+{
+    struct hnn_training training = hnn_training_defaults();
+    const struct hnn_settings settings = network_settings(network);
+    hnn_model *model = NULL;
+    hnn_trainer *trainer = NULL;
+    enum hnn_stop stop;
+    size_t rows = 0;
+    training.steps = STEPS;
+    training.every = 1;
+    if (hnn_model_new(&settings, &model, error) == AD_OK && begin(model, error) == AD_OK &&
+        hnn_trainer_new(model, &training, samples, &(struct hnn_samples){0}, &trainer, error) ==
+            AD_OK &&
+        hnn_trainer_run(trainer, &stop, error) == AD_OK) {
+        const struct hnn_row *row = hnn_trainer_history(trainer, &rows);
+        for (size_t k = 0; k < rows; k++)
+            fprintf(csv, "%s,%s,%zu,%.17g\n", hnn_kinds[network->kind],
+                    hnn_precisions[network->type], row[k].step, row[k].train_loss);
+    }
+    hnn_trainer_free(trainer);
+    hnn_model_free(model);
+    return error->status;
+}
+
+enum ad_status chart_losses(const struct chart_settings *settings, struct ad_error *error)
+{
+    double values[4 * SAMPLES]; /* states, and the rates of q^2 + p^2: [2 x SAMPLES] each */
+    const struct hnn_samples samples = {.n = SAMPLES, .x = values, .target = values + 2 * SAMPLES};
+    struct network networks[NETWORKS_MOST];
+    struct result csv;
+    size_t n = networks_of_chart(true, networks);
+    for (size_t k = 0; k < 2 * SAMPLES; k++)
+        values[k] = number(k);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        values[2 * SAMPLES + k] = 2 * values[SAMPLES + k];
+        values[3 * SAMPLES + k] = -2 * values[k];
+    }
+    if (chart_csv(settings, "hnn-losses", &csv, error) != AD_OK)
+        return error->status;
+    fputs("model,precision,step,loss\n", csv.out);
+    for (size_t k = 0; k < n && error->status == AD_OK; k++)
+        train(&networks[k], &samples, csv.out, error);
+    if (error->status == AD_OK)
+        result_commit(&csv, error);
+    result_abandon(&csv);
+    return error->status;
+}
