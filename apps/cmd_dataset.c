@@ -195,6 +195,8 @@ static const struct option table[] = {
     {"spread", "X", OPTION_NUMBER, NULL, "of speeds about circular motion [published]", AT(spread)},
     {"strength", "K", OPTION_NUMBER, NULL, "of the potential [published]", AT(strength)},
     {"size", "N", OPTION_TEXT, NULL, "of frames, in pixels: N, or HEIGHT,WIDTH [28]", AT(size)},
+    {"filter", "NAME", OPTION_TEXT, NULL,
+     "what a pixel shows: area, its own; or bilinear, as published, smoother [area]", AT(filter)},
     {"rows", "A,B", OPTION_TEXT, NULL, "that frames show of a screen of 500 [220,390]", AT(rows)},
     {"columns", "A,B", OPTION_TEXT, NULL, "likewise [165,335]", AT(columns)},
     {"dt", "DT", OPTION_NUMBER, NULL, "seconds between frames [0.05]", AT(dt)},

@@ -12,7 +12,7 @@ struct dataset_options {
     /* motions */
     double time, noise, min_radius, max_radius, spread, strength;
     /* frames */
-    const char *size, *rows, *columns;
+    const char *size, *filter, *rows, *columns;
     double dt, max_angle, max_speed;
 };
 

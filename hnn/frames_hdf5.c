@@ -43,6 +43,8 @@ void hnn_frames_write(const struct hnn_frames *f, struct phys_runfile *file)
     }
     for (size_t k = 0; k < LENGTH(rod_number) && f->has_rod; k++)
         phys_runfile_number(file, "/", rod_number[k].name, *number_of(&rod, k), rod_number[k].unit);
+    if (f->has_rod)
+        phys_runfile_text(file, "/", "filter", hnn_filters[rod.filter]);
 }
 
 /* ---- reading ---- */
@@ -157,6 +159,21 @@ static enum ad_status read_motion(const char *path, phys_runfile *file, const ch
     return AD_OK;
 }
 
+/* By area where the file has nothing to say. */
+static enum ad_status read_filter(const char *path, phys_runfile *file, struct hnn_rod *rod,
+                                  struct ad_error *error)
+{
+    char *text = NULL;
+    size_t filter = HNN_AREA;
+    struct ad_error none = {0}, why = {0};
+    if (phys_runfile_get_text(file, "/", "filter", &text, &none) == AD_OK &&
+        hnn_find("filter", text, hnn_filters, &filter, &why) != AD_OK)
+        ad_fail(error, AD_E_INPUT, "%s: %s", path, why.message);
+    rod->filter = (enum hnn_filter)filter;
+    free(text);
+    return error->status;
+}
+
 /* All of its numbers, where the file has the one that nothing else is called. */
 static enum ad_status read_rod(const char *path, phys_runfile *file, struct hnn_frames *f,
                                struct ad_error *error)
@@ -164,6 +181,8 @@ static enum ad_status read_rod(const char *path, phys_runfile *file, struct hnn_
     struct ad_error none = {0};
     if (phys_runfile_get(file, "/", "shade", &f->rod.shade, &none) != AD_OK)
         return AD_OK;
+    if (read_filter(path, file, &f->rod, error) != AD_OK)
+        return error->status;
     for (size_t k = 0; k < LENGTH(rod_number); k++)
         if (phys_runfile_get(file, "/", rod_number[k].name, number_of(&f->rod, k), error) != AD_OK)
             return error->status;

@@ -26,6 +26,14 @@ extern "C" {
 
 /* ---- the pendulum in the pictures ---- */
 
+/* What a pixel shows of what lies around it. */
+enum hnn_filter {
+    HNN_AREA,    /* the mean over its own area */
+    HNN_BILINEAR /* the mean with weights that fall to 0 at a pixel's width from its middle, rows
+                    and columns: smoother. As the published frames were made smaller */
+};
+extern const char *const hnn_filters[]; /* names, NULL-terminated */
+
 /* A uniform rod turning about one end: how it moves, as Gym's Pendulum-v0 without torque, and how
    it is drawn. Its angle is counted from hanging, positive to the right. Lengths in the world's
    unit, y upwards from the pivot; the picture is grey on black, values from 0 to 1. */
@@ -35,6 +43,7 @@ struct hnn_rod {
     double axle;                     /* radius of a black disc on the pivot */
     double shade;                    /* value of a pixel that the rod covers */
     double left, right, bottom, top; /* the part of the world that a frame shows */
+    enum hnn_filter filter;
 };
 /* Gym's: g = 10, m = l = 1, dt = 0.05, width 0.2; the frame is rows 220 to 390 and columns 165 to
    335 of a screen of 500 pixels that shows +-2.2; red minus green of (.8, .3, .3) is 0.5. */
@@ -44,8 +53,9 @@ enum ad_status hnn_rod_check(const struct hnn_rod *rod, struct ad_error *error);
 
 /* One step of semi-implicit Euler, in place. */
 void hnn_rod_step(const struct hnn_rod *rod, double *angle, double *speed);
-/* The frame at an angle, [height x width] from the top left. A pixel's value is exact: shade times
-   the part of it that is covered. */
+/* The frame at an angle, [height x width] from the top left. By HNN_AREA a pixel's value is exact,
+   shade times the part of it that is covered; by HNN_BILINEAR it is the sum over 12 x 12 cells,
+   each of them exact. */
 void hnn_rod_draw(const struct hnn_rod *rod, double angle, size_t height, size_t width,
                   float *pixels);
 
@@ -105,8 +115,8 @@ struct hnn_filming {
 /* As published: 200 trajectories of 102 frames, 28 x 28, that is 100 pairs with a next one of each;
    within pi/6 of hanging and a speed of 1. */
 struct hnn_filming hnn_filming_published(void);
-/* Draws the motion from random starts. AD_E_ARGUMENT says what is out of range. Ends with
-   hnn_frames_free, whatever it returned. */
+/* Draws the motion from random starts; by HNN_BILINEAR in 256 levels, as published. AD_E_ARGUMENT
+   says what is out of range. Ends with hnn_frames_free, whatever it returned. */
 enum ad_status hnn_rod_film(const struct hnn_filming *filming, uint64_t seed,
                             struct hnn_frames *frames, struct ad_error *error);
 

@@ -35,6 +35,7 @@ enum ad_status hnn_rod_check(const struct hnn_rod *r, struct ad_error *error)
         {r->radius > 0 && isfinite(r->radius), "a radius over 0"},
         {r->axle >= 0 && r->axle <= r->radius, "an axle not wider than the rod"},
         {r->shade > 0 && r->shade <= 1, "a shade over 0 and at most 1"},
+        {r->filter == HNN_AREA || r->filter == HNN_BILINEAR, "a filter that there is"},
         {r->left < r->right && isfinite(r->right - r->left), "columns in rising order"},
         {r->bottom < r->top && isfinite(r->top - r->bottom), "rows in rising order"},
     };

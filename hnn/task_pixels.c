@@ -31,6 +31,13 @@ static enum ad_status check(const struct hnn_filming *f, struct ad_error *error)
     return AD_OK;
 }
 
+/* Bytes, of which values are 255ths. */
+static void round_to_bytes(size_t n, float *pixels)
+{
+    for (size_t k = 0; k < n; k++)
+        pixels[k] = rintf(255 * pixels[k]) / 255;
+}
+
 enum ad_status hnn_rod_film(const struct hnn_filming *filming, uint64_t seed, struct hnn_frames *f,
                             struct ad_error *error)
 {
@@ -53,5 +60,7 @@ enum ad_status hnn_rod_film(const struct hnn_filming *filming, uint64_t seed, st
             hnn_rod_draw(&f->rod, angle, f->height, f->width, f->pixels + k * f->height * f->width);
         }
     }
+    if (f->rod.filter == HNN_BILINEAR)
+        round_to_bytes(f->trajectories * f->frames * f->height * f->width, f->pixels);
     return AD_OK;
 }

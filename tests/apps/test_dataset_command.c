@@ -103,7 +103,7 @@ static void test_pixels(void **state)
     struct hnn_frames drawn, read;
     struct ad_error error = {0};
     shell_works("$LA dataset pixels --trials 3 --points 4 --size 20,30 --dt 0.02 --max-angle 1 "
-                "--max-speed 2 "
+                "--max-speed 2 --filter bilinear "
                 "--rows 100,400 --columns 50,450 --seed 9 --json --out p.h5");
     assert_non_null(strstr(shell_last_line(), "\"frames\": 18"));
     filming.trajectories = 3;
@@ -128,7 +128,8 @@ static void test_pixels(void **state)
     shell_works("$LA dataset pixels --trials 1 --points 1 --out p.h5");
     assert_int_equal(hnn_frames_read(shell_path("p.h5"), &read, &error), AD_OK);
     struct hnn_rod published = hnn_rod_published();
-    assert_memory_equal(&read.rod, &published, sizeof published);
+    assert_memory_equal(&read.rod, &published, offsetof(struct hnn_rod, filter));
+    assert_int_equal(read.rod.filter, HNN_AREA);
     hnn_frames_free(&read);
 }
 
@@ -161,6 +162,8 @@ static void test_refused(void **state)
         {"pixels --out a.csv", "--out FILE.h5"},
         {"pixels --out a.h5 --size 0", "1 to 4096 pixels, got 0"},
         {"pixels --out a.h5 --size 4,5,6", "expected N, or HEIGHT,WIDTH: 2 numbers, found 3"},
+        {"pixels --out a.h5 --filter linear", "no filter 'linear'; did you mean 'bilinear'?"},
+        {"spring --out a.csv --filter area", "--filter is for pixels alone"},
         {"pixels --out a.h5 --rows 30", "expected first and last row: 2 numbers, found 1"},
         {"pixels --out a.h5 --rows 30,20", "rows in rising order"},
         {"pixels --out a.h5 --points 0", "three of each"},

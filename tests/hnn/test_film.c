@@ -9,18 +9,25 @@
 
 enum { TRIALS = 6 };
 
-static struct hnn_frames film(size_t trajectories, double angle_max, double speed_max,
-                              uint64_t seed)
+static struct hnn_frames film_by(enum hnn_filter filter, size_t trajectories, double angle_max,
+                                 double speed_max, uint64_t seed)
 {
     struct hnn_filming filming = hnn_filming_published();
     struct hnn_frames frames;
     struct ad_error error = {0};
+    filming.rod.filter = filter;
     filming.trajectories = trajectories;
     filming.angle_max = angle_max;
     filming.speed_max = speed_max;
     if (hnn_rod_film(&filming, seed, &frames, &error) != AD_OK)
         fail_msg("%s", error.message);
     return frames;
+}
+
+static struct hnn_frames film(size_t trajectories, double angle_max, double speed_max,
+                              uint64_t seed)
+{
+    return film_by(HNN_AREA, trajectories, angle_max, speed_max, seed);
 }
 
 /* ---- motion ---- */
@@ -131,7 +138,7 @@ static void test_pairs_and_seed(void **state)
 static void test_refused(void **state)
 {
     (void)state;
-    struct hnn_filming wrong[6];
+    struct hnn_filming wrong[7];
     for (size_t k = 0; k < LENGTH(wrong); k++)
         wrong[k] = hnn_filming_published();
     wrong[0].frames = 2;
@@ -140,6 +147,7 @@ static void test_refused(void **state)
     wrong[3].angle_max = NAN;
     wrong[4].rod.dt = 0.52; /* over 2/sqrt(15) */
     wrong[5].rod.axle = 0.2;
+    wrong[6].rod.filter = (enum hnn_filter)2;
     for (size_t k = 0; k < LENGTH(wrong); k++) {
         struct hnn_frames f;
         struct ad_error error = {0};
@@ -207,6 +215,24 @@ static void test_energy_of_true_frames(void **state)
     for (size_t i = 0; i < TRIALS; i++)
         assert_true(energy_error(&f, i, hnn_frames_pair(&f, i * f.frames)) < 1e-4);
     hnn_frames_free(&f);
+}
+
+/* By the triangle frames are bytes, from the same starts; rounding is noise of 1/255/sqrt(12). */
+static void test_smooth_frames(void **state)
+{
+    (void)state;
+    struct hnn_frames f = film_by(HNN_BILINEAR, 1, 0.5, 1, 3), g = film(1, 0.5, 1, 3);
+    float drawn[28 * 28];
+    hnn_rod_draw(&f.rod, f.angle[40], 28, 28, drawn);
+    for (size_t k = 0; k < 28 * 28; k++) {
+        double level = 255 * (double)hnn_frames_pair(&f, 40)[k];
+        assert_close(level, round(level), 0, 1e-4);
+        assert_close(level, 255 * (double)drawn[k], 0, 0.5001);
+    }
+    assert_memory_equal(f.angle, g.angle, 102 * sizeof *f.angle);
+    assert_true(energy_error(&f, 0, f.pixels) < 0.01);
+    hnn_frames_free(&f);
+    hnn_frames_free(&g);
 }
 
 /* Paler frames show the same energy; noise of 2 % of the rod's brightness in every pixel shifts
@@ -282,6 +308,7 @@ int main(void)
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_split),
         cmocka_unit_test(test_energy_of_true_frames),
+        cmocka_unit_test(test_smooth_frames),
         cmocka_unit_test(test_energy_of_poor_frames),
         cmocka_unit_test(test_angles),
         cmocka_unit_test(test_energy_of_a_whirling_rod),

@@ -80,6 +80,7 @@ static void test_drawn_frames_come_back(void **state)
     filming.frames = 6;
     filming.width = 17;
     filming.rod.dt = 0.031;
+    filming.rod.filter = HNN_BILINEAR;
     assert_int_equal(hnn_rod_film(&filming, 3, &a, &error), AD_OK);
     struct path path = files_temporary("drawn.h5");
     assert_int_equal(phys_runfile_create(path.text, &file, &error), AD_OK);
@@ -91,7 +92,8 @@ static void test_drawn_frames_come_back(void **state)
     assert_memory_equal(a.angle, b.angle, 12 * sizeof *a.angle);
     assert_memory_equal(a.speed, b.speed, 12 * sizeof *a.speed);
     assert_true(b.has_rod);
-    assert_memory_equal(&a.rod, &b.rod, sizeof a.rod);
+    assert_memory_equal(&a.rod, &b.rod, offsetof(struct hnn_rod, filter));
+    assert_int_equal(b.rod.filter, HNN_BILINEAR);
     hnn_frames_free(&a);
     hnn_frames_free(&b);
 }
@@ -161,13 +163,13 @@ static void test_damaged_motion(void **state)
     filming.trajectories = 1;
     filming.frames = 4;
     filming.height = filming.width = 2;
-    for (int damage = 0; damage < 4; damage++) {
+    for (int damage = 0; damage < 5; damage++) {
         struct hnn_frames f;
         phys_runfile *file;
         struct path path = files_temporary("motion.h5");
         static const char *const says[] = {"a finite number in 'angle', trajectory 1, frame 3",
-                                           "an axle not wider", "gravity",
-                                           "expected 'speed' to be"};
+                                           "an axle not wider", "gravity", "expected 'speed' to be",
+                                           "no filter 'bilinea'; did you mean 'bilinear'?"};
         assert_int_equal(hnn_rod_film(&filming, 3, &f, &error), AD_OK);
         assert_int_equal(phys_runfile_create(path.text, &file, &error), AD_OK);
         double *speed = f.speed;
@@ -175,8 +177,10 @@ static void test_damaged_motion(void **state)
             f.angle[2] = NAN;
         if (damage == 1)
             f.rod.axle = 1;
-        if (damage == 2)
+        if (damage == 2 || damage == 4)
             f.has_rod = false, phys_runfile_number(file, "/", "shade", 0.5, NULL);
+        if (damage == 4)
+            phys_runfile_text(file, "/", "filter", "bilinea");
         if (damage == 3) {
             phys_runfile_write(file, "angle", AD_F64, 2, (size_t[]){1, 4}, f.angle);
             phys_runfile_write(file, "speed", AD_F64, 2, (size_t[]){2, 2}, f.speed);

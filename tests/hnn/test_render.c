@@ -154,6 +154,69 @@ static void test_where_things_are(void **state)
     }
 }
 
+/* ---- the triangle ---- */
+
+/* int_-inf^u max(0, 1 - |x|) dx */
+static double under_triangle(double u)
+{
+    const double x = fmin(fmax(u, -1), 1);
+    return x < 0 ? (1 + x) * (1 + x) / 2 : 1 - (1 - x) * (1 - x) / 2;
+}
+
+/* The part of a pixel's weights left of c, in pixels from the frame's left side, on which it has n:
+   the triangle about its middle, less what of it is outside. */
+static double left_of(double c, size_t j, size_t n)
+{
+    const double middle = (double)j + 0.5, begin = under_triangle(-middle);
+    return (under_triangle(c - middle) - begin) / (under_triangle((double)n - middle) - begin);
+}
+
+/* Everything left of an upright side, at the cells' sides, of which there are six a pixel: the sums
+   over cells are then those integrals. */
+static void test_bilinear_side(void **state)
+{
+    (void)state;
+    enum { W = 7, H = 3 };
+    float pixels[W * H];
+    for (int c = 0; c <= 6 * W; c++) {
+        struct hnn_rod rod = rod_of(2000, 3, 0, 1);
+        rod.filter = HNN_BILINEAR;
+        rod.right = rod.radius + (1 - c / (6.0 * W)) * 2;
+        rod.left = rod.right - 2;
+        rod.top = -1000, rod.bottom = -1001;
+        hnn_rod_draw(&rod, 0, H, W, pixels);
+        for (size_t k = 0; k < W * H; k++)
+            assert_close(pixels[k], left_of(c / 6.0, k % W, W), 0, 1e-6);
+    }
+}
+
+/* Tilted, and with both ends: the weighted mean, pixel by pixel, of a frame by areas that is six
+   times as fine. The second view cuts the rod. */
+static void test_bilinear_of_finer_frames(void **state)
+{
+    (void)state;
+    enum { H = 9, W = 12 };
+    static float fine[36 * H * W], pixels[H * W];
+    for (int view = 0; view < 2; view++) {
+        struct hnn_rod rod = rod_of(1, 0.2, 0.1, view ? 0.7 : 1.3);
+        hnn_rod_draw(&rod, 0.6, 6 * H, 6 * W, fine);
+        rod.filter = HNN_BILINEAR;
+        hnn_rod_draw(&rod, 0.6, H, W, pixels);
+        for (size_t k = 0; k < H * W; k++) {
+            double sum = 0, weights = 0;
+            for (size_t i = 0; i < 6 * H; i++)
+                for (size_t j = 0; j < 6 * W; j++) {
+                    double x = ((double)j + 0.5) / 6 - (double)(k % W) - 0.5;
+                    double y = ((double)i + 0.5) / 6 - (double)(k / W) - 0.5;
+                    double weight = fmax(0, 1 - fabs(x)) * fmax(0, 1 - fabs(y));
+                    sum += weight * fine[i * 6 * W + j];
+                    weights += weight;
+                }
+            assert_close(pixels[k], sum / weights, 0, 1e-6);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -162,6 +225,8 @@ int main(void)
         cmocka_unit_test(test_half_plane),
         cmocka_unit_test(test_finer_frames_average_to_coarse_ones),
         cmocka_unit_test(test_where_things_are),
+        cmocka_unit_test(test_bilinear_side),
+        cmocka_unit_test(test_bilinear_of_finer_frames),
     };
     return cmocka_run_group_tests_name("renderer", tests, NULL, NULL);
 }
