@@ -5,7 +5,7 @@
 #include "command.h"
 #include "hand.h"
 #include "json.h"
-#include "race.h"
+#include "sized_gradient.h"
 #include "timing.h"
 
 #include <math.h>
@@ -26,8 +26,7 @@ struct size {
 };
 
 struct subject {
-    struct phys_system system;
-    ad_tape *tape;
+    struct sized_gradient recorded;
     ad_program *program[LINEAR_WAYS];
 };
 
@@ -48,47 +47,23 @@ static void subject_close(struct subject *s)
 {
     for (int way = 0; way < LINEAR_WAYS; way++)
         ad_program_free(s->program[way]);
-    ad_tape_free(s->tape);
-    phys_system_close(&s->system);
-}
-
-static enum ad_status set_path(const struct size *size, const struct subject *s, ad_var path,
-                               struct ad_error *error)
-{
-    double *x = malloc(s->system.dof * size->slices * sizeof *x);
-    if (!x)
-        return ad_fail(error, AD_E_MEMORY, "no memory for %zu slices", size->slices);
-    race_draw_path(size->scene, s->system.dof, size->slices, x);
-    for (int way = 0; way < LINEAR_WAYS; way++)
-        ad_set(s->program[way], path, x);
-    free(x);
-    return AD_OK;
+    sized_gradient_close(&s->recorded);
 }
 
 static enum ad_status subject_open(const struct size *size, struct subject *s,
                                    struct linear_point *at, struct ad_error *error)
 {
-    const struct hand_kernel *hand = &hand_build(0)[size->scene];
-    const struct phys_rule *rule = phys_rule_find("left+repeat", error);
-    struct phys_action action;
-    ad_var g;
-    *s = (struct subject){.tape = ad_tape_new(AD_F64)};
-    if (!s->tape)
-        return ad_fail(error, AD_E_MEMORY, "no memory for a tape");
-    if (phys_system_open(hand->scene, &s->system, error) != AD_OK ||
-        (size->bodies &&
-         phys_system_set(&s->system, "bodies", (double)size->bodies, error) != AD_OK))
-        return error->status;
+    struct sized_gradient *recorded = &s->recorded;
+    *s = (struct subject){.program = {NULL}};
     double before = processor_seconds();
-    phys_action_record(s->tape, &s->system, rule, size->slices, hand->dt, 0, &action);
-    ad_grad(action.objective, 1, &action.path, &g);
-    ad_compile(s->tape, 1, &g, &s->program[0]);
+    if (sized_gradient_open(size->scene, size->bodies, size->slices, recorded, error) != AD_OK ||
+        sized_gradient_compile(recorded, &s->program[0], error) != AD_OK)
+        return error->status;
     at->record_seconds = processor_seconds() - before;
-    if (ad_compile(s->tape, 1, &g, &s->program[1]) != AD_OK)
-        return ad_fail(error, ad_tape_error(s->tape)->status, "%s",
-                       ad_tape_error(s->tape)->message);
+    if (sized_gradient_compile(recorded, &s->program[1], error) != AD_OK)
+        return error->status;
     ad_native(s->program[1], INFINITY, NULL);
-    return set_path(size, s, action.path, error);
+    return sized_gradient_set(recorded, LINEAR_WAYS, s->program, error);
 }
 
 /* Rounds that fit into the budget, measured by one of each. */
@@ -115,7 +90,7 @@ static enum ad_status measure(const struct size *size, size_t units, bool quick,
         for (int way = 0; way < LINEAR_WAYS; way++)
             at->seconds[way] = 1e-9 * jobs[way].nanoseconds;
         at->program_bytes = (double)(info.value_bytes + info.bytes);
-        at->tape_bytes = (double)ad_tape_bytes(s.tape);
+        at->tape_bytes = (double)ad_tape_bytes(s.recorded.tape);
         at->resident_bytes = fmax(resident() - before, 0);
     }
     subject_close(&s);
@@ -244,7 +219,10 @@ int chart_linear(const struct chart_settings *settings, struct ad_error *error)
         return command_status(error);
     for (int c = 0; c < LINEAR_CURVES && !settings->quiet; c++)
         print_curve(&curves[c]);
+    bool same = false;
+    if (chart_threads(settings, &same, error) != AD_OK)
+        return command_status(error);
     if (settings->json)
         print_json(curves, stdout);
-    return DONE;
+    return same ? DONE : NOT_REACHED;
 }

@@ -2,7 +2,7 @@
 #ifndef APPS_CHART_LINEAR_H
 #define APPS_CHART_LINEAR_H
 
-#include "plot.h"
+#include "charts.h"
 
 enum { LINEAR_WAYS = 2, LINEAR_SIZES = 16 };
 
@@ -30,6 +30,11 @@ enum { LINEAR_SLICES, LINEAR_PAIRS, LINEAR_CURVES };
 double linear_exponent(const struct linear_curve *curve, int way, double least);
 /* Where the last decade of units begins. */
 double linear_end(const struct linear_curve *curve);
+
+/* Gradients and a training step on one thread and on two: threads.csv. *same: both have the same
+   bits, in every job. */
+enum ad_status chart_threads(const struct chart_settings *settings, bool *same,
+                             struct ad_error *error);
 
 /* Time a unit above, memory a unit below; a column a curve. */
 void linear_draw(const struct linear_curve curves[LINEAR_CURVES], struct plot *plot);

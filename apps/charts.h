@@ -19,7 +19,8 @@ struct chart_settings {
    and its picture; path and derivatives themselves in gradients-values.csv. Returns the exit
    status: NOT_REACHED where tape and hand differ. */
 int chart_gradients(const struct chart_settings *settings, struct ad_error *error);
-/* Time and memory of a gradient over slices and over pairs: linear.csv and its picture. */
+/* Time and memory of a gradient over slices and over pairs: linear.csv and its picture; what a
+   second thread buys, threads.csv. NOT_REACHED where it changes a bit. */
 int chart_linear(const struct chart_settings *settings, struct ad_error *error);
 /* Every integrator on problems with known answers: error against work, in integrators.csv and a
    picture a problem; energy over many periods at equal work, in drift.csv and its picture. */
@@ -37,8 +38,9 @@ int chart_ephemeris(const struct chart_settings *settings, struct ad_error *erro
    against temperature in gas-order.csv; one picture of both. */
 int chart_gas(const struct chart_settings *settings, struct ad_error *error);
 /* Hamiltonian networks and baselines: a step of training beside its floor, hnn-steps.csv; the
-   losses of the first steps, for peers, hnn-losses.csv; what is learned against seconds, hnn-learning.csv; rollouts by every integrator, the field in f64 and in
-   f32, hnn-rollouts.csv; pictures of the latter two. */
+   losses of the first steps, for peers, hnn-losses.csv; what is learned against seconds,
+   hnn-learning.csv; rollouts by every integrator, the field in f64 and in f32, hnn-rollouts.csv;
+   pictures of the latter two. */
 int chart_hnn(const struct chart_settings *settings, struct ad_error *error);
 
 /* Wave packets by kernel, Fourier transforms and Crank-Nicolson: error against seconds in

@@ -9,6 +9,8 @@
 #include <time.h>
 
 static const double batch_ns = 2e5;
+static const double cold_ns = 1e7; /* a first call may take so much longer than those after it:
+                                      pages to touch, threads to wake */
 
 enum { MAX_JOBS = 8 };
 
@@ -27,6 +29,8 @@ static double batch(const struct timed *job, size_t calls)
 static size_t calls_in_a_batch(const struct timed *job)
 {
     double ns = batch(job, 1);
+    if (ns < cold_ns)
+        ns = batch(job, 1);
     if (ns > batch_ns)
         return 1;
     ns = batch(job, 2 + (size_t)(batch_ns / (ns + 1)));
@@ -58,6 +62,14 @@ void time_in_turn(size_t n, struct timed jobs[], size_t rounds)
             jobs[j].batch[r] = batch(&jobs[j], calls[j]);
     for (size_t j = 0; j < n; j++)
         jobs[j].nanoseconds = median(rounds, jobs[j].batch);
+}
+
+double time_least(const struct timed *job, size_t rounds)
+{
+    double least = job->batch[0];
+    for (size_t r = 1; r < rounds; r++)
+        least = job->batch[r] < least ? job->batch[r] : least;
+    return least;
 }
 
 double time_ratio(const struct timed *a, const struct timed *b, size_t rounds)

@@ -20,6 +20,9 @@ struct timed {
    all of them alike. At most TIMING_ROUNDS rounds. */
 void time_in_turn(size_t n, struct timed jobs[], size_t rounds);
 
+/* Of the batches of a job so timed, the least: what other work on the machine disturbs least. */
+double time_least(const struct timed *job, size_t rounds);
+
 /* How much longer a takes than b, timed in turn with it: the median over rounds, where what
    disturbed the machine disturbed both. */
 double time_ratio(const struct timed *a, const struct timed *b, size_t rounds);

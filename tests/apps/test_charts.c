@@ -69,6 +69,21 @@ static void test_linear(void **state)
     table_free(t);
 }
 
+/* A second thread changes no bit. */
+static void test_threads(void **state)
+{
+    (void)state;
+    struct table *t = table_read("threads.csv");
+    table_expect_header(t, "job,one_thread_seconds,two_threads_seconds,speedup,same_bits");
+    assert_int_equal(t->rows, 3 + 1); /* gradients, a training step */
+    for (size_t r = 0; r < t->rows; r++) {
+        assert_true(table_is(t, r, "same_bits", "yes"));
+        assert_close(table_number(t, r, "speedup") * table_number(t, r, "two_threads_seconds"),
+                     table_number(t, r, "one_thread_seconds"), 2e-2, 0);
+    }
+    table_free(t);
+}
+
 /* Newton ends on the stationary path, where the published descent is not. */
 static void test_jobs(void **state)
 {
@@ -208,6 +223,7 @@ int main(void)
         cmocka_unit_test_setup(test_gradients, shell_empty),
         cmocka_unit_test(test_gradient_values),
         cmocka_unit_test_setup(test_linear, shell_empty),
+        cmocka_unit_test(test_threads),
         cmocka_unit_test_setup(test_jobs, shell_empty),
         cmocka_unit_test_setup(test_hnn_steps, shell_empty),
         cmocka_unit_test(test_hnn_losses),
