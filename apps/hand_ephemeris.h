@@ -55,7 +55,8 @@ static double ephemeris_primal(const double *x)
 static double ephemeris_gradient(const double *restrict x, double *restrict g)
 {
     const double rate = 1 / (EPHEMERIS_DT * EPHEMERIS_DT), inertia = rate * ephemeris_unit;
-    double q[EPHEMERIS_DOF * M], T = 0, V = 0;
+    ALIGNED double q[EPHEMERIS_DOF * M];
+    double T = 0, V = 0;
     with_ghosts(EPHEMERIS_DOF, x, q);
 #pragma omp simd reduction(+ : T, V)
     for (int s = 0; s < N; s++) {

@@ -23,6 +23,10 @@ double cos(double);
 
 enum { N = HAND_SLICES, M = N + 2 };
 
+/* As the tape has its rows: where the stack begins differs from run to run, and with it how many
+   vectors would cross a cache line. */
+#define ALIGNED _Alignas(64)
+
 /* ---- kinetic energy of a unit mass in the plane: x [2 x N], sum of v^2 / 2 ---- */
 
 static double kinetic(const double *restrict x, double dt)
@@ -108,7 +112,8 @@ static double threebody_gradient(const double *restrict x, double *restrict g)
 {
     const double inertia = THREEBODY_WEIGHT / (THREEBODY_DT * THREEBODY_DT);
     const double strength = THREEBODY_WEIGHT * THREEBODY_K;
-    double q[6 * M], T = 0, V = 0;
+    ALIGNED double q[6 * M];
+    double T = 0, V = 0;
     with_ghosts(6, x, q);
 #pragma omp simd reduction(+ : T, V)
     for (int i = 0; i < N; i++) {
@@ -169,7 +174,8 @@ static void velocities(const double *restrict x, double *restrict v)
 static double dblpend_primal(const double *x)
 {
     const double *a = x, *b = x + N;
-    double va[N], vb[N], c[2 * N], sum = 0;
+    ALIGNED double va[N], vb[N], c[2 * N];
+    double sum = 0;
     velocities(a, va);
     velocities(b, vb);
     cosines(x, c);
@@ -194,7 +200,8 @@ static void add_momenta(const double *restrict p, double *restrict g)
 static double dblpend_gradient(const double *restrict x, double *restrict g)
 {
     const double w = DBLPEND_WEIGHT, w_dt = DBLPEND_WEIGHT / DBLPEND_DT;
-    double va[N], vb[N], pa[N], pb[N], s[2 * N], c[2 * N], sum = 0;
+    ALIGNED double va[N], vb[N], pa[N], pb[N], s[2 * N], c[2 * N];
+    double sum = 0;
     velocities(x, va);
     velocities(x + N, vb);
     sines(x, s);

@@ -42,7 +42,7 @@ static void dblpend_product(const double *restrict x, const double *restrict alo
                             double *restrict h)
 {
     const double w = DBLPEND_WEIGHT, w_dt = DBLPEND_WEIGHT / DBLPEND_DT;
-    double va[N], vb[N], ua[N], ub[N], pa[N], pb[N], s[2 * N], c[2 * N];
+    ALIGNED double va[N], vb[N], ua[N], ub[N], pa[N], pb[N], s[2 * N], c[2 * N];
     velocities(x, va);
     velocities(x + N, vb);
     velocities(along, ua);
@@ -68,7 +68,7 @@ static void ephemeris_product(const double *restrict x, const double *restrict a
                               double *restrict h)
 {
     const double rate = 1 / (EPHEMERIS_DT * EPHEMERIS_DT), inertia = rate * ephemeris_unit;
-    double u[EPHEMERIS_DOF * M];
+    ALIGNED double u[EPHEMERIS_DOF * M];
     with_ghosts(EPHEMERIS_DOF, along, u);
 #pragma omp simd
     for (int s = 0; s < N; s++) {

@@ -94,11 +94,17 @@ void race_draw_path(int scene, size_t dof, size_t slices, double *x)
     }
 }
 
+double *race_rows(size_t n)
+{
+    enum { LINE = 64 };
+    return aligned_alloc(LINE, (n * sizeof(double) + LINE - 1) / LINE * LINE);
+}
+
 static enum ad_status values_new(int scene, struct race_values *values, struct ad_error *error)
 {
     size_t dof = (size_t)hand_build(0)[scene].dof;
     values->n = dof * HAND_SLICES;
-    values->x = calloc(5 * values->n, sizeof *values->x);
+    values->x = race_rows(5 * values->n);
     if (!values->x)
         return ad_fail(error, AD_E_MEMORY, "no memory for a path");
     values->u = values->x + values->n;
@@ -178,7 +184,7 @@ static enum ad_status subject_open(struct subject *s, int scene, const struct ra
     *s = (struct subject){.hand = &hand_build(0)[scene], .values = values};
     struct ad_optimiser_settings adam = ad_optimiser_defaults(AD_ADAM);
     adam.learning_rate = 1e-12; /* does all the work, and leaves the path where it is */
-    s->g = malloc(values->n * sizeof *s->g);
+    s->g = race_rows(values->n);
     s->adam = ad_optimiser_new(&adam, AD_F64, values->n);
     if (!s->g || !s->adam)
         return ad_fail(error, AD_E_MEMORY, "no memory for scene %s", s->hand->scene);

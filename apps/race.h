@@ -57,6 +57,8 @@ struct race_tape {
 };
 enum ad_status race_tape_open(int scene, struct race_tape *t, struct ad_error *error);
 void race_tape_close(struct race_tape *t);
+/* Room for n numbers, aligned as the values of programs are; NULL when out of memory. */
+double *race_rows(size_t n);
 /* Times jobs[0..n-1] in turn: numbers first ... of race->ns and race->ratio. */
 void race_time(size_t n, struct timed jobs[], size_t rounds, size_t first, struct race *race);
 /* Fills race->ns and ratio from RACE_FIRST on, second and values.product, at values.x and values.u.

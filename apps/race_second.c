@@ -64,7 +64,7 @@ static enum ad_status subject_open(struct subject *s, int scene, const struct ra
                                    struct ad_error *error)
 {
     *s = (struct subject){.hand = &hand_build(0)[scene], .values = values};
-    s->h = malloc(2 * values->n * sizeof *s->h);
+    s->h = race_rows(2 * values->n);
     if (!s->h)
         return ad_fail(error, AD_E_MEMORY, "no memory for scene %s", s->hand->scene);
     if (race_tape_open(scene, &s->recorded, error) != AD_OK || record(s, error) != AD_OK)

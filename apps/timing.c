@@ -1,5 +1,5 @@
-/* Medians of many batches; a batch is long enough for the clock and short enough to miss most
-   interruptions. */
+/* Many batches; a batch is long enough for the clock and short enough to miss most interruptions.
+ */
 #include "timing.h"
 #include "../autodiff/clock.h"
 
@@ -43,12 +43,13 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static double median(size_t n, const double values[])
+/* The value with so many smaller ones. */
+static double ranked(size_t rank, size_t n, const double values[])
 {
     double sorted[TIMING_ROUNDS];
     memcpy(sorted, values, n * sizeof *sorted);
     qsort(sorted, n, sizeof *sorted, ascending);
-    return sorted[n / 2];
+    return sorted[rank];
 }
 
 void time_in_turn(size_t n, struct timed jobs[], size_t rounds)
@@ -61,16 +62,10 @@ void time_in_turn(size_t n, struct timed jobs[], size_t rounds)
         for (size_t j = 0; j < n; j++)
             jobs[j].batch[r] = batch(&jobs[j], calls[j]);
     for (size_t j = 0; j < n; j++)
-        jobs[j].nanoseconds = median(rounds, jobs[j].batch);
+        jobs[j].nanoseconds = ranked(rounds / 4, rounds, jobs[j].batch);
 }
 
-double time_least(const struct timed *job, size_t rounds)
-{
-    double least = job->batch[0];
-    for (size_t r = 1; r < rounds; r++)
-        least = job->batch[r] < least ? job->batch[r] : least;
-    return least;
-}
+double time_least(const struct timed *job, size_t rounds) { return ranked(0, rounds, job->batch); }
 
 double time_ratio(const struct timed *a, const struct timed *b, size_t rounds)
 {
@@ -78,7 +73,7 @@ double time_ratio(const struct timed *a, const struct timed *b, size_t rounds)
     assert(0 < rounds && rounds <= TIMING_ROUNDS);
     for (size_t r = 0; r < rounds; r++)
         ratio[r] = a->batch[r] / b->batch[r];
-    return median(rounds, ratio);
+    return ranked(rounds / 2, rounds, ratio);
 }
 
 double processor_seconds(void)

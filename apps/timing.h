@@ -12,7 +12,9 @@ struct timed {
     void *context;
     bool processor;              /* by the processor's clock, all threads together: what a busy
                                     machine changes less; false: by the wall's */
-    double nanoseconds;          /* of one call: the median over batches */
+    double nanoseconds;          /* of one call: the lower quartile of the batches, for what
+                                    disturbs a batch makes it longer, never shorter; the shortest
+                                    are those of a processor that ran faster for a moment */
     double batch[TIMING_ROUNDS]; /* of one call in each of them */
 };
 

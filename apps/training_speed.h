@@ -22,9 +22,9 @@ struct training_speed {
                                    (hand_training.h), and on more threads than one */
 };
 
-/* Medians, all measured in this process, on one thread in turn by the processor's clock. With more
-   threads than one OpenBLAS uses its own for the floor, and the clock is the wall's. Hamiltonian or
-   baseline models of states alone: AD_E_ARGUMENT. */
+/* Lower quartiles, all measured in this process, on one thread in turn by the processor's clock.
+   With more threads than one OpenBLAS uses its own for the floor, and the clock is the wall's.
+   Hamiltonian or baseline models of states alone: AD_E_ARGUMENT. */
 enum ad_status training_speed_measure(const struct hnn_settings *settings, size_t batch,
                                       size_t threads, size_t rounds, struct training_speed *speed,
                                       struct ad_error *error);
