@@ -1,14 +1,14 @@
-/* Segments of a single tile, as most are at a hundred slices: where every operand lies is known
-   when compiling, so the segment becomes a plain list of kernel calls. */
+/* Segments of few tiles, as most have at a hundred slices: where every operand lies is known when
+   compiling, so the segment becomes a plain list of kernel calls. */
 #include "exec.h"
 
 #include <stdlib.h>
 
 enum { MAX_CALLS = 1024 }; /* a segment; longer ones lose little by finding their operands */
 
-static bool is_single_tile(const struct segment *g)
+static bool is_short(const struct segment *g)
 {
-    return g->fused && g->chunks == 1 && g->rows <= g->tile_rows && g->cols <= g->tile_cols &&
+    return g->fused && g->chunks == 1 && g->cols <= g->tile_cols &&
            (size_t)g->count * g->rows <= MAX_CALLS;
 }
 
@@ -23,48 +23,58 @@ static struct call call_at(const struct instruction *in, size_t n, const struct 
                          in->n_in > 2 ? cursor_row(&c[3], row) : NULL};
 }
 
-static size_t resolve(const ad_program *p, const struct segment *g, const struct instruction *in,
-                      const struct tile *t, struct call *calls)
+static size_t resolve(const ad_program *p, const struct instruction *in, const struct tile *t,
+                      struct call *calls)
 {
     struct cursor c[4];
     if (in->kind != DO_ELEMENTWISE && in->kind != DO_ADD_ROWS) {
-        calls[0] = (struct call){.a = in};
+        calls[0] = (struct call){.a = in, .n = t->row};
         return 1;
     }
     for (uint32_t k = 0; k <= in->n_in; k++)
         c[k] = cursor_at(p, &p->locs[in->loc[k]], t);
     if (in->kind == DO_ELEMENTWISE && in->flat) {
-        calls[0] = call_at(in, (size_t)g->rows * g->cols, c, 0);
+        calls[0] = call_at(in, (size_t)t->rows * t->cols, c, 0);
         return 1;
     }
-    for (uint32_t r = 0; r < g->rows; r++) {
-        calls[r] = call_at(in, g->cols, c, r);
+    for (uint32_t r = 0; r < t->rows; r++) {
+        calls[r] = call_at(in, t->cols, c, r);
         if (in->kind == DO_ADD_ROWS) {
             calls[r].b = calls[r].a;
             calls[r].a = calls[r].o;
         }
     }
-    return g->rows;
+    return t->rows;
+}
+
+static size_t resolve_tiles(const ad_program *p, const struct segment *g, struct call *calls)
+{
+    struct tile t = {.cols = g->cols, .base = {p->memory, p->tiles}};
+    size_t n = 0;
+    for (; t.row < g->rows; t.row += g->tile_rows) {
+        t.rows = tile_rows_at(g, t.row);
+        for (uint32_t k = 0; k < g->count; k++)
+            n += resolve(p, &p->instructions[g->first + k], &t, calls + n);
+    }
+    return n;
 }
 
 bool ad_resolve_calls(ad_program *p)
 {
     size_t most = 0, n = 0;
     for (size_t i = 0; i < p->n_segments; i++)
-        if (is_single_tile(&p->segments[i]))
+        if (is_short(&p->segments[i]))
             most += (size_t)p->segments[i].count * p->segments[i].rows;
     p->calls = malloc((most + 1) * sizeof *p->calls);
     if (!p->calls)
         return false;
     for (size_t i = 0; i < p->n_segments; i++) {
         struct segment *g = &p->segments[i];
-        if (!is_single_tile(g))
+        if (!is_short(g))
             continue;
-        const struct tile t = {.rows = g->rows, .cols = g->cols, .base = {p->memory, p->tiles}};
         g->first_call = (uint32_t)n;
-        for (uint32_t k = 0; k < g->count; k++)
-            n += resolve(p, g, &p->instructions[g->first + k], &t, p->calls + n);
-        g->n_calls = (uint32_t)n - g->first_call;
+        g->n_calls = (uint32_t)resolve_tiles(p, g, p->calls + n);
+        n += g->n_calls;
     }
     struct call *trimmed = realloc(p->calls, (n + 1) * sizeof *p->calls);
     if (trimmed)

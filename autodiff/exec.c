@@ -95,18 +95,22 @@ static void collect_sinks(const ad_program *p, const struct segment *g, struct c
     }
 }
 
-/* A segment of a single tile. */
+/* A segment of few tiles. */
 static void run_calls(const ad_program *p, const struct segment *g)
 {
-    const struct tile whole = {.rows = g->rows, .cols = g->cols, .base = {p->memory, p->tiles}};
+    struct tile t = {.rows = g->rows, .cols = g->cols, .base = {p->memory, p->tiles}};
     const struct call *c = p->calls + g->first_call, *end = c + g->n_calls;
     if (g->n_sinks)
-        clear_sinks(p, g, &whole);
-    for (; c < end; c++)
-        if (c->run)
+        clear_sinks(p, g, &t);
+    for (; c < end; c++) {
+        if (c->run) {
             c->run(c->n, c->o, c->a, c->b, c->c);
-        else
-            ad_run_instruction(p, g, c->a, &whole);
+            continue;
+        }
+        t.row = (uint32_t)c->n;
+        t.rows = tile_rows_at(g, t.row);
+        ad_run_instruction(p, g, c->a, &t);
+    }
 }
 
 static void run_native_chunk(const ad_program *p, const struct segment *g, uint32_t number)

@@ -17,6 +17,12 @@ struct tile {
     uint32_t chunk;
 };
 
+/* Rows of the tile that begins at `row`. */
+static inline uint32_t tile_rows_at(const struct segment *g, uint32_t row)
+{
+    return g->rows - row < g->tile_rows ? g->rows - row : g->tile_rows;
+}
+
 /* Runs the instructions of a fused segment over one tile. */
 void ad_run_tile(const ad_program *program, const struct segment *segment, const struct tile *tile,
                  struct check *check);
@@ -28,7 +34,7 @@ void ad_run_alone(const ad_program *program, const struct segment *segment);
 void ad_look_at_value(const ad_program *program, const struct instruction *instruction,
                       struct check *check);
 
-/* Writes the calls of segments that are a single tile; false when out of memory. */
+/* Writes the calls of segments of few tiles; false when out of memory. */
 bool ad_resolve_calls(ad_program *program);
 
 /* Rows of a location under a tile. */

@@ -174,10 +174,11 @@ struct segment {
     bool fused;
     bool clear; /* place: parts do not cover the result */
     uint32_t first_sink, n_sinks;
-    uint32_t first_call, n_calls; /* segments of a single tile */
+    uint32_t first_call, n_calls; /* segments of few tiles */
 };
 
-/* A kernel call with all addresses known; run NULL: a is the instruction to run. */
+/* A kernel call with all addresses known; run NULL: a is the instruction to run, on the tile that
+   begins at row n. */
 struct call {
     ad_kernel *run;
     size_t n;

@@ -104,8 +104,8 @@ static void shape_tiles(struct plan *p, struct segment *segment, uint32_t n_slot
         segment->tile_rows = 1;
         segment->tile_cols = (uint32_t)tile;
     } else {
-        size_t rows = tile / segment->cols;
-        segment->tile_rows = (uint32_t)(rows < segment->rows ? rows : segment->rows);
+        size_t most = tile / segment->cols, tiles = (segment->rows - 1) / most + 1;
+        segment->tile_rows = (uint32_t)((segment->rows - 1) / tiles + 1); /* about equal */
         segment->tile_cols = segment->cols;
     }
 }
