@@ -30,7 +30,9 @@ static size_t cut(size_t extent, size_t i, size_t pieces)
     return i == pieces ? extent : extent / TILE * i / pieces * TILE;
 }
 
-static void matmul(const ad_program *p, const struct segment *g, const struct instruction *in)
+/* Piece i, of rows or of columns. */
+static void multiply(const ad_program *p, const struct segment *g, const struct instruction *in,
+                     size_t i, size_t pieces)
 {
     const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]],
                      *b = &p->locs[in->loc[2]];
@@ -39,20 +41,29 @@ static void matmul(const ad_program *p, const struct segment *g, const struct in
     bool ta = in->loc[3] & MATMUL_TA, tb = in->loc[3] & MATMUL_TB;
     size_t m = g->rows, n = g->cols, k = ta ? va->rows : va->cols, e = p->element;
     bool by_rows = m > n;
-    size_t extent_of = by_rows ? m : n;
-    size_t pieces = pieces_of(extent_of, (double)m * (double)n * (double)k);
-#pragma omp parallel for num_threads((int)p->threads)                                              \
-    schedule(static, 1) if (pieces > 1 && p->threads > 1)
-    for (size_t i = 0; i < pieces; i++) {
-        size_t from = cut(extent_of, i, pieces), size = cut(extent_of, i + 1, pieces) - from;
-        const char *pa = p->memory + a->off, *pb = p->memory + b->off;
-        char *po = p->memory + o->off;
-        pa += by_rows ? from * (ta ? 1 : lda) * e : 0;
-        pb += by_rows ? 0 : from * (tb ? ldb : 1) * e;
-        po += from * (by_rows ? o->rs : 1) * e;
-        ad_blas_gemm(p->type, ta, tb, by_rows ? size : m, by_rows ? n : size, k, pa, lda, pb, ldb,
-                     in->loc[3] & MATMUL_ADDS, po, o->rs);
+    size_t from = cut(by_rows ? m : n, i, pieces), to = cut(by_rows ? m : n, i + 1, pieces);
+    const char *pa = p->memory + a->off, *pb = p->memory + b->off;
+    pa += by_rows ? from * (ta ? 1 : lda) * e : 0;
+    pb += by_rows ? 0 : from * (tb ? ldb : 1) * e;
+    ad_blas_gemm(p->type, ta, tb, by_rows ? to - from : m, by_rows ? n : to - from, k, pa, lda, pb,
+                 ldb, in->loc[3] & MATMUL_ADDS,
+                 p->memory + o->off + from * (by_rows ? o->rs : 1) * e, o->rs);
+}
+
+/* A parallel region of one thread takes as long as a small product: there is none then. */
+static void matmul(const ad_program *p, const struct segment *g, const struct instruction *in)
+{
+    const struct value *a = &p->values[in->loc[1]];
+    double work = (double)a->rows * a->cols * g->cols;
+    size_t pieces = pieces_of(g->rows > g->cols ? g->rows : g->cols, work);
+    if (pieces == 1 || p->threads == 1) {
+        for (size_t i = 0; i < pieces; i++)
+            multiply(p, g, in, i, pieces);
+        return;
     }
+#pragma omp parallel for num_threads((int)p->threads) schedule(static, 1)
+    for (size_t i = 0; i < pieces; i++)
+        multiply(p, g, in, i, pieces);
 }
 
 static void place(const ad_program *p, const struct segment *g, const struct instruction *in)
