@@ -45,10 +45,10 @@ ISA_avx512 = -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx2 -mfma -mprefer-ve
 
 # ---- what is built ----
 
-KERNELS := $(wildcard autodiff/kernels.c)
-LIB_SRC := $(filter-out $(KERNELS),$(wildcard autodiff/*.c autodiff/native/*.c physics/*.c physics/scenes/*.c physics/integrators/*.c hnn/*.c quantum/*.c))
+KERNELS := $(wildcard autodiff/kernels/kernels.c)
+LIB_SRC := $(filter-out $(KERNELS),$(wildcard autodiff/*.c autodiff/*/*.c physics/*.c physics/scenes/*.c physics/integrators/*.c hnn/*.c quantum/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) \
-           $(if $(KERNELS),$(foreach t,f32 f64,$(foreach i,$(ISAS),$(BUILD)/autodiff/kernels_$(t)_$(i).o)))
+           $(if $(KERNELS),$(foreach t,f32 f64,$(foreach i,$(ISAS),$(BUILD)/autodiff/kernels/$(t)_$(i).o)))
 HAND    := $(wildcard apps/hand_kernels.c apps/hand_hnn.c)
 APP_SRC := $(filter-out $(HAND),$(wildcard apps/*.c))
 APP_OBJ := $(filter-out $(BUILD)/apps/main.o,$(APP_SRC:%.c=$(BUILD)/%.o)) \
@@ -117,7 +117,7 @@ $(BUILD)/%.o: %.c $(BUILD)/flags
 
 # $(1) f32 or f64, $(2) instruction set
 define kernel_rule
-$(BUILD)/autodiff/kernels_$(1)_$(2).o: autodiff/kernels.c $(BUILD)/flags
+$(BUILD)/autodiff/kernels/$(1)_$(2).o: autodiff/kernels/kernels.c $(BUILD)/flags
 	$$(call say,CC,'$$< ($(1), $(2))')
 	@mkdir -p $$(@D)
 	$(Q)$$(compile) $$(SIMD) $$(ISA_$(2)) -DAD_KERNEL_$(subst f,F,$(1)) -DAD_KERNEL_ISA=$(2)

@@ -1,4 +1,20 @@
-/* Inside of autodiff: the tape's memory, shared by recording, gradient and compiler. */
+/* Inside of autodiff, in the order in which it reads; each folder has one header of its own.
+
+       autodiff.h, ops.def     what a user sees; the one table of operations
+       tape/       internal.h  operations append nodes: record.c, structure.c, place.c
+       gradient/   sweep.h     a reverse sweep appends adjoints, by the rules of the table
+       compile/    graph.h     what the outputs need (graph.c), cut into groups: views.c,
+                               schedule.c, postpone.c, merge.c
+                   plan.h      given memory (storage.c), tiles and instructions (tiles.c, emit.c);
+                               compile.c has all passes one after the other
+       program.h               what comes out: segments of instructions over a block of memory
+       exec/       exec.h      runs them tile by tile (exec.c, tile.c); program.c is the outside
+       kernels/    kernels.h   the loops over lanes, for each type and instruction set
+       native/     native.h    fused segments as machine code, by the system's C compiler
+
+   Beside that road: check.c (differences), optim.c (descent), blas.c (OpenBLAS and LAPACK).
+
+   Here: the tape's memory, shared by recording, gradient and compiler. */
 #ifndef AUTODIFF_INTERNAL_H
 #define AUTODIFF_INTERNAL_H
 
@@ -58,12 +74,31 @@ static inline size_t type_bytes(enum ad_type type)
     return type == AD_F32 ? sizeof(float) : sizeof(double);
 }
 
+/* Of memory that vectors read: the widest vector, a cache line. */
+enum { ALIGNMENT = 64 };
+
+static inline size_t aligned(size_t bytes)
+{
+    return (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+}
+
 struct op_info {
     const char *name;
     uint8_t arity;
     bool elementwise;
 };
 extern const struct op_info ad_ops[AD_N_OPS];
+
+/* The nodes a node reads: those of place operations are in their list. */
+static inline size_t n_inputs(const ad_tape *tape, const struct node *n)
+{
+    return n->op == AD_OP_place ? tape->lists[n->aux] : ad_ops[n->op].arity;
+}
+
+static inline uint32_t input_of(const ad_tape *tape, const struct node *n, size_t k)
+{
+    return n->op == AD_OP_place ? tape->lists[n->aux + 1 + 3 * k] : n->in[k];
+}
 
 /* Makes room for `more` further elements of `size` bytes; false when memory is exhausted. */
 bool ad_reserve(void **array, size_t n, size_t *max, size_t more, size_t size);

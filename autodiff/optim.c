@@ -2,14 +2,12 @@
    Adam: D. P. Kingma, J. Ba, "Adam: a method for stochastic optimization", ICLR 2015, algorithm 1;
    AdamW: I. Loshchilov, F. Hutter, "Decoupled weight decay regularization", ICLR 2019. */
 #include "internal.h"
-#include "kernels.h"
+#include "kernels/kernels.h"
 #include "optim.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum { ALIGNMENT = 64 }; /* of the widest vectors: no access crosses a cache line */
 
 struct ad_optimiser {
     struct ad_optimiser_settings settings;
@@ -41,7 +39,7 @@ ad_optimiser *ad_optimiser_new(const struct ad_optimiser_settings *settings, enu
                         .moments = settings->method == AD_ADAM ? 2 : 1,
                         .power1 = 1,
                         .power2 = 1};
-    size_t bytes = o->moments * o->moment_bytes / ALIGNMENT * ALIGNMENT + ALIGNMENT;
+    size_t bytes = aligned(o->moments * o->moment_bytes + 1);
     o->state = aligned_alloc(ALIGNMENT, bytes);
     if (!o->state) {
         free(o);

@@ -1,11 +1,12 @@
-/* A compiled program, and the steps that make it: graph -> schedule -> plan. */
+/* A compiled program: segments of instructions, and the memory they work on. compile/ makes it,
+   exec/ runs it, native/ turns segments into machine code. */
 #ifndef AUTODIFF_PROGRAM_H
 #define AUTODIFF_PROGRAM_H
 
 #include "internal.h"
-#include "kernels.h"
+#include "kernels/kernels.h"
 
-/* ---- graph: what the outputs need (graph.c) ---- */
+/* ---- values ---- */
 
 enum value_flags {
     VALUE_CONSTANT = 1, /* the same in every run */
@@ -46,80 +47,7 @@ struct port {
     bool input;
 };
 
-/* A run of values that one segment computes. */
-struct group {
-    uint32_t first, count; /* in `order` */
-};
-
-struct graph {
-    const ad_tape *tape;
-    struct value *values;
-    size_t n, max;
-    struct loc *locs; /* per value, then copies' sources and broadcast operands */
-    size_t n_locs, max_locs;
-    struct port *ports;
-    size_t n_ports;
-    uint32_t *lists; /* row numbers of gathers and scatters */
-    size_t n_lists, max_lists;
-    uint32_t *renumber; /* node -> value, while compiling */
-    uint32_t *order, *group_of;
-    uint32_t *host; /* of borrowed values: whose memory they lie in */
-    struct group *groups;
-    size_t n_groups, n_constant_groups, n_held_groups; /* held: constants among them */
-};
-
-bool ad_graph_build(struct graph *graph, const ad_tape *tape, size_t n_out, const ad_var out[]);
-bool ad_graph_schedule(struct graph *graph);
-/* Moves values to later levels where they need no memory then. False when out of memory. */
-bool ad_graph_postpone(const struct graph *graph, uint32_t *level);
-bool ad_graph_merge(struct graph *graph);
-void ad_graph_release(struct graph *graph);
-
-static inline bool is_leaf(const struct value *v)
-{
-    return v->op == AD_OP_input || v->op == AD_OP_constant;
-}
-
-/* Sums and scatters: they end a segment's tile program by adding into memory. */
-static inline bool is_sink(uint16_t op)
-{
-    return op == AD_OP_sum || op == AD_OP_sum_rows || op == AD_OP_sum_cols || op == AD_OP_scatter;
-}
-
-/* Reads neighbouring columns. */
-static inline bool is_stencil(uint16_t op) { return op == AD_OP_diff || op == AD_OP_diff_adjoint; }
-
-/* Alone in its segment. */
-static inline bool is_alone(uint16_t op)
-{
-    return op == AD_OP_place || op == AD_OP_transpose || op == AD_OP_matmul;
-}
-
-static inline uint32_t n_inputs(const struct value *v)
-{
-    return v->op == AD_OP_place ? 0 : ad_ops[v->op].arity;
-}
-
-/* The location operand k of v is read from: before broadcasting. */
-static inline const struct loc *operand_loc(const struct graph *g, const struct value *v,
-                                            uint32_t k)
-{
-    bool copied_view = v->op == AD_OP_copy && v->in[1];
-    return &g->locs[copied_view ? v->in[1] : v->in[k]];
-}
-
-/* Operand k of v is a value of v's own iteration space, read lane by lane. */
-static inline bool reads_in_step(const struct graph *g, const struct value *v, uint32_t k)
-{
-    if (is_alone(v->op) || is_stencil(v->op) || (v->op == AD_OP_copy && v->in[1]))
-        return false;
-    const struct value *x = &g->values[v->in[k]];
-    bool same = is_sink(v->op) || (x->rows == v->rows && x->cols == v->cols);
-    return same && !(x->flags & (VALUE_VIEW | VALUE_MERGED)) && !is_leaf(x) && !is_alone(x->op) &&
-           !is_sink(x->op);
-}
-
-/* ---- program ---- */
+/* ---- what is executed ---- */
 
 enum instruction_kind {
     DO_ELEMENTWISE,
@@ -189,7 +117,7 @@ struct call {
 /* Values of a segment that share its tiles lie in slots of so many bytes. */
 static inline size_t ad_slot_bytes(size_t element, const struct segment *s)
 {
-    return ((size_t)s->tile_rows * s->tile_cols * element + 63) / 64 * 64;
+    return aligned((size_t)s->tile_rows * s->tile_cols * element);
 }
 
 struct check;
@@ -232,12 +160,9 @@ struct ad_program {
     double saved, price;         /* seconds, by what ran so far; 0: no matter (native.h) */
 };
 
-enum ad_status ad_program_plan(struct graph *graph, struct ad_program **program,
-                               struct ad_error *error);
-/* Runs segments [first, last); with `check`, keeps the earliest value that is not finite. */
-void ad_program_execute(ad_program *program, size_t first, size_t last, struct check *check);
-/* The same for segments that are not the program's own. */
-void ad_execute_segments(const ad_program *program, const struct segment *segments, size_t n,
-                         struct check *check);
+/* Runs n segments, the program's own or those that stand for them; with `check`, keeps the earliest
+   value that is not finite. */
+void ad_execute(const ad_program *program, const struct segment *segments, size_t n,
+                struct check *check);
 
 #endif

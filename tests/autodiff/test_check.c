@@ -15,8 +15,8 @@
 #define ad_branches wrong_branches
 #define ad_reduce_to wrong_reduce_to
 #define ad_accumulate wrong_accumulate
-#include "autodiff/rules_elementwise.c"
-#include "autodiff/grad.c"
+#include "autodiff/gradient/rules_elementwise.c"
+#include "autodiff/gradient/grad.c"
 #include "autodiff/check.c"
 #undef ad_sin
 #undef ad_grad

@@ -2,7 +2,7 @@
 #ifndef AUTODIFF_PLAN_H
 #define AUTODIFF_PLAN_H
 
-#include "program.h"
+#include "graph.h"
 
 struct plan {
     struct graph *graph;
@@ -16,17 +16,6 @@ struct plan {
     size_t max_instructions, max_segments, max_sinks, max_parts, max_numbers;
     size_t tile_bytes;
 };
-
-/* Element k of place operation v. */
-static inline const uint32_t *place_part(const struct graph *g, const struct value *v, size_t k)
-{
-    return g->tape->lists + v->aux + 1 + 3 * k;
-}
-
-static inline size_t place_count(const struct graph *g, const struct value *v)
-{
-    return g->tape->lists[v->aux];
-}
 
 /* The parts follow each other along rows or columns and fill the result. */
 bool ad_place_tiles(const struct graph *graph, const struct value *v);

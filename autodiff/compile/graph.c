@@ -1,6 +1,6 @@
 /* From the tape to the graph of what the outputs need: dead nodes dropped, equal nodes shared,
    what depends on constants or held inputs alone marked. */
-#include "program.h"
+#include "graph.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -11,16 +11,8 @@ static void mark_live(const ad_tape *tape, uint8_t *live)
         const struct node *n = node_at(tape, (uint32_t)id);
         if (n->op == AD_OP_input)
             live[id] = 1; /* programs keep all inputs: they can always be set */
-        if (!live[id])
-            continue;
-        if (n->op == AD_OP_place) {
-            const uint32_t *list = tape->lists + n->aux;
-            for (size_t k = 0; k < list[0]; k++)
-                live[list[1 + 3 * k]] = 1;
-            continue;
-        }
-        for (int k = 0; k < ad_ops[n->op].arity; k++)
-            live[n->in[k]] = 1;
+        for (size_t k = 0; live[id] && k < n_inputs(tape, n); k++)
+            live[input_of(tape, n, k)] = 1;
     }
 }
 
@@ -147,15 +139,11 @@ static struct value renumbered(const struct graph *g, const struct node *n, uint
     uint16_t fixed = n->op != AD_OP_input     ? VALUE_CONSTANT | VALUE_HELD
                      : (n->flags & NODE_HELD) ? VALUE_HELD
                                               : 0;
-    uint32_t inputs = n_inputs(&v);
-    for (uint32_t k = 0; k < inputs; k++) {
-        v.in[k] = g->renumber[n->in[k]];
-        fixed &= g->values[v.in[k]].flags;
-    }
-    if (n->op == AD_OP_place) {
-        const uint32_t *list = g->tape->lists + n->aux;
-        for (size_t k = 0; k < list[0]; k++)
-            fixed &= g->values[g->renumber[list[1 + 3 * k]]].flags;
+    for (size_t k = 0; k < n_inputs(g->tape, n); k++) {
+        uint32_t x = g->renumber[input_of(g->tape, n, k)];
+        fixed &= g->values[x].flags;
+        if (n->op != AD_OP_place)
+            v.in[k] = x;
     }
     if (commutes(v.op) && v.in[0] > v.in[1]) {
         uint32_t swap = v.in[0];

@@ -5,7 +5,7 @@
    into the total; a pair law's gradient is such a sum, one scatter for each side and coordinate. A
    product adds itself to a term that is there before: so does the gradient of weights used several
    times, without a pass over memory for each sum. */
-#include "program.h"
+#include "graph.h"
 
 #include <stdlib.h>
 
@@ -21,15 +21,8 @@ static void count_uses(const struct graph *g, uint32_t *uses)
         const struct value *v = &g->values[i];
         if (v->flags & VALUE_OUTPUT)
             uses[i]++;
-        if (is_leaf(v) || (v->flags & VALUE_VIEW))
-            continue;
-        for (uint32_t k = 0; k < n_inputs(v); k++)
+        for (size_t k = 0; !is_given(v) && k < n_operands(g, v); k++)
             uses[operand_loc(g, v, k)->root]++;
-        if (v->op == AD_OP_place) {
-            const uint32_t *list = g->tape->lists + v->aux;
-            for (size_t k = 0; k < list[0]; k++)
-                uses[g->locs[g->renumber[list[1 + 3 * k]]].root]++;
-        }
     }
 }
 
@@ -37,8 +30,8 @@ static void count_uses(const struct graph *g, uint32_t *uses)
 static bool is_term(const struct graph *g, const struct value *v, uint32_t x, const uint32_t *uses)
 {
     const struct value *t = &g->values[x];
-    return !is_leaf(t) && !(t->flags & VALUE_VIEW) && uses[x] == 1 && t->rows == v->rows &&
-           t->cols == v->cols && !((t->flags ^ v->flags) & (VALUE_CONSTANT | VALUE_HELD));
+    return !is_given(t) && uses[x] == 1 && t->rows == v->rows && t->cols == v->cols &&
+           !((t->flags ^ v->flags) & (VALUE_CONSTANT | VALUE_HELD));
 }
 
 /* Both add into one memory while their segment runs. */
@@ -103,8 +96,7 @@ bool ad_graph_merge(struct graph *g)
     }
     count_uses(g, uses);
     for (uint32_t i = 0; i < g->n; i++) {
-        const struct value *v = &g->values[i];
-        if (!is_leaf(v) && !(v->flags & VALUE_VIEW) && can_merge(g, v, uses))
+        if (!is_given(&g->values[i]) && can_merge(g, &g->values[i], uses))
             merge(g, i);
     }
     drop_merged(g);

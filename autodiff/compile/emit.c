@@ -8,12 +8,6 @@
          ? ((array)[(count)++] = (element), true)                                                  \
          : false)
 
-static bool append_loc(struct graph *g, struct loc loc, uint32_t *index)
-{
-    *index = (uint32_t)g->n_locs;
-    return APPEND(g->locs, g->n_locs, g->max_locs, loc);
-}
-
 static bool append_instruction(struct plan *p, struct instruction in)
 {
     return APPEND(p->program->instructions, p->program->n_instructions, p->max_instructions, in);
@@ -22,8 +16,8 @@ static bool append_instruction(struct plan *p, struct instruction in)
 /* ---- operands ---- */
 
 /* The location of operand k of v, spread over a rows x cols space. */
-static bool operand(struct plan *p, const struct value *v, uint32_t k, uint32_t rows, uint32_t cols,
-                    uint32_t *index)
+static bool place_operand(struct plan *p, const struct value *v, uint32_t k, uint32_t rows,
+                          uint32_t cols, uint32_t *index)
 {
     struct graph *g = p->graph;
     const struct loc *at = operand_loc(g, v, k);
@@ -44,7 +38,7 @@ static bool operand(struct plan *p, const struct value *v, uint32_t k, uint32_t 
         l.rs = 0;
         l.cs = 0;
     }
-    return append_loc(g, l, index);
+    return ad_graph_add_loc(g, l, index);
 }
 
 /* ---- instructions ---- */
@@ -68,7 +62,7 @@ static bool emit_spread(struct plan *p, const struct segment *s, uint32_t value,
                              .loc = {0, *index}};
     struct loc tile = {.base = BASE_TILE, .off = slot, .rs = s->tile_cols, .cs = 1};
     in.flat = tile_is_flat(&g->locs[*index], s);
-    if (!append_loc(g, tile, &in.loc[0]))
+    if (!ad_graph_add_loc(g, tile, &in.loc[0]))
         return false;
     *index = in.loc[0];
     return append_instruction(p, in);
@@ -84,7 +78,7 @@ static bool emit_elementwise(struct plan *p, const struct segment *s, uint32_t i
         .kind = DO_ELEMENTWISE, .n_in = ad_ops[v->op].arity, .value = id, .loc = {id}};
     unsigned variant = 0;
     for (uint32_t k = 0; k < in.n_in; k++) {
-        if (!operand(p, v, k, v->rows, v->cols, &in.loc[1 + k]))
+        if (!place_operand(p, v, k, v->rows, v->cols, &in.loc[1 + k]))
             return false;
         if (g->locs[in.loc[1 + k]].cs != 0)
             continue;
@@ -133,13 +127,13 @@ static bool find_sink(struct plan *p, const struct segment *s, uint32_t id, stru
     size_t copies = s->chunks;
     if (sink.kind == DO_ADD_ROWS) {
         copies = s->by_rows && s->chunks > 1 ? s->chunks : 0;
-        sink.stride = ((size_t)sink.rows * sink.cols * program->element + 63) / 64 * 64;
+        sink.stride = aligned((size_t)sink.rows * sink.cols * program->element);
     } else {
         copies = sink.kind == DO_SUM_COLS && s->by_rows ? 1 : copies;
         sink.stride = sink.rows * sizeof(double);
     }
     sink.partial = p->memory;
-    p->memory += (copies * sink.stride + 63) / 64 * 64;
+    p->memory += aligned(copies * sink.stride);
     *number = (uint32_t)program->n_sinks;
     return APPEND(program->sinks, program->n_sinks, p->max_sinks, sink);
 }
@@ -165,7 +159,7 @@ static bool emit_sink(struct plan *p, const struct segment *s, uint32_t id)
                                      [number ? VARIANT_B_NUMBER : 0];
     }
     in.flat = tile_is_flat(&g->locs[v->in[0]], s);
-    return find_sink(p, s, id, sink, &in.loc[3]) && append_loc(g, result, &in.loc[0]) &&
+    return find_sink(p, s, id, sink, &in.loc[3]) && ad_graph_add_loc(g, result, &in.loc[0]) &&
            append_instruction(p, in);
 }
 
@@ -239,9 +233,9 @@ static bool emit_place(struct plan *p, uint32_t id, struct instruction *in, stru
     in->kind = DO_PLACE;
     in->loc[1] = (uint32_t)p->program->n_parts;
     s->clear = !ad_place_tiles(g, v);
-    for (size_t k = 0; k < place_count(g, v); k++) {
+    for (size_t k = 0; k < n_operands(g, v); k++) {
         const uint32_t *at = place_part(g, v, k);
-        uint32_t x = g->renumber[at[0]], root = g->locs[x].root;
+        uint32_t x = operand(g, v, k), root = g->locs[x].root;
         size_t there = g->locs[id].off + ((size_t)at[1] * v->cols + at[2]) * p->program->element;
         if ((g->values[root].flags & VALUE_BORROWED) && g->host[root] == id &&
             g->locs[root].off == there)

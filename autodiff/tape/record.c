@@ -1,6 +1,6 @@
 /* Recording of elementwise operations: broadcasting, and the few identities worth knowing early
    (numbers that are neutral, powers that are products). */
-#include "internal.h"
+#include "../internal.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -110,15 +110,8 @@ static void mark(struct sweep *s, uint32_t last, size_t n, const ad_var x[])
             s->flags[x[k].id] |= NEEDED;
     for (uint32_t id = 1; id <= last; id++) {
         const struct node *node = node_at(s->tape, id);
-        uint8_t flag = 0;
-        for (int k = 0; k < ad_ops[node->op].arity && ad_ops[node->op].arity < 9; k++)
-            flag |= s->flags[node->in[k]];
-        if (node->op == AD_OP_place) {
-            const uint32_t *list = s->tape->lists + node->aux;
-            for (size_t k = 0; k < list[0]; k++)
-                flag |= s->flags[list[1 + 3 * k]];
-        }
-        s->flags[id] |= flag;
+        for (size_t k = 0; k < n_inputs(s->tape, node); k++)
+            s->flags[id] |= s->flags[input_of(s->tape, node, k)];
     }
 }
 

@@ -1,5 +1,5 @@
 /* Operations that stand alone in their segment: products, transposition, placing. */
-#include "blas.h"
+#include "../blas.h"
 #include "exec.h"
 
 #include <string.h>

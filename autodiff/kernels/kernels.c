@@ -132,7 +132,7 @@ static inline R power(R a, R b)
             y[i] = value;                                                                          \
         }                                                                                          \
     }
-#include "ops.def"
+#include "../ops.def"
 
 static double sum(size_t n, const void *pa)
 {
@@ -208,7 +208,7 @@ const struct ad_kernels EXPAND(ad_kernels_, TYPE_NAME, _, AD_KERNEL_ISA) = {
 #define AD_BINARY(name, value, da, db, lo, hi)                                                     \
     [AD_OP_##name] = {name##_vv, name##_sv, name##_vs, name##_ss},
 #define AD_TERNARY(name, value, da, db, dc, lo, hi) [AD_OP_##name] = {name##_vvv},
-#include "ops.def"
+#include "../ops.def"
         },
     .sum = sum,
     .diff = diff,

@@ -4,12 +4,7 @@
 
 #include <stdlib.h>
 
-enum { ALIGNMENT = 64, N_CLASSES = 400 };
-
-static uint32_t part_value(const struct graph *g, const struct value *v, size_t k)
-{
-    return g->renumber[place_part(g, v, k)[0]];
-}
+enum { N_CLASSES = 400 };
 
 /* ---- what is stored, and until when ---- */
 
@@ -29,20 +24,17 @@ static void find_uses(struct plan *p)
     struct graph *g = p->graph;
     for (uint32_t i = 0; i < g->n; i++) {
         struct value *v = &g->values[i];
-        if (is_leaf(v) || (v->flags & VALUE_VIEW))
+        if (is_given(v))
             continue;
         uint32_t group = g->group_of[i];
         if (p->last[i] < group)
             p->last[i] = group;
         if (is_sink(v->op) || is_alone(v->op) || (v->flags & VALUE_OUTPUT))
             v->flags |= VALUE_STORED;
-        for (uint32_t k = 0; k < n_inputs(v); k++)
+        for (size_t k = 0; k < n_operands(g, v); k++)
             use(p, operand_loc(g, v, k)->root, group, reads_in_step(g, v, k));
         if (v->flags & VALUE_BORROWED && p->last[g->host[i]] < group)
             p->last[g->host[i]] = group;
-        if (v->op == AD_OP_place)
-            for (size_t k = 0; k < place_count(g, v); k++)
-                use(p, g->locs[part_value(g, v, k)].root, group, false);
     }
 }
 
@@ -51,8 +43,8 @@ static void find_uses(struct plan *p)
 static bool tiles_along(const struct graph *g, const struct value *v, int dimension)
 {
     size_t at = 0;
-    for (size_t k = 0; k < place_count(g, v); k++) {
-        const struct value *x = &g->values[part_value(g, v, k)];
+    for (size_t k = 0; k < n_operands(g, v); k++) {
+        const struct value *x = &g->values[operand(g, v, k)];
         const uint32_t *part = place_part(g, v, k);
         bool across = dimension == 0 ? x->cols == v->cols : x->rows == v->rows;
         if (!across || part[1 + dimension] != at)
@@ -72,9 +64,8 @@ static bool can_borrow(const struct graph *g, const struct value *v, const struc
                        const struct loc *l)
 {
     const struct value *root = &g->values[l->root];
-    bool whole = !l->list && !l->off &&
-                 (size_t)part->rows * part->cols == (size_t)root->rows * root->cols &&
-                 (l->cs == 1 || part->cols == 1) && (l->rs == part->cols || part->rows == 1);
+    bool whole = is_contiguous(part, l) && !l->off &&
+                 (size_t)part->rows * part->cols == (size_t)root->rows * root->cols;
     bool contiguous_there = part->rows == 1 || part->cols == v->cols;
     return whole && contiguous_there && !is_leaf(root) && root->op != AD_OP_place &&
            !(root->flags & (VALUE_OUTPUT | VALUE_BORROWED)) &&
@@ -88,10 +79,10 @@ static void lend(struct plan *p, uint32_t i)
     struct value *v = &g->values[i];
     if (!ad_place_tiles(g, v))
         return;
-    for (size_t k = 0; k < place_count(g, v); k++) {
+    for (size_t k = 0; k < n_operands(g, v); k++) {
         const uint32_t *at = place_part(g, v, k);
-        const struct value *part = &g->values[part_value(g, v, k)];
-        const struct loc *l = &g->locs[part_value(g, v, k)];
+        const struct value *part = &g->values[operand(g, v, k)];
+        const struct loc *l = &g->locs[operand(g, v, k)];
         if (!can_borrow(g, v, part, l))
             continue;
         uint32_t root = l->root;

@@ -3,10 +3,10 @@
    Large segments are split into chunks whose number and borders depend on sizes alone; each chunk
    adds into a private copy of the sums, and the copies are added in order. Threads only decide who
    runs which chunk, so they change no bit of the result. */
-#include "blas.h"
-#include "clock.h"
+#include "../blas.h"
+#include "../clock.h"
 #include "exec.h"
-#include "native.h"
+#include "../native.h"
 
 #include <string.h>
 
@@ -149,8 +149,7 @@ static void run_fused(const ad_program *p, const struct segment *g, struct check
         collect_sinks(p, g, check);
 }
 
-void ad_execute_segments(const ad_program *p, const struct segment *segments, size_t n,
-                         struct check *check)
+void ad_execute(const ad_program *p, const struct segment *segments, size_t n, struct check *check)
 {
     if (p->has_matmul)
         ad_blas_single_thread();
@@ -167,11 +166,6 @@ void ad_execute_segments(const ad_program *p, const struct segment *segments, si
     }
     if (p->has_matmul)
         ad_blas_threads();
-}
-
-void ad_program_execute(ad_program *p, size_t first, size_t last, struct check *check)
-{
-    ad_execute_segments(p, p->segments + first, last - first, check);
 }
 
 /* What each run goes through, or each run again: without what held inputs alone decide. */
@@ -193,7 +187,7 @@ static void run(ad_program *p, bool again)
 {
     size_t n;
     const struct segment *segments = segments_of(p, again, &n);
-    ad_execute_segments(p, segments, n, NULL);
+    ad_execute(p, segments, n, NULL);
 }
 
 void ad_run(ad_program *p) { run(p, false); }
@@ -207,7 +201,7 @@ double ad_run_timed(ad_program *p)
     const struct segment *segments = segments_of(p, false, &n);
     for (size_t i = 0; i < n; i++) {
         double began = ad_now();
-        ad_execute_segments(p, segments + i, 1, NULL);
+        ad_execute(p, segments + i, 1, NULL);
         if (p->instructions[segments[i].first].kind == DO_MATMUL)
             products += ad_now() - began;
     }

@@ -2,7 +2,7 @@
    in later segments alone is computed in the first of these, where that keeps no more values in
    memory than it saves: it never goes through memory itself. In a gradient these are the factors of
    the chain rule that depend on the forward pass alone. */
-#include "plan.h"
+#include "graph.h"
 
 #include <stdlib.h>
 
@@ -25,7 +25,7 @@ static void note_uses(const struct graph *g, uint32_t i, const uint32_t *level, 
 {
     const struct value *v = &g->values[i];
     bool in_place = v->op == AD_OP_add && (is_product(g, v->in[0]) || is_product(g, v->in[1]));
-    for (uint32_t k = 0; k < n_inputs(v); k++) {
+    for (size_t k = 0; k < n_operands(g, v); k++) {
         uint32_t root = operand_loc(g, v, k)->root;
         const uint16_t stage = VALUE_CONSTANT | VALUE_HELD;
         struct uses *u = &uses[root];
@@ -34,16 +34,12 @@ static void note_uses(const struct graph *g, uint32_t i, const uint32_t *level, 
         u->count++;
         u->last = level[i] > u->last ? level[i] : u->last;
     }
-    if (v->op == AD_OP_place)
-        for (size_t k = 0; k < place_count(g, v); k++)
-            uses[g->locs[g->renumber[place_part(g, v, k)[0]]].root].whole = true;
 }
 
 static bool can_wait(const struct graph *g, uint32_t i, const struct uses *u)
 {
     const struct value *v = &g->values[i];
-    return ad_ops[v->op].elementwise && !is_leaf(v) && !(v->flags & (VALUE_OUTPUT | VALUE_VIEW)) &&
-           !u->whole;
+    return ad_ops[v->op].elementwise && !(v->flags & VALUE_OUTPUT) && !u->whole;
 }
 
 /* How many values of v's size would live until `level` for v's sake, up to a few. What only v reads
@@ -53,7 +49,7 @@ static unsigned kept_alive(const struct graph *g, const struct value *v, uint32_
                            const struct uses *uses, int depth)
 {
     unsigned n = 0;
-    for (uint32_t k = 0; k < n_inputs(v); k++) {
+    for (size_t k = 0; k < n_operands(g, v); k++) {
         uint32_t root = operand_loc(g, v, k)->root;
         const struct value *x = &g->values[root];
         bool again = (k > 0 && v->in[0] == v->in[k]) || (k > 1 && v->in[1] == v->in[k]);
@@ -75,18 +71,18 @@ bool ad_graph_postpone(const struct graph *g, uint32_t *level)
         return false;
     for (uint32_t i = 0; i < g->n; i++) {
         uses[i].first = UINT32_MAX;
-        if (!is_leaf(&g->values[i]) && !(g->values[i].flags & VALUE_VIEW))
+        if (!is_given(&g->values[i]))
             note_uses(g, i, level, uses);
     }
     for (uint32_t i = (uint32_t)g->n; i-- > 0;) {
         const struct value *v = &g->values[i];
         const struct uses *u = &uses[i];
-        if (is_leaf(v) || (v->flags & VALUE_VIEW))
+        if (is_given(v))
             continue;
         if (can_wait(g, i, u) && u->first != UINT32_MAX && u->first > level[i] &&
             kept_alive(g, v, u->first, uses, DEPTH) <= 1)
             level[i] = u->first;
-        for (uint32_t k = 0; k < n_inputs(v); k++) {
+        for (size_t k = 0; k < n_operands(g, v); k++) {
             struct uses *x = &uses[operand_loc(g, v, k)->root];
             x->first = level[i] < x->first ? level[i] : x->first;
         }

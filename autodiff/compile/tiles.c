@@ -23,7 +23,7 @@ static bool is_flat(const struct plan *p, const struct group *group)
         const struct value *space = is_sink(v->op) ? &g->values[v->in[0]] : v;
         if (is_stencil(v->op) || (is_sink(v->op) && v->op != AD_OP_sum))
             return false;
-        for (uint32_t k = 0; k < n_inputs(v); k++) {
+        for (uint32_t k = 0; k < ad_ops[v->op].arity; k++) {
             const struct loc *l = operand_loc(g, v, k);
             const struct value *x = v->op == AD_OP_copy && v->in[1] ? v : &g->values[v->in[k]];
             bool number = (x->rows == 1 && x->cols == 1) || ad_is_number(l);
@@ -72,7 +72,7 @@ static bool assign_slots(struct plan *p, const struct group *group, uint32_t *n_
     uint32_t most_spread = 0;
     for (uint32_t i = 0; i < group->count; i++) {
         const struct value *v = &g->values[g->order[group->first + i]];
-        for (uint32_t k = 0; k < n_inputs(v); k++)
+        for (uint32_t k = 0; k < ad_ops[v->op].arity; k++)
             if (in_tile(g, v, k))
                 p->spot[v->in[k]] = i;
     }
@@ -82,7 +82,7 @@ static bool assign_slots(struct plan *p, const struct group *group, uint32_t *n_
         uint32_t spread = ad_spread_operands(p, v);
         if (spread > most_spread)
             most_spread = spread;
-        for (uint32_t k = 0; k < n_inputs(v); k++) {
+        for (uint32_t k = 0; k < ad_ops[v->op].arity; k++) {
             uint32_t x = v->in[k];
             bool repeated = (k > 0 && v->in[0] == x) || (k > 1 && v->in[1] == x);
             if (in_tile(g, v, k) && p->spot[x] == i && !repeated)

@@ -1,0 +1,139 @@
+/* Compiling: from a tape to a program, pass by pass. */
+#include "../exec/exec.h"
+#include "plan.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- making a program ---- */
+
+static void write_constants(const ad_program *p, const ad_tape *tape)
+{
+    for (size_t i = 0; i < p->n_values; i++) {
+        const struct value *v = &p->values[i];
+        if (v->op == AD_OP_constant)
+            p->kernels->from_double((size_t)v->rows * v->cols, p->memory + p->locs[i].off,
+                                    tape->numbers + v->aux);
+    }
+}
+
+static bool copy_labels(ad_program *p, const struct graph *g)
+{
+    const ad_tape *tape = g->tape;
+    p->labels = calloc(tape->n_labels + 1, sizeof *p->labels);
+    p->label_values = calloc(tape->n_labels + 1, sizeof *p->label_values);
+    if (!p->labels || !p->label_values)
+        return false;
+    for (size_t k = 0; k < tape->n_labels; k++) {
+        uint32_t value = g->renumber[tape->labels[k].id];
+        const char *text = tape->texts + tape->labels[k].text;
+        if (value == UINT32_MAX)
+            continue;
+        char *copy = malloc(strlen(text) + 1);
+        if (!copy)
+            return false;
+        p->labels[p->n_labels] = strcpy(copy, text);
+        p->label_values[p->n_labels++] = value;
+    }
+    return true;
+}
+
+/* Hands over what the graph and the program share. */
+static void take_arrays(ad_program *p, struct graph *g)
+{
+    p->values = g->values;
+    p->n_values = g->n;
+    p->locs = g->locs;
+    p->lists = g->lists;
+    p->n_lists = g->n_lists;
+    p->ports = g->ports;
+    p->n_ports = g->n_ports;
+    g->values = NULL;
+    g->locs = NULL;
+    g->lists = NULL;
+    g->ports = NULL;
+}
+
+static bool allocate_memory(ad_program *p, const struct plan *plan)
+{
+    p->memory_bytes = aligned(plan->memory + ALIGNMENT);
+    p->tile_bytes = aligned(plan->tile_bytes + ALIGNMENT);
+    p->threads = 1;
+    p->memory = aligned_alloc(ALIGNMENT, p->memory_bytes);
+    p->tiles = aligned_alloc(ALIGNMENT, p->tile_bytes);
+    if (!p->memory || !p->tiles)
+        return false;
+    memset(p->memory, 0, p->memory_bytes);
+    return true;
+}
+
+static void *trimmed(void *array, size_t n, size_t size)
+{
+    void *smaller = realloc(array, n ? n * size : 1);
+    return smaller ? smaller : array;
+}
+
+/* Arrays grew in steps; a program keeps only what it uses. */
+static void trim(ad_program *p, const struct graph *g)
+{
+    p->instructions = trimmed(p->instructions, p->n_instructions, sizeof *p->instructions);
+    p->values = trimmed(p->values, p->n_values, sizeof *p->values);
+    p->locs = trimmed(p->locs, g->n_locs, sizeof *p->locs);
+}
+
+static bool plan_program(struct graph *g, ad_program *p)
+{
+    size_t n = g->n + 1;
+    struct plan plan = {.graph = g,
+                        .program = p,
+                        .memory = ALIGNMENT, /* compiled code reads a lane before and behind */
+                        .last = calloc(n, sizeof *plan.last),
+                        .link = calloc(n, sizeof *plan.link),
+                        .spot = calloc(n, sizeof *plan.spot)};
+    bool done = plan.last && plan.link && plan.spot && copy_labels(p, g) &&
+                ad_plan_storage(&plan) && ad_plan_emit(&plan) && allocate_memory(p, &plan);
+    free(plan.last);
+    free(plan.link);
+    free(plan.spot);
+    return done;
+}
+
+static enum ad_status check_outputs(ad_tape *tape, size_t n_out, const ad_var out[])
+{
+    for (size_t k = 0; k < n_out; k++)
+        if (out[k].tape != tape)
+            ad_fail(&tape->error, AD_E_TAPE, "compile: output %zu is not of this tape", k);
+    return tape->error.status;
+}
+
+enum ad_status ad_compile(ad_tape *tape, size_t n_out, const ad_var out[], ad_program **program)
+{
+    *program = NULL;
+    if (check_outputs(tape, n_out, out) != AD_OK)
+        return tape->error.status;
+    struct graph graph = {0};
+    ad_program *p = calloc(1, sizeof *p);
+    bool done = false;
+    if (p) {
+        p->type = tape->type;
+        p->element = type_bytes(tape->type);
+        p->kernels = ad_kernels_for(tape->type);
+        done = ad_graph_build(&graph, tape, n_out, out) && ad_graph_find_views(&graph) &&
+               ad_graph_schedule(&graph) && ad_graph_merge(&graph) && plan_program(&graph, p);
+    }
+    if (done) {
+        take_arrays(p, &graph);
+        trim(p, &graph);
+        done = ad_resolve_calls(p);
+    }
+    if (done) {
+        write_constants(p, tape);
+        ad_execute(p, p->segments, p->n_constant_segments, NULL);
+        *program = p;
+    } else {
+        ad_program_free(p);
+        ad_fail(&tape->error, AD_E_MEMORY, "out of memory when compiling %zu nodes", tape->n_nodes);
+    }
+    ad_graph_release(&graph);
+    return tape->error.status;
+}

@@ -1,0 +1,109 @@
+/* What the outputs need, while it is made into a program: graph.c builds it, views.c finds what is
+   only a view, schedule.c cuts it into groups, merge.c and the files of plan.h place it. */
+#ifndef AUTODIFF_GRAPH_H
+#define AUTODIFF_GRAPH_H
+
+#include "../program.h"
+
+/* A run of values that one segment computes. */
+struct group {
+    uint32_t first, count; /* in `order` */
+};
+
+struct graph {
+    const ad_tape *tape;
+    struct value *values;
+    size_t n;
+    struct loc *locs; /* per value, then copies' sources and broadcast operands */
+    size_t n_locs, max_locs;
+    struct port *ports;
+    size_t n_ports;
+    uint32_t *lists; /* row numbers of gathers and scatters */
+    size_t n_lists, max_lists;
+    uint32_t *renumber; /* node -> value; UINT32_MAX: no output needs it */
+    uint32_t *order, *group_of;
+    uint32_t *host; /* of borrowed values: whose memory they lie in */
+    struct group *groups;
+    size_t n_groups, n_constant_groups, n_held_groups; /* held: constants among them */
+};
+
+/* The passes, in their order; each false when out of memory. */
+bool ad_graph_build(struct graph *graph, const ad_tape *tape, size_t n_out, const ad_var out[]);
+bool ad_graph_find_views(struct graph *graph);
+bool ad_graph_schedule(struct graph *graph);
+/* Part of scheduling: moves values to later levels where they need no memory then. */
+bool ad_graph_postpone(const struct graph *graph, uint32_t *level);
+bool ad_graph_merge(struct graph *graph);
+void ad_graph_release(struct graph *graph);
+
+/* ---- kinds of values ---- */
+
+static inline bool is_leaf(const struct value *v)
+{
+    return v->op == AD_OP_input || v->op == AD_OP_constant;
+}
+
+/* Sums and scatters: they end a segment's tile program by adding into memory. */
+static inline bool is_sink(uint16_t op)
+{
+    return op == AD_OP_sum || op == AD_OP_sum_rows || op == AD_OP_sum_cols || op == AD_OP_scatter;
+}
+
+/* Reads neighbouring columns. */
+static inline bool is_stencil(uint16_t op) { return op == AD_OP_diff || op == AD_OP_diff_adjoint; }
+
+/* Alone in its segment. */
+static inline bool is_alone(uint16_t op)
+{
+    return op == AD_OP_place || op == AD_OP_transpose || op == AD_OP_matmul;
+}
+
+/* Nothing computes it: it is given, or seen in another's memory. */
+static inline bool is_given(const struct value *v) { return is_leaf(v) || (v->flags & VALUE_VIEW); }
+
+/* ---- operands ---- */
+
+/* Part k of place operation v: its node, row and column. */
+static inline const uint32_t *place_part(const struct graph *g, const struct value *v, size_t k)
+{
+    return g->tape->lists + v->aux + 1 + 3 * k;
+}
+
+static inline size_t n_operands(const struct graph *g, const struct value *v)
+{
+    return v->op == AD_OP_place ? g->tape->lists[v->aux] : ad_ops[v->op].arity;
+}
+
+static inline uint32_t operand(const struct graph *g, const struct value *v, size_t k)
+{
+    return v->op == AD_OP_place ? g->renumber[place_part(g, v, k)[0]] : v->in[k];
+}
+
+/* The location operand k of v is read from: before broadcasting. */
+static inline const struct loc *operand_loc(const struct graph *g, const struct value *v, size_t k)
+{
+    bool copied_view = v->op == AD_OP_copy && v->in[1];
+    return &g->locs[copied_view ? v->in[1] : operand(g, v, k)];
+}
+
+/* Adds a location of no value: a copy's source, an operand broadcast. */
+bool ad_graph_add_loc(struct graph *graph, struct loc loc, uint32_t *index);
+
+/* x lies at l as a matrix of its own would. */
+static inline bool is_contiguous(const struct value *x, const struct loc *l)
+{
+    return !l->list && (l->cs == 1 || x->cols == 1) && (l->rs == x->cols || x->rows == 1);
+}
+
+/* Operand k of v is a value of v's own iteration space, read lane by lane. */
+static inline bool reads_in_step(const struct graph *g, const struct value *v, size_t k)
+{
+    if (is_alone(v->op) || is_stencil(v->op) || (v->op == AD_OP_copy && v->in[1]))
+        return false;
+    const struct value *x = &g->values[v->in[k]];
+    bool same = is_sink(v->op) || (x->rows == v->rows && x->cols == v->cols);
+    return same && !is_given(x) && !(x->flags & VALUE_MERGED) && !is_alone(x->op) &&
+           !is_sink(x->op);
+}
+
+#endif

@@ -1,0 +1,127 @@
+/* Which values one segment computes together.
+
+   A segment is a set of elementwise operations of one shape that read each other lane by lane.
+   Every value gets the earliest level at which its operands are ready: the level of an operand it
+   reads in step with, one more where it needs the operand whole. Some then wait for a later one
+   (postpone.c). Values of one level and shape make a segment; what stands alone is one itself. */
+#include "graph.h"
+
+#include <stdlib.h>
+
+/* ---- levels ---- */
+
+/* Constants, what held inputs fix, and the rest are scheduled one after the other. */
+enum { STAGES = 3 };
+
+static int stage(const struct value *v)
+{
+    return v->flags & VALUE_CONSTANT ? 0 : v->flags & VALUE_HELD ? 1 : 2;
+}
+
+static uint32_t earliest(const struct graph *g, const struct value *v, const uint32_t *level)
+{
+    uint32_t earliest = 0;
+    for (size_t k = 0; k < n_operands(g, v); k++) {
+        uint32_t root = operand_loc(g, v, k)->root;
+        const struct value *x = &g->values[root];
+        if (is_leaf(x) || stage(x) < stage(v))
+            continue;
+        uint32_t after = level[root] + !reads_in_step(g, v, k);
+        earliest = after > earliest ? after : earliest;
+    }
+    return earliest;
+}
+
+/* Levels of constants come first, whose segments run once, when compiling. */
+static void assign_levels(const struct graph *g, uint32_t *level)
+{
+    uint32_t end[STAGES] = {0};
+    for (uint32_t i = 0; i < g->n; i++) {
+        const struct value *v = &g->values[i];
+        if (is_given(v))
+            continue;
+        level[i] = earliest(g, v, level);
+        if (level[i] >= end[stage(v)])
+            end[stage(v)] = level[i] + 1;
+    }
+    for (int k = 1; k < STAGES; k++)
+        end[k] += end[k - 1];
+    for (uint32_t i = 0; i < g->n; i++)
+        if (stage(&g->values[i]) > 0)
+            level[i] += end[stage(&g->values[i]) - 1];
+}
+
+/* ---- groups ---- */
+
+/* What the values of a group have in common, and one of them. */
+struct member {
+    uint32_t level, rows, cols; /* of the space its segment runs over */
+    uint32_t alone;             /* 1 + the value, where it stands alone: last of its level, so that
+                                   a product can add itself to what is there */
+    uint32_t value;
+};
+
+static struct member member_of(const struct graph *g, uint32_t i, uint32_t level)
+{
+    const struct value *v = &g->values[i], *space = is_sink(v->op) ? &g->values[v->in[0]] : v;
+    return (struct member){level, space->rows, space->cols, is_alone(v->op) ? i + 1 : 0, i};
+}
+
+static int by_group(const void *a, const void *b)
+{
+    const struct member *p = a, *q = b;
+    const uint32_t x[] = {p->level, p->alone, p->rows, p->cols},
+                   y[] = {q->level, q->alone, q->rows, q->cols};
+    for (size_t k = 0; k < LENGTH(x); k++)
+        if (x[k] != y[k])
+            return x[k] < y[k] ? -1 : 1;
+    return 0;
+}
+
+static int by_group_and_value(const void *a, const void *b)
+{
+    const struct member *p = a, *q = b;
+    int order = by_group(a, b);
+    return order ? order : (p->value > q->value) - (p->value < q->value);
+}
+
+static void cut_groups(struct graph *g, size_t n, const struct member members[])
+{
+    for (size_t i = 0; i < n; i++) {
+        const struct value *v = &g->values[members[i].value];
+        if (!i || by_group(&members[i - 1], &members[i])) {
+            g->groups[g->n_groups++] = (struct group){(uint32_t)i, 0};
+            g->n_constant_groups += (v->flags & VALUE_CONSTANT) != 0;
+            g->n_held_groups += (v->flags & VALUE_HELD) != 0;
+        }
+        g->groups[g->n_groups - 1].count++;
+        g->group_of[members[i].value] = (uint32_t)g->n_groups - 1;
+        g->order[i] = members[i].value;
+    }
+}
+
+bool ad_graph_schedule(struct graph *g)
+{
+    size_t n = 0, room = g->n + 1;
+    uint32_t *level = calloc(room, sizeof *level);
+    struct member *members = malloc(room * sizeof *members);
+    g->order = malloc(room * sizeof *g->order);
+    g->group_of = malloc(room * sizeof *g->group_of);
+    g->groups = malloc(room * sizeof *g->groups);
+    bool done = level && members && g->order && g->group_of && g->groups;
+    if (done)
+        assign_levels(g, level);
+    done = done && ad_graph_postpone(g, level);
+    for (uint32_t i = 0; done && i < g->n; i++) {
+        g->group_of[i] = UINT32_MAX;
+        if (!is_given(&g->values[i]))
+            members[n++] = member_of(g, i, level[i]);
+    }
+    if (done) {
+        qsort(members, n, sizeof *members, by_group_and_value);
+        cut_groups(g, n, members);
+    }
+    free(level);
+    free(members);
+    return done;
+}
