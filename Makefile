@@ -221,7 +221,7 @@ docs-pictures: all
 # Other tools on the same jobs, those that $(PYTHON) can import, beside our charts.
 peers: all
 	@for kind in gradients integrators hnn quantum; do \
-	    test -f charts/$$kind.csv || test -f charts/$$kind-steps.csv || \
+	    test -f charts/$$kind.csv || test -f charts/$$kind-losses.csv || \
 	        $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) || exit; \
 	done
 	@if command -v $(PYTHON) >/dev/null; then \

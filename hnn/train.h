@@ -63,8 +63,8 @@ ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *trai
 /* Loss and gradient of `columns` samples: one recording, a program for each worker. */
 struct hnn_block_program {
     size_t columns, workers;
-    ad_tape *tape; /* NULL: there is none */
-    ad_var parameters, x, target, loss, gradient;
+    ad_tape *tape;
+    ad_var parameters, x, target, weight, loss, gradient;
     ad_program **program; /* [workers] */
 };
 
@@ -77,7 +77,8 @@ struct hnn_problem {
     void *x, *target; /* [x_rows x batch], [target_rows x batch], or by rows: set before an
                          evaluation; those of the program where there is one block */
     void *gradient;   /* [n], likewise */
-    struct hnn_block_program whole, last; /* last: where the last block is narrower */
+    void *weight;     /* of every sample in the loss, [blocks x columns]; 0 behind the last one */
+    struct hnn_block_program block;
 };
 enum ad_status hnn_problem_new(struct hnn_problem *problem, const hnn_model *model,
                                const struct hnn_training *training, size_t batch,

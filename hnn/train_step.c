@@ -1,8 +1,9 @@
 /* Loss and gradient of one batch, in blocks of columns: one recording, compiled, run block after
    block. What a block needs stays in the second-level cache from the forward pass to the end of the
    backward one, where whole batches go through memory for every operation; and blocks are what
-   threads share out. Where the last block is narrower it has a recording of its own. Blocks are cut
-   and added up in the same way whatever the number of threads. */
+   threads share out. The last block may have fewer samples: what stands behind them, samples of a
+   block before or zeros, has no weight. Blocks are cut and added up in the same way whatever the
+   number of threads. */
 #include "train.h"
 
 #include <stdlib.h>
@@ -13,28 +14,31 @@
    cutting. */
 enum { COLUMNS = 192, VECTOR = 16, WHOLE = 256 };
 
-static void record(const struct hnn_problem *p, struct hnn_block_program *b, const hnn_model *model,
+static void record(struct hnn_problem *p, const hnn_model *model,
                    const struct hnn_training *training)
 {
+    struct hnn_block_program *b = &p->block;
     b->parameters = ad_input(b->tape, 1, p->n, "parameters");
     b->x = hnn_record_samples(b->tape, p->by_rows, p->x_rows, b->columns, "x");
     b->target = hnn_record_samples(b->tape, p->by_rows, p->target_rows, b->columns, "target");
+    b->weight = ad_input(b->tape, 1, b->columns, "weight");
     ad_var losses = hnn_record_losses(model, training, b->parameters, b->x, b->target);
-    b->loss = ad_label(ad_mul(1 / (double)p->batch, ad_sum(losses)), "loss");
+    b->loss = ad_label(ad_dot(b->weight, losses), "loss");
     ad_grad(b->loss, 1, &b->parameters, &b->gradient);
 }
 
 /* One recording, and `workers` programs of it. */
-static enum ad_status make(const struct hnn_problem *p, struct hnn_block_program *b, size_t columns,
-                           size_t workers, const hnn_model *model,
-                           const struct hnn_training *training, struct ad_error *error)
+static enum ad_status make(struct hnn_problem *p, size_t columns, size_t workers,
+                           const hnn_model *model, const struct hnn_training *training,
+                           struct ad_error *error)
 {
+    struct hnn_block_program *b = &p->block;
     b->columns = columns;
     b->tape = ad_tape_new(p->type);
     b->program = calloc(workers, sizeof *b->program);
     if (!b->tape || !b->program)
         return ad_fail(error, AD_E_MEMORY, "out of memory for a batch of %zu samples", p->batch);
-    record(p, b, model, training);
+    record(p, model, training);
     for (; b->workers < workers; b->workers++)
         if (ad_compile(b->tape, 2, (ad_var[]){b->loss, b->gradient}, &b->program[b->workers]) !=
             AD_OK)
@@ -42,9 +46,14 @@ static enum ad_status make(const struct hnn_problem *p, struct hnn_block_program
     return hnn_tape_status(b->tape, error);
 }
 
-static bool allocate(struct hnn_problem *p)
+static bool allocate(struct hnn_problem *p, size_t columns)
 {
     size_t bytes = hnn_type_bytes(p->type);
+    const double share = 1 / (double)p->batch;
+    if (!(p->weight = calloc(p->blocks * columns, bytes)))
+        return false;
+    for (size_t k = 0; k < p->batch; k++)
+        hnn_from_double(p->type, 1, &share, (char *)p->weight + k * bytes);
     if (p->blocks == 1)
         return true;
     p->gradient = calloc(p->n, bytes);
@@ -69,17 +78,15 @@ enum ad_status hnn_problem_new(struct hnn_problem *p, const hnn_model *model,
                               .x_rows = hnn_x_rows(model, training),
                               .target_rows = hnn_target_rows(model, training)};
     size_t workers = threads < blocks ? threads : blocks;
-    size_t rest = batch - (blocks - 1) * columns;
-    if (!allocate(p))
+    if (!allocate(p, columns))
         return ad_fail(error, AD_E_MEMORY, "out of memory for a batch of %zu samples", batch);
-    if (make(p, &p->whole, columns, workers, model, training, error) != AD_OK ||
-        (rest < columns && make(p, &p->last, rest, 1, model, training, error) != AD_OK))
+    if (make(p, columns, workers, model, training, error) != AD_OK)
         return error->status;
     if (blocks == 1) {
-        p->x = ad_data(p->whole.program[0], p->whole.x);
-        p->target = ad_data(p->whole.program[0], p->whole.target);
-        p->gradient = ad_data(p->whole.program[0], p->whole.gradient);
-        ad_set_threads(p->whole.program[0], threads);
+        p->x = ad_data(p->block.program[0], p->block.x);
+        p->target = ad_data(p->block.program[0], p->block.target);
+        p->gradient = ad_data(p->block.program[0], p->block.gradient);
+        ad_set_threads(p->block.program[0], threads);
     }
     return AD_OK;
 }
@@ -94,8 +101,8 @@ static void release(struct hnn_block_program *b)
 
 void hnn_problem_free(struct hnn_problem *p)
 {
-    release(&p->whole);
-    release(&p->last);
+    release(&p->block);
+    free(p->weight);
     if (p->blocks > 1) {
         free(p->x);
         free(p->target);
@@ -106,34 +113,39 @@ void hnn_problem_free(struct hnn_problem *p)
 
 void *hnn_problem_point(const struct hnn_problem *p)
 {
-    return ad_data(p->whole.program[0], p->whole.parameters);
+    return ad_data(p->block.program[0], p->block.parameters);
 }
 
 const void *hnn_problem_gradient(const struct hnn_problem *p) { return p->gradient; }
 
-/* Samples first ... of a [rows x batch] matrix, or of one by rows. */
+/* Samples first ... of a [rows x batch] matrix, or of one by rows, to a block. */
 static void copy_samples(const struct hnn_problem *p, size_t rows, const void *from, size_t first,
-                         size_t columns, void *to)
+                         void *to)
 {
-    size_t bytes = hnn_type_bytes(p->type);
+    size_t bytes = hnn_type_bytes(p->type), columns = p->block.columns;
+    size_t count = p->batch - first < columns ? p->batch - first : columns;
     if (p->by_rows)
-        memcpy(to, (const char *)from + first * rows * bytes, columns * rows * bytes);
+        memcpy(to, (const char *)from + first * rows * bytes, count * rows * bytes);
     for (size_t r = 0; r < rows && !p->by_rows; r++)
         memcpy((char *)to + r * columns * bytes,
-               (const char *)from + (r * p->batch + first) * bytes, columns * bytes);
+               (const char *)from + (r * p->batch + first) * bytes, count * bytes);
 }
 
-static void run_block(const struct hnn_problem *p, const struct hnn_block_program *b,
-                      ad_program *program, size_t first, double *products)
+static void run_block(const struct hnn_problem *p, ad_program *program, size_t first,
+                      double *products)
 {
+    const struct hnn_block_program *b = &p->block;
+    const size_t bytes = hnn_type_bytes(p->type);
     void *parameters = ad_data(program, b->parameters);
     const void *point = hnn_problem_point(p);
     if (parameters != point)
-        memcpy(parameters, point, p->n * hnn_type_bytes(p->type));
+        memcpy(parameters, point, p->n * bytes);
     if (p->blocks > 1) {
-        copy_samples(p, p->x_rows, p->x, first, b->columns, ad_data(program, b->x));
-        copy_samples(p, p->target_rows, p->target, first, b->columns, ad_data(program, b->target));
+        copy_samples(p, p->x_rows, p->x, first, ad_data(program, b->x));
+        copy_samples(p, p->target_rows, p->target, first, ad_data(program, b->target));
     }
+    memcpy(ad_data(program, b->weight), (const char *)p->weight + first * bytes,
+           b->columns * bytes);
     if (products)
         *products += ad_run_timed(program);
     else
@@ -158,9 +170,9 @@ static void add_gradient(const struct hnn_problem *p, const void *term)
 }
 
 /* Blocks are added in their order, whoever ran them. */
-static void add_block(const struct hnn_problem *p, const struct hnn_block_program *b,
-                      ad_program *program, size_t block, double *loss)
+static void add_block(const struct hnn_problem *p, ad_program *program, size_t block, double *loss)
 {
+    const struct hnn_block_program *b = &p->block;
     double term;
     ad_get(program, b->loss, &term);
     *loss += term;
@@ -177,19 +189,17 @@ static double evaluate(const struct hnn_problem *p, size_t workers, double *prod
     double loss = 0;
 #pragma omp parallel for ordered schedule(static, 1) num_threads((int)workers) if (workers > 1)
     for (size_t block = 0; block < p->blocks; block++) {
-        bool narrow = block + 1 == p->blocks && p->last.tape;
-        const struct hnn_block_program *b = narrow ? &p->last : &p->whole;
-        ad_program *program = b->program[narrow ? 0 : block % workers];
-        run_block(p, b, program, block * p->whole.columns, products);
+        ad_program *program = p->block.program[block % workers];
+        run_block(p, program, block * p->block.columns, products);
 #pragma omp ordered
-        add_block(p, b, program, block, &loss);
+        add_block(p, program, block, &loss);
     }
     return loss;
 }
 
 double hnn_problem_evaluate(const struct hnn_problem *p)
 {
-    return evaluate(p, p->whole.workers, NULL);
+    return evaluate(p, p->block.workers, NULL);
 }
 
 double hnn_problem_products(const struct hnn_problem *p)

@@ -18,6 +18,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 from draw import draw
 
@@ -36,12 +37,14 @@ def read(text):
 # ---- running peers ----
 
 
-def run(command):
+def run(name, command):
     """Rows that it prints; none where it fails, which is said."""
+    began = time.monotonic()
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     if done.returncode != 0:
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-        print(f"{pathlib.Path(command[-1]).name}: failed: {last}", file=sys.stderr)
+        print(f"{name}: failed: {last}", file=sys.stderr)
+    print(f"{name}: {time.monotonic() - began:.0f} s", file=sys.stderr)
     return done.stdout
 
 
@@ -50,7 +53,7 @@ def python(script, modules, *arguments):
     if missing:
         print(f"{script}: skipped, {' and '.join(missing)} not installed", file=sys.stderr)
         return ""
-    return run([sys.executable, "-B", str(HERE / script), *arguments])
+    return run(script, [sys.executable, "-B", str(HERE / script), *arguments])
 
 
 def adolc(values):
@@ -65,7 +68,7 @@ def adolc(values):
         define = f'-DPEER_VERSION="{version.stdout.strip()}"'
         words = [compiler, "-O2", "-march=native", "-std=c++17", define]
         built = subprocess.run([*words, str(HERE / "gradients_adolc.cpp"), "-ladolc", "-o", program])
-        return run([program, values]) if built.returncode == 0 else ""
+        return run("gradients_adolc.cpp", [program, values]) if built.returncode == 0 else ""
 
 
 def peers(folder, quick):
