@@ -51,16 +51,6 @@ static enum ad_status read_view(const struct dataset_options *o, struct hnn_rod 
     return AD_OK;
 }
 
-static enum ad_status read_filter(const char *name, struct hnn_rod *rod, struct ad_error *error)
-{
-    size_t n = 0, k;
-    while (hnn_filters[n])
-        n++;
-    if (name && (k = phys_find("filter", name, n, hnn_filters, error)) < n)
-        rod->filter = (enum hnn_filter)k;
-    return error->status;
-}
-
 static enum ad_status filming_of(const struct dataset_options *o, struct hnn_filming *filming,
                                  struct ad_error *error)
 {
@@ -72,7 +62,7 @@ static enum ad_status filming_of(const struct dataset_options *o, struct hnn_fil
     filming->angle_max = option_number_or(o->max_angle, filming->angle_max);
     filming->speed_max = option_number_or(o->max_speed, filming->speed_max);
     if (read_size(o->size, filming, error) == AD_OK &&
-        read_filter(o->filter, &filming->rod, error) == AD_OK)
+        (!o->filter || hnn_filter_find(o->filter, &filming->rod.filter, error) == AD_OK))
         read_view(o, &filming->rod, error);
     return error->status;
 }

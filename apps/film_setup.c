@@ -65,16 +65,19 @@ static enum ad_status load(struct film *film, const char *file, struct ad_error 
 /* ---- starts ---- */
 
 /* Three frames a trajectory, of which two are seen: the rest of the motion follows from the start
-   (film_run.c). The size is that which the model was trained on. */
+   (film_run.c). Size and filter are those which the model was trained on. */
 static enum ad_status film_starts(struct film *film, struct ad_error *error)
 {
     const struct rollout_options *o = film->options;
     struct hnn_filming filming = hnn_filming_published();
     const char *size = hnn_model_noted(film->model[0].model, "frame");
+    const char *filter = hnn_model_noted(film->model[0].model, "filter");
     filming.trajectories = option_count_or(o->starts, 1);
     filming.frames = 3;
     if (size)
         sscanf(size, "%zu x %zu", &filming.height, &filming.width);
+    if (filter && hnn_filter_find(filter, &filming.rod.filter, error) != AD_OK)
+        return error->status;
     return hnn_rod_film(&filming, o->common.seed, &film->source, error);
 }
 

@@ -46,6 +46,7 @@ enum ad_status train_note_frames(struct train_run *run, struct ad_error *error)
     if (run->frames.has_rod) {
         snprintf(text, sizeof text, "%.17g", run->frames.rod.dt);
         hnn_model_note(run->model, "dt", text, error);
+        hnn_model_note(run->model, "filter", hnn_filters[run->frames.rod.filter], error);
     }
     return error->status;
 }

@@ -68,6 +68,14 @@ static void (*const draw[])(const struct hnn_rod *rod, double angle, size_t heig
                             float *pixels) = {draw_area, draw_bilinear};
 static_assert(LENGTH(draw) + 1 == LENGTH(hnn_filters), "a name for every filter");
 
+enum ad_status hnn_filter_find(const char *name, enum hnn_filter *filter, struct ad_error *error)
+{
+    size_t k = HNN_AREA;
+    if (hnn_find("filter", name, hnn_filters, &k, error) == AD_OK)
+        *filter = (enum hnn_filter)k;
+    return error->status;
+}
+
 void hnn_rod_draw(const struct hnn_rod *rod, double angle, size_t height, size_t width,
                   float *pixels)
 {

@@ -164,12 +164,10 @@ static enum ad_status read_filter(const char *path, phys_runfile *file, struct h
                                   struct ad_error *error)
 {
     char *text = NULL;
-    size_t filter = HNN_AREA;
     struct ad_error none = {0}, why = {0};
     if (phys_runfile_get_text(file, "/", "filter", &text, &none) == AD_OK &&
-        hnn_find("filter", text, hnn_filters, &filter, &why) != AD_OK)
+        hnn_filter_find(text, &rod->filter, &why) != AD_OK)
         ad_fail(error, AD_E_INPUT, "%s: %s", path, why.message);
-    rod->filter = (enum hnn_filter)filter;
     free(text);
     return error->status;
 }

@@ -33,6 +33,8 @@ enum hnn_filter {
                     and columns: smoother. As the published frames were made smaller */
 };
 extern const char *const hnn_filters[]; /* names, NULL-terminated */
+/* By name; AD_E_ARGUMENT, naming the nearest, if there is none. */
+enum ad_status hnn_filter_find(const char *name, enum hnn_filter *filter, struct ad_error *error);
 
 /* A uniform rod turning about one end: how it moves, as Gym's Pendulum-v0 without torque, and how
    it is drawn. Its angle is counted from hanging, positive to the right. Lengths in the world's

@@ -91,6 +91,34 @@ static void test_starts(void **state)
     shell_works("$LA rollout m.h5 --truth pixels --starts 2 --time 9 --json");
 }
 
+/* A model trained on smooth frames is shown smooth ones, and its truth is drawn so, too. */
+static void test_filter_of_the_training(void **state)
+{
+    (void)state;
+    enum { SIDE = 8 };
+    struct hnn_rod rod = hnn_rod_published();
+    struct ad_error error = {0};
+    phys_runfile *file;
+    double angle[3], frames[3 * SIDE * SIDE];
+    float shown[3 * SIDE * SIDE], drawn[SIDE * SIDE];
+    rod.filter = HNN_BILINEAR;
+    shell_works("$LA dataset pixels --trials 2 --points 3 --size 8 --filter bilinear --out s.h5");
+    shell_works(
+        "$LA train s.h5 --model pixel-hnn --steps 1 --batch 2 --test-fraction 0 --out n.h5");
+    shell_works("$LA rollout n.h5 --truth pixels --seed 2 --time 2 --out r.h5");
+    assert_int_equal(phys_runfile_open(shell_path("r.h5"), &file, &error), AD_OK);
+    assert_int_equal(phys_runfile_read(file, "truth/frames", 0, 3, frames, &error), AD_OK);
+    phys_runfile_close(file);
+    for (size_t k = 0; k < LENGTH(frames); k++)
+        shown[k] = (float)frames[k];
+    assert_int_equal(hnn_rod_angles(&rod, SIDE, SIDE, 3, shown, angle, &error), AD_OK);
+    for (size_t k = 0; k < 3; k++) {
+        hnn_rod_draw(&rod, angle[k], SIDE, SIDE, drawn);
+        for (size_t i = 0; i < SIDE * SIDE; i++)
+            assert_close(shown[k * SIDE * SIDE + i], drawn[i], 0, 1e-6);
+    }
+}
+
 static void test_files(void **state)
 {
     (void)state;
@@ -174,10 +202,10 @@ static void test_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_as_from_c),        cmocka_unit_test(test_added_energy),
-        cmocka_unit_test(test_starts),           cmocka_unit_test(test_files),
-        cmocka_unit_test(test_frames_of_no_rod), cmocka_unit_test(test_pictures),
-        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_as_from_c), cmocka_unit_test(test_added_energy),
+        cmocka_unit_test(test_starts),    cmocka_unit_test(test_filter_of_the_training),
+        cmocka_unit_test(test_files),     cmocka_unit_test(test_frames_of_no_rod),
+        cmocka_unit_test(test_pictures),  cmocka_unit_test(test_refused),
     };
     return cmocka_run_group_tests_name("rollouts of pixels", tests, setup, shell_teardown);
 }
