@@ -244,7 +244,9 @@ struct hnn_row {
 
 /* A model, what it learns from, and all that a next step depends on. The loss is the mean square
    of (field - rate) over components and samples, or of the states along rollouts; of models of
-   pixels, where x is the latent state and rates are per frame, see train_pixels.c. Model, samples
+   pixels, where x is the latent state and rates are per frame, see train_pixels.c; what they weigh
+   of pixels that are dark in every frame to train on never acts, and is 0 after training: frames
+   that show something there are read as if they did not. Model, samples
    and settings are kept by reference, samples only until this returns. `test` may have n 0. */
 enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *training,
                                const struct hnn_samples *train, const struct hnn_samples *test,

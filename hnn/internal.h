@@ -33,6 +33,8 @@ struct hnn_model {
     size_t n_nets, n_blocks, size;
     struct hnn_net net[HNN_NETS_MOST];
     size_t encoder, decoder; /* first blocks of an autoencoder; two a layer, all layers */
+    size_t seen;             /* inputs of the encoder: pixels, or those not always dark */
+    size_t shift;            /* of these, those of one frame: known in training */
     struct hnn_block block[HNN_BLOCKS_MOST];
     struct hnn_scaling scaling;
     double *range;    /* low [2n + 1], then high, H last; NULL: not known */

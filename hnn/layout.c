@@ -45,8 +45,9 @@ void hnn_layout(hnn_model *model)
 {
     const struct hnn_settings *s = &model->settings;
     size_t n = s->dof;
+    model->size = model->n_blocks = model->n_nets = 0;
     if (s->pixels) {
-        model->encoder = add_coder(model, 0, s->pixels, 2 * n);
+        model->encoder = add_coder(model, 0, model->seen, 2 * n);
         model->decoder = add_coder(model, HNN_CODER_LAYERS, 2 * n, s->pixels);
     }
     if (s->kind == HNN_BASELINE) {

@@ -42,6 +42,7 @@ enum ad_status hnn_model_blank(const struct hnn_settings *settings, hnn_model **
     model->scaling.energy = 1;
     model->evaluate_in = AD_F64;
     model->version = 1;
+    model->seen = settings->pixels;
     hnn_layout(model);
     *out = model;
     return AD_OK;

@@ -40,6 +40,10 @@ static enum ad_status check(const hnn_model *model, const struct hnn_training *s
     if (pixels != (train->frames != NULL) || (test->n && pixels != (test->frames != NULL)))
         return ad_fail(error, AD_E_ARGUMENT, "models of %s learn from %s",
                        pixels ? "pixels" : "states", pixels ? "frames" : "states and targets");
+    if (pixels && test->n && test->frame != train->frame)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "frames of %zu pixels to train on, and of %zu for the test", train->frame,
+                       test->frame);
     if (pixels && s->rollout)
         return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs a model of states");
     if (s->batch > train->n)
@@ -77,10 +81,10 @@ static enum ad_status prepare_data(hnn_trainer *t, const struct hnn_samples *tra
                                    const struct hnn_samples *test, struct ad_error *error)
 {
     enum ad_type type = t->model->settings.precision;
-    size_t x_rows = hnn_x_rows(t->model, &t->settings),
-           rows = hnn_target_rows(t->model, &t->settings);
-    if (hnn_data_new(&t->train, type, train, x_rows, rows, error) != AD_OK ||
-        hnn_data_new(&t->test, type, test, x_rows, rows, error) != AD_OK)
+    size_t x_rows = hnn_x_rows(t->learner, &t->settings),
+           rows = hnn_target_rows(t->learner, &t->settings);
+    if (hnn_data_new(&t->train, type, train, &t->lit, x_rows, rows, error) != AD_OK ||
+        hnn_data_new(&t->test, type, test, &t->lit, x_rows, rows, error) != AD_OK)
         return error->status;
     if (!t->model->settings.pixels &&
         hnn_range_states(t->model, train->n, train->x, error) != AD_OK)
@@ -99,7 +103,7 @@ static enum ad_status prepare_method(hnn_trainer *t, struct ad_error *error)
     if (!t->method || (t->settings.patience && !t->best) ||
         (t->settings.average > 0 && !t->settings.optimiser->full_batch && !hnn_average_new(t)))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    memcpy(hnn_problem_point(&t->problem), t->model->parameters, t->size_bytes);
+    memcpy(hnn_problem_point(&t->problem), hnn_learner_point(t), t->size_bytes);
     return AD_OK;
 }
 
@@ -119,10 +123,10 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
     t->settings.every = training->every ? training->every : 10;
     t->best_loss = INFINITY;
     size_t batch = t->settings.batch ? t->settings.batch : train->n;
-    if (prepare_data(t, train, test, error) != AD_OK ||
-        hnn_problem_new(&t->problem, model, &t->settings, batch, error) != AD_OK ||
-        hnn_survey_new(&t->train_survey, model, &t->settings, &t->train, error) != AD_OK ||
-        hnn_survey_new(&t->test_survey, model, &t->settings, &t->test, error) != AD_OK ||
+    if (hnn_learner_new(t, train, error) != AD_OK || prepare_data(t, train, test, error) != AD_OK ||
+        hnn_problem_new(&t->problem, t->learner, &t->settings, batch, error) != AD_OK ||
+        hnn_survey_new(&t->train_survey, t->learner, &t->settings, &t->train, error) != AD_OK ||
+        hnn_survey_new(&t->test_survey, t->learner, &t->settings, &t->test, error) != AD_OK ||
         prepare_method(t, error) != AD_OK) {
         hnn_trainer_free(t);
         return error->status;
@@ -144,6 +148,7 @@ void hnn_trainer_free(hnn_trainer *t)
     hnn_problem_free(&t->problem);
     hnn_data_free(&t->train);
     hnn_data_free(&t->test);
+    hnn_learner_free(t);
     free(t->history);
     free(t->best);
     free(t->average);
@@ -165,12 +170,12 @@ const struct hnn_row *hnn_trainer_history(const hnn_trainer *trainer, size_t *ro
 
 double hnn_trainer_train_loss(hnn_trainer *t)
 {
-    return hnn_survey_loss(&t->train_survey, t->model->parameters, t->size_bytes);
+    return hnn_survey_loss(&t->train_survey, hnn_learner_point(t), t->size_bytes);
 }
 
 double hnn_trainer_test_loss(hnn_trainer *t)
 {
-    return hnn_survey_loss(&t->test_survey, t->model->parameters, t->size_bytes);
+    return hnn_survey_loss(&t->test_survey, hnn_learner_point(t), t->size_bytes);
 }
 
 double hnn_trainer_product_share(hnn_trainer *t)
@@ -182,7 +187,7 @@ double hnn_trainer_product_share(hnn_trainer *t)
 enum ad_status hnn_trainer_deliver(hnn_trainer *t, struct ad_error *error)
 {
     bool best = t->best && isfinite(t->best_loss);
-    hnn_model_set_parameters(t->model, best ? t->best : hnn_trainer_outcome(t));
+    hnn_learner_deliver(t, best ? t->best : hnn_trainer_outcome(t));
     if (t->model->settings.pixels)
         return AD_OK;
     return hnn_range_energy(t->model, t->train.type, t->train.n, t->train.x, error);

@@ -4,26 +4,32 @@
 
 #include "internal.h"
 
+/* Pixels of a frame that some frame of the training lights; NULL: all. */
+struct hnn_lit {
+    size_t n, *pixel;
+};
+
 /* ---- samples (train_data.c) ---- */
 
 /* Samples in the element type of training, and the order in which batches take them. They are
-   columns of x [x_rows x n] and target [target_rows x n]; or, where they are windows of frames that
-   lie in memory once, sample k begins at element start[k] of x and of target. Batches and blocks
-   of these are matrices of rows: copied whole, in the order in which they lie. */
+   columns of x [x_rows x n] and target [target_rows x n]; or they are windows of frames that lie in
+   memory once, and sample k begins with frame first[k]. Batches and blocks of these are matrices of
+   rows: copied whole, in the order in which they lie. */
 struct hnn_data {
     enum ad_type type;
     size_t n, x_rows, target_rows;
     void *values; /* what x and target point into */
     const void *x, *target;
-    size_t *start;   /* [n] or NULL: columns */
-    uint64_t hash;   /* of all of it */
-    uint32_t *order; /* [n], the present permutation; NULL: batches are not drawn */
-    size_t position; /* taken from it */
+    size_t *first;                /* [n] or NULL: columns */
+    size_t x_frame, target_frame; /* elements of a frame */
+    uint64_t hash;                /* of all of it */
+    uint32_t *order;              /* [n], the present permutation; NULL: batches are not drawn */
+    size_t position;              /* taken from it */
     struct phys_random random, epoch; /* now, and before the present permutation was drawn */
 };
 enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
-                            const struct hnn_samples *samples, size_t x_rows, size_t target_rows,
-                            struct ad_error *error);
+                            const struct hnn_samples *samples, const struct hnn_lit *lit,
+                            size_t x_rows, size_t target_rows, struct ad_error *error);
 void hnn_data_free(struct hnn_data *data);
 /* Draws batches from now on, by permutations from `seed`. */
 enum ad_status hnn_data_shuffle(struct hnn_data *data, uint64_t seed, struct ad_error *error);
@@ -128,6 +134,9 @@ extern const struct hnn_optimiser hnn_lbfgs;
 
 struct hnn_trainer {
     hnn_model *model;
+    hnn_model *learner; /* what is trained: the model, or it without weights of dark pixels */
+    struct hnn_lit lit;
+    void *selected; /* [size of the learner] */
     struct hnn_training settings;
     struct hnn_data train, test;
     struct hnn_problem problem;
@@ -145,6 +154,14 @@ struct hnn_trainer {
     double *average; /* [n]; NULL where the last parameters are the model's */
     void *rounded;   /* the same in their type */
 };
+
+/* Makes the learner for these samples; its point from the model's parameters, owned by the trainer;
+   and the model's parameters from a point (train_dark.c). */
+enum ad_status hnn_learner_new(hnn_trainer *trainer, const struct hnn_samples *samples,
+                               struct ad_error *error);
+void hnn_learner_free(hnn_trainer *trainer);
+const void *hnn_learner_point(hnn_trainer *trainer);
+void hnn_learner_deliver(hnn_trainer *trainer, const void *point);
 
 /* The mean of the parameters (train_average.c): memory for it, false where there is none; the
    present parameters, after a step, taken into it. */

@@ -22,26 +22,47 @@ static void float_frames(enum ad_type type, size_t n, const float *from, void *t
             ((double *)to)[k] = (double)from[k];
 }
 
-/* All frames from the first to the last that a sample needs. */
-static bool copy_frames(struct hnn_data *data, const struct hnn_samples *samples)
+/* Only the lit pixels of frames [n x frame]. */
+static void pick(enum ad_type type, const struct hnn_lit *lit, size_t n, size_t frame,
+                 const void *from, void *to)
+{
+    size_t bytes = hnn_type_bytes(type);
+    const char *source = from;
+    char *goal = to;
+    for (size_t i = 0; i < n; i++, source += frame * bytes)
+        for (size_t k = 0; k < lit->n; k++, goal += bytes)
+            memcpy(goal, source + lit->pixel[k] * bytes, bytes);
+}
+
+/* All frames from the first to the last that a sample needs: a target is an observation, x the lit
+   pixels of it and of the frame behind it. */
+static bool copy_frames(struct hnn_data *data, const struct hnn_samples *samples,
+                        const struct hnn_lit *lit)
 {
     size_t low = SIZE_MAX, high = 0, frame = samples->frame;
     for (size_t k = 0; k < samples->n; k++) {
         low = samples->first[k] < low ? samples->first[k] : low;
         high = samples->first[k] > high ? samples->first[k] : high;
     }
-    size_t size = (high - low + 1) * frame + data->x_rows;
-    data->values = malloc(size * hnn_type_bytes(data->type));
-    data->start = malloc(samples->n * sizeof *data->start);
-    if (!data->values || !data->start)
+    size_t size = (high - low + 1) * frame + data->target_rows, count = size / frame;
+    size_t bytes = hnn_type_bytes(data->type);
+    data->values = malloc((size + (lit->pixel ? count * lit->n : 0)) * bytes);
+    data->first = malloc(samples->n * sizeof *data->first);
+    if (!data->values || !data->first)
         return false;
     float_frames(data->type, size, samples->frames + low * frame, data->values);
     for (size_t k = 0; k < samples->n; k++)
-        data->start[k] = (samples->first[k] - low) * frame;
-    data->x = data->values;
-    data->target = (const char *)data->values + frame * hnn_type_bytes(data->type);
-    data->hash = hash_bytes(data->hash, data->values, size * hnn_type_bytes(data->type));
-    data->hash = hash_bytes(data->hash, data->start, samples->n * sizeof *data->start);
+        data->first[k] = samples->first[k] - low;
+    data->x = data->target = data->values;
+    data->x_frame = data->target_frame = frame;
+    if (lit->pixel) {
+        char *picked = (char *)data->values + size * bytes;
+        pick(data->type, lit, count, frame, data->values, picked);
+        data->x = picked;
+        data->x_frame = lit->n;
+    }
+    data->hash = hash_bytes(data->hash, data->values, size * bytes);
+    data->hash = hash_bytes(data->hash, data->first, samples->n * sizeof *data->first);
     return true;
 }
 
@@ -61,15 +82,15 @@ static bool copy_columns(struct hnn_data *data, const struct hnn_samples *sample
 }
 
 enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
-                            const struct hnn_samples *samples, size_t x_rows, size_t target_rows,
-                            struct ad_error *error)
+                            const struct hnn_samples *samples, const struct hnn_lit *lit,
+                            size_t x_rows, size_t target_rows, struct ad_error *error)
 {
     size_t n = samples->n;
     *data = (struct hnn_data){.type = type, .n = n, .x_rows = x_rows, .target_rows = target_rows};
     if (n == 0)
         return AD_OK;
     data->hash = 0xcbf29ce484222325;
-    if (!(samples->frames ? copy_frames(data, samples) : copy_columns(data, samples)))
+    if (!(samples->frames ? copy_frames(data, samples, lit) : copy_columns(data, samples)))
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu samples", n);
     return AD_OK;
 }
@@ -77,7 +98,7 @@ enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
 void hnn_data_free(struct hnn_data *data)
 {
     free(data->values);
-    free(data->start);
+    free(data->first);
     free(data->order);
     *data = (struct hnn_data){0};
 }
@@ -118,14 +139,14 @@ void hnn_data_return(struct hnn_data *data, const struct phys_random *epoch, siz
 }
 
 /* Sample k becomes column `col` of to [rows x cols], or row `col` of to [cols x rows]. */
-static void copy_sample(const struct hnn_data *data, size_t rows, const void *from, size_t k,
-                        void *to, size_t cols, size_t col)
+static void copy_sample(const struct hnn_data *data, size_t rows, const void *from, size_t frame,
+                        size_t k, void *to, size_t cols, size_t col)
 {
     size_t bytes = hnn_type_bytes(data->type);
     const char *source = from;
     char *goal = to;
-    if (data->start)
-        memcpy(goal + col * rows * bytes, source + data->start[k] * bytes, rows * bytes);
+    if (data->first)
+        memcpy(goal + col * rows * bytes, source + data->first[k] * frame * bytes, rows * bytes);
     else
         for (size_t r = 0; r < rows; r++)
             memcpy(goal + (r * cols + col) * bytes, source + (r * data->n + k) * bytes, bytes);
@@ -134,8 +155,8 @@ static void copy_sample(const struct hnn_data *data, size_t rows, const void *fr
 static void copy_both(const struct hnn_data *data, size_t k, size_t cols, size_t col, void *x,
                       void *target)
 {
-    copy_sample(data, data->x_rows, data->x, k, x, cols, col);
-    copy_sample(data, data->target_rows, data->target, k, target, cols, col);
+    copy_sample(data, data->x_rows, data->x, data->x_frame, k, x, cols, col);
+    copy_sample(data, data->target_rows, data->target, data->target_frame, k, target, cols, col);
 }
 
 void hnn_data_draw(struct hnn_data *data, size_t count, void *x, void *target)

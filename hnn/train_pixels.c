@@ -8,9 +8,10 @@
 
 static const double field_weight = 0.1;
 
-static size_t pixels(const hnn_model *model) { return model->settings.pixels; }
+/* What the encoder sees of an observation and of the next one, which begins a frame later. */
+static size_t seen_twice(const hnn_model *model) { return model->seen + model->shift; }
 
-static size_t next_pixels(const hnn_model *model, const struct hnn_training *training)
+static size_t pixels(const hnn_model *model, const struct hnn_training *training)
 {
     (void)training;
     return model->settings.pixels;
@@ -23,19 +24,21 @@ static ad_var term(double weight, ad_var residual)
 }
 
 static ad_var record(const hnn_model *model, const struct hnn_training *training, ad_var parameters,
-                     ad_var x, ad_var next)
+                     ad_var seen, ad_var x)
 {
     (void)training;
     size_t n = model->settings.dof, samples = ad_rows(x);
-    ad_var both = hnn_record_encode_all(model, parameters, 2, (ad_var[]){x, next});
+    ad_var now = ad_slice_cols(seen, 0, model->seen);
+    ad_var next = ad_slice_cols(seen, ad_cols(seen) - model->seen, model->seen);
+    ad_var both = hnn_record_encode_all(model, parameters, 2, (ad_var[]){now, next});
     ad_var z = ad_slice_cols(both, 0, samples), z_next = ad_slice_cols(both, samples, samples);
     ad_var step = ad_sub(z_next, z);
     ad_var missed = ad_square(ad_sub(hnn_record_decode(model, parameters, z), x));
-    ad_var seen = ad_mul(1 / (double)ad_cols(x), ad_reshape(ad_sum_cols(missed), 1, ad_rows(x)));
+    ad_var shown = ad_mul(1 / (double)ad_cols(x), ad_reshape(ad_sum_cols(missed), 1, samples));
     ad_var canonical = term(1, ad_sub(ad_slice_rows(z, n, n), ad_slice_rows(step, 0, n)));
     ad_var field = hnn_model_record(model, parameters, z).field;
     ad_var moved = term(field_weight, ad_sub(step, field));
-    return ad_label(ad_add(ad_add(seen, canonical), moved), "loss of pixels");
+    return ad_label(ad_add(ad_add(shown, canonical), moved), "loss of pixels");
 }
 
-const struct hnn_objective hnn_learn_pixels = {true, pixels, next_pixels, record};
+const struct hnn_objective hnn_learn_pixels = {true, seen_twice, pixels, record};

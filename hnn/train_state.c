@@ -215,11 +215,11 @@ static void read_state(const struct reading *r)
     if (t->average)
         read_vector(r, "training/average", AD_F64, t->problem.n, t->average);
     if (t->best)
-        memcpy(t->best, t->model->parameters, t->size_bytes);
+        memcpy(t->best, hnn_learner_point(t), t->size_bytes);
     if (t->average || t->best) {
         read_vector(r, "training/parameters", t->problem.type, t->problem.n, point);
     } else {
-        memcpy(point, t->model->parameters, t->size_bytes);
+        memcpy(point, hnn_learner_point(t), t->size_bytes);
     }
 }
 

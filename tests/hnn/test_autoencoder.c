@@ -23,25 +23,28 @@ static struct hnn_settings settings_of(enum hnn_kind kind, size_t dof)
     return s;
 }
 
-/* A blob that swings to and fro, and every pair of it that has a next one. */
+/* A blob that swings to and fro beside a margin, and every pair of it that has a next one. */
 struct film {
     float pixels[FRAMES * FRAME];
     size_t first[SAMPLES];
     struct hnn_samples samples;
 };
 
-static void shoot(struct film *film)
+static void shoot_with(struct film *film, float margin)
 {
     for (int t = 0; t < FRAMES; t++)
         for (int k = 0; k < FRAME; k++) {
             double x = k % SIDE - 1.5 - 1.2 * cos(0.3 * t), y = k / SIDE - 1.5;
-            film->pixels[t * FRAME + k] = (float)(0.5 * exp(-x * x - 0.4 * y * y));
+            film->pixels[t * FRAME + k] =
+                k % SIDE == 0 ? margin : (float)(0.5 * exp(-x * x - 0.4 * y * y));
         }
     for (size_t k = 0; k < SAMPLES; k++)
         film->first[k] = SAMPLES - 1 - k;
     film->samples = (struct hnn_samples){
         .n = SAMPLES, .frames = film->pixels, .first = film->first, .frame = FRAME};
 }
+
+static void shoot(struct film *film) { shoot_with(film, 0.01f); }
 
 /* ---- the oracle ---- */
 
@@ -135,21 +138,23 @@ static void test_gradient(void **state)
     enum { N = 3 };
     struct film film;
     struct hnn_training training = hnn_pixel_training_defaults();
-    double pixels[2][PIXELS * N];
+    double seen[(PIXELS + FRAME) * N], pixels[PIXELS * N];
     shoot(&film);
-    for (int later = 0; later < 2; later++)
-        for (int k = 0; k < PIXELS; k++)
-            for (int i = 0; i < N; i++)
-                pixels[later][i * PIXELS + k] = (double)film.pixels[(7 * i + later) * FRAME + k];
+    for (int i = 0; i < N; i++)
+        for (int k = 0; k < PIXELS + FRAME; k++) {
+            seen[i * (PIXELS + FRAME) + k] = (double)film.pixels[7 * i * FRAME + k];
+            if (k < PIXELS)
+                pixels[i * PIXELS + k] = (double)film.pixels[7 * i * FRAME + k];
+        }
     for (int which = 0; which < 4; which++) {
         struct hnn_settings s =
             settings_of(which % 2 ? HNN_HAMILTONIAN : HNN_BASELINE, which < 2 ? 1 : 2);
         hnn_model *model = small_model(&s);
         ad_tape *tape = ad_tape_new(AD_F64);
         ad_var p = ad_input(tape, 1, hnn_model_size(model), "parameters");
-        ad_var x = ad_const(tape, N, PIXELS, pixels[0]),
-               next = ad_const(tape, N, PIXELS, pixels[1]);
-        ad_var loss = ad_mean(hnn_record_losses(model, &training, p, x, next));
+        ad_var both = ad_const(tape, N, PIXELS + FRAME, seen);
+        ad_var x = ad_const(tape, N, PIXELS, pixels);
+        ad_var loss = ad_mean(hnn_record_losses(model, &training, p, both, x));
         struct ad_check report = {0};
         const double *at = hnn_model_parameters(model);
         enum ad_status status = ad_check_gradient(loss, 1, &p, &at, 2e-7, 0, &report);
@@ -172,6 +177,61 @@ static struct hnn_training short_training(size_t steps)
     training.every = 10;
     training.learning_rate = 3e-3;
     return training;
+}
+
+/* A dark margin takes no part: as if it were lit, but by next to nothing. Its weights are 0 then,
+   where they would have decayed. */
+static void test_dark_pixels(void **state)
+{
+    (void)state;
+    struct film film[2];
+    hnn_model *model[2];
+    struct hnn_settings s = settings_of(HNN_HAMILTONIAN, 1);
+    struct hnn_training training = short_training(12);
+    double loss[2];
+    for (int lit = 0; lit < 2; lit++) {
+        shoot_with(&film[lit], lit ? 1e-37f : 0);
+        model[lit] = small_model(&s);
+        hnn_trainer *trainer =
+            small_trainer(model[lit], &training, &film[lit].samples, &film[lit].samples);
+        small_run(trainer);
+        loss[lit] = 0;
+        for (int k = 0; k < SAMPLES; k++)
+            loss[lit] += loss_of(model[lit], film[lit].pixels + k * FRAME) / SAMPLES;
+        assert_close(hnn_trainer_train_loss(trainer), loss[lit], 1e-13, 0);
+        hnn_trainer_free(trainer);
+    }
+    assert_close(loss[0], loss[1], 1e-10, 0);
+    const double *dark = hnn_model_parameters(model[0]), *lit = hnn_model_parameters(model[1]);
+    for (size_t k = 0; k < hnn_model_size(model[0]); k++) {
+        bool margin = k < 9 * PIXELS && k % SIDE == 0;
+        assert_close(dark[k], margin ? 0 : lit[k], 1e-9, margin ? 0 : 1e-11);
+        assert_true(!margin || fabs(lit[k]) > 0);
+    }
+    hnn_model_free(model[0]);
+    hnn_model_free(model[1]);
+}
+
+/* Where all is dark nothing is left out; nor where an observation is not made of whole frames. */
+static void test_nothing_to_see(void **state)
+{
+    (void)state;
+    static float frames[FRAMES * FRAME];
+    static size_t first[4] = {0, 1, 2, 3};
+    for (size_t frame = FRAME; frame >= FRAME - 1; frame--) {
+        struct hnn_samples samples = {.n = 4, .frames = frames, .first = first, .frame = frame};
+        struct hnn_settings s = settings_of(HNN_BASELINE, 1);
+        struct hnn_training training = short_training(3);
+        training.batch = 2;
+        hnn_model *model = small_model(&s);
+        hnn_trainer *trainer = small_trainer(model, &training, &samples, &small_none);
+        double before = hnn_trainer_train_loss(trainer);
+        assert_close(before, loss_of(model, frames), 1e-13, 0);
+        small_run(trainer);
+        assert_true(hnn_trainer_train_loss(trainer) < before);
+        hnn_trainer_free(trainer);
+        hnn_model_free(model);
+    }
 }
 
 static void test_training_halves_the_loss(void **state)
@@ -211,7 +271,7 @@ static void test_resumes_bitwise(void **state)
 {
     (void)state;
     struct film film;
-    shoot(&film);
+    shoot_with(&film, 0);
     struct hnn_settings s = settings_of(HNN_HAMILTONIAN, 1);
     s.precision = AD_F32;
     struct hnn_training whole = short_training(17), part = short_training(10);
@@ -313,6 +373,12 @@ static void test_refusals(void **state)
                      AD_E_ARGUMENT);
     assert_non_null(strstr(error.message, "models of pixels learn from frames"));
     error = (struct ad_error){0};
+    struct hnn_samples other = film.samples;
+    other.frame = FRAME / 2;
+    assert_int_equal(hnn_trainer_new(model, &training, &film.samples, &other, &trainer, &error),
+                     AD_E_ARGUMENT);
+    assert_non_null(strstr(error.message, "frames of 16 pixels to train on, and of 8"));
+    error = (struct ad_error){0};
     assert_int_equal(
         hnn_trainer_new(of_states, &training, &film.samples, &film.samples, &trainer, &error),
         AD_E_ARGUMENT);
@@ -335,6 +401,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_loss),
         cmocka_unit_test(test_gradient),
+        cmocka_unit_test(test_dark_pixels),
+        cmocka_unit_test(test_nothing_to_see),
         cmocka_unit_test(test_training_halves_the_loss),
         cmocka_unit_test(test_resumes_bitwise),
         cmocka_unit_test(test_names),

@@ -38,8 +38,8 @@ static void test_batches(void **state)
     struct hnn_data data;
     struct ad_error error = {0};
     assert_int_equal(hnn_data_new(&data, AD_F64,
-                                  &(struct hnn_samples){.n = N, .x = x, .target = target}, 1, 1,
-                                  &error),
+                                  &(struct hnn_samples){.n = N, .x = x, .target = target}, NULL, 1,
+                                  1, &error),
                      AD_OK);
     assert_int_equal(hnn_data_shuffle(&data, 3, &error), AD_OK);
     for (int k = 0; k < N; k++) {

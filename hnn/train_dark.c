@@ -1,0 +1,120 @@
+/* Pixels that are dark in every frame of the training: half of them, where a rod swings. What they
+   weigh in the encoder's first map never acts, its gradient is exactly 0, and all that the
+   published training does with it is to let it decay to 0. Trained is therefore a model without
+   these columns, which takes as many products less; in the model that is delivered they are 0. What
+   other frames show there is ignored, as it is where the weights have decayed. */
+#include "train.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Pixels of a frame that are lit in one of those which the samples need. */
+static enum ad_status find_lit(const struct hnn_samples *s, size_t pixels, struct hnn_lit *lit,
+                               struct ad_error *error)
+{
+    bool *is_lit = calloc(s->frame, sizeof *is_lit);
+    lit->pixel = malloc(s->frame * sizeof *lit->pixel);
+    if (!is_lit || !lit->pixel) {
+        free(is_lit);
+        return ad_fail(error, AD_E_MEMORY, "out of memory for frames of %zu pixels", s->frame);
+    }
+    for (size_t i = 0; i < s->n; i++) {
+        const float *window = s->frames + s->first[i] * s->frame;
+        for (size_t at = 0; at <= pixels; at += s->frame)
+            for (size_t k = 0; k < s->frame; k++)
+                is_lit[k] |= window[at + k] != 0;
+    }
+    for (size_t k = 0; k < s->frame; k++)
+        if (is_lit[k])
+            lit->pixel[lit->n++] = k;
+    free(is_lit);
+    return AD_OK;
+}
+
+/* All of them: where none or all are dark, or where an observation is not whole frames. */
+static void see_all(struct hnn_lit *lit, size_t frame)
+{
+    free(lit->pixel);
+    *lit = (struct hnn_lit){.n = frame};
+}
+
+enum ad_status hnn_learner_new(hnn_trainer *t, const struct hnn_samples *samples,
+                               struct ad_error *error)
+{
+    const size_t pixels = t->model->settings.pixels, frame = samples->frame;
+    t->learner = t->model;
+    if (!pixels)
+        return AD_OK;
+    bool whole = pixels % frame == 0;
+    if (whole && find_lit(samples, pixels, &t->lit, error) != AD_OK)
+        return error->status;
+    if (t->lit.n == 0 || t->lit.n == frame)
+        see_all(&t->lit, frame);
+    if (hnn_model_blank(&t->model->settings, &t->learner, error) != AD_OK)
+        return error->status;
+    t->learner->seen = whole ? pixels / frame * t->lit.n : pixels;
+    t->learner->shift = t->lit.n;
+    hnn_layout(t->learner);
+    t->selected = malloc(t->learner->size * hnn_type_bytes(t->model->settings.precision));
+    return t->selected ? AD_OK : ad_fail(error, AD_E_MEMORY, "out of memory");
+}
+
+void hnn_learner_free(hnn_trainer *t)
+{
+    if (t->learner != t->model)
+        hnn_model_free(t->learner);
+    free(t->lit.pixel);
+    free(t->selected);
+}
+
+/* ---- the same parameters, with and without those columns ---- */
+
+/* Where the learner's input k is among the model's pixels. */
+static size_t pixel_of(const hnn_trainer *t, size_t k)
+{
+    const struct hnn_lit *lit = &t->lit;
+    if (!lit->pixel)
+        return k;
+    size_t frame = t->model->settings.pixels / (t->learner->seen / lit->n);
+    return k / lit->n * frame + lit->pixel[k % lit->n];
+}
+
+/* From the model's parameters to the learner's or back. The first map comes first in both. */
+static void convert(const hnn_trainer *t, char *wide, char *narrow, bool widen)
+{
+    const struct hnn_block *b = &t->learner->block[t->learner->encoder];
+    const size_t bytes = hnn_type_bytes(t->model->settings.precision), cols = t->model->seen;
+    const size_t rest = (t->learner->size - b->rows * b->cols) * bytes;
+    assert(b->offset == 0);
+    if (widen)
+        memset(wide, 0, b->rows * cols * bytes);
+    for (size_t k = 0; k < b->cols; k++)
+        for (size_t r = 0, pixel = pixel_of(t, k); r < b->rows; r++) {
+            char *to = wide + (r * cols + pixel) * bytes,
+                 *from = narrow + (r * b->cols + k) * bytes;
+            memcpy(widen ? to : from, widen ? from : to, bytes);
+        }
+    wide += b->rows * cols * bytes;
+    narrow += b->rows * b->cols * bytes;
+    memcpy(widen ? wide : narrow, widen ? narrow : wide, rest);
+}
+
+const void *hnn_learner_point(hnn_trainer *t)
+{
+    if (t->learner == t->model)
+        return t->model->parameters;
+    convert(t, t->model->parameters, t->selected, false);
+    return t->selected;
+}
+
+void hnn_learner_deliver(hnn_trainer *t, const void *point)
+{
+    if (t->learner == t->model) {
+        hnn_model_set_parameters(t->model, point);
+        return;
+    }
+    memcpy(t->selected, point, t->size_bytes);
+    convert(t, t->model->parameters, t->selected, true);
+    t->model->version++;
+}
