@@ -2,6 +2,7 @@
 #include "plan.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #define APPEND(array, count, max, element)                                                         \
     (ad_reserve((void **)&(array), (count), &(max), 1, sizeof *(array))                            \
@@ -14,6 +15,25 @@ static bool append_instruction(struct plan *p, struct instruction in)
 }
 
 /* ---- operands ---- */
+
+static bool same_loc(const struct loc *a, const struct loc *b)
+{
+    return a->off == b->off && a->root == b->root && a->list == b->list && a->rs == b->rs &&
+           a->base == b->base && a->cs == b->cs;
+}
+
+/* The number of a spread location: as before, if its value was last read from the same one. */
+static bool number_loc(struct plan *p, struct loc l, uint32_t *index)
+{
+    uint32_t *before = &p->link[l.root];
+    *index = *before - 1;
+    if (*before && same_loc(&p->graph->locs[*index], &l))
+        return true;
+    if (!ad_graph_add_loc(p->graph, l, index))
+        return false;
+    *before = *index + 1;
+    return true;
+}
 
 /* The location of operand k of v, spread over a rows x cols space. */
 static bool place_operand(struct plan *p, const struct value *v, uint32_t k, uint32_t rows,
@@ -38,7 +58,7 @@ static bool place_operand(struct plan *p, const struct value *v, uint32_t k, uin
         l.rs = 0;
         l.cs = 0;
     }
-    return ad_graph_add_loc(g, l, index);
+    return number_loc(p, l, index);
 }
 
 /* ---- instructions ---- */
@@ -283,6 +303,7 @@ static void mark_stages(struct plan *p, size_t group)
 bool ad_plan_emit(struct plan *p)
 {
     struct graph *g = p->graph;
+    memset(p->link, 0, g->n * sizeof *p->link);
     for (uint32_t i = 0; i < g->n_groups; i++) {
         mark_stages(p, i);
         if (!g->groups[i].count)

@@ -10,7 +10,7 @@ struct plan {
     size_t memory; /* bytes of values so far */
     /* per value, while planning */
     uint32_t *last; /* last group that reads it */
-    uint32_t *link; /* lists of dying and of free memory */
+    uint32_t *link; /* lists of dying and of free memory; emit: 1 + last spread location */
     uint32_t *spot; /* emit: last reader within the segment; of merged values: their sink */
     /* growth of the program's arrays */
     size_t max_instructions, max_segments, max_sinks, max_parts, max_numbers;
