@@ -71,25 +71,7 @@ static bool tile_is_flat(const struct loc *l, const struct segment *s)
     return !l->list && l->cs == 1 && (s->tile_rows == 1 || l->rs == s->tile_cols);
 }
 
-static bool emit_spread(struct plan *p, const struct segment *s, uint32_t value, uint32_t slot,
-                        uint32_t *index)
-{
-    struct graph *g = p->graph;
-    struct instruction in = {.kind = DO_ELEMENTWISE,
-                             .n_in = 1,
-                             .run = p->program->kernels->op[AD_OP_copy][VARIANT_A_NUMBER],
-                             .value = value,
-                             .loc = {0, *index}};
-    struct loc tile = {.base = BASE_TILE, .off = slot, .rs = s->tile_cols, .cs = 1};
-    in.flat = tile_is_flat(&g->locs[*index], s);
-    if (!ad_graph_add_loc(g, tile, &in.loc[0]))
-        return false;
-    *index = in.loc[0];
-    return append_instruction(p, in);
-}
-
-static bool emit_elementwise(struct plan *p, const struct segment *s, uint32_t id,
-                             uint32_t spread_slot)
+static bool emit_elementwise(struct plan *p, const struct segment *s, uint32_t id)
 {
     struct graph *g = p->graph;
     const struct value *v = &g->values[id];
@@ -100,12 +82,7 @@ static bool emit_elementwise(struct plan *p, const struct segment *s, uint32_t i
     for (uint32_t k = 0; k < in.n_in; k++) {
         if (!place_operand(p, v, k, v->rows, v->cols, &in.loc[1 + k]))
             return false;
-        if (g->locs[in.loc[1 + k]].cs != 0)
-            continue;
-        if (in.n_in < 3)
-            variant |= 1u << k;
-        else if (!emit_spread(p, s, id, spread_slot++, &in.loc[1 + k]))
-            return false;
+        variant |= (g->locs[in.loc[1 + k]].cs == 0 ? 1u : 0) << k;
     }
     in.run = kernels->op[v->op][variant];
     in.flat = true;
@@ -209,13 +186,12 @@ static void slots_to_bytes(struct graph *g, const struct group *group, size_t fi
             g->locs[i].off *= slot_bytes;
 }
 
-static bool emit_member(struct plan *p, const struct segment *s, uint32_t id, uint32_t n_slots)
+static bool emit_member(struct plan *p, const struct segment *s, uint32_t id)
 {
-    const struct value *v = &p->graph->values[id];
-    uint32_t spread_slot = n_slots - ad_spread_operands(p, v);
-    return is_sink(v->op)      ? emit_sink(p, s, id)
-           : is_stencil(v->op) ? emit_stencil(p, id)
-                               : emit_elementwise(p, s, id, spread_slot);
+    uint16_t op = p->graph->values[id].op;
+    return is_sink(op)      ? emit_sink(p, s, id)
+           : is_stencil(op) ? emit_stencil(p, id)
+                            : emit_elementwise(p, s, id);
 }
 
 static bool emit_fused(struct plan *p, const struct group *group, struct segment s)
@@ -234,7 +210,7 @@ static bool emit_fused(struct plan *p, const struct group *group, struct segment
     size_t first_loc = g->n_locs;
     lay_on_tiles(g, group, &s);
     for (uint32_t i = 0; i < group->count; i++)
-        if (!emit_member(p, &s, g->order[group->first + i], n_slots))
+        if (!emit_member(p, &s, g->order[group->first + i]))
             return false;
     slots_to_bytes(g, group, first_loc, slot_bytes);
     if (p->tile_bytes < n_slots * slot_bytes)

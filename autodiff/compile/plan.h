@@ -26,10 +26,7 @@ static inline bool ad_is_number(const struct loc *l)
     return l->cs == 0 && l->rs == 0 && !l->list;
 }
 
-/* Operands of a select that are numbers are spread into tiles of their own first: how many. */
-uint32_t ad_spread_operands(const struct plan *plan, const struct value *v);
-/* Gives the group's values slots, and its segment (rows, cols, count set) tiles and chunks. Slots
-   for spread operands come last. */
+/* Gives the group's values slots, and its segment (rows, cols, count set) tiles and chunks. */
 bool ad_plan_tiles(struct plan *plan, const struct group *group, struct segment *segment,
                    uint32_t *n_slots);
 /* Gives every stored value its memory and turns all locations into byte offsets. */

@@ -43,19 +43,6 @@ struct slots {
 
 static uint32_t take_slot(struct slots *s) { return s->n_free ? s->free[--s->n_free] : s->n++; }
 
-uint32_t ad_spread_operands(const struct plan *p, const struct value *v)
-{
-    uint32_t n = 0;
-    if (ad_ops[v->op].arity != 3 || !ad_ops[v->op].elementwise)
-        return 0;
-    for (uint32_t k = 0; k < 3; k++) {
-        const struct value *x = &p->graph->values[v->in[k]];
-        bool number = x->rows == 1 && x->cols == 1 && (v->rows > 1 || v->cols > 1);
-        n += number || operand_loc(p->graph, v, k)->cs == 0 || (x->cols == 1 && v->cols > 1);
-    }
-    return n;
-}
-
 static bool in_tile(const struct graph *g, const struct value *v, uint32_t k)
 {
     return reads_in_step(g, v, k) && !(g->values[v->in[k]].flags & VALUE_STORED);
@@ -69,7 +56,6 @@ static bool assign_slots(struct plan *p, const struct group *group, uint32_t *n_
     struct slots s = {.free = malloc((group->count + 4) * sizeof *s.free)};
     if (!s.free)
         return false;
-    uint32_t most_spread = 0;
     for (uint32_t i = 0; i < group->count; i++) {
         const struct value *v = &g->values[g->order[group->first + i]];
         for (uint32_t k = 0; k < ad_ops[v->op].arity; k++)
@@ -79,9 +65,6 @@ static bool assign_slots(struct plan *p, const struct group *group, uint32_t *n_
     for (uint32_t i = 0; i < group->count; i++) {
         uint32_t id = g->order[group->first + i];
         const struct value *v = &g->values[id];
-        uint32_t spread = ad_spread_operands(p, v);
-        if (spread > most_spread)
-            most_spread = spread;
         for (uint32_t k = 0; k < ad_ops[v->op].arity; k++) {
             uint32_t x = v->in[k];
             bool repeated = (k > 0 && v->in[0] == x) || (k > 1 && v->in[1] == x);
@@ -91,7 +74,7 @@ static bool assign_slots(struct plan *p, const struct group *group, uint32_t *n_
         if (!(v->flags & VALUE_STORED))
             g->locs[id].off = take_slot(&s);
     }
-    *n_slots = s.n + most_spread; /* the last ones hold spread operands */
+    *n_slots = s.n;
     free(s.free);
     return true;
 }

@@ -62,76 +62,43 @@ static inline R power(R a, R b)
 
 #define LANES _Pragma("omp simd") for (size_t i = 0; i < n; i++)
 
-/* Where all inputs are numbers the value is computed once and repeated. */
+/* An operand is read EACH lane, or is ONE number for all. */
+#define BEFORE_EACH(x, p) const R *each_##x = p;
+#define BEFORE_ONE(x, p) const R x = *(const R *)(p);
+#define LANE_EACH(x) const R x = each_##x[i];
+#define LANE_ONE(x)
+
+#define KERNEL(name, value, before, lane)                                                          \
+    static void name(size_t n, void *o, const void *pa, const void *pb, const void *pc)            \
+    {                                                                                              \
+        (void)pb, (void)pc;                                                                        \
+        R *y = o;                                                                                  \
+        before LANES { lane y[i] = value; }                                                        \
+    }
+#define UNARY(name, value, A) KERNEL(name, value, BEFORE_##A(x, pa), LANE_##A(x))
+#define BINARY(name, value, A, B)                                                                  \
+    KERNEL(name, value, BEFORE_##A(a, pa) BEFORE_##B(b, pb), LANE_##A(a) LANE_##B(b))
+#define TERNARY(name, value, A, B, C)                                                              \
+    KERNEL(name, value, BEFORE_##A(a, pa) BEFORE_##B(b, pb) BEFORE_##C(c, pc),                     \
+           LANE_##A(a) LANE_##B(b) LANE_##C(c))
+
 #define AD_UNARY(name, value, dx, lo, hi)                                                          \
-    static void name##_v(size_t n, void *o, const void *pa, const void *pb, const void *pc)        \
-    {                                                                                              \
-        (void)pb, (void)pc;                                                                        \
-        const R *a = pa;                                                                           \
-        R *y = o;                                                                                  \
-        LANES                                                                                      \
-        {                                                                                          \
-            R x = a[i];                                                                            \
-            y[i] = value;                                                                          \
-        }                                                                                          \
-    }                                                                                              \
-    static void name##_s(size_t n, void *o, const void *pa, const void *pb, const void *pc)        \
-    {                                                                                              \
-        (void)pb, (void)pc;                                                                        \
-        R *y = o, x = *(const R *)pa, once = value;                                                \
-        LANES y[i] = once;                                                                         \
-    }
+    UNARY(name##_0, value, EACH)                                                                   \
+    UNARY(name##_1, value, ONE)
 #define AD_BINARY(name, value, da, db, lo, hi)                                                     \
-    static void name##_vv(size_t n, void *o, const void *pa, const void *pb, const void *pc)       \
-    {                                                                                              \
-        (void)pc;                                                                                  \
-        const R *va = pa, *vb = pb;                                                                \
-        R *y = o;                                                                                  \
-        LANES                                                                                      \
-        {                                                                                          \
-            R a = va[i], b = vb[i];                                                                \
-            y[i] = value;                                                                          \
-        }                                                                                          \
-    }                                                                                              \
-    static void name##_sv(size_t n, void *o, const void *pa, const void *pb, const void *pc)       \
-    {                                                                                              \
-        (void)pc;                                                                                  \
-        const R *vb = pb, a = *(const R *)pa;                                                      \
-        R *y = o;                                                                                  \
-        LANES                                                                                      \
-        {                                                                                          \
-            R b = vb[i];                                                                           \
-            y[i] = value;                                                                          \
-        }                                                                                          \
-    }                                                                                              \
-    static void name##_vs(size_t n, void *o, const void *pa, const void *pb, const void *pc)       \
-    {                                                                                              \
-        (void)pc;                                                                                  \
-        const R *va = pa, b = *(const R *)pb;                                                      \
-        R *y = o;                                                                                  \
-        LANES                                                                                      \
-        {                                                                                          \
-            R a = va[i];                                                                           \
-            y[i] = value;                                                                          \
-        }                                                                                          \
-    }                                                                                              \
-    static void name##_ss(size_t n, void *o, const void *pa, const void *pb, const void *pc)       \
-    {                                                                                              \
-        (void)pc;                                                                                  \
-        R *y = o, a = *(const R *)pa, b = *(const R *)pb, once = value;                            \
-        LANES y[i] = once;                                                                         \
-    }
+    BINARY(name##_0, value, EACH, EACH)                                                            \
+    BINARY(name##_1, value, ONE, EACH)                                                             \
+    BINARY(name##_2, value, EACH, ONE)                                                             \
+    BINARY(name##_3, value, ONE, ONE)
 #define AD_TERNARY(name, value, da, db, dc, lo, hi)                                                \
-    static void name##_vvv(size_t n, void *o, const void *pa, const void *pb, const void *pc)      \
-    {                                                                                              \
-        const R *va = pa, *vb = pb, *vc = pc;                                                      \
-        R *y = o;                                                                                  \
-        LANES                                                                                      \
-        {                                                                                          \
-            R a = va[i], b = vb[i], c = vc[i];                                                     \
-            y[i] = value;                                                                          \
-        }                                                                                          \
-    }
+    TERNARY(name##_0, value, EACH, EACH, EACH)                                                     \
+    TERNARY(name##_1, value, ONE, EACH, EACH)                                                      \
+    TERNARY(name##_2, value, EACH, ONE, EACH)                                                      \
+    TERNARY(name##_3, value, ONE, ONE, EACH)                                                       \
+    TERNARY(name##_4, value, EACH, EACH, ONE)                                                      \
+    TERNARY(name##_5, value, ONE, EACH, ONE)                                                       \
+    TERNARY(name##_6, value, EACH, ONE, ONE)                                                       \
+    TERNARY(name##_7, value, ONE, ONE, ONE)
 #include "../ops.def"
 
 static double sum(size_t n, const void *pa)
@@ -204,10 +171,12 @@ const struct ad_kernels EXPAND(ad_kernels_, TYPE_NAME, _, AD_KERNEL_ISA) = {
     .isa = EXPAND_TEXT(AD_KERNEL_ISA),
     .op =
         {
-#define AD_UNARY(name, value, dx, lo, hi) [AD_OP_##name] = {name##_v, name##_s},
+#define AD_UNARY(name, value, dx, lo, hi) [AD_OP_##name] = {name##_0, name##_1},
 #define AD_BINARY(name, value, da, db, lo, hi)                                                     \
-    [AD_OP_##name] = {name##_vv, name##_sv, name##_vs, name##_ss},
-#define AD_TERNARY(name, value, da, db, dc, lo, hi) [AD_OP_##name] = {name##_vvv},
+    [AD_OP_##name] = {name##_0, name##_1, name##_2, name##_3},
+#define AD_TERNARY(name, value, da, db, dc, lo, hi)                                                \
+    [AD_OP_##                                                                                      \
+        name] = {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7},
 #include "../ops.def"
         },
     .sum = sum,

@@ -7,8 +7,8 @@
 /* o[i] = f(a[i], b[i], c[i]) for n lanes. o may be one of the inputs, no other overlap. */
 typedef void ad_kernel(size_t n, void *o, const void *a, const void *b, const void *c);
 
-/* Variants by which inputs are one number for all lanes. */
-enum { VARIANT_A_NUMBER = 1, VARIANT_B_NUMBER = 2, N_VARIANTS = 4 };
+/* Variants by which inputs are one number for all lanes: a bit each. */
+enum { VARIANT_A_NUMBER = 1, VARIANT_B_NUMBER = 2, VARIANT_C_NUMBER = 4, N_VARIANTS = 8 };
 
 /* Factors of one step of an optimiser; the bias corrections of Adam are in rate and epsilon. */
 struct ad_step {
@@ -22,7 +22,7 @@ struct ad_step {
 
 struct ad_kernels {
     const char *isa;
-    ad_kernel *op[AD_N_OPS][N_VARIANTS]; /* unary: first two; ternary: first only */
+    ad_kernel *op[AD_N_OPS][N_VARIANTS]; /* unary: the first two; binary: four */
     double (*sum)(size_t n, const void *a);
     /* o[i] = scale*(a[i+1] - a[i]) */
     void (*diff)(size_t n, void *o, const void *a, double scale);

@@ -17,8 +17,7 @@ static bool whole_exponent(const struct writer *w, const struct loc *l, int *exp
 
 static enum ad_op op_of(const struct writer *w, const struct instruction *in)
 {
-    bool spread = in->loc[0] != in->value; /* of a number, for an operation that comes after */
-    return spread ? AD_OP_copy : (enum ad_op)w->p->values[in->value].op;
+    return (enum ad_op)w->p->values[in->value].op;
 }
 
 /* The first sine or cosine of the argument of this one, if there are both; or NULL. */
