@@ -16,8 +16,8 @@
 
 enum {
     MAX_LITERAL_ROWS = 16,
-    MAX_LITERAL = 512,           /* instructions when rows are written one by one */
-    MAX_INSTRUCTIONS_BESIDE = 64 /* of a row; longer ones keep the machine busy alone */
+    MAX_LITERAL = 256,           /* instructions when rows are written one by one */
+    MAX_INSTRUCTIONS_BESIDE = 24 /* of a row; longer ones keep the machine busy alone */
 };
 
 static uint32_t count_known(const struct writer *w)
