@@ -76,11 +76,11 @@ def peers(folder, quick):
     values, losses = str(folder / "gradients-values.csv"), str(folder / "hnn-losses.csv")
     text = (
         python("gradients_torch.py", ["numpy", "torch"], values, *quick)
-        + python("gradients_jax.py", ["numpy", "jax"], values)
+        + python("gradients_jax.py", ["numpy", "jax"], values, *quick)
         + python("gradients_casadi.py", ["numpy", "casadi"], values, *quick)
         + adolc(values)
         + python("training_torch.py", ["numpy", "torch"], losses, *quick)
-        + python("training_jax.py", ["numpy", "jax"], losses)
+        + python("training_jax.py", ["numpy", "jax"], losses, *quick)
     )
     return [tuple(line.split(",")) for line in text.splitlines() if line.count(",") == 4]
 

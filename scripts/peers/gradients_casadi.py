@@ -4,12 +4,10 @@ over slices, differentiated as a whole; by its virtual machine, and as C where t
 
     scripts/peers/gradients_casadi.py charts/gradients-values.csv [--quick]
 """
-import sys
-
 import casadi as ca
 import numpy as np
 
-from actions import G, GM, SLICES, report, scenes, values
+from actions import G, GM, QUICK, SLICES, report, scenes, values
 
 MOST = 15  # coordinates of a scene whose C is compiled
 
@@ -81,5 +79,5 @@ compiled = {
 }
 for name, (x, u, gradient, product, _) in values().items():
     measure(name, "CasADi", {}, x, u, gradient, product)
-    if len(x) <= MOST and "--quick" not in sys.argv:
+    if len(x) <= MOST and not QUICK:
         measure(name, "CasADi as C", compiled, x, u, gradient, product)

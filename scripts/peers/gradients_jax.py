@@ -2,7 +2,7 @@
 """Derivatives of the discretised actions in JAX, jit, f64, one thread; all of a descent by Adam in
 one jit; all blocks of the Hessian.
 
-    scripts/peers/gradients_jax.py charts/gradients-values.csv
+    scripts/peers/gradients_jax.py charts/gradients-values.csv [--quick]
 """
 import os
 

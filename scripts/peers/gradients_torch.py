@@ -4,12 +4,10 @@ by torch.compile.
 
     scripts/peers/gradients_torch.py charts/gradients-values.csv [--quick]
 """
-import sys
-
 import torch
 from torch.func import grad, jvp
 
-from actions import ADAM_STEPS, objective, report, scenes, values
+from actions import ADAM_STEPS, QUICK, objective, report, scenes, values
 
 torch.set_num_threads(1)
 VERSION = torch.__version__.split("+")[0]
@@ -52,5 +50,5 @@ def compiled(name, x, u, gradient, product):
 
 for name, (x, u, gradient, product, descended) in values().items():
     eager(name, x, u, gradient, product, descended)
-    if "--quick" not in sys.argv:
+    if not QUICK:
         compiled(name, x, u, gradient, product)

@@ -102,7 +102,7 @@ def our_run(command, folder, model):
 
 def main():
     command = str(pathlib.Path(sys.argv[1]).resolve())
-    rounds, steps = (3, 20) if "--quick" in sys.argv else (7, 40)
+    rounds, steps = (3, 8) if "--quick" in sys.argv else (7, 40)
     with tempfile.TemporaryDirectory() as folder:
         words = [command, "dataset", "pixels", "--trials", "30", "--out", f"{folder}/frames.h5"]
         subprocess.run(words, check=True, stdout=subprocess.DEVNULL)

@@ -48,7 +48,7 @@ def main():
                         f"{statistics.median(runs):.6g},{e:.6g}",
                         flush=True,
                     )
-                if seconds > (0.3 if quick else LONGEST):
+                if seconds > (0.1 if quick else LONGEST):
                     break
                 tol *= factor
 

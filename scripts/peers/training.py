@@ -54,5 +54,5 @@ def report(peer, version, step_of):
     for (model, precision), ours in our_losses().items():
         step = step_of(model, precision)
         error = difference(np.array(ours), [float(step()) for _ in ours])
-        seconds = median_seconds(step, longest=2)
+        seconds = median_seconds(step, 2)
         print(f"training {model} {precision},{peer},{version},{seconds:.4g},{error:.2g}", flush=True)

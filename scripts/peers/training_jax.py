@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A training step in JAX, jit, one thread.
 
-    scripts/peers/training_jax.py charts/hnn-losses.csv
+    scripts/peers/training_jax.py charts/hnn-losses.csv [--quick]
 """
 import os
 

@@ -4,11 +4,10 @@ and loss and gradient by torch.compile.
 
     scripts/peers/training_torch.py charts/hnn-losses.csv [--quick]
 """
-import sys
-
 import torch
 from torch.func import functional_call, grad
 
+from actions import QUICK
 from training import OUTPUTS, WIDTH, parameters, report, samples
 
 torch.set_num_threads(1)
@@ -80,5 +79,5 @@ def compiled(model, precision):
 
 VERSION = torch.__version__.split("+")[0]
 report("PyTorch eager", VERSION, eager)
-if "--quick" not in sys.argv:
+if not QUICK:
     report("torch.compile", VERSION, compiled)
