@@ -37,10 +37,10 @@ def read(text):
 # ---- running peers ----
 
 
-def run(name, command):
+def run(name, command, **where):
     """Rows that it prints; none where it fails, which is said."""
     began = time.monotonic()
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **where)
     if done.returncode != 0:
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]
         print(f"{name}: failed: {last}", file=sys.stderr)
@@ -57,7 +57,7 @@ def python(script, modules, *arguments):
 
 
 def adolc(values):
-    """Compiled where its headers and library are."""
+    """Compiled where its headers and library are; long tapes go to files where it runs."""
     compiler = shutil.which("c++") or shutil.which("g++")
     version = subprocess.run(["pkg-config", "--modversion", "adolc"], capture_output=True, text=True)
     if not compiler or version.returncode != 0:
@@ -68,12 +68,12 @@ def adolc(values):
         define = f'-DPEER_VERSION="{version.stdout.strip()}"'
         words = [compiler, "-O2", "-march=native", "-std=c++17", define]
         built = subprocess.run([*words, str(HERE / "gradients_adolc.cpp"), "-ladolc", "-o", program])
-        return run("gradients_adolc.cpp", [program, values]) if built.returncode == 0 else ""
+        return run("gradients_adolc.cpp", [program, values], cwd=folder) if built.returncode == 0 else ""
 
 
 def peers(folder, quick):
     """job, peer, version, seconds, difference of every peer."""
-    values, losses = str(folder / "gradients-values.csv"), str(folder / "hnn-losses.csv")
+    values, losses = (str(folder.resolve() / name) for name in ("gradients-values.csv", "hnn-losses.csv"))
     text = (
         python("gradients_torch.py", ["numpy", "torch"], values, *quick)
         + python("gradients_jax.py", ["numpy", "jax"], values, *quick)
