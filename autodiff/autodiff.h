@@ -211,8 +211,8 @@ ad_var ad_scatter_rows(ad_var x, const uint32_t rows[], size_t height);
 ad_var ad_concat_rows(size_t n, const ad_var parts[]); /* one above the other */
 ad_var ad_concat_cols(size_t n, const ad_var parts[]); /* side by side */
 
-/* Zero matrix rows x cols with every part added at its place (row[k], col[k]); the adjoint of
- * slices. */
+/* Zero matrix rows x cols with every part added at its place (row[k], col[k]): the adjoint of
+   slices. */
 ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var parts[],
                 const size_t row[], const size_t col[]);
 

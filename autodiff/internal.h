@@ -1,7 +1,7 @@
 /* Inside of autodiff, in the order in which it reads; each folder has one header of its own.
 
        autodiff.h, ops.def     what a user sees; the one table of operations
-       tape/       internal.h  operations append nodes: record.c, structure.c, place.c
+       tape/       internal.h  operations append nodes: record.c, simplify.c, structure.c, place.c
        gradient/   sweep.h     a reverse sweep appends adjoints, by the rules of the table
        compile/    graph.h     what the outputs need (graph.c), cut into groups: views.c,
                                schedule.c, postpone.c, merge.c
@@ -115,8 +115,14 @@ ad_var ad_append(ad_tape *tape, struct node node);
 uint32_t ad_append_numbers(ad_tape *tape, size_t n, const double *values);
 uint32_t ad_append_list(ad_tape *tape, size_t n, const uint32_t *values);
 
+/* Records op of n arguments of one tape, as it is. */
+ad_var ad_elementwise(ad_tape *tape, enum ad_op op, size_t n, const ad_var *in);
 /* c x, with factors of factors multiplied into one. */
 ad_var ad_scale(ad_var x, double c);
+/* A shorter form of a binary operation, in *y; false where there is none. Of numbers, constants on
+   the tape among them, and one value at most; then of any two values. */
+bool ad_simplify_numbers(ad_tape *tape, enum ad_op op, ad_arg a, ad_arg b, ad_var *y);
+bool ad_simplify(enum ad_op op, ad_var a, ad_var b, ad_var *y);
 
 /* The value of a scalar constant; false if x is none. */
 bool ad_constant_value(ad_var x, double *value);

@@ -1,13 +1,7 @@
 /* From groups of values to segments of instructions over tiles. */
 #include "plan.h"
 
-#include <stdlib.h>
 #include <string.h>
-
-#define APPEND(array, count, max, element)                                                         \
-    (ad_reserve((void **)&(array), (count), &(max), 1, sizeof *(array))                            \
-         ? ((array)[(count)++] = (element), true)                                                  \
-         : false)
 
 static bool append_instruction(struct plan *p, struct instruction in)
 {
@@ -160,32 +154,6 @@ static bool emit_sink(struct plan *p, const struct segment *s, uint32_t id)
            append_instruction(p, in);
 }
 
-/* Values that nothing outside the segment reads lie on its tiles; their offsets count slots until
-   slots_to_bytes. */
-static void lay_on_tiles(struct graph *g, const struct group *group, const struct segment *s)
-{
-    for (uint32_t i = 0; i < group->count; i++) {
-        uint32_t id = g->order[group->first + i];
-        if (!(g->values[id].flags & VALUE_STORED)) {
-            g->locs[id].base = BASE_TILE;
-            g->locs[id].rs = s->tile_cols;
-        }
-    }
-}
-
-static void slots_to_bytes(struct graph *g, const struct group *group, size_t first_loc,
-                           size_t slot_bytes)
-{
-    for (uint32_t i = 0; i < group->count; i++) {
-        struct loc *l = &g->locs[g->order[group->first + i]];
-        if (l->base == BASE_TILE)
-            l->off *= slot_bytes;
-    }
-    for (size_t i = first_loc; i < g->n_locs; i++)
-        if (g->locs[i].base == BASE_TILE)
-            g->locs[i].off *= slot_bytes;
-}
-
 static bool emit_member(struct plan *p, const struct segment *s, uint32_t id)
 {
     uint16_t op = p->graph->values[id].op;
@@ -196,76 +164,24 @@ static bool emit_member(struct plan *p, const struct segment *s, uint32_t id)
 
 static bool emit_fused(struct plan *p, const struct group *group, struct segment s)
 {
-    struct graph *g = p->graph;
-    uint32_t n_slots;
+    const struct graph *g = p->graph;
     const struct value *first = &g->values[g->order[group->first]];
     const struct value *space = is_sink(first->op) ? &g->values[first->in[0]] : first;
     s.fused = true;
     s.rows = space->rows;
     s.cols = space->cols;
     s.count = group->count;
-    if (!ad_plan_tiles(p, group, &s, &n_slots))
+    if (!ad_plan_tiles(p, group, &s))
         return false;
-    size_t slot_bytes = ad_slot_bytes(p->program->element, &s);
-    size_t first_loc = g->n_locs;
-    lay_on_tiles(g, group, &s);
     for (uint32_t i = 0; i < group->count; i++)
         if (!emit_member(p, &s, g->order[group->first + i]))
             return false;
-    slots_to_bytes(g, group, first_loc, slot_bytes);
-    if (p->tile_bytes < n_slots * slot_bytes)
-        p->tile_bytes = n_slots * slot_bytes;
     s.count = (uint32_t)p->program->n_instructions - s.first;
     s.n_sinks = (uint32_t)p->program->n_sinks - s.first_sink;
     return APPEND(p->program->segments, p->program->n_segments, p->max_segments, s);
 }
 
-/* ---- operations that stand alone ---- */
-
-static bool emit_place(struct plan *p, uint32_t id, struct instruction *in, struct segment *s)
-{
-    struct graph *g = p->graph;
-    const struct value *v = &g->values[id];
-    in->kind = DO_PLACE;
-    in->loc[1] = (uint32_t)p->program->n_parts;
-    s->clear = !ad_place_tiles(g, v);
-    for (size_t k = 0; k < n_operands(g, v); k++) {
-        const uint32_t *at = place_part(g, v, k);
-        uint32_t x = operand(g, v, k), root = g->locs[x].root;
-        size_t there = g->locs[id].off + ((size_t)at[1] * v->cols + at[2]) * p->program->element;
-        if ((g->values[root].flags & VALUE_BORROWED) && g->host[root] == id &&
-            g->locs[root].off == there)
-            continue; /* computed in place */
-        struct part part = {x, g->values[x].rows, g->values[x].cols, at[1], at[2]};
-        if (!APPEND(p->program->parts, p->program->n_parts, p->max_parts, part))
-            return false;
-        in->loc[2]++;
-    }
-    return true;
-}
-
-static bool emit_alone(struct plan *p, uint32_t id, struct segment s)
-{
-    const struct value *v = &p->graph->values[id];
-    struct instruction in = {.value = id, .loc = {id, v->in[0], v->in[1], v->aux}};
-    s.rows = v->rows;
-    s.cols = v->cols;
-    s.chunks = 1;
-    s.count = 1;
-    if (v->op == AD_OP_place) {
-        in.loc[2] = 0;
-        if (!emit_place(p, id, &in, &s))
-            return false;
-        if (!in.loc[2] && !s.clear)
-            return true; /* nothing left to do */
-    } else {
-        in.kind = v->op == AD_OP_matmul ? DO_MATMUL : DO_TRANSPOSE;
-        in.loc[3] |= v->flags & VALUE_ADDS ? MATMUL_ADDS : 0;
-        p->program->has_matmul |= v->op == AD_OP_matmul;
-    }
-    return append_instruction(p, in) &&
-           APPEND(p->program->segments, p->program->n_segments, p->max_segments, s);
-}
+/* ---- segments in order ---- */
 
 /* Where the segments of constants and of what is held end, before those of a group. */
 static void mark_stages(struct plan *p, size_t group)
@@ -287,7 +203,8 @@ bool ad_plan_emit(struct plan *p)
         struct segment s = {.first = (uint32_t)p->program->n_instructions,
                             .first_sink = (uint32_t)p->program->n_sinks};
         uint32_t id = g->order[g->groups[i].first];
-        if (is_alone(g->values[id].op) ? !emit_alone(p, id, s) : !emit_fused(p, &g->groups[i], s))
+        if (is_alone(g->values[id].op) ? !ad_plan_alone(p, id, s)
+                                       : !emit_fused(p, &g->groups[i], s))
             return false;
     }
     mark_stages(p, g->n_groups);

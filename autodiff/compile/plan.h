@@ -26,12 +26,18 @@ static inline bool ad_is_number(const struct loc *l)
     return l->cs == 0 && l->rs == 0 && !l->list;
 }
 
-/* Gives the group's values slots, and its segment (rows, cols, count set) tiles and chunks. */
-bool ad_plan_tiles(struct plan *plan, const struct group *group, struct segment *segment,
-                   uint32_t *n_slots);
+/* Slots on tiles for a group's values; tiles, chunks for its segment (rows, cols, count set). */
+bool ad_plan_tiles(struct plan *plan, const struct group *group, struct segment *segment);
 /* Gives every stored value its memory and turns all locations into byte offsets. */
 bool ad_plan_storage(struct plan *plan);
-/* Writes the instructions and segments. */
+/* Writes the instructions and segments; and those of a value that stands alone. */
 bool ad_plan_emit(struct plan *plan);
+bool ad_plan_alone(struct plan *plan, uint32_t id, struct segment segment);
+
+/* Adds to an array of the program; false when out of memory. */
+#define APPEND(array, count, max, element)                                                         \
+    (ad_reserve((void **)&(array), (count), &(max), 1, sizeof *(array))                            \
+         ? ((array)[(count)++] = (element), true)                                                  \
+         : false)
 
 #endif

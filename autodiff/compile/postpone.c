@@ -1,7 +1,10 @@
 /* Values are scheduled as early as they can be; some had better wait. One that is read lane by lane
    in later segments alone is computed in the first of these, where that keeps no more values in
    memory than it saves: it never goes through memory itself. In a gradient these are the factors of
-   the chain rule that depend on the forward pass alone. */
+   the chain rule that depend on the forward pass alone.
+
+   Gradients are as fast without; the product of a gas's Hessian with a vector, some seventy values
+   of pairs x slices, takes 1.8 times as long, and compiled, out of registers, 16 times. */
 #include "graph.h"
 
 #include <stdlib.h>

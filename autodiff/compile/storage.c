@@ -1,5 +1,6 @@
 /* Memory of values: only what crosses segments is stored, and memory of the dead is used again.
-   The parts of a concatenation are computed straight into its memory. */
+   The parts of a concatenation are computed straight into its memory: 5 to 18 % of the gradient of
+   a scene that writes its coordinates row by row. */
 #include "plan.h"
 
 #include <stdlib.h>

@@ -1,5 +1,7 @@
 /* How a segment's values share tiles: slots by lifetime, the shape of a tile, chunks for threads.
- */
+
+   Where it can, a space is walked as one long row: vectors of machine code then fill whatever the
+   number of columns is, two to five times faster at three to seven columns. */
 #include "plan.h"
 
 #include <stdlib.h>
@@ -110,15 +112,34 @@ static void split_chunks(struct segment *s)
     }
 }
 
-bool ad_plan_tiles(struct plan *p, const struct group *group, struct segment *s, uint32_t *n_slots)
+/* What is not stored lies on tiles, one behind the other. */
+static void lay_on_tiles(struct plan *p, const struct group *group, const struct segment *s,
+                         uint32_t n_slots)
 {
+    struct graph *g = p->graph;
+    size_t slot_bytes = ad_slot_bytes(p->program->element, s);
+    for (uint32_t i = 0; i < group->count; i++) {
+        uint32_t id = g->order[group->first + i];
+        struct loc *l = &g->locs[id];
+        if (!(g->values[id].flags & VALUE_STORED))
+            *l = (struct loc){
+                .off = l->off * slot_bytes, .rs = s->tile_cols, .cs = 1, .base = BASE_TILE};
+    }
+    if (p->tile_bytes < n_slots * slot_bytes)
+        p->tile_bytes = n_slots * slot_bytes;
+}
+
+bool ad_plan_tiles(struct plan *p, const struct group *group, struct segment *s)
+{
+    uint32_t n_slots;
     if ((size_t)s->rows * s->cols < UINT32_MAX && is_flat(p, group)) {
         s->cols *= s->rows;
         s->rows = 1;
     }
-    if (!assign_slots(p, group, n_slots))
+    if (!assign_slots(p, group, &n_slots))
         return false;
-    shape_tiles(p, s, *n_slots);
+    shape_tiles(p, s, n_slots);
     split_chunks(s);
+    lay_on_tiles(p, group, s, n_slots);
     return true;
 }

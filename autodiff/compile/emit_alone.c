@@ -1,0 +1,48 @@
+/* Operations that stand alone, each a segment of one instruction: products, transposition, and the
+   parts of what is placed that are not computed there already. */
+#include "plan.h"
+
+static bool emit_place(struct plan *p, uint32_t id, struct instruction *in, struct segment *s)
+{
+    struct graph *g = p->graph;
+    const struct value *v = &g->values[id];
+    in->kind = DO_PLACE;
+    in->loc[1] = (uint32_t)p->program->n_parts;
+    s->clear = !ad_place_tiles(g, v);
+    for (size_t k = 0; k < n_operands(g, v); k++) {
+        const uint32_t *at = place_part(g, v, k);
+        uint32_t x = operand(g, v, k), root = g->locs[x].root;
+        size_t there = g->locs[id].off + ((size_t)at[1] * v->cols + at[2]) * p->program->element;
+        if ((g->values[root].flags & VALUE_BORROWED) && g->host[root] == id &&
+            g->locs[root].off == there)
+            continue; /* computed in place */
+        struct part part = {x, g->values[x].rows, g->values[x].cols, at[1], at[2]};
+        if (!APPEND(p->program->parts, p->program->n_parts, p->max_parts, part))
+            return false;
+        in->loc[2]++;
+    }
+    return true;
+}
+
+bool ad_plan_alone(struct plan *p, uint32_t id, struct segment s)
+{
+    const struct value *v = &p->graph->values[id];
+    struct instruction in = {.value = id, .loc = {id, v->in[0], v->in[1], v->aux}};
+    s.rows = v->rows;
+    s.cols = v->cols;
+    s.chunks = 1;
+    s.count = 1;
+    if (v->op == AD_OP_place) {
+        in.loc[2] = 0;
+        if (!emit_place(p, id, &in, &s))
+            return false;
+        if (!in.loc[2] && !s.clear)
+            return true; /* nothing left to do */
+    } else {
+        in.kind = v->op == AD_OP_matmul ? DO_MATMUL : DO_TRANSPOSE;
+        in.loc[3] |= v->flags & VALUE_ADDS ? MATMUL_ADDS : 0;
+        p->program->has_matmul |= v->op == AD_OP_matmul;
+    }
+    return APPEND(p->program->instructions, p->program->n_instructions, p->max_instructions, in) &&
+           APPEND(p->program->segments, p->program->n_segments, p->max_segments, s);
+}
