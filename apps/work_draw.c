@@ -89,6 +89,17 @@ static bool wins(const struct decades *d, size_t curve)
     return false;
 }
 
+/* Of a name in a box of so many decades, 35 pixels each; 0: none is small enough, and the legend
+   has it in bold. */
+static int font_of(const char *name, int decades)
+{
+    static const int fonts[] = {12, 9};
+    for (size_t f = 0; f < sizeof fonts / sizeof *fonts; f++)
+        if (0.6 * fonts[f] * (double)strlen(name) < 35 * decades)
+            return fonts[f];
+    return 0;
+}
+
 /* Decade k spans the errors around 10^-k; neighbours with one winner share a box. */
 static void strip(size_t n, const struct work_curve curves[], const struct decades *d, FILE *out)
 {
@@ -104,10 +115,13 @@ static void strip(size_t n, const struct work_curve curves[], const struct decad
                 "set object %d rectangle from first 1e-%d*sqrt(10), graph 0 to first "
                 "1e-%d*sqrt(10), graph 0.075 fs solid noborder fc rgb '%s' front\n",
                 object, k, next, style.colour);
-        fprintf(out,
-                "set label %d '%s' at first 10**(-%g), graph 0.036 center textcolor rgb 'white' "
-                "font ',%d' front\n",
-                object++, name, 0.5 * (k + next - 1), next - k > 1 ? 12 : 9);
+        int font = font_of(name, next - k);
+        if (font)
+            fprintf(out,
+                    "set label %d '%s' at first 10**(-%g), graph 0.036 center textcolor rgb "
+                    "'white' font ',%d' front\n",
+                    object, name, 0.5 * (k + next - 1), font);
+        object++;
     }
 }
 

@@ -123,7 +123,7 @@ def to_errors(kind, accuracies, ours, theirs, peer, version):
 
 
 def version_of(module):
-    return getattr(__import__(module), "__version__", "")
+    return getattr(__import__(module), "__version__", "").split("+")[0]
 
 
 def motions(folder, quick):

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from motions import error, problems, typical_sizes
 
 LEAST = 2.3e-14  # of rtol: solve_ivp raises what is smaller
-LONGEST = 1.0  # seconds of a run; a method is refined no further ...
+LONGEST = 0.5  # seconds of a run; a method is refined no further ...
 LONG = 0.1  # ... and timed once, where the spread is small
 
 
