@@ -28,7 +28,9 @@ WARN = -Wall -Wextra -Wpedantic -Wshadow -Wstrict-prototypes -Wconversion $(if $
 # what vector loops need. clang finds glibc's vector functions by -fveclib, gcc by declarations.
 MATH = -fno-math-errno -fno-trapping-math $(if $(CLANG),$(if $(X86),-fveclib=libmvec))
 ifdef SAN
-SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+# By clang the fuzzers come of the same objects: they see which bytes lead where.
+SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer \
+           $(if $(CLANG),-fsanitize=fuzzer-no-link)
 endif
 PKG_CFLAGS := $(patsubst -I%,-isystem %,$(filter-out -I/usr/include/$(MACHINE),$(shell pkg-config --cflags hdf5 openblas lapacke libpng 2>/dev/null)))
 PKG_LIBS   := $(shell pkg-config --libs hdf5 openblas lapacke libpng 2>/dev/null)
@@ -89,7 +91,7 @@ help:
 	@echo '  bench      gradients by the tape against hand-written C; fails if slower than before'
 	@echo '  lint       warnings are errors (gcc, clang), cppcheck, format, exported names'
 	@echo '  format     clang-format everything'
-	@echo '  sanitize   every test under ASan and UBSan'
+	@echo '  sanitize   every test under ASan and UBSan, every parser against libFuzzer for 2 s (clang)'
 	@echo '  test-o1    tests of the tape with kernels compiled plainly: the oracle'
 	@echo '  coverage   lines that the tests run, by gcov: folder by folder, and files under 90 %'
 	@echo '  matrix     the runs of docs/accuracy.md, by gcc and clang, -O0 to -O3, with and without AVX, 1 and 2 threads'
@@ -108,7 +110,7 @@ $(BUILD)/flags: FORCE
 	@mkdir -p $(@D)
 	@echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' | cmp -s - $@ || echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' > $@
 
-compile = $(CC) $(ALL_CFLAGS) $(NAMED) -MMD -MP -c $< -o $@
+compile = $(CC) $(ALL_CFLAGS) -MMD -MP -c $< -o $@
 
 $(BUILD)/%.o: %.c $(BUILD)/flags
 	$(call say,CC,$<)
@@ -175,12 +177,12 @@ $(TESTS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/tests/helpers.a $(A)
 	    $(filter %/apps.a,$^) $(A) $(LIBS) -lcmocka -o $@
 $(filter-out $(BUILD)/tests/autodiff/% $(BUILD)/tests/physics/%,$(TESTS)): $(BUILD)/apps.a
 
-# Outside of libFuzzer the fuzzers are functions of one test, each with a name of its own.
-FUZZ_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(wildcard tests/fuzz/fuzz_*.c))
-$(BUILD)/tests/fuzz/test_corpus: $(FUZZ_OBJ)
-ifndef FUZZING
-$(FUZZ_OBJ): private NAMED = -DLLVMFuzzerTestOneInput=$(*F)
-endif
+# Each fuzzer is a function with a name of its own: of one test, or the target of libFuzzer.
+$(BUILD)/tests/fuzz/test_corpus: $(FUZZERS:%=%.o)
+$(FUZZERS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/apps.a $(A)
+	$(call say,LD,$@)
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -fsanitize=fuzzer -Wl,--defsym=LLVMFuzzerTestOneInput=$(@F) \
+	    $< $(BUILD)/apps.a $(A) $(LIBS) -o $@
 
 build-tests: $(TESTS)
 
@@ -237,9 +239,16 @@ lint:
 format:
 	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff autodiff/* physics physics/* hnn quantum apps tests tests/* tests/apps/scenes docs/examples))
 
+# Every test, then every fuzzer from its corpus on, by clang, whose libFuzzer gcc has not.
+SANITIZED = --no-print-directory BUILD=$(BUILD)/sanitize CC=clang SAN=1 CFLAGS='-O1 -g'
 sanitize:
 	@ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1 \
-	    $(MAKE) --no-print-directory BUILD=$(BUILD)/sanitize SAN=1 CFLAGS='-O1 -g' check
+	    LSAN_OPTIONS=suppressions=$(CURDIR)/scripts/lsan.suppress:print_suppressions=0 \
+	    $(MAKE) $(SANITIZED) check
+	@$(MAKE) $(SANITIZED) FUZZ_SECONDS=2 run-fuzzers
+
+fuzz:
+	@$(MAKE) $(SANITIZED) run-fuzzers
 
 test-o1:
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 TEST_DIRS=tests/autodiff check
@@ -275,11 +284,6 @@ tsan:
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/tsan CC=clang SANITIZE=-fsanitize=thread \
 	    CFLAGS='-O1 -g -Wno-pass-failed' run-threaded
 
-# The library is instrumented too, so that the fuzzer sees which bytes lead where.
-fuzz:
-	@$(MAKE) --no-print-directory BUILD=$(BUILD)/fuzz CC=clang SAN=1 FUZZING=1 \
-	    CFLAGS='-O1 -g -fsanitize=fuzzer-no-link -Wno-pass-failed' run-fuzzers
-
 run-fuzzers: $(FUZZERS)
 	@for f in $^; do \
 	    mkdir -p $$f.corpus; \
@@ -288,10 +292,6 @@ run-fuzzers: $(FUZZERS)
 	        $$f.corpus tests/fuzz/corpus/$${f##*fuzz_} >$$f.log 2>&1 \
 	        || { tail -n 30 $$f.log; exit 1; }; \
 	done
-
-$(FUZZERS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/apps.a $(A)
-	$(call say,LD,$@)
-	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -fsanitize=fuzzer $< $(BUILD)/apps.a $(A) $(LIBS) -o $@
 
 # ---- install ----
 

@@ -160,9 +160,9 @@ struct ad_program {
     double saved, price;         /* seconds, by what ran so far; 0: no matter (native.h) */
 };
 
-/* Runs n segments, the program's own or those that stand for them; with `check`, keeps the earliest
-   value that is not finite. */
-void ad_execute(const ad_program *program, const struct segment *segments, size_t n,
-                struct check *check);
+/* Runs segments [first, last), the program's own or those that stand for them; with `check`, keeps
+   the earliest value that is not finite. */
+void ad_execute(const ad_program *program, const struct segment *segments, size_t first,
+                size_t last, struct check *check);
 
 #endif

@@ -128,7 +128,7 @@ enum ad_status ad_compile(ad_tape *tape, size_t n_out, const ad_var out[], ad_pr
     }
     if (done) {
         write_constants(p, tape);
-        ad_execute(p, p->segments, p->n_constant_segments, NULL);
+        ad_execute(p, p->segments, 0, p->n_constant_segments, NULL);
         *program = p;
     } else {
         ad_program_free(p);

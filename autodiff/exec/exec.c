@@ -149,11 +149,13 @@ static void run_fused(const ad_program *p, const struct segment *g, struct check
         collect_sinks(p, g, check);
 }
 
-void ad_execute(const ad_program *p, const struct segment *segments, size_t n, struct check *check)
+void ad_execute(const ad_program *p, const struct segment *segments, size_t first, size_t last,
+                struct check *check)
 {
     if (p->has_matmul)
         ad_blas_single_thread();
-    for (const struct segment *g = segments; g < segments + n; g++) {
+    for (size_t i = first; i < last; i++) {
+        const struct segment *g = &segments[i];
         if (g->native) {
             run_native(p, g);
         } else if (g->fused) {
@@ -168,26 +170,27 @@ void ad_execute(const ad_program *p, const struct segment *segments, size_t n, s
         ad_blas_threads();
 }
 
-/* What each run goes through, or each run again: without what held inputs alone decide. */
-static const struct segment *segments_of(ad_program *p, bool again, size_t *n)
+/* What each run goes through, or each run again, from the first to before the last: without what
+   held inputs alone decide. */
+static const struct segment *segments_of(ad_program *p, bool again, size_t *first, size_t *last)
 {
-    size_t first = again ? p->n_held_segments : p->n_constant_segments;
+    *first = again ? p->n_held_segments : p->n_constant_segments;
     if (p->price > 0)
-        ad_native_weigh(p, first);
+        ad_native_weigh(p, *first);
     if (p->native) {
-        first = again ? p->native->n_held : 0;
-        *n = p->native->n_segments - first;
-        return p->native->segments + first;
+        *first = again ? p->native->n_held : 0;
+        *last = p->native->n_segments;
+        return p->native->segments;
     }
-    *n = p->n_segments - first;
-    return p->segments + first;
+    *last = p->n_segments;
+    return p->segments;
 }
 
 static void run(ad_program *p, bool again)
 {
-    size_t n;
-    const struct segment *segments = segments_of(p, again, &n);
-    ad_execute(p, segments, n, NULL);
+    size_t first, last;
+    const struct segment *segments = segments_of(p, again, &first, &last);
+    ad_execute(p, segments, first, last, NULL);
 }
 
 void ad_run(ad_program *p) { run(p, false); }
@@ -197,11 +200,11 @@ void ad_rerun(ad_program *p) { run(p, true); }
 double ad_run_timed(ad_program *p)
 {
     double products = 0;
-    size_t n;
-    const struct segment *segments = segments_of(p, false, &n);
-    for (size_t i = 0; i < n; i++) {
+    size_t first, last;
+    const struct segment *segments = segments_of(p, false, &first, &last);
+    for (size_t i = first; i < last; i++) {
         double began = ad_now();
-        ad_execute(p, segments + i, 1, NULL);
+        ad_execute(p, segments, i, i + 1, NULL);
         if (p->instructions[segments[i].first].kind == DO_MATMUL)
             products += ad_now() - began;
     }

@@ -110,7 +110,7 @@ static const char *label_of(const ad_program *p, uint32_t value)
 enum ad_status ad_run_checked(ad_program *p, struct ad_error *error)
 {
     struct check check = {.value = UINT32_MAX};
-    ad_execute(p, p->segments, p->n_segments, &check);
+    ad_execute(p, p->segments, 0, p->n_segments, &check);
     look_at_leaves(p, &check);
     if (check.value == UINT32_MAX)
         return AD_OK;

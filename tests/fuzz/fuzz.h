@@ -10,7 +10,12 @@
 #include <string.h>
 #include <unistd.h>
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+/* A fuzzer a file: aborts where what it read is neither taken nor refused as it should be. */
+#define FUZZERS(X)                                                                                 \
+    X(arguments)                                                                                   \
+    X(cache) X(data) X(horizons) X(image) X(library) X(model) X(scene) X(table) X(words)
+#define FUZZ_DECLARE(name) int fuzz_##name(const uint8_t *data, size_t size);
+FUZZERS(FUZZ_DECLARE)
 
 static char fuzz_name[256];
 

@@ -46,7 +46,7 @@ static void check(const struct command_line *line, const struct common *common, 
     }
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+int fuzz_arguments(const uint8_t *data, size_t size)
 {
     if (size == 0)
         return 0;

@@ -20,7 +20,7 @@ static int is_entry(const uint8_t *data, size_t size, const char *source)
            memcmp(data + object, source, length) == 0;
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+int fuzz_cache(const uint8_t *data, size_t size)
 {
     static const char source[] = "int s0;";
     const char *file = fuzz_file(data, size);

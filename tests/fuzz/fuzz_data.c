@@ -15,7 +15,7 @@ static void check_samples(const struct hnn_samples *samples, size_t states, size
         fuzz_require(isfinite(samples->target[k]));
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+int fuzz_data(const uint8_t *data, size_t size)
 {
     static const struct hnn_dataset_settings kinds[] = {
         {.state = NULL},

@@ -18,7 +18,7 @@ static void check(const struct phys_horizons *table)
         fuzz_require(table->jd[i] > table->jd[i - 1]);
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+int fuzz_horizons(const uint8_t *data, size_t size)
 {
     struct phys_horizons table;
     struct ad_error error = {0};

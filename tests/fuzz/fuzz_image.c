@@ -4,7 +4,7 @@
 
 #include "hnn/frames.h"
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+int fuzz_image(const uint8_t *data, size_t size)
 {
     struct hnn_image image;
     struct ad_error error = {0};

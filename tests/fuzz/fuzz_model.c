@@ -85,7 +85,7 @@ static void resume(const char *name)
     hnn_model_free(model);
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+int fuzz_model(const uint8_t *data, size_t size)
 {
     static const char sealed[] = "leastaction, sealed";
     struct ad_error error = {0};

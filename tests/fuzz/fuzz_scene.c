@@ -59,7 +59,7 @@ static struct phys_scene scene_of(const struct bytes *b, const struct phys_param
 #undef UNLESS
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+int fuzz_scene(const uint8_t *data, size_t size)
 {
     struct bytes b;
     if (size < sizeof b)

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+int fuzz_table(const uint8_t *data, size_t size)
 {
     size_t rows = 0, cols = 0;
     double *values = NULL;

@@ -57,7 +57,7 @@ static enum ad_status date(const char *word, struct ad_error *error)
     return error->status;
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+int fuzz_words(const uint8_t *data, size_t size)
 {
     static enum ad_status (*const readers[])(const char *, struct ad_error *) = {numbers, scene,
                                                                                  date};

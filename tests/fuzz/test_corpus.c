@@ -2,20 +2,11 @@
    changed, cut out and put in: the same for every run. A fuzzer that is not satisfied aborts. */
 #include "tests/close.h"
 #include "tests/files.h"
+#include "fuzz.h"
 
 #include <dirent.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 enum { COPIES = 15, ROOM = 1 << 14 };
-
-#define TARGETS(X)                                                                                 \
-    X(arguments)                                                                                   \
-    X(cache) X(data) X(horizons) X(image) X(library) X(model) X(scene) X(table) X(words)
-
-#define DECLARE(name) int fuzz_##name(const uint8_t *data, size_t size);
-TARGETS(DECLARE)
 
 /* xorshift64. */
 static uint64_t draw(uint64_t *state, uint64_t below)
@@ -88,11 +79,11 @@ static void try_all(int (*fuzz)(const uint8_t *, size_t), const char *target)
         (void)state;                                                                               \
         try_all(fuzz_##name, #name);                                                               \
     }
-TARGETS(TEST)
+FUZZERS(TEST)
 
 int main(void)
 {
 #define ENTRY(name) cmocka_unit_test(test_##name),
-    const struct CMUnitTest tests[] = {TARGETS(ENTRY)};
+    const struct CMUnitTest tests[] = {FUZZERS(ENTRY)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
