@@ -97,6 +97,23 @@ static void test_a_jump_is_no_gradient(void **state)
     ad_tape_free(t);
 }
 
+/* 1/|x - a| at x closer to a than the first step of the differences, which straddle the pole. */
+static void test_beside_a_pole(void **state)
+{
+    (void)state;
+    const double at_0[] = {0.9877, 0.9941, 1.3};
+    const double *const at[] = {at_0};
+    struct ad_check r;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, 3, NULL);
+    ad_var y = ad_sum(ad_recip(ad_abs(ad_sub(x, 0.98772))));
+    assert_int_equal(ad_check_gradient(y, 1, &x, at, 1e-6, 0, &r), AD_OK);
+    assert_true(r.passed);
+    assert_int_equal(ad_check_second(y, 1, &x, at, 1e-6, 0, &r), AD_OK);
+    assert_true(r.passed);
+    ad_tape_free(t);
+}
+
 static void test_infinite_gradients_fail(void **state)
 {
     (void)state;
@@ -217,6 +234,7 @@ int main(void)
         cmocka_unit_test(test_wrong_rule),
         cmocka_unit_test(test_wrong_at_second_order),
         cmocka_unit_test(test_a_jump_is_no_gradient),
+        cmocka_unit_test(test_beside_a_pole),
         cmocka_unit_test(test_infinite_gradients_fail),
         cmocka_unit_test(test_differences_have_ten_digits),
         cmocka_unit_test(test_any_units),
