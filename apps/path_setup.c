@@ -52,14 +52,13 @@ static const char *default_solver(const struct path_options *options, const stru
 
 static void choose_settings(const struct path_options *options, struct path_run *run)
 {
-    const struct phys_scene *scene = run->system.scene;
-    const struct phys_preset *preset = run->preset, *paper = scene->paper;
+    const struct phys_preset *preset = run->preset;
+    const struct phys_path_settings usual = phys_path_defaults(&run->system);
     struct phys_path_settings *settings = &run->settings;
-    settings->slices = option_count_or(options->slices, preset ? preset->slices : scene->slices);
-    settings->dt = option_number_or(options->dt, preset ? preset->dt : scene->dt);
-    settings->steps = option_count_or(options->steps, paper ? paper->steps : 500);
-    settings->learning_rate =
-        option_number_or(options->learning_rate, paper ? paper->learning_rate : 1e-2);
+    settings->slices = option_count_or(options->slices, preset ? preset->slices : usual.slices);
+    settings->dt = option_number_or(options->dt, preset ? preset->dt : usual.dt);
+    settings->steps = option_count_or(options->steps, usual.steps);
+    settings->learning_rate = option_number_or(options->learning_rate, usual.learning_rate);
     settings->tolerance = option_number_or(options->grad_tolerance, 0);
     settings->momentum = options->momentum;
     settings->hold = options->hold;

@@ -16,15 +16,31 @@ const struct phys_solver *phys_solver_find(const char *name, struct ad_error *er
     return phys_solvers[phys_find("solver", name, N_SOLVERS, names, error)];
 }
 
+struct phys_path_settings phys_path_defaults(const struct phys_system *system)
+{
+    const struct phys_scene *scene = system->scene;
+    return (struct phys_path_settings){
+        .rule = &phys_rule_left,
+        .slices = scene->slices,
+        .dt = scene->dt,
+        .steps = scene->paper ? scene->paper->steps : 500,
+        .learning_rate = scene->paper ? scene->paper->learning_rate : 1e-2,
+    };
+}
+
 static bool positive(double x) { return x > 0 && isfinite(x); }
 
-static enum ad_status check_settings(const struct phys_path_settings *s, struct ad_error *error)
+static enum ad_status check_settings(const struct phys_solver *solver,
+                                     const struct phys_path_settings *s, struct ad_error *error)
 {
+    bool rated = solver == &phys_solver_adam || solver == &phys_solver_sgd || s->adam_steps > 0;
+    if (!s->rule)
+        return ad_fail(error, AD_E_ARGUMENT, "no action rule; expected one of phys_rules");
     if (s->slices < 3)
         return ad_fail(error, AD_E_ARGUMENT, "%zu slices, expected 3 or more", s->slices);
     if (!positive(s->dt))
         return ad_fail(error, AD_E_ARGUMENT, "time step %g, expected a positive number", s->dt);
-    if (!positive(s->learning_rate))
+    if (rated && !positive(s->learning_rate))
         return ad_fail(error, AD_E_ARGUMENT, "learning rate %g, expected a positive number",
                        s->learning_rate);
     if (!(s->tolerance >= 0))
@@ -45,6 +61,6 @@ enum ad_status phys_path_solve(const struct phys_solver *solver, const struct ph
                                const struct phys_path_settings *settings, double *path,
                                struct phys_path_info *info, struct ad_error *error)
 {
-    enum ad_status status = check_settings(settings, error);
+    enum ad_status status = check_settings(solver, settings, error);
     return status == AD_OK ? solver->solve(system, settings, path, info, error) : status;
 }

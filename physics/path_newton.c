@@ -139,19 +139,33 @@ static bool at_rounding(struct newton *s)
     return norm(s) <= ROUNDING * phys_band_rounding(&s->band, s->path.x);
 }
 
+static enum phys_stop follow(struct newton *s, struct phys_path_step *at)
+{
+    enum phys_stop stop = phys_path_program_report(&s->path, at);
+    while (!stop) {
+        bool moved = improve(s, at);
+        if (moved)
+            stop = phys_path_program_report(&s->path, at);
+        if (!stop && (!moved || s->slow >= PATIENCE))
+            stop = at_rounding(s) ? PHYS_STOP_ROUNDING : PHYS_STOP_STALLED;
+    }
+    return stop;
+}
+
+/* Of a saddle, steps of Adam before may have led away for good; then the start given is tried. */
 static enum ad_status iterate(struct newton *s, double *path, struct phys_path_info *info,
                               struct ad_error *error)
 {
     struct phys_path_step at = phys_path_program_run(&s->path, 0);
     if (phys_path_program_finite(&s->path, &at, error) != AD_OK)
         return error->status;
-    enum phys_stop stop = phys_path_program_report(&s->path, &at);
-    while (!stop) {
-        bool moved = improve(s, &at);
-        if (moved)
-            stop = phys_path_program_report(&s->path, &at);
-        if (!stop && (!moved || s->slow >= PATIENCE))
-            stop = at_rounding(s) ? PHYS_STOP_ROUNDING : PHYS_STOP_STALLED;
+    enum phys_stop stop = follow(s, &at);
+    if (stop == PHYS_STOP_STALLED && s->path.settings->adam_steps > 0) {
+        memcpy(s->path.x, path, s->path.n * sizeof *path);
+        s->damping = 0;
+        s->slow = 0;
+        at = phys_path_program_run(&s->path, at.step + 1);
+        stop = follow(s, &at);
     }
     phys_path_program_end(&s->path, stop, &at, path, info);
     return AD_OK;

@@ -300,13 +300,14 @@ struct phys_path_settings {
     const struct phys_rule *rule;
     size_t slices, steps;
     double dt;
-    double learning_rate; /* adam, sgd */
+    double learning_rate; /* adam, sgd, and adam_steps */
     double momentum;      /* sgd */
     double tolerance;     /* stop when |gradient| falls below tolerance * its start; 0: never */
     double energy_weight; /* descents alone: a penalty on the change of energy ... */
     bool energy_local;    /* ... from slice to slice, not against that of the start */
     size_t hold;          /* slices held at either end; 0 means 1 */
-    size_t adam_steps;    /* newton, lbfgs: steps of adam before */
+    size_t adam_steps;    /* newton, lbfgs: steps of adam before; newton that stalls then tries
+                             without */
     const double
         *reference; /* [dof x slices]: descents end at the step nearest to it, once the
                        distance has not fallen for PHYS_PATIENCE steps; NULL: they do not */
@@ -317,6 +318,10 @@ struct phys_path_settings {
     bool (*progress)(void *context, const struct phys_path_step *step);
     void *context;
 };
+
+/* Rule left, the scene's slices and time step, 500 steps at a learning rate of 1e-2, for a scene of
+   the paper its steps and rate; all else 0. */
+struct phys_path_settings phys_path_defaults(const struct phys_system *system);
 
 enum phys_stop {
     PHYS_STOP_STEPS = 1,   /* all steps taken */

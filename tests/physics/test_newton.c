@@ -10,13 +10,9 @@
 static struct phys_path_settings settings_of(const struct phys_system *system, const char *rule)
 {
     struct ad_error error = {0};
-    const struct phys_scene *scene = system->scene;
-    struct phys_path_settings settings = {.rule = phys_rule_find(rule, &error),
-                                          .slices = scene->slices,
-                                          .steps = 200,
-                                          .dt = scene->dt,
-                                          .learning_rate =
-                                              scene->paper ? scene->paper->learning_rate : 1e-2};
+    struct phys_path_settings settings = phys_path_defaults(system);
+    settings.rule = phys_rule_find(rule, &error);
+    settings.steps = 200;
     assert_no_error(&error);
     return settings;
 }
@@ -256,6 +252,31 @@ static void oscillator_turns_into_a_saddle(void **state)
     phys_system_close(&spring);
 }
 
+/* Adam throws the two bodies together or out of their well, whence no step of Newton leads back:
+   then it begins again at the line. */
+static void steps_of_adam_that_lead_away_are_taken_back(void **state)
+{
+    (void)state;
+    struct phys_system dimer;
+    struct ad_error error = {0};
+    phys_system_open("dimer", &dimer, &error);
+    struct phys_path_settings settings = settings_of(&dimer, "left");
+    double *expected = motion(&dimer, &settings), *path = motion(&dimer, &settings);
+    size_t n = settings.slices;
+    for (size_t k = 0; k < dimer.dof; k++)
+        for (size_t i = 0; i < n; i++)
+            path[k * n + i] =
+                path[k * n] + (path[k * n + n - 1] - path[k * n]) * (double)i / (double)(n - 1);
+    settings.adam_steps = 200;
+    struct phys_path_info info = solve(&dimer, &settings, path);
+    assert_int_equal(info.stop, PHYS_STOP_ROUNDING);
+    for (size_t k = 0; k < dimer.dof * n; k++)
+        assert_close(path[k], expected[k], 0, 1e-3); /* of rule left */
+    free(expected);
+    free(path);
+    phys_system_close(&dimer);
+}
+
 /* ---- refusals ---- */
 
 static void wrong_settings_are_refused(void **state)
@@ -277,6 +298,13 @@ static void wrong_settings_are_refused(void **state)
     settings.hold = 50;
     assert_int_equal(phys_path_solve(newton, &system, &settings, path, &info, &error),
                      AD_E_ARGUMENT);
+    error = (struct ad_error){0};
+    settings = settings_of(&system, "left");
+    settings.learning_rate = 0; /* of steps of adam alone */
+    assert_int_equal(phys_path_solve(newton, &system, &settings, path, &info, &error), AD_OK);
+    settings.adam_steps = 1;
+    assert_int_equal(phys_path_solve(newton, &system, &settings, path, &info, &error),
+                     AD_E_ARGUMENT);
     phys_system_close(&system);
 }
 
@@ -290,6 +318,7 @@ int main(void)
         cmocka_unit_test(index_on_the_true_path),
         cmocka_unit_test(action_of_the_figure_eight),
         cmocka_unit_test(oscillator_turns_into_a_saddle),
+        cmocka_unit_test(steps_of_adam_that_lead_away_are_taken_back),
         cmocka_unit_test(wrong_settings_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

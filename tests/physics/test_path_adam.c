@@ -300,10 +300,10 @@ static void senseless_settings_are_refused(void **state)
     struct ad_error error = {0};
     phys_system_open("spring", &system, &error);
     struct log log;
-    struct phys_path_settings good = spring_settings(&log), bad[6];
-    const char *const message[] = {"slices", "time step", "time step",
-                                   "rate",   "tolerance", "weight"};
-    for (size_t k = 0; k < 6; k++)
+    struct phys_path_settings good = spring_settings(&log), bad[7];
+    const char *const message[] = {"slices",    "time step", "time step", "rate",
+                                   "tolerance", "weight",    "rule"};
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; k++)
         bad[k] = good;
     bad[0].slices = 2;
     bad[1].dt = 0;
@@ -311,7 +311,8 @@ static void senseless_settings_are_refused(void **state)
     bad[3].learning_rate = -1;
     bad[4].tolerance = NAN;
     bad[5].energy_weight = INFINITY;
-    for (size_t k = 0; k < 6; k++) {
+    bad[6].rule = NULL;
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
         double path[SLICES] = {0};
         struct phys_path_info info;
         error = (struct ad_error){0};

@@ -40,14 +40,13 @@ int main(void)
     struct ad_error error = {0};
     struct phys_system system;
     double motion[DOF * SLICES], path[3 * DOF * SLICES] = {0}, apart = 0;
-    struct phys_path_settings settings = {.rule = phys_rule_find("gauss3", &error),
-                                          .slices = SLICES,
-                                          .steps = 50,
-                                          .dt = leastaction_scene.dt,
-                                          .learning_rate = 0.01};
     struct phys_path_info info;
-    if (phys_system_make(&leastaction_scene, &system, &error) == AD_OK)
-        follow(&system, settings.dt, motion, &error);
+    if (phys_system_make(&leastaction_scene, &system, &error) != AD_OK)
+        return fprintf(stderr, "swing: %s\n", error.message), 1;
+    struct phys_path_settings settings = phys_path_defaults(&system);
+    settings.rule = phys_rule_find("gauss3", &error);
+    settings.slices = SLICES;
+    follow(&system, settings.dt, motion, &error);
     for (size_t k = 0; k < DOF * SLICES; k++)
         path[k] = motion[k];
     phys_rule_interpolate(settings.rule, DOF, SLICES, path);

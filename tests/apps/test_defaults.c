@@ -1,0 +1,27 @@
+/* Every scene by its defaults: the path between its ends, the motion, and the checks of its
+   Lagrangian end well, with nothing but the name given. */
+#include "../close.h"
+#include "shell.h"
+#include "../../physics/physics.h"
+
+#include <string.h>
+
+static void test_commands(void **state)
+{
+    (void)state;
+    for (const struct phys_scene *const *scene = phys_scenes; *scene; scene++) {
+        const char *name = (*scene)->name;
+        if (strcmp(name, "gas") == 0) /* its path and its check take seconds */
+            continue;
+        shell_works("$LA path %s --quiet", name);
+        shell_works("$LA simulate %s --quiet", name);
+        shell_works("$LA check %s --quiet", name);
+    }
+    shell_works("$LA quantum --quiet");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_commands)};
+    return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
+}
