@@ -56,19 +56,19 @@ static bool converged(const struct path_run *run, const struct path_result *resu
            stop == PHYS_STOP_ROUNDING;
 }
 
-/* What to try where newton did not converge. */
+/* What to try where a solver did not converge. */
 static const char *advice(const struct path_run *run, const struct path_result *result)
 {
     const char *init = run->options->init;
+    if (result->info.stop == PHYS_STOP_STEPS)
+        return "; try more --steps";
     if (strcmp(run->solver->name, "newton") != 0)
         return "";
     if (!init || strcmp(init, "line") == 0)
         return "; a line is far from a path of many turns or close passes: try --init ode "
                "--tol 1e-6, or a shorter time (--slices)";
-    if (result->info.stop == PHYS_STOP_STALLED)
-        return "; where L has a kink (a clamp, a cap) it may never vanish; else try --adam-steps "
-               "100, --rule gauss4, or a smaller --dt";
-    return "; try more --steps";
+    return "; where L has a kink (a clamp, a cap) it may never vanish; else try --adam-steps "
+           "100, --rule gauss4, or a smaller --dt";
 }
 
 /* Whether the run reached what was asked. */
@@ -99,7 +99,8 @@ static int run_path(struct path_run *run, struct ad_error *error)
         path_file_begin(run, outputs.file, error);
     if (solve(run, &record, &result, error) != AD_OK ||
         path_measure(run, &result, error) != AD_OK) {
-        path_outlook_lost(run, error);
+        path_outlook_lost(run, record.n == 0, error);
+        status = command_status(error);
         outputs_abandon(&outputs);
     } else if (write_results(run, &record, &result, &outputs, error) == AD_OK) {
         if (common->json)

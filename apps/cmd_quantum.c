@@ -45,6 +45,16 @@ static int run_packets(const struct quantum_run *run, struct ad_error *error)
     return command_status(error);
 }
 
+/* L may not be defined at the speeds of the straight paths from one wall to the other. */
+static void advise(const struct quantum_run *run, struct ad_error *error)
+{
+    size_t length = strlen(error->message);
+    if (error->status == AD_E_NONFINITE)
+        snprintf(error->message + length, sizeof error->message - length,
+                 ": L of %s on a straight path of this slice; try a longer --dt or a smaller --box",
+                 run->options->scene);
+}
+
 static int run(const void *values, struct ad_error *error)
 {
     const struct quantum_options *options = values;
@@ -65,6 +75,7 @@ static int run(const void *values, struct ad_error *error)
         status = run_packets(&run, error);
     else
         status = command_status(error);
+    advise(&run, error);
     quantum_free(&run);
     return status;
 }

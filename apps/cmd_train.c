@@ -4,10 +4,15 @@
 #include "result.h"
 #include "train.h"
 
+#include <string.h>
+
 /* A model that cannot be written is found before anything is computed. */
-static enum ad_status check_out(const char *name, struct ad_error *error)
+static enum ad_status check_out(const char *name, const char *log, struct ad_error *error)
 {
     struct phys_whole file;
+    if (log && strcmp(log, name) == 0)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--out and --log name the same file, '%s'; expected a file for each", name);
     if (phys_whole_begin(&file, name, error) == AD_OK)
         phys_whole_abandon(&file);
     return error->status;
@@ -18,7 +23,7 @@ static int train(struct train_run *run, struct ad_error *error)
     const struct common *common = &run->options->common;
     struct result log;
     enum hnn_stop stop = HNN_STOP_STEPS;
-    if (check_out(common->out, error) != AD_OK ||
+    if (check_out(common->out, run->options->log, error) != AD_OK ||
         result_begin(&log, run->options->log, error) != AD_OK)
         return command_status(error);
     progress_start(&run->progress, common->quiet);
@@ -95,7 +100,8 @@ static const struct option table[] = {
     {"optimiser", "NAME", OPTION_TEXT, "adam", "adam, adamw, sgd, lbfgs", AT(optimiser)},
     {"steps", "K", OPTION_COUNT, NULL,
      "in all, those before --resume included [2000; frames: 10000]", AT(steps)},
-    {"batch", "N", OPTION_TEXT, NULL, "samples a step [full; frames: 200]", AT(batch)},
+    {"batch", "N", OPTION_TEXT, NULL, "samples a step [full; frames: 200, or all there are]",
+     AT(batch)},
     {"lr", "X", OPTION_NUMBER, "1e-3", "learning rate", AT(learning_rate)},
     {"schedule", "HOW", OPTION_TEXT, "constant", "of the rate: constant, cosine, step",
      AT(schedule)},

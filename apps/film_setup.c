@@ -108,8 +108,9 @@ static enum ad_status find_source(struct film *film, struct ad_error *error)
                        "--truth %s: two frames of %zu x %zu are %zu pixels, the model sees %zu",
                        o->truth, f->height, f->width, 2 * f->height * f->width, pixels);
     if (o->starts != OPTION_NO_COUNT && o->starts > f->trajectories)
-        return ad_fail(error, AD_E_ARGUMENT, "--starts: %s has %zu trajectories", o->truth,
-                       f->trajectories);
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--starts: expected at most the %zu trajectories of %s, got %zu",
+                       f->trajectories, o->truth, o->starts);
     if (o->starts != OPTION_NO_COUNT && !(f->has_rod && f->angle))
         return ad_fail(error, AD_E_ARGUMENT,
                        "--starts: nothing to measure in %s: the rod, its "

@@ -161,8 +161,8 @@ void path_json_answers(struct json *json, const struct path_result *result);
 /* Warns, on standard error unless --quiet, of a descent that moves away from the stationary path.
  */
 void path_outlook(const struct path_run *run, const struct path_result *result);
-/* Adds to an error what to try where values ceased to be finite. */
-void path_outlook_lost(const struct path_run *run, struct ad_error *error);
+/* Adds to an error what to try where values ceased to be finite, or are not finite at the start. */
+void path_outlook_lost(const struct path_run *run, bool at_start, struct ad_error *error);
 
 /* ---- writing ---- */
 

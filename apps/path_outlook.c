@@ -11,14 +11,19 @@ static bool moved_away(const struct path_result *result)
            !(result->mse_final <= result->mse_initial);
 }
 
-void path_outlook_lost(const struct path_run *run, struct ad_error *error)
+void path_outlook_lost(const struct path_run *run, bool at_start, struct ad_error *error)
 {
-    size_t length = strlen(error->message);
-    if (error->status == AD_E_NONFINITE)
-        snprintf(error->message + length, sizeof error->message - length,
-                 "; %s lost the path: try a smaller --lr than %g, or another --init%s",
-                 run->solver->name, run->settings.learning_rate,
-                 strcmp(run->solver->name, "newton") == 0 ? "" : ", or --solver newton");
+    size_t length = strlen(error->message), room = sizeof error->message - length;
+    if (error->status != AD_E_NONFINITE)
+        return;
+    if (at_start)
+        snprintf(error->message + length, room,
+                 "; the path begins there: try another --init, or --set");
+    else
+        snprintf(error->message + length, room,
+                 "; %s lost the path: try a smaller --lr than %g, another --init, or --solver "
+                 "newton",
+                 run->solver->name, run->settings.learning_rate);
 }
 
 void path_outlook(const struct path_run *run, const struct path_result *result)

@@ -50,6 +50,9 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
         {many && (o->x0 || o->reverse || adds || c->out || c->csv || c->plot),
          "--starts: expected no --x0, --reverse, --add-energy, --out, --csv or --plot"},
         {o->energy && !o->truth, "--energy needs --truth FILE"},
+        {(o->state || o->time_column || o->trial || !isnan(o->from)) && !o->truth,
+         "--state, --time-column, --trial and --from need --truth FILE, which they choose from"},
+        {!isnan(o->strength) && !o->truth, "--strength needs --truth TASK, whose potential it is"},
     };
     for (size_t k = 0; k < sizeof rule / sizeof *rule; k++)
         if (rule[k].wrong)
@@ -92,10 +95,13 @@ static enum ad_status load(struct rollout_run *run, const char *file, struct ad_
         hnn_model_ode(m->model, &m->ode, error) != AD_OK)
         return error->status;
     if (m->ode.n != run->model[0].ode.n)
-        ad_fail(error, AD_E_ARGUMENT,
-                "--against %s: its states have %zu components, those of %s %zu", file, m->ode.n,
-                run->model[0].file, run->model[0].ode.n);
-    return error->status;
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--against %s: its states have %zu components, those of %s %zu", file,
+                       m->ode.n, run->model[0].file, run->model[0].ode.n);
+    if (hnn_model_settings(m->model)->pixels)
+        return ad_fail(error, AD_E_ARGUMENT, "--against %s: it sees pixels, %s states", file,
+                       run->model[0].file);
+    return AD_OK;
 }
 
 /* ---- truth ---- */
@@ -120,14 +126,13 @@ static enum ad_status read_truth(struct rollout_run *run, struct ad_error *error
     const struct rollout_options *o = run->options;
     struct hnn_dataset_settings s = {
         .file = o->truth, .state = o->state, .time = o->time_column, .trial = o->trial};
-    double from = isnan(o->from) ? -INFINITY : o->from;
+    double from = isnan(o->from) ? -INFINITY : o->from, time = isnan(o->time) ? INFINITY : o->time;
     if (!s.state)
         s.state = hnn_model_noted(run->model[0].model, "state");
     if (!s.time)
         return ad_fail(error, AD_E_ARGUMENT, "--truth %s: expected --time-column COLUMN with it",
                        o->truth);
-    if (hnn_path_read(&s, from, isnan(o->time) ? INFINITY : from + o->time, &run->truth, error) !=
-        AD_OK)
+    if (hnn_path_read(&s, from, time, &run->truth, error) != AD_OK)
         return error->status;
     if (run->truth.states != run->model[0].ode.n)
         return ad_fail(error, AD_E_ARGUMENT, "%s: %zu columns of state, the model has %zu",

@@ -47,8 +47,9 @@ static void judge_energy(const struct simulate_run *run, struct simulate_result 
 {
     double drift = result->info.energy_drift;
     char change[64] = "grows beyond all numbers";
-    if (drift <= too_much || result->info.energy_start == 0 || (!isfinite(drift) && !complete) ||
-        run->ode.friction != 0 || (simulate_few(run) && !phys_keeps_energy(&run->system)))
+    if (drift <= too_much || result->info.energy_start == 0 || run->system.scene->free_time ||
+        (!isfinite(drift) && !complete) || run->ode.friction != 0 ||
+        (simulate_few(run) && !phys_keeps_energy(&run->system)))
         return;
     if (isfinite(drift))
         snprintf(change, sizeof change, "changes by %.3g times its value", drift);

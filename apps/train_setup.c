@@ -179,6 +179,8 @@ static enum ad_status training_settings(struct train_run *run, struct ad_error *
     const struct train_options *o = run->options;
     struct hnn_training *s = &run->settings;
     *s = run->pixels ? hnn_pixel_training_defaults() : hnn_training_defaults();
+    if (s->batch > run->train.n)
+        s->batch = 0; /* all of them */
     s->optimiser = hnn_optimiser_find(o->optimiser, error);
     s->schedule = hnn_schedule_find(o->schedule, error);
     s->learning_rate = o->learning_rate;
@@ -194,6 +196,9 @@ static enum ad_status training_settings(struct train_run *run, struct ad_error *
     s->threads = o->common.threads;
     s->progress = train_after_step;
     s->context = run;
+    if (!(o->checkpoint >= 0))
+        return ad_fail(error, AD_E_ARGUMENT, "--checkpoint: expected at least 0, got %g",
+                       o->checkpoint);
     if (error->status == AD_OK && o->batch)
         read_batch(o->batch, &s->batch, error);
     return error->status;

@@ -48,7 +48,8 @@ enum ad_status hnn_frames_split(const struct hnn_frames *f, double fraction, uin
     if (wanted == left || (wanted == 0 && fraction > 0))
         return ad_fail(error, AD_E_ARGUMENT,
                        "a test fraction of %g of %zu trajectories leaves none %s", fraction, left,
-                       wanted ? "to train on" : "for the test");
+                       wanted ? "to train on; expected a smaller one"
+                              : "for the test; expected a larger one");
     size_t each = f->frames - 2, train = 0, test = (left - wanted) * each;
     pairs->n_train = test;
     pairs->n_test = wanted * each;

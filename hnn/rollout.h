@@ -31,8 +31,9 @@ void hnn_times(double t0, double t1, size_t n, double *t);
 
 /* One measured trajectory of a file: the columns `state` and `time` of the settings (a time is
    needed), `file` and `trial`; the rest of them is not looked at. Rows from the first one at or
-   after `from` to the last one at or before `to`, and of the trial that begins there. */
-enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double from, double to,
+   after `from` (-INFINITY: of the file) for as long as `time` (INFINITY: to the end), of the trial
+   that begins there. */
+enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double from, double time,
                              struct hnn_path *path, struct ad_error *error);
 
 /* ---- rollouts ---- */

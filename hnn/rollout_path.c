@@ -40,25 +40,26 @@ static enum ad_status copy_rows(const struct hnn_table *table, size_t first, siz
     return AD_OK;
 }
 
-static enum ad_status choose_rows(const struct hnn_table *table, double from, double to,
+static enum ad_status choose_rows(const struct hnn_table *table, double from, double time,
                                   struct hnn_path *path, struct ad_error *error)
 {
     const double *t = hnn_table_column(table, table->plan.time);
     size_t first = 0, end;
     while (first < table->rows && t[first] < from)
         first++;
+    double begin = fmax(from, t[0]), to = begin + time;
     for (end = first; end < table->rows && t[end] <= to; end++)
         if (end > first && hnn_table_begins(table, end))
             break;
     if (end - first < 2)
         return ad_fail(error, AD_E_INPUT,
-                       "%s: expected a trajectory of at least two rows from time %g to %g, found "
-                       "%zu",
-                       table->file, from, to, end - first);
+                       "%s: expected two or more rows of a trajectory from t = %g to %g, found "
+                       "%zu; the last row is at t = %g",
+                       table->file, begin, to, end - first, t[table->rows - 1]);
     return copy_rows(table, first, end - first, path, error);
 }
 
-enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double from, double to,
+enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double from, double time,
                              struct hnn_path *path, struct ad_error *error)
 {
     struct hnn_dataset_settings s = {.file = settings->file,
@@ -70,7 +71,7 @@ enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double
     if (!s.time)
         return ad_fail(error, AD_E_ARGUMENT, "%s: a trajectory needs a time column", s.file);
     if (hnn_table_read(&s, s.file, &table, error) == AD_OK)
-        choose_rows(&table, from, to, path, error);
+        choose_rows(&table, from, time, path, error);
     hnn_table_free(&table);
     if (error->status != AD_OK)
         hnn_path_free(path);

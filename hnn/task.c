@@ -81,21 +81,25 @@ ad_var hnn_task_gravity(ad_var q, ad_var p, double strength)
 static enum ad_status check_sampling(const struct hnn_sampling *s, struct ad_error *error)
 {
     const struct {
+        const char *name, *expected;
+        double value;
         bool holds;
-        const char *expected;
     } rule[] = {
-        {s->trials >= 1, "at least one trajectory"},
-        {s->points >= 2, "at least two observations of a trajectory"},
-        {s->time > 0 && isfinite(s->time), "a time over 0"},
-        {s->noise >= 0 && isfinite(s->noise), "a noise of at least 0"},
-        {s->radius_min > 0 && isfinite(s->radius_max), "radii over 0"},
-        {s->radius_max >= s->radius_min, "a largest radius not under the smallest"},
-        {s->spread >= 0 && s->spread < 1, "a spread of speeds of at least 0 and under 1"},
-        {s->strength > 0 && isfinite(s->strength), "a strength over 0"},
+        {"trials", "at least 1", (double)s->trials, s->trials >= 1},
+        {"points", "at least 2", (double)s->points, s->points >= 2},
+        {"time", "more than 0", s->time, s->time > 0 && isfinite(s->time)},
+        {"noise", "at least 0", s->noise, s->noise >= 0 && isfinite(s->noise)},
+        {"smallest radius", "more than 0", s->radius_min, s->radius_min > 0},
+        {"largest radius", "at least the smallest", s->radius_max,
+         s->radius_max >= s->radius_min && isfinite(s->radius_max)},
+        {"spread of speeds", "at least 0 and less than 1", s->spread,
+         s->spread >= 0 && s->spread < 1},
+        {"strength", "more than 0", s->strength, s->strength > 0 && isfinite(s->strength)},
     };
     for (size_t k = 0; k < LENGTH(rule); k++)
         if (!rule[k].holds)
-            return ad_fail(error, AD_E_ARGUMENT, "data set: expected %s", rule[k].expected);
+            return ad_fail(error, AD_E_ARGUMENT, "%s: expected %s, got %g", rule[k].name,
+                           rule[k].expected, rule[k].value);
     return AD_OK;
 }
 

@@ -109,14 +109,29 @@ struct reading {
 
 static bool failed(const struct reading *r) { return r->error->status != AD_OK; }
 
+/* Where the first word begins that differs: settings are NAME=VALUE with spaces between. */
+static size_t difference(const char *a, const char *b)
+{
+    size_t word = 0;
+    for (size_t i = 0; a[i] && a[i] == b[i]; i++)
+        if (a[i] == ' ')
+            word = i + 1;
+    return word;
+}
+
 static void expect_text(const struct reading *r, const char *attribute, const char *expected,
                         const char *what)
 {
     char *text = NULL;
     if (!failed(r) && phys_runfile_get_text(r->file, folder, attribute, &text, r->error) == AD_OK &&
-        strcmp(text, expected) != 0)
-        ad_fail(r->error, AD_E_INPUT, "%s: %s: '%.130s' there, '%.130s' now", r->name, what, text,
-                expected);
+        strcmp(text, expected) != 0) {
+        const char *there = text + difference(text, expected);
+        const char *now = expected + difference(text, expected);
+        ad_fail(r->error, AD_E_INPUT,
+                "%s: %s: %.*s there, %.*s now; expected the same, or another "
+                "file",
+                r->name, what, (int)strcspn(there, " "), there, (int)strcspn(now, " "), now);
+    }
     free(text);
 }
 

@@ -2,6 +2,7 @@
 #include "../native.h"
 #include "exec.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 void ad_program_free(ad_program *p)
@@ -120,7 +121,8 @@ enum ad_status ad_run_checked(ad_program *p, struct ad_error *error)
     check.col %= v->cols;
     return ad_fail(error, AD_E_NONFINITE, "node %u (%s%s%s%s) is %g at row %u, column %u", v->node,
                    ad_op_name((enum ad_op)v->op), label ? ", \"" : "", label ? label : "",
-                   label ? "\"" : "", check.found, check.row, check.col);
+                   label ? "\"" : "", isnan(check.found) ? (double)NAN : check.found, check.row,
+                   check.col);
 }
 
 struct ad_program_info ad_program_info(const ad_program *p)

@@ -156,7 +156,7 @@ static void test_refused(void **state)
         {"pixel --out a.h5", "did you mean 'pixels'?"},
         {"spring", "missing --out"},
         {"spring --out nowhere/a.csv", "cannot be written"},
-        {"spring --out a.csv --points 1", "at least two observations"},
+        {"spring --out a.csv --points 1", "points: expected at least 2, got 1"},
         {"spring --out a.csv --size 28", "--size is for pixels alone"},
         {"pixels --out a.h5 --noise 0", "--noise is not for pixels"},
         {"pixels --out a.csv", "--out FILE.h5"},
@@ -170,7 +170,7 @@ static void test_refused(void **state)
         {"pixels --out a.h5 --dt 1", "a time step over 0 and under"},
         {"spring --out a.csv --noise -1", "a noise of at least 0"},
         {"twobody --out a.csv --spread 1", "a spread of speeds"},
-        {"spring --out a.csv --min-radius 2", "a largest radius"},
+        {"spring --out a.csv --min-radius 2", "largest radius: expected at least the smallest"},
     };
     for (size_t k = 0; k < LENGTH(wrong); k++) {
         int status = shell("$LA dataset %s", wrong[k].arguments);

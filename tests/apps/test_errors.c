@@ -98,7 +98,7 @@ static void test_every_message(void **state)
         }
     }
     assert_int_equal(wrong, 0);
-    assert_true(n_entries >= 150);
+    assert_true(n_entries >= 300);
 }
 
 static void test_every_subcommand_is_there(void **state)

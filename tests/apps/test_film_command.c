@@ -183,7 +183,7 @@ static void test_refused(void **state)
         {"m.h5 --truth pixels --time 2.5", "a number of frames"},
         {"m.h5 --truth pixels --points 5", "gives every frame"},
         {"m.h5 --truth f.h5 --trial 7", "expected a trajectory, 1 to 6, got '7'"},
-        {"m.h5 --truth f.h5 --starts 7", "has 6 trajectories"},
+        {"m.h5 --truth f.h5 --starts 7", "at most the 6 trajectories of f.h5, got 7"},
         {"m.h5 --truth none.h5", "cannot be read"},
         {"m.h5 --truth m.h5", "expected frames as an array"},
         {"m.h5 --truth pixels --add-energy 1", "expected both or none"},

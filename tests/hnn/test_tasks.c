@@ -239,14 +239,14 @@ static void test_refused(void **state)
         struct hnn_sampling sampling;
         const char *says;
     } wrong[] = {
-        {{0, 2, 1, 0, 1, 1, 0, 1}, "at least one trajectory"},
-        {{1, 1, 1, 0, 1, 1, 0, 1}, "at least two observations"},
-        {{1, 2, 0, 0, 1, 1, 0, 1}, "a time over 0"},
-        {{1, 2, 1, -1, 1, 1, 0, 1}, "a noise of at least 0"},
-        {{1, 2, 1, 0, 0, 1, 0, 1}, "radii over 0"},
-        {{1, 2, 1, 0, 2, 1, 0, 1}, "a largest radius"},
-        {{1, 2, 1, 0, 1, 1, 1, 1}, "a spread of speeds"},
-        {{1, 2, 1, 0, 1, 1, 0, -1}, "a strength over 0"},
+        {{0, 2, 1, 0, 1, 1, 0, 1}, "trials: expected at least 1, got 0"},
+        {{1, 1, 1, 0, 1, 1, 0, 1}, "points: expected at least 2, got 1"},
+        {{1, 2, 0, 0, 1, 1, 0, 1}, "time: expected more than 0, got 0"},
+        {{1, 2, 1, -1, 1, 1, 0, 1}, "noise: expected at least 0, got -1"},
+        {{1, 2, 1, 0, 0, 1, 0, 1}, "smallest radius: expected more than 0, got 0"},
+        {{1, 2, 1, 0, 2, 1, 0, 1}, "largest radius: expected at least the smallest, got 1"},
+        {{1, 2, 1, 0, 1, 1, 1, 1}, "spread of speeds: expected at least 0 and less than 1, got 1"},
+        {{1, 2, 1, 0, 1, 1, 0, -1}, "strength: expected more than 0, got -1"},
     };
     for (size_t k = 0; k < LENGTH(wrong); k++) {
         struct hnn_observations o;
