@@ -168,8 +168,8 @@ static void test_refused(void **state)
         {"pixels --out a.h5 --rows 30,20", "rows in rising order"},
         {"pixels --out a.h5 --points 0", "three of each"},
         {"pixels --out a.h5 --dt 1", "a time step over 0 and under"},
-        {"spring --out a.csv --noise -1", "a noise of at least 0"},
-        {"twobody --out a.csv --spread 1", "a spread of speeds"},
+        {"spring --out a.csv --noise -1", "noise: expected at least 0, got -1"},
+        {"twobody --out a.csv --spread 1", "spread of speeds: expected at least 0 and less than 1"},
         {"spring --out a.csv --min-radius 2", "largest radius: expected at least the smallest"},
     };
     for (size_t k = 0; k < LENGTH(wrong); k++) {
