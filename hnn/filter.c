@@ -43,21 +43,44 @@ static struct share share_of(size_t i, size_t n)
     return s;
 }
 
+/* Of the cells of a pixel. */
+static void shares_of(size_t pixel, size_t n, struct share share[CELLS])
+{
+    for (size_t k = 0; k < CELLS; k++)
+        share[k] = share_of(CELLS * pixel + k, n);
+}
+
+/* Adds what a cell shows to the four pixels whose middles are next to it. */
+static void spread(double value, const struct share *row, const struct share *col, size_t width,
+                   float *pixels)
+{
+    for (int k = 0; k < 4; k++)
+        pixels[row->pixel[k / 2] * width + col->pixel[k % 2]] +=
+            (float)(value * row->weight[k / 2] * col->weight[k % 2]);
+}
+
+/* Most pixels are dark or lit as a whole, and so are their cells. */
 static void draw_bilinear(const struct hnn_rod *rod, double angle, size_t height, size_t width,
                           float *pixels)
 {
-    const struct hnn_drawing d = hnn_drawing_of(rod, angle, CELLS * height, CELLS * width);
+    const struct hnn_drawing coarse = hnn_drawing_of(rod, angle, height, width);
+    const struct hnn_drawing fine = hnn_drawing_of(rod, angle, CELLS * height, CELLS * width);
+    struct share row[CELLS], col[CELLS];
     memset(pixels, 0, height * width * sizeof *pixels);
-    for (size_t i = 0; i < CELLS * height; i++) {
-        const struct share row = share_of(i, height);
-        for (size_t j = 0; j < CELLS * width; j++) {
-            const double value = rod->shade * hnn_drawing_coverage(&d, i, j);
-            if (value == 0)
+    for (size_t i = 0; i < height; i++) {
+        shares_of(i, height, row);
+        for (size_t j = 0; j < width; j++) {
+            const double whole = hnn_drawing_coverage(&coarse, i, j);
+            if (whole == 0)
                 continue;
-            const struct share col = share_of(j, width);
-            for (int k = 0; k < 4; k++)
-                pixels[row.pixel[k / 2] * width + col.pixel[k % 2]] +=
-                    (float)(value * row.weight[k / 2] * col.weight[k % 2]);
+            shares_of(j, width, col);
+            for (size_t k = 0; k < CELLS * CELLS; k++) {
+                const size_t down = k / CELLS, right = k % CELLS;
+                double part = 1;
+                if (whole < 1)
+                    part = hnn_drawing_coverage(&fine, CELLS * i + down, CELLS * j + right);
+                spread(rod->shade * part, &row[down], &col[right], width, pixels);
+            }
         }
     }
 }

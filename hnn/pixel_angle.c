@@ -11,7 +11,7 @@
 
 enum { TEMPLATES = 128, ITERATIONS = 30 };
 
-static const double difference = 1e-3, converged = 1e-9;
+static const double difference = 1e-3, converged = 1e-7;
 
 struct fitting {
     const struct hnn_rod *rod;
