@@ -1,6 +1,7 @@
 /* The one comparison of doubles in the tests: assert_close(a, b, rtol, atol) holds when
    |a - b| <= atol + rtol |b|, where b is what was expected. NaN is close to nothing, an infinity
-   only to itself. A failure prints both values with all digits, and their difference. */
+   only to itself. A failure prints both values with all digits, and their difference. LENGTH(a) is
+   the number of elements of an array. */
 #ifndef TESTS_CLOSE_H
 #define TESTS_CLOSE_H
 
@@ -11,6 +12,8 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <cmocka.h>
+
+#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
 static inline bool is_close(double a, double b, double rtol, double atol)
 {

@@ -9,8 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
-
 static struct hnn_dataset read_dataset(const char *name)
 {
     struct hnn_dataset d;

@@ -9,8 +9,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
-
 static const char *const training = "--hidden 12 --steps 60 --batch 20 --quiet --threads 1";
 
 /* Frames and two models, which the tests read and leave alone. */

@@ -5,37 +5,38 @@ static double at(const struct matrix *m, size_t r, size_t c) { return m->v[r * m
 
 /* ---- sums ---- */
 
+/* Of a window of m: rows [r, r_end), columns [c, c_end). */
+static double total(const struct matrix *m, size_t r, size_t r_end, size_t c, size_t c_end)
+{
+    double s = 0;
+    for (size_t i = r; i < r_end; i++)
+        for (size_t j = c; j < c_end; j++)
+            s += at(m, i, j);
+    return s;
+}
+
 static ad_var sum(const ad_var x[2]) { return ad_sum(x[0]); }
 
 static double sum_element(const struct matrix x[2], size_t r, size_t c)
 {
-    double s = 0;
     (void)r, (void)c;
-    for (size_t i = 0; i < x->rows * x->cols; i++)
-        s += x->v[i];
-    return s;
+    return total(x, 0, x->rows, 0, x->cols);
 }
 
 static ad_var sum_rows(const ad_var x[2]) { return ad_sum_rows(x[0]); }
 
 static double sum_rows_element(const struct matrix x[2], size_t r, size_t c)
 {
-    double s = 0;
     (void)r;
-    for (size_t i = 0; i < x->rows; i++)
-        s += at(x, i, c);
-    return s;
+    return total(x, 0, x->rows, c, c + 1);
 }
 
 static ad_var sum_cols(const ad_var x[2]) { return ad_sum_cols(x[0]); }
 
 static double sum_cols_element(const struct matrix x[2], size_t r, size_t c)
 {
-    double s = 0;
     (void)c;
-    for (size_t i = 0; i < x->cols; i++)
-        s += at(x, r, i);
-    return s;
+    return total(x, r, r + 1, 0, x->cols);
 }
 
 static ad_var mean(const ad_var x[2]) { return ad_mean(x[0]); }
@@ -59,45 +60,26 @@ static double dot_element(const struct matrix x[2], size_t r, size_t c)
 
 /* ---- matrices ---- */
 
-static ad_var matmul_nn(const ad_var x[2]) { return ad_matmul(x[0], false, x[1], false); }
-
-static double matmul_nn_element(const struct matrix x[2], size_t r, size_t c)
+/* Element (r, c) of op(a) op(b), where op transposes if its flag is set. */
+static double product(const struct matrix *a, bool ta, const struct matrix *b, bool tb, size_t r,
+                      size_t c)
 {
     double s = 0;
-    for (size_t k = 0; k < x->cols; k++)
-        s += at(x, r, k) * at(x + 1, k, c);
+    for (size_t k = 0; k < (ta ? a->rows : a->cols); k++)
+        s += (ta ? at(a, k, r) : at(a, r, k)) * (tb ? at(b, c, k) : at(b, k, c));
     return s;
 }
 
-static ad_var matmul_nt(const ad_var x[2]) { return ad_matmul(x[0], false, x[1], true); }
-
-static double matmul_nt_element(const struct matrix x[2], size_t r, size_t c)
-{
-    double s = 0;
-    for (size_t k = 0; k < x->cols; k++)
-        s += at(x, r, k) * at(x + 1, c, k);
-    return s;
-}
-
-static ad_var matmul_tn(const ad_var x[2]) { return ad_matmul(x[0], true, x[1], false); }
-
-static double matmul_tn_element(const struct matrix x[2], size_t r, size_t c)
-{
-    double s = 0;
-    for (size_t k = 0; k < x->rows; k++)
-        s += at(x, k, r) * at(x + 1, k, c);
-    return s;
-}
-
-static ad_var matmul_tt(const ad_var x[2]) { return ad_matmul(x[0], true, x[1], true); }
-
-static double matmul_tt_element(const struct matrix x[2], size_t r, size_t c)
-{
-    double s = 0;
-    for (size_t k = 0; k < x->rows; k++)
-        s += at(x, k, r) * at(x + 1, c, k);
-    return s;
-}
+#define MATMUL(name, ta, tb)                                                                       \
+    static ad_var name(const ad_var x[2]) { return ad_matmul(x[0], ta, x[1], tb); }                \
+    static double name##_element(const struct matrix x[2], size_t r, size_t c)                     \
+    {                                                                                              \
+        return product(x, ta, x + 1, tb, r, c);                                                    \
+    }
+MATMUL(matmul_nn, false, false)
+MATMUL(matmul_nt, false, true)
+MATMUL(matmul_tn, true, false)
+MATMUL(matmul_tt, true, true)
 
 /* One row out of many that are the same has no row stride to speak of. */
 static ad_var matmul_repeated(const ad_var x[2])
@@ -116,10 +98,7 @@ static ad_var gram(const ad_var x[2]) { return ad_matmul(x[0], false, x[0], true
 
 static double gram_element(const struct matrix x[2], size_t r, size_t c)
 {
-    double s = 0;
-    for (size_t k = 0; k < x->cols; k++)
-        s += at(x, r, k) * at(x, c, k);
-    return s;
+    return product(x, false, x, true, r, c);
 }
 
 static ad_var transpose(const ad_var x[2]) { return ad_transpose(x[0]); }

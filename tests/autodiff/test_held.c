@@ -2,10 +2,10 @@
 #include "autodiff/autodiff.h"
 #include "autodiff/program.h"
 #include "tests/close.h"
+#include "tests/mentions.h"
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { BODIES = 7, COLS = 300, PAIRS = BODIES * (BODIES - 1) / 2 };
 
@@ -117,7 +117,7 @@ static void only_inputs_are_held(void **state)
     ad_tape *tape = ad_tape_new(AD_F64);
     ad_hold(ad_sin(ad_input(tape, 2, 2, "x")));
     assert_int_equal(ad_tape_error(tape)->status, AD_E_ARGUMENT);
-    assert_non_null(strstr(ad_tape_error(tape)->message, "sin"));
+    assert_mentions(ad_tape_error(tape)->message, "sin");
     ad_tape_free(tape);
 }
 

@@ -7,8 +7,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
-
 enum { TRIALS = 7, SHORTEST = 1 };
 
 /* Uneven, and the same bits in every loop: vector sines of some compilers differ in the last. */

@@ -5,8 +5,6 @@
 
 #include <string.h>
 
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
-
 enum { ROWS = 1000, EACH = 20 };
 
 /* Every row is in one part, once, with its own rate, in the order of the file. */

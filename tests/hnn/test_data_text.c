@@ -10,8 +10,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
-
 /* ---- shapes of text ---- */
 
 /* In all of them the state is (0.25, -3), (1.5, 7e-3) and the rates are (4, -0.5), (2, 11). */

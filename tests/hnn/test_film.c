@@ -5,8 +5,6 @@
 
 #include <stdlib.h>
 
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
-
 enum { TRIALS = 6 };
 
 static struct hnn_frames film_by(enum hnn_filter filter, size_t trajectories, double angle_max,

@@ -4,8 +4,6 @@
 
 #include <stdlib.h>
 
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
-
 static const double pi = 3.14159265358979323846;
 
 enum { SIDE = 40 };

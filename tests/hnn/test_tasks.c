@@ -7,8 +7,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
-
 enum { STATES_MOST = 12 };
 
 static double spring_field(double k, const double *y, double *rate)

@@ -13,8 +13,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
-
 /* ---- the real tables ---- */
 
 static const char *const all = "sun,mercury,venus,earth,mars";

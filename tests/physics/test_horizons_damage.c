@@ -2,13 +2,12 @@
 #include "../../physics/horizons.h"
 #include "../close.h"
 #include "../files.h"
+#include "../mentions.h"
 #include "horizons_text.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
 static void assert_refused(const char *text, size_t size, const char *expected)
 {
@@ -172,7 +171,7 @@ static void test_files_that_cannot_be_read(void **state)
     struct phys_horizons table;
     struct ad_error error = {0};
     assert_int_equal(phys_horizons_read(files_temporary("absent").text, &table, &error), AD_E_IO);
-    assert_non_null(strstr(error.message, "absent: cannot be read: No such file"));
+    assert_mentions(error.message, "absent: cannot be read: No such file");
     assert_int_equal(phys_horizons_read(files_temporary("").text, &table, NULL), AD_E_IO);
     phys_horizons_free(&table);
     phys_horizons_free(NULL);

@@ -2,8 +2,6 @@
 #include "../../physics/horizons.h"
 #include "../close.h"
 
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
-
 static void test_dates(void **state)
 {
     (void)state;

@@ -9,8 +9,6 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
-
 /* A folder with these tables; the names of the files tell nothing. */
 static struct path make_folder(const char *name, size_t n, const char *const targets[])
 {

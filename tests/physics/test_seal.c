@@ -2,11 +2,11 @@
    without a seal pass. */
 #include "../close.h"
 #include "../files.h"
+#include "../mentions.h"
 #include "../../physics/runfile.h"
 #include "../../physics/seal.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 static struct path sealed(void)
 {
@@ -34,7 +34,7 @@ static void expect_damaged(const char *bytes, size_t size)
     struct ad_error error;
     struct path file = files_write("changed.h5", bytes, size);
     assert_int_equal(opened(file.text, &error), AD_E_INPUT);
-    assert_non_null(strstr(error.message, "changed.h5: damaged"));
+    assert_mentions(error.message, "changed.h5: damaged");
 }
 
 static void test_every_byte(void **state)

@@ -2,6 +2,7 @@
 #include "../../physics/table.h"
 #include "../autodiff/support.h"
 #include "../files.h"
+#include "../mentions.h"
 
 #include <locale.h>
 #include <stdio.h>
@@ -10,8 +11,6 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
 /* ---- tables that are fine ---- */
 
@@ -169,11 +168,11 @@ static void test_files_that_cannot_be_read(void **state)
     struct ad_error error = {0};
     struct path file = files_temporary("absent.csv");
     assert_int_equal(phys_table_read(file.text, &rows, &cols, &values, &error), AD_E_IO);
-    assert_non_null(strstr(error.message, "absent.csv: cannot be read: No such file"));
+    assert_mentions(error.message, "absent.csv: cannot be read: No such file");
     error = (struct ad_error){0};
     file = files_temporary("");
     assert_int_equal(phys_table_read(file.text, &rows, &cols, &values, &error), AD_E_IO);
-    assert_non_null(strstr(error.message, "Is a directory"));
+    assert_mentions(error.message, "Is a directory");
     assert_int_equal(phys_table_read(file.text, &rows, &cols, &values, NULL), AD_E_IO);
 }
 
@@ -216,7 +215,7 @@ static void test_unwritable_leaves_nothing(void **state)
     struct ad_error error = {0};
     struct path file = files_temporary("no/such/folder.csv");
     assert_int_equal(phys_table_write(file.text, NULL, 1, 1, (double[]){1}, &error), AD_E_IO);
-    assert_non_null(strstr(error.message, "folder.csv: cannot be written"));
+    assert_mentions(error.message, "folder.csv: cannot be written");
 }
 
 /* A comma for a decimal point, where the machine has such a locale, changes nothing. */

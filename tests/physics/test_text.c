@@ -7,8 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define LENGTH(a) (sizeof(a) / sizeof(a)[0])
-
 static void assert_reads_as_strtod(const char *text)
 {
     double value = 0, expected = strtod(text, NULL);
