@@ -122,7 +122,7 @@ static void report(const struct chart_settings *settings, const char *job,
 {
     double one = 1e-9 * time_least(&sides->time[0], rounds);
     double two = 1e-9 * time_least(&sides->time[1], rounds);
-    fprintf(csv, "%s,%.4g,%.4g,%.3f,%s\n", job, one, two, one / two, sides->same ? "yes" : "no");
+    fprintf(csv, "%s,%.4g,%.4g,%.4g,%s\n", job, one, two, one / two, sides->same ? "yes" : "no");
     if (!settings->quiet)
         printf("%-36s %9.3f ms %9.3f ms %8.2f  %s\n", job, 1e3 * one, 1e3 * two, one / two,
                sides->same ? "same bits" : "DIFFERENT BITS");
