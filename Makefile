@@ -253,10 +253,9 @@ fuzz:
 test-o1:
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 TEST_DIRS=tests/autodiff check
 
-# -O1, so that lines are still those of the source; tests run side by side, so counts are atomic. Where
-# calls on files fail, those of gcov do, too, and say so: that test fails here, and only here.
+# -O1, so that lines are still those of the source; tests run side by side, so counts are atomic.
 coverage:
-	-@$(MAKE) --no-print-directory BUILD=$(BUILD)/coverage CC=gcc \
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/coverage CC=gcc \
 	    CFLAGS='-O1 -g --coverage -fprofile-update=atomic' check
 	@scripts/coverage $(BUILD)/coverage
 
