@@ -139,7 +139,8 @@ const struct command command_train = {
              "it\n"
              "is frames: HDF5 [trajectory, time, height, width], or a folder of PGM or PNG files;\n"
              "an autoencoder and the field on its latent state are trained together, and whole\n"
-             "trajectories are the test. A run that was stopped, by Ctrl-C or worse, is the same "
+             "trajectories are the test. Pixels that are dark in every frame to train on are not\n"
+             "looked at, later either. A run that was stopped, by Ctrl-C or worse, is the same "
              "to\n"
              "the last bit after --resume with the same options.\n"
              "Weights are readable with h5py: h5py.File(\"model.h5\")[\"linear1.weight\"][:]"},
