@@ -107,6 +107,7 @@ help:
 
 # Rewritten when the flags change, so that a change of flags rebuilds.
 $(BUILD)/flags: FORCE
+	@$(if $(PKG_LIBS),,echo 'libraries, or pkg-config, are missing: scripts/install-deps installs them' >&2; exit 1)
 	@mkdir -p $(@D)
 	@echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' | cmp -s - $@ || echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' > $@
 
