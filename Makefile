@@ -62,6 +62,8 @@ FUZZERS  := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
 HELP_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(filter-out $(wildcard tests/*/test_*.c tests/fuzz/*.c),\
               $(wildcard tests/*.c tests/*/*.c)))
 FUZZ_SECONDS ?= 10
+# 0: another one each time
+FUZZ_SEED ?= 0
 KILLS ?= 200
 PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/ops.def autodiff/optim.h physics/physics.h \
               physics/horizons.h physics/integrate.h physics/order.h physics/stability.h hnn/hnn.h hnn/data.h \
@@ -247,7 +249,7 @@ sanitize:
 	@OPENBLAS_NUM_THREADS=1 ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1 \
 	    LSAN_OPTIONS=suppressions=$(CURDIR)/scripts/lsan.suppress:print_suppressions=0 \
 	    $(MAKE) $(SANITIZED) check
-	@$(MAKE) $(SANITIZED) FUZZ_SECONDS=2 run-fuzzers
+	@$(MAKE) $(SANITIZED) FUZZ_SECONDS=2 FUZZ_SEED=1 run-fuzzers
 
 fuzz:
 	@$(MAKE) $(SANITIZED) run-fuzzers
@@ -289,8 +291,8 @@ run-fuzzers: $(FUZZERS)
 	@for f in $^; do \
 	    mkdir -p $$f.corpus; \
 	    echo "$$f ($(FUZZ_SECONDS) s)"; \
-	    TMPDIR=$${TMPDIR:-/dev/shm} $$f -max_total_time=$(FUZZ_SECONDS) -max_len=4096 -artifact_prefix=$$f. \
-	        $$f.corpus tests/fuzz/corpus/$${f##*fuzz_} >$$f.log 2>&1 \
+	    TMPDIR=$${TMPDIR:-/dev/shm} $$f -max_total_time=$(FUZZ_SECONDS) -seed=$(FUZZ_SEED) -max_len=4096 \
+	        -artifact_prefix=$$f. $$f.corpus tests/fuzz/corpus/$${f##*fuzz_} >$$f.log 2>&1 \
 	        || { tail -n 30 $$f.log; exit 1; }; \
 	done
 

@@ -143,10 +143,12 @@ static double read_number(const struct reading *r, const char *attribute)
     return value;
 }
 
+static bool is_count(double value) { return value >= 0 && value < 0x1p53; }
+
 static size_t read_count(const struct reading *r, const char *attribute)
 {
     double value = read_number(r, attribute);
-    if (!failed(r) && !(value >= 0 && value < 0x1p53))
+    if (!failed(r) && !is_count(value))
         ad_fail(r->error, AD_E_INPUT, "%s: damaged: attribute '%s' is %g", r->name, attribute,
                 value);
     return failed(r) ? 0 : (size_t)value;
@@ -181,11 +183,17 @@ static void read_history(const struct reading *r)
         return;
     }
     r->t->rows = 0;
-    for (size_t k = 0; k < item.dims[0] && !failed(r); k++)
-        if (phys_runfile_read(r->file, "training/history", k, 1, record, r->error) == AD_OK) {
-            struct hnn_row row = {(size_t)record[0], record[1], record[2], (double)NAN};
-            hnn_history_add(r->t, &row, r->error);
+    for (size_t k = 0; k < item.dims[0] && !failed(r); k++) {
+        if (phys_runfile_read(r->file, "training/history", k, 1, record, r->error) != AD_OK)
+            return;
+        if (!is_count(record[0])) {
+            ad_fail(r->error, AD_E_INPUT, "%s: damaged: 'training/history' has step %g in row %zu",
+                    r->name, record[0], k);
+            return;
         }
+        struct hnn_row row = {(size_t)record[0], record[1], record[2], (double)NAN};
+        hnn_history_add(r->t, &row, r->error);
+    }
 }
 
 static void read_random(const struct reading *r)
