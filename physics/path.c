@@ -33,7 +33,7 @@ static bool positive(double x) { return x > 0 && isfinite(x); }
 static enum ad_status check_settings(const struct phys_solver *solver,
                                      const struct phys_path_settings *s, struct ad_error *error)
 {
-    bool rated = solver == &phys_solver_adam || solver == &phys_solver_sgd || s->adam_steps > 0;
+    bool rated = solver->rated || s->adam_steps > 0;
     if (!s->rule)
         return ad_fail(error, AD_E_ARGUMENT, "no action rule; expected one of phys_rules");
     if (s->slices < 3)

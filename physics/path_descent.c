@@ -92,6 +92,6 @@ enum ad_status phys_path_program_adam(struct phys_path_program *p, struct ad_err
 }
 
 const struct phys_solver phys_solver_adam = {
-    "adam", "descent of the action by Adam, the ends held, as published", adam};
+    "adam", "descent of the action by Adam, the ends held, as published", adam, true};
 const struct phys_solver phys_solver_sgd = {
-    "sgd", "plain descent of the action, with momentum if asked for", sgd};
+    "sgd", "plain descent of the action, with momentum if asked for", sgd, true};

@@ -170,4 +170,4 @@ static enum ad_status solve(const struct phys_system *system,
 }
 
 const struct phys_solver phys_solver_lbfgs = {
-    "lbfgs", "descent of the action by limited-memory BFGS", solve};
+    "lbfgs", "descent of the action by limited-memory BFGS", solve, false};

@@ -68,4 +68,4 @@ static enum ad_status solve(const struct phys_system *system,
 }
 
 const struct phys_solver phys_solver_march = {
-    "march", "the motion from the first two slices, by the same discrete equations", solve};
+    "march", "the motion from the first two slices, by the same discrete equations", solve, false};

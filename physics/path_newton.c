@@ -191,4 +191,4 @@ static enum ad_status solve(const struct phys_system *system,
 }
 
 const struct phys_solver phys_solver_newton = {
-    "newton", "stationary path, minimum or saddle, to rounding", solve};
+    "newton", "stationary path, minimum or saddle, to rounding", solve, false};

@@ -347,6 +347,7 @@ struct phys_solver {
     enum ad_status (*solve)(const struct phys_system *system,
                             const struct phys_path_settings *settings, double *path,
                             struct phys_path_info *info, struct ad_error *error);
+    bool rated; /* always needs settings->learning_rate */
 };
 extern const struct phys_solver *const phys_solvers[]; /* NULL-terminated */
 /* Not one of them: only the first two slices are given, and the discrete equations of the rule are

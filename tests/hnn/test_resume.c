@@ -3,6 +3,7 @@
 #include "small.h"
 #include "../close.h"
 #include "../files.h"
+#include "../mentions.h"
 #include "../../hnn/train.h"
 
 #include <stdlib.h>
@@ -104,6 +105,28 @@ static void test_resume_with_patience(void **state)
     check_resume(s, training);
 }
 
+/* A sound file whose history cannot be one. */
+static void test_damaged_history(void **state)
+{
+    (void)state;
+    struct hnn_samples train = small_pendulum(1, 10, 0);
+    struct hnn_settings s = small_settings(&small_kinds[0], 1, 3);
+    struct hnn_training training = hnn_training_defaults();
+    struct path file = files_temporary("damaged.h5");
+    struct ad_error error = {0};
+    training.steps = 20;
+    hnn_model *model = small_model(&s);
+    hnn_trainer *trainer = small_trainer(model, &training, &train, &small_none);
+    small_run(trainer);
+    trainer->history[1].step = SIZE_MAX; /* no count that a double holds */
+    assert_int_equal(hnn_trainer_save(trainer, file.text, "x", &error), AD_OK);
+    assert_int_equal(hnn_trainer_resume(trainer, file.text, &error), AD_E_INPUT);
+    assert_mentions(error.message, "'training/history' has step 1.84467e+19 in row 1");
+    hnn_trainer_free(trainer);
+    hnn_model_free(model);
+    small_samples_free(&train);
+}
+
 static void test_patience(void **state)
 {
     (void)state;
@@ -191,7 +214,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_resume),   cmocka_unit_test(test_resume_with_patience),
         cmocka_unit_test(test_patience), cmocka_unit_test(test_not_finite),
-        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_refusals), cmocka_unit_test(test_damaged_history),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }
