@@ -48,11 +48,11 @@ ISA_avx512 = -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx2 -mfma -mprefer-ve
 # ---- what is built ----
 
 KERNELS := $(wildcard autodiff/kernels/kernels.c)
-LIB_SRC := $(filter-out $(KERNELS),$(wildcard autodiff/*.c autodiff/*/*.c physics/*.c physics/scenes/*.c physics/integrators/*.c hnn/*.c quantum/*.c))
+LIB_SRC := $(filter-out $(KERNELS),$(wildcard $(foreach d,autodiff physics hnn quantum,$d/*.c $d/*/*.c $d/*/*/*.c)))
 LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) \
            $(if $(KERNELS),$(foreach t,f32 f64,$(foreach i,$(ISAS),$(BUILD)/autodiff/kernels/$(t)_$(i).o)))
-HAND    := $(wildcard apps/hand_kernels.c apps/hand_hnn.c)
-APP_SRC := $(filter-out $(HAND),$(wildcard apps/*.c))
+HAND    := $(wildcard apps/bench/hand_kernels.c apps/bench/hand_hnn.c)
+APP_SRC := $(filter-out $(HAND),$(wildcard apps/*.c apps/*/*.c))
 APP_OBJ := $(filter-out $(BUILD)/apps/main.o,$(APP_SRC:%.c=$(BUILD)/%.o)) \
            $(foreach f,$(HAND:%.c=$(BUILD)/%),$(foreach i,$(ISAS),$(f)_$(i).o))
 TEST_DIRS ?= $(wildcard tests/*)
@@ -66,8 +66,8 @@ FUZZ_SECONDS ?= 10
 FUZZ_SEED ?= 0
 KILLS ?= 200
 PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/ops.def autodiff/optim.h physics/physics.h \
-              physics/horizons.h physics/integrate.h physics/order.h physics/stability.h hnn/hnn.h hnn/data.h \
-              hnn/latent.h hnn/pixels.h hnn/pixel_energy.h hnn/rollout.h quantum/quantum.h)
+              physics/ephemeris/horizons.h physics/motion/motion.h physics/gas/order.h physics/stability/stability.h hnn/hnn.h hnn/data/data.h \
+              hnn/pixels/latent.h hnn/pixels/pixels.h hnn/pixels/pixel_energy.h hnn/rollout/rollout.h quantum/quantum.h)
 
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
@@ -141,7 +141,7 @@ $(foreach f,$(HAND:%.c=%),$(foreach i,$(ISAS),$(eval $(call hand_rule,$(f),$(i))
 
 # ---- link ----
 
-archive = rm -f $@ && $(AR) rcs $@ $(filter %.o,$^)
+archive = rm -f $@ && $(AR) qcs $@ $(filter %.o,$^)
 
 $(A): $(LIB_OBJ)
 	$(call say,AR,$@)
@@ -240,7 +240,7 @@ lint:
 	@scripts/lint $(BUILD)
 
 format:
-	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff autodiff/* physics physics/* hnn quantum apps tests tests/* tests/apps/scenes docs/examples))
+	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff autodiff/* physics physics/* hnn hnn/* quantum apps apps/* tests tests/* tests/apps/scenes docs/examples))
 
 # Every test, then every fuzzer from its corpus on, by clang, whose libFuzzer gcc has not. OpenBLAS keeps
 # to one thread: its own may end while LeakSanitizer looks at them.

@@ -1,9 +1,9 @@
 /* leastaction build: a Lagrangian of a user's own, from C to a scene that every subcommand takes.
  */
 #include "command.h"
-#include "../autodiff/native/cc.h"
-#include "../physics/physics.h"
-#include "../physics/whole.h"
+#include "autodiff/native/cc.h"
+#include "physics/physics.h"
+#include "physics/io/atomic_file.h"
 
 #include <errno.h>
 #include <limits.h>

@@ -1,6 +1,6 @@
 /* leastaction completion: lets bash complete subcommands, options and scenes, from their tables. */
 #include "command.h"
-#include "../physics/physics.h"
+#include "physics/physics.h"
 
 #include <stdio.h>
 #include <string.h>

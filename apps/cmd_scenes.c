@@ -1,8 +1,8 @@
 /* leastaction scenes: what there is to run, with every parameter, its unit and default. */
 #include "command.h"
-#include "json.h"
-#include "unit.h"
-#include "../physics/physics.h"
+#include "apps/output/json.h"
+#include "apps/output/unit.h"
+#include "physics/physics.h"
 
 #include <stdio.h>
 

@@ -2,7 +2,7 @@
 #ifndef APPS_NUMBERS_H
 #define APPS_NUMBERS_H
 
-#include "../autodiff/autodiff.h"
+#include "autodiff/autodiff.h"
 
 /* Exactly n finite numbers, commas between. AD_E_ARGUMENT names the option, what was found, and
    `what` was expected. */

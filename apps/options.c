@@ -1,6 +1,6 @@
 /* Command lines from tables (options.h). */
 #include "options.h"
-#include "../physics/physics.h"
+#include "physics/physics.h"
 
 #include <ctype.h>
 #include <errno.h>

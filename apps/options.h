@@ -3,7 +3,7 @@
 #ifndef APPS_OPTIONS_H
 #define APPS_OPTIONS_H
 
-#include "../physics/physics.h"
+#include "physics/physics.h"
 
 #include <math.h>
 #include <stdio.h>

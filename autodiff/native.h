@@ -9,7 +9,7 @@
 #ifndef AUTODIFF_NATIVE_H
 #define AUTODIFF_NATIVE_H
 
-#include "native/cc.h"
+#include "autodiff/native/cc.h"
 #include "program.h"
 
 #include <stdio.h>

@@ -4,7 +4,7 @@
 #define AUTODIFF_PROGRAM_H
 
 #include "internal.h"
-#include "kernels/kernels.h"
+#include "autodiff/kernels/kernels.h"
 
 /* ---- values ---- */
 

@@ -12,7 +12,7 @@
 #ifndef HNN_H
 #define HNN_H
 
-#include "../physics/integrate.h"
+#include "physics/motion/motion.h"
 
 #ifdef __cplusplus
 extern "C" {

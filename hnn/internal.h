@@ -3,8 +3,8 @@
 #define HNN_INTERNAL_H
 
 #include "hnn.h"
-#include "../physics/random.h"
-#include "../physics/runfile.h"
+#include "physics/io/random.h"
+#include "physics/io/hdf5_file.h"
 
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 

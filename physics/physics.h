@@ -5,8 +5,8 @@
 #ifndef PHYSICS_H
 #define PHYSICS_H
 
-#include "../autodiff/autodiff.h"
-#include "../autodiff/optim.h"
+#include "autodiff/autodiff.h"
+#include "autodiff/optim.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,7 +1,7 @@
 /* The lowest states of Schroedinger's equation by differences of second order: the Hamiltonian is
    tridiagonal on the grid. */
 #include "internal.h"
-#include "../autodiff/blas.h"
+#include "autodiff/blas.h"
 
 #include <complex.h>
 #include <math.h>

@@ -4,7 +4,7 @@
 #ifndef QUANTUM_FFT_H
 #define QUANTUM_FFT_H
 
-#include "../autodiff/autodiff.h"
+#include "autodiff/autodiff.h"
 
 struct qm_fft {
     size_t n;

@@ -1,7 +1,7 @@
 /* The matrix of amplitudes exp(i S_ab / hbar) (quantum.h). Real and imaginary parts are nodes of
    the program that gives the actions; it runs over a few rows at a time, which stay in cache. */
 #include "internal.h"
-#include "../autodiff/blas.h"
+#include "autodiff/blas.h"
 
 #include <complex.h>
 #include <math.h>

@@ -2,7 +2,7 @@
    (Crank, Nicolson, Proc. Camb. Phil. Soc. 43, 1947), unitary, of second order in dt and dx, and
    independent of any sum over paths. H is tridiagonal: LAPACK's zgttrf once, zgttrs every slice. */
 #include "internal.h"
-#include "../autodiff/blas.h"
+#include "autodiff/blas.h"
 
 #include <complex.h>
 #include <math.h>

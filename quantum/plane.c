@@ -1,6 +1,6 @@
 /* Two coordinates at once, where the kernel is a product: psi -> Kx psi Ky^T costs N^3, not N^4. */
 #include "quantum.h"
-#include "../autodiff/blas.h"
+#include "autodiff/blas.h"
 
 void qm_propagate_plane(size_t nx, const qm_complex *Kx, size_t ny, const qm_complex *Ky,
                         const qm_complex *mask, size_t steps, qm_complex *psi, qm_complex *work)

@@ -17,7 +17,7 @@
 #ifndef QUANTUM_H
 #define QUANTUM_H
 
-#include "../physics/physics.h"
+#include "physics/physics.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,7 +2,7 @@
    is slow enough to tell apart does not come far enough to interfere. But a long slice back is the
    inverse of one forth, so that K(dt) = K(T)^H K(T + dt), both of which the grid can hold. */
 #include "internal.h"
-#include "../autodiff/blas.h"
+#include "autodiff/blas.h"
 
 #include <complex.h>
 #include <math.h>

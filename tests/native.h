@@ -3,8 +3,8 @@
 #define TESTS_NATIVE_H
 
 #include "autodiff/autodiff.h"
-#include "tests/close.h"
-#include "tests/files.h"
+#include "close.h"
+#include "files.h"
 
 extern struct path native_cache; /* holds the folder leastaction */
 

@@ -1,5 +1,5 @@
 /* Compiling: from a tape to a program, pass by pass. */
-#include "../exec/exec.h"
+#include "autodiff/exec/exec.h"
 #include "plan.h"
 
 #include <stdlib.h>

@@ -3,10 +3,10 @@
    Large segments are split into chunks whose number and borders depend on sizes alone; each chunk
    adds into a private copy of the sums, and the copies are added in order. Threads only decide who
    runs which chunk, so they change no bit of the result. */
-#include "../blas.h"
-#include "../clock.h"
+#include "autodiff/blas.h"
+#include "autodiff/clock.h"
 #include "exec.h"
-#include "../native.h"
+#include "autodiff/native.h"
 
 #include <string.h>
 

@@ -1,5 +1,5 @@
 /* A program from outside: threads, inputs and outputs, reports. */
-#include "../native.h"
+#include "autodiff/native.h"
 #include "exec.h"
 
 #include <math.h>

@@ -124,7 +124,7 @@ void ad_elementwise_rule(struct sweep *s, const struct node *n, ad_var y, ad_var
         if (is_needed(s, n->in[2]))                                                                \
             chain(s, n, 2, g, AD_ARG(dc));                                                         \
         break;
-#include "../ops.def"
+#include "autodiff/ops.def"
     default:
         break;
     }

@@ -2,7 +2,7 @@
 #ifndef AUTODIFF_SWEEP_H
 #define AUTODIFF_SWEEP_H
 
-#include "../internal.h"
+#include "autodiff/internal.h"
 
 /* A part of an adjoint: covers rows x cols of the value from (row, col) on. */
 struct part {

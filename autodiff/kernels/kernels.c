@@ -99,7 +99,7 @@ static inline R power(R a, R b)
     TERNARY(name##_5, value, ONE, EACH, ONE)                                                       \
     TERNARY(name##_6, value, EACH, ONE, ONE)                                                       \
     TERNARY(name##_7, value, ONE, ONE, ONE)
-#include "../ops.def"
+#include "autodiff/ops.def"
 
 static double sum(size_t n, const void *pa)
 {
@@ -177,7 +177,7 @@ const struct ad_kernels EXPAND(ad_kernels_, TYPE_NAME, _, AD_KERNEL_ISA) = {
 #define AD_TERNARY(name, value, da, db, dc, lo, hi)                                                \
     [AD_OP_##                                                                                      \
         name] = {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7},
-#include "../ops.def"
+#include "autodiff/ops.def"
         },
     .sum = sum,
     .diff = diff,

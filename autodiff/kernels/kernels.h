@@ -2,7 +2,7 @@
 #ifndef AUTODIFF_KERNELS_H
 #define AUTODIFF_KERNELS_H
 
-#include "../autodiff.h"
+#include "autodiff/autodiff.h"
 
 /* o[i] = f(a[i], b[i], c[i]) for n lanes. o may be one of the inputs, no other overlap. */
 typedef void ad_kernel(size_t n, void *o, const void *a, const void *b, const void *c);

@@ -6,7 +6,7 @@
    It is named by a hash of the source and loaded only if source and checksum agree: two sources of
    one hash, or half a file, cost a compilation and nothing else. Files appear by renaming, whole;
    of two processes that write the same one, the later wins, and either file is right. */
-#include "../native.h"
+#include "autodiff/native.h"
 
 #include <dlfcn.h>
 #include <errno.h>

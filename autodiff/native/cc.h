@@ -2,7 +2,7 @@
 #ifndef AUTODIFF_CC_H
 #define AUTODIFF_CC_H
 
-#include "../autodiff.h"
+#include "autodiff/autodiff.h"
 
 /* The compiler in the environment (CC, or cc): false, with a reason in `note`, where there is
    none. `words` [MAX_WORDS + 1] point into `text`. */

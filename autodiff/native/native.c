@@ -1,5 +1,5 @@
 /* The compiled back end: when it pays, and putting it in place of the interpreter. */
-#include "../native.h"
+#include "autodiff/native.h"
 
 #include <dlfcn.h>
 #include <stdlib.h>

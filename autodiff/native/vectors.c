@@ -5,7 +5,7 @@
    those that choose between two values lane by lane are written again here, as vectors have no
    ?: in C. Mathematical functions are those of glibc's libmvec, as in kernels.c, called by name. In
    the texts @ stands for the number of lanes, one lane being a plain number. */
-#include "../native.h"
+#include "autodiff/native.h"
 
 #include <math.h>
 #include <string.h>
@@ -128,7 +128,7 @@ static const char *const values[AD_N_OPS] = {
 #define AD_UNARY(name, value, dx, lo, hi) [AD_OP_##name] = #value,
 #define AD_BINARY(name, value, da, db, lo, hi) [AD_OP_##name] = #value,
 #define AD_TERNARY(name, value, da, db, dc, lo, hi) [AD_OP_##name] = #value,
-#include "../ops.def"
+#include "autodiff/ops.def"
 };
 
 static const char *value_text(enum ad_op op)

@@ -6,7 +6,7 @@
 #ifndef AUTODIFF_NATIVE_WRITER_H
 #define AUTODIFF_NATIVE_WRITER_H
 
-#include "../native.h"
+#include "autodiff/native.h"
 
 enum {
     MAX_ARRAYS = 16,

@@ -1,6 +1,6 @@
 /* Recording of values made of parts: each at its place, zero elsewhere, adding up where they
    overlap. The list of a node has the number of parts, then id, row and column of each. */
-#include "../internal.h"
+#include "autodiff/internal.h"
 
 /* Room for the places of n parts, to be filled; NULL when out of memory. */
 static uint32_t *new_list(ad_tape *tape, size_t n, uint32_t *list)

@@ -1,5 +1,5 @@
 /* Recording of elementwise operations: broadcasting, and what simplify.c knows. */
-#include "../internal.h"
+#include "autodiff/internal.h"
 
 /* Dimensions a and b broadcast to one; 0 if they do not fit. */
 static uint32_t broadcast_dim(uint32_t a, uint32_t b)

@@ -4,7 +4,7 @@
    Their rules come back in every gradient, so a node less here is two or more less there. What they
    buy, of the gradient of an action: signs 15 to 30 %, scaling up to half, cubes and quotients 10 %
    of a Lennard-Jones gas, slopes of tanh 4 % of a step of training. */
-#include "../internal.h"
+#include "autodiff/internal.h"
 
 #include <math.h>
 #include <stdlib.h>

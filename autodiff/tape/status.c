@@ -1,5 +1,5 @@
 /* Sticky errors: the first one is the cause, whatever follows is its consequence. */
-#include "../internal.h"
+#include "autodiff/internal.h"
 
 #include <stdarg.h>
 #include <stdio.h>

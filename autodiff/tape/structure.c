@@ -1,6 +1,6 @@
 /* Recording of what moves or reduces values: leaves, sums, matmul, views, time difference. Each
    passes a failure of its arguments through. */
-#include "../internal.h"
+#include "autodiff/internal.h"
 
 #include <math.h>
 

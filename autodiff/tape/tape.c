@@ -1,5 +1,5 @@
 /* The tape: growing memory for recorded nodes, constants, lists and labels. */
-#include "../internal.h"
+#include "autodiff/internal.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +9,7 @@ const struct op_info ad_ops[AD_N_OPS] = {
 #define AD_UNARY(name, value, dx, lo, hi) [AD_OP_##name] = {#name, 1, true},
 #define AD_BINARY(name, value, da, db, lo, hi) [AD_OP_##name] = {#name, 2, true},
 #define AD_TERNARY(name, value, da, db, dc, lo, hi) [AD_OP_##name] = {#name, 3, true},
-#include "../ops.def"
+#include "autodiff/ops.def"
 };
 
 const char *ad_op_name(enum ad_op op) { return (unsigned)op < AD_N_OPS ? ad_ops[op].name : "?"; }

@@ -1,6 +1,6 @@
 /* The table of integrators. */
 #include "stepper.h"
-#include "../internal.h"
+#include "physics/internal.h"
 
 const struct phys_integrator *const phys_integrators[] = {
     &phys_euler,

@@ -4,7 +4,7 @@
    h = 0, where the slopes are the rate, the solution goes with h on one branch, which is the one
    that approximates the motion. Where that branch turns back the step has no stages. */
 #include "stages.h"
-#include "../../autodiff/blas.h"
+#include "autodiff/blas.h"
 
 #include <float.h>
 #include <stdlib.h>

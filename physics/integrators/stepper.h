@@ -2,7 +2,7 @@
 #ifndef PHYSICS_STEPPER_H
 #define PHYSICS_STEPPER_H
 
-#include "../integrate.h"
+#include "physics/motion/motion.h"
 
 #include <math.h>
 

@@ -2,7 +2,7 @@
    element after element (march.h). Marched so, the q are the stationary path of the rule whose
    first two slices are given. */
 #include "stepper.h"
-#include "../march.h"
+#include "physics/action/variational_step.h"
 
 #include <stdlib.h>
 #include <string.h>

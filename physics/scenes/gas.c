@@ -10,8 +10,8 @@
    (Caldirola and Kanai), so that damped paths are stationary paths, too.
    Walls are springs: V = walls/2 times the squares of how far bodies are outside the square. */
 #include "gas.h"
-#include "../internal.h"
-#include "../random.h"
+#include "physics/internal.h"
+#include "physics/io/random.h"
 
 #include <math.h>
 

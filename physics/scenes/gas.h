@@ -3,7 +3,7 @@
 #ifndef PHYS_SCENES_GAS_H
 #define PHYS_SCENES_GAS_H
 
-#include "../physics.h"
+#include "physics/physics.h"
 
 enum { PHYS_GAS_DIMS = 2, PHYS_GAS_MOST = 20000 };
 

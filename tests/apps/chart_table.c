@@ -1,8 +1,8 @@
 /* Tables and pictures of charts (chart_table.h). */
 #include "chart_table.h"
 #include "shell.h"
-#include "../close.h"
-#include "../files.h"
+#include "tests/close.h"
+#include "tests/files.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -5,7 +5,7 @@
 #include "inject.h"
 
 #include "shell.h"
-#include "../../apps/command.h"
+#include "apps/command.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -1,6 +1,6 @@
 /* Runs the command under test as a user would (shell.h). */
 #include "shell.h"
-#include "../close.h"
+#include "tests/close.h"
 
 #include <dirent.h>
 #include <stdarg.h>

@@ -2,11 +2,11 @@
    subcommand: an error of one line, or a run that did without; never a crash. Some of each run are
    tried; with FAULTS=100000 in the environment all of them. */
 #define _DEFAULT_SOURCE /* MAP_ANONYMOUS */
-#include "../alloc.h"
-#include "../close.h"
+#include "tests/alloc.h"
+#include "tests/close.h"
 #include "inject.h"
 #include "shell.h"
-#include "../../apps/command.h"
+#include "apps/command.h"
 
 #include <stdio.h>
 #include <stdlib.h>

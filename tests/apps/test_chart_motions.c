@@ -2,10 +2,10 @@
    and the numbers are those of the methods. Nothing here asserts a time. */
 #include "chart_table.h"
 #include "shell.h"
-#include "../close.h"
-#include "../../apps/exact.h"
-#include "../../apps/motions.h"
-#include "../../apps/work.h"
+#include "tests/close.h"
+#include "apps/bench/exact.h"
+#include "apps/bench/motions.h"
+#include "apps/bench/work_precision.h"
 
 #include <string.h>
 

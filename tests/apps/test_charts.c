@@ -2,8 +2,8 @@
    that are promised. Nothing here asserts a time. */
 #include "chart_table.h"
 #include "shell.h"
-#include "../close.h"
-#include "../../apps/hand.h"
+#include "tests/close.h"
+#include "apps/bench/hand.h"
 
 #include <string.h>
 

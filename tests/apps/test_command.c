@@ -1,9 +1,9 @@
 /* The command, from outside: what it prints, and what it leaves behind. Wrong uses: test_errors.c.
  */
-#include "../close.h"
+#include "tests/close.h"
 #include "shell.h"
-#include "../../apps/command.h"
-#include "../../physics/runfile.h"
+#include "apps/command.h"
+#include "physics/io/hdf5_file.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,9 +1,9 @@
 /* leastaction dataset, from outside: what it writes, reports and refuses. */
-#include "../close.h"
+#include "tests/close.h"
 #include "shell.h"
-#include "../../hnn/data.h"
-#include "../../hnn/pixels.h"
-#include "../../physics/runfile.h"
+#include "hnn/data/data.h"
+#include "hnn/pixels/pixels.h"
+#include "physics/io/hdf5_file.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,8 +1,8 @@
 /* Every scene by its defaults: the path between its ends, the motion, and the checks of its
    Lagrangian end well, with nothing but the name given. */
-#include "../close.h"
+#include "tests/close.h"
 #include "shell.h"
-#include "../../physics/physics.h"
+#include "physics/physics.h"
 
 #include <string.h>
 

@@ -1,10 +1,10 @@
 /* Models of the inner planets against Horizons tables: the errors are those computed independently,
    each model is nearer than the one before, and --tol takes the least that is near enough. */
-#include "../close.h"
-#include "../files.h"
+#include "tests/close.h"
+#include "tests/files.h"
 #include "shell.h"
-#include "../../apps/ephemeris_models.h"
-#include "../../apps/options.h"
+#include "apps/simulate/ephemeris_models.h"
+#include "apps/options.h"
 
 #include <stdio.h>
 #include <stdlib.h>

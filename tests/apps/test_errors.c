@@ -1,8 +1,8 @@
 /* docs/errors.md is the catalogue of messages, and the table of this test: every command line in it
    is run, and must say exactly what stands there, with the exit status of its section. */
-#include "../close.h"
+#include "tests/close.h"
 #include "shell.h"
-#include "../../apps/command.h"
+#include "apps/command.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* The Lagrangians of docs/examples, built as a reader would build them: each checks, and moves as
    its closed form says. */
-#include "../close.h"
-#include "../files.h"
+#include "tests/close.h"
+#include "tests/files.h"
 #include "shell.h"
 
 #include <math.h>

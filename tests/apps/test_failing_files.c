@@ -2,11 +2,11 @@
    subcommand that writes, and a folder that is read only: an error of one line, or a run that did
    without; earlier files stay byte for byte until a whole one takes their place; nothing temporary
    is left. A few calls of each run are tried; with FAULTS=100000 in the environment all of them. */
-#include "../close.h"
-#include "../files.h"
+#include "tests/close.h"
+#include "tests/files.h"
 #include "inject.h"
 #include "shell.h"
-#include "../../physics/seal.h"
+#include "physics/io/checksum.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,9 +1,9 @@
 /* leastaction rollout of models of pixels, from outside. The model is a small one that learned for
    a moment: what it foresees is poor, what is reported of it is exact. */
-#include "../../hnn/latent.h"
-#include "../../hnn/pixel_energy.h"
-#include "../../physics/runfile.h"
-#include "../close.h"
+#include "hnn/pixels/latent.h"
+#include "hnn/pixels/pixel_energy.h"
+#include "physics/io/hdf5_file.h"
+#include "tests/close.h"
 #include "shell.h"
 
 #include <stdio.h>

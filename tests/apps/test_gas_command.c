@@ -1,5 +1,5 @@
 /* The gas from outside: states told apart, pictures drawn, what cannot be refused in words. */
-#include "../close.h"
+#include "tests/close.h"
 #include "shell.h"
 
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* JSON as it is written: one line, every digit, every byte escaped that must be. */
-#include "../close.h"
-#include "../../apps/json.h"
+#include "tests/close.h"
+#include "apps/output/json.h"
 
 #include <float.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* Manual pages and completion come from the tables of options: no subcommand and no option is left
    out, and no page has a line that troff would read as a request. */
-#include "../close.h"
-#include "../../apps/command.h"
+#include "tests/close.h"
+#include "apps/command.h"
 #include "shell.h"
 
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* Options from a table: values, defaults, and the message of every wrong use. */
-#include "../close.h"
-#include "../../apps/options.h"
+#include "tests/close.h"
+#include "apps/options.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 /* leastaction path --tol, from outside: on motions with known answers the estimate of the error is
    true to a factor of ten, and the error is what was asked for. */
-#include "../close.h"
+#include "tests/close.h"
 #include "shell.h"
-#include "../../apps/exact.h"
-#include "../../physics/table.h"
+#include "apps/bench/exact.h"
+#include "physics/io/csv.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,5 +1,5 @@
 /* Pictures: gnuplot draws them, is not there, or leaves half of one. */
-#include "../close.h"
+#include "tests/close.h"
 #include "shell.h"
 
 #include <string.h>

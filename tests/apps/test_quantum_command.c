@@ -1,6 +1,6 @@
 /* leastaction quantum from outside: what it measures, what it refuses and suggests, what it leaves.
  */
-#include "../close.h"
+#include "tests/close.h"
 #include "shell.h"
 
 #include <stdio.h>

@@ -1,7 +1,7 @@
 /* The commands `leastaction rollout` and `leastaction field`: what they compute, write and refuse.
  */
 #include "shell.h"
-#include "../close.h"
+#include "tests/close.h"
 
 #include <stdio.h>
 #include <stdlib.h>

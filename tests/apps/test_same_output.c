@@ -1,6 +1,6 @@
 /* Two processes that write the same files at once: both end well, each file is the whole one of
    either, and nothing else is left. */
-#include "../close.h"
+#include "tests/close.h"
 #include "shell.h"
 
 #include <stdio.h>

@@ -1,9 +1,9 @@
 /* leastaction simulate, from outside: what it reports, chooses, writes and refuses. */
-#include "../close.h"
+#include "tests/close.h"
 #include "shell.h"
-#include "../../physics/integrate.h"
-#include "../../physics/runfile.h"
-#include "../../physics/table.h"
+#include "physics/motion/motion.h"
+#include "physics/io/hdf5_file.h"
+#include "physics/io/csv.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,8 +1,8 @@
 /* The command `leastaction train`: what it writes and says, runs killed and resumed, bad input. */
 #include "shell.h"
-#include "../close.h"
-#include "../../hnn/pixels.h"
-#include "../../physics/runfile.h"
+#include "tests/close.h"
+#include "hnn/pixels/pixels.h"
+#include "physics/io/hdf5_file.h"
 
 #include <stdio.h>
 #include <stdlib.h>

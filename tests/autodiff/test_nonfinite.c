@@ -1,6 +1,6 @@
 /* The report of the first value that is not finite. */
 #include "support.h"
-#include "../mentions.h"
+#include "tests/mentions.h"
 
 static void assert_nonfinite(ad_program *p, const char *op, const char *label, const char *where)
 {

@@ -1,6 +1,6 @@
 /* Recording: errors and their stickiness, variables of other tapes, reset and reuse. */
 #include "support.h"
-#include "../mentions.h"
+#include "tests/mentions.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* Results do not depend on the number of threads, to the last bit: elementwise, sums, pair laws,
    matmul, and gradients of them, large enough to be split. */
 #include "support.h"
-#include "../mentions.h"
+#include "tests/mentions.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
    refuses it explains. The first byte chooses the settings, the rest is the file. */
 #include "fuzz.h"
 
-#include "hnn/data.h"
+#include "hnn/data/data.h"
 
 #include <math.h>
 #include <string.h>

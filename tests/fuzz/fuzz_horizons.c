@@ -2,7 +2,7 @@
    epochs in order and a date that leads back to the first, and what it refuses it explains. */
 #include "fuzz.h"
 
-#include "physics/horizons.h"
+#include "physics/ephemeris/horizons.h"
 
 #include <math.h>
 #include <string.h>

@@ -2,7 +2,7 @@
    refuses it explains. */
 #include "fuzz.h"
 
-#include "hnn/frames.h"
+#include "hnn/pixels/frames.h"
 
 int fuzz_image(const uint8_t *data, size_t size)
 {

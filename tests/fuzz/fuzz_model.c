@@ -8,8 +8,8 @@
 #include "fuzz.h"
 
 #include "apps/options.h"
-#include "hnn/train.h"
-#include "physics/runfile.h"
+#include "hnn/train/train.h"
+#include "physics/io/hdf5_file.h"
 
 #include <unistd.h>
 

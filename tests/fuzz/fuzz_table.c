@@ -2,7 +2,7 @@
    explains. */
 #include "fuzz.h"
 
-#include "physics/table.h"
+#include "physics/io/csv.h"
 
 #include <math.h>
 #include <string.h>

@@ -3,8 +3,8 @@
 #include "fuzz.h"
 
 #include "apps/numbers.h"
-#include "apps/simulate_event.h"
-#include "physics/horizons.h"
+#include "apps/simulate/simulate_event.h"
+#include "physics/ephemeris/horizons.h"
 #include "physics/physics.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* Data sets of the tests (datasets.h). */
 #include "datasets.h"
-#include "../close.h"
+#include "tests/close.h"
 
 #include <stdio.h>
 #include <string.h>

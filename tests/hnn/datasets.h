@@ -2,8 +2,8 @@
 #ifndef TESTS_HNN_DATASETS_H
 #define TESTS_HNN_DATASETS_H
 
-#include "../files.h"
-#include "../../hnn/data.h"
+#include "tests/files.h"
+#include "hnn/data/data.h"
 
 /* The data set of these settings; fails the test if it cannot be read. */
 struct hnn_dataset dataset_of(const struct hnn_dataset_settings *settings);

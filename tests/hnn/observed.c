@@ -1,6 +1,6 @@
 /* Observations of tasks (observed.h). */
 #include "observed.h"
-#include "../close.h"
+#include "tests/close.h"
 
 struct hnn_observations observed(const char *name, const struct hnn_sampling *sampling,
                                  uint64_t seed)

@@ -2,7 +2,7 @@
 #ifndef TESTS_HNN_OBSERVED_H
 #define TESTS_HNN_OBSERVED_H
 
-#include "../../hnn/data.h"
+#include "hnn/data/data.h"
 
 struct hnn_sampling published_sampling(const char *task);
 /* To be freed by hnn_observations_free. */

@@ -1,7 +1,7 @@
 /* Small models and samples for tests (small.h). */
 #include "small.h"
-#include "../close.h"
-#include "../../physics/random.h"
+#include "tests/close.h"
+#include "physics/io/random.h"
 
 #include <stdlib.h>
 

@@ -2,7 +2,7 @@
 #ifndef TESTS_HNN_SMALL_H
 #define TESTS_HNN_SMALL_H
 
-#include "../../hnn/hnn.h"
+#include "hnn/hnn.h"
 
 /* A kind of model, by name. */
 struct small_kind {

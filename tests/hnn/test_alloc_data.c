@@ -1,10 +1,10 @@
 /* An allocation that fails anywhere while a data set is read or made gives a status, never a crash.
    The linker sends the allocations of the library here; leaks are for the sanitizers to find. */
-#include "../../hnn/data.h"
-#include "../../physics/runfile.h"
-#include "../alloc.h"
-#include "../close.h"
-#include "../files.h"
+#include "hnn/data/data.h"
+#include "physics/io/hdf5_file.h"
+#include "tests/alloc.h"
+#include "tests/close.h"
+#include "tests/files.h"
 
 #include <stdio.h>
 #include <stdlib.h>

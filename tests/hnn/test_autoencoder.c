@@ -1,9 +1,9 @@
 /* Models of pixels: the loss against plain loops, its gradient by differences, training from frames
    that halves it and resumes to the last bit, and what is refused. */
 #include "small.h"
-#include "../close.h"
-#include "../files.h"
-#include "../../hnn/train.h"
+#include "tests/close.h"
+#include "tests/files.h"
+#include "hnn/train/train.h"
 
 #include <stdio.h>
 #include <stdlib.h>

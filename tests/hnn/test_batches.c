@@ -1,8 +1,8 @@
 /* Sets that are taken in pieces: batches by permutation, large sets, blocks of columns. */
 #include "small.h"
-#include "../close.h"
-#include "../files.h"
-#include "../../hnn/train.h"
+#include "tests/close.h"
+#include "tests/files.h"
+#include "hnn/train/train.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* Models in files: what is written comes back, and what is damaged or foreign is refused. */
 #include "small.h"
-#include "../close.h"
-#include "../files.h"
-#include "../../hnn/train.h"
+#include "tests/close.h"
+#include "tests/files.h"
+#include "hnn/train/train.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* Data sets: rates by differences, trajectories kept apart, sizes, HDF5. */
 #include "datasets.h"
-#include "../../physics/runfile.h"
-#include "../close.h"
-#include "../files.h"
+#include "physics/io/hdf5_file.h"
+#include "tests/close.h"
+#include "tests/files.h"
 
 #include <stdio.h>
 #include <stdlib.h>

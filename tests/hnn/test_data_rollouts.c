@@ -1,7 +1,7 @@
 /* Rollouts from a data set: targets some steps ahead, of the same trajectory. */
 #include "datasets.h"
-#include "../close.h"
-#include "../files.h"
+#include "tests/close.h"
+#include "tests/files.h"
 
 static void test_rollouts(void **state)
 {

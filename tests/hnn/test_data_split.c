@@ -1,7 +1,7 @@
 /* Splits of a data set into what is learned from and what is tested on. */
 #include "datasets.h"
-#include "../close.h"
-#include "../files.h"
+#include "tests/close.h"
+#include "tests/files.h"
 
 #include <string.h>
 

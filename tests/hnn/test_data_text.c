@@ -1,7 +1,7 @@
 /* Columns of text: every shape the reader takes, and where it says that something is wrong. */
-#include "../../hnn/data.h"
-#include "../close.h"
-#include "../files.h"
+#include "hnn/data/data.h"
+#include "tests/close.h"
+#include "tests/files.h"
 
 #include <stdio.h>
 #include <stdlib.h>

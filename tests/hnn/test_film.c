@@ -1,7 +1,7 @@
 /* The filmed pendulum: its motion, its starts, and the energy that frames show. */
-#include "../../hnn/pixel_energy.h"
-#include "../../physics/random.h"
-#include "../close.h"
+#include "hnn/pixels/pixel_energy.h"
+#include "physics/io/random.h"
+#include "tests/close.h"
 
 #include <stdlib.h>
 

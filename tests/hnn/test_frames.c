@@ -1,8 +1,8 @@
 /* Frames from files: HDF5, PGM, PNG; and that damaged ones are refused, saying where. */
-#include "../../hnn/frames.h"
-#include "../../physics/runfile.h"
-#include "../close.h"
-#include "../files.h"
+#include "hnn/pixels/frames.h"
+#include "physics/io/hdf5_file.h"
+#include "tests/close.h"
+#include "tests/files.h"
 
 #include <hdf5.h>
 #include <png.h>

@@ -1,8 +1,8 @@
 /* Gradients of the loss by differences, in f64, for every activation, kind of model and depth, on
    rates and on rollouts, plain and normalised; and the fields themselves. */
 #include "small.h"
-#include "../close.h"
-#include "../../hnn/train.h"
+#include "tests/close.h"
+#include "hnn/train/train.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,8 +1,8 @@
 /* Frames foreseen in the latent space: the first is what the autoencoder makes of the observation,
    the path that of the field, energy can be added on the way. */
 #include "small.h"
-#include "../close.h"
-#include "../../hnn/latent.h"
+#include "tests/close.h"
+#include "hnn/pixels/latent.h"
 
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* The renderer against exact areas of simple shapes. */
-#include "../../hnn/pixels.h"
-#include "../close.h"
+#include "hnn/pixels/pixels.h"
+#include "tests/close.h"
 
 #include <stdlib.h>
 

@@ -1,10 +1,10 @@
 /* Training that ends or goes on: resumed runs go on to the last bit; patience, losses that are not
    finite, refusals. */
 #include "small.h"
-#include "../close.h"
-#include "../files.h"
-#include "../mentions.h"
-#include "../../hnn/train.h"
+#include "tests/close.h"
+#include "tests/files.h"
+#include "tests/mentions.h"
+#include "hnn/train/train.h"
 
 #include <stdlib.h>
 #include <string.h>

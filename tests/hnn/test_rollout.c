@@ -1,9 +1,9 @@
 /* Rollouts: against the true motion, back again, along the gradient of the energy, and from files.
  */
 #include "small.h"
-#include "../close.h"
-#include "../files.h"
-#include "../../hnn/rollout.h"
+#include "tests/close.h"
+#include "tests/files.h"
+#include "hnn/rollout/rollout.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* How models begin: statistics of the starts, names and shapes of the parameters, settings refused.
  */
 #include "small.h"
-#include "../close.h"
+#include "tests/close.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* Starts of the published systems: circles, circular orbits, speeds, seeds. */
 #include "observed.h"
-#include "../close.h"
-#include "../files.h"
+#include "tests/close.h"
+#include "tests/files.h"
 
 static void assert_between(double x, double low, double high)
 {

@@ -1,8 +1,8 @@
 /* The published systems: equations and energy by hand, noise, and the distribution of their
    observations against the published files. */
 #include "observed.h"
-#include "../close.h"
-#include "../files.h"
+#include "tests/close.h"
+#include "tests/files.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 /* Training: losses fall and are what they are defined to be, single precision follows double, the
    mean of the weights, rollouts, and what friction does to the plain model. */
 #include "small.h"
-#include "../close.h"
-#include "../files.h"
-#include "../../hnn/train.h"
+#include "tests/close.h"
+#include "tests/files.h"
+#include "hnn/train/train.h"
 
 #include <stdlib.h>
 

@@ -1,7 +1,7 @@
 /* Horizons tables as text (horizons_text.h). */
 #include "horizons_text.h"
 
-#include "../close.h"
+#include "tests/close.h"
 
 #include <stdio.h>
 #include <stdlib.h>

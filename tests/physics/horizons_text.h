@@ -3,7 +3,7 @@
 #ifndef TESTS_HORIZONS_TEXT_H
 #define TESTS_HORIZONS_TEXT_H
 
-#include "../../physics/horizons.h"
+#include "physics/ephemeris/horizons.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,5 +1,5 @@
 #include "motion.h"
-#include "../close.h"
+#include "tests/close.h"
 
 const struct phys_setting unit_pendulum[] = {{"l", 1}, {"theta0", 0}, {"rate0", 1.8}, {NULL, 0}};
 

@@ -2,7 +2,7 @@
 #ifndef TESTS_MOTION_H
 #define TESTS_MOTION_H
 
-#include "../../physics/integrate.h"
+#include "physics/motion/motion.h"
 
 enum { MOTION_DOF = 8 };
 

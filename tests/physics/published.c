@@ -1,6 +1,6 @@
 /* results.json and the paths beside it, for every test that needs them. */
 #include "published.h"
-#include "physics/table.h"
+#include "physics/io/csv.h"
 #include "tests/close.h"
 #include "tests/files.h"
 

@@ -1,5 +1,5 @@
 /* Damped Newton steps: (H - i m) x = b by block elimination, put back into the equations. */
-#include "physics/blocks.h"
+#include "physics/path/block_tridiagonal.h"
 #include "published.h"
 #include "tests/close.h"
 

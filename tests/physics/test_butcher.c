@@ -1,8 +1,8 @@
 /* The tables of Runge-Kutta methods, digit by digit: the order conditions of all rooted trees
    (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.2), for the
    solution, the error estimates, and the dense output. */
-#include "../close.h"
-#include "../../physics/integrators/stepper.h"
+#include "tests/close.h"
+#include "physics/integrators/stepper.h"
 
 #include <string.h>
 #include <stdlib.h>

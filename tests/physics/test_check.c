@@ -1,7 +1,7 @@
 /* The checks of a Lagrangian find what is wrong with it, and name where. */
-#include "../close.h"
-#include "../mentions.h"
-#include "../../physics/physics.h"
+#include "tests/close.h"
+#include "tests/mentions.h"
+#include "physics/physics.h"
 
 enum { N = 7, DOF = 2 };
 

@@ -1,5 +1,5 @@
 /* The ephemeris: the choice of bodies, and what it takes from tables of Horizons. */
-#include "physics/horizons.h"
+#include "physics/ephemeris/horizons.h"
 #include "published.h"
 #include "systems.h"
 #include "tests/close.h"

@@ -1,7 +1,7 @@
 /* Fields of every kind: stiff ones, Hamiltonians, those without halves; what integrators take of
    them and what they refuse. */
-#include "../close.h"
-#include "../mentions.h"
+#include "tests/close.h"
+#include "tests/mentions.h"
 #include "motion.h"
 
 #include <string.h>

@@ -1,9 +1,9 @@
 /* Many bodies: near pairs give what all pairs give, friction is what the Lagrangian with it says,
    energy is kept without it, and a gas stays one or becomes a solid. */
-#include "../close.h"
-#include "../mentions.h"
-#include "../../physics/integrate.h"
-#include "../../physics/order.h"
+#include "tests/close.h"
+#include "tests/mentions.h"
+#include "physics/motion/motion.h"
+#include "physics/gas/order.h"
 
 #include <stdlib.h>
 

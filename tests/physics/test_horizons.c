@@ -1,9 +1,9 @@
 /* The Horizons reader on real tables, on every form of one table, and on a stream. */
-#include "../../physics/horizons.h"
-#include "../../physics/scenes/ephemeris_states.h"
-#include "../../physics/table.h"
-#include "../close.h"
-#include "../files.h"
+#include "physics/ephemeris/horizons.h"
+#include "physics/scenes/ephemeris_states.h"
+#include "physics/io/csv.h"
+#include "tests/close.h"
+#include "tests/files.h"
 #include "horizons_text.h"
 
 #include <stdio.h>

@@ -1,8 +1,8 @@
 /* Damaged Horizons tables are refused, naming file, line, column and what was expected there. */
-#include "../../physics/horizons.h"
-#include "../close.h"
-#include "../files.h"
-#include "../mentions.h"
+#include "physics/ephemeris/horizons.h"
+#include "tests/close.h"
+#include "tests/files.h"
+#include "tests/mentions.h"
 #include "horizons_text.h"
 
 #include <stdio.h>

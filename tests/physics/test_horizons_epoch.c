@@ -1,6 +1,6 @@
 /* Dates of a Horizons table: known days, and every day there and back. */
-#include "../../physics/horizons.h"
-#include "../close.h"
+#include "physics/ephemeris/horizons.h"
+#include "tests/close.h"
 
 static void test_dates(void **state)
 {

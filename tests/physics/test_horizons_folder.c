@@ -1,7 +1,7 @@
 /* Horizons tables of several bodies from one folder. */
-#include "../../physics/horizons.h"
-#include "../close.h"
-#include "../files.h"
+#include "physics/ephemeris/horizons.h"
+#include "tests/close.h"
+#include "tests/files.h"
 #include "horizons_text.h"
 
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* Every integrator: its order on the nonlinear pendulum, the symplectic form, reversal, and what it
    conserves. */
-#include "../close.h"
+#include "tests/close.h"
 #include "motion.h"
 
 #include <string.h>

@@ -1,6 +1,6 @@
 /* Motions whose answers are known to many digits. */
-#include "../close.h"
-#include "../mentions.h"
+#include "tests/close.h"
+#include "tests/mentions.h"
 #include "motion.h"
 
 #include <string.h>

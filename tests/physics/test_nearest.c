@@ -1,6 +1,6 @@
 /* Nearest names: slips of the finger are recognised, other words are not. */
-#include "../../physics/physics.h"
-#include "../close.h"
+#include "physics/physics.h"
+#include "tests/close.h"
 
 #include <string.h>
 

@@ -1,8 +1,8 @@
 /* Near pairs against all pairs; order of arrangements that are known. */
-#include "../close.h"
-#include "../../physics/cells.h"
-#include "../../physics/order.h"
-#include "../../physics/random.h"
+#include "tests/close.h"
+#include "physics/gas/cell_list.h"
+#include "physics/gas/order.h"
+#include "physics/io/random.h"
 
 #include <stdlib.h>
 

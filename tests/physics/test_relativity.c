@@ -1,7 +1,7 @@
 /* Bodies known roughly, and the first post-Newtonian terms: against what they are made of. */
-#include "../close.h"
-#include "../../physics/integrate.h"
-#include "../../physics/scenes/ephemeris_rough.h"
+#include "tests/close.h"
+#include "physics/motion/motion.h"
+#include "physics/scenes/ephemeris_rough.h"
 
 #include <string.h>
 

@@ -1,8 +1,8 @@
 /* Run files: what is written comes back, appears whole or not at all, and is the same bytes twice.
  */
-#include "../close.h"
-#include "../mentions.h"
-#include "../../physics/runfile.h"
+#include "tests/close.h"
+#include "tests/mentions.h"
+#include "physics/io/hdf5_file.h"
 
 #include <dirent.h>
 #include <stdio.h>

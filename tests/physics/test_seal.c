@@ -1,10 +1,10 @@
 /* Seals: a run file with any byte changed, added or missing is refused before HDF5 reads it; files
    without a seal pass. */
-#include "../close.h"
-#include "../files.h"
-#include "../mentions.h"
-#include "../../physics/runfile.h"
-#include "../../physics/seal.h"
+#include "tests/close.h"
+#include "tests/files.h"
+#include "tests/mentions.h"
+#include "physics/io/hdf5_file.h"
+#include "physics/io/checksum.h"
 
 #include <stdlib.h>
 

@@ -1,6 +1,6 @@
 /* The driver: samples, dense output, events, tolerances, floors, and ends. */
-#include "../close.h"
-#include "../mentions.h"
+#include "tests/close.h"
+#include "tests/mentions.h"
 #include "motion.h"
 
 #include <string.h>

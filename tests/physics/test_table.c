@@ -1,8 +1,8 @@
 /* Tables: every shape of text they take, every damage they name, what is written and read again. */
-#include "../../physics/table.h"
-#include "../autodiff/support.h"
-#include "../files.h"
-#include "../mentions.h"
+#include "physics/io/csv.h"
+#include "tests/autodiff/support.h"
+#include "tests/files.h"
+#include "tests/mentions.h"
 
 #include <locale.h>
 #include <stdio.h>

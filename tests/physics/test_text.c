@@ -1,6 +1,6 @@
 /* Numbers in text, against strtod. */
-#include "../../physics/text.h"
-#include "../autodiff/support.h"
+#include "physics/io/numbers.h"
+#include "tests/autodiff/support.h"
 
 #include <locale.h>
 #include <stdio.h>

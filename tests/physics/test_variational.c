@@ -1,5 +1,5 @@
 /* Variational integrators against the methods they are equal to. */
-#include "../close.h"
+#include "tests/close.h"
 #include "motion.h"
 
 #include <string.h>

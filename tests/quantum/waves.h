@@ -3,7 +3,7 @@
 #ifndef TESTS_QUANTUM_WAVES_H
 #define TESTS_QUANTUM_WAVES_H
 
-#include "../close.h"
+#include "tests/close.h"
 #include "quantum/quantum.h"
 
 #include <complex.h>

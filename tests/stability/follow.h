@@ -2,7 +2,7 @@
 #ifndef TESTS_STABILITY_FOLLOW_H
 #define TESTS_STABILITY_FOLLOW_H
 
-#include "physics/stability.h"
+#include "physics/stability/stability.h"
 #include "tests/physics/motion.h"
 
 /* A scene with one parameter set (NULL: none) at its start, in y = (q, v). */

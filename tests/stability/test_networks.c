@@ -2,7 +2,7 @@
    it was trained on, a network knows nothing. */
 #include "tests/close.h"
 
-#include "hnn/rollout.h"
+#include "hnn/rollout/rollout.h"
 #include "tests/mentions.h"
 
 enum { SAMPLES = 208, WIDTH = 32 };

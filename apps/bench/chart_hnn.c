@@ -1,0 +1,49 @@
+/* leastaction chart hnn: its parts. */
+#include "chart_hnn.h"
+#include "apps/command.h"
+
+#include <stdlib.h>
+
+size_t networks_of_chart(bool quick, struct network networks[NETWORKS_MOST])
+{
+    static const size_t widths[] = {50, 100, PUBLISHED_WIDTH, 400};
+    static const enum hnn_kind kinds[] = {HNN_HAMILTONIAN, HNN_BASELINE};
+    static const enum ad_type types[] = {AD_F32, AD_F64};
+    size_t n = 0;
+    for (size_t w = 0; w < sizeof widths / sizeof *widths; w++)
+        for (size_t k = 0; k < 2; k++)
+            for (size_t t = 0; t < 2; t++)
+                if (!quick || widths[w] == PUBLISHED_WIDTH)
+                    networks[n++] = (struct network){kinds[k], types[t], widths[w]};
+    return n;
+}
+
+struct hnn_settings network_settings(const struct network *network)
+{
+    struct hnn_settings settings = hnn_defaults(network->kind, 1);
+    settings.hidden[0] = settings.hidden[1] = network->width;
+    settings.precision = network->type;
+    return settings;
+}
+
+int chart_hnn(const struct chart_settings *settings, struct ad_error *error)
+{
+    struct json json;
+    hnn_model *model = NULL;
+    char *text = NULL;
+    size_t length;
+    FILE *memory = open_memstream(&text, &length);
+    if (!memory)
+        return ad_fail(error, AD_E_MEMORY, "out of memory"), command_status(error);
+    json_open(&json, memory);
+    if (chart_steps(settings, &json, error) == AD_OK && chart_losses(settings, error) == AD_OK &&
+        chart_learning(settings, &json, &model, error) == AD_OK)
+        chart_rollouts(settings, model, &json, error);
+    json_close(&json);
+    fclose(memory);
+    hnn_model_free(model);
+    if (error->status == AD_OK && settings->json)
+        fputs(text, stdout);
+    free(text);
+    return error->status == AD_OK ? DONE : command_status(error);
+}

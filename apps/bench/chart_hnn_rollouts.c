@@ -1,0 +1,179 @@
+/* How exactly integrators follow a network, over evaluations of its field (chart_hnn.h). The
+   weights are the same in f64 and in f32; what differs is the arithmetic of the field. */
+#include "chart_hnn_rollouts.h"
+#include "hnn/data/data.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { FEWEST_STEPS = 16 };
+
+/* Evaluations: no finer setting after so many, and no more steps in one run. */
+static const double limit = 12000, limit_quick = 1500;
+static const double time_end = 20;
+static const double start[2] = {1.5, 0}; /* a swing in the middle of the data's energies */
+static const double reference_tolerance = 1e-12;
+static const double trusted = 1e-11; /* ten times what the reference may err by */
+static const double finest = 1e-14;  /* setting of any method */
+const enum ad_type rollout_types[ROLLOUT_TYPES] = {AD_F64, AD_F32};
+
+/* Where a motion is at the end. More steps than `most`: AD_E_ACCURACY, as in f32, where a
+   tolerance under the roundings makes steps ever shorter. */
+static enum ad_status follow(const struct phys_ode *ode, const struct phys_integrator *integrator,
+                             double setting, double most, double end[2],
+                             struct phys_simulation_info *info, struct ad_error *error)
+{
+    double scale[2];
+    const struct phys_simulation simulation = {.integrator = integrator,
+                                               .t1 = time_end,
+                                               .dt = integrator->adaptive ? 0 : setting,
+                                               .rtol = setting,
+                                               .atol = setting,
+                                               .scale = scale,
+                                               .max_steps = (size_t)most};
+    end[0] = start[0];
+    end[1] = start[1];
+    if (phys_typical_sizes(ode, 0, start, scale, error) == AD_OK)
+        phys_simulate(&simulation, ode, end, info, error);
+    return error->status;
+}
+
+static double distance(const double a[2], const double b[2])
+{
+    return hypot(a[0] - b[0], a[1] - b[1]) / hypot(b[0], b[1]);
+}
+
+/* The reference, and the motion of the pendulum itself. */
+static enum ad_status find_end(struct rollouts *r, struct ad_error *error)
+{
+    const struct phys_integrator *dop853 = phys_integrator_find("dop853", error);
+    const struct hnn_task *task = hnn_task_find("pendulum", error);
+    struct phys_ode truth = {0};
+    struct phys_simulation_info info;
+    double end[2];
+    if (follow(&r->ode, dop853, reference_tolerance, limit, r->end, &info, error) == AD_OK &&
+        hnn_task_ode(task, task->published.strength, &truth, error) == AD_OK &&
+        follow(&truth, dop853, reference_tolerance, limit, end, &info, error) == AD_OK)
+        r->model_error = distance(r->end, end);
+    phys_ode_free(&truth);
+    return error->status;
+}
+
+/* ---- one method, coarse to fine ---- */
+
+static double coarsest(const struct phys_integrator *integrator)
+{
+    return integrator->adaptive ? 1e-1 : time_end / FEWEST_STEPS;
+}
+
+static enum ad_status refine(const struct rollouts *r, const struct phys_integrator *integrator,
+                             double most, struct work_curve *curve, struct ad_error *error)
+{
+    double setting = coarsest(integrator), evaluations = 0, distant = INFINITY;
+    *curve =
+        (struct work_curve){.name = integrator->name, .knob = integrator->adaptive ? "tol" : "dt"};
+    for (; evaluations < most && distant > trusted && setting > finest && curve->n < WORK_POINTS;
+         setting /= integrator->adaptive ? sqrt(10) : sqrt(2)) {
+        struct phys_simulation_info info = {0};
+        struct ad_error lost = {0};
+        double end[2];
+        enum ad_status status = follow(&r->ode, integrator, setting, most, end, &info, &lost);
+        evaluations = fmax(evaluations, (double)info.evaluations);
+        if (status == AD_E_MEMORY || status == AD_E_ARGUMENT)
+            return ad_fail(error, status, "%s", lost.message);
+        if (status != AD_OK) { /* too coarse to be followed, or finer than f32 can tell */
+            if (curve->n)
+                break;
+            continue;
+        }
+        distant = distance(end, r->end);
+        curve->point[curve->n++] = (struct work_point){.setting = setting,
+                                                       .evaluations = (double)info.evaluations,
+                                                       .seconds = info.seconds,
+                                                       .error = distant};
+    }
+    return AD_OK;
+}
+
+static double least_error(const struct work_curve *curve)
+{
+    double least = INFINITY;
+    for (size_t k = 0; k < curve->n; k++)
+        least = fmin(least, curve->point[k].error);
+    return least;
+}
+
+static enum ad_status measure(struct rollouts *r, double most, struct ad_error *error)
+{
+    for (size_t t = 0; t < ROLLOUT_TYPES; t++)
+        r->least[t] = INFINITY;
+    for (size_t k = 0; phys_integrators[k] && r->n < ROLLOUT_METHODS; k++) {
+        const struct phys_integrator *integrator = phys_integrators[k];
+        if (integrator->separable || integrator->lagrangian)
+            continue;
+        for (size_t t = 0; t < ROLLOUT_TYPES; t++) {
+            hnn_model_evaluate_in(r->model, rollout_types[t]);
+            if (refine(r, integrator, most, &r->curve[t][r->n], error) != AD_OK)
+                return error->status;
+            r->least[t] = fmin(r->least[t], least_error(&r->curve[t][r->n]));
+        }
+        r->n++;
+    }
+    return AD_OK;
+}
+
+/* ---- what is told ---- */
+
+static void report(const struct chart_settings *settings, const struct rollouts *r, FILE *csv,
+                   struct json *json)
+{
+    json_object(json, "rollouts");
+    json_number(json, "model_error", r->model_error);
+    for (size_t t = 0; t < ROLLOUT_TYPES; t++) {
+        json_object(json, hnn_precisions[rollout_types[t]]);
+        for (size_t c = 0; c < r->n; c++) {
+            const struct work_curve *curve = &r->curve[t][c];
+            for (size_t k = 0; k < curve->n; k++)
+                fprintf(csv, "%s,%s,%.6g,%.0f,%.4g,%.6g\n", curve->name,
+                        hnn_precisions[rollout_types[t]], curve->point[k].setting,
+                        curve->point[k].evaluations, curve->point[k].seconds,
+                        curve->point[k].error);
+            json_number(json, curve->name, least_error(curve));
+        }
+        json_number(json, "least", r->least[t]);
+        json_end_object(json);
+    }
+    json_end_object(json);
+    if (!settings->quiet)
+        rollouts_print(r, stdout);
+}
+
+/* ---- all ---- */
+
+enum ad_status chart_rollouts(const struct chart_settings *settings, hnn_model *model,
+                              struct json *json, struct ad_error *error)
+{
+    struct result csv = {0};
+    struct plot plot = {0};
+    struct rollouts *r = calloc(1, sizeof *r);
+    if (!r)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    r->model = model;
+    r->time = time_end;
+    hnn_model_evaluate_in(model, AD_F64);
+    if (chart_csv(settings, "hnn-rollouts", &csv, error) == AD_OK &&
+        chart_picture(settings, "hnn-rollouts", &plot, error) == AD_OK &&
+        hnn_model_ode(model, &r->ode, error) == AD_OK && find_end(r, error) == AD_OK &&
+        measure(r, settings->quick ? limit_quick : limit, error) == AD_OK) {
+        fprintf(csv.out,
+                "# the network errs by %.6g\nmethod,precision,setting,evaluations,"
+                "seconds,error\n",
+                r->model_error);
+        report(settings, r, csv.out, json);
+        rollouts_draw(r, &plot);
+    }
+    chart_end(&plot, &csv, error);
+    phys_ode_free(&r->ode);
+    free(r);
+    return error->status;
+}

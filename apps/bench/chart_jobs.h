@@ -1,0 +1,36 @@
+/* What chart_jobs.c gathers and chart_jobs_draw.c draws: whole jobs, as published and as we do
+   them, both by this library. */
+#ifndef APPS_CHART_JOBS_H
+#define APPS_CHART_JOBS_H
+
+#include "apps/output/plot.h"
+#include "autodiff/autodiff.h"
+
+enum { JOBS_MOST = 16 };
+
+struct job_side {
+    double seconds, error; /* of the processor; what is left at the end */
+    bool cut;              /* stopped by the limit of time */
+};
+
+struct job {
+    const char *name, *group, *measure; /* measure: what the error is */
+    struct job_side published, ours;
+    double level; /* seconds of ours until its error is no more than the published one; infinite:
+                     never */
+};
+
+/* Each adds its jobs to jobs[*n ...]. */
+
+/* The scenes of the paper: its descent by Adam, and Newton's method (chart_solvers.c). */
+enum ad_status jobs_paths(bool quick, struct job jobs[], size_t *n, struct ad_error *error);
+/* Hamiltonian networks: the published training, and a shorter one whose learning rate falls to
+   nothing. */
+enum ad_status jobs_networks(bool quick, struct job jobs[], size_t *n, struct ad_error *error);
+/* The packet in a box: published grid and kernel, and between walls that reflect. */
+enum ad_status jobs_quantum(bool quick, struct job jobs[], size_t *n, struct ad_error *error);
+
+/* Left seconds, right errors; two bars a job. */
+void jobs_draw(size_t n, const struct job jobs[], struct plot *plot);
+
+#endif

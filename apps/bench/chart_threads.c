@@ -1,0 +1,171 @@
+/* What a second thread buys (chart_linear.h): gradients of large actions and a training step of a
+   large batch, one thread and two in turn, by the wall's clock; and whether both have the same
+   bits, as they must.
+
+   Times are the least of several: what else runs on the machine takes a processor away from two
+   threads sooner than from one, and would be counted as their fault. */
+#include "chart_linear.h"
+#include "hand.h"
+#include "sized_gradient.h"
+#include "timing.h"
+#include "hnn/hnn.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SIDES = 2, BATCH = 6000, BATCH_QUICK = 1500, STEPS = 3, ROUNDS = 21, ROUNDS_QUICK = 5 };
+
+/* One job on one thread and on two. */
+struct sides {
+    struct timed time[SIDES];
+    bool same;
+};
+
+/* ---- gradients, as machine code ---- */
+
+static const struct gradient_job {
+    const char *name;
+    int scene; /* of hand.h */
+    size_t bodies, slices;
+    bool slow; /* not in a quick chart */
+} gradient_jobs[] = {
+    {"gradient: gas of 50 bodies", HAND_GAS, 50, HAND_SLICES, false},
+    {"gradient: gas of 500 bodies", HAND_GAS, 500, HAND_SLICES, false},
+    {"gradient: gas of 1000 bodies", HAND_GAS, 1000, HAND_SLICES, true},
+    {"gradient: three bodies over 1e4 slices", HAND_THREEBODY, 0, 10000, false},
+    {"gradient: three bodies over 1e6 slices", HAND_THREEBODY, 0, 1000000, true},
+};
+
+static void run_program(void *program) { ad_run(program); }
+
+static enum ad_status time_gradient(const struct gradient_job *job, size_t rounds,
+                                    struct sides *sides, struct ad_error *error)
+{
+    struct sized_gradient s;
+    ad_program *program[SIDES] = {NULL};
+    if (sized_gradient_open(job->scene, job->bodies, job->slices, &s, error) == AD_OK)
+        for (size_t k = 0; k < SIDES && error->status == AD_OK; k++)
+            sized_gradient_compile(&s, &program[k], error);
+    if (error->status == AD_OK && sized_gradient_set(&s, SIDES, program, error) == AD_OK) {
+        for (size_t k = 0; k < SIDES; k++) {
+            ad_native(program[k], INFINITY, NULL);
+            ad_set_threads(program[k], 1 + k);
+            sides->time[k] = (struct timed){.run = run_program, .context = program[k]};
+        }
+        time_in_turn(SIDES, sides->time, rounds);
+        sides->same = memcmp(ad_data(program[0], s.gradient), ad_data(program[1], s.gradient),
+                             s.system.dof * s.slices * sizeof(double)) == 0;
+    }
+    for (size_t k = 0; k < SIDES; k++)
+        ad_program_free(program[k]);
+    sized_gradient_close(&s);
+    return error->status;
+}
+
+/* ---- the step of a Hamiltonian network ---- */
+
+static void take_step(void *trainer)
+{
+    struct ad_error error = {0};
+    hnn_trainer_take_step(trainer, &error);
+}
+
+/* Trained for a few steps, and a trainer to go on. */
+static enum ad_status train(const struct hnn_samples *samples, size_t threads, hnn_model **model,
+                            hnn_trainer **trainer, struct ad_error *error)
+{
+    const struct hnn_settings settings = hnn_defaults(HNN_HAMILTONIAN, 1);
+    struct hnn_training training = hnn_training_defaults();
+    enum hnn_stop stop;
+    training.steps = STEPS;
+    training.threads = threads;
+    if (hnn_model_new(&settings, model, error) == AD_OK &&
+        hnn_trainer_new(*model, &training, samples, &(struct hnn_samples){0}, trainer, error) ==
+            AD_OK)
+        hnn_trainer_run(*trainer, &stop, error);
+    return error->status;
+}
+
+static enum ad_status time_training(size_t batch, size_t rounds, struct sides *sides,
+                                    struct ad_error *error)
+{
+    hnn_model *model[SIDES] = {NULL};
+    hnn_trainer *trainer[SIDES] = {NULL};
+    double *values = malloc(4 * batch * sizeof *values);
+    if (!values)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu samples", batch);
+    for (size_t k = 0; k < 4 * batch; k++)
+        values[k] = sin(0.7 * (double)k);
+    const struct hnn_samples samples = {.n = batch, .x = values, .target = values + 2 * batch};
+    for (size_t k = 0; k < SIDES && error->status == AD_OK; k++)
+        train(&samples, 1 + k, &model[k], &trainer[k], error);
+    if (error->status == AD_OK) {
+        for (size_t k = 0; k < SIDES; k++)
+            sides->time[k] = (struct timed){.run = take_step, .context = trainer[k]};
+        sides->same = memcmp(hnn_model_parameters(model[0]), hnn_model_parameters(model[1]),
+                             hnn_model_size(model[0]) * sizeof(float)) == 0;
+        time_in_turn(SIDES, sides->time, rounds);
+    }
+    for (size_t k = 0; k < SIDES; k++) {
+        hnn_trainer_free(trainer[k]);
+        hnn_model_free(model[k]);
+    }
+    free(values);
+    return error->status;
+}
+
+/* ---- all ---- */
+
+static void report(const struct chart_settings *settings, const char *job,
+                   const struct sides *sides, size_t rounds, FILE *csv)
+{
+    double one = 1e-9 * time_least(&sides->time[0], rounds);
+    double two = 1e-9 * time_least(&sides->time[1], rounds);
+    fprintf(csv, "%s,%.4g,%.4g,%.4g,%s\n", job, one, two, one / two, sides->same ? "yes" : "no");
+    if (!settings->quiet)
+        printf("%-36s %9.3f ms %9.3f ms %8.2f  %s\n", job, 1e3 * one, 1e3 * two, one / two,
+               sides->same ? "same bits" : "DIFFERENT BITS");
+}
+
+static enum ad_status all_jobs(const struct chart_settings *settings, FILE *csv, bool *same,
+                               struct ad_error *error)
+{
+    size_t rounds = settings->quick ? ROUNDS_QUICK : ROUNDS;
+    size_t batch = settings->quick ? BATCH_QUICK : BATCH;
+    char name[64];
+    struct sides sides;
+    for (size_t k = 0; k < sizeof gradient_jobs / sizeof *gradient_jobs; k++) {
+        if (settings->quick && gradient_jobs[k].slow)
+            continue;
+        if (time_gradient(&gradient_jobs[k], rounds, &sides, error) != AD_OK)
+            return error->status;
+        report(settings, gradient_jobs[k].name, &sides, rounds, csv);
+        *same = *same && sides.same;
+    }
+    snprintf(name, sizeof name, "training step: HNN of %zu samples", batch);
+    if (time_training(batch, rounds, &sides, error) != AD_OK)
+        return error->status;
+    report(settings, name, &sides, rounds, csv);
+    *same = *same && sides.same;
+    return AD_OK;
+}
+
+enum ad_status chart_threads(const struct chart_settings *settings, bool *same,
+                             struct ad_error *error)
+{
+    struct result csv;
+    *same = true;
+    if (chart_csv(settings, "threads", &csv, error) != AD_OK)
+        return error->status;
+    fputs("job,one_thread_seconds,two_threads_seconds,speedup,same_bits\n", csv.out);
+    if (!settings->quiet)
+        printf("%-36s %12s %12s %8s\n", "by the wall's clock", "one thread", "two threads",
+               "speedup");
+    if (all_jobs(settings, csv.out, same, error) == AD_OK)
+        result_commit(&csv, error);
+    result_abandon(&csv);
+    if (!*same)
+        fputs("leastaction: one thread and two differ\n", stderr);
+    return error->status;
+}

@@ -1,0 +1,52 @@
+/* Problems on which integrators are measured: a scene, a time, and where it is then. */
+#ifndef APPS_MOTIONS_H
+#define APPS_MOTIONS_H
+
+#include "apps/simulate/simulate.h"
+
+struct motion_problem {
+    const char *name, *title;
+    const char *scene;
+    struct phys_setting set[4]; /* until a NULL name */
+    double time;
+    double coarsest; /* longest fixed step that is tried */
+    /* q, v [dof] at a time; NULL: by the finest run of two methods */
+    void (*exact)(double t, double *q, double *v);
+};
+
+extern const struct motion_problem motion_problems[];
+enum { MOTION_PROBLEMS = 6 };
+
+/* A problem opened. */
+struct problem {
+    const struct motion_problem *problem;
+    struct simulate_run run; /* its system, time and start */
+    double *end;             /* [2 dof] positions and velocities at the end ... */
+    double doubt;            /* ... and how far they may be off, in units of the error */
+};
+
+/* Ends with problem_close, whatever it returned. */
+enum ad_status problem_open(const struct motion_problem *problem, struct problem *motion,
+                            struct ad_error *error);
+void problem_close(struct problem *motion);
+
+/* Whether an integrator can follow this motion, and the field in the form that suits it (ode is to
+   be freed in either case). */
+enum ad_status problem_field(const struct problem *motion, const struct phys_integrator *integrator,
+                             struct phys_ode *ode, bool *suits, struct ad_error *error);
+
+/* What one run costs and errs. */
+struct problem_cost {
+    bool complete; /* false: the motion was lost on the way */
+    size_t steps, evaluations;
+    double seconds; /* of the processor */
+    double error;   /* at the end, in positions or velocities, whichever is larger, relative to
+                       their norm */
+};
+
+/* Runs once; `setting` is the step, or the tolerance of adaptive methods. */
+enum ad_status problem_run(const struct problem *motion, const struct phys_integrator *integrator,
+                           const struct phys_ode *ode, double setting, struct problem_cost *cost,
+                           struct ad_error *error);
+
+#endif

@@ -1,0 +1,257 @@
+/* leastaction dataset: observations of the systems that Hamiltonian neural networks were published
+   with; dataset_pixels.c has the frames. */
+#include "apps/command.h"
+#include "dataset.h"
+#include "apps/output/json.h"
+#include "apps/output/result.h"
+#include "autodiff/clock.h"
+#include "hnn/data/data.h"
+#include "physics/io/hdf5_file.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- what is asked for ---- */
+
+static struct hnn_sampling sampling_of(const struct hnn_task *task, const struct dataset_options *o)
+{
+    struct hnn_sampling s = task->published;
+    s.trials = option_count_or(o->trials, s.trials);
+    s.points = option_count_or(o->points, s.points);
+    s.time = option_number_or(o->time, s.time);
+    s.noise = option_number_or(o->noise, s.noise);
+    s.radius_min = option_number_or(o->min_radius, s.radius_min);
+    s.radius_max = option_number_or(o->max_radius, s.radius_max);
+    s.spread = option_number_or(o->spread, s.spread);
+    s.strength = option_number_or(o->strength, s.strength);
+    return s;
+}
+
+/* ---- CSV ---- */
+
+static void write_csv(const struct hnn_observations *o, FILE *out)
+{
+    for (size_t k = 0; k < o->cols; k++)
+        fprintf(out, "%s%s", k ? "," : "", o->names[k]);
+    fputc('\n', out);
+    for (size_t i = 0; i < o->rows; i++)
+        for (size_t k = 0; k < o->cols; k++)
+            fprintf(out, "%.17g%c", o->values[k * o->rows + i], k + 1 < o->cols ? ',' : '\n');
+}
+
+static enum ad_status save_csv(const struct hnn_observations *o, const char *file,
+                               struct ad_error *error)
+{
+    struct result result;
+    if (result_begin(&result, file, error) != AD_OK)
+        return error->status;
+    write_csv(o, result.out);
+    return result_commit(&result, error);
+}
+
+/* ---- HDF5 ---- */
+
+static char *joined_names(const struct hnn_observations *o)
+{
+    size_t size = 1;
+    for (size_t k = 0; k < o->cols; k++)
+        size += strlen(o->names[k]) + 1;
+    char *text = malloc(size), *to = text;
+    for (size_t k = 0; k < o->cols && text; k++) {
+        to = stpcpy(to, k ? "," : "");
+        to = stpcpy(to, o->names[k]);
+    }
+    return text;
+}
+
+static void write_settings(const struct hnn_task *task, const struct hnn_sampling *s,
+                           const struct common *common, phys_runfile *file)
+{
+    phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
+    phys_runfile_text(file, "/", "command", common->command);
+    phys_runfile_text(file, "/", "task", task->name);
+    phys_runfile_text(file, "/", "hamiltonian", task->what);
+    phys_runfile_integer(file, "/", "seed", (int64_t)common->seed, NULL);
+    phys_runfile_integer(file, "/", "trials", (int64_t)s->trials, NULL);
+    phys_runfile_integer(file, "/", "points", (int64_t)s->points, NULL);
+    phys_runfile_number(file, "/", "time", s->time, "1");
+    phys_runfile_number(file, "/", "noise", s->noise, "1");
+    phys_runfile_number(file, "/", "min_radius", s->radius_min, "1");
+    phys_runfile_number(file, "/", "max_radius", s->radius_max, "1");
+    phys_runfile_number(file, "/", "spread", s->spread, "1");
+    phys_runfile_number(file, "/", "strength", s->strength, "1");
+}
+
+static enum ad_status save_hdf5(const struct hnn_task *task, const struct hnn_sampling *s,
+                                const struct common *common, const struct hnn_observations *o,
+                                const char *name, struct ad_error *error)
+{
+    phys_runfile *file;
+    char *columns = joined_names(o);
+    if (!columns)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (phys_runfile_create(name, &file, error) == AD_OK) {
+        write_settings(task, s, common, file);
+        phys_runfile_text(file, "/", "columns", columns);
+        for (size_t k = 0; k < o->cols; k++) {
+            phys_runfile_write(file, o->names[k], AD_F64, 1, &o->rows, o->values + k * o->rows);
+            phys_runfile_text(file, o->names[k], "unit", "1");
+        }
+        phys_runfile_commit(file, error);
+    }
+    free(columns);
+    return error->status;
+}
+
+/* ---- the command ---- */
+
+static bool ends_with(const char *text, const char *end)
+{
+    size_t n = strlen(text), m = strlen(end);
+    return n >= m && strcmp(text + n - m, end) == 0;
+}
+
+bool dataset_is_hdf5(const char *out) { return ends_with(out, ".h5") || ends_with(out, ".hdf5"); }
+
+static void report_json(const struct hnn_task *task, const struct hnn_sampling *s,
+                        const struct hnn_observations *o, const char *file, double seconds)
+{
+    struct json json;
+    json_open(&json, stdout);
+    json_text(&json, "task", task->name);
+    json_count(&json, "trials", s->trials);
+    json_count(&json, "points", s->points);
+    json_count(&json, "rows", o->rows);
+    json_count(&json, "columns", o->cols);
+    json_number(&json, "seconds", seconds);
+    json_text(&json, "out", file);
+    json_close(&json);
+}
+
+static void report(const struct hnn_task *task, const struct hnn_sampling *s,
+                   const struct hnn_observations *o, const struct dataset_options *options,
+                   double seconds)
+{
+    if (options->common.json)
+        report_json(task, s, o, options->out, seconds);
+    else if (!options->common.quiet && strcmp(options->out, "-") != 0)
+        printf("%s: %zu trajectories of %zu observations, %.3g s\n  %s\n", task->name, s->trials,
+               s->points, seconds, options->out);
+}
+
+/* A file that cannot be written is found before anything is computed. */
+static enum ad_status check_out(const char *name, struct ad_error *error)
+{
+    struct phys_whole file;
+    if (!name)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "missing --out FILE.csv or FILE.h5; - is CSV on "
+                       "standard output");
+    if (strcmp(name, "-") != 0 && phys_whole_begin(&file, name, error) == AD_OK)
+        phys_whole_abandon(&file);
+    return error->status;
+}
+
+/* A task of motion from the table; NULL, without an error, is "pixels". */
+static const struct hnn_task *find_task(const char *name, struct ad_error *error)
+{
+    const char *names[16];
+    size_t n = 0;
+    for (; hnn_tasks[n] && n + 1 < sizeof names / sizeof *names; n++)
+        names[n] = hnn_tasks[n]->name;
+    names[n] = "pixels";
+    size_t k = phys_find("task", name, n + 1, names, error);
+    return k < n ? hnn_tasks[k] : NULL;
+}
+
+static enum ad_status observe(const struct hnn_task *task, const struct dataset_options *options,
+                              struct ad_error *error)
+{
+    struct hnn_observations observations = {0};
+    struct hnn_sampling sampling = sampling_of(task, options);
+    double start = ad_now();
+    if (hnn_task_observe(task, &sampling, options->common.seed, &observations, error) == AD_OK) {
+        double seconds = ad_now() - start;
+        if ((dataset_is_hdf5(options->out)
+                 ? save_hdf5(task, &sampling, &options->common, &observations, options->out, error)
+                 : save_csv(&observations, options->out, error)) == AD_OK)
+            report(task, &sampling, &observations, options, seconds);
+    }
+    hnn_observations_free(&observations);
+    return error->status;
+}
+
+#define AT(member) offsetof(struct dataset_options, member)
+
+static const struct option table[] = {
+    {"out", "FILE", OPTION_TEXT, NULL, "FILE.h5 is HDF5, any other CSV; - is standard output",
+     AT(out)},
+    {"trials", "N", OPTION_COUNT, NULL, "trajectories [published]", AT(trials)},
+    {"points", "N", OPTION_COUNT, NULL, "observations of each [published]", AT(points)},
+    {"time", "T", OPTION_NUMBER, NULL, "of the last of them [published]", AT(time)},
+    {"noise", "SIGMA", OPTION_NUMBER, NULL, "added to states, not to rates [published]", AT(noise)},
+    {"min-radius", "R", OPTION_NUMBER, NULL, "of starts [published]", AT(min_radius)},
+    {"max-radius", "R", OPTION_NUMBER, NULL, "of starts [published]", AT(max_radius)},
+    {"spread", "X", OPTION_NUMBER, NULL, "of speeds about circular motion [published]", AT(spread)},
+    {"strength", "K", OPTION_NUMBER, NULL, "of the potential [published]", AT(strength)},
+    {"size", "N", OPTION_TEXT, NULL, "of frames, in pixels: N, or HEIGHT,WIDTH [28]", AT(size)},
+    {"filter", "NAME", OPTION_TEXT, NULL,
+     "what a pixel shows: area, its own; or bilinear, as published, smoother [area]", AT(filter)},
+    {"rows", "A,B", OPTION_TEXT, NULL, "that frames show of a screen of 500 [220,390]", AT(rows)},
+    {"columns", "A,B", OPTION_TEXT, NULL, "likewise [165,335]", AT(columns)},
+    {"dt", "DT", OPTION_NUMBER, NULL, "seconds between frames [0.05]", AT(dt)},
+    {"max-angle", "A", OPTION_NUMBER, NULL, "of starts, from hanging [pi/6]", AT(max_angle)},
+    {"max-speed", "W", OPTION_NUMBER, NULL, "of starts, rad/s [1]", AT(max_speed)},
+};
+
+/* Rows of the table that one kind of task alone takes. */
+enum { COMMON_ROWS = 3, MOTION_ROWS = 9, ALL_ROWS = sizeof table / sizeof *table };
+
+static bool given(const struct dataset_options *options, const struct option *o)
+{
+    const char *at = (const char *)options + o->offset;
+    return o->kind == OPTION_NUMBER ? !isnan(*(const double *)(const void *)at)
+                                    : *(const char *const *)(const void *)at != NULL;
+}
+
+/* An option that would do nothing is refused. */
+static enum ad_status check_options(const struct dataset_options *options, bool pixels,
+                                    struct ad_error *error)
+{
+    size_t first = pixels ? COMMON_ROWS : MOTION_ROWS, end = pixels ? MOTION_ROWS : ALL_ROWS;
+    for (size_t k = first; k < end; k++)
+        if (given(options, &table[k]))
+            return ad_fail(error, AD_E_ARGUMENT, "--%s is %s", table[k].name,
+                           pixels ? "not for pixels; leave it out"
+                                  : "for pixels alone; leave it out");
+    return AD_OK;
+}
+
+static int run(const void *values, struct ad_error *error)
+{
+    const struct dataset_options *options = values;
+    const struct hnn_task *task = find_task(options->common.argument[0], error);
+    if (error->status == AD_OK && check_options(options, !task, error) == AD_OK &&
+        check_out(options->out, error) == AD_OK)
+        task ? observe(task, options, error) : dataset_pixels(options, error);
+    return command_status(error);
+}
+
+const struct command command_dataset = {
+    .line = {.name = "dataset",
+             .what = "observed motion to train networks on",
+             .arguments = {"TASK"},
+             .options = table,
+             .n_options = sizeof table / sizeof *table,
+             .more =
+                 "TASK is one of\n"
+                 "  spring     H = p^2 + k q^2, 50 x 30 observations to t = 3, noise 0.1\n"
+                 "  pendulum   H = p^2 + k (1 - cos q), k = 3, 50 x 45 to t = 3, noise 0.1\n"
+                 "  twobody    nearly circular orbits, 1000 x 50 to t = 20\n"
+                 "  threebody  about a turning triangle, 5000 x 20 to t = 5\n"
+                 "  pixels     frames of a swinging rod, 200 x 100 pairs of 28 x 28 pixels\n"
+                 "as published (arXiv 1906.01563). Columns: coordinates, momenta, their rates,\n"
+                 "trial, t. All is a pure number: masses and lengths are units of the task."},
+    .bytes = sizeof(struct dataset_options),
+    .run = run,
+};

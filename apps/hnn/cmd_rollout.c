@@ -1,0 +1,117 @@
+/* leastaction rollout: motion by a trained model. */
+#include "apps/command.h"
+#include "pixel_rollout.h"
+#include "apps/output/outputs.h"
+#include "rollout.h"
+
+static enum ad_status write_results(const struct rollout_run *run, struct outputs *outputs,
+                                    struct ad_error *error)
+{
+    if (outputs->file)
+        rollout_file(run, outputs->file, error);
+    if (outputs->csv.out)
+        rollout_write_csv(run, outputs->csv.out);
+    if (outputs->plot.script && error->status == AD_OK)
+        rollout_picture(run, &outputs->plot, error);
+    if (error->status == AD_OK)
+        outputs_commit(outputs, error);
+    else
+        outputs_abandon(outputs);
+    return error->status;
+}
+
+static enum ad_status follow(struct rollout_run *run, struct ad_error *error)
+{
+    const struct common *common = &run->options->common;
+    struct outputs outputs;
+    if (outputs_begin(common, &outputs, error) != AD_OK)
+        return error->status;
+    if (rollout_run(run, error) != AD_OK)
+        outputs_abandon(&outputs);
+    else if (write_results(run, &outputs, error) == AD_OK && common->json)
+        rollout_print_json(run);
+    else if (error->status == AD_OK && !common->quiet)
+        rollout_print(run);
+    return error->status;
+}
+
+static enum ad_status follow_states(const struct rollout_options *options, struct ad_error *error)
+{
+    struct rollout_run rollout;
+    if (rollout_setup(options, &rollout, error) == AD_OK)
+        follow(&rollout, error);
+    rollout_free(&rollout);
+    return error->status;
+}
+
+static int run(const void *values, struct ad_error *error)
+{
+    const struct rollout_options *options = values;
+    (film_is_for(options->common.argument[0]) ? film_rollout : follow_states)(options, error);
+    return command_status(error);
+}
+
+#define AT(member) offsetof(struct rollout_options, member)
+
+static const struct option table[] = {
+    {"x0", "Q,...,P,...", OPTION_TEXT, NULL, "start: coordinates, then momenta [that of the truth]",
+     AT(x0)},
+    {"time", "T", OPTION_NUMBER, NULL, "how long [20; of a file: to its end]", AT(time)},
+    {"points", "N", OPTION_COUNT, NULL, "outputs, both ends included [401; with --starts 100]",
+     AT(points)},
+    {"integrator", "NAME", OPTION_TEXT, NULL,
+     "as of `simulate`, those of a Lagrangian left out "
+     "[dop853]",
+     AT(integrator)},
+    {"rtol", "E", OPTION_NUMBER, NULL, "error of a step, relative [1e-9]", AT(rtol)},
+    {"dt", "DT", OPTION_NUMBER, NULL, "length of fixed steps", AT(dt)},
+    {"truth", "TASK|FILE|SCENE", OPTION_TEXT, NULL,
+     "a task of `dataset`, a measured trajectory, or a scene of `scenes`", AT(truth)},
+    {"set", "NAME=VALUE", OPTION_SETTINGS, NULL, "a parameter of the scene; repeatable", AT(set)},
+    {"strength", "K", OPTION_NUMBER, NULL, "of the task's potential [published]", AT(strength)},
+    {"state", "COLUMNS", OPTION_TEXT, NULL, "of the file [those the model was trained on]",
+     AT(state)},
+    {"time-column", "COLUMN", OPTION_TEXT, NULL, "of the file", AT(time_column)},
+    {"trial", "COLUMN", OPTION_TEXT, NULL,
+     "of the file [trial, if there is one]; of frames: which trajectory [1]", AT(trial)},
+    {"from", "T", OPTION_NUMBER, NULL, "of the file: when the motion starts [its first row]",
+     AT(from)},
+    {"energy", "TASK", OPTION_TEXT, NULL, "of the file: the true energy is that of this task",
+     AT(energy)},
+    {"against", "MODEL", OPTION_TEXT, NULL, "another model from the same start, a baseline say",
+     AT(against)},
+    {"starts", "N", OPTION_COUNT, NULL, "random starts of the task instead: means over them",
+     AT(starts)},
+    {"reverse", NULL, OPTION_FLAG, NULL, "run back, too: how far from the start does it end?",
+     AT(reverse)},
+    {"add-energy", "DE", OPTION_NUMBER, NULL, "raise H by DE, along its gradient ...",
+     AT(add_energy)},
+    {"at", "T", OPTION_NUMBER, NULL, "... at this time", AT(at)},
+};
+
+const struct command command_rollout = {
+    .line =
+        {.name = "rollout",
+         .what = "motion by a trained model, against the truth",
+         .arguments = {"MODEL"},
+         .outputs = true,
+         .options = table,
+         .n_options = sizeof table / sizeof *table,
+         .more =
+             "Errors are means over outputs of squares of differences from the true motion: of\n"
+             "the true energy, of the model's H, and of the components of the state. H is known\n"
+             "up to a constant, so its change is not divided by it. The energy's error is also\n"
+             "computed as it was published (arXiv 1906.01563): of a pendulum from q^2 + p^2, of a\n"
+             "spring over a time longer by 1.09. Fixed steps are shortened so\n"
+             "that whole ones lead from output to output. Where a motion leaves the states or\n"
+             "the values of H that the model was trained on, the report says so. Energy is added\n"
+             "to models with an H alone: in a baseline's field no direction is that of more\n"
+             "energy, so --add-energy --against a baseline is refused.\n\n"
+             "Of a model of pixels --truth is `pixels`, or frames as `train` takes them. It is\n"
+             "shown the first two, and foresees N more (--time N [300]; time and DT are counted\n"
+             "in frames). The energy that frames show is measured by fitting drawn rods to them,\n"
+             "where they are of a rod, and its error is that against the true one. A picture\n"
+             "has frames, the latent motion on contours of H, and energies; a GIF plays them."},
+    .bytes = sizeof(struct rollout_options),
+    .run = run,
+};

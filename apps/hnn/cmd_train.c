@@ -1,0 +1,149 @@
+/* leastaction train: a Hamiltonian neural network, or a baseline, from measured motion. */
+#include "apps/command.h"
+#include "apps/interrupt.h"
+#include "apps/output/result.h"
+#include "train.h"
+
+#include <string.h>
+
+/* A model that cannot be written is found before anything is computed. */
+static enum ad_status check_out(const char *name, const char *log, struct ad_error *error)
+{
+    struct phys_whole file;
+    if (log && strcmp(log, name) == 0)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--out and --log name the same file, '%s'; expected a file for each", name);
+    if (phys_whole_begin(&file, name, error) == AD_OK)
+        phys_whole_abandon(&file);
+    return error->status;
+}
+
+static int train(struct train_run *run, struct ad_error *error)
+{
+    const struct common *common = &run->options->common;
+    struct result log;
+    enum hnn_stop stop = HNN_STOP_STEPS;
+    if (check_out(common->out, run->options->log, error) != AD_OK ||
+        result_begin(&log, run->options->log, error) != AD_OK)
+        return command_status(error);
+    progress_start(&run->progress, common->quiet);
+    interrupt_catch();
+    hnn_trainer_run(run->trainer, &stop, error);
+    progress_end(&run->progress);
+    if (run->failed.status != AD_OK)
+        ad_fail(error, run->failed.status, "%s", run->failed.message);
+    if (error->status != AD_OK || train_save(run, error) != AD_OK) {
+        result_abandon(&log);
+        return command_status(error);
+    }
+    if (log.out)
+        train_write_log(run, log.out);
+    if (result_commit(&log, error) != AD_OK)
+        return command_status(error);
+    if (common->json)
+        train_print_json(run);
+    else if (!common->quiet)
+        train_print(run);
+    if (stop == HNN_STOP_INTERRUPTED)
+        ad_fail(error, AD_E_ACCURACY, "interrupted after step %zu of %zu; --resume goes on",
+                hnn_trainer_step(run->trainer), run->settings.steps);
+    return command_status(error);
+}
+
+static int run(const void *options, struct ad_error *error)
+{
+    struct train_run training;
+    int status;
+    if (train_setup(options, &training, error) == AD_OK)
+        status = train(&training, error);
+    else
+        status = command_status(error);
+    train_free(&training);
+    return status;
+}
+
+#define AT(member) offsetof(struct train_options, member)
+
+static const struct option table[] = {
+    {"model", "KIND", OPTION_TEXT, "hnn",
+     "hnn, or baseline: the network predicts the rates; from frames: pixel-hnn, pixel-baseline",
+     AT(model)},
+    {"state", "COLUMNS", OPTION_TEXT, NULL,
+     "coordinates, then momenta: names, or numbers from 1 [all that have a rate]", AT(state)},
+    {"rate", "COLUMNS", OPTION_TEXT, NULL,
+     "their rates of change, in that order [dXdt for every X]", AT(rate)},
+    {"time", "COLUMN", OPTION_TEXT, NULL, "without --rate: rates by differences over this time",
+     AT(time)},
+    {"differences", "KIND", OPTION_TEXT, "forward", "forward, as published, or central",
+     AT(differences)},
+    {"trial", "COLUMN", OPTION_TEXT, NULL, "tells trajectories apart [trial, if there is one]",
+     AT(trial)},
+    {"unit", "UNITS", OPTION_TEXT, NULL, "of the states, kept in the model", AT(unit)},
+    {"test", "FILE", OPTION_TEXT, NULL, "test samples, of the same columns", AT(test)},
+    {"test-fraction", "F", OPTION_NUMBER, NULL,
+     "of DATA, set apart for the test [none; frames: 0.2]", AT(test_fraction)},
+    {"split", "HOW", OPTION_TEXT, "tail", "which: tail, random or trial", AT(split)},
+    {"normalise", NULL, OPTION_FLAG, NULL, "the network sees states of mean 0 and deviation 1",
+     AT(normalise)},
+    {"hidden", "WIDTH", OPTION_TEXT, "200", "of the hidden layers; or one number each: 200,100",
+     AT(hidden)},
+    {"layers", "N", OPTION_COUNT, "3", "linear maps", AT(layers)},
+    {"activation", "NAME", OPTION_TEXT, "tanh", "tanh, relu, sigmoid, softplus, sine, swish",
+     AT(activation)},
+    {"field", "KIND", OPTION_TEXT, "symplectic", "symplectic, conservative, or both", AT(field)},
+    {"separable", NULL, OPTION_FLAG, NULL, "H = T(p) + V(q), a network each", AT(separable)},
+    {"dissipation", NULL, OPTION_FLAG, NULL, "a second network whose gradient damps",
+     AT(dissipation)},
+    {"start", "HOW", OPTION_TEXT, "orthogonal", "of the weights: orthogonal, xavier, he",
+     AT(start)},
+    {"precision", "TYPE", OPTION_TEXT, "f32", "f32 or f64", AT(precision)},
+    {"optimiser", "NAME", OPTION_TEXT, "adam", "adam, adamw, sgd, lbfgs", AT(optimiser)},
+    {"steps", "K", OPTION_COUNT, NULL,
+     "in all, those before --resume included [2000; frames: 10000]", AT(steps)},
+    {"batch", "N", OPTION_TEXT, NULL, "samples a step [full; frames: 200, or all there are]",
+     AT(batch)},
+    {"lr", "X", OPTION_NUMBER, "1e-3", "learning rate", AT(learning_rate)},
+    {"schedule", "HOW", OPTION_TEXT, "constant", "of the rate: constant, cosine, step",
+     AT(schedule)},
+    {"weight-decay", "X", OPTION_NUMBER, NULL, "of all parameters [1e-4; frames: 1e-5]",
+     AT(weight_decay)},
+    {"average", "F", OPTION_NUMBER, NULL,
+     "the weights are the mean over this last share of the steps [0.1; frames, lbfgs: 0]",
+     AT(average)},
+    {"momentum", "M", OPTION_NUMBER, "0", "sgd: share of the last step in the next", AT(momentum)},
+    {"rollout", "K", OPTION_COUNT, "0", "loss on K Runge-Kutta steps along trajectories",
+     AT(rollout)},
+    {"dt", "DT", OPTION_NUMBER, NULL, "their length [that of the data]", AT(dt)},
+    {"every", "K", OPTION_COUNT, NULL, "steps from one test loss to the next [10; frames: 200]",
+     AT(every)},
+    {"patience", "K", OPTION_COUNT, NULL, "stop after K steps without a lower test loss [never]",
+     AT(patience)},
+    {"out", "FILE.h5", OPTION_TEXT, "model.h5", "the model, and all that --resume needs",
+     AT(common.out)},
+    {"log", "FILE", OPTION_TEXT, NULL, "losses as CSV; - is standard output", AT(log)},
+    {"checkpoint", "SECONDS", OPTION_NUMBER, "10", "between writes of --out on the way",
+     AT(checkpoint)},
+    {"resume", NULL, OPTION_FLAG, NULL, "go on from --out, if it is there", AT(resume)},
+};
+
+const struct command command_train = {
+    .line =
+        {.name = "train",
+         .what = "a Hamiltonian neural network from data",
+         .arguments = {"DATA"},
+         .options = table,
+         .n_options = sizeof table / sizeof *table,
+         .more =
+             "DATA is CSV, whitespace text or HDF5, one sample a row. The loss is the mean square\n"
+             "of field less rate, over components and samples. For pixel-hnn and pixel-baseline "
+             "it\n"
+             "is frames: HDF5 [trajectory, time, height, width], or a folder of PGM or PNG files;\n"
+             "an autoencoder and the field on its latent state are trained together, and whole\n"
+             "trajectories are the test. Pixels that are dark in every frame to train on are not\n"
+             "looked at, later either. A run that was stopped, by Ctrl-C or worse, is the same "
+             "to\n"
+             "the last bit after --resume with the same options.\n"
+             "Weights are readable with h5py: h5py.File(\"model.h5\")[\"linear1.weight\"][:]"},
+    .bytes = sizeof(struct train_options),
+    .run = run,
+};

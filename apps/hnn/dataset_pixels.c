@@ -1,0 +1,123 @@
+/* leastaction dataset pixels: frames of a swinging rod. */
+#include "apps/command.h"
+#include "dataset.h"
+#include "apps/output/json.h"
+#include "apps/numbers.h"
+#include "autodiff/clock.h"
+#include "hnn/pixels/pixels.h"
+#include "physics/io/hdf5_file.h"
+
+#include <string.h>
+
+/* ---- what is asked for ---- */
+
+/* N, or HEIGHT,WIDTH. */
+static enum ad_status read_size(const char *text, struct hnn_filming *filming,
+                                struct ad_error *error)
+{
+    double size[2];
+    bool both = text && strchr(text, ',');
+    if (!text)
+        return AD_OK;
+    if (numbers_read("size", text, both ? 2 : 1, "N, or HEIGHT,WIDTH", size, error) != AD_OK)
+        return error->status;
+    for (size_t k = 0; k < 1 + (size_t)both; k++)
+        if (!(size[k] >= 1 && size[k] <= 4096 && size[k] == floor(size[k])))
+            return ad_fail(error, AD_E_ARGUMENT, "--size: expected 1 to 4096 pixels, got %g",
+                           size[k]);
+    filming->height = (size_t)size[0];
+    filming->width = (size_t)size[both];
+    return AD_OK;
+}
+
+/* The frame within the published screen of 500 pixels, on which the world is 4.4 wide. */
+static enum ad_status read_view(const struct dataset_options *o, struct hnn_rod *rod,
+                                struct ad_error *error)
+{
+    const double half = 2.2, unit = 2 * half / 500;
+    double two[2];
+    if (o->rows) {
+        if (numbers_read("rows", o->rows, 2, "first and last row", two, error) != AD_OK)
+            return error->status;
+        rod->top = half - two[0] * unit;
+        rod->bottom = half - two[1] * unit;
+    }
+    if (o->columns) {
+        if (numbers_read("columns", o->columns, 2, "first and last column", two, error) != AD_OK)
+            return error->status;
+        rod->left = two[0] * unit - half;
+        rod->right = two[1] * unit - half;
+    }
+    return AD_OK;
+}
+
+static enum ad_status filming_of(const struct dataset_options *o, struct hnn_filming *filming,
+                                 struct ad_error *error)
+{
+    size_t pairs = filming->frames - 2;
+    filming->trajectories = option_count_or(o->trials, filming->trajectories);
+    pairs = option_count_or(o->points, pairs);
+    filming->frames = pairs + 2;
+    filming->rod.dt = option_number_or(o->dt, filming->rod.dt);
+    filming->angle_max = option_number_or(o->max_angle, filming->angle_max);
+    filming->speed_max = option_number_or(o->max_speed, filming->speed_max);
+    if (read_size(o->size, filming, error) == AD_OK &&
+        (!o->filter || hnn_filter_find(o->filter, &filming->rod.filter, error) == AD_OK))
+        read_view(o, &filming->rod, error);
+    return error->status;
+}
+
+/* ---- results ---- */
+
+static enum ad_status save(const struct dataset_options *o, const struct hnn_filming *filming,
+                           const struct hnn_frames *frames, struct ad_error *error)
+{
+    phys_runfile *file;
+    if (phys_runfile_create(o->out, &file, error) != AD_OK)
+        return error->status;
+    phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
+    phys_runfile_text(file, "/", "command", o->common.command);
+    phys_runfile_text(file, "/", "task", "pixels");
+    phys_runfile_integer(file, "/", "seed", (int64_t)o->common.seed, NULL);
+    phys_runfile_number(file, "/", "max_angle", filming->angle_max, "rad");
+    phys_runfile_number(file, "/", "max_speed", filming->speed_max, "rad/s");
+    hnn_frames_write(frames, file);
+    return phys_runfile_commit(file, error);
+}
+
+static void report(const struct dataset_options *o, const struct hnn_frames *f, double seconds)
+{
+    struct json json;
+    if (o->common.json) {
+        json_open(&json, stdout);
+        json_text(&json, "task", "pixels");
+        json_count(&json, "trials", f->trajectories);
+        json_count(&json, "points", f->frames - 2);
+        json_count(&json, "frames", f->trajectories * f->frames);
+        json_count(&json, "height", f->height);
+        json_count(&json, "width", f->width);
+        json_number(&json, "seconds", seconds);
+        json_text(&json, "out", o->out);
+        json_close(&json);
+    } else if (!o->common.quiet) {
+        printf("pixels: %zu trajectories of %zu frames, %zu x %zu pixels, %.3g s\n  %s\n",
+               f->trajectories, f->frames, f->height, f->width, seconds, o->out);
+    }
+}
+
+enum ad_status dataset_pixels(const struct dataset_options *o, struct ad_error *error)
+{
+    struct hnn_filming filming = hnn_filming_published();
+    struct hnn_frames frames = {0};
+    if (!dataset_is_hdf5(o->out))
+        return ad_fail(error, AD_E_ARGUMENT, "frames are written as HDF5: --out FILE.h5, not '%s'",
+                       o->out);
+    if (filming_of(o, &filming, error) != AD_OK)
+        return error->status;
+    double start = ad_now();
+    if (hnn_rod_film(&filming, o->common.seed, &frames, error) == AD_OK &&
+        save(o, &filming, &frames, error) == AD_OK)
+        report(o, &frames, ad_now() - start);
+    hnn_frames_free(&frames);
+    return error->status;
+}

@@ -1,0 +1,81 @@
+/* The field of a model on a grid, as CSV, run file and picture (field.h). */
+#include "apps/command.h"
+#include "field.h"
+
+#include <math.h>
+
+static void name(const struct field *f, size_t k, char text[32])
+{
+    phys_ode_component(&f->ode, k, text, 32);
+}
+
+void field_write_csv(const struct field *f, FILE *out)
+{
+    char text[32];
+    for (size_t k = 0; k < f->states; k++)
+        fprintf(out, "%s,", (name(f, k, text), text));
+    for (size_t k = 0; k < f->states; k++)
+        fprintf(out, "d%sdt,", (name(f, k, text), text));
+    fputs("H\n", out);
+    for (size_t i = 0; i < f->samples; i++) {
+        for (size_t k = 0; k < 2 * f->states; k++)
+            fprintf(out, "%.17g,", f->x[k * f->samples + i]);
+        fprintf(out, isnan(f->H[i]) ? "\n" : "%.17g\n", f->H[i]);
+    }
+}
+
+void field_write_file(const struct field *f, const char *command, phys_runfile *file)
+{
+    size_t shape[] = {f->states, f->n, f->n};
+    phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
+    phys_runfile_text(file, "/", "command", command);
+    phys_runfile_write(file, "state", AD_F64, 3, shape, f->x);
+    phys_runfile_write(file, "rate", AD_F64, 3, shape, f->rate);
+    phys_runfile_text(file, "state", "axes", "component, row, column of the grid");
+    phys_runfile_text(file, "rate", "axes", "component, row, column of the grid");
+    if (f->ode.energy)
+        phys_runfile_write(file, "H", AD_F64, 2, shape + 1, f->H);
+}
+
+/* ---- the picture: levels of H, and the field ---- */
+
+enum { ARROWS = 21, LEVELS = 16 };
+
+static void write_levels(const struct field *f, FILE *out)
+{
+    const double *x = f->x + f->plane.across * f->samples, *y = f->x + f->plane.up * f->samples;
+    for (size_t i = 0; i < f->samples; i++)
+        fprintf(out, "%.9g %.9g %.9g\n%s", x[i], y[i], f->H[i], (i + 1) % f->n ? "" : "\n");
+    fputs("\n\n", out);
+}
+
+enum ad_status field_picture(const struct field *f, struct plot *plot, struct ad_error *error)
+{
+    const char *unit = hnn_model_noted(f->model, "unit");
+    FILE *out = plot->script;
+    char text[32];
+    plot->width = 560;
+    plot->height = 500;
+    fputs("set border 3 lc rgb '#606060'\nset tics nomirror\nunset key\n", out);
+    name(f, f->plane.across, text);
+    axis_set(out, "x", text, unit, f->plane.x, 0);
+    name(f, f->plane.up, text);
+    axis_set(out, "y", text, unit, f->plane.y, 0);
+    if (f->ode.energy) {
+        write_levels(f, plot->data);
+        fprintf(out,
+                "set title 'H: lines of equal energy; arrows: the field'\nset contour base\n"
+                "set cntrparam levels auto %d\nunset surface\nset table $levels\n"
+                "splot data index 0 using 1:2:3\nunset table\n"
+                "set palette defined (0 '#1f4e79', 0.5 '#8aa9a0', 1 '#d9a441')\n"
+                "plot $levels using 1:2:3 with lines lw 1.6 palette, \\\n    ",
+                LEVELS);
+    } else {
+        fputs("set title 'the field'\nplot ", out);
+    }
+    fprintf(out,
+            "data index %d using 1:2:3:4 with vectors head size screen 0.012,20 filled lw 0.9 "
+            "lc rgb '#707070'\n",
+            f->ode.energy ? 1 : 0);
+    return field_arrows(f->model, &f->plane, ARROWS, plot->data, error);
+}

@@ -1,0 +1,268 @@
+/* The picture of a foreseen film (film.h): above, a row of frames of the truth and of each model;
+   below, the latent motion on contours of H, and the energy that the frames show. A GIF plays the
+   frames side by side, with the energy under them.
+
+   The data file is binary, 4-byte floats: the frames of all strips, a row [time, energy of each
+   strip] a frame, H on a grid, the latent path. */
+#include "apps/output/axes.h"
+#include "pixel_rollout.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { STRIPS = ROLLOUT_MODELS + 1, SNAPSHOTS = 12, GRID = 61, GIF_FRAMES = 150, ROW = 84 };
+
+static const char *const truth_colour = "#808080",
+                         *const colours[] = {
+                             [HNN_BASELINE] = "#c0392b", [HNN_HAMILTONIAN] = "#1f4e79"};
+
+/* What is drawn, and where in the data it begins, in floats. */
+struct drawing {
+    size_t n_strips, n, height, width, area;
+    struct film_strip strip[STRIPS]; /* truth, baseline, model */
+    const char *colour[STRIPS];
+    const struct film_model *latent; /* whose path and H are shown */
+    struct range q, p;               /* of the grid */
+    size_t table, grid, path;
+};
+
+static struct drawing choose(const struct film *film)
+{
+    struct drawing d = {.n = film->settings.n,
+                        .height = film->source.height,
+                        .width = film->source.width,
+                        .area = film->source.height * film->source.width,
+                        .n_strips = 1,
+                        .strip = {film->truth},
+                        .colour = {truth_colour},
+                        .latent = &film->model[0]};
+    for (int kind = HNN_BASELINE; kind <= HNN_HAMILTONIAN; kind++)
+        for (size_t k = 0; k < film->n_models; k++) {
+            const struct film_model *m = &film->model[k];
+            if ((int)hnn_model_settings(m->model)->kind != kind)
+                continue;
+            d.colour[d.n_strips] = colours[kind];
+            d.strip[d.n_strips++] = m->strip;
+            d.latent = m;
+        }
+    d.table = d.n_strips * d.n * d.area;
+    d.grid = d.table + d.n * (1 + d.n_strips);
+    d.path = d.grid + GRID * GRID;
+    return d;
+}
+
+/* ---- data ---- */
+
+static void put(double value, FILE *out)
+{
+    float narrow = (float)value;
+    fwrite(&narrow, sizeof narrow, 1, out);
+}
+
+/* A film that ends before the others stays black. */
+static void write_frames(const struct drawing *d, FILE *out)
+{
+    for (size_t s = 0; s < d->n_strips; s++)
+        for (size_t k = 0; k < d->n * d->area; k++)
+            put(k < d->strip[s].n * d->area ? d->strip[s].pixels[k] : 0, out);
+    for (size_t i = 0; i < d->n; i++) {
+        put((double)i, out);
+        for (size_t s = 0; s < d->n_strips; s++)
+            put(i < d->strip[s].n ? d->strip[s].energy[i] : NAN, out);
+    }
+}
+
+static double at(struct range range, size_t k)
+{
+    return range.low + (range.high - range.low) * (double)k / (GRID - 1);
+}
+
+/* H around the path; rows of the grid have one p. Zero for a model that has no H. */
+static enum ad_status write_latent(struct drawing *d, FILE *out, struct ad_error *error)
+{
+    const struct hnn_path *path = &d->latent->path;
+    size_t n = GRID * GRID;
+    double *x = calloc(3 * n, sizeof *x);
+    if (!x)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    double *H = x + 2 * n;
+    d->q = d->p = (struct range){INFINITY, -INFINITY};
+    for (size_t i = 0; i < path->n; i++) {
+        range_widen(&d->q, path->x[i * path->states]);
+        range_widen(&d->p, path->x[i * path->states + 1]);
+    }
+    d->q = range_with_margins(d->q, 0.2, 0.2);
+    d->p = range_with_margins(d->p, 0.2, 0.2);
+    for (size_t k = 0; k < n; k++) {
+        x[k] = at(d->q, k % GRID);
+        x[n + k] = at(d->p, k / GRID);
+    }
+    if (hnn_model_settings(d->latent->model)->kind == HNN_HAMILTONIAN)
+        hnn_model_evaluate(d->latent->model, n, x, NULL, H, error);
+    for (size_t k = 0; k < n; k++)
+        put(H[k], out);
+    for (size_t k = 0; k < path->n * path->states; k++)
+        put(path->x[k], out);
+    free(x);
+    return error->status;
+}
+
+/* ---- gnuplot ---- */
+
+/* Begins a panel, in parts of the picture's width and height from the lower left. */
+static void panel(double left, double right, double bottom, double top, FILE *out)
+{
+    fprintf(out,
+            "set lmargin at screen %.4f\nset rmargin at screen %.4f\nset bmargin at screen %.4f\n"
+            "set tmargin at screen %.4f\n",
+            left, right, bottom, top);
+}
+
+static void settings(const struct drawing *d, FILE *out)
+{
+    float peak = 0;
+    for (size_t k = 0; k < d->strip[0].n * d->area; k++)
+        peak = fmaxf(peak, d->strip[0].pixels[k]);
+    fprintf(out,
+            "set palette gray\nunset colorbox\nset cbrange [0:%g]\nn = %zu\nw = %zu\nh = %zu\n"
+            "frame(s, i) = 4 * w * h * (s * n + i)\n"
+            "set border 0\nset key at graph 0.5,1.15 center top horizontal samplen 1.5\n",
+            peak > 0 ? peak : 1, d->n, d->width, d->height);
+}
+
+static void image_axes(double columns, FILE *out)
+{
+    fprintf(out,
+            "unset tics\nunset xlabel\nunset ylabel\nset size noratio\n"
+            "set xrange [-0.5:%g*(w+1)-1.5]\nset yrange [-0.5:h-0.5]\n",
+            columns);
+}
+
+/* One frame; s and i are gnuplot's expressions. */
+static void image(const struct drawing *d, size_t strip, const char *frame, const char *column,
+                  FILE *out)
+{
+    fprintf(out,
+            "data binary skip=frame(%zu,%s) array=(%zu,%zu) format='%%float' flipy "
+            "origin=(%s*(w+1),0) with image notitle",
+            strip, frame, d->width, d->height, column);
+}
+
+static void time_axes(const struct drawing *d, FILE *out)
+{
+    struct range energy = {INFINITY, -INFINITY}, time = {0, (double)d->n - 1};
+    for (size_t s = 0; s < d->n_strips; s++)
+        for (size_t i = 0; i < d->strip[s].n; i++)
+            if (isfinite(d->strip[s].energy[i]))
+                range_widen(&energy, d->strip[s].energy[i]);
+    fputs("set xtics nomirror\nset ytics nomirror\nset border 3 lc rgb '#606060'\n", out);
+    if (energy.low > energy.high)
+        energy = (struct range){0, 1};
+    axis_set(out, "x", "frame", "1", time, 0);
+    axis_set(out, "y", "energy of the frames", "J", range_with_margins(energy, 0.1, 0.1), 0);
+}
+
+/* Energies up to the frame that gnuplot's expression `last` names. */
+static void energies(const struct drawing *d, const char *last, FILE *out)
+{
+    fputs("plot ", out);
+    for (size_t s = 0; s < d->n_strips; s++) {
+        fprintf(out, "data binary skip=%zu record=%zu format='", 4 * d->table, d->n);
+        for (size_t c = 0; c <= d->n_strips; c++)
+            fputs("%float", out);
+        fprintf(out, "' using ($1 <= %s ? $1 : NaN):%zu with lines lw 2 lc rgb '%s' title '%s'%s",
+                last, s + 2, d->colour[s], d->strip[s].name,
+                s + 1 < d->n_strips ? ", \\\n  " : "\n");
+    }
+}
+
+/* Contours are lines in a table, made before the axes' own ticks are: splot has others. */
+static void contours(const struct drawing *d, FILE *out)
+{
+    double dq = (d->q.high - d->q.low) / (GRID - 1), dp = (d->p.high - d->p.low) / (GRID - 1);
+    fprintf(out,
+            "set contour base\nunset surface\nset cntrparam levels auto 14\n"
+            "set xrange [*:*]\nset yrange [*:*]\nset table $levels\n"
+            "splot data binary skip=%zu array=(%d,%d) format='%%float' origin=(%.9g,%.9g,0) "
+            "dx=%.9g dy=%.9g\nunset table\nunset contour\nset surface\n",
+            4 * d->grid, GRID, GRID, d->q.low, d->p.low, dq, dp);
+}
+
+static void latent(const struct drawing *d, FILE *out)
+{
+    bool has_energy = hnn_model_settings(d->latent->model)->kind == HNN_HAMILTONIAN;
+    if (has_energy)
+        contours(d, out);
+    fputs("set xtics nomirror\nset ytics nomirror\nset border 3 lc rgb '#606060'\n", out);
+    axis_set(out, "x", "latent q", "1", d->q, 0);
+    axis_set(out, "y", "latent p", "1", d->p, 0);
+    fprintf(out,
+            "plot %sdata binary skip=%zu record=%zu format='%%float%%float' using 1:2 with lines "
+            "lw 1.5 lc rgb '%s' title '%s'\n",
+            has_energy ? "$levels with lines lw 0.7 lc rgb '#b0b0b0' title 'H', " : "", 4 * d->path,
+            d->n, d->colour[d->n_strips - 1], d->latent->strip.name);
+}
+
+/* ---- pictures ---- */
+
+/* Heights are in pixels from below, of a picture that many high. */
+static void still(const struct drawing *d, double height, FILE *out)
+{
+    fprintf(out, "set multiplot\nshots = %d\n", SNAPSHOTS);
+    for (size_t s = 0; s < d->n_strips; s++) {
+        double bottom = (height - 8 - ROW * (double)(s + 1)) / height;
+        double top = bottom + (ROW - 4) / height;
+        panel(0.1, 0.99, bottom, top, out);
+        image_axes(SNAPSHOTS, out);
+        fprintf(out, "set label 1 '%s' at screen 0.09,%.4f right\nplot for [j=0:shots-1] ",
+                d->strip[s].name, (bottom + top) / 2);
+        image(d, s, "int((n - 1) * j / (shots - 1.0))", "j", out);
+        fputc('\n', out);
+    }
+    fputs("unset label 1\n", out);
+    panel(0.08, 0.40, 60 / height, 250 / height, out);
+    latent(d, out);
+    panel(0.51, 0.98, 60 / height, 250 / height, out);
+    time_axes(d, out);
+    energies(d, "n", out);
+    fputs("unset multiplot\n", out);
+}
+
+static void animation(const struct drawing *d, FILE *out)
+{
+    size_t stride = (d->n + GIF_FRAMES - 1) / GIF_FRAMES;
+    fprintf(out, "do for [f = 0:n-1:%zu] {\nset multiplot\n", stride);
+    for (size_t s = 0; s < d->n_strips; s++) {
+        double width = 1 / (double)d->n_strips, left = width * (double)s;
+        panel(left + 0.04 * width, left + 0.96 * width, 0.5, 0.94, out);
+        image_axes(1, out);
+        fprintf(out, "set title '%s' offset 0,-0.7 textcolor rgb '%s'\nplot ", d->strip[s].name,
+                d->colour[s]);
+        image(d, s, "f", "0", out);
+        fputc('\n', out);
+    }
+    panel(0.13, 0.96, 0.11, 0.42, out);
+    time_axes(d, out);
+    fputs("set title 'energy of the frames / J' textcolor rgb 'black'\nunset ylabel\nunset key\n",
+          out);
+    energies(d, "f", out);
+    fputs("unset multiplot\n}\n", out);
+}
+
+enum ad_status film_picture(const struct film *film, struct plot *plot, struct ad_error *error)
+{
+    struct drawing d = choose(film);
+    write_frames(&d, plot->data);
+    if (write_latent(&d, plot->data, error) != AD_OK)
+        return error->status;
+    settings(&d, plot->script);
+    if (plot->animated) {
+        plot->width = 220 * (int)d.n_strips;
+        plot->height = 480;
+        animation(&d, plot->script);
+    } else {
+        plot->height = 300 + ROW * (int)d.n_strips;
+        still(&d, plot->height, plot->script);
+    }
+    return AD_OK;
+}

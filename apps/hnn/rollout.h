@@ -1,0 +1,81 @@
+/* The parts of `leastaction rollout`: what is asked made definite (rollout_setup), followed and
+   measured (rollout_run), and written (rollout_report, rollout_picture). */
+#ifndef APPS_ROLLOUT_H
+#define APPS_ROLLOUT_H
+
+#include "apps/options.h"
+#include "apps/output/plot.h"
+#include "hnn/rollout/rollout.h"
+#include "physics/io/hdf5_file.h"
+
+struct rollout_options {
+    struct common common;
+    const char *x0, *truth, *state, *time_column, *trial, *energy, *against, *integrator;
+    double time, from, strength, dt, rtol, add_energy, at;
+    size_t points, starts;
+    bool reverse;
+    struct settings set;
+};
+
+/* One model, where it went, and how far that is from the truth; NaN where there is none. */
+struct rollout_model {
+    const char *file;
+    hnn_model *model;
+    struct phys_ode ode;
+    struct hnn_path path;
+    struct hnn_rollout_info info;
+    double energy_mse, energy_mse_model, coordinate_mse, conserved_drift;
+    struct hnn_score score; /* of --starts */
+    size_t outside;         /* sample beyond the training; path.n: none */
+    char what[120];
+};
+
+enum { ROLLOUT_MODELS = 2 }; /* MODEL, and that of --against */
+
+struct rollout_run {
+    const struct rollout_options *options;
+    size_t n_models;
+    struct rollout_model model[ROLLOUT_MODELS];
+    const struct hnn_task *task; /* of --truth, or NULL */
+    struct phys_system system;   /* of --truth, where that is a scene */
+    struct phys_ode energy;      /* the true energy; of a task or a scene, its motion, too; n 0: not
+                                    known */
+    struct hnn_path truth;       /* n 0: none */
+    struct hnn_rollout_settings settings;
+    double *t;  /* outputs */
+    double *x0; /* [states] */
+};
+
+/* Models, truth, start, outputs. Ends with rollout_free, whatever it returned. */
+enum ad_status rollout_setup(const struct rollout_options *options, struct rollout_run *run,
+                             struct ad_error *error);
+void rollout_free(struct rollout_run *run);
+/* Integrator, steps and added energy of the options, for any model. */
+enum ad_status rollout_steps(const struct rollout_options *options,
+                             struct hnn_rollout_settings *settings, struct ad_error *error);
+
+/* From one start, or from many. */
+enum ad_status rollout_run(struct rollout_run *run, struct ad_error *error);
+
+/* Of a network the name says little: "hnn", "baseline". */
+const char *rollout_name(const struct rollout_model *model);
+
+/* Curves of a run: every path there is, the truth last. */
+struct rollout_curve {
+    const char *prefix; /* of its columns in files: "", "against_", "truth_" */
+    const struct hnn_path *path;
+    const struct rollout_model *model; /* NULL: the truth */
+};
+size_t rollout_curves(const struct rollout_run *run,
+                      struct rollout_curve curve[ROLLOUT_MODELS + 1]);
+
+void rollout_print(const struct rollout_run *run);
+void rollout_print_json(const struct rollout_run *run);
+/* A row an output: t, and of every curve the state, the model's H, and the true energy. */
+void rollout_write_csv(const struct rollout_run *run, FILE *out);
+enum ad_status rollout_file(const struct rollout_run *run, phys_runfile *file,
+                            struct ad_error *error);
+enum ad_status rollout_picture(const struct rollout_run *run, struct plot *plot,
+                               struct ad_error *error);
+
+#endif

@@ -1,0 +1,279 @@
+/* A rollout made definite (rollout.h). */
+#include "apps/numbers.h"
+#include "rollout.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { POINTS = 401, POINTS_OF_STARTS = 100 };
+
+static const double default_time = 20;
+
+/* ---- what goes with what ---- */
+
+static enum ad_status check_numbers(const struct rollout_options *o, struct ad_error *error)
+{
+    const struct {
+        const char *name;
+        double value, example;
+    } positive[] = {{"time", o->time, 20},
+                    {"dt", o->dt, 0.01},
+                    {"rtol", o->rtol, 1e-9},
+                    {"strength", o->strength, 1}};
+    for (size_t k = 0; k < sizeof positive / sizeof *positive; k++)
+        if (!isnan(positive[k].value) && !(positive[k].value > 0))
+            return ad_fail(error, AD_E_ARGUMENT, "--%s: expected more than 0, such as %g, got %g",
+                           positive[k].name, positive[k].example, positive[k].value);
+    if (o->points < 2)
+        return ad_fail(error, AD_E_ARGUMENT, "--points: expected at least 2, got %zu", o->points);
+    if (o->starts == 0)
+        return ad_fail(error, AD_E_ARGUMENT, "--starts: expected at least 1, got 0");
+    return AD_OK;
+}
+
+static enum ad_status check_options(const struct rollout_options *o, struct ad_error *error)
+{
+    const struct common *c = &o->common;
+    bool many = o->starts != OPTION_NO_COUNT, adds = !isnan(o->add_energy);
+    const struct {
+        bool wrong;
+        const char *what;
+    } rule[] = {
+        {adds != !isnan(o->at), "--add-energy DE and --at T: expected both or none"},
+        {!isnan(o->dt) && !isnan(o->rtol),
+         "--dt and --rtol: expected one of them; leave the other out"},
+        {!isnan(o->dt) && !o->integrator,
+         "--dt needs --integrator NAME, one with fixed steps such as rk4"},
+        {many && !o->truth, "--starts needs --truth TASK, whose starts they are"},
+        {many && (o->x0 || o->reverse || adds || c->out || c->csv || c->plot),
+         "--starts: expected no --x0, --reverse, --add-energy, --out, --csv or --plot"},
+        {o->energy && !o->truth, "--energy needs --truth FILE"},
+        {(o->state || o->time_column || o->trial || !isnan(o->from)) && !o->truth,
+         "--state, --time-column, --trial and --from need --truth FILE, which they choose from"},
+        {!isnan(o->strength) && !o->truth, "--strength needs --truth TASK, whose potential it is"},
+    };
+    for (size_t k = 0; k < sizeof rule / sizeof *rule; k++)
+        if (rule[k].wrong)
+            return ad_fail(error, AD_E_ARGUMENT, "%s", rule[k].what);
+    return check_numbers(o, error);
+}
+
+enum ad_status rollout_steps(const struct rollout_options *o, struct hnn_rollout_settings *s,
+                             struct ad_error *error)
+{
+    const char *name = o->integrator ? o->integrator : "dop853";
+    s->integrator = phys_integrator_find(name, error);
+    if (!s->integrator)
+        return error->status;
+    if (!isnan(o->dt) && s->integrator->adaptive)
+        return ad_fail(error, AD_E_ARGUMENT, "--dt: %s chooses its steps; give --rtol E", name);
+    if (!isnan(o->rtol) && !s->integrator->adaptive)
+        return ad_fail(error, AD_E_ARGUMENT, "--rtol: %s has steps of one length; give --dt DT",
+                       name);
+    if (isnan(o->dt) && !s->integrator->adaptive)
+        return ad_fail(error, AD_E_ARGUMENT, "--integrator %s needs --dt DT, such as --dt 0.01",
+                       name);
+    s->dt = o->dt;
+    s->rtol = isnan(o->rtol) ? 0 : o->rtol;
+    s->add = isnan(o->add_energy) ? 0 : o->add_energy;
+    s->add_at = o->at;
+    s->reverse = o->reverse;
+    return AD_OK;
+}
+
+/* ---- models ---- */
+
+static enum ad_status load(struct rollout_run *run, const char *file, struct ad_error *error)
+{
+    struct rollout_model *m = &run->model[run->n_models++];
+    m->file = file;
+    m->energy_mse = m->energy_mse_model = m->coordinate_mse = m->conserved_drift = NAN;
+    m->score.energy_mse_published = NAN;
+    if (hnn_model_load(file, &m->model, error) != AD_OK ||
+        hnn_model_ode(m->model, &m->ode, error) != AD_OK)
+        return error->status;
+    if (m->ode.n != run->model[0].ode.n)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--against %s: its states have %zu components, those of %s %zu", file,
+                       m->ode.n, run->model[0].file, run->model[0].ode.n);
+    if (hnn_model_settings(m->model)->pixels)
+        return ad_fail(error, AD_E_ARGUMENT, "--against %s: it sees pixels, %s states", file,
+                       run->model[0].file);
+    return AD_OK;
+}
+
+/* ---- truth ---- */
+
+static enum ad_status use_energy(struct rollout_run *run, const char *name, struct ad_error *error)
+{
+    const struct hnn_task *task = hnn_task_find(name, error);
+    if (!task)
+        return error->status;
+    double strength = run->options->strength;
+    if (isnan(strength))
+        strength = task->published.strength;
+    if (2 * task->dof != run->model[0].ode.n)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s has %zu coordinates and momenta, the model %zu; expected as many", name,
+                       2 * task->dof, run->model[0].ode.n);
+    return hnn_task_ode(task, strength, &run->energy, error);
+}
+
+static enum ad_status read_truth(struct rollout_run *run, struct ad_error *error)
+{
+    const struct rollout_options *o = run->options;
+    struct hnn_dataset_settings s = {
+        .file = o->truth, .state = o->state, .time = o->time_column, .trial = o->trial};
+    double from = isnan(o->from) ? -INFINITY : o->from, time = isnan(o->time) ? INFINITY : o->time;
+    if (!s.state)
+        s.state = hnn_model_noted(run->model[0].model, "state");
+    if (!s.time)
+        return ad_fail(error, AD_E_ARGUMENT, "--truth %s: expected --time-column COLUMN with it",
+                       o->truth);
+    if (hnn_path_read(&s, from, time, &run->truth, error) != AD_OK)
+        return error->status;
+    if (run->truth.states != run->model[0].ode.n)
+        return ad_fail(error, AD_E_ARGUMENT, "%s: %zu columns of state, the model has %zu",
+                       o->truth, run->truth.states, run->model[0].ode.n);
+    return o->energy ? use_energy(run, o->energy, error) : AD_OK;
+}
+
+/* The motion of a scene's Lagrangian in q and p. */
+static enum ad_status use_scene(struct rollout_run *run, struct ad_error *error)
+{
+    const struct rollout_options *o = run->options;
+    struct ad_error unknown = {0};
+    if (phys_system_open(o->truth, &run->system, &unknown) != AD_OK)
+        return ad_fail(error, unknown.status, "--truth: %s%s",
+                       unknown.status == AD_E_ARGUMENT ? "no such file or task, and " : "",
+                       unknown.message);
+    if (phys_system_set_all(&run->system, o->set.n, o->set.setting, error) != AD_OK)
+        return error->status;
+    if (2 * run->system.dof != run->model[0].ode.n)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s has %zu coordinates and momenta, the model %zu; expected as many",
+                       o->truth, 2 * run->system.dof, run->model[0].ode.n);
+    return phys_ode_canonical(&run->system, &run->energy, error);
+}
+
+static bool is_data(const char *name)
+{
+    const char *end = strrchr(name, '.');
+    return access(name, R_OK) == 0 && !(end && strcmp(end, ".so") == 0);
+}
+
+/* A task by its name, a file, or a scene. */
+static enum ad_status find_truth(struct rollout_run *run, struct ad_error *error)
+{
+    const struct rollout_options *o = run->options;
+    struct ad_error not_one = {0};
+    if (!o->truth)
+        return AD_OK;
+    run->task = hnn_task_find(o->truth, &not_one);
+    bool data = !run->task && is_data(o->truth), scene = !run->task && !data;
+    const struct {
+        bool wrong;
+        const char *what;
+    } rule[] = {
+        {!run->task && o->starts != OPTION_NO_COUNT,
+         "--starts needs --truth TASK, whose starts they are"},
+        {!scene && o->set.n, "--set needs --truth SCENE, whose parameter it is"},
+    };
+    for (size_t k = 0; k < sizeof rule / sizeof *rule; k++)
+        if (rule[k].wrong)
+            return ad_fail(error, AD_E_ARGUMENT, "%s", rule[k].what);
+    if (!data && o->energy)
+        return ad_fail(error, AD_E_ARGUMENT, "--energy: %s has its own; leave it out", o->truth);
+    return run->task ? use_energy(run, o->truth, error)
+           : data    ? read_truth(run, error)
+                     : use_scene(run, error);
+}
+
+/* ---- start and outputs ---- */
+
+/* As `simulate` starts the scene. */
+static enum ad_status start_of_scene(struct rollout_run *run, struct ad_error *error)
+{
+    const struct phys_system *s = &run->system;
+    double *q = malloc(2 * s->dof * sizeof *q); /* and v behind it */
+    if (!q)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (!s->scene->start)
+        ad_fail(error, AD_E_ARGUMENT, "missing --x0: %s is no initial-value problem",
+                s->scene->name);
+    else if (s->scene->start(s->params, run->options->common.seed, q, q + s->dof, error) == AD_OK)
+        phys_ode_enter(&run->energy, 0, q, q + s->dof, run->x0, error);
+    free(q);
+    return error->status;
+}
+
+static enum ad_status choose_start(struct rollout_run *run, struct ad_error *error)
+{
+    const struct rollout_options *o = run->options;
+    size_t states = run->model[0].ode.n;
+    if (!(run->x0 = malloc(states * sizeof *run->x0)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (o->x0)
+        return numbers_read("x0", o->x0, states, "coordinates, then as many momenta", run->x0,
+                            error);
+    if (run->truth.n)
+        memcpy(run->x0, run->truth.x, states * sizeof *run->x0);
+    else if (run->task)
+        hnn_task_start(run->task, o->strength, o->common.seed, run->x0);
+    else if (run->system.scene)
+        return start_of_scene(run, error);
+    else
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "missing --x0, %zu numbers with commas between; or --truth, which gives a start",
+            states);
+    return AD_OK;
+}
+
+static enum ad_status choose_outputs(struct rollout_run *run, struct ad_error *error)
+{
+    const struct rollout_options *o = run->options;
+    struct hnn_rollout_settings *s = &run->settings;
+    bool many = o->starts != OPTION_NO_COUNT;
+    s->n = run->truth.n                   ? run->truth.n
+           : o->points != OPTION_NO_COUNT ? o->points
+           : many                         ? POINTS_OF_STARTS
+                                          : POINTS;
+    s->t = run->t = malloc(s->n * sizeof *run->t);
+    if (!run->t)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu outputs", s->n);
+    if (run->truth.n)
+        memcpy(run->t, run->truth.t, s->n * sizeof *run->t);
+    else
+        hnn_times(0, isnan(o->time) ? default_time : o->time, s->n, run->t);
+    return AD_OK;
+}
+
+enum ad_status rollout_setup(const struct rollout_options *options, struct rollout_run *run,
+                             struct ad_error *error)
+{
+    *run = (struct rollout_run){.options = options};
+    if (check_options(options, error) != AD_OK ||
+        rollout_steps(options, &run->settings, error) != AD_OK ||
+        load(run, options->common.argument[0], error) != AD_OK ||
+        (options->against && load(run, options->against, error) != AD_OK) ||
+        find_truth(run, error) != AD_OK || choose_outputs(run, error) != AD_OK)
+        return error->status;
+    return options->starts == OPTION_NO_COUNT ? choose_start(run, error) : AD_OK;
+}
+
+void rollout_free(struct rollout_run *run)
+{
+    for (size_t k = 0; k < run->n_models; k++) {
+        hnn_path_free(&run->model[k].path);
+        phys_ode_free(&run->model[k].ode);
+        hnn_model_free(run->model[k].model);
+    }
+    phys_ode_free(&run->energy);
+    phys_system_close(&run->system);
+    hnn_path_free(&run->truth);
+    free(run->t);
+    free(run->x0);
+}

@@ -1,0 +1,62 @@
+/* The parts of `leastaction train`: samples, model and way of training from options (train_setup),
+   checkpoints on the way (train_watch), and what it came to (train_report). */
+#ifndef APPS_TRAIN_H
+#define APPS_TRAIN_H
+
+#include "apps/options.h"
+#include "apps/output/progress.h"
+#include "hnn/data/data.h"
+#include "hnn/pixels/pixels.h"
+
+struct train_options {
+    struct common common;
+    const char *model, *field, *activation, *start, *hidden, *precision;
+    size_t layers;
+    bool separable, dissipation, normalise;
+    const char *state, *rate, *time, *differences, *trial, *unit; /* columns */
+    const char *test, *split;
+    double test_fraction;
+    const char *optimiser, *schedule, *batch;
+    size_t steps, rollout, every, patience;
+    double learning_rate, weight_decay, momentum, average, dt;
+    const char *log;
+    bool resume;
+    double checkpoint; /* seconds between checkpoints */
+};
+
+struct train_run {
+    const struct train_options *options;
+    bool pixels; /* it learns from frames, else from data */
+    struct hnn_dataset data;
+    struct hnn_frames frames;
+    struct hnn_split_pairs pairs;
+    struct hnn_samples train, test;
+    hnn_model *model;
+    hnn_trainer *trainer;
+    struct hnn_training settings;
+    struct progress progress;
+    double next_checkpoint; /* in seconds of training */
+    struct ad_error failed; /* of a checkpoint on the way */
+};
+/* Ends with train_free, whatever it returned. */
+enum ad_status train_setup(const struct train_options *options, struct train_run *run,
+                           struct ad_error *error);
+void train_free(struct train_run *run);
+
+/* Of a model of pixels: reads the frames and keeps some for the test; and what the model's file
+   tells of them (train_frames.c). */
+enum ad_status train_read_frames(struct train_run *run, struct ad_error *error);
+enum ad_status train_note_frames(struct train_run *run, struct ad_error *error);
+
+/* Writes --out: the model, and all that --resume needs. */
+enum ad_status train_save(struct train_run *run, struct ad_error *error);
+/* The progress callback of the trainer; context is the run. */
+bool train_after_step(void *context, hnn_trainer *trainer);
+
+/* Writes the history as CSV. */
+void train_write_log(const struct train_run *run, FILE *out);
+/* What the training came to: one line, or one JSON object. */
+void train_print(const struct train_run *run);
+void train_print_json(const struct train_run *run);
+
+#endif

@@ -1,0 +1,64 @@
+/* What a training came to. */
+#include "train.h"
+#include "apps/output/json.h"
+
+#include <math.h>
+
+static void cell(FILE *out, double value)
+{
+    if (isfinite(value))
+        fprintf(out, ",%.9g", value);
+    else
+        fputc(',', out);
+}
+
+/* Seconds of steps before a resume are not known any more: their cells are empty. */
+void train_write_log(const struct train_run *run, FILE *out)
+{
+    size_t n;
+    const struct hnn_row *row = hnn_trainer_history(run->trainer, &n);
+    fputs("step,train_loss,test_loss,seconds\n", out);
+    for (size_t k = 0; k < n; k++) {
+        fprintf(out, "%zu", row[k].step);
+        cell(out, row[k].train_loss);
+        cell(out, row[k].test_loss);
+        cell(out, row[k].seconds);
+        fputc('\n', out);
+    }
+}
+
+static double ms_per_step(const struct train_run *run)
+{
+    size_t steps = hnn_trainer_steps_now(run->trainer);
+    return steps ? 1e3 * hnn_trainer_seconds(run->trainer) / (double)steps : (double)NAN;
+}
+
+void train_print(const struct train_run *run)
+{
+    double test = hnn_trainer_test_loss(run->trainer);
+    printf("%s: %zu parameters, %zu steps, %.3g s (%.3g ms a step)\n", run->options->model,
+           hnn_model_size(run->model), hnn_trainer_step(run->trainer),
+           hnn_trainer_seconds(run->trainer), ms_per_step(run));
+    printf("  train loss %.6g on %zu samples\n", hnn_trainer_train_loss(run->trainer),
+           run->train.n);
+    if (run->test.n)
+        printf("  test loss  %.6g on %zu samples\n", test, run->test.n);
+    printf("  %s\n", run->options->common.out);
+}
+
+void train_print_json(const struct train_run *run)
+{
+    struct json json;
+    json_open(&json, stdout);
+    json_text(&json, "model", run->options->model);
+    json_number(&json, "train_loss", hnn_trainer_train_loss(run->trainer));
+    json_number(&json, "test_loss", hnn_trainer_test_loss(run->trainer));
+    json_count(&json, "steps", hnn_trainer_step(run->trainer));
+    json_number(&json, "seconds", hnn_trainer_seconds(run->trainer));
+    json_number(&json, "ms_per_step", ms_per_step(run));
+    json_count(&json, "parameters", hnn_model_size(run->model));
+    json_count(&json, "train_samples", run->train.n);
+    json_count(&json, "test_samples", run->test.n);
+    json_text(&json, "out", run->options->common.out);
+    json_close(&json);
+}

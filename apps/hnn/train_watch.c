@@ -1,0 +1,38 @@
+/* What happens between the steps of a training: a line on the terminal, and checkpoints. */
+#include "train.h"
+#include "apps/interrupt.h"
+
+#include <math.h>
+
+static void show(struct train_run *run)
+{
+    size_t rows;
+    const struct hnn_row *history = hnn_trainer_history(run->trainer, &rows);
+    if (rows == 0 || !progress_due(&run->progress))
+        return;
+    const struct hnn_row *row = &history[rows - 1];
+    if (isfinite(row->test_loss))
+        progress_line(&run->progress, "step %zu of %zu, train loss %.4g, test loss %.4g",
+                      hnn_trainer_step(run->trainer), run->settings.steps, row->train_loss,
+                      row->test_loss);
+    else
+        progress_line(&run->progress, "step %zu of %zu, train loss %.4g",
+                      hnn_trainer_step(run->trainer), run->settings.steps, row->train_loss);
+}
+
+enum ad_status train_save(struct train_run *run, struct ad_error *error)
+{
+    const struct common *common = &run->options->common;
+    return hnn_trainer_save(run->trainer, common->out, common->command, error);
+}
+
+bool train_after_step(void *context, hnn_trainer *trainer)
+{
+    struct train_run *run = context;
+    show(run);
+    if (hnn_trainer_seconds(trainer) >= run->next_checkpoint) {
+        train_save(run, &run->failed);
+        run->next_checkpoint = hnn_trainer_seconds(trainer) + run->options->checkpoint;
+    }
+    return !interrupted() && run->failed.status == AD_OK;
+}

@@ -1,0 +1,19 @@
+/* Text results for --csv: a file that appears whole or not at all, or standard output for "-". */
+#ifndef APPS_RESULT_H
+#define APPS_RESULT_H
+
+#include "physics/io/atomic_file.h"
+
+#include <stdio.h>
+
+struct result {
+    FILE *out; /* NULL: not asked for */
+    struct phys_whole file;
+};
+
+/* `target` NULL: not asked for. A file that cannot be written is found here: AD_E_IO. */
+enum ad_status result_begin(struct result *result, const char *target, struct ad_error *error);
+enum ad_status result_commit(struct result *result, struct ad_error *error);
+void result_abandon(struct result *result);
+
+#endif

@@ -1,0 +1,201 @@
+/* leastaction path: the path of stationary action between two ends. */
+#include "apps/command.h"
+#include "apps/interrupt.h"
+#include "apps/output/outputs.h"
+#include "path.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static enum ad_status solve(struct path_run *run, struct path_record *record,
+                            struct path_result *result, struct ad_error *error)
+{
+    if (error->status != AD_OK)
+        return error->status;
+    run->settings.progress = path_record_step;
+    run->settings.context = record;
+    interrupt_catch();
+    if (path_wants_all(run->options) && path_find_all(run, result, error) != AD_OK)
+        return error->status;
+    if (run->system.scene->free_time && !path_wants_all(run->options)) {
+        if (phys_path_free_time(&run->system, &run->settings, 0, run->path, &result->info, error) !=
+            AD_OK)
+            return error->status;
+        run->settings.adam_steps = 0; /* the path is found */
+    }
+    run->solver->solve(&run->system, &run->settings, run->path, &result->info, error);
+    progress_end(&record->progress);
+    if (record->failed)
+        ad_fail(error, AD_E_MEMORY, "out of memory for the history of the run");
+    return error->status;
+}
+
+static enum ad_status write_results(const struct path_run *run, const struct path_record *record,
+                                    const struct path_result *result, struct outputs *outputs,
+                                    struct ad_error *error)
+{
+    if (outputs->file)
+        path_file_end(run, record, result, outputs->file, error);
+    if (outputs->csv.out)
+        path_write_csv(run, outputs->csv.out);
+    if (outputs->plot.script)
+        path_picture(run, record, result, &outputs->plot);
+    if (error->status == AD_OK)
+        outputs_commit(outputs, error);
+    else
+        outputs_abandon(outputs);
+    return error->status;
+}
+
+/* Newton's method always has a target, a descent where --grad-tol gives one. */
+static bool converged(const struct path_run *run, const struct path_result *result)
+{
+    enum phys_stop stop = result->info.stop;
+    bool asked = run->settings.tolerance > 0 || strcmp(run->solver->name, "newton") == 0;
+    return !asked || run->solver == &phys_solver_march || stop == PHYS_STOP_TOLERANCE ||
+           stop == PHYS_STOP_ROUNDING;
+}
+
+/* What to try where a solver did not converge. */
+static const char *advice(const struct path_run *run, const struct path_result *result)
+{
+    const char *init = run->options->init;
+    if (result->info.stop == PHYS_STOP_STEPS)
+        return "; try more --steps";
+    if (strcmp(run->solver->name, "newton") != 0)
+        return "";
+    if (!init || strcmp(init, "line") == 0)
+        return "; a line is far from a path of many turns or close passes: try --init ode "
+               "--tol 1e-6, or a shorter time (--slices)";
+    return "; where L has a kink (a clamp, a cap) it may never vanish; else try --adam-steps "
+           "100, --rule gauss4, or a smaller --dt";
+}
+
+/* Whether the run reached what was asked. */
+static int judge(const struct path_run *run, const struct path_result *result,
+                 struct ad_error *error)
+{
+    if (result->info.stop == PHYS_STOP_INTERRUPTED)
+        ad_fail(error, AD_E_ARGUMENT, "interrupted after step %zu of %zu; results are those so far",
+                result->info.steps, run->settings.steps);
+    else if (!converged(run, result))
+        ad_fail(error, AD_E_ARGUMENT, "not converged: %s, |gradient| %.3g after %zu steps%s",
+                path_stop_name(result->info.stop), result->info.grad_norm, result->info.steps,
+                advice(run, result));
+    return error->status == AD_OK ? DONE : NOT_REACHED;
+}
+
+static int run_path(struct path_run *run, struct ad_error *error)
+{
+    const struct common *common = &run->options->common;
+    struct path_record record;
+    struct path_result result = {0};
+    struct outputs outputs;
+    if (outputs_begin(common, &outputs, error) != AD_OK)
+        return command_status(error);
+    int status = NOT_REACHED;
+    path_record_begin(&record, run, outputs.file, common->plot != NULL);
+    if (outputs.file)
+        path_file_begin(run, outputs.file, error);
+    if (solve(run, &record, &result, error) != AD_OK ||
+        path_measure(run, &result, error) != AD_OK) {
+        path_outlook_lost(run, record.n == 0, error);
+        status = command_status(error);
+        outputs_abandon(&outputs);
+    } else if (write_results(run, &record, &result, &outputs, error) == AD_OK) {
+        if (common->json)
+            path_print_json(run, &result);
+        else if (!common->quiet)
+            path_print(run, &result);
+        path_outlook(run, &result);
+        status = judge(run, &result, error);
+    }
+    path_record_free(&record);
+    phys_answers_free(&result.answers);
+    return status;
+}
+
+static int run(const void *options, struct ad_error *error)
+{
+    struct path_run path_run;
+    int status = WRONG_USE;
+    if (path_setup(options, &path_run, error) == AD_OK &&
+        (!path_wants_tolerance(options) || path_refine(&path_run, error) == AD_OK))
+        status = run_path(&path_run, error);
+    else
+        status = command_status(error);
+    path_run_free(&path_run);
+    return status;
+}
+
+#define AT(member) offsetof(struct path_options, member)
+
+static const struct option table[] = {
+    {"solver", "NAME", OPTION_TEXT, NULL,
+     "how the path is found [newton; with --preset, --lr or options of descents: adam]",
+     AT(solver)},
+    {"rule", "NAME", OPTION_TEXT, NULL, "action rule [left; paper: left+repeat]", AT(rule)},
+    {"slices", "N", OPTION_COUNT, NULL, "points of the path, both ends included [the scene's]",
+     AT(slices)},
+    {"dt", "DT", OPTION_NUMBER, NULL, "time from slice to slice [the scene's]", AT(dt)},
+    {"steps", "K", OPTION_COUNT, NULL, "of the solver [as published, else 500]", AT(steps)},
+    {"lr", "X", OPTION_NUMBER, NULL, "learning rate [as published, else 0.01]", AT(learning_rate)},
+    {"ends", "WHICH", OPTION_TEXT, "both",
+     "what is given: both ends, or start: the first two slices, and the motion follows", AT(ends)},
+    {"all", NULL, OPTION_FLAG, NULL,
+     "newton: several stationary paths between the ends, by energy; the first is the result",
+     AT(all)},
+    {"energy", "E", OPTION_NUMBER, NULL, "the same, and the one of this energy is the result",
+     AT(energy)},
+    {"adam-steps", "K", OPTION_COUNT, NULL,
+     "newton, lbfgs: steps of adam before [200 from a line, else 0]", AT(adam_steps)},
+    {"momentum", "M", OPTION_NUMBER, "0", "sgd: share of the last step in the next", AT(momentum)},
+    {"hold", "K", OPTION_COUNT, "1", "slices held at either end", AT(hold)},
+    {"energy-loss", "KIND", OPTION_TEXT, NULL,
+     "descents: penalty on the change of energy, global (from the start) or local",
+     AT(energy_loss)},
+    {"energy-weight", "C", OPTION_NUMBER, NULL, "its weight [1; paper: as published]",
+     AT(energy_weight)},
+    {"stop-at-reference", NULL, OPTION_FLAG, NULL,
+     "descents: end at the step nearest to the reference", AT(stop_at_reference)},
+    {"tol", "E", OPTION_NUMBER, NULL,
+     "newton: rule and slices, coarse to fine, until the estimated error of every coordinate is "
+     "under E",
+     AT(tolerance)},
+    {"grad-tol", "E", OPTION_NUMBER, NULL, "stop where |gradient| is E of its start [never]",
+     AT(grad_tolerance)},
+    {"init", "HOW", OPTION_TEXT, NULL, "start: line, ode, or FILE.csv [line; paper: ode]",
+     AT(init)},
+    {"noise", "SIGMA", OPTION_NUMBER, NULL, "on the start [none; paper: as published with ode]",
+     AT(noise)},
+    {"reference", "FILE.csv", OPTION_TEXT, NULL, "errors are against this path [see below]",
+     AT(reference)},
+    {"set", "NAME=VALUE", OPTION_SETTINGS, NULL, "a parameter of the scene; repeatable", AT(set)},
+    {"preset", "paper", OPTION_TEXT, NULL, "the published setting of the scene, all of it",
+     AT(preset)},
+    {"every", "K", OPTION_COUNT, NULL, "steps between paths stored by --out [about 200 in all]",
+     AT(every)},
+    {"data", "DIR", OPTION_TEXT, NULL, "ephemeris: a folder of Horizons vector tables", AT(data)},
+    {"from", "DATE", OPTION_TEXT, NULL, "ephemeris: first epoch, YYYY-MM-DD or an index", AT(from)},
+    {"days", "N", OPTION_COUNT, NULL, "ephemeris: epochs, one a slice", AT(days)},
+    {"dims", "2|3", OPTION_COUNT, NULL, "ephemeris: coordinates of a body", AT(dims)},
+    {"bodies", "NAMES", OPTION_TEXT, NULL, "ephemeris: names or ids, as in sun,mercury,399",
+     AT(bodies)},
+};
+
+const struct command command_path = {
+    .line = {.name = "path",
+             .what = "stationary path between two ends",
+             .arguments = {"SCENE"},
+             .outputs = true,
+             .options = table,
+             .n_options = sizeof table / sizeof *table,
+             .more =
+                 "SCENE is a name from `leastaction scenes`, or a shared object. FILE.csv is\n"
+                 "[slices x coordinates], one row a slice. The reference path is, without\n"
+                 "--reference, the motion from the first two slices by the same discretisation\n"
+                 "(rules left and left+repeat) or tightly integrated (other rules); the table\n"
+                 "itself with --data and no preset."},
+    .bytes = sizeof(struct path_options),
+    .run = run,
+};

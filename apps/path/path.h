@@ -1,0 +1,185 @@
+/* The parts of `leastaction path`: what is asked (options), made definite (path_setup, and where an
+   error is asked for path_refine), run and recorded (path_record), measured (path_measure), and
+   written (path_write, path_picture). */
+#ifndef APPS_PATH_H
+#define APPS_PATH_H
+
+#include "apps/options.h"
+#include "apps/output/plot.h"
+#include "apps/output/progress.h"
+#include "apps/output/result.h"
+#include "physics/ephemeris/horizons.h"
+#include "physics/physics.h"
+#include "physics/io/hdf5_file.h"
+
+struct path_options {
+    struct common common;
+    const char *solver, *rule, *init, *reference, *preset;
+    const char *data, *from, *bodies; /* of the ephemeris */
+    size_t slices, steps, every, days, dims, adam_steps, hold;
+    double dt, learning_rate, momentum, noise, tolerance, grad_tolerance, energy_weight;
+    const char *energy_loss, *ends;
+    bool stop_at_reference, all;
+    double energy;
+    struct settings set;
+};
+
+/* Action and energies of one path, as the paper prints them, and what a descent sees. */
+struct path_figures {
+    double action, action_mean, kinetic_mean, potential_mean, objective, grad_norm;
+};
+
+/* A rule and the slices it works on, one more than elements. */
+struct path_grid {
+    const struct phys_rule *rule;
+    size_t slices;
+    double dt;
+};
+
+/* A setting that --tol tried. */
+struct path_level {
+    const struct phys_rule *rule;
+    size_t elements;
+    bool found, chosen; /* a stationary path; the setting of the run */
+    double estimate;    /* of its error; NaN: nothing to compare it with */
+    double seconds;
+};
+
+enum { PATH_LEVELS = 20 }; /* at most */
+
+/* A run made definite. Paths are [degree of the rule * dof x slices], the slices first: what is
+   said of a path [dof x slices] holds for its first rows. */
+struct path_run {
+    const struct path_options *options;
+    struct phys_system system;
+    const struct phys_preset *preset; /* NULL: none asked for */
+    const struct phys_solver *solver;
+    struct phys_path_settings settings;
+    double damping;          /* of the ODE path; 1: none */
+    struct phys_noise noise; /* on the start; sigma 0: none */
+    size_t every;            /* steps from one stored path to the next */
+    double *reference, *start, *path;
+    size_t n_tables; /* of --data, and what its first slice is in them */
+    struct phys_horizons *tables;
+    size_t first_epoch;
+    size_t n_levels; /* of --tol, coarse to fine */
+    struct path_level level[PATH_LEVELS];
+};
+
+/* Everything up to the start: scene, parameters, rule, solver, span, reference path, start.
+   Ends with path_run_free, whatever it returned. */
+enum ad_status path_setup(const struct path_options *options, struct path_run *run,
+                          struct ad_error *error);
+void path_run_free(struct path_run *run);
+/* An uninitialised path of a run, for the caller to free; NULL: out of memory. */
+double *path_new(const struct path_run *run, struct ad_error *error);
+
+/* Bodies and dimensions of the ephemeris, from the tables of --data if given; these then set span
+   and time step, and `observed` [dof x slices] is what they say (else NULL). The options of the
+   ephemeris are refused with any other scene. */
+enum ad_status path_ephemeris(const struct path_options *options, struct path_run *run,
+                              double **observed, struct ad_error *error);
+
+/* Start, reference and room for the path of a run whose settings are made; takes `observed`. Ends
+   path_setup. (path_start.c) */
+enum ad_status path_start(struct path_run *run, double *observed, struct ad_error *error);
+/* Whether the start is read from a file. */
+bool path_from_file(const struct path_options *options);
+
+/* ---- refining (path_tolerance.c, path_refine.c, path_stage.c, path_levels.c) ---- */
+
+/* Whether --tol was given, and whether it goes with the other options. */
+bool path_wants_tolerance(const struct path_options *options);
+enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error *error);
+/* Of a run that is set up, makes one of the coarsest setting whose estimated error is under --tol:
+   its rule, slices, start and reference. AD_E_ACCURACY where there is none. */
+enum ad_status path_refine(struct path_run *run, struct ad_error *error);
+/* What was tried and chosen; nothing without --tol. */
+void path_print_levels(const struct path_run *run);
+struct json;
+void path_json_levels(struct json *json, const struct path_run *run);
+
+/* A path on one grid, from the polynomials of its elements on another of the same time: [degree *
+   dof x slices], for the caller to free; NULL: out of memory. (path_resample.c) */
+double *path_resample(const struct path_grid *from, const double *path, const struct path_grid *to,
+                      size_t dof, struct ad_error *error);
+/* The motion of a run that is set up, by steps whose relative error is under the tolerance: path
+   [dof x slices]. (path_motion.c) */
+enum ad_status path_motion(const struct path_run *run, size_t slices, double dt, double tolerance,
+                           double *path, struct ad_error *error);
+
+/* ---- recording (path_record.c) ---- */
+
+/* History of a run, and paths on the way: to the run file as they come, a few for the picture. */
+struct path_record {
+    const struct path_run *run;
+    phys_runfile *file; /* NULL: no --out */
+    struct progress progress;
+    size_t n, room;
+    struct path_figures *figures; /* [n], one a step, the start first */
+    size_t frame_every, n_frames, frame_room;
+    size_t *frame_step;
+    double *frames; /* [n_frames x dof x slices] */
+    bool failed;    /* out of memory */
+};
+
+/* `pictures`: keep frames. `file` may be NULL. */
+void path_record_begin(struct path_record *record, const struct path_run *run, phys_runfile *file,
+                       bool pictures);
+/* The progress callback of a solver; context is the record. */
+bool path_record_step(void *record, const struct phys_path_step *step);
+void path_record_free(struct path_record *record);
+
+/* ---- measuring (path_measure.c) ---- */
+
+struct path_result {
+    struct phys_path_info info;
+    struct path_figures reference, start, found;
+    double mse_initial, mse_final, max_error, energy_drift;
+    bool has_spectrum; /* newton's paths are stationary, and of a kind */
+    struct phys_spectrum spectrum;
+    struct phys_answers answers; /* --all, --energy; none else */
+    size_t chosen;
+};
+
+/* Fills all but `info`. */
+enum ad_status path_measure(const struct path_run *run, struct path_result *result,
+                            struct ad_error *error);
+
+/* ---- several answers (path_answers.c) ---- */
+
+/* Whether --all or --energy was given. */
+bool path_wants_all(const struct path_options *options);
+/* Fills answers, and run->path with the chosen one. */
+enum ad_status path_find_all(struct path_run *run, struct path_result *result,
+                             struct ad_error *error);
+void path_print_answers(const struct path_run *run, const struct path_result *result);
+void path_json_answers(struct json *json, const struct path_result *result);
+
+/* ---- judging (path_outlook.c) ---- */
+
+/* Warns, on standard error unless --quiet, of a descent that moves away from the stationary path.
+ */
+void path_outlook(const struct path_run *run, const struct path_result *result);
+/* Adds to an error what to try where values ceased to be finite, or are not finite at the start. */
+void path_outlook_lost(const struct path_run *run, bool at_start, struct ad_error *error);
+
+/* ---- writing ---- */
+
+/* The name of a reason to stop. */
+const char *path_stop_name(enum phys_stop stop);
+void path_print(const struct path_run *run, const struct path_result *result);
+void path_print_json(const struct path_run *run, const struct path_result *result);
+/* The found path, one row a slice under a line of names. */
+void path_write_csv(const struct path_run *run, FILE *out);
+/* What is known before the run, and what is known after. Errors of HDF5 are kept in the file. */
+enum ad_status path_file_begin(const struct path_run *run, phys_runfile *file,
+                               struct ad_error *error);
+enum ad_status path_file_end(const struct path_run *run, const struct path_record *record,
+                             const struct path_result *result, phys_runfile *file,
+                             struct ad_error *error);
+/* Data and commands of the picture. */
+void path_picture(const struct path_run *run, const struct path_record *record,
+                  const struct path_result *result, struct plot *plot);
+
+#endif

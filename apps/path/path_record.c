@@ -1,0 +1,102 @@
+/* Recording of a path run (path.h). */
+#include "path.h"
+#include "apps/interrupt.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { FRAMES = 60 }; /* kept for a picture, about */
+
+static size_t path_size(const struct path_run *run)
+{
+    return run->system.dof * run->settings.slices;
+}
+
+void path_record_begin(struct path_record *record, const struct path_run *run, phys_runfile *file,
+                       bool pictures)
+{
+    *record = (struct path_record){.run = run, .file = file};
+    if (pictures)
+        record->frame_every = run->settings.steps / FRAMES + 1;
+    progress_start(&record->progress, run->options->common.quiet);
+}
+
+void path_record_free(struct path_record *record)
+{
+    progress_end(&record->progress);
+    free(record->figures);
+    free(record->frame_step);
+    free(record->frames);
+    *record = (struct path_record){0};
+}
+
+/* Room for one more of `n` elements of `size` bytes; NULL, and the old array alive, if there is
+   none. */
+static void *grown(void *array, size_t n, size_t *room, size_t size)
+{
+    if (n < *room)
+        return array;
+    size_t more = *room ? 2 * *room : 64;
+    void *larger = more > SIZE_MAX / size ? NULL : realloc(array, more * size);
+    if (larger)
+        *room = more;
+    return larger;
+}
+
+static bool keep_figures(struct path_record *record, const struct phys_path_step *step)
+{
+    struct path_figures *figures =
+        grown(record->figures, record->n, &record->room, sizeof *figures);
+    if (!figures)
+        return false;
+    record->figures = figures;
+    figures[record->n++] = (struct path_figures){.action = step->action,
+                                                 .action_mean = step->action_mean,
+                                                 .kinetic_mean = step->kinetic_mean,
+                                                 .potential_mean = step->potential_mean,
+                                                 .objective = step->objective,
+                                                 .grad_norm = step->grad_norm};
+    return true;
+}
+
+static bool keep_frame(struct path_record *record, const struct phys_path_step *step)
+{
+    size_t size = path_size(record->run), n = record->n_frames, room = record->frame_room;
+    double *frames = grown(record->frames, n, &room, size * sizeof *frames);
+    if (frames)
+        record->frames = frames;
+    size_t *steps = realloc(record->frame_step, room * sizeof *steps);
+    if (steps)
+        record->frame_step = steps;
+    if (!frames || !steps)
+        return false;
+    record->frame_room = room;
+    memcpy(frames + n * size, step->path, size * sizeof *frames);
+    steps[n] = step->step;
+    record->n_frames++;
+    return true;
+}
+
+static void show(struct path_record *record, const struct phys_path_step *step)
+{
+    if (progress_due(&record->progress))
+        progress_line(&record->progress, "%s  step %zu of %zu  S %.6g  |gradient| %.3g",
+                      record->run->system.scene->name, step->step, record->run->settings.steps,
+                      step->action_mean, step->grad_norm);
+}
+
+bool path_record_step(void *context, const struct phys_path_step *step)
+{
+    struct path_record *record = context;
+    if (!keep_figures(record, step))
+        record->failed = true;
+    if (record->frame_every && step->step % record->frame_every == 0 && !keep_frame(record, step))
+        record->failed = true;
+    if (record->file && step->step % record->run->every == 0) {
+        double number = (double)step->step;
+        phys_runfile_append(record->file, "step", &number);
+        phys_runfile_append(record->file, "path", step->path);
+    }
+    show(record, step);
+    return !record->failed && !interrupted();
+}

@@ -1,0 +1,134 @@
+/* leastaction quantum: wave packets from the Lagrangian of a scene. */
+#include "apps/command.h"
+#include "apps/interrupt.h"
+#include "quantum.h"
+
+#include <string.h>
+
+static enum ad_status write_results(const struct quantum_run *run,
+                                    const struct quantum_result *result, struct outputs *outputs,
+                                    struct ad_error *error)
+{
+    if (outputs->file)
+        quantum_file(run, result, outputs->file);
+    if (outputs->csv.out)
+        quantum_write_csv(run, result, outputs->csv.out);
+    if (outputs->plot.script)
+        quantum_picture(run, result, &outputs->plot, error);
+    if (error->status == AD_OK)
+        outputs_commit(outputs, error);
+    else
+        outputs_abandon(outputs);
+    return error->status;
+}
+
+static int run_packets(const struct quantum_run *run, struct ad_error *error)
+{
+    const struct common *common = &run->options->common;
+    struct outputs outputs;
+    struct quantum_result result = {0};
+    if (outputs_begin(common, &outputs, error) != AD_OK)
+        return command_status(error);
+    interrupt_catch();
+    if (quantum_run(run, &result, error) != AD_OK)
+        outputs_abandon(&outputs);
+    else if (write_results(run, &result, &outputs, error) == AD_OK) {
+        if (common->json)
+            quantum_print_json(run, &result);
+        else if (!common->quiet)
+            quantum_print(run, &result);
+    }
+    if (error->status == AD_OK && result.interrupted)
+        ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are those so far",
+                result.t[result.n - 1]);
+    quantum_result_free(&result);
+    return command_status(error);
+}
+
+/* L may not be defined at the speeds of the straight paths from one wall to the other. */
+static void advise(const struct quantum_run *run, struct ad_error *error)
+{
+    size_t length = strlen(error->message);
+    if (error->status == AD_E_NONFINITE)
+        snprintf(error->message + length, sizeof error->message - length,
+                 ": L of %s on a straight path of this slice; try a longer --dt or a smaller --box",
+                 run->options->scene);
+}
+
+static int run(const void *values, struct ad_error *error)
+{
+    const struct quantum_options *options = values;
+    struct quantum_run run;
+    int status = WRONG_USE;
+    if (options->preset)
+        return options_choose("preset", options->preset, 1, (const char *const[]){"paper"},
+                              error) == 0
+                   ? quantum_paper(options, error)
+                   : WRONG_USE;
+    if (options->scale != 1) {
+        ad_fail(error, AD_E_ARGUMENT, "--scale needs --preset paper, whose scale it is");
+        return WRONG_USE;
+    }
+    if (strcmp(options->scene, "double-slit") == 0)
+        return quantum_slit(options, error);
+    if (quantum_setup(options, &run, error) == AD_OK)
+        status = run_packets(&run, error);
+    else
+        status = command_status(error);
+    advise(&run, error);
+    quantum_free(&run);
+    return status;
+}
+
+#define AT(member) offsetof(struct quantum_options, member)
+
+static const struct option table[] = {
+    {"scene", "NAME", OPTION_TEXT, "free",
+     "free gravity harmonic pendulum double-well double-slit, or another of one coordinate, "
+     "FILE.so",
+     AT(scene)},
+    {"set", "NAME=VALUE", OPTION_SETTINGS, NULL, "a parameter of the scene; repeatable", AT(set)},
+    {"points", "N", OPTION_COUNT, NULL, "of the grid [the scene's]", AT(points)},
+    {"box", "A,B", OPTION_TEXT, NULL, "where the walls are [the scene's]", AT(box)},
+    {"dt", "DT", OPTION_NUMBER, NULL, "length of a slice [the scene's]", AT(dt)},
+    {"steps", "K", OPTION_COUNT, NULL, "slices [the scene's]", AT(steps)},
+    {"power", "K", OPTION_COUNT, NULL, "one slice of 2^K instead, by squaring", AT(power)},
+    {"packet", "X0,SIGMA,P", OPTION_TEXTS, NULL,
+     "place, width and momentum; repeatable, moved together [the scene's]", AT(packets)},
+    {"hbar", "H", OPTION_NUMBER, "1", "in units of the scene's action", AT(hbar)},
+    {"method", "NAME", OPTION_TEXT, "kernel", "kernel, fft or crank-nicolson", AT(method)},
+    {"rule", "NAME", OPTION_TEXT, "trapezoid", "of the action: left, midpoint or trapezoid",
+     AT(rule)},
+    {"walls", "KIND", OPTION_TEXT, NULL, "open, reflect or ring [the scene's]", AT(walls)},
+    {"absorb", "WIDTH", OPTION_NUMBER, "0", "of layers at both ends that swallow what comes",
+     AT(absorb)},
+    {"every", "K", OPTION_COUNT, NULL, "slices from sample to sample [200 samples]", AT(every)},
+    {"normalise", NULL, OPTION_FLAG, NULL, "force the norm to 1 after every slice", AT(normalise)},
+    {"force", NULL, OPTION_FLAG, NULL, "run what aliases, or takes hours, with a warning",
+     AT(force)},
+    {"no-reference", NULL, OPTION_FLAG, NULL, "leave out what the error is held against",
+     AT(no_reference)},
+    {"preset", "paper", OPTION_TEXT, NULL, "the published variant, and the same done right",
+     AT(preset)},
+    {"scale", "S", OPTION_NUMBER, "1", "of the preset, 0.1 to 2: 1 / hbar", AT(scale)},
+};
+
+const struct command command_quantum = {
+    .line =
+        {.name = "quantum",
+         .what = "wave packets, by the same Lagrangian",
+         .outputs = true,
+         .options = table,
+         .n_options = sizeof table / sizeof *table,
+         .more =
+             "In a slice of time a wave is multiplied by the matrix of exp(i S / hbar), S the\n"
+             "action of the straight path between two points (fft: the same, faster). Phases of\n"
+             "neighbouring paths must differ by less than pi, or ghosts appear: the command\n"
+             "refuses, and says which dt, points or box would do. On a ring of 2^k points fft\n"
+             "sums all windings in closed form and has no such limit. The norm is not touched;\n"
+             "1 less it is what was lost. The error is sqrt(int |psi - truth|^2 dx) against the\n"
+             "closed form where the potential is quadratic and the walls are open, else, between\n"
+             "reflecting walls, against Crank-Nicolson on finer grids."},
+    .bytes = sizeof(struct quantum_options),
+    .run = run,
+};

@@ -1,0 +1,111 @@
+/* The picture of the published variant beside the right one: above the published, below the same
+   scene done right; left the real part of the kernel, right the density over time. */
+#include "apps/output/axes.h"
+#include "quantum_paper.h"
+
+#include <complex.h>
+#include <math.h>
+
+enum { ACROSS = 300 };
+
+/* Re K averaged over blocks, so that what turns faster than the picture shows is white, and not a
+   pattern of the picture's own. */
+static double block(size_t n, const qm_complex *K, size_t a, size_t b, size_t size)
+{
+    double sum = 0;
+    for (size_t i = a; i < a + size; i++)
+        for (size_t j = b; j < b + size; j++)
+            sum += creal(K[i * n + j]);
+    return sum / (double)(size * size);
+}
+
+/* x_b x_a Re K in units of its largest entry, a scan an x_b. */
+static void write_kernel(size_t n, const qm_complex *K, double low, double dx, FILE *out)
+{
+    size_t skip = n / ACROSS + 1;
+    double most = 0, shift = 0.5 * (double)(skip - 1);
+    for (size_t k = 0; k < n * n; k += skip)
+        most = fmax(most, cabs(K[k]));
+    for (size_t b = 0; b + skip <= n; b += skip, fputc('\n', out))
+        for (size_t a = 0; a + skip <= n; a += skip)
+            fprintf(out, "%.5g %.5g %.3g\n", low + ((double)b + shift) * dx,
+                    low + ((double)a + shift) * dx, block(n, K, a, b, skip) / most);
+    fputc('\n', out);
+}
+
+static void write_density(size_t frames, size_t n, const double *t, const double *density,
+                          double low, double dx, FILE *out)
+{
+    size_t skip = n / ACROSS + 1;
+    for (size_t k = 0; k < frames; k++, fputc('\n', out))
+        for (size_t a = 0; a < n; a += skip)
+            fprintf(out, "%.5g %.5g %.4g\n", t[k], low + (double)a * dx, density[k * n + a]);
+    fputc('\n', out);
+}
+
+/* Blocks 0, 1: the published kernel and density; 2, 3: the right ones; 4: published time and mean;
+   5: time, mean, particle. */
+static void write_data(const struct published *p, const struct quantum_run *run,
+                       const struct quantum_result *result, const qm_complex *K, FILE *out)
+{
+    const struct qm_grid *grid = &run->slice.grid;
+    write_kernel(p->grid.n, p->K, 0, qm_dx(&p->grid), out);
+    write_density(p->frames, p->grid.n, p->time, p->density, 0, qm_dx(&p->grid), out);
+    write_kernel(grid->n, K, qm_x(grid, 0), qm_dx(grid), out);
+    write_density(result->n, grid->n, result->t, result->density, qm_x(grid, 0), qm_dx(grid), out);
+    for (size_t k = 0; k < p->frames; k++)
+        fprintf(out, "%.6g %.6g\n", p->time[k], p->mean[k]);
+    fputs("\n\n", out);
+    for (size_t k = 0; k < result->n; k++)
+        fprintf(out, "%.6g %.6g %.6g\n", result->t[k], result->moments[k].mean_x,
+                result->classical[k]);
+}
+
+static void kernel_panel(const char *title, int block, FILE *out)
+{
+    fprintf(out,
+            "set title '%s'\nset xlabel 'from x'\nset ylabel 'to x'\nset xrange [0:8]\nset yrange "
+            "[0:8]\nset cbrange [-1:1]\nset palette defined (-1 '#b8261b', 0 '#ffffff', 1 "
+            "'#0b4f8a')\nset size ratio -1\n"
+            "plot data index %d using 1:2:3 with image\n",
+            title, block);
+}
+
+static void density_panel(const char *title, int block, double end, bool particle, FILE *out)
+{
+    fprintf(out,
+            "set title '%s'\nset size noratio\nset xlabel 't'\nset ylabel 'x'\nset xrange [0:%g]\n"
+            "set yrange [0:8]\nset cbrange [0:*]\nset palette defined (0 '#ffffff', .15 '#cfe3f3', "
+            ".4 '#62acd8', .75 '#0b4f8a', 1 '#06264a')\nset key top right opaque\n"
+            "plot data index %d using 1:2:3 with image, \\\n"
+            "    data index %d using 1:2 with lines lw 2 lc rgb '#e8743b' title 'mean'",
+            title, end, block, particle ? 5 : 4);
+    if (particle)
+        fputs(", \\\n    data index 5 using 1:3 with lines lw 1.5 dt (8,5) lc rgb '#303030' title "
+              "'particle'",
+              out);
+    fputc('\n', out);
+}
+
+void paper_picture(const struct published *p, const struct quantum_run *run,
+                   const struct quantum_result *result, const qm_complex *K, struct plot *plot)
+{
+    FILE *out = plot->script;
+    double end = fmax(result->t[result->n - 1], p->time[p->frames - 1]);
+    char title[160];
+    plot->height = 900;
+    write_data(p, run, result, K, plot->data);
+    fprintf(out,
+            "set border 3 lc rgb '#606060'\nset tics nomirror\nunset colorbox\nset key "
+            "noautotitle\nset multiplot layout 2,2 title 'hbar = %.3g'\n",
+            p->hbar);
+    kernel_panel("as published: Re K", 0, out);
+    snprintf(title, sizeof title,
+             "as published: aliased (%.3g rad), renormalised, no potential acts", p->phases);
+    density_panel(title, 1, end, false, out);
+    kernel_panel("done right: Re K between walls", 2, out);
+    snprintf(title, sizeof title, "done right: %.3g rad, norm 1 - %.1g", M_PI * run->aliasing.ratio,
+             fabs(1 - result->moments[result->n - 1].norm / result->moments[0].norm));
+    density_panel(title, 3, end, true, out);
+    fputs("unset multiplot\n", out);
+}

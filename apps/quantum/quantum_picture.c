@@ -1,0 +1,142 @@
+/* The picture of a wave packet (quantum.h): left its density over place and time, with the mean and
+   the particle of the same Lagrangian; right the density now, over the start and the potential. A
+   GIF shows the right side moving. */
+#include "apps/output/axes.h"
+#include "quantum.h"
+#include "apps/output/unit.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { FRAMES = 100, ACROSS = 400 };
+
+static const char *const style =
+    "set border 3 lc rgb '#606060'\nset tics nomirror\nset palette defined (0 '#ffffff', .15 "
+    "'#cfe3f3', .4 '#62acd8', .75 '#0b4f8a', 1 '#06264a')\n";
+
+/* Block 0: t x density, a scan a sample. Block 1: samples. Block 2: x, start, potential. Then a
+   block a frame: x, density. */
+static void write_data(const struct quantum_run *run, const struct quantum_result *result,
+                       const double *V, size_t frames, FILE *out)
+{
+    const struct qm_grid *grid = &run->slice.grid;
+    size_t n = grid->n, skip = n / ACROSS + 1;
+    for (size_t k = 0; k < result->n; k++, fputc('\n', out))
+        for (size_t a = 0; a < n; a += skip)
+            fprintf(out, "%.6g %.6g %.4g\n", result->t[k], qm_x(grid, a),
+                    result->density[k * n + a]);
+    fputc('\n', out);
+    for (size_t k = 0; k < result->n; k++)
+        fprintf(out, "%.6g %.6g %.6g\n", result->t[k], result->moments[k * run->n_packets].mean_x,
+                result->classical[k]);
+    fputs("\n\n", out);
+    for (size_t a = 0; a < n; a++)
+        fprintf(out, "%.6g %.6g %.6g\n", qm_x(grid, a), result->density[a], V[a]);
+    for (size_t f = 0; f < frames; f++) {
+        size_t k = frames > 1 ? f * (result->n - 1) / (frames - 1) : result->n - 1;
+        fprintf(out, "\n\n# t = %g\n", result->t[k]);
+        for (size_t a = 0; a < n; a++)
+            fprintf(out, "%.6g %.6g\n", qm_x(grid, a), result->density[k * n + a]);
+    }
+}
+
+static void carpet(const struct quantum_run *run, const struct quantum_result *result, FILE *out)
+{
+    const struct phys_scene *scene = run->system.scene;
+    const struct qm_grid *grid = &run->slice.grid;
+    axis_set(out, "x", "t", scene->time_unit, (struct range){0, result->t[result->n - 1]}, 0);
+    axis_set(out, "y", scene->coordinates[0], scene->unit, (struct range){grid->low, grid->high},
+             0);
+    fputs("unset colorbox\nset key top right opaque noautotitle\n"
+          "plot data index 0 using 1:2:3 with image, \\\n"
+          "    data index 1 using 1:2 with lines lw 2 lc rgb '#e8743b' title 'mean', \\\n"
+          "    data index 1 using 1:3 with lines lw 1.5 dt (8,5) lc rgb '#303030' title "
+          "'particle'\n",
+          out);
+}
+
+/* The potential goes to its own axis; only its shape matters here. */
+static void density_now(const struct quantum_run *run, const struct range *V, double most,
+                        FILE *out)
+{
+    const struct phys_scene *scene = run->system.scene;
+    const struct qm_grid *grid = &run->slice.grid;
+    axis_set(out, "x", scene->coordinates[0], scene->unit, (struct range){grid->low, grid->high},
+             0);
+    fprintf(out,
+            "set yrange [0:%.6g]\nset ylabel 'density'\nset y2range [%.6g:%.6g]\nset key top right "
+            "noopaque\n",
+            1.15 * most, V->low, V->high);
+    fprintf(out, "plot ");
+    if (V->high > V->low)
+        fputs("data index 2 using 1:3 axes x1y2 with lines lw 1.5 lc rgb '#8a8a8a' title "
+              "'potential', \\\n    ",
+              out);
+    fputs("data index 2 using 1:2 with lines lw 1.2 dt (4,4) lc rgb '#62acd8' title 'start', \\\n"
+          "    data index 3+f using 1:2 with filledcurves y1=0 fs transparent solid .35 lc rgb "
+          "'#0b4f8a' notitle, \\\n"
+          "    data index 3+f using 1:2 with lines lw 1.8 lc rgb '#0b4f8a' title sprintf('t = "
+          "%.4g', times[f+1])\n",
+          out);
+}
+
+/* Of the potential where the wave has been, with some room above. */
+static struct range potential_range(const struct quantum_result *result, size_t n, const double *V)
+{
+    struct range range = {INFINITY, -INFINITY};
+    double most = 0;
+    for (size_t k = 0; k < result->n * n; k++)
+        most = fmax(most, result->density[k]);
+    for (size_t k = 0; k < result->n * n; k++)
+        if (result->density[k] > 1e-3 * most)
+            range_widen(&range, V[k % n]);
+    return range_with_margins(range, 0, 0.3);
+}
+
+static void times(const struct quantum_result *result, size_t frames, FILE *out)
+{
+    fprintf(out, "array times[%zu]\n", frames);
+    for (size_t f = 0; f < frames; f++) {
+        size_t k = frames > 1 ? f * (result->n - 1) / (frames - 1) : result->n - 1;
+        fprintf(out, "times[%zu] = %.6g\n", f + 1, result->t[k]);
+    }
+}
+
+static void commands(const struct quantum_run *run, const struct quantum_result *result,
+                     const struct range *V, double most, size_t frames, FILE *out)
+{
+    fputs(style, out);
+    times(result, frames, out);
+    fprintf(out, "do for [f = 0:%zu] {\n", frames - 1);
+    fprintf(out, "set multiplot layout 1,2 title '%s, hbar = %g%s' noenhanced\n",
+            run->name[0] == '.' || run->name[0] == '/' ? run->system.scene->name : run->name,
+            run->slice.hbar,
+            run->aliasing.ratio > 1 + 1e-9 && run->method->aliases(&run->slice)
+                ? ": ALIASED, run by force"
+                : "");
+    carpet(run, result, out);
+    density_now(run, V, most, out);
+    fputs("unset multiplot\n}\n", out);
+}
+
+enum ad_status quantum_picture(const struct quantum_run *run, const struct quantum_result *result,
+                               struct plot *plot, struct ad_error *error)
+{
+    size_t n = run->slice.grid.n;
+    size_t frames = plot->animated ? (result->n < FRAMES ? result->n : FRAMES) : 1;
+    struct ad_error unknown = {0};
+    double mass, most = 0, *V = malloc(n * sizeof *V);
+    if (!V)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    bool known = qm_potential(&run->system, &run->slice.grid, V, &mass, &unknown) == AD_OK;
+    for (size_t a = 0; a < n && !known; a++)
+        V[a] = 0;
+    struct range range = potential_range(result, n, V);
+    for (size_t k = 0; k < result->n * n; k++)
+        if (k < n || plot->animated || k >= (result->n - 1) * n)
+            most = fmax(most, result->density[k]);
+    write_data(run, result, V, frames, plot->data);
+    commands(run, result, &range, most, frames, plot->script);
+    free(V);
+    return AD_OK;
+}

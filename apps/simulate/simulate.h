@@ -1,0 +1,144 @@
+/* The parts of `leastaction simulate`: what is asked made definite (simulate_setup,
+   simulate_ephemeris), a setting chosen for --tol (simulate_choose), run and measured
+   (simulate_run), and written (simulate_write, simulate_picture). */
+#ifndef APPS_SIMULATE_H
+#define APPS_SIMULATE_H
+
+#include "ephemeris_models.h"
+#include "gas_order.h"
+#include "apps/output/json.h"
+#include "apps/options.h"
+#include "apps/output/plot.h"
+#include "apps/output/result.h"
+#include "simulate_event.h"
+#include "simulate_diagnostics.h"
+#include "physics/motion/motion.h"
+#include "physics/io/hdf5_file.h"
+
+struct simulate_options {
+    struct common common;
+    const char *integrator, *data, *from, *rough, *until;
+    struct texts events;
+    double dt, tolerance, time, horizon;
+    size_t every, samples, days;
+    bool no_reference, reverse;
+    struct settings set;
+};
+
+/* One setting that --tol tried. */
+struct simulate_trial {
+    const struct phys_integrator *integrator;
+    double setting;  /* dt, or the tolerance of a step */
+    double estimate; /* of the largest error over the run; NaN: it did not get through */
+    size_t evaluations;
+    bool chosen;
+};
+
+enum {
+    SIMULATE_TRIALS = 8,
+    SIMULATE_FEW = 100 /* bodies; with more, what costs the square of their number is left out: the
+                          reference, the closest approach, momenta, the outlook */
+};
+
+/* A run made definite. */
+struct simulate_run {
+    const struct simulate_options *options;
+    struct phys_system system;
+    const struct phys_integrator *integrator; /* NULL: --tol is to choose */
+    struct phys_ode ode; /* in the form that suits the integrator, once it is known */
+    double *q, *v;       /* [dof] start */
+    double time;
+    double dt, tolerance; /* of the steps, once known */
+    size_t n_trials;
+    struct simulate_trial trial[SIMULATE_TRIALS];
+    struct event_questions questions;
+    struct ephemeris_tables tables;      /* n 0: none asked for */
+    const struct ephemeris_model *model; /* of those tried, when --tol was to choose one; or NULL */
+    size_t n_tried, chosen;
+    struct ephemeris_errors tried[EPHEMERIS_MODELS];
+};
+
+static inline bool simulate_few(const struct simulate_run *run)
+{
+    return run->system.bodies <= SIMULATE_FEW;
+}
+
+/* Scene, parameters, integrator, start. Ends with simulate_free, whatever it returned. */
+enum ad_status simulate_setup(const struct simulate_options *options, struct simulate_run *run,
+                              struct ad_error *error);
+void simulate_free(struct simulate_run *run);
+/* The field in the form that suits an integrator: y = (q, p) for those that are symplectic in
+   conjugate coordinates where the scene does not separate, else (q, v). */
+enum ad_status simulate_ode(const struct simulate_run *run,
+                            const struct phys_integrator *integrator, struct phys_ode *ode,
+                            struct ad_error *error);
+/* Settings of a run with `integrator`, whose dt or step tolerance is `setting`. scale [2 dof] is
+   filled with the sizes that tolerances refer to. */
+enum ad_status simulate_settings(const struct simulate_run *run,
+                                 const struct phys_integrator *integrator, double setting,
+                                 const struct phys_ode *ode, const double *y, double *scale,
+                                 struct phys_simulation *settings, struct ad_error *error);
+
+/* With --tol, finds the cheapest setting of a few integrators (or of the one given) whose estimate
+   of the error is under it, coarse to fine: integrator, dt or tolerance, trials. */
+enum ad_status simulate_choose(struct simulate_run *run, struct ad_error *error);
+
+/* With --data: the system from the tables, or, with --tol, the least model (run->model), which
+   decides start and integrator too. */
+enum ad_status simulate_ephemeris(struct simulate_run *run, struct ad_error *error);
+void simulate_ephemeris_free(struct simulate_run *run);
+
+/* Samples of a motion: time, coordinates and velocities. */
+struct simulate_samples {
+    const struct phys_ode *ode;
+    size_t dof, n, room;
+    double *t;      /* [n] */
+    double *x;      /* [n][2 dof]: q, then v */
+    double *energy; /* [n]; NaN where it is not known */
+    bool failed;    /* out of memory */
+    bool (*progress)(void *context, double t);
+    void *context;
+};
+
+struct simulate_result {
+    struct phys_simulation_info info;
+    struct simulate_samples samples;
+    double *distance; /* [n] from the reference; NULL: none */
+    double error, error_end, reversal;
+    double planet_km[EPHEMERIS_PLANETS]; /* with tables: largest distances from them */
+    struct phys_closest closest;
+    struct event_answers events;
+    struct phys_totals start, end;
+    bool has_totals;
+    struct simulate_outlook outlook;
+    struct gas_orders gas;
+};
+
+/* Runs, measures, compares. Ends with simulate_result_free, whatever it returned. */
+enum ad_status simulate_run(const struct simulate_run *run, struct simulate_result *result,
+                            struct ad_error *error);
+void simulate_result_free(struct simulate_result *result);
+/* Distances of the samples, one a day, from the tables. */
+void simulate_ephemeris_compare(const struct simulate_run *run, struct simulate_result *result);
+/* The sample callback; context is struct simulate_samples. */
+bool simulate_sample(void *samples, double t, const double *y);
+void simulate_samples_free(struct simulate_samples *samples);
+
+/* ---- writing ---- */
+
+void simulate_print(const struct simulate_run *run, const struct simulate_result *result);
+void simulate_print_json(const struct simulate_run *run, const struct simulate_result *result);
+/* What there is to say of tables: before the run's own lines, among its rows, in JSON. */
+void simulate_ephemeris_print(const struct simulate_run *run);
+void simulate_ephemeris_rows(const struct simulate_run *run, const struct simulate_result *result);
+void simulate_ephemeris_json(struct json *json, const struct simulate_run *run,
+                             const struct simulate_result *result);
+/* A row a sample: t, coordinates, velocities. */
+void simulate_write_csv(const struct simulate_run *run, const struct simulate_result *result,
+                        FILE *out);
+enum ad_status simulate_file(const struct simulate_run *run, const struct simulate_result *result,
+                             phys_runfile *file, struct ad_error *error);
+void simulate_picture(const struct simulate_run *run, const struct simulate_result *result,
+                      struct plot *plot);
+
+#endif

@@ -1,0 +1,147 @@
+/* How far a simulation is to be believed (simulate_outlook.h). */
+#include "simulate.h"
+#include "apps/output/unit.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double too_much = 0.1;  /* of the energy */
+static const double most_work = 3e7; /* places times dof^3 */
+static const double most_places = 1000;
+
+/* A place for one more warning. */
+static char *more(struct simulate_outlook *outlook)
+{
+    return outlook->warning[outlook->n_warnings++];
+}
+
+/* Steps of one length against the fastest oscillation at (some of) the samples. A motion whose
+   second derivatives are not to be had gets no advice. */
+static void judge_steps(const struct simulate_run *run, struct simulate_result *result)
+{
+    const struct simulate_samples *s = &result->samples;
+    struct ad_error none = {0};
+    struct phys_step_advice advice, worst = {.verdict = PHYS_STEP_GOOD};
+    double dof = (double)s->dof, places = fmin(most_places, most_work / (dof * dof * dof));
+    size_t stride = (size_t)ceil((double)s->n / fmax(places, 1));
+    double *x = malloc(2 * s->dof * (s->n / stride + 1) * sizeof *x);
+    double *t = malloc((s->n / stride + 1) * sizeof *t);
+    double dt = result->info.steps > 0 ? result->info.max_step : run->dt;
+    size_t n = 0;
+    for (size_t i = 0; x && t && i < s->n; i += stride, n++) {
+        memcpy(x + 2 * n * s->dof, s->x + 2 * i * s->dof, 2 * s->dof * sizeof *x);
+        t[n] = s->t[i];
+    }
+    if (n > 0 &&
+        phys_step_advise(run->integrator, &run->system, n, x, t, dt, &advice, &none) == AD_OK)
+        worst = advice;
+    if (worst.verdict != PHYS_STEP_GOOD)
+        snprintf(more(&result->outlook), sizeof *result->outlook.warning, "%s", worst.text);
+    free(x);
+    free(t);
+}
+
+static void judge_energy(const struct simulate_run *run, struct simulate_result *result,
+                         bool complete)
+{
+    double drift = result->info.energy_drift;
+    char change[64] = "grows beyond all numbers";
+    if (drift <= too_much || result->info.energy_start == 0 || run->system.scene->free_time ||
+        (!isfinite(drift) && !complete) || run->ode.friction != 0 ||
+        (simulate_few(run) && !phys_keeps_energy(&run->system)))
+        return;
+    if (isfinite(drift))
+        snprintf(change, sizeof change, "changes by %.3g times its value", drift);
+    snprintf(more(&result->outlook), sizeof *result->outlook.warning,
+             "the energy %s: this is not the motion of %s; try %s or dop853, and look at the "
+             "closest approach",
+             change, run->system.scene->name,
+             run->integrator->adaptive ? "a smaller --tol" : "shorter steps");
+}
+
+static void find_horizon(const struct simulate_run *run, struct simulate_outlook *outlook,
+                         struct ad_error *error)
+{
+    struct phys_ode ode = {0};
+    size_t n = 2 * run->system.dof;
+    double *y = malloc(n * sizeof *y), *scale = malloc(n * sizeof *scale);
+    struct phys_lyapunov_settings settings = {
+        .t1 = run->time, .scale = scale, .known = run->options->horizon, .lost = simulate_lost};
+    if (!y || !scale)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else if (phys_ode_lagrangian(&run->system, &ode, error) == AD_OK &&
+             phys_ode_enter(&ode, 0, run->q, run->v, y, error) == AD_OK &&
+             phys_typical_sizes(&ode, 0, y, scale, error) == AD_OK)
+        phys_lyapunov(&ode, y, &settings, &outlook->chaos, error);
+    outlook->has_horizon = error->status == AD_OK;
+    phys_ode_free(&ode);
+    free(y);
+    free(scale);
+}
+
+/* After the horizon there is nothing to compare. */
+static void compare_before(struct simulate_result *result)
+{
+    struct simulate_outlook *outlook = &result->outlook;
+    double error_before = 0;
+    outlook->error_before = (double)NAN;
+    for (size_t i = 0; result->distance && i < result->samples.n; i++)
+        if (result->samples.t[i] <= outlook->chaos.horizon)
+            outlook->error_before = error_before = fmax(error_before, result->distance[i]);
+    if (isfinite(outlook->chaos.horizon))
+        snprintf(more(outlook), sizeof *outlook->warning,
+                 "differences of the start grow by e in %.4g: from t = %.4g on nothing is "
+                 "predicted, and a comparison there says nothing of the method",
+                 outlook->chaos.time, outlook->chaos.horizon);
+}
+
+void simulate_outlook(const struct simulate_run *run, struct simulate_result *result,
+                      struct ad_error *error)
+{
+    struct simulate_outlook *outlook = &result->outlook;
+    if (result->samples.n == 0)
+        return; /* it did not begin */
+    if (!run->integrator->adaptive && simulate_few(run))
+        judge_steps(run, result);
+    judge_energy(run, result, error->status == AD_OK);
+    if (error->status == AD_OK && !isnan(run->options->horizon)) {
+        find_horizon(run, outlook, error);
+        if (outlook->has_horizon)
+            compare_before(result);
+    }
+    for (size_t k = 0; k < outlook->n_warnings && !run->options->common.quiet; k++)
+        fprintf(stderr, "leastaction simulate: warning: %s\n", outlook->warning[k]);
+}
+
+void simulate_outlook_print(const struct simulate_run *run, const struct simulate_outlook *outlook)
+{
+    const struct phys_lyapunov *chaos = &outlook->chaos;
+    const char *unit = unit_shown(run->system.scene->time_unit);
+    if (!outlook->has_horizon)
+        return;
+    printf("  %-24s %13.6g  1/%s%s\n", "Lyapunov exponent", chaos->exponent, unit,
+           chaos->chaotic ? ", chaotic" : ", no sign of chaos in this time");
+    printf("  %-24s %13.6g  %s\n", "Lyapunov time", chaos->time, unit);
+    printf("  %-24s %13.6g  %s\n", "horizon", chaos->horizon, unit);
+    if (!isnan(outlook->error_before))
+        printf("  %-24s %13.6g  %s\n", "error before the horizon", outlook->error_before,
+               unit_shown(run->system.scene->unit));
+}
+
+void simulate_outlook_json(struct json *json, const struct simulate_outlook *outlook)
+{
+    const struct phys_lyapunov *chaos = &outlook->chaos;
+    if (outlook->has_horizon) {
+        json_number(json, "lyapunov_exponent", chaos->exponent);
+        json_number(json, "lyapunov_time", chaos->time);
+        json_number(json, "megno", chaos->megno);
+        json_bool(json, "chaotic", chaos->chaotic);
+        json_number(json, "horizon", chaos->horizon);
+        json_number(json, "error_before_horizon", outlook->error_before);
+    }
+    json_array(json, "warnings");
+    for (size_t k = 0; k < outlook->n_warnings; k++)
+        json_text(json, NULL, outlook->warning[k]);
+    json_end_array(json);
+}

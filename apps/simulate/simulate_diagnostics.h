@@ -1,0 +1,34 @@
+/* How far a simulation is to be believed: steps that are too long, energy that is not kept, and the
+   horizon of a chaotic motion. */
+#ifndef APPS_SIMULATE_OUTLOOK_H
+#define APPS_SIMULATE_OUTLOOK_H
+
+#include "apps/output/json.h"
+#include "physics/stability/stability.h"
+
+struct simulate_run;
+struct simulate_result;
+
+enum { SIMULATE_WARNINGS = 3 };
+
+/* Where a difference, in units of the motion's size, is too large to speak of a prediction. */
+static const double simulate_lost = 0.1;
+
+struct simulate_outlook {
+    size_t n_warnings;
+    char warning[SIMULATE_WARNINGS][512];
+    bool has_horizon; /* --horizon */
+    struct phys_lyapunov chaos;
+    double
+        error_before; /* largest distance from the reference before the horizon; NaN: no reference
+                       */
+};
+
+/* Judges a run, also one that did not get through (*error says so), and prints its warnings to
+   standard error unless --quiet. */
+void simulate_outlook(const struct simulate_run *run, struct simulate_result *result,
+                      struct ad_error *error);
+void simulate_outlook_print(const struct simulate_run *run, const struct simulate_outlook *outlook);
+void simulate_outlook_json(struct json *json, const struct simulate_outlook *outlook);
+
+#endif

@@ -1,0 +1,101 @@
+/* Operations that stand alone in their segment: products, transposition, placing. */
+#include "autodiff/blas.h"
+#include "exec.h"
+
+#include <string.h>
+
+/* Row stride as BLAS wants it: a single row may be a view of a repeated one, of stride 0. */
+static size_t row_stride(const struct value *v, const struct loc *l)
+{
+    return v->rows == 1 ? v->cols : l->rs;
+}
+
+/* Products are cut in the same pieces whatever the number of threads: BLAS gives other last bits
+   for other shapes. Every piece packs one factor anew, so pieces are few: of this many products and
+   sums each, and no narrower than two tiles of BLAS's kernels. */
+enum { TILE = 48, PIECE = 2 * TILE, MAX_PIECES = 16 };
+static const double PIECE_WORK = 1.5e7;
+
+static size_t pieces_of(size_t extent, double work)
+{
+    size_t most = extent / PIECE < MAX_PIECES ? extent / PIECE : MAX_PIECES;
+    size_t pieces = work < PIECE_WORK * MAX_PIECES ? (size_t)(work / PIECE_WORK) : MAX_PIECES;
+    pieces = pieces < most ? pieces : most;
+    return pieces ? pieces : 1;
+}
+
+/* Where piece i begins: at whole vectors and tiles, of either type. */
+static size_t cut(size_t extent, size_t i, size_t pieces)
+{
+    return i == pieces ? extent : extent / TILE * i / pieces * TILE;
+}
+
+/* Piece i, of rows or of columns. */
+static void multiply(const ad_program *p, const struct segment *g, const struct instruction *in,
+                     size_t i, size_t pieces)
+{
+    const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]],
+                     *b = &p->locs[in->loc[2]];
+    const struct value *va = &p->values[in->loc[1]], *vb = &p->values[in->loc[2]];
+    size_t lda = row_stride(va, a), ldb = row_stride(vb, b);
+    bool ta = in->loc[3] & MATMUL_TA, tb = in->loc[3] & MATMUL_TB;
+    size_t m = g->rows, n = g->cols, k = ta ? va->rows : va->cols, e = p->element;
+    bool by_rows = m > n;
+    size_t from = cut(by_rows ? m : n, i, pieces), to = cut(by_rows ? m : n, i + 1, pieces);
+    const char *pa = p->memory + a->off, *pb = p->memory + b->off;
+    pa += by_rows ? from * (ta ? 1 : lda) * e : 0;
+    pb += by_rows ? 0 : from * (tb ? ldb : 1) * e;
+    ad_blas_gemm(p->type, ta, tb, by_rows ? to - from : m, by_rows ? n : to - from, k, pa, lda, pb,
+                 ldb, in->loc[3] & MATMUL_ADDS,
+                 p->memory + o->off + from * (by_rows ? o->rs : 1) * e, o->rs);
+}
+
+/* A parallel region of one thread takes as long as a small product: there is none then. */
+static void matmul(const ad_program *p, const struct segment *g, const struct instruction *in)
+{
+    const struct value *a = &p->values[in->loc[1]];
+    double work = (double)a->rows * a->cols * g->cols;
+    size_t pieces = pieces_of(g->rows > g->cols ? g->rows : g->cols, work);
+    if (pieces == 1 || p->threads == 1) {
+        for (size_t i = 0; i < pieces; i++)
+            multiply(p, g, in, i, pieces);
+        return;
+    }
+#pragma omp parallel for num_threads((int)p->threads) schedule(static, 1)
+    for (size_t i = 0; i < pieces; i++)
+        multiply(p, g, in, i, pieces);
+}
+
+static void place(const ad_program *p, const struct segment *g, const struct instruction *in)
+{
+    const struct loc *o = &p->locs[in->loc[0]];
+    if (g->clear)
+        memset(p->memory + o->off, 0, (size_t)g->rows * g->cols * p->element);
+    for (uint32_t k = 0; k < in->loc[2]; k++) {
+        const struct part *part = &p->parts[in->loc[1] + k];
+        const struct loc *x = &p->locs[part->loc];
+        ad_kernel *copy = p->kernels->op[AD_OP_copy][x->cs == 0];
+        ad_kernel *add = p->kernels->op[AD_OP_add][x->cs == 0 ? VARIANT_B_NUMBER : 0];
+        for (uint32_t r = 0; r < part->rows; r++) {
+            char *to = value_row(p, o, part->row + r) + part->col * p->element;
+            const char *from = value_row(p, x, r);
+            if (g->clear)
+                add(part->cols, to, to, from, NULL);
+            else
+                copy(part->cols, to, from, NULL, NULL);
+        }
+    }
+}
+
+void ad_run_alone(const ad_program *p, const struct segment *g)
+{
+    const struct instruction *in = &p->instructions[g->first];
+    const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]];
+    if (in->kind == DO_MATMUL)
+        matmul(p, g, in);
+    else if (in->kind == DO_PLACE)
+        place(p, g, in);
+    else
+        p->kernels->transpose(g->cols, g->rows, p->memory + o->off, o->rs, p->memory + a->off,
+                              a->rs);
+}

@@ -1,0 +1,70 @@
+/* How compiled code walks a segment: what becomes the lanes of a vector, which loop is inside, and
+   where chunks are cut. */
+#include "autodiff/native.h"
+
+static bool meets_rows(const ad_program *p, const struct instruction *in)
+{
+    if (in->kind == DO_ADD_ROWS)
+        return true;
+    for (uint32_t k = 1; in->kind == DO_ELEMENTWISE && k <= in->n_in; k++)
+        if (p->locs[in->loc[k]].list)
+            return true;
+    return false;
+}
+
+/* Results lie one after the other, and nothing reads neighbouring columns. */
+static bool rows_are_lanes(const ad_program *p, const struct segment *g)
+{
+    for (const struct instruction *in = p->instructions + g->first, *end = in + g->count; in < end;
+         in++) {
+        const struct loc *o = &p->locs[in->loc[0]];
+        if (in->kind == DO_DIFF || in->kind == DO_DIFF_ADJOINT)
+            return false;
+        if (in->kind == DO_ELEMENTWISE && o->base == BASE_MEMORY && o->rs != 1)
+            return false;
+    }
+    return g->cols == 1 && g->rows > 1;
+}
+
+/* The widest vector that the extent fills: whole registers, or else single numbers. */
+static uint32_t lanes_of(size_t element, uint32_t extent, size_t bytes)
+{
+    enum { SMALLEST_VECTOR = 16 };
+    for (; bytes >= SMALLEST_VECTOR; bytes /= 2)
+        if (extent >= bytes / element)
+            return (uint32_t)(bytes / element);
+    return 1;
+}
+
+/* Rows that meet need no copies of what they add into when columns are split, not rows. A chunk is
+   at least two vectors wide: the last vector of a chunk is moved back to end with it, and stays
+   inside. */
+static void split(const ad_program *p, struct walk *w)
+{
+    struct segment *g = &w->segment;
+    bool sums_rows = false;
+    uint32_t extent = w->along_rows ? g->rows : g->cols;
+    for (uint32_t k = 0; k < g->n_sinks; k++)
+        sums_rows = sums_rows || p->sinks[g->first_sink + k].kind == DO_SUM_COLS;
+    if (g->chunks == 1)
+        return;
+    if (g->by_rows && w->rows_inside && !sums_rows && extent >= 8 * w->lanes)
+        g->by_rows = false;
+    uint32_t most = (extent - 1) / w->lanes / 2;
+    g->chunks = g->by_rows || g->chunks < most ? g->chunks : most;
+    g->tile_rows = w->along_rows ? w->lanes : 1;
+    g->tile_cols = w->lanes;
+}
+
+struct walk ad_native_walk(const ad_program *p, uint32_t number, size_t bytes)
+{
+    struct walk w = {.segment = p->segments[number], .number = number};
+    const struct segment *g = &w.segment;
+    w.along_rows = rows_are_lanes(p, g);
+    for (uint32_t i = 0; i < g->count; i++)
+        w.rows_inside = w.rows_inside || meets_rows(p, &p->instructions[g->first + i]);
+    w.rows_inside = w.rows_inside && !w.along_rows;
+    w.lanes = lanes_of(p->element, w.along_rows ? g->rows : g->cols, bytes);
+    split(p, &w);
+    return w;
+}

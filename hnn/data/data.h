@@ -1,0 +1,142 @@
+/* Data sets: states and their rates from columns of a file, or from a published system.
+
+       struct hnn_dataset data;
+       struct hnn_dataset_settings s = {.file = "motion.csv", .state = "q,p", .rate = "dqdt,dpdt",
+                                        .split = HNN_SPLIT_RANDOM, .test_fraction = 0.2};
+       if (hnn_dataset_read(&s, &data, &error) == AD_OK)
+           hnn_trainer_new(model, &training, &data.train, &data.test, &trainer, &error);
+       hnn_dataset_free(&data);
+
+   A file is CSV or text in columns of blanks (with or without a line of names, comments from # or
+   %, quoted names, CRLF, a byte order mark, commas, semicolons, blanks), or HDF5. Columns are
+   chosen by name or by number from 1. In HDF5 a column is a one-dimensional array of numbers,
+   named by its path, or NAME.1, NAME.2 ... of a two-dimensional one; the attribute "columns" of
+   the file, names with commas between, gives them an order. */
+#ifndef HNN_DATA_H
+#define HNN_DATA_H
+
+#include "hnn/hnn.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- from a file ---- */
+
+/* Rates from states x_i at times t_i. */
+enum hnn_differences {
+    HNN_FORWARD, /* (x_{i+1} - x_i)/(t_{i+1} - t_i), as in the published code */
+    HNN_CENTRAL  /* slope at t_i of the parabola through three states, second order */
+};
+
+/* Which samples are kept apart for the test. */
+enum hnn_split {
+    HNN_SPLIT_TAIL,   /* the last ones of the file */
+    HNN_SPLIT_RANDOM, /* any, by the seed */
+    HNN_SPLIT_TRIAL   /* all those of some trajectories, by the seed */
+};
+
+/* Names as on the command line; NULL-terminated, in the order of the enums. */
+extern const char *const hnn_differences_names[], *const hnn_split_names[];
+
+/* Zero is a default everywhere but for `file`. */
+struct hnn_dataset_settings {
+    const char *file;
+    /* Coordinates, then as many momenta: "q,p". NULL: every column X that has a column dXdt; or,
+       where there is none, all but time and trial. */
+    const char *state;
+    /* Their rates of change in that order: "dqdt,dpdt". NULL: by differences where there is a
+       `time`, else the columns dXdt. */
+    const char *rate;
+    const char *time;
+    enum hnn_differences differences;
+    /* Rows of one trajectory follow each other with one number in this column. NULL: the column
+       named trial, if there is one; "": all rows are one trajectory. */
+    const char *trial;
+    /* K > 0: targets are the next K states instead of rates, in equal steps of time (`time`), or
+       of `dt` where there is no such column. */
+    size_t rollout;
+    double dt;
+    const char *test_file; /* another file with these columns, all of it for the test; or ... */
+    double test_fraction;  /* ... of the samples (of the trajectories), 0 <= f < 1 */
+    enum hnn_split split;
+    uint64_t seed;
+};
+
+struct hnn_dataset {
+    size_t dof;                     /* n: states have 2n components */
+    struct hnn_samples train, test; /* x [2n x train.n], target; test.n may be 0 */
+    double *centre, *scale;         /* [2n] of train.x: means and standard deviations */
+    double *rate;                   /* [2n]: root mean squares of the rates; NULL for rollouts */
+    double dt;                      /* of a rollout's steps */
+    size_t trials;                  /* trajectories in the file */
+    char *state_names, *rate_names; /* of the columns, commas between; "" where not named */
+    double *values;                 /* what all the arrays point into */
+};
+
+/* Reads a data set. Memory: that of the chosen columns and of one more. AD_E_INPUT names file,
+   line, column (in characters) and what was expected there: a column that is not there, with the
+   nearest that is; text, NaN and infinities; rows of another length; times that do not increase.
+   AD_E_ARGUMENT: settings at odds. Ends with hnn_dataset_free, whatever it returned. */
+enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
+                                struct hnn_dataset *dataset, struct ad_error *error);
+void hnn_dataset_free(struct hnn_dataset *dataset); /* takes zero-initialised ones too */
+
+/* ---- from a published system ---- */
+
+/* Systems and settings of S. Greydanus et al., arXiv 1906.01563, appendix A. */
+
+/* How trajectories of a system are sampled. */
+struct hnn_sampling {
+    size_t trials, points;         /* trajectories, and observations of each, both ends included */
+    double time;                   /* from 0 */
+    double noise;                  /* standard deviation, added to states, not to rates */
+    double radius_min, radius_max; /* of starts; two bodies: of their coordinates */
+    double spread;                 /* of starting speeds about circular motion, relative */
+    double strength;               /* of the potential */
+};
+
+struct phys_random;
+
+/* One system: H(q, p), how its motion starts, and how it was sampled as published. */
+struct hnn_task {
+    const char *name, *what;
+    size_t dof;
+    const char *const *coordinates; /* [dof] without their q or p: "", "1x" */
+    phys_hamiltonian *H;            /* params: const double *strength */
+    /* y [2 dof] = (q, p) at time 0 */
+    void (*start)(struct phys_random *random, const struct hnn_sampling *sampling, double *y);
+    struct hnn_sampling published;
+    /* How the published energy errors were computed: from other starts, NULL: as the data; not from
+       H, NULL: H; over a time of the models longer than the true one by a factor, 0: 1. */
+    void (*published_start)(struct phys_random *random, const struct hnn_sampling *sampling,
+                            double *y);
+    phys_hamiltonian *published_energy;
+    double time_stretch;
+};
+extern const struct hnn_task *const hnn_tasks[]; /* NULL-terminated */
+/* AD_E_ARGUMENT names the nearest. */
+const struct hnn_task *hnn_task_find(const char *name, struct ad_error *error);
+/* One random start y [2 dof]; strength NaN: as published. */
+void hnn_task_start(const struct hnn_task *task, double strength, uint64_t seed, double *y);
+/* Its equations of motion, y = (q, p); frees by phys_ode_free. */
+enum ad_status hnn_task_ode(const struct hnn_task *task, double strength, struct phys_ode *ode,
+                            struct ad_error *error);
+
+/* Samples in rows, as files have them: states, rates, trial, time. */
+struct hnn_observations {
+    size_t dof, rows, cols; /* cols = 4 dof + 2 */
+    double *values;         /* [cols x rows] */
+    char **names;           /* [cols] */
+};
+/* Follows the motion from random starts with dop853 at 1e-10. AD_E_ARGUMENT: a sampling out of
+   range. Ends with hnn_observations_free, whatever it returned. */
+enum ad_status hnn_task_observe(const struct hnn_task *task, const struct hnn_sampling *sampling,
+                                uint64_t seed, struct hnn_observations *observations,
+                                struct ad_error *error);
+void hnn_observations_free(struct hnn_observations *observations);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

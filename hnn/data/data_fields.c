@@ -1,0 +1,143 @@
+/* Fields of a line of text: what separates them, and those that are names. */
+#include "data_source.h"
+#include "physics/io/numbers.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static bool is_comment(char c) { return c == '#' || c == '%'; }
+
+static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+
+/* A tab that separates is not a blank to be skipped. */
+static const char *skip(const char *p, const char *stop, char separator)
+{
+    while (p < stop && is_blank(*p) && *p != (separator == '\t' ? '\t' : '\0'))
+        p++;
+    return p;
+}
+
+static bool ends_field(char c, char separator)
+{
+    return c == separator || is_comment(c) || (separator == HNN_BLANKS && is_blank(c));
+}
+
+/* Behind the quote that closes; at the end of the line where none does. */
+static const char *quoted_end(const char *p, const char *stop)
+{
+    for (p++; p < stop; p++)
+        if (*p == '"' && (p + 1 == stop || p[1] != '"'))
+            return p;
+        else if (*p == '"')
+            p++;
+    return stop;
+}
+
+struct hnn_field hnn_field_at(const char *p, const char *stop, char separator)
+{
+    p = skip(p, stop, separator);
+    if (p < stop && *p == '"') {
+        const char *end = quoted_end(p, stop);
+        return (struct hnn_field){p + 1, end, skip(end < stop ? end + 1 : stop, stop, separator)};
+    }
+    const char *end = p;
+    while (end < stop && !ends_field(*end, separator))
+        end++;
+    const char *next = skip(end, stop, separator);
+    while (end > p && is_blank(end[-1]))
+        end--;
+    return (struct hnn_field){p, end, next};
+}
+
+const char *hnn_field_after(const struct hnn_field *field, const char *stop, char separator)
+{
+    const char *next = field->next;
+    if (next == stop || is_comment(*next))
+        return NULL;
+    return separator == HNN_BLANKS || *next != separator ? next : next + 1;
+}
+
+char hnn_separator_of(const char *p, const char *stop)
+{
+    bool quoted = false;
+    size_t commas = 0, tabs = 0;
+    for (; p < stop && (quoted || !is_comment(*p)); p++) {
+        quoted = quoted != (*p == '"');
+        if (*p == ';' && !quoted)
+            return ';';
+        commas += *p == ',' && !quoted;
+        tabs += *p == '\t' && !quoted;
+    }
+    return commas ? ',' : tabs ? '\t' : HNN_BLANKS;
+}
+
+static bool is_not_finite_word(const char *p, const char *end)
+{
+    static const char *const words[] = {"nan", "inf", "infinity"};
+    if (p < end && (*p == '+' || *p == '-'))
+        p++;
+    for (size_t k = 0; k < LENGTH(words); k++) {
+        size_t n = 0;
+        while (words[k][n] && p + n < end && (p[n] | 0x20) == words[k][n])
+            n++;
+        if (!words[k][n] && p + n == end)
+            return true;
+    }
+    return false;
+}
+
+bool hnn_names_only(const char *p, const char *stop, char separator)
+{
+    while (p) {
+        struct hnn_field f = hnn_field_at(p, stop, separator);
+        double value;
+        if (f.end > f.text &&
+            (phys_text_number(f.text, f.end, &value) == f.end || is_not_finite_word(f.text, f.end)))
+            return false;
+        p = hnn_field_after(&f, stop, separator);
+    }
+    return true;
+}
+
+/* A copy of the field with "" as one quote. */
+static char *name_of(const struct hnn_field *f)
+{
+    char *name = malloc((size_t)(f->end - f->text) + 1), *to = name;
+    if (!name)
+        return NULL;
+    for (const char *p = f->text; p < f->end; p++) {
+        *to++ = *p;
+        if (*p == '"' && p + 1 < f->end && p[1] == '"')
+            p++;
+    }
+    *to = '\0';
+    return name;
+}
+
+bool hnn_names_of(const char *p, const char *stop, char separator, char ***names, size_t *n)
+{
+    size_t capacity = 0;
+    *names = NULL;
+    for (*n = 0; p; ++*n) {
+        struct hnn_field f = hnn_field_at(p, stop, separator);
+        if (*n == capacity) {
+            capacity = capacity ? 2 * capacity : 16;
+            char **more = realloc(*names, capacity * sizeof **names);
+            if (!more)
+                return false;
+            *names = more;
+        }
+        (*names)[*n] = NULL;
+        if (f.end > f.text && !((*names)[*n] = name_of(&f)))
+            return false;
+        p = hnn_field_after(&f, stop, separator);
+    }
+    return true;
+}
+
+void hnn_names_free(char **names, size_t n)
+{
+    for (size_t k = 0; names && k < n; k++)
+        free(names[k]);
+    free(names);
+}

@@ -1,0 +1,63 @@
+/* Where each parameter lies in the flat vector: networks, layers, weight before bias. */
+#include "hnn/internal.h"
+
+#include <stdio.h>
+
+static void add_block(hnn_model *model, const char *room, const char *prefix, size_t layer,
+                      bool bias, size_t rows, size_t cols)
+{
+    struct hnn_block *b = &model->block[model->n_blocks++];
+    *b = (struct hnn_block){.bias = bias, .rows = rows, .cols = cols, .offset = model->size};
+    snprintf(b->name, sizeof b->name, "%s%slinear%zu.%s", room, prefix, layer + 1,
+             bias ? "bias" : "weight");
+    model->size += rows * cols;
+}
+
+static void add_net(hnn_model *model, const char *prefix, size_t first, size_t inputs,
+                    size_t outputs)
+{
+    const struct hnn_settings *s = &model->settings;
+    const char *room = s->pixels ? "hnn." : "";
+    model->net[model->n_nets++] = (struct hnn_net){prefix, first, inputs, outputs, model->n_blocks};
+    for (size_t k = 0, in = inputs; k < s->layers; k++) {
+        bool last = k + 1 == s->layers;
+        size_t out = last ? outputs : s->hidden[k];
+        add_block(model, room, prefix, k, false, out, in);
+        if (!last)
+            add_block(model, room, prefix, k, true, out, 1);
+        in = out;
+    }
+}
+
+/* Half of an autoencoder; its layers are numbered from `first`. Returns its first block. */
+static size_t add_coder(hnn_model *model, size_t first, size_t inputs, size_t outputs)
+{
+    size_t block = model->n_blocks, width = model->settings.autoencoder;
+    for (size_t k = 0; k < HNN_CODER_LAYERS; k++) {
+        size_t in = k ? width : inputs, out = k + 1 < HNN_CODER_LAYERS ? width : outputs;
+        add_block(model, "autoencoder.", "", first + k, false, out, in);
+        add_block(model, "autoencoder.", "", first + k, true, out, 1);
+    }
+    return block;
+}
+
+void hnn_layout(hnn_model *model)
+{
+    const struct hnn_settings *s = &model->settings;
+    size_t n = s->dof;
+    model->size = model->n_blocks = model->n_nets = 0;
+    if (s->pixels) {
+        model->encoder = add_coder(model, 0, model->seen, 2 * n);
+        model->decoder = add_coder(model, HNN_CODER_LAYERS, 2 * n, s->pixels);
+    }
+    if (s->kind == HNN_BASELINE) {
+        add_net(model, "", 0, 2 * n, 2 * n);
+    } else if (s->separable) {
+        add_net(model, "kinetic.", n, n, 1);
+        add_net(model, "potential.", 0, n, 1);
+    } else {
+        add_net(model, "", 0, 2 * n, s->field == HNN_BOTH ? 2 : 1);
+    }
+    if (s->dissipation)
+        add_net(model, "dissipation.", 0, 2 * n, 1);
+}

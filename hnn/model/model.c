@@ -1,0 +1,185 @@
+/* A model: settings, parameters, remarks. */
+#include "hnn/internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+void hnn_to_double(enum ad_type type, size_t n, const void *from, double *to)
+{
+    const float *singles = from;
+    if (type == AD_F64)
+        memcpy(to, from, n * sizeof *to);
+    else
+        for (size_t k = 0; k < n; k++)
+            to[k] = (double)singles[k];
+}
+
+void hnn_from_double(enum ad_type type, size_t n, const double *from, void *to)
+{
+    float *singles = to;
+    if (type == AD_F64)
+        memcpy(to, from, n * sizeof *from);
+    else
+        for (size_t k = 0; k < n; k++)
+            singles[k] = (float)from[k];
+}
+
+enum ad_status hnn_model_blank(const struct hnn_settings *settings, hnn_model **out,
+                               struct ad_error *error)
+{
+    *out = NULL;
+    const struct hnn_activation *activation = NULL;
+    if (hnn_activation_find(settings->activation, &activation, error) != AD_OK ||
+        hnn_settings_check(settings, error) != AD_OK)
+        return error->status;
+    hnn_model *model = calloc(1, sizeof *model);
+    if (!model)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    model->settings = *settings;
+    model->settings.activation = activation->name;
+    model->activation = activation;
+    model->scaling.energy = 1;
+    model->evaluate_in = AD_F64;
+    model->version = 1;
+    model->seen = settings->pixels;
+    hnn_layout(model);
+    *out = model;
+    return AD_OK;
+}
+
+enum ad_status hnn_model_make_room(hnn_model *model, struct ad_error *error)
+{
+    model->parameters = calloc(model->size, hnn_type_bytes(model->settings.precision));
+    return model->parameters
+               ? AD_OK
+               : ad_fail(error, AD_E_MEMORY, "out of memory for %zu parameters", model->size);
+}
+
+enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **out,
+                             struct ad_error *error)
+{
+    if (hnn_model_blank(settings, out, error) != AD_OK)
+        return error->status;
+    hnn_model *model = *out;
+    double *values = malloc(model->size * sizeof *values);
+    if (hnn_model_make_room(model, error) != AD_OK || !values)
+        ad_fail(error, AD_E_MEMORY, "out of memory for %zu parameters", model->size);
+    else if (hnn_start_draw(model, values, error) == AD_OK)
+        hnn_from_double(settings->precision, model->size, values, model->parameters);
+    free(values);
+    if (error->status != AD_OK) {
+        hnn_model_free(model);
+        *out = NULL;
+    }
+    return error->status;
+}
+
+static void forget(struct note *note)
+{
+    free(note->name);
+    free(note->text);
+}
+
+void hnn_model_free(hnn_model *model)
+{
+    if (!model)
+        return;
+    for (size_t k = 0; k < model->n_notes; k++)
+        forget(&model->note[k]);
+    hnn_evaluator_free(model->one);
+    hnn_evaluator_free(model->many);
+    free(model->scaling.centre);
+    free(model->range);
+    free(model->parameters);
+    free(model);
+}
+
+const struct hnn_settings *hnn_model_settings(const hnn_model *model) { return &model->settings; }
+size_t hnn_model_size(const hnn_model *model) { return model->size; }
+const void *hnn_model_parameters(const hnn_model *model) { return model->parameters; }
+
+const struct hnn_block *hnn_model_blocks(const hnn_model *model, size_t *n)
+{
+    *n = model->n_blocks;
+    return model->block;
+}
+
+void hnn_model_set_parameters(hnn_model *model, const void *parameters)
+{
+    memcpy(model->parameters, parameters, model->size * hnn_type_bytes(model->settings.precision));
+    model->version++;
+}
+
+/* ---- remarks ---- */
+
+static size_t find_note(const hnn_model *model, const char *name)
+{
+    size_t k = 0;
+    while (k < model->n_notes && strcmp(model->note[k].name, name) != 0)
+        k++;
+    return k;
+}
+
+const char *hnn_model_noted(const hnn_model *model, const char *name)
+{
+    size_t k = find_note(model, name);
+    return k < model->n_notes ? model->note[k].text : NULL;
+}
+
+enum ad_status hnn_model_note(hnn_model *model, const char *name, const char *text,
+                              struct ad_error *error)
+{
+    size_t k = find_note(model, name);
+    if (k < model->n_notes) {
+        forget(&model->note[k]);
+        model->note[k] = model->note[--model->n_notes];
+    }
+    if (!text)
+        return AD_OK;
+    struct note note = {strdup(name), strdup(text)};
+    if (model->n_notes < HNN_NOTES_MOST && note.name && note.text) {
+        model->note[model->n_notes++] = note;
+        return AD_OK;
+    }
+    forget(&note);
+    return ad_fail(error, AD_E_MEMORY, "no room for a remark on the model");
+}
+
+/* ---- normalisation ---- */
+
+/* Of the size of H: with it, H_p/scale_p has about the size of dq/dt, and H_q/scale_q that of
+   dp/dt; the geometric mean of the 2n answers. */
+static double energy_size(const hnn_model *model)
+{
+    const struct hnn_scaling *s = &model->scaling;
+    size_t n = model->settings.dof;
+    double sum = 0;
+    for (size_t k = 0; k < 2 * n; k++)
+        sum += log(s->rate[k] * s->scale[(k + n) % (2 * n)]);
+    return exp(sum / (double)(2 * n));
+}
+
+enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const double *scale,
+                                   const double *rate, struct ad_error *error)
+{
+    size_t m = hnn_states(model), bytes = m * sizeof(double);
+    if (model->settings.pixels)
+        return ad_fail(error, AD_E_ARGUMENT, "latent states cannot be normalised beforehand");
+    for (size_t k = 0; k < m; k++)
+        if (!isfinite(centre[k]) || !(scale[k] > 0) || !(rate[k] > 0) || !isfinite(scale[k]) ||
+            !isfinite(rate[k]))
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "component %zu of the state cannot be normalised: it does not vary",
+                           k + 1);
+    double *all = malloc(3 * bytes);
+    if (!all)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    memcpy(all, centre, bytes);
+    memcpy(all + m, scale, bytes);
+    memcpy(all + 2 * m, rate, bytes);
+    free(model->scaling.centre);
+    model->scaling = (struct hnn_scaling){.centre = all, .scale = all + m, .rate = all + 2 * m};
+    model->scaling.energy = energy_size(model);
+    return AD_OK;
+}

@@ -1,0 +1,95 @@
+/* The states and energies that a model was trained on: beyond them a network knows nothing. */
+#include "hnn/internal.h"
+#include "hnn/rollout/rollout.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { ENERGIES = 4096 }; /* states at most whose H is looked at */
+
+static void widen(const double *values, size_t n, double *low, double *high)
+{
+    *low = *high = values[0];
+    for (size_t i = 1; i < n; i++) {
+        *low = fmin(*low, values[i]);
+        *high = fmax(*high, values[i]);
+    }
+}
+
+enum ad_status hnn_range_states(hnn_model *model, size_t n, const double *x, struct ad_error *error)
+{
+    size_t states = hnn_states(model), width = states + 1;
+    if (!model->range && !(model->range = malloc(2 * width * sizeof *model->range)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    double *low = model->range, *high = low + width;
+    for (size_t k = 0; k < states; k++)
+        widen(x + k * n, n, &low[k], &high[k]);
+    low[states] = high[states] = NAN;
+    return AD_OK;
+}
+
+enum ad_status hnn_range_energy(hnn_model *model, enum ad_type type, size_t n, const void *x,
+                                struct ad_error *error)
+{
+    size_t states = hnn_states(model), few = n < ENERGIES ? n : ENERGIES, stride = n / few;
+    size_t bytes = hnn_type_bytes(type);
+    double *some = malloc((states + 1) * few * sizeof *some), *low = model->range + states;
+    if (!some)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    double *energy = some + states * few;
+    for (size_t k = 0; k < states; k++)
+        for (size_t i = 0; i < few; i++)
+            hnn_to_double(type, 1, (const char *)x + (k * n + i * stride) * bytes,
+                          &some[k * few + i]);
+    if (hnn_model_evaluate(model, few, some, NULL, energy, error) == AD_OK)
+        widen(energy, few, low, low + states + 1);
+    free(some);
+    return error->status;
+}
+
+enum ad_status hnn_model_see(hnn_model *model, size_t n, const double *x, struct ad_error *error)
+{
+    if (hnn_range_states(model, n, x, error) == AD_OK)
+        hnn_range_energy(model, AD_F64, n, x, error);
+    return error->status;
+}
+
+struct hnn_range hnn_model_range(const hnn_model *model)
+{
+    size_t width = hnn_states(model) + 1;
+    return (struct hnn_range){model->range, model->range ? model->range + width : NULL};
+}
+
+/* ---- beyond it ---- */
+
+/* H is looked at first: where motion leaves its level, it is no longer what was learnt, wherever
+   on the way the components are. */
+static bool outside(const hnn_model *model, const double *y, double energy, char *what, size_t size)
+{
+    const struct hnn_range seen = hnn_model_range(model);
+    size_t states = hnn_states(model), n = model->settings.dof;
+    if (energy < seen.low[states] || energy > seen.high[states]) {
+        snprintf(what, size, "H = %.3g, seen in training: %.3g to %.3g", energy, seen.low[states],
+                 seen.high[states]);
+        return true;
+    }
+    for (size_t k = 0; k < states; k++)
+        if (y[k] < seen.low[k] || y[k] > seen.high[k]) {
+            snprintf(what, size, "%c%zu = %.3g, seen in training: %.3g to %.3g", k < n ? 'q' : 'p',
+                     k % n + 1, y[k], seen.low[k], seen.high[k]);
+            return true;
+        }
+    return false;
+}
+
+size_t hnn_path_outside(hnn_model *model, const struct hnn_path *path, char *what, size_t size)
+{
+    size_t i = model->range ? 0 : path->n;
+    for (; i < path->n; i++) {
+        const double *y = path->x + i * path->states;
+        if (outside(model, y, hnn_model_energy(model, y), what, size))
+            break;
+    }
+    return i;
+}

@@ -1,0 +1,110 @@
+/* Settings of a model: defaults, names, and what they may be. */
+#include "hnn/internal.h"
+
+#include <stdio.h>
+#include <string.h>
+
+const char *const hnn_kinds[] = {"baseline", "hnn", NULL};
+const char *const hnn_field_types[] = {"symplectic", "conservative", "both", NULL};
+const char *const hnn_starts[] = {"orthogonal", "xavier", "he", NULL};
+const char *const hnn_precisions[] = {"f32", "f64", NULL};
+
+static ad_var swish(ad_var x) { return ad_mul(x, ad_sigmoid(x)); }
+
+const struct hnn_activation hnn_activations[] = {
+    {"tanh", ad_tanh},
+    {"relu", ad_relu},
+    {"sigmoid", ad_sigmoid},
+    {"softplus", ad_softplus},
+    {"sine", ad_sin},
+    {"swish", swish},
+    {NULL, NULL},
+};
+
+struct hnn_settings hnn_defaults(enum hnn_kind kind, size_t dof)
+{
+    return (struct hnn_settings){.kind = kind,
+                                 .dof = dof,
+                                 .layers = 3,
+                                 .hidden = {200, 200},
+                                 .activation = "tanh",
+                                 .field = HNN_SYMPLECTIC,
+                                 .precision = AD_F32,
+                                 .start = HNN_ORTHOGONAL};
+}
+
+struct hnn_settings hnn_pixel_defaults(enum hnn_kind kind, size_t pixels)
+{
+    struct hnn_settings s = hnn_defaults(kind, 1);
+    s.pixels = pixels;
+    s.autoencoder = 200;
+    return s;
+}
+
+enum ad_status hnn_find(const char *what, const char *name, const char *const names[],
+                        size_t *index, struct ad_error *error)
+{
+    size_t n = 0;
+    while (names[n])
+        n++;
+    size_t k = phys_find(what, name, n, names, error);
+    if (k == n)
+        return AD_E_ARGUMENT;
+    *index = k;
+    return AD_OK;
+}
+
+enum ad_status hnn_activation_find(const char *name, const struct hnn_activation **activation,
+                                   struct ad_error *error)
+{
+    const char *names[LENGTH(hnn_activations)];
+    size_t k = 0;
+    for (; hnn_activations[k].name; k++)
+        names[k] = hnn_activations[k].name;
+    names[k] = NULL;
+    if (hnn_find("activation", name, names, &k, error) == AD_OK)
+        *activation = &hnn_activations[k];
+    return error->status;
+}
+
+static enum ad_status refuse(struct ad_error *error, const char *what)
+{
+    return ad_fail(error, AD_E_ARGUMENT, "%s", what);
+}
+
+/* Limits keep the number of parameters, at most about 1e9, far from overflow. */
+enum { WIDTH_MOST = 1 << 14, DOF_MOST = 1 << 12, PIXELS_MOST = 1 << 16 };
+
+static enum ad_status check_autoencoder(const struct hnn_settings *s, struct ad_error *error)
+{
+    if (s->pixels > PIXELS_MOST)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "pixels of an observation: expected at most %d, got %zu", PIXELS_MOST,
+                       s->pixels);
+    if (s->pixels && (s->autoencoder < 1 || s->autoencoder > WIDTH_MOST))
+        return ad_fail(error, AD_E_ARGUMENT, "width of the autoencoder: expected 1 to %d, got %zu",
+                       WIDTH_MOST, s->autoencoder);
+    return AD_OK;
+}
+
+enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error *error)
+{
+    if (s->dof < 1 || s->dof > DOF_MOST)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "degrees of freedom of a model: expected 1 to %d, got %zu", DOF_MOST,
+                       s->dof);
+    if (s->layers < 1 || s->layers > HNN_LAYERS_MOST)
+        return ad_fail(error, AD_E_ARGUMENT, "layers of a network: expected 1 to %d, got %zu",
+                       HNN_LAYERS_MOST, s->layers);
+    for (size_t k = 0; k + 1 < s->layers; k++)
+        if (s->hidden[k] < 1 || s->hidden[k] > WIDTH_MOST)
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "width of a hidden layer: expected 1 to %d, got %zu", WIDTH_MOST,
+                           s->hidden[k]);
+    bool symplectic = s->kind == HNN_HAMILTONIAN && s->field == HNN_SYMPLECTIC;
+    if (s->separable && !symplectic)
+        return refuse(error, "a separable H needs model hnn and field symplectic");
+    if (s->dissipation && !symplectic)
+        return refuse(error, "a learned dissipation needs model hnn and field symplectic");
+    return check_autoencoder(s, error);
+}

@@ -1,0 +1,35 @@
+/* Frames foreseen by a model of pixels: an observation is encoded, its latent state moves along the
+   model's field, and what it becomes is decoded.
+
+       hnn_times(0, 300, 301, t);
+       hnn_foresee(model, pair, &(struct hnn_rollout_settings){.n = 301, .t = t}, 784, &path,
+   frames, &info, &error);
+
+   Time is counted in frames, as in the loss. */
+#ifndef HNN_LATENT_H
+#define HNN_LATENT_H
+
+#include "hnn/rollout/rollout.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Follows the motion from an observation [pixels of the model]. `path` is the latent one, to be
+   freed by hnn_path_free, also on failure, when it is empty; frames [settings->n x frame] are the
+   first `frame` pixels of what is decoded at its times. Of the settings all are used, energy in
+   mid-flight too. AD_E_ARGUMENT: a model of states, or a frame larger than its observations. */
+enum ad_status hnn_foresee(hnn_model *model, const float *observation,
+                           const struct hnn_rollout_settings *settings, size_t frame,
+                           struct hnn_path *path, float *frames, struct hnn_rollout_info *info,
+                           struct ad_error *error);
+/* Only the latent states x0 [2n] of an observation; and frames of a path that is known. */
+enum ad_status hnn_observe(const hnn_model *model, const float *observation, double *x0,
+                           struct ad_error *error);
+enum ad_status hnn_show(const hnn_model *model, const struct hnn_path *path, size_t frame,
+                        float *frames, struct ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,128 @@
+/* Frames of a moving thing, to learn a Hamiltonian from pixels (task 5 of S. Greydanus et al.,
+   arXiv 1906.01563): drawn here, or a user's own.
+
+       struct hnn_frames frames;
+       struct hnn_split_pairs pairs;
+       if (hnn_frames_read("pixels.h5", &frames, &error) == AD_OK &&
+           hnn_frames_split(&frames, 0.2, seed, &pairs, &error) == AD_OK)
+           for (size_t i = 0; i < pairs.n_train; i++)
+               step(hnn_frames_pair(&frames, pairs.train[i]),
+                    hnn_frames_pair(&frames, pairs.train[i] + 1));
+       hnn_split_pairs_free(&pairs);
+       hnn_frames_free(&frames);
+
+   One frame does not show how fast the thing moves. A sample is therefore a pair, two frames that
+   follow each other, stacked: 2 height width pixels in a row. In memory frames lie one behind the
+   other, so that pair k is what begins at frame k and nothing is copied; the pair one step later
+   begins at frame k + 1. */
+#ifndef HNN_PIXELS_H
+#define HNN_PIXELS_H
+
+#include "hnn/hnn.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- the pendulum in the pictures ---- */
+
+/* What a pixel shows of what lies around it. */
+enum hnn_filter {
+    HNN_AREA,    /* the mean over its own area */
+    HNN_BILINEAR /* the mean with weights that fall to 0 at a pixel's width from its middle, rows
+                    and columns: smoother. As the published frames were made smaller */
+};
+extern const char *const hnn_filters[]; /* names, NULL-terminated */
+/* By name; AD_E_ARGUMENT, naming the nearest, if there is none. */
+enum ad_status hnn_filter_find(const char *name, enum hnn_filter *filter, struct ad_error *error);
+
+/* A uniform rod turning about one end: how it moves, as Gym's Pendulum-v0 without torque, and how
+   it is drawn. Its angle is counted from hanging, positive to the right. Lengths in the world's
+   unit, y upwards from the pivot; the picture is grey on black, values from 0 to 1. */
+struct hnn_rod {
+    double gravity, mass, length, dt;
+    double radius;                   /* of the round-ended rod: half its width */
+    double axle;                     /* radius of a black disc on the pivot */
+    double shade;                    /* value of a pixel that the rod covers */
+    double left, right, bottom, top; /* the part of the world that a frame shows */
+    enum hnn_filter filter;
+};
+/* Gym's: g = 10, m = l = 1, dt = 0.05, width 0.2; the frame is rows 220 to 390 and columns 165 to
+   335 of a screen of 500 pixels that shows +-2.2; red minus green of (.8, .3, .3) is 0.5. */
+struct hnn_rod hnn_rod_published(void);
+/* AD_E_ARGUMENT says what is out of range. */
+enum ad_status hnn_rod_check(const struct hnn_rod *rod, struct ad_error *error);
+
+/* One step of semi-implicit Euler, in place. */
+void hnn_rod_step(const struct hnn_rod *rod, double *angle, double *speed);
+/* The frame at an angle, [height x width] from the top left. By HNN_AREA a pixel's value is exact,
+   shade times the part of it that is covered; by HNN_BILINEAR it is the sum over 12 x 12 cells,
+   each of them exact. */
+void hnn_rod_draw(const struct hnn_rod *rod, double angle, size_t height, size_t width,
+                  float *pixels);
+
+/* ---- frames ---- */
+
+struct hnn_frames {
+    size_t trajectories, frames; /* frames of each trajectory, at least 3 */
+    size_t height, width;
+    float *pixels; /* [trajectories x frames x height x width] */
+    double *angle,
+        *speed;   /* [trajectories x frames] rad, rad/s, of hnn_rod_step; NULL: not known */
+    bool has_rod; /* they show this one: */
+    struct hnn_rod rod;
+};
+void hnn_frames_free(struct hnn_frames *frames); /* takes zero-initialised ones too */
+
+/* [2 height width] of frames k and k + 1, k counted over all trajectories. */
+static inline const float *hnn_frames_pair(const struct hnn_frames *frames, size_t k)
+{
+    return frames->pixels + k * frames->height * frames->width;
+}
+
+/* Pairs k for which k + 1 is a pair too, of the same trajectory: frames - 2 of each. */
+struct hnn_split_pairs {
+    size_t n_train, n_test;
+    size_t *train, *test; /* test points behind train */
+};
+/* Keeps all pairs of round(fraction trajectories) trajectories, chosen by the seed, for the test.
+   AD_E_ARGUMENT where that leaves nothing to train on, or none for the test although fraction > 0.
+   Ends with hnn_split_pairs_free, whatever it returned. */
+enum ad_status hnn_frames_split(const struct hnn_frames *frames, double fraction, uint64_t seed,
+                                struct hnn_split_pairs *pairs, struct ad_error *error);
+void hnn_split_pairs_free(struct hnn_split_pairs *pairs);
+
+/* ---- from files ---- */
+
+/* Reads frames. In HDF5: the array "frames" (or the only one of three or four dimensions)
+   [trajectory, time, height, width], or [time, height, width] for one trajectory; real numbers
+   from -1 to 1, or integers from 0 to 255, which become value/255. "angle" and "speed" beside it
+   and attributes as hnn_frames_write writes them are optional. A folder: PGM or PNG files, grey, of
+   8 bits, in the order of their names, in which numbers count as numbers; each folder in it is a
+   trajectory, or it is one itself. AD_E_INPUT names file and frame, and what was expected. Ends
+   with hnn_frames_free, whatever it returned. */
+enum ad_status hnn_frames_read(const char *path, struct hnn_frames *frames, struct ad_error *error);
+/* "frames" f32, "angle" and "speed" f64, the rod's numbers as attributes of the file: gravity,
+   mass, length, dt, radius, axle, shade, left, right, bottom, top. */
+struct phys_runfile;
+void hnn_frames_write(const struct hnn_frames *frames, struct phys_runfile *file);
+
+/* ---- from the pendulum ---- */
+
+struct hnn_filming {
+    struct hnn_rod rod;
+    size_t trajectories, frames, height, width;
+    double angle_max, speed_max; /* starts: uniform within +- */
+};
+/* As published: 200 trajectories of 102 frames, 28 x 28, that is 100 pairs with a next one of each;
+   within pi/6 of hanging and a speed of 1. */
+struct hnn_filming hnn_filming_published(void);
+/* Draws the motion from random starts; by HNN_BILINEAR in 256 levels, as published. AD_E_ARGUMENT
+   says what is out of range. Ends with hnn_frames_free, whatever it returned. */
+enum ad_status hnn_rod_film(const struct hnn_filming *filming, uint64_t seed,
+                            struct hnn_frames *frames, struct ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

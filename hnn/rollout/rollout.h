@@ -1,0 +1,129 @@
+/* Motion by a model, and how far it is from the truth.
+
+       hnn_model_ode(model, &ode, &error);
+       hnn_rollout(&ode, &(struct hnn_rollout_settings){.n = 100, .t = t}, x0, &path, &info,
+   &error); hnn_task_trials(&ode, task, &(struct hnn_trials){.starts = 15}, &score, &error);
+
+   A rollout needs a vector field y' = f(t, y), y = (q, p), and, for what concerns energy, E(t, y):
+   a struct phys_ode. A model gives one (hnn_model_ode), a published system (hnn_task_ode), and any
+   other model over states of a latent space, say, whose callbacks are its own. */
+#ifndef HNN_ROLLOUT_H
+#define HNN_ROLLOUT_H
+
+#include "hnn/data/data.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- paths ---- */
+
+/* A motion at n times. Ends with hnn_path_free. */
+struct hnn_path {
+    size_t states, n;
+    double *t; /* [n] */
+    double *x; /* [n][states], one state after the other */
+};
+void hnn_path_free(struct hnn_path *path); /* takes zero-initialised ones too */
+
+/* n >= 2 equally spaced times, both ends included. */
+void hnn_times(double t0, double t1, size_t n, double *t);
+
+/* One measured trajectory of a file: the columns `state` and `time` of the settings (a time is
+   needed), `file` and `trial`; the rest of them is not looked at. Rows from the first one at or
+   after `from` (-INFINITY: of the file) for as long as `time` (INFINITY: to the end), of the trial
+   that begins there. */
+enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double from, double time,
+                             struct hnn_path *path, struct ad_error *error);
+
+/* ---- rollouts ---- */
+
+/* Zero is a default everywhere but for n and t. */
+struct hnn_rollout_settings {
+    const struct phys_integrator *integrator; /* NULL: dop853 */
+    double dt;   /* of fixed steps; shortened where whole steps do not lead to the next output */
+    double rtol; /* of chosen steps: error relative to the state, component by component where that
+                    is larger than the typical sizes at the start; 0: 1e-9 */
+    size_t n;    /* outputs, the start at t[0] included */
+    const double *t; /* [n], increasing */
+    /* Energy added at t = add_at, all at once: the motion leaves its level along the gradient of
+       the energy, which is its rate turned by 90 degrees (arXiv 1906.01563, section 6), until the
+       energy has risen by `add`. Needs an energy and a canonical field. An output at add_at is
+       before it. */
+    double add, add_at;
+    bool reverse; /* run back, too */
+};
+
+struct hnn_rollout_info {
+    size_t evaluations; /* of the field */
+    double seconds;
+    double reversal_error; /* distance from the start after the way back; NaN: not asked for */
+};
+
+/* Follows the motion from x0 [ode->n]. path has memory of its own, also on failure, when it is
+   empty: AD_E_NONFINITE and AD_E_ACCURACY name time and component, AD_E_ARGUMENT an integrator
+   that the field does not suit. */
+enum ad_status hnn_rollout(const struct phys_ode *ode, const struct hnn_rollout_settings *settings,
+                           const double *x0, struct hnn_path *path, struct hnn_rollout_info *info,
+                           struct ad_error *error);
+
+/* ---- measures ---- */
+
+/* Mean over components of (a - b)^2 at sample i; and over all samples. Equal shapes. */
+double hnn_path_square(const struct hnn_path *a, const struct hnn_path *b, size_t i);
+double hnn_path_mse(const struct hnn_path *a, const struct hnn_path *b);
+/* E at sample i; NaN where the ode has none. */
+double hnn_path_energy(const struct phys_ode *ode, const struct hnn_path *path, size_t i);
+/* Mean over samples of (E(a) - E(b))^2: the published energy error, where E is the true energy, a
+   the motion by the model and b the true motion. */
+double hnn_energy_mse(const struct phys_ode *ode, const struct hnn_path *a,
+                      const struct hnn_path *b);
+/* The same as it was computed for the published table: of the published energy of a system, the
+   model followed over the published time from the same start (hnn_task.published_energy,
+   time_stretch). `path` and `truth` are of `settings`, whose times begin at 0; strength NaN: as
+   published. */
+enum ad_status hnn_task_published_mse(const struct hnn_task *task, double strength,
+                                      const struct phys_ode *model,
+                                      const struct hnn_rollout_settings *settings,
+                                      const struct hnn_path *path, const struct hnn_path *truth,
+                                      double *mse, struct ad_error *error);
+/* Largest change of E from its start, less what was added, in units of E: the energy of a model is
+   known up to a constant, so that no ratio means anything. */
+double hnn_energy_drift(const struct phys_ode *ode, const struct hnn_path *path,
+                        const struct hnn_rollout_settings *settings);
+
+/* The first sample outside what the model has seen in its training, energies first, with words for
+   it in `what`; path->n where there is none, or where it is not known what it has seen. */
+size_t hnn_path_outside(hnn_model *model, const struct hnn_path *path, char *what, size_t size);
+
+/* ---- trials ---- */
+
+/* A model beside a published system, from random starts as published. Zero: as published. */
+struct hnn_trials {
+    size_t starts, points; /* 0: 15; outputs of each, both ends included, 0: 100 */
+    double time;           /* 0: 20 */
+    double strength;       /* of the system; 0: as published */
+    uint64_t seed;         /* of the starts */
+    const struct phys_integrator *integrator;
+    double dt, rtol; /* as in hnn_rollout_settings */
+};
+
+/* Means over starts. */
+struct hnn_score {
+    double energy_mse;       /* true energy, true time */
+    double energy_mse_model; /* the model's own H, of its motion and of the true one; or NaN */
+    /* As the published code computed it (hnn_task.published_energy, time_stretch). */
+    double energy_mse_published;
+    double coordinate_mse, conserved_drift; /* the latter NaN likewise */
+    size_t evaluations;
+    double seconds;
+};
+/* The truth is followed by dop853 at 1e-12. */
+enum ad_status hnn_task_trials(const struct phys_ode *model, const struct hnn_task *task,
+                               const struct hnn_trials *trials, struct hnn_score *score,
+                               struct ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

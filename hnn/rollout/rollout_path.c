@@ -1,0 +1,126 @@
+/* Paths, and what is measured of them (rollout.h). */
+#include "rollout.h"
+#include "hnn/data/data_table.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+void hnn_path_free(struct hnn_path *path)
+{
+    free(path->t);
+    free(path->x);
+    *path = (struct hnn_path){0};
+}
+
+void hnn_times(double t0, double t1, size_t n, double *t)
+{
+    for (size_t i = 0; i < n; i++)
+        t[i] = t0 + (t1 - t0) * ((double)i / (double)(n - 1));
+}
+
+/* ---- from a file ---- */
+
+static enum ad_status copy_rows(const struct hnn_table *table, size_t first, size_t n,
+                                struct hnn_path *path, struct ad_error *error)
+{
+    size_t states = table->plan.components;
+    path->t = malloc(n * sizeof *path->t);
+    path->x = malloc(states * n * sizeof *path->x);
+    if (!path->t || !path->x)
+        return ad_fail(error, AD_E_MEMORY, "%s: out of memory", table->file);
+    path->states = states;
+    path->n = n;
+    memcpy(path->t, hnn_table_column(table, table->plan.time) + first, n * sizeof *path->t);
+    for (size_t k = 0; k < states; k++) {
+        const double *column = hnn_table_column(table, table->plan.state[k]) + first;
+        for (size_t i = 0; i < n; i++)
+            path->x[i * states + k] = column[i];
+    }
+    return AD_OK;
+}
+
+static enum ad_status choose_rows(const struct hnn_table *table, double from, double time,
+                                  struct hnn_path *path, struct ad_error *error)
+{
+    const double *t = hnn_table_column(table, table->plan.time);
+    size_t first = 0, end;
+    while (first < table->rows && t[first] < from)
+        first++;
+    double begin = fmax(from, t[0]), to = begin + time;
+    for (end = first; end < table->rows && t[end] <= to; end++)
+        if (end > first && hnn_table_begins(table, end))
+            break;
+    if (end - first < 2)
+        return ad_fail(error, AD_E_INPUT,
+                       "%s: expected two or more rows of a trajectory from t = %g to %g, found "
+                       "%zu; the last row is at t = %g",
+                       table->file, begin, to, end - first, t[table->rows - 1]);
+    return copy_rows(table, first, end - first, path, error);
+}
+
+enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double from, double time,
+                             struct hnn_path *path, struct ad_error *error)
+{
+    struct hnn_dataset_settings s = {.file = settings->file,
+                                     .state = settings->state,
+                                     .time = settings->time,
+                                     .trial = settings->trial};
+    struct hnn_table table = {0};
+    *path = (struct hnn_path){0};
+    if (!s.time)
+        return ad_fail(error, AD_E_ARGUMENT, "%s: a trajectory needs a time column", s.file);
+    if (hnn_table_read(&s, s.file, &table, error) == AD_OK)
+        choose_rows(&table, from, time, path, error);
+    hnn_table_free(&table);
+    if (error->status != AD_OK)
+        hnn_path_free(path);
+    return error->status;
+}
+
+/* ---- measures ---- */
+
+double hnn_path_square(const struct hnn_path *a, const struct hnn_path *b, size_t i)
+{
+    double sum = 0;
+    for (size_t k = i * a->states; k < (i + 1) * a->states; k++)
+        sum += (a->x[k] - b->x[k]) * (a->x[k] - b->x[k]);
+    return sum / (double)a->states;
+}
+
+double hnn_path_mse(const struct hnn_path *a, const struct hnn_path *b)
+{
+    double sum = 0;
+    for (size_t i = 0; i < a->n; i++)
+        sum += hnn_path_square(a, b, i);
+    return sum / (double)a->n;
+}
+
+double hnn_path_energy(const struct phys_ode *ode, const struct hnn_path *path, size_t i)
+{
+    const double *y = path->x + i * path->states;
+    return ode->energy ? ode->energy(ode->context, path->t[i], y) : (double)NAN;
+}
+
+double hnn_energy_mse(const struct phys_ode *ode, const struct hnn_path *a,
+                      const struct hnn_path *b)
+{
+    double sum = 0;
+    for (size_t i = 0; i < a->n; i++) {
+        double d = hnn_path_energy(ode, a, i) - hnn_path_energy(ode, b, i);
+        sum += d * d;
+    }
+    return sum / (double)a->n;
+}
+
+double hnn_energy_drift(const struct phys_ode *ode, const struct hnn_path *path,
+                        const struct hnn_rollout_settings *settings)
+{
+    double most = ode->energy ? 0 : (double)NAN;
+    double start = hnn_path_energy(ode, path, 0);
+    for (size_t i = 1; i < path->n; i++) {
+        double added = path->t[i] > settings->add_at ? settings->add : 0;
+        most = fmax(most, fabs(hnn_path_energy(ode, path, i) - start - added));
+    }
+    return most;
+}

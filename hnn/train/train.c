@@ -1,0 +1,285 @@
+/* Training: a step is one program, forward, in-graph gradient, loss and backward, run over the
+   blocks of a batch, and one step of an optimiser on the flat parameters. */
+#include "train.h"
+#include "autodiff/clock.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct hnn_training hnn_training_defaults(void)
+{
+    return (struct hnn_training){.optimiser = hnn_optimisers[0],
+                                 .schedule = hnn_schedules[0],
+                                 .steps = 2000,
+                                 .learning_rate = 1e-3,
+                                 .weight_decay = 1e-4,
+                                 .average = 0.1,
+                                 .every = 10,
+                                 .threads = 1};
+}
+
+struct hnn_training hnn_pixel_training_defaults(void)
+{
+    struct hnn_training s = hnn_training_defaults();
+    s.steps = 10000;
+    s.batch = 200;
+    s.weight_decay = 1e-5;
+    s.average = 0;
+    s.every = 200;
+    return s;
+}
+
+static enum ad_status check(const hnn_model *model, const struct hnn_training *s,
+                            const struct hnn_samples *train, const struct hnn_samples *test,
+                            struct ad_error *error)
+{
+    bool pixels = model->settings.pixels > 0;
+    if (train->n == 0)
+        return ad_fail(error, AD_E_ARGUMENT, "there are no samples to train on");
+    if (pixels != (train->frames != NULL) || (test->n && pixels != (test->frames != NULL)))
+        return ad_fail(error, AD_E_ARGUMENT, "models of %s learn from %s",
+                       pixels ? "pixels" : "states", pixels ? "frames" : "states and targets");
+    if (pixels && test->n && test->frame != train->frame)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "frames of %zu pixels to train on, and of %zu for the test", train->frame,
+                       test->frame);
+    if (pixels && s->rollout)
+        return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs a model of states");
+    if (s->batch > train->n)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "batch: expected at most the %zu samples there are, got %zu", train->n,
+                       s->batch);
+    if (!(s->learning_rate > 0) || !isfinite(s->learning_rate))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "learning rate: expected more than 0, such as 1e-3, got %g",
+                       s->learning_rate);
+    if (!(s->weight_decay >= 0) || !isfinite(s->weight_decay))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "weight decay: expected at least 0, such as 1e-4, got %g", s->weight_decay);
+    if (!(s->momentum >= 0 && s->momentum < 1))
+        return ad_fail(error, AD_E_ARGUMENT, "momentum: expected 0 or more, less than 1, got %g",
+                       s->momentum);
+    if (!(s->average >= 0 && s->average <= 1))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "share of the steps to average over: expected 0 to 1, got %g", s->average);
+    if (s->rollout && (!(s->dt > 0) || !isfinite(s->dt)))
+        return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs a positive time step");
+    if (s->optimiser->full_batch && s->batch && s->batch != train->n)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s needs all samples in every step; expected a full batch",
+                       s->optimiser->name);
+    if (s->patience && test->n == 0)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "stopping by the test loss needs test samples; set some apart");
+    return AD_OK;
+}
+
+/* ---- making ---- */
+
+static enum ad_status prepare_data(hnn_trainer *t, const struct hnn_samples *train,
+                                   const struct hnn_samples *test, struct ad_error *error)
+{
+    enum ad_type type = t->model->settings.precision;
+    size_t x_rows = hnn_x_rows(t->learner, &t->settings),
+           rows = hnn_target_rows(t->learner, &t->settings);
+    if (hnn_data_new(&t->train, type, train, &t->lit, x_rows, rows, error) != AD_OK ||
+        hnn_data_new(&t->test, type, test, &t->lit, x_rows, rows, error) != AD_OK)
+        return error->status;
+    if (!t->model->settings.pixels &&
+        hnn_range_states(t->model, train->n, train->x, error) != AD_OK)
+        return error->status;
+    if (t->settings.batch)
+        hnn_data_shuffle(&t->train, t->settings.seed, error);
+    return error->status;
+}
+
+static enum ad_status prepare_method(hnn_trainer *t, struct ad_error *error)
+{
+    t->method = t->settings.optimiser->create(&t->settings, t->problem.type, t->problem.n);
+    t->size_bytes = t->problem.n * hnn_type_bytes(t->problem.type);
+    if (t->settings.patience)
+        t->best = malloc(t->size_bytes);
+    if (!t->method || (t->settings.patience && !t->best) ||
+        (t->settings.average > 0 && !t->settings.optimiser->full_batch && !hnn_average_new(t)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    memcpy(hnn_problem_point(&t->problem), hnn_learner_point(t), t->size_bytes);
+    return AD_OK;
+}
+
+enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *training,
+                               const struct hnn_samples *train, const struct hnn_samples *test,
+                               hnn_trainer **out, struct ad_error *error)
+{
+    *out = NULL;
+    if (check(model, training, train, test, error) != AD_OK)
+        return error->status;
+    hnn_trainer *t = calloc(1, sizeof *t);
+    if (!t)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    t->model = model;
+    t->settings = *training;
+    t->settings.batch = training->batch == train->n ? 0 : training->batch;
+    t->settings.every = training->every ? training->every : 10;
+    t->best_loss = INFINITY;
+    size_t batch = t->settings.batch ? t->settings.batch : train->n;
+    if (hnn_learner_new(t, train, error) != AD_OK || prepare_data(t, train, test, error) != AD_OK ||
+        hnn_problem_new(&t->problem, t->learner, &t->settings, batch, error) != AD_OK ||
+        hnn_survey_new(&t->train_survey, t->learner, &t->settings, &t->train, error) != AD_OK ||
+        hnn_survey_new(&t->test_survey, t->learner, &t->settings, &t->test, error) != AD_OK ||
+        prepare_method(t, error) != AD_OK) {
+        hnn_trainer_free(t);
+        return error->status;
+    }
+    if (!t->settings.batch)
+        hnn_data_copy(&t->train, 0, batch, t->problem.x, t->problem.target);
+    *out = t;
+    return AD_OK;
+}
+
+void hnn_trainer_free(hnn_trainer *t)
+{
+    if (!t)
+        return;
+    if (t->method)
+        t->settings.optimiser->destroy(t->method);
+    hnn_survey_free(&t->train_survey);
+    hnn_survey_free(&t->test_survey);
+    hnn_problem_free(&t->problem);
+    hnn_data_free(&t->train);
+    hnn_data_free(&t->test);
+    hnn_learner_free(t);
+    free(t->history);
+    free(t->best);
+    free(t->average);
+    free(t->rounded);
+    free(t);
+}
+
+/* ---- what is known of it ---- */
+
+size_t hnn_trainer_step(const hnn_trainer *trainer) { return trainer->step; }
+size_t hnn_trainer_steps_now(const hnn_trainer *trainer) { return trainer->steps_now; }
+double hnn_trainer_seconds(const hnn_trainer *trainer) { return trainer->seconds; }
+
+const struct hnn_row *hnn_trainer_history(const hnn_trainer *trainer, size_t *rows)
+{
+    *rows = trainer->rows;
+    return trainer->history;
+}
+
+double hnn_trainer_train_loss(hnn_trainer *t)
+{
+    return hnn_survey_loss(&t->train_survey, hnn_learner_point(t), t->size_bytes);
+}
+
+double hnn_trainer_test_loss(hnn_trainer *t)
+{
+    return hnn_survey_loss(&t->test_survey, hnn_learner_point(t), t->size_bytes);
+}
+
+double hnn_trainer_product_share(hnn_trainer *t)
+{
+    double began = ad_now(), products = hnn_problem_products(&t->problem);
+    return products / (ad_now() - began);
+}
+
+enum ad_status hnn_trainer_deliver(hnn_trainer *t, struct ad_error *error)
+{
+    bool best = t->best && isfinite(t->best_loss);
+    hnn_learner_deliver(t, best ? t->best : hnn_trainer_outcome(t));
+    if (t->model->settings.pixels)
+        return AD_OK;
+    return hnn_range_energy(t->model, t->train.type, t->train.n, t->train.x, error);
+}
+
+/* ---- running ---- */
+
+enum ad_status hnn_history_add(hnn_trainer *t, const struct hnn_row *row, struct ad_error *error)
+{
+    if (t->rows == t->room) {
+        size_t room = t->room ? 2 * t->room : 64;
+        struct hnn_row *history = realloc(t->history, room * sizeof *history);
+        if (!history)
+            return ad_fail(error, AD_E_MEMORY, "out of memory for the history");
+        t->history = history;
+        t->room = room;
+    }
+    t->history[t->rows++] = *row;
+    return AD_OK;
+}
+
+/* Closes a row of the history: the test loss, and whether it is the least so far. */
+static enum ad_status survey(hnn_trainer *t, struct ad_error *error)
+{
+    const void *point = hnn_trainer_outcome(t);
+    struct hnn_row row = {.step = t->step,
+                          .train_loss = t->loss_sum / (double)t->loss_count,
+                          .test_loss = hnn_survey_loss(&t->test_survey, point, t->size_bytes),
+                          .seconds = t->seconds};
+    t->loss_sum = 0;
+    t->loss_count = 0;
+    if (row.test_loss < t->best_loss) {
+        t->best_loss = row.test_loss;
+        t->best_step = t->step;
+        if (t->best)
+            memcpy(t->best, point, t->size_bytes);
+    }
+    return hnn_history_add(t, &row, error);
+}
+
+static bool out_of_patience(const hnn_trainer *t)
+{
+    return t->settings.patience && isfinite(t->best_loss) &&
+           t->step - t->best_step >= t->settings.patience;
+}
+
+static enum ad_status take_step(hnn_trainer *t, bool *stalled, struct ad_error *error)
+{
+    const struct hnn_training *s = &t->settings;
+    struct hnn_problem *p = &t->problem;
+    double rate = s->learning_rate * s->schedule->factor(t->step, s->steps), loss;
+    if (s->batch)
+        hnn_data_draw(&t->train, s->batch, p->x, p->target);
+    *stalled = !s->optimiser->step(t->method, p, rate, &loss);
+    t->step++;
+    t->steps_now++;
+    t->loss_sum += loss;
+    t->loss_count++;
+    if (!isfinite(loss))
+        return ad_fail(error, AD_E_NONFINITE,
+                       "the loss is not finite at step %zu; try a smaller learning rate", t->step);
+    if (t->average)
+        hnn_average_step(t);
+    return AD_OK;
+}
+
+enum ad_status hnn_trainer_take_step(hnn_trainer *t, struct ad_error *error)
+{
+    bool stalled;
+    return take_step(t, &stalled, error);
+}
+
+enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_error *error)
+{
+    bool stalled = false;
+    *stop = 0;
+    while (!*stop) {
+        double began = ad_now();
+        if (t->step >= t->settings.steps)
+            *stop = HNN_STOP_STEPS;
+        else if (out_of_patience(t))
+            *stop = HNN_STOP_PATIENCE;
+        else if (stalled)
+            *stop = HNN_STOP_STALLED;
+        else if (take_step(t, &stalled, error) != AD_OK)
+            return error->status;
+        t->seconds += ad_now() - began;
+        bool last = stalled || t->step >= t->settings.steps;
+        if (!*stop && (last || t->step % t->settings.every == 0) && survey(t, error) != AD_OK)
+            return error->status;
+        if (!*stop && t->settings.progress && !t->settings.progress(t->settings.context, t))
+            *stop = HNN_STOP_INTERRUPTED;
+    }
+    return hnn_trainer_deliver(t, error);
+}

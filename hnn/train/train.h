@@ -1,0 +1,179 @@
+/* Training, shared by the files train*.c alone. */
+#ifndef HNN_TRAIN_H
+#define HNN_TRAIN_H
+
+#include "hnn/internal.h"
+
+/* Pixels of a frame that some frame of the training lights; NULL: all. */
+struct hnn_lit {
+    size_t n, *pixel;
+};
+
+/* ---- samples (train_data.c) ---- */
+
+/* Samples in the element type of training, and the order in which batches take them. They are
+   columns of x [x_rows x n] and target [target_rows x n]; or they are windows of frames that lie in
+   memory once, and sample k begins with frame first[k]. Batches and blocks of these are matrices of
+   rows: copied whole, in the order in which they lie. */
+struct hnn_data {
+    enum ad_type type;
+    size_t n, x_rows, target_rows;
+    void *values; /* what x and target point into */
+    const void *x, *target;
+    size_t *first;                /* [n] or NULL: columns */
+    size_t x_frame, target_frame; /* elements of a frame */
+    uint64_t hash;                /* of all of it */
+    uint32_t *order;              /* [n], the present permutation; NULL: batches are not drawn */
+    size_t position;              /* taken from it */
+    struct phys_random random, epoch; /* now, and before the present permutation was drawn */
+};
+enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
+                            const struct hnn_samples *samples, const struct hnn_lit *lit,
+                            size_t x_rows, size_t target_rows, struct ad_error *error);
+void hnn_data_free(struct hnn_data *data);
+/* Draws batches from now on, by permutations from `seed`. */
+enum ad_status hnn_data_shuffle(struct hnn_data *data, uint64_t seed, struct ad_error *error);
+/* The permutation that begins with `epoch`, `position` numbers of it taken. */
+void hnn_data_return(struct hnn_data *data, const struct phys_random *epoch, size_t position);
+/* Copies the next `count` samples of the order to x [x_rows x count], [count x x_rows] of frames,
+   and target; permutations follow each other, so that every sample is taken equally often. */
+void hnn_data_draw(struct hnn_data *data, size_t count, void *x, void *target);
+/* Copies samples first ...; beyond the last one the last is repeated. */
+void hnn_data_copy(const struct hnn_data *data, size_t first, size_t count, void *x, void *target);
+
+/* ---- the loss (train_loss.c) ---- */
+
+/* What is learned: one const struct, one line in the choice of train_loss.c. */
+struct hnn_objective {
+    bool by_rows; /* x and target are [samples x x_rows], [samples x target_rows] */
+    size_t (*x_rows)(const hnn_model *model);
+    size_t (*target_rows)(const hnn_model *model, const struct hnn_training *training);
+    /* The loss of every sample, [1 x samples]; that of a set is their mean. */
+    ad_var (*record)(const hnn_model *model, const struct hnn_training *training, ad_var parameters,
+                     ad_var x, ad_var target);
+};
+extern const struct hnn_objective hnn_learn_pixels; /* train_pixels.c */
+
+/* These of the model's objective. */
+size_t hnn_x_rows(const hnn_model *model, const struct hnn_training *training);
+size_t hnn_target_rows(const hnn_model *model, const struct hnn_training *training);
+bool hnn_by_rows(const hnn_model *model, const struct hnn_training *training);
+/* An input for so many samples of `components` each. */
+ad_var hnn_record_samples(ad_tape *tape, bool by_rows, size_t components, size_t samples,
+                          const char *label);
+ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *training,
+                         ad_var parameters, ad_var x, ad_var target);
+
+/* ---- one step (train_step.c) ---- */
+
+/* Loss and gradient of `columns` samples: one recording, a program for each worker. */
+struct hnn_block_program {
+    size_t columns, workers;
+    ad_tape *tape;
+    ad_var parameters, x, target, weight, loss, gradient;
+    ad_program **program; /* [workers] */
+};
+
+/* Loss and gradient of one batch, in blocks of columns. */
+struct hnn_problem {
+    enum ad_type type;
+    size_t n; /* parameters */
+    size_t batch, blocks, x_rows, target_rows;
+    bool by_rows;
+    void *x, *target; /* [x_rows x batch], [target_rows x batch], or by rows: set before an
+                         evaluation; those of the program where there is one block */
+    void *gradient;   /* [n], likewise */
+    void *weight;     /* of every sample in the loss, [blocks x columns]; 0 behind the last one */
+    struct hnn_block_program block;
+};
+enum ad_status hnn_problem_new(struct hnn_problem *problem, const hnn_model *model,
+                               const struct hnn_training *training, size_t batch,
+                               struct ad_error *error);
+void hnn_problem_free(struct hnn_problem *problem);
+/* The present point and the gradient there, [n] of the type. */
+void *hnn_problem_point(const struct hnn_problem *problem);
+const void *hnn_problem_gradient(const struct hnn_problem *problem);
+/* Runs all blocks; returns the loss. */
+double hnn_problem_evaluate(const struct hnn_problem *problem);
+/* The same on one thread; returns the seconds spent in matrix products. */
+double hnn_problem_products(const struct hnn_problem *problem);
+
+/* The loss over many samples, in pieces of one program. */
+struct hnn_survey {
+    ad_tape *tape;
+    ad_var parameters, x, target, losses;
+    ad_program *program;
+    size_t piece;
+    const struct hnn_data *data;
+};
+enum ad_status hnn_survey_new(struct hnn_survey *survey, const hnn_model *model,
+                              const struct hnn_training *training, const struct hnn_data *data,
+                              struct ad_error *error);
+void hnn_survey_free(struct hnn_survey *survey);
+/* Mean loss at a point [n]; NaN without samples. */
+double hnn_survey_loss(const struct hnn_survey *survey, const void *point, size_t bytes);
+
+/* ---- methods (train_optimiser.c, train_lbfgs.c) ---- */
+
+/* A method: one const struct, one line in the table. */
+struct hnn_optimiser {
+    const char *name, *what;
+    bool full_batch; /* the loss must be the same function at every step */
+    void *(*create)(const struct hnn_training *training, enum ad_type type, size_t n);
+    void (*destroy)(void *method);
+    /* One step from the problem's point; *loss is that before it. False: the loss falls no more. */
+    bool (*step)(void *method, const struct hnn_problem *problem, double rate, double *loss);
+    /* For checkpoints: steps counted, and *n elements of *type, owned by the method. */
+    uint64_t *(*count)(void *method);
+    void *(*state)(void *method, size_t *n, enum ad_type *type);
+};
+
+extern const struct hnn_optimiser hnn_lbfgs;
+
+/* ---- the trainer (train.c, train_state.c) ---- */
+
+struct hnn_trainer {
+    hnn_model *model;
+    hnn_model *learner; /* what is trained: the model, or it without weights of dark pixels */
+    struct hnn_lit lit;
+    void *selected; /* [size of the learner] */
+    struct hnn_training settings;
+    struct hnn_data train, test;
+    struct hnn_problem problem;
+    struct hnn_survey train_survey, test_survey;
+    void *method;
+    size_t step, steps_now, size_bytes;
+    double seconds;
+    double loss_sum; /* of the steps since the last row ... */
+    size_t loss_count;
+    struct hnn_row *history;
+    size_t rows, room;
+    double best_loss; /* least test loss, the step it was at, and the parameters there */
+    size_t best_step;
+    void *best;      /* NULL without patience */
+    double *average; /* [n]; NULL where the last parameters are the model's */
+    void *rounded;   /* the same in their type */
+};
+
+/* Makes the learner for these samples; its point from the model's parameters, owned by the trainer;
+   and the model's parameters from a point (train_dark.c). */
+enum ad_status hnn_learner_new(hnn_trainer *trainer, const struct hnn_samples *samples,
+                               struct ad_error *error);
+void hnn_learner_free(hnn_trainer *trainer);
+const void *hnn_learner_point(hnn_trainer *trainer);
+void hnn_learner_deliver(hnn_trainer *trainer, const void *point);
+
+/* The mean of the parameters (train_average.c): memory for it, false where there is none; the
+   present parameters, after a step, taken into it. */
+bool hnn_average_new(hnn_trainer *trainer);
+void hnn_average_step(hnn_trainer *trainer);
+/* What the model would be if training ended here, [n]: that mean, or the present parameters. */
+const void *hnn_trainer_outcome(const hnn_trainer *trainer);
+
+/* Appends a row to the history; AD_E_MEMORY. */
+enum ad_status hnn_history_add(hnn_trainer *trainer, const struct hnn_row *row,
+                               struct ad_error *error);
+/* Hands the parameters found so far to the model, and what it has seen. */
+enum ad_status hnn_trainer_deliver(hnn_trainer *trainer, struct ad_error *error);
+
+#endif

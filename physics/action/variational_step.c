@@ -1,0 +1,192 @@
+/* Variational integrators of the action rules (march.h). Each element's equations are solved by
+   Newton's method with the element's own second derivatives; where they are linear, as for rule
+   `left` and a separable L, one step solves them. */
+#include "variational_step.h"
+#include "autodiff/blas.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STEPS = 50 }; /* of Newton's method; an element of reasonable length needs five */
+
+struct phys_march {
+    const struct phys_system *system;
+    struct phys_hessian hessian; /* of one element */
+    size_t dof, degree, evaluations;
+    double *x;        /* [degree*dof x 2] */
+    double *velocity; /* [dof] mean velocity of the last element */
+    double *matrix, *right, *zero;
+};
+
+enum ad_status phys_march_new(const struct phys_system *system, const struct phys_rule *rule,
+                              double dt, phys_march **march, struct ad_error *error)
+{
+    size_t n = rule->degree * system->dof;
+    phys_march *m = *march = calloc(1, sizeof *m);
+    if (!m)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    m->system = system;
+    m->dof = system->dof;
+    m->degree = rule->degree;
+    if (rule->repeat)
+        ad_fail(error, AD_E_ARGUMENT, "rule %s does not march: its last slice is another",
+                rule->name);
+    else if (!(m->x = calloc(2 * n + 2 * m->dof + n * n + n, sizeof *m->x)))
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else
+        phys_hessian_new(&m->hessian, system, rule, 2, dt, error);
+    if (error->status != AD_OK) {
+        phys_march_free(m);
+        *march = NULL;
+        return error->status;
+    }
+    m->velocity = m->x + 2 * n;
+    m->zero = m->velocity + m->dof;
+    m->right = m->zero + m->dof;
+    m->matrix = m->right + n;
+    return AD_OK;
+}
+
+void phys_march_free(phys_march *march)
+{
+    if (!march)
+        return;
+    phys_hessian_free(&march->hessian);
+    free(march->x);
+    free(march);
+}
+
+const double *phys_march_element(const phys_march *march) { return march->x; }
+
+size_t phys_march_evaluations(const phys_march *march) { return march->evaluations; }
+
+void phys_march_go(phys_march *march, double dt, const double *velocity)
+{
+    march->hessian.dt = dt;
+    memcpy(march->velocity, velocity, march->dof * sizeof *velocity);
+}
+
+/* ---- solving ---- */
+
+/* Coordinate i of the nodes in the order of time: node i / dof. */
+static double *coordinate(phys_march *m, size_t i)
+{
+    size_t node = i / m->dof, d = i % m->dof;
+    return node < m->degree ? &m->x[2 * i] : &m->x[2 * d + 1];
+}
+
+static enum ad_status refuse(const phys_march *m, size_t i, double t, const char *what,
+                             struct ad_error *error)
+{
+    char name[64];
+    phys_coordinate_name(m->system, i % m->dof, name, sizeof name);
+    return ad_fail(error, AD_E_NONFINITE,
+                   "%s: %s from t = %g to %g, coordinate %s; try a smaller time step",
+                   m->system->scene->name, what, t, t + m->hessian.dt, name);
+}
+
+/* One Newton step for coordinates first ... first + n - 1 so that the gradient with respect to
+   coordinates row ... row + n - 1 becomes minus `momentum` (of the first dof, where row is 0). The
+   largest change relative to the largest coordinate and to the element's length is returned; a
+   negative number: singular. */
+static double newton_step(phys_march *m, double t, const double *momentum, size_t row, size_t first,
+                          size_t n, size_t *worst)
+{
+    const struct phys_hessian *h = &m->hessian;
+    double size = DBL_MIN, change = 0;
+    phys_hessian_at(&m->hessian, m->x, t);
+    m->evaluations++;
+    for (size_t i = 0; i < n; i++) {
+        m->right[i] = h->gradient[row + i] + (row + i < m->dof ? momentum[row + i] : 0);
+        for (size_t j = 0; j < n; j++)
+            m->matrix[i * n + j] = h->element[(first + j) * h->side + row + i];
+    }
+    int singular = ad_blas_solve(n, m->matrix, m->right);
+    if (singular) {
+        *worst = first + (size_t)singular - 1;
+        return -1;
+    }
+    for (size_t i = 0; i < n; i++) {
+        double *x = coordinate(m, first + i);
+        *x -= m->right[i];
+        size = fmax(size, fabs(*x));
+        if (!(fabs(m->right[i]) <= change)) { /* NaN, too */
+            change = fabs(m->right[i]);
+            *worst = first + i;
+        }
+    }
+    return change / size;
+}
+
+/* Newton's method, until a step is as small as rounding or no longer smaller than the one before
+   and small at that. */
+static enum ad_status solve(phys_march *m, double t, const double *momentum, size_t row,
+                            size_t first, size_t n, struct ad_error *error)
+{
+    double before = (double)INFINITY;
+    size_t worst = first;
+    for (int step = 0; step < STEPS; step++) {
+        double change = newton_step(m, t, momentum, row, first, n, &worst);
+        if (change < 0)
+            return refuse(m, worst, t, "the discrete equations are singular", error);
+        if (!isfinite(change))
+            return refuse(m, worst, t, "the motion is not finite", error);
+        if (change <= 4 * DBL_EPSILON || (change < 1e-10 && change >= 0.5 * before))
+            break;
+        if (step == STEPS - 1)
+            return refuse(m, worst, t, "the discrete equations have no solution near", error);
+        before = change;
+    }
+    phys_hessian_gradient_at(&m->hessian, m->x, t);
+    m->evaluations++;
+    return AD_OK;
+}
+
+/* Nodes on a line through q with the velocity kept. */
+static void place_nodes(phys_march *m, const double *q)
+{
+    for (size_t k = 0; k <= m->degree; k++)
+        for (size_t d = 0; d < m->dof; d++)
+            *coordinate(m, k * m->dof + d) =
+                q[d] + m->hessian.table.node[k] * m->hessian.dt * m->velocity[d];
+}
+
+static void end_momentum(const phys_march *m, double *p)
+{
+    memcpy(p, m->hessian.gradient + m->degree * m->dof, m->dof * sizeof *p);
+}
+
+enum ad_status phys_march_start(phys_march *march, double t, const double *q0, const double *q1,
+                                double *p, struct ad_error *error)
+{
+    phys_march *m = march;
+    size_t inner = (m->degree - 1) * m->dof;
+    for (size_t d = 0; d < m->dof; d++)
+        m->velocity[d] = (q1[d] - q0[d]) / m->hessian.dt;
+    place_nodes(m, q0);
+    for (size_t d = 0; d < m->dof; d++)
+        *coordinate(m, m->degree * m->dof + d) = q1[d];
+    if (inner && solve(m, t, m->zero, m->dof, m->dof, inner, error) != AD_OK)
+        return error->status;
+    phys_hessian_gradient_at(&m->hessian, m->x, t);
+    end_momentum(m, p);
+    return AD_OK;
+}
+
+enum ad_status phys_march_step(phys_march *march, double t, double *q, double *p,
+                               struct ad_error *error)
+{
+    phys_march *m = march;
+    place_nodes(m, q);
+    if (solve(m, t, p, 0, m->dof, m->degree * m->dof, error) != AD_OK)
+        return error->status;
+    for (size_t d = 0; d < m->dof; d++) {
+        double end = *coordinate(m, m->degree * m->dof + d);
+        m->velocity[d] = (end - q[d]) / m->hessian.dt;
+        q[d] = end;
+    }
+    end_momentum(m, p);
+    return AD_OK;
+}

@@ -1,0 +1,40 @@
+/* How bodies in the plane lie: anyhow as in a gas, or in the hexagons of a crystal. */
+#ifndef PHYSICS_ORDER_H
+#define PHYSICS_ORDER_H
+
+#include "autodiff/autodiff.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum phys_state {
+    PHYS_STATE_GAS,   /* fewer than two neighbours */
+    PHYS_STATE_DENSE, /* clustered or liquid: neighbours, but no lasting directions */
+    PHYS_STATE_SOLID  /* four and more, in hexagons: hexatic over a half */
+};
+
+/* Means over the bodies. */
+struct phys_order {
+    double neighbours; /* others within the first shell; 6 inside a crystal, less at its edge */
+    /* |sum over neighbours of exp(6 i angle)| / max(6, their number): 1 in a perfect crystal, small
+       where there are few or they lie anyhow. */
+    double hexatic;
+    enum phys_state state;
+};
+/* Of x [bodies][2], neighbours being nearer than `shell`. neighbours and hexatic [bodies]: the same
+   of each body, or NULL. */
+enum ad_status phys_order(size_t bodies, const double *x, double shell, uint32_t *neighbours,
+                          double *hexatic, struct phys_order *order, struct ad_error *error);
+const char *phys_state_text(enum phys_state state); /* "gas-like", ... */
+
+/* The pair distribution g [bins]: pairs at distances from k reach/bins to (k + 1) reach/bins, over
+   those that bodies thrown at random into a rectangle of these sides would have there; so g is 1
+   for them up to the edge. reach: at most the shorter side. AD_E_ARGUMENT. */
+enum ad_status phys_pair_distribution(size_t bodies, const double *x, const double sides[2],
+                                      double reach, size_t bins, double *g, struct ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,29 @@
+/* Files that appear whole or not at all: written under a temporary name beside the target, synced,
+   then renamed over it.
+
+       struct phys_whole file;
+       if (phys_whole_begin(&file, "run.csv", error) == AD_OK) {
+           ... write to file.temporary ...
+           phys_whole_commit(&file, error);       or phys_whole_abandon(&file)
+       } */
+#ifndef PHYSICS_WHOLE_H
+#define PHYSICS_WHOLE_H
+
+#include "autodiff/autodiff.h"
+
+struct phys_whole {
+    char *target;    /* symbolic links resolved; NULL after commit or abandon */
+    char *temporary; /* exists, empty, from begin on; ends like the target (tools look at that) */
+};
+
+/* Creates the temporary file, so that a target that cannot be written is found before anything is
+   computed: AD_E_IO with its name and the reason. A target that exists must be a regular file. */
+enum ad_status phys_whole_begin(struct phys_whole *file, const char *target,
+                                struct ad_error *error);
+/* Syncs what was written, renames it to the target and syncs the folder. The file is abandoned on
+   failure. Does nothing, successfully, when there is no file (target NULL). */
+enum ad_status phys_whole_commit(struct phys_whole *file, struct ad_error *error);
+/* Removes the temporary file. Does nothing when there is no file. */
+void phys_whole_abandon(struct phys_whole *file);
+
+#endif

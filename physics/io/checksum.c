@@ -1,0 +1,52 @@
+/* Seals (seal.h). The hash is FNV-1a of 64 bits (G. Fowler, L. Noll, P. Vo): against accidents, not
+   against malice. */
+#include "checksum.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char format[] = "leastaction, sealed: fnv1a %016" PRIx64 " of %" PRIu64 " bytes\n";
+enum { SAME = 20 }; /* characters of the format that every seal begins with */
+
+/* The seal of an open file, from what follows it. */
+static bool seal_of(FILE *in, char seal[PHYS_SEAL_BYTES])
+{
+    unsigned char block[1 << 14];
+    uint64_t hash = 0xcbf29ce484222325, n = 0;
+    if (fseek(in, PHYS_SEAL_BYTES, SEEK_SET) != 0)
+        return false;
+    for (size_t read; (read = fread(block, 1, sizeof block, in)) > 0; n += read)
+        for (size_t k = 0; k < read; k++)
+            hash = (hash ^ block[k]) * 0x100000001b3;
+    memset(seal, 0, PHYS_SEAL_BYTES);
+    snprintf(seal, PHYS_SEAL_BYTES, format, hash, n);
+    return !ferror(in);
+}
+
+enum ad_status phys_seal_write(const char *file, const char *name, struct ad_error *error)
+{
+    char seal[PHYS_SEAL_BYTES];
+    FILE *out = fopen(file, "r+b");
+    bool written = out && seal_of(out, seal) && fseek(out, 0, SEEK_SET) == 0 &&
+                   fwrite(seal, 1, sizeof seal, out) == sizeof seal;
+    if (out)
+        written = fclose(out) == 0 && written;
+    return written ? AD_OK
+                   : ad_fail(error, AD_E_IO, "%s: cannot be written: %s", name, strerror(errno));
+}
+
+enum ad_status phys_seal_check(const char *file, const char *name, struct ad_error *error)
+{
+    char seal[PHYS_SEAL_BYTES], found[PHYS_SEAL_BYTES] = "";
+    FILE *in = fopen(file, "rb");
+    if (!in)
+        return AD_OK; /* whoever opens it says why it cannot be read */
+    bool sealed = fread(found, 1, sizeof found, in) > 0 && strncmp(found, format, SAME) == 0;
+    bool whole = !sealed || (seal_of(in, seal) && memcmp(seal, found, sizeof seal) == 0);
+    fclose(in);
+    return whole ? AD_OK
+                 : ad_fail(error, AD_E_INPUT,
+                           "%s: damaged: not as it was written; expected a whole copy of it", name);
+}

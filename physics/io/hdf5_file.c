@@ -1,0 +1,192 @@
+/* Run files (runfile.h): the file itself, begun and ended, and the reasons HDF5 gives. HDF5 is
+   called by the files runfile*.c alone. Its handles are released where they were opened; H5Xclose
+   of an invalid handle is avoided, since it would hide the first reason. */
+#include "hdf5_handles.h"
+#include "checksum.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* ---- errors ---- */
+
+/* HDF5's innermost reason for its last failure. */
+struct reason {
+    char text[160];
+};
+
+/* Of a failed system call HDF5 tells the time, the file and more around "error message = '...'". */
+static herr_t innermost(unsigned depth, const H5E_error2_t *entry, void *reason)
+{
+    static const char before[] = "error message = '";
+    const char *system = entry->desc ? strstr(entry->desc, before) : NULL;
+    const char *text = system ? system + sizeof before - 1 : entry->desc;
+    if (depth == 0 && text)
+        snprintf(((struct reason *)reason)->text, sizeof(struct reason), "%.*s",
+                 (int)strcspn(text, system ? "'" : "\n"), text);
+    return 0;
+}
+
+static struct reason last_reason(void)
+{
+    struct reason reason = {"HDF5 gives no reason"};
+    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, innermost, &reason);
+    H5Eclear2(H5E_DEFAULT);
+    return reason;
+}
+
+enum ad_status phys_h5_fail(struct ad_error *error, enum ad_status status, const char *file,
+                            const char *what, const char *item)
+{
+    return ad_fail(error, status, "%s: cannot %s '%s': %s", file, what, item, last_reason().text);
+}
+
+void phys_h5_fail_write(phys_runfile *file, const char *what, const char *item)
+{
+    phys_h5_fail(&file->error, AD_E_IO, file->name, what, item);
+}
+
+/* Comes before every other call. On exit HDF5 would write again to a file that could not be closed,
+   and crash. */
+static void start_hdf5(void)
+{
+    H5dont_atexit();
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+}
+
+static phys_runfile *handle_new(const char *name, struct ad_error *error)
+{
+    start_hdf5();
+    phys_runfile *file = calloc(1, sizeof *file);
+    if (file && !(file->name = strdup(name))) {
+        free(file);
+        file = NULL;
+    }
+    if (!file)
+        ad_fail(error, AD_E_MEMORY, "%s: out of memory", name);
+    return file;
+}
+
+static void handle_free(phys_runfile *file)
+{
+    free(file->name);
+    free(file);
+}
+
+/* ---- writing ---- */
+
+enum ad_status phys_runfile_create(const char *target, phys_runfile **out, struct ad_error *error)
+{
+    *out = NULL;
+    phys_runfile *file = handle_new(target, error);
+    if (!file)
+        return AD_E_MEMORY;
+    enum ad_status status = phys_whole_begin(&file->file, target, error);
+    if (status == AD_OK) {
+        hid_t sealed = H5Pcreate(H5P_FILE_CREATE);
+        H5Pset_userblock(sealed, PHYS_SEAL_BYTES);
+        file->id = H5Fcreate(file->file.temporary, H5F_ACC_TRUNC, sealed, H5P_DEFAULT);
+        if (file->id < 0) {
+            status = phys_h5_fail(error, AD_E_IO, target, "create", target);
+            phys_whole_abandon(&file->file);
+        }
+        H5Pclose(sealed);
+    }
+    if (status == AD_OK)
+        *out = file;
+    else
+        handle_free(file);
+    return status;
+}
+
+enum ad_status phys_runfile_commit(phys_runfile *file, struct ad_error *error)
+{
+    if (!file)
+        return AD_OK;
+    if (H5Fclose(file->id) < 0)
+        phys_h5_fail_write(file, "close", file->name);
+    if (file->error.status == AD_OK)
+        phys_seal_write(file->file.temporary, file->name, &file->error);
+    enum ad_status status = file->error.status;
+    if (status == AD_OK) {
+        status = phys_whole_commit(&file->file, error);
+    } else {
+        ad_fail(error, status, "%s", file->error.message);
+        phys_whole_abandon(&file->file);
+    }
+    handle_free(file);
+    return status;
+}
+
+void phys_runfile_abandon(phys_runfile *file)
+{
+    if (!file)
+        return;
+    H5Fclose(file->id);
+    phys_whole_abandon(&file->file);
+    handle_free(file);
+}
+
+/* ---- reading ---- */
+
+bool phys_runfile_is(const char *name)
+{
+    start_hdf5();
+    return H5Fis_hdf5(name) > 0;
+}
+
+enum ad_status phys_runfile_open(const char *name, phys_runfile **out, struct ad_error *error)
+{
+    *out = NULL;
+    if (phys_seal_check(name, name, error) != AD_OK)
+        return AD_E_INPUT;
+    phys_runfile *file = handle_new(name, error);
+    if (!file)
+        return AD_E_MEMORY;
+    file->id = H5Fopen(name, H5F_ACC_RDONLY, H5P_DEFAULT);
+    if (file->id < 0) {
+        handle_free(file);
+        return access(name, R_OK) != 0
+                   ? ad_fail(error, AD_E_INPUT, "%s: cannot be read: %s; expected an HDF5 file",
+                             name, strerror(errno))
+                   : ad_fail(error, AD_E_INPUT, "%s: not an HDF5 file, or damaged: %s", name,
+                             last_reason().text);
+    }
+    *out = file;
+    return AD_OK;
+}
+
+void phys_runfile_close(phys_runfile *file)
+{
+    if (!file)
+        return;
+    H5Fclose(file->id);
+    handle_free(file);
+}
+
+/* ---- kinds ---- */
+
+static const char *const kind_names[] = {"folder", "f64", "f32", "integer", "text", "other"};
+
+const char *phys_runfile_kind_name(enum phys_runfile_kind kind) { return kind_names[kind]; }
+
+enum phys_runfile_kind phys_h5_kind(hid_t type)
+{
+    switch (H5Tget_class(type)) {
+    case H5T_FLOAT:
+        return H5Tget_size(type) == 4 ? PHYS_RUNFILE_F32 : PHYS_RUNFILE_F64;
+    case H5T_INTEGER:
+        return PHYS_RUNFILE_INTEGER;
+    case H5T_STRING:
+        return PHYS_RUNFILE_TEXT;
+    default:
+        return PHYS_RUNFILE_OTHER;
+    }
+}
+
+bool phys_h5_is_number(enum phys_runfile_kind kind)
+{
+    return kind == PHYS_RUNFILE_F64 || kind == PHYS_RUNFILE_F32 || kind == PHYS_RUNFILE_INTEGER;
+}

@@ -1,0 +1,135 @@
+/* Arrays and folders of a run file, written (runfile.h). */
+#include "hdf5_handles.h"
+
+#include <assert.h>
+
+static hid_t memory_type(enum ad_type type)
+{
+    return type == AD_F32 ? H5T_NATIVE_FLOAT : H5T_NATIVE_DOUBLE;
+}
+
+/* Property list of a link: folders on the way are made, names are UTF-8. */
+static hid_t link_properties(void)
+{
+    hid_t list = H5Pcreate(H5P_LINK_CREATE);
+    H5Pset_create_intermediate_group(list, 1);
+    H5Pset_char_encoding(list, H5T_CSET_UTF8);
+    return list;
+}
+
+/* Makes a dataset without a timestamp, chunked unless `chunk` is NULL. */
+static hid_t dataset_new(phys_runfile *file, const char *name, enum ad_type type, size_t rank,
+                         const hsize_t size[], const hsize_t most[], const hsize_t *chunk)
+{
+    hid_t space = H5Screate_simple((int)rank, size, most);
+    hid_t link = link_properties(), create = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_obj_track_times(create, 0);
+    if (chunk)
+        H5Pset_chunk(create, (int)rank, chunk);
+    hid_t id = H5Dcreate2(file->id, name, type == AD_F32 ? H5T_IEEE_F32LE : H5T_IEEE_F64LE, space,
+                          link, create, H5P_DEFAULT);
+    if (id < 0)
+        phys_h5_fail_write(file, "create", name);
+    H5Pclose(create);
+    H5Pclose(link);
+    H5Sclose(space);
+    return id;
+}
+
+void phys_runfile_write(phys_runfile *file, const char *name, enum ad_type type, size_t rank,
+                        const size_t dims[], const void *values)
+{
+    assert(rank >= 1 && rank <= PHYS_RUNFILE_RANK);
+    if (file->error.status != AD_OK)
+        return;
+    hsize_t size[PHYS_RUNFILE_RANK];
+    for (size_t k = 0; k < rank; k++)
+        size[k] = dims[k];
+    hid_t id = dataset_new(file, name, type, rank, size, NULL, NULL);
+    if (id < 0)
+        return;
+    bool written = H5Dwrite(id, memory_type(type), H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0;
+    if (!(H5Dclose(id) >= 0 && written)) /* small values reach the disk when it is closed */
+        phys_h5_fail_write(file, "write", name);
+}
+
+/* Records a chunk: about 64 KiB, so that a history of scalars does not become a chunk each. */
+static hsize_t chunk_records(enum ad_type type, size_t rank, const size_t dims[])
+{
+    double bytes = type == AD_F32 ? 4 : 8;
+    for (size_t k = 1; k < rank; k++)
+        bytes *= (double)dims[k];
+    return bytes < 65536 ? (hsize_t)(65536 / bytes) : 1;
+}
+
+void phys_runfile_extendable(phys_runfile *file, const char *name, enum ad_type type, size_t rank,
+                             const size_t dims[])
+{
+    assert(rank >= 1 && rank <= PHYS_RUNFILE_RANK);
+    if (file->error.status != AD_OK)
+        return;
+    hsize_t size[PHYS_RUNFILE_RANK] = {0}, most[PHYS_RUNFILE_RANK] = {H5S_UNLIMITED};
+    hsize_t chunk[PHYS_RUNFILE_RANK] = {chunk_records(type, rank, dims)};
+    for (size_t k = 1; k < rank; k++)
+        size[k] = most[k] = chunk[k] = dims[k];
+    hid_t id = dataset_new(file, name, type, rank, size, most, chunk);
+    if (id >= 0 && H5Dclose(id) < 0)
+        phys_h5_fail_write(file, "create", name);
+}
+
+/* Selects records first .. first+count-1 of a file's space; false where there are not so many. */
+static bool select_records(hid_t space, size_t rank, const hsize_t size[], hsize_t first,
+                           hsize_t count)
+{
+    hsize_t start[PHYS_RUNFILE_RANK] = {first}, block[PHYS_RUNFILE_RANK] = {count};
+    for (size_t k = 1; k < rank; k++)
+        block[k] = size[k];
+    return first <= size[0] && count <= size[0] - first &&
+           H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, block, NULL) >= 0;
+}
+
+static bool append(hid_t id, const void *record)
+{
+    hid_t space = H5Dget_space(id), type = H5Dget_type(id);
+    hsize_t size[PHYS_RUNFILE_RANK];
+    int rank = H5Sget_simple_extent_dims(space, size, NULL);
+    H5Sclose(space);
+    size[0]++;
+    bool done = rank > 0 && H5Dset_extent(id, size) >= 0;
+    if (done) {
+        hsize_t one[PHYS_RUNFILE_RANK] = {1};
+        for (int k = 1; k < rank; k++)
+            one[k] = size[k];
+        space = H5Dget_space(id);
+        hid_t memory = H5Screate_simple(rank, one, NULL);
+        hid_t native = H5Tget_native_type(type, H5T_DIR_ASCEND);
+        done = select_records(space, (size_t)rank, size, size[0] - 1, 1) &&
+               H5Dwrite(id, native, memory, space, H5P_DEFAULT, record) >= 0;
+        H5Tclose(native);
+        H5Sclose(memory);
+        H5Sclose(space);
+    }
+    H5Tclose(type);
+    return done;
+}
+
+void phys_runfile_append(phys_runfile *file, const char *name, const void *record)
+{
+    if (file->error.status != AD_OK)
+        return;
+    hid_t id = H5Dopen2(file->id, name, H5P_DEFAULT);
+    bool appended = id >= 0 && append(id, record);
+    if (!(id >= 0 && H5Dclose(id) >= 0 && appended))
+        phys_h5_fail_write(file, "append to", name);
+}
+
+void phys_runfile_folder(phys_runfile *file, const char *name)
+{
+    if (file->error.status != AD_OK)
+        return;
+    hid_t link = link_properties();
+    hid_t id = H5Gcreate2(file->id, name, link, H5P_DEFAULT, H5P_DEFAULT);
+    if (id < 0 || H5Gclose(id) < 0)
+        phys_h5_fail_write(file, "create", name);
+    H5Pclose(link);
+}

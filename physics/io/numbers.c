@@ -1,0 +1,223 @@
+/* Decimal text to double, correctly rounded and independent of the locale.
+
+   Nearly all numbers that programs print have at most 19 significant digits w and a small exponent,
+   w 10^q with |q| <= 27: then w 5^|q| is a product or quotient of 64-bit integers, its 128-bit
+   result is exact or known with a sticky bit, and one conversion rounds it. Where w and 10^|q| are
+   doubles themselves, one product or quotient of doubles does it. The rest goes, slower,
+   to strtod, as digits without a decimal point: what the locale has for one is not known here. */
+#include "numbers.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    FAST_DIGITS = 19,    /* fit in 64 bits */
+    FAST_POWER = 27,     /* 5^27 < 2^63 */
+    ENOUGH_DIGITS = 800, /* no halfway point between doubles has more than 767 */
+    HUGE_EXPONENT = 100000000
+};
+
+/* The number is w 10^exponent if `exact`; else w holds only its first digits. */
+struct decimal {
+    const char *first; /* first significant digit */
+    uint64_t w;
+    int digits;    /* in w */
+    long exponent; /* of w */
+    bool exact, negative;
+};
+
+static bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/* Appends digits to w while it has room; returns where they end. */
+static const char *scan_digits(const char *p, const char *end, struct decimal *d)
+{
+    uint64_t w = d->w;
+    int digits = d->digits;
+    if (digits == 0) /* zeros in front are not significant */
+        while (p < end && *p == '0')
+            p++;
+    if (digits == 0)
+        d->first = p;
+    for (; p < end && is_digit(*p) && digits < FAST_DIGITS; p++, digits++)
+        w = 10 * w + (uint64_t)(*p - '0');
+    d->w = w;
+    d->digits = digits;
+    return p;
+}
+
+/* Passes digits for which w has no room. */
+static const char *pass_digits(const char *p, const char *end, struct decimal *d)
+{
+    for (; p < end && is_digit(*p); p++)
+        d->exact = d->exact && *p == '0';
+    return p;
+}
+
+/* Sign and digits; NULL if there are no digits. */
+static const char *scan_mantissa(const char *p, const char *end, struct decimal *d)
+{
+    *d = (struct decimal){.exact = true};
+    if (p < end && (*p == '+' || *p == '-'))
+        d->negative = *p++ == '-';
+    const char *start = p, *full = scan_digits(p, end, d);
+    p = pass_digits(full, end, d);
+    d->exponent = p - full;
+    if (p == end || *p != '.')
+        return p > start ? p : NULL;
+    p++;
+    full = scan_digits(p, end, d);
+    d->exponent -= full - p;
+    p = pass_digits(full, end, d);
+    return p - start > 1 ? p : NULL;
+}
+
+/* An exponent without digits is none: the number ends before its letter. */
+static const char *scan_exponent(const char *p, const char *end, struct decimal *d)
+{
+    const char *q = p;
+    if (q == end || (*q != 'e' && *q != 'E' && *q != 'd' && *q != 'D'))
+        return p;
+    q++;
+    bool negative = q < end && *q == '-';
+    if (q < end && (*q == '+' || *q == '-'))
+        q++;
+    if (q == end || !is_digit(*q))
+        return p;
+    long exponent = 0;
+    for (; q < end && is_digit(*q); q++)
+        if (exponent < HUGE_EXPONENT)
+            exponent = 10 * exponent + (*q - '0');
+    d->exponent += negative ? -exponent : exponent;
+    return q;
+}
+
+/* Powers of ten that are doubles: 10^22 = 2^22 5^22, 5^22 < 2^53. */
+static const double power_of_10[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                     1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                     1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+
+/* One operation on exact operands rounds once (W. D. Clinger, "How to read floating point numbers
+   accurately", PLDI 1990). */
+static bool exact_value(const struct decimal *d, double *value)
+{
+    if (FLT_EVAL_METHOD != 0 || !d->exact || d->w > UINT64_C(1) << 53 || labs(d->exponent) > 22)
+        return false;
+    double w = (double)d->w;
+    *value = d->exponent < 0 ? w / power_of_10[-d->exponent] : w * power_of_10[d->exponent];
+    return true;
+}
+
+#ifdef __SIZEOF_INT128__
+__extension__ typedef unsigned __int128 uint128;
+
+static uint64_t power_of_5(int n)
+{
+    uint64_t power = 1;
+    for (uint64_t square = 5; n; n >>= 1, square *= square)
+        if (n & 1)
+            power *= square;
+    return power;
+}
+
+/* Nearest double to x 2^exponent, where `sticky` tells of bits lost below x. */
+static double round_to_double(uint128 x, bool sticky, int exponent)
+{
+    uint64_t high = (uint64_t)(x >> 64);
+    if (high) {
+        int shift = 64 - __builtin_clzll(high);
+        sticky = sticky || (uint128)(x << (128 - shift)) != 0;
+        x >>= shift;
+        exponent += shift;
+    }
+    return ldexp((double)((uint64_t)x | sticky), exponent);
+}
+
+/* w 10^q = w 5^q 2^q, if it is one of the usual numbers. */
+static bool fast_value(const struct decimal *d, double *value)
+{
+    if (!d->exact || labs(d->exponent) > FAST_POWER)
+        return false;
+    int q = (int)d->exponent;
+    if (q >= 0) {
+        *value = round_to_double((uint128)d->w * power_of_5(q), false, q);
+        return true;
+    }
+    int shift = __builtin_clzll(d->w); /* then the quotient has more than 64 bits */
+    uint128 x = (uint128)(d->w << shift) << 64, power = power_of_5(-q);
+    uint128 quotient = x / power;
+    *value = round_to_double(quotient, quotient * power != x, q - shift - 64);
+    return true;
+}
+#else
+static bool fast_value(const struct decimal *d, double *value)
+{
+    return (void)d, (void)value, false;
+}
+#endif
+
+static double slow_value(const struct decimal *d, const char *end)
+{
+    char text[ENOUGH_DIGITS + 32];
+    size_t n = 0;
+    long exponent = d->exponent + d->digits; /* of 0.ddd... */
+    bool lost = false;
+    for (const char *p = d->first; p < end && (is_digit(*p) || *p == '.'); p++) {
+        if (*p == '.')
+            continue;
+        if (n < ENOUGH_DIGITS)
+            text[n++] = *p;
+        else
+            lost = lost || *p != '0';
+    }
+    exponent -= (long)n;
+    if (lost) { /* a last digit stands for all that follow */
+        text[n++] = '1';
+        exponent--;
+    }
+    snprintf(text + n, sizeof text - n, "e%ld", exponent);
+    return strtod(text, NULL);
+}
+
+const char *phys_text_number(const char *text, const char *end, double *value)
+{
+    struct decimal d;
+    const char *p = scan_mantissa(text, end, &d);
+    if (!p)
+        return NULL;
+    p = scan_exponent(p, end, &d);
+    double magnitude = 0;
+    if (d.w && !exact_value(&d, &magnitude) && !fast_value(&d, &magnitude))
+        magnitude = slow_value(&d, p);
+    *value = d.negative ? -magnitude : magnitude;
+    return p;
+}
+
+const char *phys_text_skip(const char *text, const char *end)
+{
+    while (text < end && (*text == ' ' || *text == '\t' || *text == '\r'))
+        text++;
+    return text;
+}
+
+struct phys_quote phys_text_quote(const char *text, const char *end)
+{
+    struct phys_quote quote = {"the end of the line"};
+    text = phys_text_skip(text, end);
+    size_t n = 0;
+    while (text + n < end && (text[n] == '\0' || !strchr(" \t\r\n,;", text[n])))
+        n++;
+    if (n == 0 && text < end && *text != '\n')
+        n = 1;
+    if (n == 0)
+        return quote;
+    char *q = quote.text;
+    *q++ = '\'';
+    for (size_t k = 0; k < n && k < sizeof quote.text - 6; k++)
+        *q++ = text[k] >= ' ' && text[k] <= '~' ? text[k] : '?';
+    strcpy(q, n > sizeof quote.text - 6 ? "...'" : "'");
+    return quote;
+}

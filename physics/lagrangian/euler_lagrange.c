@@ -1,0 +1,211 @@
+/* Accelerations of any Lagrangian. With p = L_v the Euler-Lagrange equation dp/dt = L_q is
+       M a = L_q - L_vq v - L_vt,   M = L_vv.
+   The right side is one gradient more than L_q: second derivatives commute, so with w = v held
+   fixed L_vq v + L_vt = d/dv (L_q . w + L_t). M comes from dof lanes of the same state: column j of
+   the gradient of sum_j p_j(lane j) with respect to the lanes' v is column j of M, all of it in one
+   run. Where M is constant it folds away when compiled, and is evaluated and factored once. */
+#include "physics/internal.h"
+#include "autodiff/blas.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+struct phys_motion {
+    const struct phys_system *system;
+    ad_tape *tape;
+    ad_var q, v, w, t;        /* inputs: [dof x 1] each, t a scalar */
+    ad_var mass, force;       /* M [dof x dof], right side [dof x 1] */
+    ad_program *mass_program; /* NULL once M is known for good */
+    ad_program *force_program;
+    /* M [dof x dof] as factored, P L U, or where it is diagonal its diagonal [dof]. */
+    double *factor;
+    int *pivots; /* [dof] */
+    bool diagonal;
+    size_t singular; /* 0, or 1 + the coordinate of a zero pivot */
+};
+
+/* Rows of the unit matrix as a constant; the seed of the lanes. */
+static ad_var unit_matrix(ad_tape *tape, size_t n)
+{
+    double *values = calloc(n * n, sizeof *values);
+    if (!values)
+        return ad_refuse(tape, AD_E_MEMORY, "out of memory for %zu coordinates", n);
+    for (size_t k = 0; k < n; k++)
+        values[k * n + k] = 1;
+    ad_var unit = ad_const(tape, n, n, values);
+    free(values);
+    return unit;
+}
+
+static void record_force(phys_motion *m)
+{
+    ad_var L = phys_system_lagrangian(m->system, m->q, m->v, m->t), by[2], frozen;
+    if (ad_grad(L, 2, (ad_var[]){m->q, m->t}, by) != AD_OK ||
+        ad_grad(ad_add(ad_dot(by[0], m->w), by[1]), 1, &m->v, &frozen) != AD_OK)
+        return;
+    m->force = ad_label(ad_sub(by[0], frozen), "generalised force");
+}
+
+ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t)
+{
+    size_t n = system->dof;
+    ad_var lanes_q = ad_broadcast(q, n, n), lanes_v = ad_broadcast(v, n, n), p, mass = v;
+    ad_var L = phys_system_lagrangian(system, lanes_q, lanes_v, ad_broadcast(t, 1, n));
+    if (ad_grad(L, 1, &lanes_v, &p) == AD_OK)
+        ad_grad(ad_dot(p, unit_matrix(q.tape, n)), 1, &lanes_v, &mass);
+    return mass;
+}
+
+static enum ad_status record(phys_motion *m, struct ad_error *error)
+{
+    size_t n = m->system->dof;
+    m->q = ad_input(m->tape, n, 1, "q");
+    m->v = ad_input(m->tape, n, 1, "v");
+    m->w = ad_input(m->tape, n, 1, "v held fixed");
+    m->t = ad_input(m->tape, 1, 1, "t");
+    record_force(m);
+    m->mass = phys_record_mass(m->system, m->q, m->v, m->t);
+    if (phys_tape_status(m->tape, error) != AD_OK)
+        return error->status;
+    if (ad_compile(m->tape, 1, &m->force, &m->force_program) != AD_OK ||
+        ad_compile(m->tape, 1, &m->mass, &m->mass_program) != AD_OK)
+        return phys_tape_status(m->tape, error);
+    ad_native_in_time(m->force_program);
+    ad_native_in_time(m->mass_program);
+    return AD_OK;
+}
+
+static bool is_diagonal(size_t n, const double *M)
+{
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++)
+            if (i != j && M[i * n + j] != 0)
+                return false;
+    return true;
+}
+
+static void factor(phys_motion *m)
+{
+    size_t n = m->system->dof;
+    double *M = m->factor;
+    m->singular = 0;
+    m->diagonal = is_diagonal(n, M);
+    if (!m->diagonal)
+        m->singular = (size_t)ad_blas_factor(n, M, m->pivots);
+    for (size_t k = 0; k < n && m->diagonal; k++) {
+        M[k] = M[k * n + k];
+        if (M[k] == 0 && !m->singular)
+            m->singular = k + 1;
+    }
+}
+
+static void evaluate_mass(phys_motion *m)
+{
+    ad_run(m->mass_program);
+    ad_get(m->mass_program, m->mass, m->factor);
+    factor(m);
+}
+
+static void keep_constant_mass(phys_motion *m)
+{
+    if (ad_program_info(m->mass_program).instructions > 0)
+        return;
+    evaluate_mass(m);
+    ad_program_free(m->mass_program);
+    m->mass_program = NULL;
+}
+
+enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **motion,
+                               struct ad_error *error)
+{
+    size_t n = system->dof;
+    phys_motion *m = *motion = calloc(1, sizeof *m);
+    if (!m)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    *m = (phys_motion){.system = system, .tape = ad_tape_new(AD_F64)};
+    if (n <= SIZE_MAX / sizeof(double) / n)
+        m->factor = malloc(n * n * sizeof *m->factor);
+    m->pivots = malloc(n * sizeof *m->pivots);
+    if (!m->tape || !m->factor || !m->pivots)
+        ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
+    else if (record(m, error) == AD_OK)
+        keep_constant_mass(m);
+    if (error->status != AD_OK) {
+        phys_motion_free(m);
+        *motion = NULL;
+    }
+    return error->status;
+}
+
+void phys_motion_free(phys_motion *motion)
+{
+    if (!motion)
+        return;
+    ad_program_free(motion->mass_program);
+    ad_program_free(motion->force_program);
+    ad_tape_free(motion->tape);
+    free(motion->factor);
+    free(motion->pivots);
+    free(motion);
+}
+
+static void set_state(phys_motion *m, ad_program *program, const double *q, const double *v,
+                      double t)
+{
+    ad_set(program, m->q, q);
+    ad_set(program, m->v, v);
+    ad_set(program, m->w, v);
+    ad_set(program, m->t, &t);
+}
+
+/* b becomes the solution of M a = b. */
+static void solve(const phys_motion *m, double *b)
+{
+    size_t n = m->system->dof;
+    if (!m->diagonal)
+        ad_blas_factor_solve(n, m->factor, m->pivots, b);
+    for (size_t k = 0; k < n && m->diagonal; k++)
+        b[k] /= m->factor[k];
+}
+
+static enum ad_status refuse(const phys_motion *m, const char *what, size_t k, double t,
+                             struct ad_error *error)
+{
+    char name[64];
+    phys_coordinate_name(m->system, k, name, sizeof name);
+    return ad_fail(error, AD_E_NONFINITE, "%s: %s at coordinate %s, t = %g", m->system->scene->name,
+                   what, name, t);
+}
+
+enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, const double *v,
+                                        double t, double *a, struct ad_error *error)
+{
+    phys_motion *m = motion;
+    set_state(m, m->force_program, q, v, t);
+    ad_run(m->force_program);
+    ad_get(m->force_program, m->force, a);
+    if (m->mass_program) {
+        set_state(m, m->mass_program, q, v, t);
+        evaluate_mass(m);
+    }
+    if (m->singular)
+        return refuse(m, "the mass matrix is singular", m->singular - 1, t, error);
+    solve(m, a);
+    for (size_t k = 0; k < m->system->dof; k++)
+        if (!isfinite(a[k]))
+            return refuse(m, "the acceleration is not finite", k, t, error);
+    return AD_OK;
+}
+
+bool phys_motion_separates(phys_motion *motion)
+{
+    const ad_var velocities[] = {motion->v, motion->w};
+    return !motion->mass_program && phys_is_independent(motion->tape, motion->force, 2, velocities);
+}
+
+const char *phys_motion_interpreted(const phys_motion *motion)
+{
+    return ad_native_note(motion->force_program);
+}
+
+const struct phys_system *phys_motion_system(const phys_motion *motion) { return motion->system; }

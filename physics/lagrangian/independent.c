@@ -1,0 +1,43 @@
+/* Whether a value depends on others at all, from what compiling leaves of its derivatives. */
+#include "physics/internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Irregular numbers of the shape of y: no structure of the derivatives cancels against them. */
+static ad_var weights(ad_tape *tape, ad_var y)
+{
+    size_t n = ad_rows(y) * ad_cols(y);
+    double *w = malloc((n + 1) * sizeof *w);
+    if (!w)
+        return ad_refuse(tape, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; k < n; k++)
+        w[k] = 1 + sin(1.7 * (double)k + 0.3) / 3;
+    ad_var c = ad_const(tape, ad_rows(y), ad_cols(y), w);
+    free(w);
+    return c;
+}
+
+static bool folds_to_zero(ad_tape *tape, ad_var g)
+{
+    ad_program *program;
+    ad_var largest = ad_sum(ad_abs(g));
+    double sum = NAN;
+    if (ad_compile(tape, 1, &largest, &program) != AD_OK)
+        return false;
+    if (ad_program_info(program).instructions == 0) {
+        ad_run(program);
+        ad_get(program, largest, &sum);
+    }
+    ad_program_free(program);
+    return sum == 0;
+}
+
+bool phys_is_independent(ad_tape *tape, ad_var y, size_t n, const ad_var x[])
+{
+    ad_var g;
+    for (size_t k = 0; k < n; k++)
+        if (ad_grad(ad_dot(y, weights(tape, y)), 1, &x[k], &g) != AD_OK || !folds_to_zero(tape, g))
+            return false;
+    return true;
+}

@@ -1,0 +1,42 @@
+/* L and the energies of a system on a tape, from whichever callbacks its scene has. */
+#include "physics/internal.h"
+
+/* One value a slice, or a refusal that names the callback's mistake. */
+static ad_var checked(const struct phys_system *system, const char *what, ad_var q, ad_var y)
+{
+    if (!y.tape || y.tape != q.tape)
+        return ad_refuse(q.tape, AD_E_TAPE, "%s: the %s is not on the tape of q",
+                         system->scene->name, what);
+    if (ad_tape_error(q.tape)->status == AD_OK && (ad_rows(y) != 1 || ad_cols(y) != ad_cols(q)))
+        return ad_refuse(q.tape, AD_E_SHAPE, "%s: the %s is %zu x %zu, expected 1 x %zu",
+                         system->scene->name, what, ad_rows(y), ad_cols(y), ad_cols(q));
+    return y;
+}
+
+ad_var phys_system_lagrangian(const struct phys_system *system, ad_var q, ad_var v, ad_var t)
+{
+    const struct phys_scene *scene = system->scene;
+    const void *params = system->params;
+    if (scene->lagrangian)
+        return checked(system, "Lagrangian", q, scene->lagrangian(q, v, t, params));
+    return ad_sub(checked(system, "kinetic energy", q, scene->kinetic(q, v, t, params)),
+                  checked(system, "potential energy", q, scene->potential(q, v, t, params)));
+}
+
+void phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
+                          ad_var *kinetic, ad_var *potential)
+{
+    const struct phys_scene *scene = system->scene;
+    const void *params = system->params;
+    if (scene->kinetic && scene->potential) {
+        *kinetic = checked(system, "kinetic energy", q, scene->kinetic(q, v, t, params));
+        *potential = checked(system, "potential energy", q, scene->potential(q, v, t, params));
+        return;
+    }
+    ad_var L = phys_system_lagrangian(system, q, v, t), momentum;
+    if (ad_grad(L, 1, &v, &momentum) != AD_OK)
+        momentum = v; /* the tape keeps its error: whatever is recorded now passes through */
+    ad_var energy = ad_sub(ad_sum_rows(ad_mul(momentum, v)), L);
+    *kinetic = ad_mul(0.5, ad_add(energy, L));
+    *potential = ad_mul(0.5, ad_sub(energy, L));
+}

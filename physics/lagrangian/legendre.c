@@ -1,0 +1,180 @@
+/* From a Lagrangian to momenta p = L_v, energy v p - L, and back to velocities. */
+#include "physics/motion/motion.h"
+#include "physics/internal.h"
+#include "autodiff/blas.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NEWTON_STEPS = 30 };
+
+struct phys_legendre {
+    const struct phys_system *system;
+    ad_tape *tape;
+    ad_var q, v, t;                /* inputs: [dof x 1] each, t a scalar */
+    ad_var energy, p, force, mass; /* p, force [dof x 1]; mass L_vv [dof x dof] */
+    ad_program *for_energy, *for_momentum, *for_velocity;
+    double *M, *b;  /* [dof x dof], [dof] */
+    bool quadratic; /* M does not depend on v: one Newton step is exact */
+};
+
+static void record(phys_legendre *l)
+{
+    size_t n = l->system->dof;
+    ad_var by[2];
+    l->q = ad_input(l->tape, n, 1, "q");
+    l->v = ad_input(l->tape, n, 1, "v");
+    l->t = ad_input(l->tape, 1, 1, "t");
+    ad_var L = phys_system_lagrangian(l->system, l->q, l->v, l->t);
+    if (ad_grad(L, 2, (ad_var[]){l->q, l->v}, by) != AD_OK)
+        return;
+    l->force = by[0];
+    l->p = ad_label(by[1], "momentum");
+    l->energy = ad_sub(ad_dot(l->p, l->v), L);
+    l->mass = phys_record_mass(l->system, l->q, l->v, l->t);
+}
+
+enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre **legendre,
+                                 struct ad_error *error)
+{
+    size_t n = system->dof;
+    phys_legendre *l = *legendre = calloc(1, sizeof *l);
+    if (!l)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    l->system = system;
+    l->tape = ad_tape_new(AD_F64);
+    l->M = n <= SIZE_MAX / sizeof *l->M / n - 1 ? malloc((n + 1) * n * sizeof *l->M) : NULL;
+    if (!l->tape || !l->M) {
+        ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
+    } else {
+        l->b = l->M + n * n;
+        record(l);
+        ad_compile(l->tape, 1, &l->energy, &l->for_energy);
+        ad_compile(l->tape, 2, (ad_var[]){l->p, l->force}, &l->for_momentum);
+        ad_compile(l->tape, 2, (ad_var[]){l->p, l->mass}, &l->for_velocity);
+        l->quadratic = phys_is_independent(l->tape, l->mass, 1, &l->v);
+        phys_tape_status(l->tape, error);
+    }
+    if (error->status != AD_OK) {
+        phys_legendre_free(l);
+        *legendre = NULL;
+    }
+    return error->status;
+}
+
+void phys_legendre_free(phys_legendre *legendre)
+{
+    if (!legendre)
+        return;
+    ad_program_free(legendre->for_energy);
+    ad_program_free(legendre->for_momentum);
+    ad_program_free(legendre->for_velocity);
+    ad_tape_free(legendre->tape);
+    free(legendre->M);
+    free(legendre);
+}
+
+static void run(phys_legendre *l, ad_program *program, const double *q, const double *v, double t)
+{
+    ad_set(program, l->q, q);
+    ad_set(program, l->v, v);
+    ad_set(program, l->t, &t);
+    ad_run(program);
+}
+
+double phys_legendre_energy(phys_legendre *legendre, const double *q, const double *v, double t)
+{
+    double energy;
+    run(legendre, legendre->for_energy, q, v, t);
+    ad_get(legendre->for_energy, legendre->energy, &energy);
+    return energy;
+}
+
+void phys_legendre_momentum(phys_legendre *legendre, const double *q, const double *v, double t,
+                            double *p, double *force)
+{
+    run(legendre, legendre->for_momentum, q, v, t);
+    if (p)
+        ad_get(legendre->for_momentum, legendre->p, p);
+    if (force)
+        ad_get(legendre->for_momentum, legendre->force, force);
+}
+
+/* One Newton step v += M^-1 (p - L_v); its length in units of |v|. Zero pivots: 1 + coordinate. */
+static size_t newton_step(phys_legendre *l, const double *q, const double *p, double t, double *v,
+                          double *length)
+{
+    size_t n = l->system->dof, singular;
+    double step = 0, size = 0;
+    run(l, l->for_velocity, q, v, t);
+    ad_get(l->for_velocity, l->p, l->b);
+    ad_get(l->for_velocity, l->mass, l->M);
+    for (size_t k = 0; k < n; k++)
+        l->b[k] = p[k] - l->b[k];
+    if ((singular = (size_t)ad_blas_solve(n, l->M, l->b)) != 0)
+        return singular;
+    for (size_t k = 0; k < n; k++) {
+        v[k] += l->b[k];
+        step = fmax(step, fabs(l->b[k]));
+        size = fmax(size, fabs(v[k]));
+        if (!isfinite(v[k]))
+            return k + 1;
+    }
+    *length = size > 0 ? step / size : 0;
+    return 0;
+}
+
+enum ad_status phys_legendre_velocity(phys_legendre *legendre, const double *q, const double *p,
+                                      double t, double *v, struct ad_error *error)
+{
+    phys_legendre *l = legendre;
+    double length = INFINITY, before;
+    memset(v, 0, l->system->dof * sizeof *v);
+    for (int k = 0; k < NEWTON_STEPS; k++) {
+        before = length;
+        size_t bad = newton_step(l, q, p, t, v, &length);
+        if (bad) {
+            char name[64];
+            phys_coordinate_name(l->system, bad - 1, name, sizeof name);
+            return ad_fail(error, AD_E_NONFINITE,
+                           "%s: no velocity belongs to the momentum of coordinate %s, t = %g",
+                           l->system->scene->name, name, t);
+        }
+        if (l->quadratic || length <= DBL_EPSILON || (length >= before && length < 1e-10))
+            return AD_OK;
+    }
+    return ad_fail(error, AD_E_NONFINITE,
+                   "%s: no velocities belong to these momenta, t = %g; Newton's method stays at a "
+                   "relative change of %.1e",
+                   l->system->scene->name, t, length);
+}
+
+void phys_totals(phys_legendre *legendre, const double *q, const double *v, double t,
+                 struct phys_totals *totals)
+{
+    phys_legendre *l = legendre;
+    const struct phys_system *system = l->system;
+    size_t dims = system->dims, n = system->dof;
+    *totals = (struct phys_totals){.energy = phys_legendre_energy(l, q, v, t)};
+    if (system->scene->picture != PHYS_PICTURE_PLANE || dims < 2 || dims > 3)
+        return;
+    run(l, l->for_velocity, q, v, t);
+    ad_get(l->for_velocity, l->p, l->b);
+    ad_get(l->for_velocity, l->mass, l->M);
+    for (size_t k = 0; k < n; k += dims) {
+        double x[3] = {0}, p[3] = {0}, m = l->M[k * n + k];
+        memcpy(x, q + k, dims * sizeof *x);
+        memcpy(p, l->b + k, dims * sizeof *p);
+        totals->mass += m;
+        for (size_t axis = 0; axis < 3; axis++) {
+            size_t a = (axis + 1) % 3, b = (axis + 2) % 3;
+            totals->momentum[axis] += p[axis];
+            totals->angular[axis] += x[a] * p[b] - x[b] * p[a];
+            totals->centre[axis] += m * x[axis];
+        }
+    }
+    for (size_t axis = 0; axis < 3; axis++)
+        totals->centre[axis] /= totals->mass;
+}

@@ -1,0 +1,75 @@
+/* The motion of a Lagrangian in y = (q, v). */
+#include "motion.h"
+#include "physics/internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct context {
+    const struct phys_system *system;
+    phys_motion *motion;
+    phys_legendre *legendre;
+    double *still; /* [dof] zeros: velocities where accelerations do not ask for them */
+};
+
+static enum ad_status field(void *context, double t, const double *y, double *rate,
+                            struct ad_error *error)
+{
+    const struct context *c = context;
+    size_t dof = c->system->dof;
+    memcpy(rate, y + dof, dof * sizeof *rate);
+    return phys_motion_acceleration(c->motion, y, y + dof, t, rate + dof, error);
+}
+
+static enum ad_status kick(void *context, double t, const double *q, double *rate,
+                           struct ad_error *error)
+{
+    const struct context *c = context;
+    return phys_motion_acceleration(c->motion, q, c->still, t, rate, error);
+}
+
+static double energy(void *context, double t, const double *y)
+{
+    const struct context *c = context;
+    return phys_legendre_energy(c->legendre, y, y + c->system->dof, t);
+}
+
+static const char *interpreted(const void *context)
+{
+    const struct context *c = context;
+    return phys_motion_interpreted(c->motion);
+}
+
+static void release(void *context)
+{
+    struct context *c = context;
+    phys_motion_free(c->motion);
+    phys_legendre_free(c->legendre);
+    free(c->still);
+    free(c);
+}
+
+enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys_ode *ode,
+                                   struct ad_error *error)
+{
+    if (system->scene == &phys_scene_gas)
+        return phys_ode_gas(system, PHYS_GAS_AUTO, ode, error);
+    struct context *c = calloc(1, sizeof *c);
+    *ode = (struct phys_ode){.context = c, .free = c ? release : NULL};
+    if (!c || !(c->still = calloc(system->dof, sizeof *c->still)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    c->system = system;
+    if (phys_motion_new(system, &c->motion, error) != AD_OK ||
+        phys_legendre_new(system, &c->legendre, error) != AD_OK)
+        return error->status;
+    ode->name = system->scene->name;
+    ode->n = 2 * system->dof;
+    ode->field = field;
+    if (phys_motion_separates(c->motion))
+        ode->kick = kick;
+    ode->canonical = ode->kick != NULL;
+    ode->energy = energy;
+    ode->interpreted = interpreted;
+    ode->system = system;
+    return AD_OK;
+}

@@ -1,0 +1,245 @@
+/* The driver: steps, events, samples and energy, one step after the other. */
+#include "simulate.h"
+#include "autodiff/clock.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static enum ad_status check_settings(const struct phys_simulation *s, struct ad_error *error)
+{
+    if (!isfinite(s->t0) || !isfinite(s->t1))
+        return ad_fail(error, AD_E_ARGUMENT, "time from %g to %g, expected finite numbers", s->t0,
+                       s->t1);
+    if (s->integrator->adaptive) {
+        if (!(s->rtol >= 0 && s->atol >= 0 && s->rtol + s->atol > 0))
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "tolerances %g relative, %g absolute; expected positive numbers",
+                           s->rtol, s->atol);
+    } else if (!(s->dt > 0 && isfinite(s->dt))) {
+        return ad_fail(error, AD_E_ARGUMENT, "%s: time step %g, expected a positive number",
+                       s->integrator->name, s->dt);
+    } else if (!(fabs(s->t1 - s->t0) / s->dt < 1e15)) {
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "time step %g is too small for a time of %g; expected a longer one", s->dt,
+                       fabs(s->t1 - s->t0));
+    }
+    return AD_OK;
+}
+
+static enum ad_status begin(struct run *run, const struct phys_ode *ode, const double *y,
+                            struct ad_error *error)
+{
+    const struct phys_simulation *s = run->settings;
+    double span = s->t1 - s->t0;
+    run->direction = span < 0 ? -1 : 1;
+    if (phys_stepper_begin(&run->stepper, s->integrator, ode, y, error) != AD_OK)
+        return error->status;
+    run->stepper.t = s->t0;
+    if (!(run->point = calloc(ode->n, sizeof *run->point)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (phys_run_events_begin(run, error) != AD_OK)
+        return error->status;
+    if (s->integrator->adaptive)
+        return s->dt > 0 ? (run->h = run->direction * s->dt, AD_OK)
+                         : phys_run_first_step(run, error);
+    run->n_steps = (size_t)ceil(fabs(span) / s->dt * (1 - 1e-9));
+    if (run->n_steps == 0)
+        run->n_steps = span != 0;
+    return AD_OK;
+}
+
+static void release(struct run *run)
+{
+    phys_stepper_end(&run->stepper);
+    free(run->point);
+    free(run->values);
+}
+
+static void give(struct run *run, double t, const double *y)
+{
+    const struct phys_simulation *s = run->settings;
+    if (!s->sample)
+        return;
+    double before = ad_now();
+    run->given = t == run->end;
+    if (!s->sample(s->context, t, y)) {
+        run->stop = true;
+        run->info->stop = PHYS_SIMULATION_INTERRUPTED;
+    }
+    run->away += ad_now() - before;
+}
+
+/* Whether a sample is due after this many fixed steps: the nearest to its time. Of several that
+   share a step one is given. */
+static bool due(struct run *run)
+{
+    const struct phys_simulation *s = run->settings;
+    size_t step = 0;
+    for (; run->next_sample <= s->n_samples; run->next_sample++) {
+        double share = (double)run->next_sample / (double)s->n_samples;
+        size_t next = (size_t)floor(share * (double)run->n_steps + 0.5);
+        if (next > run->info->steps)
+            break;
+        step = next;
+    }
+    return step == run->info->steps;
+}
+
+/* Samples at times within an adaptive step. */
+static enum ad_status sample_within(struct run *run, struct ad_error *error)
+{
+    const struct phys_simulation *s = run->settings;
+    struct phys_stepper *m = &run->stepper;
+    double end = run->end, span = s->t1 - s->t0;
+    for (; run->next_sample <= s->n_samples && run->info->stop != PHYS_SIMULATION_INTERRUPTED;
+         run->next_sample++) {
+        double t = s->times ? s->times[run->next_sample - 1]
+                   : run->next_sample == s->n_samples
+                       ? s->t1
+                       : s->t0 + span * (double)run->next_sample / (double)s->n_samples;
+        if ((t - end) * run->direction > 0)
+            return AD_OK;
+        if (t == end)
+            give(run, end, m->next);
+        else if (phys_run_dense(run, (t - m->t) / run->whole, error) == AD_OK)
+            give(run, t, run->point);
+        else
+            return error->status;
+    }
+    return AD_OK;
+}
+
+/* The samples that this step reaches; its end is settled, `steps` counts it. */
+static enum ad_status sample(struct run *run, struct ad_error *error)
+{
+    const struct phys_simulation *s = run->settings;
+    const double *next = run->stepper.next;
+    run->given = false;
+    if (s->every > 0) {
+        if (run->info->steps % s->every == 0)
+            give(run, run->end, next);
+    } else if (!s->integrator->adaptive) {
+        if (due(run))
+            give(run, run->end, next);
+    } else {
+        sample_within(run, error);
+    }
+    if (run->info->stop == PHYS_SIMULATION_EVENT && !run->given && (s->every || s->n_samples))
+        give(run, run->end, next);
+    return error->status;
+}
+
+static void watch_energy(struct run *run, double t, const double *y)
+{
+    const struct phys_ode *ode = run->stepper.ode;
+    struct phys_simulation_info *info = run->info;
+    if (!run->settings->watch_energy || !ode->energy)
+        return;
+    double before = ad_now(), E = ode->energy(ode->context, t, y);
+    if (info->steps == 0)
+        info->energy_start = E;
+    double drift = fabs(E - info->energy_start);
+    if (info->energy_start != 0)
+        drift /= fabs(info->energy_start);
+    if (!(drift <= info->energy_drift))
+        info->energy_drift = drift;
+    run->away += ad_now() - before;
+}
+
+/* Adaptive steps look at themselves; those of fixed length are looked at here. */
+static enum ad_status check_finite(const struct run *run, struct ad_error *error)
+{
+    const struct phys_stepper *m = &run->stepper;
+    char name[64];
+    for (size_t k = 0; k < m->n; k++)
+        if (!isfinite(m->next[k])) {
+            phys_ode_component(m->ode, k, name, sizeof name);
+            return ad_fail(error, AD_E_NONFINITE,
+                           "step %zu: %s is no longer finite at t = %.9g: the step of %.3g is too "
+                           "long for this motion, or the motion ends there",
+                           run->info->steps + 1, name, m->t + m->h, fabs(m->h));
+        }
+    return AD_OK;
+}
+
+static void count(struct phys_simulation_info *info, double h)
+{
+    h = fabs(h);
+    info->steps++;
+    if (info->steps == 1 || h < info->min_step)
+        info->min_step = h;
+    info->max_step = fmax(info->max_step, h);
+}
+
+/* Where the step ends; the last one ends at t1 to the last bit. */
+static double end_of_step(const struct run *run)
+{
+    const struct phys_simulation *s = run->settings;
+    const struct phys_stepper *m = &run->stepper;
+    if (run->stop)
+        return m->t + m->h;
+    if (s->integrator->adaptive)
+        return run->last ? s->t1 : m->t + m->h;
+    if (run->info->steps == run->n_steps)
+        return s->t1;
+    return s->t0 + (s->t1 - s->t0) * ((double)run->info->steps / (double)run->n_steps);
+}
+
+static enum ad_status advance(struct run *run, struct ad_error *error)
+{
+    const struct phys_simulation *s = run->settings;
+    struct phys_stepper *m = &run->stepper;
+    if (s->max_steps && run->info->steps == s->max_steps)
+        return ad_fail(error, AD_E_ACCURACY, "%zu steps did not get beyond t = %.9g", s->max_steps,
+                       m->t);
+    run->dense = false;
+    if (phys_run_step(run, error) != AD_OK || check_finite(run, error) != AD_OK)
+        return error->status;
+    run->whole = m->h;
+    if (phys_run_events(run, error) != AD_OK)
+        return error->status;
+    count(run->info, m->h);
+    run->end = end_of_step(run);
+    watch_energy(run, run->end, m->next);
+    if (sample(run, error) == AD_OK)
+        phys_stepper_accept(m, run->end);
+    return error->status;
+}
+
+static enum ad_status march(struct run *run, struct ad_error *error)
+{
+    const struct phys_simulation *s = run->settings;
+    struct phys_stepper *m = &run->stepper;
+    watch_energy(run, m->t, m->y);
+    if (s->every || s->n_samples)
+        give(run, m->t, m->y);
+    run->next_sample = 1;
+    while (!run->stop && m->t != s->t1)
+        if (advance(run, error) != AD_OK)
+            return error->status;
+    if (!run->stop)
+        run->info->stop = PHYS_SIMULATION_END;
+    return AD_OK;
+}
+
+enum ad_status phys_simulate(const struct phys_simulation *settings, const struct phys_ode *ode,
+                             double *y, struct phys_simulation_info *info, struct ad_error *error)
+{
+    struct run run = {.settings = settings, .info = info, .last_norm = 1e-4};
+    *info = (struct phys_simulation_info){.t = settings->t0};
+    if (check_settings(settings, error) != AD_OK)
+        return error->status;
+    double before = ad_now();
+    if (begin(&run, ode, y, error) == AD_OK)
+        march(&run, error);
+    info->seconds = ad_now() - before - run.away;
+    if (run.stepper.memory) {
+        memcpy(y, run.stepper.y, ode->n * sizeof *y);
+        info->t = run.stepper.t;
+        info->evaluations = run.stepper.evaluations;
+        info->interpolations = run.stepper.interpolations;
+    }
+    release(&run);
+    return error->status;
+}

@@ -1,0 +1,41 @@
+/* Inside of a simulation: its run, its steps (simulate_step.c), its events (simulate_events.c). */
+#ifndef PHYSICS_SIMULATE_H
+#define PHYSICS_SIMULATE_H
+
+#include "physics/integrators/stepper.h"
+
+struct run {
+    const struct phys_simulation *settings;
+    struct phys_simulation_info *info;
+    struct phys_stepper stepper;
+    double direction;                     /* +1, -1 */
+    size_t n_steps;                       /* fixed steps in all */
+    double h;                             /* adaptive: to try next */
+    double last_norm;                     /* error of the last step accepted, for the controller */
+    bool rejected;                        /* the last attempt was */
+    bool dense;                           /* the polynomial of this step is prepared */
+    double whole;                         /* length of the step before an event cut it */
+    size_t next_sample;                   /* number of the next one */
+    double *point;                        /* [n] for dense output */
+    double *values, *next_values, *roots; /* [sum of the events' n] */
+    double *scratch;
+    bool last;  /* this step reaches t1 */
+    double end; /* time at its end */
+    bool given; /* as a sample */
+    bool stop;
+    double away; /* seconds in callbacks */
+};
+
+/* stepper.next at stepper.t + stepper.h, the step under control. */
+enum ad_status phys_run_step(struct run *run, struct ad_error *error);
+/* The first step that suits tolerance and field. */
+enum ad_status phys_run_first_step(struct run *run, struct ad_error *error);
+
+/* y at t + theta h of the step taken, into run->point. */
+enum ad_status phys_run_dense(struct run *run, double theta, struct ad_error *error);
+/* Values at the start; the roots within a step, in their order. A root that ends the simulation
+   becomes the end of the step: h and next. */
+enum ad_status phys_run_events_begin(struct run *run, struct ad_error *error);
+enum ad_status phys_run_events(struct run *run, struct ad_error *error);
+
+#endif

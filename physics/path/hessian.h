@@ -1,0 +1,41 @@
+/* Second derivatives of the discretised action, element by element: the Hessian of
+       S = dt sum over points of weight L(q, v, t)
+   is a sum of small symmetric matrices, one an element (from slice to slice), which couple the
+   nodes of that element alone. */
+#ifndef PHYSICS_HESSIAN_H
+#define PHYSICS_HESSIAN_H
+
+#include "physics/internal.h"
+
+struct phys_hessian {
+    struct phys_rule_table table;
+    bool repeat; /* one point more, at the last slice */
+    size_t dof, elements, points;
+    size_t side; /* of an element's matrix: (degree + 1) dof */
+    double dt;
+
+    ad_tape *tape;
+    ad_var q, v, t, seed;          /* inputs: [dof x points], [1 x points], [dof x 1] */
+    ad_var L_q, L_v;               /* [dof x points] */
+    ad_var L_qq, L_qv, L_vq, L_vv; /* times the seed, [dof x points]; L_qv: d/dq of L_v seed */
+    ad_program *by_q, *by_v;       /* L_q, L_qq, L_vq; L_v, L_qv, L_vv */
+    double *work;
+
+    double *element;   /* [elements][side x side]: node by node, coordinate by coordinate */
+    double *gradient;  /* [elements][side]: of the element's part of S */
+    double *stiffness; /* [dof]: mean over points of |L_vv| / dt on the diagonal */
+};
+
+/* Room and programs for paths of `slices` slices. Ends with phys_hessian_free, whatever it
+   returned. */
+enum ad_status phys_hessian_new(struct phys_hessian *h, const struct phys_system *system,
+                                const struct phys_rule *rule, size_t slices, double dt,
+                                struct ad_error *error);
+void phys_hessian_free(struct phys_hessian *h);
+
+/* Fills element, gradient and stiffness at a path [degree*dof x slices] that begins at `start`. */
+void phys_hessian_at(struct phys_hessian *h, const double *path, double start);
+/* Fills the gradients of the elements alone. */
+void phys_hessian_gradient_at(struct phys_hessian *h, const double *path, double start);
+
+#endif

@@ -1,0 +1,322 @@
+/* Several stationary paths between the same two ends: a question that gives no energy can have many
+   answers. Starts are motions from the first end with many velocities, bent so that they meet the
+   second; Newton's method makes each stationary. With one coordinate the velocities are swept, and
+   wherever the miss of the second end changes sign the velocity is first bisected, so that no
+   answer within the sweep is missed; with more they are drawn at random until another start would
+   hardly find a new path: of N that led somewhere, those whose path was seen but once are about the
+   share that the next has of finding an unseen one (Good, Biometrika 40, 1953). */
+#include "grid_independence.h"
+#include "physics/io/random.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SUBSTEPS = 4, BISECTIONS = 30, STEPS = 60, LEAST_STARTS = 30 };
+
+static const double SAME = 1e-6;      /* relative difference of two answers that are one */
+static const double GRID = 1.02;      /* ratio of neighbouring velocities in a sweep */
+static const double RANGE = 1e3;      /* of a sweep, around the speed that is natural */
+static const double MOST_DETOUR = 30; /* a start that ends so many spans away is given up */
+static const double UNSEEN = 0.05;    /* a chance of finding more that is not worth a start */
+
+struct search {
+    const struct phys_system *system;
+    struct phys_path_settings settings;
+    const struct phys_solver *newton;
+    const double *given;
+    size_t dof, slices, n; /* n: numbers of a path with its inner nodes */
+    phys_motion *motion;
+    double speed, span; /* natural scales of velocity and of the path */
+    double *q, *v, *path;
+    size_t led; /* starts that led to a stationary path */
+    struct phys_answers *answers;
+};
+
+/* ---- answers ---- */
+
+static double path_energy(const struct search *s, const struct phys_path_info *info)
+{
+    double bodies = s->system->scene->per_body ? (double)s->system->bodies : 1;
+    double points = (double)(s->slices - (s->settings.rule->repeat ? 0 : 1));
+    return (info->kinetic_mean + info->potential_mean) * (double)s->slices * bodies / points;
+}
+
+static double largest_difference(size_t n, const double *a, const double *b)
+{
+    double most = 0;
+    for (size_t k = 0; k < n; k++)
+        most = fmax(most, fabs(a[k] - b[k]));
+    return most;
+}
+
+static bool close_to(double a, double b, double scale) { return fabs(a - b) <= SAME * scale; }
+
+/* Counts a path that is like one already found (its mirror image, say), unless it is that one. */
+static bool is_known(struct search *s, double energy, double action)
+{
+    double time = s->settings.dt * (double)(s->slices - 1);
+    for (size_t k = 0; k < s->answers->n; k++) {
+        struct phys_answer *a = &s->answers->answer[k];
+        double scale = fabs(a->energy) + fabs(a->action) / time;
+        if (largest_difference(s->dof * s->slices, a->path, s->path) <= SAME * s->span) {
+            a->hits++;
+            return true;
+        }
+        if (close_to(energy, a->energy, scale) && close_to(action, a->action, scale * time)) {
+            if (a->copies == 1 ||
+                largest_difference(s->dof * s->slices, a->copy, s->path) > SAME * s->span) {
+                memcpy(a->copy, s->path, s->n * sizeof *a->copy);
+                a->copies++;
+            }
+            a->hits++;
+            return true;
+        }
+    }
+    return false;
+}
+
+static enum ad_status keep(struct search *s, const struct phys_path_info *info,
+                           struct ad_error *error)
+{
+    double energy = path_energy(s, info);
+    if (is_known(s, energy, info->action))
+        return AD_OK;
+    struct phys_answers *all = s->answers;
+    struct phys_answer *grown = realloc(all->answer, (all->n + 1) * sizeof *grown);
+    if (grown)
+        all->answer = grown;
+    double *path = malloc(2 * s->n * sizeof *path);
+    if (!grown || !path) {
+        free(path);
+        return ad_fail(error, AD_E_MEMORY, "out of memory for another path");
+    }
+    struct phys_answer *a = &all->answer[all->n];
+    *a = (struct phys_answer){.path = path,
+                              .copy = path + s->n,
+                              .energy = energy,
+                              .action = info->action,
+                              .copies = 1,
+                              .hits = 1};
+    memcpy(a->path, s->path, s->n * sizeof *path);
+    all->n++;
+    for (size_t k = 0; k < s->dof * s->slices; k++)
+        a->largest = fmax(a->largest, fabs(path[k]));
+    if (phys_path_spectrum(s->system, &s->settings, path, &a->spectrum, error) == AD_OK)
+        phys_path_confirm(s->system, &s->settings, path, a->spectrum.index, &a->resolved, error);
+    return error->status;
+}
+
+/* Leaves out what the grid alone made. */
+static void drop_unresolved(struct phys_answers *all)
+{
+    size_t kept = 0;
+    for (size_t k = 0; k < all->n; k++)
+        if (all->answer[k].resolved)
+            all->answer[kept++] = all->answer[k];
+        else
+            free(all->answer[k].path);
+    all->unresolved = all->n - kept;
+    all->n = kept;
+}
+
+/* Newton from s->path; what does not converge is no answer, and no error. */
+static enum ad_status make_stationary(struct search *s, struct ad_error *error)
+{
+    struct phys_path_info info;
+    struct ad_error lost = {0};
+    phys_rule_interpolate(s->settings.rule, s->dof, s->slices, s->path);
+    s->newton->solve(s->system, &s->settings, s->path, &info, &lost);
+    if (lost.status == AD_OK && info.stop == PHYS_STOP_ROUNDING) {
+        s->led++;
+        return keep(s, &info, error);
+    }
+    return lost.status == AD_E_MEMORY ? ad_fail(error, lost.status, "%s", lost.message) : AD_OK;
+}
+
+/* ---- starts ---- */
+
+/* Puts the motion from the first end with velocity s->v into s->path; false if it is lost. */
+static bool shoot(struct search *s)
+{
+    struct ad_error lost = {0};
+    return phys_fine_path(s->motion, s->q, s->v, s->slices, s->settings.dt, SUBSTEPS, s->path,
+                          &lost) == AD_OK;
+}
+
+static double miss(const struct search *s, size_t k)
+{
+    size_t last = k * s->slices + s->slices - 1;
+    return s->path[last] - s->given[last];
+}
+
+/* Bends the motion in s->path so that it meets the second end. */
+static void bend(struct search *s)
+{
+    for (size_t k = 0; k < s->dof; k++) {
+        double off = miss(s, k);
+        for (size_t i = 0; i < s->slices; i++)
+            s->path[k * s->slices + i] -= off * (double)i / (double)(s->slices - 1);
+        s->path[k * s->slices] = s->given[k * s->slices];
+        s->path[k * s->slices + s->slices - 1] = s->given[k * s->slices + s->slices - 1];
+    }
+}
+
+/* The motion that begins with s->v, bent; false if it is lost or ends far away. */
+static bool begin(struct search *s)
+{
+    if (!shoot(s))
+        return false;
+    for (size_t k = 0; k < s->dof; k++)
+        if (!(fabs(miss(s, k)) <= MOST_DETOUR * s->span))
+            return false;
+    bend(s);
+    return true;
+}
+
+/* The miss of one coordinate; NaN where the motion is lost. */
+static double miss_of(struct search *s, double velocity)
+{
+    s->v[0] = velocity;
+    return shoot(s) ? miss(s, 0) : (double)NAN;
+}
+
+static enum ad_status bisect(struct search *s, double low, double high, double miss_low,
+                             struct ad_error *error)
+{
+    for (int k = 0; k < BISECTIONS && miss_low != 0; k++) {
+        double middle = 0.5 * (low + high), here = miss_of(s, middle);
+        if (!isfinite(here))
+            return AD_OK;
+        if ((here < 0) == (miss_low < 0))
+            low = middle;
+        else
+            high = middle;
+    }
+    s->v[0] = low;
+    return begin(s) ? make_stationary(s, error) : AD_OK;
+}
+
+/* Velocities from -RANGE to RANGE times the natural one, dense near zero, with zero among them. */
+static enum ad_status sweep(struct search *s, struct ad_error *error)
+{
+    int half = (int)ceil(2 * log(RANGE) / log(GRID));
+    double before = 0, miss_before = (double)NAN;
+    for (int k = -half; k <= half && error->status == AD_OK; k++) {
+        double size = s->speed * RANGE * pow(GRID, fabs((double)k) - half);
+        double velocity = k == 0 ? 0 : k < 0 ? -size : size, here = miss_of(s, velocity);
+        if (here == 0 || (isfinite(miss_before) && isfinite(here) && miss_before != 0 &&
+                          (here < 0) != (miss_before < 0)))
+            bisect(s, here == 0 ? velocity : before, velocity, here == 0 ? 0 : miss_before, error);
+        before = velocity;
+        miss_before = here;
+    }
+    return error->status;
+}
+
+/* Share of the starts so far whose path no other start has found. */
+static double unseen(const struct search *s)
+{
+    size_t once = 0;
+    for (size_t k = 0; k < s->answers->n; k++)
+        once += s->answers->answer[k].hits == 1;
+    return s->led ? (double)once / (double)s->led : 1;
+}
+
+static enum ad_status draw(struct search *s, size_t starts, uint64_t seed, struct ad_error *error)
+{
+    struct phys_random random;
+    phys_random_seed(&random, seed);
+    for (size_t j = 0; j < starts && error->status == AD_OK; j++) {
+        double size = s->speed * pow(10, 2 * phys_random_uniform(&random) - 1);
+        for (size_t k = 0; k < s->dof; k++)
+            s->v[k] = size * phys_random_normal(&random);
+        if (begin(s))
+            make_stationary(s, error);
+        if (s->led >= LEAST_STARTS && unseen(s) <= UNSEEN)
+            break;
+    }
+    s->answers->unseen = unseen(s);
+    return error->status;
+}
+
+/* ---- the search ---- */
+
+/* Speed and size of the path given, in root mean square: where it is at rest, one unit a coordinate
+   and that in a slice's time. */
+static void find_scales(struct search *s)
+{
+    double speed = 0, span = 0, dt = s->settings.dt;
+    for (size_t k = 0; k < s->dof; k++) {
+        const double *x = s->given + k * s->slices;
+        for (size_t i = 0; i + 1 < s->slices; i++) {
+            speed = fmax(speed, fabs(x[i + 1] - x[i]) / dt);
+            span = fmax(span, fabs(x[i + 1] - x[0]));
+        }
+    }
+    s->span = span > 0 ? span : 1;
+    s->speed = speed > 0 ? speed : s->span / (dt * (double)(s->slices - 1));
+}
+
+static int by_energy(const void *a, const void *b)
+{
+    const struct phys_answer *x = a, *y = b;
+    return (x->energy > y->energy) - (x->energy < y->energy);
+}
+
+static enum ad_status find_all(struct search *s, size_t starts, uint64_t seed,
+                               struct ad_error *error)
+{
+    for (size_t k = 0; k < s->dof; k++)
+        s->q[k] = s->given[k * s->slices];
+    find_scales(s);
+    memcpy(s->path, s->given, s->n * sizeof *s->path);
+    if (make_stationary(s, error) != AD_OK ||
+        (s->dof == 1 ? sweep(s, error) : draw(s, starts, seed, error)) != AD_OK)
+        return error->status;
+    drop_unresolved(s->answers);
+    if (s->answers->n)
+        qsort(s->answers->answer, s->answers->n, sizeof *s->answers->answer, by_energy);
+    return AD_OK;
+}
+
+enum ad_status phys_path_all(const struct phys_system *system,
+                             const struct phys_path_settings *settings, const double *path,
+                             size_t starts, uint64_t seed, struct phys_answers *answers,
+                             struct ad_error *error)
+{
+    *answers = (struct phys_answers){0};
+    struct search s = {.system = system,
+                       .settings = *settings,
+                       .newton = phys_solver_find("newton", error),
+                       .given = path,
+                       .dof = system->dof,
+                       .slices = settings->slices,
+                       .n = settings->rule->degree * system->dof * settings->slices,
+                       .answers = answers};
+    s.settings.progress = NULL;
+    s.settings.tolerance = 0;
+    s.settings.adam_steps = 0;
+    s.settings.energy_weight = 0;
+    s.settings.steps = STEPS;
+    s.q = malloc((2 * s.dof + s.n) * sizeof *s.q);
+    if (!s.q)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    s.v = s.q + s.dof;
+    s.path = s.v + s.dof;
+    if (phys_motion_new(system, &s.motion, error) == AD_OK)
+        find_all(&s, starts, seed, error);
+    phys_motion_free(s.motion);
+    free(s.q);
+    if (error->status != AD_OK)
+        phys_answers_free(answers);
+    return error->status;
+}
+
+void phys_answers_free(struct phys_answers *answers)
+{
+    for (size_t k = 0; k < answers->n; k++)
+        free(answers->answer[k].path);
+    free(answers->answer);
+    *answers = (struct phys_answers){0};
+}

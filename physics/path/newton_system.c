@@ -1,0 +1,166 @@
+/* Newton and Levenberg steps by banded LU (band.h).
+
+   Levenberg's step for |g|^2 solves (H^2 + m^2) x = -H g. H^2 has twice the bandwidth and the
+   square of the condition, but for symmetric H (H^2 + m^2)^-1 H = Re (H - i m)^-1, so that one
+   complex elimination of H - i m gives it. D measures each coordinate by its kinetic stiffness, so
+   that a sun does not count for more than a planet. */
+#include "newton_system.h"
+#include "autodiff/blas.h"
+
+#include <float.h>
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum ad_status phys_band_new(struct phys_band *band, const struct phys_hessian *hessian,
+                             size_t hold, struct ad_error *error)
+{
+    size_t degree = hessian->table.degree, dof = hessian->dof;
+    size_t last = (hessian->elements + 1 - hold) * degree; /* first node held at the end */
+    *band = (struct phys_band){.hessian = hessian, .hold = hold, .width = (degree + 1) * dof - 1};
+    band->first = ((hold - 1) * degree + 1) * dof;
+    band->n = last * dof - band->first;
+    size_t rows = AD_BAND_ROWS(band->width);
+    if (band->n <= INT_MAX / rows) { /* LAPACK counts in int */
+        band->matrix = malloc(rows * band->n * sizeof *band->matrix);
+        band->right = malloc(band->n * sizeof *band->right);
+        band->pivots = malloc(band->n * sizeof *band->pivots);
+    }
+    band->scale = malloc(dof * sizeof *band->scale);
+    if (!band->matrix || !band->right || !band->pivots || !band->scale)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for a band of %zu x %zu numbers", rows,
+                       band->n);
+    return AD_OK;
+}
+
+void phys_band_free(struct phys_band *band)
+{
+    free(band->matrix);
+    free(band->right);
+    free(band->pivots);
+    free(band->scale);
+    phys_blocks_free(&band->blocks);
+}
+
+/* ---- unknowns ---- */
+
+/* Where unknown u lies in a path [degree*dof x slices]. */
+static size_t place(const struct phys_band *band, size_t u)
+{
+    const struct phys_hessian *h = band->hessian;
+    size_t degree = h->table.degree, node = (band->first + u) / h->dof,
+           d = (band->first + u) % h->dof;
+    return (node % degree * h->dof + d) * (h->elements + 1) + node / degree;
+}
+
+static double scale(const struct phys_band *band, size_t u)
+{
+    return band->scale[(band->first + u) % band->hessian->dof];
+}
+
+void phys_band_scale(struct phys_band *band)
+{
+    for (size_t d = 0; d < band->hessian->dof; d++) {
+        double s = band->hessian->stiffness[d];
+        band->scale[d] = s > 0 ? 1 / sqrt(s) : 1;
+    }
+}
+
+/* ---- solving ---- */
+
+/* D^-1 H D^-1 over the unknowns. */
+static void fill(struct phys_band *band)
+{
+    const struct phys_hessian *h = band->hessian;
+    size_t stride = h->table.degree * h->dof;
+    memset(band->matrix, 0, AD_BAND_ROWS(band->width) * band->n * sizeof *band->matrix);
+    for (size_t e = 0; e < h->elements; e++)
+        for (size_t b = 0; b < h->side; b++) {
+            size_t col = e * stride + b - band->first;
+            if (col >= band->n) /* held; below the first it has wrapped around */
+                continue;
+            const double *column = h->element + (e * h->side + b) * h->side;
+            double factor = band->scale[b % h->dof];
+            for (size_t a = 0; a < h->side; a++) {
+                size_t row = e * stride + a - band->first;
+                if (row < band->n)
+                    band->matrix[AD_BAND(band->width, row, col)] +=
+                        column[a] * factor * band->scale[a % h->dof];
+            }
+        }
+}
+
+static bool factor_newton(struct phys_band *band)
+{
+    fill(band);
+    return ad_blas_band_factor(band->n, band->width, band->matrix, band->pivots) == 0;
+}
+
+static bool factor_levenberg(struct phys_band *band)
+{
+    if (!band->blocks.factor &&
+        !phys_blocks_new(&band->blocks, band->hessian, band->hold, band->scale))
+        return false;
+    return phys_blocks_factor(&band->blocks, band->damping);
+}
+
+bool phys_band_factor(struct phys_band *band, double damping)
+{
+    band->damping = damping;
+    ad_blas_single_thread(); /* blocks are too small to share */
+    bool factored = damping > 0 ? factor_levenberg(band) : factor_newton(band);
+    ad_blas_threads();
+    return factored;
+}
+
+void phys_band_step(struct phys_band *band, const double *gradient, double *step)
+{
+    const struct phys_hessian *h = band->hessian;
+    memset(step, 0, h->table.degree * h->dof * (h->elements + 1) * sizeof *step);
+    for (size_t u = 0; u < band->n; u++)
+        band->right[u] = -gradient[place(band, u)] * scale(band, u);
+    ad_blas_single_thread();
+    if (band->damping > 0)
+        phys_blocks_solve(&band->blocks, band->right);
+    else
+        ad_blas_band_solve(band->n, band->width, band->matrix, band->pivots, band->right);
+    ad_blas_threads();
+    for (size_t u = 0; u < band->n; u++)
+        step[place(band, u)] = band->right[u] * scale(band, u);
+}
+
+/* ---- measuring ---- */
+
+double phys_band_norm(const struct phys_band *band, const double *x)
+{
+    double sum = 0;
+    for (size_t u = 0; u < band->n; u++) {
+        double scaled = x[place(band, u)] * scale(band, u);
+        sum += scaled * scaled;
+    }
+    return sqrt(sum);
+}
+
+double phys_band_rounding(const struct phys_band *band, const double *path)
+{
+    const struct phys_hessian *h = band->hessian;
+    size_t stride = h->table.degree * h->dof, slices = h->elements + 1;
+    double sum = 0;
+    memset(band->right, 0, band->n * sizeof *band->right);
+    for (size_t e = 0; e < h->elements; e++)
+        for (size_t b = 0; b < h->side; b++) {
+            const double *column = h->element + (e * h->side + b) * h->side;
+            size_t node = e * h->table.degree + b / h->dof;
+            double x = fabs(path[(node % h->table.degree * h->dof + b % h->dof) * slices +
+                                 node / h->table.degree]);
+            for (size_t a = 0; a < h->side; a++) {
+                size_t row = e * stride + a - band->first;
+                if (row < band->n)
+                    band->right[row] += fabs(column[a]) * x;
+            }
+        }
+    for (size_t u = 0; u < band->n; u++)
+        sum += band->right[u] * band->right[u] * scale(band, u) * scale(band, u);
+    return DBL_EPSILON * sqrt(sum);
+}

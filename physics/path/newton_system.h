@@ -1,0 +1,38 @@
+/* The Newton step: the Hessian's element matrices as one band matrix over the nodes that move, in
+   the order of time, and its solution by LAPACK's banded LU; damped steps by blocks (blocks.h). */
+#ifndef PHYSICS_BAND_H
+#define PHYSICS_BAND_H
+
+#include "block_tridiagonal.h"
+
+struct phys_band {
+    const struct phys_hessian *hessian;
+    size_t hold;     /* slices at either end */
+    size_t first, n; /* number of the first unknown among dof * nodes, and how many there are */
+    size_t width;    /* diagonals on either side */
+    double damping;  /* of the factors */
+    int *pivots;
+    double *scale; /* [dof]: D^-1 */
+    double *matrix, *right;
+    struct phys_blocks blocks; /* of damped steps: made when first needed */
+};
+
+/* Unknowns: every node but those of the `hold` slices at either end. */
+enum ad_status phys_band_new(struct phys_band *band, const struct phys_hessian *hessian,
+                             size_t hold, struct ad_error *error);
+void phys_band_free(struct phys_band *band);
+
+/* Takes D = sqrt(stiffness) of each coordinate from the Hessian, for all that follows. */
+void phys_band_scale(struct phys_band *band);
+/* Factors the Hessian as it is for steps with a damping. False: singular, or no memory. */
+bool phys_band_factor(struct phys_band *band, double damping);
+/* step = -D^-1 f(D^-1 H D^-1) D^-1 gradient from the factors, where f(x) is 1/x (damping 0: Newton)
+   or x/(x^2 + damping^2) (Levenberg). gradient, step: [degree*dof x slices]; the step is 0 where
+   the path is held. */
+void phys_band_step(struct phys_band *band, const double *gradient, double *step);
+/* Norm of D^-1 x over the unknowns. */
+double phys_band_norm(const struct phys_band *band, const double *x);
+/* The same norm of what rounding makes of the gradient at a path: eps |H| |path|. */
+double phys_band_rounding(const struct phys_band *band, const double *path);
+
+#endif

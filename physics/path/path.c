@@ -1,0 +1,66 @@
+/* Stationary paths: the table of solvers, and what is asked of them all. */
+#include "physics/internal.h"
+
+#include <math.h>
+
+const struct phys_solver *const phys_solvers[] = {&phys_solver_adam, &phys_solver_sgd,
+                                                  &phys_solver_lbfgs, &phys_solver_newton, NULL};
+
+enum { N_SOLVERS = LENGTH(phys_solvers) - 1 };
+
+const struct phys_solver *phys_solver_find(const char *name, struct ad_error *error)
+{
+    const char *names[N_SOLVERS];
+    for (size_t k = 0; k < N_SOLVERS; k++)
+        names[k] = phys_solvers[k]->name;
+    return phys_solvers[phys_find("solver", name, N_SOLVERS, names, error)];
+}
+
+struct phys_path_settings phys_path_defaults(const struct phys_system *system)
+{
+    const struct phys_scene *scene = system->scene;
+    return (struct phys_path_settings){
+        .rule = &phys_rule_left,
+        .slices = scene->slices,
+        .dt = scene->dt,
+        .steps = scene->paper ? scene->paper->steps : 500,
+        .learning_rate = scene->paper ? scene->paper->learning_rate : 1e-2,
+    };
+}
+
+static bool positive(double x) { return x > 0 && isfinite(x); }
+
+static enum ad_status check_settings(const struct phys_solver *solver,
+                                     const struct phys_path_settings *s, struct ad_error *error)
+{
+    bool rated = solver->rated || s->adam_steps > 0;
+    if (!s->rule)
+        return ad_fail(error, AD_E_ARGUMENT, "no action rule; expected one of phys_rules");
+    if (s->slices < 3)
+        return ad_fail(error, AD_E_ARGUMENT, "%zu slices, expected 3 or more", s->slices);
+    if (!positive(s->dt))
+        return ad_fail(error, AD_E_ARGUMENT, "time step %g, expected a positive number", s->dt);
+    if (rated && !positive(s->learning_rate))
+        return ad_fail(error, AD_E_ARGUMENT, "learning rate %g, expected a positive number",
+                       s->learning_rate);
+    if (!(s->tolerance >= 0))
+        return ad_fail(error, AD_E_ARGUMENT, "tolerance %g, expected 0 or more", s->tolerance);
+    if (!isfinite(s->energy_weight))
+        return ad_fail(error, AD_E_ARGUMENT, "energy weight %g, expected a finite number",
+                       s->energy_weight);
+    if (!(s->momentum >= 0 && s->momentum < 1))
+        return ad_fail(error, AD_E_ARGUMENT, "momentum %g, expected 0 or more and less than 1",
+                       s->momentum);
+    if (s->hold > (s->slices - 1) / 2)
+        return ad_fail(error, AD_E_ARGUMENT, "%zu slices held at either end of %zu: none may move",
+                       s->hold, s->slices);
+    return AD_OK;
+}
+
+enum ad_status phys_path_solve(const struct phys_solver *solver, const struct phys_system *system,
+                               const struct phys_path_settings *settings, double *path,
+                               struct phys_path_info *info, struct ad_error *error)
+{
+    enum ad_status status = check_settings(solver, settings, error);
+    return status == AD_OK ? solver->solve(system, settings, path, info, error) : status;
+}

@@ -1,0 +1,58 @@
+/* Stationary paths whose end time is free: dS/dT = -E, so that they are those of energy zero; more
+   generally, the path between two ends that has a given energy, and the time that it takes. The
+   secant method on the logarithm of the time, each trial a Newton solution from the one before. */
+#include "physics/internal.h"
+
+#include <float.h>
+#include <math.h>
+
+enum { TRIALS = 60 };
+
+static const double MOST_CHANGE = 0.5; /* of the logarithm of time at once */
+static const double SMALL = 1e-10;     /* change of it, that rounding may keep from falling */
+
+/* Energy above that wanted, of the path that takes exp(log_dt) a slice. */
+static enum ad_status excess(const struct phys_system *system, struct phys_path_settings *settings,
+                             double log_dt, double energy, double *path,
+                             struct phys_path_info *info, double *found, struct ad_error *error)
+{
+    double bodies = system->scene->per_body ? (double)system->bodies : 1;
+    double n = (double)settings->slices;
+    settings->dt = exp(log_dt);
+    if (phys_path_solve(&phys_solver_newton, system, settings, path, info, error) != AD_OK)
+        return error->status;
+    double mean = (info->kinetic_mean + info->potential_mean) * n * bodies;
+    *found = mean / (n - (settings->rule->repeat ? 0 : 1)) - energy;
+    return AD_OK;
+}
+
+enum ad_status phys_path_free_time(const struct phys_system *system,
+                                   struct phys_path_settings *settings, double energy, double *path,
+                                   struct phys_path_info *info, struct ad_error *error)
+{
+    double at = log(settings->dt), last = at + 0.01, here, before, step_before = (double)INFINITY;
+    struct phys_path_settings inner = *settings;
+    inner.progress = NULL;
+    inner.tolerance = 0;
+    if (excess(system, &inner, last, energy, path, info, &before, error) != AD_OK)
+        return error->status;
+    inner.adam_steps = 0;
+    for (int trial = 0; trial < TRIALS; trial++) {
+        if (excess(system, &inner, at, energy, path, info, &here, error) != AD_OK)
+            return error->status;
+        settings->dt = inner.dt;
+        double step = here == before ? 0 : -here * (at - last) / (here - before);
+        bool rounding = fabs(step) < SMALL && fabs(step) >= 0.5 * fabs(step_before);
+        if (rounding || fabs(step) <= 4 * DBL_EPSILON * fmax(1, fabs(at)))
+            return AD_OK;
+        step_before = step;
+        last = at;
+        before = here;
+        at += fmax(-MOST_CHANGE, fmin(MOST_CHANGE, step));
+    }
+    return ad_fail(
+        error, AD_E_ACCURACY,
+        "no time for which the path has energy %g: %g a slice leave %g too much; try more "
+        "slices, more --adam-steps before, or another --dt",
+        energy, settings->dt, before);
+}

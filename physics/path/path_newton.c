@@ -1,0 +1,194 @@
+/* Newton's method for stationary paths, minima or saddles of the action: H x = -g with the exact
+   Hessian. A step is taken when it makes the gradient smaller; otherwise it is damped as Levenberg
+   does for |g|^2 (Levenberg, Q. Appl. Math. 2, 1944; band.c), which tends to a short step down
+   |g|^2 whatever the signs of H. */
+#include "newton_system.h"
+#include "path_program.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Damping in units of the kinetic stiffness, where the spectrum of H ends at about 4. */
+static const double LEAST_DAMPING = 1e-5, MOST_DAMPING = 1e4, DAMPING_FACTOR = 10;
+
+static const double POOR = 0.25;  /* a step that leaves more of the gradient may have been short */
+static const double SLOW = 0.999; /* ... and one that leaves so much is hardly a step */
+
+enum { PATIENCE = 10 }; /* slow steps in a row: |g| has a minimum here that is not zero */
+
+enum { ROUNDING = 8 }; /* the gradient is zero when below so many times what rounding makes of it */
+
+struct newton {
+    struct phys_path_program path;
+    struct phys_hessian hessian;
+    struct phys_band band;
+    double *gradient, *before, *step; /* [n] each: gradient of the action */
+    double unit;                      /* action in units of the objective */
+    double damping;
+    bool lengthened; /* the last step */
+    size_t slow;     /* steps, up to the last */
+};
+
+static enum ad_status newton_new(struct newton *s, const struct phys_system *system,
+                                 const struct phys_path_settings *settings, const double *path,
+                                 struct ad_error *error)
+{
+    size_t hold = settings->hold ? settings->hold : 1;
+    double bodies = system->scene->per_body ? (double)system->bodies : 1;
+    s->unit = settings->dt * (double)settings->slices * bodies;
+    if (phys_path_program_new(&s->path, system, settings, path, error) != AD_OK ||
+        phys_hessian_new(&s->hessian, system, settings->rule, settings->slices, settings->dt,
+                         error) != AD_OK ||
+        phys_band_new(&s->band, &s->hessian, hold, error) != AD_OK)
+        return error->status;
+    if (settings->native) {
+        ad_native_in_time(s->hessian.by_q);
+        ad_native_in_time(s->hessian.by_v);
+    }
+    s->gradient = malloc(3 * s->path.n * sizeof *s->gradient);
+    if (!s->gradient)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    s->before = s->gradient + s->path.n;
+    s->step = s->before + s->path.n;
+    return AD_OK;
+}
+
+static void newton_free(struct newton *s)
+{
+    free(s->gradient);
+    phys_band_free(&s->band);
+    phys_hessian_free(&s->hessian);
+    phys_path_program_free(&s->path);
+}
+
+static double norm(struct newton *s)
+{
+    for (size_t k = 0; k < s->path.n; k++)
+        s->gradient[k] = s->unit * s->path.g[k];
+    return phys_band_norm(&s->band, s->gradient);
+}
+
+/* |g| at `length` steps from where the path was. */
+static double norm_at(struct newton *s, double length, size_t number, struct phys_path_step *at)
+{
+    for (size_t k = 0; k < s->path.n; k++)
+        s->path.x[k] = s->before[k] + length * s->step[k];
+    *at = phys_path_program_run(&s->path, number);
+    return norm(s);
+}
+
+/* Goes further along a step that made |g| smaller, but little, as long as that pays: near a pole
+   r^-p Newton's step is 1/p of the way out. Says whether it did. */
+static bool lengthen(struct newton *s, double from, double here, size_t number,
+                     struct phys_path_step *at)
+{
+    double length = 1, further;
+    if (here <= POOR * from)
+        return false;
+    while ((further = norm_at(s, 2 * length, number, at)) < here) {
+        here = further;
+        length *= 2;
+    }
+    norm_at(s, length, number, at);
+    return length > 1;
+}
+
+/* Moves the path by a step with the present damping. False, and the path back, if the gradient does
+   not fall below `from`. */
+static bool try_step(struct newton *s, double from, size_t number, struct phys_path_step *at)
+{
+    norm(s);
+    if (!phys_band_factor(&s->band, s->damping))
+        return false;
+    phys_band_step(&s->band, s->gradient, s->step);
+    memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
+    double here = norm_at(s, 1, number, at);
+    if (!(here < from)) { /* NaN, too */
+        memcpy(s->path.x, s->before, s->path.n * sizeof *s->before);
+        *at = phys_path_program_run(&s->path, number - 1);
+        return false;
+    }
+    s->lengthened = lengthen(s, from, here, number, at);
+    return true;
+}
+
+/* One step, damped as much as it needs. False if none makes the gradient smaller. */
+static bool improve(struct newton *s, struct phys_path_step *at)
+{
+    size_t number = at->step + 1;
+    phys_hessian_at(&s->hessian, s->path.x, 0);
+    phys_band_scale(&s->band);
+    double from = norm(s), rounding = ROUNDING * phys_band_rounding(&s->band, s->path.x);
+    bool first = true;
+    while (!try_step(s, from, number, at)) {
+        if (from <= rounding || s->damping >= MOST_DAMPING)
+            return false;
+        s->damping = s->damping > 0 ? s->damping * DAMPING_FACTOR : LEAST_DAMPING;
+        first = false;
+    }
+    if (first && !s->lengthened) /* else the next step needs about as much */
+        s->damping /= DAMPING_FACTOR * DAMPING_FACTOR;
+    if (s->damping < LEAST_DAMPING)
+        s->damping = 0;
+    s->slow = norm(s) > SLOW * from ? s->slow + 1 : 0;
+    return true;
+}
+
+static bool at_rounding(struct newton *s)
+{
+    return norm(s) <= ROUNDING * phys_band_rounding(&s->band, s->path.x);
+}
+
+static enum phys_stop follow(struct newton *s, struct phys_path_step *at)
+{
+    enum phys_stop stop = phys_path_program_report(&s->path, at);
+    while (!stop) {
+        bool moved = improve(s, at);
+        if (moved)
+            stop = phys_path_program_report(&s->path, at);
+        if (!stop && (!moved || s->slow >= PATIENCE))
+            stop = at_rounding(s) ? PHYS_STOP_ROUNDING : PHYS_STOP_STALLED;
+    }
+    return stop;
+}
+
+/* Of a saddle, steps of Adam before may have led away for good; then the start given is tried. */
+static enum ad_status iterate(struct newton *s, double *path, struct phys_path_info *info,
+                              struct ad_error *error)
+{
+    struct phys_path_step at = phys_path_program_run(&s->path, 0);
+    if (phys_path_program_finite(&s->path, &at, error) != AD_OK)
+        return error->status;
+    enum phys_stop stop = follow(s, &at);
+    if (stop == PHYS_STOP_STALLED && s->path.settings->adam_steps > 0) {
+        memcpy(s->path.x, path, s->path.n * sizeof *path);
+        s->damping = 0;
+        s->slow = 0;
+        at = phys_path_program_run(&s->path, at.step + 1);
+        stop = follow(s, &at);
+    }
+    phys_path_program_end(&s->path, stop, &at, path, info);
+    return AD_OK;
+}
+
+static enum ad_status solve(const struct phys_system *system,
+                            const struct phys_path_settings *settings, double *path,
+                            struct phys_path_info *info, struct ad_error *error)
+{
+    struct newton s = {0};
+    struct phys_path_settings plain = *settings;
+    plain.reference = NULL;
+    if (settings->energy_weight != 0)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "newton: energy weight %g, expected 0: it finds the stationary path of the "
+                       "action itself",
+                       settings->energy_weight);
+    if (newton_new(&s, system, &plain, path, error) == AD_OK &&
+        phys_path_program_adam(&s.path, error) == AD_OK)
+        iterate(&s, path, info, error);
+    newton_free(&s);
+    return error->status;
+}
+
+const struct phys_solver phys_solver_newton = {
+    "newton", "stationary path, minimum or saddle, to rounding", solve, false};

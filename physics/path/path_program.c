@@ -1,0 +1,215 @@
+/* The action of a path and its gradient as one program, for all solvers (path_program.h). */
+#include "path_program.h"
+#include "autodiff/clock.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- making ---- */
+
+void phys_path_free_columns(const struct phys_path_settings *settings, size_t k, size_t *first,
+                            size_t *count)
+{
+    size_t hold = settings->hold ? settings->hold : 1, slices = settings->slices;
+    *first = k == 0 ? hold : hold - 1;
+    *count = k == 0 ? slices - 2 * hold : slices - 2 * hold + 1;
+}
+
+/* The gradient with zeros where the path is held. */
+static ad_var hold_ends(const struct phys_path_settings *settings, size_t dof, ad_var g)
+{
+    size_t degree = settings->rule->degree, first, count;
+    ad_var part[2];
+    size_t row[2] = {0, dof}, col[2];
+    for (size_t k = 0; k < 2 && k < degree; k++) {
+        phys_path_free_columns(settings, k, &first, &count);
+        size_t rows = k == 0 ? dof : (degree - 1) * dof;
+        part[k] = ad_slice_cols(ad_slice_rows(g, row[k], rows), first, count);
+        col[k] = first;
+    }
+    return ad_place(g.tape, ad_rows(g), ad_cols(g), degree > 1 ? 2 : 1, part, row, col);
+}
+
+static enum ad_status record(struct phys_path_program *p, struct ad_error *error)
+{
+    const struct phys_path_settings *s = p->settings;
+    struct phys_action *a = &p->action;
+    ad_var g;
+    phys_action_record(p->tape, p->system, s->rule, s->slices, s->dt,
+                       s->energy_local ? 0 : s->energy_weight, a);
+    if (s->energy_local && s->energy_weight != 0)
+        phys_action_hold_energy(a, s->energy_weight);
+    if (ad_grad(a->objective, 1, &a->path, &g) != AD_OK)
+        return phys_tape_status(p->tape, error);
+    p->gradient = ad_label(hold_ends(s, p->system->dof, g), "gradient");
+    p->norm = ad_sqrt(ad_sum(ad_square(p->gradient)));
+    ad_var out[] = {a->objective,      a->action,       a->action_mean, a->kinetic_mean,
+                    a->potential_mean, a->first_energy, p->gradient,    p->norm};
+    if (ad_compile(p->tape, LENGTH(out), out, &p->program) != AD_OK)
+        return phys_tape_status(p->tape, error);
+    return AD_OK;
+}
+
+static double value(const struct phys_path_program *p, ad_var x)
+{
+    double y;
+    ad_get(p->program, x, &y);
+    return y;
+}
+
+enum ad_status phys_path_program_new(struct phys_path_program *p, const struct phys_system *system,
+                                     const struct phys_path_settings *settings, const double *path,
+                                     struct ad_error *error)
+{
+    *p = (struct phys_path_program){.system = system,
+                                    .settings = settings,
+                                    .tape = ad_tape_new(AD_F64),
+                                    .n = settings->rule->degree * system->dof * settings->slices,
+                                    .nearest_at = (double)INFINITY,
+                                    .started = ad_now()};
+    if (settings->reference)
+        p->nearest = malloc(p->n * sizeof *p->nearest);
+    if (!p->tape || (settings->reference && !p->nearest))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (record(p, error) != AD_OK)
+        return error->status;
+    ad_set_threads(p->program, settings->threads > 1 ? settings->threads : 1);
+    ad_set(p->program, p->action.path, path);
+    p->x = ad_data(p->program, p->action.path);
+    p->g = ad_data(p->program, p->gradient);
+    ad_run(p->program);
+    double start_energy = value(p, p->action.first_energy);
+    ad_set(p->program, p->action.start_energy, &start_energy);
+    ad_run(p->program);
+    p->start_norm = value(p, p->norm);
+    if (settings->native)
+        ad_native_in_time(p->program);
+    return AD_OK;
+}
+
+void phys_path_program_free(struct phys_path_program *p)
+{
+    ad_program_free(p->program);
+    ad_tape_free(p->tape);
+    free(p->nearest);
+}
+
+/* ---- stopping at values that are not finite ---- */
+
+static bool first_nonfinite(const double *x, size_t rows, size_t slices, size_t *k, size_t *i)
+{
+    for (*i = 0; *i < slices; ++*i)
+        for (*k = 0; *k < rows; ++*k)
+            if (!isfinite(x[*k * slices + *i]))
+                return true;
+    return false;
+}
+
+static enum ad_status stop_nonfinite(struct phys_path_program *p, size_t step,
+                                     struct ad_error *error)
+{
+    size_t slices = p->settings->slices, rows = p->n / slices, k, i;
+    struct ad_error node = {0};
+    char name[64] = "";
+    if (ad_run_checked(p->program, &node) == AD_OK)
+        ad_fail(&node, AD_E_NONFINITE, "a sum over the path is not finite");
+    const char *what = "path";
+    bool found = first_nonfinite(p->x, rows, slices, &k, &i);
+    if (!found) {
+        what = "gradient";
+        found = first_nonfinite(p->g, rows, slices, &k, &i);
+    }
+    if (!found)
+        return ad_fail(error, AD_E_NONFINITE, "step %zu: %s", step, node.message);
+    phys_coordinate_name(p->system, k % p->system->dof, name, sizeof name);
+    return ad_fail(error, AD_E_NONFINITE, "step %zu: %s; the %s first at slice %zu, coordinate %s",
+                   step, node.message, what, i, name);
+}
+
+enum ad_status phys_path_program_finite(struct phys_path_program *p,
+                                        const struct phys_path_step *at, struct ad_error *error)
+{
+    if (isfinite(at->objective) && isfinite(at->grad_norm))
+        return AD_OK;
+    return stop_nonfinite(p, at->step, error);
+}
+
+/* ---- running ---- */
+
+struct phys_path_step phys_path_program_run(struct phys_path_program *p, size_t step)
+{
+    ad_run(p->program);
+    return (struct phys_path_step){.step = step,
+                                   .path = p->x,
+                                   .action = value(p, p->action.action),
+                                   .action_mean = value(p, p->action.action_mean),
+                                   .kinetic_mean = value(p, p->action.kinetic_mean),
+                                   .potential_mean = value(p, p->action.potential_mean),
+                                   .objective = value(p, p->action.objective),
+                                   .grad_norm = value(p, p->norm)};
+}
+
+static bool carry_on(struct phys_path_program *p, const struct phys_path_step *at)
+{
+    const struct phys_path_settings *s = p->settings;
+    if (!s->progress)
+        return true;
+    double before = ad_now();
+    bool on = s->progress(s->context, at);
+    p->in_progress += ad_now() - before;
+    return on;
+}
+
+/* Keeps the path if it is the nearest to the reference so far; true when none nearer has come for
+   long. */
+static bool past_reference(struct phys_path_program *p, size_t step)
+{
+    size_t n = p->system->dof * p->settings->slices;
+    double sum = 0;
+    for (size_t k = 0; k < n; k++)
+        sum += (p->x[k] - p->settings->reference[k]) * (p->x[k] - p->settings->reference[k]);
+    if (sum < p->nearest_at) {
+        p->nearest_at = sum;
+        p->nearest_step = step;
+        memcpy(p->nearest, p->x, p->n * sizeof *p->x);
+    }
+    return step >= p->nearest_step + PHYS_PATIENCE;
+}
+
+enum phys_stop phys_path_program_report(struct phys_path_program *p,
+                                        const struct phys_path_step *at)
+{
+    const struct phys_path_settings *s = p->settings;
+    if (!carry_on(p, at))
+        return PHYS_STOP_INTERRUPTED;
+    if (s->tolerance > 0 && at->grad_norm <= s->tolerance * p->start_norm)
+        return PHYS_STOP_TOLERANCE;
+    if (p->nearest && past_reference(p, at->step))
+        return PHYS_STOP_REFERENCE;
+    return at->step == s->steps ? PHYS_STOP_STEPS : 0;
+}
+
+void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
+                           const struct phys_path_step *at, double *path,
+                           struct phys_path_info *info)
+{
+    struct phys_path_step found = *at;
+    if (p->nearest && stop != PHYS_STOP_INTERRUPTED && p->nearest_step < at->step) {
+        memcpy(p->x, p->nearest, p->n * sizeof *p->x);
+        found = phys_path_program_run(p, p->nearest_step);
+        stop = PHYS_STOP_REFERENCE;
+    }
+    memcpy(path, p->x, p->n * sizeof *p->x);
+    *info = (struct phys_path_info){.stop = stop,
+                                    .steps = found.step,
+                                    .seconds = ad_now() - p->started - p->in_progress,
+                                    .action = found.action,
+                                    .action_mean = found.action_mean,
+                                    .kinetic_mean = found.kinetic_mean,
+                                    .potential_mean = found.potential_mean,
+                                    .grad_norm = found.grad_norm};
+    snprintf(info->interpreted, sizeof info->interpreted, "%s", ad_native_note(p->program));
+    info->native = !*info->interpreted;
+}

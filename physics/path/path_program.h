@@ -1,0 +1,51 @@
+/* What every solver of stationary paths works with: the action and its gradient as a program, the
+   caller's progress function, and the reasons to stop that all solvers share. */
+#ifndef PHYSICS_PATH_PROGRAM_H
+#define PHYSICS_PATH_PROGRAM_H
+
+#include "physics/internal.h"
+
+struct phys_path_program {
+    const struct phys_system *system;
+    const struct phys_path_settings *settings;
+    ad_tape *tape;
+    ad_program *program;
+    struct phys_action action;
+    ad_var gradient, norm;
+    size_t n;            /* elements of the path: s*dof*slices */
+    double *x, *g;       /* path and gradient of the objective, 0 where held: program storage */
+    double start_norm;   /* of the gradient, at the start */
+    double *nearest;     /* path nearest to settings->reference so far; NULL: no matter */
+    double nearest_at;   /* its mean square distance ... */
+    size_t nearest_step; /* ... and step */
+    double started, in_progress; /* seconds: clock at the start; in the progress function */
+};
+
+/* Records and compiles; the path is the start, and its energy the E0 of the penalty. Ends with
+   phys_path_program_free, whatever it returned. */
+enum ad_status phys_path_program_new(struct phys_path_program *p, const struct phys_system *system,
+                                     const struct phys_path_settings *settings, const double *path,
+                                     struct ad_error *error);
+void phys_path_program_free(struct phys_path_program *p);
+
+/* Objective, action, means and |gradient| at x. */
+struct phys_path_step phys_path_program_run(struct phys_path_program *p, size_t step);
+/* After a run: AD_E_NONFINITE naming step, operation and coordinate if something is not finite. */
+enum ad_status phys_path_program_finite(struct phys_path_program *p,
+                                        const struct phys_path_step *at, struct ad_error *error);
+/* Reports a step; the reason to stop there, 0 if there is none. */
+enum phys_stop phys_path_program_report(struct phys_path_program *p,
+                                        const struct phys_path_step *at);
+/* Fills info and the caller's path. */
+void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
+                           const struct phys_path_step *at, double *path,
+                           struct phys_path_info *info);
+/* settings->adam_steps of Adam, unreported, before another solver; fewer where they lead to a path
+   on which the action is not finite, and the last one before it stays. */
+enum ad_status phys_path_program_adam(struct phys_path_program *p, struct ad_error *error);
+
+/* The columns of node k (0 ... degree-1) that move: first ... first + count - 1. */
+void phys_path_free_columns(const struct phys_path_settings *settings, size_t k, size_t *first,
+                            size_t *count);
+
+#endif

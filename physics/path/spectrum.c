@@ -1,0 +1,256 @@
+/* Morse index, conjugate points and smallest eigenvalue of the action's Hessian, by elimination in
+   the order of time (Sylvester's law of inertia). An element's inner nodes go first, which leaves a
+   chain over the slices with blocks A_i and couplings B_i; then
+       D_1 = A_1,   D_i+1 = A_i+1 - B_i^T D_i^-1 B_i,
+   and as many eigenvalues of the Hessian are negative as of all D_i and inner blocks together. The
+   count after D_i is the index of the path up to slice i + 1: where it grows there is a point
+   conjugate to the start (Morse; Gelfand, Fomin, Calculus of Variations, section 29). The solutions
+   of the linearised equations that vanish at the start obey J_i+1 = -B_i^-1 D_i J_i, so that their
+   determinant changes sign there, and its zero is found between the slices on a line. */
+#include "hessian.h"
+#include "autodiff/blas.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct chain {
+    const struct phys_hessian *hessian;
+    size_t dof, inner, side; /* side: 2 dof of a condensed element, slice before and slice behind */
+    double *K;               /* [inner][inner] inner block */
+    double *C;               /* [2 dof][inner] coupling of inner nodes to slices, and solved */
+    double *S, *before;      /* [2 dof][2 dof] condensed elements */
+    double *D, *X, *Y;       /* [dof][dof] */
+    double *work;
+    int *pivots;
+    double largest; /* entry of any element: the scale of the spectrum */
+};
+
+/* ---- elements ---- */
+
+/* Node number of index k in the order inner nodes, slice before, slice behind. */
+static size_t node_of(size_t degree, size_t k)
+{
+    return k + 1 < degree ? k + 1 : k + 1 == degree ? 0 : degree;
+}
+
+/* Entry of an element's matrix in that order. */
+static double entry(const struct chain *c, size_t e, size_t i, size_t j)
+{
+    const struct phys_hessian *h = c->hessian;
+    size_t dof = c->dof, s = h->table.degree;
+    size_t a = node_of(s, i / dof) * dof + i % dof, b = node_of(s, j / dof) * dof + j % dof;
+    return h->element[(e * h->side + b) * h->side + a];
+}
+
+/* Puts the element without its inner nodes, shifted by -sigma there, into c->S. False: sigma is an
+   eigenvalue of the inner block to the last bit; else `negative` of them are below it. */
+static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
+{
+    size_t m = c->inner, n = c->side;
+    double log_det;
+    *negative = 0;
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
+            c->S[j * n + i] = entry(c, e, m + i, m + j);
+    if (m == 0)
+        return true;
+    for (size_t j = 0; j < m; j++)
+        for (size_t i = 0; i < m; i++)
+            c->K[j * m + i] = entry(c, e, i, j) - (i == j ? sigma : 0);
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < m; i++)
+            c->C[j * m + i] = entry(c, e, i, m + j);
+    if (ad_blas_symmetric_factor(m, c->K, c->pivots, c->work) != 0)
+        return false;
+    *negative = ad_blas_symmetric_inertia(m, c->K, c->pivots, &log_det);
+    double *solved = c->C + n * m;
+    memcpy(solved, c->C, n * m * sizeof *solved);
+    ad_blas_symmetric_solve(m, c->K, c->pivots, n, solved);
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
+            for (size_t k = 0; k < m; k++)
+                c->S[j * n + i] -= c->C[i * m + k] * solved[j * m + k];
+    return true;
+}
+
+/* ---- the chain ---- */
+
+/* A block of a condensed element: slices a and b, 0 or 1. */
+static double block(const struct chain *c, const double *S, size_t a, size_t b, size_t i, size_t j)
+{
+    return S[(b * c->dof + j) * c->side + a * c->dof + i];
+}
+
+/* Y = D^-1 B for the B of the element in c->S, by columns; X = B^T Y. D is factored. */
+static void eliminate(struct chain *c)
+{
+    size_t n = c->dof;
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
+            c->Y[j * n + i] = block(c, c->S, 0, 1, i, j);
+    ad_blas_symmetric_solve(n, c->D, c->pivots, n, c->Y);
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++) {
+            double sum = 0;
+            for (size_t k = 0; k < n; k++)
+                sum += block(c, c->S, 0, 1, k, i) * c->Y[j * n + k];
+            c->X[j * n + i] = sum;
+        }
+}
+
+/* How far between slices i and i+1 det J passes zero, when it does: J_i+1 = -B_i^-1 D_i J_i. */
+static double crossing(struct chain *c, double log_det_D, size_t negative_D)
+{
+    size_t n = c->dof;
+    int sign;
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
+            c->Y[j * n + i] = -block(c, c->S, 0, 1, i, j);
+    double log_det_B = ad_blas_log_det(n, c->Y, c->pivots, &sign);
+    double ratio = exp(log_det_D - log_det_B);
+    if (sign == 0 || (sign < 0) == (negative_D % 2 == 1))
+        return 0.5; /* no change of sign: an even number at once */
+    return 1 / (1 + ratio);
+}
+
+static void note_conjugate(const struct chain *c, size_t i, size_t more, double share,
+                           struct phys_spectrum *spectrum)
+{
+    for (size_t k = 0; k < more && spectrum->n_conjugate < LENGTH(spectrum->conjugate); k++)
+        spectrum->conjugate[spectrum->n_conjugate++] = ((double)i + share) * c->hessian->dt;
+}
+
+/* D of slice i from the elements before and behind it and from what was eliminated. */
+static bool next_block(struct chain *c, double sigma)
+{
+    size_t n = c->dof;
+    for (size_t b = 0; b < n; b++)
+        for (size_t a = 0; a < n; a++)
+            c->D[b * n + a] = block(c, c->before, 1, 1, a, b) + block(c, c->S, 0, 0, a, b) -
+                              c->X[b * n + a] - (a == b ? sigma : 0);
+    return ad_blas_symmetric_factor(n, c->D, c->pivots, c->work) == 0;
+}
+
+/* Number of eigenvalues of the Hessian below sigma, in `total`, and conjugate points, if asked for.
+   False: sigma is an eigenvalue of some part to the last bit. */
+static bool eliminate_all(struct chain *c, double sigma, size_t *total,
+                          struct phys_spectrum *spectrum)
+{
+    size_t more;
+    if (!condense(c, 0, sigma, total))
+        return false;
+    memset(c->X, 0, c->dof * c->dof * sizeof *c->X);
+    if (spectrum && *total)
+        note_conjugate(c, 0, *total, 0.5, spectrum);
+    for (size_t i = 1; i < c->hessian->elements; i++) {
+        double log_det, *swap = c->before;
+        c->before = c->S;
+        c->S = swap;
+        if (!condense(c, i, sigma, &more) || !next_block(c, sigma))
+            return false;
+        size_t negative = ad_blas_symmetric_inertia(c->dof, c->D, c->pivots, &log_det);
+        eliminate(c);
+        more += negative;
+        if (spectrum && more)
+            note_conjugate(c, i, more, more == 1 ? crossing(c, log_det, negative) : 0.5, spectrum);
+        *total += more;
+    }
+    return true;
+}
+
+/* A pivot that is zero to the last bit is passed by a shift below rounding. */
+static size_t count_below(struct chain *c, double sigma, struct phys_spectrum *spectrum)
+{
+    size_t total;
+    while (!eliminate_all(c, sigma, &total, spectrum)) {
+        sigma -= DBL_EPSILON * c->largest;
+        if (spectrum)
+            spectrum->n_conjugate = 0;
+    }
+    return total;
+}
+
+/* ---- what is asked ---- */
+
+static double largest_entry(const struct phys_hessian *h)
+{
+    double most = 0;
+    for (size_t k = 0; k < h->elements * h->side * h->side; k++)
+        most = fmax(most, fabs(h->element[k]));
+    return most;
+}
+
+static bool chain_new(struct chain *c, const struct phys_hessian *h)
+{
+    size_t n = h->dof, m = (h->table.degree - 1) * n;
+    *c = (struct chain){.hessian = h, .dof = n, .inner = m, .side = 2 * n};
+    size_t larger = m > n ? m : n;
+    c->K = malloc((m * m + 4 * n * m + 8 * n * n + 3 * n * n + 64 * larger) * sizeof *c->K);
+    c->pivots = malloc(larger * sizeof *c->pivots);
+    if (!c->K || !c->pivots)
+        return false;
+    c->C = c->K + m * m;
+    c->S = c->C + 4 * n * m;
+    c->before = c->S + 4 * n * n;
+    c->D = c->before + 4 * n * n;
+    c->X = c->D + n * n;
+    c->Y = c->X + n * n;
+    c->work = c->Y + n * n;
+    c->largest = largest_entry(h);
+    return true;
+}
+
+static void chain_free(struct chain *c)
+{
+    free(c->K);
+    free(c->pivots);
+}
+
+/* By bisection on the count, to rounding. */
+static double smallest(struct chain *c)
+{
+    double low = -c->largest, high = c->largest;
+    while (count_below(c, low, NULL) > 0)
+        low *= 2;
+    while (count_below(c, high, NULL) == 0)
+        high *= 2;
+    while (high - low > 4 * DBL_EPSILON * c->largest) {
+        double middle = 0.5 * (low + high);
+        if (count_below(c, middle, NULL) > 0)
+            high = middle;
+        else
+            low = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+enum { CHEAP = 40 }; /* dof * degree up to which sixty eliminations are cheap */
+
+enum ad_status phys_path_spectrum(const struct phys_system *system,
+                                  const struct phys_path_settings *settings, const double *path,
+                                  struct phys_spectrum *spectrum, struct ad_error *error)
+{
+    struct phys_hessian h;
+    struct chain c = {0};
+    *spectrum = (struct phys_spectrum){.smallest = (double)NAN};
+    if (phys_hessian_new(&h, system, settings->rule, settings->slices, settings->dt, error) ==
+        AD_OK) {
+        phys_hessian_at(&h, path, 0);
+        if (!chain_new(&c, &h)) {
+            ad_fail(error, AD_E_MEMORY, "out of memory for the inertia");
+        } else if (!isfinite(c.largest)) {
+            ad_fail(error, AD_E_NONFINITE, "second derivatives of the action are not finite");
+        } else {
+            ad_blas_single_thread();
+            spectrum->index = count_below(&c, 0, spectrum);
+            if (h.dof * h.table.degree <= CHEAP && c.largest > 0)
+                spectrum->smallest = smallest(&c);
+            ad_blas_threads();
+        }
+    }
+    chain_free(&c);
+    phys_hessian_free(&h);
+    return error->status;
+}

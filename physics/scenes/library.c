@@ -1,0 +1,84 @@
+/* Scenes from outside: a shared object that exports leastaction_scene. The one file that loads
+   code. Everything a scene must have is looked at here, so that the rest may rely on it. */
+#include "physics/internal.h"
+
+#include <dlfcn.h>
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#define SYMBOL "leastaction_scene"
+enum { PARAMS_MOST = 1 << 30 };
+
+static bool parameters_fit(const struct phys_scene *s)
+{
+    for (size_t k = 0; k < s->n_params; k++)
+        if (!s->params[k].name || s->params[k].offset > s->params_bytes ||
+            s->params_bytes - s->params[k].offset < sizeof(double) ||
+            s->params[k].offset % _Alignof(double) != 0)
+            return false;
+    return s->params_bytes < PARAMS_MOST;
+}
+
+/* Version and size come first: they say whether the rest of the struct can be read at all. */
+const char *phys_scene_flaw(const struct phys_scene *s)
+{
+    if (s->version != PHYS_SCENE_VERSION)
+        return "made for another version of leastaction (version is not PHYS_SCENE_VERSION)";
+    if (s->size != sizeof *s)
+        return "made for another version of leastaction (size is not sizeof(struct phys_scene))";
+    if (!s->name || !s->what)
+        return "without name or description";
+    if (!s->unit || !s->time_unit || !s->energy_unit)
+        return "without units";
+    if (!s->dof && !s->dof_of)
+        return "without degrees of freedom";
+    if (!s->dims && !s->dims_of)
+        return "without dims, the coordinates of one body";
+    if (!s->lagrangian && !(s->kinetic && s->potential))
+        return "without a Lagrangian (or kinetic and potential energy)";
+    if (!s->start)
+        return "without a start";
+    if (s->slices < 3 || !(s->dt > 0) || !isfinite(s->dt))
+        return "with fewer than 3 slices or a time step that is not positive";
+    if ((s->n_params && !s->params) || !parameters_fit(s))
+        return "with parameters that do not lie in its params struct";
+    return NULL;
+}
+
+enum ad_status phys_library_open(const char *file, void **library, const struct phys_scene **scene,
+                                 struct ad_error *error)
+{
+    /* A bare name would be looked for in the system's library folders. */
+    char path[4096];
+    int length = snprintf(path, sizeof path, "%s%s", strchr(file, '/') ? "" : "./", file);
+    if (length < 0 || (size_t)length >= sizeof path)
+        return ad_fail(error, AD_E_INPUT, "the path of the scene is too long");
+    if (access(path, R_OK) != 0)
+        return ad_fail(error, AD_E_INPUT, "%s: cannot be read: %s; expected a scene in a .so", file,
+                       strerror(errno));
+    if (!phys_library_is_whole(path))
+        return ad_fail(error, AD_E_INPUT,
+                       "%s: not a scene: expected a shared object, this is none or cut short",
+                       file);
+    *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (!*library)
+        return ad_fail(error, AD_E_INPUT, "%s: not a scene: %s", file, dlerror());
+    *scene = dlsym(*library, SYMBOL);
+    if (!*scene)
+        return ad_fail(error, AD_E_INPUT,
+                       "%s: not a scene: expected it to export const struct phys_scene " SYMBOL,
+                       file);
+    const char *wrong = phys_scene_flaw(*scene);
+    if (wrong)
+        return ad_fail(error, AD_E_INPUT, "%s: a scene %s", file, wrong);
+    return AD_OK;
+}
+
+void phys_library_close(void *library)
+{
+    if (library)
+        dlclose(library);
+}

@@ -1,0 +1,163 @@
+/* Scenes by name, and their parameters. */
+#include "physics/internal.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const struct phys_scene *const phys_scenes[] = {
+    &phys_scene_freebody,
+    &phys_scene_pendulum,
+    &phys_scene_dblpend,
+    &phys_scene_threebody,
+    &phys_scene_gas,
+    &phys_scene_ephemeris,
+    &phys_scene_spring,
+    &phys_scene_kepler,
+    &phys_scene_figure8,
+    &phys_scene_pythagorean,
+    &phys_scene_arenstorf,
+    &phys_scene_fall,
+    &phys_scene_cubic,
+    &phys_scene_dimer,
+    &phys_scene_brachistochrone,
+    &phys_scene_double_well,
+    NULL,
+};
+
+enum { N_SCENES = LENGTH(phys_scenes) - 1, MOST_PARAMS = 64 };
+
+static double *value_of(const struct phys_system *system, size_t k)
+{
+    return (double *)((char *)system->params + system->scene->params[k].offset);
+}
+
+/* Degrees of freedom, bodies and dimensions follow from the parameters. */
+static bool measure(struct phys_system *system)
+{
+    const struct phys_scene *scene = system->scene;
+    size_t dof = scene->dof ? scene->dof : scene->dof_of(system->params);
+    size_t dims = scene->dims ? scene->dims : scene->dims_of(system->params);
+    if (!dof || !dims || dof % dims)
+        return false;
+    system->dof = dof;
+    system->dims = dims;
+    system->bodies = dof / dims;
+    return true;
+}
+
+static bool is_file(const char *name)
+{
+    size_t n = strlen(name);
+    return strchr(name, '/') || (n > 3 && strcmp(name + n - 3, ".so") == 0);
+}
+
+static enum ad_status find_scene(const char *name, struct phys_system *system,
+                                 struct ad_error *error)
+{
+    if (is_file(name))
+        return phys_library_open(name, &system->library, &system->scene, error);
+    const char *names[N_SCENES];
+    for (size_t k = 0; k < N_SCENES; k++)
+        names[k] = phys_scenes[k]->name;
+    size_t k = phys_find("scene", name, N_SCENES, names, error);
+    if (k == N_SCENES)
+        return AD_E_ARGUMENT;
+    system->scene = phys_scenes[k];
+    return AD_OK;
+}
+
+enum ad_status phys_system_begin(struct phys_system *system, const struct phys_scene *scene,
+                                 struct ad_error *error)
+{
+    system->scene = scene;
+    system->params = calloc(1, scene->params_bytes + 1);
+    if (!system->params)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; k < scene->n_params; k++)
+        *value_of(system, k) = scene->params[k].value;
+    if (!measure(system))
+        return ad_fail(error, AD_E_INPUT, "%s: the default parameters make no system", scene->name);
+    return AD_OK;
+}
+
+enum ad_status phys_system_open(const char *name, struct phys_system *system,
+                                struct ad_error *error)
+{
+    *system = (struct phys_system){0};
+    enum ad_status status = find_scene(name, system, error);
+    return status == AD_OK ? phys_system_begin(system, system->scene, error) : status;
+}
+
+enum ad_status phys_system_make(const struct phys_scene *scene, struct phys_system *system,
+                                struct ad_error *error)
+{
+    const char *flaw = phys_scene_flaw(scene);
+    *system = (struct phys_system){0};
+    return flaw ? ad_fail(error, AD_E_INPUT, "a scene %s", flaw)
+                : phys_system_begin(system, scene, error);
+}
+
+void phys_system_close(struct phys_system *system)
+{
+    free(system->params);
+    phys_library_close(system->library);
+    *system = (struct phys_system){0};
+}
+
+enum ad_status phys_system_set(struct phys_system *system, const char *name, double value,
+                               struct ad_error *error)
+{
+    const struct phys_scene *scene = system->scene;
+    const char *names[MOST_PARAMS];
+    size_t n = scene->n_params < MOST_PARAMS ? scene->n_params : MOST_PARAMS;
+    for (size_t k = 0; k < n; k++)
+        names[k] = scene->params[k].name;
+    char what[80];
+    snprintf(what, sizeof what, "parameter of %s", scene->name);
+    size_t k = phys_find(what, name, n, names, error);
+    if (k == n)
+        return AD_E_ARGUMENT;
+    if (!isfinite(value))
+        return ad_fail(error, AD_E_ARGUMENT, "%s: %s is %g, expected a finite number", scene->name,
+                       name, value);
+    double before = *value_of(system, k);
+    *value_of(system, k) = value;
+    if (measure(system))
+        return AD_OK;
+    *value_of(system, k) = before;
+    return ad_fail(error, AD_E_ARGUMENT, "%s: %s = %g makes no system (%s)", scene->name, name,
+                   value, scene->params[k].what);
+}
+
+enum ad_status phys_system_set_all(struct phys_system *system, size_t n,
+                                   const struct phys_setting set[], struct ad_error *error)
+{
+    for (size_t k = 0; k < n; k++)
+        if (phys_system_set(system, set[k].name, set[k].value, error) != AD_OK)
+            return error->status;
+    return AD_OK;
+}
+
+double phys_system_get(const struct phys_system *system, const char *name)
+{
+    for (size_t k = 0; k < system->scene->n_params; k++)
+        if (strcmp(system->scene->params[k].name, name) == 0)
+            return *value_of(system, k);
+    return (double)NAN;
+}
+
+void phys_coordinate_name(const struct phys_system *system, size_t k, char *name, size_t size)
+{
+    const struct phys_scene *scene = system->scene;
+    size_t body = k / system->dims, axis = k % system->dims;
+    if (scene->coordinates)
+        snprintf(name, size, "%s", scene->coordinates[k]);
+    else if (axis > 2)
+        snprintf(name, size, "q%zu", k + 1);
+    else if (scene->body_name)
+        snprintf(name, size, "%c_%s", "xyz"[axis], scene -> body_name(system->params, body));
+    else
+        snprintf(name, size, "%c%zu", "xyz"[axis], body + 1);
+}

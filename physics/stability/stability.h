@@ -1,0 +1,97 @@
+/* Where methods fail, known before they do: the longest step that an oscillation allows, and the
+   time after which a chaotic motion has forgotten its start. */
+#ifndef PHYSICS_STABILITY_H
+#define PHYSICS_STABILITY_H
+
+#include "physics/motion/motion.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- steps (small_motion.c, step_limit.c) ---- */
+
+enum { PHYS_SMALL_MOTION_DOF = 1000 };
+
+/* Small motions about a place, where M x'' = -K x with M = L_vv, K = -L_qq (what depends on
+   velocities is left out): from the eigenvalues of M^-1 K. */
+struct phys_small_motion {
+    double frequency;  /* of the fastest oscillation, in radians; 0: there is none */
+    double t;          /* where it is */
+    size_t coordinate; /* that moves most in it */
+    double growth;     /* fastest rate at which a place is left down a hillside; 0: none */
+};
+/* The fastest at n places x [n][2 dof], each q and then v, and times t [n]. AD_E_ARGUMENT for more
+   than PHYS_SMALL_MOTION_DOF coordinates or a mass matrix that is not positive; AD_E_NONFINITE
+   names a coordinate. */
+enum ad_status phys_small_motion(const struct phys_system *system, size_t n, const double *x,
+                                 const double *t, struct phys_small_motion *motion,
+                                 struct ad_error *error);
+
+/* Limits of w h for a method with steps of length h on an oscillation of frequency w, found by
+   taking steps with it; INFINITY where there is none. */
+struct phys_step_limits {
+    double stability; /* beyond, amplitudes grow: 2 for verlet, 2 sqrt 2 for rk4, 0 for euler */
+    /* A step turns the phase by a third of a circle. There nonlinear forces push a symplectic
+       method off any orbit, however small: sqrt 3 for verlet, 2 sqrt 3 for implicit-midpoint
+       (Skeel, Zhang, Schlick, SIAM J. Sci. Comput. 18, 1997). INFINITY for other methods. */
+    double resonance;
+};
+/* Not for adaptive methods: AD_E_ARGUMENT. */
+enum ad_status phys_step_limits(const struct phys_integrator *integrator,
+                                struct phys_step_limits *limits, struct ad_error *error);
+
+enum phys_step_verdict {
+    PHYS_STEP_GOOD,
+    PHYS_STEP_RESONANT, /* beyond the resonance */
+    PHYS_STEP_UNSTABLE  /* beyond stability */
+};
+struct phys_step_advice {
+    enum phys_step_verdict verdict;
+    struct phys_small_motion motion; /* the fastest */
+    double limit, resonance;         /* of dt there */
+    char text[512];                  /* a warning and what to try; empty for good steps */
+};
+/* What to expect of steps dt of a method at n places, given as for phys_small_motion: the start, or
+   all of a motion. */
+enum ad_status phys_step_advise(const struct phys_integrator *integrator,
+                                const struct phys_system *system, size_t n, const double *x,
+                                const double *t, double dt, struct phys_step_advice *advice,
+                                struct ad_error *error);
+
+/* L does not depend on time itself (autonomous.c): its energy is constant, and a change of it is an
+   error. False where that cannot be found out. */
+bool phys_keeps_energy(const struct phys_system *system);
+
+/* ---- chaos (lyapunov.c) ---- */
+
+struct phys_lyapunov_settings {
+    double t0, t1;    /* t1 > t0 */
+    double tolerance; /* of the integration; 0: 1e-9 */
+    const double
+        *scale; /* [n] sizes of the components that differences are measured in; NULL: ones */
+    const double *direction; /* [n] of the difference at the start; NULL: an irregular one */
+    double known, lost;      /* size of a difference at the start, and when it is too large */
+};
+
+struct phys_lyapunov {
+    double exponent; /* log of the growth of a small difference, per time */
+    double time;     /* its inverse: growth by e; INFINITY where nothing grows */
+    double growth;   /* from t0 to t1 */
+    /* Mean exponential growth of nearby orbits (Cincotta, Simo, Astron. Astrophys. Suppl. 147,
+       2000): 2 on regular motions, where differences grow as powers of time; exponent * time / 2
+       on chaotic ones. */
+    double megno;
+    bool chaotic;   /* megno says so; a short span cannot tell */
+    double horizon; /* when a difference `known` has become `lost`; INFINITY: not before t1 */
+};
+
+/* Follows a small difference along the motion from y [n] at t0 by the linearised field. */
+enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
+                             const struct phys_lyapunov_settings *settings,
+                             struct phys_lyapunov *result, struct ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
