@@ -373,8 +373,10 @@ enum ad_status phys_path_free_time(const struct phys_system *system,
 
 /* What kind of stationary point a path is. */
 struct phys_spectrum {
-    size_t index;    /* Morse index: negative eigenvalues of the Hessian; 0 is a minimum */
-    double smallest; /* eigenvalue; NaN where many coordinates make it expensive */
+    size_t index;            /* Morse index: negative eigenvalues of the Hessian; 0 is a minimum */
+    double smallest;         /* eigenvalue; NaN where many coordinates make it expensive */
+    double second_variation; /* its smallest eigenvalue against the integral of x^2, which tends to
+                                that of the continuous problem for every rule; NaN likewise */
     size_t n_conjugate;
     double conjugate[32]; /* times of the points conjugate to the start, the first so many */
 };

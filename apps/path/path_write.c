@@ -50,8 +50,8 @@ static void print_spectrum(const struct path_run *run, const struct phys_spectru
     printf("\n  Morse index %zu: %s of the action\n", spectrum->index,
            spectrum->index ? "a saddle" : "a minimum");
     if (!isnan(spectrum->smallest))
-        printf("  smallest eigenvalue %.9g, divided by dt %.9g\n", spectrum->smallest,
-               spectrum->smallest / run->settings.dt);
+        printf("  smallest eigenvalue of the Hessian %.9g, of the second variation %.9g\n",
+               spectrum->smallest, spectrum->second_variation);
     if (spectrum->n_conjugate)
         printf("  conjugate to the start, in %s:", unit);
     for (size_t k = 0; k < spectrum->n_conjugate; k++)
@@ -121,6 +121,7 @@ static void json_spectrum(struct json *json, const struct path_result *result)
     }
     json_count(json, "morse_index", spectrum->index);
     json_number(json, "smallest_eigenvalue", spectrum->smallest);
+    json_number(json, "second_variation", spectrum->second_variation);
     json_array(json, "conjugate_times");
     for (size_t k = 0; k < spectrum->n_conjugate; k++)
         json_number(json, NULL, spectrum->conjugate[k]);

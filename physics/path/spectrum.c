@@ -24,7 +24,9 @@ struct chain {
     double *D, *X, *Y;       /* [dof][dof] */
     double *work;
     int *pivots;
-    double largest; /* entry of any element: the scale of the spectrum */
+    double mass[PHYS_RULE_MOST]; /* of a slice and of each inner node: sigma counts times it */
+    double largest;              /* entry of any element ... */
+    double scale;                /* ... and of the spectrum */
 };
 
 /* ---- elements ---- */
@@ -58,7 +60,7 @@ static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
         return true;
     for (size_t j = 0; j < m; j++)
         for (size_t i = 0; i < m; i++)
-            c->K[j * m + i] = entry(c, e, i, j) - (i == j ? sigma : 0);
+            c->K[j * m + i] = entry(c, e, i, j) - (i == j ? sigma * c->mass[1 + i / c->dof] : 0);
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < m; i++)
             c->C[j * m + i] = entry(c, e, i, m + j);
@@ -129,7 +131,7 @@ static bool next_block(struct chain *c, double sigma)
     for (size_t b = 0; b < n; b++)
         for (size_t a = 0; a < n; a++)
             c->D[b * n + a] = block(c, c->before, 1, 1, a, b) + block(c, c->S, 0, 0, a, b) -
-                              c->X[b * n + a] - (a == b ? sigma : 0);
+                              c->X[b * n + a] - (a == b ? sigma * c->mass[0] : 0);
     return ad_blas_symmetric_factor(n, c->D, c->pivots, c->work) == 0;
 }
 
@@ -165,7 +167,7 @@ static size_t count_below(struct chain *c, double sigma, struct phys_spectrum *s
 {
     size_t total;
     while (!eliminate_all(c, sigma, &total, spectrum)) {
-        sigma -= DBL_EPSILON * c->largest;
+        sigma -= DBL_EPSILON * c->scale;
         if (spectrum)
             spectrum->n_conjugate = 0;
     }
@@ -208,15 +210,33 @@ static void chain_free(struct chain *c)
     free(c->pivots);
 }
 
+/* Masses that are 1 give the eigenvalues of the Hessian. Those of the second variation are measured
+   against the integral of x^2: node k has the mass dt times the integral of its polynomial, which
+   the points of a rule give exactly, and a slice that of both its elements. */
+static void set_masses(struct chain *c, bool integral)
+{
+    const struct phys_rule_table *table = &c->hessian->table;
+    double least = (double)INFINITY;
+    memset(c->mass, 0, sizeof c->mass);
+    for (size_t k = 0; k <= table->degree; k++)
+        for (size_t j = 0; j < table->points; j++)
+            c->mass[k % table->degree] += c->hessian->dt * table->weight[j] * table->q[j][k];
+    for (size_t k = 0; k < table->degree; k++) {
+        c->mass[k] = integral ? c->mass[k] : 1;
+        least = fmin(least, c->mass[k]);
+    }
+    c->scale = c->largest / least;
+}
+
 /* By bisection on the count, to rounding. */
 static double smallest(struct chain *c)
 {
-    double low = -c->largest, high = c->largest;
+    double low = -c->scale, high = c->scale;
     while (count_below(c, low, NULL) > 0)
         low *= 2;
     while (count_below(c, high, NULL) == 0)
         high *= 2;
-    while (high - low > 4 * DBL_EPSILON * c->largest) {
+    while (high - low > 4 * DBL_EPSILON * c->scale) {
         double middle = 0.5 * (low + high);
         if (count_below(c, middle, NULL) > 0)
             high = middle;
@@ -234,7 +254,7 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
 {
     struct phys_hessian h;
     struct chain c = {0};
-    *spectrum = (struct phys_spectrum){.smallest = (double)NAN};
+    *spectrum = (struct phys_spectrum){.smallest = (double)NAN, .second_variation = (double)NAN};
     if (phys_hessian_new(&h, system, settings->rule, settings->slices, settings->dt, error) ==
         AD_OK) {
         phys_hessian_at(&h, path, 0);
@@ -244,9 +264,13 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
             ad_fail(error, AD_E_NONFINITE, "second derivatives of the action are not finite");
         } else {
             ad_blas_single_thread();
+            set_masses(&c, false);
             spectrum->index = count_below(&c, 0, spectrum);
-            if (h.dof * h.table.degree <= CHEAP && c.largest > 0)
+            if (h.dof * h.table.degree <= CHEAP && c.largest > 0) {
                 spectrum->smallest = smallest(&c);
+                set_masses(&c, true);
+                spectrum->second_variation = smallest(&c);
+            }
             ad_blas_threads();
         }
     }

@@ -214,6 +214,33 @@ static void action_of_the_figure_eight(void **state)
     phys_system_close(&system);
 }
 
+/* F2: the least eigenvalue of the second variation -x'' - x between fixed ends is (pi/T)^2 - 1, for
+   every rule; the error of the coarse grid falls with the order of the rule. */
+static void second_variation_of_every_rule(void **state)
+{
+    static const struct {
+        const char *rule;
+        double tolerance;
+    } cases[] = {{"left", 2e-3},   {"left+repeat", 7e-2}, {"midpoint", 2e-3}, {"trapezoid", 2e-3},
+                 {"gauss2", 2e-6}, {"gauss3", 1e-9},      {"gauss4", 1e-10},  {"gauss7", 1e-10}};
+    (void)state;
+    struct phys_system spring;
+    struct ad_error error = {0};
+    phys_system_open("spring", &spring, &error);
+    for (size_t k = 0; k < LENGTH(cases); k++)
+        for (double time = 2; time < 8; time *= 1.7) {
+            struct phys_path_settings settings = settings_of(&spring, cases[k].rule);
+            settings.slices = 41;
+            settings.dt = time / 40;
+            double path[7 * 41] = {[0] = 1}, exact = M_PI * M_PI / time / time - 1;
+            struct phys_spectrum found = spectrum(&spring, &settings, path);
+            assert_close(found.second_variation, exact, 0, cases[k].tolerance);
+            if (settings.rule->degree == 1)
+                assert_close(found.smallest, exact * settings.dt, 0, cases[k].tolerance);
+        }
+    phys_system_close(&spring);
+}
+
 /* Half a period is where an oscillator's action turns into a saddle. */
 static void oscillator_turns_into_a_saddle(void **state)
 {
@@ -317,6 +344,7 @@ int main(void)
         cmocka_unit_test(gas_returns_to_its_motion),
         cmocka_unit_test(index_on_the_true_path),
         cmocka_unit_test(action_of_the_figure_eight),
+        cmocka_unit_test(second_variation_of_every_rule),
         cmocka_unit_test(oscillator_turns_into_a_saddle),
         cmocka_unit_test(steps_of_adam_that_lead_away_are_taken_back),
         cmocka_unit_test(wrong_settings_are_refused),
