@@ -194,6 +194,7 @@ build-tests: $(TESTS)
 # Installing comes before a second make, which then finds compiler and libraries.
 test:
 	@scripts/install-deps
+	@scripts/install-deps --optional python3-h5py locales
 	@$(MAKE) --no-print-directory check
 
 check: $(if $(filter tests/apps tests/stability,$(TEST_DIRS)),$(COMMAND)) $(TESTS)
@@ -207,15 +208,15 @@ demo:
 bench: all
 	@scripts/bench $(BUILD)/leastaction $(BUILD)/bench $(if $(ACCEPT),accept)
 
-# The ephemeris is held against tables of Horizons, where there are any.
-HORIZONS ?= $(wildcard $(or $(LEASTACTION_SHARED),../shared)/data/horizons)
+# Tables of Horizons for the ephemeris.
+HORIZONS ?= tests/data/horizons
 
-CHARTS = gradients linear integrators paths gas hnn quantum jobs $(if $(HORIZONS),ephemeris)
+CHARTS = gradients linear integrators paths gas hnn quantum jobs ephemeris
 
 charts: all
 	@for kind in $(CHARTS); do \
 	    $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) \
-	        $(if $(HORIZONS),--data '$(HORIZONS)') || exit; \
+	        --data '$(HORIZONS)' || exit; \
 	done
 	@$(MAKE) --no-print-directory peers
 

@@ -72,13 +72,15 @@ char *files_read(const char *path, size_t *size)
     return text;
 }
 
-struct path files_shared(const char *name)
+struct path files_data(const char *name)
 {
-    const char *base = getenv("LEASTACTION_SHARED");
-    struct path path = join(base ? base : "../shared", name);
-    if (access(path.text, R_OK) != 0) {
-        print_message("skipped: no %s\n", path.text);
-        skip();
-    }
-    return path;
+    struct path path = join("tests/data", name);
+    if (access(path.text, R_OK) == 0)
+        return path;
+    char command[2 * PATH_ROOM + 64];
+    struct path unpacked = files_temporary("unpacked");
+    snprintf(command, sizeof command, "xz -dc '%s.xz' >'%s'", path.text, unpacked.text);
+    if (system(command) != 0)
+        fail_msg("no %s", path.text);
+    return unpacked;
 }

@@ -1,4 +1,4 @@
-/* Files for tests: a folder of their own, and the reference data beside the repository. */
+/* Files for tests: a folder of their own, and the reference data in tests/data. */
 #ifndef TESTS_FILES_H
 #define TESTS_FILES_H
 
@@ -23,8 +23,8 @@ struct path files_write_text(const char *name, const char *text);
 /* Contents of a file as a string (free); fails the test if it cannot be read. */
 char *files_read(const char *path, size_t *size);
 
-/* A name in the reference data, $LEASTACTION_SHARED or ../shared; skips the test, saying so, where
-   it is absent. */
-struct path files_shared(const char *name);
+/* A file or folder of tests/data. A file that is kept as NAME.xz is unpacked into the test's own
+   folder. */
+struct path files_data(const char *name);
 
 #endif

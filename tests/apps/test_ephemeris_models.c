@@ -18,7 +18,7 @@ static void measure_all(void)
     struct ad_error error = {0};
     if (tables.n)
         return;
-    struct path folder = files_shared("data/horizons");
+    struct path folder = files_data("horizons");
     assert_int_equal(ephemeris_tables_open(folder.text, NULL, OPTION_NO_COUNT, &tables, &error),
                      AD_OK);
     for (size_t m = 0; m < EPHEMERIS_MODELS; m++) {
@@ -73,7 +73,7 @@ static void test_what_each_step_brings(void **state)
 
 static int simulate(const char *options)
 {
-    struct path folder = files_shared("data/horizons");
+    struct path folder = files_data("horizons");
     char full[4096];
     const char *name = folder.text;
     if (name[0] != '/' && realpath(name, full))
@@ -131,7 +131,7 @@ static void test_refusals(void **state)
 
 static void test_chart(void **state)
 {
-    struct path folder = files_shared("data/horizons");
+    struct path folder = files_data("horizons");
     char full[4096];
     size_t size, lines = 0;
     (void)state;

@@ -98,7 +98,7 @@ static void test_trials_are_asked_for(void **state)
 static void test_real_pendulum(void **state)
 {
     (void)state;
-    struct path file = files_shared("data/schmidt-lipson/real_pend_h_1.txt");
+    struct path file = files_data("schmidt-lipson/real_pend_h_1.txt");
     struct hnn_dataset_settings s = {.file = file.text, .time = "t", .test_fraction = 0.2};
     struct hnn_dataset d = dataset_of(&s);
     assert_string_equal(d.state_names, "o,v");

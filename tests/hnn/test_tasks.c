@@ -179,8 +179,8 @@ static struct moments moments_of(size_t columns, size_t trials, size_t points, c
 static void compare_with_file(const struct by_hand *task, const char *part)
 {
     char name[64];
-    snprintf(name, sizeof name, "reference/hnn/%s_%s.csv", task->reference, part);
-    struct path file = files_shared(name);
+    snprintf(name, sizeof name, "hnn/%s_%s.csv", task->reference, part);
+    struct path file = files_data(name);
     struct hnn_dataset_settings settings = {.file = file.text};
     struct hnn_dataset d;
     struct ad_error error = {0};
@@ -215,7 +215,7 @@ static void test_distributions(void **state)
 static void test_noise_as_published(void **state)
 {
     (void)state;
-    struct path file = files_shared("reference/hnn/spring_train.csv");
+    struct path file = files_data("hnn/spring_train.csv");
     struct hnn_dataset_settings settings = {.file = file.text};
     struct hnn_dataset d;
     struct ad_error error = {0};

@@ -47,8 +47,8 @@ struct phys_system published_system(const char *scene)
 double *published_path(const struct phys_system *system, const char *kind)
 {
     char name[128];
-    snprintf(name, sizeof name, "reference/ncf/%s_%s.csv", system->scene->name, kind);
-    struct path file = files_shared(name);
+    snprintf(name, sizeof name, "ncf/%s_%s.csv", system->scene->name, kind);
+    struct path file = files_data(name);
     double *table;
     size_t rows, cols;
     struct ad_error error = {0};

@@ -20,7 +20,7 @@ static const char *const all = "sun,mercury,venus,earth,mars";
 static void read_real(struct phys_horizons **tables)
 {
     struct ad_error error = {0};
-    struct path folder = files_shared("data/horizons");
+    struct path folder = files_data("horizons");
     size_t n;
     if (phys_horizons_folder(folder.text, all, &n, tables, &error) != AD_OK)
         fail_msg("%s", error.message);
@@ -30,7 +30,7 @@ static void read_real(struct phys_horizons **tables)
 static void test_real_header(void **state)
 {
     (void)state;
-    struct phys_horizons table = read_fine(files_shared("data/horizons/mars.txt").text);
+    struct phys_horizons table = read_fine(files_data("horizons/mars.txt").text);
     assert_string_equal(table.target, "Mars");
     assert_int_equal(table.id, 499);
     assert_string_equal(table.center, "Solar System Barycenter (0)");
@@ -49,7 +49,7 @@ static void test_real_header(void **state)
 static void test_real_states_are_those_of_the_published_start(void **state)
 {
     (void)state;
-    struct path file = files_shared("reference/ncf/ephemeris_init.csv");
+    struct path file = files_data("ncf/ephemeris_init.csv");
     struct phys_horizons *tables;
     struct ad_error error = {0};
     size_t rows, cols, index;

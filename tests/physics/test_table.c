@@ -92,8 +92,8 @@ static void test_reference_paths(void **state)
                  {"threebody", 100, 6, 4.000000000000000222e-01}};
     for (size_t k = 0; k < LENGTH(cases); k++) {
         char name[64];
-        snprintf(name, sizeof name, "reference/ncf/%s_init.csv", cases[k].name);
-        struct path file = files_shared(name);
+        snprintf(name, sizeof name, "ncf/%s_init.csv", cases[k].name);
+        struct path file = files_data(name);
         size_t rows, cols;
         double *values;
         struct ad_error error = {0};
@@ -218,6 +218,20 @@ static void test_unwritable_leaves_nothing(void **state)
     assert_mentions(error.message, "folder.csv: cannot be written");
 }
 
+/* One compiled here, from the sources that the package `locales` has. */
+static const char *made_locale(void)
+{
+    char command[2 * PATH_ROOM];
+    struct path folder = files_temporary("");
+    struct path locale = files_temporary("de_DE.UTF-8");
+    snprintf(command, sizeof command, "localedef -i de_DE -f UTF-8 '%s' >/dev/null 2>&1",
+             locale.text);
+    if (system(command) != 0)
+        return NULL;
+    setenv("LOCPATH", folder.text, 1);
+    return setlocale(LC_NUMERIC, "de_DE.UTF-8");
+}
+
 /* A comma for a decimal point, where the machine has such a locale, changes nothing. */
 static void test_locale(void **state)
 {
@@ -226,6 +240,8 @@ static void test_locale(void **state)
     const char *found = NULL;
     for (size_t k = 0; k < LENGTH(names) && !found; k++)
         found = setlocale(LC_NUMERIC, names[k]);
+    if (!found)
+        found = made_locale();
     if (!found) {
         print_message("skipped: no locale with a decimal comma\n");
         skip();
