@@ -75,7 +75,7 @@ static void print_row(const struct ephemeris_model *model, const struct ephemeri
 {
     printf("%-44s", model->name);
     for (size_t k = 0; k < EPHEMERIS_PLANETS; k++)
-        printf("%10.3g", errors->most[k]);
+        printf("%10.3g", errors->most.km[k]);
     printf("%13zu%10.3g\n", errors->evaluations, 1e3 * errors->seconds);
 }
 
@@ -85,7 +85,7 @@ static void json_row(struct json *json, const struct ephemeris_model *model,
     json_object(json, NULL);
     json_text(json, "model", model->name);
     for (size_t k = 0; k < EPHEMERIS_PLANETS; k++)
-        json_number(json, ephemeris_planet(k), errors->most[k]);
+        json_number(json, ephemeris_planet(k), errors->most.km[k]);
     json_count(json, "evaluations", errors->evaluations);
     json_number(json, "seconds", errors->seconds);
     json_end_object(json);

@@ -56,6 +56,8 @@ static int run_simulation(struct simulate_run *run, struct ad_error *error)
     if (error->status == AD_OK && run->options->until && result.info.stop == PHYS_SIMULATION_END)
         ad_fail(error, AD_E_ACCURACY, "--until %s: not before t = %g; try a longer --time",
                 run->options->until, result.info.t);
+    if (error->status == AD_OK)
+        simulate_ephemeris_judge(run, &result, error);
     simulate_result_free(&result);
     return command_status(error);
 }
@@ -128,8 +130,12 @@ const struct command command_simulate = {
              "distance:A of body A from the origin, distance:A,B of two bodies. 'theta=0' finds\n"
              "every crossing, 'theta>0' those where it rises, 'theta<0' where it falls.\n"
              "With --data the error is the largest distance of a planet from its table, seen from\n"
-             "the Sun, and --tol is in km: models are tried from the published one on, and the\n"
-             "least that stays as near is run."},
+             "the Sun; the share of the integration is the distance from the same model followed\n"
+             "by another method, gauss5 or dop853. --tol is in km then. By itself it asks for a\n"
+             "model: they are tried from the published one on, and the least that stays as near\n"
+             "is run. With --set or --rough the model is given, and --tol is what it must keep.\n"
+             "With --integrator it is the error of integration, or, of dopri5 and dop853, that\n"
+             "of a step as ever [1e-14]."},
     .bytes = sizeof(struct simulate_options),
     .run = run,
 };

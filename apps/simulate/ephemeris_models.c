@@ -1,15 +1,12 @@
 /* Models of the inner planets' motion (ephemeris_models.h). */
 #include "ephemeris_models.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { DAY = 86400, HOUR = 3600, EARTH = 3 };
 
 static const char *const planets[EPHEMERIS_PLANETS] = {"mercury", "venus", "earth", "mars"};
-
-#define TIGHT 1e-12 /* tolerance of a step */
 
 /* Where the Moon is not a body of its own its mass is on the Earth. */
 static const double gm_moon = 4.902800066e12;
@@ -31,27 +28,27 @@ const struct ephemeris_model ephemeris_models[EPHEMERIS_MODELS] = {
     {.name = "3D Dormand-Prince 8",
      .adds = "a method whose own error is nothing here",
      .integrator = "dop853",
-     .setting = TIGHT},
+     .setting = EPHEMERIS_TIGHT},
     {.name = "and a rough Jupiter",
      .adds = "the pull of Jupiter, on the Sun above all",
      .integrator = "dop853",
-     .setting = TIGHT,
+     .setting = EPHEMERIS_TIGHT,
      .rough = "jupiter"},
     {.name = "and a rough Moon",
      .adds = "the Earth's monthly swing about their common centre",
      .integrator = "dop853",
-     .setting = TIGHT,
+     .setting = EPHEMERIS_TIGHT,
      .rough = "jupiter,moon"},
     {.name = "and relativity",
      .adds = "the advance of Mercury's perihelion",
      .integrator = "dop853",
-     .setting = TIGHT,
+     .setting = EPHEMERIS_TIGHT,
      .rough = "jupiter,moon",
      .relativity = true},
     {.name = "and a rough Saturn",
      .adds = "the pull of Saturn",
      .integrator = "dop853",
-     .setting = TIGHT,
+     .setting = EPHEMERIS_TIGHT,
      .rough = "jupiter,moon,saturn",
      .relativity = true},
 };
@@ -138,83 +135,28 @@ void ephemeris_motion_close(struct ephemeris_motion *motion)
 
 /* ---- against the tables ---- */
 
-double ephemeris_distance(const struct ephemeris_tables *tables, size_t dims, const double *q,
-                          size_t planet, size_t day)
-{
-    const double *body = q + (planet + 1) * dims;
-    const double *seen = tables->table[planet + 1].position + 3 * (tables->first + day);
-    const double *sun = tables->table[0].position + 3 * (tables->first + day);
-    double sum = 0;
-    for (size_t k = 0; k < dims; k++)
-        sum += pow((body[k] - q[k]) - (seen[k] - sun[k]), 2);
-    return sqrt(sum) / 1e3;
-}
-
-struct comparison {
-    const struct ephemeris_tables *tables;
-    struct ephemeris_errors *errors;
-    size_t dims, day;
-};
-
-static bool compare(void *context, double t, const double *y)
-{
-    struct comparison *c = context;
-    struct ephemeris_errors *e = c->errors;
-    (void)t;
-    for (size_t k = 0; k < EPHEMERIS_PLANETS && c->day <= e->days; k++) {
-        double km = ephemeris_distance(c->tables, c->dims, y, k, c->day);
-        e->km[k * (e->days + 1) + c->day] = km;
-        e->most[k] = fmax(e->most[k], km);
-        if (e->most[k] > e->worst) {
-            e->worst = e->most[k];
-            e->worst_planet = k;
-        }
-    }
-    c->day++;
-    return true;
-}
-
-static enum ad_status follow(const struct ephemeris_motion *motion,
-                             const struct ephemeris_tables *tables, struct ephemeris_errors *errors,
-                             struct ad_error *error)
-{
-    struct phys_ode ode = {0};
-    struct phys_simulation_info info = {0};
-    struct comparison comparison = {tables, errors, motion->system.dims, 0};
-    size_t n = 2 * motion->system.dof;
-    double *scale = malloc(n * sizeof *scale);
-    struct phys_simulation settings = {.integrator = motion->integrator,
-                                       .t1 = (double)tables->days * DAY,
-                                       .n_samples = tables->days,
-                                       .sample = compare,
-                                       .context = &comparison,
-                                       .scale = scale};
-    bool adaptive = motion->integrator->adaptive;
-    settings.dt = adaptive ? 0 : motion->setting;
-    settings.rtol = settings.atol = adaptive ? motion->setting : 0;
-    if (!scale)
-        ad_fail(error, AD_E_MEMORY, "out of memory");
-    else if (phys_ode_lagrangian(&motion->system, &ode, error) == AD_OK &&
-             phys_typical_sizes(&ode, 0, motion->q, scale, error) == AD_OK)
-        phys_simulate(&settings, &ode, motion->q, &info, error);
-    errors->evaluations = info.evaluations;
-    errors->seconds = info.seconds;
-    phys_ode_free(&ode);
-    free(scale);
-    return error->status;
-}
-
 enum ad_status ephemeris_measure(const struct ephemeris_model *model,
                                  const struct ephemeris_tables *tables,
                                  struct ephemeris_errors *errors, struct ad_error *error)
 {
     struct ephemeris_motion motion;
+    struct ephemeris_track track = {0}, seen = {0};
+    size_t columns = tables->days + 1;
     *errors = (struct ephemeris_errors){.days = tables->days};
-    errors->km = calloc(EPHEMERIS_PLANETS * (tables->days + 1), sizeof *errors->km);
+    errors->km = calloc(EPHEMERIS_PLANETS * columns, sizeof *errors->km);
     if (!errors->km)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (ephemeris_motion_open(model, tables, &motion, error) == AD_OK)
-        follow(&motion, tables, errors, error);
+    if (ephemeris_motion_open(model, tables, &motion, error) == AD_OK &&
+        ephemeris_follow(&motion, tables->days, &track, error) == AD_OK &&
+        ephemeris_track_tables(tables, motion.system.dims, &seen, error) == AD_OK) {
+        for (size_t i = 0; i < EPHEMERIS_PLANETS * columns; i++)
+            errors->km[i] = ephemeris_apart(&track, &seen, i % columns, i / columns);
+        errors->most = ephemeris_compare(&track, &seen);
+        errors->evaluations = track.evaluations;
+        errors->seconds = track.seconds;
+    }
+    ephemeris_track_free(&track);
+    ephemeris_track_free(&seen);
     ephemeris_motion_close(&motion);
     return error->status;
 }

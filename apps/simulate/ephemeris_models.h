@@ -7,6 +7,9 @@
 
 enum { EPHEMERIS_PLANETS = 4, EPHEMERIS_MODELS = 8, EPHEMERIS_DAYS = 65 };
 
+/* Tolerance of a step at which dop853 errs by less than a hundredth of any model. */
+#define EPHEMERIS_TIGHT 1e-14
+
 /* Observed: the Sun, Mercury, Venus, Earth and Mars, from epoch `first` on. */
 struct ephemeris_tables {
     size_t n;
@@ -44,22 +47,56 @@ enum ad_status ephemeris_motion_open(const struct ephemeris_model *model,
                                      struct ephemeris_motion *motion, struct ad_error *error);
 void ephemeris_motion_close(struct ephemeris_motion *motion);
 
-/* Distances of the planets from the tables, both seen from the Sun, in the dimensions of the
-   model. */
+/* Planets seen from the Sun, a day from epoch to epoch, in the dimensions of a model. */
+struct ephemeris_track {
+    size_t dims, n; /* epochs */
+    double *x;      /* [n][EPHEMERIS_PLANETS][dims] in m */
+    size_t evaluations;
+    double seconds;
+};
+/* Each ends with ephemeris_track_free, whatever it returned. */
+enum ad_status ephemeris_track_tables(const struct ephemeris_tables *tables, size_t dims,
+                                      struct ephemeris_track *track, struct ad_error *error);
+/* Of samples (t [n], x [n] rows of `stride` numbers, coordinates first), up to the first that is
+   not at its epoch. */
+enum ad_status ephemeris_track_samples(size_t dims, size_t days, size_t n, const double *t,
+                                       const double *x, size_t stride,
+                                       struct ephemeris_track *track, struct ad_error *error);
+enum ad_status ephemeris_follow(const struct ephemeris_motion *motion, size_t days,
+                                struct ephemeris_track *track, struct ad_error *error);
+/* The same model and start by another method than the motion's, so finely that its error is that
+   of rounding. */
+enum ad_status ephemeris_follow_tightly(const struct ephemeris_motion *motion, size_t days,
+                                        struct ephemeris_track *track, struct ad_error *error);
+void ephemeris_track_free(struct ephemeris_track *track);
+/* Distance in km of a planet in two tracks. */
+double ephemeris_apart(const struct ephemeris_track *a, const struct ephemeris_track *b,
+                       size_t epoch, size_t planet);
+
+/* Largest distances over the epochs that both tracks have. */
+struct ephemeris_distances {
+    double km[EPHEMERIS_PLANETS];
+    double worst; /* of all */
+    size_t worst_planet;
+};
+struct ephemeris_distances ephemeris_compare(const struct ephemeris_track *a,
+                                             const struct ephemeris_track *b);
+
+/* Halves a fixed step, from a day on, until every planet stays within km [EPHEMERIS_PLANETS] of the
+   tight track, or half of it would cost too much; motion->setting. */
+enum ad_status ephemeris_choose_step(struct ephemeris_motion *motion, size_t days,
+                                     const struct ephemeris_track *tight,
+                                     const double km[EPHEMERIS_PLANETS], struct ad_error *error);
+
+/* A model against the tables. */
 struct ephemeris_errors {
     size_t days;
-    double *km;                     /* [EPHEMERIS_PLANETS][days + 1] */
-    double most[EPHEMERIS_PLANETS]; /* over the days */
-    double worst;                   /* of all */
-    size_t worst_planet;
+    double *km; /* [EPHEMERIS_PLANETS][days + 1] */
+    struct ephemeris_distances most;
     size_t evaluations;
     double seconds;
 };
 const char *ephemeris_planet(size_t planet); /* its name */
-/* The distance in km of one planet at one epoch from q [dof], of which the first bodies are those
-   of the tables. */
-double ephemeris_distance(const struct ephemeris_tables *tables, size_t dims, const double *q,
-                          size_t planet, size_t day);
 /* Runs a model. Ends with ephemeris_errors_free. */
 enum ad_status ephemeris_measure(const struct ephemeris_model *model,
                                  const struct ephemeris_tables *tables,

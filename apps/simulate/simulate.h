@@ -86,6 +86,9 @@ enum ad_status simulate_choose(struct simulate_run *run, struct ad_error *error)
 /* With --data: the system from the tables, or, with --tol, the least model (run->model), which
    decides start and integrator too. */
 enum ad_status simulate_ephemeris(struct simulate_run *run, struct ad_error *error);
+/* Its steps, where --dt does not say: so short that integration errs by --tol km, or by a hundredth
+   of the model's error. */
+enum ad_status simulate_ephemeris_steps(struct simulate_run *run, struct ad_error *error);
 void simulate_ephemeris_free(struct simulate_run *run);
 
 /* Samples of a motion: time, coordinates and velocities. */
@@ -105,7 +108,12 @@ struct simulate_result {
     struct simulate_samples samples;
     double *distance; /* [n] from the reference; NULL: none */
     double error, error_end, reversal;
-    double planet_km[EPHEMERIS_PLANETS]; /* with tables: largest distances from them */
+    struct {
+        bool known;
+        struct ephemeris_distances in_all, model, integration;
+    } tables; /* with tables: of the run from them, of its model from them, of the run from its
+               * model
+               */
     struct phys_closest closest;
     struct event_answers events;
     struct phys_totals start, end;
@@ -118,8 +126,14 @@ struct simulate_result {
 enum ad_status simulate_run(const struct simulate_run *run, struct simulate_result *result,
                             struct ad_error *error);
 void simulate_result_free(struct simulate_result *result);
-/* Distances of the samples, one a day, from the tables. */
-void simulate_ephemeris_compare(const struct simulate_run *run, struct simulate_result *result);
+/* Distances of the samples, one a day, from the tables: of the model followed tightly, and of the
+   run from that. */
+enum ad_status simulate_ephemeris_compare(const struct simulate_run *run,
+                                          struct simulate_result *result, struct ad_error *error);
+/* AD_E_ACCURACY where the run misses what --tol asks. */
+enum ad_status simulate_ephemeris_judge(const struct simulate_run *run,
+                                        const struct simulate_result *result,
+                                        struct ad_error *error);
 /* The sample callback; context is struct simulate_samples. */
 bool simulate_sample(void *samples, double t, const double *y);
 void simulate_samples_free(struct simulate_samples *samples);

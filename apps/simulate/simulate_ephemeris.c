@@ -11,7 +11,6 @@ enum { DAY = 86400 };
 static enum ad_status check(const struct simulate_run *run, struct ad_error *error)
 {
     const struct simulate_options *o = run->options;
-    bool choosing = !isnan(o->tolerance);
     const struct {
         const char *name;
         bool given;
@@ -20,10 +19,6 @@ static enum ad_status check(const struct simulate_run *run, struct ad_error *err
         {"time", !isnan(o->time), "give --days"},
         {"samples", o->samples != OPTION_NO_COUNT, "there is one a day"},
         {"every", o->every != OPTION_NO_COUNT, "there is one sample a day"},
-        {"integrator", choosing && o->integrator,
-         "--tol chooses the model, and with it the method"},
-        {"set", choosing && o->set.n > 0, "--tol chooses the model, and with it the parameters"},
-        {"rough", choosing && o->rough, "--tol chooses the model, and with it the bodies"},
     };
     if (strcmp(run->system.scene->name, "ephemeris") != 0)
         return ad_fail(error, AD_E_ARGUMENT,
@@ -40,6 +35,11 @@ static enum ad_status check(const struct simulate_run *run, struct ad_error *err
 
 /* ---- the least model ---- */
 
+static bool model_given(const struct simulate_options *options)
+{
+    return options->integrator || options->rough || options->set.n > 0;
+}
+
 static bool same_content(const struct ephemeris_model *a, const struct ephemeris_model *b)
 {
     bool same_bodies =
@@ -49,20 +49,21 @@ static bool same_content(const struct ephemeris_model *a, const struct ephemeris
 
 static bool meets(const struct simulate_run *run, size_t k)
 {
-    return run->tried[k].worst <= run->options->tolerance;
+    return run->tried[k].most.worst <= run->options->tolerance;
 }
 
 static enum ad_status out_of_reach(const struct simulate_run *run, struct ad_error *error)
 {
     size_t best = 0;
     for (size_t k = 1; k < run->n_tried; k++)
-        if (run->tried[k].worst < run->tried[best].worst)
+        if (run->tried[k].most.worst < run->tried[best].most.worst)
             best = k;
     return ad_fail(error, AD_E_ACCURACY,
                    "--tol %g km: none of the models comes so near; the best (%s) is %.3g km off, "
                    "at %s; fewer --days bring it nearer",
-                   run->options->tolerance, ephemeris_models[best].name, run->tried[best].worst,
-                   ephemeris_planet(run->tried[best].worst_planet));
+                   run->options->tolerance, ephemeris_models[best].name,
+                   run->tried[best].most.worst,
+                   ephemeris_planet(run->tried[best].most.worst_planet));
 }
 
 static enum ad_status try_models(struct simulate_run *run, struct ad_error *error)
@@ -106,7 +107,7 @@ enum ad_status simulate_ephemeris(struct simulate_run *run, struct ad_error *err
         ephemeris_tables_open(options->data, options->from, options->days, tables, error) != AD_OK)
         return error->status;
     run->time = (double)tables->days * DAY;
-    if (!isnan(options->tolerance))
+    if (!isnan(options->tolerance) && !model_given(options))
         return try_models(run, error) == AD_OK ? take_over(run, error) : error->status;
     if (phys_ephemeris_use(&run->system, tables->n, tables->table, tables->first, tables->days + 1,
                            run->system.dims, NULL, error) == AD_OK &&
@@ -124,21 +125,92 @@ void simulate_ephemeris_free(struct simulate_run *run)
 
 /* ---- against the tables ---- */
 
-void simulate_ephemeris_compare(const struct simulate_run *run, struct simulate_result *result)
+/* Of the model's error; a smaller error of integration is not seen in the distance from tables. */
+static const double unseen_share = 0.01;
+
+static struct ephemeris_motion motion_of(const struct simulate_run *run)
+{
+    return (struct ephemeris_motion){.system = run->system,
+                                     .integrator = run->integrator,
+                                     .setting =
+                                         run->integrator->adaptive ? run->tolerance : run->dt,
+                                     .q = run->q,
+                                     .v = run->v};
+}
+
+enum ad_status simulate_ephemeris_steps(struct simulate_run *run, struct ad_error *error)
+{
+    const struct simulate_options *options = run->options;
+    struct ephemeris_track seen = {0}, tight = {0};
+    size_t days = run->tables.days;
+    if (!run->integrator)
+        run->integrator = phys_integrator_find("dop853", error);
+    struct ephemeris_motion motion = motion_of(run);
+    if (run->integrator->adaptive) {
+        bool of_a_step = options->integrator && !isnan(options->tolerance);
+        run->tolerance = of_a_step ? options->tolerance : EPHEMERIS_TIGHT;
+        return AD_OK;
+    }
+    if (!isnan(options->dt))
+        return AD_OK;
+    if (ephemeris_track_tables(&run->tables, run->system.dims, &seen, error) == AD_OK &&
+        ephemeris_follow_tightly(&motion, days, &tight, error) == AD_OK) {
+        struct ephemeris_distances model = ephemeris_compare(&tight, &seen);
+        for (size_t p = 0; p < EPHEMERIS_PLANETS; p++)
+            model.km[p] = option_number_or(options->tolerance, unseen_share * model.km[p]);
+        if (ephemeris_choose_step(&motion, days, &tight, model.km, error) == AD_OK)
+            run->dt = motion.setting;
+    }
+    ephemeris_track_free(&seen);
+    ephemeris_track_free(&tight);
+    return error->status;
+}
+
+enum ad_status simulate_ephemeris_compare(const struct simulate_run *run,
+                                          struct simulate_result *result, struct ad_error *error)
 {
     const struct simulate_samples *s = &result->samples;
-    result->error = result->error_end = 0;
-    for (size_t i = 0; i < s->n && i <= run->tables.days; i++) {
-        result->error_end = 0;
-        for (size_t k = 0; k < EPHEMERIS_PLANETS; k++) {
-            double km =
-                ephemeris_distance(&run->tables, run->system.dims, s->x + 2 * i * s->dof, k, i);
-            result->planet_km[k] = fmax(result->planet_km[k], km);
-            result->error_end = fmax(result->error_end, 1e3 * km);
+    struct ephemeris_motion motion = motion_of(run);
+    struct ephemeris_track seen = {0}, tight = {0}, track = {0};
+    size_t dims = run->system.dims, days = run->tables.days;
+    if (ephemeris_track_samples(dims, days, s->n, s->t, s->x, 2 * s->dof, &track, error) == AD_OK &&
+        ephemeris_track_tables(&run->tables, dims, &seen, error) == AD_OK &&
+        ephemeris_follow_tightly(&motion, days, &tight, error) == AD_OK) {
+        tight.n = track.n;
+        result->tables.known = true;
+        result->tables.in_all = ephemeris_compare(&track, &seen);
+        result->tables.model = ephemeris_compare(&tight, &seen);
+        result->tables.integration = ephemeris_compare(&track, &tight);
+        result->error = 1e3 * result->tables.in_all.worst;
+        for (size_t i = 0; i < s->n; i++)
+            result->distance[i] = i < track.n ? 0 : (double)NAN;
+        for (size_t i = 0; i < track.n; i++) {
+            for (size_t p = 0; p < EPHEMERIS_PLANETS; p++)
+                result->distance[i] =
+                    fmax(result->distance[i], 1e3 * ephemeris_apart(&track, &seen, i, p));
+            result->error_end = result->distance[i];
         }
-        result->distance[i] = result->error_end;
-        result->error = fmax(result->error, result->error_end);
     }
+    ephemeris_track_free(&seen);
+    ephemeris_track_free(&tight);
+    ephemeris_track_free(&track);
+    return error->status;
+}
+
+enum ad_status simulate_ephemeris_judge(const struct simulate_run *run,
+                                        const struct simulate_result *result,
+                                        struct ad_error *error)
+{
+    const struct simulate_options *options = run->options;
+    bool of_a_step = options->integrator && run->integrator->adaptive;
+    const struct ephemeris_distances *off =
+        options->integrator ? &result->tables.integration : &result->tables.in_all;
+    if (!result->tables.known || isnan(options->tolerance) || of_a_step ||
+        off->worst <= options->tolerance)
+        return AD_OK;
+    return ad_fail(error, AD_E_ACCURACY, "--tol %g km: %s is %.3g km off, at %s; expected less",
+                   options->tolerance, options->integrator ? "the integration" : "the model",
+                   off->worst, ephemeris_planet(off->worst_planet));
 }
 
 /* ---- in words ---- */
@@ -152,8 +224,8 @@ static void print_models(const struct simulate_run *run)
 {
     printf("  %-44s %9s %-8s %11s\n", "coarse to fine", "km off", "at", "evaluations");
     for (size_t k = 0; k < run->n_tried; k++)
-        printf("  %-44s %9.3g %-8s %11zu  %s\n", ephemeris_models[k].name, run->tried[k].worst,
-               ephemeris_planet(run->tried[k].worst_planet), run->tried[k].evaluations,
+        printf("  %-44s %9.3g %-8s %11zu  %s\n", ephemeris_models[k].name, run->tried[k].most.worst,
+               ephemeris_planet(run->tried[k].most.worst_planet), run->tried[k].evaluations,
                verdict(run, k));
     printf("\n%s: the least that stays within %g km for %zu days; it adds %s\n\n", run->model->name,
            run->options->tolerance, run->tables.days, run->model->adds);
@@ -167,8 +239,30 @@ void simulate_ephemeris_print(const struct simulate_run *run)
 
 void simulate_ephemeris_rows(const struct simulate_run *run, const struct simulate_result *result)
 {
-    for (size_t k = 0; run->tables.n && k < EPHEMERIS_PLANETS; k++)
-        printf("  from the table of %-7s %12.6g  km\n", ephemeris_planet(k), result->planet_km[k]);
+    if (!run->tables.n || !result->tables.known)
+        return;
+    printf("  %-24s %13s %13s %13s\n", "from the table, km", "in all", "model", "integration");
+    for (size_t k = 0; k < EPHEMERIS_PLANETS; k++)
+        printf("    %-22s %13.6g %13.6g %13.2g\n", ephemeris_planet(k), result->tables.in_all.km[k],
+               result->tables.model.km[k], result->tables.integration.km[k]);
+    double share = 0;
+    for (size_t k = 0; k < EPHEMERIS_PLANETS; k++)
+        share = fmax(share, result->tables.integration.km[k] / result->tables.model.km[k]);
+    if (share > unseen_share)
+        printf("  integration errs by %.2g %% of the model's error; try a shorter --dt, a smaller "
+               "--tol, or --integrator dop853\n",
+               100 * share);
+}
+
+static void json_distances(struct json *json, const char *name,
+                           const struct simulate_result *result,
+                           const struct ephemeris_distances *distances)
+{
+    json_object(json, name);
+    for (size_t k = 0; k < EPHEMERIS_PLANETS; k++)
+        json_number(json, ephemeris_planet(k),
+                    result->tables.known ? distances->km[k] : (double)NAN);
+    json_end_object(json);
 }
 
 void simulate_ephemeris_json(struct json *json, const struct simulate_run *run,
@@ -182,15 +276,14 @@ void simulate_ephemeris_json(struct json *json, const struct simulate_run *run,
     for (size_t k = 0; k < run->n_tried; k++) {
         json_object(json, NULL);
         json_text(json, "model", ephemeris_models[k].name);
-        json_number(json, "km", run->tried[k].worst);
-        json_text(json, "planet", ephemeris_planet(run->tried[k].worst_planet));
+        json_number(json, "km", run->tried[k].most.worst);
+        json_text(json, "planet", ephemeris_planet(run->tried[k].most.worst_planet));
         json_count(json, "evaluations", run->tried[k].evaluations);
         json_text(json, "verdict", verdict(run, k));
         json_end_object(json);
     }
     json_end_array(json);
-    json_object(json, "km_from_tables");
-    for (size_t k = 0; k < EPHEMERIS_PLANETS; k++)
-        json_number(json, ephemeris_planet(k), result->planet_km[k]);
-    json_end_object(json);
+    json_distances(json, "km_from_tables", result, &result->tables.in_all);
+    json_distances(json, "km_of_model", result, &result->tables.model);
+    json_distances(json, "km_of_integration", result, &result->tables.integration);
 }

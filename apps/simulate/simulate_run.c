@@ -220,10 +220,8 @@ static enum ad_status compare(const struct simulate_run *run, struct simulate_re
     result->distance = calloc(result->samples.n, sizeof *result->distance);
     if (!result->distance)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (run->tables.n) {
-        simulate_ephemeris_compare(run, result);
-        return AD_OK;
-    }
+    if (run->tables.n)
+        return simulate_ephemeris_compare(run, result, error);
     if (phys_ode_lagrangian(&run->system, &ode, error) == AD_OK)
         follow_reference(run, &result->samples, &ode, y, scale, &reference, error);
     measure_distance(&reference, result);

@@ -90,9 +90,10 @@ enum ad_status simulate_setup(const struct simulate_options *options, struct sim
         run->integrator = phys_integrator_find(options->integrator, error);
     if (options->data && (simulate_ephemeris(run, error) != AD_OK || run->model))
         return error->status;
-    if (error->status != AD_OK || start(run, error) != AD_OK || choose_steps(run, error) != AD_OK)
-        return error->status;
-    return AD_OK;
+    if (error->status == AD_OK && start(run, error) == AD_OK && choose_steps(run, error) == AD_OK &&
+        options->data)
+        simulate_ephemeris_steps(run, error);
+    return error->status;
 }
 
 void simulate_free(struct simulate_run *run)

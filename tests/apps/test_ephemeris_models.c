@@ -24,7 +24,7 @@ static void measure_all(void)
     for (size_t m = 0; m < EPHEMERIS_MODELS; m++) {
         struct ephemeris_errors errors;
         assert_int_equal(ephemeris_measure(&ephemeris_models[m], &tables, &errors, &error), AD_OK);
-        memcpy(most[m], errors.most, sizeof most[m]);
+        memcpy(most[m], errors.most.km, sizeof most[m]);
         ephemeris_errors_free(&errors);
     }
 }
@@ -105,12 +105,100 @@ static void test_least_model(void **state)
     assert_non_null(strstr(shell_err(), "none of the models comes so near"));
 }
 
+/* A17: integration errs by less than a hundredth of the model, planet by planet, at every default:
+   spans, dimensions, bodies, methods. */
+static void test_integration_is_small(void **state)
+{
+    static const char *const rows[] = {
+        "",
+        "--days 1",
+        "--from 0 --days 364",
+        "--set dims=2",
+        "--from 2022-05-01 --days 200 --set dims=2 --rough jupiter",
+        "--set relativity=1 --rough jupiter,saturn,moon",
+        "--set relativity=1 --rough jupiter,saturn,moon --days 1",
+        "--set relativity=1 --rough jupiter,saturn,moon --from 3 --days 361",
+        "--rough moon,jupiter --integrator dopri5",
+        "--integrator verlet",
+        "--integrator rk4 --rough jupiter",
+        "--integrator gauss4 --set relativity=1",
+        "--integrator variational-gauss3 --rough jupiter",
+        "--tol 1e5",
+        "--tol 1000",
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        assert_int_equal(simulate(rows[k]), 0);
+        for (size_t p = 0; p < EPHEMERIS_PLANETS; p++) {
+            const char *planet = ephemeris_planet(p);
+            double in_all = shell_number_in("km_from_tables", planet);
+            double model = shell_number_in("km_of_model", planet);
+            double integration = shell_number_in("km_of_integration", planet);
+            if (!(integration < 0.01 * model))
+                fail_msg("'%s': %s: %g of %g km", rows[k], planet, integration, model);
+            assert_true(model > 0);
+            assert_close(in_all, model, 0, integration);
+        }
+    }
+}
+
+/* A17: what a run errs beside the model is measured: by hand it comes to the same. */
+static void test_split(void **state)
+{
+    struct ad_error error = {0};
+    struct ephemeris_track rough, tight;
+    struct ephemeris_motion motion;
+    (void)state;
+    measure_all();
+    assert_int_equal(ephemeris_motion_open(&ephemeris_models[3], &tables, &motion, &error), AD_OK);
+    motion.setting = 1e-9;
+    assert_int_equal(ephemeris_follow(&motion, tables.days, &rough, &error), AD_OK);
+    motion.setting = 1e-13;
+    assert_int_equal(ephemeris_follow(&motion, tables.days, &tight, &error), AD_OK);
+    struct ephemeris_distances by_hand = ephemeris_compare(&rough, &tight);
+    assert_true(tight.n == tables.days + 1);
+    ephemeris_track_free(&rough);
+    ephemeris_track_free(&tight);
+    ephemeris_motion_close(&motion);
+    char options[128];
+    snprintf(options, sizeof options, "--integrator dop853 --tol 1e-9 --set mass_earth=%.17g",
+             (tables.table[3].gm + 4.902800066e12) / 6.67430e-11);
+    assert_int_equal(simulate(options), 0);
+    for (size_t p = 0; p < EPHEMERIS_PLANETS; p++)
+        assert_close(shell_number_in("km_of_integration", ephemeris_planet(p)), by_hand.km[p], 0.01,
+                     1e-5);
+    assert_true(shell_number_in("km_of_integration", "mercury") > 1);
+}
+
+/* --tol with a given model or method is what must be kept; missed, it is exit status 1. */
+static void test_tolerance_of_a_given_model(void **state)
+{
+    static const struct {
+        const char *options;
+        int status;
+    } rows[] = {
+        {"--tol 1000 --set relativity=1 --rough jupiter,saturn,moon", 0},
+        {"--tol 10 --set relativity=1 --rough jupiter,saturn,moon", 1},
+        {"--tol 0.1 --integrator rk4", 0},
+        {"--tol 0.1 --integrator euler --days 9", 1},
+        {"--tol 1e-12 --integrator dop853", 0}, /* of a step */
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        assert_int_equal(simulate(rows[k].options), rows[k].status);
+    assert_int_equal(simulate("--tol 0.1 --integrator rk4"), 0);
+    assert_true(shell_number_in("km_of_integration", "mercury") < 0.1);
+    /* a run that an event ends within a day is compared at its whole days */
+    assert_int_equal(simulate("--until 'x_sun=-1352000000' --csv short.csv"), 0);
+    assert_true(shell_number("time") < 1e6);
+    assert_true(shell_number_in("km_from_tables", "mercury") < 100);
+}
+
 static void test_refusals(void **state)
 {
     static const struct {
         const char *options, *says;
     } rows[] = {
-        {"--tol 10 --integrator rk4", "--integrator with --data: --tol chooses"},
         {"--time 10", "give --days"},
         {"--integrator verlet --dt 5000", "expected a whole part of a day"},
         {"--days 400", "400 days from index 148"},
@@ -153,8 +241,13 @@ static int close_all(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_known_errors), cmocka_unit_test(test_what_each_step_brings),
-        cmocka_unit_test(test_least_model),  cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_known_errors),
+        cmocka_unit_test(test_what_each_step_brings),
+        cmocka_unit_test(test_least_model),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_integration_is_small),
+        cmocka_unit_test(test_split),
+        cmocka_unit_test(test_tolerance_of_a_given_model),
         cmocka_unit_test(test_chart),
     };
     return cmocka_run_group_tests(tests, shell_setup, close_all);
