@@ -14,7 +14,9 @@
    scalar, a column (rows x 1) or a row (1 x cols).
 
    Errors. Nothing here prints, exits or aborts on a user's mistake. The first error of a recording
-   stays in the tape; later operations on that tape pass through, and ad_compile returns it.
+   stays in the tape; later operations on that tape pass through, and ad_compile returns it. Its
+   message names the operation, its number (ad_tape_size(tape) just before) and its operands by
+   label, or by the nearest label before them.
    Threads. Handles share nothing: two tapes, or two programs, may be used from two threads; one
    handle may not. */
 #ifndef AUTODIFF_H
@@ -62,10 +64,13 @@ enum ad_type { AD_F32, AD_F64 }; /* element type of a tape and of the programs c
 typedef struct ad_tape ad_tape;
 typedef struct ad_program ad_program;
 
-/* Handle of one value on a tape, passed by value. Valid until its tape is reset or freed. */
+/* Handle of one value on a tape, passed by value. Valid until its tape is reset or freed: after a
+   reset it is refused with AD_E_TAPE. {0} is a variable that was never recorded; operations refuse
+   it, too. */
 typedef struct ad_var {
     ad_tape *tape;
     uint32_t id;
+    uint32_t recording; /* number of the recording, another after each reset */
 } ad_var;
 
 /* New empty tape; NULL when memory is exhausted. */
@@ -73,7 +78,8 @@ ad_tape *ad_tape_new(enum ad_type type);
 /* Forgets all that was recorded, errors too, and keeps the memory for the next recording. */
 void ad_tape_reset(ad_tape *tape);
 void ad_tape_free(ad_tape *tape); /* takes NULL; programs live on */
-/* First error of the recording (status AD_OK if none). Lives as long as the tape. */
+/* First error of the recording (status AD_OK if none). Lives as long as the tape. Of NULL: memory
+   was exhausted. */
 const struct ad_error *ad_tape_error(const ad_tape *tape);
 /* Keeps an error in the tape, as operations do: for callbacks that find they cannot record what
    they should. Returns a handle that later operations pass through. */
@@ -87,7 +93,7 @@ size_t ad_tape_size(const ad_tape *tape);
 /* Bytes held by the tape (nodes, constants, labels, index lists). */
 size_t ad_tape_bytes(const ad_tape *tape);
 
-/* Shape of a value; 0 x 0 for a handle without a tape. */
+/* Shape of a value; 0 x 0 for a handle without a tape or of an earlier recording. */
 size_t ad_rows(ad_var x);
 size_t ad_cols(ad_var x);
 
@@ -106,18 +112,19 @@ ad_var ad_label(ad_var x, const char *label);
 
 /* Argument of an operation: a variable, or a number on either side. */
 typedef struct ad_arg {
-    ad_var var; /* var.tape NULL: the number `value` */
+    ad_var var;
     double value;
+    bool is_number; /* `value`; else `var` */
 } ad_arg;
 
 static inline ad_arg ad_arg_var(ad_var x)
 {
-    ad_arg a = {x, 0};
+    ad_arg a = {x, 0, false};
     return a;
 }
 static inline ad_arg ad_arg_number(double x)
 {
-    ad_arg a = {{NULL, 0}, x};
+    ad_arg a = {{NULL, 0, 0}, x, true};
     return a;
 }
 
@@ -131,7 +138,8 @@ enum ad_op {
     AD_N_OPS
 };
 
-/* An operation by its number: what the names below are short for. */
+/* An elementwise operation by its number: what the names below are short for. AD_E_ARGUMENT where
+   op is not elementwise or takes another number of arguments. */
 ad_var ad_unary(enum ad_op op, ad_var x);
 ad_var ad_binary(enum ad_op op, ad_arg a, ad_arg b);
 ad_var ad_ternary(enum ad_op op, ad_arg a, ad_arg b, ad_arg c);
@@ -238,10 +246,10 @@ enum ad_status ad_compile(ad_tape *tape, size_t n_out, const ad_var out[], ad_pr
 void ad_program_free(ad_program *program); /* takes NULL */
 
 /* Sets an input from rows*cols doubles (converted for f32). AD_E_TAPE if x is not one of the
-   program's inputs; every input recorded before compiling is one, whether an output needs it or
-   not. */
+   program's inputs, or of another tape or recording; every input recorded before compiling is one,
+   whether an output needs it or not. */
 enum ad_status ad_set(ad_program *program, ad_var x, const double *values);
-/* Copies an input or output to rows*cols doubles. */
+/* Copies an input or output to rows*cols doubles; AD_E_TAPE as above. */
 enum ad_status ad_get(const ad_program *program, ad_var x, double *values);
 /* The storage of an input or output, rows*cols contiguous elements of the tape's type, fixed for
    the life of the program; NULL if the program has no such input or output. */

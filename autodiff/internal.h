@@ -1,10 +1,11 @@
 /* Inside of autodiff, in the order in which it reads; each folder has one header of its own.
 
        autodiff.h, ops.def     what a user sees; the one table of operations
-       tape/       internal.h  operations append nodes: record.c, simplify.c, structure.c, place.c
+       tape/       internal.h  operations append nodes: record.c, simplify.c, structure.c, place.c;
+                               what they refuse, and how they say so: refuse.c
        gradient/   sweep.h     a reverse sweep appends adjoints, by the rules of the table
        compile/    graph.h     what the outputs need (graph.c), cut into groups: views.c,
-                               schedule.c, postpone.c, merge.c
+                               schedule.c, sink.c, accumulate.c
                    plan.h      given memory (storage.c), tiles and instructions (tiles.c, emit.c);
                                compile.c has all passes one after the other
        program.h               what comes out: segments of instructions over a block of memory
@@ -49,6 +50,7 @@ struct label {
 
 struct ad_tape {
     enum ad_type type;
+    uint32_t recording; /* its number, in handles */
     struct ad_error error;
     struct node **blocks;
     size_t n_nodes, n_blocks, max_blocks;
@@ -103,12 +105,62 @@ static inline uint32_t input_of(const ad_tape *tape, const struct node *n, size_
 /* Makes room for `more` further elements of `size` bytes; false when memory is exhausted. */
 bool ad_reserve(void **array, size_t n, size_t *max, size_t more, size_t size);
 
-/* Whether recording passes x through: it has no tape, or one that holds an error. */
-static inline bool ad_failed(ad_var x) { return !x.tape || x.tape->error.status != AD_OK; }
-/* Whether a value may have this shape, on a tape that holds no error; keeps one if not. */
-bool ad_shape_fits(ad_tape *tape, const char *op, size_t rows, size_t cols);
+/* The handle of a node. */
+static inline ad_var ad_at(ad_tape *tape, uint32_t id)
+{
+    return (ad_var){tape, id, tape->recording};
+}
+/* What an operation returns that the tape, if there is one, keeps an error of. */
+static inline ad_var ad_refused(ad_tape *tape) { return tape ? ad_at(tape, 0) : (ad_var){0}; }
+/* x is of what its tape records now. */
+static inline bool ad_is_current(ad_var x)
+{
+    return x.tape && x.recording == x.tape->recording && x.id < x.tape->n_nodes;
+}
 
-/* Appends a node; on failure the error is kept and the handle of node 0 returned. */
+/* ---- refusing (refuse.c) ---- */
+
+/* Recorded as other operations, refused by their own names: numbered after enum ad_op. */
+#define AD_COMPOSITES(X)                                                                           \
+    X(concat_rows)                                                                                 \
+    X(concat_cols)                                                                                 \
+    X(mean)                                                                                        \
+    X(dot)                                                                                         \
+    X(hold)                                                                                        \
+    X(label)                                                                                       \
+    X(grad)                                                                                        \
+    X(compile)                                                                                     \
+    X(check)
+#define AD_COMPOSITE(name) AD_COMPOSITE_##name,
+enum { AD_COMPOSITES_FOLLOW = AD_N_OPS - 1, AD_COMPOSITES(AD_COMPOSITE) };
+#undef AD_COMPOSITE
+
+/* Whether op can be recorded on x[0..n-1]: all current, of one tape without an error. If not, the
+   tape keeps an error, and *none is the handle to return. */
+bool ad_operands(unsigned op, size_t n, const ad_var x[], ad_var *none);
+/* Whether x[0..n-1], called `what` in the error kept if not, are of what the tape records now. */
+bool ad_all_on(ad_tape *tape, unsigned op, const char *what, size_t n, const ad_var x[]);
+/* Keeps an error of op in the tape, with the place in the recording and the operands x[0..n-1]. */
+ad_var ad_refuse_operands(ad_tape *tape, enum ad_status status, unsigned op, size_t n,
+                          const ad_var x[], const char *format, ...)
+    __attribute__((format(printf, 6, 7)));
+
+/* Rows and columns fit BLAS's int, and a tile beyond the last fits uint32_t; bytes fit size_t. */
+static inline bool ad_is_shape(size_t rows, size_t cols)
+{
+    return rows && cols && rows <= INT32_MAX && cols <= INT32_MAX &&
+           (uint64_t)rows * cols <= (uint64_t)1 << 46;
+}
+/* Whether op on x[0..n-1] may have this shape; keeps an error in the tape if not. */
+bool ad_shape_fits(ad_tape *tape, unsigned op, size_t n, const ad_var x[], size_t rows,
+                   size_t cols);
+/* The shape x[0..n-1] broadcast to; false, and an error of op, where they do not. */
+bool ad_broadcasts(unsigned op, size_t n, const ad_var x[], uint32_t *rows, uint32_t *cols);
+
+/* ---- recording ---- */
+
+/* Appends a node whose shape is checked here; on failure the error is kept and the handle of node 0
+ * returned. */
 ad_var ad_append(ad_tape *tape, struct node node);
 /* Appends numbers or list entries; returns the offset of the first, UINT32_MAX when out of memory.
  */

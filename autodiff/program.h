@@ -125,6 +125,7 @@ struct native;
 
 struct ad_program {
     enum ad_type type;
+    uint32_t recording; /* of the handles that name ports */
     size_t element;
     const struct ad_kernels *kernels;
     struct value *values; /* shapes and operations, for reports */

@@ -98,24 +98,17 @@ static bool plan_program(struct graph *g, ad_program *p)
     return done;
 }
 
-static enum ad_status check_outputs(ad_tape *tape, size_t n_out, const ad_var out[])
-{
-    for (size_t k = 0; k < n_out; k++)
-        if (out[k].tape != tape)
-            ad_fail(&tape->error, AD_E_TAPE, "compile: output %zu is not of this tape", k);
-    return tape->error.status;
-}
-
 enum ad_status ad_compile(ad_tape *tape, size_t n_out, const ad_var out[], ad_program **program)
 {
     *program = NULL;
-    if (check_outputs(tape, n_out, out) != AD_OK)
+    if (tape->error.status != AD_OK || !ad_all_on(tape, AD_COMPOSITE_compile, "output", n_out, out))
         return tape->error.status;
     struct graph graph = {0};
     ad_program *p = calloc(1, sizeof *p);
     bool done = false;
     if (p) {
         p->type = tape->type;
+        p->recording = tape->recording;
         p->element = type_bytes(tape->type);
         p->kernels = ad_kernels_for(tape->type);
         done = ad_graph_build(&graph, tape, n_out, out) && ad_graph_find_views(&graph) &&

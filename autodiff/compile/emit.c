@@ -123,10 +123,9 @@ static bool find_sink(struct plan *p, const struct segment *s, uint32_t id, stru
         copies = sink.kind == DO_SUM_COLS && s->by_rows ? 1 : copies;
         sink.stride = sink.rows * sizeof(double);
     }
-    sink.partial = p->memory;
-    p->memory += aligned(copies * sink.stride);
     *number = (uint32_t)program->n_sinks;
-    return APPEND(program->sinks, program->n_sinks, p->max_sinks, sink);
+    return ad_plan_memory(p, copies, sink.stride, &sink.partial) &&
+           APPEND(program->sinks, program->n_sinks, p->max_sinks, sink);
 }
 
 static bool emit_sink(struct plan *p, const struct segment *s, uint32_t id)

@@ -30,6 +30,15 @@ static inline bool ad_is_number(const struct loc *l)
 bool ad_plan_tiles(struct plan *plan, const struct group *group, struct segment *segment);
 /* Gives every stored value its memory and turns all locations into byte offsets. */
 bool ad_plan_storage(struct plan *plan);
+/* Room for `copies` times `bytes` more, at *offset; false where addresses would wrap. */
+static inline bool ad_plan_memory(struct plan *plan, size_t copies, size_t bytes, size_t *offset)
+{
+    *offset = plan->memory;
+    if (bytes && copies > (SIZE_MAX / 4 - plan->memory) / bytes)
+        return false;
+    plan->memory += aligned(copies * bytes);
+    return true;
+}
 /* Writes the instructions and segments; and those of a value that stands alone. */
 bool ad_plan_emit(struct plan *plan);
 bool ad_plan_alone(struct plan *plan, uint32_t id, struct segment segment);

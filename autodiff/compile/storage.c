@@ -116,7 +116,7 @@ static size_t value_bytes(const struct plan *p, uint32_t i)
 }
 
 /* `free_list` NULL: memory for good. */
-static void allocate(struct plan *p, uint32_t i, uint32_t *free_list)
+static bool allocate(struct plan *p, uint32_t i, uint32_t *free_list)
 {
     unsigned number;
     size_t bytes = size_class(value_bytes(p, i), &number);
@@ -125,10 +125,9 @@ static void allocate(struct plan *p, uint32_t i, uint32_t *free_list)
         uint32_t dead = free_list[number] - 1;
         free_list[number] = p->link[dead];
         l->off = p->graph->locs[dead].off;
-        return;
+        return true;
     }
-    l->off = p->memory;
-    p->memory += bytes;
+    return ad_plan_memory(p, 1, bytes, &l->off);
 }
 
 static bool is_permanent(const struct value *v)
@@ -145,7 +144,7 @@ static void release(struct plan *p, uint32_t i, uint32_t *free_list)
 }
 
 /* Memory of what group g computes; `placed` marks values that have theirs. */
-static void allocate_group(struct plan *p, uint32_t group, uint8_t *placed, uint32_t *free_list)
+static bool allocate_group(struct plan *p, uint32_t group, uint8_t *placed, uint32_t *free_list)
 {
     const struct graph *g = p->graph;
     for (uint32_t k = 0; k < g->groups[group].count; k++) {
@@ -156,9 +155,11 @@ static void allocate_group(struct plan *p, uint32_t group, uint8_t *placed, uint
             owner = g->host[owner];
         if (!(v->flags & VALUE_STORED) || placed[owner])
             continue;
-        allocate(p, owner, is_permanent(&g->values[owner]) ? NULL : free_list);
+        if (!allocate(p, owner, is_permanent(&g->values[owner]) ? NULL : free_list))
+            return false;
         placed[owner] = 1;
     }
+    return true;
 }
 
 static bool allocate_all(struct plan *p)
@@ -167,23 +168,19 @@ static bool allocate_all(struct plan *p)
     uint8_t *placed = calloc(g->n + 1, 1);
     uint32_t *dying = calloc(g->n_groups + 1, sizeof *dying);
     uint32_t free_list[N_CLASSES] = {0};
-    if (!placed || !dying) {
-        free(placed);
-        free(dying);
-        return false;
-    }
-    for (uint32_t i = 0; i < g->n; i++) {
+    bool fits = placed && dying;
+    for (uint32_t i = 0; i < g->n && fits; i++) {
         const struct value *v = &g->values[i];
         if (is_leaf(v)) {
-            allocate(p, i, NULL);
+            fits = allocate(p, i, NULL);
         } else if ((v->flags & (VALUE_STORED | VALUE_BORROWED)) == VALUE_STORED &&
                    !is_permanent(v)) {
             p->link[i] = dying[p->last[i]];
             dying[p->last[i]] = i + 1;
         }
     }
-    for (uint32_t group = 0; group < g->n_groups; group++) {
-        allocate_group(p, group, placed, free_list);
+    for (uint32_t group = 0; group < g->n_groups && fits; group++) {
+        fits = allocate_group(p, group, placed, free_list);
         for (uint32_t i = dying[group], next; i; i = next) {
             next = p->link[i - 1];
             release(p, i - 1, free_list);
@@ -191,7 +188,7 @@ static bool allocate_all(struct plan *p)
     }
     free(placed);
     free(dying);
-    return true;
+    return fits;
 }
 
 bool ad_plan_storage(struct plan *p)

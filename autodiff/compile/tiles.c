@@ -132,7 +132,7 @@ static void lay_on_tiles(struct plan *p, const struct group *group, const struct
 bool ad_plan_tiles(struct plan *p, const struct group *group, struct segment *s)
 {
     uint32_t n_slots;
-    if ((size_t)s->rows * s->cols < UINT32_MAX && is_flat(p, group)) {
+    if ((size_t)s->rows * s->cols <= INT32_MAX && is_flat(p, group)) {
         s->cols *= s->rows;
         s->rows = 1;
     }

@@ -45,6 +45,8 @@ void ad_set_threads(ad_program *p, size_t threads)
 
 static const struct port *find_port(const ad_program *p, ad_var x)
 {
+    if (!p || x.recording != p->recording)
+        return NULL;
     size_t low = 0, high = p->n_ports;
     while (low < high) {
         size_t middle = (low + high) / 2;

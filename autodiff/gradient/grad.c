@@ -137,13 +137,15 @@ static void sweep(struct sweep *s, uint32_t last)
 enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[])
 {
     ad_tape *tape = y.tape;
+    for (size_t k = 0; k < n && !tape; k++)
+        tape = x[k].tape;
+    ad_var none = ad_refused(tape);
+    for (size_t k = 0; k < n; k++)
+        g[k] = none;
     if (!tape)
         return AD_E_TAPE;
-    for (size_t k = 0; k < n; k++) {
-        g[k] = (ad_var){tape, 0};
-        if (x[k].tape != tape)
-            ad_fail(&tape->error, AD_E_TAPE, "grad: x[%zu] is of another tape", k);
-    }
+    if (tape->error.status == AD_OK && ad_all_on(tape, AD_COMPOSITE_grad, "y", 1, &y))
+        ad_all_on(tape, AD_COMPOSITE_grad, "x", n, x);
     if (tape->error.status != AD_OK)
         return tape->error.status;
 
@@ -161,7 +163,7 @@ enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[])
     }
     for (size_t k = 0; k < n && tape->error.status == AD_OK; k++) {
         uint32_t id = x[k].id <= y.id ? finish(&s, x[k].id) : 0; /* node 0 is the constant 0 */
-        g[k] = ad_broadcast((ad_var){tape, id}, ad_rows(x[k]), ad_cols(x[k]));
+        g[k] = ad_broadcast(ad_at(tape, id), ad_rows(x[k]), ad_cols(x[k]));
     }
     free(s.adjoint);
     free(s.first);

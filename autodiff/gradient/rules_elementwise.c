@@ -45,9 +45,9 @@ static bool scale_factor(ad_tape *tape, uint32_t id, double c, int depth, ad_var
     double number;
     if (n->op != AD_OP_mul)
         return false;
-    ad_var x[2] = {{tape, n->in[0]}, {tape, n->in[1]}}, scaled;
+    ad_var x[2] = {ad_at(tape, n->in[0]), ad_at(tape, n->in[1])}, scaled;
     if (ad_constant_value(x[1], &number)) {
-        *product = ad_scale((ad_var){tape, id}, c);
+        *product = ad_scale(ad_at(tape, id), c);
         return true;
     }
     for (int k = 0; k < 2 && depth > 0; k++)
@@ -70,12 +70,12 @@ static ad_var scaled(const struct node *y, ad_var g, double c)
 /* Moves the number of a factor c d to g: shared by all inputs, and often free there. */
 static void move_number(const struct node *y, ad_var *g, ad_arg *d)
 {
-    if (!d->var.tape)
+    if (d->is_number)
         return;
     const struct node *n = node_at(d->var.tape, d->var.id);
     double c = -1;
     if (n->op != AD_OP_neg &&
-        !(n->op == AD_OP_mul && ad_constant_value((ad_var){g->tape, n->in[1]}, &c)))
+        !(n->op == AD_OP_mul && ad_constant_value(ad_at(g->tape, n->in[1]), &c)))
         return;
     *g = scaled(y, *g, c);
     d->var.id = n->in[0];
@@ -85,15 +85,15 @@ static void move_number(const struct node *y, ad_var *g, ad_arg *d)
 static void chain(struct sweep *s, const struct node *y, int k, ad_var g, ad_arg d)
 {
     uint32_t to = y->in[k];
-    if (!d.var.tape && d.value == 0)
+    if (d.is_number && d.value == 0)
         return;
-    if (d.var.tape && ad_constant_value(d.var, &d.value))
-        d.var.tape = NULL;
+    if (!d.is_number)
+        d.is_number = ad_constant_value(d.var, &d.value);
     move_number(y, &g, &d);
     ad_var c;
     if (y->op == AD_OP_sub && k == 1 && is_needed(s, y->in[0]))
         c = ad_neg(g); /* shares g with the other side */
-    else if (!d.var.tape)
+    else if (d.is_number)
         c = scaled(y, g, d.value);
     else
         c = ad_binary(s->tainted ? AD_OP_mul0 : AD_OP_mul, AD_ARG(g), d);

@@ -21,7 +21,7 @@ struct sweep {
     bool tainted; /* of the node being treated */
 };
 
-static inline ad_var sweep_var(const struct sweep *s, uint32_t id) { return (ad_var){s->tape, id}; }
+static inline ad_var sweep_var(const struct sweep *s, uint32_t id) { return ad_at(s->tape, id); }
 
 static inline bool is_needed(const struct sweep *s, uint32_t id) { return s->flags[id] & NEEDED; }
 

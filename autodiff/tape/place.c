@@ -34,21 +34,20 @@ ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var 
                 const size_t row[], const size_t col[])
 {
     uint32_t list;
-    if (!ad_shape_fits(tape, "place", rows, cols))
-        return (ad_var){tape, 0};
-    for (size_t k = 0; k < n; k++) {
-        if (parts[k].tape != tape)
-            return ad_refuse(tape, AD_E_TAPE, "place: part %zu is of another tape", k);
+    if (!ad_shape_fits(tape, AD_OP_place, 0, NULL, rows, cols))
+        return ad_refused(tape);
+    if (!ad_all_on(tape, AD_OP_place, "part", n, parts))
+        return ad_at(tape, 0);
+    for (size_t k = 0; k < n; k++)
         if (!part_fits(parts[k], rows, cols, row[k], col[k]))
-            return ad_refuse(tape, AD_E_SHAPE,
-                             "place: part %zu, %zu x %zu at (%zu, %zu), leaves the %zu x %zu value",
-                             k, ad_rows(parts[k]), ad_cols(parts[k]), row[k], col[k], rows, cols);
-    }
+            return ad_refuse_operands(tape, AD_E_SHAPE, AD_OP_place, 1, &parts[k],
+                                      "part %zu at (%zu, %zu) leaves the %zu x %zu value", k,
+                                      row[k], col[k], rows, cols);
     if (n == 1 && ad_rows(parts[0]) == rows && ad_cols(parts[0]) == cols)
         return parts[0];
     uint32_t *to = new_list(tape, n, &list);
     if (!to)
-        return (ad_var){tape, 0};
+        return ad_at(tape, 0);
     for (size_t k = 0; k < n; k++) {
         *to++ = parts[k].id;
         *to++ = (uint32_t)row[k];
@@ -58,28 +57,26 @@ ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var 
 }
 
 /* Parts that follow each other: below (rows) or beside each other. */
-static ad_var concat(size_t n, const ad_var parts[], bool rows)
+static ad_var concat(unsigned op, size_t n, const ad_var parts[])
 {
-    if (n == 0 || ad_failed(parts[0]))
-        return (ad_var){n ? parts[0].tape : NULL, 0};
+    bool rows = op == AD_COMPOSITE_concat_rows;
+    ad_var none;
+    if (!ad_operands(op, n, parts, &none))
+        return none;
     ad_tape *tape = parts[0].tape;
     size_t across = rows ? ad_cols(parts[0]) : ad_rows(parts[0]), along = 0;
     for (size_t k = 0; k < n; k++) {
-        if (parts[k].tape != tape)
-            return ad_refuse(tape, AD_E_TAPE, "concat: part %zu is of another tape", k);
         if ((rows ? ad_cols(parts[k]) : ad_rows(parts[k])) != across)
-            return ad_refuse(
-                tape, AD_E_SHAPE,
-                "concat: the shape differs from the first part's, of a %zu x %zu value",
-                ad_rows(parts[k]), ad_cols(parts[k]));
+            return ad_refuse_operands(tape, AD_E_SHAPE, op, 2, (ad_var[]){parts[0], parts[k]},
+                                      "part %zu differs from the first", k);
         along += rows ? ad_rows(parts[k]) : ad_cols(parts[k]);
     }
     if (n == 1)
         return parts[0];
     uint32_t list, at = 0, *to;
-    if (!ad_shape_fits(tape, "concat", rows ? along : across, rows ? across : along) ||
+    if (!ad_shape_fits(tape, op, 1, parts, rows ? along : across, rows ? across : along) ||
         !(to = new_list(tape, n, &list)))
-        return (ad_var){tape, 0};
+        return none;
     for (size_t k = 0; k < n; k++) {
         *to++ = parts[k].id;
         *to++ = rows ? at : 0;
@@ -89,6 +86,12 @@ static ad_var concat(size_t n, const ad_var parts[], bool rows)
     return append(tape, rows ? along : across, rows ? across : along, list);
 }
 
-ad_var ad_concat_rows(size_t n, const ad_var parts[]) { return concat(n, parts, true); }
+ad_var ad_concat_rows(size_t n, const ad_var parts[])
+{
+    return concat(AD_COMPOSITE_concat_rows, n, parts);
+}
 
-ad_var ad_concat_cols(size_t n, const ad_var parts[]) { return concat(n, parts, false); }
+ad_var ad_concat_cols(size_t n, const ad_var parts[])
+{
+    return concat(AD_COMPOSITE_concat_cols, n, parts);
+}

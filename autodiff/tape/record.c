@@ -1,60 +1,85 @@
 /* Recording of elementwise operations: broadcasting, and what simplify.c knows. */
 #include "autodiff/internal.h"
 
+#include <limits.h>
+#include <math.h>
+
 /* Dimensions a and b broadcast to one; 0 if they do not fit. */
 static uint32_t broadcast_dim(uint32_t a, uint32_t b)
 {
     return a == b || b == 1 ? a : a == 1 ? b : 0;
 }
 
-static ad_var refuse(ad_tape *tape, enum ad_op op, ad_var a, ad_var b)
-{
-    return ad_refuse(tape, AD_E_SHAPE, "%s: shapes %zu x %zu and %zu x %zu do not broadcast",
-                     ad_op_name(op), ad_rows(a), ad_cols(a), ad_rows(b), ad_cols(b));
-}
-
-/* The tape of an operation's arguments; an error is kept in the first tape found. */
-static ad_tape *common_tape(enum ad_op op, size_t n, const ad_arg *args)
-{
-    ad_tape *tape = NULL;
-    for (size_t i = 0; i < n; i++) {
-        if (!args[i].var.tape)
-            continue;
-        if (tape && tape != args[i].var.tape)
-            ad_fail(&tape->error, AD_E_TAPE, "%s: variables of different tapes", ad_op_name(op));
-        else
-            tape = args[i].var.tape;
-    }
-    return tape;
-}
-
 static ad_var as_var(ad_tape *tape, ad_arg a)
 {
-    return a.var.tape ? a.var : ad_scalar(tape, a.value);
+    return a.is_number ? ad_scalar(tape, a.value) : a.var;
+}
+
+bool ad_broadcasts(unsigned op, size_t n, const ad_var x[], uint32_t *rows, uint32_t *cols)
+{
+    *rows = *cols = 1;
+    for (size_t i = 0; i < n && *rows && *cols; i++) {
+        const struct node *in = node_at(x[i].tape, x[i].id);
+        *rows = broadcast_dim(*rows, in->rows);
+        *cols = broadcast_dim(*cols, in->cols);
+    }
+    if (*rows && *cols)
+        return ad_is_shape(*rows, *cols) || ad_shape_fits(x->tape, op, n, x, *rows, *cols);
+    ad_refuse_operands(x->tape, AD_E_SHAPE, op, n, x, "shapes do not broadcast");
+    return false;
 }
 
 ad_var ad_elementwise(ad_tape *tape, enum ad_op op, size_t n, const ad_var *in)
 {
-    struct node node = {.op = (uint16_t)op, .rows = 1, .cols = 1};
-    for (size_t i = 0; i < n; i++) {
-        const struct node *x = node_at(tape, in[i].id);
+    struct node node = {.op = (uint16_t)op};
+    if (tape->error.status != AD_OK || !ad_broadcasts(op, n, in, &node.rows, &node.cols))
+        return ad_at(tape, 0);
+    for (size_t i = 0; i < n; i++)
         node.in[i] = in[i].id;
-        uint32_t rows = broadcast_dim(node.rows, x->rows), cols = broadcast_dim(node.cols, x->cols);
-        if (!rows || !cols)
-            return refuse(tape, op, in[0], in[i]);
-        node.rows = rows;
-        node.cols = cols;
-    }
     return ad_append(tape, node);
+}
+
+/* Whether op takes these arguments: elementwise, n of them, whose variables are of one tape. */
+static bool takes(enum ad_op op, size_t n, const ad_arg args[], ad_var *none)
+{
+    ad_var vars[3];
+    size_t n_vars = 0;
+    bool known = (unsigned)op < AD_N_OPS;
+    for (size_t k = 0; k < n; k++)
+        if (!args[k].is_number)
+            vars[n_vars++] = args[k].var;
+    if (!ad_operands(op, n_vars, vars, none))
+        return false;
+    if (known && ad_ops[op].elementwise && ad_ops[op].arity == n)
+        return true;
+    if (!known)
+        ad_refuse_operands(none->tape, AD_E_ARGUMENT, UINT_MAX, n_vars, vars,
+                           "no operation has number %d", (int)op);
+    else if (!ad_ops[op].elementwise)
+        ad_refuse_operands(none->tape, AD_E_ARGUMENT, op, n_vars, vars,
+                           "expected an elementwise operation");
+    else
+        ad_refuse_operands(none->tape, AD_E_ARGUMENT, op, n_vars, vars,
+                           "got %zu arguments; expected %d", n, ad_ops[op].arity);
+    return false;
+}
+
+/* A power by products takes a whole number that is known when recording. */
+static bool is_whole_power(ad_arg b)
+{
+    double value = b.value;
+    return (b.is_number || ad_constant_value(b.var, &value)) && value == floor(value) &&
+           fabs(value) <= 32;
 }
 
 ad_var ad_unary(enum ad_op op, ad_var x)
 {
-    if (ad_failed(x))
-        return (ad_var){x.tape, 0};
+    ad_var none;
+    if (!takes(op, 1, (ad_arg[]){ad_arg_var(x)}, &none))
+        return none;
     const struct node *n = node_at(x.tape, x.id);
     if (op == AD_OP_neg && n->op == AD_OP_neg)
-        return (ad_var){x.tape, n->in[0]};
+        return ad_at(x.tape, n->in[0]);
     double value;
     if (op == AD_OP_neg && ad_constant_value(x, &value))
         return ad_scalar(x.tape, -value);
@@ -63,21 +88,28 @@ ad_var ad_unary(enum ad_op op, ad_var x)
 
 ad_var ad_binary(enum ad_op op, ad_arg a, ad_arg b)
 {
-    ad_tape *tape = common_tape(op, 2, (ad_arg[]){a, b});
-    if (!tape || tape->error.status != AD_OK)
-        return (ad_var){tape, 0};
-    ad_var y;
+    ad_var none, y;
+    if (!takes(op, 2, (ad_arg[]){a, b}, &none))
+        return none;
+    ad_tape *tape = none.tape;
+    if (op == AD_OP_powi && !is_whole_power(b))
+        return ad_refuse_operands(tape, AD_E_ARGUMENT, op, 0, NULL,
+                                  "the power is no whole number from -32 to 32");
     if (ad_simplify_numbers(tape, op, a, b, &y))
         return y;
     ad_var in[] = {as_var(tape, a), as_var(tape, b)};
+    uint32_t rows, cols; /* a shorter form would be refused by another name */
+    if (!ad_broadcasts(op, 2, in, &rows, &cols))
+        return ad_at(tape, 0);
     return ad_simplify(op, in[0], in[1], &y) ? y : ad_elementwise(tape, op, 2, in);
 }
 
 ad_var ad_ternary(enum ad_op op, ad_arg a, ad_arg b, ad_arg c)
 {
-    ad_tape *tape = common_tape(op, 3, (ad_arg[]){a, b, c});
-    if (!tape || tape->error.status != AD_OK)
-        return (ad_var){tape, 0};
+    ad_var none;
+    if (!takes(op, 3, (ad_arg[]){a, b, c}, &none))
+        return none;
+    ad_tape *tape = none.tape;
     return ad_elementwise(tape, op, 3,
                           (ad_var[]){as_var(tape, a), as_var(tape, b), as_var(tape, c)});
 }

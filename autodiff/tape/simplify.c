@@ -15,10 +15,10 @@ ad_var ad_scale(ad_var x, double c)
 {
     double inner;
     const struct node *n = node_at(x.tape, x.id);
-    if (n->op == AD_OP_mul && ad_constant_value((ad_var){x.tape, n->in[1]}, &inner))
-        return ad_scale((ad_var){x.tape, n->in[0]}, c * inner);
+    if (n->op == AD_OP_mul && ad_constant_value(ad_at(x.tape, n->in[1]), &inner))
+        return ad_scale(ad_at(x.tape, n->in[0]), c * inner);
     if (n->op == AD_OP_neg)
-        return ad_scale((ad_var){x.tape, n->in[0]}, -c);
+        return ad_scale(ad_at(x.tape, n->in[0]), -c);
     if (c == 1)
         return x;
     if (c == -1)
@@ -106,10 +106,8 @@ static bool fold(ad_tape *tape, enum ad_op op, double a, double b, ad_var *y)
 
 static bool as_number(ad_arg a, double *value)
 {
-    if (a.var.tape)
-        return ad_constant_value(a.var, value);
     *value = a.value;
-    return true;
+    return a.is_number || ad_constant_value(a.var, value);
 }
 
 bool ad_simplify_numbers(ad_tape *tape, enum ad_op op, ad_arg a, ad_arg b, ad_var *y)
@@ -117,8 +115,8 @@ bool ad_simplify_numbers(ad_tape *tape, enum ad_op op, ad_arg a, ad_arg b, ad_va
     double ca, cb;
     bool number_a = as_number(a, &ca), number_b = as_number(b, &cb);
     return (number_a && number_b && fold(tape, op, ca, cb, y)) ||
-           (number_b && a.var.tape && simplify_right(op, a.var, cb, y)) ||
-           (number_a && b.var.tape && simplify_left(op, ca, b.var, y));
+           (number_b && !a.is_number && simplify_right(op, a.var, cb, y)) ||
+           (number_a && !b.is_number && simplify_left(op, ca, b.var, y));
 }
 
 /* ---- of any two values ---- */
@@ -128,12 +126,12 @@ static bool signs(enum ad_op op, ad_var a, ad_var b, ad_var *y)
 {
     const struct node *na = node_at(a.tape, a.id), *nb = node_at(b.tape, b.id);
     if ((op == AD_OP_add || op == AD_OP_sub) && nb->op == AD_OP_neg) {
-        ad_var c = {b.tape, nb->in[0]};
+        ad_var c = ad_at(b.tape, nb->in[0]);
         *y = op == AD_OP_add ? ad_sub(a, c) : ad_add(a, c);
         return true;
     }
     if (op == AD_OP_add && na->op == AD_OP_neg) {
-        *y = ad_sub(b, ((ad_var){a.tape, na->in[0]}));
+        *y = ad_sub(b, ad_at(a.tape, na->in[0]));
         return true;
     }
     return false;
@@ -167,7 +165,7 @@ static bool slope(enum ad_op op, ad_var a, ad_var b, ad_var *y)
     if (op != AD_OP_mul || (na->op != AD_OP_tanh_slope && nb->op != AD_OP_tanh_slope))
         return false;
     bool first = nb->op != AD_OP_tanh_slope;
-    ad_var t = {a.tape, first ? na->in[0] : nb->in[0]};
+    ad_var t = ad_at(a.tape, first ? na->in[0] : nb->in[0]);
     *y = ad_elementwise(a.tape, AD_OP_mul_tanh_slope, 2, (ad_var[]){first ? b : a, t});
     return true;
 }

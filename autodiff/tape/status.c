@@ -25,9 +25,11 @@ enum ad_status ad_fail(struct ad_error *e, enum ad_status status, const char *fo
 
 ad_var ad_refuse(ad_tape *tape, enum ad_status status, const char *format, ...)
 {
+    if (!tape)
+        return (ad_var){0};
     va_list list;
     va_start(list, format);
     keep_first(&tape->error, status, format, list);
     va_end(list);
-    return (ad_var){tape, 0};
+    return ad_at(tape, 0);
 }

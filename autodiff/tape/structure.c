@@ -6,20 +6,10 @@
 
 /* ---- leaves ---- */
 
-bool ad_shape_fits(ad_tape *tape, const char *op, size_t rows, size_t cols)
-{
-    if (tape->error.status != AD_OK)
-        return false;
-    if (rows && cols && rows < UINT32_MAX && cols < UINT32_MAX && rows <= ((size_t)1 << 46) / cols)
-        return true;
-    ad_fail(&tape->error, AD_E_SHAPE, "%s: %zu x %zu is empty or too large", op, rows, cols);
-    return false;
-}
-
 ad_var ad_input(ad_tape *tape, size_t rows, size_t cols, const char *label)
 {
-    if (!ad_shape_fits(tape, "input", rows, cols))
-        return (ad_var){tape, 0};
+    if (!ad_shape_fits(tape, AD_OP_input, 0, NULL, rows, cols))
+        return ad_refused(tape);
     ad_var x = ad_append(
         tape, (struct node){.op = AD_OP_input, .rows = (uint32_t)rows, .cols = (uint32_t)cols});
     return ad_label(x, label);
@@ -27,20 +17,21 @@ ad_var ad_input(ad_tape *tape, size_t rows, size_t cols, const char *label)
 
 ad_var ad_hold(ad_var input)
 {
-    if (input.tape->error.status == AD_OK) {
-        struct node *n = node_at(input.tape, input.id);
-        if (n->op != AD_OP_input)
-            return ad_refuse(input.tape, AD_E_ARGUMENT, "hold: %s is not an input",
-                             ad_op_name((enum ad_op)n->op));
-        n->flags |= NODE_HELD;
-    }
+    ad_var none;
+    if (!ad_operands(AD_COMPOSITE_hold, 1, &input, &none))
+        return none;
+    struct node *n = node_at(input.tape, input.id);
+    if (n->op != AD_OP_input)
+        return ad_refuse_operands(input.tape, AD_E_ARGUMENT, AD_COMPOSITE_hold, 1, &input,
+                                  "not an input");
+    n->flags |= NODE_HELD;
     return input;
 }
 
 ad_var ad_const(ad_tape *tape, size_t rows, size_t cols, const double *values)
 {
-    if (!ad_shape_fits(tape, "constant", rows, cols))
-        return (ad_var){tape, 0};
+    if (!ad_shape_fits(tape, AD_OP_constant, 0, NULL, rows, cols))
+        return ad_refused(tape);
     uint32_t first = ad_append_numbers(tape, rows * cols, values);
     return ad_append(tape, (struct node){.op = AD_OP_constant,
                                          .rows = (uint32_t)rows,
@@ -54,8 +45,9 @@ ad_var ad_scalar(ad_tape *tape, double value) { return ad_const(tape, 1, 1, &val
 
 static ad_var reduce(ad_var x, enum ad_op op, bool rows, bool cols)
 {
-    if (ad_failed(x))
-        return (ad_var){x.tape, 0};
+    ad_var none;
+    if (!ad_operands(op, 1, &x, &none))
+        return none;
     const struct node *n = node_at(x.tape, x.id);
     if ((!rows || n->rows == 1) && (!cols || n->cols == 1))
         return x;
@@ -73,27 +65,37 @@ ad_var ad_sum_cols(ad_var x) { return reduce(x, AD_OP_sum_cols, false, true); }
 
 ad_var ad_mean(ad_var x)
 {
-    if (ad_failed(x))
-        return (ad_var){x.tape, 0};
+    ad_var none;
+    if (!ad_operands(AD_COMPOSITE_mean, 1, &x, &none))
+        return none;
     return ad_mul(1.0 / (double)node_size(node_at(x.tape, x.id)), ad_sum(x));
 }
 
-ad_var ad_dot(ad_var a, ad_var b) { return ad_sum(ad_mul(a, b)); }
+ad_var ad_dot(ad_var a, ad_var b)
+{
+    ad_var x[] = {a, b}, none;
+    uint32_t rows, cols;
+    if (!ad_operands(AD_COMPOSITE_dot, 2, x, &none) ||
+        !ad_broadcasts(AD_COMPOSITE_dot, 2, x, &rows, &cols))
+        return none;
+    return ad_sum(ad_mul(a, b));
+}
 
 /* ---- matrices ---- */
 
 ad_var ad_matmul(ad_var a, bool transpose_a, ad_var b, bool transpose_b)
 {
-    if (ad_failed(a) || ad_failed(b))
-        return (ad_var){a.tape ? a.tape : b.tape, 0};
-    if (a.tape != b.tape)
-        return ad_refuse(a.tape, AD_E_TAPE, "matmul: variables of different tapes");
+    ad_var in[] = {a, b}, none;
+    if (!ad_operands(AD_OP_matmul, 2, in, &none))
+        return none;
     const struct node *x = node_at(a.tape, a.id), *y = node_at(b.tape, b.id);
     uint32_t rows = transpose_a ? x->cols : x->rows, inner_a = transpose_a ? x->rows : x->cols;
     uint32_t cols = transpose_b ? y->rows : y->cols, inner_b = transpose_b ? y->cols : y->rows;
     if (inner_a != inner_b)
-        return ad_refuse(a.tape, AD_E_SHAPE, "matmul: %u x %u times %u x %u", rows, inner_a,
-                         inner_b, cols);
+        return ad_refuse_operands(a.tape, AD_E_SHAPE, AD_OP_matmul, 2, in, "%u x %u times %u x %u",
+                                  rows, inner_a, inner_b, cols);
+    if (!ad_shape_fits(a.tape, AD_OP_matmul, 2, in, rows, cols))
+        return none;
     return ad_append(a.tape,
                      (struct node){.op = AD_OP_matmul,
                                    .rows = rows,
@@ -104,11 +106,12 @@ ad_var ad_matmul(ad_var a, bool transpose_a, ad_var b, bool transpose_b)
 
 ad_var ad_transpose(ad_var x)
 {
-    if (ad_failed(x))
-        return (ad_var){x.tape, 0};
+    ad_var none;
+    if (!ad_operands(AD_OP_transpose, 1, &x, &none))
+        return none;
     const struct node *n = node_at(x.tape, x.id);
     if (n->op == AD_OP_transpose)
-        return (ad_var){x.tape, n->in[0]};
+        return ad_at(x.tape, n->in[0]);
     if (n->rows == 1 || n->cols == 1)
         return ad_reshape(x, n->cols, n->rows);
     return ad_append(
@@ -120,13 +123,14 @@ ad_var ad_transpose(ad_var x)
 
 static ad_var slice(ad_var x, size_t row, size_t col, size_t rows, size_t cols)
 {
-    if (ad_failed(x))
-        return (ad_var){x.tape, 0};
+    ad_var none;
+    if (!ad_operands(AD_OP_slice, 1, &x, &none))
+        return none;
     const struct node *n = node_at(x.tape, x.id);
     if (!rows || !cols || row > n->rows || rows > n->rows - row || col > n->cols ||
         cols > n->cols - col)
-        return ad_refuse(x.tape, AD_E_SHAPE, "slice: %zu x %zu from (%zu, %zu), of a %u x %u value",
-                         rows, cols, row, col, n->rows, n->cols);
+        return ad_refuse_operands(x.tape, AD_E_SHAPE, AD_OP_slice, 1, &x,
+                                  "%zu x %zu from (%zu, %zu)", rows, cols, row, col);
     if (rows == n->rows && cols == n->cols)
         return x;
     return ad_append(x.tape, (struct node){.op = AD_OP_slice,
@@ -151,12 +155,14 @@ ad_var ad_col(ad_var x, size_t col) { return ad_slice_cols(x, col, 1); }
 
 ad_var ad_reshape(ad_var x, size_t rows, size_t cols)
 {
-    if (ad_failed(x) || !ad_shape_fits(x.tape, "reshape", rows, cols))
-        return (ad_var){x.tape, 0};
+    ad_var none;
+    if (!ad_operands(AD_OP_reshape, 1, &x, &none) ||
+        !ad_shape_fits(x.tape, AD_OP_reshape, 1, &x, rows, cols))
+        return none;
     const struct node *n = node_at(x.tape, x.id);
     if (rows * cols != node_size(n))
-        return ad_refuse(x.tape, AD_E_SHAPE, "reshape: to %zu x %zu, of a %u x %u value", rows,
-                         cols, n->rows, n->cols);
+        return ad_refuse_operands(x.tape, AD_E_SHAPE, AD_OP_reshape, 1, &x, "to %zu x %zu", rows,
+                                  cols);
     if (rows == n->rows && cols == n->cols)
         return x;
     return ad_append(x.tape, (struct node){.op = AD_OP_reshape,
@@ -167,12 +173,14 @@ ad_var ad_reshape(ad_var x, size_t rows, size_t cols)
 
 ad_var ad_broadcast(ad_var x, size_t rows, size_t cols)
 {
-    if (ad_failed(x) || !ad_shape_fits(x.tape, "broadcast", rows, cols))
-        return (ad_var){x.tape, 0};
+    ad_var none;
+    if (!ad_operands(AD_OP_broadcast, 1, &x, &none) ||
+        !ad_shape_fits(x.tape, AD_OP_broadcast, 1, &x, rows, cols))
+        return none;
     const struct node *n = node_at(x.tape, x.id);
     if ((n->rows != rows && n->rows != 1) || (n->cols != cols && n->cols != 1))
-        return ad_refuse(x.tape, AD_E_SHAPE, "broadcast: to %zu x %zu, of a %u x %u value", rows,
-                         cols, n->rows, n->cols);
+        return ad_refuse_operands(x.tape, AD_E_SHAPE, AD_OP_broadcast, 1, &x, "to %zu x %zu", rows,
+                                  cols);
     if (rows == n->rows && cols == n->cols)
         return x;
     return ad_append(x.tape, (struct node){.op = AD_OP_broadcast,
@@ -181,15 +189,16 @@ ad_var ad_broadcast(ad_var x, size_t rows, size_t cols)
                                            .in = {x.id}});
 }
 
+/* op of row list rows[0..n-1], each below `limit`: `height` rows. */
 static ad_var indexed(ad_var x, enum ad_op op, size_t n, const uint32_t rows[], size_t limit,
                       size_t height)
 {
-    if (ad_failed(x) || !ad_shape_fits(x.tape, ad_op_name(op), n, height))
-        return (ad_var){x.tape, 0};
+    if (!ad_shape_fits(x.tape, op, 1, &x, height, ad_cols(x)))
+        return ad_refused(x.tape);
     for (size_t k = 0; k < n; k++)
         if (rows[k] >= limit)
-            return ad_refuse(x.tape, AD_E_SHAPE, "%s: entry %zu names row %u of %zu",
-                             ad_op_name(op), k, rows[k], limit);
+            return ad_refuse_operands(x.tape, AD_E_SHAPE, op, 1, &x,
+                                      "entry %zu names row %u of %zu", k, rows[k], limit);
     uint32_t list = ad_append_list(x.tape, n, rows);
     return ad_append(x.tape, (struct node){.op = (uint16_t)op,
                                            .rows = (uint32_t)height,
@@ -200,16 +209,20 @@ static ad_var indexed(ad_var x, enum ad_op op, size_t n, const uint32_t rows[], 
 
 ad_var ad_gather_rows(ad_var x, size_t n, const uint32_t rows[])
 {
+    ad_var none;
+    if (!ad_operands(AD_OP_gather, 1, &x, &none))
+        return none;
     return indexed(x, AD_OP_gather, n, rows, ad_rows(x), n);
 }
 
 ad_var ad_scatter_rows(ad_var x, const uint32_t rows[], size_t height)
 {
-    if (ad_failed(x))
-        return (ad_var){x.tape, 0};
+    ad_var none;
+    if (!ad_operands(AD_OP_scatter, 1, &x, &none))
+        return none;
     const struct node *n = node_at(x.tape, x.id);
     if (n->op == AD_OP_neg) /* adding up first leaves less to negate */
-        return ad_neg(ad_scatter_rows((ad_var){x.tape, n->in[0]}, rows, height));
+        return ad_neg(ad_scatter_rows(ad_at(x.tape, n->in[0]), rows, height));
     return indexed(x, AD_OP_scatter, ad_rows(x), rows, height, height);
 }
 
@@ -218,7 +231,7 @@ ad_var ad_scatter_rows(ad_var x, const uint32_t rows[], size_t height)
 static ad_var difference(ad_var x, enum ad_op op, double scale, bool repeat, size_t cols)
 {
     if (!isfinite(scale))
-        return ad_refuse(x.tape, AD_E_ARGUMENT, "%s: scale %g", ad_op_name(op), scale);
+        return ad_refuse_operands(x.tape, AD_E_ARGUMENT, op, 1, &x, "scale %g", scale);
     uint32_t number = ad_append_numbers(x.tape, 1, &scale);
     return ad_append(x.tape, (struct node){.op = (uint16_t)op,
                                            .rows = node_at(x.tape, x.id)->rows,
@@ -229,21 +242,22 @@ static ad_var difference(ad_var x, enum ad_op op, double scale, bool repeat, siz
 
 ad_var ad_diff(ad_var x, double scale, bool repeat)
 {
-    if (ad_failed(x))
-        return (ad_var){x.tape, 0};
+    ad_var none;
+    if (!ad_operands(AD_OP_diff, 1, &x, &none))
+        return none;
     if (ad_cols(x) < 2)
-        return ad_refuse(x.tape, AD_E_SHAPE, "diff: needs two columns, of a %zu x %zu value",
-                         ad_rows(x), ad_cols(x));
+        return ad_refuse_operands(x.tape, AD_E_SHAPE, AD_OP_diff, 1, &x, "needs two columns");
     return difference(x, AD_OP_diff, scale, repeat, ad_cols(x) - !repeat);
 }
 
 ad_var ad_diff_adjoint(ad_var u, double scale, bool repeat, size_t cols)
 {
-    if (ad_failed(u))
-        return (ad_var){u.tape, 0};
+    ad_var none;
+    if (!ad_operands(AD_OP_diff_adjoint, 1, &u, &none) ||
+        !ad_shape_fits(u.tape, AD_OP_diff_adjoint, 1, &u, ad_rows(u), cols))
+        return none;
     if (cols < 2 || ad_cols(u) != cols - !repeat)
-        return ad_refuse(u.tape, AD_E_SHAPE,
-                         "diff_adjoint: columns do not match, of a %zu x %zu value", ad_rows(u),
-                         ad_cols(u));
+        return ad_refuse_operands(u.tape, AD_E_SHAPE, AD_OP_diff_adjoint, 1, &u,
+                                  "columns do not match");
     return difference(u, AD_OP_diff_adjoint, scale, repeat, cols);
 }

@@ -1,6 +1,7 @@
 /* The tape: growing memory for recorded nodes, constants, lists and labels. */
 #include "autodiff/internal.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -46,12 +47,25 @@ static bool record_zero(ad_tape *tape)
     return tape->error.status == AD_OK;
 }
 
+/* Recordings of all tapes are numbered, from 1 on: a program, which outlives its tape, then knows
+   its variables from those of a tape that took the same memory. */
+static uint32_t next_recording(void)
+{
+    static atomic_uint_least32_t last;
+    uint32_t number;
+    do
+        number = (uint32_t)atomic_fetch_add_explicit(&last, 1, memory_order_relaxed) + 1;
+    while (number == 0);
+    return number;
+}
+
 ad_tape *ad_tape_new(enum ad_type type)
 {
     ad_tape *tape = calloc(1, sizeof *tape);
     if (!tape)
         return NULL;
     tape->type = type;
+    tape->recording = next_recording();
     if (!record_zero(tape)) {
         ad_tape_free(tape);
         return NULL;
@@ -62,6 +76,7 @@ ad_tape *ad_tape_new(enum ad_type type)
 void ad_tape_reset(ad_tape *tape)
 {
     tape->error = (struct ad_error){0};
+    tape->recording = next_recording();
     tape->n_nodes = tape->n_numbers = tape->n_lists = tape->n_labels = tape->n_texts = 0;
     record_zero(tape); /* fits: it did before */
 }
@@ -80,7 +95,11 @@ void ad_tape_free(ad_tape *tape)
     free(tape);
 }
 
-const struct ad_error *ad_tape_error(const ad_tape *tape) { return &tape->error; }
+const struct ad_error *ad_tape_error(const ad_tape *tape)
+{
+    static const struct ad_error no_tape = {AD_E_MEMORY, "no tape: out of memory"};
+    return tape ? &tape->error : &no_tape;
+}
 
 size_t ad_tape_size(const ad_tape *tape) { return tape->n_nodes; }
 
@@ -106,8 +125,8 @@ static bool add_block(ad_tape *tape)
 
 ad_var ad_append(ad_tape *tape, struct node node)
 {
-    ad_var zero = {tape, 0};
-    if (tape->error.status != AD_OK)
+    ad_var zero = ad_at(tape, 0);
+    if (!ad_shape_fits(tape, node.op, 0, NULL, node.rows, node.cols))
         return zero;
     if (tape->n_nodes >= UINT32_MAX - 1 ||
         (tape->n_nodes == tape->n_blocks * BLOCK_SIZE && !add_block(tape))) {
@@ -116,7 +135,7 @@ ad_var ad_append(ad_tape *tape, struct node node)
     }
     uint32_t id = (uint32_t)tape->n_nodes++;
     *node_at(tape, id) = node;
-    return (ad_var){tape, id};
+    return ad_at(tape, id);
 }
 
 uint32_t ad_append_numbers(ad_tape *tape, size_t n, const double *values)
@@ -147,9 +166,9 @@ uint32_t ad_append_list(ad_tape *tape, size_t n, const uint32_t *values)
     return (uint32_t)(tape->n_lists - n - 1);
 }
 
-size_t ad_rows(ad_var x) { return x.tape ? node_at(x.tape, x.id)->rows : 0; }
+size_t ad_rows(ad_var x) { return ad_is_current(x) ? node_at(x.tape, x.id)->rows : 0; }
 
-size_t ad_cols(ad_var x) { return x.tape ? node_at(x.tape, x.id)->cols : 0; }
+size_t ad_cols(ad_var x) { return ad_is_current(x) ? node_at(x.tape, x.id)->cols : 0; }
 
 bool ad_constant_value(ad_var x, double *value)
 {
@@ -163,7 +182,8 @@ bool ad_constant_value(ad_var x, double *value)
 ad_var ad_label(ad_var x, const char *label)
 {
     ad_tape *tape = x.tape;
-    if (!tape || !label || tape->error.status != AD_OK)
+    ad_var none;
+    if (!label || !ad_operands(AD_COMPOSITE_label, 1, &x, &none))
         return x;
     size_t length = strlen(label) + 1;
     if (length > UINT32_MAX - tape->n_texts ||

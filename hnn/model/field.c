@@ -78,7 +78,7 @@ static void record_hamiltonian(const hnn_model *model, ad_var parameters, ad_var
                                struct hnn_record *r)
 {
     const struct hnn_settings *s = &model->settings;
-    ad_var seen = normalised(model, x), plain = {NULL, 0};
+    ad_var seen = normalised(model, x), plain = {0};
     ad_var out = network(model, &model->net[0], parameters, seen);
     if (s->separable)
         out = ad_add(out, network(model, &model->net[1], parameters, seen));

@@ -79,7 +79,7 @@ static ad_var record_rollouts(const hnn_model *model, const struct hnn_training 
                               ad_var parameters, ad_var x, ad_var target)
 {
     size_t m = hnn_states(model), steps = training->rollout;
-    ad_var sum = {NULL, 0}, at = x;
+    ad_var sum = {0}, at = x;
     for (size_t k = 0; k < steps; k++) {
         at = runge_kutta(model, parameters, at, training->dt);
         ad_var error = ad_sub(at, ad_slice_rows(target, k * m, m));

@@ -1,0 +1,594 @@
+/* What recording refuses, by name, number and label: variables that are none, operations given as
+   numbers, sizes that no memory holds. */
+#include "support.h"
+#include "tests/mentions.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- every operation on one variable ---- */
+
+typedef ad_var operation(ad_var x);
+
+#define AD_UNARY(name, value, dx, lo, hi)                                                          \
+    static ad_var op_##name(ad_var x) { return ad_##name(x); }
+#define AD_BINARY(name, value, da, db, lo, hi)                                                     \
+    static ad_var op_##name(ad_var x)                                                              \
+    {                                                                                              \
+        return ad_binary(AD_OP_##name, AD_ARG(x), ad_arg_number(1.5));                             \
+    }                                                                                              \
+    static ad_var right_##name(ad_var x)                                                           \
+    {                                                                                              \
+        return ad_binary(AD_OP_##name, ad_arg_number(1.5), AD_ARG(x));                             \
+    }
+#include "autodiff/ops.def"
+
+static ad_var op_select(ad_var x) { return ad_select(x, 1.0, 2.0); }
+
+static ad_var op_sum(ad_var x) { return ad_sum(x); }
+
+static ad_var op_sum_rows(ad_var x) { return ad_sum_rows(x); }
+
+static ad_var op_sum_cols(ad_var x) { return ad_sum_cols(x); }
+
+static ad_var op_mean(ad_var x) { return ad_mean(x); }
+
+static ad_var op_dot(ad_var x) { return ad_dot(x, x); }
+
+static ad_var op_matmul(ad_var x) { return ad_matmul(x, true, x, false); }
+
+static ad_var op_transpose(ad_var x) { return ad_transpose(x); }
+
+static ad_var op_row(ad_var x) { return ad_row(x, 0); }
+
+static ad_var op_col(ad_var x) { return ad_col(x, 0); }
+
+static ad_var op_slice_rows(ad_var x) { return ad_slice_rows(x, 0, 1); }
+
+static ad_var op_slice_cols(ad_var x) { return ad_slice_cols(x, 0, 1); }
+
+static ad_var op_reshape(ad_var x) { return ad_reshape(x, 1, 12); }
+
+static ad_var op_broadcast(ad_var x) { return ad_broadcast(x, 3, 4); }
+
+static ad_var op_gather(ad_var x) { return ad_gather_rows(x, 1, (uint32_t[]){0}); }
+
+static ad_var op_scatter(ad_var x) { return ad_scatter_rows(x, (uint32_t[]){0, 0, 0}, 1); }
+
+static ad_var op_concat_rows(ad_var x) { return ad_concat_rows(2, (ad_var[]){x, x}); }
+
+static ad_var op_concat_cols(ad_var x) { return ad_concat_cols(2, (ad_var[]){x, x}); }
+
+static ad_var op_diff(ad_var x) { return ad_diff(x, 1, false); }
+
+static ad_var op_diff_adjoint(ad_var x) { return ad_diff_adjoint(x, 1, false, 5); }
+
+static ad_var op_hold(ad_var x) { return ad_hold(x); }
+
+static const struct {
+    const char *name;
+    operation *record;
+} operations[] = {
+#define AD_UNARY(name, value, dx, lo, hi) {#name, op_##name},
+#define AD_BINARY(name, value, da, db, lo, hi) {#name, op_##name}, {#name, right_##name},
+#include "autodiff/ops.def"
+    {"select", op_select},
+    {"sum", op_sum},
+    {"sum_rows", op_sum_rows},
+    {"sum_cols", op_sum_cols},
+    {"mean", op_mean},
+    {"dot", op_dot},
+    {"matmul", op_matmul},
+    {"transpose", op_transpose},
+    {"slice", op_row},
+    {"slice", op_col},
+    {"slice", op_slice_rows},
+    {"slice", op_slice_cols},
+    {"reshape", op_reshape},
+    {"broadcast", op_broadcast},
+    {"gather", op_gather},
+    {"scatter", op_scatter},
+    {"concat_rows", op_concat_rows},
+    {"concat_cols", op_concat_cols},
+    {"diff", op_diff},
+    {"diff_adjoint", op_diff_adjoint},
+    {"hold", op_hold},
+};
+
+enum { N_OPERATIONS = sizeof operations / sizeof operations[0] };
+
+/* The tape's error names the operation, how many values were recorded before it, and a label. */
+static void assert_refused(ad_tape *t, enum ad_status status, const char *op, const char *label)
+{
+    const struct ad_error *e = ad_tape_error(t);
+    char number[40];
+    if (e->status != status)
+        print_error("%s: status %d, %s\n", op, e->status, e->message);
+    assert_int_equal(e->status, status);
+    assert_mentions(e->message, op);
+    snprintf(number, sizeof number, "operation %zu", ad_tape_size(t));
+    assert_mentions(e->message, number);
+    assert_mentions(e->message, label);
+}
+
+/* A23 */
+static void test_never_recorded(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    for (size_t k = 0; k < N_OPERATIONS; k++) {
+        ad_tape_reset(t);
+        ad_var near = ad_input(t, 3, 4, "near"), none = operations[k].record((ad_var){0});
+        assert_null(none.tape);
+        ad_var y = ad_add(near, none), g;
+        assert_refused(t, AD_E_TAPE, operations[k].name, "near");
+        ad_program *p;
+        assert_int_equal(ad_grad(y, 1, &near, &g), AD_E_TAPE);
+        assert_int_equal(ad_compile(t, 1, &y, &p), AD_E_TAPE);
+        assert_null(p);
+        ad_tape_reset(t); /* seen by ad_grad and ad_compile alone */
+        near = ad_input(t, 3, 4, "near");
+        assert_int_equal(ad_grad(none, 1, &near, &g), AD_E_TAPE);
+        assert_refused(t, AD_E_TAPE, operations[k].name, "near");
+        ad_tape_reset(t);
+        near = ad_input(t, 3, 4, "near");
+        assert_int_equal(ad_compile(t, 1, &none, &p), AD_E_TAPE);
+        assert_refused(t, AD_E_TAPE, operations[k].name, "near");
+    }
+    ad_tape_free(t);
+}
+
+/* A23: beside variables that are. */
+static void test_never_recorded_beside_others(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    static const char *const names[] = {"add",         "mul",         "atan2",  "select", "select",
+                                        "select",      "matmul",      "matmul", "dot",    "dot",
+                                        "concat_rows", "concat_cols", "place",  "grad"};
+    for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) {
+        ad_tape_reset(t);
+        ad_var x = ad_input(t, 3, 3, "near"), none = {0}, g[2];
+        switch (k) {
+        case 0:
+            ad_add(x, none);
+            break;
+        case 1:
+            ad_mul(none, x);
+            break;
+        case 2:
+            ad_atan2(x, none);
+            break;
+        case 3:
+            ad_select(none, x, x);
+            break;
+        case 4:
+            ad_select(x, none, 1.0);
+            break;
+        case 5:
+            ad_select(x, 1.0, none);
+            break;
+        case 6:
+            ad_matmul(none, false, x, false);
+            break;
+        case 7:
+            ad_matmul(x, false, none, false);
+            break;
+        case 8:
+            ad_dot(x, none);
+            break;
+        case 9:
+            ad_dot(none, x);
+            break;
+        case 10:
+            ad_concat_rows(2, (ad_var[]){none, x});
+            break;
+        case 11:
+            ad_concat_cols(2, (ad_var[]){x, none});
+            break;
+        case 12:
+            ad_place(t, 3, 3, 1, &none, (size_t[]){0}, (size_t[]){0});
+            break;
+        default:
+            ad_grad(ad_sum(x), 2, (ad_var[]){x, none}, g);
+            break;
+        }
+        assert_refused(t, AD_E_TAPE, names[k], "near");
+    }
+    ad_tape_free(t);
+}
+
+/* A23: of nothing at all. */
+static void test_concat_of_nothing(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    static const char *const names[] = {"concat_rows", "concat_cols"};
+    for (int k = 0; k < 2; k++) {
+        ad_tape_reset(t);
+        ad_var x = ad_input(t, 3, 3, "near");
+        ad_mul(x, k ? ad_concat_cols(0, NULL) : ad_concat_rows(0, NULL));
+        assert_refused(t, AD_E_TAPE, names[k], "near");
+    }
+    ad_tape_free(t);
+}
+
+static void test_no_tape(void **state)
+{
+    (void)state;
+    double one = 1;
+    ad_var none = {0}, g;
+    assert_null(ad_input(NULL, 1, 1, "x").tape);
+    assert_null(ad_const(NULL, 1, 1, &one).tape);
+    assert_null(ad_scalar(NULL, 1).tape);
+    assert_null(ad_place(NULL, 1, 1, 0, NULL, NULL, NULL).tape);
+    assert_null(ad_refuse(NULL, AD_E_SHAPE, "x").tape);
+    assert_null(ad_label(none, "x").tape);
+    assert_int_equal(ad_grad(none, 1, &none, &g), AD_E_TAPE);
+    assert_int_equal(ad_tape_error(NULL)->status, AD_E_MEMORY);
+}
+
+/* ---- of another tape, of an earlier recording ---- */
+
+/* G3 */
+static void test_earlier_recording(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    for (size_t k = 0; k < N_OPERATIONS; k++) {
+        ad_tape_reset(t);
+        ad_var old = ad_exp(ad_input(t, 3, 4, "old")), g;
+        ad_tape_reset(t);
+        assert_int_equal(ad_rows(old), 0);
+        assert_int_equal(ad_cols(old), 0);
+        ad_var x = ad_sin(ad_input(t, 3, 4, "near"));
+        operations[k].record(old);
+        assert_refused(t, AD_E_TAPE, operations[k].name, "near");
+        ad_tape_reset(t);
+        x = ad_sin(ad_input(t, 3, 4, "near"));
+        assert_int_equal(ad_grad(ad_sum(x), 1, &old, &g), AD_E_TAPE);
+        ad_tape_reset(t);
+        ad_input(t, 3, 4, "near");
+        ad_label(old, "again");
+        assert_refused(t, AD_E_TAPE, "label", "near");
+        ad_tape_reset(t); /* shorter than `old` says */
+        ad_program *p;
+        assert_int_equal(ad_compile(t, 1, &old, &p), AD_E_TAPE);
+        assert_null(p);
+    }
+    ad_tape_free(t);
+}
+
+/* E4: where numbers of nodes agree, before and after tapes are reset, freed, made in their place.
+ */
+static void test_program_knows_its_variables(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64), *other = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, 2, "x"), y = ad_square(x);
+    ad_var strange = ad_input(other, 40, 50, "x");
+    assert_int_equal(x.id, strange.id);
+    ad_program *p = compile(t, 1, &y);
+    double v[2] = {3, 4}, w[2000] = {0};
+    for (int round = 0; round < 3; round++) {
+        assert_int_equal(ad_set(p, strange, w), AD_E_TAPE);
+        assert_int_equal(ad_get(p, strange, w), AD_E_TAPE);
+        assert_null(ad_data(p, strange));
+        assert_int_equal(ad_set(p, (ad_var){0}, w), AD_E_TAPE);
+        assert_int_equal(ad_set(NULL, x, w), AD_E_TAPE);
+        assert_int_equal(ad_set(p, x, v), AD_OK);
+        ad_run(p);
+        assert_int_equal(ad_get(p, y, w), AD_OK);
+        assert_true(w[0] == 9 && w[1] == 16);
+        assert_non_null(ad_data(p, x));
+        if (round == 0) {
+            ad_tape_reset(t);
+        } else {
+            ad_tape_free(t);
+            t = ad_tape_new(AD_F64);
+        }
+        strange = ad_input(t, 40, 50, "x");
+        assert_int_equal(x.id, strange.id);
+    }
+    ad_program_free(p);
+    ad_tape_free(t);
+    ad_tape_free(other);
+}
+
+/* ---- operations by number ---- */
+
+/* A24 */
+static void test_operations_by_number(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    static const int arity[] = {
+#define AD_STRUCTURE(name, arity) 0,
+#define AD_UNARY(name, value, dx, lo, hi) 1,
+#define AD_BINARY(name, value, da, db, lo, hi) 2,
+#define AD_TERNARY(name, value, da, db, dc, lo, hi) 3,
+#include "autodiff/ops.def"
+        0, 0, 0};
+    static const int beyond[] = {999, -1, AD_N_OPS};
+    for (int k = 0; k < AD_N_OPS + 3; k++)
+        for (int n = 1; n <= 3; n++) {
+            int op = k < AD_N_OPS ? k : beyond[k - AD_N_OPS];
+            ad_tape_reset(t);
+            ad_var x = ad_input(t, 3, 4, "near"), g;
+            ad_arg a = ad_arg_var(x), number = ad_arg_number(2);
+            size_t before = ad_tape_size(t);
+            ad_var y = n == 1   ? ad_unary((enum ad_op)op, x)
+                       : n == 2 ? ad_binary((enum ad_op)op, a, number)
+                                : ad_ternary((enum ad_op)op, a, number, a);
+            if (n == arity[k]) {
+                assert_tape_ok(t);
+                continue;
+            }
+            assert_int_equal(ad_tape_size(t), before);
+            assert_refused(t, AD_E_ARGUMENT, ad_op_name((enum ad_op)op), "near");
+            assert_int_equal(ad_grad(y, 1, &x, &g), AD_E_ARGUMENT);
+        }
+    ad_tape_free(t);
+}
+
+/* A24: products stand for a power that is known, and whole. */
+static void test_powers_by_products(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, 4, "x");
+    const double whole[] = {2, 3, 4, 5};
+    ad_binary(AD_OP_powi, AD_ARG(x), ad_arg_number(5));
+    ad_binary(AD_OP_powi, AD_ARG(x), ad_arg_var(ad_scalar(t, -32)));
+    assert_tape_ok(t);
+    for (int k = 0; k < 5; k++) {
+        ad_tape_reset(t);
+        x = ad_input(t, 1, 4, "near");
+        ad_arg power = k == 0   ? ad_arg_var(x)
+                       : k == 1 ? ad_arg_number(2.5)
+                       : k == 2 ? ad_arg_number(33)
+                       : k == 3 ? ad_arg_var(ad_const(t, 1, 4, whole))
+                                : ad_arg_number(NAN);
+        ad_binary(AD_OP_powi, AD_ARG(x), power);
+        assert_refused(t, AD_E_ARGUMENT, "powi", "near");
+    }
+    ad_tape_free(t);
+}
+
+/* ---- sizes ---- */
+
+static const size_t sizes[] = {
+    ((size_t)1 << 31) - 1,
+    (size_t)1 << 31,
+    ((size_t)1 << 31) + 1,
+    UINT32_MAX - 1,
+    UINT32_MAX,
+    (size_t)1 << 32,
+    ((size_t)1 << 32) + 1,
+    ((size_t)1 << 32) + 3,
+    ((size_t)1 << 63) - 1,
+    (size_t)1 << 63,
+    ((size_t)1 << 63) + 1,
+    ((size_t)1 << 63) + 3,
+    SIZE_MAX - 1,
+    SIZE_MAX,
+    0,
+};
+
+enum { N_SIZES = sizeof sizes / sizeof sizes[0] };
+
+/* Recorded as large as it was to be, or refused; never smaller. */
+static void assert_size(ad_tape *t, ad_var y, size_t rows, size_t cols, const char *op)
+{
+    bool fits =
+        rows && cols && rows <= INT32_MAX && cols <= INT32_MAX && rows * cols <= (size_t)1 << 46;
+    if (!fits) {
+        assert_refused(t, AD_E_SHAPE, op, "near");
+    } else {
+        assert_tape_ok(t);
+        assert_int_equal(ad_rows(y), rows);
+        assert_int_equal(ad_cols(y), cols);
+    }
+    ad_tape_reset(t);
+}
+
+static ad_var near_input(ad_tape *t, size_t rows, size_t cols)
+{
+    return ad_input(t, rows, cols, "near");
+}
+
+static ad_var tall(ad_tape *t, size_t rows) { return ad_broadcast(near_input(t, 1, 1), rows, 1); }
+
+static ad_var wide(ad_tape *t, size_t cols) { return ad_broadcast(near_input(t, 1, 1), 1, cols); }
+
+/* E3: sizes a caller says. */
+static void test_sizes_said(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    const uint32_t zero[3] = {0, 0, 0};
+    for (size_t i = 0; i < N_SIZES; i++)
+        for (size_t j = 0; j < 4; j++) {
+            size_t n = sizes[i], m = j < 2 ? j + 1 : sizes[(i + j) % N_SIZES];
+            near_input(t, 1, 1);
+            assert_size(t, ad_input(t, n, m, NULL), n, m, "input");
+            near_input(t, 1, 1);
+            assert_size(t, ad_broadcast(near_input(t, 1, 1), n, m), n, m, "broadcast");
+            near_input(t, 1, 1);
+            assert_size(t, ad_place(t, n, m, 0, NULL, NULL, NULL), n, m, "place");
+            near_input(t, 1, 1);
+            assert_size(t, ad_place(t, m, n, 0, NULL, NULL, NULL), m, n, "place");
+            if (n <= INT32_MAX)
+                continue;
+            near_input(t, 1, 1);
+            ad_const(t, n, m, NULL); /* nothing is read */
+            assert_refused(t, AD_E_SHAPE, "constant", "near");
+            ad_tape_reset(t);
+            ad_reshape(near_input(t, 3, 4), n, m);
+            assert_refused(t, AD_E_SHAPE, "reshape", "near");
+            ad_tape_reset(t);
+            ad_gather_rows(near_input(t, 3, 4), n, NULL);
+            assert_refused(t, AD_E_SHAPE, "gather", "near");
+            ad_tape_reset(t);
+            ad_diff_adjoint(near_input(t, 3, 4), 1, j & 1, n);
+            assert_refused(t, AD_E_SHAPE, "diff_adjoint", "near");
+            ad_tape_reset(t);
+            ad_place(t, 3, 4, 1, (ad_var[]){near_input(t, 2, 2)}, &n, (size_t[]){0});
+            assert_refused(t, AD_E_SHAPE, "place", "near");
+            ad_tape_reset(t);
+            ad_place(t, 3, 4, 1, (ad_var[]){near_input(t, 2, 2)}, (size_t[]){0}, &n);
+            assert_refused(t, AD_E_SHAPE, "place", "near");
+            ad_tape_reset(t);
+        }
+    for (size_t i = 0; i < N_SIZES; i++)
+        assert_size(t, ad_scatter_rows(near_input(t, 3, 4), zero, sizes[i]), sizes[i], 4,
+                    "scatter");
+    ad_tape_free(t);
+}
+
+/* E3, E11: slices, whose last row or column may wrap, or be one too many. */
+static void test_slices(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    enum { ROWS = 3, COLS = 4 };
+    for (size_t i = 0; i < N_SIZES + 7; i++)
+        for (size_t j = 0; j < N_SIZES + 7; j++) {
+            size_t first = i < N_SIZES ? sizes[i] : i - N_SIZES;
+            size_t count = j < N_SIZES ? sizes[j] : j - N_SIZES;
+            for (int cols = 0; cols < 2; cols++) {
+                size_t n = cols ? COLS : ROWS;
+                bool fits = count >= 1 && first <= n && count <= n - first;
+                ad_var x = near_input(t, ROWS, COLS);
+                ad_var y = cols ? ad_slice_cols(x, first, count) : ad_slice_rows(x, first, count);
+                if (fits) {
+                    assert_tape_ok(t);
+                    assert_int_equal(cols ? ad_cols(y) : ad_rows(y), count);
+                } else {
+                    assert_refused(t, AD_E_SHAPE, "slice", "near");
+                }
+                ad_tape_reset(t);
+                x = near_input(t, ROWS, COLS);
+                if (cols)
+                    ad_col(x, first);
+                else
+                    ad_row(x, first);
+                assert_int_equal(ad_tape_error(t)->status, first < n ? AD_OK : AD_E_SHAPE);
+                ad_tape_reset(t);
+            }
+        }
+    ad_tape_free(t);
+}
+
+/* E3: sizes that come of two operands. */
+static void test_sizes_of_operands(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    static const size_t large[] = {1u << 22, 1u << 23, 1u << 24, 1u << 30, INT32_MAX};
+    static const enum ad_op binary[] = {
+#define AD_BINARY(name, value, da, db, lo, hi) AD_OP_##name,
+#include "autodiff/ops.def"
+    };
+    for (size_t i = 0; i < 5; i++)
+        for (size_t j = 0; j < 5; j++) {
+            size_t n = large[i], m = large[j];
+            for (size_t k = 0; k < sizeof binary / sizeof binary[0]; k++) {
+                if (binary[k] == AD_OP_powi)
+                    continue;
+                ad_var y = ad_binary(binary[k], ad_arg_var(tall(t, n)), ad_arg_var(wide(t, m)));
+                assert_size(t, y, n, m, ad_op_name(binary[k]));
+            }
+            assert_size(t, ad_select(tall(t, n), wide(t, m), 0.0), n, m, "select");
+            assert_size(t, ad_select(1.0, wide(t, m), tall(t, n)), n, m, "select");
+            assert_size(t, ad_matmul(tall(t, n), false, wide(t, m), false), n, m, "matmul");
+            assert_size(t, ad_matmul(wide(t, n), true, tall(t, m), true), n, m, "matmul");
+            assert_size(t, ad_concat_rows(2, (ad_var[]){tall(t, n), tall(t, m)}), n + m, 1,
+                        "concat_rows");
+            assert_size(t, ad_concat_cols(2, (ad_var[]){wide(t, n), wide(t, m)}), 1, n + m,
+                        "concat_cols");
+            if (n * m <= (size_t)1 << 46)
+                continue;
+            ad_dot(tall(t, n), wide(t, m));
+            assert_refused(t, AD_E_SHAPE, "dot", "near");
+            ad_tape_reset(t);
+        }
+    assert_size(t, ad_transpose(tall(t, INT32_MAX)), 1, INT32_MAX, "transpose");
+    assert_size(t, ad_diff(wide(t, INT32_MAX), 1, true), 1, INT32_MAX, "diff");
+    assert_size(t, ad_diff_adjoint(wide(t, INT32_MAX), 1, false, (size_t)INT32_MAX + 1), 1,
+                (size_t)INT32_MAX + 1, "diff_adjoint");
+    ad_tape_free(t);
+}
+
+/* E3: more memory together than addresses there are. */
+static void test_memory_that_wraps(void **state)
+{
+    (void)state;
+    enum { N = 33000 };
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var *y = malloc(N * sizeof *y), x = ad_input(t, 1, 1, "x");
+    ad_var large = ad_broadcast(x, 1 << 23, 1 << 23);
+    for (int k = 0; k < N; k++)
+        y[k] = ad_add(large, k + 1.0);
+    assert_tape_ok(t);
+    ad_program *p;
+    assert_int_equal(ad_compile(t, N, y, &p), AD_E_MEMORY);
+    assert_null(p);
+    free(y);
+    ad_tape_free(t);
+}
+
+/* C2: rows of an index list, and columns of the value. */
+static void test_gather_shapes(void **state)
+{
+    (void)state;
+    enum { N = 12497500 };
+    ad_tape *t = ad_tape_new(AD_F64);
+    uint32_t *rows = calloc(N, sizeof *rows);
+    ad_var x = near_input(t, 3, 1);
+    assert_non_null(rows);
+    assert_size(t, ad_gather_rows(x, N, rows), N, 1, "gather");
+    x = near_input(t, 3, 4);
+    ad_gather_rows(x, 0, rows);
+    assert_refused(t, AD_E_SHAPE, "gather", "0 x 4");
+    free(rows);
+    ad_tape_free(t);
+}
+
+/* C3: operands by label, or by the nearest before them. */
+static void test_operands_are_named(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var theta = ad_input(t, 3, 7, "theta"), other = ad_input(t, 2, 7, NULL), y = ad_exp(other);
+    for (int k = 0; k < 1000; k++)
+        y = ad_sin(y);
+    ad_label(ad_cos(y), "later");
+    ad_add(theta, y);
+    assert_refused(t, AD_E_SHAPE, "add", "3 x 7 \"theta\"");
+    assert_mentions(ad_tape_error(t)->message, "2 x 7 sin (operation 1003, after \"theta\")");
+    assert_null(strstr(ad_tape_error(t)->message, "later"));
+    ad_tape_free(t);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_never_recorded),
+        cmocka_unit_test(test_never_recorded_beside_others),
+        cmocka_unit_test(test_concat_of_nothing),
+        cmocka_unit_test(test_no_tape),
+        cmocka_unit_test(test_earlier_recording),
+        cmocka_unit_test(test_program_knows_its_variables),
+        cmocka_unit_test(test_operations_by_number),
+        cmocka_unit_test(test_powers_by_products),
+        cmocka_unit_test(test_sizes_said),
+        cmocka_unit_test(test_slices),
+        cmocka_unit_test(test_sizes_of_operands),
+        cmocka_unit_test(test_memory_that_wraps),
+        cmocka_unit_test(test_gather_shapes),
+        cmocka_unit_test(test_operands_are_named),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
