@@ -85,17 +85,19 @@ static void choose_setting(const struct problem *motion, struct drift *d, struct
     }
 }
 
-static void write_rows(const struct drift *d, double periods, FILE *csv, FILE *data)
+static const struct column columns[] = {{.key = "method"},  {.key = "symplectic"},
+                                        {.key = "setting"}, {.key = "periods"},
+                                        {.key = "error"},   {.key = NULL}};
+
+static void add_rows(const struct drift *d, double periods, struct sheet *sheet,
+                     struct ad_error *error)
 {
-    fprintf(data, "# %s: periods, energy error\n", d->integrator->name);
-    for (size_t bin = 0; bin < MOST_BINS && bin_end(bin) < periods * 1.01; bin++) {
-        if (!(d->worst[bin] > 0))
-            continue;
-        fprintf(csv, "%s,%s,%.6g,%.6g,%.6g\n", d->integrator->name,
-                d->integrator->symplectic ? "yes" : "no", d->setting, bin_end(bin), d->worst[bin]);
-        fprintf(data, "%.6g %.6g\n", bin_end(bin), d->worst[bin]);
-    }
-    fputs("\n\n", data);
+    for (size_t bin = 0; bin < MOST_BINS && bin_end(bin) < periods * 1.01; bin++)
+        if (d->worst[bin] > 0)
+            sheet_row(sheet,
+                      ROW(NAME(d->integrator->name), NAME(d->integrator->symplectic ? "yes" : "no"),
+                          NUMBER(d->setting), NUMBER(bin_end(bin)), NUMBER(d->worst[bin])),
+                      error);
 }
 
 /* Names stand at the ends of the curves, moved apart where they would meet. */
@@ -130,35 +132,44 @@ static double lowest(size_t n, const struct drift *drifts, size_t last)
 }
 
 static void draw(size_t n, const struct drift *drifts, double periods, size_t last,
-                 struct plot *plot)
+                 const struct sheet *sheet, struct plot *plot)
 {
+    static const struct layout layout = {860, 500, NULL, 1, 1, 0.1, 0.8, 0.11, 0.92, 0, 0};
     static const int marks[] = {1, 2, 7, 5, 9, 11, 13, 4, 6, 8, 10, 12, 3};
-    FILE *out = plot->script;
-    plot->width = 860;
-    plot->height = 500;
-    fprintf(out,
-            "set title 'Energy of a Kepler orbit (e = 0.6) at equal work: %d evaluations an orbit' "
-            "font ',14'\nset logscale xy\nset xrange [%g:%g]\nset yrange [%g:100]\n"
-            "set format x '10^{%%T}'\nset format y '10^{%%T}'\nset ytics 100\nset grid lc rgb "
-            "'#e6e6e6' lt 1\nset border 3\nset tics nomirror\nset xlabel 'orbits'\n"
-            "set ylabel 'relative error of the energy'\nset rmargin 19\n"
-            "set key top center horizontal samplen 3 width 2 font ',12'\n",
-            PER_PERIOD, first_bin * 2, periods, lowest(n, drifts, last) / 5);
-    label_ends(n, drifts, last, out);
-    fputs("plot ", out);
+    char title[96], x[32], y[32];
+    struct figure figure;
+    snprintf(title, sizeof title,
+             "Energy of a Kepler orbit (e = 0.6) at equal work: %d evaluations an orbit",
+             PER_PERIOD);
+    snprintf(x, sizeof x, "[%g:%g]", first_bin * 2, periods);
+    snprintf(y, sizeof y, "[%g:100]", lowest(n, drifts, last) / 5);
+    figure_begin(&figure, plot, &layout);
+    figure_panel(&figure, &(struct panel){.title = title,
+                                          .x = "orbits",
+                                          .y = "relative error of the energy",
+                                          .log = "xy",
+                                          .x_range = x,
+                                          .y_range = y,
+                                          .y_tics = "100",
+                                          .key = "top center horizontal samplen 3 width 2"});
+    label_ends(n, drifts, last, plot->script);
     for (size_t m = 0; m < n; m++)
-        fprintf(out,
-                "data index %zu using 1:2 with linespoints pt %d ps 0.5 lw 1.6 lc rgb '%s' "
-                "notitle, \\\n    ",
-                m, marks[m % (sizeof marks / sizeof *marks)],
-                drifts[m].integrator->symplectic ? "#1f5f99" : "#b8381b");
-    fputs("NaN with lines lw 3 lc rgb '#1f5f99' title 'symplectic', \\\n    "
-          "NaN with lines lw 3 lc rgb '#b8381b' title 'not symplectic'\n",
-          out);
+        figure_curve(&figure,
+                     &(struct curve){sheet,
+                                     {"method", drifts[m].integrator->name},
+                                     "periods",
+                                     "error",
+                                     NULL,
+                                     {drifts[m].integrator->symplectic ? "#1f5f99" : "#b8381b",
+                                      marks[m % (sizeof marks / sizeof *marks)], 1.6, 0.5, NULL},
+                                     NULL});
+    figure_element(&figure, "NaN with lines lw 3 lc rgb '#1f5f99' title 'symplectic'");
+    figure_element(&figure, "NaN with lines lw 3 lc rgb '#b8381b' title 'not symplectic'");
+    figure_end(&figure);
 }
 
 static enum ad_status measure(const struct problem *motion, double periods, struct drift *drifts,
-                              size_t *n, FILE *csv, FILE *data, struct ad_error *error)
+                              size_t *n, struct sheet *sheet, struct ad_error *error)
 {
     for (size_t k = 0; phys_integrators[k] && *n < MOST_METHODS; k++) {
         struct phys_ode ode = {0};
@@ -172,7 +183,7 @@ static enum ad_status measure(const struct problem *motion, double periods, stru
             choose_setting(motion, d, error);
             if (error->status == AD_OK &&
                 follow(motion, d, periods * period, &info, error) == AD_OK) {
-                write_rows(d, periods, csv, data);
+                add_rows(d, periods, sheet, error);
                 ++*n;
             }
         }
@@ -183,27 +194,21 @@ static enum ad_status measure(const struct problem *motion, double periods, stru
     return AD_OK;
 }
 
-enum ad_status chart_drift(const struct chart_settings *settings, struct ad_error *error)
+enum ad_status chart_drift(struct chart *chart, struct ad_error *error)
 {
-    double periods = settings->quick ? 30 : 1000;
-    struct problem motion;
-    struct result csv = {0};
-    struct plot plot = {0};
+    double periods = chart->quick ? 30 : 1000;
+    struct problem motion = {0};
+    struct sheet *sheet = chart_sheet(chart, "drift", columns, error);
+    struct plot *plot = chart_picture(chart, "drift", error);
     struct drift *drifts = calloc(MOST_METHODS, sizeof *drifts);
     size_t n = 0, last = 0;
     if (!drifts)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     while (bin_end(last + 1) < periods * 1.01)
         last++;
-    if (problem_open(&problem, &motion, error) == AD_OK &&
-        chart_csv(settings, "drift", &csv, error) == AD_OK &&
-        chart_picture(settings, "drift", &plot, error) == AD_OK) {
-        fprintf(csv.out, "# %d evaluations a period\nmethod,symplectic,setting,periods,error\n",
-                PER_PERIOD);
-        if (measure(&motion, periods, drifts, &n, csv.out, plot.data, error) == AD_OK)
-            draw(n, drifts, periods, last, &plot);
-    }
-    chart_end(&plot, &csv, error);
+    if (error->status == AD_OK && problem_open(&problem, &motion, error) == AD_OK &&
+        measure(&motion, periods, drifts, &n, sheet, error) == AD_OK)
+        draw(n, drifts, periods, last, sheet, plot);
     problem_close(&motion);
     free(drifts);
     return error->status;

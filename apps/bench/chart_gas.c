@@ -1,9 +1,7 @@
 /* leastaction chart gas: what near pairs save against all pairs, and how order grows in a gas that
    cools. */
-#include "charts.h"
-#include "apps/command.h"
+#include "chart.h"
 #include "apps/simulate/gas_order.h"
-#include "apps/output/json.h"
 #include "timing.h"
 #include "physics/motion/motion.h"
 
@@ -12,25 +10,19 @@
 
 enum { SIZES = 12, STEPS = 60, ROUNDS = 5, COOLED = 200, SAMPLES = 150 };
 
-/* Bodies, and seconds a step of Verlet with all and with near pairs; NaN: not measured. */
-struct size {
-    size_t bodies;
-    double all, near;
+/* CPU time of a step of Verlet with all and with near pairs. */
+static const struct column size_columns[] = {
+    {.key = "bodies", .title = "bodies", .width = 10, .shown = 6},
+    {.key = "all_pairs_s", .digits = 4, .title = "all pairs (s)", .width = 14, .shown = 3},
+    {.key = "near_pairs_s", .digits = 4, .title = "near pairs (s)", .width = 15, .shown = 3},
+    {.key = NULL},
 };
 
 /* kT in units of the well's depth; m v_x^2 is kT, too. */
-struct cooling {
-    size_t n;
-    double temperature[SAMPLES + 1], neighbours[SAMPLES + 1], hexatic[SAMPLES + 1];
-};
-
-struct chart {
-    bool quick;
-    size_t n;
-    struct size size[SIZES];
-    double crossover; /* bodies from which on near pairs are faster */
-    struct cooling cooling;
-};
+static const struct column order_columns[] = {{.key = "temperature", .digits = 5},
+                                              {.key = "neighbours", .digits = 5},
+                                              {.key = "hexatic", .digits = 5},
+                                              {.key = NULL}};
 
 /* A gas with its start, ready to be followed. */
 struct gas_motion {
@@ -70,12 +62,6 @@ static enum ad_status motion_open(struct gas_motion *m, enum phys_gas_pairs pair
 
 /* ---- seconds a step ---- */
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static double seconds_a_step(struct gas_motion *m, size_t steps, struct ad_error *error)
 {
     const double dt = 0.1;
@@ -89,56 +75,51 @@ static double seconds_a_step(struct gas_motion *m, size_t steps, struct ad_error
 
 /* Medians over rounds in turn; the first round, which records and allocates, is not counted. Every
    round goes on where the one before ended, so that pairs are listed as often as in a long run. */
-static enum ad_status measure_size(struct size *size, bool with_all, size_t steps,
+static enum ad_status measure_size(struct sheet *sheet, size_t bodies, bool with_all, size_t steps,
                                    struct ad_error *error)
 {
     struct gas_motion all = {0}, near = {0};
     double t[2][ROUNDS];
-    if (motion_open(&near, PHYS_GAS_NEAR, size->bodies, 0, error) == AD_OK && with_all)
-        motion_open(&all, PHYS_GAS_ALL, size->bodies, 0, error);
+    if (motion_open(&near, PHYS_GAS_NEAR, bodies, 0, error) == AD_OK && with_all)
+        motion_open(&all, PHYS_GAS_ALL, bodies, 0, error);
     for (size_t r = 0; r <= ROUNDS && error->status == AD_OK; r++) {
         size_t at = r > 0 ? r - 1 : 0;
         t[0][at] = seconds_a_step(&near, steps, error);
         if (with_all)
             t[1][at] = seconds_a_step(&all, steps, error);
     }
-    if (error->status == AD_OK) {
-        qsort(t[0], ROUNDS, sizeof t[0][0], ascending);
-        if (with_all)
-            qsort(t[1], ROUNDS, sizeof t[1][0], ascending);
-        size->near = t[0][ROUNDS / 2];
-        size->all = with_all ? t[1][ROUNDS / 2] : (double)NAN;
-    }
+    sheet_row(sheet,
+              ROW(NUMBER(bodies), NUMBER(with_all ? time_median(ROUNDS, t[1]) : (double)NAN),
+                  NUMBER(time_median(ROUNDS, t[0]))),
+              error);
     motion_close(&all);
     motion_close(&near);
     return error->status;
 }
 
-/* Where log(all / near) goes through zero. */
-static double crossover(size_t n, const struct size sizes[])
+/* The number of bodies at which log(all / near) goes through zero; NaN: nowhere. */
+static double crossover(const struct sheet *sheet)
 {
-    for (size_t k = 1; k < n; k++) {
-        double before = log(sizes[k - 1].all / sizes[k - 1].near);
-        double after = log(sizes[k].all / sizes[k].near);
-        if (before < 0 && after >= 0) {
-            double low = (double)sizes[k - 1].bodies, high = (double)sizes[k].bodies;
-            return low * pow(high / low, before / (before - after));
-        }
+    double before = NAN, low = 0;
+    for (size_t r = 0; r < sheet->rows; r++) {
+        double high = sheet_number(sheet, r, "bodies");
+        double now =
+            log(sheet_number(sheet, r, "all_pairs_s") / sheet_number(sheet, r, "near_pairs_s"));
+        if (before < 0 && now >= 0)
+            return low * pow(high / low, before / (before - now));
+        before = now, low = high;
     }
     return (double)NAN;
 }
 
-static enum ad_status measure_sizes(struct chart *chart, struct ad_error *error)
+static enum ad_status measure_sizes(struct sheet *sheet, bool brief, struct ad_error *error)
 {
     static const size_t bodies[SIZES] = {10,  20,  30,   50,   80,   150,
                                          300, 500, 1000, 2000, 5000, 10000};
-    size_t most = chart->quick ? 300 : 10000, most_all = chart->quick ? 150 : 2000;
-    for (size_t k = 0; k < SIZES && bodies[k] <= most && error->status == AD_OK; k++) {
-        size_t steps = bodies[k] > 300 ? STEPS / 3 : STEPS;
-        chart->size[chart->n].bodies = bodies[k];
-        measure_size(&chart->size[chart->n++], bodies[k] <= most_all, steps, error);
-    }
-    chart->crossover = crossover(chart->n, chart->size);
+    size_t most = brief ? 300 : 10000, most_all = brief ? 150 : 2000;
+    for (size_t k = 0; k < SIZES && bodies[k] <= most && error->status == AD_OK; k++)
+        measure_size(sheet, bodies[k], bodies[k] <= most_all, bodies[k] > 300 ? STEPS / 3 : STEPS,
+                     error);
     return error->status;
 }
 
@@ -152,10 +133,9 @@ static double temperature(const struct gas_motion *m)
     return phys_system_get(&m->system, "m") * sum / (double)m->system.dof / depth;
 }
 
-static enum ad_status measure_cooling(struct chart *chart, struct ad_error *error)
+static enum ad_status measure_cooling(struct sheet *sheet, bool brief, struct ad_error *error)
 {
-    const double friction = chart->quick ? 0.01 : 0.002, time = 6 / friction;
-    struct cooling *c = &chart->cooling;
+    const double friction = brief ? 0.01 : 0.002, time = 6 / friction;
     struct gas_motion m;
     struct phys_simulation s = {.integrator = phys_integrator_find("verlet", error), .dt = 0.1};
     struct phys_simulation_info info;
@@ -168,10 +148,9 @@ static enum ad_status measure_cooling(struct chart *chart, struct ad_error *erro
             phys_order(m.system.bodies, m.y, gas_shell(&m.system), NULL, NULL, &order, error) !=
                 AD_OK)
             break;
-        c->temperature[k] = temperature(&m);
-        c->neighbours[k] = order.neighbours;
-        c->hexatic[k] = order.hexatic;
-        c->n = k + 1;
+        sheet_row(sheet,
+                  ROW(NUMBER(temperature(&m)), NUMBER(order.neighbours), NUMBER(order.hexatic)),
+                  error);
     }
     motion_close(&m);
     return error->status;
@@ -179,96 +158,72 @@ static enum ad_status measure_cooling(struct chart *chart, struct ad_error *erro
 
 /* ---- output ---- */
 
-static void write_csv(const struct chart *chart, FILE *sizes, FILE *cooling)
+static void draw(const struct sheet *sizes, const struct sheet *cooling, struct plot *plot)
 {
-    const struct cooling *c = &chart->cooling;
-    fputs("bodies,all_pairs_s,near_pairs_s\n", sizes);
-    for (size_t k = 0; k < chart->n; k++)
-        fprintf(sizes, "%zu,%.4g,%.4g\n", chart->size[k].bodies, chart->size[k].all,
-                chart->size[k].near);
-    fputs("temperature,neighbours,hexatic\n", cooling);
-    for (size_t k = 0; k < c->n; k++)
-        fprintf(cooling, "%.5g,%.5g,%.5g\n", c->temperature[k], c->neighbours[k], c->hexatic[k]);
+    static const struct layout layout = {1040, 400, NULL, 1, 2, 0.07, 0.93, 0.14, 0.9, 0.09, 0};
+    struct figure figure;
+    char title[64];
+    figure_begin(&figure, plot, &layout);
+    figure_panel(&figure, &(struct panel){.title = "A step of Verlet, cutoff 3 {/Symbol s}",
+                                          .x = "bodies",
+                                          .y = "CPU time (s)",
+                                          .log = "xy",
+                                          .key = "top left"});
+    figure_curve(&figure, &(struct curve){sizes,
+                                          {NULL},
+                                          "bodies",
+                                          "all_pairs_s",
+                                          "all pairs",
+                                          {"#e8a33d", 7, 2, 0.6, NULL},
+                                          NULL});
+    figure_curve(&figure, &(struct curve){sizes,
+                                          {NULL},
+                                          "bodies",
+                                          "near_pairs_s",
+                                          "near pairs",
+                                          {"#1f4e79", 7, 2, 0.6, NULL},
+                                          NULL});
+    snprintf(title, sizeof title, "Order of %d bodies that cool", COOLED);
+    figure_panel(&figure, &(struct panel){.title = title,
+                                          .x = "kT / depth of the well",
+                                          .y = "neighbours",
+                                          .log = "x",
+                                          .x_range = "[0.02:3]",
+                                          .y_range = "[0:6.3]",
+                                          .y_tics = "0,1,6",
+                                          .key = "top right",
+                                          .more = "set y2range [0:1.05]\nset y2tics 0,0.2,1\nset "
+                                                  "border 11\nset y2label 'hexatic order'\n"});
+    figure_curve(&figure, &(struct curve){cooling,
+                                          {NULL},
+                                          "temperature",
+                                          "neighbours",
+                                          "neighbours",
+                                          {"#1f4e79", 7, 0, 0.7, NULL},
+                                          NULL});
+    figure_curve(&figure, &(struct curve){cooling,
+                                          {NULL},
+                                          "temperature",
+                                          "hexatic",
+                                          "hexatic order",
+                                          {"#c0392b", 7, 0, 0.7, NULL},
+                                          "x1y2"});
+    figure_end(&figure);
 }
 
-static void draw(const struct chart *chart, struct plot *plot)
+enum ad_status chart_gas(struct chart *chart, struct ad_error *error)
 {
-    FILE *out = plot->script;
-    write_csv(chart, plot->data, plot->data);
-    plot->height = 400;
-    fprintf(out,
-            "set datafile separator ','\nset border 3 lc rgb '#606060'\nset tics nomirror\n"
-            "set grid lt 1 lc rgb '#e6e6e6'\nset multiplot layout 1,2\n"
-            "set title 'A step of Verlet, cutoff 3 {/Symbol s}'\nset logscale xy\n"
-            "set format y '10^{%%T}'\nset xlabel 'bodies'\nset ylabel 'seconds of the processor'\n"
-            "set key top left\n"
-            "plot data every ::1::%zu using 1:2 with linespoints pt 7 ps 0.6 lw 2 "
-            "lc rgb '#e8a33d' title 'all pairs', \\\n"
-            "    data every ::1::%zu using 1:3 with linespoints pt 7 ps 0.6 lw 2 "
-            "lc rgb '#1f4e79' title 'near pairs'\n",
-            chart->n, chart->n);
-    fprintf(out,
-            "set title 'Order of %d bodies that cool'\nunset logscale y\nset xrange [0.02:3]\nset "
-            "format y '%%g'\n"
-            "set xlabel 'kT / depth of the well'\nset ylabel 'neighbours'\nset yrange [0:6.3]\n"
-            "set ytics 0,1,6\nset y2range [0:1.05]\nset y2tics 0,0.2,1\nset border 11\n"
-            "set y2label 'hexatic order'\nset key top right\n"
-            "plot data every ::%zu using 1:2 with points pt 7 ps 0.7 lc rgb '#1f4e79' title "
-            "'neighbours', "
-            "\\\n    data every ::%zu using 1:3 axes x1y2 with points pt 7 ps 0.7 lc rgb '#c0392b' "
-            "title 'hexatic order'\nunset multiplot\n",
-            COOLED, chart->n + 2, chart->n + 2);
-}
-
-static void print(const struct chart *chart)
-{
-    puts("    bodies   all pairs, s   near pairs, s   of a step");
-    for (size_t k = 0; k < chart->n; k++)
-        printf("%10zu %14.3g %15.3g\n", chart->size[k].bodies, chart->size[k].all,
-               chart->size[k].near);
-    if (!isnan(chart->crossover))
-        printf("near pairs are faster from %.0f bodies on\n", chart->crossover);
-}
-
-static void print_json(const struct chart *chart)
-{
-    struct json json;
-    json_open(&json, stdout);
-    json_number(&json, "crossover", chart->crossover);
-    json_array(&json, "sizes");
-    for (size_t k = 0; k < chart->n; k++) {
-        json_object(&json, NULL);
-        json_count(&json, "bodies", chart->size[k].bodies);
-        json_number(&json, "all_pairs_seconds", chart->size[k].all);
-        json_number(&json, "near_pairs_seconds", chart->size[k].near);
-        json_end_object(&json);
-    }
-    json_end_array(&json);
-    json_close(&json);
-}
-
-int chart_gas(const struct chart_settings *settings, struct ad_error *error)
-{
-    struct chart chart = {.quick = settings->quick};
-    struct result sizes = {0}, cooling = {0};
-    struct plot plot = {0};
-    if (chart_csv(settings, "gas", &sizes, error) == AD_OK &&
-        chart_csv(settings, "gas-order", &cooling, error) == AD_OK &&
-        chart_picture(settings, "gas", &plot, error) == AD_OK &&
-        measure_sizes(&chart, error) == AD_OK && measure_cooling(&chart, error) == AD_OK) {
-        write_csv(&chart, sizes.out, cooling.out);
-        draw(&chart, &plot);
-        if (plot_commit(&plot, error) == AD_OK && result_commit(&sizes, error) == AD_OK)
-            result_commit(&cooling, error);
-    }
-    plot_abandon(&plot);
-    result_abandon(&sizes);
-    result_abandon(&cooling);
-    if (error->status != AD_OK)
-        return command_status(error);
-    if (!settings->quiet)
-        print(&chart);
-    if (settings->json)
-        print_json(&chart);
-    return DONE;
+    struct sheet *sizes = chart_sheet(chart, "gas", size_columns, error);
+    struct sheet *cooling = chart_sheet(chart, "gas-order", order_columns, error);
+    struct plot *plot = chart_picture(chart, "gas", error);
+    if (error->status != AD_OK || measure_sizes(sizes, chart->quick, error) != AD_OK ||
+        measure_cooling(cooling, chart->quick, error) != AD_OK)
+        return error->status;
+    double from = crossover(sizes);
+    if (!chart->quiet && !isnan(from))
+        printf("near pairs are faster from %.0f bodies on\n", from);
+    json_number(&chart->json, "crossover", from);
+    sheet_json(sizes, "sizes", &chart->json);
+    draw(sizes, cooling, plot);
+    return error->status;
 }

@@ -1,9 +1,7 @@
 /* leastaction chart gradients: first and second derivatives of the action, nanoseconds and ratio to
    hand-written C. */
-#include "charts.h"
-#include "apps/command.h"
+#include "chart.h"
 #include "hand.h"
-#include "apps/output/json.h"
 #include "gradient_benchmark.h"
 
 #include <stdio.h>
@@ -12,108 +10,79 @@
  */
 static const double tolerance = 1e-11;
 
-/* One table of columns for the print, the CSV and the JSON; a line of the print an order. */
-static const struct column {
-    const char *key, *title;
-    int order, width, digits;
-    int over, under; /* quotient of two measurements; under < 0: nanoseconds */
-} columns[] = {
-    {"tape_gradient_ns", "tape", 1, 10, 0, TAPE_GRADIENT, -1},
-    {"native_gradient_ns", "compiled", 1, 9, 0, NATIVE_GRADIENT, -1},
-    {"hand_gradient_ns", "hand", 1, 8, 0, HAND_GRADIENT, -1},
-    {"gradient_ratio", "ratio", 1, 6, 2, TAPE_GRADIENT, HAND_GRADIENT},
-    {"native_gradient_ratio", "compiled", 1, 9, 2, NATIVE_GRADIENT, HAND_GRADIENT},
-    {"tape_primal_ns", "primal", 1, 10, 0, TAPE_PRIMAL, -1},
-    {"hand_primal_ns", "hand", 1, 8, 0, HAND_PRIMAL, -1},
-    {"tape_gradient_per_primal", "grad/primal", 1, 12, 2, TAPE_GRADIENT, TAPE_PRIMAL},
-    {"hand_gradient_per_primal", "hand", 1, 6, 2, HAND_GRADIENT, HAND_PRIMAL},
-    {"adam_step_per_gradient", "Adam step/grad", 1, 15, 2, ADAM_STEP, TAPE_GRADIENT},
-    {"native_adam_step_ns", "compiled step", 1, 14, 0, NATIVE_ADAM_STEP, -1},
-    {"tape_product_ns", "tape", 2, 10, 0, TAPE_PRODUCT, -1},
-    {"native_product_ns", "compiled", 2, 9, 0, NATIVE_PRODUCT, -1},
-    {"hand_product_ns", "hand", 2, 8, 0, HAND_PRODUCT, -1},
-    {"product_ratio", "ratio", 2, 6, 2, TAPE_PRODUCT, HAND_PRODUCT},
-    {"native_product_ratio", "compiled", 2, 9, 2, NATIVE_PRODUCT, HAND_PRODUCT},
-    {"native_product_per_gradient", "per gradient", 2, 13, 2, NATIVE_PRODUCT, NATIVE_GRADIENT},
-    {"hessian_blocks_ns", "all blocks", 2, 12, 0, HESSIAN_BLOCKS, -1},
+#define NS .shown = 0, .fixed = true
+#define TIMES .shown = 2, .fixed = true
+static const struct column columns[] = {
+    {.key = "scene", .title = "ns per call", .width = -11},
+    {.key = "dof"},
+    {.key = "slices"},
+    {.key = "tape_gradient_ns", .title = "gradient", .width = 10, NS},
+    {.key = "native_gradient_ns", .title = "compiled", .width = 9, NS},
+    {.key = "hand_gradient_ns", .title = "hand", .width = 8, NS},
+    {.key = "gradient_ratio", .title = "ratio", .width = 6, TIMES},
+    {.key = "native_gradient_ratio", .title = "compiled", .width = 9, TIMES},
+    {.key = "tape_primal_ns", .title = "primal", .width = 10, NS},
+    {.key = "hand_primal_ns", .title = "hand", .width = 8, NS},
+    {.key = "tape_gradient_per_primal", .title = "grad/primal", .width = 12, TIMES},
+    {.key = "hand_gradient_per_primal", .title = "hand", .width = 6, TIMES},
+    {.key = "adam_step_per_gradient", .title = "Adam step/grad", .width = 15, TIMES},
+    {.key = "native_adam_step_ns", .title = "compiled step", .width = 14, NS},
+    {.key = "tape_product_ns", .title = "Hessian x v", .width = 11, NS},
+    {.key = "native_product_ns", .title = "compiled", .width = 9, NS},
+    {.key = "hand_product_ns", .title = "hand", .width = 8, NS},
+    {.key = "product_ratio", .title = "ratio", .width = 6, TIMES},
+    {.key = "native_product_ratio", .title = "compiled", .width = 9, TIMES},
+    {.key = "native_product_per_gradient", .title = "per gradient", .width = 13, TIMES},
+    {.key = "hessian_blocks_ns", .title = "all blocks", .width = 12, NS},
+    {.key = "disagreement", .digits = 3},
+    {.key = "second_disagreement", .digits = 3},
+    {.key = NULL},
 };
 
-enum { N_COLUMNS = sizeof columns / sizeof *columns };
-
-static double cell(const struct column *c, const struct race *race)
+static enum ad_status add_row(struct sheet *sheet, int scene, const struct race *r,
+                              struct ad_error *error)
 {
-    return c->under < 0 ? race->ns[c->over] : race->ratio[c->over][c->under];
-}
-
-static void print_order(FILE *out, int order, const char *what, const struct race races[HAND_N])
-{
-    fprintf(out, "%s\n%-10s", what, "");
-    for (size_t c = 0; c < N_COLUMNS; c++)
-        if (columns[c].order == order)
-            fprintf(out, " %*s", columns[c].width, columns[c].title);
-    for (int scene = 0; scene < HAND_N; scene++) {
-        fprintf(out, "\n%-10s", hand_build(0)[scene].scene);
-        for (size_t c = 0; c < N_COLUMNS; c++)
-            if (columns[c].order == order)
-                fprintf(out, " %*.*f", columns[c].width, columns[c].digits,
-                        cell(&columns[c], &races[scene]));
-    }
-    fputc('\n', out);
-}
-
-static void print_table(FILE *out, const struct race races[HAND_N])
-{
-    print_order(out, 1, "gradient", races);
-    print_order(out, 2, "\nHessian times a vector", races);
-    fprintf(out, "\nnanoseconds a call, one thread, f64, %d slices, left+repeat\n", HAND_SLICES);
-}
-
-static void print_json(FILE *out, const struct race races[HAND_N])
-{
-    struct json json;
-    json_open(&json, out);
-    for (int scene = 0; scene < HAND_N; scene++) {
-        json_object(&json, hand_build(0)[scene].scene);
-        for (size_t c = 0; c < N_COLUMNS; c++)
-            json_number(&json, columns[c].key, cell(&columns[c], &races[scene]));
-        json_number(&json, "disagreement", races[scene].disagreement);
-        json_number(&json, "second_disagreement", races[scene].second);
-        json_end_object(&json);
-    }
-    json_close(&json);
-}
-
-static void print_csv(FILE *out, const struct race races[HAND_N])
-{
-    fputs("scene,dof,slices", out);
-    for (size_t c = 0; c < N_COLUMNS; c++)
-        fprintf(out, ",%s", columns[c].key);
-    fputs(",disagreement,second_disagreement", out);
-    for (int scene = 0; scene < HAND_N; scene++) {
-        const struct hand_kernel *hand = &hand_build(0)[scene];
-        fprintf(out, "\n%s,%d,%d", hand->scene, hand->dof, HAND_SLICES);
-        for (size_t c = 0; c < N_COLUMNS; c++)
-            fprintf(out, ",%.6g", cell(&columns[c], &races[scene]));
-        fprintf(out, ",%.3g,%.3g", races[scene].disagreement, races[scene].second);
-    }
-    fputc('\n', out);
+#define RATIO(a, b) NUMBER(r->ratio[a][b])
+#define TIME(a) NUMBER(r->ns[a])
+    const struct hand_kernel *hand = &hand_build(0)[scene];
+    return sheet_row(
+        sheet,
+        ROW(NAME(hand->scene), NUMBER(hand->dof), NUMBER(HAND_SLICES), TIME(TAPE_GRADIENT),
+            TIME(NATIVE_GRADIENT), TIME(HAND_GRADIENT), RATIO(TAPE_GRADIENT, HAND_GRADIENT),
+            RATIO(NATIVE_GRADIENT, HAND_GRADIENT), TIME(TAPE_PRIMAL), TIME(HAND_PRIMAL),
+            RATIO(TAPE_GRADIENT, TAPE_PRIMAL), RATIO(HAND_GRADIENT, HAND_PRIMAL),
+            RATIO(ADAM_STEP, TAPE_GRADIENT), TIME(NATIVE_ADAM_STEP), TIME(TAPE_PRODUCT),
+            TIME(NATIVE_PRODUCT), TIME(HAND_PRODUCT), RATIO(TAPE_PRODUCT, HAND_PRODUCT),
+            RATIO(NATIVE_PRODUCT, HAND_PRODUCT), RATIO(NATIVE_PRODUCT, NATIVE_GRADIENT),
+            TIME(HESSIAN_BLOCKS), NUMBER(r->disagreement), NUMBER(r->second)),
+        error);
 }
 
 /* What others need to do the same, and to compare what they get. */
-static void print_values(FILE *out, const struct race races[HAND_N])
+static const struct column value_columns[] = {{.key = "scene"},
+                                              {.key = "coordinate"},
+                                              {.key = "slice"},
+                                              {.key = "x", .digits = 17},
+                                              {.key = "u", .digits = 17},
+                                              {.key = "gradient", .digits = 17},
+                                              {.key = "product", .digits = 17},
+                                              {.key = "adam", .digits = 17},
+                                              {.key = NULL}};
+
+static void add_values(struct sheet *sheet, int scene, const struct race_values *v,
+                       struct ad_error *error)
 {
-    fprintf(out, "# adam: the path after %d steps, betas 0.9 and 0.999, eps 1e-8, learning rates",
-            RACE_ADAM_STEPS);
-    for (int scene = 0; scene < HAND_N; scene++)
-        fprintf(out, " %s %g", hand_build(0)[scene].scene, races[scene].values.adam_rate);
-    fputs("\nscene,coordinate,slice,x,u,gradient,product,adam\n", out);
-    for (int scene = 0; scene < HAND_N; scene++) {
-        const struct race_values *v = &races[scene].values;
-        for (size_t k = 0; k < v->n; k++)
-            fprintf(out, "%s,%zu,%zu,%.17g,%.17g,%.17g,%.17g,%.17g\n", hand_build(0)[scene].scene,
-                    k / HAND_SLICES, k % HAND_SLICES, v->x[k], v->u[k], v->gradient[k],
-                    v->product[k], v->adam[k]);
-    }
+    const char *name = hand_build(0)[scene].scene;
+    fprintf(
+        sheet->csv,
+        "# %s: adam is the path after %d steps, betas 0.9 and 0.999, eps 1e-8, learning rate %g\n",
+        name, RACE_ADAM_STEPS, v->adam_rate);
+    for (size_t k = 0; k < v->n; k++)
+        sheet_row(sheet,
+                  ROW(NAME(name), NUMBER(k / HAND_SLICES), NUMBER(k % HAND_SLICES), NUMBER(v->x[k]),
+                      NUMBER(v->u[k]), NUMBER(v->gradient[k]), NUMBER(v->product[k]),
+                      NUMBER(v->adam[k])),
+                  error);
 }
 
 /* ---- the picture: first derivatives at left, second at right ---- */
@@ -150,77 +119,75 @@ static void write_bars(const struct bars *bars, const struct race races[HAND_N],
 
 static void draw(const struct race races[HAND_N], struct plot *plot)
 {
-    FILE *out = plot->script;
-    plot->width = 1040;
-    plot->height = 400;
-    fprintf(out,
-            "set multiplot layout 1,%d margins 0.06,0.99,0.11,0.8 spacing 0.06,0\n"
-            "set label 1 'Derivatives of the action beside hand-written C: %d slices, one thread, "
-            "f64; above the bars microseconds' at screen 0.5,0.955 center font ',14'\n"
-            "set style data histogram\nset style histogram clustered gap 1\n"
-            "set style fill solid noborder\nset boxwidth 0.9\nset border 3\nset tics nomirror\n"
-            "set grid ytics lt 1 lc rgb '#e6e6e6'\nset yrange [0:*]\nset xrange [-0.6:%d.6]\n"
-            "set offsets 0,0,0.5,0\nset key at screen 0.5,0.9 center horizontal samplen 1.5\n",
-            N_PANELS, HAND_SLICES, HAND_N - 1);
-    for (size_t p = 0; p < N_PANELS; p++) {
+    static const struct layout layout = {1040,
+                                         400,
+                                         "Derivatives of the action beside hand-written C: "
+                                         "100 slices, one thread, f64; above the bars microseconds",
+                                         1,
+                                         N_PANELS,
+                                         0.06,
+                                         0.99,
+                                         0.11,
+                                         0.8,
+                                         0.06,
+                                         0};
+    static const char *const names[] = {"interpreted", "compiled", "by hand"};
+    static const char *const colours[] = {"#1f4e79", "#3f9b6e", "#e8a33d"};
+    struct figure figure;
+    char range[32];
+    snprintf(range, sizeof range, "[-0.6:%d.6]", HAND_N - 1);
+    figure_begin(&figure, plot, &layout);
+    for (int p = 0; p < N_PANELS; p++) {
         write_bars(&panels[p], races, plot->data);
-        fprintf(out,
-                "set title '%s' offset 0,-0.6\nset ylabel '%s'\n"
-                "plot data index %zu using 2:xtic(1) lc rgb '#1f4e79' title 'interpreted', \\\n"
-                "    '' index %zu using 4 lc rgb '#3f9b6e' title 'compiled', \\\n"
-                "    '' index %zu using 6 lc rgb '#e8a33d' title 'by hand'",
-                panels[p].title, panels[p].unit, p, p, p);
+        figure_panel(
+            &figure,
+            &(struct panel){.title = panels[p].title,
+                            .y = panels[p].unit,
+                            .x_range = range,
+                            .y_range = "[0:*]",
+                            .key = p ? NULL : "at screen 0.5,0.9 center horizontal samplen 1.5",
+                            .more = "set style data histogram\nset style histogram clustered "
+                                    "gap 1\nset style fill solid noborder\nset boxwidth "
+                                    "0.9\nset offsets 0,0,0.5,0\n"});
         for (int b = 0; b < 3; b++)
-            fprintf(out,
-                    ", \\\n    '' index %zu using ($0%+.2f):%d:%d with labels offset 0,0.6 font "
-                    "',10' notitle",
-                    p, 0.25 * (b - 1), 2 * b + 2, 2 * b + 3);
-        fputs("\nset key off\nunset label 1\n", out);
+            figure_element(&figure, "data index %d using %d%s lc rgb '%s' title '%s'", p, 2 * b + 2,
+                           b ? "" : ":xtic(1)", colours[b], names[b]);
+        for (int b = 0; b < 3; b++)
+            figure_element(&figure,
+                           "data index %d using ($0%+.2f):%d:%d with labels offset 0,0.6 font "
+                           "',10' notitle",
+                           p, 0.25 * (b - 1), 2 * b + 2, 2 * b + 3);
     }
-    fputs("unset multiplot\n", out);
+    figure_end(&figure);
 }
 
-static enum ad_status measure(const struct chart_settings *settings, struct race races[HAND_N],
-                              struct ad_error *error)
+static void json_scene(struct json *json, const struct sheet *sheet, size_t row)
 {
-    struct result csv = {0}, values = {0};
-    struct plot plot = {0};
-    if (chart_csv(settings, "gradients", &csv, error) == AD_OK &&
-        chart_csv(settings, "gradients-values", &values, error) == AD_OK)
-        chart_picture(settings, "gradients", &plot, error);
-    for (int scene = 0; scene < HAND_N && error->status == AD_OK; scene++)
-        race_run(scene, settings->quick, &races[scene], error);
-    if (error->status == AD_OK) {
-        print_csv(csv.out, races);
-        print_values(values.out, races);
-        draw(races, &plot);
-        if (plot_commit(&plot, error) == AD_OK && result_commit(&values, error) == AD_OK)
-            result_commit(&csv, error);
-    }
-    plot_abandon(&plot);
-    result_abandon(&values);
-    result_abandon(&csv);
-    return error->status;
+    json_object(json, hand_build(0)[row].scene);
+    for (const struct column *c = columns + 3; c->key; c++)
+        json_number(json, c->key, sheet_number(sheet, row, c->key));
+    json_end_object(json);
 }
 
-int chart_gradients(const struct chart_settings *settings, struct ad_error *error)
+enum ad_status chart_gradients(struct chart *chart, struct ad_error *error)
 {
     struct race races[HAND_N] = {0};
-    bool agree = true;
-    if (measure(settings, races, error) == AD_OK) {
-        for (int scene = 0; scene < HAND_N; scene++)
-            agree =
-                agree && races[scene].disagreement < tolerance && races[scene].second < tolerance;
-        if (!settings->quiet)
-            print_table(stdout, races);
-        if (!agree)
-            fputs("leastaction: derivatives by the tape and by hand differ\n", stderr);
-        if (settings->json)
-            print_json(stdout, races);
+    struct sheet *sheet = chart_sheet(chart, "gradients", columns, error);
+    struct sheet *values = chart_sheet(chart, "gradients-values", value_columns, error);
+    struct plot *plot = chart_picture(chart, "gradients", error);
+    for (int scene = 0; scene < HAND_N && error->status == AD_OK; scene++) {
+        struct race *race = &races[scene];
+        if (race_run(scene, chart->quick, race, error) != AD_OK ||
+            add_row(sheet, scene, race, error) != AD_OK)
+            break;
+        add_values(values, scene, &race->values, error);
+        json_scene(&chart->json, sheet, (size_t)scene);
+        if (!(race->disagreement < tolerance && race->second < tolerance))
+            chart->missed = "derivatives by the tape and by hand differ";
     }
+    if (error->status == AD_OK)
+        draw(races, plot);
     for (int scene = 0; scene < HAND_N; scene++)
         race_free(&races[scene]);
-    if (error->status != AD_OK)
-        return command_status(error);
-    return agree ? DONE : NOT_REACHED;
+    return error->status;
 }

@@ -1,8 +1,5 @@
 /* leastaction chart hnn: its parts. */
 #include "chart_hnn.h"
-#include "apps/command.h"
-
-#include <stdlib.h>
 
 size_t networks_of_chart(bool quick, struct network networks[NETWORKS_MOST])
 {
@@ -26,24 +23,12 @@ struct hnn_settings network_settings(const struct network *network)
     return settings;
 }
 
-int chart_hnn(const struct chart_settings *settings, struct ad_error *error)
+enum ad_status chart_hnn(struct chart *chart, struct ad_error *error)
 {
-    struct json json;
     hnn_model *model = NULL;
-    char *text = NULL;
-    size_t length;
-    FILE *memory = open_memstream(&text, &length);
-    if (!memory)
-        return ad_fail(error, AD_E_MEMORY, "out of memory"), command_status(error);
-    json_open(&json, memory);
-    if (chart_steps(settings, &json, error) == AD_OK && chart_losses(settings, error) == AD_OK &&
-        chart_learning(settings, &json, &model, error) == AD_OK)
-        chart_rollouts(settings, model, &json, error);
-    json_close(&json);
-    fclose(memory);
+    if (chart_steps(chart, error) == AD_OK && chart_losses(chart, error) == AD_OK &&
+        chart_learning(chart, &model, error) == AD_OK)
+        chart_rollouts(chart, model, error);
     hnn_model_free(model);
-    if (error->status == AD_OK && settings->json)
-        fputs(text, stdout);
-    free(text);
-    return error->status == AD_OK ? DONE : command_status(error);
+    return error->status;
 }

@@ -2,8 +2,7 @@
 #ifndef APPS_CHART_HNN_H
 #define APPS_CHART_HNN_H
 
-#include "charts.h"
-#include "apps/output/json.h"
+#include "chart.h"
 #include "hnn/data/data.h"
 #include "hnn/hnn.h"
 
@@ -29,18 +28,15 @@ enum ad_status network_energy_error(hnn_model *model, const struct hnn_task *tas
                                     double *mse, struct ad_error *error);
 
 /* A step of training beside its floor, and one evaluation of the field: hnn-steps.csv. */
-enum ad_status chart_steps(const struct chart_settings *settings, struct json *json,
-                           struct ad_error *error);
+enum ad_status chart_steps(struct chart *chart, struct ad_error *error);
 /* The losses of the first steps of training, from weights and on samples that others can have, too:
    hnn-losses.csv. */
-enum ad_status chart_losses(const struct chart_settings *settings, struct ad_error *error);
-/* Test loss and energy error against seconds of training: hnn-learning.csv and its picture. The
+enum ad_status chart_losses(struct chart *chart, struct ad_error *error);
+/* Test loss and energy error against CPU time of training: hnn-learning.csv and its picture. The
    published HNN in f32, as far as it came, goes to `model`: the caller frees it. */
-enum ad_status chart_learning(const struct chart_settings *settings, struct json *json,
-                              hnn_model **model, struct ad_error *error);
+enum ad_status chart_learning(struct chart *chart, hnn_model **model, struct ad_error *error);
 /* The model's motion by every integrator that suits it, its field in f64 and in f32, against
    evaluations: hnn-rollouts.csv and its picture. */
-enum ad_status chart_rollouts(const struct chart_settings *settings, hnn_model *model,
-                              struct json *json, struct ad_error *error);
+enum ad_status chart_rollouts(struct chart *chart, hnn_model *model, struct ad_error *error);
 
 #endif

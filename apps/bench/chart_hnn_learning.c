@@ -1,6 +1,6 @@
 /* Test loss and energy error against seconds of training (chart_hnn.h). The data are a pendulum's
    without noise: with it all losses end at the noise, whatever the network. */
-#include "chart_hnn_learning.h"
+#include "chart_hnn.h"
 #include "timing.h"
 #include "hnn/rollout/rollout.h"
 
@@ -18,7 +18,9 @@ struct lesson {
     struct hnn_observations train, test;
     size_t most_steps;
     double most_seconds;
-    size_t stage;        /* the step to measure at */
+    size_t stage; /* the step to measure at */
+    struct sheet *sheet, *last;
+    const struct network *network;
     double began, spent; /* processor seconds, of this stage and in those before */
 };
 
@@ -27,6 +29,29 @@ static struct hnn_samples samples(const struct hnn_observations *o)
     return (struct hnn_samples){
         .n = o->rows, .x = o->values, .target = o->values + 2 * o->dof * o->rows};
 }
+
+static const struct column columns[] = {{.key = "model"},
+                                        {.key = "precision"},
+                                        {.key = "width"},
+                                        {.key = "step"},
+                                        {.key = "seconds", .digits = 4},
+                                        {.key = "test_loss"},
+                                        {.key = "energy_mse"},
+                                        {.key = "network", .no_csv = true},
+                                        {.key = NULL}};
+
+/* The last stage of each network. */
+static const struct column last_columns[] = {
+    {.key = "model", .title = "", .width = -9},
+    {.key = "precision", .title = "", .width = 4},
+    {.key = "width", .title = "width", .width = 5, .shown = 5},
+    {.key = "steps", .title = "steps", .width = 8, .shown = 8},
+    {.key = "seconds", .title = "CPU time (s)", .width = 12, .shown = 3},
+    {.key = "test_loss", .title = "test loss", .width = 11, .shown = 3},
+    {.key = "energy_mse", .title = "energy MSE", .width = 11, .shown = 3},
+    {.key = "network"},
+    {.key = NULL},
+};
 
 /* Stops at the next stage, or where the time is up. */
 static bool go_on(void *context, hnn_trainer *trainer)
@@ -53,39 +78,55 @@ enum ad_status network_energy_error(hnn_model *model, const struct hnn_task *tas
     return error->status;
 }
 
-static enum ad_status one_stage(struct lesson *lesson, hnn_model *model, hnn_trainer *trainer,
-                                struct learning_point *at, struct ad_error *error)
+/* What curves are told apart by; room [NETWORK_NAME]. */
+enum { NETWORK_NAME = 48 };
+static const char *network_name(const struct network *w, char *room)
 {
-    enum hnn_stop stop;
-    lesson->began = processor_seconds();
-    if (hnn_trainer_run(trainer, &stop, error) != AD_OK)
-        return error->status;
-    lesson->spent += processor_seconds() - lesson->began;
-    *at = (struct learning_point){.step = hnn_trainer_step(trainer),
-                                  .seconds = lesson->spent,
-                                  .test_loss = hnn_trainer_test_loss(trainer)};
-    return network_energy_error(model, lesson->task, STARTS, &at->energy_mse, error);
+    snprintf(room, NETWORK_NAME, "%s %s %zu", hnn_kinds[w->kind], hnn_precisions[w->type],
+             w->width);
+    return room;
+}
+
+static enum ad_status add_stage(const struct lesson *lesson, struct sheet *sheet,
+                                const hnn_trainer *trainer, double loss, double mse,
+                                struct ad_error *error)
+{
+    const struct network *w = lesson->network;
+    char name[NETWORK_NAME];
+    return sheet_row(sheet,
+                     ROW(NAME(hnn_kinds[w->kind]), NAME(hnn_precisions[w->type]), NUMBER(w->width),
+                         NUMBER(hnn_trainer_step(trainer)), NUMBER(lesson->spent), NUMBER(loss),
+                         NUMBER(mse), NAME(network_name(w, name))),
+                     error);
 }
 
 /* Stages of 4, 8, 16 ... steps, until the time is up. */
 static enum ad_status learn(struct lesson *lesson, hnn_model *model, hnn_trainer *trainer,
-                            struct learning_curve *curve, struct ad_error *error)
+                            struct ad_error *error)
 {
+    double loss = NAN, mse = NAN;
     lesson->spent = 0;
     for (lesson->stage = FIRST_STAGE;
          lesson->stage <= lesson->most_steps && lesson->spent < lesson->most_seconds;
-         lesson->stage *= 2)
-        if (one_stage(lesson, model, trainer, &curve->point[curve->n++], error) != AD_OK)
-            break;
-    return error->status;
+         lesson->stage *= 2) {
+        enum hnn_stop stop;
+        lesson->began = processor_seconds();
+        if (hnn_trainer_run(trainer, &stop, error) != AD_OK)
+            return error->status;
+        lesson->spent += processor_seconds() - lesson->began;
+        loss = hnn_trainer_test_loss(trainer);
+        if (network_energy_error(model, lesson->task, STARTS, &mse, error) != AD_OK ||
+            add_stage(lesson, lesson->sheet, trainer, loss, mse, error) != AD_OK)
+            return error->status;
+    }
+    return add_stage(lesson, lesson->last, trainer, loss, mse, error);
 }
 
 /* The model belongs to the caller, also on failure. */
-static enum ad_status one_network(struct lesson *lesson, struct learning_curve *curve,
-                                  hnn_model **model, struct ad_error *error)
+static enum ad_status one_network(struct lesson *lesson, hnn_model **model, struct ad_error *error)
 {
     struct hnn_training training = hnn_training_defaults();
-    const struct hnn_settings settings = network_settings(&curve->network);
+    const struct hnn_settings settings = network_settings(lesson->network);
     const struct hnn_samples train = samples(&lesson->train), test = samples(&lesson->test);
     hnn_trainer *trainer = NULL;
     training.steps = training.every = SIZE_MAX;
@@ -95,55 +136,8 @@ static enum ad_status one_network(struct lesson *lesson, struct learning_curve *
     training.context = lesson;
     if (hnn_model_new(&settings, model, error) == AD_OK &&
         hnn_trainer_new(*model, &training, &train, &test, &trainer, error) == AD_OK)
-        learn(lesson, *model, trainer, curve, error);
+        learn(lesson, *model, trainer, error);
     hnn_trainer_free(trainer);
-    return error->status;
-}
-
-/* ---- what is told ---- */
-
-static void report(const struct chart_settings *settings, const struct learning_curve *c, FILE *csv,
-                   struct json *json)
-{
-    const char *kind = hnn_kinds[c->network.kind], *type = hnn_precisions[c->network.type];
-    const struct learning_point *last = &c->point[c->n - 1];
-    for (const struct learning_point *p = c->point; p <= last; p++)
-        fprintf(csv, "%s,%s,%zu,%zu,%.4g,%.6g,%.6g\n", kind, type, c->network.width, p->step,
-                p->seconds, p->test_loss, p->energy_mse);
-    json_object(json, NULL);
-    json_text(json, "model", kind);
-    json_text(json, "precision", type);
-    json_count(json, "width", c->network.width);
-    json_count(json, "steps", last->step);
-    json_number(json, "seconds", last->seconds);
-    json_number(json, "test_loss", last->test_loss);
-    json_number(json, "energy_mse", last->energy_mse);
-    json_end_object(json);
-    if (settings->quiet)
-        return;
-    printf("%-9s %5zu  %s %8zu %9.2f %11.2e %11.2e\n", kind, c->network.width, type, last->step,
-           last->seconds, last->test_loss, last->energy_mse);
-    fflush(stdout);
-}
-
-/* ---- all ---- */
-
-static enum ad_status all_networks(const struct chart_settings *settings, struct lesson *lesson,
-                                   size_t n, struct learning_curve curves[n], FILE *csv,
-                                   struct json *json, hnn_model **kept, struct ad_error *error)
-{
-    for (size_t k = 0; k < n; k++) {
-        const struct network *w = &curves[k].network;
-        hnn_model *model = NULL;
-        one_network(lesson, &curves[k], &model, error);
-        if (w->kind == HNN_HAMILTONIAN && w->type == AD_F32 && w->width == PUBLISHED_WIDTH)
-            *kept = model;
-        else
-            hnn_model_free(model);
-        if (error->status != AD_OK)
-            break;
-        report(settings, &curves[k], csv, json);
-    }
     return error->status;
 }
 
@@ -159,36 +153,113 @@ static enum ad_status open_lesson(struct lesson *lesson, struct ad_error *error)
     return error->status;
 }
 
-enum ad_status chart_learning(const struct chart_settings *settings, struct json *json,
-                              hnn_model **model, struct ad_error *error)
+/* ---- the picture: above the test loss, below the energy error; left f32, right f64 ---- */
+
+/* Kinds by colour, widths by shade. */
+static const struct shade {
+    size_t width;
+    const char *colour[2]; /* of baseline and HNN, in the order of enum hnn_kind */
+} shades[] = {
+    {50, {"#f0c9a0", "#a9cfe8"}},
+    {100, {"#f2a65a", "#62acd8"}},
+    {200, {"#dd6a2b", "#1f6fb0"}},
+    {400, {"#8f2d0f", "#0b3a66"}},
+};
+
+static const char *colour_of(const struct network *network)
+{
+    size_t k = 0;
+    while (shades[k].width != network->width)
+        k++;
+    return shades[k].colour[network->kind];
+}
+
+static void draw_panel(struct figure *figure, const struct sheet *sheet, size_t n,
+                       const struct network networks[])
+{
+    const int p = figure->panel;
+    const enum ad_type type = p % 2 ? AD_F64 : AD_F32;
+    char title[32], name[NETWORK_NAME];
+    figure_panel(
+        figure,
+        &(struct panel){
+            .title = p > 1 ? NULL
+                     : p   ? "trained in f64"
+                           : "trained in f32",
+            .x = p > 1 ? "CPU time of training (s)" : NULL,
+            .y = p == 0   ? "test loss"
+                 : p == 2 ? "energy error, mean square"
+                          : NULL,
+            .log = "xy",
+            .x_range = "[1e-3:6]",
+            .y_range = p > 1 ? "[1e-7:100]" : "[1e-6:20]",
+            .y_tics = "100",
+            .key = p == 3 ? "at screen 0.998,0.93 right top Left reverse samplen 2 spacing 1.3"
+                          : NULL});
+    for (int kind = HNN_HAMILTONIAN; kind >= HNN_BASELINE; kind--)
+        for (size_t k = 0; k < n; k++) {
+            const struct network *w = &networks[k];
+            if (w->type != type || (int)w->kind != kind)
+                continue;
+            snprintf(title, sizeof title, "%s, %zu wide", kind == HNN_BASELINE ? "baseline" : "HNN",
+                     w->width);
+            figure_curve(figure,
+                         &(struct curve){sheet,
+                                         {"network", network_name(w, name)},
+                                         "seconds",
+                                         p > 1 ? "energy_mse" : "test_loss",
+                                         title,
+                                         {colour_of(w), kind == HNN_BASELINE ? 5 : 7, 2, 0.5, NULL},
+                                         NULL});
+        }
+}
+
+static void draw(const struct sheet *sheet, size_t n, const struct network networks[],
+                 struct plot *plot)
+{
+    static const struct layout layout = {1080, 640,  NULL, 2,    2,    0.075,
+                                         0.82, 0.11, 0.94, 0.05, 0.075};
+    struct figure figure;
+    figure_begin(&figure, plot, &layout);
+    for (int p = 0; p < 4; p++)
+        draw_panel(&figure, sheet, n, networks);
+    figure_end(&figure);
+}
+
+enum ad_status chart_learning(struct chart *chart, hnn_model **kept, struct ad_error *error)
 {
     struct network networks[NETWORKS_MOST];
-    struct learning_curve curves[NETWORKS_MOST];
-    struct lesson lesson = {.most_steps = settings->quick ? MOST_STEPS_QUICK : MOST_STEPS,
-                            .most_seconds = settings->quick ? INFINITY : budget};
-    struct result csv = {0};
-    struct plot plot = {0};
-    size_t n = networks_of_chart(settings->quick, networks);
-    for (size_t k = 0; k < n; k++)
-        curves[k] = (struct learning_curve){.network = networks[k]};
-    if (chart_csv(settings, "hnn-learning", &csv, error) == AD_OK &&
-        chart_picture(settings, "hnn-learning", &plot, error) == AD_OK &&
-        open_lesson(&lesson, error) == AD_OK) {
-        fputs("model,precision,width,step,seconds,test_loss,energy_mse\n", csv.out);
-        if (!settings->quiet)
-            printf("%-9s %5s  %s %8s %9s %11s %11s\n", "", "width", "   ", "steps", "seconds",
-                   "test loss", "energy MSE");
-        json_array(json, "learning");
-        all_networks(settings, &lesson, n, curves, csv.out, json, model, error);
-        json_end_array(json);
-    }
+    struct sheet last;
+    struct sheet *sheet = chart_sheet(chart, "hnn-learning", columns, error);
+    struct plot *plot = chart_picture(chart, "hnn-learning", error);
+    struct lesson lesson = {.most_steps = chart->quick ? MOST_STEPS_QUICK : MOST_STEPS,
+                            .most_seconds = chart->quick ? INFINITY : budget,
+                            .sheet = sheet,
+                            .last = &last};
+    size_t n = networks_of_chart(chart->quick, networks);
+    if (error->status != AD_OK)
+        return error->status;
+    sheet_open(&last, last_columns, NULL, chart_terminal(chart));
+    if (open_lesson(&lesson, error) == AD_OK)
+        for (size_t k = 0; k < n && error->status == AD_OK; k++) {
+            hnn_model *model = NULL;
+            lesson.network = &networks[k];
+            one_network(&lesson, &model, error);
+            if (networks[k].kind == HNN_HAMILTONIAN && networks[k].type == AD_F32 &&
+                networks[k].width == PUBLISHED_WIDTH)
+                *kept = model;
+            else
+                hnn_model_free(model);
+        }
     if (error->status == AD_OK) {
-        if (!settings->quiet)
+        if (!chart->quiet)
             printf("a pendulum, %d samples without noise; energy: %d motions to t = 20\n\n",
                    PUBLISHED_BATCH, STARTS);
-        learning_draw(n, curves, &plot);
+        sheet_json(&last, "learning", &chart->json);
+        draw(sheet, n, networks, plot);
     }
+    sheet_free(&last);
     hnn_observations_free(&lesson.train);
     hnn_observations_free(&lesson.test);
-    return chart_end(&plot, &csv, error);
+    return error->status;
 }

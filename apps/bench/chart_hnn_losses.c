@@ -36,7 +36,7 @@ static enum ad_status begin(hnn_model *model, struct ad_error *error)
 }
 
 static enum ad_status train(const struct network *network, const struct hnn_samples *samples,
-                            FILE *csv, struct ad_error *error)
+                            struct sheet *sheet, struct ad_error *error)
 {
     struct hnn_training training = hnn_training_defaults();
     const struct hnn_settings settings = network_settings(network);
@@ -52,20 +52,27 @@ static enum ad_status train(const struct network *network, const struct hnn_samp
         hnn_trainer_run(trainer, &stop, error) == AD_OK) {
         const struct hnn_row *row = hnn_trainer_history(trainer, &rows);
         for (size_t k = 0; k < rows; k++)
-            fprintf(csv, "%s,%s,%zu,%.17g\n", hnn_kinds[network->kind],
-                    hnn_precisions[network->type], row[k].step, row[k].train_loss);
+            sheet_row(sheet,
+                      ROW(NAME(hnn_kinds[network->kind]), NAME(hnn_precisions[network->type]),
+                          NUMBER(row[k].step), NUMBER(row[k].train_loss)),
+                      error);
     }
     hnn_trainer_free(trainer);
     hnn_model_free(model);
     return error->status;
 }
 
-enum ad_status chart_losses(const struct chart_settings *settings, struct ad_error *error)
+enum ad_status chart_losses(struct chart *chart, struct ad_error *error)
 {
+    static const struct column columns[] = {{.key = "model"},
+                                            {.key = "precision"},
+                                            {.key = "step"},
+                                            {.key = "loss", .digits = 17},
+                                            {.key = NULL}};
     double values[4 * SAMPLES]; /* states, and the rates of q^2 + p^2: [2 x SAMPLES] each */
     const struct hnn_samples samples = {.n = SAMPLES, .x = values, .target = values + 2 * SAMPLES};
     struct network networks[NETWORKS_MOST];
-    struct result csv;
+    struct sheet *sheet = chart_sheet(chart, "hnn-losses", columns, error);
     size_t n = networks_of_chart(true, networks);
     for (size_t k = 0; k < 2 * SAMPLES; k++)
         values[k] = number(k);
@@ -73,13 +80,7 @@ enum ad_status chart_losses(const struct chart_settings *settings, struct ad_err
         values[2 * SAMPLES + k] = 2 * values[SAMPLES + k];
         values[3 * SAMPLES + k] = -2 * values[k];
     }
-    if (chart_csv(settings, "hnn-losses", &csv, error) != AD_OK)
-        return error->status;
-    fputs("model,precision,step,loss\n", csv.out);
     for (size_t k = 0; k < n && error->status == AD_OK; k++)
-        train(&networks[k], &samples, csv.out, error);
-    if (error->status == AD_OK)
-        result_commit(&csv, error);
-    result_abandon(&csv);
+        train(&networks[k], &samples, sheet, error);
     return error->status;
 }

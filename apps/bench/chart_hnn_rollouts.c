@@ -124,55 +124,59 @@ static enum ad_status measure(struct rollouts *r, double most, struct ad_error *
 
 /* ---- what is told ---- */
 
-static void report(const struct chart_settings *settings, const struct rollouts *r, FILE *csv,
-                   struct json *json)
+static const struct column columns[] = {{.key = "method"},
+                                        {.key = "precision"},
+                                        {.key = "setting"},
+                                        {.key = "evaluations", .digits = 15},
+                                        {.key = "seconds", .digits = 4},
+                                        {.key = "error"},
+                                        {.key = NULL}};
+
+static void report(struct chart *chart, const struct rollouts *r, struct sheet *sheet,
+                   struct ad_error *error)
 {
+    struct json *json = &chart->json;
     json_object(json, "rollouts");
     json_number(json, "model_error", r->model_error);
     for (size_t t = 0; t < ROLLOUT_TYPES; t++) {
         json_object(json, hnn_precisions[rollout_types[t]]);
         for (size_t c = 0; c < r->n; c++) {
             const struct work_curve *curve = &r->curve[t][c];
-            for (size_t k = 0; k < curve->n; k++)
-                fprintf(csv, "%s,%s,%.6g,%.0f,%.4g,%.6g\n", curve->name,
-                        hnn_precisions[rollout_types[t]], curve->point[k].setting,
-                        curve->point[k].evaluations, curve->point[k].seconds,
-                        curve->point[k].error);
+            for (const struct work_point *p = curve->point; p < curve->point + curve->n; p++)
+                sheet_row(sheet,
+                          ROW(NAME(curve->name), NAME(hnn_precisions[rollout_types[t]]),
+                              NUMBER(p->setting), NUMBER(p->evaluations), NUMBER(p->seconds),
+                              NUMBER(p->error)),
+                          error);
             json_number(json, curve->name, least_error(curve));
         }
         json_number(json, "least", r->least[t]);
         json_end_object(json);
     }
     json_end_object(json);
-    if (!settings->quiet)
+    if (!chart->quiet)
         rollouts_print(r, stdout);
 }
 
 /* ---- all ---- */
 
-enum ad_status chart_rollouts(const struct chart_settings *settings, hnn_model *model,
-                              struct json *json, struct ad_error *error)
+enum ad_status chart_rollouts(struct chart *chart, hnn_model *model, struct ad_error *error)
 {
-    struct result csv = {0};
-    struct plot plot = {0};
+    struct sheet *sheet = chart_sheet(chart, "hnn-rollouts", columns, error);
+    struct plot *plot = chart_picture(chart, "hnn-rollouts", error);
     struct rollouts *r = calloc(1, sizeof *r);
     if (!r)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     r->model = model;
     r->time = time_end;
     hnn_model_evaluate_in(model, AD_F64);
-    if (chart_csv(settings, "hnn-rollouts", &csv, error) == AD_OK &&
-        chart_picture(settings, "hnn-rollouts", &plot, error) == AD_OK &&
-        hnn_model_ode(model, &r->ode, error) == AD_OK && find_end(r, error) == AD_OK &&
-        measure(r, settings->quick ? limit_quick : limit, error) == AD_OK) {
-        fprintf(csv.out,
-                "# the network errs by %.6g\nmethod,precision,setting,evaluations,"
-                "seconds,error\n",
-                r->model_error);
-        report(settings, r, csv.out, json);
-        rollouts_draw(r, &plot);
+    if (error->status == AD_OK && hnn_model_ode(model, &r->ode, error) == AD_OK &&
+        find_end(r, error) == AD_OK &&
+        measure(r, chart->quick ? limit_quick : limit, error) == AD_OK) {
+        fprintf(sheet->csv, "# the network errs by %.6g\n", r->model_error);
+        report(chart, r, sheet, error);
+        rollouts_draw(r, plot);
     }
-    chart_end(&plot, &csv, error);
     phys_ode_free(&r->ode);
     free(r);
     return error->status;

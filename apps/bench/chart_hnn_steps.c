@@ -33,111 +33,57 @@ static enum ad_status field_microseconds(const struct network *network, size_t r
     return error->status;
 }
 
-/* ---- one row, three ways ---- */
-
-struct row {
-    const struct network *network;
-    size_t threads;
-    struct training_speed speed;
-    double field_us;
+static const struct column columns[] = {
+    {.key = "model", .title = "model", .width = -9},
+    {.key = "precision", .title = "type", .width = 4},
+    {.key = "threads", .title = "threads", .width = 7, .shown = 3},
+    {.key = "batch"},
+    {.key = "width", .title = "width", .width = 5, .shown = 5},
+    {.key = "step_ms", .digits = 4, .title = "ms/step", .width = 9, .shown = 2, .fixed = true},
+    {.key = "blas_share", .digits = 3, .title = "OpenBLAS", .width = 9, .shown = 2, .fixed = true},
+    {.key = "products_ms", .digits = 4, .title = "products", .width = 9, .shown = 2, .fixed = true},
+    {.key = "activation_ms", .digits = 4, .title = "tanh", .width = 9, .shown = 2, .fixed = true},
+    {.key = "floor_ms", .no_csv = true},
+    {.key = "ratio", .title = "ratio", .width = 6, .shown = 2, .fixed = true, .no_csv = true},
+    {.key = "hand_ms", .digits = 4, .title = "by hand", .width = 9, .shown = 2, .fixed = true},
+    {.key = "hand_ratio", .digits = 4, .title = "ratio", .width = 6, .shown = 2, .fixed = true},
+    {.key = "field_us", .digits = 4, .title = "us/field", .width = 9, .shown = 1, .fixed = true},
+    {.key = NULL},
 };
 
-static double floor_ms(const struct row *row)
-{
-    return row->speed.products_ms + row->speed.activation_ms;
-}
-
-static void print_row(const struct row *row)
-{
-    const struct training_speed *s = &row->speed;
-    printf("%-9s %5zu  %s %7zu %9.2f %8.0f%% %9.2f %9.2f %6.2f", hnn_kinds[row->network->kind],
-           row->network->width, hnn_precisions[row->network->type], row->threads, s->step_ms,
-           100 * s->share, s->products_ms, s->activation_ms, s->step_ms / floor_ms(row));
-    if (isnan(s->hand_ms))
-        printf(" %9s %6s", "", "");
-    else
-        printf(" %9.2f %6.2f", s->hand_ms, s->hand_ratio);
-    printf(" %9.1f\n", row->field_us);
-    fflush(stdout);
-}
-
-static void write_row(const struct row *row, FILE *csv)
-{
-    const struct training_speed *s = &row->speed;
-    fprintf(csv, "%s,%s,%zu,%d,%zu,%.4g,%.3f,%.4g,%.4g,", hnn_kinds[row->network->kind],
-            hnn_precisions[row->network->type], row->threads, PUBLISHED_BATCH, row->network->width,
-            s->step_ms, s->share, s->products_ms, s->activation_ms);
-    if (!isnan(s->hand_ms))
-        fprintf(csv, "%.4g,%.3f,", s->hand_ms, s->hand_ratio);
-    else
-        fputs(",,", csv);
-    fprintf(csv, "%.4g\n", row->field_us);
-}
-
-static void json_row(const struct row *row, struct json *json)
-{
-    json_object(json, NULL);
-    json_text(json, "model", hnn_kinds[row->network->kind]);
-    json_text(json, "precision", hnn_precisions[row->network->type]);
-    json_count(json, "width", row->network->width);
-    json_count(json, "threads", row->threads);
-    json_number(json, "step_ms", row->speed.step_ms);
-    json_number(json, "blas_share", row->speed.share);
-    json_number(json, "floor_ms", floor_ms(row));
-    json_number(json, "ratio", row->speed.step_ms / floor_ms(row));
-    json_number(json, "hand_ms", row->speed.hand_ms);
-    json_number(json, "hand_ratio", row->speed.hand_ratio);
-    json_number(json, "field_us", row->field_us);
-    json_end_object(json);
-}
-
-/* ---- all ---- */
-
 /* Wide networks are timed less often: a batch of theirs is longer, and disturbed less. */
-static enum ad_status one_network(const struct chart_settings *settings,
-                                  const struct network *network, FILE *csv, struct json *json,
+static enum ad_status one_network(bool quick, const struct network *network, struct sheet *sheet,
                                   struct ad_error *error)
 {
-    struct row row = {.network = network};
+    struct training_speed s;
+    double field_us = NAN;
     const struct hnn_settings model = network_settings(network);
-    size_t rounds = settings->quick ? ROUNDS_QUICK : ROUNDS;
-    rounds = rounds * PUBLISHED_WIDTH / network->width;
-    if (field_microseconds(network, rounds, &row.field_us, error) != AD_OK)
-        return error->status;
-    for (row.threads = 1; row.threads <= THREADS; row.threads++) {
-        if (training_speed_measure(&model, PUBLISHED_BATCH, row.threads, rounds, &row.speed,
-                                   error) != AD_OK)
+    size_t rounds = (size_t)(quick ? ROUNDS_QUICK : ROUNDS) * PUBLISHED_WIDTH / network->width;
+    field_microseconds(network, rounds, &field_us, error);
+    for (size_t threads = 1; threads <= THREADS && error->status == AD_OK; threads++) {
+        if (training_speed_measure(&model, PUBLISHED_BATCH, threads, rounds, &s, error) != AD_OK)
             break;
-        write_row(&row, csv);
-        json_row(&row, json);
-        if (!settings->quiet)
-            print_row(&row);
+        double least = s.products_ms + s.activation_ms;
+        sheet_row(sheet,
+                  ROW(NAME(hnn_kinds[network->kind]), NAME(hnn_precisions[network->type]),
+                      NUMBER(threads), NUMBER(PUBLISHED_BATCH), NUMBER(network->width),
+                      NUMBER(s.step_ms), NUMBER(s.share), NUMBER(s.products_ms),
+                      NUMBER(s.activation_ms), NUMBER(least), NUMBER(s.step_ms / least),
+                      NUMBER(s.hand_ms), NUMBER(s.hand_ratio), NUMBER(field_us)),
+                  error);
     }
     return error->status;
 }
 
-enum ad_status chart_steps(const struct chart_settings *settings, struct json *json,
-                           struct ad_error *error)
+enum ad_status chart_steps(struct chart *chart, struct ad_error *error)
 {
     struct network networks[NETWORKS_MOST];
-    struct result csv;
-    size_t n = networks_of_chart(settings->quick, networks);
-    if (chart_csv(settings, "hnn-steps", &csv, error) != AD_OK)
-        return error->status;
-    fputs("model,precision,threads,batch,width,step_ms,blas_share,products_ms,activation_ms,"
-          "hand_ms,hand_ratio,field_us\n",
-          csv.out);
-    if (!settings->quiet)
-        printf("%-9s %5s  %s %7s %9s %9s %9s %9s %6s %9s %6s %9s\n", "", "width", "   ", "threads",
-               "ms/step", "OpenBLAS", "products", "tanh", "ratio", "by hand", "ratio", "us/field");
-    json_array(json, "steps");
+    size_t n = networks_of_chart(chart->quick, networks);
+    struct sheet *sheet = chart_sheet(chart, "hnn-steps", columns, error);
     for (size_t k = 0; k < n && error->status == AD_OK; k++)
-        one_network(settings, &networks[k], csv.out, json, error);
-    json_end_array(json);
-    if (error->status == AD_OK)
-        result_commit(&csv, error);
-    result_abandon(&csv);
-    if (error->status == AD_OK && !settings->quiet)
+        one_network(chart->quick, &networks[k], sheet, error);
+    sheet_json(sheet, "steps", &chart->json);
+    if (error->status == AD_OK && !chart->quiet)
         printf("a step of Adam on %d samples, 2-width-width-outputs, tanh; OpenBLAS: its share of "
                "loss and gradient\non one thread; ratio: to the floor, the products and the tanh "
                "alone, and to the step by hand; field: of one state\n\n",

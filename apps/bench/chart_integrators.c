@@ -1,9 +1,7 @@
 /* leastaction chart integrators: error against work, every method on every problem. */
 #include "chart_drift.h"
-#include "charts.h"
-#include "apps/command.h"
-#include "apps/output/json.h"
 #include "motions.h"
+#include "timing.h"
 #include "work_precision.h"
 
 #include <math.h>
@@ -100,12 +98,6 @@ static enum ad_status time_run(struct contest *contest, struct entrant *entrant,
     return AD_OK;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Long runs repeat themselves to a few per cent: once is enough. */
 static size_t rounds_of(const struct work_point *point, size_t rounds)
 {
@@ -124,10 +116,9 @@ static enum ad_status measure(struct contest *contest, size_t rounds, struct ad_
     for (size_t m = 0; m < contest->n; m++)
         for (size_t k = 0; k < contest->curve[m].n; k++) {
             struct work_point *point = &contest->curve[m].point[k];
-            double *samples = contest->entrant[m].samples[k];
+            const double *samples = contest->entrant[m].samples[k];
             size_t n = rounds_of(point, rounds);
-            qsort(samples, n, sizeof *samples, ascending);
-            point->seconds = samples[n / 2];
+            point->seconds = time_median(n, samples);
         }
     return AD_OK;
 }
@@ -174,17 +165,30 @@ static void contest_free(struct contest *contest)
     free(contest);
 }
 
-static void write_rows(const struct contest *contest, FILE *out)
+static const struct column columns[] = {{.key = "problem"},
+                                        {.key = "method"},
+                                        {.key = "knob"},
+                                        {.key = "setting", .digits = 9},
+                                        {.key = "steps", .digits = 15},
+                                        {.key = "evaluations", .digits = 15},
+                                        {.key = "seconds"},
+                                        {.key = "error"},
+                                        {.key = NULL}};
+
+static void add_rows(const struct contest *contest, struct sheet *sheet, struct ad_error *error)
 {
+    const char *problem = contest->motion.problem->name;
     if (contest->motion.doubt > 0)
-        fprintf(out, "# %s: the reference is good to %.1g\n", contest->motion.problem->name,
+        fprintf(sheet->csv, "# %s: the reference is good to %.1g\n", problem,
                 contest->motion.doubt);
     for (size_t m = 0; m < contest->n; m++)
         for (size_t k = 0; k < contest->curve[m].n; k++) {
             const struct work_point *p = &contest->curve[m].point[k];
-            fprintf(out, "%s,%s,%s,%.9g,%.0f,%.0f,%.6g,%.6g\n", contest->motion.problem->name,
-                    contest->curve[m].name, contest->curve[m].knob, p->setting, p->steps,
-                    p->evaluations, p->seconds, p->error);
+            sheet_row(sheet,
+                      ROW(NAME(problem), NAME(contest->curve[m].name), NAME(contest->curve[m].knob),
+                          NUMBER(p->setting), NUMBER(p->steps), NUMBER(p->evaluations),
+                          NUMBER(p->seconds), NUMBER(p->error)),
+                      error);
         }
 }
 
@@ -211,52 +215,31 @@ static void json_rows(const struct contest *contest, struct json *json)
     json_end_object(json);
 }
 
-static enum ad_status one_problem(const struct chart_settings *settings,
-                                  const struct motion_problem *problem, FILE *csv,
-                                  struct json *json, struct ad_error *error)
+static enum ad_status one_problem(struct chart *chart, const struct motion_problem *problem,
+                                  struct sheet *sheet, struct ad_error *error)
 {
     char name[64];
-    struct plot plot = {0};
     struct contest *contest = calloc(1, sizeof *contest);
     snprintf(name, sizeof name, "integrators-%s", problem->name);
     if (!contest)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (chart_picture(settings, name, &plot, error) == AD_OK &&
-        hold_contest(contest, problem, settings->quick ? &quick : &thorough, error) == AD_OK) {
-        write_rows(contest, csv);
-        work_draw(problem->title, contest->n, contest->curve, contest->motion.doubt, &plot);
-        plot_commit(&plot, error);
-        if (!settings->quiet)
+    struct plot *plot = chart_picture(chart, name, error);
+    if (error->status == AD_OK &&
+        hold_contest(contest, problem, chart->quick ? &quick : &thorough, error) == AD_OK) {
+        add_rows(contest, sheet, error);
+        work_draw(problem->title, contest->n, contest->curve, contest->motion.doubt, plot);
+        if (!chart->quiet)
             work_print(stdout, problem->title, contest->n, contest->curve);
-        json_rows(contest, json);
+        json_rows(contest, &chart->json);
     }
-    plot_abandon(&plot);
     contest_free(contest);
     return error->status;
 }
 
-int chart_integrators(const struct chart_settings *settings, struct ad_error *error)
+enum ad_status chart_integrators(struct chart *chart, struct ad_error *error)
 {
-    struct result csv;
-    struct json json;
-    char *text = NULL;
-    size_t length;
-    FILE *memory = open_memstream(&text, &length);
-    if (!memory)
-        return ad_fail(error, AD_E_MEMORY, "out of memory"), command_status(error);
-    json_open(&json, memory);
-    if (chart_csv(settings, "integrators", &csv, error) == AD_OK) {
-        fputs("problem,method,knob,setting,steps,evaluations,seconds,error\n", csv.out);
-        for (size_t k = 0; k < MOTION_PROBLEMS && error->status == AD_OK; k++)
-            one_problem(settings, &motion_problems[k], csv.out, &json, error);
-        if (error->status == AD_OK && result_commit(&csv, error) == AD_OK)
-            chart_drift(settings, error);
-    }
-    result_abandon(&csv);
-    json_close(&json);
-    fclose(memory);
-    if (error->status == AD_OK && settings->json)
-        fputs(text, stdout);
-    free(text);
-    return error->status == AD_OK ? DONE : command_status(error);
+    struct sheet *sheet = chart_sheet(chart, "integrators", columns, error);
+    for (size_t k = 0; k < MOTION_PROBLEMS && error->status == AD_OK; k++)
+        one_problem(chart, &motion_problems[k], sheet, error);
+    return error->status == AD_OK ? chart_drift(chart, error) : error->status;
 }

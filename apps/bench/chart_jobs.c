@@ -1,9 +1,7 @@
 /* leastaction chart jobs: seconds and what is left of the error at the end of whole jobs, with the
    published settings and with ours. */
+#include "chart.h"
 #include "chart_jobs.h"
-#include "charts.h"
-#include "apps/command.h"
-#include "apps/output/json.h"
 #include "apps/quantum/quantum_paper.h"
 
 #include <math.h>
@@ -22,88 +20,99 @@ enum ad_status jobs_quantum(bool quick, struct job jobs[], size_t *n, struct ad_
     return error->status;
 }
 
-static void write_rows(size_t n, const struct job jobs[], FILE *csv)
+static const struct column columns[] = {
+    {.key = "group", .title = "", .width = -8},
+    {.key = "job", .title = "", .width = -16},
+    {.key = "measure"},
+    {.key = "published_seconds", .digits = 4, .title = "published (s)", .width = 13, .shown = 3},
+    {.key = "published_error", .digits = 4, .title = "error", .width = 9, .shown = 2},
+    {.key = "published_cut", .title = "cut", .width = -3},
+    {.key = "our_seconds", .digits = 4, .title = "ours (s)", .width = 10, .shown = 3},
+    {.key = "our_error", .digits = 4, .title = "error", .width = 9, .shown = 2},
+    {.key = "our_cut", .title = "cut", .width = -3},
+    {.key = "level_seconds", .digits = 4, .title = "as exact (s)", .width = 12, .shown = 3},
+    {.key = NULL},
+};
+
+static void add_row(struct sheet *sheet, const struct job *j, struct ad_error *error)
 {
-    fputs("group,job,measure,published_seconds,published_error,published_cut,our_seconds,our_error,"
-          "our_cut,level_seconds\n",
-          csv);
+    sheet_row(sheet,
+              ROW(NAME(j->group), NAME(j->name), NAME(j->measure), NUMBER(j->published.seconds),
+                  NUMBER(j->published.error), NAME(j->published.cut ? "yes" : "no"),
+                  NUMBER(j->ours.seconds), NUMBER(j->ours.error), NAME(j->ours.cut ? "yes" : "no"),
+                  NUMBER(j->level)),
+              error);
+}
+
+/* ---- the picture: a line a job, published and ours joined; CPU time left, errors right ---- */
+
+static const double least = 1e-17; /* errors below are drawn there */
+
+/* Name and group, then CPU time and error of either side, and the time until ours is level. */
+static void write_data(size_t n, const struct job jobs[], FILE *data)
+{
     for (const struct job *j = jobs; j < jobs + n; j++)
-        fprintf(csv, "%s,%s,%s,%.4g,%.4g,%s,%.4g,%.4g,%s,%.4g\n", j->group, j->name, j->measure,
-                j->published.seconds, j->published.error, j->published.cut ? "yes" : "no",
-                j->ours.seconds, j->ours.error, j->ours.cut ? "yes" : "no", j->level);
+        fprintf(data, "\"%s: %s\" %.4g %.4g %.4g %.4g %.4g\n", j->group, j->name,
+                j->published.seconds, fmax(j->published.error, least), j->ours.seconds,
+                fmax(j->ours.error, least), j->level);
 }
 
-static void print_side(const struct job_side *side)
+/* Columns of the published and of our values; the names of jobs stand at the first panel. */
+static void draw_panel(struct figure *figure, const struct panel *panel, int published, int ours,
+                       const char *names)
 {
-    printf("%10.3g s%c %9.2g", side->seconds, side->cut ? '*' : ' ', side->error);
+    figure_panel(figure, panel);
+    figure_element(figure,
+                   "data using %d:0:($%d-$%d):(0) with vectors nohead lw 1.5 lc rgb '#c0c0c0' "
+                   "notitle",
+                   published, ours, published);
+    figure_element(figure,
+                   "data using %d:0%s with points pt 7 ps 1.1 lc rgb '#b8261b' title 'published "
+                   "settings'",
+                   published, names);
+    figure_element(figure, "data using %d:0 with points pt 7 ps 1.1 lc rgb '#0b4f8a' title 'ours'",
+                   ours);
 }
 
-static void print_table(size_t n, const struct job jobs[])
+static void draw(size_t n, const struct job jobs[], struct plot *plot)
 {
-    printf("%-8s %-16s %23s %23s %14s\n", "", "", "published: error", "ours: error",
-           "ours as exact");
-    for (const struct job *j = jobs; j < jobs + n; j++) {
-        printf("%-8s %-16s ", j->group, j->name);
-        print_side(&j->published);
-        putchar(' ');
-        print_side(&j->ours);
-        if (isfinite(j->level))
-            printf(" %10.3g s\n", j->level);
-        else
-            puts("        never");
-    }
-    puts(
-        "seconds of the processor, both by this library, one thread; as exact: until the published "
-        "error;\n* stopped by the limit of time");
+    const struct layout layout = {1000, 170 + 27 * (int)n, NULL, 1, 2, 0.19, 0.985, 0.14, 0.8, 0.04,
+                                  0};
+    char range[32];
+    struct figure figure;
+    struct panel panel = {.title = "CPU time of the whole job (s)",
+                          .log = "x",
+                          .y_range = range,
+                          .key = "at screen 0.985,0.96 right top maxrows 1 samplen 0.5 width 1"};
+    snprintf(range, sizeof range, "[%zu.6:-0.6]", n - 1);
+    write_data(n, jobs, plot->data);
+    figure_begin(&figure, plot, &layout);
+    draw_panel(&figure, &panel, 2, 4, ":ytic(1)");
+    figure_element(&figure, "data using 6:0 with points pt 6 ps 1.5 lw 1.5 lc rgb '#0b4f8a' title "
+                            "'ours, until as exact as published'");
+    panel.title = "error at the end";
+    panel.key = NULL;
+    panel.y_tics = "1 format ''";
+    draw_panel(&figure, &panel, 3, 5, "");
+    figure_end(&figure);
 }
 
-static void json_side(struct json *json, const char *key, const struct job_side *side)
-{
-    json_object(json, key);
-    json_number(json, "seconds", side->seconds);
-    json_number(json, "error", side->error);
-    json_bool(json, "cut", side->cut);
-    json_end_object(json);
-}
-
-static void print_json(size_t n, const struct job jobs[], FILE *out)
-{
-    struct json json;
-    json_open(&json, out);
-    json_array(&json, "jobs");
-    for (const struct job *j = jobs; j < jobs + n; j++) {
-        json_object(&json, NULL);
-        json_text(&json, "job", j->name);
-        json_text(&json, "group", j->group);
-        json_text(&json, "measure", j->measure);
-        json_side(&json, "published", &j->published);
-        json_side(&json, "ours", &j->ours);
-        json_number(&json, "level_seconds", j->level);
-        json_end_object(&json);
-    }
-    json_end_array(&json);
-    json_close(&json);
-}
-
-int chart_jobs(const struct chart_settings *settings, struct ad_error *error)
+enum ad_status chart_jobs(struct chart *chart, struct ad_error *error)
 {
     struct job jobs[JOBS_MOST];
-    struct result csv = {0};
-    struct plot plot = {0};
+    struct sheet *sheet = chart_sheet(chart, "jobs", columns, error);
+    struct plot *plot = chart_picture(chart, "jobs", error);
     size_t n = 0;
-    if (chart_csv(settings, "jobs", &csv, error) == AD_OK &&
-        chart_picture(settings, "jobs", &plot, error) == AD_OK &&
-        jobs_paths(settings->quick, jobs, &n, error) == AD_OK &&
-        jobs_networks(settings->quick, jobs, &n, error) == AD_OK &&
-        jobs_quantum(settings->quick, jobs, &n, error) == AD_OK) {
-        write_rows(n, jobs, csv.out);
-        jobs_draw(n, jobs, &plot);
-    }
-    if (chart_end(&plot, &csv, error) != AD_OK)
-        return command_status(error);
-    if (!settings->quiet)
-        print_table(n, jobs);
-    if (settings->json)
-        print_json(n, jobs, stdout);
-    return DONE;
+    if (error->status != AD_OK || jobs_paths(chart->quick, jobs, &n, error) != AD_OK ||
+        jobs_networks(chart->quick, jobs, &n, error) != AD_OK ||
+        jobs_quantum(chart->quick, jobs, &n, error) != AD_OK)
+        return error->status;
+    for (size_t k = 0; k < n; k++)
+        add_row(sheet, &jobs[k], error);
+    if (!chart->quiet)
+        puts("both by this library, one thread; cut: stopped by the limit of time; as exact: until "
+             "the error is the published one");
+    sheet_json(sheet, "jobs", &chart->json);
+    draw(n, jobs, plot);
+    return error->status;
 }

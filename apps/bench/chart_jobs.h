@@ -1,9 +1,7 @@
-/* What chart_jobs.c gathers and chart_jobs_draw.c draws: whole jobs, as published and as we do
-   them, both by this library. */
+/* Whole jobs of chart_jobs.c, as published and as we do them, both by this library. */
 #ifndef APPS_CHART_JOBS_H
 #define APPS_CHART_JOBS_H
 
-#include "apps/output/plot.h"
 #include "autodiff/autodiff.h"
 
 enum { JOBS_MOST = 16 };
@@ -29,8 +27,5 @@ enum ad_status jobs_paths(bool quick, struct job jobs[], size_t *n, struct ad_er
 enum ad_status jobs_networks(bool quick, struct job jobs[], size_t *n, struct ad_error *error);
 /* The packet in a box: published grid and kernel, and between walls that reflect. */
 enum ad_status jobs_quantum(bool quick, struct job jobs[], size_t *n, struct ad_error *error);
-
-/* Left seconds, right errors; two bars a job. */
-void jobs_draw(size_t n, const struct job jobs[], struct plot *plot);
 
 #endif

@@ -1,10 +1,7 @@
 /* leastaction chart linear: time and memory of a gradient of the action over slices, and over pairs
    of bodies. Both grow in proportion, or the chart shows where they do not. */
-#include "chart_linear.h"
-#include "charts.h"
-#include "apps/command.h"
+#include "chart_threads.h"
 #include "hand.h"
-#include "apps/output/json.h"
 #include "sized_gradient.h"
 #include "timing.h"
 
@@ -12,11 +9,73 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-enum { PAIR_SLICES = HAND_SLICES };
-
-const char *const linear_ways[LINEAR_WAYS] = {"interpreted", "compiled"};
+enum { WAYS = 2, PAIR_SLICES = HAND_SLICES };
 
 static const double budget_ns = 1e9; /* of one size and way: fewer rounds of what takes long */
+
+static const struct column columns[] = {
+    {.key = "over", .title = "over", .width = -6},
+    {.key = "units", .title = "units", .width = 10, .shown = 9},
+    {.key = "interpreted_seconds"},
+    {.key = "compiled_seconds"},
+    {.key = "record_seconds",
+     .digits = 4,
+     .title = "record (ms)",
+     .width = 11,
+     .shown = 3,
+     .scale = 1e3},
+    {.key = "program_bytes", .digits = 15},
+    {.key = "tape_bytes", .digits = 15},
+    {.key = "resident_bytes", .digits = 15},
+    /* of one unit */
+    {.key = "ns",
+     .title = "interpreted (ns)",
+     .width = 16,
+     .shown = 2,
+     .fixed = true,
+     .no_csv = true},
+    {.key = "native_ns",
+     .title = "compiled (ns)",
+     .width = 13,
+     .shown = 2,
+     .fixed = true,
+     .no_csv = true},
+    {.key = "unit_program",
+     .title = "program (B)",
+     .width = 11,
+     .shown = 1,
+     .fixed = true,
+     .no_csv = true},
+    {.key = "unit_tape",
+     .title = "tape (B)",
+     .width = 10,
+     .shown = 1,
+     .fixed = true,
+     .no_csv = true},
+    {.key = "unit_resident",
+     .title = "resident (B)",
+     .width = 12,
+     .shown = 1,
+     .fixed = true,
+     .no_csv = true},
+    {.key = NULL},
+};
+
+static const struct series {
+    const char *name, *unit, *title;
+} series[] = {
+    {"slices", "slice", "three bodies over time slices"},
+    {"pairs", "pair of bodies", "gas, 10 to 2000 bodies, 100 slices"},
+};
+
+enum { N_SERIES = sizeof series / sizeof *series };
+
+static const struct way {
+    const char *name, *seconds, *ns, *prefix, *colour;
+} ways[WAYS] = {
+    {"interpreted", "interpreted_seconds", "ns", "", "#1f4e79"},
+    {"compiled", "compiled_seconds", "native_ns", "native_", "#3f9b6e"},
+};
 
 /* ---- one size ---- */
 
@@ -27,7 +86,7 @@ struct size {
 
 struct subject {
     struct sized_gradient recorded;
-    ad_program *program[LINEAR_WAYS];
+    ad_program *program[WAYS];
 };
 
 static void run_program(void *program) { ad_run(program); }
@@ -45,13 +104,14 @@ static double resident(void)
 
 static void subject_close(struct subject *s)
 {
-    for (int way = 0; way < LINEAR_WAYS; way++)
+    for (int way = 0; way < WAYS; way++)
         ad_program_free(s->program[way]);
     sized_gradient_close(&s->recorded);
 }
 
-static enum ad_status subject_open(const struct size *size, struct subject *s,
-                                   struct linear_point *at, struct ad_error *error)
+/* `record`: CPU seconds of recording, gradient and compiling. */
+static enum ad_status subject_open(const struct size *size, struct subject *s, double *record,
+                                   struct ad_error *error)
 {
     struct sized_gradient *recorded = &s->recorded;
     *s = (struct subject){.program = {NULL}};
@@ -59,39 +119,42 @@ static enum ad_status subject_open(const struct size *size, struct subject *s,
     if (sized_gradient_open(size->scene, size->bodies, size->slices, recorded, error) != AD_OK ||
         sized_gradient_compile(recorded, &s->program[0], error) != AD_OK)
         return error->status;
-    at->record_seconds = processor_seconds() - before;
+    *record = processor_seconds() - before;
     if (sized_gradient_compile(recorded, &s->program[1], error) != AD_OK)
         return error->status;
     ad_native(s->program[1], INFINITY, NULL);
-    return sized_gradient_set(recorded, LINEAR_WAYS, s->program, error);
+    return sized_gradient_set(recorded, WAYS, s->program, error);
 }
 
 /* Rounds that fit into the budget, measured by one of each. */
-static size_t affordable(struct timed jobs[LINEAR_WAYS], bool quick)
+static size_t affordable(struct timed jobs[WAYS], bool quick)
 {
     double rounds = quick ? 3 : TIMING_QUICK;
-    time_in_turn(LINEAR_WAYS, jobs, 1);
+    time_in_turn(WAYS, jobs, 1);
     double ns = jobs[0].nanoseconds + jobs[1].nanoseconds;
     return (size_t)fmax(1, fmin(rounds, budget_ns / ns));
 }
 
-static enum ad_status measure(const struct size *size, size_t units, bool quick,
-                              struct linear_point *at, struct ad_error *error)
+static enum ad_status measure(struct sheet *sheet, const char *over, const struct size *size,
+                              size_t units, bool quick, struct ad_error *error)
 {
     struct subject s;
-    double before = resident();
-    *at = (struct linear_point){.units = units};
-    if (subject_open(size, &s, at, error) == AD_OK) {
-        struct timed jobs[LINEAR_WAYS] = {
+    double before = resident(), record = 0;
+    if (subject_open(size, &s, &record, error) == AD_OK) {
+        struct timed jobs[WAYS] = {
             {.run = run_program, .context = s.program[0], .processor = true},
             {.run = run_program, .context = s.program[1], .processor = true}};
         struct ad_program_info info = ad_program_info(s.program[0]);
-        time_in_turn(LINEAR_WAYS, jobs, affordable(jobs, quick));
-        for (int way = 0; way < LINEAR_WAYS; way++)
-            at->seconds[way] = 1e-9 * jobs[way].nanoseconds;
-        at->program_bytes = (double)(info.value_bytes + info.bytes);
-        at->tape_bytes = (double)ad_tape_bytes(s.recorded.tape);
-        at->resident_bytes = fmax(resident() - before, 0);
+        time_in_turn(WAYS, jobs, affordable(jobs, quick));
+        double ns[WAYS] = {jobs[0].nanoseconds, jobs[1].nanoseconds}, n = (double)units;
+        double program = (double)(info.value_bytes + info.bytes);
+        double tape = (double)ad_tape_bytes(s.recorded.tape), grown = fmax(resident() - before, 0);
+        sheet_row(sheet,
+                  ROW(NAME(over), NUMBER(units), NUMBER(1e-9 * ns[0]), NUMBER(1e-9 * ns[1]),
+                      NUMBER(record), NUMBER(program), NUMBER(tape), NUMBER(grown),
+                      NUMBER(ns[0] / n), NUMBER(ns[1] / n), NUMBER(program / n), NUMBER(tape / n),
+                      NUMBER(grown / n)),
+                  error);
     }
     subject_close(&s);
     return error->status;
@@ -99,7 +162,7 @@ static enum ad_status measure(const struct size *size, size_t units, bool quick,
 
 /* ---- the two series ---- */
 
-static enum ad_status over_slices(bool quick, struct linear_curve *curve, struct ad_error *error)
+static enum ad_status over_slices(bool quick, struct sheet *sheet, struct ad_error *error)
 {
     double most = quick ? 1e4 : 1e6;
     for (size_t k = 0; error->status == AD_OK; k++) {
@@ -107,122 +170,147 @@ static enum ad_status over_slices(bool quick, struct linear_curve *curve, struct
         if ((double)slices > 1.01 * most)
             break;
         struct size size = {.scene = HAND_THREEBODY, .slices = slices};
-        measure(&size, slices, quick, &curve->point[curve->n++], error);
+        measure(sheet, "slices", &size, slices, quick, error);
     }
     return error->status;
 }
 
-static enum ad_status over_pairs(bool quick, struct linear_curve *curve, struct ad_error *error)
+static enum ad_status over_pairs(bool quick, struct sheet *sheet, struct ad_error *error)
 {
     static const size_t bodies[] = {10, 20, 50, 100, 200, 500, 1000, 2000};
     size_t n = quick ? 4 : sizeof bodies / sizeof *bodies;
     for (size_t k = 0; k < n && error->status == AD_OK; k++) {
         struct size size = {HAND_GAS, bodies[k], PAIR_SLICES};
-        size_t pairs = bodies[k] * (bodies[k] - 1) / 2;
-        measure(&size, pairs, quick, &curve->point[curve->n++], error);
+        measure(sheet, "pairs", &size, bodies[k] * (bodies[k] - 1) / 2, quick, error);
     }
     return error->status;
 }
 
-double linear_exponent(const struct linear_curve *curve, int way, double least)
+/* ---- how they grow ---- */
+
+static double most_units(const struct sheet *sheet, const char *over)
+{
+    double most = 0;
+    for (size_t r = 0; r < sheet->rows; r++)
+        if (sheet_is(sheet, r, "over", over))
+            most = fmax(most, sheet_number(sheet, r, "units"));
+    return most;
+}
+
+/* Exponent of seconds against units by least squares over the rows from `least` units on; 1 is
+   linear. NaN with fewer than two rows. */
+static double exponent(const struct sheet *sheet, const char *over, const char *seconds,
+                       double least)
 {
     double n = 0, x = 0, y = 0, xx = 0, xy = 0;
-    for (const struct linear_point *p = curve->point; p < curve->point + curve->n; p++)
-        if ((double)p->units >= least) {
-            double u = log((double)p->units), t = log(p->seconds[way]);
+    for (size_t r = 0; r < sheet->rows; r++)
+        if (sheet_is(sheet, r, "over", over) && sheet_number(sheet, r, "units") >= least) {
+            double u = log(sheet_number(sheet, r, "units")),
+                   t = log(sheet_number(sheet, r, seconds));
             n++, x += u, y += t, xx += u * u, xy += u * t;
         }
     return n < 2 ? NAN : (n * xy - x * y) / (n * xx - x * x);
 }
 
-double linear_end(const struct linear_curve *curve)
+static void report(struct chart *chart, const struct sheet *sheet, const struct series *s)
 {
-    return 0.099 * (double)curve->point[curve->n - 1].units;
-}
-
-/* ---- what is told ---- */
-
-static void write_rows(const struct linear_curve *curve, FILE *csv)
-{
-    for (const struct linear_point *p = curve->point; p < curve->point + curve->n; p++)
-        fprintf(csv, "%s,%zu,%.6g,%.6g,%.4g,%.0f,%.0f,%.0f\n", curve->name, p->units, p->seconds[0],
-                p->seconds[1], p->record_seconds, p->program_bytes, p->tape_bytes,
-                p->resident_bytes);
-}
-
-static void print_curve(const struct linear_curve *curve)
-{
-    printf("%s\n%10s %12s %12s %12s %12s %12s %12s\n", curve->title, curve->axis, "interpreted",
-           "compiled", "recording", "program", "tape", "resident");
-    for (const struct linear_point *p = curve->point; p < curve->point + curve->n; p++) {
-        double units = (double)p->units;
-        printf("%10zu %9.2f ns %9.2f ns %9.2f ms %10.1f B %10.1f B %10.1f B\n", p->units,
-               1e9 * p->seconds[0] / units, 1e9 * p->seconds[1] / units, 1e3 * p->record_seconds,
-               p->program_bytes / units, p->tape_bytes / units, p->resident_bytes / units);
+    double most = most_units(sheet, s->name);
+    json_object(&chart->json, s->name);
+    for (const struct way *w = ways; w < ways + WAYS; w++) {
+        char key[32];
+        double all = exponent(sheet, s->name, w->seconds, 0);
+        double end = exponent(sheet, s->name, w->seconds, 0.099 * most);
+        snprintf(key, sizeof key, "%sexponent", w->prefix);
+        json_number(&chart->json, key, all);
+        snprintf(key, sizeof key, "%send_exponent", w->prefix);
+        json_number(&chart->json, key, end);
+        if (!chart->quiet)
+            printf("%s: CPU time grows as %s^%.2f, over the last decade as ^%.2f\n", w->name,
+                   s->name, all, end);
     }
-    for (int way = 0; way < LINEAR_WAYS; way++)
-        printf("%s: seconds grow as %s^%.2f, over the last decade as ^%.2f\n", linear_ways[way],
-               curve->axis, linear_exponent(curve, way, 0),
-               linear_exponent(curve, way, linear_end(curve)));
-    printf("ns and bytes are for one %s\n\n", curve->unit);
+    for (size_t r = 0; r < sheet->rows; r++)
+        if (sheet_is(sheet, r, "over", s->name) && sheet_number(sheet, r, "units") == most) {
+            json_number(&chart->json, "most", most);
+            json_number(&chart->json, "ns", sheet_number(sheet, r, "ns"));
+            json_number(&chart->json, "native_ns", sheet_number(sheet, r, "native_ns"));
+            json_number(&chart->json, "program_bytes", sheet_number(sheet, r, "unit_program"));
+            json_number(&chart->json, "tape_bytes", sheet_number(sheet, r, "unit_tape"));
+        }
+    json_end_object(&chart->json);
 }
 
-static void print_json(const struct linear_curve curves[LINEAR_CURVES], FILE *out)
+/* ---- the picture: time of a unit above, memory of a unit below; what is level is linear ---- */
+
+static void draw_times(struct figure *figure, const struct sheet *sheet, const struct series *s)
 {
-    struct json json;
-    json_open(&json, out);
-    for (int c = 0; c < LINEAR_CURVES; c++) {
-        const struct linear_curve *curve = &curves[c];
-        const struct linear_point *last = &curve->point[curve->n - 1];
-        double units = (double)last->units;
-        json_object(&json, curve->name);
-        json_number(&json, "exponent", linear_exponent(curve, 0, 0));
-        json_number(&json, "end_exponent", linear_exponent(curve, 0, linear_end(curve)));
-        json_number(&json, "native_exponent", linear_exponent(curve, 1, 0));
-        json_number(&json, "native_end_exponent", linear_exponent(curve, 1, linear_end(curve)));
-        json_count(&json, "most", last->units);
-        json_number(&json, "ns", 1e9 * last->seconds[0] / units);
-        json_number(&json, "native_ns", 1e9 * last->seconds[1] / units);
-        json_number(&json, "program_bytes", last->program_bytes / units);
-        json_number(&json, "tape_bytes", last->tape_bytes / units);
-        json_end_object(&json);
+    char title[96], y[48];
+    snprintf(y, sizeof y, "CPU time per %s (ns)", s->unit);
+    figure_panel(figure, &(struct panel){.title = s->title,
+                                         .y = y,
+                                         .log = "x",
+                                         .y_range = "[0:*]",
+                                         .key = "top right samplen 2",
+                                         .more = "set offsets 0,0,graph 0.35,0\n"});
+    for (const struct way *w = ways; w < ways + WAYS; w++) {
+        snprintf(title, sizeof title, "%s: %s^{%.2f}, at the end ^{%.2f}", w->name, s->name,
+                 exponent(sheet, s->name, w->seconds, 0),
+                 exponent(sheet, s->name, w->seconds, 0.099 * most_units(sheet, s->name)));
+        figure_curve(figure, &(struct curve){sheet,
+                                             {"over", s->name},
+                                             "units",
+                                             w->ns,
+                                             title,
+                                             {w->colour, 7, 2, 0.6, NULL},
+                                             NULL});
     }
-    json_close(&json);
 }
 
-int chart_linear(const struct chart_settings *settings, struct ad_error *error)
+static void draw_memory(struct figure *figure, const struct sheet *sheet, const struct series *s)
 {
-    struct linear_curve curves[LINEAR_CURVES] = {
-        [LINEAR_SLICES] = {.name = "slices",
-                           .unit = "slice",
-                           .title = "three bodies over time slices",
-                           .axis = "slices"},
-        [LINEAR_PAIRS] = {.name = "pairs",
-                          .unit = "pair of bodies",
-                          .title = "gas, 10 to 2000 bodies, 100 slices",
-                          .axis = "pairs"},
-    };
-    struct result csv = {0};
-    struct plot plot = {0};
-    if (chart_csv(settings, "linear", &csv, error) == AD_OK &&
-        chart_picture(settings, "linear", &plot, error) == AD_OK &&
-        over_slices(settings->quick, &curves[LINEAR_SLICES], error) == AD_OK &&
-        over_pairs(settings->quick, &curves[LINEAR_PAIRS], error) == AD_OK) {
-        fputs("over,units,interpreted_seconds,compiled_seconds,record_seconds,program_bytes,"
-              "tape_bytes,resident_bytes\n",
-              csv.out);
-        for (int c = 0; c < LINEAR_CURVES; c++)
-            write_rows(&curves[c], csv.out);
-        linear_draw(curves, &plot);
-    }
-    if (chart_end(&plot, &csv, error) != AD_OK)
-        return command_status(error);
-    for (int c = 0; c < LINEAR_CURVES && !settings->quiet; c++)
-        print_curve(&curves[c]);
-    bool same = false;
-    if (chart_threads(settings, &same, error) != AD_OK)
-        return command_status(error);
-    if (settings->json)
-        print_json(curves, stdout);
-    return same ? DONE : NOT_REACHED;
+    char y[48];
+    snprintf(y, sizeof y, "memory per %s (B)", s->unit);
+    figure_panel(figure, &(struct panel){.x = s->name,
+                                         .y = y,
+                                         .log = "xy",
+                                         .y_range = "[10:1e4]",
+                                         .key = "top right samplen 2"});
+    figure_curve(figure, &(struct curve){sheet,
+                                         {"over", s->name},
+                                         "units",
+                                         "unit_program",
+                                         "program",
+                                         {"#b8261b", 7, 2, 0.6, NULL},
+                                         NULL});
+    figure_curve(figure, &(struct curve){sheet,
+                                         {"over", s->name},
+                                         "units",
+                                         "unit_tape",
+                                         "tape",
+                                         {"#f2b134", 7, 2, 0.6, NULL},
+                                         NULL});
+}
+
+static void draw(const struct sheet *sheet, struct plot *plot)
+{
+    static const struct layout layout = {960, 600, NULL, 2, 2, 0.08, 0.985, 0.115, 0.94, 0.1, 0.09};
+    struct figure figure;
+    figure_begin(&figure, plot, &layout);
+    for (size_t s = 0; s < N_SERIES; s++)
+        draw_times(&figure, sheet, &series[s]);
+    for (size_t s = 0; s < N_SERIES; s++)
+        draw_memory(&figure, sheet, &series[s]);
+    figure_end(&figure);
+}
+
+enum ad_status chart_linear(struct chart *chart, struct ad_error *error)
+{
+    struct sheet *sheet = chart_sheet(chart, "linear", columns, error);
+    struct plot *plot = chart_picture(chart, "linear", error);
+    if (error->status != AD_OK || over_slices(chart->quick, sheet, error) != AD_OK ||
+        over_pairs(chart->quick, sheet, error) != AD_OK)
+        return error->status;
+    for (size_t s = 0; s < N_SERIES; s++)
+        report(chart, sheet, &series[s]);
+    draw(sheet, plot);
+    return chart_threads(chart, error);
 }

@@ -1,9 +1,9 @@
 /* leastaction chart paths: its two parts. */
 #include "chart_paths.h"
-#include "apps/command.h"
 
 #include <math.h>
-#include <stdlib.h>
+
+const struct layout figure_of_six = {1120, 640, NULL, 2, 3, 0.06, 0.78, 0.08, 0.94, 0.045, 0.1};
 
 double path_distance(size_t n, const double *path, const double *reference)
 {
@@ -15,26 +15,14 @@ double path_distance(size_t n, const double *path, const double *reference)
     return sqrt(sum / norm);
 }
 
-int chart_paths(const struct chart_settings *settings, struct ad_error *error)
+enum ad_status chart_paths(struct chart *chart, struct ad_error *error)
 {
-    struct json json;
-    char *text = NULL;
-    size_t length;
-    FILE *memory = open_memstream(&text, &length);
-    if (!memory)
-        return ad_fail(error, AD_E_MEMORY, "out of memory"), command_status(error);
-    json_open(&json, memory);
-    json_object(&json, "orders");
-    chart_rules(settings, &json, error);
-    json_end_object(&json);
-    json_object(&json, "distances");
+    json_object(&chart->json, "orders");
+    chart_rules(chart, error);
+    json_end_object(&chart->json);
+    json_object(&chart->json, "distances");
     if (error->status == AD_OK)
-        chart_solvers(settings, &json, error);
-    json_end_object(&json);
-    json_close(&json);
-    fclose(memory);
-    if (error->status == AD_OK && settings->json)
-        fputs(text, stdout);
-    free(text);
-    return error->status == AD_OK ? DONE : command_status(error);
+        chart_solvers(chart, error);
+    json_end_object(&chart->json);
+    return error->status;
 }

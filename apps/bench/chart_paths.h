@@ -1,20 +1,23 @@
 /* The parts of `leastaction chart paths`. */
-#ifndef APPS_CHART_PATHS_H
-#define APPS_CHART_PATHS_H
+#ifndef APPS_BENCH_CHART_PATHS_H
+#define APPS_BENCH_CHART_PATHS_H
 
-#include "charts.h"
-#include "apps/output/json.h"
+#include "chart.h"
 #include "timing.h"
 #include "physics/physics.h"
 
-/* Rules: error of the stationary path against the motion, over slices and over seconds. */
-enum ad_status chart_rules(const struct chart_settings *settings, struct json *json,
-                           struct ad_error *error);
-/* Solvers: distance from the stationary path on the way, over seconds, from the published noise. */
-enum ad_status chart_solvers(const struct chart_settings *settings, struct json *json,
-                             struct ad_error *error);
+/* Rules: error of the stationary path against the motion, over slices and over CPU time. */
+enum ad_status chart_rules(struct chart *chart, struct ad_error *error);
+/* Solvers: distance from the stationary path on the way, over CPU time, from the published noise.
+ */
+enum ad_status chart_solvers(struct chart *chart, struct ad_error *error);
 
 /* Root mean square of the difference [n], relative to that of the reference. */
 double path_distance(size_t n, const double *path, const double *reference);
+
+/* Three columns of two panels, room for a legend at their right. */
+extern const struct layout figure_of_six;
+#define LEGEND_RIGHT                                                                               \
+    "at screen 0.998, screen 0.93 right top Left reverse samplen 2 spacing 1.4 font ',10'"
 
 #endif

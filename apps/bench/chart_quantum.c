@@ -1,16 +1,14 @@
 /* leastaction chart quantum: what a wave packet costs at which error, by the kernel under three
    rules, by Fourier transforms and by Crank-Nicolson; and what a slice costs beside the matrix
    product that it is. */
+#include "chart.h"
 #include "chart_quantum.h"
-#include "charts.h"
-#include "apps/command.h"
-#include "apps/output/json.h"
 #include "timing.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-const struct quantum_problem quantum_problems[QUANTUM_PROBLEMS] = {
+static const struct quantum_problem problems[] = {
     {"free", "free packet", "freebody", 0, -13, 13, 1.5, {-2, 0.7, 2}, true, {1, 0, 0}},
     {"harmonic",
      "coherent state",
@@ -34,14 +32,33 @@ const struct quantum_problem quantum_problems[QUANTUM_PROBLEMS] = {
      {0, 0, 0}},
 };
 
-const struct quantum_way quantum_ways[QUANTUM_WAYS] = {
-    {"kernel left", "left", &qm_method_kernel, QM_OPEN, 0, 0},
-    {"kernel midpoint", "midpoint", &qm_method_kernel, QM_OPEN, 0, 0},
-    {"kernel trapezoid", "trapezoid", &qm_method_kernel, QM_OPEN, 0, 0},
-    {"fft", "trapezoid", &qm_method_fft, QM_OPEN, 0, 0},
-    {"fft on a ring", "trapezoid", &qm_method_fft, QM_RING, 512, 0},
-    {"crank-nicolson", "trapezoid", &qm_method_crank_nicolson, QM_REFLECT, 0, 16},
+/* A method with a rule, between walls, and its grid: so many points, or so many a slice; 0 and 0:
+   as few as the sum over paths allows at a dt. */
+static const struct way {
+    const char *name, *rule;
+    const struct qm_method *method;
+    enum qm_walls walls;
+    size_t points, a_slice;
+    const char *colour;
+    int mark;
+} ways[] = {
+    {"kernel left", "left", &qm_method_kernel, QM_OPEN, 0, 0, "#8fc7e8", 6},
+    {"kernel midpoint", "midpoint", &qm_method_kernel, QM_OPEN, 0, 0, "#c77dbb", 4},
+    {"kernel trapezoid", "trapezoid", &qm_method_kernel, QM_OPEN, 0, 0, "#0b4f8a", 7},
+    {"fft", "trapezoid", &qm_method_fft, QM_OPEN, 0, 0, "#e8743b", 4},
+    {"fft on a ring", "trapezoid", &qm_method_fft, QM_RING, 512, 0, "#b8261b", 5},
+    {"crank-nicolson", "trapezoid", &qm_method_crank_nicolson, QM_REFLECT, 0, 16, "#4e9a37", 9},
 };
+
+enum {
+    LEVELS = 12,
+    PROBLEMS = sizeof problems / sizeof *problems,
+    WAYS = sizeof ways / sizeof *ways
+};
+
+static const struct column columns[] = {
+    {.key = "problem"},       {.key = "method"},  {.key = "points"}, {.key = "steps"},
+    {.key = "setup_seconds"}, {.key = "seconds"}, {.key = "error"},  {.key = NULL}};
 
 /* ---- error against seconds ---- */
 
@@ -60,8 +77,8 @@ static enum ad_status open_problem(const struct quantum_problem *problem,
 }
 
 /* The coarsest grid that a sum over paths of this dt allows, where the way does not say. */
-static enum ad_status choose_grid(const struct quantum_way *way, size_t steps,
-                                  struct qm_slice *slice, struct ad_error *error)
+static enum ad_status choose_grid(const struct way *way, size_t steps, struct qm_slice *slice,
+                                  struct ad_error *error)
 {
     struct qm_aliasing aliasing;
     slice->grid.n = way->points ? way->points : way->a_slice ? way->a_slice * steps : 64;
@@ -77,9 +94,9 @@ static enum ad_status choose_grid(const struct quantum_way *way, size_t steps,
     return AD_OK;
 }
 
-static enum ad_status measure(const struct quantum_way *way, const struct qm_slice *slice,
+static enum ad_status measure(const struct way *way, const struct qm_slice *slice,
                               const struct quantum_reference *reference, size_t steps,
-                              struct quantum_point *point, struct ad_error *error)
+                              struct sheet *sheet, double *seconds, struct ad_error *error)
 {
     size_t n = slice->grid.n;
     qm_propagator *propagator = NULL;
@@ -92,22 +109,27 @@ static enum ad_status measure(const struct quantum_way *way, const struct qm_sli
         double built = processor_seconds();
         for (size_t k = 0; k < steps; k++)
             qm_propagate(propagator, 1, psi, error);
-        *point =
-            (struct quantum_point){n, steps, built - start, processor_seconds() - start,
-                                   quantum_reference_error(reference, &slice->grid, psi, psi + n)};
+        *seconds = processor_seconds() - start;
+        double away = quantum_reference_error(reference, &slice->grid, psi, psi + n);
+        if (isfinite(away))
+            sheet_row(sheet,
+                      ROW(NAME(reference->problem->name), NAME(way->name), NUMBER(n), NUMBER(steps),
+                          NUMBER(built - start), NUMBER(*seconds), NUMBER(away)),
+                      error);
     }
     qm_propagator_free(propagator);
     free(psi);
     return error->status;
 }
 
-static enum ad_status sweep(const struct quantum_way *way, const struct phys_system *system,
+static enum ad_status sweep(const struct way *way, const struct phys_system *system,
                             const struct quantum_reference *reference, const struct effort *effort,
-                            struct quantum_curve *curve, struct ad_error *error)
+                            struct sheet *sheet, struct ad_error *error)
 {
     const struct quantum_problem *problem = reference->problem;
     size_t most = way->method == &qm_method_kernel ? effort->dense : effort->sparse;
-    for (size_t steps = 4; curve->n < QUANTUM_LEVELS; steps *= 2) {
+    double seconds = 0;
+    for (size_t steps = 4; steps < 4 << LEVELS && seconds <= effort->seconds; steps *= 2) {
         struct qm_slice slice = {.system = system,
                                  .rule = phys_rule_find(way->rule, error),
                                  .grid = {problem->low, problem->high, 0},
@@ -115,48 +137,30 @@ static enum ad_status sweep(const struct quantum_way *way, const struct phys_sys
                                  .dt = problem->time / (double)steps,
                                  .hbar = 1,
                                  .threads = 1};
-        struct quantum_point *point = &curve->point[curve->n];
         struct ad_error too_long = {0};
         if (choose_grid(way, steps, &slice, &too_long) != AD_OK)
             continue; /* beyond a focus: finer slices are not */
         if (slice.grid.n > most || steps > effort->sparse)
             break;
-        if (measure(way, &slice, reference, steps, point, error) != AD_OK)
+        if (measure(way, &slice, reference, steps, sheet, &seconds, error) != AD_OK)
             return error->status;
-        if (isfinite(point->error))
-            curve->n++;
-        if (point->seconds > effort->seconds)
-            break;
     }
     return AD_OK;
 }
 
-static enum ad_status one_problem(size_t number, const struct effort *effort,
-                                  struct quantum_curve curves[QUANTUM_WAYS], struct ad_error *error)
+static enum ad_status one_problem(const struct quantum_problem *problem,
+                                  const struct effort *effort, struct sheet *sheet,
+                                  struct ad_error *error)
 {
-    const struct quantum_problem *problem = &quantum_problems[number];
     struct phys_system system;
     struct quantum_reference reference = {0};
     if (open_problem(problem, &system, error) == AD_OK &&
         quantum_reference_new(problem, &system, effort == &quick, &reference, error) == AD_OK)
-        for (size_t w = 0; w < QUANTUM_WAYS && error->status == AD_OK; w++)
-            sweep(&quantum_ways[w], &system, &reference, effort, &curves[w], error);
+        for (size_t w = 0; w < WAYS && error->status == AD_OK; w++)
+            sweep(&ways[w], &system, &reference, effort, sheet, error);
     quantum_reference_free(&reference);
     phys_system_close(&system);
     return error->status;
-}
-
-static void write_curves(const struct quantum_curves *curves, FILE *out)
-{
-    fputs("problem,method,points,steps,setup_seconds,seconds,error\n", out);
-    for (size_t p = 0; p < QUANTUM_PROBLEMS; p++)
-        for (size_t w = 0; w < QUANTUM_WAYS; w++)
-            for (size_t k = 0; k < curves->at[p][w].n; k++) {
-                const struct quantum_point *at = &curves->at[p][w].point[k];
-                fprintf(out, "%s,%s,%zu,%zu,%.6g,%.6g,%.6g\n", quantum_problems[p].name,
-                        quantum_ways[w].name, at->points, at->steps, at->setup, at->seconds,
-                        at->error);
-            }
 }
 
 /* ---- a slice beside its product ---- */
@@ -223,8 +227,19 @@ static enum ad_status slices_new(const struct phys_system *system, size_t n, siz
     return error->status;
 }
 
-static enum ad_status race(const struct phys_system *system, size_t n, size_t packets, bool brief,
-                           FILE *csv, bool print, struct ad_error *error)
+static const struct column slice_columns[] = {
+    {.key = "points", .title = "points", .width = 8, .shown = 6},
+    {.key = "packets", .title = "packets", .width = 8, .shown = 6},
+    {.key = "build_seconds", .title = "build (s)", .width = 10, .shown = 3},
+    {.key = "product_seconds", .title = "product (s)", .width = 12, .shown = 3},
+    {.key = "kernel_seconds", .title = "kernel (s)", .width = 12, .shown = 3},
+    {.key = "ratio", .title = "ratio", .width = 8, .shown = 3, .fixed = true, .no_csv = true},
+    {.key = "fft_seconds", .title = "fft (s)", .width = 12, .shown = 3},
+    {.key = NULL},
+};
+
+static enum ad_status time_slices(const struct phys_system *system, size_t n, size_t packets,
+                                  bool brief, struct sheet *sheet, struct ad_error *error)
 {
     struct slices s;
     if (slices_new(system, n, packets, &s, error) == AD_OK) {
@@ -232,105 +247,103 @@ static enum ad_status race(const struct phys_system *system, size_t n, size_t pa
                                {.run = by_kernel, .context = &s, .processor = true},
                                {.run = by_fft, .context = &s, .processor = true}};
         time_in_turn(3, jobs, brief ? 3 : TIMING_QUICK);
-        fprintf(csv, "%zu,%zu,%.6g,%.6g,%.6g,%.6g\n", n, packets, s.build,
-                1e-9 * jobs[0].nanoseconds, 1e-9 * jobs[1].nanoseconds, 1e-9 * jobs[2].nanoseconds);
-        if (print)
-            printf("  %6zu %8zu %10.3g %14.3g %14.3g %8.3f %14.3g\n", n, packets, s.build,
-                   1e-9 * jobs[0].nanoseconds, 1e-9 * jobs[1].nanoseconds,
-                   jobs[1].nanoseconds / jobs[0].nanoseconds, 1e-9 * jobs[2].nanoseconds);
+        sheet_row(sheet,
+                  ROW(NUMBER(n), NUMBER(packets), NUMBER(s.build),
+                      NUMBER(1e-9 * jobs[0].nanoseconds), NUMBER(1e-9 * jobs[1].nanoseconds),
+                      NUMBER(jobs[1].nanoseconds / jobs[0].nanoseconds),
+                      NUMBER(1e-9 * jobs[2].nanoseconds)),
+                  error);
     }
     slices_free(&s);
     return error->status;
 }
 
-static enum ad_status all_races(const struct chart_settings *settings, struct ad_error *error)
+static enum ad_status all_slices(struct chart *chart, struct ad_error *error)
 {
     static const size_t sizes[][2] = {{256, 1}, {1000, 1}, {2000, 1}, {256, 32}, {1000, 32}};
     struct phys_system system;
-    struct result csv;
-    if (chart_csv(settings, "quantum-slices", &csv, error) != AD_OK)
-        return error->status;
-    fputs("points,packets,build_seconds,product_seconds,kernel_seconds,fft_seconds\n", csv.out);
-    if (!settings->quiet)
-        puts("\na slice, seconds\n  points  packets      build   product alone         kernel    "
-             "ratio            fft");
+    struct sheet *sheet = chart_sheet(chart, "quantum-slices", slice_columns, error);
     if (phys_system_open("spring", &system, error) == AD_OK)
         for (size_t k = 0; k < sizeof sizes / sizeof *sizes && error->status == AD_OK; k++)
-            if (!settings->quick || sizes[k][0] * sizes[k][1] < 2000)
-                race(&system, sizes[k][0], sizes[k][1], settings->quick, csv.out, !settings->quiet,
-                     error);
+            if (!chart->quick || sizes[k][0] * sizes[k][1] < 2000)
+                time_slices(&system, sizes[k][0], sizes[k][1], chart->quick, sheet, error);
     phys_system_close(&system);
-    if (error->status == AD_OK)
-        result_commit(&csv, error);
-    else
-        result_abandon(&csv);
     return error->status;
 }
 
 /* ---- results ---- */
 
-/* Seconds to err by `error` at most: the first run that does. */
-static const struct quantum_point *within(const struct quantum_curve *curve, double error)
+/* The least CPU time to err by `error` at most; NaN: never. */
+static double seconds_to(const struct sheet *sheet, const char *problem, const char *way,
+                         double error)
 {
-    const struct quantum_point *best = NULL;
-    for (size_t k = 0; k < curve->n; k++)
-        if (curve->point[k].error <= error && (!best || curve->point[k].seconds < best->seconds))
-            best = &curve->point[k];
+    double best = NAN;
+    for (size_t r = 0; r < sheet->rows; r++)
+        if (sheet_is(sheet, r, "problem", problem) && sheet_is(sheet, r, "method", way) &&
+            sheet_number(sheet, r, "error") <= error)
+            best = fmin(best, sheet_number(sheet, r, "seconds"));
     return best;
 }
 
-static void print_table(const struct quantum_curves *curves)
+static void report(struct chart *chart, const struct sheet *sheet, const char *problem)
 {
-    puts("seconds to an error of         1e-2         1e-3         1e-4");
-    for (size_t p = 0; p < QUANTUM_PROBLEMS; p++)
-        for (size_t w = 0; w < QUANTUM_WAYS; w++) {
-            printf("  %-11s %-16s", w ? "" : quantum_problems[p].name, quantum_ways[w].name);
-            for (int digits = 2; digits <= 4; digits++) {
-                const struct quantum_point *at = within(&curves->at[p][w], pow(10, -digits));
-                printf(at ? " %12.3g" : "            -", at ? at->seconds : 0.0);
-            }
-            putchar('\n');
+    json_object(&chart->json, problem);
+    for (const struct way *way = ways; way < ways + WAYS; way++) {
+        json_number(&chart->json, way->name, seconds_to(sheet, problem, way->name, 1e-2));
+        if (chart->quiet)
+            continue;
+        printf("  %-11s %-16s", way == ways ? problem : "", way->name);
+        for (int digits = 2; digits <= 4; digits++) {
+            double seconds = seconds_to(sheet, problem, way->name, pow(10, -digits));
+            printf(isnan(seconds) ? "            -" : " %12.3g", seconds);
         }
+        putchar('\n');
+    }
+    json_end_object(&chart->json);
 }
 
-static void print_json(const struct quantum_curves *curves)
+/* A panel a problem: CPU time against error. */
+static void draw(const struct sheet *sheet, struct plot *plot)
 {
-    struct json json;
-    json_open(&json, stdout);
-    for (size_t p = 0; p < QUANTUM_PROBLEMS; p++) {
-        json_object(&json, quantum_problems[p].name);
-        for (size_t w = 0; w < QUANTUM_WAYS; w++) {
-            const struct quantum_point *at = within(&curves->at[p][w], 1e-2);
-            json_number(&json, quantum_ways[w].name, at ? at->seconds : (double)NAN);
-        }
-        json_end_object(&json);
+    static const struct layout layout = {1040,  440,  NULL, 1,     PROBLEMS, 0.07,
+                                         0.985, 0.14, 0.92, 0.045, 0};
+    struct figure figure;
+    figure_begin(&figure, plot, &layout);
+    for (size_t p = 0; p < PROBLEMS; p++) {
+        figure_panel(
+            &figure,
+            &(struct panel){.title = problems[p].title,
+                            .x = "error",
+                            .y = p ? NULL : "CPU time, building included (s)",
+                            .log = "xy",
+                            .x_range = "[2:1e-14] noextend",
+                            .x_tics = "('1' 1, '10^{-4}' 1e-4, '10^{-8}' 1e-8, '10^{-12}' 1e-12)",
+                            .y_range = "[1e-4:10]",
+                            .key = p == 1 ? "bottom right samplen 1.5" : NULL});
+        for (const struct way *w = ways; w < ways + WAYS; w++)
+            figure_curve(&figure, &(struct curve){sheet,
+                                                  {"problem", problems[p].name, "method", w->name},
+                                                  "error",
+                                                  "seconds",
+                                                  w->name,
+                                                  {w->colour, w->mark, 1.8, 0.8, NULL},
+                                                  NULL});
     }
-    json_close(&json);
+    figure_end(&figure);
 }
 
-int chart_quantum(const struct chart_settings *settings, struct ad_error *error)
+enum ad_status chart_quantum(struct chart *chart, struct ad_error *error)
 {
-    struct result csv;
-    struct plot plot = {0};
-    struct quantum_curves *curves = calloc(1, sizeof *curves);
-    if (!curves)
-        return ad_fail(error, AD_E_MEMORY, "out of memory"), command_status(error);
-    if (chart_csv(settings, "quantum", &csv, error) == AD_OK &&
-        chart_picture(settings, "quantum", &plot, error) == AD_OK) {
-        for (size_t p = 0; p < QUANTUM_PROBLEMS && error->status == AD_OK; p++)
-            one_problem(p, settings->quick ? &quick : &thorough, curves->at[p], error);
-        if (error->status == AD_OK) {
-            write_curves(curves, csv.out);
-            chart_quantum_draw(curves, &plot);
-            if (!settings->quiet)
-                print_table(curves);
-            if (result_commit(&csv, error) == AD_OK && plot_commit(&plot, error) == AD_OK &&
-                all_races(settings, error) == AD_OK && settings->json)
-                print_json(curves);
-        }
-    }
-    result_abandon(&csv);
-    plot_abandon(&plot);
-    free(curves);
-    return error->status == AD_OK ? DONE : command_status(error);
+    struct sheet *sheet = chart_sheet(chart, "quantum", columns, error);
+    struct plot *plot = chart_picture(chart, "quantum", error);
+    for (size_t p = 0; p < PROBLEMS && error->status == AD_OK; p++)
+        one_problem(&problems[p], chart->quick ? &quick : &thorough, sheet, error);
+    if (error->status != AD_OK)
+        return error->status;
+    if (!chart->quiet)
+        puts("CPU time (s) to an error of    1e-2         1e-3         1e-4");
+    for (size_t p = 0; p < PROBLEMS; p++)
+        report(chart, sheet, problems[p].name);
+    draw(sheet, plot);
+    return all_slices(chart, error);
 }

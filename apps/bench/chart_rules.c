@@ -1,6 +1,5 @@
 /* Rules of the action by their order (chart_paths.h): the path between two points of a motion,
    found by Newton's method, against the motion; and what the published descent reaches there. */
-#include "chart_rules.h"
 #include "chart_paths.h"
 #include "physics/motion/motion.h"
 
@@ -8,12 +7,34 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FEWEST = 11, SUBSTEPS = 800, ROUNDS = 3 };
+enum { FEWEST = 11, LEVELS = 9, SUBSTEPS = 800, ROUNDS = 3, N_BOUNDARIES = 3 };
 
-static const struct boundary boundaries[N_BOUNDARIES] = {
+/* Between the ends of a motion that starts where the scene does. */
+static const struct boundary {
+    const char *scene, *title;
+    double time;
+    bool published; /* the span of the paper: its descent is run too */
+} boundaries[N_BOUNDARIES] = {
     {"pendulum", "Pendulum, a whole swing (index 1)", 99, true},
     {"dblpend", "Double pendulum, to t = 11.94 (index 6)", 11.94, true},
     {"kepler", "Half a Kepler orbit, e = 0.6", M_PI, false},
+};
+
+static const struct column columns[] = {
+    {.key = "scene", .title = "scene", .width = -9},
+    {.key = "solver", .title = "solver", .width = -7},
+    {.key = "rule", .title = "rule", .width = -12},
+    {.key = "slices", .title = "slices", .width = 6, .shown = 6},
+    {.key = "seconds", .title = "CPU time (ms)", .width = 13, .shown = 3, .scale = 1e3},
+    {.key = "error", .title = "error", .width = 9, .shown = 2},
+    {.key = NULL},
+};
+
+struct problem {
+    const struct boundary *boundary;
+    struct phys_system system;
+    struct sheet *sheet;
+    double error; /* of the row measured last */
 };
 
 /* ---- the motion at the slices, by gauss5 ---- */
@@ -34,13 +55,13 @@ static bool sample(void *context, double t, const double *y)
 }
 
 /* path [dof x slices] */
-static enum ad_status motion_at(const struct panel *panel, size_t slices, double *path,
+static enum ad_status motion_at(const struct problem *problem, size_t slices, double *path,
                                 struct ad_error *error)
 {
-    size_t dof = panel->system.dof, each = (SUBSTEPS + slices - 2) / (slices - 1);
+    size_t dof = problem->system.dof, each = (SUBSTEPS + slices - 2) / (slices - 1);
     struct samples samples = {dof, slices, 0, path};
     struct phys_simulation s = {.integrator = phys_integrator_find("gauss5", error),
-                                .t1 = panel->boundary->time,
+                                .t1 = problem->boundary->time,
                                 .every = each,
                                 .sample = sample,
                                 .context = &samples};
@@ -50,8 +71,8 @@ static enum ad_status motion_at(const struct panel *panel, size_t slices, double
     s.dt = s.t1 / (double)(each * (slices - 1));
     if (!q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (phys_ode_canonical(&panel->system, &ode, error) == AD_OK &&
-        panel->system.scene->start(panel->system.params, 0, q, q + dof, error) == AD_OK &&
+    if (phys_ode_canonical(&problem->system, &ode, error) == AD_OK &&
+        problem->system.scene->start(problem->system.params, 0, q, q + dof, error) == AD_OK &&
         phys_ode_enter(&ode, 0, q, q + dof, y, error) == AD_OK)
         phys_simulate(&s, &ode, y, &info, error);
     phys_ode_free(&ode);
@@ -74,12 +95,11 @@ static void disturb(size_t dof, size_t slices, double *path)
 }
 
 /* Solves from the disturbed motion; the median of a few times. */
-static enum ad_status measure(const struct panel *panel, const char *solver,
+static enum ad_status measure(struct problem *problem, const char *solver,
                               const struct phys_path_settings *settings, const double *motion,
-                              const double *start, size_t rounds, struct rule_point *point,
-                              struct ad_error *error)
+                              const double *start, size_t rounds, struct ad_error *error)
 {
-    size_t n = panel->system.dof * settings->slices, whole = n * settings->rule->degree;
+    size_t n = problem->system.dof * settings->slices, whole = n * settings->rule->degree;
     double *path = malloc(whole * sizeof *path), seconds[ROUNDS];
     struct phys_path_info info;
     if (!path)
@@ -87,50 +107,49 @@ static enum ad_status measure(const struct panel *panel, const char *solver,
     for (size_t r = 0; r < rounds && error->status == AD_OK; r++) {
         memcpy(path, start, whole * sizeof *path);
         double before = processor_seconds();
-        phys_path_solve(phys_solver_find(solver, error), &panel->system, settings, path, &info,
+        phys_path_solve(phys_solver_find(solver, error), &problem->system, settings, path, &info,
                         error);
-        double now = processor_seconds() - before;
-        size_t at = r;
-        for (; at > 0 && seconds[at - 1] > now; at--)
-            seconds[at] = seconds[at - 1];
-        seconds[at] = now;
+        seconds[r] = processor_seconds() - before;
     }
-    *point =
-        (struct rule_point){settings->slices, seconds[rounds / 2], path_distance(n, path, motion)};
+    problem->error = path_distance(n, path, motion);
+    sheet_row(problem->sheet,
+              ROW(NAME(problem->boundary->scene), NAME(solver), NAME(settings->rule->name),
+                  NUMBER(settings->slices), NUMBER(time_median(rounds, seconds)),
+                  NUMBER(problem->error)),
+              error);
     free(path);
     return error->status;
 }
 
-static enum ad_status newton_point(const struct panel *panel, const struct phys_rule *rule,
-                                   size_t slices, size_t rounds, struct rule_point *point,
-                                   struct ad_error *error)
+static enum ad_status newton_point(struct problem *problem, const struct phys_rule *rule,
+                                   size_t slices, size_t rounds, struct ad_error *error)
 {
-    size_t n = panel->system.dof * slices;
+    size_t n = problem->system.dof * slices;
     double *motion = malloc((n + n * rule->degree) * sizeof *motion),
            *start = motion ? motion + n : NULL;
     struct phys_path_settings settings = {.rule = rule,
                                           .slices = slices,
                                           .steps = 50,
-                                          .dt = panel->boundary->time / (double)(slices - 1),
+                                          .dt = problem->boundary->time / (double)(slices - 1),
                                           .learning_rate = 1e-2,
                                           .threads = 1};
     if (!motion)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (motion_at(panel, slices, motion, error) == AD_OK) {
+    if (motion_at(problem, slices, motion, error) == AD_OK) {
         memcpy(start, motion, n * sizeof *start);
-        disturb(panel->system.dof, slices, start);
-        phys_rule_interpolate(rule, panel->system.dof, slices, start);
-        measure(panel, "newton", &settings, motion, start, rounds, point, error);
+        disturb(problem->system.dof, slices, start);
+        phys_rule_interpolate(rule, problem->system.dof, slices, start);
+        measure(problem, "newton", &settings, motion, start, rounds, error);
     }
     free(motion);
     return error->status;
 }
 
 /* The published descent: its rule, steps, rate and noise. */
-static enum ad_status adam_point(struct panel *panel, size_t rounds, struct ad_error *error)
+static enum ad_status adam_point(struct problem *problem, size_t rounds, struct ad_error *error)
 {
-    const struct phys_preset *paper = panel->system.scene->paper;
-    size_t n = panel->system.dof * paper->slices;
+    const struct phys_preset *paper = problem->system.scene->paper;
+    size_t n = problem->system.dof * paper->slices;
     double *motion = malloc(2 * n * sizeof *motion), *start = motion ? motion + n : NULL;
     struct phys_path_settings settings = {.rule = phys_rule_find("left+repeat", error),
                                           .slices = paper->slices,
@@ -141,93 +160,121 @@ static enum ad_status adam_point(struct panel *panel, size_t rounds, struct ad_e
                                           .threads = 1};
     if (!motion)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (motion_at(panel, paper->slices, motion, error) == AD_OK) {
+    if (motion_at(problem, paper->slices, motion, error) == AD_OK) {
         memcpy(start, motion, n * sizeof *start);
-        phys_noise_add(&paper->noise, &panel->system, paper->slices, 1, start);
-        measure(panel, "adam", &settings, motion, start, rounds, &panel->adam, error);
+        phys_noise_add(&paper->noise, &problem->system, paper->slices, 1, start);
+        measure(problem, "adam", &settings, motion, start, rounds, error);
     }
     free(motion);
     return error->status;
 }
 
-/* ---- a panel ---- */
+/* ---- all ---- */
 
-static enum ad_status fill(struct panel *panel, const struct boundary *boundary, bool quick,
-                           struct ad_error *error)
+static enum ad_status measure_rules(struct problem *problem, bool quick, struct ad_error *error)
 {
     static const double rounding = 1e-12;
-    size_t levels = quick ? 5 : RULE_LEVELS, rounds = quick ? 1 : ROUNDS;
-    panel->boundary = boundary;
-    if (phys_system_open(boundary->scene, &panel->system, error) != AD_OK)
+    size_t levels = quick ? 5 : LEVELS, rounds = quick ? 1 : ROUNDS;
+    if (phys_system_open(problem->boundary->scene, &problem->system, error) != AD_OK)
         return error->status;
-    for (; phys_rules[panel->n] && panel->n < MOST_RULES; panel->n++) {
-        struct rule_curve *curve = &panel->curve[panel->n];
-        curve->rule = phys_rules[panel->n];
-        for (size_t level = 0; level < levels; level++) {
-            size_t slices = (FEWEST - 1) * ((size_t)1 << level) + 1;
-            struct rule_point *point = &curve->point[curve->n++];
-            if (newton_point(panel, curve->rule, slices, rounds, point, error) != AD_OK)
+    for (const struct phys_rule *const *rule = phys_rules; *rule; rule++) {
+        problem->error = INFINITY;
+        for (size_t level = 0; level < levels && problem->error >= rounding; level++)
+            if (newton_point(problem, *rule, (FEWEST - 1) * ((size_t)1 << level) + 1, rounds,
+                             error) != AD_OK)
                 return error->status;
-            if (point->error < rounding)
-                break;
-        }
     }
-    return boundary->published ? adam_point(panel, rounds, error) : AD_OK;
+    return problem->boundary->published ? adam_point(problem, rounds, error) : AD_OK;
 }
 
-static void write_rows(const struct panel *panel, FILE *csv)
+/* Slope of the last stretch above rounding; NaN if there is none. */
+static double order(const struct sheet *sheet, const char *scene, const char *rule)
 {
-    for (size_t c = 0; c < panel->n; c++)
-        for (size_t k = 0; k < panel->curve[c].n; k++) {
-            const struct rule_point *p = &panel->curve[c].point[k];
-            fprintf(csv, "%s,newton,%s,%zu,%.6g,%.6g\n", panel->boundary->scene,
-                    panel->curve[c].rule->name, p->slices, p->seconds, p->error);
-        }
-    if (panel->adam.slices)
-        fprintf(csv, "%s,adam,left+repeat,%zu,%.6g,%.6g\n", panel->boundary->scene,
-                panel->adam.slices, panel->adam.seconds, panel->adam.error);
+    double result = NAN, error = INFINITY, slices = NAN;
+    for (size_t r = 0; r < sheet->rows; r++) {
+        if (!sheet_is(sheet, r, "scene", scene) || !sheet_is(sheet, r, "rule", rule) ||
+            !sheet_is(sheet, r, "solver", "newton"))
+            continue;
+        double e = sheet_number(sheet, r, "error"), n = sheet_number(sheet, r, "slices") - 1;
+        if (e > 1e-11 && error < 0.3)
+            result = log(error / e) / log(n / slices);
+        error = e, slices = n;
+    }
+    return result;
 }
 
-static void print(const struct panel *panel)
+static void report(struct chart *chart, const struct sheet *sheet, const struct boundary *boundary)
 {
-    printf("%s: measured order", panel->boundary->title);
-    for (size_t c = 0; c < panel->n; c++)
-        printf("%s %s %.2f", c ? "," : "", panel->curve[c].rule->name,
-               rule_order(&panel->curve[c]));
-    puts("");
+    json_object(&chart->json, boundary->scene);
+    for (const struct phys_rule *const *rule = phys_rules; *rule; rule++) {
+        double is = order(sheet, boundary->scene, (*rule)->name);
+        json_number(&chart->json, (*rule)->name, is);
+        if (!chart->quiet)
+            printf("%s%s %.2f", rule == phys_rules ? "measured order: " : ", ", (*rule)->name, is);
+    }
+    json_end_object(&chart->json);
+    if (!chart->quiet)
+        puts("");
 }
 
-static void json_panel(const struct panel *panel, struct json *json)
+/* ---- the picture: above errors over slices, below over seconds; a column a boundary ---- */
+
+static void draw_panel(struct figure *figure, const struct sheet *sheet, size_t p, bool below)
 {
-    json_object(json, panel->boundary->scene);
-    for (size_t c = 0; c < panel->n; c++)
-        json_number(json, panel->curve[c].rule->name, rule_order(&panel->curve[c]));
-    json_end_object(json);
+    static const char *const colours[] = {"#9a9a9a", "#6b6b6b", "#e8a33d", "#d1622b",
+                                          "#8fc7e8", "#3c8dc5", "#0b4f8a", "#4d1654"};
+    const char *scene = boundaries[p].scene, *x = below ? "seconds" : "slices";
+    size_t k = 0;
+    figure_panel(
+        figure,
+        &(struct panel){.title = below ? NULL : boundaries[p].title,
+                        .x = below ? "CPU time (s)" : "slices",
+                        .y = p ? NULL : "relative error of the path",
+                        .log = "xy",
+                        .x_range = below ? NULL : "[10:3000]",
+                        .x_tics =
+                            below ? NULL : "('11' 11, '41' 41, '161' 161, '641' 641, '2561' 2561)",
+                        .y_range = "[1e-14:3]",
+                        .y_tics = "100",
+                        .key = p == 0 && !below ? LEGEND_RIGHT : NULL});
+    for (const struct phys_rule *const *rule = phys_rules; *rule; rule++, k++) {
+        char title[64];
+        snprintf(title, sizeof title, "%s: order %.2f", (*rule)->name,
+                 order(sheet, boundaries[N_BOUNDARIES - 1].scene, (*rule)->name));
+        figure_curve(figure, &(struct curve){sheet,
+                                             {"scene", scene, "rule", (*rule)->name},
+                                             x,
+                                             "error",
+                                             title,
+                                             {colours[k % (sizeof colours / sizeof *colours)], 7,
+                                              1.8, 0.5, NULL},
+                                             NULL});
+    }
+    figure_curve(figure, &(struct curve){sheet,
+                                         {"scene", scene, "solver", "adam"},
+                                         x,
+                                         "error",
+                                         "Adam as published",
+                                         {"#b8261b", 3, 0, 1.4, NULL},
+                                         NULL});
 }
 
-enum ad_status chart_rules(const struct chart_settings *settings, struct json *json,
-                           struct ad_error *error)
+enum ad_status chart_rules(struct chart *chart, struct ad_error *error)
 {
-    struct result csv = {0};
-    struct plot plot = {0};
-    struct panel *panels = calloc(N_BOUNDARIES, sizeof *panels);
-    if (!panels)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (chart_csv(settings, "rules", &csv, error) == AD_OK &&
-        chart_picture(settings, "rules", &plot, error) == AD_OK)
-        fputs("scene,solver,rule,slices,seconds,error\n", csv.out);
-    for (size_t p = 0; p < N_BOUNDARIES && error->status == AD_OK; p++)
-        if (fill(&panels[p], &boundaries[p], settings->quick, error) == AD_OK) {
-            write_rows(&panels[p], csv.out);
-            json_panel(&panels[p], json);
-            if (!settings->quiet)
-                print(&panels[p]);
-        }
-    if (error->status == AD_OK)
-        rules_draw(panels, &plot);
-    chart_end(&plot, &csv, error);
-    for (size_t p = 0; p < N_BOUNDARIES; p++)
-        phys_system_close(&panels[p].system);
-    free(panels);
-    return error->status;
+    struct problem problem = {.sheet = chart_sheet(chart, "rules", columns, error)};
+    struct plot *plot = chart_picture(chart, "rules", error);
+    struct figure figure;
+    for (size_t p = 0; p < N_BOUNDARIES && error->status == AD_OK; p++) {
+        problem.boundary = &boundaries[p];
+        if (measure_rules(&problem, chart->quick, error) == AD_OK)
+            report(chart, problem.sheet, &boundaries[p]);
+        phys_system_close(&problem.system);
+    }
+    if (error->status != AD_OK)
+        return error->status;
+    figure_begin(&figure, plot, &figure_of_six);
+    for (size_t p = 0; p < 2 * N_BOUNDARIES; p++)
+        draw_panel(&figure, problem.sheet, p % N_BOUNDARIES, p >= N_BOUNDARIES);
+    figure_end(&figure);
+    return AD_OK;
 }

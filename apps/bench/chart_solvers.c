@@ -127,9 +127,9 @@ static void close_scene(struct scene_run *run)
 struct watch {
     const struct scene_run *run;
     const char *scene, *solver;
-    double began, away; /* seconds: when the run began, spent here */
-    double next;        /* seconds after which a point is kept */
-    FILE *csv, *data;   /* NULL: points are not kept */
+    double began, away;  /* seconds: when the run began, spent here */
+    double next;         /* seconds after which a point is kept */
+    struct sheet *sheet; /* NULL: points are not kept */
     size_t steps;
     double seconds, error;  /* of the last step */
     double target, reached; /* seconds until the error first was no more than the target */
@@ -137,10 +137,13 @@ struct watch {
 
 static void keep(struct watch *w)
 {
-    if (!w->csv)
+    struct ad_error lost = {0};
+    if (!w->sheet)
         return;
-    fprintf(w->csv, "%s,%s,%zu,%.6g,%.6g\n", w->scene, w->solver, w->steps, w->seconds, w->error);
-    fprintf(w->data, "%.6g %.6g\n", w->seconds, fmax(w->error, 1e-17));
+    sheet_row(w->sheet,
+              ROW(NAME(w->scene), NAME(w->solver), NUMBER(w->steps), NUMBER(w->seconds),
+                  NUMBER(w->error), NUMBER(fmax(w->error, 1e-17))),
+              &lost);
     w->next = closer * w->seconds;
 }
 
@@ -264,83 +267,67 @@ enum ad_status jobs_paths(bool quick, struct job jobs[], size_t *n, struct ad_er
     return error->status;
 }
 
-/* ---- the picture: a panel a scene ---- */
+/* ---- all ---- */
 
-static void draw_panel(size_t p, size_t panels, const char *scene, FILE *out)
-{
-    size_t columns = (panels + 1) / 2, row = p / columns, column = p % columns;
-    double left = 0.06 + 0.255 * (double)column;
-    fprintf(out,
-            "set lmargin at screen %g\nset rmargin at screen %g\nset tmargin at screen %g\n"
-            "set bmargin at screen %g\nset title '%s' font ',13' offset 0,-0.5\nset xlabel '%s' "
-            "offset 0,0.6\nset ylabel '%s' offset 1\n",
-            left, left + 0.21, row ? 0.46 : 0.94, row ? 0.08 : 0.56, scene,
-            row ? "seconds of the processor" : "", column ? "" : "distance from the path");
-    fputs(p == 0 ? "set key at screen 0.998, screen 0.93 right top Left reverse samplen 2 spacing "
-                   "1.4 font ',10'\nplot "
-                 : "set key off\nplot ",
-          out);
-    for (size_t s = 0; s < N_SOLVERS; s++)
-        fprintf(out, "data index %zu using 1:2 with lines lw %g lc rgb '%s' title '%s', \\\n    ",
-                p * N_SOLVERS + s, solvers[s].width, solvers[s].colour, solvers[s].name);
-    fputs("NaN notitle\n", out);
-}
+static const struct column columns[] = {{.key = "scene"}, {.key = "solver"},
+                                        {.key = "step"},  {.key = "seconds"},
+                                        {.key = "error"}, {.key = "drawn", .no_csv = true},
+                                        {.key = NULL}};
 
-static void draw(size_t panels, const char *const scenes[], struct plot *plot)
-{
-    FILE *out = plot->script;
-    plot->width = 1120;
-    plot->height = 640;
-    fputs("set multiplot\nset logscale xy\nset yrange [1e-16:30]\nset format xy '10^{%T}'\n"
-          "set ytics 1000\nset grid lc rgb '#e6e6e6' lt 1\nset border 3\nset tics nomirror\n",
-          out);
-    for (size_t p = 0; p < panels; p++)
-        draw_panel(p, panels, scenes[p], out);
-    fputs("unset multiplot\n", out);
-}
-
-static enum ad_status one_scene(const struct chart_settings *settings,
-                                const struct contest *contest, FILE *csv, FILE *data,
-                                struct json *json, struct ad_error *error)
+static enum ad_status one_scene(struct chart *chart, const struct contest *contest,
+                                struct sheet *sheet, struct ad_error *error)
 {
     struct scene_run run;
-    if (!settings->quiet)
-        printf("%s: distance from the stationary path, seconds\n", contest->scene);
-    if (open_scene(&run, contest, error) == AD_OK) {
-        json_object(json, contest->scene);
-        for (size_t s = 0; s < N_SOLVERS && error->status == AD_OK; s++) {
-            struct watch w = {.csv = csv, .data = data};
-            fprintf(data, "# %s, %s: seconds, distance\n", contest->scene, solvers[s].name);
-            if (run_solver(&run, &solvers[s], &w, error) != AD_OK)
-                break;
-            fputs("\n\n", data);
-            if (!settings->quiet)
-                printf("  %-30s %8.1e %10.2g\n", solvers[s].name, w.error, w.seconds);
-            json_number(json, solvers[s].name, w.error);
-        }
-        json_end_object(json);
+    if (!chart->quiet)
+        printf("%s: distance from the stationary path, CPU time (s)\n", contest->scene);
+    json_object(&chart->json, contest->scene);
+    open_scene(&run, contest, error);
+    for (size_t s = 0; s < N_SOLVERS && error->status == AD_OK; s++) {
+        struct watch w = {.sheet = sheet};
+        if (run_solver(&run, &solvers[s], &w, error) != AD_OK)
+            break;
+        if (!chart->quiet)
+            printf("  %-30s %8.1e %10.2g\n", solvers[s].name, w.error, w.seconds);
+        json_number(&chart->json, solvers[s].name, w.error);
     }
+    json_end_object(&chart->json);
     close_scene(&run);
     return error->status;
 }
 
-enum ad_status chart_solvers(const struct chart_settings *settings, struct json *json,
-                             struct ad_error *error)
+/* A panel a scene. */
+static void draw_panel(struct figure *figure, const struct sheet *sheet, const char *scene)
 {
-    struct result csv = {0};
-    struct plot plot = {0};
-    const char *scenes[N_CONTESTS];
-    size_t n = 0;
-    if (chart_csv(settings, "paths", &csv, error) == AD_OK &&
-        chart_picture(settings, "paths", &plot, error) == AD_OK)
-        fputs("scene,solver,step,seconds,error\n", csv.out);
-    for (size_t k = 0; k < N_CONTESTS && error->status == AD_OK; k++) {
-        if (settings->quick && contests[k].slow)
-            continue;
-        scenes[n++] = contests[k].scene;
-        one_scene(settings, &contests[k], csv.out, plot.data, json, error);
-    }
+    int p = figure->panel;
+    figure_panel(figure, &(struct panel){.title = scene,
+                                         .x = p < 3 ? NULL : "CPU time (s)",
+                                         .y = p % 3 ? NULL : "distance from the path",
+                                         .log = "xy",
+                                         .y_range = "[1e-16:30]",
+                                         .y_tics = "1000",
+                                         .key = p == 0 ? LEGEND_RIGHT : NULL});
+    for (const struct solver *s = solvers; s < solvers + N_SOLVERS; s++)
+        figure_curve(figure, &(struct curve){sheet,
+                                             {"scene", scene, "solver", s->name},
+                                             "seconds",
+                                             "drawn",
+                                             s->name,
+                                             {s->colour, 0, s->width, 0, NULL},
+                                             NULL});
+}
+
+enum ad_status chart_solvers(struct chart *chart, struct ad_error *error)
+{
+    struct sheet *sheet = chart_sheet(chart, "paths", columns, error);
+    struct plot *plot = chart_picture(chart, "paths", error);
+    struct figure figure;
     if (error->status == AD_OK)
-        draw(n, scenes, &plot);
-    return chart_end(&plot, &csv, error);
+        figure_begin(&figure, plot, &figure_of_six);
+    for (size_t k = 0; k < N_CONTESTS && error->status == AD_OK; k++)
+        if ((!chart->quick || !contests[k].slow) &&
+            one_scene(chart, &contests[k], sheet, error) == AD_OK)
+            draw_panel(&figure, sheet, contests[k].scene);
+    if (error->status == AD_OK)
+        figure_end(&figure);
+    return error->status;
 }

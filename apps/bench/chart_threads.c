@@ -1,10 +1,10 @@
-/* What a second thread buys (chart_linear.h): gradients of large actions and a training step of a
+/* What a second thread buys (chart_threads.h): gradients of large actions and a training step of a
    large batch, one thread and two in turn, by the wall's clock; and whether both have the same
    bits, as they must.
 
    Times are the least of several: what else runs on the machine takes a processor away from two
    threads sooner than from one, and would be counted as their fault. */
-#include "chart_linear.h"
+#include "chart_threads.h"
 #include "hand.h"
 #include "sized_gradient.h"
 #include "timing.h"
@@ -117,55 +117,54 @@ static enum ad_status time_training(size_t batch, size_t rounds, struct sides *s
 
 /* ---- all ---- */
 
-static void report(const struct chart_settings *settings, const char *job,
-                   const struct sides *sides, size_t rounds, FILE *csv)
+static const struct column columns[] = {
+    {.key = "job", .title = "elapsed time", .width = -36},
+    {.key = "one_thread_seconds",
+     .digits = 4,
+     .title = "1 thread (ms)",
+     .width = 13,
+     .shown = 4,
+     .scale = 1e3},
+    {.key = "two_threads_seconds",
+     .digits = 4,
+     .title = "2 threads (ms)",
+     .width = 14,
+     .shown = 4,
+     .scale = 1e3},
+    {.key = "speedup", .digits = 4, .title = "speedup", .width = 7, .shown = 2, .fixed = true},
+    {.key = "same_bits", .title = "same bits", .width = 9},
+    {.key = NULL},
+};
+
+static enum ad_status report(struct chart *chart, struct sheet *sheet, const char *job,
+                             const struct sides *sides, size_t rounds, struct ad_error *error)
 {
     double one = 1e-9 * time_least(&sides->time[0], rounds);
     double two = 1e-9 * time_least(&sides->time[1], rounds);
-    fprintf(csv, "%s,%.4g,%.4g,%.4g,%s\n", job, one, two, one / two, sides->same ? "yes" : "no");
-    if (!settings->quiet)
-        printf("%-36s %9.3f ms %9.3f ms %8.2f  %s\n", job, 1e3 * one, 1e3 * two, one / two,
-               sides->same ? "same bits" : "DIFFERENT BITS");
+    if (!sides->same)
+        chart->missed = "one thread and two differ";
+    return sheet_row(sheet,
+                     ROW(NAME(job), NUMBER(one), NUMBER(two), NUMBER(one / two),
+                         NAME(sides->same ? "yes" : "no")),
+                     error);
 }
 
-static enum ad_status all_jobs(const struct chart_settings *settings, FILE *csv, bool *same,
-                               struct ad_error *error)
+enum ad_status chart_threads(struct chart *chart, struct ad_error *error)
 {
-    size_t rounds = settings->quick ? ROUNDS_QUICK : ROUNDS;
-    size_t batch = settings->quick ? BATCH_QUICK : BATCH;
+    size_t rounds = chart->quick ? ROUNDS_QUICK : ROUNDS;
+    size_t batch = chart->quick ? BATCH_QUICK : BATCH;
+    struct sheet *sheet = chart_sheet(chart, "threads", columns, error);
     char name[64];
     struct sides sides;
     for (size_t k = 0; k < sizeof gradient_jobs / sizeof *gradient_jobs; k++) {
-        if (settings->quick && gradient_jobs[k].slow)
+        if (chart->quick && gradient_jobs[k].slow)
             continue;
-        if (time_gradient(&gradient_jobs[k], rounds, &sides, error) != AD_OK)
+        if (time_gradient(&gradient_jobs[k], rounds, &sides, error) != AD_OK ||
+            report(chart, sheet, gradient_jobs[k].name, &sides, rounds, error) != AD_OK)
             return error->status;
-        report(settings, gradient_jobs[k].name, &sides, rounds, csv);
-        *same = *same && sides.same;
     }
     snprintf(name, sizeof name, "training step: HNN of %zu samples", batch);
-    if (time_training(batch, rounds, &sides, error) != AD_OK)
-        return error->status;
-    report(settings, name, &sides, rounds, csv);
-    *same = *same && sides.same;
-    return AD_OK;
-}
-
-enum ad_status chart_threads(const struct chart_settings *settings, bool *same,
-                             struct ad_error *error)
-{
-    struct result csv;
-    *same = true;
-    if (chart_csv(settings, "threads", &csv, error) != AD_OK)
-        return error->status;
-    fputs("job,one_thread_seconds,two_threads_seconds,speedup,same_bits\n", csv.out);
-    if (!settings->quiet)
-        printf("%-36s %12s %12s %8s\n", "by the wall's clock", "one thread", "two threads",
-               "speedup");
-    if (all_jobs(settings, csv.out, same, error) == AD_OK)
-        result_commit(&csv, error);
-    result_abandon(&csv);
-    if (!*same)
-        fputs("leastaction: one thread and two differ\n", stderr);
+    if (time_training(batch, rounds, &sides, error) == AD_OK)
+        report(chart, sheet, name, &sides, rounds, error);
     return error->status;
 }

@@ -1,7 +1,9 @@
-/* leastaction chart: measurements that make a chart, one function each. */
+/* leastaction chart: measurements that make a chart, one function each (chart.h). */
+#include "chart.h"
 #include "apps/command.h"
-#include "charts.h"
 #include "physics/physics.h"
+
+#include <stdlib.h>
 
 struct options {
     struct common common;
@@ -10,50 +12,81 @@ struct options {
     size_t days;
 };
 
-static const struct chart {
+static const struct kind {
     const char *name;
-    int (*draw)(const struct chart_settings *settings, struct ad_error *error);
-} charts[] = {
-    {"gradients", chart_gradients},
-    {"linear", chart_linear},
-    {"integrators", chart_integrators},
-    {"paths", chart_paths},
-    {"ephemeris", chart_ephemeris},
-    {"gas", chart_gas},
-    {"hnn", chart_hnn},
-    {"quantum", chart_quantum},
-    {"jobs", chart_jobs},
+    enum ad_status (*draw)(struct chart *chart, struct ad_error *error);
+} kinds[] = {
+#define CHART(name) {#name, chart_##name},
+#include "charts.def"
+#undef CHART
 };
 
-enum { N_CHARTS = sizeof charts / sizeof *charts };
+enum { N_KINDS = sizeof kinds / sizeof *kinds };
 
-static const struct chart *find_chart(const char *name, struct ad_error *error)
+static const struct kind *find_kind(const char *name, struct ad_error *error)
 {
-    const char *names[N_CHARTS];
-    for (size_t k = 0; k < N_CHARTS; k++)
-        names[k] = charts[k].name;
-    size_t k = phys_find("chart", name, N_CHARTS, names, error);
-    return k < N_CHARTS ? &charts[k] : NULL;
+    const char *names[N_KINDS];
+    for (size_t k = 0; k < N_KINDS; k++)
+        names[k] = kinds[k].name;
+    size_t k = phys_find("chart", name, N_KINDS, names, error);
+    return k < N_KINDS ? &kinds[k] : NULL;
+}
+
+/* Pictures first: gnuplot is what may fail. */
+static void commit(struct chart *chart, struct ad_error *error)
+{
+    for (size_t k = 0; k < chart->pictures && error->status == AD_OK; k++)
+        plot_commit(&chart->picture[k], error);
+    for (size_t k = 0; k < chart->sheets && error->status == AD_OK; k++)
+        result_commit(&chart->csv[k], error);
+    for (size_t k = 0; k < chart->pictures; k++)
+        plot_abandon(&chart->picture[k]);
+    for (size_t k = 0; k < chart->sheets; k++) {
+        result_abandon(&chart->csv[k]);
+        sheet_free(&chart->sheet[k]);
+    }
+}
+
+static int make(const struct kind *kind, struct chart *chart, bool json, struct ad_error *error)
+{
+    char *text = NULL;
+    size_t length;
+    FILE *memory = open_memstream(&text, &length);
+    if (!memory)
+        return ad_fail(error, AD_E_MEMORY, "out of memory"), command_status(error);
+    json_open(&chart->json, memory);
+    kind->draw(chart, error);
+    commit(chart, error);
+    json_close(&chart->json);
+    fclose(memory);
+    if (error->status == AD_OK && chart->missed)
+        fprintf(stderr, "leastaction: %s\n", chart->missed);
+    if (error->status == AD_OK && json)
+        fputs(text, stdout);
+    free(text);
+    return error->status != AD_OK ? command_status(error) : chart->missed ? NOT_REACHED : DONE;
 }
 
 static int run(const void *values, struct ad_error *error)
 {
     const struct options *options = values;
     static const char *const formats[] = {"svg", "png"};
-    const struct chart *chart = find_chart(options->common.argument[0], error);
-    const struct chart_settings settings = {
-        .folder = options->folder,
-        .format = options->format,
-        .quick = options->quick,
-        .json = options->common.json,
-        .quiet = options->common.quiet,
-        .data = options->data,
-        .from = options->from,
-        .days = options->days,
-    };
-    if (!chart || options_choose("format", options->format, 2, formats, error) == 2)
+    const struct kind *kind = find_kind(options->common.argument[0], error);
+    if (!kind || options_choose("format", options->format, 2, formats, error) == 2)
         return WRONG_USE;
-    return chart->draw(&settings, error);
+    struct chart *chart = calloc(1, sizeof *chart);
+    if (!chart)
+        return ad_fail(error, AD_E_MEMORY, "out of memory"), command_status(error);
+    *chart = (struct chart){.folder = options->folder,
+                            .format = options->format,
+                            .quick = options->quick,
+                            .quiet = options->common.quiet,
+                            .data = options->data,
+                            .from = options->from,
+                            .days = options->days};
+    int status = make(kind, chart, options->common.json, error);
+    free(chart);
+    return status;
 }
 
 #define AT(member) offsetof(struct options, member)
@@ -68,10 +101,15 @@ static const struct option table[] = {
     {"days", "N", OPTION_COUNT, NULL, "ephemeris: how many days [65]", AT(days)},
 };
 
+#define CHART(name) ", " #name
+static const char what[] = "speed against accuracy, measured"
+#include "charts.def"
+    ;
+#undef CHART
+
 const struct command command_chart = {
     .line = {.name = "chart",
-             .what = "speed against accuracy, measured: gradients, linear, integrators, paths, "
-                     "ephemeris, gas, hnn, quantum, jobs",
+             .what = what,
              .arguments = {"KIND"},
              .options = table,
              .n_options = sizeof table / sizeof *table},

@@ -67,13 +67,15 @@ void time_in_turn(size_t n, struct timed jobs[], size_t rounds)
 
 double time_least(const struct timed *job, size_t rounds) { return ranked(0, rounds, job->batch); }
 
+double time_median(size_t n, const double values[]) { return ranked(n / 2, n, values); }
+
 double time_ratio(const struct timed *a, const struct timed *b, size_t rounds)
 {
     double ratio[TIMING_ROUNDS];
     assert(0 < rounds && rounds <= TIMING_ROUNDS);
     for (size_t r = 0; r < rounds; r++)
         ratio[r] = a->batch[r] / b->batch[r];
-    return ranked(rounds / 2, rounds, ratio);
+    return time_median(rounds, ratio);
 }
 
 double processor_seconds(void)

@@ -29,6 +29,9 @@ double time_least(const struct timed *job, size_t rounds);
    disturbed the machine disturbed both. */
 double time_ratio(const struct timed *a, const struct timed *b, size_t rounds);
 
+/* Of 1 to TIMING_ROUNDS values. */
+double time_median(size_t n, const double values[]);
+
 /* Of this process so far, all threads together: what a busy machine does not change. */
 double processor_seconds(void);
 

@@ -1,0 +1,127 @@
+/* Panels with curves (figure.h). */
+#include "figure.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <string.h>
+
+void figure_begin(struct figure *figure, struct plot *plot, const struct layout *layout)
+{
+    *figure = (struct figure){.plot = plot, .layout = *layout};
+    plot->width = layout->width;
+    plot->height = layout->height;
+    fputs("set multiplot\nset border 3 lc rgb '#606060'\nset tics nomirror\n"
+          "set grid lt 1 lc rgb '#e6e6e6'\nset label 1 ",
+          plot->script);
+    plot_quote(plot->script, layout->title ? layout->title : "");
+    fputs(" at screen 0.5,0.97 center font ',14'\n", plot->script);
+}
+
+static void end_panel(struct figure *figure)
+{
+    if (figure->drawing)
+        fputc('\n', figure->plot->script);
+    figure->drawing = false;
+}
+
+static void place(const struct figure *figure, FILE *out)
+{
+    const struct layout *l = &figure->layout;
+    double row = figure->panel / l->columns, column = figure->panel % l->columns;
+    double width = (l->right - l->left - (l->columns - 1) * l->gap_x) / l->columns;
+    double height = (l->top - l->bottom - (l->rows - 1) * l->gap_y) / l->rows;
+    double left = l->left + column * (width + l->gap_x), top = l->top - row * (height + l->gap_y);
+    fprintf(out,
+            "set lmargin at screen %.4g\nset rmargin at screen %.4g\nset tmargin at screen %.4g\n"
+            "set bmargin at screen %.4g\n",
+            left, left + width, top, top - height);
+}
+
+static void axis(char which, const struct panel *panel, const char *title, const char *range,
+                 const char *tics, FILE *out)
+{
+    bool log = panel->log && strchr(panel->log, which);
+    fprintf(out, "%s logscale %c\nset format %c '%s'\nset %crange %s\nset %ctics %s\nset %clabel ",
+            log ? "set" : "unset", which, which, log ? "10^{%T}" : "%g", which,
+            range ? range : "[*:*]", which, tics ? tics : "auto", which);
+    plot_quote(out, title ? title : "");
+    fputs(which == 'x' ? " offset 0,0.6\n" : "\n", out);
+}
+
+void figure_panel(struct figure *figure, const struct panel *panel)
+{
+    FILE *out = figure->plot->script;
+    end_panel(figure);
+    if (figure->panel > 0)
+        fputs("unset label\nunset object\n", out);
+    place(figure, out);
+    axis('x', panel, panel->x, panel->x_range, panel->x_tics, out);
+    axis('y', panel, panel->y, panel->y_range, panel->y_tics, out);
+    fputs("set title ", out);
+    plot_quote(out, panel->title ? panel->title : "");
+    fprintf(out, " offset 0,-0.5\nset key %s\n%s", panel->key ? panel->key : "off",
+            panel->more ? panel->more : "");
+    figure->panel++;
+}
+
+void figure_element(struct figure *figure, const char *format, ...)
+{
+    FILE *out = figure->plot->script;
+    va_list values;
+    fputs(figure->drawing ? ", \\\n    " : "plot ", out);
+    figure->drawing = true;
+    va_start(values, format);
+    vfprintf(out, format, values);
+    va_end(values);
+}
+
+static bool selected(const struct curve *curve, size_t row)
+{
+    for (const char *const *w = curve->where; *w; w += 2)
+        if (!sheet_is(curve->sheet, row, w[0], w[1]))
+            return false;
+    return true;
+}
+
+/* A block of data; gnuplot counts those that are there. */
+static void write_block(struct figure *figure, const struct curve *curve)
+{
+    FILE *out = figure->plot->data;
+    bool any = false;
+    for (size_t r = 0; r < curve->sheet->rows; r++) {
+        double x = sheet_number(curve->sheet, r, curve->x);
+        double y = sheet_number(curve->sheet, r, curve->y);
+        if (!selected(curve, r) || !isfinite(x) || !isfinite(y))
+            continue;
+        fprintf(out, "%.6g %.6g\n", x, y);
+        any = true;
+    }
+    fputs(any ? "\n\n" : "NaN NaN\n\n\n", out);
+    figure->blocks++;
+}
+
+void figure_curve(struct figure *figure, const struct curve *curve)
+{
+    const struct style *s = &curve->style;
+    FILE *out = figure->plot->script;
+    figure_element(figure, "data index %zu using 1:2 %s%s with %s", figure->blocks,
+                   curve->axes ? "axes " : "", curve->axes ? curve->axes : "",
+                   s->width > 0 && s->mark ? "linespoints"
+                   : s->mark               ? "points"
+                                           : "lines");
+    if (s->width > 0)
+        fprintf(out, " lw %g dt %s", s->width, s->dash ? s->dash : "1");
+    if (s->mark)
+        fprintf(out, " pt %d ps %g", s->mark, s->size > 0 ? s->size : 0.6);
+    fprintf(out, " lc rgb '%s' ", s->colour);
+    fputs(curve->title ? "title " : "notitle", out);
+    if (curve->title)
+        plot_quote(out, curve->title);
+    write_block(figure, curve);
+}
+
+void figure_end(struct figure *figure)
+{
+    end_panel(figure);
+    fputs("unset multiplot\n", figure->plot->script);
+}
