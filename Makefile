@@ -65,7 +65,7 @@ FUZZ_SECONDS ?= 10
 # 0: another one each time
 FUZZ_SEED ?= 0
 KILLS ?= 200
-PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/ops.def autodiff/optim.h physics/physics.h \
+PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/ops.def autodiff/optim.h autodiff/lbfgs.h physics/physics.h \
               physics/ephemeris/horizons.h physics/motion/motion.h physics/gas/order.h physics/stability/stability.h hnn/hnn.h hnn/data/data.h \
               hnn/pixels/latent.h hnn/pixels/pixels.h hnn/pixels/pixel_energy.h hnn/rollout/rollout.h quantum/quantum.h)
 
