@@ -32,8 +32,8 @@ ifdef SAN
 SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer \
            $(if $(CLANG),-fsanitize=fuzzer-no-link)
 endif
-PKG_CFLAGS := $(patsubst -I%,-isystem %,$(filter-out -I/usr/include/$(MACHINE),$(shell pkg-config --cflags hdf5 openblas lapacke libpng 2>/dev/null)))
-PKG_LIBS   := $(shell pkg-config --libs hdf5 openblas lapacke libpng 2>/dev/null)
+PKG_CFLAGS := $(patsubst -I%,-isystem %,$(filter-out -I/usr/include/$(MACHINE),$(shell pkg-config --cflags hdf5 openblas lapacke libpng zlib 2>/dev/null)))
+PKG_LIBS   := $(shell pkg-config --libs hdf5 openblas lapacke libpng zlib 2>/dev/null)
 ALL_CFLAGS = -std=c11 -D_XOPEN_SOURCE=700 -I. $(PKG_CFLAGS) $(WARN) -fPIC -fopenmp $(MATH) \
              $(if $(X86),,-DAD_ONLY_BASE) $(CFLAGS) $(SANITIZE)
 LIBS = $(PKG_LIBS) -lm -ldl

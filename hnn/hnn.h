@@ -172,12 +172,13 @@ enum ad_status hnn_model_load(const char *file, hnn_model **model, struct ad_err
 /* ---- training ---- */
 
 /* What to learn from: states x [2n x n] and rates [2n x n]; or, for the loss on rollouts of K
-   steps, targets [K*2n x n], rows (k-1)*2n ... being the state k steps of dt after x.
+   steps, targets [K*2n x n], rows (k-1)*2n ... being the state k steps after x, each step as long
+   as `steps` [K x n] says; NULL: as hnn_training.dt.
    Models of pixels learn from frames that lie one behind the other, each of `frame` pixels: sample
    k is the observation that begins with frame first[k], its target the one a frame later. */
 struct hnn_samples {
     size_t n;
-    const double *x, *target;
+    const double *x, *target, *steps;
     const float *frames;
     const size_t *first; /* [n] */
     size_t frame;
@@ -210,8 +211,8 @@ struct hnn_training {
     double momentum; /* sgd */
     double average;  /* the model has the mean of the parameters over about this last share of the
                         steps, 0 ... 1; 0, and always by lbfgs: those after the last step */
-    size_t rollout;  /* K: loss on K Runge-Kutta steps of dt; 0: on the rates */
-    double dt;
+    size_t rollout;  /* K: loss on K Runge-Kutta steps; 0: on the rates */
+    double dt;       /* their length, where the samples have no `steps` */
     size_t every;    /* steps between losses on the test set, and rows of the history; 0: 10 */
     size_t patience; /* stop when the test loss has not fallen for so many steps, and go back to
                         where it was least; 0: never */

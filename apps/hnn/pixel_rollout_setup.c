@@ -24,9 +24,11 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
         bool wrong;
         const char *what;
     } rule[] = {
-        {o->x0 || o->state || o->time_column || o->energy || !isnan(o->strength) || !isnan(o->from),
-         "--x0, --state, --time-column, --from, --energy and --strength are not for models of "
-         "pixels"},
+        {o->x0 || o->state || o->time_column || o->energy || !isnan(o->strength) ||
+             !isnan(o->from) || o->skip_missing || o->skip_rows,
+         "--x0, --state, --time-column, --from, --energy, --strength, --skip-missing and "
+         "--skip-rows "
+         "are not for models of pixels"},
         {!o->truth, "missing --truth: pixels, or frames to start from (HDF5 or a folder)"},
         {o->points != OPTION_NO_COUNT, "--points: a model of pixels gives every frame; --time N"},
         {!isnan(o->time) && !(o->time >= 2 && o->time <= 1e6 && o->time == floor(o->time)),

@@ -13,7 +13,8 @@ struct rollout_options {
     const char *x0, *truth, *state, *time_column, *trial, *energy, *against, *integrator;
     double time, from, strength, dt, rtol, add_energy, at;
     size_t points, starts;
-    bool reverse;
+    bool reverse, skip_missing;
+    size_t skip_rows;
     struct settings set;
 };
 

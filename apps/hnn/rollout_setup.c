@@ -50,8 +50,12 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
         {many && (o->x0 || o->reverse || adds || c->out || c->csv || c->plot),
          "--starts: expected no --x0, --reverse, --add-energy, --out, --csv or --plot"},
         {o->energy && !o->truth, "--energy needs --truth FILE"},
-        {(o->state || o->time_column || o->trial || !isnan(o->from)) && !o->truth,
-         "--state, --time-column, --trial and --from need --truth FILE, which they choose from"},
+        {(o->state || o->time_column || o->trial || !isnan(o->from) || o->skip_missing ||
+          o->skip_rows) &&
+             !o->truth,
+         "--state, --time-column, --trial, --from, --skip-missing and --skip-rows need --truth "
+         "FILE, "
+         "which they choose from"},
         {!isnan(o->strength) && !o->truth, "--strength needs --truth TASK, whose potential it is"},
     };
     for (size_t k = 0; k < sizeof rule / sizeof *rule; k++)
@@ -124,8 +128,12 @@ static enum ad_status use_energy(struct rollout_run *run, const char *name, stru
 static enum ad_status read_truth(struct rollout_run *run, struct ad_error *error)
 {
     const struct rollout_options *o = run->options;
-    struct hnn_dataset_settings s = {
-        .file = o->truth, .state = o->state, .time = o->time_column, .trial = o->trial};
+    struct hnn_dataset_settings s = {.file = o->truth,
+                                     .state = o->state,
+                                     .time = o->time_column,
+                                     .trial = o->trial,
+                                     .skip_missing = o->skip_missing,
+                                     .skip_rows = o->skip_rows};
     double from = isnan(o->from) ? -INFINITY : o->from, time = isnan(o->time) ? INFINITY : o->time;
     if (!s.state)
         s.state = hnn_model_noted(run->model[0].model, "state");

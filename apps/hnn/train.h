@@ -14,6 +14,8 @@ struct train_options {
     size_t layers;
     bool separable, dissipation, normalise;
     const char *state, *rate, *time, *differences, *trial, *unit; /* columns */
+    bool skip_missing;
+    size_t skip_rows;
     const char *test, *split;
     double test_fraction;
     const char *optimiser, *schedule, *batch;

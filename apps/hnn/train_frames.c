@@ -9,9 +9,12 @@ static enum ad_status check_options(const struct train_options *o, struct ad_err
     const struct {
         const char *name;
         bool given;
-    } option[] = {{"state", o->state},         {"rate", o->rate},     {"time", o->time},
-                  {"trial", o->trial},         {"test", o->test},     {"unit", o->unit},
-                  {"normalise", o->normalise}, {"dt", !isnan(o->dt)}, {"rollout", o->rollout}};
+    } option[] = {{"state", o->state},         {"rate", o->rate},
+                  {"time", o->time},           {"trial", o->trial},
+                  {"test", o->test},           {"unit", o->unit},
+                  {"normalise", o->normalise}, {"dt", !isnan(o->dt)},
+                  {"rollout", o->rollout},     {"skip-missing", o->skip_missing},
+                  {"skip-rows", o->skip_rows}};
     for (size_t k = 0; k < sizeof option / sizeof *option; k++)
         if (option[k].given)
             return ad_fail(error, AD_E_ARGUMENT,

@@ -33,12 +33,35 @@ static double ms_per_step(const struct train_run *run)
     return steps ? 1e3 * hnn_trainer_seconds(run->trainer) / (double)steps : (double)NAN;
 }
 
+/* Which columns were taken for what, and what was left out. */
+static void print_columns(const struct train_run *run)
+{
+    const struct hnn_dataset *d = &run->data;
+    printf("  q: %s; p: %s; rates: %s\n", d->coordinates, d->momenta,
+           *d->rate_names          ? d->rate_names
+           : run->settings.rollout ? "none, rollouts"
+                                   : "by differences over time");
+    if (d->trials_by_time)
+        printf("  %zu trajectories: time goes back between them\n", d->trials);
+    if (d->gaps)
+        printf("  steps of time over %.6g, three times the median, left out: %zu\n", d->longest,
+               d->gaps);
+    if (d->missing)
+        printf("  rows that lack a value, left out: %zu\n", d->missing);
+    if (d->units_line)
+        printf("  line %zu, of units, is left out\n", d->units_line);
+}
+
 void train_print(const struct train_run *run)
 {
     double test = hnn_trainer_test_loss(run->trainer);
-    printf("%s: %zu parameters, %zu steps, %.3g s (%.3g ms a step)\n", run->options->model,
-           hnn_model_size(run->model), hnn_trainer_step(run->trainer),
-           hnn_trainer_seconds(run->trainer), ms_per_step(run));
+    printf("%s: %zu parameters, %zu steps, %.3g s", run->options->model, hnn_model_size(run->model),
+           hnn_trainer_step(run->trainer), hnn_trainer_seconds(run->trainer));
+    if (hnn_trainer_steps_now(run->trainer))
+        printf(" (%.3g ms a step)", ms_per_step(run));
+    putchar('\n');
+    if (!run->pixels)
+        print_columns(run);
     printf("  train loss %.6g on %zu samples\n", hnn_trainer_train_loss(run->trainer),
            run->train.n);
     if (run->test.n)
@@ -46,11 +69,24 @@ void train_print(const struct train_run *run)
     printf("  %s\n", run->options->common.out);
 }
 
+static void json_columns(struct json *json, const struct train_run *run)
+{
+    const struct hnn_dataset *d = &run->data;
+    json_text(json, "coordinates", d->coordinates);
+    json_text(json, "momenta", d->momenta);
+    json_text(json, "rates", *d->rate_names ? d->rate_names : NULL);
+    json_count(json, "trajectories", d->trials);
+    json_count(json, "gaps", d->gaps);
+    json_count(json, "missing", d->missing);
+}
+
 void train_print_json(const struct train_run *run)
 {
     struct json json;
     json_open(&json, stdout);
     json_text(&json, "model", run->options->model);
+    if (!run->pixels)
+        json_columns(&json, run);
     json_number(&json, "train_loss", hnn_trainer_train_loss(run->trainer));
     json_number(&json, "test_loss", hnn_trainer_test_loss(run->trainer));
     json_count(&json, "steps", hnn_trainer_step(run->trainer));

@@ -82,9 +82,9 @@ static void rates_of_rollouts(const struct hnn_dataset *data, double *rate)
         double sum = 0;
         for (size_t i = 0; i < n; i++) {
             double step = data->train.target[k * n + i] - data->train.x[k * n + i];
-            sum += step * step;
+            sum += pow(step / data->train.steps[i], 2);
         }
-        rate[k] = sqrt(sum / (double)n) / data->dt;
+        rate[k] = sqrt(sum / (double)n);
     }
 }
 
@@ -147,6 +147,8 @@ static enum ad_status read_data(struct train_run *run, struct ad_error *error)
                                      .trial = o->trial,
                                      .rollout = o->rollout,
                                      .dt = isnan(o->dt) ? 0 : o->dt,
+                                     .skip_missing = o->skip_missing,
+                                     .skip_rows = o->skip_rows,
                                      .test_file = o->test,
                                      .test_fraction =
                                          isnan(o->test_fraction) ? 0 : o->test_fraction,

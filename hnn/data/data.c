@@ -24,6 +24,10 @@ static enum ad_status check_settings(const struct hnn_dataset_settings *s, struc
     if (s->rollout && !s->time && !(s->dt > 0))
         return ad_fail(error, AD_E_ARGUMENT,
                        "a loss on rollouts needs the time column, or the time step");
+    if (s->rollout && !s->time && s->skip_missing)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "rollouts across rows left out need their times: expected the time column "
+                       "beside skipped rows");
     return AD_OK;
 }
 
@@ -41,28 +45,14 @@ static double central(const double *x, const double *t, size_t i)
     return (forward(x, t, i - 1) * after + forward(x, t, i) * before) / (before + after);
 }
 
-/* Steps of rollouts have to be equal, up to the digits that times are printed with. */
+/* Steps of rollouts are those of the file. */
 static enum ad_status find_step(const struct hnn_dataset_settings *s, const struct hnn_table *table,
                                 double *dt, struct ad_error *error)
 {
-    *dt = s->dt;
-    if (table->plan.time == HNN_NO_COLUMN)
-        return AD_OK;
-    const double *t = hnn_table_column(table, table->plan.time);
-    double step = 0;
-    for (size_t i = 1; i < table->rows; i++) {
-        if (hnn_table_begins(table, i))
-            continue;
-        step = step == 0 ? t[i] - t[i - 1] : step;
-        if (fabs(t[i] - t[i - 1] - step) > 1e-4 * step)
-            return ad_fail(error, AD_E_INPUT,
-                           "%s: rollouts need equal steps of time, found %.9g and %.9g (t = %.9g)",
-                           table->file, step, t[i] - t[i - 1], t[i]);
-    }
-    if (s->dt > 0 && fabs(s->dt - step) > 1e-4 * step)
+    *dt = table->plan.time == HNN_NO_COLUMN ? s->dt : table->step;
+    if (s->dt > 0 && fabs(s->dt - *dt) > 1e-4 * *dt)
         return ad_fail(error, AD_E_ARGUMENT, "%s: the time step is %.9g there, not %.9g",
-                       table->file, step, s->dt);
-    *dt = step;
+                       table->file, *dt, s->dt);
     return AD_OK;
 }
 
@@ -73,7 +63,7 @@ struct part {
     struct hnn_table *table;
     enum hnn_role role;
     size_t n;
-    double *x, *target;
+    double *x, *target, *steps; /* steps: of rollouts */
 };
 
 static size_t count(const struct hnn_table *table, enum hnn_role role)
@@ -116,6 +106,19 @@ static void gather_target(const struct hnn_dataset_settings *s, const struct par
         gather(part, state, k, target + (k - 1) * plan->components * part->n);
 }
 
+/* Of every sample of a rollout its K steps of time. */
+static void gather_steps(const struct hnn_dataset_settings *s, const struct part *part)
+{
+    const struct hnn_table *table = part->table;
+    size_t column = table->plan.time;
+    const double *t = column != HNN_NO_COLUMN ? hnn_table_column(table, column) : NULL;
+    double *to = part->steps;
+    for (size_t k = 0; k < s->rollout; k++)
+        for (size_t i = 0; i < table->rows; i++)
+            if (table->role[i] == part->role)
+                *to++ = t ? t[i + k + 1] - t[i + k] : s->dt;
+}
+
 /* Component c of one table's parts; states that rates do not come from are given back first. */
 static void gather_component(const struct hnn_dataset_settings *s, struct part *part, size_t parts,
                              size_t c)
@@ -131,13 +134,20 @@ static void gather_component(const struct hnn_dataset_settings *s, struct part *
     hnn_table_release(table, plan->rate ? plan->rate[c] : plan->state[c]);
 }
 
+static struct hnn_samples samples_of(const struct part *part)
+{
+    return (struct hnn_samples){
+        .n = part->n, .x = part->x, .target = part->target, .steps = part->steps};
+}
+
 /* Slices one allocation: x and target of the training, then of the test. */
 static enum ad_status allocate(struct hnn_dataset *dataset, struct part part[2], size_t rollout,
                                struct ad_error *error)
 {
     size_t components = 2 * dataset->dof, rows = part[0].n + part[1].n;
-    size_t numbers =
-        rollout < SIZE_MAX / components - 2 ? components * (1 + (rollout ? rollout : 1)) : SIZE_MAX;
+    size_t numbers = rollout < SIZE_MAX / (components + 1) - 2
+                         ? components * (1 + (rollout ? rollout : 1)) + rollout
+                         : SIZE_MAX;
     if (numbers <= SIZE_MAX / sizeof(double) / rows)
         dataset->values = malloc(numbers * rows * sizeof(double));
     if (!dataset->values)
@@ -147,9 +157,10 @@ static enum ad_status allocate(struct hnn_dataset *dataset, struct part part[2],
         part[k].x = at;
         part[k].target = at + components * part[k].n;
         at += numbers * part[k].n;
+        part[k].steps = rollout ? at - rollout * part[k].n : NULL;
     }
-    dataset->train = (struct hnn_samples){.n = part[0].n, .x = part[0].x, .target = part[0].target};
-    dataset->test = (struct hnn_samples){.n = part[1].n, .x = part[1].x, .target = part[1].target};
+    dataset->train = samples_of(&part[0]);
+    dataset->test = samples_of(&part[1]);
     return AD_OK;
 }
 
@@ -183,6 +194,8 @@ static enum ad_status make_samples(const struct hnn_dataset_settings *s, struct 
         if (test != table)
             gather_component(s, part + 1, 1, c);
     }
+    for (size_t k = 0; k < 2 && s->rollout; k++)
+        gather_steps(s, &part[k]);
     for (size_t k = 0; k < 2 && !table->plan.rate && s->rollout == 0; k++)
         check_slopes(&part[k], error);
     return error->status;
@@ -241,6 +254,16 @@ static enum ad_status assign(const struct hnn_dataset_settings *s, struct hnn_ta
     return s->test_fraction > 0 ? hnn_roles_split(s, table, usable, error) : AD_OK;
 }
 
+/* What was left out on the way, for the caller to say. */
+static void note_left_out(struct hnn_dataset *dataset, const struct hnn_table *table)
+{
+    bool needs_steps = !table->plan.rate && table->plan.time != HNN_NO_COLUMN;
+    for (size_t i = 1; i < table->rows && needs_steps; i++)
+        dataset->gaps += !hnn_table_begins(table, i) && !hnn_table_follows(table, i);
+    dataset->longest = fmax(dataset->longest, table->longest);
+    dataset->missing += table->missing;
+}
+
 /* All of another file is for the test. */
 static enum ad_status read_test(const struct hnn_dataset_settings *s, struct hnn_dataset *dataset,
                                 struct hnn_table *test, struct ad_error *error)
@@ -252,12 +275,10 @@ static enum ad_status read_test(const struct hnn_dataset_settings *s, struct hnn
     if (test->plan.components != 2 * dataset->dof)
         return ad_fail(error, AD_E_INPUT, "%s: expected %zu columns of state as in %s, found %zu",
                        s->test_file, 2 * dataset->dof, s->file, test->plan.components);
-    if (s->rollout && fabs(other.dt - dataset->dt) > 1e-4 * dataset->dt)
-        return ad_fail(error, AD_E_INPUT, "%s: expected steps of time of %.9g as in %s, found %.9g",
-                       s->test_file, dataset->dt, s->file, other.dt);
     for (size_t i = 0; i < test->rows; i++)
         if (test->role[i] == HNN_TRAIN)
             test->role[i] = HNN_TEST;
+    note_left_out(dataset, test);
     return AD_OK;
 }
 
@@ -265,7 +286,9 @@ static void take_names(struct hnn_dataset *dataset, struct hnn_table *table)
 {
     dataset->state_names = table->state_names;
     dataset->rate_names = table->rate_names;
-    table->state_names = table->rate_names = NULL;
+    dataset->coordinates = table->coordinates;
+    dataset->momenta = table->momenta;
+    table->state_names = table->coordinates = table->momenta = table->rate_names = NULL;
 }
 
 enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
@@ -278,6 +301,9 @@ enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
         assign(settings, &table, dataset, error) == AD_OK) {
         dataset->dof = table.plan.components / 2;
         dataset->trials = table.trials;
+        dataset->trials_by_time = table.by_time && table.trials > 1;
+        dataset->units_line = table.units_line;
+        note_left_out(dataset, &table);
         take_names(dataset, &table);
         if ((!settings->test_file || read_test(settings, dataset, &other, error) == AD_OK) &&
             make_samples(settings, &table, settings->test_file ? &other : &table, dataset, error) ==
@@ -294,6 +320,8 @@ void hnn_dataset_free(struct hnn_dataset *dataset)
     free(dataset->values);
     free(dataset->centre);
     free(dataset->state_names);
+    free(dataset->coordinates);
+    free(dataset->momenta);
     free(dataset->rate_names);
     *dataset = (struct hnn_dataset){0};
 }

@@ -8,7 +8,8 @@
        hnn_dataset_free(&data);
 
    A file is CSV or text in columns of blanks (with or without a line of names, comments from # or
-   %, quoted names, CRLF, a byte order mark, commas, semicolons, blanks), or HDF5. Columns are
+   %, quoted names, CRLF, a byte order mark, commas, semicolons, blanks), plain or compressed by
+   gzip, or HDF5. Columns are
    chosen by name or by number from 1. In HDF5 a column is a one-dimensional array of numbers,
    named by its path, or NAME.1, NAME.2 ... of a two-dimensional one; the attribute "columns" of
    the file, names with commas between, gives them an order. */
@@ -43,20 +44,25 @@ extern const char *const hnn_differences_names[], *const hnn_split_names[];
 struct hnn_dataset_settings {
     const char *file;
     /* Coordinates, then as many momenta: "q,p". NULL: every column X that has a column dXdt; or,
-       where there is none, all but time and trial. */
+       where there is none, all but time and trial. Names tell momenta from coordinates then (q1 and
+       p1, x and px, theta and p_theta); two columns alone are in the order of the file. */
     const char *state;
-    /* Their rates of change in that order: "dqdt,dpdt". NULL: by differences where there is a
-       `time`, else the columns dXdt. */
+    /* Their rates of change in that order, or in any if all are named dXdt: "dqdt,dpdt". NULL: by
+       differences where there is a `time`, else the columns dXdt. */
     const char *rate;
     const char *time;
     enum hnn_differences differences;
     /* Rows of one trajectory follow each other with one number in this column. NULL: the column
-       named trial, if there is one; "": all rows are one trajectory. */
+       named trial, if there is one, else a time that goes back begins the next; "": all rows are
+       one trajectory. Differences and rollouts cross neither its ends nor gaps: steps of time over
+       three times the median. */
     const char *trial;
-    /* K > 0: targets are the next K states instead of rates, in equal steps of time (`time`), or
-       of `dt` where there is no such column. */
+    /* K > 0: targets are the next K states instead of rates, in the steps of `time`, or of `dt`
+       where there is no such column. */
     size_t rollout;
     double dt;
+    bool skip_missing; /* leave out rows whose chosen columns lack a value, which is refused else */
+    size_t skip_rows;  /* lines of text left out at the beginning of every file */
     const char *test_file; /* another file with these columns, all of it for the test; or ... */
     double test_fraction;  /* ... of the samples (of the trajectories), 0 <= f < 1 */
     enum hnn_split split;
@@ -68,10 +74,17 @@ struct hnn_dataset {
     struct hnn_samples train, test; /* x [2n x train.n], target; test.n may be 0 */
     double *centre, *scale;         /* [2n] of train.x: means and standard deviations */
     double *rate;                   /* [2n]: root mean squares of the rates; NULL for rollouts */
-    double dt;                      /* of a rollout's steps */
+    double dt;                      /* of a rollout's steps, the median */
     size_t trials;                  /* trajectories in the file */
-    char *state_names, *rate_names; /* of the columns, commas between; "" where not named */
-    double *values;                 /* what all the arrays point into */
+    bool trials_by_time;            /* told apart by a time that goes back */
+    size_t gaps;                    /* steps of time left out, over `longest`; of all files */
+    double longest;
+    size_t missing;    /* rows left out, of all files */
+    size_t units_line; /* left out below the names; 0: none */
+    /* Of the columns, commas between: names, else numbers from 1. Coordinates and momenta are the
+       halves of the state; rate_names "" for differences and rollouts. */
+    char *state_names, *coordinates, *momenta, *rate_names;
+    double *values; /* what all the arrays point into */
 };
 
 /* Reads a data set. Memory: that of the chosen columns and of one more. AD_E_INPUT names file,

@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 static bool is_comment(char c) { return c == '#' || c == '%'; }
 
@@ -71,19 +72,29 @@ char hnn_separator_of(const char *p, const char *stop)
     return commas ? ',' : tabs ? '\t' : HNN_BLANKS;
 }
 
+static bool is_one_of(const char *p, const char *end, size_t n, const char *const words[])
+{
+    for (size_t k = 0; k < n; k++)
+        if ((size_t)(end - p) == strlen(words[k]) &&
+            strncasecmp(p, words[k], strlen(words[k])) == 0)
+            return true;
+    return false;
+}
+
+/* What arithmetic made of a number. */
 static bool is_not_finite_word(const char *p, const char *end)
 {
     static const char *const words[] = {"nan", "inf", "infinity"};
     if (p < end && (*p == '+' || *p == '-'))
         p++;
-    for (size_t k = 0; k < LENGTH(words); k++) {
-        size_t n = 0;
-        while (words[k][n] && p + n < end && (p[n] | 0x20) == words[k][n])
-            n++;
-        if (!words[k][n] && p + n == end)
-            return true;
-    }
-    return false;
+    return is_one_of(p, end, LENGTH(words), words);
+}
+
+bool hnn_is_missing(const char *p, const char *end)
+{
+    static const char *const words[] = {"",  "nan", "-nan", "na", "n/a", "null",   "none",
+                                        "-", "--",  "?",    ".",  "nil", "missing"};
+    return is_one_of(p, end, LENGTH(words), words);
 }
 
 bool hnn_names_only(const char *p, const char *stop, char separator)

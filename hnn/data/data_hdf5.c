@@ -174,7 +174,7 @@ static enum ad_status read_column(struct hdf5 *h, size_t k, size_t rows, double 
     if (phys_runfile_read_block(h->file, c->array, first, count, values, error) != AD_OK)
         return error->status;
     for (size_t i = 0; i < rows; i++)
-        if (!isfinite(values[i]))
+        if (!isfinite(values[i]) && !(isnan(values[i]) && h->source.skip_missing))
             return ad_fail(error, AD_E_INPUT,
                            "%s: expected a finite number in row %zu of '%s', "
                            "found %g",

@@ -1,4 +1,5 @@
-/* A stream as lines, in a buffer that holds the longest line and no more of the file. */
+/* A file as lines, in a buffer that holds the longest line and no more of the file. zlib reads it:
+   what is compressed by gzip is unpacked, all else passes through. */
 #include "data_source.h"
 
 #include <errno.h>
@@ -7,16 +8,22 @@
 
 enum { FIRST_BUFFER = 1 << 20, LONGEST_LINE = 1 << 24 };
 
-void hnn_lines_open(struct hnn_lines *lines, const char *file, FILE *stream)
+enum ad_status hnn_lines_open(struct hnn_lines *lines, const char *file, struct ad_error *error)
 {
-    *lines = (struct hnn_lines){.file = file, .stream = stream};
-    setvbuf(stream, NULL, _IONBF, 0); /* the buffer here is enough */
+    *lines = (struct hnn_lines){.file = file, .end = '\n'};
+    errno = 0;
+    lines->stream = gzopen(file, "rb");
+    return lines->stream ? AD_OK
+           : errno && errno != ENOMEM
+               ? ad_fail(error, AD_E_IO, "%s: cannot be read: %s; expected CSV, text or HDF5", file,
+                         strerror(errno))
+               : ad_fail(error, AD_E_MEMORY, "%s: out of memory", file);
 }
 
 void hnn_lines_close(struct hnn_lines *lines)
 {
     if (lines->stream)
-        fclose(lines->stream);
+        gzclose(lines->stream);
     free(lines->buffer);
     *lines = (struct hnn_lines){0};
 }
@@ -46,14 +53,25 @@ static enum ad_status fill(struct hnn_lines *lines, struct ad_error *error)
 {
     if (make_room(lines, error) != AD_OK)
         return error->status;
-    size_t room = lines->capacity - lines->n;
-    size_t got = fread(lines->buffer + lines->n, 1, room, lines->stream);
-    lines->n += got;
-    lines->ended = got < room;
-    if (ferror(lines->stream))
+    bool first = lines->line == 0 && lines->n == 0;
+    for (size_t got = 1; got && lines->n < lines->capacity;) {
+        int n =
+            gzread(lines->stream, lines->buffer + lines->n, (unsigned)(lines->capacity - lines->n));
+        got = n > 0 ? (size_t)n : 0;
+        lines->n += got;
+        lines->ended = got == 0;
+    }
+    int status;
+    gzerror(lines->stream, &status);
+    if (status == Z_ERRNO)
         return ad_fail(error, AD_E_IO, "%s: cannot be read: %s; expected CSV or text", lines->file,
                        strerror(errno));
-    return AD_OK;
+    if (status == Z_MEM_ERROR)
+        return ad_fail(error, AD_E_MEMORY, "%s: out of memory", lines->file);
+    if (status != Z_OK && status != Z_STREAM_END)
+        return ad_fail(error, AD_E_INPUT, "%s: damaged gzip, or cut short; expected a whole file",
+                       lines->file);
+    return first ? hnn_lines_known(lines, error) : AD_OK;
 }
 
 enum ad_status hnn_lines_next(struct hnn_lines *lines, const char **start, const char **stop,
@@ -66,7 +84,7 @@ enum ad_status hnn_lines_next(struct hnn_lines *lines, const char **start, const
     for (;;) {
         const char *from = lines->buffer + lines->at;
         size_t left = lines->n - lines->at;
-        const char *newline = left > seen ? memchr(from + seen, '\n', left - seen) : NULL;
+        const char *newline = left > seen ? memchr(from + seen, lines->end, left - seen) : NULL;
         if (newline || (lines->ended && left)) {
             *start = from;
             *stop = newline ? newline : from + left;

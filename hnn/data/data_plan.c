@@ -9,25 +9,6 @@ static enum ad_status no_memory(const struct hnn_source *s, struct ad_error *err
     return ad_fail(error, AD_E_MEMORY, "%s: out of memory", s->file);
 }
 
-/* The column of that name; HNN_NO_COLUMN. */
-static size_t named(const struct hnn_source *s, const char *name)
-{
-    for (size_t k = 0; s->name && k < s->columns; k++)
-        if (s->name[k] && strcmp(s->name[k], name) == 0)
-            return k;
-    return HNN_NO_COLUMN;
-}
-
-/* The column dXdt of column X. */
-static size_t rate_of(const struct hnn_source *s, size_t column)
-{
-    char rate[128];
-    if (!s->name || !s->name[column])
-        return HNN_NO_COLUMN;
-    int length = snprintf(rate, sizeof rate, "d%sdt", s->name[column]);
-    return length < (int)sizeof rate ? named(s, rate) : HNN_NO_COLUMN;
-}
-
 static enum ad_status choose_one(const struct hnn_source *s, const char *role, const char *name,
                                  size_t *chosen, struct ad_error *error)
 {
@@ -45,7 +26,7 @@ static enum ad_status find_time_and_trial(const struct hnn_dataset_settings *set
 {
     const char *trial = settings->trial;
     plan->time = HNN_NO_COLUMN;
-    plan->trial = trial ? HNN_NO_COLUMN : named(s, "trial");
+    plan->trial = trial ? HNN_NO_COLUMN : hnn_column_named(s, "trial");
     if (settings->time)
         choose_one(s, "time", settings->time, &plan->time, error);
     if (trial && *trial)
@@ -53,17 +34,16 @@ static enum ad_status find_time_and_trial(const struct hnn_dataset_settings *set
     return error->status;
 }
 
-/* Those that have a rate; else, where time is known, all that are neither time nor trial. */
-static void guess_state(const struct hnn_source *s, struct hnn_plan *plan)
+static enum ad_status check_each_once(const struct hnn_source *s, const char *role, size_t n,
+                                      const size_t *column, struct ad_error *error)
 {
-    plan->components = 0;
-    for (size_t k = 0; k < s->columns && s->ordered; k++)
-        if (rate_of(s, k) != HNN_NO_COLUMN)
-            plan->state[plan->components++] = k;
-    bool guess = plan->components == 0 && plan->time != HNN_NO_COLUMN && s->ordered;
-    for (size_t k = 0; guess && k < s->columns; k++)
-        if (k != plan->time && k != plan->trial)
-            plan->state[plan->components++] = k;
+    for (size_t k = 0; k < n; k++)
+        for (size_t j = 0; j < k; j++)
+            if (column[j] == column[k])
+                return ad_fail(error, AD_E_ARGUMENT,
+                               "%s: %s: column %zu is there twice; expected each once", s->file,
+                               role, column[k] + 1);
+    return AD_OK;
 }
 
 static enum ad_status find_state(const struct hnn_dataset_settings *settings,
@@ -78,41 +58,23 @@ static enum ad_status find_state(const struct hnn_dataset_settings *settings,
         plan->state = malloc((s->columns + 1) * sizeof *plan->state);
         if (!plan->state)
             return no_memory(s, error);
-        guess_state(s, plan);
-        if (plan->components == 0)
-            return ad_fail(error, AD_E_INPUT,
-                           "%s: which columns are the state? expected columns X and dXdt, or a "
-                           "choice by name or by number from 1 to %zu",
-                           s->file, s->columns);
+        if (hnn_guess_state(s, plan, error) != AD_OK)
+            return error->status;
     }
     if (plan->components % 2)
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s: state: expected coordinates and as many momenta, found %zu columns",
                        s->file, plan->components);
-    for (size_t k = 0; k < plan->components; k++)
-        for (size_t j = 0; j < k; j++)
-            if (plan->state[j] == plan->state[k])
-                return ad_fail(error, AD_E_ARGUMENT,
-                               "%s: state: column %zu is there twice; expected each once", s->file,
-                               plan->state[k] + 1);
-    return AD_OK;
-}
-
-static enum ad_status guess_rate(const struct hnn_source *s, struct hnn_plan *plan,
-                                 struct ad_error *error)
-{
-    plan->rate = malloc(plan->components * sizeof *plan->rate);
-    if (!plan->rate)
-        return no_memory(s, error);
     for (size_t k = 0; k < plan->components; k++) {
-        plan->rate[k] = rate_of(s, plan->state[k]);
-        if (plan->rate[k] == HNN_NO_COLUMN)
-            return ad_fail(error, AD_E_INPUT,
-                           "%s: which columns are the rates? expected a choice of %zu, or a time "
-                           "for differences",
-                           s->file, plan->components);
+        if (plan->state[k] == plan->trial && !settings->trial)
+            plan->trial = HNN_NO_COLUMN; /* its name alone made it one */
+        if (plan->state[k] == plan->time || plan->state[k] == plan->trial)
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "%s: state: column %zu is the %s; expected coordinates and momenta",
+                           s->file, plan->state[k] + 1,
+                           plan->state[k] == plan->time ? "time" : "trial");
     }
-    return AD_OK;
+    return check_each_once(s, "state", plan->components, plan->state, error);
 }
 
 static enum ad_status find_rate(const struct hnn_dataset_settings *settings,
@@ -125,13 +87,16 @@ static enum ad_status find_rate(const struct hnn_dataset_settings *settings,
     if (settings->rate)
         hnn_choose(s, "rate", settings->rate, &plan->rate, &n, error);
     else if (plan->time == HNN_NO_COLUMN)
-        guess_rate(s, plan, error);
+        hnn_guess_rate(s, plan, error);
     if (error->status == AD_OK && n != plan->components)
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s: rate: expected %zu columns as of the state, "
                        "found %zu",
                        s->file, plan->components, n);
-    return error->status;
+    if (error->status != AD_OK || !plan->rate ||
+        check_each_once(s, "rate", n, plan->rate, error) != AD_OK)
+        return error->status;
+    return hnn_rates_match(s, n, plan->state, plan->rate, error);
 }
 
 static void need(struct hnn_plan *plan, size_t column)
@@ -165,7 +130,8 @@ enum ad_status hnn_plan_make(const struct hnn_dataset_settings *settings,
                              struct ad_error *error)
 {
     *plan = (struct hnn_plan){0};
-    if (find_time_and_trial(settings, source, plan, error) == AD_OK &&
+    if (hnn_names_check(settings, source, error) == AD_OK &&
+        find_time_and_trial(settings, source, plan, error) == AD_OK &&
         find_state(settings, source, plan, error) == AD_OK &&
         find_rate(settings, source, plan, error) == AD_OK)
         list_needed(source, plan, error);
@@ -181,18 +147,35 @@ void hnn_plan_free(struct hnn_plan *plan)
     *plan = (struct hnn_plan){0};
 }
 
+/* A name as it stands in a list: in quotes where commas or quotes are in it. */
+static size_t put_name(const char *name, char *to)
+{
+    char *start = to;
+    bool quoted = strpbrk(name, ",\"") != NULL;
+    if (quoted)
+        *to++ = '"';
+    for (; *name; name++) {
+        *to++ = *name;
+        if (*name == '"')
+            *to++ = '"';
+    }
+    if (quoted)
+        *to++ = '"';
+    return (size_t)(to - start);
+}
+
 char *hnn_plan_names(const struct hnn_source *source, const size_t *column, size_t n)
 {
     size_t size = 1;
     for (size_t k = 0; column && k < n; k++)
-        size +=
-            24 + (source->name && source->name[column[k]] ? strlen(source->name[column[k]]) : 0);
+        size += 24 +
+                (source->name && source->name[column[k]] ? 2 * strlen(source->name[column[k]]) : 0);
     char *text = calloc(size, 1), *to = text;
     for (size_t k = 0; text && column && k < n; k++) {
         const char *name = source->name ? source->name[column[k]] : NULL;
-        size_t room = size - (size_t)(to - text);
-        to += name ? snprintf(to, room, "%s%s", k ? "," : "", name)
-                   : snprintf(to, room, "%s%zu", k ? "," : "", column[k] + 1);
+        if (k)
+            *to++ = ',';
+        to += name ? put_name(name, to) : (size_t)sprintf(to, "%zu", column[k] + 1);
     }
     return text;
 }

@@ -1,7 +1,6 @@
 /* Which kind of file it is. */
 #include "data_source.h"
 
-#include <errno.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -15,16 +14,16 @@ static bool is_hdf5(const char *file)
     return (dot && (strcmp(dot, ".h5") == 0 || strcmp(dot, ".hdf5") == 0)) || phys_runfile_is(file);
 }
 
-enum ad_status hnn_source_open(const char *file, struct hnn_source **source, struct ad_error *error)
+enum ad_status hnn_source_open(const char *file, size_t skip, struct hnn_source **source,
+                               struct ad_error *error)
 {
     *source = NULL;
+    if (is_hdf5(file) && skip)
+        return ad_fail(error, AD_E_ARGUMENT, "%s: rows are skipped in text alone, this is HDF5",
+                       file);
     if (is_hdf5(file))
         return hnn_hdf5_open(file, source, error);
-    FILE *stream = fopen(file, "rb");
-    if (!stream)
-        return ad_fail(error, AD_E_IO, "%s: cannot be read: %s; expected CSV, text or HDF5", file,
-                       strerror(errno));
-    return hnn_text_open(file, stream, source, error);
+    return hnn_text_open(file, skip, source, error);
 }
 
 void hnn_source_close(struct hnn_source *source)

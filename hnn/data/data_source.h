@@ -6,6 +6,7 @@
 #include "hnn/internal.h"
 
 #include <stdio.h>
+#include <zlib.h>
 
 enum { HNN_BLOCK = 4096 }; /* rows at a time */
 
@@ -17,7 +18,7 @@ struct hnn_source_kind {
     enum ad_status (*choose)(struct hnn_source *source, size_t n, const size_t *column,
                              struct ad_error *error);
     /* The next rows, at most HNN_BLOCK, 0 at the end: column k goes to block[k * HNN_BLOCK ...].
-       Values are finite. */
+       Values are finite, or NaN where they are missing and `skip_missing` asks for it. */
     enum ad_status (*read)(struct hnn_source *source, double *block, size_t *rows,
                            struct ad_error *error);
     /* "file:line" of row k of the last block. */
@@ -31,16 +32,20 @@ struct hnn_source {
     const char *file;
     size_t columns, names_line; /* line that names the columns; 0: none */
     char **name;                /* [columns], NULL where a column has none; NULL: no names at all */
+    size_t units_line;          /* line below it without a number, left out; 0: none */
+    size_t mixed_line;          /* first row, where it has words among its numbers; 0: none */
     bool ordered;               /* columns stand as their author put them */
+    bool skip_missing;          /* set before the first read: missing values are read as NaN */
 };
 
-/* Opens a file of either kind. `file` must outlive it. AD_E_INPUT, AD_E_IO. */
-enum ad_status hnn_source_open(const char *file, struct hnn_source **source,
+/* Opens a file of either kind. `file` must outlive it. `skip`: lines of text left out at its
+   beginning. AD_E_INPUT, AD_E_IO. */
+enum ad_status hnn_source_open(const char *file, size_t skip, struct hnn_source **source,
                                struct ad_error *error);
 void hnn_source_close(struct hnn_source *source); /* takes NULL */
 
-/* The two kinds. The text one owns the stream from the call on. */
-enum ad_status hnn_text_open(const char *file, FILE *stream, struct hnn_source **source,
+/* The two kinds; `skip` lines of text are left out first. */
+enum ad_status hnn_text_open(const char *file, size_t skip, struct hnn_source **source,
                              struct ad_error *error);
 enum ad_status hnn_hdf5_open(const char *file, struct hnn_source **source, struct ad_error *error);
 
@@ -66,12 +71,15 @@ bool hnn_names_of(const char *p, const char *stop, char separator, char ***names
 void hnn_names_free(char **names, size_t n); /* takes NULL */
 /* None of the fields reads as a number, or as what arithmetic made of one. */
 bool hnn_names_only(const char *p, const char *stop, char separator);
+/* Empty, or a word that stands for no value: NaN, NA, null, none, -, ? */
+bool hnn_is_missing(const char *p, const char *stop);
 
 /* ---- lines of a stream (data_lines.c) ---- */
 
 struct hnn_lines {
     const char *file;
-    FILE *stream;
+    gzFile stream;
+    char end; /* of a line */
     char *buffer;
     size_t capacity, at, n; /* not yet given: buffer[at..n-1] */
     size_t line;            /* number of the last line given */
@@ -81,9 +89,12 @@ struct hnn_lines {
    AD_E_IO; AD_E_INPUT: a line longer than any table has. */
 enum ad_status hnn_lines_next(struct hnn_lines *lines, const char **start, const char **stop,
                               struct ad_error *error);
-/* Opens with a stream, which it owns from now on. */
-void hnn_lines_open(struct hnn_lines *lines, const char *file, FILE *stream);
+/* Ends with hnn_lines_close, whatever it returned. */
+enum ad_status hnn_lines_open(struct hnn_lines *lines, const char *file, struct ad_error *error);
 void hnn_lines_close(struct hnn_lines *lines);
+/* What the first buffer tells: how lines end; AD_E_INPUT names a file of another kind
+   (data_foreign.c). */
+enum ad_status hnn_lines_known(struct hnn_lines *lines, struct ad_error *error);
 
 /* ---- choosing columns (data_choose.c) ---- */
 

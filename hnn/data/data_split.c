@@ -21,7 +21,7 @@ size_t hnn_roles_usable(const struct hnn_dataset_settings *settings, struct hnn_
     size_t before, after, usable = 0;
     reach(settings, &table->plan, &before, &after);
     for (size_t first = 0, end; first < table->rows; first = end) {
-        for (end = first + 1; end < table->rows && !hnn_table_begins(table, end);)
+        for (end = first + 1; end < table->rows && hnn_table_follows(table, end);)
             end++;
         if (end - first <= before + after)
             continue;
@@ -50,7 +50,7 @@ static void split_tail(struct hnn_table *table, size_t rollout, size_t wanted)
         }
     }
     /* Targets of the rows before are states of the test. */
-    for (size_t k = 0; k < rollout && row > 0 && !hnn_table_begins(table, row); k++)
+    for (size_t k = 0; k < rollout && row > 0 && hnn_table_follows(table, row); k++)
         table->role[--row] = HNN_UNUSED;
 }
 
@@ -81,7 +81,7 @@ enum ad_status hnn_roles_split(const struct hnn_dataset_settings *s, struct hnn_
     size_t of = by_trial ? table->trials : usable;
     size_t wanted = (size_t)llround(s->test_fraction * (double)of);
     struct phys_random random;
-    if (by_trial && table->plan.trial == HNN_NO_COLUMN)
+    if (by_trial && table->plan.trial == HNN_NO_COLUMN && table->trials < 2)
         return ad_fail(
             error, AD_E_ARGUMENT,
             "%s: a split by trial needs a trial column; expected one named trial, or a choice",

@@ -2,6 +2,7 @@
    while it is known in which line they stand. */
 #include "data_table.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,10 +15,21 @@ bool hnn_table_begins(const struct hnn_table *table, size_t row)
 {
     if (row == 0)
         return true;
-    if (table->plan.trial == HNN_NO_COLUMN)
+    size_t column = table->by_time ? table->plan.time : table->plan.trial;
+    if (column == HNN_NO_COLUMN)
         return false;
-    const double *trial = hnn_table_column(table, table->plan.trial);
-    return trial[row] != trial[row - 1];
+    const double *value = hnn_table_column(table, column);
+    return table->by_time ? value[row] < value[row - 1] : value[row] != value[row - 1];
+}
+
+bool hnn_table_follows(const struct hnn_table *table, size_t row)
+{
+    if (hnn_table_begins(table, row))
+        return false;
+    if (table->plan.time == HNN_NO_COLUMN)
+        return true;
+    const double *time = hnn_table_column(table, table->plan.time);
+    return !(time[row] - time[row - 1] > table->longest);
 }
 
 static enum ad_status no_memory(const struct hnn_table *table, struct ad_error *error)
@@ -45,6 +57,23 @@ static enum ad_status grow(struct hnn_table *table, size_t rows, struct ad_error
     return AD_OK;
 }
 
+/* Leaves out rows with a missing value; from[i] is where row i was in the block. */
+static size_t leave_out_missing(const struct hnn_table *table, double *block, size_t rows,
+                                size_t from[HNN_BLOCK])
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < rows; i++) {
+        bool missing = false;
+        for (size_t k = 0; k < table->plan.n; k++) {
+            block[k * HNN_BLOCK + kept] = block[k * HNN_BLOCK + i];
+            missing |= isnan(block[k * HNN_BLOCK + i]) != 0;
+        }
+        from[kept] = i;
+        kept += !missing;
+    }
+    return kept;
+}
+
 static enum ad_status append(struct hnn_table *table, const double *block, size_t rows,
                              struct ad_error *error)
 {
@@ -56,9 +85,10 @@ static enum ad_status append(struct hnn_table *table, const double *block, size_
     return AD_OK;
 }
 
-/* Counts trajectories among the last `rows`, in which time has to go on. */
+/* Counts trajectories among the last `rows`, in which time has to go on; they were rows `from` of
+   the block. */
 static enum ad_status look_at_times(struct hnn_table *table, const struct hnn_source *source,
-                                    size_t rows, struct ad_error *error)
+                                    size_t rows, const size_t *from, struct ad_error *error)
 {
     const struct hnn_plan *plan = &table->plan;
     const double *time = plan->time != HNN_NO_COLUMN ? hnn_table_column(table, plan->time) : NULL;
@@ -68,12 +98,12 @@ static enum ad_status look_at_times(struct hnn_table *table, const struct hnn_so
         table->trials += begins;
         if (!begins && time && !(time[i] > time[i - 1])) {
             char place[256];
-            source->kind->place(source, i - first, place, sizeof place);
+            source->kind->place(source, from[i - first], place, sizeof place);
             return ad_fail(error, AD_E_INPUT, "%s: expected a time after %.9g, found %.9g%s", place,
                            time[i - 1], time[i],
-                           plan->trial == HNN_NO_COLUMN ? " (several trajectories need a trial "
-                                                          "column)"
-                                                        : "");
+                           plan->trial == HNN_NO_COLUMN && !table->by_time
+                               ? " (several trajectories need a trial column)"
+                               : "");
         }
     }
     return AD_OK;
@@ -83,12 +113,19 @@ static enum ad_status read_rows(struct hnn_table *table, struct hnn_source *sour
                                 struct ad_error *error)
 {
     double *block = malloc((table->plan.n + 1) * HNN_BLOCK * sizeof *block);
-    if (!block)
-        return no_memory(table, error);
+    size_t *from = malloc(HNN_BLOCK * sizeof *from);
+    if (!block || !from)
+        no_memory(table, error);
+    for (size_t i = 0; from && i < HNN_BLOCK; i++)
+        from[i] = i;
     for (size_t rows = 1; rows && error->status == AD_OK;)
-        if (source->kind->read(source, block, &rows, error) == AD_OK &&
-            append(table, block, rows, error) == AD_OK)
-            look_at_times(table, source, rows, error);
+        if (source->kind->read(source, block, &rows, error) == AD_OK) {
+            size_t kept = source->skip_missing ? leave_out_missing(table, block, rows, from) : rows;
+            table->missing += rows - kept;
+            if (append(table, block, kept, error) == AD_OK)
+                look_at_times(table, source, kept, from, error);
+        }
+    free(from);
     free(block);
     return error->status;
 }
@@ -119,6 +156,26 @@ static enum ad_status look_at_trials(const struct hnn_table *table, struct ad_er
     return error->status;
 }
 
+/* Steps longer than so many medians are gaps, but for the digits that times are printed with. */
+static const double gap = 3 * (1 + 1e-4);
+
+static enum ad_status look_at_steps(struct hnn_table *table, struct ad_error *error)
+{
+    const double *time = hnn_table_column(table, table->plan.time);
+    double *step = malloc((table->rows + 1) * sizeof *step);
+    size_t n = 0;
+    if (!step)
+        return no_memory(table, error);
+    for (size_t i = 1; i < table->rows; i++)
+        if (!hnn_table_begins(table, i))
+            step[n++] = time[i] - time[i - 1];
+    qsort(step, n, sizeof *step, by_value);
+    table->step = n ? step[n / 2] : 0;
+    table->longest = gap * table->step;
+    free(step);
+    return AD_OK;
+}
+
 static void count_uses(struct hnn_table *table)
 {
     const struct hnn_plan *plan = &table->plan;
@@ -129,15 +186,21 @@ static void count_uses(struct hnn_table *table)
     }
 }
 
-static enum ad_status prepare(struct hnn_table *table, const struct hnn_source *source,
-                              struct ad_error *error)
+static enum ad_status prepare(const struct hnn_dataset_settings *settings, struct hnn_table *table,
+                              const struct hnn_source *source, struct ad_error *error)
 {
     const struct hnn_plan *plan = &table->plan;
+    table->by_time =
+        !settings->trial && plan->trial == HNN_NO_COLUMN && plan->time != HNN_NO_COLUMN;
     table->column = calloc(plan->n, sizeof *table->column);
     table->uses = calloc(plan->n, sizeof *table->uses);
     table->state_names = hnn_plan_names(source, plan->state, plan->components);
+    table->coordinates = hnn_plan_names(source, plan->state, plan->components / 2);
+    table->momenta =
+        hnn_plan_names(source, plan->state + plan->components / 2, plan->components / 2);
     table->rate_names = hnn_plan_names(source, plan->rate, plan->components);
-    if (!table->column || !table->uses || !table->state_names || !table->rate_names)
+    if (!table->column || !table->uses || !table->state_names || !table->coordinates ||
+        !table->momenta || !table->rate_names)
         return no_memory(table, error);
     count_uses(table);
     return AD_OK;
@@ -148,13 +211,17 @@ enum ad_status hnn_table_read(const struct hnn_dataset_settings *settings, const
 {
     struct hnn_source *source;
     *table = (struct hnn_table){.file = file};
-    if (hnn_source_open(file, &source, error) != AD_OK)
+    if (hnn_source_open(file, settings->skip_rows, &source, error) != AD_OK)
         return error->status;
+    source->skip_missing = settings->skip_missing;
+    table->units_line = source->units_line;
     if (hnn_plan_make(settings, source, &table->plan, error) == AD_OK &&
-        prepare(table, source, error) == AD_OK &&
+        prepare(settings, table, source, error) == AD_OK &&
         source->kind->choose(source, table->plan.n, table->plan.column, error) == AD_OK &&
         read_rows(table, source, error) == AD_OK && table->plan.trial != HNN_NO_COLUMN)
         look_at_trials(table, error);
+    if (error->status == AD_OK && table->plan.time != HNN_NO_COLUMN)
+        look_at_steps(table, error);
     hnn_source_close(source);
     if (error->status == AD_OK && !(table->role = calloc(table->rows + 1, 1)))
         return no_memory(table, error);
@@ -178,6 +245,8 @@ void hnn_table_free(struct hnn_table *table)
     free(table->uses);
     free(table->role);
     free(table->state_names);
+    free(table->coordinates);
+    free(table->momenta);
     free(table->rate_names);
     hnn_plan_free(&table->plan);
     *table = (struct hnn_table){0};

@@ -24,6 +24,33 @@ void hnn_plan_free(struct hnn_plan *plan);
 /* Names of those columns, or numbers, commas between, to be freed. */
 char *hnn_plan_names(const struct hnn_source *source, const size_t *column, size_t n);
 
+/* ---- what names alone tell (data_guess.c) ---- */
+
+/* The state into plan->state, which has room for all columns; its rates into plan->rate. */
+enum ad_status hnn_guess_state(const struct hnn_source *source, struct hnn_plan *plan,
+                               struct ad_error *error);
+enum ad_status hnn_guess_rate(const struct hnn_source *source, struct hnn_plan *plan,
+                              struct ad_error *error);
+/* Where names choose columns, they have to be different. */
+enum ad_status hnn_names_check(const struct hnn_dataset_settings *settings,
+                               const struct hnn_source *source, struct ad_error *error);
+
+/* ---- which names belong together (data_pairs.c) ---- */
+
+size_t hnn_column_named(const struct hnn_source *source, const char *name); /* or HNN_NO_COLUMN */
+/* The column dXdt of column X; HNN_NO_COLUMN. */
+size_t hnn_rate_of(const struct hnn_source *source, size_t column);
+/* "dXdt", whatever X is. */
+bool hnn_named_as_rate(const struct hnn_source *source, size_t column);
+/* Puts columns [n] in order, coordinates and then their momenta, where their names tell: q1, p1,
+   q2, p2; x, px; theta, p_theta. Where they do not, `paired` is false and they are left alone. */
+enum ad_status hnn_pairs_order(const struct hnn_source *source, size_t n, size_t *column,
+                               bool *paired, struct ad_error *error);
+/* Puts rates [n] into the order of their states, where all names tell. AD_E_INPUT where one rate is
+   by name that of another state. */
+enum ad_status hnn_rates_match(const struct hnn_source *source, size_t n, const size_t *state,
+                               size_t *rate, struct ad_error *error);
+
 /* ---- their numbers (data_table.c) ---- */
 
 /* What a row is for. */
@@ -32,8 +59,12 @@ enum hnn_role { HNN_UNUSED, HNN_TRAIN, HNN_TEST };
 struct hnn_table {
     struct hnn_plan plan;
     const char *file;
-    char *state_names, *rate_names;
-    size_t rows, capacity, trials;
+    char *state_names, *coordinates, *momenta, *rate_names;
+    size_t rows, capacity, trials, missing; /* missing: rows left out */
+    bool by_time;        /* time that goes back begins a trajectory, there is no column for it */
+    double step;         /* median of the steps of time within trajectories; 0: no time */
+    double longest;      /* step that rates and rollouts still cross */
+    size_t units_line;   /* of the file, left out; 0: none */
     double **column;     /* [plan.n], each [rows]; NULL once it is used up */
     size_t *uses;        /* [plan.n] of a column that are still to come */
     unsigned char *role; /* [rows], enum hnn_role */
@@ -44,6 +75,8 @@ enum ad_status hnn_table_read(const struct hnn_dataset_settings *settings, const
 void hnn_table_free(struct hnn_table *table);
 /* A trajectory begins with this row. */
 bool hnn_table_begins(const struct hnn_table *table, size_t row);
+/* It follows the row before in time: no trajectory begins, and no gap is between. */
+bool hnn_table_follows(const struct hnn_table *table, size_t row);
 const double *hnn_table_column(const struct hnn_table *table, size_t column);
 /* Counts a use down; after the last one the column is freed. */
 void hnn_table_release(struct hnn_table *table, size_t column);

@@ -1,8 +1,10 @@
 /* Columns of text, in a stream: memory for one block of lines, whatever the size of the file.
 
-   A first line none of whose fields is a number names the columns. So does the last comment before
-   the first row, if it has as many fields as rows have ("# q p"); or two fewer, after trial and
-   time ("%o v", as in the data of M. Schmidt and H. Lipson, Science 324, 2009). */
+   A first line none of whose fields is a number names the columns; a second one such is of units,
+   and left out. So does the last comment before the first row, if it has as many fields as rows
+   have ("# q p"). In columns of blanks it may leave out trial and time, which come first, and the
+   rates of the named, which come last ("% o v" over trial, time, o, v, or over trial, time, o, v,
+   dodt, dvdt), as in the data of M. Schmidt and H. Lipson, Science 324, 2009. */
 #include "data_source.h"
 #include "physics/io/numbers.h"
 
@@ -59,9 +61,13 @@ static enum ad_status refuse_number(const struct text *t, size_t column, const s
         found = phys_text_quote(f->text, f->end);
     if (tail < f->end)
         more = phys_text_quote(tail + 1, f->end);
+    const char *guess = tail < f->end && *tail == ','     ? " (a decimal comma?)"
+                        : hnn_is_missing(f->text, f->end) ? " (missing? such rows can be skipped)"
+                        : t->lines.line == t->source.mixed_line ? " (half a line of names?)"
+                                                                : "";
     return REFUSE(t, f->text, "expected %s in column %s, found %s%s%s%s", expected,
                   label_of(&t->source, column).text, found.text, tail < f->end ? " and " : "",
-                  more.text, tail < f->end && *tail == ',' ? " (a decimal comma?)" : "");
+                  more.text, guess);
 }
 
 static enum ad_status refuse_length(const struct text *t, size_t found, struct ad_error *error)
@@ -87,7 +93,13 @@ static enum ad_status next_line(struct text *t, struct ad_error *error)
     return AD_OK;
 }
 
-static bool is_comment(char c) { return c == '#' || c == '%'; }
+/* At the beginning of a line "//", too; behind a number it would be two divisions. */
+static size_t comment_at(const char *p, const char *stop)
+{
+    if (*p == '#' || *p == '%')
+        return 1;
+    return p + 1 < stop && p[0] == '/' && p[1] == '/' ? 2 : 0;
+}
 
 /* First character that is no blank; NULL on an empty line. */
 static const char *content(const struct text *t)
@@ -114,18 +126,41 @@ static size_t count_fields(const struct text *t)
     return n;
 }
 
-static bool put_trial_and_time_first(struct hnn_source *s)
+/* The names of the published files: those given, after trial and time, and before their rates
+   where there are as many columns again. */
+static bool name_as_published(struct hnn_source *s, bool rates)
 {
-    char **names = malloc((s->columns + 2) * sizeof *names);
+    const size_t n = s->columns, columns = 2 + n + (rates ? n : 0);
+    char **names = calloc(columns, sizeof *names);
     if (!names)
         return false;
     names[0] = strdup("trial");
     names[1] = strdup("t");
-    memcpy(names + 2, s->name, s->columns * sizeof *names);
+    bool room = names[0] && names[1];
+    for (size_t k = 0; k < n && rates && s->name[k]; k++) {
+        size_t size = strlen(s->name[k]) + 4;
+        if ((names[2 + n + k] = malloc(size)))
+            snprintf(names[2 + n + k], size, "d%sdt", s->name[k]);
+        else
+            room = false;
+    }
+    memcpy(names + 2, s->name, n * sizeof *names);
     free(s->name);
     s->name = names;
-    s->columns += 2;
-    return names[0] && names[1];
+    s->columns = columns;
+    return room;
+}
+
+/* The present line has words among its numbers. */
+static bool is_mixed(const struct text *t)
+{
+    for (const char *p = t->start; p;) {
+        struct hnn_field f = hnn_field_at(p, t->stop, t->separator);
+        if (f.end > f.text && hnn_names_only(f.text, f.end, t->separator))
+            return true;
+        p = hnn_field_after(&f, t->stop, t->separator);
+    }
+    return false;
 }
 
 /* Names in a comment may be no names at all. */
@@ -137,7 +172,9 @@ static enum ad_status settle_names(struct text *t, bool in_comment, struct ad_er
     if ((!s->names_line || in_comment) && t->separator == '\t')
         t->separator = HNN_BLANKS; /* tabs for looks, where no names tell otherwise */
     size_t n = count_fields(t);
-    if (s->names_line && in_comment && s->columns + 2 == n && !put_trial_and_time_first(s))
+    bool published = s->names_line && in_comment && t->separator == HNN_BLANKS && s->columns != n;
+    if (published && (n == s->columns + 2 || n == 2 * s->columns + 2) &&
+        !name_as_published(s, n > s->columns + 2))
         return no_memory(t, error);
     if (s->columns == n)
         return AD_OK;
@@ -147,7 +184,23 @@ static enum ad_status settle_names(struct text *t, bool in_comment, struct ad_er
     s->name = NULL;
     s->names_line = 0;
     s->columns = n;
+    s->mixed_line = is_mixed(t) ? t->lines.line : 0;
     return AD_OK;
+}
+
+/* A line below the names that has as many fields, and words in them instead of numbers. */
+static bool is_of_units(const struct text *t)
+{
+    size_t words = 0;
+    for (const char *p = t->start; p;) {
+        struct hnn_field f = hnn_field_at(p, t->stop, t->separator);
+        if (f.end > f.text && hnn_is_missing(f.text, f.end))
+            return false;
+        words += f.end > f.text;
+        p = hnn_field_after(&f, t->stop, t->separator);
+    }
+    return words && count_fields(t) == t->source.columns &&
+           hnn_names_only(t->start, t->stop, t->separator);
 }
 
 /* Up to the first row of numbers, which is then the present line. */
@@ -156,18 +209,22 @@ static enum ad_status read_head(struct text *t, struct ad_error *error)
     bool in_comment = false, named = false;
     while (next_line(t, error) == AD_OK && t->start) {
         const char *p = content(t);
-        bool comment = p && is_comment(*p);
-        if (comment && (p = phys_text_skip(p + 1, t->stop)) == t->stop)
+        size_t comment = p ? comment_at(p, t->stop) : 0;
+        if (comment && (p = phys_text_skip(p + comment, t->stop)) == t->stop)
             p = NULL;
         if (!p)
             continue;
+        if (named && !comment && !t->source.units_line && is_of_units(t)) {
+            t->source.units_line = t->lines.line;
+            continue;
+        }
         bool names = !named && hnn_names_only(p, t->stop, hnn_separator_of(p, t->stop));
         if (!names && !comment)
             return settle_names(t, in_comment, error);
         if (names && !take_names(t, p))
             return no_memory(t, error);
         if (names) {
-            in_comment = comment;
+            in_comment = comment > 0;
             named = !comment;
         }
     }
@@ -182,6 +239,10 @@ static enum ad_status read_head(struct text *t, struct ad_error *error)
 static enum ad_status read_number(const struct text *t, size_t column, const struct hnn_field *f,
                                   double *value, struct ad_error *error)
 {
+    if (t->source.skip_missing && hnn_is_missing(f->text, f->end)) {
+        *value = NAN;
+        return AD_OK;
+    }
     if (f->text == f->end || phys_text_number(f->text, f->end, value) != f->end)
         return refuse_number(t, column, f, "a number", error);
     return isfinite(*value) ? AD_OK : refuse_number(t, column, f, "a finite number", error);
@@ -226,7 +287,7 @@ static enum ad_status text_read(struct hnn_source *source, double *block, size_t
     *rows = 0;
     while (t->start && *rows < HNN_BLOCK) {
         const char *p = content(t);
-        if (p && !is_comment(*p)) {
+        if (p && !comment_at(p, t->stop)) {
             if (read_row(t, block, *rows, error) != AD_OK)
                 return error->status;
             t->line[(*rows)++] = t->lines.line;
@@ -265,17 +326,26 @@ static void text_close(struct hnn_source *source)
 
 static const struct hnn_source_kind text_kind = {text_choose, text_read, text_place, text_close};
 
-enum ad_status hnn_text_open(const char *file, FILE *stream, struct hnn_source **source,
+static enum ad_status skip_lines(struct text *t, size_t n, struct ad_error *error)
+{
+    for (size_t k = 0; k < n; k++)
+        if (next_line(t, error) != AD_OK)
+            return error->status;
+    return !n || t->start
+               ? AD_OK
+               : ad_fail(error, AD_E_INPUT, "%s: has %zu lines; expected more than the %zu skipped",
+                         t->source.file, t->lines.line, n);
+}
+
+enum ad_status hnn_text_open(const char *file, size_t skip, struct hnn_source **source,
                              struct ad_error *error)
 {
     struct text *t = calloc(1, sizeof *t);
-    if (!t) {
-        fclose(stream);
+    if (!t)
         return ad_fail(error, AD_E_MEMORY, "%s: out of memory", file);
-    }
     t->source = (struct hnn_source){.kind = &text_kind, .file = file, .ordered = true};
-    hnn_lines_open(&t->lines, file, stream);
-    if (read_head(t, error) == AD_OK)
+    if (hnn_lines_open(&t->lines, file, error) == AD_OK && skip_lines(t, skip, error) == AD_OK &&
+        read_head(t, error) == AD_OK)
         *source = &t->source;
     else
         text_close(&t->source);

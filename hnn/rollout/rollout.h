@@ -30,9 +30,10 @@ void hnn_path_free(struct hnn_path *path); /* takes zero-initialised ones too */
 void hnn_times(double t0, double t1, size_t n, double *t);
 
 /* One measured trajectory of a file: the columns `state` and `time` of the settings (a time is
-   needed), `file` and `trial`; the rest of them is not looked at. Rows from the first one at or
-   after `from` (-INFINITY: of the file) for as long as `time` (INFINITY: to the end), of the trial
-   that begins there. */
+   needed), `file`, `trial`, `skip_missing` and `skip_rows`; the rest of them is not looked at. Rows
+   from the first one at or after `from` (-INFINITY: of the file) for as long as `time` (INFINITY:
+   to the end), of the trajectory there: AD_E_INPUT where it ends before. Without a column that
+   tells trajectories apart, a gap in time (see data.h) ends one, too. */
 enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double from, double time,
                              struct hnn_path *path, struct ad_error *error);
 

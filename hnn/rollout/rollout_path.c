@@ -40,6 +40,14 @@ static enum ad_status copy_rows(const struct hnn_table *table, size_t first, siz
     return AD_OK;
 }
 
+/* The motion goes on from this row to the next: where a column tells trajectories apart gaps are
+   within one, else they may be between two. */
+static bool goes_on(const struct hnn_table *table, size_t next)
+{
+    return table->plan.trial != HNN_NO_COLUMN ? !hnn_table_begins(table, next)
+                                              : hnn_table_follows(table, next);
+}
+
 static enum ad_status choose_rows(const struct hnn_table *table, double from, double time,
                                   struct hnn_path *path, struct ad_error *error)
 {
@@ -49,13 +57,20 @@ static enum ad_status choose_rows(const struct hnn_table *table, double from, do
         first++;
     double begin = fmax(from, t[0]), to = begin + time;
     for (end = first; end < table->rows && t[end] <= to; end++)
-        if (end > first && hnn_table_begins(table, end))
+        if (end > first && !goes_on(table, end))
             break;
     if (end - first < 2)
         return ad_fail(error, AD_E_INPUT,
                        "%s: expected two or more rows of a trajectory from t = %g to %g, found "
                        "%zu; the last row is at t = %g",
                        table->file, begin, to, end - first, t[table->rows - 1]);
+    if (isfinite(time) && t[end - 1] + table->longest < to)
+        return ad_fail(error, AD_E_INPUT,
+                       "%s: the trajectory at t = %g ends at t = %g, %s; expected a time of at "
+                       "most %g, got %g",
+                       table->file, t[first], t[end - 1],
+                       end < table->rows ? "where another one or a gap begins" : "as the file does",
+                       t[end - 1] - begin, time);
     return copy_rows(table, first, end - first, path, error);
 }
 
@@ -65,7 +80,10 @@ enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double
     struct hnn_dataset_settings s = {.file = settings->file,
                                      .state = settings->state,
                                      .time = settings->time,
-                                     .trial = settings->trial};
+                                     .trial = settings->trial,
+                                     .skip_missing = settings->skip_missing,
+                                     .skip_rows = settings->skip_rows,
+                                     .rollout = 1}; /* no rates are needed */
     struct hnn_table table = {0};
     *path = (struct hnn_path){0};
     if (!s.time)

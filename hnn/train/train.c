@@ -30,6 +30,17 @@ struct hnn_training hnn_pixel_training_defaults(void)
     return s;
 }
 
+static bool steps_are_positive(const struct hnn_training *s, const struct hnn_samples *samples)
+{
+    size_t n = samples->n * s->rollout;
+    if (!samples->steps)
+        return samples->n == 0 || (s->dt > 0 && isfinite(s->dt));
+    for (size_t k = 0; k < n; k++)
+        if (!(samples->steps[k] > 0 && isfinite(samples->steps[k])))
+            return false;
+    return true;
+}
+
 static enum ad_status check(const hnn_model *model, const struct hnn_training *s,
                             const struct hnn_samples *train, const struct hnn_samples *test,
                             struct ad_error *error)
@@ -63,8 +74,8 @@ static enum ad_status check(const hnn_model *model, const struct hnn_training *s
     if (!(s->average >= 0 && s->average <= 1))
         return ad_fail(error, AD_E_ARGUMENT,
                        "share of the steps to average over: expected 0 to 1, got %g", s->average);
-    if (s->rollout && (!(s->dt > 0) || !isfinite(s->dt)))
-        return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs a positive time step");
+    if (s->rollout && !(steps_are_positive(s, train) && steps_are_positive(s, test)))
+        return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs positive time steps");
     if (s->optimiser->full_batch && s->batch && s->batch != train->n)
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s needs all samples in every step; expected a full batch",
@@ -83,8 +94,8 @@ static enum ad_status prepare_data(hnn_trainer *t, const struct hnn_samples *tra
     enum ad_type type = t->model->settings.precision;
     size_t x_rows = hnn_x_rows(t->learner, &t->settings),
            rows = hnn_target_rows(t->learner, &t->settings);
-    if (hnn_data_new(&t->train, type, train, &t->lit, x_rows, rows, error) != AD_OK ||
-        hnn_data_new(&t->test, type, test, &t->lit, x_rows, rows, error) != AD_OK)
+    if (hnn_data_new(&t->train, type, &t->settings, train, &t->lit, x_rows, rows, error) != AD_OK ||
+        hnn_data_new(&t->test, type, &t->settings, test, &t->lit, x_rows, rows, error) != AD_OK)
         return error->status;
     if (!t->model->settings.pixels &&
         hnn_range_states(t->model, train->n, train->x, error) != AD_OK)

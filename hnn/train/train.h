@@ -27,9 +27,11 @@ struct hnn_data {
     size_t position;              /* taken from it */
     struct phys_random random, epoch; /* now, and before the present permutation was drawn */
 };
+/* Of rollouts, training->rollout, the last rows of the target are the lengths of their steps. */
 enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
-                            const struct hnn_samples *samples, const struct hnn_lit *lit,
-                            size_t x_rows, size_t target_rows, struct ad_error *error);
+                            const struct hnn_training *training, const struct hnn_samples *samples,
+                            const struct hnn_lit *lit, size_t x_rows, size_t target_rows,
+                            struct ad_error *error);
 void hnn_data_free(struct hnn_data *data);
 /* Draws batches from now on, by permutations from `seed`. */
 enum ad_status hnn_data_shuffle(struct hnn_data *data, uint64_t seed, struct ad_error *error);

@@ -66,15 +66,30 @@ static bool copy_frames(struct hnn_data *data, const struct hnn_samples *samples
     return true;
 }
 
-static bool copy_columns(struct hnn_data *data, const struct hnn_samples *samples)
+/* Behind the targets of rollouts stand their steps, [K x n]. */
+static void copy_steps(const struct hnn_data *data, const struct hnn_samples *samples,
+                       const struct hnn_training *training, void *to)
+{
+    if (samples->steps) {
+        hnn_from_double(data->type, training->rollout * data->n, samples->steps, to);
+        return;
+    }
+    for (size_t k = 0; k < training->rollout * data->n; k++)
+        hnn_from_double(data->type, 1, &training->dt, (char *)to + k * hnn_type_bytes(data->type));
+}
+
+static bool copy_columns(struct hnn_data *data, const struct hnn_samples *samples,
+                         const struct hnn_training *training)
 {
     size_t x = data->x_rows * data->n, target = data->target_rows * data->n;
+    size_t states = target - training->rollout * data->n;
     size_t bytes = hnn_type_bytes(data->type);
     char *values = data->values = malloc((x + target) * bytes);
     if (!values)
         return false;
     hnn_from_double(data->type, x, samples->x, values);
-    hnn_from_double(data->type, target, samples->target, values + x * bytes);
+    hnn_from_double(data->type, states, samples->target, values + x * bytes);
+    copy_steps(data, samples, training, values + (x + states) * bytes);
     data->x = values;
     data->target = values + x * bytes;
     data->hash = hash_bytes(data->hash, values, (x + target) * bytes);
@@ -82,15 +97,17 @@ static bool copy_columns(struct hnn_data *data, const struct hnn_samples *sample
 }
 
 enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
-                            const struct hnn_samples *samples, const struct hnn_lit *lit,
-                            size_t x_rows, size_t target_rows, struct ad_error *error)
+                            const struct hnn_training *training, const struct hnn_samples *samples,
+                            const struct hnn_lit *lit, size_t x_rows, size_t target_rows,
+                            struct ad_error *error)
 {
     size_t n = samples->n;
     *data = (struct hnn_data){.type = type, .n = n, .x_rows = x_rows, .target_rows = target_rows};
     if (n == 0)
         return AD_OK;
     data->hash = 0xcbf29ce484222325;
-    if (!(samples->frames ? copy_frames(data, samples, lit) : copy_columns(data, samples)))
+    if (!(samples->frames ? copy_frames(data, samples, lit)
+                          : copy_columns(data, samples, training)))
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu samples", n);
     return AD_OK;
 }

@@ -59,20 +59,22 @@ static const struct hnn_objective learn_rates = {false, states, rates, record_ra
 
 /* ---- rollouts ---- */
 
+/* Behind the states stand the lengths of the steps. */
 static size_t rollouts(const hnn_model *model, const struct hnn_training *training)
 {
-    return hnn_states(model) * training->rollout;
+    return (hnn_states(model) + 1) * training->rollout;
 }
 
-/* One step of the classical Runge-Kutta method. */
-static ad_var runge_kutta(const hnn_model *model, ad_var parameters, ad_var x, double dt)
+/* One step of the classical Runge-Kutta method, dt [1 x samples]. */
+static ad_var runge_kutta(const hnn_model *model, ad_var parameters, ad_var x, ad_var dt)
 {
+    ad_var half = ad_mul(0.5, dt);
     ad_var k1 = field_at(model, parameters, x);
-    ad_var k2 = field_at(model, parameters, ad_add(x, ad_mul(dt / 2, k1)));
-    ad_var k3 = field_at(model, parameters, ad_add(x, ad_mul(dt / 2, k2)));
+    ad_var k2 = field_at(model, parameters, ad_add(x, ad_mul(half, k1)));
+    ad_var k3 = field_at(model, parameters, ad_add(x, ad_mul(half, k2)));
     ad_var k4 = field_at(model, parameters, ad_add(x, ad_mul(dt, k3)));
     ad_var middle = ad_mul(2.0, ad_add(k2, k3));
-    return ad_add(x, ad_mul(dt / 6, ad_add(ad_add(k1, middle), k4)));
+    return ad_add(x, ad_mul(ad_mul(1.0 / 6, dt), ad_add(ad_add(k1, middle), k4)));
 }
 
 static ad_var record_rollouts(const hnn_model *model, const struct hnn_training *training,
@@ -81,7 +83,7 @@ static ad_var record_rollouts(const hnn_model *model, const struct hnn_training 
     size_t m = hnn_states(model), steps = training->rollout;
     ad_var sum = {0}, at = x;
     for (size_t k = 0; k < steps; k++) {
-        at = runge_kutta(model, parameters, at, training->dt);
+        at = runge_kutta(model, parameters, at, ad_slice_rows(target, steps * m + k, 1));
         ad_var error = ad_sub(at, ad_slice_rows(target, k * m, m));
         ad_var squares = mean_squares(error, model->scaling.scale);
         sum = k ? ad_add(sum, squares) : squares;

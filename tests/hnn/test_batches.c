@@ -37,7 +37,7 @@ static void test_batches(void **state)
     }
     struct hnn_data data;
     struct ad_error error = {0};
-    assert_int_equal(hnn_data_new(&data, AD_F64,
+    assert_int_equal(hnn_data_new(&data, AD_F64, &(struct hnn_training){0},
                                   &(struct hnn_samples){.n = N, .x = x, .target = target}, NULL, 1,
                                   1, &error),
                      AD_OK);

@@ -48,12 +48,20 @@ static void test_rollouts_do_not_see_the_test(void **state)
                     "a loss on rollouts needs the time column, or the time step");
 }
 
-static void test_rollouts_need_equal_steps(void **state)
+/* C5: every pair has a time step of its own; gaps end a rollout, a wrong --dt is told. */
+static void test_uneven_steps(void **state)
 {
     (void)state;
-    struct path file = files_write_text("uneven.csv", "t,q,p\n0,1,2\n1,2,3\n2.5,1,1\n4,1,1\n");
-    dataset_refused(&(struct hnn_dataset_settings){.file = file.text, .time = "t", .rollout = 1},
-                    AD_E_INPUT, "rollouts need equal steps of time, found 1 and 1.5 (t = 2.5)");
+    struct path file = files_write_text(
+        "uneven.csv", "t,q,p\n0,1,2\n1,2,3\n2.5,1,1\n4,1,4\n9,1,1\n10,2,2\n11,0,0\n");
+    struct hnn_dataset d =
+        dataset_of(&(struct hnn_dataset_settings){.file = file.text, .time = "t", .rollout = 2});
+    assert_int_equal(d.train.n, 3); /* from 0, 1 and 9: 2.5 to 9 crosses the gap of 5 */
+    static const double steps[] = {1, 1.5, 1, 1.5, 1.5, 1};
+    for (size_t k = 0; k < 6; k++)
+        assert_close(d.train.steps[k], steps[k], 1e-15, 0);
+    assert_int_equal(d.gaps, 1);
+    hnn_dataset_free(&d);
     file = dataset_rows("even.csv", 9, 9);
     dataset_refused(
         &(struct hnn_dataset_settings){.file = file.text, .time = "t", .rollout = 1, .dt = 0.5},
@@ -65,7 +73,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rollouts),
         cmocka_unit_test(test_rollouts_do_not_see_the_test),
-        cmocka_unit_test(test_rollouts_need_equal_steps),
+        cmocka_unit_test(test_uneven_steps),
     };
     return cmocka_run_group_tests_name("data sets", tests, files_setup, files_teardown);
 }

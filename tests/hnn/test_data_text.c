@@ -135,7 +135,7 @@ static const struct {
     {"a,b\n1,2\n", NULL, NULL, NULL, "which columns are the state?"},
     {"a,b\n1,2\n", "a,b", NULL, NULL, "which columns are the rates?"},
     {"t,q,p\n0,1,2\n1,2,3\n\n1,2,3\n", NULL, NULL, "t", ":5: expected a time after 1, found 1"},
-    {"t,q,p\n0,1,2\n1,2,3\n0,2,3\n", NULL, NULL, "t", "(several trajectories need a trial column)"},
+    {"t,q,p\n0,1,2\n1,2,3\n1,2,3\n", NULL, NULL, "t", ":4: expected a time after 1, found 1"},
     {"t,q,p\n0,-1e308,2\n1,1e308,3\n", NULL, NULL, "t", "differences over time are not finite"},
     {"t,q,p\n0,1,2\n", NULL, NULL, "t", "1 rows of 1 trajectories give no samples"},
     {"trial,t,q,p\n1,0,1,2\n1,1,2,3\n2,0,2,3\n1,2,1,1\n", NULL, NULL, "t",
