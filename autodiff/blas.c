@@ -180,10 +180,9 @@ int ad_blas_symmetric_factor(size_t n, double *a, int *pivots, double *work)
     return LAPACKE_dsytrf_work(LAPACK_COL_MAJOR, 'L', size, a, size, pivots, work, 64 * size);
 }
 
-size_t ad_blas_symmetric_inertia(size_t n, const double *a, const int *pivots, double *log_det)
+size_t ad_blas_symmetric_inertia(size_t n, const double *a, const int *pivots)
 {
     size_t negative = 0;
-    *log_det = 0;
     for (size_t k = 0; k < n; k++) {
         double d = a[k * n + k], det = d;
         if (pivots[k] < 0) { /* a 2 x 2 pivot: one eigenvalue of either sign */
@@ -192,7 +191,6 @@ size_t ad_blas_symmetric_inertia(size_t n, const double *a, const int *pivots, d
             k++;
         }
         negative += det < 0;
-        *log_det += log(fabs(det));
     }
     return negative;
 }
@@ -211,19 +209,4 @@ int ad_blas_eigenvectors(size_t n, double *a, double *b, double *values)
 {
     lapack_int size = (lapack_int)n;
     return LAPACKE_dsygv(LAPACK_COL_MAJOR, 1, 'V', 'L', size, a, size, b, size, values);
-}
-
-double ad_blas_log_det(size_t n, double *a, int *pivots, int *sign)
-{
-    double log_det = 0;
-    *sign = 1;
-    if (ad_blas_factor(n, a, pivots) != 0)
-        return *sign = 0;
-    for (size_t k = 0; k < n; k++) {
-        double d = a[k * n + k];
-        if ((d < 0) != (pivots[k] != (int)k + 1))
-            *sign = -*sign;
-        log_det += log(fabs(d));
-    }
-    return log_det;
 }

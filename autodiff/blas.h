@@ -68,16 +68,12 @@ int ad_blas_tridiagonal_eigenvectors(size_t n, double *diagonal, double *off, si
 /* Factors a symmetric matrix a [n x n] in place as L D L^T with diagonal pivoting (Bunch, Kaufman);
    `pivots` [n], `work` [64 n] are room. Returns 0, or 1 + the index of a zero pivot. */
 int ad_blas_symmetric_factor(size_t n, double *a, int *pivots, double *work);
-/* Of a matrix so factored: how many eigenvalues are negative, and log |det|. */
-size_t ad_blas_symmetric_inertia(size_t n, const double *a, const int *pivots, double *log_det);
+/* Of a matrix so factored: how many eigenvalues are negative. */
+size_t ad_blas_symmetric_inertia(size_t n, const double *a, const int *pivots);
 /* Solves a x = b for m right sides, b [m x n], one a row, in place. */
 void ad_blas_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b);
 /* Eigenvalues of a x = value b x for symmetric a and positive definite b, [n x n] each: values [n],
    ascending; row k of a becomes eigenvector k; b is destroyed. Returns 0, up to n where they do not
    converge, more where b is not positive definite, negative where memory is exhausted. */
 int ad_blas_eigenvectors(size_t n, double *a, double *b, double *values);
-/* log |det a| of a [n x n], which is destroyed, and its sign (0: singular); `pivots` [n] is room.
- */
-double ad_blas_log_det(size_t n, double *a, int *pivots, int *sign);
-
 #endif

@@ -371,20 +371,42 @@ enum ad_status phys_path_free_time(const struct phys_system *system,
                                    struct phys_path_settings *settings, double energy, double *path,
                                    struct phys_path_info *info, struct ad_error *error);
 
+/* L_vv over a path (Legendre's condition): indefinite where it is singular, too. */
+enum phys_definite { PHYS_INDEFINITE, PHYS_POSITIVE, PHYS_NEGATIVE };
+
+/* A point conjugate to the start, and what its time may be off by. */
+struct phys_conjugate {
+    double time, error;
+};
+
 /* What kind of stationary point a path is. */
 struct phys_spectrum {
+    enum phys_definite legendre;
+    double not_definite; /* when L_vv first is neither positive nor negative definite, or changes */
+    /* Where L_vv is positive definite, of S; where it is negative definite, of -S; else none. */
     size_t index;            /* Morse index: negative eigenvalues of the Hessian; 0 is a minimum */
     double smallest;         /* eigenvalue; NaN where many coordinates make it expensive */
     double second_variation; /* its smallest eigenvalue against the integral of x^2, which tends to
-                                that of the continuous problem for every rule; NaN likewise */
+                                that of the operator; NaN likewise */
     size_t n_conjugate;
-    double conjugate[32]; /* times of the points conjugate to the start, the first so many */
+    struct phys_conjugate *conjugate; /* in the order of time; between which slices at first */
+    bool of_motion;                   /* they are those of the motion: phys_path_conjugate */
 };
-/* Of the action S itself between fixed first and last slices, at path [s*dof x slices]; of the
-   settings rule, slices and dt matter. */
+/* Of the action S itself between fixed first and last slices, at a stationary path [s*dof x
+   slices]; of the settings rule, slices and dt matter. Ends with phys_spectrum_free, whatever it
+   returned. */
 enum ad_status phys_path_spectrum(const struct phys_system *system,
                                   const struct phys_path_settings *settings, const double *path,
                                   struct phys_spectrum *spectrum, struct ad_error *error);
+/* Replaces the conjugate points by those of the motion between the ends of the path, from the
+   Jacobi fields along it, each as often as the fields lose rank there. They stay as they are where
+   no motion is found near the path, and with more than PHYS_SHOOTING_DOF coordinates. Where L_vv is
+   indefinite they are the changes of sign of the Jacobi fields' determinant. */
+enum { PHYS_SHOOTING_DOF = 40 };
+enum ad_status phys_path_conjugate(const struct phys_system *system,
+                                   const struct phys_path_settings *settings, const double *path,
+                                   struct phys_spectrum *spectrum, struct ad_error *error);
+void phys_spectrum_free(struct phys_spectrum *spectrum);
 
 /* One of several stationary paths between the same ends. */
 struct phys_answer {

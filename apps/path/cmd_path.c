@@ -112,6 +112,7 @@ static int run_path(struct path_run *run, struct ad_error *error)
     }
     path_record_free(&record);
     phys_answers_free(&result.answers);
+    phys_spectrum_free(&result.spectrum);
     return status;
 }
 

@@ -136,7 +136,7 @@ struct path_result {
     struct phys_path_info info;
     struct path_figures reference, start, found;
     double mse_initial, mse_final, max_error, energy_drift;
-    bool has_spectrum; /* newton's paths are stationary, and of a kind */
+    bool stationary; /* of a kind, then */
     struct phys_spectrum spectrum;
     struct phys_answers answers; /* --all, --energy; none else */
     size_t chosen;
@@ -145,6 +145,15 @@ struct path_result {
 /* Fills all but `info`. */
 enum ad_status path_measure(const struct path_run *run, struct path_result *result,
                             struct ad_error *error);
+
+/* ---- what kind of path it is (path_verdict.c) ---- */
+
+/* Fills the spectrum where the path found is stationary. */
+enum ad_status path_judge_kind(const struct path_run *run, struct path_result *result,
+                               struct ad_error *error);
+void path_print_kind(const struct path_run *run, const struct path_result *result);
+void path_json_kind(struct json *json, const struct path_run *run,
+                    const struct path_result *result);
 
 /* ---- several answers (path_answers.c) ---- */
 

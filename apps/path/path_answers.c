@@ -84,8 +84,11 @@ void path_print_answers(const struct path_run *run, const struct path_result *re
     printf("  %14s %14s %6s %14s %7s\n", "energy", "action", "index", "largest", "copies");
     for (size_t k = 0; k < all->n; k++) {
         const struct phys_answer *a = &all->answer[k];
-        printf("%c %14.9g %14.9g %6zu %14.9g %7zu\n", k == result->chosen ? '>' : ' ', a->energy,
-               a->action, a->spectrum.index, a->largest, a->copies);
+        char index[24] = "-";
+        if (a->spectrum.legendre == PHYS_POSITIVE)
+            snprintf(index, sizeof index, "%zu", a->spectrum.index);
+        printf("%c %14.9g %14.9g %6s %14.9g %7zu\n", k == result->chosen ? '>' : ' ', a->energy,
+               a->action, index, a->largest, a->copies);
     }
     if (run->system.dof > 1)
         printf("\n  another random start would find one not listed with a chance of about %.0f%%\n",
@@ -107,7 +110,10 @@ void path_json_answers(struct json *json, const struct path_result *result)
         json_object(json, NULL);
         json_number(json, "energy", a->energy);
         json_number(json, "action", a->action);
-        json_count(json, "morse_index", a->spectrum.index);
+        if (a->spectrum.legendre == PHYS_POSITIVE)
+            json_count(json, "morse_index", a->spectrum.index);
+        else
+            json_null(json, "morse_index");
         json_number(json, "largest", a->largest);
         json_count(json, "copies", a->copies);
         json_end_object(json);

@@ -30,20 +30,21 @@ void path_outlook(const struct path_run *run, const struct path_result *result)
 {
     struct phys_spectrum spectrum;
     struct ad_error none = {0};
-    if (run->options->common.quiet || result->has_spectrum || run->solver == &phys_solver_march ||
-        !moved_away(result))
+    if (run->options->common.quiet || run->solver == &phys_solver_march ||
+        strcmp(run->solver->name, "newton") == 0 || !moved_away(result))
         return;
     fprintf(stderr,
             "leastaction path: warning: %s moves away from the stationary path: |gradient| grew "
             "from %.3g to %.3g; ",
             run->solver->name, result->start.grad_norm, result->found.grad_norm);
     if (phys_path_spectrum(&run->system, &run->settings, run->path, &spectrum, &none) == AD_OK &&
-        spectrum.index > 0)
+        spectrum.legendre == PHYS_POSITIVE && spectrum.index > 0)
         fprintf(stderr,
-                "the action falls along %zu direction%s there (Morse index): a saddle, which no "
-                "descent can hold; try --solver newton\n",
+                "the second derivative of the action is negative along %zu direction%s there, and "
+                "no descent can hold a saddle; try --solver newton\n",
                 spectrum.index, spectrum.index == 1 ? "" : "s");
     else
         fprintf(stderr, "try a smaller --lr than %g, or --solver newton\n",
                 run->settings.learning_rate);
+    phys_spectrum_free(&spectrum);
 }

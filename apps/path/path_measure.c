@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* One tape that gives the figures of any path, and the energy of each of its slices. */
 struct meter {
@@ -139,8 +138,5 @@ enum ad_status path_measure(const struct path_run *run, struct path_result *resu
         result->max_error = largest(run->path, run->reference, n);
     }
     meter_free(&meter);
-    result->has_spectrum = strcmp(run->solver->name, "newton") == 0 && error->status == AD_OK;
-    if (result->has_spectrum)
-        phys_path_spectrum(&run->system, &run->settings, run->path, &result->spectrum, error);
-    return error->status;
+    return error->status == AD_OK ? path_judge_kind(run, result, error) : error->status;
 }

@@ -44,22 +44,6 @@ static void print_tables(const struct path_run *run)
     }
 }
 
-static void print_spectrum(const struct path_run *run, const struct phys_spectrum *spectrum)
-{
-    const char *unit = run->system.scene->time_unit;
-    printf("\n  Morse index %zu: %s of the action\n", spectrum->index,
-           spectrum->index ? "a saddle" : "a minimum");
-    if (!isnan(spectrum->smallest))
-        printf("  smallest eigenvalue of the Hessian %.9g, of the second variation %.9g\n",
-               spectrum->smallest, spectrum->second_variation);
-    if (spectrum->n_conjugate)
-        printf("  conjugate to the start, in %s:", unit);
-    for (size_t k = 0; k < spectrum->n_conjugate; k++)
-        printf("%s %.6g", k ? "," : "", spectrum->conjugate[k]);
-    if (spectrum->n_conjugate)
-        putchar('\n');
-}
-
 void path_print(const struct path_run *run, const struct path_result *result)
 {
     const struct phys_scene *scene = run->system.scene;
@@ -86,8 +70,7 @@ void path_print(const struct path_run *run, const struct path_result *result)
     print_row("MSE", NAN, result->mse_initial, result->mse_final, square);
     print_row("largest error", NAN, NAN, result->max_error, length);
     print_row("energy drift", NAN, NAN, result->energy_drift, "of the start");
-    if (result->has_spectrum)
-        print_spectrum(run, &result->spectrum);
+    path_print_kind(run, result);
     path_print_answers(run, result);
 }
 
@@ -112,22 +95,6 @@ static void json_tables(struct json *json, const struct path_run *run)
     json_end_array(json);
 }
 
-static void json_spectrum(struct json *json, const struct path_result *result)
-{
-    const struct phys_spectrum *spectrum = &result->spectrum;
-    if (!result->has_spectrum) {
-        json_null(json, "morse_index");
-        return;
-    }
-    json_count(json, "morse_index", spectrum->index);
-    json_number(json, "smallest_eigenvalue", spectrum->smallest);
-    json_number(json, "second_variation", spectrum->second_variation);
-    json_array(json, "conjugate_times");
-    for (size_t k = 0; k < spectrum->n_conjugate; k++)
-        json_number(json, NULL, spectrum->conjugate[k]);
-    json_end_array(json);
-}
-
 void path_print_json(const struct path_run *run, const struct path_result *result)
 {
     struct json json;
@@ -146,7 +113,7 @@ void path_print_json(const struct path_run *run, const struct path_result *resul
     json_number(&json, "kinetic_mean", result->found.kinetic_mean);
     json_number(&json, "potential_mean", result->found.potential_mean);
     json_number(&json, "grad_norm", result->info.grad_norm);
-    json_spectrum(&json, result);
+    path_json_kind(&json, run, result);
     path_json_answers(&json, result);
     path_json_levels(&json, run);
     json_number(&json, "mse_initial", result->mse_initial);

@@ -71,6 +71,7 @@ static double *follow(const struct phys_system *system, struct phys_path_setting
     if (lost.status == AD_OK && info.stop == PHYS_STOP_ROUNDING &&
         phys_path_spectrum(system, finer, fine, &spectrum, error) == AD_OK)
         *index = spectrum.index;
+    phys_spectrum_free(&spectrum);
     return fine;
 }
 

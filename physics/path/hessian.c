@@ -77,6 +77,16 @@ void phys_hessian_free(struct phys_hessian *h)
     free(h->element);
     free(h->gradient);
     free(h->stiffness);
+    free(h->mass);
+}
+
+bool phys_hessian_keep_mass(struct phys_hessian *h)
+{
+    size_t matrix = h->dof * h->dof;
+    if (h->points > SIZE_MAX / sizeof(double) / matrix)
+        return false;
+    h->mass = malloc(h->points * matrix * sizeof *h->mass);
+    return h->mass != NULL;
 }
 
 /* ---- points of a path ---- */
@@ -106,6 +116,12 @@ static struct point point(const struct phys_hessian *h, size_t p)
         at.v[k] = h->table.v[j][k] / h->dt;
     }
     return at;
+}
+
+double phys_hessian_time(const struct phys_hessian *h, size_t p)
+{
+    struct point at = point(h, p);
+    return (double)at.element * h->dt + at.time;
 }
 
 /* Sets q, v and t of all points in both programs. */
@@ -205,6 +221,9 @@ void phys_hessian_at(struct phys_hessian *h, const double *path, double start)
         for (size_t p = 0; p < h->points; p++)
             add_column(h, p, seed, qv, vv, false);
         h->stiffness[seed] = stiffness(h, seed);
+        for (size_t p = 0; h->mass && p < h->points; p++)
+            for (size_t d = 0; d < h->dof; d++)
+                h->mass[(p * h->dof + seed) * h->dof + d] = vv[d * h->points + p];
     }
     add_gradient(h);
 }

@@ -24,6 +24,7 @@ struct phys_hessian {
     double *element;   /* [elements][side x side]: node by node, coordinate by coordinate */
     double *gradient;  /* [elements][side]: of the element's part of S */
     double *stiffness; /* [dof]: mean over points of |L_vv| / dt on the diagonal */
+    double *mass;      /* [points][dof x dof]: L_vv, where phys_hessian_keep_mass asks for it */
 };
 
 /* Room and programs for paths of `slices` slices. Ends with phys_hessian_free, whatever it
@@ -32,6 +33,11 @@ enum ad_status phys_hessian_new(struct phys_hessian *h, const struct phys_system
                                 const struct phys_rule *rule, size_t slices, double dt,
                                 struct ad_error *error);
 void phys_hessian_free(struct phys_hessian *h);
+
+/* From then on phys_hessian_at fills `mass`, too. False: no memory. */
+bool phys_hessian_keep_mass(struct phys_hessian *h);
+/* When point p of the path is, from its beginning. */
+double phys_hessian_time(const struct phys_hessian *h, size_t p);
 
 /* Fills element, gradient and stiffness at a path [degree*dof x slices] that begins at `start`. */
 void phys_hessian_at(struct phys_hessian *h, const double *path, double start);

@@ -107,6 +107,12 @@ static enum ad_status keep(struct search *s, const struct phys_path_info *info,
     return error->status;
 }
 
+static void answer_free(struct phys_answer *answer)
+{
+    free(answer->path);
+    phys_spectrum_free(&answer->spectrum);
+}
+
 /* Leaves out what the grid alone made. */
 static void drop_unresolved(struct phys_answers *all)
 {
@@ -115,7 +121,7 @@ static void drop_unresolved(struct phys_answers *all)
         if (all->answer[k].resolved)
             all->answer[kept++] = all->answer[k];
         else
-            free(all->answer[k].path);
+            answer_free(&all->answer[k]);
     all->unresolved = all->n - kept;
     all->n = kept;
 }
@@ -316,7 +322,7 @@ enum ad_status phys_path_all(const struct phys_system *system,
 void phys_answers_free(struct phys_answers *answers)
 {
     for (size_t k = 0; k < answers->n; k++)
-        free(answers->answer[k].path);
+        answer_free(&answers->answer[k]);
     free(answers->answer);
     *answers = (struct phys_answers){0};
 }

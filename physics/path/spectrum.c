@@ -4,10 +4,8 @@
        D_1 = A_1,   D_i+1 = A_i+1 - B_i^T D_i^-1 B_i,
    and as many eigenvalues of the Hessian are negative as of all D_i and inner blocks together. The
    count after D_i is the index of the path up to slice i + 1: where it grows there is a point
-   conjugate to the start (Morse; Gelfand, Fomin, Calculus of Variations, section 29). The solutions
-   of the linearised equations that vanish at the start obey J_i+1 = -B_i^-1 D_i J_i, so that their
-   determinant changes sign there, and its zero is found between the slices on a line. */
-#include "hessian.h"
+   conjugate to the start (Morse; Gelfand, Fomin, Calculus of Variations, section 29). */
+#include "definite.h"
 #include "autodiff/blas.h"
 
 #include <float.h>
@@ -27,6 +25,7 @@ struct chain {
     double mass[PHYS_RULE_MOST]; /* of a slice and of each inner node: sigma counts times it */
     double largest;              /* entry of any element ... */
     double scale;                /* ... and of the spectrum */
+    bool lost;                   /* out of memory for conjugate points */
 };
 
 /* ---- elements ---- */
@@ -51,7 +50,6 @@ static double entry(const struct chain *c, size_t e, size_t i, size_t j)
 static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
 {
     size_t m = c->inner, n = c->side;
-    double log_det;
     *negative = 0;
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
@@ -66,7 +64,7 @@ static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
             c->C[j * m + i] = entry(c, e, i, m + j);
     if (ad_blas_symmetric_factor(m, c->K, c->pivots, c->work) != 0)
         return false;
-    *negative = ad_blas_symmetric_inertia(m, c->K, c->pivots, &log_det);
+    *negative = ad_blas_symmetric_inertia(m, c->K, c->pivots);
     double *solved = c->C + n * m;
     memcpy(solved, c->C, n * m * sizeof *solved);
     ad_blas_symmetric_solve(m, c->K, c->pivots, n, solved);
@@ -102,26 +100,21 @@ static void eliminate(struct chain *c)
         }
 }
 
-/* How far between slices i and i+1 det J passes zero, when it does: J_i+1 = -B_i^-1 D_i J_i. */
-static double crossing(struct chain *c, double log_det_D, size_t negative_D)
+/* `more` points conjugate to the start between slices i and i + 1. */
+static void note_conjugate(struct chain *c, size_t i, size_t more, struct phys_spectrum *spectrum)
 {
-    size_t n = c->dof;
-    int sign;
-    for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < n; i++)
-            c->Y[j * n + i] = -block(c, c->S, 0, 1, i, j);
-    double log_det_B = ad_blas_log_det(n, c->Y, c->pivots, &sign);
-    double ratio = exp(log_det_D - log_det_B);
-    if (sign == 0 || (sign < 0) == (negative_D % 2 == 1))
-        return 0.5; /* no change of sign: an even number at once */
-    return 1 / (1 + ratio);
-}
-
-static void note_conjugate(const struct chain *c, size_t i, size_t more, double share,
-                           struct phys_spectrum *spectrum)
-{
-    for (size_t k = 0; k < more && spectrum->n_conjugate < LENGTH(spectrum->conjugate); k++)
-        spectrum->conjugate[spectrum->n_conjugate++] = ((double)i + share) * c->hessian->dt;
+    double dt = c->hessian->dt;
+    size_t n = spectrum->n_conjugate;
+    if (more == 0)
+        return;
+    struct phys_conjugate *grown = realloc(spectrum->conjugate, (n + more) * sizeof *grown);
+    c->lost = c->lost || !grown;
+    if (!grown)
+        return;
+    spectrum->conjugate = grown;
+    for (size_t k = n; k < n + more; k++)
+        grown[k] = (struct phys_conjugate){((double)i + 0.5) * dt, 0.5 * dt};
+    spectrum->n_conjugate = n + more;
 }
 
 /* D of slice i from the elements before and behind it and from what was eliminated. */
@@ -144,19 +137,18 @@ static bool eliminate_all(struct chain *c, double sigma, size_t *total,
     if (!condense(c, 0, sigma, total))
         return false;
     memset(c->X, 0, c->dof * c->dof * sizeof *c->X);
-    if (spectrum && *total)
-        note_conjugate(c, 0, *total, 0.5, spectrum);
+    if (spectrum)
+        note_conjugate(c, 0, *total, spectrum);
     for (size_t i = 1; i < c->hessian->elements; i++) {
-        double log_det, *swap = c->before;
+        double *swap = c->before;
         c->before = c->S;
         c->S = swap;
         if (!condense(c, i, sigma, &more) || !next_block(c, sigma))
             return false;
-        size_t negative = ad_blas_symmetric_inertia(c->dof, c->D, c->pivots, &log_det);
+        more += ad_blas_symmetric_inertia(c->dof, c->D, c->pivots);
         eliminate(c);
-        more += negative;
-        if (spectrum && more)
-            note_conjugate(c, i, more, more == 1 ? crossing(c, log_det, negative) : 0.5, spectrum);
+        if (spectrum)
+            note_conjugate(c, i, more, spectrum);
         *total += more;
     }
     return true;
@@ -248,6 +240,46 @@ static double smallest(struct chain *c)
 
 enum { CHEAP = 40 }; /* dof * degree up to which sixty eliminations are cheap */
 
+/* The Hessian of -S. */
+static void negate(struct phys_hessian *h)
+{
+    for (size_t k = 0; k < h->elements * h->side * h->side; k++)
+        h->element[k] = -h->element[k];
+}
+
+static void count_directions(struct chain *c, struct phys_spectrum *spectrum)
+{
+    ad_blas_single_thread();
+    set_masses(c, false);
+    spectrum->index = count_below(c, 0, spectrum);
+    if (c->dof * c->hessian->table.degree <= CHEAP && c->largest > 0) {
+        spectrum->smallest = smallest(c);
+        set_masses(c, true);
+        spectrum->second_variation = smallest(c);
+    }
+    ad_blas_threads();
+}
+
+static enum ad_status examine(struct phys_hessian *h, struct chain *c, const double *path,
+                              struct phys_spectrum *spectrum, struct ad_error *error)
+{
+    if (!phys_hessian_keep_mass(h))
+        return ad_fail(error, AD_E_MEMORY, "out of memory for the mass matrices");
+    phys_hessian_at(h, path, 0);
+    spectrum->legendre = phys_hessian_definite(h, &spectrum->not_definite);
+    if (spectrum->legendre == PHYS_NEGATIVE)
+        negate(h);
+    if (!chain_new(c, h))
+        return ad_fail(error, AD_E_MEMORY, "out of memory for the inertia");
+    if (!isfinite(c->largest))
+        return ad_fail(error, AD_E_NONFINITE, "second derivatives of the action are not finite");
+    if (spectrum->legendre != PHYS_INDEFINITE)
+        count_directions(c, spectrum);
+    if (c->lost)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for conjugate points");
+    return AD_OK;
+}
+
 enum ad_status phys_path_spectrum(const struct phys_system *system,
                                   const struct phys_path_settings *settings, const double *path,
                                   struct phys_spectrum *spectrum, struct ad_error *error)
@@ -256,25 +288,15 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
     struct chain c = {0};
     *spectrum = (struct phys_spectrum){.smallest = (double)NAN, .second_variation = (double)NAN};
     if (phys_hessian_new(&h, system, settings->rule, settings->slices, settings->dt, error) ==
-        AD_OK) {
-        phys_hessian_at(&h, path, 0);
-        if (!chain_new(&c, &h)) {
-            ad_fail(error, AD_E_MEMORY, "out of memory for the inertia");
-        } else if (!isfinite(c.largest)) {
-            ad_fail(error, AD_E_NONFINITE, "second derivatives of the action are not finite");
-        } else {
-            ad_blas_single_thread();
-            set_masses(&c, false);
-            spectrum->index = count_below(&c, 0, spectrum);
-            if (h.dof * h.table.degree <= CHEAP && c.largest > 0) {
-                spectrum->smallest = smallest(&c);
-                set_masses(&c, true);
-                spectrum->second_variation = smallest(&c);
-            }
-            ad_blas_threads();
-        }
-    }
+        AD_OK)
+        examine(&h, &c, path, spectrum, error);
     chain_free(&c);
     phys_hessian_free(&h);
     return error->status;
+}
+
+void phys_spectrum_free(struct phys_spectrum *spectrum)
+{
+    free(spectrum->conjugate);
+    *spectrum = (struct phys_spectrum){0};
 }

@@ -113,7 +113,9 @@ static size_t index_of(const struct phys_system *system, const double *path)
     struct phys_path_settings s = settings();
     phys_path_spectrum(system, &s, path, &spectrum, &error);
     assert_no_error(&error);
-    return spectrum.index;
+    size_t index = spectrum.index;
+    phys_spectrum_free(&spectrum);
+    return index;
 }
 
 /* The action of the stationary path from x_b to x_a, near `path`, in the same slices and by the

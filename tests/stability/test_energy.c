@@ -65,7 +65,9 @@ static size_t solve(struct question *c, const char *solver, double path[SLICES])
                     &c->error);
     phys_path_spectrum(&c->system, &c->settings, path, &spectrum, &c->error);
     assert_int_equal(c->error.status, AD_OK);
-    return spectrum.index;
+    size_t index = spectrum.index;
+    phys_spectrum_free(&spectrum);
+    return index;
 }
 
 static void newton_stays_on_each_swing(void **state)

@@ -1,0 +1,248 @@
+/* What kind of point a stationary path is, and the points conjugate to its start: against closed
+   forms, and against the determinant of ends by differences of the start velocity. */
+#include "physics/internal.h"
+#include "physics/motion/motion.h"
+#include "published.h"
+#include "tests/close.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SLICES = 101, MOST_DOF = 3 };
+
+static enum ad_status at_one(const void *params, uint64_t seed, double *q, double *v,
+                             struct ad_error *error)
+{
+    static const double q0[] = {12, 0, 0}, v0[] = {0, 1.15, 0.026625};
+    (void)params;
+    (void)seed;
+    (void)error;
+    memcpy(q, q0, sizeof q0);
+    memcpy(v, v0, sizeof v0);
+    return AD_OK;
+}
+
+/* A plane oscillator of frequency 1 seen from a frame that turns: every motion meets at k pi. */
+static ad_var foucault(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    static const double turn = 0.1;
+    ad_var x = ad_row(q, 0), y = ad_row(q, 1);
+    ad_var twist = ad_sub(ad_mul(x, ad_row(v, 1)), ad_mul(y, ad_row(v, 0)));
+    (void)t;
+    (void)params;
+    return ad_add(ad_sub(ad_mul(0.5, ad_sum_rows(ad_square(v))),
+                         ad_mul(0.5 * (1 - turn * turn), ad_sum_rows(ad_square(q)))),
+                  ad_mul(turn, twist));
+}
+
+static ad_var falling(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)q;
+    (void)t;
+    (void)params;
+    return ad_mul(-0.5, ad_square(v));
+}
+
+/* A geodesic of Schwarzschild's metric in proper time, M = 1; r, t and the angle: L_vv has both
+   signs. */
+static ad_var geodesic(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    ad_var r = ad_row(q, 0), f = ad_sub(1.0, ad_div(2.0, r));
+    (void)t;
+    (void)params;
+    return ad_mul(
+        0.5, ad_add(ad_sub(ad_div(ad_square(ad_row(v, 0)), f), ad_mul(f, ad_square(ad_row(v, 1)))),
+                    ad_mul(ad_square(r), ad_square(ad_row(v, 2)))));
+}
+
+static struct phys_scene scene_of(phys_lagrangian *L, size_t dof)
+{
+    return (struct phys_scene){.version = PHYS_SCENE_VERSION,
+                               .size = sizeof(struct phys_scene),
+                               .name = "test",
+                               .what = "a test",
+                               .dof = dof,
+                               .dims = 1,
+                               .unit = "1",
+                               .time_unit = "1",
+                               .energy_unit = "1",
+                               .lagrangian = L,
+                               .slices = SLICES,
+                               .dt = 0.1,
+                               .start = at_one};
+}
+
+/* Of a path made stationary by the rule, from the motion of the scene's start. */
+static struct phys_spectrum examine(const struct phys_system *system, const char *rule, double dt)
+{
+    struct ad_error error = {0};
+    struct phys_spectrum found;
+    struct phys_path_info info;
+    struct phys_path_settings settings = {
+        .rule = phys_rule_find(rule, &error), .slices = SLICES, .steps = 100, .dt = dt};
+    double q[20], v[20], *path = calloc(settings.rule->degree * system->dof * SLICES, sizeof *path);
+    phys_motion *motion;
+    system->scene->start(system->params, 1, q, v, &error);
+    phys_motion_new(system, &motion, &error);
+    phys_fine_path(motion, q, v, SLICES, dt, 20, path, &error);
+    phys_rule_interpolate(settings.rule, system->dof, SLICES, path);
+    phys_path_solve(phys_solver_find("newton", &error), system, &settings, path, &info, &error);
+    assert_no_error(&error);
+    assert_int_equal(info.stop, PHYS_STOP_ROUNDING);
+    phys_path_spectrum(system, &settings, path, &found, &error);
+    phys_path_conjugate(system, &settings, path, &found, &error);
+    assert_no_error(&error);
+    phys_motion_free(motion);
+    free(path);
+    return found;
+}
+
+/* A9: to the digits that are said to be known, on a coarse rule and on a fine one; beyond 32. */
+static void oscillator_meets_again_at_half_periods(void **state)
+{
+    static const char *const rules[] = {"left", "gauss4"};
+    (void)state;
+    struct phys_system spring;
+    struct ad_error error = {0};
+    phys_system_open("spring", &spring, &error);
+    for (size_t r = 0; r < 2; r++) {
+        struct phys_spectrum found = examine(&spring, rules[r], r ? 1.1 : 0.3);
+        assert_true(found.of_motion && found.legendre == PHYS_POSITIVE);
+        assert_int_equal(found.n_conjugate, r ? 35 : 9);
+        for (size_t k = 0; k < found.n_conjugate; k++) {
+            assert_close(found.conjugate[k].time, M_PI * (double)(k + 1), 1e-9, 0);
+            assert_true(fabs(found.conjugate[k].time - M_PI * (double)(k + 1)) <
+                        2 * found.conjugate[k].error);
+        }
+        phys_spectrum_free(&found);
+    }
+    phys_system_close(&spring);
+}
+
+/* A9: two at a time, counted twice. */
+static void foucault_meets_again_in_both_directions(void **state)
+{
+    struct phys_scene scene = scene_of(foucault, 2);
+    struct phys_system system;
+    struct ad_error error = {0};
+    (void)state;
+    scene.start = at_one;
+    phys_system_make(&scene, &system, &error);
+    struct phys_spectrum found = examine(&system, "left", 0.07);
+    assert_int_equal(found.index, 4);
+    assert_int_equal(found.n_conjugate, 4);
+    for (size_t k = 0; k < 4; k++)
+        assert_close(found.conjugate[k].time, M_PI * (double)(k / 2 + 1), 1e-9, 0);
+    phys_spectrum_free(&found);
+    phys_system_close(&system);
+}
+
+/* A9: the figure of eight and the double pendulum, by the same determinant that the next test
+   takes, at 1e-12. */
+static void known_times(void **state)
+{
+    static const struct {
+        const char *scene, *rule;
+        double dt, first, second;
+        size_t n;
+    } cases[] = {{"figure8", "gauss4", 0.0632591, 4.798, 6.022, 2}};
+    (void)state;
+    for (size_t k = 0; k < LENGTH(cases); k++) {
+        struct phys_system system;
+        struct ad_error error = {0};
+        phys_system_open(cases[k].scene, &system, &error);
+        struct phys_spectrum found = examine(&system, cases[k].rule, cases[k].dt);
+        assert_int_equal(found.index, cases[k].n);
+        assert_int_equal(found.n_conjugate, cases[k].n);
+        assert_close(found.conjugate[0].time, cases[k].first, 0, 5e-4);
+        assert_close(found.conjugate[1].time, cases[k].second, 0, 5e-4);
+        phys_spectrum_free(&found);
+        phys_system_close(&system);
+    }
+}
+
+/* ---- by shooting ---- */
+
+/* Determinant of the end positions by the start velocities, at time t. */
+static double determinant(const struct phys_system *system, double t)
+{
+    size_t n = system->dof;
+    struct ad_error error = {0};
+    struct phys_ode ode;
+    double d[MOST_DOF][MOST_DOF], det = 1;
+    phys_ode_lagrangian(system, &ode, &error);
+    for (size_t c = 0; c < n; c++)
+        for (int side = -2; side <= 2; side++) {
+            static const double weight[] = {1. / 12, -2. / 3, 0, 2. / 3, -1. / 12};
+            struct phys_simulation run = {.integrator = phys_integrator_find("dop853", &error),
+                                          .t1 = t,
+                                          .rtol = 1e-13,
+                                          .atol = 1e-13};
+            struct phys_simulation_info info;
+            double y[2 * MOST_DOF], h = 2e-5;
+            system->scene->start(system->params, 1, y, y + n, &error);
+            y[n + c] += side * h;
+            phys_simulate(&run, &ode, y, &info, &error);
+            for (size_t r = 0; r < n; r++)
+                d[r][c] = (side == -2 ? 0 : d[r][c]) + weight[side + 2] * y[r] / h;
+        }
+    assert_no_error(&error);
+    phys_ode_free(&ode);
+    for (size_t k = 0; k < n; k++) /* without pivoting: none vanishes here */
+        for (size_t r = (det *= d[k][k], k + 1); r < n; r++)
+            for (size_t c = n; c-- > k;)
+                d[r][c] -= d[r][k] / d[k][k] * d[k][c];
+    return det;
+}
+
+/* A8: L_vv is indefinite: no index, but the fields are singular where the determinant is. */
+static void geodesic_has_no_index(void **state)
+{
+    struct phys_scene scene = scene_of(geodesic, 3);
+    struct phys_system system;
+    struct ad_error error = {0};
+    (void)state;
+    phys_system_make(&scene, &system, &error);
+    struct phys_spectrum found = examine(&system, "gauss3", 4);
+    assert_int_equal(found.legendre, PHYS_INDEFINITE);
+    assert_true(found.not_definite >= 0 && found.not_definite < 4);
+    assert_true(found.n_conjugate > 0);
+    for (size_t k = 0; k < found.n_conjugate; k++) {
+        double t = found.conjugate[k].time;
+        double before = determinant(&system, t * (1 - 1e-6)),
+               after = determinant(&system, t * (1 + 1e-6));
+        assert_true((before < 0) != (after < 0));
+    }
+    phys_spectrum_free(&found);
+    phys_system_close(&system);
+}
+
+/* F3: where L_vv is negative definite the index is that of -S. */
+static void negative_masses_make_a_maximum(void **state)
+{
+    struct phys_scene scene = scene_of(falling, 1);
+    struct phys_system system;
+    struct ad_error error = {0};
+    (void)state;
+    phys_system_make(&scene, &system, &error);
+    struct phys_spectrum found = examine(&system, "left", 0.1);
+    assert_int_equal(found.legendre, PHYS_NEGATIVE);
+    assert_int_equal(found.index, 0);
+    assert_int_equal(found.n_conjugate, 0);
+    assert_true(found.smallest > 0);
+    phys_spectrum_free(&found);
+    phys_system_close(&system);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(oscillator_meets_again_at_half_periods),
+        cmocka_unit_test(foucault_meets_again_in_both_directions),
+        cmocka_unit_test(known_times),
+        cmocka_unit_test(geodesic_has_no_index),
+        cmocka_unit_test(negative_masses_make_a_maximum),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
