@@ -1,15 +1,25 @@
-/* Ctrl-C (interrupt.h). A signal handler reaches nothing but statics, and calls only what POSIX
-   calls safe there. */
+/* Signals that ask the program to end (interrupt.h). A signal handler reaches nothing but statics,
+   and calls only what POSIX calls safe there. */
 #include "interrupt.h"
+#include "output/quote.h"
 
 #include <signal.h>
-#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 /* One request may arrive twice: timeout(1) signals the process and then its group. */
 static const double ECHO = 0.5; /* s */
 
-static volatile sig_atomic_t came;
+static const int orderly[] = {SIGINT, SIGTERM}, at_once[] = {SIGHUP, SIGPIPE, SIGQUIT, SIGXCPU};
+
+enum { N_ORDERLY = sizeof orderly / sizeof *orderly, N_AT_ONCE = sizeof at_once / sizeof *at_once };
+
+static volatile sig_atomic_t came, catching;
+static volatile pid_t running;
+static char *_Atomic whole; /* names of the files that are */
 static struct timespec first;
 
 static double since_first(void)
@@ -19,25 +29,95 @@ static double since_first(void)
     return (double)(now.tv_sec - first.tv_sec) + 1e-9 * (double)(now.tv_nsec - first.tv_nsec);
 }
 
+static sigset_t all_signals(void)
+{
+    sigset_t set;
+    sigemptyset(&set);
+    for (size_t k = 0; k < N_ORDERLY; k++)
+        sigaddset(&set, orderly[k]);
+    for (size_t k = 0; k < N_AT_ONCE; k++)
+        sigaddset(&set, at_once[k]);
+    return set;
+}
+
+/* Writes what it can: there is nothing to be done about the rest. */
+static void say(const char *names)
+{
+    static const char before[] = "leastaction: ended by a signal; these files are whole:";
+    if (write(STDERR_FILENO, before, sizeof before - 1) < 0 ||
+        write(STDERR_FILENO, names, strlen(names)) < 0)
+        return;
+}
+
+/* Ends the process as the signal does by default, so that its parent sees which it was. */
+static void end(int number)
+{
+    struct sigaction action = {.sa_handler = SIG_DFL};
+    sigset_t set;
+    const char *names = whole;
+    bool unfinished = phys_whole_abandon_all();
+    if (running)
+        kill(running, SIGTERM);
+    if (unfinished && names)
+        say(names);
+    sigemptyset(&action.sa_mask);
+    sigaction(number, &action, NULL);
+    sigemptyset(&set);
+    sigaddset(&set, number);
+    raise(number);
+    pthread_sigmask(SIG_UNBLOCK, &set, NULL);
+}
+
 static void note(int number)
 {
-    if (!came) {
+    if (!catching || (came && since_first() > ECHO)) {
+        end(number);
+    } else if (!came) {
         came = 1;
         clock_gettime(CLOCK_MONOTONIC, &first);
-    } else if (since_first() > ECHO) {
-        signal(number, SIG_DFL);
-        raise(number);
     }
 }
 
-void interrupt_catch(void)
+static void handle(int number, void (*handler)(int))
 {
-    struct sigaction action = {.sa_handler = note, .sa_flags = SA_RESTART};
-    sigemptyset(&action.sa_mask);
-    sigaddset(&action.sa_mask, SIGINT);
-    sigaddset(&action.sa_mask, SIGTERM);
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
+    struct sigaction action = {.sa_handler = handler, .sa_flags = SA_RESTART};
+    action.sa_mask = all_signals();
+    sigaction(number, &action, NULL);
 }
 
+void interrupt_start(void)
+{
+    struct sigaction before;
+    for (size_t k = 0; k < N_ORDERLY; k++)
+        handle(orderly[k], note);
+    for (size_t k = 0; k < N_AT_ONCE; k++) /* nohup has some of them ignored */
+        if (sigaction(at_once[k], NULL, &before) == 0 && before.sa_handler != SIG_IGN)
+            handle(at_once[k], end);
+    handle(SIGXFSZ, SIG_IGN);
+}
+
+void interrupt_catch(void) { catching = 1; }
+
 bool interrupted(void) { return came; }
+
+void interrupt_child(pid_t child) { running = child; }
+
+enum ad_status interrupt_commit(struct phys_whole *file, struct ad_error *error)
+{
+    char *text = NULL, *earlier = whole;
+    size_t length;
+    FILE *names = file->target ? open_memstream(&text, &length) : NULL;
+    if (names) {
+        fprintf(names, "%.*s ", earlier ? (int)strlen(earlier) - 1 : 0, earlier ? earlier : "");
+        quote_terminal(names, file->target);
+        fputc('\n', names);
+        fclose(names);
+    }
+    enum ad_status status = phys_whole_commit(file, error);
+    if (status == AD_OK && text) {
+        whole = text;
+        text = earlier;
+    }
+    free(text);
+    return status;
+}

@@ -1,13 +1,29 @@
-/* Ctrl-C: the first asks a long run to stop with what it has, the second ends the process. */
+/* Signals that ask the program to end. No temporary file outlives one that can be caught, and no
+   program started here does.
+
+   SIGINT and SIGTERM end the process at once, unless a run is under way that stops in order: the
+   first then raises a flag, and one that comes half a second later or more ends the process.
+   SIGHUP, SIGPIPE, SIGQUIT and SIGXCPU end it at once. A file size limit (SIGXFSZ) is a failed
+   write. */
 #ifndef APPS_INTERRUPT_H
 #define APPS_INTERRUPT_H
 
-#include <stdbool.h>
+#include "physics/io/atomic_file.h"
 
-/* From now on SIGINT and SIGTERM raise the flag; one that comes half a second after the first ends
-   the process as usual. */
+#include <stdbool.h>
+#include <sys/types.h>
+
+/* Installs the handlers; main calls it first. */
+void interrupt_start(void);
+/* A run that looks at interrupted() begins: from now on SIGINT and SIGTERM raise the flag. */
 void interrupt_catch(void);
 /* Whether one of them came. */
 bool interrupted(void);
+
+/* A process that ends with this one; 0: none. */
+void interrupt_child(pid_t child);
+/* phys_whole_commit. If a signal ends the process later, while other files are unfinished, standard
+   error says that this one is whole. */
+enum ad_status interrupt_commit(struct phys_whole *file, struct ad_error *error);
 
 #endif

@@ -1,5 +1,6 @@
 /* Text results (result.h). */
 #include "result.h"
+#include "apps/interrupt.h"
 
 #include <string.h>
 
@@ -29,7 +30,7 @@ enum ad_status result_commit(struct result *result, struct ad_error *error)
     written = fclose(result->out) == 0 && written;
     result->out = NULL;
     if (written)
-        return phys_whole_commit(&result->file, error);
+        return interrupt_commit(&result->file, error);
     ad_fail(error, AD_E_IO, "%s: cannot be written whole", result->file.target);
     phys_whole_abandon(&result->file);
     return AD_E_IO;

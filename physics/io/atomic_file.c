@@ -1,14 +1,45 @@
-/* Files that appear whole or not at all (whole.h). The order of syncing is what survives a crash:
-   contents, then the name, then the folder that holds the name. */
+/* Files that appear whole or not at all (atomic_file.h). The order of syncing is what survives a
+   crash: contents, then the name, then the folder that holds the name. */
 #include "atomic_file.h"
+#include "temporary_file.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+/* ---- what a signal's handler removes ---- */
+
+enum { MOST_AT_ONCE = 64 };
+
+static _Atomic(char *) unfinished[MOST_AT_ONCE];
+
+/* Puts `now` where `before` was; a file more than there are places is not kept. */
+static void replace(char *before, char *now)
+{
+    for (size_t k = 0; k < MOST_AT_ONCE; k++) {
+        char *expected = before;
+        if (atomic_compare_exchange_strong(&unfinished[k], &expected, now))
+            return;
+    }
+}
+
+bool phys_whole_abandon_all(void)
+{
+    bool any = false;
+    for (size_t k = 0; k < MOST_AT_ONCE; k++) {
+        char *name = atomic_load(&unfinished[k]);
+        if (name && unlink(name) == 0)
+            any = true;
+    }
+    return any;
+}
+
+/* ---- names ---- */
 
 static enum ad_status fail(struct ad_error *error, const char *name, const char *reason)
 {
@@ -30,21 +61,12 @@ static size_t folder_length(const char *name)
     return slash ? (size_t)(slash - name) + 1 : 0;
 }
 
-/* FOLDER/.PID.NAME: hidden, unique among running processes, with the target's extension. */
-static char *temporary_name(const char *target)
-{
-    size_t folder = folder_length(target), size = strlen(target) + 32;
-    char *name = malloc(size);
-    if (name)
-        snprintf(name, size, "%.*s.%ld.%s", (int)folder, target, (long)getpid(), target + folder);
-    return name;
-}
-
-/* The target behind symbolic links, or why it cannot be one. */
-static char *resolve(const char *target, const char **reason)
+/* The target behind symbolic links, or why it cannot be one; and its permissions, where it is. */
+static char *resolve(const char *target, mode_t *mode, const char **reason)
 {
     struct stat status;
     *reason = NULL;
+    *mode = 0;
     if (stat(target, &status) != 0) {
         if (errno != ENOENT)
             *reason = strerror(errno);
@@ -54,11 +76,16 @@ static char *resolve(const char *target, const char **reason)
         *reason = S_ISDIR(status.st_mode) ? "it is a folder" : "it is not a regular file";
     else if (access(target, W_OK) != 0)
         *reason = strerror(errno);
+    *mode = status.st_mode & 0777;
     return *reason ? NULL : realpath(target, NULL);
 }
 
 static void forget(struct phys_whole *file)
 {
+    if (file->temporary) {
+        replace(file->temporary, NULL);
+        close(file->lock);
+    }
     free(file->target);
     free(file->temporary);
     *file = (struct phys_whole){0};
@@ -67,21 +94,23 @@ static void forget(struct phys_whole *file)
 enum ad_status phys_whole_begin(struct phys_whole *file, const char *target, struct ad_error *error)
 {
     const char *reason;
-    *file = (struct phys_whole){.target = resolve(target, &reason)};
+    mode_t mode;
+    *file = (struct phys_whole){.target = resolve(target, &mode, &reason)};
     if (reason)
         return refuse(error, target, reason);
-    file->temporary = file->target ? temporary_name(file->target) : NULL;
-    if (!file->temporary) {
-        forget(file);
+    if (!file->target)
         return ad_fail(error, AD_E_MEMORY, "%s: out of memory", target);
-    }
-    int descriptor = open(file->temporary, O_WRONLY | O_CREAT | O_TRUNC, 0666);
-    if (descriptor < 0) {
-        enum ad_status status = refuse(error, target, strerror(errno));
+    temporary_clean(file->target, folder_length(file->target));
+    int failed =
+        temporary_new(file->target, folder_length(file->target), &file->temporary, &file->lock);
+    if (failed) {
         forget(file);
-        return status;
+        return failed == ENOMEM ? ad_fail(error, AD_E_MEMORY, "%s: out of memory", target)
+                                : refuse(error, target, strerror(failed));
     }
-    close(descriptor);
+    replace(NULL, file->temporary);
+    if (mode)
+        fchmod(file->lock, mode);
     return AD_OK;
 }
 

@@ -77,6 +77,18 @@ static void handle_free(phys_runfile *file)
 
 /* ---- writing ---- */
 
+/* The file is locked already: it is a temporary one of ours. */
+static hid_t file_access(void)
+{
+    hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+#if H5_VERSION_GE(1, 12, 1) || (H5_VERS_MINOR == 10 && H5_VERS_RELEASE >= 7)
+    H5Pset_file_locking(access, false, true);
+#else
+    setenv("HDF5_USE_FILE_LOCKING", "FALSE", 1);
+#endif
+    return access;
+}
+
 enum ad_status phys_runfile_create(const char *target, phys_runfile **out, struct ad_error *error)
 {
     *out = NULL;
@@ -87,7 +99,9 @@ enum ad_status phys_runfile_create(const char *target, phys_runfile **out, struc
     if (status == AD_OK) {
         hid_t sealed = H5Pcreate(H5P_FILE_CREATE);
         H5Pset_userblock(sealed, PHYS_SEAL_BYTES);
-        file->id = H5Fcreate(file->file.temporary, H5F_ACC_TRUNC, sealed, H5P_DEFAULT);
+        hid_t access = file_access();
+        file->id = H5Fcreate(file->file.temporary, H5F_ACC_TRUNC, sealed, access);
+        H5Pclose(access);
         if (file->id < 0) {
             status = phys_h5_fail(error, AD_E_IO, target, "create", target);
             phys_whole_abandon(&file->file);

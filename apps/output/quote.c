@@ -1,0 +1,129 @@
+/* Text from outside, quoted for who reads it next (quote.h). */
+#include "quote.h"
+#include "physics/io/utf8.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SHOWN = 200 }; /* bytes of a text in a picture */
+
+/* One character, or one byte that is none; its length. */
+static size_t terminal_character(FILE *out, const char *text)
+{
+    size_t length = phys_utf8_printable(text);
+    if (length)
+        fwrite(text, 1, length, out);
+    else
+        fprintf(out, "\\x%02x", (unsigned char)*text);
+    return length ? length : 1;
+}
+
+void quote_terminal(FILE *out, const char *text)
+{
+    while (*text)
+        text += terminal_character(out, text);
+}
+
+void quote_terminal_line(FILE *out, const char *before, const char *text)
+{
+    fputs(before, out);
+    quote_terminal(out, text);
+    fputc('\n', out);
+}
+
+static void csv_characters(FILE *out, const char *text)
+{
+    while (*text)
+        if (strchr("\n\r\t\"", *text))
+            fputs(*text == '"' ? "\"\"" : (char[]){*text, '\0'}, out), text++;
+        else
+            text += terminal_character(out, text);
+}
+
+void quote_csv(FILE *out, const char *text)
+{
+    fputc('"', out);
+    csv_characters(out, text);
+    fputc('"', out);
+}
+
+void quote_csv_name(FILE *out, const char *first, const char *second)
+{
+    bool quotes = strpbrk(first, ",\"\n\r") || strpbrk(second, ",\"\n\r");
+    fputs(quotes ? "\"" : "", out);
+    csv_characters(out, first);
+    csv_characters(out, second);
+    fputs(quotes ? "\"" : "", out);
+}
+
+void quote_json(FILE *out, const char *text)
+{
+    fputc('"', out);
+    while (*text) {
+        size_t length = phys_utf8_length(text);
+        if (length == 0)
+            fputs("\\ufffd", out);
+        else if (*text == '"' || *text == '\\')
+            fprintf(out, "\\%c", *text);
+        else if (length <= 2 && phys_utf8_printable(text) == 0) /* U+0080 is c2 80 */
+            fprintf(out, "\\u%04x", (unsigned char)text[length - 1]);
+        else
+            fwrite(text, 1, length, out);
+        text += length ? length : 1;
+    }
+    fputc('"', out);
+}
+
+/* ---- gnuplot ---- */
+
+/* It replaces `...` and @name in double quotes before it reads the string; octal escapes come after
+   that. A digit behind one would be read as a part of it. */
+static void gnuplot_byte(FILE *out, char c, bool *escaped)
+{
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                "0123456789 _./:,()=+-^{}";
+    bool digit = c >= '0' && c <= '9';
+    *escaped = (unsigned char)c < 0x80 && (!strchr(plain, c) || (digit && *escaped));
+    fprintf(out, *escaped ? "\\%03o" : "%c", (unsigned char)c);
+}
+
+static void gnuplot_text(FILE *out, const char *text, bool markup)
+{
+    const char *start = text;
+    bool escaped = false;
+    fputc('"', out);
+    while (*text && text - start < SHOWN) {
+        size_t length = phys_utf8_printable(text);
+        bool power = text[0] == '^' && text[1] >= '0' && text[1] <= '9';
+        if (markup && !power && strchr("^_{}@&~\\", *text))
+            gnuplot_byte(out, '\\', &escaped);
+        for (size_t k = 0; k < length; k++)
+            gnuplot_byte(out, text[k], &escaped);
+        if (length == 0)
+            fputs("\xef\xbf\xbd", out);
+        escaped = escaped && length > 0;
+        text += length ? length : 1;
+    }
+    fputs(*text ? "...\"" : "\"", out);
+}
+
+void quote_gnuplot(FILE *out, const char *text) { gnuplot_text(out, text, false); }
+void quote_gnuplot_label(FILE *out, const char *text) { gnuplot_text(out, text, true); }
+
+void quote_gnuplot_file(FILE *out, const char *name)
+{
+    bool escaped = false;
+    fputs(*name == '/' ? "\"" : "\"./", out);
+    while (*name)
+        gnuplot_byte(out, *name++, &escaped);
+    fputc('"', out);
+}
+
+char *quote_path(const char *name)
+{
+    char *path = malloc(strlen(name) + 3);
+    if (path)
+        strcpy(stpcpy(path, *name == '/' ? "" : "./"), name);
+    return path;
+}

@@ -1,0 +1,14 @@
+/* Temporary files beside their targets: the names, and whose they are (atomic_file.h says how). */
+#ifndef PHYSICS_TEMPORARY_FILE_H
+#define PHYSICS_TEMPORARY_FILE_H
+
+#include <stddef.h>
+
+/* Makes an empty, locked file in the folder of `target`, its first `folder` bytes. 0, and the name
+   (to be freed) and the descriptor that holds the lock; else the error number. */
+int temporary_new(const char *target, size_t folder, char **name, int *lock);
+
+/* Removes the temporary files in that folder whose processes have ended. */
+void temporary_clean(const char *target, size_t folder);
+
+#endif
