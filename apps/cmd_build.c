@@ -1,6 +1,7 @@
 /* leastaction build: a Lagrangian of a user's own, from C to a scene that every subcommand takes.
  */
 #include "command.h"
+#include "output/quote.h"
 #include "autodiff/native/cc.h"
 #include "physics/physics.h"
 #include "physics/io/atomic_file.h"
@@ -67,15 +68,16 @@ static char *default_out(const char *source)
     return out;
 }
 
-static enum ad_status compile(const char *source, const char *include, const char *to,
-                              struct ad_error *error)
+/* Paths a compiler takes for nothing else. */
+static enum ad_status compile_paths(const char *source, const char *name, const char *include,
+                                    const char *to, struct ad_error *error)
 {
     struct compiler compiler;
     const char *const words[] = {"-std=c11", "-D_XOPEN_SOURCE=700",
                                  "-O2",      "-Wall",
                                  "-shared",  "-fPIC",
                                  "-I",       include,
-                                 source,     "-o",
+                                 name,       "-o",
                                  to,         "-lm",
                                  NULL};
     if (access(source, R_OK) != 0)
@@ -84,9 +86,23 @@ static enum ad_status compile(const char *source, const char *include, const cha
     if (!ad_cc_find(&compiler, error))
         return error->status;
     if (ad_cc_run(&compiler, words, false) != 0)
-        return ad_fail(error, AD_E_INPUT, "%s: %s does not compile it, for the reasons above",
-                       source, compiler.words[0]);
-    return AD_OK;
+        ad_fail(error, AD_E_INPUT, "%s: %s does not compile it, for the reasons above", source,
+                compiler.words[0]);
+    return error->status;
+}
+
+static enum ad_status compile(const char *source, const char *include, const char *to,
+                              struct ad_error *error)
+{
+    char *name = quote_path(source), *folder = quote_path(include), *output = quote_path(to);
+    if (name && folder && output)
+        compile_paths(source, name, folder, output, error);
+    else
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    free(name);
+    free(folder);
+    free(output);
+    return error->status;
 }
 
 /* What was compiled is a scene; if not, the source is to blame, not a file that will be gone. */
@@ -104,10 +120,13 @@ static enum ad_status try_scene(const char *source, const char *library, struct 
 
 static void report(const struct options *options, const struct phys_system *system, const char *out)
 {
-    if (!options->common.quiet)
-        printf("%s: %s, %zu coordinate%s; leastaction check %s%s looks whether it is right\n", out,
-               system->scene->what, system->dof, system->dof == 1 ? "" : "s",
-               strchr(out, '/') ? "" : "./", out);
+    if (options->common.quiet)
+        return;
+    quote_terminal(stdout, out);
+    printf(": %s, %zu coordinate%s; leastaction check %s", system->scene->what, system->dof,
+           system->dof == 1 ? "" : "s", strchr(out, '/') ? "" : "./");
+    quote_terminal(stdout, out);
+    puts(" looks whether it is right");
 }
 
 static int run(const void *values, struct ad_error *error)

@@ -1,6 +1,7 @@
 /* The command `leastaction`: finds the subcommand, parses its options, runs it, prints its error.
  */
 #include "command.h"
+#include "output/quote.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -87,6 +88,12 @@ static int run(const struct command *command, int argc, char *const argv[], stru
     return command_status(error);
 }
 
+static void print_error(const char *subcommand, const char *message)
+{
+    fprintf(stderr, "leastaction%s%s: ", *subcommand ? " " : "", subcommand);
+    quote_terminal_line(stderr, "", message);
+}
+
 int command_main(int argc, char *argv[])
 {
     if (argc < 2) {
@@ -104,11 +111,11 @@ int command_main(int argc, char *argv[])
     struct ad_error error = {0};
     const struct command *command = command_find(argv[1], &error);
     if (!command) {
-        fprintf(stderr, "leastaction: %s\n", error.message);
+        print_error("", error.message);
         return WRONG_USE;
     }
     int status = run(command, argc, argv, &error);
     if (error.status != AD_OK)
-        fprintf(stderr, "leastaction %s: %s\n", argv[1], error.message);
+        print_error(command->line.name, error.message);
     return finish(status);
 }

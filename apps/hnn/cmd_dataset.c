@@ -3,6 +3,7 @@
 #include "apps/command.h"
 #include "dataset.h"
 #include "apps/output/json.h"
+#include "apps/output/quote.h"
 #include "apps/output/result.h"
 #include "autodiff/clock.h"
 #include "hnn/data/data.h"
@@ -134,9 +135,11 @@ static void report(const struct hnn_task *task, const struct hnn_sampling *s,
 {
     if (options->common.json)
         report_json(task, s, o, options->out, seconds);
-    else if (!options->common.quiet && strcmp(options->out, "-") != 0)
-        printf("%s: %zu trajectories of %zu observations, %.3g s\n  %s\n", task->name, s->trials,
-               s->points, seconds, options->out);
+    else if (!options->common.quiet && strcmp(options->out, "-") != 0) {
+        printf("%s: %zu trajectories of %zu observations, %.3g s\n", task->name, s->trials,
+               s->points, seconds);
+        quote_terminal_line(stdout, "  ", options->out);
+    }
 }
 
 /* A file that cannot be written is found before anything is computed. */

@@ -2,6 +2,7 @@
 #include "apps/command.h"
 #include "dataset.h"
 #include "apps/output/json.h"
+#include "apps/output/quote.h"
 #include "apps/numbers.h"
 #include "autodiff/clock.h"
 #include "hnn/pixels/pixels.h"
@@ -100,8 +101,9 @@ static void report(const struct dataset_options *o, const struct hnn_frames *f, 
         json_text(&json, "out", o->out);
         json_close(&json);
     } else if (!o->common.quiet) {
-        printf("pixels: %zu trajectories of %zu frames, %zu x %zu pixels, %.3g s\n  %s\n",
-               f->trajectories, f->frames, f->height, f->width, seconds, o->out);
+        printf("pixels: %zu trajectories of %zu frames, %zu x %zu pixels, %.3g s\n",
+               f->trajectories, f->frames, f->height, f->width, seconds);
+        quote_terminal_line(stdout, "  ", o->out);
     }
 }
 

@@ -170,9 +170,10 @@ static void energies(const struct drawing *d, const char *last, FILE *out)
         fprintf(out, "data binary skip=%zu record=%zu format='", 4 * d->table, d->n);
         for (size_t c = 0; c <= d->n_strips; c++)
             fputs("%float", out);
-        fprintf(out, "' using ($1 <= %s ? $1 : NaN):%zu with lines lw 2 lc rgb '%s' title '%s'%s",
-                last, s + 2, d->colour[s], d->strip[s].name,
-                s + 1 < d->n_strips ? ", \\\n  " : "\n");
+        fprintf(out, "' using ($1 <= %s ? $1 : NaN):%zu with lines lw 2 lc rgb '%s' title ", last,
+                s + 2, d->colour[s]);
+        quote_gnuplot(out, d->strip[s].name);
+        fputs(s + 1 < d->n_strips ? ", \\\n  " : "\n", out);
     }
 }
 
@@ -198,9 +199,11 @@ static void latent(const struct drawing *d, FILE *out)
     axis_set(out, "y", "latent p", "1", d->p, 0);
     fprintf(out,
             "plot %sdata binary skip=%zu record=%zu format='%%float%%float' using 1:2 with lines "
-            "lw 1.5 lc rgb '%s' title '%s'\n",
+            "lw 1.5 lc rgb '%s' title ",
             has_energy ? "$levels with lines lw 0.7 lc rgb '#b0b0b0' title 'H', " : "", 4 * d->path,
-            d->n, d->colour[d->n_strips - 1], d->latent->strip.name);
+            d->n, d->colour[d->n_strips - 1]);
+    quote_gnuplot(out, d->latent->strip.name);
+    fputc('\n', out);
 }
 
 /* ---- pictures ---- */
@@ -214,8 +217,9 @@ static void still(const struct drawing *d, double height, FILE *out)
         double top = bottom + (ROW - 4) / height;
         panel(0.1, 0.99, bottom, top, out);
         image_axes(SNAPSHOTS, out);
-        fprintf(out, "set label 1 '%s' at screen 0.09,%.4f right\nplot for [j=0:shots-1] ",
-                d->strip[s].name, (bottom + top) / 2);
+        fputs("set label 1 ", out);
+        quote_gnuplot(out, d->strip[s].name);
+        fprintf(out, " at screen 0.09,%.4f right\nplot for [j=0:shots-1] ", (bottom + top) / 2);
         image(d, s, "int((n - 1) * j / (shots - 1.0))", "j", out);
         fputc('\n', out);
     }
@@ -236,8 +240,9 @@ static void animation(const struct drawing *d, FILE *out)
         double width = 1 / (double)d->n_strips, left = width * (double)s;
         panel(left + 0.04 * width, left + 0.96 * width, 0.5, 0.94, out);
         image_axes(1, out);
-        fprintf(out, "set title '%s' offset 0,-0.7 textcolor rgb '%s'\nplot ", d->strip[s].name,
-                d->colour[s]);
+        fputs("set title ", out);
+        quote_gnuplot(out, d->strip[s].name);
+        fprintf(out, " offset 0,-0.7 textcolor rgb '%s'\nplot ", d->colour[s]);
         image(d, s, "f", "0", out);
         fputc('\n', out);
     }

@@ -68,8 +68,8 @@ static struct range span(const struct rollout_curve *curve, size_t n, size_t fir
 static void line(FILE *out, const char *x, size_t y, const char *style, const char *hue,
                  const char *title)
 {
-    fprintf(out, "data index 0 using %s:%zu with lines lw %s lc rgb '%s' title '%s'", x, y, style,
-            hue, title);
+    fprintf(out, "data index 0 using %s:%zu with lines lw %s lc rgb '%s' title ", x, y, style, hue);
+    quote_gnuplot(out, title);
 }
 
 static void draw_motion(const struct rollout_run *run, enum view view, size_t c, const char *hue,
@@ -110,7 +110,9 @@ static void motion_panel(const struct rollout_run *run, const struct rollout_cur
 {
     enum view view = view_of(run);
     motion_axes(run, curve, n, view, out);
-    fprintf(out, "set title '%s'\nplot ", rollout_name(&run->model[model]));
+    fputs("set title ", out);
+    quote_gnuplot(out, rollout_name(&run->model[model]));
+    fputs("\nplot ", out);
     if (view == PHASE_PLANE)
         fprintf(out,
                 "data index %zu using 1:2:3:4 with vectors head size screen 0.005,20 filled lw 0.8 "

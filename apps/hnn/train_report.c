@@ -1,6 +1,7 @@
 /* What a training came to. */
 #include "train.h"
 #include "apps/output/json.h"
+#include "apps/output/quote.h"
 
 #include <math.h>
 
@@ -66,7 +67,7 @@ void train_print(const struct train_run *run)
            run->train.n);
     if (run->test.n)
         printf("  test loss  %.6g on %zu samples\n", test, run->test.n);
-    printf("  %s\n", run->options->common.out);
+    quote_terminal_line(stdout, "  ", run->options->common.out);
 }
 
 static void json_columns(struct json *json, const struct train_run *run)

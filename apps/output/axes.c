@@ -27,14 +27,15 @@ void axis_set(FILE *out, const char *which, const char *name, const char *unit, 
               int power)
 {
     double scale = pow(10, power);
-    char label[96];
     unit = unit_shown(unit);
-    if (power)
-        snprintf(label, sizeof label, "%s / 10^{%d}%s%s", name, power, *unit ? " " : "", unit);
-    else
-        snprintf(label, sizeof label, "%s%s%s", name, *unit ? " / " : "", unit);
     fprintf(out, "set %srange [%.9g:%.9g]\nset %slabel ", which, range.low / scale,
             range.high / scale, which);
-    plot_quote(out, label);
+    quote_gnuplot_label(out, name);
+    if (power)
+        fprintf(out, ".\" / 10^{%d}\"", power);
+    if (*unit) {
+        fputs(power ? ".\" \"." : ".\" / \".", out);
+        quote_gnuplot_label(out, unit);
+    }
     fputc('\n', out);
 }

@@ -1,6 +1,7 @@
 /* leastaction dump: what is in a file of ours, as text, CSV or JSON. */
 #include "apps/command.h"
 #include "json.h"
+#include "quote.h"
 #include "result.h"
 #include "physics/io/hdf5_file.h"
 
@@ -27,13 +28,20 @@ struct text_listing {
         number[128]; /* the last number's name: its unit, which comes next, goes on the same line */
 };
 
+static void print_name(FILE *out, const char *attribute, const char *after)
+{
+    fputs("    ", out);
+    quote_terminal(out, attribute);
+    fputs(after, out);
+}
+
 static void list_text(void *context, const struct phys_runfile_item *item)
 {
     struct text_listing *listing = context;
     size_t length = strlen(listing->number);
     if (length && item->attribute && strncmp(item->attribute, listing->number, length) == 0 &&
         strcmp(item->attribute + length, ".unit") == 0) {
-        fprintf(listing->out, " %s\n", item->text);
+        quote_terminal_line(listing->out, " ", item->text);
         listing->number[0] = '\0';
         return;
     }
@@ -41,7 +49,8 @@ static void list_text(void *context, const struct phys_runfile_item *item)
         fputc('\n', listing->out);
     listing->number[0] = '\0';
     if (!item->attribute) {
-        fprintf(listing->out, "/%s", item->object);
+        fputc('/', listing->out);
+        quote_terminal(listing->out, item->object);
         if (item->kind != PHYS_RUNFILE_FOLDER) {
             fprintf(listing->out, "  %s [", phys_runfile_kind_name(item->kind));
             print_shape(listing->out, item);
@@ -49,28 +58,24 @@ static void list_text(void *context, const struct phys_runfile_item *item)
         }
         fputc('\n', listing->out);
     } else if (item->kind == PHYS_RUNFILE_TEXT) {
-        fprintf(listing->out, "    %s = %s\n", item->attribute, item->text);
+        print_name(listing->out, item->attribute, " = ");
+        quote_terminal_line(listing->out, "", item->text);
     } else if (item->kind == PHYS_RUNFILE_OTHER) {
-        fprintf(listing->out, "    %s (not shown)\n", item->attribute);
+        print_name(listing->out, item->attribute, " (not shown)\n");
     } else {
-        fprintf(listing->out, "    %s = %.17g", item->attribute, item->number);
+        print_name(listing->out, item->attribute, " = ");
+        fprintf(listing->out, "%.17g", item->number);
         snprintf(listing->number, sizeof listing->number, "%s", item->attribute);
     }
-}
-
-static void quote_csv(FILE *out, const char *text)
-{
-    fputc('"', out);
-    for (; *text; text++)
-        fputs(*text == '"' ? "\"\"" : (char[]){*text, '\0'}, out);
-    fputc('"', out);
 }
 
 static void list_csv(void *context, const struct phys_runfile_item *item)
 {
     FILE *out = context;
-    fprintf(out, "/%s,%s,%s,", item->object, item->attribute ? item->attribute : "",
-            phys_runfile_kind_name(item->kind));
+    quote_csv_name(out, "/", item->object);
+    fputc(',', out);
+    quote_csv_name(out, "", item->attribute ? item->attribute : "");
+    fprintf(out, ",%s,", phys_runfile_kind_name(item->kind));
     print_shape(out, item);
     fputc(',', out);
     if (item->text)

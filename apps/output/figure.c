@@ -13,7 +13,7 @@ void figure_begin(struct figure *figure, struct plot *plot, const struct layout 
     fputs("set multiplot\nset border 3 lc rgb '#606060'\nset tics nomirror\n"
           "set grid lt 1 lc rgb '#e6e6e6'\nset label 1 ",
           plot->script);
-    plot_quote(plot->script, layout->title ? layout->title : "");
+    quote_gnuplot(plot->script, layout->title ? layout->title : "");
     fputs(" at screen 0.5,0.97 center font ',14'\n", plot->script);
 }
 
@@ -44,7 +44,7 @@ static void axis(char which, const struct panel *panel, const char *title, const
     fprintf(out, "%s logscale %c\nset format %c '%s'\nset %crange %s\nset %ctics %s\nset %clabel ",
             log ? "set" : "unset", which, which, log ? "10^{%T}" : "%g", which,
             range ? range : "[*:*]", which, tics ? tics : "auto", which);
-    plot_quote(out, title ? title : "");
+    quote_gnuplot(out, title ? title : "");
     fputs(which == 'x' ? " offset 0,0.6\n" : "\n", out);
 }
 
@@ -58,7 +58,7 @@ void figure_panel(struct figure *figure, const struct panel *panel)
     axis('x', panel, panel->x, panel->x_range, panel->x_tics, out);
     axis('y', panel, panel->y, panel->y_range, panel->y_tics, out);
     fputs("set title ", out);
-    plot_quote(out, panel->title ? panel->title : "");
+    quote_gnuplot(out, panel->title ? panel->title : "");
     fprintf(out, " offset 0,-0.5\nset key %s\n%s", panel->key ? panel->key : "off",
             panel->more ? panel->more : "");
     figure->panel++;
@@ -116,7 +116,7 @@ void figure_curve(struct figure *figure, const struct curve *curve)
     fprintf(out, " lc rgb '%s' ", s->colour);
     fputs(curve->title ? "title " : "notitle", out);
     if (curve->title)
-        plot_quote(out, curve->title);
+        quote_gnuplot(out, curve->title);
     write_block(figure, curve);
 }
 

@@ -1,11 +1,18 @@
 /* Pictures by gnuplot (plot.h): commands and data go to temporary files, gnuplot draws to a third.
  */
 #include "plot.h"
+#include "apps/interrupt.h"
 
+#include <errno.h>
+#include <fcntl.h>
+#include <spawn.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/wait.h>
+#include <unistd.h>
+
+extern char **environ;
 
 static const struct plot_format {
     const char *extension, *terminal, *options; /* the size goes between the two */
@@ -27,16 +34,14 @@ static const struct plot_format *format_of(const char *target)
     return NULL;
 }
 
-/* Begins the file of the target's name with another extension. */
+/* Begins the file of the target's name and another extension behind it: fig.svg.dat. */
 static enum ad_status begin_beside(struct phys_whole *file, const char *target,
                                    const char *extension, struct ad_error *error)
 {
-    size_t stem = (size_t)(strrchr(target, '.') - target);
-    char *name = malloc(stem + strlen(extension) + 1);
+    char *name = malloc(strlen(target) + strlen(extension) + 1);
     if (!name)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    memcpy(name, target, stem);
-    strcpy(name + stem, extension);
+    strcpy(stpcpy(name, target), extension);
     enum ad_status status = phys_whole_begin(file, name, error);
     free(name);
     return status;
@@ -87,30 +92,17 @@ void plot_abandon(struct plot *plot)
     *plot = (struct plot){0};
 }
 
-/* Quotes inside are strings of their own: gnuplot 5.4 does not read two doubled quotes in a row. */
-void plot_quote(FILE *out, const char *text)
-{
-    fputc('\'', out);
-    for (; *text; text++)
-        fputs(*text == '\'' ? "'.\"'\".'" : (char[]){*text, '\0'}, out);
-    fputc('\'', out);
-}
-
-static void assign(FILE *out, const char *variable, const char *name)
-{
-    fprintf(out, "%s = ", variable);
-    plot_quote(out, name);
-    fputc('\n', out);
-}
-
 /* The script file, for a data file and a picture of these names. */
 static bool write_script(const struct plot *plot, const char *data, const char *picture)
 {
     FILE *out = fopen(plot->script_file.temporary, "w");
     if (!out)
         return false;
-    assign(out, "data", data);
-    assign(out, "picture", picture);
+    fputs("data = ", out);
+    quote_gnuplot_file(out, data);
+    fputs("\npicture = ", out);
+    quote_gnuplot_file(out, picture);
+    fputc('\n', out);
     const struct plot_format *format = plot->format;
     fprintf(out, "set terminal %s size %.0f,%.0f %s\nset output picture\n", format->terminal,
             plot->width * format->pixels, plot->height * format->pixels, format->options);
@@ -118,29 +110,63 @@ static bool write_script(const struct plot *plot, const char *data, const char *
     return close_stream(&out);
 }
 
-/* Runs gnuplot on the script; its exit status as the shell reports it (127: not there), and its
-   first line. */
+/* Starts gnuplot on a script, with nothing to read and both its outputs in a pipe; false where that
+   cannot be done, with the reason. */
+static bool start_gnuplot(char *script, pid_t *child, FILE **output, int *reason)
+{
+    char gnuplot[] = "gnuplot", *words[] = {gnuplot, script, NULL};
+    posix_spawn_file_actions_t files;
+    int ends[2];
+    *output = NULL;
+    if (pipe(ends) != 0) {
+        *reason = errno;
+        return false;
+    }
+    fcntl(ends[0], F_SETFD, FD_CLOEXEC);
+    fcntl(ends[1], F_SETFD, FD_CLOEXEC);
+    *reason = posix_spawn_file_actions_init(&files);
+    if (*reason == 0) {
+        if ((*reason = posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0)) ==
+                0 &&
+            (*reason = posix_spawn_file_actions_adddup2(&files, ends[1], 1)) == 0 &&
+            (*reason = posix_spawn_file_actions_adddup2(&files, ends[1], 2)) == 0)
+            *reason = posix_spawnp(child, gnuplot, &files, NULL, words, environ);
+        posix_spawn_file_actions_destroy(&files);
+    }
+    close(ends[1]);
+    if (*reason == 0 && (*output = fdopen(ends[0], "r")))
+        return true;
+    close(ends[0]);
+    return *reason == 0; /* it runs, unheard */
+}
+
+enum { NOT_INSTALLED = 127 };
+
+/* Runs gnuplot on the script: its exit status or, if it did not get that far, -1; and its first
+   line. */
 static int run_gnuplot(const struct plot *plot, char *line, int size)
 {
-    const char *name = plot->script_file.temporary;
-    char *command = malloc(4 * strlen(name) + 32), *end;
+    char *script = quote_path(plot->script_file.temporary), rest[256];
+    FILE *output;
+    pid_t child;
+    int status = -1, reason = ENOMEM;
     *line = '\0';
-    if (!command)
-        return -1;
-    end = stpcpy(command, "exec gnuplot '");
-    for (; *name; name++)
-        end = *name == '\'' ? stpcpy(end, "'\\''") : (*end = *name, end + 1);
-    strcpy(end, "' 2>&1");
-    FILE *gnuplot = popen(command, "r");
-    free(command);
-    if (!gnuplot)
-        return -1;
-    char rest[256];
-    for (char *to = line; fgets(to, to == line ? size : (int)sizeof rest, gnuplot);)
+    if (!script || !start_gnuplot(script, &child, &output, &reason)) {
+        snprintf(line, (size_t)size, "%s", strerror(reason));
+        free(script);
+        return reason == ENOENT ? NOT_INSTALLED : -1;
+    }
+    interrupt_child(child);
+    for (char *to = line; output && fgets(to, to == line ? size : (int)sizeof rest, output);)
         if (strspn(to, " \t\r\n^") != strlen(to))
             to = rest;
     line[strcspn(line, "\n")] = '\0';
-    int status = pclose(gnuplot);
+    if (output)
+        fclose(output);
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR)
+        ;
+    interrupt_child(0);
+    free(script);
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
@@ -169,12 +195,18 @@ static enum ad_status keep(struct plot *plot, struct ad_error *error)
     if (!data || !script || !write_script(plot, data, plot->picture_file.target))
         status = ad_fail(error, AD_E_IO, "%s: cannot be written", plot->script_file.target);
     if (status == AD_OK)
-        status = phys_whole_commit(&plot->data_file, error);
+        status = interrupt_commit(&plot->data_file, error);
     if (status == AD_OK)
-        status = phys_whole_commit(&plot->script_file, error);
-    if (status == AD_OK)
-        fprintf(stderr, "gnuplot is not installed: wrote %s and %s; draw with: gnuplot %s\n", data,
-                script, script);
+        status = interrupt_commit(&plot->script_file, error);
+    if (status == AD_OK) {
+        fputs("gnuplot is not installed: wrote ", stderr);
+        quote_terminal(stderr, data);
+        fputs(" and ", stderr);
+        quote_terminal(stderr, script);
+        fputs("; draw with: gnuplot ", stderr);
+        quote_terminal(stderr, script);
+        fputc('\n', stderr);
+    }
     free(data);
     free(script);
     return status;
@@ -192,7 +224,7 @@ enum ad_status plot_commit(struct plot *plot, struct ad_error *error)
         status = ad_fail(error, AD_E_IO, "%s: its data cannot be written", picture);
     } else {
         int exit = run_gnuplot(plot, line, (int)sizeof line);
-        if (exit == 127)
+        if (exit == NOT_INSTALLED)
             status = keep(plot, error);
         else if (exit != 0)
             status = ad_fail(error, AD_E_IO, "%s: gnuplot failed: %s", picture, line);
@@ -201,7 +233,7 @@ enum ad_status plot_commit(struct plot *plot, struct ad_error *error)
                              "%s: cannot be written whole: gnuplot left a part; is the disk full?",
                              picture);
         else
-            status = phys_whole_commit(&plot->picture_file, error);
+            status = interrupt_commit(&plot->picture_file, error);
     }
     plot_abandon(plot);
     return status;

@@ -6,10 +6,12 @@
        plot_commit(&plot, &drawn, error)         or plot_abandon(&plot)
 
    The commands find the name of the data file in the gnuplot variable `data`; terminal and output
-   are set. Where gnuplot is missing, data and commands are kept as fig.dat and fig.gp. */
+   are set. A string from outside reaches them through quote_gnuplot alone (quote.h). Where gnuplot
+   is missing, data and commands are kept as fig.svg.dat and fig.svg.gp. */
 #ifndef APPS_PLOT_H
 #define APPS_PLOT_H
 
+#include "quote.h"
 #include "physics/io/atomic_file.h"
 
 #include <stdio.h>
@@ -34,8 +36,5 @@ enum ad_status plot_begin(struct plot *plot, const char *target, struct ad_error
 enum ad_status plot_commit(struct plot *plot, struct ad_error *error);
 /* Removes what was written. Does nothing for a zero-initialised plot. */
 void plot_abandon(struct plot *plot);
-
-/* Writes a text as a gnuplot expression, whatever it contains. */
-void plot_quote(FILE *out, const char *text);
 
 #endif

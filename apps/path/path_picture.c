@@ -194,7 +194,7 @@ static void animate(const struct path_run *run, const struct path_record *record
 {
     enum { HOLD = 15 };
     fprintf(out, "every = %zu\nlast = %zu\nname = ", record->frame_every, result->info.steps);
-    plot_quote(out, run->system.scene->name);
+    quote_gnuplot(out, run->system.scene->name);
     fprintf(out, "\ndo for [f = %zu:%zu] {\n", blocks->frames, blocks->found + HOLD);
     fprintf(out, "frame = f < %zu ? f : %zu\n", blocks->found, blocks->found);
     fprintf(out, "step = f < %zu ? (f - 1) * every : last\n", blocks->found);
@@ -221,7 +221,7 @@ void path_picture(const struct path_run *run, const struct path_record *record,
         return;
     }
     fputs("set multiplot layout 1,2 title ", out);
-    plot_quote(out, run->system.scene->name);
+    quote_gnuplot(out, run->system.scene->name);
     fputs(" noenhanced\n", out);
     left_axes(run, &curves, out);
     left_still(&curves, &blocks, record, out);

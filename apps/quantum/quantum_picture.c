@@ -44,9 +44,10 @@ static void carpet(const struct quantum_run *run, const struct quantum_result *r
 {
     const struct phys_scene *scene = run->system.scene;
     const struct qm_grid *grid = &run->slice.grid;
+    char name[48];
+    phys_coordinate_name(&run->system, 0, name, sizeof name);
     axis_set(out, "x", "t", scene->time_unit, (struct range){0, result->t[result->n - 1]}, 0);
-    axis_set(out, "y", scene->coordinates[0], scene->unit, (struct range){grid->low, grid->high},
-             0);
+    axis_set(out, "y", name, scene->unit, (struct range){grid->low, grid->high}, 0);
     fputs("unset colorbox\nset key top right opaque noautotitle\n"
           "plot data index 0 using 1:2:3 with image, \\\n"
           "    data index 1 using 1:2 with lines lw 2 lc rgb '#e8743b' title 'mean', \\\n"
@@ -61,8 +62,9 @@ static void density_now(const struct quantum_run *run, const struct range *V, do
 {
     const struct phys_scene *scene = run->system.scene;
     const struct qm_grid *grid = &run->slice.grid;
-    axis_set(out, "x", scene->coordinates[0], scene->unit, (struct range){grid->low, grid->high},
-             0);
+    char name[48];
+    phys_coordinate_name(&run->system, 0, name, sizeof name);
+    axis_set(out, "x", name, scene->unit, (struct range){grid->low, grid->high}, 0);
     fprintf(out,
             "set yrange [0:%.6g]\nset ylabel 'density'\nset y2range [%.6g:%.6g]\nset key top right "
             "noopaque\n",
@@ -108,9 +110,10 @@ static void commands(const struct quantum_run *run, const struct quantum_result 
     fputs(style, out);
     times(result, frames, out);
     fprintf(out, "do for [f = 0:%zu] {\n", frames - 1);
-    fprintf(out, "set multiplot layout 1,2 title '%s, hbar = %g%s' noenhanced\n",
-            run->name[0] == '.' || run->name[0] == '/' ? run->system.scene->name : run->name,
-            run->slice.hbar,
+    fputs("set multiplot layout 1,2 title ", out);
+    quote_gnuplot(out,
+                  run->name[0] == '.' || run->name[0] == '/' ? run->system.scene->name : run->name);
+    fprintf(out, ".\", hbar = %g%s\" noenhanced\n", run->slice.hbar,
             run->aliasing.ratio > 1 + 1e-9 && run->method->aliases(&run->slice)
                 ? ": ALIASED, run by force"
                 : "");

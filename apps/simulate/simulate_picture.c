@@ -120,9 +120,10 @@ void simulate_picture(const struct simulate_run *run, const struct simulate_resu
           "samplen 1.5\n",
           out);
     fprintf(out, "name = ");
-    plot_quote(out, run->system.scene->name);
-    fprintf(out, "\nmethod = '%s'\nlast = %zu\nframes = %d\n", run->integrator->name, s->n - 1,
-            plot->animated ? FRAMES : 1);
+    quote_gnuplot(out, run->system.scene->name);
+    fputs("\nmethod = ", out);
+    quote_gnuplot(out, run->integrator->name);
+    fprintf(out, "\nlast = %zu\nframes = %d\n", s->n - 1, plot->animated ? FRAMES : 1);
     fputs("do for [f = 1:frames] {\nn = last * f / frames\n"
           "set multiplot layout 1,2 title sprintf('%s by %s', name, method) noenhanced\n",
           out);

@@ -1,6 +1,7 @@
 /* Scenes from outside: a shared object that exports leastaction_scene. The one file that loads
    code. Everything a scene must have is looked at here, so that the rest may rely on it. */
 #include "physics/internal.h"
+#include "physics/io/utf8.h"
 
 #include <dlfcn.h>
 #include <errno.h>
@@ -20,6 +21,24 @@ static bool parameters_fit(const struct phys_scene *s)
             s->params[k].offset % _Alignof(double) != 0)
             return false;
     return s->params_bytes < PARAMS_MOST;
+}
+
+/* They go to terminals, pictures and files. */
+static bool strings_are_printable(const struct phys_scene *s)
+{
+    const char *const texts[] = {s->name, s->what, s->unit, s->time_unit, s->energy_unit};
+    for (size_t k = 0; k < sizeof texts / sizeof *texts; k++)
+        if (!phys_utf8_is_printable(texts[k]))
+            return false;
+    for (size_t k = 0; s->coordinates && k < s->dof; k++)
+        if (s->coordinates[k] && !phys_utf8_is_printable(s->coordinates[k]))
+            return false;
+    for (size_t k = 0; k < s->n_params; k++)
+        if (!phys_utf8_is_printable(s->params[k].name) ||
+            (s->params[k].unit && !phys_utf8_is_printable(s->params[k].unit)) ||
+            (s->params[k].what && !phys_utf8_is_printable(s->params[k].what)))
+            return false;
+    return true;
 }
 
 /* Version and size come first: they say whether the rest of the struct can be read at all. */
@@ -45,6 +64,9 @@ const char *phys_scene_flaw(const struct phys_scene *s)
         return "with fewer than 3 slices or a time step that is not positive";
     if ((s->n_params && !s->params) || !parameters_fit(s))
         return "with parameters that do not lie in its params struct";
+    if (!strings_are_printable(s))
+        return "with control characters, or bytes that are not UTF-8, in a name, unit or "
+               "description";
     return NULL;
 }
 

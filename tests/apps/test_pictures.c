@@ -10,11 +10,11 @@ static void test_picture_without_gnuplot(void **state)
     shell_works("mkdir empty && PATH=$PWD/empty $LA path pendulum --solver adam --steps 20 --plot "
                 "fig.svg --quiet");
     assert_string_equal(shell_err(),
-                        "gnuplot is not installed: wrote fig.dat and fig.gp; draw with: "
-                        "gnuplot fig.gp\n");
+                        "gnuplot is not installed: wrote fig.svg.dat and fig.svg.gp; draw with: "
+                        "gnuplot fig.svg.gp\n");
     assert_int_equal(shell_files(), 3);
-    shell_works("head -n 2 fig.gp");
-    assert_string_equal(shell_out(), "data = 'fig.dat'\npicture = 'fig.svg'\n");
+    shell_works("head -n 2 fig.svg.gp");
+    assert_string_equal(shell_out(), "data = \"./fig.svg.dat\"\npicture = \"./fig.svg\"\n");
 }
 
 /* As gnuplot does on a full disk: half a picture, and exit status 0. */
