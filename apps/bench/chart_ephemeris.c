@@ -97,16 +97,15 @@ enum ad_status chart_ephemeris(struct chart *chart, struct ad_error *error)
     if (!chart->data)
         return ad_fail(error, AD_E_ARGUMENT,
                        "chart ephemeris needs --data DIR, a folder of Horizons tables");
+    if (ephemeris_tables_open(chart->data, chart->from, chart->days, &tables, error) != AD_OK)
+        return error->status;
     struct sheet *sheet = chart_sheet(chart, "ephemeris", columns, error);
     struct plot *plot = chart_picture(chart, "ephemeris", error);
-    if (error->status != AD_OK ||
-        ephemeris_tables_open(chart->data, chart->from, chart->days, &tables, error) != AD_OK)
-        return error->status;
     phys_horizons_date(tables.table->jd[tables.first], date, sizeof date);
     if (!chart->quiet)
         printf("%zu days from %s, seen from the Sun\n", tables.days, date);
     sheet_open(&table, table_columns, NULL, chart_terminal(chart));
-    if (measure(&tables, sheet, &table, error) == AD_OK) {
+    if (error->status == AD_OK && measure(&tables, sheet, &table, error) == AD_OK) {
         sheet_json(&table, "models", &chart->json);
         draw(sheet, tables.days, plot);
     }
