@@ -67,7 +67,7 @@ struct sheet *chart_sheet(struct chart *chart, const char *name, const struct co
     if (name_in(chart, name, "csv", target, error) == AD_OK &&
         result_begin(csv, target, error) == AD_OK)
         write_origin(csv->out);
-    sheet_open(sheet, columns, csv->out, chart_terminal(chart));
+    sheet_open(sheet, columns, csv->out, error->status == AD_OK ? chart_terminal(chart) : NULL);
     return sheet;
 }
 
