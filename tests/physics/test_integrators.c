@@ -3,6 +3,7 @@
 #include "tests/close.h"
 #include "motion.h"
 
+#include <float.h>
 #include <string.h>
 
 enum { STARTS = 32 };
@@ -135,6 +136,27 @@ static double return_error(const char *scene, bool canonical, const struct phys_
     return most;
 }
 
+/* What rounding does to the way there and back. A variational method takes its momenta from
+   velocities that are differences of rounded nodes, v_j = sum_k v_jk X_k / h: an element's momentum
+   is off by up to eps/2 |q| sum_j w_j |v_js| sum_k |v_jk| / h, at random from element to element,
+   and the distance grows with the time. Other methods never divide by h. */
+static double rounding_of(const struct phys_integrator *method, double size, double dt, double t)
+{
+    const struct phys_rule *rule = method->lagrangian ? method->coefficients : NULL;
+    struct phys_rule_table table;
+    double amplified = 0, steps = 2 * t / dt;
+    if (!rule)
+        return 1e-12;
+    rule->fill(rule, &table);
+    for (size_t j = 0; j < table.points; j++) {
+        double sum = 0;
+        for (size_t k = 0; k <= table.degree; k++)
+            sum += fabs(table.v[j][k]);
+        amplified += table.weight[j] * fabs(table.v[j][table.degree]) * sum;
+    }
+    return 0.5 * DBL_EPSILON * size * amplified / dt * sqrt(steps) * t;
+}
+
 static void test_reversal(void **state)
 {
     (void)state;
@@ -143,8 +165,10 @@ static void test_reversal(void **state)
         if (method->adaptive)
             continue;
         double error = return_error("pendulum", method->lagrangian, unit_pendulum, method, 0.1, 10);
+        double allowed = rounding_of(method, 2.24 /* 2 asin(rate0 / 2) */, 0.1, 10);
+        print_message("%-21s back to %.1e, rounding %.1e\n", method->name, error, allowed);
         if (method->symmetric)
-            assert_true(error < 1e-12);
+            assert_true(error < allowed);
         else
             assert_true(error > 1e-7);
         if (method->symmetric && !method->separable)
