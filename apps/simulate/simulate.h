@@ -28,14 +28,14 @@ struct simulate_options {
 /* One setting that --tol tried. */
 struct simulate_trial {
     const struct phys_integrator *integrator;
-    double setting;  /* dt, or the tolerance of a step */
-    double estimate; /* of the largest error over the run; NaN: it did not get through */
-    size_t evaluations;
+    double setting;               /* dt, or the tolerance of a step */
+    double estimate;              /* of the largest error over the run; NaN: unknown */
+    size_t evaluations, searched; /* of the setting; of all other runs */
     bool chosen;
 };
 
 enum {
-    SIMULATE_TRIALS = 8,
+    SIMULATE_TRIALS = 2,
     SIMULATE_FEW = 100 /* bodies; with more, what costs the square of their number is left out: the
                           reference, the closest approach, momenta, the outlook */
 };
@@ -79,9 +79,14 @@ enum ad_status simulate_settings(const struct simulate_run *run,
                                  const struct phys_ode *ode, const double *y, double *scale,
                                  struct phys_simulation *settings, struct ad_error *error);
 
-/* With --tol, finds the cheapest setting of a few integrators (or of the one given) whose estimate
-   of the error is under it, coarse to fine: integrator, dt or tolerance, trials. */
+/* With --tol, finds a setting of dop853, gauss5 or the integrator given whose estimate of the error
+   is under it: integrator, dt or tolerance, trials. */
 enum ad_status simulate_choose(struct simulate_run *run, struct ad_error *error);
+
+/* The setting that --tol chose erred by `error`, which is more: a tighter one; false if there is
+ * none.
+ */
+bool simulate_tighten(struct simulate_run *run, double error);
 
 /* With --data: the system from the tables, or, with --tol, the least model (run->model), which
    decides start and integrator too. */
@@ -106,7 +111,7 @@ struct simulate_samples {
 struct simulate_result {
     struct phys_simulation_info info;
     struct simulate_samples samples;
-    double *distance; /* [n] from the reference; NULL: none */
+    double *distance; /* [n] from the reference, NaN where it is not known; NULL: none */
     double error, error_end, reversal;
     struct {
         bool known;
@@ -114,6 +119,9 @@ struct simulate_result {
     } tables; /* with tables: of the run from them, of its model from them, of the run from its
                * model
                */
+    /* Of the reference: uncertainty, from when on it is not known (INFINITY: it is all known; NaN:
+       there is none), the longest time between two looks at the forces, size of the coordinates. */
+    double reference_uncertainty, known_until, seen, size;
     struct phys_closest closest;
     struct event_answers events;
     struct phys_totals start, end;

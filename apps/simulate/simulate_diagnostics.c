@@ -96,6 +96,48 @@ static void compare_before(struct simulate_result *result)
                  outlook->chaos.time, outlook->chaos.horizon);
 }
 
+/* The largest distance that is known; NaN: none. */
+static double known_distance(const struct simulate_result *result)
+{
+    double most = (double)NAN;
+    for (size_t i = 0; result->distance && i < result->samples.n; i++)
+        most = fmax(most, result->distance[i]);
+    return most;
+}
+
+/* What the reference does not know, or knows to be wrong. */
+static void judge_error(const struct simulate_run *run, struct simulate_result *result)
+{
+    struct simulate_outlook *outlook = &result->outlook;
+    if (isfinite(result->known_until))
+        snprintf(more(outlook), sizeof *outlook->warning,
+                 "no error from t = %.6g on: two runs at a tolerance of 1e-15 part there; the "
+                 "motion is chaotic (--horizon tells), or something acts on it for less than %.2g",
+                 result->known_until, result->seen);
+    else if (known_distance(result) > too_much * result->size && !run->tables.n && !run->n_trials)
+        snprintf(more(outlook), sizeof *outlook->warning,
+                 "the error %.3g is as large as the motion: try %s", known_distance(result),
+                 run->integrator->adaptive ? "a smaller --tol, or fixed steps" : "shorter steps");
+}
+
+enum ad_status simulate_miss(const struct simulate_run *run, const struct simulate_result *result,
+                             struct ad_error *error)
+{
+    double E = run->options->tolerance;
+    if (run->n_trials == 0 || isnan(result->known_until) || result->error <= E)
+        return AD_OK;
+    if (isfinite(result->known_until))
+        return ad_fail(error, AD_E_ACCURACY,
+                       "--tol %g: not known to be met, the reference is lost at t = %.6g; try a "
+                       "shorter --time",
+                       E, result->known_until);
+    return ad_fail(
+        error, AD_E_ACCURACY,
+        "--tol %g: missed, got an error of %.3g: rounding, or a force that acts for less "
+        "than a step of %.3g; try --integrator gauss4 with --dt",
+        E, result->error, result->info.max_step);
+}
+
 void simulate_outlook(const struct simulate_run *run, struct simulate_result *result,
                       struct ad_error *error)
 {
@@ -105,6 +147,8 @@ void simulate_outlook(const struct simulate_run *run, struct simulate_result *re
     if (!run->integrator->adaptive && simulate_few(run))
         judge_steps(run, result);
     judge_energy(run, result, error->status == AD_OK);
+    if (error->status == AD_OK && !isnan(result->known_until))
+        judge_error(run, result);
     if (error->status == AD_OK && !isnan(run->options->horizon)) {
         find_horizon(run, outlook, error);
         if (outlook->has_horizon)

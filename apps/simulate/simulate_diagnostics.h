@@ -9,7 +9,7 @@
 struct simulate_run;
 struct simulate_result;
 
-enum { SIMULATE_WARNINGS = 3 };
+enum { SIMULATE_WARNINGS = 6 };
 
 /* Where a difference, in units of the motion's size, is too large to speak of a prediction. */
 static const double simulate_lost = 0.1;
@@ -28,6 +28,9 @@ struct simulate_outlook {
    standard error unless --quiet. */
 void simulate_outlook(const struct simulate_run *run, struct simulate_result *result,
                       struct ad_error *error);
+/* AD_E_ACCURACY where the measured error is more than --tol asked of the whole motion. */
+enum ad_status simulate_miss(const struct simulate_run *run, const struct simulate_result *result,
+                             struct ad_error *error);
 void simulate_outlook_print(const struct simulate_run *run, const struct simulate_outlook *outlook);
 void simulate_outlook_json(struct json *json, const struct simulate_outlook *outlook);
 

@@ -7,9 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SAMPLES = 1000, SAMPLES_OF_MANY = 200 };
-
-static const double reference_tolerance = 1e-13;
+enum { SAMPLES = 1000, SAMPLES_OF_MANY = 200, MOST_COMPARED = 4000 };
 
 /* ---- samples ---- */
 
@@ -79,6 +77,12 @@ static bool watch(void *context, double t)
     return !interrupted();
 }
 
+static bool proceed(void *unused)
+{
+    (void)unused;
+    return !interrupted();
+}
+
 static void choose_samples(const struct simulate_run *run, struct phys_simulation *settings)
 {
     const struct simulate_options *options = run->options;
@@ -104,6 +108,7 @@ static void follow(const struct simulate_run *run, struct phys_simulation *setti
     settings->sample = simulate_sample;
     settings->context = &result->samples;
     settings->watch_energy = true;
+    settings->proceed = proceed;
     phys_simulate(settings, &run->ode, y, &result->info, error);
     progress_end(&w.progress);
 }
@@ -157,6 +162,7 @@ static enum ad_status reverse(const struct simulate_run *run, double *y, double 
         AD_OK) {
         settings.t0 = result->info.t;
         settings.t1 = 0;
+        settings.proceed = proceed;
         if (phys_simulate(&settings, ode, y, &info, error) == AD_OK)
             phys_ode_leave(ode, 0, y, x, x + run->system.dof, error);
     }
@@ -169,64 +175,87 @@ static enum ad_status reverse(const struct simulate_run *run, double *y, double 
 
 /* ---- comparison ---- */
 
-/* The same samples, found by a run of small tolerance. */
-static enum ad_status follow_reference(const struct simulate_run *run,
-                                       const struct simulate_samples *found,
-                                       const struct phys_ode *ode, double *y, double *scale,
-                                       struct simulate_samples *reference, struct ad_error *error)
+/* Of many samples every so many are compared, and the last: the reference lands on each. */
+struct compared {
+    size_t stride, n;
+    double *times; /* [n] */
+};
+
+static size_t sample_of(const struct compared *c, const struct simulate_samples *s, size_t i)
 {
-    struct phys_simulation settings;
-    struct phys_simulation_info info;
-    const struct phys_integrator *method = phys_integrator_find("dop853", error);
-    *reference = (struct simulate_samples){.ode = ode, .dof = found->dof};
-    if (phys_ode_enter(ode, 0, run->q, run->v, y, error) != AD_OK ||
-        simulate_settings(run, method, reference_tolerance, ode, y, scale, &settings, error) !=
-            AD_OK)
-        return error->status;
-    settings.t1 = found->t[found->n - 1];
-    settings.times = found->t + 1;
-    settings.n_samples = found->n - 1;
-    settings.sample = simulate_sample;
-    settings.context = reference;
-    if (found->n > 1 && phys_simulate(&settings, ode, y, &info, error) != AD_OK) {
-        struct ad_error cause = *error;
-        *error = (struct ad_error){0};
-        ad_fail(error, cause.status, "the reference run: %.200s (--no-reference leaves it out)",
-                cause.message);
-    }
-    return error->status;
+    return i + 1 == c->n ? s->n - 1 : i * c->stride;
 }
 
-static void measure_distance(const struct simulate_samples *reference,
+static enum ad_status choose_compared(const struct simulate_samples *s, struct compared *c,
+                                      struct ad_error *error)
+{
+    c->stride = (s->n + MOST_COMPARED - 1) / MOST_COMPARED;
+    c->n = (s->n - 1 + c->stride - 1) / c->stride + 1;
+    if (!(c->times = malloc(c->n * sizeof *c->times)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t i = 0; i < c->n; i++)
+        c->times[i] = s->t[sample_of(c, s, i)];
+    return AD_OK;
+}
+
+/* Distances, to which the reference's own uncertainty is added: bounds as far as that is one. From
+   the horizon on none are known. */
+static void measure_distance(const struct phys_reference *reference, const struct compared *c,
                              struct simulate_result *result)
 {
     const struct simulate_samples *found = &result->samples;
     size_t row = 2 * found->dof;
-    for (size_t i = 0; i < reference->n && i < found->n; i++) {
+    for (size_t i = 0; i < found->n; i++)
+        result->distance[i] = (double)NAN;
+    result->error = result->error_end = result->reference_uncertainty = 0;
+    for (size_t i = 0; i < reference->n; i++) {
         double sum = 0;
+        size_t at = sample_of(c, found, i);
+        if (found->t[at] >= reference->horizon)
+            break;
         for (size_t k = 0; k < found->dof; k++)
-            sum += pow(found->x[i * row + k] - reference->x[i * row + k], 2);
-        result->distance[i] = result->error_end = sqrt(sum);
+            sum += pow(found->x[at * row + k] - reference->x[i * row + k], 2);
+        result->reference_uncertainty =
+            fmax(result->reference_uncertainty, reference->uncertainty[i]);
+        result->distance[at] = result->error_end = sqrt(sum) + reference->uncertainty[i];
         result->error = fmax(result->error, result->error_end);
     }
+    result->known_until = reference->horizon;
+    result->seen = reference->seen;
+    result->size = reference->size;
+    if (isfinite(reference->horizon))
+        result->error = result->error_end = (double)NAN;
 }
 
-/* Distances of coordinates at every sample from what is known better. */
+/* Distances of coordinates at the samples from what is known better. */
 static enum ad_status compare(const struct simulate_run *run, struct simulate_result *result,
-                              double *y, double *scale, struct ad_error *error)
+                              struct ad_error *error)
 {
-    struct phys_ode ode = {0};
-    struct simulate_samples reference = {0};
+    struct phys_reference reference = {0};
+    struct compared c = {0};
+    struct ad_error cause = {0};
+    if (result->samples.n < 2 && !run->tables.n)
+        return AD_OK; /* it did not begin */
     result->distance = calloc(result->samples.n, sizeof *result->distance);
     if (!result->distance)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (run->tables.n)
         return simulate_ephemeris_compare(run, result, error);
-    if (phys_ode_lagrangian(&run->system, &ode, error) == AD_OK)
-        follow_reference(run, &result->samples, &ode, y, scale, &reference, error);
-    measure_distance(&reference, result);
-    simulate_samples_free(&reference);
-    phys_ode_free(&ode);
+    if (choose_compared(&result->samples, &c, error) == AD_OK &&
+        phys_reference(&run->system, run->q, run->v, c.n, c.times, simulate_lost, proceed, NULL,
+                       &reference, &cause) == AD_OK)
+        measure_distance(&reference, &c, result);
+    else if (interrupted())
+        result->info.stop = PHYS_SIMULATION_INTERRUPTED;
+    else if (cause.status != AD_OK)
+        ad_fail(error, cause.status, "the reference run: %.200s (--no-reference leaves it out)",
+                cause.message);
+    if (isnan(result->known_until)) { /* nothing was measured */
+        free(result->distance);
+        result->distance = NULL;
+    }
+    phys_reference_free(&reference);
+    free(c.times);
     return error->status;
 }
 
@@ -248,8 +277,13 @@ static enum ad_status total(const struct simulate_run *run, struct simulate_resu
 enum ad_status simulate_run(const struct simulate_run *run, struct simulate_result *result,
                             struct ad_error *error)
 {
-    *result = (struct simulate_result){
-        .error = NAN, .error_end = NAN, .reversal = NAN, .closest = {.distance = INFINITY}};
+    *result = (struct simulate_result){.error = NAN,
+                                       .error_end = NAN,
+                                       .reversal = NAN,
+                                       .known_until = NAN,
+                                       .seen = NAN,
+                                       .reference_uncertainty = NAN,
+                                       .closest = {.distance = INFINITY}};
     size_t n = run->ode.n;
     double *y = malloc(2 * n * sizeof *y);
     if (!y)
@@ -261,7 +295,7 @@ enum ad_status simulate_run(const struct simulate_run *run, struct simulate_resu
     if (error->status == AD_OK && few)
         total(run, result, error);
     if (error->status == AD_OK && few && !run->options->no_reference)
-        compare(run, result, y, scale, error);
+        compare(run, result, error);
     if (error->status == AD_OK)
         simulate_gas(run, result, error);
     free(y);

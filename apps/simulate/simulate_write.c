@@ -41,19 +41,18 @@ static void print_trials(const struct simulate_run *run)
     const struct simulate_trial *best = chosen(run);
     if (!best)
         return;
-    puts("  tried, coarse to fine        setting   evaluations   estimate of the error");
+    puts("  tried                        setting   evaluations   estimate of the error");
     for (size_t k = 0; k < run->n_trials; k++) {
         const struct simulate_trial *t = &run->trial[k];
         if (isnan(t->estimate)) {
-            printf("  %-18s   no two runs to compare within the work of the best so far\n",
-                   t->integrator->name);
+            printf("  %-18s   %s\n", t->integrator->name,
+                   t == best ? "chosen, and tightened by the measured error"
+                             : "did not get through");
             continue;
         }
         printf("  %-18s %6s %10.3g %13zu   %.3g%s\n", t->integrator->name,
                t->integrator->adaptive ? "tol" : "dt", t->setting, t->evaluations, t->estimate,
-               t == best                                ? "   chosen: least work"
-               : t->estimate <= run->options->tolerance ? ""
-                                                        : "   given up: more work already");
+               t == best ? "   chosen" : "   does not come nearer");
     }
     putchar('\n');
 }
@@ -86,6 +85,11 @@ void simulate_print(const struct simulate_run *run, const struct simulate_result
     row("energy drift, largest", info->energy_drift, "of the start");
     row("error, largest", result->error, scene->unit);
     row("error at the end", result->error_end, scene->unit);
+    if (!isnan(result->known_until)) {
+        row("reference known to", result->reference_uncertainty, scene->unit);
+        if (isfinite(result->known_until))
+            row("  and until t =", result->known_until, scene->time_unit);
+    }
     simulate_ephemeris_rows(run, result);
     row("reversal error", result->reversal, scene->unit);
     row("shortest step", info->min_step, scene->time_unit);
@@ -127,6 +131,7 @@ static void json_trials(struct json *json, const struct simulate_run *run)
         json_text(json, "integrator", t->integrator->name);
         json_number(json, t->integrator->adaptive ? "tol" : "dt", t->setting);
         json_count(json, "evaluations", t->evaluations);
+        json_count(json, "searched", t->searched);
         json_number(json, "estimate", t->estimate);
         json_end_object(json);
     }
@@ -155,6 +160,9 @@ void simulate_print_json(const struct simulate_run *run, const struct simulate_r
     json_number(&json, "energy_drift", info->energy_drift);
     json_number(&json, "error", result->error);
     json_number(&json, "error_end", result->error_end);
+    json_number(&json, "reference_uncertainty", result->reference_uncertainty);
+    json_number(&json, "reference_horizon", result->known_until);
+    json_number(&json, "reference_resolution", result->seen);
     json_number(&json, "error_estimate", best ? best->estimate : (double)NAN);
     json_number(&json, "reversal_error", result->reversal);
     json_number(&json, "min_step", info->min_step);

@@ -129,7 +129,10 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
     if ((iterate(s, g, h, &converged, &astray) != AD_OK || !converged) &&
         phys_stages_newton(s, g, h, error) != AD_OK)
         return error->status;
-    phys_stages_combine(s->n, g->s, s->y, h, g->b, g->F, s->next);
+    memset(g->point, 0, s->n * sizeof *g->point);
+    phys_stages_combine(s->n, g->s, g->point, h, g->b, g->F, s->next);
+    for (size_t k = 0; k < s->n; k++)
+        phys_stepper_sum(s, k, s->next[k]);
     g->last_h = h;
     note_sizes(s, g, h);
     return AD_OK;

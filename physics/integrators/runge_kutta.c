@@ -74,7 +74,8 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
             return error->status;
     }
     combine(s, table->stages, table->b, s->next);
-    go(s, h, s->next);
+    for (size_t k = 0; k < s->n; k++)
+        phys_stepper_sum(s, k, h * s->next[k]);
     return AD_OK;
 }
 

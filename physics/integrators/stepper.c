@@ -39,14 +39,16 @@ enum ad_status phys_stepper_begin(struct phys_stepper *s, const struct phys_inte
     if (check(integrator, ode, error) != AD_OK)
         return error->status;
     s->n_dense = n_dense;
-    s->memory = calloc((4 + n_dense) * n + scheme->work(integrator, n), sizeof *s->memory);
+    s->memory = calloc((6 + n_dense) * n + scheme->work(integrator, n), sizeof *s->memory);
     if (!s->memory)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     s->y = s->memory;
     s->next = s->y + n;
     s->rate = s->next + n;
     s->next_rate = s->rate + n;
-    s->dense = s->next_rate + n;
+    s->cut = s->next_rate + n;
+    s->next_cut = s->cut + n;
+    s->dense = s->next_cut + n;
     s->work = s->dense + s->n_dense * n;
     memcpy(s->y, y, n * sizeof *y);
     return scheme->begin ? scheme->begin(s, error) : AD_OK;
@@ -93,6 +95,7 @@ static void swap(double **a, double **b)
 void phys_stepper_accept(struct phys_stepper *s, double t)
 {
     swap(&s->y, &s->next);
+    swap(&s->cut, &s->next_cut);
     swap(&s->rate, &s->next_rate);
     s->has_rate = s->has_next_rate;
     s->has_next_rate = false;

@@ -12,6 +12,7 @@ struct phys_stepper {
     size_t n;
     double t, h;              /* the step goes from t to t + h */
     double *y, *next;         /* [n] at its ends */
+    double *cut, *next_cut;   /* [n] what rounding cut off y and next: phys_stepper_sum */
     double *rate, *next_rate; /* f at its ends, where known */
     bool has_rate, has_next_rate;
     double *dense; /* polynomial of the step: [3 + extra][n]; see phys_stepper_at */
@@ -49,6 +50,13 @@ enum ad_status phys_stepper_rate(struct phys_stepper *s, double t, const double 
 /* f(t, y) of the step's start; f(t + h, next) of its end. */
 enum ad_status phys_stepper_need_rate(struct phys_stepper *s, struct ad_error *error);
 enum ad_status phys_stepper_need_next_rate(struct phys_stepper *s, struct ad_error *error);
+/* next[k] = y[k] + increment; what rounding cuts off it goes into the next step (Kahan). */
+static inline void phys_stepper_sum(struct phys_stepper *s, size_t k, double increment)
+{
+    double y = s->y[k], sum = increment + s->cut[k], next = y + sum, added = next - y;
+    s->next[k] = next;
+    s->next_cut[k] = (y - (next - added)) + (sum - added);
+}
 /* The step becomes the past. */
 void phys_stepper_accept(struct phys_stepper *s, double t);
 /* Prepares the polynomial of the step taken; then y at t + theta h. */
@@ -88,5 +96,6 @@ extern const struct phys_integrator phys_euler, phys_semi_implicit, phys_verlet,
     phys_implicit_midpoint, phys_gauss2, phys_gauss3, phys_gauss4, phys_gauss5,
     phys_variational_left, phys_variational_midpoint, phys_variational_trapezoid,
     phys_variational_gauss2, phys_variational_gauss3, phys_variational_gauss4;
+extern const struct phys_integrator phys_extrapolation; /* of references alone: not in the table */
 
 #endif

@@ -160,7 +160,7 @@ struct phys_events {
 enum phys_simulation_stop {
     PHYS_SIMULATION_END = 1,    /* t1 reached */
     PHYS_SIMULATION_EVENT,      /* an event asked for it */
-    PHYS_SIMULATION_INTERRUPTED /* sample returned false */
+    PHYS_SIMULATION_INTERRUPTED /* sample or proceed returned false */
 };
 
 /* Zero is a default wherever it is possible. */
@@ -187,6 +187,9 @@ struct phys_simulation {
     bool watch_energy; /* after every step, where the ode has an energy */
     const struct phys_events *events;
     size_t n_events;
+    bool land; /* adaptive: steps end at the samples, which are then not interpolated */
+    /* Asked before every step; false ends the simulation as interrupted. NULL: go on. */
+    bool (*proceed)(void *context);
 };
 
 struct phys_simulation_info {
@@ -209,6 +212,28 @@ enum ad_status phys_simulate(const struct phys_simulation *settings, const struc
    and velocities differ by powers of ten. */
 enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const double *y,
                                   double *scale, struct ad_error *error);
+
+/* ---- the motion as well as double precision knows it (reference.c) ---- */
+
+/* A motion followed twice by extrapolation, which is no phys_integrator, at a tolerance of 1e-15:
+   the second time by other steps, which round differently. Where the two part the motion is not
+   known: it is chaotic, or there is a force that acts for a shorter time than steps see. */
+struct phys_reference {
+    size_t n, dof;
+    double *x;           /* [n][2 dof]: q and v at the times */
+    double *uncertainty; /* [n] of the coordinates: distance from the second run, and rounding */
+    double horizon;      /* first time it exceeds `lost` sizes of the motion; INFINITY: none */
+    double seen;         /* longest time between two looks at the forces */
+    double size;         /* of the coordinates, what phys_typical_sizes says of the start */
+    size_t evaluations;
+};
+/* At n increasing times, from q and v [dof] at times[0] on. proceed: as in phys_simulation.
+   AD_E_ACCURACY if it returned false. Ends with phys_reference_free. */
+enum ad_status phys_reference(const struct phys_system *system, const double *q, const double *v,
+                              size_t n, const double *times, double lost,
+                              bool (*proceed)(void *context), void *context,
+                              struct phys_reference *reference, struct ad_error *error);
+void phys_reference_free(struct phys_reference *reference); /* takes zero-initialised ones */
 
 /* Closest approach of two bodies: events that keep the least distance of all pairs. */
 struct phys_closest {

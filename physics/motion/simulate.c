@@ -56,6 +56,12 @@ static void release(struct run *run)
     free(run->values);
 }
 
+static void interrupt(struct run *run)
+{
+    run->stop = true;
+    run->info->stop = PHYS_SIMULATION_INTERRUPTED;
+}
+
 static void give(struct run *run, double t, const double *y)
 {
     const struct phys_simulation *s = run->settings;
@@ -63,10 +69,8 @@ static void give(struct run *run, double t, const double *y)
         return;
     double before = ad_now();
     run->given = t == run->end;
-    if (!s->sample(s->context, t, y)) {
-        run->stop = true;
-        run->info->stop = PHYS_SIMULATION_INTERRUPTED;
-    }
+    if (!s->sample(s->context, t, y))
+        interrupt(run);
     run->away += ad_now() - before;
 }
 
@@ -86,18 +90,23 @@ static bool due(struct run *run)
     return step == run->info->steps;
 }
 
+double phys_run_sample_time(const struct run *run, size_t i)
+{
+    const struct phys_simulation *s = run->settings;
+    if (s->times)
+        return s->times[i - 1];
+    return i == s->n_samples ? s->t1 : s->t0 + (s->t1 - s->t0) * (double)i / (double)s->n_samples;
+}
+
 /* Samples at times within an adaptive step. */
 static enum ad_status sample_within(struct run *run, struct ad_error *error)
 {
     const struct phys_simulation *s = run->settings;
     struct phys_stepper *m = &run->stepper;
-    double end = run->end, span = s->t1 - s->t0;
+    double end = run->end;
     for (; run->next_sample <= s->n_samples && run->info->stop != PHYS_SIMULATION_INTERRUPTED;
          run->next_sample++) {
-        double t = s->times ? s->times[run->next_sample - 1]
-                   : run->next_sample == s->n_samples
-                       ? s->t1
-                       : s->t0 + span * (double)run->next_sample / (double)s->n_samples;
+        double t = phys_run_sample_time(run, run->next_sample);
         if ((t - end) * run->direction > 0)
             return AD_OK;
         if (t == end)
@@ -180,7 +189,7 @@ static double end_of_step(const struct run *run)
     if (run->stop)
         return m->t + m->h;
     if (s->integrator->adaptive)
-        return run->last ? s->t1 : m->t + m->h;
+        return run->last ? run->target : m->t + m->h;
     if (run->info->steps == run->n_steps)
         return s->t1;
     return s->t0 + (s->t1 - s->t0) * ((double)run->info->steps / (double)run->n_steps);
@@ -193,6 +202,10 @@ static enum ad_status advance(struct run *run, struct ad_error *error)
     if (s->max_steps && run->info->steps == s->max_steps)
         return ad_fail(error, AD_E_ACCURACY, "%zu steps did not get beyond t = %.9g", s->max_steps,
                        m->t);
+    if (s->proceed && !s->proceed(s->context)) {
+        interrupt(run);
+        return AD_OK;
+    }
     run->dense = false;
     if (phys_run_step(run, error) != AD_OK || check_finite(run, error) != AD_OK)
         return error->status;

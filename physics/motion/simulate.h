@@ -19,9 +19,10 @@ struct run {
     double *point;                        /* [n] for dense output */
     double *values, *next_values, *roots; /* [sum of the events' n] */
     double *scratch;
-    bool last;  /* this step reaches t1 */
-    double end; /* time at its end */
-    bool given; /* as a sample */
+    bool last;     /* this step reaches its target */
+    double target; /* t1, or the time of the next sample to land on */
+    double end;    /* time at its end */
+    bool given;    /* as a sample */
     bool stop;
     double away; /* seconds in callbacks */
 };
@@ -30,6 +31,9 @@ struct run {
 enum ad_status phys_run_step(struct run *run, struct ad_error *error);
 /* The first step that suits tolerance and field. */
 enum ad_status phys_run_first_step(struct run *run, struct ad_error *error);
+
+/* The time of sample number i. */
+double phys_run_sample_time(const struct run *run, size_t i);
 
 /* y at t + theta h of the step taken, into run->point. */
 enum ad_status phys_run_dense(struct run *run, double theta, struct ad_error *error);

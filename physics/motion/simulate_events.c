@@ -141,6 +141,7 @@ static void cut(struct run *run, double theta)
     struct phys_stepper *m = &run->stepper;
     phys_stepper_at(m, theta, run->point);
     memcpy(m->next, run->point, m->n * sizeof *m->next);
+    memset(m->next_cut, 0, m->n * sizeof *m->next_cut);
     m->has_next_rate = false;
     m->h *= theta;
     run->stop = true;

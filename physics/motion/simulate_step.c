@@ -67,13 +67,26 @@ static enum ad_status attempt(struct run *run, double h, double *norm, struct ad
     return AD_OK;
 }
 
-static enum ad_status adaptive(struct run *run, struct ad_error *error)
+/* Where steps have to end. */
+static double target(const struct run *run)
 {
     const struct phys_simulation *s = run->settings;
+    for (size_t i = run->next_sample; s->land && i <= s->n_samples; i++) {
+        double t = phys_run_sample_time(run, i);
+        if ((t - run->stepper.t) * run->direction > 0)
+            return t;
+    }
+    return s->t1;
+}
+
+static enum ad_status adaptive(struct run *run, struct ad_error *error)
+{
     struct phys_stepper *m = &run->stepper;
     struct control c = control_of(m->integrator->order);
     struct ad_error cause = {0};
-    double norm, left = s->t1 - m->t;
+    double norm;
+    run->target = target(run);
+    double left = run->target - m->t;
     for (;;) {
         bool last = fabs(run->h) * 1.01 >= fabs(left);
         double h = last ? left : run->h;

@@ -11,7 +11,7 @@
 
 enum { INTERVALS = 400, MOST_STEPS = 10000 /* in each */ };
 
-static const double regular = 4; /* megno: 2 on regular motions, and it fluctuates */
+static const double regular = 4; /* megno: at most 2 on regular motions, and it fluctuates */
 
 /* y and w, one after the other, as one motion. */
 struct tangent {

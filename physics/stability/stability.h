@@ -79,8 +79,9 @@ struct phys_lyapunov {
     double time;     /* its inverse: growth by e; INFINITY where nothing grows */
     double growth;   /* from t0 to t1 */
     /* Mean exponential growth of nearby orbits (Cincotta, Simo, Astron. Astrophys. Suppl. 147,
-       2000): 2 on regular motions, where differences grow as powers of time; exponent * time / 2
-       on chaotic ones. */
+       2000): 2 on regular motions whose frequency depends on the amplitude, where differences grow
+       in proportion to time; 0 on isochronous ones (the spring); exponent * time / 2 on chaotic
+       ones. */
     double megno;
     bool chaotic;   /* megno says so; a short span cannot tell */
     double horizon; /* when a difference `known` has become `lost`; INFINITY: not before t1 */

@@ -91,9 +91,10 @@ static void test_tolerance_is_met(void **state)
             double error = shell_number("error"), estimate = shell_number("error_estimate");
             print_message("%-20s %.0e: estimate %.1e, error %.1e\n", runs[k], tolerance, estimate,
                           error);
-            assert_true(estimate <= tolerance);
+            assert_true(isnan(estimate) ||
+                        estimate <= tolerance); /* NaN: tightened by the error measured */
             assert_true(error <= tolerance);
-            assert_true(error <= 10 * estimate);
+            assert_true(isnan(estimate) || error <= 10 * estimate);
         }
     shell_works("$LA simulate kepler --integrator yoshida4 --tol 1e-4 --json");
     assert_true(has("\"integrator\": \"yoshida4\"") && shell_number("error") < 1e-4);

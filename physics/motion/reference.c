@@ -1,0 +1,177 @@
+/* The motion as well as double precision knows it (motion.h). */
+#include "physics/integrators/stepper.h"
+
+#include <float.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LOOKS = 1000 }; /* stretches of time, at least, in which a step ends */
+
+static const double tolerance = 1e-15;
+/* Where the second run cuts each stretch: its steps nowhere coincide with those of the first. */
+static const double cut = 0.381966011250105;
+
+/* One of the two runs: its landings, `each` from sample to sample. */
+struct pass {
+    const struct phys_ode *ode;
+    size_t dof, each, landed, kept, n;
+    double *times; /* [each (n-1)] */
+    double *x;     /* [n][2 dof] */
+    bool (*proceed)(void *context);
+    void *context;
+    struct phys_simulation_info info;
+};
+
+static bool keep(void *context, double t, const double *y)
+{
+    struct pass *p = context;
+    struct ad_error local = {0};
+    if (p->landed++ % p->each != 0)
+        return true;
+    double *x = p->x + 2 * p->kept * p->dof;
+    if (phys_ode_leave(p->ode, t, y, x, x + p->dof, &local) != AD_OK)
+        return false;
+    p->kept++;
+    return true;
+}
+
+static bool proceed(void *context)
+{
+    const struct pass *p = context;
+    return !p->proceed || p->proceed(p->context);
+}
+
+/* n times cut into `pieces` each, and these at `share` (0: not). */
+static enum ad_status fill_times(struct pass *p, const double *times, size_t pieces, double share,
+                                 struct ad_error *error)
+{
+    size_t parts = share > 0 ? 2 : 1, m = 0;
+    p->each = parts * pieces;
+    p->times = malloc(p->each * p->n * sizeof *p->times);
+    p->x = malloc(2 * p->dof * p->n * sizeof *p->x);
+    if (!p->times || !p->x)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
+    for (size_t i = 1; i < p->n; i++) {
+        double from = times[i - 1], length = times[i] - from;
+        for (size_t j = 0; j < pieces; j++) {
+            if (share > 0)
+                p->times[m++] = from + length * ((double)j + share) / (double)pieces;
+            p->times[m++] =
+                j + 1 == pieces ? times[i] : from + length * (double)(j + 1) / (double)pieces;
+        }
+    }
+    return AD_OK;
+}
+
+static enum ad_status follow(struct pass *p, const double *times, const double *scale, double *y,
+                             struct ad_error *error)
+{
+    const struct phys_simulation settings = {.integrator = &phys_extrapolation,
+                                             .t0 = times[0],
+                                             .t1 = times[p->n - 1],
+                                             .rtol = tolerance,
+                                             .atol = tolerance,
+                                             .scale = scale,
+                                             .n_samples = p->each * (p->n - 1),
+                                             .times = p->times,
+                                             .land = true,
+                                             .sample = keep,
+                                             .proceed = proceed,
+                                             .context = p};
+    return phys_simulate(&settings, p->ode, y, &p->info, error);
+}
+
+/* b NULL: the origin. */
+static double apart(size_t dof, const double *a, const double *b)
+{
+    double sum = 0;
+    for (size_t k = 0; k < dof; k++)
+        sum += pow(a[k] - (b ? b[k] : 0), 2);
+    return sqrt(sum);
+}
+
+static void compare(const struct pass *second, const double *times, double lost,
+                    struct phys_reference *r)
+{
+    r->horizon = INFINITY;
+    for (size_t i = 0; i < r->n; i++) {
+        size_t at = 2 * i * r->dof;
+        double rounding = DBL_EPSILON * apart(r->dof, r->x + at, NULL);
+        r->uncertainty[i] = i < second->kept ? rounding + apart(r->dof, r->x + at, second->x + at)
+                                             : (double)INFINITY;
+        if (!(r->uncertainty[i] <= lost * r->size) && times[i] < r->horizon)
+            r->horizon = times[i];
+    }
+}
+
+static void pass_free(struct pass *p)
+{
+    free(p->times);
+    free(p->x);
+}
+
+static enum ad_status both(struct pass pass[2], const double *times, const double *scale,
+                           const double *start, double *y, double lost, struct phys_reference *r,
+                           struct ad_error *error)
+{
+    size_t n = pass[0].ode->n, pieces = (LOOKS + r->n - 2) / (r->n - 1);
+    struct ad_error local = {0}; /* of the second: the motion is not known from there on */
+    memcpy(y, start, n * sizeof *y);
+    if (fill_times(&pass[0], times, pieces, 0, error) != AD_OK ||
+        fill_times(&pass[1], times, pieces, cut, error) != AD_OK ||
+        follow(&pass[0], times, scale, y, error) != AD_OK)
+        return error->status;
+    memcpy(y, start, n * sizeof *y);
+    if (pass[0].info.stop == PHYS_SIMULATION_END)
+        follow(&pass[1], times, scale, y, &local);
+    if (pass[0].info.stop != PHYS_SIMULATION_END ||
+        (local.status == AD_OK && pass[1].info.stop != PHYS_SIMULATION_END))
+        return ad_fail(error, AD_E_ACCURACY, "interrupted");
+    if (local.status != AD_OK && local.status != AD_E_ACCURACY && local.status != AD_E_NONFINITE)
+        return ad_fail(error, local.status, "%s", local.message);
+    r->x = pass[0].x;
+    pass[0].x = NULL;
+    r->seen = pass[0].info.max_step / (double)phys_extrapolation.order;
+    r->evaluations = pass[0].info.evaluations + pass[1].info.evaluations;
+    compare(&pass[1], times, lost, r);
+    return AD_OK;
+}
+
+enum ad_status phys_reference(const struct phys_system *system, const double *q, const double *v,
+                              size_t n, const double *times, double lost,
+                              bool (*go_on)(void *context), void *context,
+                              struct phys_reference *reference, struct ad_error *error)
+{
+    struct phys_ode ode = {0};
+    struct phys_reference *r = reference;
+    *r = (struct phys_reference){.n = n, .dof = system->dof};
+    if (n < 2)
+        return ad_fail(error, AD_E_ARGUMENT, "a reference at %zu times, expected at least 2", n);
+    double *y = malloc(3 * 2 * system->dof * sizeof *y);
+    struct pass pass[2];
+    for (size_t k = 0; k < 2; k++)
+        pass[k] = (struct pass){
+            .ode = &ode, .dof = system->dof, .n = n, .proceed = go_on, .context = context};
+    if (!y || !(r->uncertainty = malloc(n * sizeof *r->uncertainty)))
+        ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
+    else if (phys_ode_lagrangian(system, &ode, error) == AD_OK &&
+             phys_ode_enter(&ode, times[0], q, v, y + ode.n, error) == AD_OK &&
+             phys_typical_sizes(&ode, times[0], y + ode.n, y + 2 * ode.n, error) == AD_OK) {
+        r->size = y[2 * ode.n];
+        both(pass, times, y + 2 * ode.n, y + ode.n, y, lost, r, error);
+    }
+    pass_free(&pass[0]);
+    pass_free(&pass[1]);
+    phys_ode_free(&ode);
+    free(y);
+    if (error->status != AD_OK)
+        phys_reference_free(r);
+    return error->status;
+}
+
+void phys_reference_free(struct phys_reference *reference)
+{
+    free(reference->x);
+    free(reference->uncertainty);
+    reference->x = reference->uncertainty = NULL;
+}

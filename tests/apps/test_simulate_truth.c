@@ -1,0 +1,107 @@
+/* What leastaction simulate says of its own error: against another method, never 0 by construction,
+   nothing where nothing is known, and exit status 1 where it is more than was asked. */
+#include "tests/close.h"
+#include "shell.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static void build(const char *scene)
+{
+    shell_works("$LA build $ROOT/tests/apps/scenes/%s.c --include $ROOT --out %s.so --quiet", scene,
+                scene);
+}
+
+/* A13: the run is not its own reference, whatever method and tolerance it has. */
+static void test_error_is_never_zero(void **state)
+{
+    (void)state;
+    static const char *const runs[] = {"pendulum --integrator dop853 --tol 1e-13",
+                                       "pendulum --integrator dop853 --tol 1e-15", "freebody",
+                                       "spring --integrator gauss5 --dt 0.01",
+                                       "figure8 --integrator dop853 --tol 1e-13"};
+    for (size_t k = 0; k < LENGTH(runs); k++) {
+        shell_works("$LA simulate %s --json", runs[k]);
+        assert_true(shell_number("error") >= shell_number("reference_uncertainty"));
+        assert_true(shell_number("reference_uncertainty") > 0);
+        assert_true(shell_number("error") < 1e-9);
+    }
+}
+
+/* Beyond the horizon of chaos no error is given; a shorter time has one. */
+static void test_horizon(void **state)
+{
+    (void)state;
+    shell_works("$LA simulate dblpend --time 200 --integrator dop853 --tol 1e-13 --json --quiet");
+    double horizon = shell_number("reference_horizon");
+    assert_true(isnan(shell_number("error")) && isnan(shell_number("error_end")));
+    assert_true(horizon > 60 && horizon < 130);
+    shell_works("$LA simulate dblpend --time %g --integrator dop853 --tol 1e-13 --json",
+                0.5 * horizon);
+    assert_true(shell_number("error") > 0 && shell_number("error") < 1e-4);
+    assert_true(isnan(shell_number("reference_horizon")));
+}
+
+/* A14: barriers and pulses that steps pass over, narrow and wide, at several places. Never a
+   success with another motion; the wide ones are met. */
+static void test_narrow_forces(void **state)
+{
+    (void)state;
+    static const char *const places[] = {"--set x0=5 --set t0=5", "--set x0=4.987 --set t0=4.987",
+                                         "--set x0=3.3333 --set t0=3.3333"};
+    static const double widths[] = {1e-3, 3e-3, 0.01, 0.02, 0.1, 0.5};
+    build("narrow");
+    size_t missed = 0, met = 0;
+    for (size_t i = 0; i < LENGTH(places); i++)
+        for (size_t k = 0; k < LENGTH(widths); k++)
+            for (int pulse = 0; pulse < 2; pulse++) {
+                int status = shell("$LA simulate ./narrow.so --time 10 --tol 1e-9 --json %s "
+                                   "--set s=%g --set w=%g --set %s=1",
+                                   places[i], widths[k], widths[k], pulse ? "pulse" : "barrier");
+                if (status == 1 && !*shell_out()) { /* no setting was found */
+                    missed++;
+                    continue;
+                }
+                double error = shell_number("error");
+                if (status != !(error <= 1e-9))
+                    print_error("%s width %g %s: exit %d, error %g\n", places[i], widths[k],
+                                pulse ? "pulse" : "barrier", status, error);
+                assert_int_equal(status, error <= 1e-9 ? 0 : 1);
+                assert_true(status == 0 || error > 1 || isnan(error)); /* another motion */
+                missed += status == 1;
+                met += status == 0;
+            }
+    print_message("missed %zu, met %zu\n", missed, met);
+    assert_true(missed > 0 && met >= 2 * LENGTH(places));
+}
+
+/* C1: a tighter tolerance is tried as long as it helps, in no more evaluations than four runs of
+   the answer. Motions of ten orbits and more. */
+static void test_tolerance_is_reached(void **state)
+{
+    (void)state;
+    static const char *const runs[] = {
+        "kepler --time 62.83185307179586",     "kepler --set e=0.99 --time 62.83185307179586",
+        "figure8 --time 63.259138908",         "dblpend --time 30",
+        "arenstorf --time 17.065216560157963", "./outer.so --time 36525"};
+    build("outer");
+    for (size_t k = 0; k < LENGTH(runs); k++) {
+        shell_works("$LA simulate %s --tol 1e-9 --json", runs[k]);
+        double cost = shell_number("searched") / shell_number("evaluations");
+        print_message("%-45s error %.1e, searched %.2f runs\n", runs[k], shell_number("error"),
+                      cost);
+        assert_true(shell_number("error") <= 1e-9);
+        assert_true(cost <= 4);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_error_is_never_zero, shell_empty),
+        cmocka_unit_test_setup(test_horizon, shell_empty),
+        cmocka_unit_test_setup(test_narrow_forces, shell_empty),
+        cmocka_unit_test_setup(test_tolerance_is_reached, shell_empty),
+    };
+    return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
+}
