@@ -214,8 +214,9 @@ struct phys_action {
     ad_var action;                                    /* integral: dt * sum of L */
     ad_var start_energy; /* input [1 x 1]: E0, held fixed along a descent */
     ad_var first_energy; /* energy of the first slice, what E0 is to be set to */
-    ad_var energy;       /* E_i = (T_i + V_i) / slices (and / bodies), as published, at the
+    ad_var energy;       /* E_i = (v L_v - L) / slices (and / bodies), scaled as published, at the
                             points of the rule [1 x m] */
+    ad_var energy_mean;  /* of v L_v - L over the elements, not scaled */
     ad_var objective;    /* action_mean + energy_weight * mean (E0 - E_i)^2 */
     struct phys_rule_points points;
 };
@@ -288,6 +289,10 @@ void phys_noise_add(const struct phys_noise *noise, const struct phys_system *sy
 
 /* ---- stationary paths (path.c, solvers in path_*.c) ---- */
 
+struct phys_path_figures {
+    double action, action_mean, kinetic_mean, potential_mean, objective, grad_norm;
+};
+
 struct phys_path_step {
     size_t step;
     const double *path;
@@ -309,8 +314,9 @@ struct phys_path_settings {
     size_t adam_steps;    /* newton, lbfgs: steps of adam before; newton that stalls then tries
                              without */
     const double
-        *reference; /* [dof x slices]: descents end at the step nearest to it, once the
-                       distance has not fallen for PHYS_PATIENCE steps; NULL: they do not */
+        *reference;        /* [dof x slices]: descents end at the step nearest to it, once the
+                              distance has not fallen for PHYS_PATIENCE steps; NULL: they do not */
+    const double *compare; /* [s*dof x slices]: a path whose figures are wanted, too; or NULL */
     size_t threads;
     bool native; /* what runs long enough to pay for it runs as machine code (ad_native) */
     /* Called after step 0 (the start), and after every step; false stops the run cleanly. path is
@@ -337,6 +343,10 @@ struct phys_path_info {
     size_t steps;
     double seconds; /* of the solver alone */
     double action, action_mean, kinetic_mean, potential_mean, grad_norm;
+    struct phys_path_figures start;    /* of the path given, before any step ... */
+    struct phys_path_figures compared; /* ... and of settings->compare; NaN: there is none */
+    double energy_mean;                /* of v L_v - L over the elements of the path found */
+    double energy_drift;   /* its largest change from the first point of the rule, relative to it */
     bool native;           /* the action and its gradient ran as machine code at the end ... */
     char interpreted[312]; /* ... or why they did not */
 };

@@ -14,6 +14,7 @@ static enum ad_status solve(struct path_run *run, struct path_record *record,
         return error->status;
     run->settings.progress = path_record_step;
     run->settings.context = record;
+    run->settings.compare = run->reference;
     interrupt_catch();
     if (path_wants_all(run->options) && path_find_all(run, result, error) != AD_OK)
         return error->status;
@@ -30,12 +31,16 @@ static enum ad_status solve(struct path_run *run, struct path_record *record,
     return error->status;
 }
 
+/* The files, then the report: nothing is printed of a run whose files cannot be written. */
 static enum ad_status write_results(const struct path_run *run, const struct path_record *record,
                                     const struct path_result *result, struct outputs *outputs,
                                     struct ad_error *error)
 {
+    const struct common *common = &run->options->common;
+    struct report report = {0};
+    path_report(run, result, &report);
     if (outputs->file)
-        path_file_end(run, record, result, outputs->file, error);
+        path_file_end(run, record, result, &report, outputs->file, error);
     if (outputs->csv.out)
         path_write_csv(run, outputs->csv.out);
     if (outputs->plot.script)
@@ -44,6 +49,11 @@ static enum ad_status write_results(const struct path_run *run, const struct pat
         outputs_commit(outputs, error);
     else
         outputs_abandon(outputs);
+    if (error->status == AD_OK && common->json)
+        report_json(&report, stdout, error);
+    else if (error->status == AD_OK && !common->quiet)
+        report_print(&report, stdout, error);
+    report_free(&report);
     return error->status;
 }
 
@@ -103,10 +113,6 @@ static int run_path(struct path_run *run, struct ad_error *error)
         status = command_status(error);
         outputs_abandon(&outputs);
     } else if (write_results(run, &record, &result, &outputs, error) == AD_OK) {
-        if (common->json)
-            path_print_json(run, &result);
-        else if (!common->quiet)
-            path_print(run, &result);
         path_outlook(run, &result);
         status = judge(run, &result, error);
     }

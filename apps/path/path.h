@@ -7,6 +7,7 @@
 #include "apps/options.h"
 #include "apps/output/plot.h"
 #include "apps/output/progress.h"
+#include "apps/output/report.h"
 #include "apps/output/result.h"
 #include "physics/ephemeris/horizons.h"
 #include "physics/physics.h"
@@ -22,11 +23,6 @@ struct path_options {
     bool stop_at_reference, all;
     double energy;
     struct settings set;
-};
-
-/* Action and energies of one path, as the paper prints them, and what a descent sees. */
-struct path_figures {
-    double action, action_mean, kinetic_mean, potential_mean, objective, grad_norm;
 };
 
 /* A rule and the slices it works on, one more than elements. */
@@ -95,9 +91,7 @@ enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error 
    its rule, slices, start and reference. AD_E_ACCURACY where there is none. */
 enum ad_status path_refine(struct path_run *run, struct ad_error *error);
 /* What was tried and chosen; nothing without --tol. */
-void path_print_levels(const struct path_run *run);
-struct json;
-void path_json_levels(struct json *json, const struct path_run *run);
+void path_report_levels(const struct path_run *run, struct report *report);
 
 /* A path on one grid, from the polynomials of its elements on another of the same time: [degree *
    dof x slices], for the caller to free; NULL: out of memory. (path_resample.c) */
@@ -116,7 +110,7 @@ struct path_record {
     phys_runfile *file; /* NULL: no --out */
     struct progress progress;
     size_t n, room;
-    struct path_figures *figures; /* [n], one a step, the start first */
+    struct phys_path_figures *figures; /* [n], one a step, the start first */
     size_t frame_every, n_frames, frame_room;
     size_t *frame_step;
     double *frames; /* [n_frames x dof x slices] */
@@ -134,9 +128,9 @@ void path_record_free(struct path_record *record);
 
 struct path_result {
     struct phys_path_info info;
-    struct path_figures reference, start, found;
-    double mse_initial, mse_final, max_error, energy_drift;
-    bool stationary; /* of a kind, then */
+    double mse_initial, mse_final, max_error;
+    bool keeps_energy; /* L does not depend on time itself */
+    bool stationary;   /* of a kind, then */
     struct phys_spectrum spectrum;
     struct phys_answers answers; /* --all, --energy; none else */
     size_t chosen;
@@ -151,9 +145,8 @@ enum ad_status path_measure(const struct path_run *run, struct path_result *resu
 /* Fills the spectrum where the path found is stationary. */
 enum ad_status path_judge_kind(const struct path_run *run, struct path_result *result,
                                struct ad_error *error);
-void path_print_kind(const struct path_run *run, const struct path_result *result);
-void path_json_kind(struct json *json, const struct path_run *run,
-                    const struct path_result *result);
+void path_report_kind(const struct path_run *run, const struct path_result *result,
+                      struct report *report);
 
 /* ---- several answers (path_answers.c) ---- */
 
@@ -162,8 +155,8 @@ bool path_wants_all(const struct path_options *options);
 /* Fills answers, and run->path with the chosen one. */
 enum ad_status path_find_all(struct path_run *run, struct path_result *result,
                              struct ad_error *error);
-void path_print_answers(const struct path_run *run, const struct path_result *result);
-void path_json_answers(struct json *json, const struct path_result *result);
+void path_report_answers(const struct path_run *run, const struct path_result *result,
+                         struct report *report);
 
 /* ---- judging (path_outlook.c) ---- */
 
@@ -177,16 +170,17 @@ void path_outlook_lost(const struct path_run *run, bool at_start, struct ad_erro
 
 /* The name of a reason to stop. */
 const char *path_stop_name(enum phys_stop stop);
-void path_print(const struct path_run *run, const struct path_result *result);
-void path_print_json(const struct path_run *run, const struct path_result *result);
+/* Everything that text, JSON and the attributes of the run file say (path_report.c). */
+void path_report(const struct path_run *run, const struct path_result *result,
+                 struct report *report);
 /* The found path, one row a slice under a line of names. */
 void path_write_csv(const struct path_run *run, FILE *out);
 /* What is known before the run, and what is known after. Errors of HDF5 are kept in the file. */
 enum ad_status path_file_begin(const struct path_run *run, phys_runfile *file,
                                struct ad_error *error);
 enum ad_status path_file_end(const struct path_run *run, const struct path_record *record,
-                             const struct path_result *result, phys_runfile *file,
-                             struct ad_error *error);
+                             const struct path_result *result, const struct report *report,
+                             phys_runfile *file, struct ad_error *error);
 /* Data and commands of the picture. */
 void path_picture(const struct path_run *run, const struct path_record *record,
                   const struct path_result *result, struct plot *plot);

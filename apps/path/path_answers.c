@@ -1,6 +1,6 @@
 /* leastaction path --all: several stationary paths between the same ends (path.h). */
 #include "path.h"
-#include "apps/output/json.h"
+#include "apps/output/unit.h"
 
 #include <math.h>
 #include <string.h>
@@ -72,54 +72,51 @@ enum ad_status path_find_all(struct path_run *run, struct path_result *result,
     return AD_OK;
 }
 
-void path_print_answers(const struct path_run *run, const struct path_result *result)
+/* " (energy in J, action in J s)": units that are none are left out. */
+static void units(const struct phys_scene *scene, char *text, size_t size)
+{
+    const char *energy = unit_shown(scene->energy_unit), *time = unit_shown(scene->time_unit);
+    const char *length = unit_shown(scene->unit);
+    snprintf(text, size, "%s%s%s%s%s%s%s%s", *energy ? "; energy in " : "", energy,
+             *energy || *time ? "; action in " : "", energy, *energy && *time ? " " : "", time,
+             *length ? "; coordinates in " : "", length);
+}
+
+void path_report_answers(const struct path_run *run, const struct path_result *result,
+                         struct report *report)
 {
     const struct phys_answers *all = &result->answers;
     const struct phys_scene *scene = run->system.scene;
+    char text[160];
     if (all->n == 0)
         return;
-    printf("\n  %zu stationary paths between these ends (energy in %s, action in %s %s, largest "
-           "coordinate in %s)\n\n",
-           all->n, scene->energy_unit, scene->energy_unit, scene->time_unit, scene->unit);
-    printf("  %14s %14s %6s %14s %7s\n", "energy", "action", "index", "largest", "copies");
+    units(scene, text, sizeof text);
+    report_line(report, "\n  %zu stationary path%s between these ends%s", all->n,
+                all->n == 1 ? "" : "s", text);
     for (size_t k = 0; k < all->n; k++) {
         const struct phys_answer *a = &all->answer[k];
-        char index[24] = "-";
-        if (a->spectrum.legendre == PHYS_POSITIVE)
-            snprintf(index, sizeof index, "%zu", a->spectrum.index);
-        printf("%c %14.9g %14.9g %6s %14.9g %7zu\n", k == result->chosen ? '>' : ' ', a->energy,
-               a->action, index, a->largest, a->copies);
+        report_item(report, "paths");
+        report_number(report, "energy", "energy", scene->energy_unit, a->energy);
+        report_number(report, "action", "action", NULL, a->action);
+        report_number(report, "morse_index", "index", NULL,
+                      a->spectrum.legendre == PHYS_POSITIVE ? (double)a->spectrum.index
+                                                            : (double)NAN);
+        report_number(report, "largest", "largest", scene->unit, a->largest);
+        report_count(report, "copies", "copies", a->copies);
+        report_flag(report, "result", "the result", k == result->chosen);
     }
+    report_item(report, NULL);
+    report_count(report, "chosen", NULL, result->chosen);
+    report_count(report, "unresolved", NULL, all->unresolved);
+    report_number(report, "unseen", NULL, NULL, all->unseen);
     if (run->system.dof > 1)
-        printf("\n  another random start would find one not listed with a chance of about %.0f%%\n",
-               100 * all->unseen);
+        report_line(
+            report,
+            "  another random start would find one not listed with a chance of about %.0f%%",
+            100 * all->unseen);
     if (all->unresolved)
-        printf("\n  %zu more are of this grid alone (finer ones move them or have none) "
-               "and left out;\n  --rule gauss4 or a smaller --dt may tell more\n",
-               all->unresolved);
-}
-
-void path_json_answers(struct json *json, const struct path_result *result)
-{
-    const struct phys_answers *all = &result->answers;
-    if (all->n == 0)
-        return;
-    json_array(json, "paths");
-    for (size_t k = 0; k < all->n; k++) {
-        const struct phys_answer *a = &all->answer[k];
-        json_object(json, NULL);
-        json_number(json, "energy", a->energy);
-        json_number(json, "action", a->action);
-        if (a->spectrum.legendre == PHYS_POSITIVE)
-            json_count(json, "morse_index", a->spectrum.index);
-        else
-            json_null(json, "morse_index");
-        json_number(json, "largest", a->largest);
-        json_count(json, "copies", a->copies);
-        json_end_object(json);
-    }
-    json_end_array(json);
-    json_count(json, "chosen", result->chosen);
-    json_count(json, "unresolved", all->unresolved);
-    json_number(json, "unseen", all->unseen);
+        report_line(report,
+                    "  %zu more are of this grid alone (finer ones move them or have none) "
+                    "and left out;\n  --rule gauss4 or a smaller --dt may tell more",
+                    all->unresolved);
 }

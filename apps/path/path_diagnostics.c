@@ -7,7 +7,7 @@
  */
 static bool moved_away(const struct path_result *result)
 {
-    return !(result->found.grad_norm <= result->start.grad_norm) &&
+    return !(result->info.grad_norm <= result->info.start.grad_norm) &&
            !(result->mse_final <= result->mse_initial);
 }
 
@@ -36,7 +36,7 @@ void path_outlook(const struct path_run *run, const struct path_result *result)
     fprintf(stderr,
             "leastaction path: warning: %s moves away from the stationary path: |gradient| grew "
             "from %.3g to %.3g; ",
-            run->solver->name, result->start.grad_norm, result->found.grad_norm);
+            run->solver->name, result->info.start.grad_norm, result->info.grad_norm);
     if (phys_path_spectrum(&run->system, &run->settings, run->path, &spectrum, &none) == AD_OK &&
         spectrum.legendre == PHYS_POSITIVE && spectrum.index > 0)
         fprintf(stderr,

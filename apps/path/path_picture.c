@@ -81,11 +81,11 @@ static struct range column_range(const struct path_run *run, size_t column, size
 
 /* The first steps may tower above the rest by powers of ten: they may leave the picture. */
 static struct range history_range(const struct path_record *record,
-                                  const struct path_figures *reference)
+                                  const struct phys_path_figures *reference)
 {
     struct range range = {INFINITY, -INFINITY};
     for (size_t i = record->n / 4; i <= record->n; i++) {
-        const struct path_figures *f = i < record->n ? &record->figures[i] : reference;
+        const struct phys_path_figures *f = i < record->n ? &record->figures[i] : reference;
         range_widen(&range, f->action_mean);
         range_widen(&range, f->kinetic_mean);
         range_widen(&range, f->potential_mean);
@@ -163,7 +163,7 @@ static void right(const struct path_run *run, const struct path_record *record,
                   const struct path_result *result, const struct blocks *blocks, const char *every,
                   FILE *out)
 {
-    const struct path_figures *r = &result->reference;
+    const struct phys_path_figures *r = &result->info.compared;
     const struct {
         const char *name, *colour;
         double reference;

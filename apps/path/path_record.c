@@ -45,17 +45,17 @@ static void *grown(void *array, size_t n, size_t *room, size_t size)
 
 static bool keep_figures(struct path_record *record, const struct phys_path_step *step)
 {
-    struct path_figures *figures =
+    struct phys_path_figures *figures =
         grown(record->figures, record->n, &record->room, sizeof *figures);
     if (!figures)
         return false;
     record->figures = figures;
-    figures[record->n++] = (struct path_figures){.action = step->action,
-                                                 .action_mean = step->action_mean,
-                                                 .kinetic_mean = step->kinetic_mean,
-                                                 .potential_mean = step->potential_mean,
-                                                 .objective = step->objective,
-                                                 .grad_norm = step->grad_norm};
+    figures[record->n++] = (struct phys_path_figures){.action = step->action,
+                                                      .action_mean = step->action_mean,
+                                                      .kinetic_mean = step->kinetic_mean,
+                                                      .potential_mean = step->potential_mean,
+                                                      .objective = step->objective,
+                                                      .grad_norm = step->grad_norm};
     return true;
 }
 

@@ -2,10 +2,10 @@
    verdict needs a path that is stationary and an L_vv that is definite along it; else it is said
    why there is none. */
 #include "path.h"
-#include "apps/output/json.h"
 #include "apps/output/unit.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Where --grad-tol asks for no more than this, the path is not stationary yet. */
@@ -58,64 +58,61 @@ static int digits(const struct phys_conjugate *c)
     return (int)fmax(1, fmin(10, known));
 }
 
-static void print_conjugate(const struct path_run *run, const struct phys_spectrum *s)
+static void report_conjugate(const struct path_run *run, const struct phys_spectrum *s,
+                             struct report *report)
 {
     const char *unit = unit_shown(run->system.scene->time_unit);
+    double *values = malloc((2 * s->n_conjugate + 1) * sizeof *values);
+    char text[400];
+    size_t n = 0;
+    if (!values) {
+        report->failed = true;
+        return;
+    }
+    for (size_t k = 0; k < s->n_conjugate; k++) {
+        values[k] = s->conjugate[k].time;
+        values[s->n_conjugate + k] = s->conjugate[k].error;
+        n += (size_t)snprintf(text + n, sizeof text - n, "%s%.*g", k ? ", " : "",
+                              digits(&s->conjugate[k]), s->conjugate[k].time);
+        if (n > sizeof text - 24 || k + 1 == s->n_conjugate) {
+            report_line(report, "  conjugate to the start%s%s: %s", *unit ? ", in " : "", unit,
+                        text);
+            n = 0;
+        }
+    }
+    report_list(report, "conjugate_times", NULL, unit, s->n_conjugate, values);
+    report_list(report, "conjugate_errors", NULL, unit, s->n_conjugate, values + s->n_conjugate);
+    free(values);
     if (s->n_conjugate == 0)
         return;
-    printf("  conjugate to the start%s%s:", *unit ? ", in " : "", unit);
-    for (size_t k = 0; k < s->n_conjugate; k++)
-        printf("%s %.*g", k ? "," : "", digits(&s->conjugate[k]), s->conjugate[k].time);
     if (!s->of_motion)
-        printf(" (+-%.2g: between which slices; no motion was found near the path)",
-               s->conjugate[0].error);
-    putchar('\n');
-    if (s->of_motion && s->legendre != PHYS_INDEFINITE && s->n_conjugate != s->index)
-        printf("  the motion has %zu of them, the path of this grid %zu: try a smaller --dt\n",
-               s->n_conjugate, s->index);
+        report_line(report, "  (+-%.2g: between which slices; no motion was found near the path)",
+                    s->conjugate[0].error);
+    else if (s->legendre != PHYS_INDEFINITE && s->n_conjugate != s->index)
+        report_line(report,
+                    "  the motion has %zu of them, the path of this grid %zu: try a smaller --dt",
+                    s->n_conjugate, s->index);
 }
 
-void path_print_kind(const struct path_run *run, const struct path_result *result)
+void path_report_kind(const struct path_run *run, const struct path_result *result,
+                      struct report *report)
 {
     const struct phys_spectrum *s = &result->spectrum;
     char why[160];
-    if (strcmp(run->solver->name, "newton") != 0)
-        return;
     if (result->stationary && s->legendre == PHYS_POSITIVE) {
-        printf("\n  Morse index %zu: %s of the action\n", s->index,
-               s->index ? "a saddle" : "a minimum");
-        if (!isnan(s->smallest))
-            printf("  smallest eigenvalue of the Hessian %.9g, of the second variation %.9g\n",
-                   s->smallest, s->second_variation);
+        report_line(report, "\n  Morse index %zu: %s of the action", s->index,
+                    s->index ? "a saddle" : "a minimum");
+        report_count(report, "morse_index", NULL, s->index);
+        report_number(report, "smallest_eigenvalue", "smallest eigenvalue", NULL, s->smallest);
+        report_number(report, "second_variation", "of the second variation", NULL,
+                      s->second_variation);
     } else {
         reason(run, result, why, sizeof why);
-        printf("\n  no Morse index: %s\n", why);
+        if (strcmp(run->solver->name, "newton") == 0)
+            report_line(report, "\n  no Morse index: %s", why);
+        report_text(report, "morse_index", NULL, NULL);
+        report_text(report, "no_morse_index", NULL, why);
     }
     if (result->stationary)
-        print_conjugate(run, s);
-}
-
-void path_json_kind(struct json *json, const struct path_run *run, const struct path_result *result)
-{
-    const struct phys_spectrum *s = &result->spectrum;
-    char why[160];
-    if (result->stationary && s->legendre == PHYS_POSITIVE) {
-        json_count(json, "morse_index", s->index);
-        json_number(json, "smallest_eigenvalue", s->smallest);
-        json_number(json, "second_variation", s->second_variation);
-    } else {
-        reason(run, result, why, sizeof why);
-        json_null(json, "morse_index");
-        json_text(json, "no_morse_index", why);
-    }
-    if (!result->stationary)
-        return;
-    json_array(json, "conjugate_times");
-    for (size_t k = 0; k < s->n_conjugate; k++)
-        json_number(json, NULL, s->conjugate[k].time);
-    json_end_array(json);
-    json_array(json, "conjugate_errors");
-    for (size_t k = 0; k < s->n_conjugate; k++)
-        json_number(json, NULL, s->conjugate[k].error);
-    json_end_array(json);
+        report_conjugate(run, s, report);
 }

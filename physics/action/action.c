@@ -27,6 +27,16 @@ void phys_action_hold_energy(struct phys_action *action, double weight)
     ad_label(action->objective, "objective");
 }
 
+/* v L_v - L at the points, which is conserved for any L without explicit time; T + V is that only
+   where T is quadratic in the velocities and V does not depend on them. */
+static ad_var record_energy(const struct phys_rule_points *at, ad_var L)
+{
+    ad_var momentum;
+    if (ad_grad(L, 1, &at->v, &momentum) != AD_OK)
+        momentum = at->v; /* the tape keeps its error: whatever is recorded now passes through */
+    return ad_sub(ad_sum_rows(ad_mul(momentum, at->v)), L);
+}
+
 enum ad_status phys_action_record(ad_tape *tape, const struct phys_system *system,
                                   const struct phys_rule *rule, size_t slices, double dt,
                                   double energy_weight, struct phys_action *action)
@@ -50,7 +60,9 @@ enum ad_status phys_action_record(ad_tape *tape, const struct phys_system *syste
     action->action_mean = ad_mul(share, sum);
     action->action = ad_mul(dt, sum);
     action->start_energy = ad_input(tape, 1, 1, "energy of the start");
-    action->energy = ad_mul(share, ad_add(kinetic, potential));
+    ad_var energy = ad_label(record_energy(at, L), "energy");
+    action->energy = ad_mul(share, energy);
+    action->energy_mean = ad_mul(1 / (double)at->elements, weighted(action, energy));
     action->first_energy = ad_col(action->energy, 0);
     action->objective = action->action_mean;
     if (energy_weight != 0)

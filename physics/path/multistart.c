@@ -35,13 +35,6 @@ struct search {
 
 /* ---- answers ---- */
 
-static double path_energy(const struct search *s, const struct phys_path_info *info)
-{
-    double bodies = s->system->scene->per_body ? (double)s->system->bodies : 1;
-    double points = (double)(s->slices - (s->settings.rule->repeat ? 0 : 1));
-    return (info->kinetic_mean + info->potential_mean) * (double)s->slices * bodies / points;
-}
-
 static double largest_difference(size_t n, const double *a, const double *b)
 {
     double most = 0;
@@ -79,7 +72,7 @@ static bool is_known(struct search *s, double energy, double action)
 static enum ad_status keep(struct search *s, const struct phys_path_info *info,
                            struct ad_error *error)
 {
-    double energy = path_energy(s, info);
+    double energy = info->energy_mean;
     if (is_known(s, energy, info->action))
         return AD_OK;
     struct phys_answers *all = s->answers;

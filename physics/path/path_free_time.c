@@ -16,13 +16,10 @@ static enum ad_status excess(const struct phys_system *system, struct phys_path_
                              double log_dt, double energy, double *path,
                              struct phys_path_info *info, double *found, struct ad_error *error)
 {
-    double bodies = system->scene->per_body ? (double)system->bodies : 1;
-    double n = (double)settings->slices;
     settings->dt = exp(log_dt);
     if (phys_path_solve(&phys_solver_newton, system, settings, path, info, error) != AD_OK)
         return error->status;
-    double mean = (info->kinetic_mean + info->potential_mean) * n * bodies;
-    *found = mean / (n - (settings->rule->repeat ? 0 : 1)) - energy;
+    *found = info->energy_mean - energy;
     return AD_OK;
 }
 
@@ -30,7 +27,8 @@ enum ad_status phys_path_free_time(const struct phys_system *system,
                                    struct phys_path_settings *settings, double energy, double *path,
                                    struct phys_path_info *info, struct ad_error *error)
 {
-    double at = log(settings->dt), last = at + 0.01, here, before, step_before = (double)INFINITY;
+    double at = log(settings->dt), last = at + 0.01, step_before = (double)INFINITY;
+    double here = (double)NAN, before = (double)NAN;
     struct phys_path_settings inner = *settings;
     inner.progress = NULL;
     inner.tolerance = 0;

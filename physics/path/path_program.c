@@ -45,9 +45,10 @@ static enum ad_status record(struct phys_path_program *p, struct ad_error *error
         return phys_tape_status(p->tape, error);
     p->gradient = ad_label(hold_ends(s, p->system->dof, g), "gradient");
     p->norm = ad_sqrt(ad_sum(ad_square(p->gradient)));
-    ad_var out[] = {a->objective,      a->action,       a->action_mean, a->kinetic_mean,
-                    a->potential_mean, a->first_energy, p->gradient,    p->norm};
-    if (ad_compile(p->tape, LENGTH(out), out, &p->program) != AD_OK)
+    ad_var out[] = {a->objective, a->action, a->action_mean, a->kinetic_mean, a->potential_mean,
+                    p->gradient,  p->norm,   a->first_energy /* for a penalty alone */};
+    size_t n = LENGTH(out) - (s->energy_weight == 0);
+    if (ad_compile(p->tape, n, out, &p->program) != AD_OK)
         return phys_tape_status(p->tape, error);
     return AD_OK;
 }
@@ -57,6 +58,16 @@ static double value(const struct phys_path_program *p, ad_var x)
     double y;
     ad_get(p->program, x, &y);
     return y;
+}
+
+static struct phys_path_figures figures(const struct phys_path_step *at)
+{
+    return (struct phys_path_figures){.action = at->action,
+                                      .action_mean = at->action_mean,
+                                      .kinetic_mean = at->kinetic_mean,
+                                      .potential_mean = at->potential_mean,
+                                      .objective = at->objective,
+                                      .grad_norm = at->grad_norm};
 }
 
 enum ad_status phys_path_program_new(struct phys_path_program *p, const struct phys_system *system,
@@ -79,11 +90,14 @@ enum ad_status phys_path_program_new(struct phys_path_program *p, const struct p
     ad_set(p->program, p->action.path, path);
     p->x = ad_data(p->program, p->action.path);
     p->g = ad_data(p->program, p->gradient);
-    ad_run(p->program);
-    double start_energy = value(p, p->action.first_energy);
-    ad_set(p->program, p->action.start_energy, &start_energy);
-    ad_run(p->program);
-    p->start_norm = value(p, p->norm);
+    if (settings->energy_weight != 0) {
+        ad_run(p->program);
+        double start_energy = value(p, p->action.first_energy);
+        ad_set(p->program, p->action.start_energy, &start_energy);
+    }
+    struct phys_path_step start = phys_path_program_run(p, 0);
+    p->start = figures(&start);
+    p->start_norm = start.grad_norm;
     if (settings->native)
         ad_native_in_time(p->program);
     return AD_OK;
@@ -191,6 +205,35 @@ enum phys_stop phys_path_program_report(struct phys_path_program *p,
     return at->step == s->steps ? PHYS_STOP_STEPS : 0;
 }
 
+/* Mean and drift of the energy along `path`, from the same recording. */
+static void measure_energy(struct phys_path_program *p, const double *path,
+                           struct phys_path_info *info)
+{
+    ad_program *program;
+    struct phys_action *a = &p->action;
+    double most = 0;
+    info->energy_mean = info->energy_drift = NAN;
+    if (ad_compile(p->tape, 2, (ad_var[]){a->energy, a->energy_mean}, &program) != AD_OK)
+        return;
+    ad_set(program, a->path, path);
+    ad_run(program);
+    ad_get(program, a->energy_mean, &info->energy_mean);
+    const double *E = ad_data(program, a->energy);
+    for (size_t i = 1; i < ad_cols(a->energy); i++)
+        most = fmax(most, fabs(E[i] - E[0]));
+    info->energy_drift = E[0] != 0 ? most / fabs(E[0]) : most;
+    ad_program_free(program);
+}
+
+static struct phys_path_figures compare(struct phys_path_program *p, const double *path)
+{
+    if (!path)
+        return (struct phys_path_figures){NAN, NAN, NAN, NAN, NAN, NAN};
+    memcpy(p->x, path, p->n * sizeof *path);
+    struct phys_path_step at = phys_path_program_run(p, 0);
+    return figures(&at);
+}
+
 void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
                            const struct phys_path_step *at, double *path,
                            struct phys_path_info *info)
@@ -209,7 +252,10 @@ void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
                                     .action_mean = found.action_mean,
                                     .kinetic_mean = found.kinetic_mean,
                                     .potential_mean = found.potential_mean,
-                                    .grad_norm = found.grad_norm};
+                                    .grad_norm = found.grad_norm,
+                                    .start = p->start,
+                                    .compared = compare(p, p->settings->compare)};
+    measure_energy(p, path, info);
     snprintf(info->interpreted, sizeof info->interpreted, "%s", ad_native_note(p->program));
     info->native = !*info->interpreted;
 }

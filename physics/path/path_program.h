@@ -12,12 +12,13 @@ struct phys_path_program {
     ad_program *program;
     struct phys_action action;
     ad_var gradient, norm;
-    size_t n;            /* elements of the path: s*dof*slices */
-    double *x, *g;       /* path and gradient of the objective, 0 where held: program storage */
-    double start_norm;   /* of the gradient, at the start */
-    double *nearest;     /* path nearest to settings->reference so far; NULL: no matter */
-    double nearest_at;   /* its mean square distance ... */
-    size_t nearest_step; /* ... and step */
+    size_t n;      /* elements of the path: s*dof*slices */
+    double *x, *g; /* path and gradient of the objective, 0 where held: program storage */
+    struct phys_path_figures start; /* of the path given */
+    double start_norm;              /* of the gradient, at the start */
+    double *nearest;             /* path nearest to settings->reference so far; NULL: no matter */
+    double nearest_at;           /* its mean square distance ... */
+    size_t nearest_step;         /* ... and step */
     double started, in_progress; /* seconds: clock at the start; in the progress function */
 };
 

@@ -1,0 +1,58 @@
+/* What a run found, in one table that text, JSON and HDF5 are written from, so that all of them say
+   the same. A row has a key (in JSON and, as an attribute, in HDF5), a label (in the text), a unit
+   and a value; a row without a label is not in the text. Rows of one label that follow each other
+   stand on one line of the text. Rows after report_item belong to the next object of an array.
+
+       struct report report = {0};
+       report_number(&report, "action", "action", "J s", 1.5);
+       report_json(&report, stdout);
+       report_free(&report);
+
+   Adding rows is sticky: the first one that finds no memory is kept, and report_print, report_json
+   and report_file return it. Units and texts are copied, keys and labels are not. Numbers that are
+   not finite are null in JSON, NaN in HDF5, and a blank in the text. */
+#ifndef APPS_REPORT_H
+#define APPS_REPORT_H
+
+#include "physics/io/hdf5_file.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+
+struct report_row;
+
+struct report {
+    size_t n, room;
+    struct report_row *row;
+    const char *array; /* that rows are added to, NULL: the run itself; and the object in it */
+    size_t item;
+    bool passing; /* rows added while this is set tell of the run and not of its result (times):
+                     HDF5 is without them, so that equal runs give equal files */
+    bool failed;
+};
+
+void report_number(struct report *report, const char *key, const char *label, const char *unit,
+                   double value);
+void report_count(struct report *report, const char *key, const char *label, size_t value);
+void report_flag(struct report *report, const char *key, const char *label, bool value);
+void report_text(struct report *report, const char *key, const char *label, const char *value);
+/* A list of numbers, [n], copied. */
+void report_list(struct report *report, const char *key, const char *label, const char *unit,
+                 size_t n, const double values[]);
+/* A line of the text alone: a heading, or a sentence. */
+void report_line(struct report *report, const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 2, 3)))
+#endif
+    ;
+/* Begins the next object of an array; NULL: back to the run itself. In the text an array is a table
+   under the labels of its first object. */
+void report_item(struct report *report, const char *array);
+
+enum ad_status report_print(const struct report *report, FILE *out, struct ad_error *error);
+enum ad_status report_json(const struct report *report, FILE *out, struct ad_error *error);
+/* Attributes of the file, lists as datasets, arrays as folders ARRAY/0, ARRAY/1, ... */
+enum ad_status report_file(const struct report *report, phys_runfile *file, struct ad_error *error);
+void report_free(struct report *report);
+
+#endif

@@ -1,0 +1,133 @@
+/* What a path run found, as one table (path.h). */
+#include "path.h"
+#include "apps/output/unit.h"
+
+#include <math.h>
+#include <stddef.h>
+
+const char *path_stop_name(enum phys_stop stop)
+{
+    static const char *const names[] = {
+        [PHYS_STOP_STEPS] = "all steps taken",   [PHYS_STOP_TOLERANCE] = "tolerance reached",
+        [PHYS_STOP_INTERRUPTED] = "interrupted", [PHYS_STOP_ROUNDING] = "zero but for rounding",
+        [PHYS_STOP_STALLED] = "stalled",         [PHYS_STOP_REFERENCE] = "nearest to the reference",
+    };
+    return names[stop];
+}
+
+/* What --data was found to be. */
+static void report_tables(const struct path_run *run, struct report *report)
+{
+    for (size_t k = 0; k < run->n_tables; k++) {
+        const struct phys_horizons *t = &run->tables[k];
+        report_item(report, "tables");
+        report_text(report, "target", "target", t->target);
+        if (t->id != PHYS_HORIZONS_NO_ID)
+            report_number(report, "id", NULL, NULL, t->id);
+        report_text(report, "center", "about", t->center);
+        report_text(report, "frame", NULL, t->frame);
+        report_text(report, "units", "units", t->units);
+        report_count(report, "epochs", "epochs", t->n);
+        report_text(report, "start", "from", t->start_date);
+        report_count(report, "first_index", "first slice", run->first_epoch);
+        report_number(report, "first_epoch", NULL, "JD TDB", t->jd[run->first_epoch]);
+    }
+    report_item(report, NULL);
+}
+
+static void report_run(const struct path_run *run, const struct path_result *result,
+                       struct report *report)
+{
+    const struct phys_scene *scene = run->system.scene;
+    const struct phys_path_settings *settings = &run->settings;
+    const struct phys_path_info *info = &result->info;
+    const char *time = unit_shown(scene->time_unit);
+    report_line(report, "%s: %zu slices of %g%s%s, rule %s, %s, %zu steps in %.3g s%s, %s\n",
+                scene->name, settings->slices, settings->dt, *time ? " " : "", time,
+                settings->rule->name, run->solver->name, info->steps, info->seconds,
+                info->native ? " as machine code" : "", path_stop_name(info->stop));
+    if (run->options->common.verbose && *info->interpreted)
+        report_line(report, "  interpreted: %s\n", info->interpreted);
+    report_text(report, "scene", NULL, scene->name);
+    report_count(report, "dof", NULL, run->system.dof);
+    report_count(report, "slices", NULL, settings->slices);
+    report_number(report, "dt", NULL, scene->time_unit, settings->dt);
+    report_text(report, "solver", NULL, run->solver->name);
+    report_text(report, "rule", NULL, settings->rule->name);
+    report_count(report, "steps", NULL, info->steps);
+    report->passing = true;
+    report_number(report, "seconds", NULL, "s", info->seconds);
+    report_flag(report, "native", NULL, info->native);
+    report->passing = false;
+    report_text(report, "stop", NULL, path_stop_name(info->stop));
+}
+
+/* Reference, start and path found side by side, all by the solver's own recording. */
+static void report_figures(const struct path_run *run, const struct phys_path_info *info,
+                           struct report *report)
+{
+    const struct phys_scene *scene = run->system.scene;
+    const struct phys_path_figures found = {
+        .action = info->action,
+        .action_mean = info->action_mean,
+        .kinetic_mean = info->kinetic_mean,
+        .potential_mean = info->potential_mean,
+        .grad_norm = info->grad_norm,
+    };
+    const struct phys_path_figures *const column[] = {&info->compared, &info->start, &found};
+    char product[64];
+    const char *energy = unit_shown(scene->energy_unit), *time = unit_shown(scene->time_unit);
+    snprintf(product, sizeof product, "%s%s%s", energy, *energy && *time ? " " : "", time);
+    const struct {
+        const char *label, *key[3], *unit;
+        size_t at;
+    } rows[] = {
+#define ROW(label, member, unit)                                                                   \
+    {label,                                                                                        \
+     {"reference_" #member, "start_" #member, #member},                                            \
+     unit,                                                                                         \
+     offsetof(struct phys_path_figures, member)}
+        ROW("action", action, product),      ROW("S mean", action_mean, energy),
+        ROW("T mean", kinetic_mean, energy), ROW("V mean", potential_mean, energy),
+        ROW("|gradient|", grad_norm, ""),
+#undef ROW
+    };
+    report_line(report, "  %-24s %14s %14s %14s", "", "reference", "start", "found");
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        for (size_t c = 0; c < 3; c++)
+            report_number(report, rows[k].key[c], rows[k].label, rows[k].unit,
+                          *(const double *)((const char *)column[c] + rows[k].at));
+}
+
+static void report_energy(const struct path_run *run, const struct path_result *result,
+                          struct report *report)
+{
+    const struct phys_path_info *info = &result->info;
+    report_number(report, "energy", "energy, mean", run->system.scene->energy_unit,
+                  info->energy_mean);
+    report_flag(report, "energy_conserved", NULL, result->keeps_energy);
+    report_number(report, "energy_drift", "energy drift", "of the start",
+                  result->keeps_energy ? info->energy_drift : (double)NAN);
+    if (!result->keeps_energy)
+        report_line(report, "  L depends on time itself, which changes the energy: no drift");
+}
+
+void path_report(const struct path_run *run, const struct path_result *result,
+                 struct report *report)
+{
+    const struct phys_scene *scene = run->system.scene;
+    const char *length = unit_shown(scene->unit);
+    char square[64];
+    snprintf(square, sizeof square, "%s%s", length, *length ? "^2" : "");
+    report_tables(run, report);
+    path_report_levels(run, report);
+    report_run(run, result, report);
+    report_figures(run, &result->info, report);
+    path_report_kind(run, result, report);
+    report_line(report, "%s", "");
+    report_number(report, "mse_initial", "MSE of the start", square, result->mse_initial);
+    report_number(report, "mse_final", "MSE", square, result->mse_final);
+    report_number(report, "max_error", "largest error", length, result->max_error);
+    report_energy(run, result, report);
+    path_report_answers(run, result, report);
+}
