@@ -1,6 +1,7 @@
 /* leastaction build: a Lagrangian of a user's own, from C to a scene that every subcommand takes.
  */
 #include "command.h"
+#include "file_names.h"
 #include "output/quote.h"
 #include "autodiff/native/cc.h"
 #include "physics/physics.h"
@@ -138,9 +139,10 @@ static int run(const void *values, struct ad_error *error)
     struct phys_system system = {0};
     if (!out)
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    else if (strcmp(out, source) == 0)
-        ad_fail(error, AD_E_ARGUMENT, "--out names the source, %s; expected another file", source);
-    else if ((options->include || find_headers(folder, error) == AD_OK) &&
+    else if (file_names_check(
+                 2, (struct file_name[]){{"", "SCENE.c", source, false}, {"--", "out", out, true}},
+                 error) == AD_OK &&
+             (options->include || find_headers(folder, error) == AD_OK) &&
              phys_whole_begin(&file, out, error) == AD_OK &&
              compile(source, options->include ? options->include : folder, file.temporary, error) ==
                  AD_OK &&
@@ -156,7 +158,7 @@ static int run(const void *values, struct ad_error *error)
 #define AT(member) offsetof(struct options, member)
 
 static const struct option table[] = {
-    {"out", "FILE.so", OPTION_TEXT, NULL, "the scene [SCENE.so]", AT(out)},
+    {"out", "FILE.so", OPTION_OUTPUT, NULL, "the scene [SCENE.so]", AT(out)},
     {"include", "FOLDER", OPTION_TEXT, NULL, "with physics/physics.h in it [beside the command]",
      AT(include)},
 };

@@ -1,5 +1,6 @@
 /* Command lines from tables (options.h). */
 #include "options.h"
+#include "file_names.h"
 #include "physics/physics.h"
 
 #include <ctype.h>
@@ -25,10 +26,12 @@ static const struct option general[] = {
 };
 
 static const struct option outputs[] = {
-    {"out", "FILE.h5", OPTION_TEXT, NULL, "everything, as HDF5", AT(out)},
-    {"csv", "FILE", OPTION_TEXT, NULL, "the result as CSV; - is standard output", AT(csv)},
-    {"plot", "FILE", OPTION_TEXT, NULL, "picture: .svg, .png or animated .gif", AT(plot)},
+    {"out", "FILE.h5", OPTION_OUTPUT, NULL, "everything, as HDF5", AT(out)},
+    {"csv", "FILE", OPTION_OUTPUT, NULL, "the result as CSV; - is standard output", AT(csv)},
+    {"plot", "FILE", OPTION_PICTURE, NULL, "picture: .svg, .png or animated .gif", AT(plot)},
 };
+
+enum { FILES_MOST = 16 }; /* arguments and options of a subcommand that name files */
 
 #define COUNT(table) (sizeof(table) / sizeof(table)[0])
 
@@ -145,6 +148,9 @@ static enum ad_status store(const struct option *option, const char *text, char 
         *(bool *)at = true;
         break;
     case OPTION_TEXT:
+    case OPTION_INPUT:
+    case OPTION_OUTPUT:
+    case OPTION_PICTURE:
         *(const char **)at = text;
         break;
     case OPTION_NUMBER:
@@ -248,18 +254,42 @@ static enum ad_status parse_argument(const struct command_line *line, const char
     return AD_OK;
 }
 
-/* Two results in one file would overwrite each other. */
-static enum ad_status check_outputs(const struct common *common, struct ad_error *error)
+/* "fig.svg", ".dat": to be freed. */
+static char *joined(const char *name, const char *extension)
 {
-    const char *const names[] = {"out", "csv", "plot"};
-    const char *const files[] = {common->out, common->csv, common->plot};
-    for (size_t a = 0; a < COUNT(files); a++)
-        for (size_t b = a + 1; b < COUNT(files); b++)
-            if (files[a] && files[b] && strcmp(files[a], files[b]) == 0)
-                return ad_fail(error, AD_E_ARGUMENT,
-                               "--%s and --%s name the same file, '%s'; expected a file for each",
-                               names[a], names[b], files[a]);
-    return AD_OK;
+    char *text = name ? malloc(strlen(name) + strlen(extension) + 1) : NULL;
+    if (text)
+        strcpy(stpcpy(text, name), extension);
+    return text;
+}
+
+/* No output is an input or another output. A picture may leave two files more. */
+static enum ad_status check_files(const struct command_line *line, const struct common *common,
+                                  struct ad_error *error)
+{
+    struct file_name files[FILES_MOST];
+    char *beside[2] = {NULL, NULL};
+    size_t n = 0;
+    for (size_t k = 0; k < common->n_arguments && !line->names; k++)
+        files[n++] = (struct file_name){"", line->arguments[k], common->argument[k], false};
+    for (size_t k = 0; k < options_rows(line) && n + 3 <= FILES_MOST; k++) {
+        const struct option *option = options_row(line, k);
+        if (option->kind < OPTION_INPUT || option->kind > OPTION_PICTURE)
+            continue;
+        const char *file = *(const char *const *)((const char *)common + option->offset);
+        bool output = option->kind != OPTION_INPUT;
+        files[n++] = (struct file_name){"--", option->name, file, output};
+        if (option->kind != OPTION_PICTURE)
+            continue;
+        beside[0] = joined(file, ".dat");
+        beside[1] = joined(file, ".gp");
+        files[n++] = (struct file_name){"--", option->name, beside[0], true};
+        files[n++] = (struct file_name){"--", option->name, beside[1], true};
+    }
+    file_names_check(n, files, error);
+    free(beside[0]);
+    free(beside[1]);
+    return error->status;
 }
 
 static enum ad_status check_arguments(const struct command_line *line, const struct common *common,
@@ -273,7 +303,7 @@ static enum ad_status check_arguments(const struct command_line *line, const str
                            line->arguments[k], form);
     if (common->threads == 0)
         return ad_fail(error, AD_E_ARGUMENT, "--threads: expected at least 1, got 0");
-    return check_outputs(common, error);
+    return check_files(line, common, error);
 }
 
 enum ad_status options_parse(const struct command_line *line, int argc, char *const argv[],

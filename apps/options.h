@@ -11,6 +11,9 @@
 enum option_kind {
     OPTION_FLAG,    /* bool */
     OPTION_TEXT,    /* const char *; NULL if not given */
+    OPTION_INPUT,   /* the same: a file or folder to read, or a name that is none */
+    OPTION_OUTPUT,  /* the same: a file to write, which may not be an input; - is none */
+    OPTION_PICTURE, /* the same: a file to write by gnuplot */
     OPTION_NUMBER,  /* double, finite; OPTION_NO_NUMBER (NaN) if not given */
     OPTION_COUNT,   /* size_t; OPTION_NO_COUNT if not given */
     OPTION_SEED,    /* uint64_t */
@@ -56,6 +59,7 @@ struct common {
 struct command_line {
     const char *name, *what;  /* "path", "stationary path between two ends" */
     const char *arguments[2]; /* placeholders: "SCENE" is needed, "[SCENE]" optional */
+    bool names;               /* the arguments are names, never files to read */
     bool outputs;             /* takes --out, --csv and --plot */
     const struct option *options;
     size_t n_options;

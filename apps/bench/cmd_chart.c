@@ -92,10 +92,10 @@ static int run(const void *values, struct ad_error *error)
 #define AT(member) offsetof(struct options, member)
 
 static const struct option table[] = {
-    {"out", "DIR", OPTION_TEXT, "charts", "folder for the data and the pictures", AT(folder)},
+    {"out", "DIR", OPTION_OUTPUT, "charts", "folder for the data and the pictures", AT(folder)},
     {"format", "svg|png", OPTION_TEXT, "svg", "of the pictures", AT(format)},
     {"quick", NULL, OPTION_FLAG, NULL, "fewer repetitions, a smaller range", AT(quick)},
-    {"data", "DIR", OPTION_TEXT, NULL, "ephemeris: a folder of Horizons tables", AT(data)},
+    {"data", "DIR", OPTION_INPUT, NULL, "ephemeris: a folder of Horizons tables", AT(data)},
     {"from", "DATE|INDEX", OPTION_TEXT, NULL, "ephemeris: first epoch [the published one]",
      AT(from)},
     {"days", "N", OPTION_COUNT, NULL, "ephemeris: how many days [65]", AT(days)},
@@ -111,6 +111,7 @@ const struct command command_chart = {
     .line = {.name = "chart",
              .what = what,
              .arguments = {"KIND"},
+             .names = true,
              .options = table,
              .n_options = sizeof table / sizeof *table},
     .bytes = sizeof(struct options),

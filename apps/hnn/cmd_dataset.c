@@ -187,7 +187,7 @@ static enum ad_status observe(const struct hnn_task *task, const struct dataset_
 #define AT(member) offsetof(struct dataset_options, member)
 
 static const struct option table[] = {
-    {"out", "FILE", OPTION_TEXT, NULL, "FILE.h5 is HDF5, any other CSV; - is standard output",
+    {"out", "FILE", OPTION_OUTPUT, NULL, "FILE.h5 is HDF5, any other CSV; - is standard output",
      AT(out)},
     {"trials", "N", OPTION_COUNT, NULL, "trajectories [published]", AT(trials)},
     {"points", "N", OPTION_COUNT, NULL, "observations of each [published]", AT(points)},
@@ -244,6 +244,7 @@ const struct command command_dataset = {
     .line = {.name = "dataset",
              .what = "observed motion to train networks on",
              .arguments = {"TASK"},
+             .names = true,
              .options = table,
              .n_options = sizeof table / sizeof *table,
              .more =

@@ -7,12 +7,9 @@
 #include <string.h>
 
 /* A model that cannot be written is found before anything is computed. */
-static enum ad_status check_out(const char *name, const char *log, struct ad_error *error)
+static enum ad_status check_out(const char *name, struct ad_error *error)
 {
     struct phys_whole file;
-    if (log && strcmp(log, name) == 0)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "--out and --log name the same file, '%s'; expected a file for each", name);
     if (phys_whole_begin(&file, name, error) == AD_OK)
         phys_whole_abandon(&file);
     return error->status;
@@ -23,7 +20,7 @@ static int train(struct train_run *run, struct ad_error *error)
     const struct common *common = &run->options->common;
     struct result log;
     enum hnn_stop stop = HNN_STOP_STEPS;
-    if (check_out(common->out, run->options->log, error) != AD_OK ||
+    if (check_out(common->out, error) != AD_OK ||
         result_begin(&log, run->options->log, error) != AD_OK)
         return command_status(error);
     progress_start(&run->progress, common->quiet);
@@ -84,7 +81,7 @@ static const struct option table[] = {
     {"skip-rows", "N", OPTION_COUNT, "0", "lines of text before the names, or the first row",
      AT(skip_rows)},
     {"unit", "UNITS", OPTION_TEXT, NULL, "of the states, kept in the model", AT(unit)},
-    {"test", "FILE", OPTION_TEXT, NULL, "test samples, of the same columns", AT(test)},
+    {"test", "FILE", OPTION_INPUT, NULL, "test samples, of the same columns", AT(test)},
     {"test-fraction", "F", OPTION_NUMBER, NULL,
      "of DATA, set apart for the test [none; frames: 0.2]", AT(test_fraction)},
     {"split", "HOW", OPTION_TEXT, "tail", "which: tail, random or trial", AT(split)},
@@ -123,9 +120,9 @@ static const struct option table[] = {
      AT(every)},
     {"patience", "K", OPTION_COUNT, NULL, "stop after K steps without a lower test loss [never]",
      AT(patience)},
-    {"out", "FILE.h5", OPTION_TEXT, "model.h5", "the model, and all that --resume needs",
+    {"out", "FILE.h5", OPTION_OUTPUT, "model.h5", "the model, and all that --resume needs",
      AT(common.out)},
-    {"log", "FILE", OPTION_TEXT, NULL, "losses as CSV; - is standard output", AT(log)},
+    {"log", "FILE", OPTION_OUTPUT, NULL, "losses as CSV; - is standard output", AT(log)},
     {"checkpoint", "SECONDS", OPTION_NUMBER, "10", "between writes of --out on the way",
      AT(checkpoint)},
     {"resume", NULL, OPTION_FLAG, NULL, "go on from --out, if it is there", AT(resume)},

@@ -266,7 +266,7 @@ static int run(const void *values, struct ad_error *error)
 static const struct option table[] = {
     {"dataset", "NAME", OPTION_TEXT, NULL, "the numbers of this one; else what there is",
      AT(dataset)},
-    {"csv", "FILE", OPTION_TEXT, NULL, "as CSV; - is standard output", AT(csv)},
+    {"csv", "FILE", OPTION_OUTPUT, NULL, "as CSV; - is standard output", AT(csv)},
 };
 
 const struct command command_dump = {

@@ -83,7 +83,7 @@ static int run(const void *values, struct ad_error *error)
 #define AT(member) offsetof(struct quantum_options, member)
 
 static const struct option table[] = {
-    {"scene", "NAME", OPTION_TEXT, "free",
+    {"scene", "NAME", OPTION_INPUT, "free",
      "free gravity harmonic pendulum double-well double-slit, or another of one coordinate, "
      "FILE.so",
      AT(scene)},

@@ -105,7 +105,7 @@ static const struct option table[] = {
     {"samples", "N", OPTION_COUNT, NULL, "equal intervals of time between samples [1000]",
      AT(samples)},
     {"set", "NAME=VALUE", OPTION_SETTINGS, NULL, "a parameter of the scene; repeatable", AT(set)},
-    {"data", "DIR", OPTION_TEXT, NULL, "ephemeris: start and reference from Horizons tables",
+    {"data", "DIR", OPTION_INPUT, NULL, "ephemeris: start and reference from Horizons tables",
      AT(data)},
     {"from", "DATE|INDEX", OPTION_TEXT, NULL, "of the tables: first epoch [the published one]",
      AT(from)},

@@ -38,7 +38,7 @@ static void check(const struct command_line *line, const struct common *common, 
         const void *at = values + option->offset;
         if (option->kind == OPTION_NUMBER)
             fuzz_require(!isinf(*(const double *)at));
-        if (option->kind == OPTION_TEXT)
+        if (option->kind == OPTION_TEXT || option->kind == OPTION_INPUT)
             fuzz_require(!*(const char *const *)at || **(const char *const *)at);
         if (option->kind == OPTION_SETTINGS)
             for (size_t i = 0; i < ((const struct settings *)at)->n; i++)

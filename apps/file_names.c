@@ -1,0 +1,120 @@
+/* Files of a run that must be different ones (file_names.h). */
+#include "file_names.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* What a name leads to: a file or, where there is none yet, a place in a folder. */
+struct place {
+    bool known, exists, is_folder;
+    dev_t device;
+    ino_t number; /* of the file, or of the folder */
+    const char *name;
+};
+
+static const char *last_part(const char *name)
+{
+    const char *slash = strrchr(name, '/');
+    return slash ? slash + 1 : name;
+}
+
+/* The folder that a name is in, or one `up` from there; false where there is none. */
+static bool stat_folder(const char *name, const char *up, struct stat *status)
+{
+    size_t length = (size_t)(last_part(name) - name);
+    char *folder = malloc(length + strlen(up) + 3);
+    if (!folder)
+        return false;
+    sprintf(folder, "%.*s.%s", (int)length, name, up);
+    bool found = stat(folder, status) == 0;
+    free(folder);
+    return found;
+}
+
+static struct place place_of(const char *name)
+{
+    struct stat status;
+    if (!name || strcmp(name, "-") == 0)
+        return (struct place){0};
+    if (stat(name, &status) == 0)
+        return (struct place){true,          true,          S_ISDIR(status.st_mode),
+                              status.st_dev, status.st_ino, ""};
+    bool known = stat_folder(name, "", &status);
+    return (struct place){known, false, false, status.st_dev, status.st_ino, last_part(name)};
+}
+
+static bool same_place(const struct place *a, const struct place *b)
+{
+    return a->known && b->known && a->exists == b->exists && a->device == b->device &&
+           a->number == b->number && strcmp(a->name, b->name) == 0;
+}
+
+/* Folders are read for tables and for frames; these are neither. */
+static bool is_read_from_folders(const char *name)
+{
+    static const char *const others[] = {".h5", ".hdf5", ".svg", ".gif"};
+    const char *dot = strrchr(last_part(name), '.');
+    for (size_t k = 0; dot && k < sizeof others / sizeof *others; k++)
+        if (strcasecmp(dot, others[k]) == 0)
+            return false;
+    return true;
+}
+
+/* Frames are read from folders in the folder, too. */
+static bool is_inside(const char *file, const struct place *folder)
+{
+    static const char *const up[] = {"", "/.."};
+    struct stat status;
+    for (size_t k = 0; k < sizeof up / sizeof *up; k++)
+        if (stat_folder(file, up[k], &status) && status.st_dev == folder->device &&
+            status.st_ino == folder->number)
+            return is_read_from_folders(file);
+    return false;
+}
+
+static enum ad_status compare(const struct file_name *output, const struct file_name *other,
+                              struct ad_error *error)
+{
+    struct place a = place_of(output->file), b = place_of(other->file);
+    if (same_place(&a, &b))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s%s and %s%s name the same file, '%s'; expected a file for each",
+                       output->dashes, output->option, other->dashes, other->option, output->file);
+    if (!other->output && b.is_folder && a.exists && is_inside(output->file, &b))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s%s: '%s' is in the folder of %s%s already; expected a file elsewhere",
+                       output->dashes, output->option, output->file, other->dashes, other->option);
+    return AD_OK;
+}
+
+static enum ad_status compare_stream(const struct file_name *output, int descriptor,
+                                     const char *name, struct ad_error *error)
+{
+    struct place a = place_of(output->file);
+    struct stat status;
+    if (!a.exists || fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode) ||
+        status.st_dev != a.device || status.st_ino != a.number)
+        return AD_OK;
+    return ad_fail(error, AD_E_ARGUMENT,
+                   "%s%s: %s goes to '%s' already; expected a file of its own", output->dashes,
+                   output->option, name, output->file);
+}
+
+enum ad_status file_names_check(size_t n, const struct file_name names[], struct ad_error *error)
+{
+    for (size_t a = 0; a < n && error->status == AD_OK; a++) {
+        if (!names[a].output || !names[a].file)
+            continue;
+        for (size_t b = 0; b < n && error->status == AD_OK; b++)
+            if (b > a || (b < a && !names[b].output))
+                compare(&names[a], &names[b], error);
+        if (error->status == AD_OK &&
+            compare_stream(&names[a], STDOUT_FILENO, "standard output", error) == AD_OK)
+            compare_stream(&names[a], STDERR_FILENO, "standard error", error);
+    }
+    return error->status;
+}
