@@ -69,12 +69,13 @@ static bool converged(const struct path_run *run, const struct path_result *resu
 /* What to try where a solver did not converge. */
 static const char *advice(const struct path_run *run, const struct path_result *result)
 {
-    const char *init = run->options->init;
     if (result->info.stop == PHYS_STOP_STEPS)
         return "; try more --steps";
     if (strcmp(run->solver->name, "newton") != 0)
         return "";
-    if (!init || strcmp(init, "line") == 0)
+    if (run->options->data && !path_from_tables(run->options))
+        return "; try --init table, or fewer --days";
+    if (path_from_line(run->options))
         return "; a line is far from a path of many turns or close passes: try --init ode "
                "--tol 1e-6, or a shorter time (--slices)";
     return "; where L has a kink (a clamp, a cap) it may never vanish; else try --adam-steps "
@@ -92,6 +93,8 @@ static int judge(const struct path_run *run, const struct path_result *result,
         ad_fail(error, AD_E_ARGUMENT, "not converged: %s, |gradient| %.3g after %zu steps%s",
                 path_stop_name(result->info.stop), result->info.grad_norm, result->info.steps,
                 advice(run, result));
+    else
+        path_ephemeris_judge(run, error);
     return error->status == AD_OK ? DONE : NOT_REACHED;
 }
 
@@ -171,7 +174,8 @@ static const struct option table[] = {
      AT(tolerance)},
     {"grad-tol", "E", OPTION_NUMBER, NULL, "stop where |gradient| is E of its start [never]",
      AT(grad_tolerance)},
-    {"init", "HOW", OPTION_INPUT, NULL, "start: line, ode, or FILE.csv [line; paper: ode]",
+    {"init", "HOW", OPTION_INPUT, NULL,
+     "start: line, ode, with --data table, or FILE.csv [line; --data: table; paper: ode]",
      AT(init)},
     {"noise", "SIGMA", OPTION_NUMBER, NULL, "on the start [none; paper: as published with ode]",
      AT(noise)},

@@ -76,9 +76,17 @@ double *path_new(const struct path_run *run, struct ad_error *error);
 enum ad_status path_ephemeris(const struct path_options *options, struct path_run *run,
                               double **observed, struct ad_error *error);
 
+/* AD_E_ACCURACY where the path found is not the one of the tables, but another stationary path
+   between the same ends. */
+enum ad_status path_ephemeris_judge(const struct path_run *run, struct ad_error *error);
+
 /* Start, reference and room for the path of a run whose settings are made; takes `observed`. Ends
    path_setup. (path_start.c) */
 enum ad_status path_start(struct path_run *run, double *observed, struct ad_error *error);
+/* Whether the start is a line: by default, without a preset and tables. */
+bool path_from_line(const struct path_options *options);
+/* Whether it is what tables say: by default, with --data and without a preset. */
+bool path_from_tables(const struct path_options *options);
 /* Whether the start is read from a file. */
 bool path_from_file(const struct path_options *options);
 

@@ -66,8 +66,8 @@ static enum ad_status find_span(const struct path_options *options, struct path_
                        settings->slices);
     if (first >= table->n || settings->slices > table->n - first)
         return ad_fail(error, AD_E_INPUT,
-                       "%s: %zu epochs from index %zu on are more than the %zu there are",
-                       options->data, settings->slices, first, table->n);
+                       "%s: --days %zu from index %zu needs %zu epochs, there are %zu",
+                       options->data, settings->slices, first, first + settings->slices, table->n);
     double step = (table->jd[first + 1] - table->jd[first]) * DAY;
     if (!isnan(options->dt) && fabs(options->dt - step) > 1e-3)
         return ad_fail(error, AD_E_ARGUMENT, "--dt %.9g: the epochs are %.9g s apart", options->dt,
@@ -101,4 +101,33 @@ enum ad_status path_ephemeris(const struct path_options *options, struct path_ru
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     return phys_ephemeris_use(&run->system, run->n_tables, run->tables, run->first_epoch, slices,
                               dims, *observed, error);
+}
+
+/* Of a body's greatest distance from the centre. Models of the inner planets err by a hundredth in
+   years; another stationary path goes round another way, or another number of times. */
+static const double other_path = 0.1;
+
+enum ad_status path_ephemeris_judge(const struct path_run *run, struct ad_error *error)
+{
+    size_t n = run->settings.slices, dims = run->system.dims;
+    for (size_t b = 0; b < run->n_tables && !run->preset && !path_wants_all(run->options); b++) {
+        double off = 0, size = 0;
+        for (size_t i = 0; i < n; i++) {
+            const double *seen = run->tables[b].position + 3 * (run->first_epoch + i);
+            double apart = 0, distance = 0;
+            for (size_t d = 0; d < dims; d++) {
+                apart += pow(run->path[(b * dims + d) * n + i] - seen[d], 2);
+                distance += seen[d] * seen[d];
+            }
+            off = fmax(off, sqrt(apart));
+            size = fmax(size, sqrt(distance));
+        }
+        if (!(off <= other_path * size))
+            return ad_fail(error, AD_E_ACCURACY,
+                           "%s is %.3g km from its table: another stationary path between the same "
+                           "ends; try %sfewer --days, or --all for several",
+                           run->tables[b].target, off / 1e3,
+                           run->options->init ? "--init table, " : "");
+    }
+    return error->status;
 }

@@ -35,13 +35,6 @@ static enum ad_status set_parameters(const struct path_options *options, struct 
 
 /* ---- settings ---- */
 
-/* From a straight line Newton's steps may stall; from near the path descent would only leave it. */
-static bool starts_on_line(const struct path_run *run)
-{
-    const char *init = run->options->init;
-    return !run->preset && (!init || strcmp(init, "line") == 0);
-}
-
 static const char *default_solver(const struct path_options *options, const struct path_run *run)
 {
     bool descent = run->preset || isfinite(options->learning_rate) ||
@@ -62,7 +55,9 @@ static void choose_settings(const struct path_options *options, struct path_run 
     settings->tolerance = option_number_or(options->grad_tolerance, 0);
     settings->momentum = options->momentum;
     settings->hold = options->hold;
-    settings->adam_steps = option_count_or(options->adam_steps, starts_on_line(run) ? 200 : 0);
+    /* from a straight line Newton's steps may stall; from near the path descent would leave it */
+    bool line = path_from_line(options) && !run->preset;
+    settings->adam_steps = option_count_or(options->adam_steps, line ? 200 : 0);
     settings->threads = options->common.threads;
     settings->native = true;
     run->damping = preset ? preset->damping : 1;

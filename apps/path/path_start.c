@@ -70,13 +70,15 @@ static enum ad_status first_slices(const struct path_run *run, phys_motion *moti
 }
 
 /* For the left rules the equations of the discretised action march the published ODE path; other
-   rules, and an error asked for, are held against the motion itself. */
+   rules, tables without the preset, and an error asked for, take the motion itself. */
 static enum ad_status integrate(const struct path_run *run, phys_motion *motion, double *path,
                                 struct ad_error *error)
 {
     size_t dof = run->system.dof, n = run->settings.slices;
     double dt = run->settings.dt;
-    if (strncmp(run->settings.rule->name, "left", 4) == 0 && !path_wants_tolerance(run->options))
+    bool tables = run->n_tables && !path_from_file(run->options);
+    if (strncmp(run->settings.rule->name, "left", 4) == 0 && !path_wants_tolerance(run->options) &&
+        !(tables && !run->preset))
         return phys_ode_path(motion, n, dt, run->damping, path, error);
     double *q = malloc(2 * dof * sizeof *q), *v = q ? q + dof : NULL;
     if (!q)
@@ -85,6 +87,8 @@ static enum ad_status integrate(const struct path_run *run, phys_motion *motion,
         q[k] = path[k * n];
         v[k] = (path[k * n + 1] - path[k * n]) / dt;
     }
+    if (tables) /* have velocities */
+        run->system.scene->start(run->system.params, run->options->common.seed, q, v, error);
     phys_fine_path(motion, q, v, n, dt, SUBSTEPS, path, error);
     free(q);
     return error->status;
@@ -120,18 +124,33 @@ static void draw_line(const struct path_run *run, const double *between, double 
         }
 }
 
-/* The start, from the file that was read, the motion, or a line between the ends of what was
-   observed, else of the motion; then the noise. */
+/* The motion from the first epoch of tables, and what it misses their last one by, in proportion to
+   the time: near the path between their ends. */
+static void bend(const struct path_run *run, const double *motion, const double *observed,
+                 double *path)
+{
+    size_t n = run->settings.slices;
+    for (size_t k = 0; k < run->system.dof; k++) {
+        double miss = observed[k * n + n - 1] - motion[k * n + n - 1];
+        for (size_t i = 0; i < n; i++)
+            path[k * n + i] = motion[k * n + i] + miss * (double)i / (double)(n - 1);
+    }
+}
+
+/* The start, from the file that was read, the tables, the motion, or a line between the ends of
+   what was observed, else of the motion; then the noise. */
 static void make_start(struct path_run *run, const double *file, const double *motion,
                        const double *observed)
 {
-    const char *init = run->options->init;
     size_t bytes = run->system.dof * run->settings.slices * sizeof(double);
-    bool line = init ? strcmp(init, "line") == 0 : !run->preset;
     if (file)
         memcpy(run->start, file, bytes);
-    else if (line)
+    else if (path_from_line(run->options))
         draw_line(run, observed ? observed : motion, run->start);
+    else if (path_from_tables(run->options))
+        memcpy(run->start, observed, bytes);
+    else if (observed && !run->preset && run->solver != &phys_solver_march)
+        bend(run, motion, observed, run->start);
     else
         memcpy(run->start, motion, bytes);
     if (run->noise.sigma > 0)
@@ -148,10 +167,22 @@ static void place_nodes(struct path_run *run)
     memcpy(run->path, run->start, path_rows(run) * slices * sizeof *run->path);
 }
 
+bool path_from_line(const struct path_options *options)
+{
+    return options->init ? strcmp(options->init, "line") == 0 : !options->preset && !options->data;
+}
+
+bool path_from_tables(const struct path_options *options)
+{
+    return options->data &&
+           (options->init ? strcmp(options->init, "table") == 0 : !options->preset);
+}
+
 bool path_from_file(const struct path_options *options)
 {
     const char *init = options->init;
-    return init && strcmp(init, "line") != 0 && strcmp(init, "ode") != 0;
+    return init && strcmp(init, "line") != 0 && strcmp(init, "ode") != 0 &&
+           !path_from_tables(options);
 }
 
 enum ad_status path_start(struct path_run *run, double *observed, struct ad_error *error)

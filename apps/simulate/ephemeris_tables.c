@@ -21,8 +21,8 @@ static enum ad_status choose_span(const char *folder, const char *from, size_t d
         return ad_fail(error, AD_E_ARGUMENT, "--days: expected at least 1, got 0");
     if (tables->first >= table->n || tables->days >= table->n - tables->first)
         return ad_fail(error, AD_E_INPUT,
-                       "%s: %zu days from index %zu on are more than the %zu epochs there are",
-                       folder, tables->days, tables->first, table->n);
+                       "%s: --days %zu from index %zu needs %zu epochs, there are %zu", folder,
+                       tables->days, tables->first, tables->first + tables->days + 1, table->n);
     double step = (table->jd[1] - table->jd[0]) * DAY;
     if (fabs(step - DAY) > 1e-3)
         return ad_fail(error, AD_E_INPUT, "%s: epochs are %.9g s apart, expected a day", folder,

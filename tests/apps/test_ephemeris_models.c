@@ -201,7 +201,7 @@ static void test_refusals(void **state)
     } rows[] = {
         {"--time 10", "give --days"},
         {"--integrator verlet --dt 5000", "expected a whole part of a day"},
-        {"--days 400", "400 days from index 148"},
+        {"--days 400", "--days 400 from index 148"},
         {"--rough pluto", "no body without a table 'pluto'"},
         {"--from 1999-01-01", "1999-01-01"},
     };
