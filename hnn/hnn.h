@@ -46,7 +46,7 @@ struct hnn_settings {
     size_t dof;                         /* n: a state has 2n components */
     size_t layers;                      /* linear maps, 1 ... HNN_LAYERS_MOST */
     size_t hidden[HNN_LAYERS_MOST - 1]; /* width after each but the last */
-    const char *activation;             /* a name from hnn_activations */
+    const char *activation;             /* a name from hnn_activations; copied */
     enum hnn_field_type field;
     bool separable;         /* H = T(p) + V(q), a network each; symplectic fields alone */
     bool dissipation;       /* a second network D: the field is (H_p, -H_q) - (D_q, D_p) */
@@ -77,13 +77,17 @@ extern const struct hnn_activation hnn_activations[]; /* ends with a NULL name *
 
 typedef struct hnn_model hnn_model;
 
-/* Settings out of range or at odds: AD_E_ARGUMENT, saying which. */
+/* Everywhere below: what is NULL and must not be is AD_E_ARGUMENT (or NaN, 0, NULL where a function
+   has no status); what `error` holds on entry is returned again, as that of a name not found. */
+
+/* Settings out of range or at odds: AD_E_ARGUMENT, saying which. They are copied. */
 enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **model,
                              struct ad_error *error);
-void hnn_model_free(hnn_model *model); /* takes NULL */
-const struct hnn_settings *hnn_model_settings(const hnn_model *model);
+void hnn_model_free(hnn_model *model);                                 /* takes NULL */
+const struct hnn_settings *hnn_model_settings(const hnn_model *model); /* lives as the model does */
 
-/* All parameters, one after another in one flat vector of the model's precision. */
+/* All parameters, one after another in one flat vector of the model's precision, which lives as the
+   model does and changes in place; set: a copy. */
 size_t hnn_model_size(const hnn_model *model);
 const void *hnn_model_parameters(const hnn_model *model);
 void hnn_model_set_parameters(hnn_model *model, const void *parameters);
@@ -97,7 +101,7 @@ struct hnn_block {
     bool bias;
     size_t rows, cols, offset; /* offset: in elements of the flat vector */
 };
-/* Those of a model, *n of them, in the order of the flat vector. */
+/* Those of a model, *n of them, in the order of the flat vector; they live as the model does. */
 const struct hnn_block *hnn_model_blocks(const hnn_model *model, size_t *n);
 
 /* Lets the networks see (x - centre)/scale, and brings their outputs to the size of `rate`;
@@ -114,14 +118,20 @@ struct hnn_range {
 /* From states x [2n x n]; those of H from some thousands of them. Training does this itself, but
    for models of pixels. Part of the model from now on. AD_E_MEMORY. */
 enum ad_status hnn_model_see(hnn_model *model, size_t n, const double *x, struct ad_error *error);
-/* low NULL: nothing was seen. */
+/* low NULL: nothing was seen. Valid until the model sees anew or is freed. */
 struct hnn_range hnn_model_range(const hnn_model *model);
 
 /* A remark that goes with the model into its file, as an attribute of that name: names of columns,
-   units, where the data come from. A NULL text removes it. AD_E_MEMORY. */
+   units, where the data come from. Both are copied; a NULL text removes it. At most 16: AD_E_MEMORY
+   beyond. */
 enum ad_status hnn_model_note(hnn_model *model, const char *name, const char *text,
                               struct ad_error *error);
-const char *hnn_model_noted(const hnn_model *model, const char *name); /* NULL: no such remark */
+/* NULL: no such remark. Valid until that remark changes. */
+const char *hnn_model_noted(const hnn_model *model, const char *name);
+
+/* Name of component k of the state: that of its column, where the remark "state" tells plain names,
+   commas between; else q1, q2, ..., p1, ... */
+void hnn_model_component(const hnn_model *model, size_t k, char *name, size_t size);
 
 /* ---- a model on a tape ---- */
 
@@ -136,9 +146,10 @@ struct hnn_record hnn_model_record(const hnn_model *model, ad_var parameters, ad
 
 /* ---- using a model ---- */
 
-/* Precision of the evaluations below; AD_F64 unless set, whatever the parameters are. */
+/* Precision of the evaluations below; AD_F64 unless set, whatever the parameters are. A type that
+   there is not changes nothing. */
 void hnn_model_evaluate_in(hnn_model *model, enum ad_type type);
-/* rate [2n] at one state x [2n]. AD_E_MEMORY alone. */
+/* rate [2n] at one state x [2n]. AD_E_MEMORY, AD_E_ARGUMENT. */
 enum ad_status hnn_model_field(hnn_model *model, const double *x, double *rate);
 /* H at one state; NaN where the model has none. */
 double hnn_model_energy(hnn_model *model, const double *x);
@@ -247,21 +258,26 @@ struct hnn_row {
    of (field - rate) over components and samples, or of the states along rollouts; of models of
    pixels, where x is the latent state and rates are per frame, see train_pixels.c; what they weigh
    of pixels that are dark in every frame to train on never acts, and is 0 after training: frames
-   that show something there are read as if they did not. Model, samples
-   and settings are kept by reference, samples only until this returns. `test` may have n 0. */
+   that show something there are read as if they did not. The
+   model is kept by reference and must outlive the trainer; samples and settings are copied. `test`
+   may be NULL or have n 0. */
 enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *training,
                                const struct hnn_samples *train, const struct hnn_samples *test,
                                hnn_trainer **trainer, struct ad_error *error);
 void hnn_trainer_free(hnn_trainer *trainer); /* takes NULL */
-/* Trains up to settings.steps. The model has the result, also after an interruption.
-   AD_E_NONFINITE: the loss is not finite, naming the step; the model is then as it was. */
+/* Trains up to settings.steps. `stop` may be NULL. The model has the result, also after an
+   interruption. AD_E_NONFINITE: the loss is not finite, naming the step; the model is then as it
+   was. */
 enum ad_status hnn_trainer_run(hnn_trainer *trainer, enum hnn_stop *stop, struct ad_error *error);
 
 size_t hnn_trainer_step(const hnn_trainer *trainer);      /* steps taken */
 double hnn_trainer_seconds(const hnn_trainer *trainer);   /* of them, since trainer_new */
 size_t hnn_trainer_steps_now(const hnn_trainer *trainer); /* taken since trainer_new */
+/* Valid until the next step. */
 const struct hnn_row *hnn_trainer_history(const hnn_trainer *trainer, size_t *rows);
-/* Losses of the model over all samples, at its present parameters. */
+/* Losses over all samples: inside `progress`, and after hnn_trainer_take_step, those after the last
+   step (of the mean over steps, where `average` asks for it), which the model does not have yet;
+   else those of the model. */
 double hnn_trainer_train_loss(hnn_trainer *trainer);
 double hnn_trainer_test_loss(hnn_trainer *trainer);
 

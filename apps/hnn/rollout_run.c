@@ -49,8 +49,9 @@ static enum ad_status measure_as_published(const struct rollout_run *run, struct
 {
     m->score.energy_mse_published = run->task || run->system.scene ? NAN : m->energy_mse;
     if (run->task && run->settings.add == 0)
-        hnn_task_published_mse(run->task, run->options->strength, &m->ode, &run->settings, &m->path,
-                               &run->truth, &m->score.energy_mse_published, error);
+        hnn_task_published_mse(run->task, option_number_or(run->options->strength, 0), &m->ode,
+                               &run->settings, &m->path, &run->truth,
+                               &m->score.energy_mse_published, error);
     return named(m->file, error);
 }
 
@@ -90,7 +91,7 @@ static enum ad_status many_starts(struct rollout_run *run, struct ad_error *erro
     struct hnn_trials trials = {.starts = o->starts,
                                 .points = s->n,
                                 .time = s->t[s->n - 1],
-                                .strength = isnan(o->strength) ? 0 : o->strength,
+                                .strength = option_number_or(o->strength, 0),
                                 .seed = o->common.seed,
                                 .integrator = s->integrator,
                                 .dt = s->dt,

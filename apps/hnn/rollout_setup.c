@@ -115,9 +115,7 @@ static enum ad_status use_energy(struct rollout_run *run, const char *name, stru
     const struct hnn_task *task = hnn_task_find(name, error);
     if (!task)
         return error->status;
-    double strength = run->options->strength;
-    if (isnan(strength))
-        strength = task->published.strength;
+    double strength = option_number_or(run->options->strength, 0);
     if (2 * task->dof != run->model[0].ode.n)
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s has %zu coordinates and momenta, the model %zu; expected as many", name,
@@ -229,7 +227,7 @@ static enum ad_status choose_start(struct rollout_run *run, struct ad_error *err
     if (run->truth.n)
         memcpy(run->x0, run->truth.x, states * sizeof *run->x0);
     else if (run->task)
-        hnn_task_start(run->task, o->strength, o->common.seed, run->x0);
+        hnn_task_start(run->task, option_number_or(o->strength, 0), o->common.seed, run->x0);
     else if (run->system.scene)
         return start_of_scene(run, error);
     else

@@ -14,6 +14,11 @@ static enum ad_status check_settings(const struct hnn_dataset_settings *s, struc
     double f = s->test_fraction;
     if (!s->file)
         return ad_fail(error, AD_E_ARGUMENT, "a data set needs a file");
+    if (s->differences > HNN_CENTRAL || s->split > HNN_SPLIT_TRIAL)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "differences and split of a data set: expected 0 to %d and 0 to %d, got %d "
+                       "and %d",
+                       HNN_CENTRAL, HNN_SPLIT_TRIAL, (int)s->differences, (int)s->split);
     if (!(f >= 0 && f < 1))
         return ad_fail(error, AD_E_ARGUMENT,
                        "test fraction: expected at least 0 and less than 1, got %g", f);
@@ -295,7 +300,10 @@ enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
                                 struct hnn_dataset *dataset, struct ad_error *error)
 {
     struct hnn_table table = {0}, other = {0};
-    *dataset = (struct hnn_dataset){0};
+    if (dataset)
+        *dataset = (struct hnn_dataset){0};
+    if (HNN_NEEDS(error, settings, dataset) != AD_OK)
+        return error->status;
     if (check_settings(settings, error) == AD_OK &&
         hnn_table_read(settings, settings->file, &table, error) == AD_OK &&
         assign(settings, &table, dataset, error) == AD_OK) {
@@ -317,6 +325,8 @@ enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
 
 void hnn_dataset_free(struct hnn_dataset *dataset)
 {
+    if (!dataset)
+        return;
     free(dataset->values);
     free(dataset->centre);
     free(dataset->state_names);

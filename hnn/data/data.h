@@ -130,9 +130,9 @@ struct hnn_task {
 extern const struct hnn_task *const hnn_tasks[]; /* NULL-terminated */
 /* AD_E_ARGUMENT names the nearest. */
 const struct hnn_task *hnn_task_find(const char *name, struct ad_error *error);
-/* One random start y [2 dof]; strength NaN: as published. */
+/* One random start y [2 dof]; strength 0: as published. */
 void hnn_task_start(const struct hnn_task *task, double strength, uint64_t seed, double *y);
-/* Its equations of motion, y = (q, p); frees by phys_ode_free. */
+/* Its equations of motion, y = (q, p), strength 0: as published. Ends with phys_ode_free. */
 enum ad_status hnn_task_ode(const struct hnn_task *task, double strength, struct phys_ode *ode,
                             struct ad_error *error);
 

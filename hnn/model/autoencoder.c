@@ -41,13 +41,31 @@ ad_var hnn_record_encode_all(const hnn_model *model, ad_var parameters, size_t n
     return ad_label(coder(model, parameters, k, first, COLUMNS), "encoder");
 }
 
+/* As hnn_model_record refuses what does not fit. */
+static bool fits(const hnn_model *model, ad_var parameters, size_t found, bool encodes)
+{
+    size_t expected = !model ? 0 : encodes ? model->settings.pixels : hnn_states(model);
+    return model && model->settings.pixels && ad_cols(parameters) == model->size &&
+           found == expected;
+}
+
+static ad_var refuse(ad_var x)
+{
+    return x.tape ? ad_refuse(x.tape, AD_E_SHAPE, "no autoencoder of these parameters and values")
+                  : x;
+}
+
 ad_var hnn_record_encode(const hnn_model *model, ad_var parameters, ad_var pixels)
 {
+    if (!fits(model, parameters, ad_cols(pixels), true))
+        return refuse(pixels);
     return hnn_record_encode_all(model, parameters, 1, &pixels);
 }
 
 ad_var hnn_record_decode(const hnn_model *model, ad_var parameters, ad_var x)
 {
+    if (!fits(model, parameters, ad_rows(x), false))
+        return refuse(x);
     ad_var first = linear(model, parameters, model->decoder, x, COLUMNS);
     return ad_label(coder(model, parameters, model->decoder, first, ROWS), "decoder");
 }
@@ -85,11 +103,15 @@ static enum ad_status run(const hnn_model *model, bool encode, size_t samples, c
 enum ad_status hnn_model_encode(const hnn_model *model, size_t samples, const double *pixels,
                                 double *x, struct ad_error *error)
 {
+    if (HNN_NEEDS(error, model, pixels, x) != AD_OK)
+        return error->status;
     return run(model, true, samples, pixels, x, error);
 }
 
 enum ad_status hnn_model_decode(const hnn_model *model, size_t samples, const double *x,
                                 double *pixels, struct ad_error *error)
 {
+    if (HNN_NEEDS(error, model, x, pixels) != AD_OK)
+        return error->status;
     return run(model, false, samples, x, pixels, error);
 }

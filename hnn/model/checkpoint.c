@@ -95,6 +95,8 @@ enum ad_status hnn_model_save(const hnn_model *model, const char *name, const ch
                               struct ad_error *error)
 {
     phys_runfile *file;
+    if (HNN_NEEDS(error, model, name) != AD_OK)
+        return error->status;
     if (phys_runfile_create(name, &file, error) != AD_OK)
         return error->status;
     hnn_model_write(model, file, command);
@@ -286,7 +288,10 @@ static void read_parameters(const struct reading *r, hnn_model *model)
 
 enum ad_status hnn_model_load(const char *name, hnn_model **model, struct ad_error *error)
 {
-    *model = NULL;
+    if (model)
+        *model = NULL;
+    if (HNN_NEEDS(error, name, model) != AD_OK)
+        return error->status;
     struct reading r = {.name = name, .error = error};
     if (phys_runfile_open(name, &r.file, error) != AD_OK)
         return error->status;

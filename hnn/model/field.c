@@ -102,6 +102,10 @@ static void record_hamiltonian(const hnn_model *model, ad_var parameters, ad_var
 struct hnn_record hnn_model_record(const hnn_model *model, ad_var parameters, ad_var x)
 {
     struct hnn_record r = {.field = x};
+    if (!model) {
+        r.field = x.tape ? ad_refuse(x.tape, AD_E_ARGUMENT, "a model to record: got NULL") : x;
+        return r;
+    }
     if (ad_rows(parameters) != 1 || ad_cols(parameters) != model->size ||
         ad_rows(x) != hnn_states(model)) {
         r.field =

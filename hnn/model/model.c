@@ -2,6 +2,7 @@
 #include "hnn/internal.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -28,8 +29,10 @@ void hnn_from_double(enum ad_type type, size_t n, const double *from, void *to)
 enum ad_status hnn_model_blank(const struct hnn_settings *settings, hnn_model **out,
                                struct ad_error *error)
 {
-    *out = NULL;
     const struct hnn_activation *activation = NULL;
+    if (HNN_NEEDS(error, settings, out) != AD_OK)
+        return error->status;
+    *out = NULL;
     if (hnn_activation_find(settings->activation, &activation, error) != AD_OK ||
         hnn_settings_check(settings, error) != AD_OK)
         return error->status;
@@ -95,18 +98,26 @@ void hnn_model_free(hnn_model *model)
     free(model);
 }
 
-const struct hnn_settings *hnn_model_settings(const hnn_model *model) { return &model->settings; }
-size_t hnn_model_size(const hnn_model *model) { return model->size; }
-const void *hnn_model_parameters(const hnn_model *model) { return model->parameters; }
+const struct hnn_settings *hnn_model_settings(const hnn_model *model)
+{
+    return model ? &model->settings : NULL;
+}
+size_t hnn_model_size(const hnn_model *model) { return model ? model->size : 0; }
+const void *hnn_model_parameters(const hnn_model *model)
+{
+    return model ? model->parameters : NULL;
+}
 
 const struct hnn_block *hnn_model_blocks(const hnn_model *model, size_t *n)
 {
-    *n = model->n_blocks;
-    return model->block;
+    *n = model ? model->n_blocks : 0;
+    return model ? model->block : NULL;
 }
 
 void hnn_model_set_parameters(hnn_model *model, const void *parameters)
 {
+    if (!model || !parameters)
+        return;
     memcpy(model->parameters, parameters, model->size * hnn_type_bytes(model->settings.precision));
     model->version++;
 }
@@ -123,13 +134,15 @@ static size_t find_note(const hnn_model *model, const char *name)
 
 const char *hnn_model_noted(const hnn_model *model, const char *name)
 {
-    size_t k = find_note(model, name);
-    return k < model->n_notes ? model->note[k].text : NULL;
+    size_t k = model && name ? find_note(model, name) : 0;
+    return model && name && k < model->n_notes ? model->note[k].text : NULL;
 }
 
 enum ad_status hnn_model_note(hnn_model *model, const char *name, const char *text,
                               struct ad_error *error)
 {
+    if (HNN_NEEDS(error, model, name) != AD_OK)
+        return error->status;
     size_t k = find_note(model, name);
     if (k < model->n_notes) {
         forget(&model->note[k]);
@@ -144,6 +157,36 @@ enum ad_status hnn_model_note(hnn_model *model, const char *name, const char *te
     }
     forget(&note);
     return ad_fail(error, AD_E_MEMORY, "no room for a remark on the model");
+}
+
+/* Letters, digits, and what names are joined with: no file format or picture takes offence. */
+static bool is_plain(const char *name, size_t n)
+{
+    bool digits = true;
+    for (size_t k = 0; k < n; k++) {
+        unsigned char c = (unsigned char)name[k];
+        bool digit = c >= '0' && c <= '9', letter = (c | 0x20) >= 'a' && (c | 0x20) <= 'z';
+        if (!digit && !letter && c < 0x80 && !strchr("_.", c))
+            return false;
+        digits = digits && digit;
+    }
+    return n && !digits;
+}
+
+void hnn_model_component(const hnn_model *model, size_t k, char *name, size_t size)
+{
+    const char *at = hnn_model_noted(model, "state"), *found = NULL;
+    size_t states = model ? hnn_states(model) : 0, half = states / 2, n = 0, length = 0;
+    bool plain = at != NULL;
+    for (; plain && at; n++, at = at[length] ? at + length + 1 : NULL) {
+        length = strcspn(at, ",");
+        plain = is_plain(at, length) && length < size;
+        found = n == k ? at : found;
+    }
+    if (plain && n == states && found)
+        snprintf(name, size, "%.*s", (int)strcspn(found, ","), found);
+    else
+        snprintf(name, size, "%c%zu", k < half ? 'q' : 'p', half ? k % half + 1 : 0);
 }
 
 /* ---- normalisation ---- */
@@ -163,6 +206,8 @@ static double energy_size(const hnn_model *model)
 enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const double *scale,
                                    const double *rate, struct ad_error *error)
 {
+    if (HNN_NEEDS(error, model, centre, scale, rate) != AD_OK)
+        return error->status;
     size_t m = hnn_states(model), bytes = m * sizeof(double);
     if (model->settings.pixels)
         return ad_fail(error, AD_E_ARGUMENT, "latent states cannot be normalised beforehand");

@@ -50,6 +50,10 @@ enum ad_status hnn_range_energy(hnn_model *model, enum ad_type type, size_t n, c
 
 enum ad_status hnn_model_see(hnn_model *model, size_t n, const double *x, struct ad_error *error)
 {
+    if (HNN_NEEDS(error, model, x) != AD_OK)
+        return error->status;
+    if (n == 0)
+        return ad_fail(error, AD_E_ARGUMENT, "what a model has seen: expected states, got none");
     if (hnn_range_states(model, n, x, error) == AD_OK)
         hnn_range_energy(model, AD_F64, n, x, error);
     return error->status;
@@ -57,27 +61,41 @@ enum ad_status hnn_model_see(hnn_model *model, size_t n, const double *x, struct
 
 struct hnn_range hnn_model_range(const hnn_model *model)
 {
+    if (!model)
+        return (struct hnn_range){NULL, NULL};
     size_t width = hnn_states(model) + 1;
     return (struct hnn_range){model->range, model->range ? model->range + width : NULL};
 }
 
 /* ---- beyond it ---- */
 
+/* What is beyond by less than this part of what was seen is not told: H was seen at some states
+   alone, and a start is given with few digits. */
+static const double margin = 1.0 / 200;
+
+static bool beyond(double value, double low, double high)
+{
+    double slack = margin * (high - low);
+    return value < low - slack || value > high + slack;
+}
+
 /* H is looked at first: where motion leaves its level, it is no longer what was learnt, wherever
    on the way the components are. */
 static bool outside(const hnn_model *model, const double *y, double energy, char *what, size_t size)
 {
     const struct hnn_range seen = hnn_model_range(model);
-    size_t states = hnn_states(model), n = model->settings.dof;
-    if (energy < seen.low[states] || energy > seen.high[states]) {
-        snprintf(what, size, "H = %.3g, seen in training: %.3g to %.3g", energy, seen.low[states],
+    size_t states = hnn_states(model);
+    char name[32];
+    if (beyond(energy, seen.low[states], seen.high[states])) {
+        snprintf(what, size, "H = %.6g, seen in training: %.6g to %.6g", energy, seen.low[states],
                  seen.high[states]);
         return true;
     }
     for (size_t k = 0; k < states; k++)
-        if (y[k] < seen.low[k] || y[k] > seen.high[k]) {
-            snprintf(what, size, "%c%zu = %.3g, seen in training: %.3g to %.3g", k < n ? 'q' : 'p',
-                     k % n + 1, y[k], seen.low[k], seen.high[k]);
+        if (beyond(y[k], seen.low[k], seen.high[k])) {
+            hnn_model_component(model, k, name, sizeof name);
+            snprintf(what, size, "%s = %.6g, seen in training: %.6g to %.6g", name, y[k],
+                     seen.low[k], seen.high[k]);
             return true;
         }
     return false;
@@ -85,7 +103,9 @@ static bool outside(const hnn_model *model, const double *y, double energy, char
 
 size_t hnn_path_outside(hnn_model *model, const struct hnn_path *path, char *what, size_t size)
 {
-    size_t i = model->range ? 0 : path->n;
+    if (!model || !path)
+        return 0;
+    size_t i = model->range && path->states == hnn_states(model) ? 0 : path->n;
     for (; i < path->n; i++) {
         const double *y = path->x + i * path->states;
         if (outside(model, y, hnn_model_energy(model, y), what, size))

@@ -12,12 +12,8 @@ const char *const hnn_precisions[] = {"f32", "f64", NULL};
 static ad_var swish(ad_var x) { return ad_mul(x, ad_sigmoid(x)); }
 
 const struct hnn_activation hnn_activations[] = {
-    {"tanh", ad_tanh},
-    {"relu", ad_relu},
-    {"sigmoid", ad_sigmoid},
-    {"softplus", ad_softplus},
-    {"sine", ad_sin},
-    {"swish", swish},
+    {"tanh", ad_tanh}, {"relu", ad_relu}, {"sigmoid", ad_sigmoid}, {"softplus", ad_softplus},
+    {"sine", ad_sin},  {"swish", swish},  {"silu", swish}, /* another name of it */
     {NULL, NULL},
 };
 
@@ -41,12 +37,24 @@ struct hnn_settings hnn_pixel_defaults(enum hnn_kind kind, size_t pixels)
     return s;
 }
 
+enum ad_status hnn_needs(const char *function, const char *names, size_t n,
+                         const void *const pointers[], struct ad_error *error)
+{
+    for (size_t k = 0; k < n && error->status == AD_OK; k++)
+        if (!pointers[k])
+            ad_fail(error, AD_E_ARGUMENT, "%s: NULL among %s", function, names);
+    return error->status;
+}
+
 enum ad_status hnn_find(const char *what, const char *name, const char *const names[],
                         size_t *index, struct ad_error *error)
 {
     size_t n = 0;
     while (names[n])
         n++;
+    if (!name)
+        return ad_fail(error, AD_E_ARGUMENT, "no %s: expected a name such as %s, got NULL", what,
+                       names[0]);
     size_t k = phys_find(what, name, n, names, error);
     if (k == n)
         return AD_E_ARGUMENT;
@@ -87,8 +95,31 @@ static enum ad_status check_autoencoder(const struct hnn_settings *s, struct ad_
     return AD_OK;
 }
 
+/* A number that is none of the enum's would choose a name behind the end of a table. */
+static enum ad_status check_choices(const struct hnn_settings *s, struct ad_error *error)
+{
+    const struct {
+        const char *what, *const *names;
+        size_t index;
+    } choice[] = {{"model", hnn_kinds, s->kind},
+                  {"field", hnn_field_types, s->field},
+                  {"start", hnn_starts, s->start},
+                  {"precision", hnn_precisions, s->precision}};
+    for (size_t k = 0; k < LENGTH(choice); k++) {
+        size_t n = 0;
+        while (choice[k].names[n])
+            n++;
+        if (choice[k].index >= n)
+            return ad_fail(error, AD_E_ARGUMENT, "%s of a model: expected 0 to %zu, got %zu",
+                           choice[k].what, n - 1, choice[k].index);
+    }
+    return AD_OK;
+}
+
 enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error *error)
 {
+    if (check_choices(s, error) != AD_OK)
+        return error->status;
     if (s->dof < 1 || s->dof > DOF_MOST)
         return ad_fail(error, AD_E_ARGUMENT,
                        "degrees of freedom of a model: expected 1 to %d, got %zu", DOF_MOST,

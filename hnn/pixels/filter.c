@@ -94,7 +94,8 @@ static_assert(LENGTH(draw) + 1 == LENGTH(hnn_filters), "a name for every filter"
 enum ad_status hnn_filter_find(const char *name, enum hnn_filter *filter, struct ad_error *error)
 {
     size_t k = HNN_AREA;
-    if (hnn_find("filter", name, hnn_filters, &k, error) == AD_OK)
+    if (HNN_NEEDS(error, filter) == AD_OK &&
+        hnn_find("filter", name, hnn_filters, &k, error) == AD_OK)
         *filter = (enum hnn_filter)k;
     return error->status;
 }
@@ -102,5 +103,6 @@ enum ad_status hnn_filter_find(const char *name, enum hnn_filter *filter, struct
 void hnn_rod_draw(const struct hnn_rod *rod, double angle, size_t height, size_t width,
                   float *pixels)
 {
-    draw[rod->filter](rod, angle, height, width, pixels);
+    if (rod && pixels && (size_t)rod->filter < LENGTH(draw))
+        draw[rod->filter](rod, angle, height, width, pixels);
 }

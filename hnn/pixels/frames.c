@@ -31,6 +31,8 @@ enum ad_status hnn_frames_new_motion(struct hnn_frames *f, struct ad_error *erro
 
 void hnn_frames_free(struct hnn_frames *f)
 {
+    if (!f)
+        return;
     free(f->pixels);
     free(f->angle);
     free(f->speed);
@@ -40,6 +42,8 @@ void hnn_frames_free(struct hnn_frames *f)
 enum ad_status hnn_frames_split(const struct hnn_frames *f, double fraction, uint64_t seed,
                                 struct hnn_split_pairs *pairs, struct ad_error *error)
 {
+    if (HNN_NEEDS(error, f, pairs) != AD_OK)
+        return error->status;
     *pairs = (struct hnn_split_pairs){0};
     if (!(fraction >= 0 && fraction < 1))
         return ad_fail(error, AD_E_ARGUMENT,
@@ -69,6 +73,8 @@ enum ad_status hnn_frames_split(const struct hnn_frames *f, double fraction, uin
 
 void hnn_split_pairs_free(struct hnn_split_pairs *pairs)
 {
+    if (!pairs)
+        return;
     free(pairs->train);
     *pairs = (struct hnn_split_pairs){0};
 }

@@ -31,6 +31,8 @@ static double *number_of(struct hnn_rod *rod, size_t k)
 
 void hnn_frames_write(const struct hnn_frames *f, struct phys_runfile *file)
 {
+    if (!f || !file)
+        return;
     const size_t dims[] = {f->trajectories, f->frames, f->height, f->width};
     struct hnn_rod rod = f->rod;
     phys_runfile_write(file, "frames", AD_F32, 4, dims, f->pixels);

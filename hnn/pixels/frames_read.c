@@ -8,6 +8,8 @@
 enum ad_status hnn_frames_read(const char *path, struct hnn_frames *frames, struct ad_error *error)
 {
     struct stat status;
+    if (HNN_NEEDS(error, path, frames) != AD_OK)
+        return error->status;
     *frames = (struct hnn_frames){0};
     if (stat(path, &status) != 0)
         return ad_fail(error, AD_E_IO, "%s: cannot be read: %s; expected frames, HDF5 or a folder",

@@ -7,6 +7,8 @@
 enum ad_status hnn_observe(const hnn_model *model, const float *observation, double *x0,
                            struct ad_error *error)
 {
+    if (HNN_NEEDS(error, model, observation, x0) != AD_OK)
+        return error->status;
     size_t pixels = model->settings.pixels;
     double *values = malloc(pixels * sizeof *values + 1);
     if (!values)
@@ -28,7 +30,12 @@ static void transpose_states(const struct hnn_path *path, double *x)
 enum ad_status hnn_show(const hnn_model *model, const struct hnn_path *path, size_t frame,
                         float *frames, struct ad_error *error)
 {
+    if (HNN_NEEDS(error, model, path, frames) != AD_OK)
+        return error->status;
     size_t n = path->n, pixels = model->settings.pixels;
+    if (path->states != hnn_states(model))
+        return ad_fail(error, AD_E_ARGUMENT, "a path of %zu components, the model has %zu",
+                       path->states, hnn_states(model));
     if (pixels && frame > pixels)
         return ad_fail(error, AD_E_ARGUMENT, "a frame of %zu pixels of an observation of %zu",
                        frame, pixels);
@@ -50,9 +57,12 @@ enum ad_status hnn_foresee(hnn_model *model, const float *observation,
                            struct hnn_path *path, float *frames, struct hnn_rollout_info *info,
                            struct ad_error *error)
 {
+    if (path)
+        *path = (struct hnn_path){0};
+    if (HNN_NEEDS(error, model, observation, settings, path, frames) != AD_OK)
+        return error->status;
     struct phys_ode ode = {0};
     double *x0 = malloc(hnn_states(model) * sizeof *x0);
-    *path = (struct hnn_path){0};
     if (!x0)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else if (hnn_observe(model, observation, x0, error) == AD_OK &&

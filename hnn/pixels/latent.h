@@ -17,8 +17,9 @@ extern "C" {
 
 /* Follows the motion from an observation [pixels of the model]. `path` is the latent one, to be
    freed by hnn_path_free, also on failure, when it is empty; frames [settings->n x frame] are the
-   first `frame` pixels of what is decoded at its times. Of the settings all are used, energy in
-   mid-flight too. AD_E_ARGUMENT: a model of states, or a frame larger than its observations. */
+   first `frame` pixels of what is decoded at its times; info may be NULL. Of the settings all are
+   used, energy in mid-flight too. AD_E_ARGUMENT: a model of states, or a frame larger than its
+   observations. */
 enum ad_status hnn_foresee(hnn_model *model, const float *observation,
                            const struct hnn_rollout_settings *settings, size_t frame,
                            struct hnn_path *path, float *frames, struct hnn_rollout_info *info,

@@ -4,6 +4,7 @@
    angles begins a Gauss-Newton iteration in phi with a always at its least (variable projection:
    G. Golub, V. Pereyra, SIAM J. Numer. Anal. 10, 413, 1973). It ends where <f - a r, r'> = 0, so
    that a frame which is a drawn one gives its very angle, however rough the r' by differences. */
+#include "hnn/internal.h"
 #include "pixel_energy.h"
 
 #include <math.h>
@@ -119,7 +120,8 @@ enum ad_status hnn_rod_angles(const struct hnn_rod *rod, size_t height, size_t w
                               const float *pixels, double *angle, struct ad_error *error)
 {
     struct fitting f = {.rod = rod, .height = height, .width = width};
-    if (prepare(&f, error) == AD_OK)
+    if (HNN_NEEDS(error, rod, pixels, angle) == AD_OK && hnn_rod_check(rod, error) == AD_OK &&
+        prepare(&f, error) == AD_OK)
         for (size_t k = 0; k < n; k++)
             angle[k] = fit(&f, pixels + k * height * width);
     free(f.templates);

@@ -15,6 +15,8 @@ static double shadow_energy(const struct hnn_rod *rod, double angle, double spee
 
 double hnn_rod_energy(const struct hnn_rod *rod, double angle, double speed)
 {
+    if (!rod)
+        return NAN;
     double next = angle, speed_after = speed;
     hnn_rod_step(rod, &next, &speed_after);
     return shadow_energy(rod, angle, (speed + speed_after) / 2);
@@ -22,6 +24,8 @@ double hnn_rod_energy(const struct hnn_rod *rod, double angle, double speed)
 
 void hnn_rod_energies(const struct hnn_rod *rod, size_t n, const double *angle, double *energy)
 {
+    if (!rod || !angle || !energy)
+        return;
     const double turn = 2 * acos(-1);
     for (size_t k = 1; k + 1 < n; k++) {
         double moved =

@@ -112,12 +112,17 @@ static void run_energy(const struct hnn_evaluator *e, const double *x, double *e
             energy[k] = NAN;
 }
 
-void hnn_model_evaluate_in(hnn_model *model, enum ad_type type) { model->evaluate_in = type; }
+void hnn_model_evaluate_in(hnn_model *model, enum ad_type type)
+{
+    if (model && (type == AD_F32 || type == AD_F64))
+        model->evaluate_in = type;
+}
 
 enum ad_status hnn_model_field(hnn_model *model, const double *x, double *rate)
 {
     struct ad_error error = {0};
-    if (prepare(model, 1, &model->one, &error) == AD_OK)
+    if (HNN_NEEDS(&error, model, x, rate) == AD_OK &&
+        prepare(model, 1, &model->one, &error) == AD_OK)
         run(model->one, model->one->for_rate, model->one->rate, x, rate);
     return error.status;
 }
@@ -126,7 +131,7 @@ double hnn_model_energy(hnn_model *model, const double *x)
 {
     struct ad_error error = {0};
     double energy = NAN;
-    if (prepare(model, 1, &model->one, &error) == AD_OK)
+    if (model && x && prepare(model, 1, &model->one, &error) == AD_OK)
         run_energy(model->one, x, &energy);
     return energy;
 }
@@ -134,9 +139,9 @@ double hnn_model_energy(hnn_model *model, const double *x)
 enum ad_status hnn_model_evaluate(hnn_model *model, size_t samples, const double *x, double *rate,
                                   double *energy, struct ad_error *error)
 {
-    if (samples == 0)
-        return AD_OK;
-    if (prepare(model, samples, &model->many, error) != AD_OK)
+    if (HNN_NEEDS(error, model) != AD_OK || samples == 0)
+        return error->status;
+    if (HNN_NEEDS(error, x) != AD_OK || prepare(model, samples, &model->many, error) != AD_OK)
         return error->status;
     if (rate)
         run(model->many, model->many->for_rate, model->many->rate, x, rate);
@@ -204,12 +209,15 @@ static double ode_energy(void *context, double t, const double *y)
 
 static void ode_component(const void *context, size_t k, char *name, size_t size)
 {
-    size_t n = ((const hnn_model *)context)->settings.dof;
-    snprintf(name, size, "%c%zu", k < n ? 'q' : 'p', k % n + 1);
+    hnn_model_component(context, k, name, size);
 }
 
 enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_error *error)
 {
+    if (ode)
+        *ode = (struct phys_ode){0};
+    if (HNN_NEEDS(error, model, ode) != AD_OK)
+        return error->status;
     const struct hnn_settings *s = &model->settings;
     *ode = (struct phys_ode){.name = "the model",
                              .n = hnn_states(model),

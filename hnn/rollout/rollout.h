@@ -61,16 +61,17 @@ struct hnn_rollout_info {
     double reversal_error; /* distance from the start after the way back; NaN: not asked for */
 };
 
-/* Follows the motion from x0 [ode->n]. path has memory of its own, also on failure, when it is
-   empty: AD_E_NONFINITE and AD_E_ACCURACY name time and component, AD_E_ARGUMENT an integrator
-   that the field does not suit. */
+/* Follows the motion from x0 [ode->n]; info may be NULL. path has memory of its own, also on
+   failure, when it is empty: AD_E_NONFINITE and AD_E_ACCURACY name time and component,
+   AD_E_ARGUMENT an integrator that the field does not suit. */
 enum ad_status hnn_rollout(const struct phys_ode *ode, const struct hnn_rollout_settings *settings,
                            const double *x0, struct hnn_path *path, struct hnn_rollout_info *info,
                            struct ad_error *error);
 
 /* ---- measures ---- */
 
-/* Mean over components of (a - b)^2 at sample i; and over all samples. Equal shapes. */
+/* Mean over components of (a - b)^2 at sample i; and over all samples. NaN where their shapes
+   differ, or there is no such sample: so all measures of two paths. */
 double hnn_path_square(const struct hnn_path *a, const struct hnn_path *b, size_t i);
 double hnn_path_mse(const struct hnn_path *a, const struct hnn_path *b);
 /* E at sample i; NaN where the ode has none. */
@@ -81,7 +82,7 @@ double hnn_energy_mse(const struct phys_ode *ode, const struct hnn_path *a,
                       const struct hnn_path *b);
 /* The same as it was computed for the published table: of the published energy of a system, the
    model followed over the published time from the same start (hnn_task.published_energy,
-   time_stretch). `path` and `truth` are of `settings`, whose times begin at 0; strength NaN: as
+   time_stretch). `path` and `truth` are of `settings`, whose times begin at 0; strength 0: as
    published. */
 enum ad_status hnn_task_published_mse(const struct hnn_task *task, double strength,
                                       const struct phys_ode *model,

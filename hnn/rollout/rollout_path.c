@@ -8,6 +8,8 @@
 
 void hnn_path_free(struct hnn_path *path)
 {
+    if (!path)
+        return;
     free(path->t);
     free(path->x);
     *path = (struct hnn_path){0};
@@ -77,6 +79,10 @@ static enum ad_status choose_rows(const struct hnn_table *table, double from, do
 enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double from, double time,
                              struct hnn_path *path, struct ad_error *error)
 {
+    if (path)
+        *path = (struct hnn_path){0};
+    if (HNN_NEEDS(error, settings, path) != AD_OK || HNN_NEEDS(error, settings->file) != AD_OK)
+        return error->status;
     struct hnn_dataset_settings s = {.file = settings->file,
                                      .state = settings->state,
                                      .time = settings->time,
@@ -98,8 +104,15 @@ enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double
 
 /* ---- measures ---- */
 
+static bool comparable(const struct hnn_path *a, const struct hnn_path *b)
+{
+    return a && b && a->n == b->n && a->states == b->states;
+}
+
 double hnn_path_square(const struct hnn_path *a, const struct hnn_path *b, size_t i)
 {
+    if (!comparable(a, b) || i >= a->n)
+        return NAN;
     double sum = 0;
     for (size_t k = i * a->states; k < (i + 1) * a->states; k++)
         sum += (a->x[k] - b->x[k]) * (a->x[k] - b->x[k]);
@@ -108,6 +121,8 @@ double hnn_path_square(const struct hnn_path *a, const struct hnn_path *b, size_
 
 double hnn_path_mse(const struct hnn_path *a, const struct hnn_path *b)
 {
+    if (!comparable(a, b))
+        return NAN;
     double sum = 0;
     for (size_t i = 0; i < a->n; i++)
         sum += hnn_path_square(a, b, i);
@@ -116,6 +131,8 @@ double hnn_path_mse(const struct hnn_path *a, const struct hnn_path *b)
 
 double hnn_path_energy(const struct phys_ode *ode, const struct hnn_path *path, size_t i)
 {
+    if (!ode || !path || i >= path->n || path->states != ode->n)
+        return NAN;
     const double *y = path->x + i * path->states;
     return ode->energy ? ode->energy(ode->context, path->t[i], y) : (double)NAN;
 }
@@ -123,6 +140,8 @@ double hnn_path_energy(const struct phys_ode *ode, const struct hnn_path *path, 
 double hnn_energy_mse(const struct phys_ode *ode, const struct hnn_path *a,
                       const struct hnn_path *b)
 {
+    if (!comparable(a, b))
+        return NAN;
     double sum = 0;
     for (size_t i = 0; i < a->n; i++) {
         double d = hnn_path_energy(ode, a, i) - hnn_path_energy(ode, b, i);
@@ -134,6 +153,8 @@ double hnn_energy_mse(const struct phys_ode *ode, const struct hnn_path *a,
 double hnn_energy_drift(const struct phys_ode *ode, const struct hnn_path *path,
                         const struct hnn_rollout_settings *settings)
 {
+    if (!ode || !path || !settings)
+        return NAN;
     double most = ode->energy ? 0 : (double)NAN;
     double start = hnn_path_energy(ode, path, 0);
     for (size_t i = 1; i < path->n; i++) {

@@ -1,6 +1,7 @@
 /* Energy errors as the table of arXiv 1906.01563 has them: models and truth from the same random
    starts (rollout.h). */
 #include "rollout.h"
+#include "hnn/internal.h"
 #include "hnn/tasks/task.h"
 
 #include <math.h>
@@ -37,11 +38,12 @@ enum ad_status hnn_task_published_mse(const struct hnn_task *task, double streng
                                       const struct hnn_path *path, const struct hnn_path *truth,
                                       double *mse, struct ad_error *error)
 {
-    bool stretches = task->time_stretch > 0 && task->time_stretch != 1;
+    bool stretches = task && task->time_stretch > 0 && task->time_stretch != 1;
     struct hnn_path stretched = {0};
     struct phys_ode energy = {0};
-    if (isnan(strength))
-        strength = task->published.strength;
+    if (HNN_NEEDS(error, task, model, settings, path, truth, mse) != AD_OK)
+        return error->status;
+    strength = hnn_task_strength(task, strength);
     if (phys_ode_hamiltonian(task->published_energy ? task->published_energy : task->H, task->dof,
                              &strength, &energy, error) == AD_OK &&
         (!stretches || follow_stretched(model, task->time_stretch, settings, path->x, &stretched,
@@ -75,8 +77,7 @@ static enum ad_status prepare(const struct hnn_task *task, const struct hnn_tria
         return ad_fail(error, points < 2 ? AD_E_ARGUMENT : AD_E_MEMORY, "no room for %zu points",
                        points);
     s->sampling = task->published;
-    if (trials->strength > 0)
-        s->sampling.strength = trials->strength;
+    s->sampling.strength = hnn_task_strength(task, trials->strength);
     hnn_times(0, time, points, s->t);
     s->of_model = (struct hnn_rollout_settings){.integrator = trials->integrator,
                                                 .dt = trials->dt,
@@ -122,6 +123,8 @@ enum ad_status hnn_task_trials(const struct phys_ode *model, const struct hnn_ta
                                const struct hnn_trials *trials, struct hnn_score *score,
                                struct ad_error *error)
 {
+    if (HNN_NEEDS(error, model, task, trials, score) != AD_OK)
+        return error->status;
     struct setting s = {.model = model, .task = task};
     size_t starts = trials->starts ? trials->starts : STARTS;
     double x0[HNN_TASK_STATES_MOST], share = 1 / (double)starts;

@@ -21,9 +21,17 @@ const struct hnn_task *hnn_task_find(const char *name, struct ad_error *error)
     return hnn_find("task", name, names, &k, error) == AD_OK ? hnn_tasks[k] : NULL;
 }
 
+double hnn_task_strength(const struct hnn_task *task, double strength)
+{
+    return strength == 0 ? task->published.strength : strength;
+}
+
 enum ad_status hnn_task_ode(const struct hnn_task *task, double strength, struct phys_ode *ode,
                             struct ad_error *error)
 {
+    if (HNN_NEEDS(error, task, ode) != AD_OK)
+        return error->status;
+    strength = hnn_task_strength(task, strength);
     enum ad_status status = phys_ode_hamiltonian(task->H, task->dof, &strength, ode, error);
     ode->name = task->name;
     return status;
@@ -31,10 +39,11 @@ enum ad_status hnn_task_ode(const struct hnn_task *task, double strength, struct
 
 void hnn_task_start(const struct hnn_task *task, double strength, uint64_t seed, double *y)
 {
+    if (!task || !y)
+        return;
     struct hnn_sampling sampling = task->published;
     struct phys_random random;
-    if (!isnan(strength))
-        sampling.strength = strength;
+    sampling.strength = hnn_task_strength(task, strength);
     phys_random_seed(&random, seed);
     task->start(&random, &sampling, y);
 }
@@ -194,6 +203,8 @@ enum ad_status hnn_task_observe(const struct hnn_task *task, const struct hnn_sa
     struct phys_ode ode = {0};
     struct phys_random random;
     double y[HNN_TASK_STATES_MOST];
+    if (HNN_NEEDS(error, task, sampling, observations) != AD_OK)
+        return error->status;
     *observations = (struct hnn_observations){0};
     struct observer o = {.to = observations, .ode = &ode, .error = error};
     phys_random_seed(&random, seed);
@@ -212,6 +223,8 @@ enum ad_status hnn_task_observe(const struct hnn_task *task, const struct hnn_sa
 
 void hnn_observations_free(struct hnn_observations *o)
 {
+    if (!o)
+        return;
     for (size_t k = 0; o->names && k < o->cols; k++)
         free(o->names[k]);
     free(o->names);

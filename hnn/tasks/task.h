@@ -25,6 +25,8 @@ void hnn_task_off_axes(struct phys_random *random, const struct hnn_sampling *sa
                        double point[2]);
 
 /* Kinetic and potential energy of equal masses 1 in the plane, q and p all x before all y. */
+/* 0: as published. */
+double hnn_task_strength(const struct hnn_task *task, double strength);
 ad_var hnn_task_gravity(ad_var q, ad_var p, double strength);
 
 #endif

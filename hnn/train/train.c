@@ -122,8 +122,14 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
                                const struct hnn_samples *train, const struct hnn_samples *test,
                                hnn_trainer **out, struct ad_error *error)
 {
-    *out = NULL;
-    if (check(model, training, train, test, error) != AD_OK)
+    static const struct hnn_samples none = {0};
+    if (out)
+        *out = NULL;
+    if (HNN_NEEDS(error, model, training, train, out) != AD_OK)
+        return error->status;
+    test = test ? test : &none;
+    if (HNN_NEEDS(error, training->optimiser, training->schedule) != AD_OK ||
+        check(model, training, train, test, error) != AD_OK)
         return error->status;
     hnn_trainer *t = calloc(1, sizeof *t);
     if (!t)
@@ -133,6 +139,7 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
     t->settings.batch = training->batch == train->n ? 0 : training->batch;
     t->settings.every = training->every ? training->every : 10;
     t->best_loss = INFINITY;
+    t->delivered = true;
     size_t batch = t->settings.batch ? t->settings.batch : train->n;
     if (hnn_learner_new(t, train, error) != AD_OK || prepare_data(t, train, test, error) != AD_OK ||
         hnn_problem_new(&t->problem, t->learner, &t->settings, batch, error) != AD_OK ||
@@ -169,28 +176,39 @@ void hnn_trainer_free(hnn_trainer *t)
 
 /* ---- what is known of it ---- */
 
-size_t hnn_trainer_step(const hnn_trainer *trainer) { return trainer->step; }
-size_t hnn_trainer_steps_now(const hnn_trainer *trainer) { return trainer->steps_now; }
-double hnn_trainer_seconds(const hnn_trainer *trainer) { return trainer->seconds; }
+size_t hnn_trainer_step(const hnn_trainer *trainer) { return trainer ? trainer->step : 0; }
+size_t hnn_trainer_steps_now(const hnn_trainer *trainer)
+{
+    return trainer ? trainer->steps_now : 0;
+}
+double hnn_trainer_seconds(const hnn_trainer *trainer) { return trainer ? trainer->seconds : 0; }
 
 const struct hnn_row *hnn_trainer_history(const hnn_trainer *trainer, size_t *rows)
 {
-    *rows = trainer->rows;
-    return trainer->history;
+    *rows = trainer ? trainer->rows : 0;
+    return trainer ? trainer->history : NULL;
+}
+
+/* The model's parameters where it has the result; while steps are taken, what it would have. */
+static const void *present_point(hnn_trainer *t)
+{
+    return t->delivered ? hnn_learner_point(t) : hnn_trainer_outcome(t);
 }
 
 double hnn_trainer_train_loss(hnn_trainer *t)
 {
-    return hnn_survey_loss(&t->train_survey, hnn_learner_point(t), t->size_bytes);
+    return t ? hnn_survey_loss(&t->train_survey, present_point(t), t->size_bytes) : (double)NAN;
 }
 
 double hnn_trainer_test_loss(hnn_trainer *t)
 {
-    return hnn_survey_loss(&t->test_survey, hnn_learner_point(t), t->size_bytes);
+    return t ? hnn_survey_loss(&t->test_survey, present_point(t), t->size_bytes) : (double)NAN;
 }
 
 double hnn_trainer_product_share(hnn_trainer *t)
 {
+    if (!t)
+        return NAN;
     double began = ad_now(), products = hnn_problem_products(&t->problem);
     return products / (ad_now() - began);
 }
@@ -252,6 +270,7 @@ static enum ad_status take_step(hnn_trainer *t, bool *stalled, struct ad_error *
     double rate = s->learning_rate * s->schedule->factor(t->step, s->steps), loss;
     if (s->batch)
         hnn_data_draw(&t->train, s->batch, p->x, p->target);
+    t->delivered = false;
     *stalled = !s->optimiser->step(t->method, p, rate, &loss);
     t->step++;
     t->steps_now++;
@@ -268,13 +287,12 @@ static enum ad_status take_step(hnn_trainer *t, bool *stalled, struct ad_error *
 enum ad_status hnn_trainer_take_step(hnn_trainer *t, struct ad_error *error)
 {
     bool stalled;
-    return take_step(t, &stalled, error);
+    return HNN_NEEDS(error, t) == AD_OK ? take_step(t, &stalled, error) : error->status;
 }
 
-enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_error *error)
+static enum ad_status take_steps(hnn_trainer *t, enum hnn_stop *stop, struct ad_error *error)
 {
     bool stalled = false;
-    *stop = 0;
     while (!*stop) {
         double began = ad_now();
         if (t->step >= t->settings.steps)
@@ -292,5 +310,17 @@ enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_er
         if (!*stop && t->settings.progress && !t->settings.progress(t->settings.context, t))
             *stop = HNN_STOP_INTERRUPTED;
     }
-    return hnn_trainer_deliver(t, error);
+    return AD_OK;
+}
+
+enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_error *error)
+{
+    enum hnn_stop unused;
+    stop = stop ? stop : &unused;
+    *stop = 0;
+    if (HNN_NEEDS(error, t) == AD_OK && take_steps(t, stop, error) == AD_OK)
+        hnn_trainer_deliver(t, error);
+    if (t)
+        t->delivered = true; /* or as it was */
+    return error->status;
 }

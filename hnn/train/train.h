@@ -144,6 +144,7 @@ struct hnn_trainer {
     struct hnn_problem problem;
     struct hnn_survey train_survey, test_survey;
     void *method;
+    bool delivered; /* no step was taken since the model had the result */
     size_t step, steps_now, size_bytes;
     double seconds;
     double loss_sum; /* of the steps since the last row ... */

@@ -64,7 +64,10 @@ static const struct hnn_optimiser sgd = {"sgd", "with momentum", false, create_s
 
 const struct hnn_optimiser *const hnn_optimisers[] = {&adam, &adamw, &sgd, &hnn_lbfgs, NULL};
 
-const char *hnn_optimiser_name(const struct hnn_optimiser *optimiser) { return optimiser->name; }
+const char *hnn_optimiser_name(const struct hnn_optimiser *optimiser)
+{
+    return optimiser ? optimiser->name : NULL;
+}
 
 const struct hnn_optimiser *hnn_optimiser_find(const char *name, struct ad_error *error)
 {

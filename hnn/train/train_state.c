@@ -91,6 +91,8 @@ enum ad_status hnn_trainer_save(hnn_trainer *t, const char *name, const char *co
                                 struct ad_error *error)
 {
     phys_runfile *file;
+    if (HNN_NEEDS(error, t, name) != AD_OK)
+        return error->status;
     if (hnn_trainer_deliver(t, error) != AD_OK || phys_runfile_create(name, &file, error) != AD_OK)
         return error->status;
     hnn_model_write(t->model, file, command);
@@ -268,6 +270,8 @@ enum ad_status hnn_trainer_resume(hnn_trainer *t, const char *name, struct ad_er
 {
     hnn_model *stored;
     struct reading r = {t, name, NULL, error};
+    if (HNN_NEEDS(error, t, name) != AD_OK)
+        return error->status;
     if (hnn_model_load(name, &stored, error) != AD_OK)
         return error->status;
     if (!same_settings(&stored->settings, &t->model->settings) || !same_scaling(stored, t->model))

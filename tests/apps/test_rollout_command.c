@@ -157,9 +157,8 @@ static void test_files(void **state)
                      0);
     assert_int_equal(shell_files(), before + 3);
     assert_int_equal(shell("head -n 1 run.csv; grep -c '<svg' figure.svg"), 0);
-    assert_string_equal(shell_out(),
-                        "t,q1,p1,H,energy,against_q1,against_p1,against_H,against_energy,"
-                        "truth_q1,truth_p1,truth_H,truth_energy\n1\n");
+    assert_string_equal(shell_out(), "t,q,p,H,energy,against_q,against_p,against_H,against_energy,"
+                                     "truth_q,truth_p,truth_H,truth_energy\n1\n");
     assert_int_equal(shell("$LA dump run.h5"), 0);
     assert_non_null(strstr(shell_out(), "truth_state"));
 }
@@ -173,7 +172,7 @@ static void test_field(void **state)
                      0);
     assert_close(shell_number("points"), 25, 0, 0);
     assert_int_equal(shell("head -n 1 f.csv; wc -l <f.csv; grep -c '<svg' f.svg"), 0);
-    assert_string_equal(shell_out(), "q1,p1,dq1dt,dp1dt,H\n26\n1\n");
+    assert_string_equal(shell_out(), "q,p,dqdt,dpdt,H\n26\n1\n");
     assert_close(cell("f.csv", 1, 1), -1, 0, 0); /* corner: q = -1, p = -1/2 */
     assert_close(cell("f.csv", 1, 3), -1, 0, 0.1);
     assert_close(cell("f.csv", 1, 4), 2, 0, 0.1);

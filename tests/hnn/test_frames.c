@@ -165,6 +165,7 @@ static void test_damaged_motion(void **state)
     filming.height = filming.width = 2;
     for (int damage = 0; damage < 5; damage++) {
         struct hnn_frames f;
+        error = (struct ad_error){0};
         phys_runfile *file;
         struct path path = files_temporary("motion.h5");
         static const char *const says[] = {"a finite number in 'angle', trajectory 1, frame 3",

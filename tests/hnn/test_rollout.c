@@ -230,7 +230,11 @@ static void test_trajectory_from_file(void **state)
     struct hnn_dataset_settings s = {.file = file.text, .state = "q,p", .time = "t"};
     struct hnn_path path;
     struct ad_error error = {0};
-    assert_int_equal(hnn_path_read(&s, 0.4, 4.6, &path, &error), AD_OK);
+    /* A22: a time beyond the trajectory's end is refused, not filled with the next one */
+    assert_int_equal(hnn_path_read(&s, 0.4, 4.6, &path, &error), AD_E_INPUT);
+    assert_non_null(strstr(error.message, "ends at t = 1,"));
+    error = (struct ad_error){0};
+    assert_int_equal(hnn_path_read(&s, 0.4, INFINITY, &path, &error), AD_OK);
     assert_int_equal(path.n, 2);
     assert_int_equal(path.states, 2);
     assert_true(path.t[0] == 0.5 && path.x[0] == 1.5 && path.x[1] == 2.5);

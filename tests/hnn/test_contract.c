@@ -1,0 +1,397 @@
+/* What the headers promise whoever calls them wrongly: an error, never a crash; and what the losses
+   of a trainer are while it trains. */
+#include "small.h"
+#include "hnn/data/data.h"
+#include "hnn/pixels/latent.h"
+#include "hnn/pixels/pixel_energy.h"
+#include "hnn/pixels/pixels.h"
+#include "tests/close.h"
+#include "tests/files.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- G2: NULL, and names that there are not ---- */
+
+#define REFUSED(call)                                                                              \
+    do {                                                                                           \
+        struct ad_error error = {0};                                                               \
+        if ((call) != AD_E_ARGUMENT || error.status != AD_E_ARGUMENT)                              \
+            fail_msg("%s: %d '%s'", #call, error.status, error.message);                           \
+    } while (0)
+
+static void test_null(void **state)
+{
+    (void)state;
+    hnn_model *model = small_model(&(struct hnn_settings){
+        .kind = HNN_HAMILTONIAN, .dof = 1, .layers = 2, .hidden = {4}, .activation = "tanh"});
+    struct hnn_settings settings = *hnn_model_settings(model);
+    struct hnn_samples samples = small_pendulum(1, 8, 0);
+    struct hnn_training training = hnn_training_defaults();
+    struct hnn_dataset data;
+    struct hnn_path path, none = {0};
+    struct phys_ode ode;
+    struct hnn_rod rod = hnn_rod_published();
+    struct hnn_frames frames = {0};
+    struct hnn_rollout_settings rollout = {.n = 2, .t = (double[]){0, 1}};
+    struct hnn_observations o;
+    struct hnn_score score;
+    hnn_model *made;
+    hnn_trainer *trainer;
+    double x[2] = {0.5, 0}, y[2];
+    float pixels[16] = {0};
+    size_t n = 7;
+
+    settings.activation = NULL;
+    REFUSED(hnn_model_new(&settings, &made, &error));
+    settings.activation = "tahn";
+    REFUSED(hnn_model_new(&settings, &made, &error));
+    REFUSED(hnn_model_new(NULL, &made, &error));
+    REFUSED(hnn_model_new(&settings, NULL, &error));
+    REFUSED(hnn_model_normalise(model, NULL, x, x, &error));
+    REFUSED(hnn_model_normalise(NULL, x, x, x, &error));
+    REFUSED(hnn_model_see(model, 1, NULL, &error));
+    REFUSED(hnn_model_see(model, 0, x, &error));
+    REFUSED(hnn_model_see(NULL, 1, x, &error));
+    REFUSED(hnn_model_note(model, NULL, "a", &error));
+    REFUSED(hnn_model_note(NULL, "a", "a", &error));
+    REFUSED(hnn_model_evaluate(model, 1, NULL, x, NULL, &error));
+    REFUSED(hnn_model_evaluate(NULL, 1, x, x, NULL, &error));
+    REFUSED(hnn_model_ode(NULL, &ode, &error));
+    REFUSED(hnn_model_ode(model, NULL, &error));
+    REFUSED(hnn_model_encode(NULL, 1, x, y, &error));
+    REFUSED(hnn_model_encode(model, 1, x, y, &error));
+    REFUSED(hnn_model_decode(model, 1, NULL, y, &error));
+    REFUSED(hnn_model_save(NULL, "x.h5", NULL, &error));
+    REFUSED(hnn_model_save(model, NULL, NULL, &error));
+    REFUSED(hnn_model_load(NULL, &made, &error));
+    REFUSED(hnn_model_load("x.h5", NULL, &error));
+    assert_int_equal(hnn_model_field(NULL, x, y), AD_E_ARGUMENT);
+    assert_int_equal(hnn_model_field(model, x, NULL), AD_E_ARGUMENT);
+    assert_true(isnan(hnn_model_energy(NULL, x)) && isnan(hnn_model_energy(model, NULL)));
+    assert_null(hnn_model_settings(NULL));
+    assert_null(hnn_model_parameters(NULL));
+    assert_null(hnn_model_blocks(NULL, &n));
+    assert_true(n == 0 && hnn_model_size(NULL) == 0 && !hnn_model_noted(NULL, "a") &&
+                !hnn_model_noted(model, NULL) && !hnn_model_range(NULL).low);
+    hnn_model_set_parameters(NULL, x);
+    hnn_model_set_parameters(model, NULL);
+    hnn_model_evaluate_in(NULL, AD_F32);
+    hnn_model_free(NULL);
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var v = ad_input(tape, 2, 1, "x");
+    hnn_model_record(NULL, v, v);
+    assert_int_equal(ad_tape_error(tape)->status, AD_E_ARGUMENT);
+    ad_tape_free(tape);
+    tape = ad_tape_new(AD_F64);
+    v = ad_input(tape, 2, 1, "x");
+    hnn_record_encode(model, v, v);
+    hnn_record_decode(NULL, v, v);
+    assert_int_not_equal(ad_tape_error(tape)->status, AD_OK);
+    ad_tape_free(tape);
+
+    REFUSED(hnn_trainer_new(NULL, &training, &samples, NULL, &trainer, &error));
+    REFUSED(hnn_trainer_new(model, NULL, &samples, NULL, &trainer, &error));
+    REFUSED(hnn_trainer_new(model, &training, NULL, NULL, &trainer, &error));
+    REFUSED(hnn_trainer_new(model, &training, &samples, NULL, NULL, &error));
+    training.schedule = NULL;
+    REFUSED(hnn_trainer_new(model, &training, &samples, NULL, &trainer, &error));
+    training = hnn_training_defaults();
+    training.optimiser = NULL;
+    REFUSED(hnn_trainer_new(model, &training, &samples, NULL, &trainer, &error));
+    REFUSED(hnn_trainer_run(NULL, NULL, &error));
+    REFUSED(hnn_trainer_take_step(NULL, &error));
+    REFUSED(hnn_trainer_save(NULL, "x.h5", NULL, &error));
+    REFUSED(hnn_trainer_resume(NULL, "x.h5", &error));
+    assert_true(hnn_trainer_step(NULL) == 0 && hnn_trainer_steps_now(NULL) == 0);
+    assert_true(isnan(hnn_trainer_test_loss(NULL)) && isnan(hnn_trainer_train_loss(NULL)));
+    assert_true(isnan(hnn_trainer_product_share(NULL)) && hnn_trainer_seconds(NULL) == 0);
+    assert_null(hnn_trainer_history(NULL, &n));
+    hnn_trainer_free(NULL);
+    assert_null(hnn_optimiser_name(NULL));
+
+    REFUSED(hnn_dataset_read(NULL, &data, &error));
+    REFUSED(hnn_dataset_read(&(struct hnn_dataset_settings){0}, &data, &error));
+    REFUSED(hnn_dataset_read(&(struct hnn_dataset_settings){.file = "x"}, NULL, &error));
+    REFUSED(
+        hnn_dataset_read(&(struct hnn_dataset_settings){.file = "x", .split = 7}, &data, &error));
+    REFUSED(hnn_dataset_read(&(struct hnn_dataset_settings){.file = "x", .differences = 7}, &data,
+                             &error));
+    hnn_dataset_free(NULL);
+    REFUSED(hnn_task_ode(NULL, 0, &ode, &error));
+    REFUSED(hnn_task_observe(NULL, &hnn_tasks[0]->published, 0, &o, &error));
+    REFUSED(hnn_task_observe(hnn_tasks[0], NULL, 0, &o, &error));
+    hnn_task_start(NULL, 0, 0, x);
+    hnn_task_start(hnn_tasks[0], 0, 0, NULL);
+    hnn_observations_free(NULL);
+
+    struct ad_error good = {0};
+    assert_int_equal(hnn_model_ode(model, &ode, &good), AD_OK);
+    assert_int_equal(hnn_rollout(&ode, &rollout, x, &path, NULL, &good), AD_OK);
+    REFUSED(hnn_rollout(NULL, &rollout, x, &none, NULL, &error));
+    REFUSED(hnn_rollout(&ode, NULL, x, &none, NULL, &error));
+    REFUSED(hnn_rollout(&ode, &rollout, NULL, &none, NULL, &error));
+    REFUSED(hnn_rollout(&ode, &rollout, x, NULL, NULL, &error));
+    REFUSED(hnn_rollout(&ode, &(struct hnn_rollout_settings){.n = 2}, x, &none, NULL, &error));
+    REFUSED(hnn_path_read(NULL, 0, 1, &none, &error));
+    REFUSED(hnn_path_read(&(struct hnn_dataset_settings){.time = "t"}, 0, 1, &none, &error));
+    REFUSED(hnn_path_read(&(struct hnn_dataset_settings){.file = "x"}, 0, 1, &none, &error));
+    REFUSED(hnn_task_trials(NULL, hnn_tasks[0], &(struct hnn_trials){0}, &score, &error));
+    REFUSED(hnn_task_trials(&ode, NULL, &(struct hnn_trials){0}, &score, &error));
+    REFUSED(hnn_task_trials(&ode, hnn_tasks[0], NULL, &score, &error));
+    REFUSED(hnn_task_published_mse(NULL, 0, &ode, &rollout, &path, &path, x, &error));
+    /* G10: other shapes are no distance of 0 */
+    struct hnn_path shorter = path;
+    shorter.n = 1;
+    assert_true(isnan(hnn_path_mse(&path, &shorter)) && isnan(hnn_path_mse(&path, NULL)));
+    assert_true(isnan(hnn_path_mse(&path, &none)) && hnn_path_mse(&path, &path) == 0);
+    assert_true(isnan(hnn_path_square(&path, &path, 2)) &&
+                isnan(hnn_energy_mse(&ode, &path, &none)));
+    assert_true(isnan(hnn_path_energy(&ode, &path, 2)) && isnan(hnn_path_energy(NULL, &path, 0)));
+    assert_true(isnan(hnn_energy_drift(&ode, NULL, &rollout)));
+    assert_int_equal(hnn_path_outside(NULL, &path, (char[8]){""}, 8), 0);
+    hnn_path_free(&path);
+    hnn_path_free(NULL);
+
+    enum hnn_filter filter;
+    REFUSED(hnn_filter_find(NULL, &filter, &error));
+    REFUSED(hnn_filter_find("area", NULL, &error));
+    REFUSED(hnn_rod_check(NULL, &error));
+    REFUSED(hnn_frames_read(NULL, &frames, &error));
+    REFUSED(hnn_frames_read("x", NULL, &error));
+    REFUSED(hnn_frames_split(NULL, 0.2, 0, &(struct hnn_split_pairs){0}, &error));
+    REFUSED(hnn_frames_split(&frames, 0.2, 0, NULL, &error));
+    REFUSED(hnn_rod_film(NULL, 0, &frames, &error));
+    REFUSED(hnn_rod_angles(NULL, 4, 4, 1, pixels, x, &error));
+    rod.filter = (enum hnn_filter)7;
+    hnn_rod_draw(&rod, 0, 4, 4, pixels);
+    REFUSED(hnn_rod_angles(&rod, 4, 4, 1, pixels, x, &error));
+    REFUSED(hnn_foresee(NULL, pixels, &rollout, 4, &none, pixels, NULL, &error));
+    REFUSED(hnn_observe(model, NULL, x, &error));
+    REFUSED(hnn_show(model, NULL, 4, pixels, &error));
+    assert_true(isnan(hnn_rod_energy(NULL, 0, 0)));
+    hnn_rod_energies(NULL, 3, x, x);
+    hnn_frames_write(NULL, NULL);
+    hnn_frames_free(NULL);
+    hnn_split_pairs_free(NULL);
+    phys_ode_free(&ode);
+    small_samples_free(&samples);
+    hnn_model_free(model);
+}
+
+/* The documented idiom: what a find says is what the call says. */
+static void test_held_errors(void **state)
+{
+    (void)state;
+    struct hnn_settings settings = hnn_defaults(HNN_HAMILTONIAN, 1);
+    struct hnn_samples samples = small_pendulum(1, 8, 0);
+    hnn_model *model = small_model(&settings);
+    hnn_trainer *trainer;
+    struct phys_ode ode;
+    struct hnn_path path;
+    double x[2] = {0.5, 0};
+    for (int k = 0; k < 4; k++) {
+        struct ad_error error = {0};
+        struct hnn_training training = hnn_training_defaults();
+        if (k == 0)
+            training.schedule = hnn_schedule_find("cosin", &error);
+        if (k == 1)
+            training.optimiser = hnn_optimiser_find("adm", &error);
+        if (k < 2)
+            assert_int_equal(hnn_trainer_new(model, &training, &samples, NULL, &trainer, &error),
+                             AD_E_ARGUMENT);
+        if (k == 2)
+            assert_int_equal(hnn_task_ode(hnn_task_find("sprin", &error), 0, &ode, &error),
+                             AD_E_ARGUMENT);
+        if (k == 3) {
+            assert_int_equal(hnn_model_ode(model, &ode, &error), AD_OK);
+            struct hnn_rollout_settings s = {
+                .integrator = phys_integrator_find("dop85", &error), .n = 2, .t = (double[]){0, 1}};
+            assert_int_equal(hnn_rollout(&ode, &s, x, &path, NULL, &error), AD_E_ARGUMENT);
+            phys_ode_free(&ode);
+        }
+        assert_non_null(strstr(error.message, "did you mean"));
+    }
+    small_samples_free(&samples);
+    hnn_model_free(model);
+}
+
+/* ---- G5: numbers that are none of an enum ---- */
+
+static void test_settings(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 8; k++) {
+        struct hnn_settings s = hnn_defaults(HNN_HAMILTONIAN, 1);
+        struct ad_error error = {0};
+        hnn_model *model;
+        int value = k < 4 ? 7 : -1;
+        if (k % 4 == 0)
+            s.kind = (enum hnn_kind)value;
+        else if (k % 4 == 1)
+            s.field = (enum hnn_field_type)value;
+        else if (k % 4 == 2)
+            s.start = (enum hnn_start)value;
+        else
+            s.precision = (enum ad_type)value;
+        assert_int_equal(hnn_model_new(&s, &model, &error), AD_E_ARGUMENT);
+        assert_null(model);
+    }
+    struct hnn_settings s = hnn_defaults(HNN_HAMILTONIAN, 1);
+    hnn_model *model = small_model(&s);
+    double x[2] = {0.5, 0.25}, before[2], after[2];
+    assert_int_equal(hnn_model_field(model, x, before), AD_OK);
+    hnn_model_evaluate_in(model, (enum ad_type)7);
+    assert_int_equal(hnn_model_field(model, x, after), AD_OK);
+    assert_memory_equal(before, after, sizeof before);
+    hnn_model_free(model);
+}
+
+/* C11: another name of the same. */
+static void test_silu(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"swish", "silu"};
+    double rate[2][2], x[2] = {0.5, 0.25};
+    for (size_t k = 0; k < 2; k++) {
+        struct hnn_settings s = hnn_defaults(HNN_HAMILTONIAN, 1);
+        s.activation = names[k];
+        hnn_model *model = small_model(&s);
+        assert_int_equal(hnn_model_field(model, x, rate[k]), AD_OK);
+        hnn_model_free(model);
+    }
+    assert_memory_equal(rate[0], rate[1], sizeof rate[0]);
+}
+
+/* C11: names of the data, where they are names that any file can hold. */
+static void test_components(void **state)
+{
+    (void)state;
+    static const char *const cases[][3] = {
+        {"theta,p_theta", "theta", "p_theta"},
+        {"p,q", "p", "q"},
+        {NULL, "q1", "p1"},
+        {"3,4", "q1", "p1"},
+        {"q", "q1", "p1"},
+        {"q,p,x", "q1", "p1"},
+        {"q,\"p, kg\"", "q1", "p1"},
+        {"q\n,p", "q1", "p1"},
+        {"q,", "q1", "p1"},
+        {"q,`id`", "q1", "p1"},
+        {"θ,ω", "θ", "ω"},
+        {"run/q,p", "q1", "p1"},
+    };
+    struct hnn_settings s = hnn_defaults(HNN_HAMILTONIAN, 1);
+    hnn_model *model = small_model(&s);
+    for (size_t k = 0; k < LENGTH(cases); k++) {
+        struct ad_error error = {0};
+        char q[32], p[32];
+        hnn_model_note(model, "state", cases[k][0], &error);
+        hnn_model_component(model, 0, q, sizeof q);
+        hnn_model_component(model, 1, p, sizeof p);
+        assert_string_equal(q, cases[k][1]);
+        assert_string_equal(p, cases[k][2]);
+    }
+    hnn_model_component(NULL, 0, (char[8]){""}, 8);
+    hnn_model_free(model);
+}
+
+/* E11: there is room for 16 remarks and no more; one that is there can still change. */
+static void test_notes(void **state)
+{
+    (void)state;
+    struct hnn_settings s = hnn_defaults(HNN_HAMILTONIAN, 1);
+    hnn_model *model = small_model(&s);
+    char name[8];
+    for (int k = 0; k < 20; k++) {
+        struct ad_error error = {0};
+        snprintf(name, sizeof name, "n%d", k);
+        assert_int_equal(hnn_model_note(model, name, name, &error), k < 16 ? AD_OK : AD_E_MEMORY);
+    }
+    struct ad_error error = {0};
+    assert_int_equal(hnn_model_note(model, "n3", "changed", &error), AD_OK);
+    assert_string_equal(hnn_model_noted(model, "n3"), "changed");
+    assert_string_equal(hnn_model_noted(model, "n15"), "n15");
+    assert_null(hnn_model_noted(model, "n16"));
+    assert_int_equal(hnn_model_note(model, "n3", NULL, &error), AD_OK);
+    assert_int_equal(hnn_model_note(model, "n16", "room again", &error), AD_OK);
+    hnn_model_free(model);
+}
+
+/* ---- G1: losses at the present parameters ---- */
+
+struct watch {
+    const struct hnn_samples *test;
+    struct hnn_settings settings;
+    double goal, least;
+    size_t calls;
+};
+
+/* The rule of a user: stop once the test loss is under the goal. It is the loss of what would be
+   the model: a second one with the parameters of a checkpoint has it. */
+static bool under_goal(void *context, hnn_trainer *trainer)
+{
+    struct watch *w = context;
+    w->least = hnn_trainer_test_loss(trainer);
+    w->calls++;
+    if (w->calls == 20) {
+        struct path file = files_temporary("there.h5");
+        struct ad_error error = {0};
+        hnn_model *model;
+        assert_int_equal(hnn_trainer_save(trainer, file.text, NULL, &error), AD_OK);
+        assert_int_equal(hnn_model_load(file.text, &model, &error), AD_OK);
+        assert_close(small_loss(model, w->test), w->least, 1e-9, 0);
+        assert_close(hnn_trainer_test_loss(trainer), w->least, 1e-12, 0);
+        hnn_model_free(model);
+    }
+    return !(w->least < w->goal);
+}
+
+static void test_losses_while_training(void **state)
+{
+    (void)state;
+    for (int average = 0; average < 2; average++) {
+        struct hnn_samples train = small_pendulum(1, 40, 0), test = small_pendulum(2, 30, 0);
+        struct hnn_settings settings = small_settings(&small_kinds[1], 1, 3);
+        hnn_model *model = small_model(&settings);
+        double start = small_loss(model, &test);
+        struct watch watch = {.test = &test, .settings = settings, .goal = start / 4};
+        struct hnn_training training = hnn_training_defaults();
+        training.learning_rate = 1e-2;
+        training.average = average ? 0.1 : 0;
+        training.progress = under_goal;
+        training.context = &watch;
+        struct ad_error error = {0};
+        hnn_trainer *trainer = small_trainer(model, &training, &train, &test);
+        assert_close(hnn_trainer_test_loss(trainer), start, 1e-9, 0);
+        for (int k = 0; k < 20; k++)
+            assert_int_equal(hnn_trainer_take_step(trainer, &error), AD_OK);
+        assert_true(hnn_trainer_test_loss(trainer) < start);
+        assert_close(small_loss(model, &test), start, 1e-12, 0); /* the model has not learnt */
+        enum hnn_stop stop;
+        assert_int_equal(hnn_trainer_run(trainer, &stop, &error), AD_OK);
+        assert_int_equal(stop, HNN_STOP_INTERRUPTED);
+        assert_true(watch.calls > 20 && watch.least < start / 4);
+        assert_close(small_loss(model, &test), watch.least, 1e-9, 0);
+        assert_close(hnn_trainer_test_loss(trainer), watch.least, 1e-12, 0);
+        hnn_trainer_free(trainer);
+        small_samples_free(&train);
+        small_samples_free(&test);
+        hnn_model_free(model);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_null),
+        cmocka_unit_test(test_held_errors),
+        cmocka_unit_test(test_settings),
+        cmocka_unit_test(test_silu),
+        cmocka_unit_test(test_notes),
+        cmocka_unit_test(test_components),
+        cmocka_unit_test(test_losses_while_training),
+    };
+    return cmocka_run_group_tests_name("the contract of hnn.h", tests, files_setup, files_teardown);
+}
