@@ -1,7 +1,7 @@
 /* Run files (runfile.h): the file itself, begun and ended, and the reasons HDF5 gives. HDF5 is
    called by the files runfile*.c alone. Its handles are released where they were opened; H5Xclose
    of an invalid handle is avoided, since it would hide the first reason. */
-#include "hdf5_handles.h"
+#include "hdf5_walk.h"
 #include "checksum.h"
 
 #include <errno.h>
@@ -49,10 +49,11 @@ void phys_h5_fail_write(phys_runfile *file, const char *what, const char *item)
 }
 
 /* Comes before every other call. On exit HDF5 would write again to a file that could not be closed,
-   and crash. */
+   and crash. What a file names as a filter is never loaded as a program. */
 static void start_hdf5(void)
 {
     H5dont_atexit();
+    H5PLset_loading_state(0);
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
 }
 
@@ -167,6 +168,10 @@ enum ad_status phys_runfile_open(const char *name, phys_runfile **out, struct ad
                              name, strerror(errno))
                    : ad_fail(error, AD_E_INPUT, "%s: not an HDF5 file, or damaged: %s", name,
                              last_reason().text);
+    }
+    if (phys_h5_walk(file, NULL, NULL, error) != AD_OK) {
+        phys_runfile_close(file);
+        return error->status;
     }
     *out = file;
     return AD_OK;

@@ -71,6 +71,8 @@ struct phys_runfile_item {
 
 /* The file is HDF5, damaged or not, as far as its first bytes tell. Not for pipes. */
 bool phys_runfile_is(const char *name);
+/* AD_E_INPUT too for a file that leads out of itself, by external links, external or virtual
+   storage, or filters that are not built in. */
 enum ad_status phys_runfile_open(const char *name, phys_runfile **file, struct ad_error *error);
 /* Calls `visit` for everything in the file in the order of names, each object before its
    attributes, the file's own first. Strings live for the call only. */

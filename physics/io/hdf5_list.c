@@ -1,14 +1,14 @@
-/* Everything in a run file, in order (runfile.h). */
-#include "hdf5_handles.h"
+/* Everything in a run file, in order (hdf5_file.h). */
+#include "hdf5_walk.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 struct listing {
     void (*visit)(void *context, const struct phys_runfile_item *item);
     void *context;
     const char *object;
-    bool out_of_memory;
+    phys_runfile *file;
+    struct ad_error *error;
 };
 
 static herr_t list_attribute(hid_t object, const char *name, const H5A_info_t *info, void *context)
@@ -20,39 +20,34 @@ static herr_t list_attribute(hid_t object, const char *name, const H5A_info_t *i
     hid_t id = H5Aopen(object, name, H5P_DEFAULT);
     if (id < 0)
         return -1;
-    listing->out_of_memory = !phys_h5_attribute(id, &item, &text);
-    if (!listing->out_of_memory)
+    bool room = phys_h5_attribute(id, &item, &text);
+    if (room)
         listing->visit(listing->context, &item);
+    else
+        ad_fail(listing->error, AD_E_MEMORY, "%s: out of memory", listing->file->name);
     free(text);
     H5Aclose(id);
-    return listing->out_of_memory ? -1 : 0;
+    return room ? 0 : -1;
 }
 
-static herr_t list_object(hid_t root, const char *name, const H5O_info_t *info, void *context)
+static int list_object(void *context, hid_t object, H5O_type_t type, const char *path)
 {
     struct listing *listing = context;
-    struct phys_runfile_item item = {.object = strcmp(name, ".") == 0 ? "" : name};
-    hid_t id = H5Oopen(root, name, H5P_DEFAULT);
-    if (id < 0)
-        return -1;
-    if (info->type == H5O_TYPE_DATASET)
-        phys_h5_describe(id, &item);
-    else if (info->type != H5O_TYPE_GROUP)
+    struct phys_runfile_item item = {.object = path};
+    if (type == H5O_TYPE_DATASET)
+        phys_h5_describe(object, &item);
+    else if (type != H5O_TYPE_GROUP)
         item.kind = PHYS_RUNFILE_OTHER;
-    listing->object = item.object;
+    listing->object = path;
     listing->visit(listing->context, &item);
-    herr_t failed = H5Aiterate2(id, H5_INDEX_NAME, H5_ITER_INC, NULL, list_attribute, listing);
-    H5Oclose(id);
-    return failed < 0 ? -1 : 0;
+    return H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, NULL, list_attribute, listing) < 0 ? -1
+                                                                                              : 0;
 }
 
 enum ad_status phys_runfile_list(phys_runfile *file,
                                  void (*visit)(void *context, const struct phys_runfile_item *item),
                                  void *context, struct ad_error *error)
 {
-    struct listing listing = {visit, context, "", false};
-    if (H5Ovisit(file->id, H5_INDEX_NAME, H5_ITER_INC, list_object, &listing) < 0)
-        return listing.out_of_memory ? ad_fail(error, AD_E_MEMORY, "%s: out of memory", file->name)
-                                     : phys_h5_fail(error, AD_E_INPUT, file->name, "list", "/");
-    return AD_OK;
+    struct listing listing = {visit, context, "", file, error};
+    return phys_h5_walk(file, list_object, &listing, error);
 }
