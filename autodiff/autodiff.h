@@ -41,7 +41,7 @@ enum ad_status {
     AD_E_NONFINITE = -5, /* a value is infinite or not a number */
     AD_E_INPUT = -6,   /* unusable data from outside: file, line and what was expected are named */
     AD_E_IO = -7,      /* a file could not be read or written */
-    AD_E_ACCURACY = -8 /* the accuracy asked for is out of reach */
+    AD_E_ACCURACY = -8 /* the accuracy asked for is out of reach, or the run was interrupted */
 };
 
 /* An error and its one-line explanation; zero-initialised is "no error". */
@@ -308,11 +308,14 @@ struct ad_check {
     size_t row, col;
     double tape;       /* of the worst entry: gradient on the tape ... */
     double difference; /* ... and by differences */
+    bool kink; /* the worst entry lies within 1e-3 (relative) of a kink of y: `difference` is
+                  then the mean of the slopes on either side */
 };
 
 /* Compares the gradient of the scalar y at x[k] = at[k] (rows*cols doubles each). At most `entries`
-   entries an input are compared, spread evenly (0: all). Appends to the tape. Needs an f64 tape.
-   Returns AD_OK when it could compare, whatever the outcome: see report->passed. */
+   entries an input are compared, spread evenly (0: all). Entries beside a kink fail. Appends to the
+   tape. Needs an f64 tape. Returns AD_OK when it could compare, whatever the outcome: see
+   report->passed. */
 enum ad_status ad_check_gradient(ad_var y, size_t n, const ad_var x[], const double *const at[],
                                  double tolerance, size_t entries, struct ad_check *report);
 /* The same one order higher: the gradient of <grad y, u> for fixed irregular u. */

@@ -28,8 +28,8 @@ int ad_blas_factor(size_t n, double *a, int *pivots);
 void ad_blas_factor_solve(size_t n, const double *a, const int *pivots, double *b);
 
 /* Band matrices of n rows with `width` diagonals on either side of the main one, stored by columns:
-   element (i, j) is band[AD_BAND(width, i, j)] of ad_band_size(n, width). The rest is room for the
-   factor. */
+   element (i, j), |i - j| <= width, is band[AD_BAND(width, i, j)] of AD_BAND_ROWS(width) * n
+   elements. The rest is room for the factor. */
 #define AD_BAND_ROWS(width) (3 * (width) + 1)
 #define AD_BAND(width, i, j) (2 * (width) + (i) - (j) + AD_BAND_ROWS(width) * (j))
 

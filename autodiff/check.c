@@ -7,31 +7,21 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { LEVELS = 8 }; /* steps h, h/2, ... h/128 */
-
-/* y as a function of one entry of one input. */
-struct probe {
-    ad_program *program;
-    const double *y;
-    double *x;
+enum {
+    LEVELS = 8,    /* steps h, h/2, ... h/128 */
+    NEAR_KINK = 16 /* kinks are looked for within h/16 */
 };
 
-static double central_difference(const struct probe *p, double h)
+static double central_difference(const struct ad_section *p, double h)
 {
-    double x = *p->x, lo = x - h, hi = x + h;
-    *p->x = lo;
-    ad_run(p->program);
-    double y_lo = *p->y;
-    *p->x = hi;
-    ad_run(p->program);
-    double y_hi = *p->y;
-    *p->x = x;
+    double lo = *p->x - h, hi = *p->x + h;
+    double y_lo = ad_section_value(p, lo), y_hi = ad_section_value(p, hi);
     return (y_hi - y_lo) / (hi - lo);
 }
 
 /* The entry of Neville's table with the smallest estimate of its error, truncation and rounding of
    y over the step; stops at `good_enough`. */
-static double extrapolate(const struct probe *p, double h, double good_enough)
+static double extrapolate(const struct ad_section *p, double h, double good_enough)
 {
     double above[LEVELS], best = NAN, best_error = INFINITY;
     for (int k = 0; k < LEVELS && !(best_error <= good_enough); k++, h *= 0.5) {
@@ -57,7 +47,7 @@ static double extrapolate(const struct probe *p, double h, double good_enough)
 
 /* Across a pole or a kink differences may seem to converge: one that is off is taken again nearer.
  */
-static double nearest(const struct probe *p, double h, double tape, double tolerance)
+static double nearest(const struct ad_section *p, double h, double tape, double tolerance)
 {
     double good_enough = 1e-3 * tolerance, far = extrapolate(p, h, good_enough);
     if (fabs(far - tape) <= tolerance)
@@ -83,10 +73,10 @@ struct comparison {
 };
 
 static void note(struct ad_check *r, double error, size_t input, size_t row, size_t col,
-                 double tape, double difference)
+                 double tape, double difference, bool kink)
 {
     r->entries++;
-    if (r->entries > 1 && error <= r->worst)
+    if (r->entries > 1 && (kink < r->kink || (kink == r->kink && error <= r->worst)))
         return;
     r->worst = error;
     r->input = input;
@@ -94,6 +84,7 @@ static void note(struct ad_check *r, double error, size_t input, size_t row, siz
     r->col = col;
     r->tape = tape;
     r->difference = difference;
+    r->kink = kink;
 }
 
 /* The scale of the errors has a floor: differences cannot resolve slopes below rounding of y. The
@@ -111,14 +102,18 @@ static void compare_input(const struct comparison *c, size_t k, ad_var x, ad_var
     double scale = largest(size, tape) + 0x1p-20 * fabs(*c->y) / range + 0x1p-1000;
     for (size_t e = 0; e < count; e++) {
         size_t i = e * size / count;
-        double h = 0x1p-6 * fmax(fabs(at[i]), 0x1p-2 * range), difference = 0;
-        if (data)
-            difference = nearest(&(struct probe){c->value, c->y, data + i}, h, tape[i],
-                                 c->tolerance * scale);
+        double h = 0x1p-6 * fmax(fabs(at[i]), 0x1p-2 * range), difference = 0, mean;
+        bool kink = false;
+        if (data) {
+            struct ad_section section = {c->value, c->y, data + i};
+            difference = nearest(&section, h, tape[i], c->tolerance * scale);
+            kink = ad_kink_near(&section, h / NEAR_KINK, c->tolerance * scale, &mean);
+            difference = kink ? mean : difference;
+        }
         double error = fabs(tape[i] - difference) / scale;
         if (!isfinite(tape[i]) || !isfinite(error))
             error = INFINITY;
-        note(c->report, error, k, i / cols, i % cols, tape[i], difference);
+        note(c->report, error, k, i / cols, i % cols, tape[i], difference, kink);
     }
 }
 
@@ -138,7 +133,10 @@ enum ad_status ad_check_gradient(ad_var y, size_t n, const ad_var x[], const dou
                                  double tolerance, size_t entries, struct ad_check *report)
 {
     ad_tape *tape = y.tape;
+    ad_var none;
     *report = (struct ad_check){0};
+    if (!ad_operands(AD_COMPOSITE_check, 1, &y, &none))
+        return tape ? tape->error.status : AD_E_TAPE;
     if (tape->type != AD_F64)
         return ad_fail(&tape->error, AD_E_ARGUMENT, "check: differences need a tape of type f64");
     if (ad_rows(y) != 1 || ad_cols(y) != 1)
@@ -157,7 +155,7 @@ enum ad_status ad_check_gradient(ad_var y, size_t n, const ad_var x[], const dou
         ad_run(c.gradient);
         for (size_t k = 0; k < n; k++)
             compare_input(&c, k, x[k], g[k], at[k]);
-        report->passed = report->worst <= tolerance;
+        report->passed = report->worst <= tolerance && !report->kink;
     }
     ad_program_free(c.value);
     ad_program_free(c.gradient);
@@ -187,7 +185,10 @@ enum ad_status ad_check_second(ad_var y, size_t n, const ad_var x[], const doubl
                                double tolerance, size_t entries, struct ad_check *report)
 {
     ad_tape *tape = y.tape;
+    ad_var none;
     *report = (struct ad_check){0};
+    if (!ad_operands(AD_COMPOSITE_check, 1, &y, &none))
+        return tape ? tape->error.status : AD_E_TAPE;
     ad_var *g = calloc(n + !n, sizeof *g);
     if (!g)
         return ad_fail(&tape->error, AD_E_MEMORY, "check: out of memory");

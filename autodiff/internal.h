@@ -13,7 +13,7 @@
        kernels/    kernels.h   the loops over lanes, for each type and instruction set
        native/     native.h    fused segments as machine code, by the system's C compiler
 
-   Beside that road: check.c (differences), optim.c (descent), blas.c (OpenBLAS and LAPACK).
+   Beside that road: check.c, kink.c (differences), optim.c (descent), blas.c (OpenBLAS and LAPACK).
 
    Here: the tape's memory, shared by recording, gradient and compiler. */
 #ifndef AUTODIFF_INTERNAL_H
@@ -178,5 +178,19 @@ bool ad_simplify(enum ad_op op, ad_var a, ad_var b, ad_var *y);
 
 /* The value of a scalar constant; false if x is none. */
 bool ad_constant_value(ad_var x, double *value);
+
+/* ---- differences (check.c, kink.c) ---- */
+
+/* y as a function of one entry of one input. */
+struct ad_section {
+    ad_program *program;
+    const double *y;
+    double *x;
+};
+
+/* y at x, which is put back. */
+double ad_section_value(const struct ad_section *section, double x);
+/* Whether the slope of y jumps within h of x, by more than `least`; *mean is then that over h. */
+bool ad_kink_near(const struct ad_section *section, double h, double least, double *mean);
 
 #endif

@@ -24,15 +24,58 @@ struct ad_optimiser_settings ad_optimiser_defaults(enum ad_optimiser_method meth
         .method = method, .learning_rate = 1e-3, .beta1 = 0.9, .beta2 = 0.999, .epsilon = 1e-8};
 }
 
-ad_optimiser *ad_optimiser_new(const struct ad_optimiser_settings *settings, enum ad_type type,
-                               size_t n)
+/* What is 0 and must not be takes its default. */
+static struct ad_optimiser_settings with_defaults(const struct ad_optimiser_settings *settings)
 {
-    if (n > SIZE_MAX / 4 / sizeof(double))
+    struct ad_optimiser_settings s = *settings, usual = ad_optimiser_defaults(s.method);
+    double *const given[] = {&s.learning_rate, &s.beta1, &s.beta2, &s.epsilon};
+    const double defaults[] = {usual.learning_rate, usual.beta1, usual.beta2, usual.epsilon};
+    for (size_t k = 0; k < LENGTH(given); k++)
+        if (*given[k] == 0)
+            *given[k] = defaults[k];
+    return s;
+}
+
+static enum ad_status check_settings(const struct ad_optimiser_settings *s, struct ad_error *error)
+{
+    const struct {
+        const char *name;
+        double value, least, below;
+    } ranges[] = {
+        {"learning rate", s->learning_rate, 0, INFINITY},
+        {"momentum", s->momentum, 0, 1},
+        {"beta1", s->beta1, 0, 1},
+        {"beta2", s->beta2, 0, 1},
+        {"epsilon", s->epsilon, 0, INFINITY},
+        {"weight decay", s->weight_decay, 0, INFINITY},
+        {"least", s->least, 0, INFINITY},
+    };
+    if (s->method != AD_SGD && s->method != AD_ADAM)
+        return ad_fail(error, AD_E_ARGUMENT, "optimiser: no method has number %d", (int)s->method);
+    for (size_t k = 0; k < LENGTH(ranges); k++)
+        if (!(ranges[k].value >= ranges[k].least && ranges[k].value < ranges[k].below))
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "optimiser: %s %g; expected at least %g and less than %g",
+                           ranges[k].name, ranges[k].value, ranges[k].least, ranges[k].below);
+    return AD_OK;
+}
+
+ad_optimiser *ad_optimiser_new(const struct ad_optimiser_settings *settings, enum ad_type type,
+                               size_t n, struct ad_error *error)
+{
+    if (!settings) {
+        ad_fail(error, AD_E_ARGUMENT, "optimiser: no settings");
         return NULL;
-    ad_optimiser *o = malloc(sizeof *o);
-    if (!o)
+    }
+    struct ad_optimiser_settings s = with_defaults(settings);
+    if (check_settings(&s, error) != AD_OK)
         return NULL;
-    *o = (ad_optimiser){.settings = *settings,
+    ad_optimiser *o = n > SIZE_MAX / 4 / sizeof(double) ? NULL : malloc(sizeof *o);
+    if (!o) {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+        return NULL;
+    }
+    *o = (ad_optimiser){.settings = s,
                         .kernels = ad_kernels_for(type),
                         .n = n,
                         .moment_bytes = n * type_bytes(type),
@@ -42,6 +85,7 @@ ad_optimiser *ad_optimiser_new(const struct ad_optimiser_settings *settings, enu
     size_t bytes = aligned(o->moments * o->moment_bytes + 1);
     o->state = aligned_alloc(ALIGNMENT, bytes);
     if (!o->state) {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
         free(o);
         return NULL;
     }

@@ -11,7 +11,8 @@ extern "C" {
 
 enum ad_optimiser_method { AD_SGD, AD_ADAM };
 
-/* Zero means "none" for momentum and weight_decay. */
+/* Of learning_rate, beta1, beta2 and epsilon 0 means the default, of the others "none": what is
+   left out of an initialiser is as usual. */
 struct ad_optimiser_settings {
     enum ad_optimiser_method method;
     double learning_rate;
@@ -28,9 +29,10 @@ struct ad_optimiser_settings ad_optimiser_defaults(enum ad_optimiser_method meth
 
 typedef struct ad_optimiser ad_optimiser;
 
-/* NULL when memory is exhausted. */
+/* NULL when memory is exhausted, or for settings out of range: momentum and betas are from 0 to
+   less than 1, the others 0 or more and finite. `error` (may be NULL) says which. */
 ad_optimiser *ad_optimiser_new(const struct ad_optimiser_settings *settings, enum ad_type type,
-                               size_t n);
+                               size_t n, struct ad_error *error);
 void ad_optimiser_free(ad_optimiser *optimiser); /* takes NULL */
 
 /* One step: x [n] moves against g [n], both of the optimiser's type. */

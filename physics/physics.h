@@ -242,7 +242,8 @@ enum ad_status phys_check_finite(const struct phys_system *system, const struct 
                                  struct ad_error *error);
 /* The gradient of the sum of L over the slices (order 1), or its second derivatives (order 2),
    against differences; report->input is 0 for q, 1 for v, 2 for t, row and col are coordinate and
-   slice. `entries` and `tolerance` are those of ad_check_gradient. */
+   slice. `entries` and `tolerance` are those of ad_check_gradient. AD_E_ARGUMENT for other orders.
+ */
 enum ad_status phys_check_gradient(const struct phys_system *system, const struct phys_points *at,
                                    int order, double tolerance, size_t entries,
                                    struct ad_check *report, struct ad_error *error);
@@ -253,7 +254,7 @@ struct phys_locality {
     size_t slice, moved; /* L of `slice` reacts to slice `moved` ... */
     size_t row;          /* ... of q (row < dof), v (< 2 dof) or t (2 dof); SIZE_MAX: several */
 };
-/* Moves one slice after the other and compares the bits of L at the rest. */
+/* Moves one slice after the other and compares the bits of L at the rest: at 2 slices or more. */
 enum ad_status phys_check_locality(const struct phys_system *system, const struct phys_points *at,
                                    struct phys_locality *report, struct ad_error *error);
 

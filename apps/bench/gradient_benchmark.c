@@ -185,7 +185,7 @@ static enum ad_status subject_open(struct subject *s, int scene, const struct ra
     struct ad_optimiser_settings adam = ad_optimiser_defaults(AD_ADAM);
     adam.learning_rate = 1e-12; /* does all the work, and leaves the path where it is */
     s->g = race_rows(values->n);
-    s->adam = ad_optimiser_new(&adam, AD_F64, values->n);
+    s->adam = ad_optimiser_new(&adam, AD_F64, values->n, NULL);
     if (!s->g || !s->adam)
         return ad_fail(error, AD_E_MEMORY, "no memory for scene %s", s->hand->scene);
     if (race_tape_open(scene, &s->recorded, error) != AD_OK)
@@ -199,7 +199,7 @@ static enum ad_status descend(struct subject *s, struct ad_error *error)
     const struct race_values *v = s->values;
     struct ad_optimiser_settings settings = ad_optimiser_defaults(AD_ADAM);
     settings.learning_rate = v->adam_rate;
-    ad_optimiser *adam = ad_optimiser_new(&settings, AD_F64, v->n);
+    ad_optimiser *adam = ad_optimiser_new(&settings, AD_F64, v->n, NULL);
     if (!adam)
         return ad_fail(error, AD_E_MEMORY, "no memory for Adam");
     for (int k = 0; k < RACE_ADAM_STEPS; k++)

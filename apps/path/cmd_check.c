@@ -166,7 +166,8 @@ static void print_check(const struct phys_system *system, const char *what,
     printf("  %-15s %-7s worst of %zu entries: %.2g at %s, slice %zu", what,
            check->passed ? "ok" : "FAILED", check->entries, check->worst, name, check->col);
     if (!check->passed)
-        printf(" (tape %.9g, difference %.9g)", check->tape, check->difference);
+        printf(" (tape %.9g, difference %.9g%s)", check->tape, check->difference,
+               check->kink ? "; L has a kink near there" : "");
     putchar('\n');
 }
 

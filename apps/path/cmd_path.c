@@ -87,7 +87,7 @@ static int judge(const struct path_run *run, const struct path_result *result,
                  struct ad_error *error)
 {
     if (result->info.stop == PHYS_STOP_INTERRUPTED)
-        ad_fail(error, AD_E_ARGUMENT, "interrupted after step %zu of %zu; results are those so far",
+        ad_fail(error, AD_E_ACCURACY, "interrupted after step %zu of %zu; results are those so far",
                 result->info.steps, run->settings.steps);
     else if (!converged(run, result))
         ad_fail(error, AD_E_ARGUMENT, "not converged: %s, |gradient| %.3g after %zu steps%s",

@@ -63,7 +63,7 @@ static inline char *cursor_row(const struct cursor *c, uint32_t r)
     return c->start + (c->list ? c->list[r] : r) * c->step;
 }
 
-/* A tile one column wide (exec_column.c): an elementwise instruction in one kernel call; false
+/* A tile one column wide (column.c): an elementwise instruction in one kernel call; false
    where that cannot be. Adding its rows, times 1 or -1, into others. */
 bool ad_run_column(const ad_program *program, const struct instruction *instruction,
                    const struct tile *tile);

@@ -39,7 +39,7 @@ void ad_accumulate(struct sweep *s, uint32_t to, ad_var c)
 
 static int by_position(const void *a, const void *b)
 {
-    const struct part *p = a, *q = b;
+    const struct adjoint_part *p = a, *q = b;
     const uint32_t x[] = {p->row, p->col, p->rows, p->cols},
                    y[] = {q->row, q->col, q->rows, q->cols};
     for (size_t i = 0; i < LENGTH(x); i++)
@@ -48,7 +48,7 @@ static int by_position(const void *a, const void *b)
     return (p->next < q->next) - (p->next > q->next); /* unique: a stable order */
 }
 
-static bool same_place(const struct part *p, const struct part *q)
+static bool same_place(const struct adjoint_part *p, const struct adjoint_part *q)
 {
     return p->row == q->row && p->col == q->col && p->rows == q->rows && p->cols == q->cols;
 }
@@ -59,7 +59,7 @@ static ad_var collect_parts(struct sweep *s, uint32_t id)
     size_t n = 0, distinct = 0;
     for (uint32_t k = s->first[id]; k; k = s->parts[k - 1].next)
         n++;
-    struct part *parts = malloc(n * sizeof *parts);
+    struct adjoint_part *parts = malloc(n * sizeof *parts);
     ad_var *vars = malloc(n * sizeof *vars);
     size_t *at = malloc(2 * n * sizeof *at);
     ad_var y = sweep_var(s, 0);

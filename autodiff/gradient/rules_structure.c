@@ -12,8 +12,8 @@ static void add_part(struct sweep *s, uint32_t to, ad_var g, uint32_t row, uint3
         ad_fail(&s->tape->error, AD_E_MEMORY, "out of memory in the gradient");
         return;
     }
-    s->parts[s->n_parts++] =
-        (struct part){g.id, row, col, (uint32_t)ad_rows(g), (uint32_t)ad_cols(g), s->first[to]};
+    s->parts[s->n_parts++] = (struct adjoint_part){
+        g.id, row, col, (uint32_t)ad_rows(g), (uint32_t)ad_cols(g), s->first[to]};
     s->first[to] = (uint32_t)s->n_parts;
     if (s->tainted)
         s->flags[to] |= TAINTED;

@@ -4,8 +4,8 @@
 
 #include "autodiff/internal.h"
 
-/* A part of an adjoint: covers rows x cols of the value from (row, col) on. */
-struct part {
+/* Part of an adjoint: covers rows x cols of the value from (row, col) on. */
+struct adjoint_part {
     uint32_t id, row, col, rows, cols, next;
 };
 
@@ -16,7 +16,7 @@ struct sweep {
     uint32_t *adjoint; /* per node: the id of its adjoint so far, 0 none */
     uint32_t *first;   /* per node: 1 + its first part */
     uint8_t *flags;
-    struct part *parts;
+    struct adjoint_part *parts;
     size_t n_parts, max_parts;
     bool tainted; /* of the node being treated */
 };

@@ -26,11 +26,11 @@ struct ad_kernels {
     double (*sum)(size_t n, const void *a);
     /* o[i] = scale*(a[i+1] - a[i]) */
     void (*diff)(size_t n, void *o, const void *a, double scale);
-    /* o[k] = sum of n doubles partial[k + i*stride], in order, as the element type */
+    /* o[k] = sum of n doubles partial[k + i*count], in order, as the element type */
     void (*collect)(size_t count, void *o, size_t n, const double *partial);
     /* true if a lane is not finite; *lane is the first */
     bool (*nonfinite)(size_t n, const void *a, size_t *lane);
-    /* o [cols x rows] = transpose of a [rows x cols], row strides ldo, lda, lists as elsewhere */
+    /* o [cols x rows] = transpose of a [rows x cols]; ldo, lda: row strides in elements */
     void (*transpose)(size_t rows, size_t cols, void *o, size_t ldo, const void *a, size_t lda);
     void (*from_double)(size_t n, void *o, const double *a);
     void (*to_double)(size_t n, double *o, const void *a);

@@ -46,6 +46,8 @@ static enum ad_status check(const hnn_model *model, const struct hnn_training *s
                             struct ad_error *error)
 {
     bool pixels = model->settings.pixels > 0;
+    if (!s->optimiser) /* not found: `error` may say so already */
+        return ad_fail(error, AD_E_ARGUMENT, "training without an optimiser");
     if (train->n == 0)
         return ad_fail(error, AD_E_ARGUMENT, "there are no samples to train on");
     if (pixels != (train->frames != NULL) || (test->n && pixels != (test->frames != NULL)))

@@ -15,7 +15,7 @@ static void *create(const struct hnn_training *training, enum ad_type type, size
     /* Weights of pixels that are always dark, and of dead units, only decay: half of the network.
        Products of two parameters that are left are never subnormal. */
     s.least = sqrt(type == AD_F32 ? (double)FLT_MIN : DBL_MIN);
-    return ad_optimiser_new(&s, type, n);
+    return ad_optimiser_new(&s, type, n, NULL);
 }
 
 static void *create_adam(const struct hnn_training *training, enum ad_type type, size_t n)

@@ -67,6 +67,10 @@ enum ad_status phys_check_gradient(const struct phys_system *system, const struc
                                    struct ad_check *report, struct ad_error *error)
 {
     struct probe probe;
+    *report = (struct ad_check){0};
+    if (order != 1 && order != 2)
+        return ad_fail(error, AD_E_ARGUMENT, "%s: check of order %d; expected 1 or 2",
+                       system->scene->name, order);
     if (probe_new(&probe, system, at->n, error) == AD_OK) {
         ad_var total = ad_sum(probe.L);
         const ad_var x[] = {probe.q, probe.v, probe.t};
@@ -140,8 +144,13 @@ enum ad_status phys_check_locality(const struct phys_system *system, const struc
     struct probe probe;
     ad_program *program = NULL;
     size_t n = at->n;
+    *report = (struct phys_locality){0};
+    if (n < 2)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s: check of locality at %zu slices; expected 2 or more",
+                       system->scene->name, n);
     double *base = malloc(2 * n * sizeof *base), *L = base ? base + n : NULL;
-    *report = (struct phys_locality){.passed = true};
+    report->passed = true;
     if (!base)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     if (probe_new(&probe, system, n, error) == AD_OK &&
@@ -157,6 +166,7 @@ enum ad_status phys_check_locality(const struct phys_system *system, const struc
             }
         }
     }
+    report->passed &= error->status == AD_OK;
     ad_program_free(program);
     ad_tape_free(probe.tape);
     free(base);

@@ -15,10 +15,7 @@ static ad_optimiser *optimiser(const struct phys_path_program *p, enum ad_optimi
     settings.learning_rate = p->settings->learning_rate;
     if (method == AD_SGD)
         settings.momentum = p->settings->momentum;
-    ad_optimiser *made = ad_optimiser_new(&settings, AD_F64, p->n);
-    if (!made)
-        ad_fail(error, AD_E_MEMORY, "out of memory");
-    return made;
+    return ad_optimiser_new(&settings, AD_F64, p->n, error);
 }
 
 static enum ad_status descend(struct phys_path_program *p, ad_optimiser *o, double *path,

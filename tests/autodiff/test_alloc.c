@@ -101,7 +101,7 @@ static enum ad_status optimise(void)
 {
     struct ad_optimiser_settings settings = ad_optimiser_defaults(AD_ADAM);
     float x[10] = {0}, g[10] = {1, 2, 3};
-    ad_optimiser *o = ad_optimiser_new(&settings, AD_F32, 10);
+    ad_optimiser *o = ad_optimiser_new(&settings, AD_F32, 10, NULL);
     if (!o)
         return AD_E_MEMORY;
     ad_optimiser_step(o, x, g);
@@ -174,7 +174,7 @@ static void test_running_allocates_nothing(void **state)
     assert_int_equal(ad_grad(y, 2, x, g), AD_OK);
     ad_program *p = compile(tape, 2, g);
     struct ad_optimiser_settings settings = ad_optimiser_defaults(AD_ADAM);
-    ad_optimiser *o = ad_optimiser_new(&settings, AD_F64, 120);
+    ad_optimiser *o = ad_optimiser_new(&settings, AD_F64, 120, NULL);
     ad_run(p);
     alloc.calls = 0;
     for (int k = 0; k < 10; k++) {

@@ -114,6 +114,63 @@ static void test_beside_a_pole(void **state)
     ad_tape_free(t);
 }
 
+/* G6: near a kink the gradient is right, and another one a step on. */
+static void test_beside_a_kink(void **state)
+{
+    (void)state;
+    static const double points[] = {1, -3, 0.25, 1e4},
+                        distances[] = {1e-4, -1e-4, 3e-5, 7e-4, 1e-6};
+    for (size_t k = 0; k < 4; k++)
+        for (size_t d = 0; d < 5; d++)
+            for (int form = 0; form < 4; form++) {
+                double x0 = points[k], a = x0 + distances[d] * fabs(x0);
+                const double values_at[] = {x0, x0 * 0.7};
+                const double *const at[] = {values_at};
+                struct ad_check r;
+                ad_tape *t = ad_tape_new(AD_F64);
+                ad_var x = ad_input(t, 1, 2, NULL), from = ad_sub(x, a);
+                ad_var kinked = form == 0   ? ad_abs(from)
+                                : form == 1 ? ad_relu(from)
+                                : form == 2 ? ad_max(ad_square(x), a * a)
+                                            : ad_mul(x, ad_min(from, 0.0));
+                ad_var y = ad_sum(ad_add(kinked, ad_mul(0.3, ad_sin(x))));
+                assert_int_equal(ad_check_gradient(y, 1, &x, at, 1e-6, 0, &r), AD_OK);
+                assert_true(r.kink);
+                assert_false(r.passed);
+                assert_int_equal(r.col, 0);
+
+                assert_int_equal(r.entries, 2);
+                ad_tape_free(t);
+            }
+}
+
+/* No kinks: whatever the scale, at inflections, in quick oscillations, where it is steep. */
+static void test_smooth_is_no_kink(void **state)
+{
+    (void)state;
+    static const double points[] = {0, 1, -2.5, 0.3, 40};
+    for (size_t k = 0; k < 5; k++)
+        for (int form = 0; form < 8; form++) {
+            const double *const at[] = {&points[k]};
+            struct ad_check r;
+            ad_tape *t = ad_tape_new(AD_F64);
+            ad_var x = ad_input(t, 1, 1, NULL), from = ad_sub(x, points[k]);
+            ad_var y = form == 0   ? ad_cube(from)
+                       : form == 1 ? ad_sin(ad_mul(50, x))
+                       : form == 2 ? ad_tanh(ad_mul(30, from))
+                       : form == 3 ? ad_add(1e6, ad_square(x))
+                       : form == 4 ? ad_square(ad_square(from))
+                       : form == 5 ? ad_mul(3, x)
+                       : form == 6 ? ad_exp(ad_neg(ad_square(ad_mul(20, from))))
+                                   : ad_pow(from, 5.0);
+            y = ad_add(y, x);
+            assert_int_equal(ad_check_gradient(y, 1, &x, at, 1e-5, 0, &r), AD_OK);
+            assert_false(r.kink);
+            assert_true(r.passed);
+            ad_tape_free(t);
+        }
+}
+
 static void test_infinite_gradients_fail(void **state)
 {
     (void)state;
@@ -235,6 +292,8 @@ int main(void)
         cmocka_unit_test(test_wrong_at_second_order),
         cmocka_unit_test(test_a_jump_is_no_gradient),
         cmocka_unit_test(test_beside_a_pole),
+        cmocka_unit_test(test_beside_a_kink),
+        cmocka_unit_test(test_smooth_is_no_kink),
         cmocka_unit_test(test_infinite_gradients_fail),
         cmocka_unit_test(test_differences_have_ten_digits),
         cmocka_unit_test(test_any_units),

@@ -2,6 +2,7 @@
    numbers worked out by hand; both types, weight decay in both forms, checkpoints. */
 #include "autodiff/optim.h"
 #include "support.h"
+#include "tests/mentions.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -112,7 +113,7 @@ static void compare(size_t k, enum ad_type type, double tolerance)
     for (size_t i = 0; i < N; i++)
         o.x[i] = start[i] = size[i] = (float)uniform(&state, 0.1, 2);
     to_type(type, N, &x, start);
-    ad_optimiser *optimiser = ad_optimiser_new(&o.s, type, N);
+    ad_optimiser *optimiser = ad_optimiser_new(&o.s, type, N, NULL);
     assert_non_null(optimiser);
     for (int t = 1; t <= STEPS; t++) {
         draw_gradient(&state, g);
@@ -151,7 +152,7 @@ static void every_length(void)
         for (size_t k = 0; k < N_SETTINGS; k += 4) {
             double x[41], g[41];
             struct ad_optimiser_settings s = settings(k);
-            ad_optimiser *o = ad_optimiser_new(&s, AD_F64, n);
+            ad_optimiser *o = ad_optimiser_new(&s, AD_F64, n, NULL);
             for (size_t i = 0; i < 41; i++) {
                 x[i] = 1;
                 g[i] = 0.5 + (double)i;
@@ -177,7 +178,7 @@ static void test_adam_by_hand(void **state)
     assert_close(s.learning_rate, 1e-3, 0, 0);
     assert_close(s.epsilon, 1e-8, 0, 0);
     double x[] = {1, -2}, g[] = {0.25, -4}, second[] = {0.5, -8};
-    ad_optimiser *o = ad_optimiser_new(&s, AD_F64, 2);
+    ad_optimiser *o = ad_optimiser_new(&s, AD_F64, 2, NULL);
     ad_optimiser_step(o, x, g);
     assert_close(x[0], 1 - 1e-3 * 0.25 / (0.25 + 1e-8), 1e-15, 0);
     assert_close(x[1], -2 + 1e-3 * 4 / (4 + 1e-8), 1e-15, 0);
@@ -197,7 +198,7 @@ static void test_the_two_weight_decays(void **state)
     for (int decoupled = 0; decoupled < 2; decoupled++) {
         double x = 1, g = 0;
         s.decoupled = decoupled;
-        ad_optimiser *o = ad_optimiser_new(&s, AD_F64, 1);
+        ad_optimiser *o = ad_optimiser_new(&s, AD_F64, 1, NULL);
         ad_optimiser_step(o, &x, &g);
         assert_close(x, decoupled ? 1 - 1e-5 : 1 - 1e-3 * 0.01 / (0.01 + 1e-8), 1e-15, 0);
         ad_optimiser_free(o);
@@ -211,7 +212,7 @@ static void test_sgd_by_hand(void **state)
     s.learning_rate = 0.125;
     s.momentum = 0.5;
     double x = 3, g = 2;
-    ad_optimiser *o = ad_optimiser_new(&s, AD_F64, 1);
+    ad_optimiser *o = ad_optimiser_new(&s, AD_F64, 1, NULL);
     const double expected[] = {2.75, 2.375, 1.9375}; /* velocities 2, 3, 3.5 */
     for (int t = 0; t < 3; t++) {
         ad_optimiser_step(o, &x, &g);
@@ -235,7 +236,7 @@ static void extreme_sizes(void)
         s.epsilon = 1e-8 * sizes[k];
         if (sizes[k] < 1e-150) /* squares are subnormal or zero: only epsilon is left */
             s.epsilon = 1e-8;
-        ad_optimiser *o = ad_optimiser_new(&s, AD_F64, 16);
+        ad_optimiser *o = ad_optimiser_new(&s, AD_F64, 16, NULL);
         ad_optimiser_step(o, x, g);
         for (size_t i = 0; i < 16; i++)
             assert_close(x[i], -1e-3 * g[i] / (g[i] + s.epsilon), 1e-12, 0);
@@ -253,7 +254,7 @@ static void overflow_stays_in_its_element(void)
     g[3] = NAN;
     g[5] = INFINITY;
     g[7] = 1e200;
-    ad_optimiser *o = ad_optimiser_new(&s, AD_F64, 16);
+    ad_optimiser *o = ad_optimiser_new(&s, AD_F64, 16, NULL);
     ad_optimiser_step(o, x, g);
     for (size_t i = 0; i < 16; i++)
         if (i == 3 || i == 5)
@@ -290,10 +291,10 @@ static void test_resuming_is_bitwise(void **state)
     for (size_t k = 0; k < N_SETTINGS; k++) {
         struct ad_optimiser_settings s = settings(k);
         memset(whole, 0, sizeof whole);
-        ad_optimiser *a = ad_optimiser_new(&s, AD_F64, N);
+        ad_optimiser *a = ad_optimiser_new(&s, AD_F64, N, NULL);
         run(a, whole, 0, 13);
         memcpy(half, whole, sizeof half);
-        ad_optimiser *b = ad_optimiser_new(&s, AD_F64, N);
+        ad_optimiser *b = ad_optimiser_new(&s, AD_F64, N, NULL);
         size_t bytes, again;
         const void *saved = ad_optimiser_state(a, &bytes);
         void *restored = ad_optimiser_state(b, &again);
@@ -316,7 +317,7 @@ static void test_order_of_the_state(void **state)
     (void)state;
     struct ad_optimiser_settings s = ad_optimiser_defaults(AD_ADAM);
     float x[3] = {0}, g[] = {2, 3, 4};
-    ad_optimiser *o = ad_optimiser_new(&s, AD_F32, 3);
+    ad_optimiser *o = ad_optimiser_new(&s, AD_F32, 3, NULL);
     ad_optimiser_step(o, x, g);
     size_t bytes;
     const float *moments = ad_optimiser_state(o, &bytes);
@@ -351,7 +352,7 @@ static void decay(enum ad_type type, enum ad_optimiser_method method, double lea
     }
     to_type(type, N, &x, at);
     to_type(type, N, &typed, g);
-    ad_optimiser *o = ad_optimiser_new(&s, type, N);
+    ad_optimiser *o = ad_optimiser_new(&s, type, N, NULL);
     assert_non_null(o);
     ad_optimiser_step(o, &x, &typed);
     memset(&typed, 0, sizeof typed);
@@ -391,17 +392,77 @@ static void test_null_and_too_large(void **state)
     (void)state;
     struct ad_optimiser_settings s = ad_optimiser_defaults(AD_ADAM);
     ad_optimiser_free(NULL);
-    assert_null(ad_optimiser_new(&s, AD_F64, SIZE_MAX / 8));
+    assert_null(ad_optimiser_new(&s, AD_F64, SIZE_MAX / 8, NULL));
+}
+
+/* G7: what is left out of an initialiser is as usual; a gradient of 0 moves nothing. */
+static void test_settings_left_out(void **state)
+{
+    (void)state;
+    for (int method = AD_SGD; method <= AD_ADAM; method++) {
+        struct ad_optimiser_settings s = {.method = (enum ad_optimiser_method)method,
+                                          .learning_rate = 0.1},
+                                     usual = ad_optimiser_defaults(s.method);
+        usual.learning_rate = 0.1;
+        ad_optimiser *o = ad_optimiser_new(&s, AD_F64, 3, NULL),
+                     *same = ad_optimiser_new(&usual, AD_F64, 3, NULL);
+        double x[3] = {1, -2, 3}, y[3] = {1, -2, 3};
+        const double none[3] = {0}, g[3] = {0.5, 0, -7};
+        ad_optimiser_step(o, x, none);
+        assert_true(x[0] == 1 && x[1] == -2 && x[2] == 3);
+        ad_optimiser_step(o, x, g);
+        ad_optimiser_step(same, y, none);
+        ad_optimiser_step(same, y, g);
+        assert_memory_equal(x, y, sizeof x);
+        assert_true(x[0] < 1 && x[1] == -2 && x[2] > 3);
+        ad_optimiser_free(o);
+        ad_optimiser_free(same);
+    }
+}
+
+/* G7 */
+static void test_settings_out_of_range(void **state)
+{
+    (void)state;
+    static const double wrong[] = {-0.5, NAN, INFINITY, -INFINITY};
+    for (size_t k = 0; k < 7; k++)
+        for (size_t w = 0; w < 4; w++) {
+            struct ad_optimiser_settings s = ad_optimiser_defaults(AD_ADAM);
+            double *const field[] = {&s.learning_rate, &s.momentum,     &s.beta1, &s.beta2,
+                                     &s.epsilon,       &s.weight_decay, &s.least};
+            static const char *const names[] = {"learning rate", "momentum",     "beta1", "beta2",
+                                                "epsilon",       "weight decay", "least"};
+            struct ad_error error = {0};
+            *field[k] = wrong[w];
+            assert_null(ad_optimiser_new(&s, AD_F64, 3, &error));
+            assert_int_equal(error.status, AD_E_ARGUMENT);
+            assert_mentions(error.message, names[k]);
+        }
+    struct ad_optimiser_settings s = ad_optimiser_defaults(AD_ADAM);
+    struct ad_error error = {0};
+    s.beta2 = 1;
+    assert_null(ad_optimiser_new(&s, AD_F64, 3, &error));
+    assert_int_equal(error.status, AD_E_ARGUMENT);
+    error = (struct ad_error){0};
+    s = (struct ad_optimiser_settings){.method = (enum ad_optimiser_method)7};
+    assert_null(ad_optimiser_new(&s, AD_F64, 3, &error));
+    assert_int_equal(error.status, AD_E_ARGUMENT);
+    error = (struct ad_error){0};
+    assert_null(ad_optimiser_new(NULL, AD_F64, 3, &error));
+    assert_int_equal(error.status, AD_E_ARGUMENT);
+    ad_fail(&error, AD_E_INPUT, "another");
+    assert_null(ad_optimiser_new(NULL, AD_F64, 3, NULL));
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_published_formulas), cmocka_unit_test(test_in_every_isa),
-        cmocka_unit_test(test_adam_by_hand),       cmocka_unit_test(test_the_two_weight_decays),
-        cmocka_unit_test(test_sgd_by_hand),        cmocka_unit_test(test_resuming_is_bitwise),
-        cmocka_unit_test(test_what_only_decays),   cmocka_unit_test(test_order_of_the_state),
-        cmocka_unit_test(test_null_and_too_large),
+        cmocka_unit_test(test_published_formulas),    cmocka_unit_test(test_in_every_isa),
+        cmocka_unit_test(test_adam_by_hand),          cmocka_unit_test(test_the_two_weight_decays),
+        cmocka_unit_test(test_sgd_by_hand),           cmocka_unit_test(test_resuming_is_bitwise),
+        cmocka_unit_test(test_what_only_decays),      cmocka_unit_test(test_order_of_the_state),
+        cmocka_unit_test(test_null_and_too_large),    cmocka_unit_test(test_settings_left_out),
+        cmocka_unit_test(test_settings_out_of_range),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

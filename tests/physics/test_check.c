@@ -108,6 +108,28 @@ static void test_gradient(void **state)
     }
 }
 
+/* G6 */
+static void test_wrong_use(void **state)
+{
+    (void)state;
+    SYSTEM(local);
+    static const int orders[] = {0, 3, -1};
+    for (size_t k = 0; k < 3; k++) {
+        error = (struct ad_error){0};
+        struct ad_check report = {.passed = true};
+        assert_int_equal(phys_check_gradient(&system, &at, orders[k], 1e-8, 0, &report, &error),
+                         AD_E_ARGUMENT);
+        assert_false(report.passed);
+    }
+    for (size_t n = 0; n < 2; n++) {
+        error = (struct ad_error){0};
+        struct phys_points few = {n, at.q, at.v, at.t};
+        struct phys_locality report = {.passed = true};
+        assert_int_equal(phys_check_locality(&system, &few, &report, &error), AD_E_ARGUMENT);
+        assert_false(report.passed);
+    }
+}
+
 /* A jump right at slice 3 of coordinate 1: no derivative on the tape can tell of it. */
 static void test_wrong_gradient(void **state)
 {
@@ -141,7 +163,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_locality),       cmocka_unit_test(test_gradient),
         cmocka_unit_test(test_wrong_gradient), cmocka_unit_test(test_finite),
-        cmocka_unit_test(test_not_finite),
+        cmocka_unit_test(test_not_finite),     cmocka_unit_test(test_wrong_use),
     };
     return cmocka_run_group_tests(tests, fill, NULL);
 }
