@@ -19,6 +19,9 @@ say = $(if $(V),@:,@printf '  %-5s %s\n' $(1) $(2))
 MACHINE := $(shell $(CC) -dumpmachine 2>/dev/null)
 CLANG   := $(findstring clang,$(shell $(CC) --version 2>/dev/null))
 X86     := $(filter x86_64%,$(MACHINE))
+# What the compiler, with its flags, compiles for: bytes of a pointer, and glibc or not.
+TARGET  := $(shell printf '\043include <limits.h>\n' | $(CC) $(CFLAGS) -E -dM -x c - 2>/dev/null | \
+             sed -n 's/.define __SIZEOF_POINTER__ /pointer/p; s/.define __GLIBC__ .*/glibc/p')
 ISAS    := base $(if $(X86),avx2 avx512)
 
 # ---- flags ----
@@ -109,6 +112,8 @@ help:
 
 # Rewritten when the flags change, so that a change of flags rebuilds.
 $(BUILD)/flags: FORCE
+	@$(if $(filter pointer4,$(TARGET)),echo 'a 64-bit target is needed: pointers of $(CC) $(CFLAGS) have 32 bits' >&2; exit 1)
+	@$(if $(filter-out glibc,$(TARGET)),$(if $(filter glibc,$(TARGET)),,echo 'glibc is needed, as by HDF5 and OpenBLAS: $(CC) compiles for another C library' >&2; exit 1))
 	@$(if $(PKG_LIBS),,echo 'libraries, or pkg-config, are missing: scripts/install-deps installs them' >&2; exit 1)
 	@mkdir -p $(@D)
 	@echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' | cmp -s - $@ || echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' > $@
@@ -147,11 +152,16 @@ $(A): $(LIB_OBJ)
 	$(call say,AR,$@)
 	$(Q)$(archive)
 
-# The version script hides whatever does not carry a public prefix.
-$(SO): $(LIB_OBJ) scripts/leastaction.map
+# The version script hides what no public header names.
+$(BUILD)/leastaction.map: $(PUBLIC)
+	@mkdir -p $(@D)
+	$(Q){ echo '{ global:'; cat $(PUBLIC) | $(CC) -w -fpreprocessed -dD -E -P -x c - | \
+	    grep -oE '\b(ad|phys|hnn|qm)_[A-Za-z0-9_]+' | sort -u | sed 's/$$/;/'; echo 'local: *; };'; } > $@
+
+$(SO): $(LIB_OBJ) $(BUILD)/leastaction.map
 	$(call say,LD,$@)
 	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -shared -Wl,-soname,libleastaction.so.0 \
-	    -Wl,--version-script=scripts/leastaction.map $(filter %.o,$^) $(LIBS) -o $@
+	    -Wl,--version-script=$(BUILD)/leastaction.map $(filter %.o,$^) $(LIBS) -o $@
 
 $(BUILD)/apps.a: $(APP_OBJ)
 	$(call say,AR,$@)

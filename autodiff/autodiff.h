@@ -28,6 +28,8 @@
 
 #ifdef __cplusplus
 extern "C" {
+#pragma GCC diagnostic push /* C has a struct and a function of one name */
+#pragma GCC diagnostic ignored "-Wshadow"
 #endif
 
 /* ---- status ---- */
@@ -323,6 +325,7 @@ enum ad_status ad_check_second(ad_var y, size_t n, const ad_var x[], const doubl
                                double tolerance, size_t entries, struct ad_check *report);
 
 #ifdef __cplusplus
+#pragma GCC diagnostic pop
 }
 #endif
 #endif

@@ -10,6 +10,8 @@
 
 #ifdef __cplusplus
 extern "C" {
+#pragma GCC diagnostic push /* C has a struct and a function of one name */
+#pragma GCC diagnostic ignored "-Wshadow"
 #endif
 
 /* L for all time slices at once. q, v: [dof x n] (row k is coordinate k), t: [1 x n]; returns
@@ -470,6 +472,7 @@ enum ad_status phys_ephemeris_add(struct phys_system *system, const char *bodies
                                   struct ad_error *error);
 
 #ifdef __cplusplus
+#pragma GCC diagnostic pop
 }
 #endif
 #endif

@@ -21,6 +21,8 @@
 
 #ifdef __cplusplus
 extern "C" {
+#pragma GCC diagnostic push /* C has a struct and a function of one name */
+#pragma GCC diagnostic ignored "-Wshadow"
 #endif
 
 __extension__ typedef double _Complex qm_complex;
@@ -33,14 +35,8 @@ struct qm_grid {
     double low, high;
     size_t n;
 };
-static inline double qm_dx(const struct qm_grid *grid)
-{
-    return (grid->high - grid->low) / (double)grid->n;
-}
-static inline double qm_x(const struct qm_grid *grid, size_t a)
-{
-    return grid->low + ((double)a + 0.5) * qm_dx(grid);
-}
+double qm_dx(const struct qm_grid *grid);
+double qm_x(const struct qm_grid *grid, size_t a); /* x_a */
 
 enum qm_walls {
     QM_OPEN,    /* what leaves the box is gone */
@@ -187,6 +183,7 @@ qm_complex qm_exact_kernel(const struct qm_quadratic *scene, double hbar, double
 double qm_exact_fringe(double mass, double hbar, double apart, double sigma, double t);
 
 #ifdef __cplusplus
+#pragma GCC diagnostic pop
 }
 #endif
 #endif

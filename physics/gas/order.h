@@ -6,6 +6,8 @@
 
 #ifdef __cplusplus
 extern "C" {
+#pragma GCC diagnostic push /* C has a struct and a function of one name */
+#pragma GCC diagnostic ignored "-Wshadow"
 #endif
 
 enum phys_state {
@@ -35,6 +37,7 @@ enum ad_status phys_pair_distribution(size_t bodies, const double *x, const doub
                                       double reach, size_t bins, double *g, struct ad_error *error);
 
 #ifdef __cplusplus
+#pragma GCC diagnostic pop
 }
 #endif
 #endif

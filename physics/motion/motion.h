@@ -16,6 +16,8 @@
 
 #ifdef __cplusplus
 extern "C" {
+#pragma GCC diagnostic push /* C has a struct and a function of one name */
+#pragma GCC diagnostic ignored "-Wshadow"
 #endif
 
 /* ---- vector fields ---- */
@@ -250,6 +252,7 @@ struct phys_closest phys_approach_closest(const struct phys_approach *approach);
 void phys_approach_free(struct phys_approach *approach);
 
 #ifdef __cplusplus
+#pragma GCC diagnostic pop
 }
 #endif
 #endif

@@ -7,6 +7,8 @@
 
 #ifdef __cplusplus
 extern "C" {
+#pragma GCC diagnostic push /* C has a struct and a function of one name */
+#pragma GCC diagnostic ignored "-Wshadow"
 #endif
 
 /* ---- steps (small_motion.c, step_limit.c) ---- */
@@ -93,6 +95,7 @@ enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
                              struct phys_lyapunov *result, struct ad_error *error);
 
 #ifdef __cplusplus
+#pragma GCC diagnostic pop
 }
 #endif
 #endif
