@@ -25,30 +25,44 @@ static bool grow(struct event_answers *a)
     const struct event **event = realloc(a->event, room * sizeof *event);
     if (event)
         a->event = event;
+    bool *touch = realloc(a->touch, room * sizeof *touch);
+    if (touch)
+        a->touch = touch;
     double *t = realloc(a->t, room * sizeof *t);
     if (t)
         a->t = t;
     double *x = realloc(a->x, room * 2 * a->dof * sizeof *x);
     if (x)
         a->x = x;
-    a->room = event && t && x ? room : a->room;
-    return event && t && x;
+    a->room = event && touch && t && x ? room : a->room;
+    return event && touch && t && x;
 }
 
-static bool found(void *context, size_t k, double t, const double *y)
+static bool keep(const struct event_watch *w, bool touch, double t, const double *y)
 {
-    const struct event_watch *w = context;
     struct event_answers *a = w->answers;
-    (void)k;
     if (a->n == a->room && !grow(a)) {
         a->failed = true;
         return false;
     }
     if (get_state(w, t, y, a->x + 2 * a->n * a->dof)) {
         a->event[a->n] = w->event;
+        a->touch[a->n] = touch;
         a->t[a->n++] = t;
     }
-    return !w->event->last;
+    return touch || !w->event->last;
+}
+
+static bool found(void *context, size_t k, double t, const double *y)
+{
+    (void)k;
+    return keep(context, false, t, y);
+}
+
+static bool touched(void *context, size_t k, double t, const double *y)
+{
+    (void)k;
+    return keep(context, true, t, y);
 }
 
 enum ad_status event_watch_all(const struct event_questions *questions, const struct phys_ode *ode,
@@ -72,6 +86,7 @@ enum ad_status event_watch_all(const struct event_questions *questions, const st
                                          .values = values,
                                          .direction = questions->event[k].direction,
                                          .found = found,
+                                         .touched = touched,
                                          .context = &w[k]};
     }
     return AD_OK;
@@ -87,6 +102,7 @@ void event_watches_free(struct event_watch *watches)
 void event_answers_free(struct event_answers *answers)
 {
     free(answers->event);
+    free(answers->touch);
     free(answers->t);
     free(answers->x);
     *answers = (struct event_answers){0};
@@ -114,7 +130,7 @@ void event_answers_print(const struct event_answers *answers,
             phys_coordinate_name(system, k % answers->dof, name, sizeof name);
             printf(", %s%s = %.6g", k < answers->dof ? "" : "v_", name, x[k]);
         }
-        putchar('\n');
+        puts(answers->touch[i] ? ", touched, not crossed" : "");
     }
     if (answers->n > MOST)
         printf("  and %zu more: --json and --out have all\n", answers->n - MOST);
@@ -131,6 +147,7 @@ void event_answers_json(struct json *json, const struct event_answers *answers)
         json_object(json, NULL);
         json_text(json, "event", answers->event[i]->text);
         json_number(json, "t", answers->t[i]);
+        json_bool(json, "touch", answers->touch[i]);
         for (size_t half = 0; half < 2; half++) {
             json_array(json, halves[half]);
             for (size_t k = 0; k < answers->dof; k++)

@@ -43,6 +43,7 @@ void event_questions_free(struct event_questions *questions);
 struct event_answers {
     size_t n, room, dof;
     const struct event **event; /* [n] */
+    bool *touch;                /* [n] it touches the value and turns back */
     double *t;                  /* [n] */
     double *x;                  /* [n][2 dof]: q, then v */
     bool failed;                /* out of memory */

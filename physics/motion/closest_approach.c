@@ -83,7 +83,8 @@ enum ad_status phys_approach_new(const struct phys_ode *ode, double t, const dou
                                      .values = values,
                                      .direction = 1,
                                      .found = found,
-                                     .context = a};
+                                     .context = a,
+                                     .coarse = true};
     return AD_OK;
 }
 

@@ -157,6 +157,11 @@ struct phys_events {
     /* A root of g_k; false ends the simulation there. */
     bool (*found)(void *context, size_t k, double t, const double *y);
     void *context;
+    /* An extremum of g_k that is 0 but for rounding; the same. NULL: not asked for. */
+    bool (*touched)(void *context, size_t k, double t, const double *y);
+    /* Roots are looked for between a few points of a step where the sign changes, which is cheaper;
+       else every root of a step is isolated. */
+    bool coarse;
 };
 
 enum phys_simulation_stop {

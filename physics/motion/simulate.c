@@ -53,7 +53,7 @@ static void release(struct run *run)
 {
     phys_stepper_end(&run->stepper);
     free(run->point);
-    free(run->values);
+    phys_run_events_end(run);
 }
 
 static void interrupt(struct run *run)

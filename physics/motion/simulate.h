@@ -3,22 +3,35 @@
 #define PHYSICS_SIMULATE_H
 
 #include "physics/integrators/stepper.h"
+#include "roots.h"
+
+/* A root within the step. */
+struct found_event {
+    double theta;
+    const struct phys_events *events;
+    size_t which;
+    int kind;  /* +1, -1: sign after it; 0: a touch */
+    double *y; /* [n], owned; NULL: from the step's polynomial */
+};
 
 struct run {
     const struct phys_simulation *settings;
     struct phys_simulation_info *info;
     struct phys_stepper stepper;
-    double direction;                     /* +1, -1 */
-    size_t n_steps;                       /* fixed steps in all */
-    double h;                             /* adaptive: to try next */
-    double last_norm;                     /* error of the last step accepted, for the controller */
-    bool rejected;                        /* the last attempt was */
-    bool dense;                           /* the polynomial of this step is prepared */
-    double whole;                         /* length of the step before an event cut it */
-    size_t next_sample;                   /* number of the next one */
-    double *point;                        /* [n] for dense output */
-    double *values, *next_values, *roots; /* [sum of the events' n] */
-    double *scratch;
+    double direction;   /* +1, -1 */
+    size_t n_steps;     /* fixed steps in all */
+    double h;           /* adaptive: to try next */
+    double last_norm;   /* error of the last step accepted, for the controller */
+    bool rejected;      /* the last attempt was */
+    bool dense;         /* the polynomial of this step is prepared */
+    double whole;       /* length of the step before an event cut it */
+    size_t next_sample; /* number of the next one */
+    double *point;      /* [n] for dense output */
+    double *values;     /* [largest n of the events] */
+    int *signs; /* [sum of the events' n] last ones that were not 0; as much again for new ones */
+    struct phys_roots_table *table; /* where there are events */
+    size_t n_found, room_found;
+    struct found_event *found;
     bool last;     /* this step reaches its target */
     double target; /* t1, or the time of the next sample to land on */
     double end;    /* time at its end */
@@ -41,5 +54,13 @@ enum ad_status phys_run_dense(struct run *run, double theta, struct ad_error *er
    becomes the end of the step: h and next. */
 enum ad_status phys_run_events_begin(struct run *run, struct ad_error *error);
 enum ad_status phys_run_events(struct run *run, struct ad_error *error);
+void phys_run_events_end(struct run *run);
+/* Of the events that are not coarse, on a finer run of the step; one root more; the signs at (t,
+   y), where they are not 0. */
+enum ad_status phys_run_within(struct run *run, struct ad_error *error);
+enum ad_status phys_run_found(struct run *run, const struct found_event *event,
+                              struct ad_error *error);
+void phys_run_signs(const struct phys_events *events, double t, const double *y, double *values,
+                    int *signs);
 
 #endif

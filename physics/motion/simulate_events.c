@@ -1,16 +1,26 @@
-/* Roots of event functions within a step, by its polynomial: a change of sign between a few points
-   of the step, then Brent's method (Algorithms for Minimization without Derivatives, 1973, ch. 4).
- */
+/* Events within a step. Those that ask for it (`coarse`) are looked for at a few points of the
+   step; of all others every root is isolated (roots.h), on the step's polynomial where that follows
+   the motion, else on a finer run within the step (simulate_within.c). */
 #include "simulate.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { LOOKS = 4, BRENT_STEPS = 100 }; /* points of an adaptive step that are looked at */
+enum { LOOKS = 4 }; /* points of an adaptive step that are looked at for coarse events */
+
+static const double follows =
+    1e-3; /* defect of a polynomial, relative to the size and change of a component */
 
 static size_t n_values(const struct run *run)
+{
+    size_t n = 0;
+    for (size_t e = 0; e < run->settings->n_events; e++)
+        n = run->settings->events[e].n > n ? run->settings->events[e].n : n;
+    return n;
+}
+
+static size_t n_signs(const struct run *run)
 {
     size_t n = 0;
     for (size_t e = 0; e < run->settings->n_events; e++)
@@ -18,28 +28,48 @@ static size_t n_values(const struct run *run)
     return n;
 }
 
-static void evaluate(const struct run *run, double t, const double *y, double *values)
+static void evaluate(const struct phys_events *events, double t, const double *y, double *values)
 {
-    for (size_t e = 0; e < run->settings->n_events; e++) {
-        const struct phys_events *events = &run->settings->events[e];
-        if (events->n > 0)
-            events->values(events->context, t, y, values);
-        values += events->n;
-    }
+    events->values(events->context, t, y, values);
+}
+
+static int sign(double x) { return (x > 0) - (x < 0); }
+
+void phys_run_signs(const struct phys_events *events, double t, const double *y, double *values,
+                    int *signs)
+{
+    if (events->n > 0)
+        evaluate(events, t, y, values);
+    for (size_t k = 0; k < events->n; k++)
+        signs[k] = sign(values[k]) ? sign(values[k]) : signs[k];
 }
 
 enum ad_status phys_run_events_begin(struct run *run, struct ad_error *error)
 {
+    const struct phys_simulation *s = run->settings;
     size_t n = n_values(run);
     if (n == 0)
         return AD_OK;
-    if (!(run->values = calloc(4 * n, sizeof *run->values)))
+    run->values = calloc(n, sizeof *run->values);
+    run->signs = calloc(2 * n_signs(run), sizeof *run->signs);
+    run->table = malloc(sizeof *run->table);
+    if (!run->values || !run->signs || !run->table)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu events", n);
-    run->next_values = run->values + n;
-    run->roots = run->values + 2 * n;
-    run->scratch = run->values + 3 * n;
-    evaluate(run, run->stepper.t, run->stepper.y, run->values);
+    phys_roots_fill(run->table);
+    int *signs = run->signs;
+    for (size_t e = 0; e < s->n_events; signs += s->events[e++].n)
+        phys_run_signs(&s->events[e], run->stepper.t, run->stepper.y, run->values, signs);
     return AD_OK;
+}
+
+void phys_run_events_end(struct run *run)
+{
+    for (size_t i = 0; i < run->n_found; i++)
+        free(run->found[i].y);
+    free(run->found);
+    free(run->values);
+    free(run->signs);
+    free(run->table);
 }
 
 enum ad_status phys_run_dense(struct run *run, double theta, struct ad_error *error)
@@ -51,96 +81,145 @@ enum ad_status phys_run_dense(struct run *run, double theta, struct ad_error *er
     return AD_OK;
 }
 
-/* Value `which` of the events at t + theta h; the polynomial is prepared. */
-static double value_at(struct run *run, size_t which, double theta)
+enum ad_status phys_run_found(struct run *run, const struct found_event *event,
+                              struct ad_error *error)
+{
+    if (run->n_found == run->room_found) {
+        size_t room = run->room_found ? 2 * run->room_found : 16;
+        struct found_event *more = realloc(run->found, room * sizeof *more);
+        if (!more)
+            return ad_fail(error, AD_E_MEMORY, "out of memory for events");
+        run->found = more;
+        run->room_found = room;
+    }
+    run->found[run->n_found++] = *event;
+    return AD_OK;
+}
+
+/* One event function on the polynomial of the step. */
+struct on_polynomial {
+    struct run *run;
+    const struct phys_events *events;
+    size_t which;
+};
+
+static double value_at(void *context, double theta)
+{
+    const struct on_polynomial *p = context;
+    const struct phys_stepper *m = &p->run->stepper;
+    phys_stepper_at(m, theta, p->run->point);
+    evaluate(p->events, m->t + theta * m->h, p->run->point, p->run->values);
+    return p->run->values[p->which];
+}
+
+/* Whether a root of this kind, of values that were of sign `before`, is asked for. */
+static bool wanted(const struct run *run, const struct phys_events *events, int kind)
+{
+    int direction = run->direction > 0 ? events->direction : -events->direction;
+    return kind == 0 ? events->touched != NULL : direction == 0 || direction == kind;
+}
+
+/* All roots between a and b. `before`: the last sign that was not 0, for a zero at the end of the
+   step before. */
+static enum ad_status isolate(struct run *run, struct on_polynomial *p, double a, double b,
+                              int *before, struct ad_error *error)
+{
+    struct phys_root roots[PHYS_ROOTS_MOST];
+    size_t n = phys_roots(run->table, value_at, p, a, b, roots);
+    double at_a = value_at(p, a), at_b = value_at(p, b);
+    int inside = sign(at_a), after = sign(at_b);
+    for (size_t i = n; i-- > 0;)
+        inside = roots[i].kind ? -roots[i].kind : inside;
+    if (sign(at_a) == 0 && n == 0)
+        inside = after;
+    struct found_event event = {.events = p->events, .which = p->which};
+    if (*before && inside && *before != inside && wanted(run, p->events, inside)) {
+        event.theta = a;
+        event.kind = inside;
+        phys_run_found(run, &event, error);
+    }
+    for (size_t i = 0; i < n && error->status == AD_OK; i++) {
+        event.theta = roots[i].x;
+        event.kind = roots[i].kind;
+        if (wanted(run, p->events, event.kind))
+            phys_run_found(run, &event, error);
+        inside = roots[i].kind ? roots[i].kind : inside;
+    }
+    *before = after ? after : inside;
+    return error->status;
+}
+
+/* Coarse: roots between two looks with values of different sign. */
+static enum ad_status look(struct run *run, struct on_polynomial *p, int *signs, int *now,
+                           struct ad_error *error)
 {
     const struct phys_stepper *m = &run->stepper;
-    phys_stepper_at(m, theta, run->point);
-    evaluate(run, m->t + theta * m->h, run->point, run->scratch);
-    return run->scratch[which];
+    size_t looks = m->integrator->adaptive ? LOOKS : 1;
+    for (size_t i = 1; i <= looks; i++) {
+        double theta = (double)i / (double)looks, from = (double)(i - 1) / (double)looks;
+        if (i < looks && phys_run_dense(run, theta, error) != AD_OK)
+            return error->status;
+        evaluate(p->events, m->t + theta * m->h, i < looks ? run->point : m->next, run->values);
+        for (size_t k = 0; k < p->events->n; k++)
+            now[k] = sign(run->values[k]) ? sign(run->values[k]) : signs[k];
+        for (p->which = 0; p->which < p->events->n; p->which++) {
+            int *before = &signs[p->which];
+            if (now[p->which] != *before && *before && wanted(run, p->events, now[p->which]) &&
+                (phys_run_dense(run, theta, error) != AD_OK ||
+                 isolate(run, p, from, theta, before, error) != AD_OK))
+                return error->status;
+            *before = now[p->which];
+        }
+    }
+    return AD_OK;
 }
 
-/* The root between a and b, where the values fa and fb differ in sign. */
-static double brent(struct run *run, size_t which, double a, double b, double fa, double fb)
+/* Whether the polynomial follows the motion: its slope against the field, between its ends.
+   Adaptive methods see to that themselves. */
+static enum ad_status polynomial_follows(struct run *run, bool *good, struct ad_error *error)
 {
-    double c = a, fc = fa, d = b - a, e = d;
-    for (int k = 0; k < BRENT_STEPS; k++) {
-        if ((fb > 0) == (fc > 0)) {
-            c = a, fc = fa;
-            d = e = b - a;
-        }
-        if (fabs(fc) < fabs(fb)) {
-            a = b, b = c, c = a;
-            fa = fb, fb = fc, fc = fa;
-        }
-        double tolerance = 2 * DBL_EPSILON * fabs(b), m = 0.5 * (c - b);
-        if (fabs(m) <= tolerance || fb == 0)
-            break;
-        if (fabs(e) < tolerance || fabs(fa) <= fabs(fb)) {
-            d = e = m;
-        } else {
-            double s = fb / fa, p, q;
-            if (a == c) { /* secant */
-                p = 2 * m * s;
-                q = 1 - s;
-            } else { /* inverse quadratic */
-                double r = fb / fc, u = fa / fc;
-                p = s * (2 * m * u * (u - r) - (b - a) * (r - 1));
-                q = (u - 1) * (r - 1) * (s - 1);
+    static const double at[] = {0.25, 0.5, 0.75};
+    const double tiny = 1e-4;
+    struct phys_stepper *m = &run->stepper;
+    size_t n = m->n;
+    double *rate = malloc(2 * n * sizeof *rate);
+    struct ad_error outside = {0};
+    *good = true;
+    if (!rate)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (phys_run_dense(run, 0.5, error) == AD_OK)
+        for (size_t i = 0; i < sizeof at / sizeof *at && *good; i++) {
+            double *slope = rate + n;
+            phys_stepper_at(m, at[i] + tiny, slope);
+            phys_stepper_at(m, at[i] - tiny, run->point);
+            for (size_t k = 0; k < n; k++)
+                slope[k] = (slope[k] - run->point[k]) / (2 * tiny);
+            phys_stepper_at(m, at[i], run->point);
+            m->interpolations++;
+            *good = m->ode->field(m->ode->context, m->t + at[i] * m->h, run->point, rate,
+                                  &outside) == AD_OK;
+            for (size_t k = 0; k < n && *good; k++) {
+                double change = fabs(m->y[k]) + fabs(m->next[k]) + fabs(m->h * rate[k]);
+                *good = fabs(slope[k] - m->h * rate[k]) <= follows * change;
             }
-            q = p > 0 ? -q : q;
-            p = fabs(p);
-            bool good = 2 * p < fmin(3 * m * q - fabs(tolerance * q), fabs(e * q));
-            e = good ? d : m;
-            d = good ? p / q : m;
         }
-        a = b, fa = fb;
-        b += fabs(d) > tolerance ? d : copysign(tolerance, m);
-        fb = value_at(run, which, b);
-    }
-    return b;
+    free(rate);
+    return error->status;
 }
 
-static bool crosses(double before, double after, int direction)
-{
-    return (direction >= 0 && before < 0 && after >= 0) ||
-           (direction <= 0 && before > 0 && after <= 0);
-}
+/* ---- what was found ---- */
 
-/* Roots between a and b into run->roots (NaN: none); whether there are any. */
-static bool find_roots(struct run *run, double a, double b)
+static int by_time(const void *a, const void *b)
 {
-    bool any = false;
-    size_t first = 0;
-    for (size_t e = 0; e < run->settings->n_events; e++) {
-        const struct phys_events *events = &run->settings->events[e];
-        int direction = run->direction > 0 ? events->direction : -events->direction;
-        for (size_t k = first; k < first + events->n; k++) {
-            bool found = crosses(run->values[k], run->next_values[k], direction);
-            run->roots[k] =
-                found ? brent(run, k, a, b, run->values[k], run->next_values[k]) : (double)NAN;
-            any |= found;
-        }
-        first += events->n;
-    }
-    return any;
-}
-
-/* The events function and number behind value k. */
-static const struct phys_events *owner(const struct run *run, size_t *k)
-{
-    const struct phys_events *events = run->settings->events;
-    for (; *k >= events->n; events++)
-        *k -= events->n;
-    return events;
+    double x = ((const struct found_event *)a)->theta, y = ((const struct found_event *)b)->theta;
+    return (x > y) - (x < y);
 }
 
 /* The simulation ends at theta: the step is cut there. */
-static void cut(struct run *run, double theta)
+static void cut(struct run *run, double theta, const double *y)
 {
     struct phys_stepper *m = &run->stepper;
-    phys_stepper_at(m, theta, run->point);
-    memcpy(m->next, run->point, m->n * sizeof *m->next);
+    memcpy(m->next, y, m->n * sizeof *m->next);
     memset(m->next_cut, 0, m->n * sizeof *m->next_cut);
     m->has_next_rate = false;
     m->h *= theta;
@@ -149,50 +228,44 @@ static void cut(struct run *run, double theta)
 }
 
 /* Tells of the roots in their order. */
-static void report(struct run *run, size_t n)
+static void report(struct run *run)
 {
     const struct phys_stepper *m = &run->stepper;
-    while (!run->stop) {
-        size_t next = n;
-        for (size_t k = 0; k < n; k++)
-            if (!isnan(run->roots[k]) && (next == n || run->roots[k] < run->roots[next]))
-                next = k;
-        if (next == n)
-            return;
-        double theta = run->roots[next];
-        run->roots[next] = (double)NAN;
-        const struct phys_events *events = owner(run, &next);
-        phys_stepper_at(m, theta, run->point);
-        if (events->found && !events->found(events->context, next, m->t + theta * m->h, run->point))
-            cut(run, theta);
+    double t = m->t, h = m->h;
+    qsort(run->found, run->n_found, sizeof *run->found, by_time);
+    for (size_t i = 0; i < run->n_found; i++) {
+        const struct found_event *f = &run->found[i];
+        bool (*tell)(void *, size_t, double, const double *) =
+            f->kind ? f->events->found : f->events->touched;
+        if (!f->y)
+            phys_stepper_at(m, f->theta, run->point);
+        const double *y = f->y ? f->y : run->point;
+        if (!run->stop && tell && !tell(f->events->context, f->which, t + f->theta * h, y))
+            cut(run, f->theta, y);
+        free(f->y);
     }
+    run->n_found = 0;
 }
 
 enum ad_status phys_run_events(struct run *run, struct ad_error *error)
 {
-    struct phys_stepper *m = &run->stepper;
-    size_t n = n_values(run), looks = m->integrator->adaptive ? LOOKS : 1;
-    if (n == 0)
-        return AD_OK;
-    for (size_t i = 1; i <= looks && !run->stop; i++) {
-        double theta = (double)i / (double)looks;
-        const double *y = m->next;
-        if (i < looks) {
-            if (phys_run_dense(run, theta, error) != AD_OK)
-                return error->status;
-            y = run->point;
-        }
-        evaluate(run, m->t + theta * m->h, y, run->next_values);
-        bool change = false;
-        for (size_t k = 0; k < n; k++)
-            change |= crosses(run->values[k], run->next_values[k], 0);
-        if (change) {
-            if (phys_run_dense(run, theta, error) != AD_OK)
-                return error->status;
-            if (find_roots(run, (double)(i - 1) / (double)looks, theta))
-                report(run, n);
-        }
-        memcpy(run->values, run->next_values, n * sizeof *run->values);
+    const struct phys_simulation *s = run->settings;
+    int *signs = run->signs, *now = run->signs + n_signs(run);
+    bool any = false, fine = true;
+    for (size_t e = 0; e < s->n_events; e++)
+        any |= !s->events[e].coarse && s->events[e].n > 0;
+    if (any && !s->integrator->adaptive && polynomial_follows(run, &fine, error) != AD_OK)
+        return error->status;
+    if (any && !fine && phys_run_within(run, error) != AD_OK)
+        return error->status;
+    for (size_t e = 0; e < s->n_events && error->status == AD_OK; signs += s->events[e++].n) {
+        struct on_polynomial p = {.run = run, .events = &s->events[e]};
+        if (p.events->coarse)
+            look(run, &p, signs, now, error);
+        else if (fine && p.events->n > 0 && phys_run_dense(run, 1, error) == AD_OK)
+            for (; p.which < p.events->n && error->status == AD_OK; p.which++)
+                isolate(run, &p, 0, 1, &signs[p.which], error);
     }
-    return AD_OK;
+    report(run);
+    return error->status;
 }

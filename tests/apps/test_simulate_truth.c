@@ -95,6 +95,27 @@ static void test_tolerance_is_reached(void **state)
     }
 }
 
+static size_t count_events(void)
+{
+    size_t n = 0;
+    for (const char *at = shell_last_line(); (at = strstr(at, "{\"event\"")); at++)
+        n++;
+    return n;
+}
+
+/* A12: the turning point is just behind the value: two crossings, seconds apart, each period. */
+static void test_every_crossing(void **state)
+{
+    (void)state;
+    static const char *const runs[] = {
+        "theta=1.57", "theta=1.57079", "theta=1.57 --integrator gauss5 --dt 5",
+        "theta=1.57 --integrator verlet --dt 2", "theta=1.57 --integrator dopri5 --tol 1e-8"};
+    for (size_t k = 0; k < LENGTH(runs); k++) {
+        shell_works("$LA simulate pendulum --time 1000 --no-reference --json --event %s", runs[k]);
+        assert_int_equal(count_events(), 21);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -102,6 +123,7 @@ int main(void)
         cmocka_unit_test_setup(test_horizon, shell_empty),
         cmocka_unit_test_setup(test_narrow_forces, shell_empty),
         cmocka_unit_test_setup(test_tolerance_is_reached, shell_empty),
+        cmocka_unit_test_setup(test_every_crossing, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }
