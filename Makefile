@@ -51,9 +51,11 @@ ISA_avx512 = -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx2 -mfma -mprefer-ve
 # ---- what is built ----
 
 KERNELS := $(wildcard autodiff/kernels/kernels.c)
-LIB_SRC := $(filter-out $(KERNELS),$(wildcard $(foreach d,autodiff physics hnn quantum,$d/*.c $d/*/*.c $d/*/*/*.c)))
+SWEEPS  := $(wildcard autodiff/direct/sweeps.c)
+LIB_SRC := $(filter-out $(KERNELS) $(SWEEPS),$(wildcard $(foreach d,autodiff physics hnn quantum,$d/*.c $d/*/*.c $d/*/*/*.c)))
 LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) \
-           $(if $(KERNELS),$(foreach t,f32 f64,$(foreach i,$(ISAS),$(BUILD)/autodiff/kernels/$(t)_$(i).o)))
+           $(if $(KERNELS),$(foreach t,f32 f64,$(foreach i,$(ISAS),$(BUILD)/autodiff/kernels/$(t)_$(i).o))) \
+           $(if $(SWEEPS),$(foreach t,f32 f64,$(BUILD)/autodiff/direct/sweeps_$(t).o))
 HAND    := $(wildcard apps/bench/hand_kernels.c apps/bench/hand_hnn.c)
 APP_SRC := $(filter-out $(HAND),$(wildcard apps/*.c apps/*/*.c))
 APP_OBJ := $(filter-out $(BUILD)/apps/main.o,$(APP_SRC:%.c=$(BUILD)/%.o)) \
@@ -132,6 +134,13 @@ $(BUILD)/autodiff/kernels/$(1)_$(2).o: autodiff/kernels/kernels.c $(BUILD)/flags
 	@mkdir -p $$(@D)
 	$(Q)$$(compile) $$(SIMD) $$(ISA_$(2)) -DAD_KERNEL_$(subst f,F,$(1)) -DAD_KERNEL_ISA=$(2)
 endef
+# $(1) f32 or f64
+define sweep_rule
+$(BUILD)/autodiff/direct/sweeps_$(1).o: autodiff/direct/sweeps.c $(BUILD)/flags
+	$$(call say,CC,'$$< ($(1))')
+	@mkdir -p $$(@D)
+	$(Q)$$(compile) -DAD_DIRECT_$(subst f,F,$(1))
+endef
 # $(1) a file written by hand, without .c
 define hand_rule
 $(BUILD)/$(1)_$(2).o: $(1).c $(BUILD)/flags
@@ -140,6 +149,7 @@ $(BUILD)/$(1)_$(2).o: $(1).c $(BUILD)/flags
 	$(Q)$$(compile) $$(SIMD) $$(ISA_$(2)) -ffp-contract=fast -DHAND_ISA=$(2)
 endef
 $(foreach t,f32 f64,$(foreach i,$(ISAS),$(eval $(call kernel_rule,$(t),$(i)))))
+$(foreach t,f32 f64,$(eval $(call sweep_rule,$(t))))
 $(foreach f,$(HAND:%.c=%),$(foreach i,$(ISAS),$(eval $(call hand_rule,$(f),$(i)))))
 
 -include $(shell find $(BUILD) -name '*.d' 2>/dev/null)

@@ -239,6 +239,21 @@ ad_var ad_diff_adjoint(ad_var u, double scale, bool repeat, size_t cols);
    again. Runs in time linear in the tape, without recursion. Returns the tape's status. */
 enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[]);
 
+/* ---- direct evaluation ---- */
+
+/* Run a recording at once, without compiling it: for programs that run once or a few times, of
+   scalars above all. x[0..n-1] are all inputs that were recorded before y, at[k] their values
+   (rows*cols doubles each); value (may be NULL) becomes y, gradient[k] (NULL: not wanted) the
+   derivative of the sum of y's elements with respect to x[k]. Everything recorded up to y is
+   evaluated, in the tape's type; memory for it stays with the tape: 16 bytes (f64) a scalar
+   operation, 8 more where there are other shapes. What has an adjoint of exactly 0 sends none on.
+   AD_E_TAPE, AD_E_ARGUMENT for an x that is no input and for an input without a value, AD_E_MEMORY;
+   the error of the recording, if there is one. Nothing is kept in the tape's error. */
+enum ad_status ad_evaluate(size_t n, const ad_var x[], const double *const at[], ad_var y,
+                           double *value, struct ad_error *error);
+enum ad_status ad_gradient(size_t n, const ad_var x[], const double *const at[], ad_var y,
+                           double *value, double *const gradient[], struct ad_error *error);
+
 /* ---- program ---- */
 
 /* Compiles what the outputs need into a program the caller frees; it is independent of the tape

@@ -10,6 +10,7 @@
                                compile.c has all passes one after the other
        program.h               what comes out: segments of instructions over a block of memory
        exec/       exec.h      runs them tile by tile (exec.c, tile.c); program.c is the outside
+       direct/     direct.h    or all of that is left out: values and adjoints node by node
        kernels/    kernels.h   the loops over lanes, for each type and instruction set
        native/     native.h    fused segments as machine code, by the system's C compiler
 
@@ -62,7 +63,12 @@ struct ad_tape {
     size_t n_labels, max_labels;
     char *texts;
     size_t n_texts, max_texts;
+    struct ad_direct *direct; /* memory of direct evaluation; NULL before the first */
 };
+
+/* What direct evaluation keeps with the tape (direct/): forgets the nodes; frees all. Take NULL. */
+void ad_direct_reset(struct ad_direct *direct);
+void ad_direct_free(struct ad_direct *direct);
 
 static inline struct node *node_at(const ad_tape *tape, uint32_t id)
 {

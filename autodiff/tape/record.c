@@ -64,6 +64,29 @@ static bool takes(enum ad_op op, size_t n, const ad_arg args[], ad_var *none)
     return false;
 }
 
+/* A scalar that no identity of simplify.c looks into. */
+static bool is_plain(const struct node *n)
+{
+    return n->rows == 1 && n->cols == 1 && n->op != AD_OP_constant && n->op != AD_OP_neg &&
+           n->op != AD_OP_square && n->op != AD_OP_tanh_slope;
+}
+
+/* The shortest way for most operations of a program of numbers: one of arity n on plain scalars of
+   one tape without an error. Whatever else there is to say, the longer way says it. */
+static bool record_plain(enum ad_op op, uint8_t n, ad_var a, ad_var b, ad_var *y)
+{
+    ad_tape *tape = a.tape;
+    if (!ad_is_current(a) || b.tape != tape || !ad_is_current(b) || tape->error.status != AD_OK ||
+        (unsigned)op >= AD_N_OPS || !ad_ops[op].elementwise || ad_ops[op].arity != n ||
+        op == AD_OP_neg || op == AD_OP_powi || !is_plain(node_at(tape, a.id)) ||
+        !is_plain(node_at(tape, b.id)))
+        return false;
+    *y = ad_append(
+        tape,
+        (struct node){.op = (uint16_t)op, .rows = 1, .cols = 1, .in = {a.id, n > 1 ? b.id : 0}});
+    return true;
+}
+
 /* A power by products takes a whole number that is known when recording. */
 static bool is_whole_power(ad_arg b)
 {
@@ -74,7 +97,9 @@ static bool is_whole_power(ad_arg b)
 
 ad_var ad_unary(enum ad_op op, ad_var x)
 {
-    ad_var none;
+    ad_var none, y;
+    if (record_plain(op, 1, x, x, &y))
+        return y;
     if (!takes(op, 1, (ad_arg[]){ad_arg_var(x)}, &none))
         return none;
     const struct node *n = node_at(x.tape, x.id);
@@ -89,6 +114,8 @@ ad_var ad_unary(enum ad_op op, ad_var x)
 ad_var ad_binary(enum ad_op op, ad_arg a, ad_arg b)
 {
     ad_var none, y;
+    if (!a.is_number && !b.is_number && record_plain(op, 2, a.var, b.var, &y))
+        return y;
     if (!takes(op, 2, (ad_arg[]){a, b}, &none))
         return none;
     ad_tape *tape = none.tape;

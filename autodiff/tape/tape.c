@@ -78,6 +78,7 @@ void ad_tape_reset(ad_tape *tape)
     tape->error = (struct ad_error){0};
     tape->recording = next_recording();
     tape->n_nodes = tape->n_numbers = tape->n_lists = tape->n_labels = tape->n_texts = 0;
+    ad_direct_reset(tape->direct);
     record_zero(tape); /* fits: it did before */
 }
 
@@ -92,6 +93,7 @@ void ad_tape_free(ad_tape *tape)
     free(tape->lists);
     free(tape->labels);
     free(tape->texts);
+    ad_direct_free(tape->direct);
     free(tape);
 }
 
@@ -126,7 +128,9 @@ static bool add_block(ad_tape *tape)
 ad_var ad_append(ad_tape *tape, struct node node)
 {
     ad_var zero = ad_at(tape, 0);
-    if (!ad_shape_fits(tape, node.op, 0, NULL, node.rows, node.cols))
+    if (tape->error.status != AD_OK ||
+        (!ad_is_shape(node.rows, node.cols) &&
+         !ad_shape_fits(tape, node.op, 0, NULL, node.rows, node.cols)))
         return zero;
     if (tape->n_nodes >= UINT32_MAX - 1 ||
         (tape->n_nodes == tape->n_blocks * BLOCK_SIZE && !add_block(tape))) {

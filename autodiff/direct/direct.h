@@ -1,0 +1,31 @@
+/* Direct evaluation: a recording is run over its own nodes, values forward and adjoints backward,
+   without being compiled. evaluate.c is the outside; sweeps.c, compiled for f32 and f64,
+   has the two sweeps, with formulas and derivatives from ops.def. */
+#ifndef AUTODIFF_DIRECT_H
+#define AUTODIFF_DIRECT_H
+
+#include "autodiff/internal.h"
+
+/* Values and adjoints of the nodes of a tape. */
+struct ad_direct {
+    size_t *offset; /* of each node, in elements; NULL while all are scalars: the node's number */
+    size_t n_offsets, max_offsets;
+    size_t elements; /* of the nodes placed so far */
+    size_t bytes;    /* of each array */
+    void *value, *adjoint;
+};
+
+static inline size_t direct_offset(const struct ad_direct *d, uint32_t id)
+{
+    return d->offset ? d->offset[id] : id;
+}
+
+/* Values of nodes [0, end), whose inputs are set. */
+void ad_forward_f32(const ad_tape *tape, struct ad_direct *d, uint32_t end);
+void ad_forward_f64(const ad_tape *tape, struct ad_direct *d, uint32_t end);
+/* Adjoints of nodes [0, end), of which the last one's is set and the others are 0. What has an
+   adjoint of 0 sends nothing on: no NaN comes from a branch that was not taken. */
+void ad_backward_f32(const ad_tape *tape, struct ad_direct *d, uint32_t end);
+void ad_backward_f64(const ad_tape *tape, struct ad_direct *d, uint32_t end);
+
+#endif

@@ -1,0 +1,168 @@
+/* Values and gradients of a recording at once (direct.h). */
+#include "direct.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Places of the nodes recorded since the last time. All scalars need no places: node k is element
+   k. */
+static bool place_nodes(const ad_tape *tape, struct ad_direct *d, uint32_t end)
+{
+    for (uint32_t id = (uint32_t)d->n_offsets; id < end; id++) {
+        const struct node *n = node_at(tape, id);
+        if (!d->offset && (n->rows != 1 || n->cols != 1)) {
+            if (!ad_reserve((void **)&d->offset, 0, &d->max_offsets, end, sizeof *d->offset))
+                return false;
+            for (uint32_t k = 0; k < id; k++)
+                d->offset[k] = k;
+        }
+        if (d->offset &&
+            !ad_reserve((void **)&d->offset, id, &d->max_offsets, 1, sizeof *d->offset))
+            return false;
+        if (d->offset)
+            d->offset[id] = d->elements;
+        d->elements += node_size(n);
+        d->n_offsets++;
+    }
+    return true;
+}
+
+static bool reserve(const ad_tape *tape, struct ad_direct *d, uint32_t end, bool adjoints)
+{
+    if (!place_nodes(tape, d, end))
+        return false;
+    const size_t size = type_bytes(tape->type);
+    if (d->elements > SIZE_MAX / 2 / size)
+        return false;
+    if (d->bytes < d->elements * size) {
+        size_t bytes = d->elements * size + d->elements * size / 2;
+        free(d->value);
+        free(d->adjoint);
+        d->adjoint = NULL;
+        d->value = malloc(bytes);
+        d->bytes = d->value ? bytes : 0;
+    }
+    if (adjoints && d->value && !d->adjoint)
+        d->adjoint = malloc(d->bytes);
+    return d->value && (!adjoints || d->adjoint);
+}
+
+void ad_direct_reset(struct ad_direct *d)
+{
+    if (d)
+        d->n_offsets = d->elements = 0;
+}
+
+void ad_direct_free(struct ad_direct *d)
+{
+    if (!d)
+        return;
+    free(d->offset);
+    free(d->value);
+    free(d->adjoint);
+    free(d);
+}
+
+static void put(const ad_tape *tape, void *array, size_t at, size_t n, const double *from)
+{
+    if (tape->type == AD_F64)
+        memcpy((double *)array + at, from, n * sizeof *from);
+    else
+        for (size_t k = 0; k < n; k++)
+            ((float *)array)[at + k] = (float)from[k];
+}
+
+static void get(const ad_tape *tape, const void *array, size_t at, size_t n, double *to)
+{
+    if (tape->type == AD_F64)
+        memcpy(to, (const double *)array + at, n * sizeof *to);
+    else
+        for (size_t k = 0; k < n; k++)
+            to[k] = (double)((const float *)array)[at + k];
+}
+
+/* Each input before y is one of x. Sorted handles would make this n log n; inputs are few, or come
+   in the order of their recording, which is looked at first. */
+static bool all_given(const ad_tape *tape, uint32_t end, size_t n, const ad_var x[],
+                      struct ad_error *error)
+{
+    size_t next = 0;
+    for (uint32_t id = 0; id < end; id++) {
+        if (node_at(tape, id)->op != AD_OP_input)
+            continue;
+        size_t k = next;
+        for (size_t tried = 0; tried < n && (k >= n || x[k].id != id); tried++)
+            k = tried;
+        if (k >= n || x[k].id != id) {
+            ad_fail(error, AD_E_ARGUMENT, "input %s%u has no value; expected all inputs in x",
+                    "recorded as operation ", id);
+            return false;
+        }
+        next = k + 1;
+    }
+    return true;
+}
+
+static enum ad_status check(ad_var y, size_t n, const ad_var x[], struct ad_error *error)
+{
+    if (!ad_is_current(y))
+        return ad_fail(error, AD_E_TAPE, "y is no variable of a tape, or of an earlier recording");
+    if (y.tape->error.status != AD_OK)
+        return ad_fail(error, y.tape->error.status, "%s", y.tape->error.message);
+    for (size_t k = 0; k < n; k++) {
+        if (!ad_is_current(x[k]) || x[k].tape != y.tape)
+            return ad_fail(error, AD_E_TAPE, "x[%zu] is no variable of the tape of y", k);
+        if (node_at(y.tape, x[k].id)->op != AD_OP_input)
+            return ad_fail(error, AD_E_ARGUMENT, "x[%zu] is no input", k);
+    }
+    return all_given(y.tape, y.id + 1, n, x, error) ? AD_OK : error->status;
+}
+
+static enum ad_status run(size_t n, const ad_var x[], const double *const at[], ad_var y,
+                          double *value, double *const gradient[], struct ad_error *error)
+{
+    if (check(y, n, x, error) != AD_OK)
+        return error->status;
+    ad_tape *tape = y.tape;
+    const uint32_t end = y.id + 1;
+    if (!tape->direct)
+        tape->direct = calloc(1, sizeof *tape->direct);
+    struct ad_direct *d = tape->direct;
+    if (!d || !reserve(tape, d, end, gradient != NULL))
+        return ad_fail(error, AD_E_MEMORY, "out of memory for the values of %u operations", end);
+    const bool wide = tape->type == AD_F64;
+    for (size_t k = 0; k < n; k++)
+        if (x[k].id < end)
+            put(tape, d->value, direct_offset(d, x[k].id), node_size(node_at(tape, x[k].id)),
+                at[k]);
+    (wide ? ad_forward_f64 : ad_forward_f32)(tape, d, end);
+    const size_t y_at = direct_offset(d, y.id), y_size = node_size(node_at(tape, y.id));
+    if (value)
+        get(tape, d->value, y_at, y_size, value);
+    if (!gradient)
+        return AD_OK;
+    memset(d->adjoint, 0, (y_at + y_size) * type_bytes(tape->type));
+    for (size_t k = 0; k < y_size; k++)
+        put(tape, d->adjoint, y_at + k, 1, &(double){1});
+    (wide ? ad_backward_f64 : ad_backward_f32)(tape, d, end);
+    for (size_t k = 0; k < n; k++) {
+        const size_t size = node_size(node_at(tape, x[k].id));
+        if (gradient[k] && x[k].id < end)
+            get(tape, d->adjoint, direct_offset(d, x[k].id), size, gradient[k]);
+        else if (gradient[k])
+            memset(gradient[k], 0, size * sizeof(double));
+    }
+    return AD_OK;
+}
+
+enum ad_status ad_evaluate(size_t n, const ad_var x[], const double *const at[], ad_var y,
+                           double *value, struct ad_error *error)
+{
+    return run(n, x, at, y, value, NULL, error);
+}
+
+enum ad_status ad_gradient(size_t n, const ad_var x[], const double *const at[], ad_var y,
+                           double *value, double *const gradient[], struct ad_error *error)
+{
+    return run(n, x, at, y, value, gradient, error);
+}

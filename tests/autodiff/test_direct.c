@@ -1,0 +1,231 @@
+/* Direct evaluation against compiled programs: values and gradients of random programs and of every
+   operation of the table, what it refuses, zeros behind branches, and programs of scalars. */
+#include "world.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- random programs ---- */
+
+static double **rooms(size_t n, const ad_var x[])
+{
+    double **room = malloc((n + 1) * sizeof *room);
+    assert_non_null(room);
+    for (size_t k = 0; k < n; k++)
+        assert_non_null(room[k] = calloc(ad_rows(x[k]) * ad_cols(x[k]) + 1, sizeof **room));
+    return room;
+}
+
+static void free_rooms(size_t n, double **room)
+{
+    for (size_t k = 0; k < n; k++)
+        free(room[k]);
+    free(room);
+}
+
+/* Value and gradient of y both ways. */
+static void compare(ad_var y, size_t n, const ad_var x[], const double *const at[],
+                    double tolerance, uint64_t seed)
+{
+    struct ad_error error = {0};
+    double **direct = rooms(n, x), value, again;
+    ad_var g[MAX_INPUTS + 1];
+    if (ad_gradient(n, x, at, y, &value, direct, &error) != AD_OK)
+        fail_msg("program %llu: %s", (unsigned long long)seed, error.message);
+    assert_int_equal(ad_evaluate(n, x, at, y, &again, &error), AD_OK);
+    assert_true(again == value || (again != again && value != value));
+    assert_int_equal(ad_grad(y, n, x, g), AD_OK);
+    g[n] = y;
+    ad_program *p = compile(y.tape, n + 1, g);
+    for (size_t k = 0; k < n; k++)
+        assert_int_equal(ad_set(p, x[k], at[k]), AD_OK);
+    ad_run(p);
+    for (size_t k = 0; k <= n; k++) {
+        size_t size = ad_rows(g[k]) * ad_cols(g[k]);
+        double *compiled = malloc(size * sizeof *compiled), largest = 0;
+        assert_non_null(compiled);
+        assert_int_equal(ad_get(p, g[k], compiled), AD_OK);
+        for (size_t i = 0; i < size; i++)
+            largest = fmax(largest, fabs(compiled[i]));
+        for (size_t i = 0; i < size; i++)
+            if (!is_close(k < n ? direct[k][i] : value, compiled[i], tolerance,
+                          tolerance * largest))
+                fail_msg("program %llu, input %zu, element %zu: %.17g, compiled %.17g",
+                         (unsigned long long)seed, k, i, k < n ? direct[k][i] : value, compiled[i]);
+        free(compiled);
+    }
+    ad_program_free(p);
+    free_rooms(n, direct);
+}
+
+static void random_program(enum ad_type type, uint64_t seed, double tolerance)
+{
+    static const size_t widths[] = {1, 2, 3, 7, 31};
+    struct world w;
+    const double *at[MAX_INPUTS];
+    world_init(&w, type, seed, 1, widths[seed % 5], 6 + 5 * (seed % 11), true);
+    for (size_t k = 0; k < w.n_inputs; k++)
+        at[k] = w.m[k].v;
+    ad_var y = weighted_sum(w.var[w.n - 1]);
+    for (size_t k = 0; k < w.n_inputs; k++)
+        y = ad_add(y, ad_mul(1e-3, ad_mean(ad_sin(w.var[k]))));
+    compare(y, w.n_inputs, w.var, at, tolerance, seed);
+    world_release(&w);
+}
+
+static void test_random_programs(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 0; seed < 600; seed++)
+        random_program(AD_F64, seed, 1e-9);
+    for (uint64_t seed = 0; seed < 200; seed++)
+        random_program(AD_F32, seed, 3e-3);
+}
+
+/* ---- the table ---- */
+
+struct row {
+    enum ad_op op;
+    int arity;
+    double lo, hi;
+};
+
+static const struct row rows[] = {
+#define AD_UNARY(name, value, dx, lo, hi) {AD_OP_##name, 1, lo, hi},
+#define AD_BINARY(name, value, da, db, lo, hi) {AD_OP_##name, 2, lo, hi},
+#define AD_TERNARY(name, value, da, db, dc, lo, hi) {AD_OP_##name, 3, lo, hi},
+#include "autodiff/ops.def"
+};
+
+static ad_var record(const struct row *row, const ad_var x[3])
+{
+    if (row->op == AD_OP_powi)
+        return ad_binary(row->op, AD_ARG(x[0]), AD_ARG(-5.0));
+    return row->arity == 1   ? ad_unary(row->op, x[0])
+           : row->arity == 2 ? ad_binary(row->op, AD_ARG(x[0]), AD_ARG(x[1]))
+                             : ad_ternary(row->op, AD_ARG(x[0]), AD_ARG(x[1]), AD_ARG(x[2]));
+}
+
+/* Scalars, and a matrix with a row and a column. */
+static void test_every_operation(void **state)
+{
+    (void)state;
+    static const size_t shapes[2][3][2] = {{{1, 1}, {1, 1}, {1, 1}}, {{3, 4}, {1, 4}, {3, 1}}};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        for (int s = 0; s < 2; s++) {
+            uint64_t random = 7 + k;
+            ad_tape *t = ad_tape_new(AD_F64);
+            ad_var x[3];
+            double *at[3];
+            for (int i = 0; i < 3; i++) {
+                x[i] = ad_input(t, shapes[s][i][0], shapes[s][i][1], NULL);
+                at[i] = random_values(&random, shapes[s][i][0] * shapes[s][i][1], rows[k].lo,
+                                      rows[k].hi);
+            }
+            compare(weighted_sum(record(&rows[k], x)), 3, x, (const double *const *)at, 1e-12, k);
+            for (int i = 0; i < 3; i++)
+                free(at[i]);
+            ad_tape_free(t);
+        }
+}
+
+/* A loop of scalars that no compiler could be asked for in time: 1e6 operations. x -> sin x,
+   summed; its derivative by the product of cosines. */
+static void test_long_chain(void **state)
+{
+    (void)state;
+    enum { LENGTH = 1000000 };
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, 1, "x"), y = x;
+    double at = 0.9, value, gradient, is = at, slope = 1;
+    for (int k = 0; k < LENGTH; k++) {
+        y = ad_sin(y);
+        slope *= cos(is);
+        is = sin(is);
+    }
+    struct ad_error error = {0};
+    assert_int_equal(
+        ad_gradient(1, &x, (const double *[]){&at}, y, &value, (double *[]){&gradient}, &error),
+        AD_OK);
+    assert_close(value, is, 1e-13, 0);
+    assert_close(gradient, slope, 1e-9, 0);
+    ad_tape_free(t);
+}
+
+/* Recorded further, run again: places of the nodes are added, not made anew. */
+static void test_recorded_further(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, 1, "x"), y = ad_square(x), m;
+    double at = 3, value, g;
+    struct ad_error error = {0};
+    for (int round = 0; round < 3; round++) {
+        assert_int_equal(
+            ad_gradient(1, &x, (const double *[]){&at}, y, &value, (double *[]){&g}, &error),
+            AD_OK);
+        m = ad_broadcast(ad_mul(y, x), 2, 3); /* other shapes from here on */
+        y = ad_sum(m);
+    }
+    assert_close(value, 36 * 81, 1e-15, 0); /* 6 x (6 x x^3) */
+    assert_close(g, 36 * 4 * 27, 1e-15, 0);
+    ad_tape_reset(t);
+    x = ad_input(t, 1, 1, "x");
+    assert_int_equal(ad_evaluate(1, &x, (const double *[]){&at}, ad_exp(x), &value, &error), AD_OK);
+    assert_close(value, exp(3), 1e-15, 0);
+    ad_tape_free(t);
+}
+
+/* sqrt(0) behind a branch that is not taken. */
+static void test_zeros_behind_branches(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, 1, "x");
+    ad_var y = ad_select(ad_gt(x, 0.0), ad_div(1.0, x), 0.0);
+    double at = 0, value, g;
+    struct ad_error error = {0};
+    assert_int_equal(
+        ad_gradient(1, &x, (const double *[]){&at}, y, &value, (double *[]){&g}, &error), AD_OK);
+    assert_true(value == 0 && g == 0);
+    ad_tape_free(t);
+}
+
+static void test_refused(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64), *other = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, 1, "x"), z = ad_input(t, 1, 1, "z"), y = ad_mul(x, z);
+    ad_var foreign = ad_input(other, 1, 1, "x");
+    double one = 1, value;
+    const double *at[] = {&one, &one};
+    struct ad_error e = {0};
+    assert_int_equal(ad_evaluate(1, &x, at, y, &value, &e), AD_E_ARGUMENT); /* z has no value */
+    e = (struct ad_error){0};
+    assert_int_equal(ad_evaluate(2, (ad_var[]){x, foreign}, at, y, &value, &e), AD_E_TAPE);
+    e = (struct ad_error){0};
+    assert_int_equal(ad_evaluate(2, (ad_var[]){x, y}, at, y, &value, &e), AD_E_ARGUMENT);
+    e = (struct ad_error){0};
+    assert_int_equal(ad_evaluate(2, (ad_var[]){x, z}, at, (ad_var){0}, &value, &e), AD_E_TAPE);
+    e = (struct ad_error){0};
+    ad_add(ad_broadcast(x, 2, 2), ad_broadcast(x, 3, 3));
+    assert_int_equal(ad_evaluate(2, (ad_var[]){z, x}, at, y, &value, &e), AD_E_SHAPE);
+    ad_tape_reset(t);
+    e = (struct ad_error){0};
+    assert_int_equal(ad_evaluate(2, (ad_var[]){x, z}, at, y, &value, &e), AD_E_TAPE);
+    ad_tape_free(t);
+    ad_tape_free(other);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_random_programs),
+        cmocka_unit_test(test_every_operation),
+        cmocka_unit_test(test_long_chain),
+        cmocka_unit_test(test_recorded_further),
+        cmocka_unit_test(test_zeros_behind_branches),
+        cmocka_unit_test(test_refused),
+    };
+    return cmocka_run_group_tests_name("direct evaluation", tests, NULL, NULL);
+}
