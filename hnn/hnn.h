@@ -115,8 +115,9 @@ enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const
 struct hnn_range {
     const double *low, *high; /* [2n + 1], H last */
 };
-/* From states x [2n x n]; those of H from some thousands of them. Training does this itself, but
-   for models of pixels. Part of the model from now on. AD_E_MEMORY. */
+/* From states x [2n x n]; those of H from some thousands of them. Training does this itself; of
+   pixels, from the latent states of some thousands of its observations. Part of the model from now
+   on. AD_E_MEMORY. */
 enum ad_status hnn_model_see(hnn_model *model, size_t n, const double *x, struct ad_error *error);
 /* low NULL: nothing was seen. Valid until the model sees anew or is freed. */
 struct hnn_range hnn_model_range(const hnn_model *model);

@@ -26,6 +26,9 @@ struct film_model {
     struct hnn_rollout_info info;
     double energy_mse, pixel_mse, conserved_drift;
     double energy_before, energy_after; /* means before and after energy was added */
+    struct hnn_latent_motion motion;    /* of many starts: of the last, but for the worst verdict */
+    size_t outside;                     /* frame beyond the training; path.n: none */
+    char what[120];
 };
 
 struct film {

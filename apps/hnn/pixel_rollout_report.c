@@ -44,6 +44,19 @@ static void print_measure(const struct film *film, size_t measure)
     putchar('\n');
 }
 
+static void print_warnings(const struct film *film, const struct film_model *m)
+{
+    if (m->motion.kind != HNN_MOTION_AS_DATA)
+        printf(
+            "\n%s: it %s: its latent state moves %.3g times as far as that of the true frames, its "
+            "frames %.3g times\n",
+            m->file, hnn_motion_names[m->motion.kind], m->motion.latent / m->motion.latent_data,
+            m->motion.frames / m->motion.frames_data);
+    if (m->outside < m->path.n)
+        printf("\n%s: outside its training from frame %g on: %s\n", m->file, film->t[m->outside],
+               m->what);
+}
+
 void film_print(const struct film *film)
 {
     size_t starts = film->options->starts;
@@ -62,6 +75,8 @@ void film_print(const struct film *film)
     for (size_t k = 0; k < film->n_models; k++)
         printf(" %13zu", film->model[k].info.evaluations);
     putchar('\n');
+    for (size_t k = 0; k < film->n_models; k++)
+        print_warnings(film, &film->model[k]);
 }
 
 /* ---- JSON ---- */
@@ -73,6 +88,14 @@ static void json_model(struct json *json, const struct film_model *m)
     for (size_t k = 0; k < N_MEASURES; k++)
         json_number(json, measures[k].key, value_of(m, k));
     json_count(json, "evaluations", m->info.evaluations);
+    json_text(json, "motion",
+              isnan(m->motion.latent_data) ? NULL : hnn_motion_names[m->motion.kind]);
+    json_number(json, "latent_spread", m->motion.latent);
+    json_number(json, "latent_spread_data", m->motion.latent_data);
+    json_number(json, "frame_spread", m->motion.frames);
+    json_number(json, "frame_spread_data", m->motion.frames_data);
+    json_number(json, "outside_from", m->outside < m->path.n ? m->path.t[m->outside] : (double)NAN);
+    json_text(json, "outside", m->outside < m->path.n ? m->what : NULL);
     json_number(json, "seconds", m->info.seconds);
 }
 

@@ -70,15 +70,26 @@ static double pixel_mse(const struct film *film, const struct film_strip *strip)
     return sum / (double)n;
 }
 
-static void measure(const struct film *film, struct film_model *m)
+static void look_at_motion(const struct film *film, struct film_model *m, struct ad_error *error)
+{
+    enum hnn_motion_kind before = m->motion.kind;
+    hnn_latent_motion(m->model, film->truth.n, film->source.height * film->source.width,
+                      film->truth.pixels, &m->path, m->strip.pixels, &m->motion, error);
+    if (before > m->motion.kind)
+        m->motion.kind = before;
+}
+
+static void measure(const struct film *film, struct film_model *m, struct ad_error *error)
 {
     const struct hnn_rollout_settings *s = &film->settings;
+    m->outside = hnn_path_outside(m->model, &m->path, m->what, sizeof m->what);
     m->conserved_drift = hnn_energy_drift(&m->ode, &m->path, s);
     if (s->add != 0) { /* the speed at a frame is that between the frames before and after it */
         m->energy_before = mean(&m->strip, 0, (size_t)fmax(s->add_at, 0), 0, 1);
         m->energy_after = mean(&m->strip, (size_t)s->add_at + 2, s->n, 0, 1);
         return;
     }
+    look_at_motion(film, m, error);
     m->pixel_mse = pixel_mse(film, &m->strip);
     m->energy_mse = mean(&m->strip, 0, s->n, film->true_energy, 2);
 }
@@ -108,7 +119,7 @@ static enum ad_status one_start(struct film *film, size_t trajectory, double *an
         struct film_model *m = &film->model[k];
         if (foresee(film, m, trajectory, error) == AD_OK &&
             measure_energy(film, &m->strip, angle, error) == AD_OK)
-            measure(film, m);
+            measure(film, m, error);
     }
     return error->status;
 }

@@ -52,6 +52,7 @@ static enum ad_status load(struct film *film, const char *file, struct ad_error 
     struct film_model *m = &film->model[film->n_models++];
     m->file = file;
     m->energy_mse = m->pixel_mse = m->conserved_drift = m->energy_before = m->energy_after = NAN;
+    m->motion = (struct hnn_latent_motion){NAN, NAN, NAN, NAN, HNN_MOTION_AS_DATA};
     if (hnn_model_load(file, &m->model, error) != AD_OK ||
         hnn_model_ode(m->model, &m->ode, error) != AD_OK)
         return error->status;

@@ -38,10 +38,16 @@ static double ms_per_step(const struct train_run *run)
 static void print_columns(const struct train_run *run)
 {
     const struct hnn_dataset *d = &run->data;
-    printf("  q: %s; p: %s; rates: %s\n", d->coordinates, d->momenta,
-           *d->rate_names          ? d->rate_names
-           : run->settings.rollout ? "none, rollouts"
-                                   : "by differences over time");
+    const char *part[][2] = {{"  q: ", d->coordinates},
+                             {"; p: ", d->momenta},
+                             {"; rates: ", *d->rate_names          ? d->rate_names
+                                           : run->settings.rollout ? "none, rollouts"
+                                                                   : "by differences over time"}};
+    for (size_t k = 0; k < sizeof part / sizeof *part; k++) {
+        fputs(part[k][0], stdout);
+        quote_terminal(stdout, part[k][1]);
+    }
+    putchar('\n');
     if (d->trials_by_time)
         printf("  %zu trajectories: time goes back between them\n", d->trials);
     if (d->gaps)
@@ -51,6 +57,22 @@ static void print_columns(const struct train_run *run)
         printf("  rows that lack a value, left out: %zu\n", d->missing);
     if (d->units_line)
         printf("  line %zu, of units, is left out\n", d->units_line);
+}
+
+static void print_motion(const struct train_motion *m)
+{
+    printf("  followed along %zu of its films it moves %.3g times as far as the data, its frames "
+           "%.3g times\n",
+           m->films, m->mean.latent / m->mean.latent_data, m->mean.frames / m->mean.frames_data);
+    if (isfinite(m->energy))
+        printf("  energy of the frames it draws %.4g, of the data's %.4g\n", m->energy,
+               m->energy_data);
+    if (m->kind == HNN_MOTION_AS_DATA)
+        return;
+    printf(
+        "  it %s: what it foresees is no motion of the data; train longer, on more films, or with "
+        "another --seed\n",
+        hnn_motion_names[m->kind]);
 }
 
 void train_print(const struct train_run *run)
@@ -67,6 +89,8 @@ void train_print(const struct train_run *run)
            run->train.n);
     if (run->test.n)
         printf("  test loss  %.6g on %zu samples\n", test, run->test.n);
+    if (run->pixels)
+        print_motion(&run->motion);
     quote_terminal_line(stdout, "  ", run->options->common.out);
 }
 
@@ -79,6 +103,17 @@ static void json_columns(struct json *json, const struct train_run *run)
     json_count(json, "trajectories", d->trials);
     json_count(json, "gaps", d->gaps);
     json_count(json, "missing", d->missing);
+}
+
+static void json_motion(struct json *json, const struct train_motion *m)
+{
+    json_text(json, "motion", hnn_motion_names[m->kind]);
+    json_number(json, "latent_spread", m->mean.latent);
+    json_number(json, "latent_spread_data", m->mean.latent_data);
+    json_number(json, "frame_spread", m->mean.frames);
+    json_number(json, "frame_spread_data", m->mean.frames_data);
+    json_number(json, "frame_energy", m->energy);
+    json_number(json, "frame_energy_data", m->energy_data);
 }
 
 void train_print_json(const struct train_run *run)
@@ -96,6 +131,8 @@ void train_print_json(const struct train_run *run)
     json_count(&json, "parameters", hnn_model_size(run->model));
     json_count(&json, "train_samples", run->train.n);
     json_count(&json, "test_samples", run->test.n);
+    if (run->pixels)
+        json_motion(&json, &run->motion);
     json_text(&json, "out", run->options->common.out);
     json_close(&json);
 }

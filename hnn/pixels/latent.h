@@ -30,6 +30,26 @@ enum ad_status hnn_observe(const hnn_model *model, const float *observation, dou
 enum ad_status hnn_show(const hnn_model *model, const struct hnn_path *path, size_t frame,
                         float *frames, struct ad_error *error);
 
+/* ---- does it move? ---- */
+
+enum hnn_motion_kind { HNN_MOTION_AS_DATA, HNN_MOTION_STANDS, HNN_MOTION_RUNS_AWAY };
+extern const char *const hnn_motion_names[]; /* NULL-terminated, in that order */
+
+/* Sizes of a motion, root mean squares of the changes about the mean in time, beside those of what
+   was observed: of the latent state, and of the pixels. */
+struct hnn_latent_motion {
+    double latent, latent_data, frames, frames_data;
+    /* Stands: less than a fifth of the data's, latent or in pixels. Runs away: the latent motion is
+       over three times the data's, or a width of the range of training outside of it. */
+    enum hnn_motion_kind kind;
+};
+/* Of a latent path and the frames foreseen along it, beside n observed frames [n x frame] that
+   begin where it does; both have an output a frame. */
+enum ad_status hnn_latent_motion(const hnn_model *model, size_t n, size_t frame,
+                                 const float *frames, const struct hnn_path *path,
+                                 const float *foreseen, struct hnn_latent_motion *motion,
+                                 struct ad_error *error);
+
 #ifdef __cplusplus
 }
 #endif

@@ -220,7 +220,7 @@ enum ad_status hnn_trainer_deliver(hnn_trainer *t, struct ad_error *error)
     bool best = t->best && isfinite(t->best_loss);
     hnn_learner_deliver(t, best ? t->best : hnn_trainer_outcome(t));
     if (t->model->settings.pixels)
-        return AD_OK;
+        return hnn_range_latents(t, error);
     return hnn_range_energy(t->model, t->train.type, t->train.n, t->train.x, error);
 }
 

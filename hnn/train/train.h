@@ -176,6 +176,8 @@ const void *hnn_trainer_outcome(const hnn_trainer *trainer);
 /* Appends a row to the history; AD_E_MEMORY. */
 enum ad_status hnn_history_add(hnn_trainer *trainer, const struct hnn_row *row,
                                struct ad_error *error);
+/* The model has seen the latent states of its training frames (train_range.c). */
+enum ad_status hnn_range_latents(hnn_trainer *trainer, struct ad_error *error);
 /* Hands the parameters found so far to the model, and what it has seen. */
 enum ad_status hnn_trainer_deliver(hnn_trainer *trainer, struct ad_error *error);
 

@@ -117,6 +117,23 @@ static void test_filter_of_the_training(void **state)
     }
 }
 
+/* A26: a training too short to move as the data do says so, and the model knows what it has seen.
+ */
+static void test_no_motion(void **state)
+{
+    (void)state;
+    shell_works("$LA dataset pixels --trials 3 --points 20 --size 8 --out still.h5");
+    shell_works(
+        "$LA train still.h5 --model pixel-hnn --hidden 8 --steps 2 --test-fraction 0 --json "
+        "--out still-model.h5");
+    assert_null(strstr(shell_out(), "\"motion\": \"as the data\""));
+    assert_true(shell_number("latent_spread") > 3 * shell_number("latent_spread_data"));
+    assert_true(isfinite(shell_number("frame_energy_data")));
+    shell_works("$LA rollout still-model.h5 --truth still.h5 --time 20 --json");
+    assert_null(strstr(shell_out(), "\"motion\": \"as the data\""));
+    assert_int_equal(shell("$LA dump still-model.h5 | grep -w range"), 0);
+}
+
 static void test_files(void **state)
 {
     (void)state;
@@ -200,10 +217,15 @@ static void test_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_as_from_c), cmocka_unit_test(test_added_energy),
-        cmocka_unit_test(test_starts),    cmocka_unit_test(test_filter_of_the_training),
-        cmocka_unit_test(test_files),     cmocka_unit_test(test_frames_of_no_rod),
-        cmocka_unit_test(test_pictures),  cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_as_from_c),
+        cmocka_unit_test(test_added_energy),
+        cmocka_unit_test(test_starts),
+        cmocka_unit_test(test_filter_of_the_training),
+        cmocka_unit_test(test_files),
+        cmocka_unit_test(test_no_motion),
+        cmocka_unit_test(test_frames_of_no_rod),
+        cmocka_unit_test(test_pictures),
+        cmocka_unit_test(test_refused),
     };
     return cmocka_run_group_tests_name("rollouts of pixels", tests, setup, shell_teardown);
 }

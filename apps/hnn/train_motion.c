@@ -1,0 +1,84 @@
+/* Whether a trained model of pixels moves: followed from the beginning of some films it was trained
+   on, for as long as they are. */
+#include "train.h"
+#include "hnn/pixels/latent.h"
+#include "hnn/pixels/pixel_energy.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { FILMS = 4 };
+
+/* Mean energy that frames show; NaN where nothing tells. */
+static double mean_energy(const struct hnn_frames *f, const float *pixels, double *work,
+                          struct ad_error *error)
+{
+    size_t n = f->frames - 1;
+    double sum = 0, *angle = work, *energy = work + n;
+    if (!f->has_rod || n < 3 ||
+        hnn_rod_angles(&f->rod, f->height, f->width, n, pixels, angle, error) != AD_OK)
+        return NAN;
+    hnn_rod_energies(&f->rod, n, angle, energy);
+    for (size_t k = 0; k < n - 2; k++)
+        sum += energy[k] / (double)(n - 2);
+    return sum;
+}
+
+/* A field that explodes on the way is one that runs away. */
+static enum ad_status follow(struct train_run *run, size_t first, float *foreseen, double *work,
+                             struct ad_error *error)
+{
+    const struct hnn_frames *f = &run->frames;
+    size_t n = f->frames - 1, frame = f->height * f->width;
+    const float *frames = hnn_frames_pair(f, first);
+    struct train_motion *m = &run->motion;
+    struct hnn_path path = {0};
+    struct hnn_latent_motion motion;
+    struct ad_error exploded = {0};
+    hnn_times(0, (double)(n - 1), n, work);
+    enum ad_status status =
+        hnn_foresee(run->model, frames, &(struct hnn_rollout_settings){.n = n, .t = work}, frame,
+                    &path, foreseen, NULL, &exploded);
+    if (status == AD_E_NONFINITE || status == AD_E_ACCURACY) {
+        m->kind = HNN_MOTION_RUNS_AWAY;
+    } else if (status != AD_OK) {
+        ad_fail(error, status, "%s", exploded.message);
+    } else if (hnn_latent_motion(run->model, f->frames, frame, frames, &path, foreseen, &motion,
+                                 error) == AD_OK) {
+        m->kind = motion.kind > m->kind ? motion.kind : m->kind;
+        m->mean.latent += motion.latent;
+        m->mean.latent_data += motion.latent_data;
+        m->mean.frames += motion.frames;
+        m->mean.frames_data += motion.frames_data;
+        m->energy += mean_energy(f, foreseen, work, error);
+        m->energy_data += mean_energy(f, frames, work, error);
+        m->films++;
+    }
+    hnn_path_free(&path);
+    return error->status;
+}
+
+static void divide(struct train_motion *m)
+{
+    double *sum[] = {&m->mean.latent,      &m->mean.latent_data, &m->mean.frames,
+                     &m->mean.frames_data, &m->energy,           &m->energy_data};
+    for (size_t k = 0; k < sizeof sum / sizeof *sum; k++)
+        *sum[k] = m->films ? *sum[k] / (double)m->films : (double)NAN;
+}
+
+enum ad_status train_look_at_motion(struct train_run *run, struct ad_error *error)
+{
+    const struct hnn_frames *f = &run->frames;
+    size_t each = f->frames - 2, films = run->pairs.n_train / each, n = f->frames - 1;
+    size_t stride = films > FILMS ? films / FILMS : 1;
+    float *foreseen = malloc(n * f->height * f->width * sizeof *foreseen);
+    double *work = malloc(2 * n * sizeof *work);
+    if (!foreseen || !work)
+        ad_fail(error, AD_E_MEMORY, "out of memory for %zu frames", n);
+    for (size_t k = 0; k < films && k < FILMS * stride && error->status == AD_OK; k += stride)
+        follow(run, run->pairs.train[k * each], foreseen, work, error);
+    divide(&run->motion);
+    free(foreseen);
+    free(work);
+    return error->status;
+}

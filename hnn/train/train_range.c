@@ -1,0 +1,37 @@
+/* The latent states that a model of pixels was trained on: those of its observations, by the
+   encoder at the end. */
+#include "train.h"
+
+#include <stdlib.h>
+
+enum { OBSERVATIONS = 2048, PIECE = 256 }; /* at most, evenly among them; encoded at once */
+
+enum ad_status hnn_range_latents(hnn_trainer *t, struct ad_error *error)
+{
+    const struct hnn_data *d = &t->train;
+    size_t pixels = t->model->settings.pixels, states = hnn_states(t->model);
+    size_t stride = (d->n + OBSERVATIONS - 1) / OBSERVATIONS, n = (d->n + stride - 1) / stride;
+    size_t bytes = hnn_type_bytes(d->type);
+    double *seen = malloc(PIECE * (pixels + states) * sizeof *seen);
+    double *x = malloc(states * n * sizeof *x);
+    if (!seen || !x)
+        ad_fail(error, AD_E_MEMORY, "out of memory for %zu latent states", n);
+    for (size_t first = 0; first < n && error->status == AD_OK; first += PIECE) {
+        size_t count = n - first < PIECE ? n - first : PIECE;
+        double *latent = seen + PIECE * pixels;
+        for (size_t i = 0; i < count; i++)
+            hnn_to_double(d->type, pixels,
+                          (const char *)d->target +
+                              d->first[(first + i) * stride] * d->target_frame * bytes,
+                          seen + i * pixels);
+        if (hnn_model_encode(t->model, count, seen, latent, error) == AD_OK)
+            for (size_t i = 0; i < count; i++)
+                for (size_t k = 0; k < states; k++)
+                    x[k * n + first + i] = latent[k * count + i];
+    }
+    if (error->status == AD_OK)
+        hnn_model_see(t->model, n, x, error);
+    free(seen);
+    free(x);
+    return error->status;
+}
