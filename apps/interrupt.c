@@ -17,7 +17,7 @@ static const int orderly[] = {SIGINT, SIGTERM}, at_once[] = {SIGHUP, SIGPIPE, SI
 
 enum { N_ORDERLY = sizeof orderly / sizeof *orderly, N_AT_ONCE = sizeof at_once / sizeof *at_once };
 
-static volatile sig_atomic_t came, catching;
+static volatile sig_atomic_t came, catching, looked;
 static volatile pid_t running;
 static char *_Atomic whole; /* names of the files that are */
 static struct timespec first;
@@ -70,7 +70,7 @@ static void end(int number)
 
 static void note(int number)
 {
-    if (!catching || (came && since_first() > ECHO)) {
+    if (!catching || !looked || (came && since_first() > ECHO)) {
         end(number);
     } else if (!came) {
         came = 1;
@@ -96,9 +96,17 @@ void interrupt_start(void)
     handle(SIGXFSZ, SIG_IGN);
 }
 
-void interrupt_catch(void) { catching = 1; }
+void interrupt_catch(void)
+{
+    looked = 0;
+    catching = 1;
+}
 
-bool interrupted(void) { return came; }
+bool interrupted(void)
+{
+    looked = 1;
+    return came;
+}
 
 void interrupt_child(pid_t child) { running = child; }
 

@@ -15,7 +15,8 @@
 
 /* Installs the handlers; main calls it first. */
 void interrupt_start(void);
-/* A run that looks at interrupted() begins: from now on SIGINT and SIGTERM raise the flag. */
+/* A run begins: from its first look at interrupted() on SIGINT and SIGTERM raise the flag. Before
+   that it may hang in a library. */
 void interrupt_catch(void);
 /* Whether one of them came. */
 bool interrupted(void);

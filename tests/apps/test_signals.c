@@ -1,0 +1,82 @@
+/* B2, E2, E6, E8: signals leave no temporary file; runs that write one file at once do not mix;
+   what killed ones left is removed, and nothing else is. */
+#include "tests/close.h"
+#include "shell.h"
+
+#include <string.h>
+
+/* Waits for a temporary file, without sleeping longer than that takes. */
+#define UNTIL_BEGUN "until ls -A | grep -q '^\\.leastaction\\.'; do :; done; "
+
+static void test_signals(void **state)
+{
+    (void)state;
+    static const char *const lines[] = {
+        "chart integrators --out . --quiet",
+        "chart linear --out . --quiet",
+        "simulate kepler --time 1e9 --csv a.csv --out a.h5 --quiet",
+    };
+    for (size_t k = 0; k < sizeof lines / sizeof *lines; k++) {
+        int status = shell("$LA %s & pid=$!; " UNTIL_BEGUN "kill -TERM $pid; wait $pid", lines[k]);
+        if (status != 143 && status != 1)
+            fail_msg("%s: status %d", lines[k], status);
+        shell_works("! ls -A | grep '^\\.'");
+        shell_clean();
+    }
+}
+
+/* Killed: the files stay, unlocked, until the next run; those of a run that goes on stay. */
+static void test_left_over(void **state)
+{
+    (void)state;
+    shell_works(
+        "$LA chart linear --out . --quiet & pid=$!; " UNTIL_BEGUN
+        "kill -KILL $pid; wait $pid; ls -A | grep -q '^\\.leastaction\\.' && "
+        "touch .leastaction.0123456789abcde .leastaction.0123456789abcdef.toolongextension1 "
+        ".12.a.csv && ln -s /nowhere .leastaction.0000000000000000.csv && "
+        "$LA chart linear --out . --quiet & other=$!; "
+        "until [ $(ls -A | grep -c '^\\.leastaction\\.') -ge 3 ]; do :; done; "
+        "$LA path pendulum --slices 5 --csv a.csv --quiet; "
+        "ls -A | grep -c '^\\.leastaction\\.................\\.svg$'; kill $other; "
+        "wait $other; ls -A | grep -c '^\\.'; cat .12.a.csv");
+    shell_works("ls -A | grep '^\\.' | sort | tr '\\n' ' '");
+    assert_string_equal(shell_out(), ".12.a.csv .leastaction.0000000000000000.csv "
+                                     ".leastaction.0123456789abcde "
+                                     ".leastaction.0123456789abcdef.toolongextension1 ");
+}
+
+static void test_at_once(void **state)
+{
+    (void)state;
+    shell_works(
+        "for k in 1 2 3 4 5 6 7 8 9 10 11 12; do "
+        "$LA path pendulum --slices $((k + 10)) --csv a.csv --out a.h5 --quiet & done; wait; "
+        "n=$(wc -l <a.csv); test $n -ge 12 && test $n -le 23 && tail -c 1 a.csv | od -c | "
+        "grep -q 'n' && $LA dump a.h5 >dump && ! ls -A | grep '^\\.'");
+}
+
+/* A file size limit is a failed write, and what was there stays. */
+static void test_file_size_limit(void **state)
+{
+    (void)state;
+    static const char *const options[] = {"out a.h5", "csv a.csv"};
+    for (size_t k = 0; k < 2; k++) {
+        shell_works("echo old >a.h5; echo old >a.csv");
+        int status = shell("ulimit -f 1; $LA path pendulum --slices 401 --%s --quiet", options[k]);
+        assert_in_range(status, 1, 2); /* and no signal */
+        if (!strstr(shell_err(), "cannot "))
+            fail_msg("%d: %s", status, shell_err());
+        shell_works("test $(cat a.h5) = old && test $(cat a.csv) = old && ! ls -A | grep '^\\.'");
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_signals, shell_empty),
+        cmocka_unit_test_teardown(test_left_over, shell_empty),
+        cmocka_unit_test_teardown(test_at_once, shell_empty),
+        cmocka_unit_test_teardown(test_file_size_limit, shell_empty),
+    };
+    return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
+}
