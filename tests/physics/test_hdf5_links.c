@@ -7,6 +7,7 @@
 
 #include <hdf5.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const char secret[] = "secret.bin";
@@ -163,6 +164,71 @@ static void test_links_inside(void **state)
     assert_true(values[0] == -2.5 && values[1] == 3.25 && values[2] == 0.125);
 }
 
+static void attributes(hid_t file)
+{
+    const hsize_t three = 3;
+    const double values[] = {1.5, 2.5, 3.5};
+    hid_t space = H5Screate_simple(1, &three, NULL), scalar = H5Screate(H5S_SCALAR);
+    hid_t text = H5Tcopy(H5T_C_S1);
+    H5Tset_size(text, 5);
+    hid_t list = H5Acreate2(file, "list", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT);
+    hid_t one = H5Acreate2(file, "one", H5T_NATIVE_DOUBLE, scalar, H5P_DEFAULT, H5P_DEFAULT);
+    hid_t fixed = H5Acreate2(file, "fixed", text, scalar, H5P_DEFAULT, H5P_DEFAULT);
+    assert_true(H5Awrite(list, H5T_NATIVE_DOUBLE, values) >= 0);
+    assert_true(H5Awrite(one, H5T_NATIVE_DOUBLE, values + 1) >= 0);
+    assert_true(H5Awrite(fixed, text, "abcde") >= 0);
+    H5Aclose(list), H5Aclose(one), H5Aclose(fixed);
+    H5Tclose(text);
+    H5Sclose(space), H5Sclose(scalar);
+}
+
+/* Each reading, right or wrong, gives back what it opened: nothing is open when a file is closed.
+ */
+static void test_nothing_stays_open(void **state)
+{
+    (void)state;
+    struct path path = files_temporary("attributes.h5");
+    struct ad_error error = {0};
+    struct seen seen = {0};
+    struct phys_runfile_item item;
+    phys_runfile *file;
+    double number = 0, values[4];
+    char *text;
+    write_file(path.text, attributes);
+    assert_int_equal(phys_runfile_open(path.text, &file, &error), AD_OK);
+    assert_int_equal(phys_runfile_get(file, "/", "one", &number, &error), AD_OK);
+    assert_true(number == 2.5);
+    assert_int_equal(phys_runfile_get_text(file, "/", "fixed", &text, &error), AD_OK);
+    assert_string_equal(text, "abcde");
+    free(text);
+    static const char *const wrong[] = {"list", "fixed", "none"};
+    for (size_t k = 0; k < 3; k++) {
+        struct ad_error refused = {0};
+        assert_int_equal(phys_runfile_get(file, "/", wrong[k], &number, &refused), AD_E_INPUT);
+        assert_non_null(strstr(refused.message, wrong[k]));
+    }
+    static const char *const no_text[] = {"list", "one", "none"};
+    for (size_t k = 0; k < 3; k++) {
+        struct ad_error refused = {0};
+        assert_int_equal(phys_runfile_get_text(file, "/", no_text[k], &text, &refused), AD_E_INPUT);
+        assert_null(text);
+    }
+    struct ad_error missing = {0};
+    assert_int_equal(phys_runfile_shape(file, "q", &item, &missing), AD_E_INPUT);
+    missing = (struct ad_error){0};
+    assert_int_equal(phys_runfile_read(file, "q", 0, 1, values, &missing), AD_E_INPUT);
+    assert_int_equal(phys_runfile_list(file, see, &seen, &error), AD_OK);
+    assert_int_equal(seen.attributes, 3);
+    assert_int_equal(H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL), 1);
+    phys_runfile_close(file);
+    assert_int_equal(H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL), 0);
+    write_file(path.text, built_in);
+    assert_int_equal(seen_in(path.text).objects, 3);
+    write_file(path.text, external_link_below);
+    assert_int_equal(phys_runfile_open(path.text, &file, &error), AD_E_INPUT);
+    assert_int_equal(H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL), 0);
+}
+
 enum { DEPTH = 3000 };
 
 static void deep(hid_t file)
@@ -194,6 +260,7 @@ int main(void)
         cmocka_unit_test(test_leads_out),
         cmocka_unit_test(test_links_inside),
         cmocka_unit_test(test_deep),
+        cmocka_unit_test(test_nothing_stays_open),
     };
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
