@@ -26,8 +26,7 @@ static const char *const hostile[] = {
     "^_~&{}^",
     "}}}\\}",
     "\x1b]0;pwned\a\x1b[2J\x7f\r\b\t\x01",
-    "\xc2\x9b"
-    "31m \xff\xfe \xc3 \xe2\x80",
+    "\302\23331m \xff\xfe \xc3 \xe2\x80",
     "<touch pwned",
     "|touch pwned",
     "-e system('touch pwned')",
