@@ -13,6 +13,8 @@
 /* One request may arrive twice: timeout(1) signals the process and then its group. */
 static const double ECHO = 0.5; /* s */
 
+enum { DEADLINE = 1 }; /* s, for a run to notice that it is asked to end */
+
 static const int orderly[] = {SIGINT, SIGTERM}, at_once[] = {SIGHUP, SIGPIPE, SIGQUIT, SIGXCPU};
 
 enum { N_ORDERLY = sizeof orderly / sizeof *orderly, N_AT_ONCE = sizeof at_once / sizeof *at_once };
@@ -73,9 +75,17 @@ static void note(int number)
     if (!catching || !looked || (came && since_first() > ECHO)) {
         end(number);
     } else if (!came) {
-        came = 1;
+        came = number;
         clock_gettime(CLOCK_MONOTONIC, &first);
+        alarm(DEADLINE);
     }
+}
+
+/* The run has not looked since: it hangs in a library, or a step of it takes long. */
+static void end_overdue(int number)
+{
+    (void)number;
+    end(came);
 }
 
 static void handle(int number, void (*handler)(int))
@@ -94,6 +104,7 @@ void interrupt_start(void)
         if (sigaction(at_once[k], NULL, &before) == 0 && before.sa_handler != SIG_IGN)
             handle(at_once[k], end);
     handle(SIGXFSZ, SIG_IGN);
+    handle(SIGALRM, end_overdue);
 }
 
 void interrupt_catch(void)
@@ -105,6 +116,8 @@ void interrupt_catch(void)
 bool interrupted(void)
 {
     looked = 1;
+    if (came)
+        alarm(0);
     return came;
 }
 

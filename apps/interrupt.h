@@ -2,7 +2,8 @@
    program started here does.
 
    SIGINT and SIGTERM end the process at once, unless a run is under way that stops in order: the
-   first then raises a flag, and one that comes half a second later or more ends the process.
+   first then raises a flag, and ends the process where the run has not looked at it a second later;
+   one that comes half a second later or more ends it at once.
    SIGHUP, SIGPIPE, SIGQUIT and SIGXCPU end it at once. A file size limit (SIGXFSZ) is a failed
    write. */
 #ifndef APPS_INTERRUPT_H
