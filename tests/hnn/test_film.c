@@ -278,6 +278,27 @@ static void test_angles(void **state)
     assert_true(isnan(found));
 }
 
+/* E11: every template counts. Of a rod thinner than the angle between two of them each tells its
+   own angle alone. */
+static void test_every_template(void **state)
+{
+    (void)state;
+    enum { N = 128, W = 64 };
+    struct hnn_rod rod = hnn_rod_published();
+    struct ad_error error = {0};
+    float *pixels = malloc(N * W * W * sizeof *pixels);
+    double found[N];
+    rod.left = rod.bottom = -1.1;
+    rod.right = rod.top = 1.1;
+    rod.radius = rod.axle = 0.004;
+    for (size_t k = 0; k < N; k++)
+        hnn_rod_draw(&rod, 2 * acos(-1) * ((double)(k + 1) / N - 0.5), W, W, pixels + k * W * W);
+    assert_int_equal(hnn_rod_angles(&rod, W, W, N, pixels, found, &error), AD_OK);
+    for (size_t k = 0; k < N; k++)
+        assert_close(found[k], 2 * acos(-1) * ((double)(k + 1) / N - 0.5), 0, 1e-9);
+    free(pixels);
+}
+
 /* Angles may pass the top. */
 static void test_energy_of_a_whirling_rod(void **state)
 {
@@ -309,6 +330,7 @@ int main(void)
         cmocka_unit_test(test_smooth_frames),
         cmocka_unit_test(test_energy_of_poor_frames),
         cmocka_unit_test(test_angles),
+        cmocka_unit_test(test_every_template),
         cmocka_unit_test(test_energy_of_a_whirling_rod),
     };
     return cmocka_run_group_tests_name("filmed pendulum", tests, NULL, NULL);
