@@ -317,9 +317,11 @@ struct phys_path_settings {
     size_t adam_steps;    /* newton, lbfgs: steps of adam before; newton that stalls then tries
                              without */
     const double
-        *reference;        /* [dof x slices]: descents end at the step nearest to it, once the
-                              distance has not fallen for PHYS_PATIENCE steps; NULL: they do not */
-    const double *compare; /* [s*dof x slices]: a path whose figures are wanted, too; or NULL */
+        *reference;         /* [dof x slices]: descents end at the step nearest to it, once the
+                               distance has not fallen for PHYS_PATIENCE steps; NULL: they do not */
+    const double *compare;  /* [s*dof x slices]: a path whose figures are wanted, too; or NULL */
+    double *start_momentum; /* [dof]: becomes -dS/dq at the first slice of the path found, a
+                               momentum of the order of the rule; or NULL */
     size_t threads;
     bool native; /* what runs long enough to pay for it runs as machine code (ad_native) */
     /* Called after step 0 (the start), and after every step; false stops the run cleanly. path is

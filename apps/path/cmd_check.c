@@ -1,7 +1,7 @@
 /* leastaction check: is a scene's Lagrangian finite, differentiated rightly, and local in time? */
 #include "apps/command.h"
 #include "apps/output/json.h"
-#include "physics/physics.h"
+#include "path_follow.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -43,7 +43,14 @@ static enum ad_status reference_path(const struct phys_system *system,
             path[k * slices] = q[k];
             path[k * slices + 1] = q[k] + v[k] * dt;
         }
-        phys_ode_path(motion, slices, dt, 1, path, error);
+        struct ad_error lost = {0};
+        if (path_follow(system, q, v, slices, dt, 1e-10, path, &lost) != AD_OK) {
+            for (size_t k = 0; k < dof; k++) {
+                path[k * slices] = q[k];
+                path[k * slices + 1] = q[k] + v[k] * dt;
+            }
+            phys_ode_path(motion, slices, dt, 1, path, error);
+        }
     }
     phys_motion_free(motion);
     free(q);

@@ -75,6 +75,8 @@ static const char *advice(const struct path_run *run, const struct path_result *
         return "";
     if (run->options->data && !path_from_tables(run->options))
         return "; try --init table, or fewer --days";
+    if (run->system.scene->free_time || path_from_file(run->options))
+        return "; try --adam-steps 500, --rule gauss4, or a smaller --dt";
     if (path_from_line(run->options))
         return "; a line is far from a path of many turns or close passes: try --init ode "
                "--tol 1e-6, or a shorter time (--slices)";
@@ -93,6 +95,12 @@ static int judge(const struct path_run *run, const struct path_result *result,
         ad_fail(error, AD_E_ARGUMENT, "not converged: %s, |gradient| %.3g after %zu steps%s",
                 path_stop_name(result->info.stop), result->info.grad_norm, result->info.steps,
                 advice(run, result));
+    else if (path_wants_tolerance(run->options) && result->discretisation > run->options->tolerance)
+        ad_fail(
+            error, AD_E_ACCURACY,
+            "--tol %g is not met: a rule of higher order is %.2g away, for an estimate of %.2g; "
+            "allow a larger error or take another --rule",
+            run->options->tolerance, result->discretisation, path_estimate(run));
     else
         path_ephemeris_judge(run, error);
     return error->status == AD_OK ? DONE : NOT_REACHED;
@@ -175,7 +183,8 @@ static const struct option table[] = {
     {"grad-tol", "E", OPTION_NUMBER, NULL, "stop where |gradient| is E of its start [never]",
      AT(grad_tolerance)},
     {"init", "HOW", OPTION_INPUT, NULL,
-     "start: line, ode, with --data table, or FILE.csv [line; --data: table; paper: ode]",
+     "start: line, ode, with --data table, or FILE.csv [line; --data: table; paper, --ends start: "
+     "ode]",
      AT(init)},
     {"noise", "SIGMA", OPTION_NUMBER, NULL, "on the start [none; paper: as published with ode]",
      AT(noise)},
@@ -204,9 +213,10 @@ const struct command command_path = {
              .more =
                  "SCENE is a name from `leastaction scenes`, or a shared object. FILE.csv is\n"
                  "[slices x coordinates], one row a slice. The reference path is, without\n"
-                 "--reference, the motion from the first two slices by the same discretisation\n"
-                 "(rules left and left+repeat) or tightly integrated (other rules); the table\n"
-                 "itself with --data and no preset."},
+                 "--reference, the motion from the scene's start: by the same discretisation\n"
+                 "(rules left and left+repeat, as long as that is near) or tightly integrated;\n"
+                 "the table itself with --data and no preset; none where --init FILE.csv gives\n"
+                 "the ends. The true motion is integrated from the start of the path found."},
     .bytes = sizeof(struct path_options),
     .run = run,
 };

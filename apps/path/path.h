@@ -5,6 +5,7 @@
 #define APPS_PATH_H
 
 #include "apps/options.h"
+#include "path_follow.h"
 #include "apps/output/plot.h"
 #include "apps/output/progress.h"
 #include "apps/output/report.h"
@@ -51,11 +52,14 @@ struct path_run {
     const struct phys_preset *preset; /* NULL: none asked for */
     const struct phys_solver *solver;
     struct phys_path_settings settings;
-    double damping;          /* of the ODE path; 1: none */
-    struct phys_noise noise; /* on the start; sigma 0: none */
-    size_t every;            /* steps from one stored path to the next */
-    double *reference, *start, *path;
-    size_t n_tables; /* of --data, and what its first slice is in them */
+    double damping;                   /* of the ODE path; 1: none */
+    struct phys_noise noise;          /* on the start; sigma 0: none */
+    size_t every;                     /* steps from one stored path to the next */
+    double *reference, *start, *path; /* reference NULL: there is none ... */
+    bool led_away;                    /* the discretised motion, so that the true one stands in */
+    const char *reference_is;         /* ... or what it is */
+    double *momentum;                 /* [dof] of the path found, at its start */
+    size_t n_tables;                  /* of --data, and what its first slice is in them */
     struct phys_horizons *tables;
     size_t first_epoch;
     size_t n_levels; /* of --tol, coarse to fine */
@@ -98,6 +102,8 @@ enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error 
 /* Of a run that is set up, makes one of the coarsest setting whose estimated error is under --tol:
    its rule, slices, start and reference. AD_E_ACCURACY where there is none. */
 enum ad_status path_refine(struct path_run *run, struct ad_error *error);
+/* The estimate of the setting chosen; NaN without --tol. */
+double path_estimate(const struct path_run *run);
 /* What was tried and chosen; nothing without --tol. */
 void path_report_levels(const struct path_run *run, struct report *report);
 
@@ -105,11 +111,10 @@ void path_report_levels(const struct path_run *run, struct report *report);
    dof x slices], for the caller to free; NULL: out of memory. (path_resample.c) */
 double *path_resample(const struct path_grid *from, const double *path, const struct path_grid *to,
                       size_t dof, struct ad_error *error);
-/* The motion of a run that is set up, by steps whose relative error is under the tolerance: path
-   [dof x slices]. (path_motion.c) */
+/* The scene's motion, or its closed form, by steps whose relative error is under the tolerance:
+   path [dof x slices]. (path_motion.c) */
 enum ad_status path_motion(const struct path_run *run, size_t slices, double dt, double tolerance,
                            double *path, struct ad_error *error);
-
 /* ---- recording (path_record.c) ---- */
 
 /* History of a run, and paths on the way: to the run file as they come, a few for the picture. */
@@ -136,17 +141,28 @@ void path_record_free(struct path_record *record);
 
 struct path_result {
     struct phys_path_info info;
-    double mse_initial, mse_final, max_error;
-    bool keeps_energy; /* L does not depend on time itself */
-    bool stationary;   /* of a kind, then */
+    double mse_initial, mse_final, max_error; /* NaN: no reference, or another path than it */
+    double reference_distance;
+    bool another;          /* stationary path than the one at the reference */
+    double true_distance;  /* from the motion from the path's own start, by another method ... */
+    double true_known;     /* ... and what that motion is known to; NaN: it cannot be had */
+    double discretisation; /* distance from the path of a rule of higher order; NaN: none near */
+    char no_motion[160];   /* why it cannot be had */
+    bool keeps_energy;     /* L does not depend on time itself */
+    bool stationary;       /* of a kind, then */
     struct phys_spectrum spectrum;
     struct phys_answers answers; /* --all, --energy; none else */
     size_t chosen;
 };
 
-/* Fills all but `info`. */
+/* Fills all but `info` (path_distances.c has the distances). */
 enum ad_status path_measure(const struct path_run *run, struct path_result *result,
                             struct ad_error *error);
+
+/* Distances of the path found from the true motion and from a finer path, and whether it is another
+   one than the reference. (path_distances.c) */
+enum ad_status path_distances(const struct path_run *run, struct path_result *result,
+                              struct ad_error *error);
 
 /* ---- what kind of path it is (path_verdict.c) ---- */
 

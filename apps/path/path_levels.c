@@ -18,6 +18,11 @@ static void describe(const struct path_run *run, char *text, size_t size)
              level->elements, level->rule->name, run->options->tolerance);
 }
 
+double path_estimate(const struct path_run *run)
+{
+    return chosen(run) ? chosen(run)->estimate : (double)NAN;
+}
+
 void path_report_levels(const struct path_run *run, struct report *report)
 {
     char text[128];

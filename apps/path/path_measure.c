@@ -25,8 +25,15 @@ enum ad_status path_measure(const struct path_run *run, struct path_result *resu
 {
     size_t n = run->system.dof * run->settings.slices;
     result->keeps_energy = phys_keeps_energy(&run->system);
-    result->mse_initial = mean_square(run->start, run->reference, n);
-    result->mse_final = mean_square(run->path, run->reference, n);
-    result->max_error = largest(run->path, run->reference, n);
-    return path_judge_kind(run, result, error);
+    if (path_judge_kind(run, result, error) != AD_OK || path_distances(run, result, error) != AD_OK)
+        return error->status;
+    result->mse_initial = result->mse_final = result->max_error = result->reference_distance = NAN;
+    if (run->reference) {
+        result->mse_initial = mean_square(run->start, run->reference, n);
+        result->mse_final = mean_square(run->path, run->reference, n);
+        result->reference_distance = largest(run->path, run->reference, n);
+        if (!result->another)
+            result->max_error = result->reference_distance;
+    }
+    return AD_OK;
 }

@@ -40,7 +40,7 @@ static struct blocks write_data(const struct path_run *run, const struct path_re
 {
     size_t size = run->system.dof * run->settings.slices;
     char name[48];
-    write_path(run, "reference", run->reference, out);
+    write_path(run, "reference", run->reference ? run->reference : run->path, out);
     for (size_t f = 0; f < record->n_frames; f++) {
         snprintf(name, sizeof name, "step %zu", record->frame_step[f]);
         write_path(run, name, record->frames + f * size, out);
@@ -69,7 +69,8 @@ static struct range column_range(const struct path_run *run, size_t column, size
 {
     struct range range = {INFINITY, -INFINITY};
     size_t slices = run->settings.slices;
-    const double *const paths[] = {run->reference, run->start, run->path};
+    const double *const paths[] = {run->reference ? run->reference : run->path, run->start,
+                                   run->path};
     if (column == 1)
         return (struct range){0, (double)(slices - 1) * run->settings.dt};
     for (size_t p = 0; p < 3; p++)
@@ -84,7 +85,7 @@ static struct range history_range(const struct path_record *record,
                                   const struct phys_path_figures *reference)
 {
     struct range range = {INFINITY, -INFINITY};
-    for (size_t i = record->n / 4; i <= record->n; i++) {
+    for (size_t i = record->n / 4; i < record->n + (isnan(reference->action_mean) ? 0 : 1); i++) {
         const struct phys_path_figures *f = i < record->n ? &record->figures[i] : reference;
         range_widen(&range, f->action_mean);
         range_widen(&range, f->kinetic_mean);
@@ -127,12 +128,13 @@ static void elements(const struct curves *curves, const char *block, const char 
 }
 
 /* Left of a still picture: with the frames nearest to steps 1/64, 1/16, 1/4 of the run. */
-static void left_still(const struct curves *curves, const struct blocks *blocks,
-                       const struct path_record *record, FILE *out)
+static void left_still(const struct path_run *run, const struct curves *curves,
+                       const struct blocks *blocks, const struct path_record *record, FILE *out)
 {
     char block[32];
     fputs("plot ", out);
-    elements(curves, "0", "with lines lw 6 lc rgb '#c8c8c8'", "reference", out);
+    if (run->reference)
+        elements(curves, "0", "with lines lw 6 lc rgb '#c8c8c8'", "reference", out);
     elements(curves, "1", "with linespoints lw 0.5 pt 7 ps 0.25 lc rgb '#e8a33d'", "start", out);
     size_t last = 0;
     for (size_t part = 64; part >= 4; part /= 4) {
@@ -149,10 +151,11 @@ static void left_still(const struct curves *curves, const struct blocks *blocks,
     fputs("NaN notitle\n", out);
 }
 
-static void left_frame(const struct curves *curves, FILE *out)
+static void left_frame(const struct path_run *run, const struct curves *curves, FILE *out)
 {
     fputs("plot ", out);
-    elements(curves, "0", "with lines lw 5 lc rgb '#c8c8c8'", "reference", out);
+    if (run->reference)
+        elements(curves, "0", "with lines lw 5 lc rgb '#c8c8c8'", "reference", out);
     elements(curves, "frame", "with lines lw 2 lc rgb '#1f4e79'", "path", out);
     fputs("NaN notitle\n", out);
 }
@@ -177,7 +180,7 @@ static void right(const struct path_run *run, const struct path_record *record,
     axis_set(out, "x", "step", "1", steps, 0);
     axis_set(out, "y", "mean a slice", run->system.scene->energy_unit, values, power);
     fputs("plot ", out);
-    for (size_t k = 0; k < 3; k++)
+    for (size_t k = 0; k < 3 && run->reference; k++)
         fprintf(out, "%.9g with lines dt 2 lw 1 lc rgb '%s' notitle, \\\n    ",
                 rows[k].reference / pow(10, power), rows[k].colour);
     for (size_t k = 0; k < 3; k++)
@@ -202,7 +205,7 @@ static void animate(const struct path_run *run, const struct path_record *record
           "noenhanced\n",
           out);
     left_axes(run, curves, out);
-    left_frame(curves, out);
+    left_frame(run, curves, out);
     right(run, record, result, blocks, " every ::0::step", out);
     fputs("unset multiplot\n}\n", out);
 }
@@ -224,7 +227,7 @@ void path_picture(const struct path_run *run, const struct path_record *record,
     quote_gnuplot(out, run->system.scene->name);
     fputs(" noenhanced\n", out);
     left_axes(run, &curves, out);
-    left_still(&curves, &blocks, record, out);
+    left_still(run, &curves, &blocks, record, out);
     right(run, record, result, &blocks, "", out);
     fputs("unset multiplot\n", out);
 }

@@ -105,8 +105,9 @@ static bool climb(struct refinement *r, const struct phys_rule *rule, size_t ele
     if (elements >= UNSETTLED && !stage_settled(r, &r->here)) {
         ad_fail(error, AD_E_ACCURACY,
                 "--tol %g: up to %zu elements of %s do not agree on a path, which may be one of "
-                "several; try --init ode, or a shorter time",
-                E, elements, rule->name);
+                "several; try %s, or a shorter time",
+                E, elements, rule->name,
+                path_from_file(run->options) ? "--adam-steps 500" : "--init ode");
         return true;
     }
     stage_free(&r->before);
@@ -172,11 +173,14 @@ static enum ad_status adopt(struct refinement *r, struct ad_error *error)
     struct path_run *run = r->run;
     const struct path_grid *grid = &r->here.grid;
     size_t rows = grid->rule->degree * run->system.dof;
-    double *reference = malloc(rows * grid->slices * sizeof *reference);
-    if (!reference)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (path_motion(run, grid->slices, grid->dt, tightest, reference, error) == AD_OK)
-        phys_rule_interpolate(grid->rule, run->system.dof, grid->slices, reference);
+    double *reference = NULL;
+    if (run->reference) {
+        reference = malloc(rows * grid->slices * sizeof *reference);
+        if (!reference)
+            return ad_fail(error, AD_E_MEMORY, "out of memory");
+        if (path_motion(run, grid->slices, grid->dt, tightest, reference, error) == AD_OK)
+            phys_rule_interpolate(grid->rule, run->system.dof, grid->slices, reference);
+    }
     free(run->reference);
     free(run->start);
     free(run->path);

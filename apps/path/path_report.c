@@ -112,22 +112,45 @@ static void report_energy(const struct path_run *run, const struct path_result *
         report_line(report, "  L depends on time itself, which changes the energy: no drift");
 }
 
+static void report_distances(const struct path_run *run, const struct path_result *result,
+                             struct report *report)
+{
+    const char *length = unit_shown(run->system.scene->unit), *blank = *length ? " " : "";
+    char square[64];
+    snprintf(square, sizeof square, "%s%s", length, *length ? "^2" : "");
+    report_line(report, "\n  reference: %s", run->reference ? run->reference_is : "none");
+    report_text(report, "reference", NULL, run->reference ? run->reference_is : NULL);
+    report_number(report, "mse_initial", "MSE of the start", square, result->mse_initial);
+    report_number(report, "mse_final", "MSE", square, result->mse_final);
+    report_number(report, "max_error", "from the reference", length, result->max_error);
+    report_number(report, "reference_distance", NULL, length, result->reference_distance);
+    report_flag(report, "another_path", NULL, result->another);
+    if (result->another)
+        report_line(
+            report,
+            "  another stationary path between these ends than the reference, up to %.6g%s%s "
+            "from it;\n  --all finds several",
+            result->reference_distance, blank, length);
+    report_number(report, "true_distance", "from the true motion", length, result->true_distance);
+    report_number(report, "true_known", "  which is known to", length, result->true_known);
+    if (*result->no_motion)
+        report_line(report, "  no distance from the true motion: %s", result->no_motion);
+    report_number(report, "discretisation_error", "discretisation error", length,
+                  result->discretisation);
+    if (result->stationary && isnan(result->discretisation))
+        report_line(report,
+                    "  discretisation error unknown: no path of a finer rule was found near");
+}
+
 void path_report(const struct path_run *run, const struct path_result *result,
                  struct report *report)
 {
-    const struct phys_scene *scene = run->system.scene;
-    const char *length = unit_shown(scene->unit);
-    char square[64];
-    snprintf(square, sizeof square, "%s%s", length, *length ? "^2" : "");
     report_tables(run, report);
     path_report_levels(run, report);
     report_run(run, result, report);
     report_figures(run, &result->info, report);
     path_report_kind(run, result, report);
-    report_line(report, "%s", "");
-    report_number(report, "mse_initial", "MSE of the start", square, result->mse_initial);
-    report_number(report, "mse_final", "MSE", square, result->mse_final);
-    report_number(report, "max_error", "largest error", length, result->max_error);
+    report_distances(run, result, report);
     report_energy(run, result, report);
     path_report_answers(run, result, report);
 }

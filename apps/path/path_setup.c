@@ -77,6 +77,11 @@ static enum ad_status choose_solver(const struct path_options *options, struct p
     if (path_wants_all(options) && start)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--all: with --ends start there is one answer; leave out one of them");
+    if (start && options->init && strcmp(options->init, "line") == 0)
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "--init line: with --ends start the scene's start, or the first two rows of a "
+            "FILE.csv, are what is given; leave it out");
     if (start)
         run->solver = &phys_solver_march;
     return error->status;
@@ -177,6 +182,7 @@ void path_run_free(struct path_run *run)
         phys_horizons_free(&run->tables[k]);
     free(run->tables);
     free(run->reference);
+    free(run->momentum);
     free(run->start);
     free(run->path);
     phys_system_close(&run->system);

@@ -3,6 +3,7 @@
 #include "path.h"
 #include "physics/io/csv.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -94,20 +95,77 @@ static enum ad_status integrate(const struct path_run *run, phys_motion *motion,
     return error->status;
 }
 
-/* The scene's own stationary path, else the motion from the first two slices of `given`, else from
-   the scene's start. */
-static double *motion_path(const struct path_run *run, const double *given, struct ad_error *error)
+static const char same_grid[] = "the motion of this discretisation", tight[] = "the true motion";
+static const double tightest = 1e-13; /* error of its steps */
+static const double led_away = 10; /* extents of the motion: what its discretisation may be off */
+
+/* Whether the motion of the discretisation is lost: further from the true one than that is wide. */
+static bool diverges(const struct path_run *run, const double *crude, const double *motion)
+{
+    size_t n = run->settings.slices, dof = run->system.dof;
+    double width = 0, distance = 0;
+    for (size_t k = 0; k < dof * n; k++) {
+        width = fmax(width, fabs(motion[k] - motion[k / n * n]));
+        if (!(fabs(crude[k] - motion[k]) <= distance))
+            distance = fabs(crude[k] - motion[k]);
+    }
+    return !(distance <= led_away * width);
+}
+
+/* Of a discretisation, by its own equations; `given` may be NULL. */
+static enum ad_status crude_motion(const struct path_run *run, const double *given, double *path,
+                                   struct ad_error *error)
 {
     phys_motion *motion = NULL;
-    double *path = path_new(run, error);
-    const struct phys_scene *scene = run->system.scene;
-    if (path && scene->between)
-        scene->between(run->system.params, run->settings.slices, path, error);
-    else if (path && phys_motion_new(&run->system, &motion, error) == AD_OK &&
-             first_slices(run, motion, given, path, error) == AD_OK)
+    if (phys_motion_new(&run->system, &motion, error) == AD_OK &&
+        first_slices(run, motion, given, path, error) == AD_OK)
         integrate(run, motion, path, error);
     phys_motion_free(motion);
+    return error->status;
+}
+
+/* The scene's motion, which gives the ends: for the left rules, that of the same discretisation as
+   long as it is near the true one; for other rules the true one. */
+static double *scene_motion(struct path_run *run, struct ad_error *error)
+{
+    const struct phys_path_settings *settings = &run->settings;
+    bool left = strncmp(settings->rule->name, "left", 4) == 0 &&
+                !path_wants_tolerance(run->options) && !run->system.scene->between;
+    struct ad_error lost = {0}, none = {0};
+    double *path = path_new(run, error), *crude = path && left ? path_new(run, error) : NULL;
+    if (error->status == AD_OK && run->preset && crude) { /* as published, whatever it is */
+        free(path);
+        run->reference_is = same_grid;
+        crude_motion(run, NULL, crude, error);
+        return crude;
+    }
+    run->reference_is = run->system.scene->between ? "the closed form" : tight;
+    if (error->status == AD_OK) {
+        path_motion(run, settings->slices, settings->dt, tightest, path, &lost);
+        if (crude && crude_motion(run, NULL, crude, &none) == AD_OK &&
+            (lost.status != AD_OK || !diverges(run, crude, path))) {
+            double *swap = path;
+            path = crude;
+            crude = swap;
+            run->reference_is = same_grid;
+        } else if (lost.status != AD_OK) {
+            ad_fail(error, lost.status, "%s", lost.message);
+        }
+        run->led_away = crude && run->reference_is == tight;
+    }
+    free(crude);
     if (error->status == AD_OK)
+        return path;
+    free(path);
+    return NULL;
+}
+
+/* The motion from the first two slices of what was observed. */
+static double *observed_motion(struct path_run *run, const double *observed, struct ad_error *error)
+{
+    double *path = path_new(run, error);
+    run->reference_is = same_grid;
+    if (path && crude_motion(run, observed, path, error) == AD_OK)
         return path;
     free(path);
     return NULL;
@@ -145,7 +203,7 @@ static void make_start(struct path_run *run, const double *file, const double *m
     size_t bytes = run->system.dof * run->settings.slices * sizeof(double);
     if (file)
         memcpy(run->start, file, bytes);
-    else if (path_from_line(run->options))
+    else if (path_from_line(run->options) && !(run->led_away && !run->options->init))
         draw_line(run, observed ? observed : motion, run->start);
     else if (path_from_tables(run->options))
         memcpy(run->start, observed, bytes);
@@ -162,20 +220,46 @@ static void make_start(struct path_run *run, const double *file, const double *m
 static void place_nodes(struct path_run *run)
 {
     size_t dof = run->system.dof, slices = run->settings.slices;
-    phys_rule_interpolate(run->settings.rule, dof, slices, run->reference);
+    if (run->reference)
+        phys_rule_interpolate(run->settings.rule, dof, slices, run->reference);
     phys_rule_interpolate(run->settings.rule, dof, slices, run->start);
     memcpy(run->path, run->start, path_rows(run) * slices * sizeof *run->path);
 }
 
 bool path_from_line(const struct path_options *options)
 {
-    return options->init ? strcmp(options->init, "line") == 0 : !options->preset && !options->data;
+    return options->init ? strcmp(options->init, "line") == 0
+                         : !options->preset && !options->data && strcmp(options->ends, "both") == 0;
 }
 
 bool path_from_tables(const struct path_options *options)
 {
     return options->data &&
            (options->init ? strcmp(options->init, "table") == 0 : !options->preset);
+}
+
+/* Where the motion by the rule is lost, the true motion is the start; but where Newton's method
+   does not arrive from it, the rule is too coarse for that motion, and a line is the start. */
+static enum ad_status choose_start(struct path_run *run, struct ad_error *error)
+{
+    struct phys_path_settings settings = run->settings;
+    struct phys_path_info info = {0};
+    struct ad_error lost = {0};
+    double *trial = path_new(run, error);
+    if (!trial)
+        return error->status;
+    memcpy(trial, run->start, path_rows(run) * settings.slices * sizeof *trial);
+    settings.adam_steps = 0;
+    run->solver->solve(&run->system, &settings, trial, &info, &lost);
+    free(trial);
+    if (lost.status == AD_OK && info.stop == PHYS_STOP_ROUNDING) {
+        if (run->options->adam_steps == OPTION_NO_COUNT)
+            run->settings.adam_steps = 0;
+        return AD_OK;
+    }
+    draw_line(run, run->reference, run->start);
+    place_nodes(run);
+    return AD_OK;
 }
 
 bool path_from_file(const struct path_options *options)
@@ -192,18 +276,33 @@ enum ad_status path_start(struct path_run *run, double *observed, struct ad_erro
     double *file = path_from_file(options) ? read_path(run, init, error) : NULL, *motion = NULL;
     if (error->status == AD_OK && options->reference)
         run->reference = read_path(run, options->reference, error);
-    if (error->status == AD_OK)
-        motion = motion_path(run, file ? file : observed, error);
+    if (error->status == AD_OK && !file) /* the ends of a file need no motion */
+        motion = observed ? observed_motion(run, observed, error) : scene_motion(run, error);
     if (error->status == AD_OK && (run->start = path_new(run, error)) &&
         (run->path = path_new(run, error)))
         make_start(run, file, motion, observed);
-    if (!run->reference && error->status == AD_OK) {
-        double **best = observed && !run->preset ? &observed : &motion;
+    if (run->reference) {
+        run->reference_is = options->reference;
+    } else if (error->status == AD_OK && !(file && !observed)) {
+        bool table = observed && (!run->preset || file);
+        double **best = table ? &observed : &motion;
         run->reference = *best;
         *best = NULL;
+        run->reference_is = table ? "the tables" : run->reference_is;
     }
+    if (error->status == AD_OK && options->stop_at_reference && !run->reference)
+        ad_fail(error, AD_E_ARGUMENT,
+                "--stop-at-reference: the ends of %s come without a reference; give --reference "
+                "FILE.csv, too",
+                init);
+    if (error->status == AD_OK && !(run->momentum = malloc(run->system.dof * sizeof(double))))
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    run->settings.start_momentum = run->momentum;
     if (error->status == AD_OK)
         place_nodes(run);
+    if (error->status == AD_OK && run->led_away && !init &&
+        strcmp(run->solver->name, "newton") == 0)
+        choose_start(run, error);
     if (options->stop_at_reference)
         run->settings.reference = run->reference;
     free(file);

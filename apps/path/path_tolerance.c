@@ -20,7 +20,8 @@ enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error 
         {options->data != NULL,
          "--data: observations have slices of their own; simulate ephemeris --data DIR --tol KM "
          "finds the least model"},
-        {options->reference != NULL, "--reference: it chooses the slices"},
+        {options->reference != NULL,
+         "--reference: the rows of the file are slices of their own; compare the --csv of the run"},
         {options->hold != 1, "--hold: it chooses the slices"},
         {!isnan(options->grad_tolerance), "--grad-tol: every level is solved to rounding"},
     };

@@ -68,7 +68,8 @@ enum ad_status path_file_begin(const struct path_run *run, phys_runfile *file,
     phys_runfile_number(file, "/", "energy_weight", settings->energy_weight, NULL);
     phys_runfile_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
     file_parameters(run, file);
-    file_path(run, file, "reference", run->reference);
+    if (run->reference)
+        file_path(run, file, "reference", run->reference);
     phys_runfile_extendable(file, "step", AD_F64, 1, (size_t[]){0});
     phys_runfile_extendable(file, "path", AD_F64, 3,
                             (size_t[]){0, run->system.dof, settings->slices});

@@ -43,6 +43,7 @@ static enum ad_status record(struct phys_path_program *p, struct ad_error *error
         phys_action_hold_energy(a, s->energy_weight);
     if (ad_grad(a->objective, 1, &a->path, &g) != AD_OK)
         return phys_tape_status(p->tape, error);
+    p->whole_gradient = g;
     p->gradient = ad_label(hold_ends(s, p->system->dof, g), "gradient");
     p->norm = ad_sqrt(ad_sum(ad_square(p->gradient)));
     ad_var out[] = {a->objective, a->action, a->action_mean, a->kinetic_mean, a->potential_mean,
@@ -205,15 +206,16 @@ enum phys_stop phys_path_program_report(struct phys_path_program *p,
     return at->step == s->steps ? PHYS_STOP_STEPS : 0;
 }
 
-/* Mean and drift of the energy along `path`, from the same recording. */
-static void measure_energy(struct phys_path_program *p, const double *path,
-                           struct phys_path_info *info)
+/* Mean and drift of the energy along `path`, and its start's momentum, from the same recording. */
+static void measure_path(struct phys_path_program *p, const double *path,
+                         struct phys_path_info *info)
 {
     ad_program *program;
     struct phys_action *a = &p->action;
     double most = 0;
     info->energy_mean = info->energy_drift = NAN;
-    if (ad_compile(p->tape, 2, (ad_var[]){a->energy, a->energy_mean}, &program) != AD_OK)
+    if (ad_compile(p->tape, 3, (ad_var[]){a->energy, a->energy_mean, p->whole_gradient},
+                   &program) != AD_OK)
         return;
     ad_set(program, a->path, path);
     ad_run(program);
@@ -222,6 +224,12 @@ static void measure_energy(struct phys_path_program *p, const double *path,
     for (size_t i = 1; i < ad_cols(a->energy); i++)
         most = fmax(most, fabs(E[i] - E[0]));
     info->energy_drift = E[0] != 0 ? most / fabs(E[0]) : most;
+    const double *g = ad_data(program, p->whole_gradient);
+    const struct phys_path_settings *settings = p->settings;
+    double bodies = p->system->scene->per_body ? (double)p->system->bodies : 1;
+    for (size_t k = 0; settings->start_momentum && k < p->system->dof; k++)
+        settings->start_momentum[k] =
+            -g[k * settings->slices] * settings->dt * (double)settings->slices * bodies;
     ad_program_free(program);
 }
 
@@ -255,7 +263,7 @@ void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
                                     .grad_norm = found.grad_norm,
                                     .start = p->start,
                                     .compared = compare(p, p->settings->compare)};
-    measure_energy(p, path, info);
+    measure_path(p, path, info);
     snprintf(info->interpreted, sizeof info->interpreted, "%s", ad_native_note(p->program));
     info->native = !*info->interpreted;
 }

@@ -11,7 +11,8 @@ struct phys_path_program {
     ad_tape *tape;
     ad_program *program;
     struct phys_action action;
-    ad_var gradient, norm;
+    ad_var gradient, norm; /* gradient: 0 where the path is held */
+    ad_var whole_gradient;
     size_t n;      /* elements of the path: s*dof*slices */
     double *x, *g; /* path and gradient of the objective, 0 where held: program storage */
     struct phys_path_figures start; /* of the path given */

@@ -1,0 +1,116 @@
+/* What a path is held against (A2, A4, A5, H6, H8): never itself, never a motion that diverges. */
+#include "tests/close.h"
+#include "shell.h"
+
+#include <string.h>
+
+/* A4: the motion of the same discretisation is the path itself; the true motion is not. */
+static void test_true_motion(void **state)
+{
+    (void)state;
+    shell_works("$LA path pendulum --init ode --json");
+    assert_close(shell_number("true_distance"), 0.0527269, 1e-4, 0);
+    assert_true(shell_number("true_known") < 1e-8);
+    assert_true(shell_number("discretisation_error") > 1e-4);
+    shell_works("$LA path kepler --slices 11 --dt .314159 --init ode --json");
+    assert_true(shell_number("true_distance") > 3);
+}
+
+/* The measured error of discretisation falls as the order of the rule says; `left` has, where L
+   separates, the positions of the trapezoidal rule between fixed ends. */
+static void test_discretisation(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *rule;
+        double order;
+    } rules[] = {{"left", 2}, {"midpoint", 2}, {"trapezoid", 2}, {"gauss2", 4}, {"gauss3", 6}};
+    for (size_t k = 0; k < LENGTH(rules); k++) {
+        double error[2];
+        for (int fine = 0; fine < 2; fine++) {
+            shell_works("$LA path pendulum --init ode --set theta0=0 --set rate0=1.6 --set l=1 "
+                        "--rule %s --slices %d --dt %g --json",
+                        rules[k].rule, fine ? 81 : 41, fine ? 0.025 : 0.05);
+            error[fine] = shell_number("discretisation_error");
+        }
+        assert_close(log2(error[0] / error[1]), rules[k].order, 0.15, 0);
+    }
+}
+
+/* A5 */
+static void test_another_path(void **state)
+{
+    (void)state;
+    shell_works("$LA path pendulum --tol 1e-9");
+    assert_non_null(strstr(shell_out(), "--all"));
+    shell_works("$LA path pendulum --tol 1e-9 --json");
+    assert_true(shell_number("reference_distance") > 4 && isnan(shell_number("max_error")));
+    assert_true(shell_number("discretisation_error") < 1e-9);
+    assert_non_null(strstr(shell_out(), "\"another_path\": true"));
+    shell_works("$LA path pendulum --init ode --rule gauss2 --json");
+    assert_non_null(strstr(shell_out(), "\"another_path\": false"));
+    assert_true(shell_number("max_error") == shell_number("reference_distance"));
+}
+
+/* A4: the crude motion of a close encounter spirals away to (-40, 10). */
+static void test_close_encounter(void **state)
+{
+    (void)state;
+    shell_works("$LA path arenstorf --json");
+    assert_true(shell_number("max_error") < 0.05 && shell_number("discretisation_error") < 0.05);
+}
+
+/* H8: between the ends of a file there is no reference, and no error against one. */
+static void test_ends_of_a_file(void **state)
+{
+    (void)state;
+    shell_works("printf 'a\\n0\\n0.3\\n0.9\\n' >ends.csv");
+    shell_works("$LA path spring --init ends.csv --slices 3 --dt 0.4 --tol 1e-9 --json "
+                "--out run.h5 --plot run.svg");
+    assert_true(isnan(shell_number("max_error")) && isnan(shell_number("mse_final")));
+    assert_true(shell_number("true_distance") < 1e-8);
+    assert_true(shell_number("discretisation_error") < 1e-9);
+    assert_int_equal(shell("$LA path spring --init ends.csv --slices 3 --dt 0.4 --solver adam "
+                           "--steps 5 --stop-at-reference"),
+                     2);
+}
+
+/* A2: what starts from a start begins with its position and its velocity. */
+static void test_start(void **state)
+{
+    (void)state;
+    shell_works("$LA path kepler --ends start --json");
+    assert_true(shell_number("max_error") < 1e-12 && shell_number("energy_drift") < 0.1);
+    double action = shell_number("action");
+    shell_works("$LA path kepler --ends start --init ode --json");
+    assert_true(shell_number("action") == action);
+    shell_works("$LA path kepler --ends start --rule gauss4 --json");
+    assert_true(shell_number("true_distance") < 1e-8);
+    assert_int_equal(shell("$LA path kepler --ends start --init line"), 2);
+}
+
+/* A6: theta of a heavy top stays in [.50, .55]; only a crude motion of it diverges. */
+static void test_reference_that_diverges(void **state)
+{
+    (void)state;
+    shell_works("$LA build $ROOT/tests/apps/scenes/top.c --quiet --include $ROOT --out top.so");
+    shell_works("$LA check ./top.so");
+    shell_works("$LA path ./top.so --rule gauss4 --init ode --json");
+    assert_true(shell_number("true_distance") < 1e-6);
+    assert_true(shell("$LA path ./top.so --json") < 2);
+    shell_works("$LA path ./top.so --json --solver adam --steps 3 | grep -F '\"the true motion\"'");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_true_motion, shell_empty),
+        cmocka_unit_test_teardown(test_discretisation, shell_empty),
+        cmocka_unit_test_teardown(test_another_path, shell_empty),
+        cmocka_unit_test_teardown(test_close_encounter, shell_empty),
+        cmocka_unit_test_teardown(test_ends_of_a_file, shell_empty),
+        cmocka_unit_test_teardown(test_start, shell_empty),
+        cmocka_unit_test_teardown(test_reference_that_diverges, shell_empty),
+    };
+    return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
+}
