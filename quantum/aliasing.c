@@ -41,8 +41,9 @@ static enum ad_status evaluate(const struct qm_slice *slice, struct sample *samp
                       sample->mixed, error);
 }
 
-/* Paths to one point that leave different starts with the same momentum meet again: a focus. */
-static bool beyond_focus(const struct sample *sample)
+/* Where D is not positive its root is no amplitude: the action of a straight path is too far from
+   that of the true one. */
+static bool too_crude(const struct sample *sample)
 {
     for (size_t k = 0; k < SAMPLES * sample->n; k++)
         if (!(sample->mixed[k] > 0))
@@ -66,7 +67,7 @@ static double least_dt(const struct qm_slice *slice, double ratio, struct sample
     struct ad_error error = {0};
     for (int k = 0; k < ROUNDS; k++) {
         longer.dt *= ratio;
-        if (evaluate(&longer, sample, &error) != AD_OK || beyond_focus(sample))
+        if (evaluate(&longer, sample, &error) != AD_OK || too_crude(sample))
             return (double)NAN;
         ratio = ratio_of(sample, slice->hbar);
         if (fabs(ratio - 1) < 1e-9)
@@ -79,6 +80,8 @@ enum ad_status qm_aliasing(const struct qm_slice *slice, struct qm_aliasing *ali
                            struct ad_error *error)
 {
     struct sample sample = {0};
+    if (!aliasing)
+        return ad_fail(error, AD_E_ARGUMENT, "aliasing: expected a place for it, got NULL");
     *aliasing = (struct qm_aliasing){0};
     if (qm_slice_check(slice, error) != AD_OK || sample_new(&slice->grid, &sample, error) != AD_OK)
         return error->status;
@@ -86,9 +89,10 @@ enum ad_status qm_aliasing(const struct qm_slice *slice, struct qm_aliasing *ali
         double dx = qm_dx(&slice->grid), ratio = ratio_of(&sample, slice->hbar);
         /* the longest difference of neighbours is two cells short of the box, whatever the grid */
         double shorter = 1 - 2 / (double)slice->grid.n;
-        if (beyond_focus(&sample))
+        if (too_crude(&sample))
             ad_fail(error, AD_E_ARGUMENT,
-                    "dt = %g is beyond the first focus of the paths; expected a shorter one",
+                    "dt: straight paths are too crude for %g: -d2S/dx_a dx_b is not positive; "
+                    "expected a shorter dt, or rule trapezoid",
                     slice->dt);
         *aliasing = (struct qm_aliasing){
             .ratio = ratio,

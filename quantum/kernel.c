@@ -144,6 +144,8 @@ enum ad_status qm_kernel_rows(const struct qm_slice *slice, size_t first, size_t
 {
     struct qm_aliasing aliasing;
     struct kernel k = {0};
+    if (!K)
+        return ad_fail(error, AD_E_ARGUMENT, "kernel: expected room for it, got NULL");
     if (qm_aliasing(slice, &aliasing, error) != AD_OK)
         return error->status;
     if (open(slice, rows, &k, error) == AD_OK)
@@ -154,13 +156,17 @@ enum ad_status qm_kernel_rows(const struct qm_slice *slice, size_t first, size_t
 
 enum ad_status qm_kernel(const struct qm_slice *slice, qm_complex *K, struct ad_error *error)
 {
-    if (qm_kernel_rows(slice, 0, slice->grid.n, K, error) == AD_OK && slice->absorb > 0)
+    if (qm_slice_check(slice, error) == AD_OK &&
+        qm_kernel_rows(slice, 0, slice->grid.n, K, error) == AD_OK && slice->absorb > 0)
         absorb(slice, K, error);
     return error->status;
 }
 
 enum ad_status qm_kernel_square(size_t n, size_t times, qm_complex *K, struct ad_error *error)
 {
+    if (!K || !n || n > SIZE_MAX / n / sizeof *K)
+        return ad_fail(error, AD_E_ARGUMENT, "kernel: expected n x n numbers, got %s, n = %zu",
+                       K ? "some" : "NULL", n);
     qm_complex *square = malloc(n * n * sizeof *square);
     if (!square)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu x %zu", n, n);

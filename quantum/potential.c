@@ -54,6 +54,13 @@ static bool separates(const struct look *at)
 enum ad_status qm_potential(const struct phys_system *system, const struct qm_grid *grid, double *V,
                             double *mass, struct ad_error *error)
 {
+    if (!system || !system->scene || !grid || !grid->n || !V || !mass)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "potential: expected system, grid, V and mass, got "
+                       "NULL or no points");
+    if (system->dof != 1)
+        return ad_fail(error, AD_E_ARGUMENT, "%s has %zu coordinates; expected a scene of one",
+                       system->scene->name, system->dof);
     size_t n = grid->n;
     struct look at = {.n = n, .q = malloc(10 * n * sizeof *at.q)};
     if (!at.q)

@@ -67,7 +67,7 @@ struct qm_aliasing {
 };
 /* Looks at the paths to points all over the grid, and at the slice itself: AD_E_ARGUMENT for more
    than one coordinate, an L that depends on time, a rule of another kind, sizes that are not
-   positive, and a dt beyond the first focus of the paths. */
+   positive, and a dt for which straight paths are too crude: D is not positive. */
 enum ad_status qm_aliasing(const struct qm_slice *slice, struct qm_aliasing *aliasing,
                            struct ad_error *error);
 
@@ -178,6 +178,21 @@ void qm_exact_packet(const struct qm_quadratic *scene, double hbar,
    0; Kennard 1927 for gravity): times dx it is an element of K. */
 qm_complex qm_exact_kernel(const struct qm_quadratic *scene, double hbar, double x_a, double x_b,
                            double t);
+/* ---- a reference (reference.c) ---- */
+
+struct qm_reference {
+    double uncertainty; /* of psi, sqrt(int |psi - psi'|^2 dx); INFINITY: none was found */
+    double norm;        /* of the whole wave, inside and outside an open box */
+};
+/* psi [n] at time t of a packet in the box of a slice by Schroedinger's equation, split in Fourier
+   space, with steps and points of its own: independent of any sum over paths and of the slice's dt
+   and n. Refined until `uncertainty` is at most `wanted` or the work too much. Open and absorbing
+   ends are taken for none: the box is widened until nothing reaches the ends. AD_E_ARGUMENT where L
+   is not m v^2/2 - V(q). */
+enum ad_status qm_reference(const struct qm_slice *slice, const struct qm_gaussian *packet,
+                            double t, double wanted, qm_complex *psi,
+                            struct qm_reference *reference, struct ad_error *error);
+
 /* Distance of bright fringes behind two Gaussian slits +-sigma wide, `apart` from centre to centre,
    a time t after a plane wave met them. */
 double qm_exact_fringe(double mass, double hbar, double apart, double sigma, double t);

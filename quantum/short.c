@@ -26,10 +26,14 @@ static enum ad_status check_free(const struct qm_slice *slice, double *mass, str
 
 enum ad_status qm_kernel_short(const struct qm_slice *slice, qm_complex *K, struct ad_error *error)
 {
-    size_t n = slice->grid.n;
     double mass;
+    if (!K)
+        return ad_fail(error, AD_E_ARGUMENT, "kernel: expected room for it, got NULL");
+    if (qm_slice_check(slice, error) != AD_OK)
+        return error->status;
+    size_t n = slice->grid.n;
     struct qm_slice ring = *slice;
-    if (qm_slice_check(slice, error) != AD_OK || check_free(slice, &mass, error) != AD_OK)
+    if (check_free(slice, &mass, error) != AD_OK)
         return error->status;
     qm_complex *back =
         n < SIZE_MAX / n / 2 / sizeof *back ? malloc(2 * n * n * sizeof *back) : NULL;

@@ -1,58 +1,32 @@
-/* What the errors of chart quantum are against: a closed form, or Crank-Nicolson on two fine grids,
-   extrapolated. */
+/* What the errors of chart quantum are against: a closed form, or qm_reference. */
 #include "chart_quantum.h"
 
 #include <complex.h>
 #include <math.h>
 #include <stdlib.h>
 
-enum { COARSE = 3645, STEPS = 2000 };
-
-static enum ad_status run(const struct quantum_reference *reference,
-                          const struct phys_system *system, size_t factor, size_t steps,
-                          qm_complex *psi, struct ad_error *error)
-{
-    const struct quantum_problem *problem = reference->problem;
-    struct qm_slice slice = {.system = system,
-                             .grid = reference->grid,
-                             .walls = QM_REFLECT,
-                             .dt = problem->time / (double)(factor * steps),
-                             .hbar = 1};
-    qm_propagator *propagator = NULL;
-    slice.grid.n *= factor;
-    qm_complex *fine = malloc(slice.grid.n * sizeof *fine);
-    if (!fine)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    qm_packet(&slice.grid, 1, &problem->packet, 1, 0, fine);
-    if (qm_propagator_new(&qm_method_crank_nicolson, &slice, &propagator, error) == AD_OK)
-        for (size_t k = 0; k < factor * steps; k++)
-            qm_propagate(propagator, 1, fine, error);
-    for (size_t a = 0; a < reference->grid.n; a++)
-        psi[a] = fine[factor * a + factor / 2];
-    qm_propagator_free(propagator);
-    free(fine);
-    return error->status;
-}
+enum { POINTS = 3645 };
 
 enum ad_status quantum_reference_new(const struct quantum_problem *problem,
                                      const struct phys_system *system, bool quick,
                                      struct quantum_reference *reference, struct ad_error *error)
 {
-    size_t n = quick ? COARSE / 3 : COARSE, steps = quick ? STEPS / 4 : STEPS;
+    size_t n = quick ? POINTS / 3 : POINTS;
     *reference =
         (struct quantum_reference){.problem = problem, .grid = {problem->low, problem->high, n}};
     if (problem->exact)
         return AD_OK;
-    qm_complex *coarse = malloc(n * sizeof *coarse);
+    struct qm_slice slice = {.system = system,
+                             .grid = reference->grid,
+                             .walls = QM_REFLECT,
+                             .dt = problem->time,
+                             .hbar = 1};
+    struct qm_reference found;
     reference->psi = malloc(n * sizeof *reference->psi);
-    if (!coarse || !reference->psi)
-        ad_fail(error, AD_E_MEMORY, "out of memory");
-    else if (run(reference, system, 1, steps, coarse, error) == AD_OK &&
-             run(reference, system, 3, steps, reference->psi, error) == AD_OK)
-        for (size_t a = 0; a < n; a++)
-            reference->psi[a] += (reference->psi[a] - coarse[a]) / 8;
-    free(coarse);
-    return error->status;
+    if (!reference->psi)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    return qm_reference(&slice, &problem->packet, problem->time, 1e-8, reference->psi, &found,
+                        error);
 }
 
 void quantum_reference_free(struct quantum_reference *reference) { free(reference->psi); }

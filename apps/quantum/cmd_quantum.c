@@ -3,6 +3,7 @@
 #include "apps/interrupt.h"
 #include "quantum.h"
 
+#include <math.h>
 #include <string.h>
 
 static enum ad_status write_results(const struct quantum_run *run,
@@ -38,6 +39,15 @@ static int run_packets(const struct quantum_run *run, struct ad_error *error)
         else if (!common->quiet)
             quantum_print(run, &result);
     }
+    if (error->status == AD_OK && isinf(result.error))
+        ad_fail(error, AD_E_ACCURACY,
+                "the error is not known: %s takes too many steps to t = %g; try fewer --steps",
+                result.truth, result.t[result.n - 1]);
+    else if (error->status == AD_OK && result.error > run->options->tolerance)
+        ad_fail(error, AD_E_ACCURACY,
+                "--tol %g: the error is %.2g, against %s; try more --points and a shorter --dt, a "
+                "larger --box, or --method fft",
+                run->options->tolerance, result.error, result.truth);
     if (error->status == AD_OK && result.interrupted)
         ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are those so far",
                 result.t[result.n - 1]);
@@ -106,6 +116,7 @@ static const struct option table[] = {
     {"normalise", NULL, OPTION_FLAG, NULL, "force the norm to 1 after every slice", AT(normalise)},
     {"force", NULL, OPTION_FLAG, NULL, "run what aliases, or takes hours, with a warning",
      AT(force)},
+    {"tol", "E", OPTION_NUMBER, "1e-2", "largest error that is exit status 0", AT(tolerance)},
     {"no-reference", NULL, OPTION_FLAG, NULL, "leave out what the error is held against",
      AT(no_reference)},
     {"preset", "paper", OPTION_TEXT, NULL, "the published variant, and the same done right",
@@ -127,8 +138,10 @@ const struct command command_quantum = {
              "refuses, and says which dt, points or box would do. On a ring of 2^k points fft\n"
              "sums all windings in closed form and has no such limit. The norm is not touched;\n"
              "1 less it is what was lost. The error is sqrt(int |psi - truth|^2 dx) against the\n"
-             "closed form where the potential is quadratic and the walls are open, else, between\n"
-             "reflecting walls, against Crank-Nicolson on finer grids."},
+             "closed form where the potential is quadratic and the walls are open, else against\n"
+             "Schroedinger's equation, or, of an L without a potential of its own, against slices\n"
+             "three times as fine; a wave beyond an open wall is an error, too. Above --tol the\n"
+             "exit status is 1."},
     .bytes = sizeof(struct quantum_options),
     .run = run,
 };

@@ -13,7 +13,7 @@ struct quantum_options {
     struct common common;
     const char *scene, *box, *method, *rule, *walls, *preset;
     struct texts packets;
-    double hbar, dt, absorb, scale;
+    double hbar, dt, absorb, scale, tolerance;
     size_t points, steps, every, power;
     bool normalise, force, no_reference;
     struct settings set;
@@ -48,7 +48,7 @@ struct quantum_result {
     double *density;            /* [n x points] |psi|^2 of the first packet */
     double *classical; /* [n] where a particle would be; NaN from where that is not known */
     qm_complex *psi;   /* [points x packets] at the end */
-    double error;      /* of the first packet: sqrt(int |psi - truth|^2); NaN: not known */
+    double error;      /* the packets' largest sqrt(int |psi - truth|^2); NaN: not asked for */
     const char *truth; /* what the error is against */
     double seconds, setup_seconds; /* of moving; of building what moves */
     bool interrupted;
@@ -59,11 +59,12 @@ enum ad_status quantum_run(const struct quantum_run *run, struct quantum_result 
                            struct ad_error *error);
 void quantum_result_free(struct quantum_result *result);
 
-/* What the first packet should have become: the closed form where the potential is quadratic and
-   the walls are open, else Crank-Nicolson on two finer grids, extrapolated. AD_OK and truth NULL
-   where nothing is known. */
-enum ad_status quantum_truth(const struct quantum_run *run, double t, qm_complex *psi,
-                             const char **truth, struct ad_error *error);
+/* The largest error of the packets psi [points x packets] at time t, and what it is against: the
+   closed form where the potential is quadratic and the walls are open; else Schroedinger's
+   equation (qm_reference); where L has no potential of its own, the same method three times as
+   fine. What is beyond an open wall counts, and what is not known of the reference. */
+enum ad_status quantum_error(const struct quantum_run *run, double t, const qm_complex *psi,
+                             double *off, const char **against, struct ad_error *error);
 /* Where the particle that starts as the first packet's mean is at the times t [n], thrown back by
    reflecting walls. x is NaN from where it leaves an open box. */
 enum ad_status quantum_classical(const struct quantum_run *run, size_t n, const double *t,

@@ -1,7 +1,7 @@
 /* leastaction quantum --preset paper: a packet in a box of 8 as published, and done right. The
    published matrix is exp(i (m (x_a - x_b)^2 / (2 hbar dt) - (V_a - V_b) dt / hbar)), normalised
-   after every slice. Its potential is a change of gauge, which |psi| does not see; its grid
-   aliases, and normalising hides what the ghosts add. */
+   after every slice. Its potential acts once, as a kick V' dt at the start; its grid aliases, and
+   normalising hides what the ghosts add. */
 #include "apps/command.h"
 #include "apps/interrupt.h"
 #include "quantum_paper.h"
@@ -15,7 +15,7 @@
 enum { DENSITY = 500, FRAMES = 100, POINTS = 1024 };
 
 static const double box = 8, span = 3, wave_number = 15, half_width = 0.2;
-static const double pull = 10; /* of the potential that is to show that it does not act */
+static const double pull = 10; /* of the potential whose effect is measured */
 
 /* ---- as published ---- */
 
@@ -61,8 +61,8 @@ static void keep_frame(struct published *p, double t)
 }
 
 /* Column 0 without a potential, column 1 with one: V_a - V_b is a phase of either end, so the
-   matrix with it is exp(-i V_a dt/hbar) K exp(i V_b dt/hbar), and all it does to a packet is one
-   kick V' dt before the first slice and another one back in the end. Column 1 starts after it. */
+   matrix with it is exp(-i V_a dt/hbar) K exp(i V_b dt/hbar), and all it does to a packet, in any
+   number of slices, is one kick V' dt before the first and one back after the last. */
 static void gauge(struct published *p, int sign)
 {
     double turn = sign * pull * qm_dx(&p->grid) * p->dt / p->hbar;
@@ -101,8 +101,12 @@ static void published_run(struct published *p)
         if (k % every == 0 || k == p->steps)
             keep_frame(p, (double)k * p->dt);
     }
-    for (size_t a = 0; a < n; a++)
+    double most = 0;
+    for (size_t a = 0; a < n; a++) {
+        most = fmax(most, cabs(p->psi[2 * a]));
         p->gauge = fmax(p->gauge, fabs(cabs(p->psi[2 * a]) - cabs(p->psi[2 * a + 1])));
+    }
+    p->gauge /= most;
 }
 
 static enum ad_status published(double scale, struct published *p, struct ad_error *error)
@@ -128,7 +132,6 @@ static enum ad_status published(double scale, struct published *p, struct ad_err
     }
     normalise(n, 2, p->psi);
     normalise(n, 2, p->psi + 1);
-    gauge(p, -1);
     published_run(p);
     return AD_OK;
 }

@@ -115,27 +115,6 @@ static enum ad_status step_by_step(const struct quantum_run *run, struct quantum
     return error->status;
 }
 
-/* sqrt(int |psi - truth|^2 dx) of the first packet. */
-static enum ad_status compare(const struct quantum_run *run, struct quantum_result *result,
-                              struct ad_error *error)
-{
-    size_t n = run->slice.grid.n;
-    double sum = 0;
-    qm_complex *truth = malloc(n * sizeof *truth);
-    if (!truth)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (quantum_truth(run, result->t[result->n - 1], truth, &result->truth, error) == AD_OK &&
-        result->truth) {
-        for (size_t a = 0; a < n; a++) {
-            double off = cabs(result->psi[a * run->n_packets] - truth[a]);
-            sum += off * off;
-        }
-        result->error = sqrt(sum * qm_dx(&run->slice.grid));
-    }
-    free(truth);
-    return error->status;
-}
-
 enum ad_status quantum_run(const struct quantum_run *run, struct quantum_result *result,
                            struct ad_error *error)
 {
@@ -149,5 +128,8 @@ enum ad_status quantum_run(const struct quantum_run *run, struct quantum_result 
     if ((leaps ? leap : step_by_step)(run, result, error) != AD_OK ||
         quantum_classical(run, result->n, result->t, result->classical, error) != AD_OK)
         return error->status;
-    return run->options->no_reference ? AD_OK : compare(run, result, error);
+    if (run->options->no_reference || result->interrupted)
+        return AD_OK;
+    return quantum_error(run, result->t[result->n - 1], result->psi, &result->error, &result->truth,
+                         error);
 }

@@ -1,5 +1,6 @@
 /* A wave packet's run made definite (quantum.h). */
 #include "quantum.h"
+#include "physics/stability/stability.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -17,10 +18,10 @@ static const struct preset {
     struct qm_gaussian packet;
 } presets[] = {
     {"free", "freebody", {{"g", 0}}, -10, 10, 256, 4, 0.5, QM_OPEN, {-2, 0.7, 2}},
-    {"gravity", "freebody", {{"g", 1}}, -12, 14, 640, 6, 0.5, QM_OPEN, {0, 0.7, 2}},
+    {"gravity", "freebody", {{"g", 1}}, -12, 14, 1300, 12, 0.25, QM_OPEN, {0, 0.7, 2}},
     {"harmonic", "spring", {{0}}, -6, 6, 512, 64, M_PI / 32, QM_OPEN, {1.5, M_SQRT1_2, 0}},
     {"pendulum", "pendulum", {{"l", 1}}, -M_PI, M_PI, 256, 200, 0.1, QM_RING, {1, 0.4, 0}},
-    {"double-well", "double-well", {{0}}, -4, 4, 400, 200, 0.06, QM_REFLECT, {-1.5, 0.4, 0}},
+    {"double-well", "double-well", {{0}}, -4, 4, 600, 300, 0.04, QM_REFLECT, {-1.5, 0.4, 0}},
 };
 
 /* A scene of the user's, or another of ours. */
@@ -153,6 +154,59 @@ static enum ad_status make_slice(const struct preset *preset, struct quantum_run
 
 /* ---- before a run ---- */
 
+/* A box that holds the motion: from the packet outwards until the potential turns it back, or,
+   where nothing does, far enough. */
+static void suggest_box(const struct quantum_run *run, double box[2])
+{
+    enum { MOST = 40 };
+    const struct qm_gaussian *p = &run->packet[0];
+    struct ad_error none = {0};
+    double mass = 1, speed = fabs(p->p) + run->slice.hbar / p->sigma, energy = -INFINITY;
+    for (int side = -1; side <= 1; side++) {
+        double x = p->x + 2 * side * p->sigma, V = 0;
+        qm_potential(&run->system, &(struct qm_grid){x - 0.5, x + 0.5, 1}, &V, &mass, &none);
+        energy = fmax(energy, V + speed * speed / (2 * mass));
+    }
+    for (int side = 0; side < 2; side++) {
+        double V = -INFINITY, step = side ? p->sigma : -p->sigma;
+        box[side] = p->x + 4 * step;
+        for (int k = 0; k < MOST && !(V > energy) && none.status == AD_OK; k++) {
+            double x = box[side] += step;
+            qm_potential(&run->system, &(struct qm_grid){x - 0.5, x + 0.5, 1}, &V, &mass, &none);
+        }
+        box[side] += 2 * step;
+    }
+}
+
+/* A scene without a box of its own needs one, and packets need to be in it. */
+static enum ad_status check_box(const struct preset *preset, const struct quantum_run *run,
+                                struct ad_error *error)
+{
+    const struct qm_grid *box = &run->slice.grid;
+    if (!preset->name && !run->options->box && run->system.dof == 1 &&
+        phys_keeps_energy(&run->system)) {
+        double such[2];
+        suggest_box(run, such);
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--box: %s has none of its own; expected A,B, where the walls are; try "
+                       "--box=%.3g,%.3g",
+                       run->name, such[0], such[1]);
+    }
+    for (size_t k = 0; k < run->n_packets; k++) {
+        const struct qm_gaussian *p = &run->packet[k];
+        double unit = p->sigma * M_SQRT2;
+        double inside = 0.5 * (erf((box->high - p->x) / unit) - erf((box->low - p->x) / unit));
+        if (box->high > box->low && !(inside >= 0.99))
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "--packet %g,%g,%g: %.3g %% of it is in the box from %g to %g; expected "
+                           "99 %% or more; try --box=%.4g,%.4g",
+                           p->x, p->sigma, p->p, 100 * inside, box->low, box->high,
+                           fmin(box->low, p->x - 6 * p->sigma),
+                           fmax(box->high, p->x + 6 * p->sigma));
+    }
+    return AD_OK;
+}
+
 /* Rounded up or down to four digits, so that what is suggested will do. */
 static double rounded(double x, double (*way)(double))
 {
@@ -175,13 +229,14 @@ static enum ad_status look_for_aliasing(struct quantum_run *run, struct ad_error
     }
     if (!run->method->aliases(slice) || a->ratio <= 1 + 1e-9)
         return AD_OK;
-    char text[sizeof error->message];
+    char text[sizeof error->message], longer[48] = "";
     double least = rounded((double)slice->grid.n * qm_dx(&slice->grid) / a->dx_most, ceil);
+    if (!isnan(a->dt_least))
+        snprintf(longer, sizeof longer, "--dt %.4g or more, ", rounded(a->dt_least, ceil));
     snprintf(text, sizeof text,
              "phases of neighbouring paths differ by up to %.3g (limit: 3.14), a ghost stands %.3g "
-             "away; expected --dt %.4g or more, --points %.0f or more, or a box of %.4g",
-             M_PI * a->ratio, a->ghost, rounded(a->dt_least, ceil), least,
-             rounded(a->box_most, floor));
+             "away; expected %s--points %.0f or more, or a box of %.4g",
+             M_PI * a->ratio, a->ghost, longer, least, rounded(a->box_most, floor));
     if (!run->options->force)
         return ad_fail(error, AD_E_ARGUMENT, "%s (--force runs it all the same)", text);
     fprintf(stderr, "leastaction quantum: warning: %s\n", text);
@@ -221,7 +276,8 @@ enum ad_status quantum_setup(const struct quantum_options *options, struct quant
     *run = (struct quantum_run){.options = options, .name = options->scene};
     const struct preset *preset = preset_of(run->name);
     if (open_scene(preset, run, error) != AD_OK || make_slice(preset, run, error) != AD_OK ||
-        read_packets(preset, run, error) != AD_OK || look_for_cost(run, error) != AD_OK)
+        read_packets(preset, run, error) != AD_OK || check_box(preset, run, error) != AD_OK ||
+        look_for_cost(run, error) != AD_OK)
         return error->status;
     return look_for_aliasing(run, error);
 }

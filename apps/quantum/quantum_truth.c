@@ -1,5 +1,5 @@
-/* What a wave packet is held against (quantum.h): closed forms, Crank-Nicolson on finer grids, and
-   the particle of the same Lagrangian. */
+/* What a wave packet is compared with (quantum.h): closed forms, Schroedinger's equation, finer
+   slices, and the particle of the same Lagrangian. */
 #include "quantum.h"
 #include "physics/motion/motion.h"
 
@@ -35,78 +35,123 @@ static bool is_quadratic(const struct qm_grid *grid, const double *V, double mas
     return scene->curvature >= 0;
 }
 
-/* ---- Crank-Nicolson ---- */
+/* ---- errors ---- */
 
-/* psi [n] from a grid `factor` times as fine (odd: its points are among them), in slices of about
-   dt / factor. */
-static enum ad_status fine_run(const struct quantum_run *run, double t, size_t factor,
-                               qm_complex *psi, struct ad_error *error)
+static const double known = 1e-5; /* what a reference is refined to */
+
+/* sqrt of int |psi - truth|^2 over the box, without absorbing layers: there psi is not the wave. */
+static double apart(const struct quantum_run *run, const qm_complex *psi, size_t stride,
+                    const qm_complex *truth)
 {
-    struct qm_slice slice = run->slice;
-    qm_propagator *propagator = NULL;
-    size_t n = slice.grid.n, steps = (size_t)ceil(t / run->slice.dt - 1e-9) * factor;
-    slice.grid.n = factor * n;
-    slice.walls = QM_REFLECT;
-    slice.dt = t / (double)steps;
-    qm_complex *fine = malloc(slice.grid.n * sizeof *fine);
-    if (!fine)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    qm_packet(&slice.grid, slice.hbar, &run->packet[0], 1, 0, fine);
-    if (qm_propagator_new(&qm_method_crank_nicolson, &slice, &propagator, error) == AD_OK)
-        for (size_t k = 0; k < steps; k++)
-            qm_propagate(propagator, 1, fine, error);
-    for (size_t a = 0; a < n; a++)
-        psi[a] = fine[factor * a + factor / 2];
-    qm_propagator_free(propagator);
-    free(fine);
-    return error->status;
+    const struct qm_slice *slice = &run->slice;
+    const struct qm_grid *grid = &slice->grid;
+    double sum = 0;
+    for (size_t a = 0; a < grid->n; a++) {
+        double x = qm_x(grid, a);
+        if (fmin(x - grid->low, grid->high - x) >= slice->absorb)
+            sum += pow(cabs(psi[a * stride] - truth[a]), 2);
+    }
+    return sqrt(sum * qm_dx(grid));
 }
 
-enum { COARSE = 5, FINE = 15 };
-
-/* Points times slices that are worth a reference. */
-static const double worth = 2e8;
-
-/* Both dx and dt fall by the same factor, and the error with their squares. */
-static enum ad_status extrapolated(const struct quantum_run *run, double t, qm_complex *psi,
-                                   struct ad_error *error)
+/* What of the true wave is beyond open walls; layers are meant to swallow it. */
+static double outside_of(const struct quantum_run *run, double norm, const qm_complex *truth)
 {
-    const double gain = (double)(FINE * FINE) / (COARSE * COARSE);
-    size_t n = run->slice.grid.n;
-    qm_complex *coarse = malloc(n * sizeof *coarse);
-    if (!coarse)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (fine_run(run, t, COARSE, coarse, error) == AD_OK &&
-        fine_run(run, t, FINE, psi, error) == AD_OK)
-        for (size_t a = 0; a < n; a++)
-            psi[a] = (gain * psi[a] - coarse[a]) / (gain - 1);
-    free(coarse);
-    return error->status;
+    const struct qm_slice *slice = &run->slice;
+    bool counts = slice->walls == QM_OPEN && slice->absorb == 0;
+    return counts ? sqrt(fmax(0, norm - qm_moments(&slice->grid, 1, truth).norm)) : 0;
 }
 
-enum ad_status quantum_truth(const struct quantum_run *run, double t, qm_complex *psi,
-                             const char **truth, struct ad_error *error)
+static bool closed_form(const struct quantum_run *run, const double *V, double mass, size_t packet,
+                        double t, qm_complex *truth)
 {
     const struct qm_slice *slice = &run->slice;
     struct qm_quadratic scene;
+    double V0;
+    if (slice->walls != QM_OPEN || !is_quadratic(&slice->grid, V, mass, &scene, &V0))
+        return false;
+    qm_exact_packet(&scene, slice->hbar, &run->packet[packet], t, &slice->grid, truth);
+    for (size_t a = 0; a < slice->grid.n; a++)
+        truth[a] *= cexp(-I * (V0 * t / slice->hbar));
+    return true;
+}
+
+enum { FINER = 3 }; /* odd: the points are among those of the finer grid */
+
+/* The same slices, three times as fine, of an L that has no potential to itself; the difference is
+   most of the coarser one's error, whose order is at least that of the rule. */
+static enum ad_status finer(const struct quantum_run *run, size_t packet, double t,
+                            qm_complex *truth, struct qm_reference *reference,
+                            struct ad_error *error)
+{
+    struct qm_slice slice = run->slice;
+    qm_propagator *propagator = NULL;
+    size_t n = slice.grid.n, steps = FINER * (size_t)ceil(t / slice.dt - 1e-9);
+    slice.grid.n = FINER * n;
+    slice.dt /= FINER;
+    struct qm_cost cost;
+    run->method->cost(&slice, &cost);
+    if (cost.bytes > 4e9 || cost.setup + cost.step * (double)steps > 1e12)
+        return ad_fail(error, AD_E_ACCURACY,
+                       "the error is not known: a run three times as fine would take too long; "
+                       "expected fewer --points or --steps, or --no-reference");
+    qm_complex *psi = malloc(slice.grid.n * sizeof *psi);
+    if (!psi)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    qm_packet(&slice.grid, slice.hbar, &run->packet[packet], 1, 0, psi);
+    if (qm_propagator_new(run->method, &slice, &propagator, error) == AD_OK)
+        for (size_t k = 0; k < steps && error->status == AD_OK; k++)
+            qm_propagate(propagator, 1, psi, error);
+    for (size_t a = 0; a < n; a++)
+        truth[a] = psi[FINER * a + FINER / 2];
+    *reference = (struct qm_reference){.norm = 1};
+    qm_propagator_free(propagator);
+    free(psi);
+    return error->status;
+}
+
+/* Of one packet. */
+static enum ad_status error_of(const struct quantum_run *run, size_t packet, double t,
+                               const qm_complex *psi, qm_complex *truth, double *off,
+                               const char **against, struct ad_error *error)
+{
+    const struct qm_slice *slice = &run->slice;
     struct ad_error no_potential = {0};
-    double mass, V0, *V = malloc(slice->grid.n * sizeof *V);
-    *truth = NULL;
+    struct qm_reference reference = {.norm = 1};
+    double mass, share = 1, *V = malloc(slice->grid.n * sizeof *V);
     if (!V)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     bool separates = qm_potential(&run->system, &slice->grid, V, &mass, &no_potential) == AD_OK;
-    if (separates && slice->walls == QM_OPEN && slice->absorb == 0 &&
-        is_quadratic(&slice->grid, V, mass, &scene, &V0)) {
-        *truth = "the closed form";
-        qm_exact_packet(&scene, slice->hbar, &run->packet[0], t, &slice->grid, psi);
-        for (size_t a = 0; a < slice->grid.n; a++)
-            psi[a] *= cexp(-I * (V0 * t / slice->hbar));
-    } else if (separates && slice->walls == QM_REFLECT && slice->absorb == 0 &&
-               FINE * FINE * (double)slice->grid.n * t / slice->dt < worth &&
-               extrapolated(run, t, psi, error) == AD_OK) {
-        *truth = "Crank-Nicolson on two finer grids, extrapolated";
+    if (separates && closed_form(run, V, mass, packet, t, truth)) {
+        *against = "the closed form";
+    } else if (separates) {
+        *against = "Schroedinger's equation, split in Fourier space";
+        qm_reference(slice, &run->packet[packet], t, known, truth, &reference, error);
+    } else {
+        double order = (double)slice->rule->order;
+        *against = "the same method, three times as fine";
+        share = 1 - pow(FINER, -order);
+        finer(run, packet, t, truth, &reference, error);
     }
+    double inside = apart(run, psi, run->n_packets, truth) / share;
+    *off = fmax(hypot(inside, outside_of(run, reference.norm, truth)), reference.uncertainty);
     free(V);
+    return error->status;
+}
+
+enum ad_status quantum_error(const struct quantum_run *run, double t, const qm_complex *psi,
+                             double *off, const char **against, struct ad_error *error)
+{
+    qm_complex *truth = calloc(run->slice.grid.n, sizeof *truth);
+    if (!truth)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    *off = 0;
+    for (size_t p = 0; p < run->n_packets && error->status == AD_OK; p++) {
+        double one;
+        if (error_of(run, p, t, psi + p, truth, &one, against, error) == AD_OK)
+            *off = fmax(*off, one);
+    }
+    free(truth);
     return error->status;
 }
 
@@ -178,11 +223,12 @@ enum ad_status quantum_classical(const struct quantum_run *run, size_t n, const 
                                 run->slice.walls == QM_RING ? INFINITY : grid->high,
                                 run->slice.walls == QM_REFLECT};
     struct phys_ode ode = {0};
+    struct ad_error lost = {0}; /* the particle is only for comparison */
     double y[2], now = 0;
     bool inside = true;
     if (start(run, y, error) == AD_OK && phys_ode_lagrangian(&run->system, &ode, error) == AD_OK)
         for (size_t k = 0; k < n; k++) {
-            inside = inside && (k == 0 || advance(&ode, &walls, &now, t[k], y, error));
+            inside = inside && (k == 0 || advance(&ode, &walls, &now, t[k], y, &lost));
             x[k] = inside ? y[0] : (double)NAN;
         }
     phys_ode_free(&ode);

@@ -25,7 +25,7 @@ static void test_scenes(void **state)
     static const struct {
         const char *scene;
         double mean, error;
-    } cases[] = {{"free", 2, 1e-6}, {"gravity", 1.5, 0.04}, {"harmonic", 1.5, 0.01}};
+    } cases[] = {{"free", 2, 1e-3}, {"gravity", 1.5, 0.01}, {"harmonic", 1.5, 0.01}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         assert_int_equal(shell("$LA quantum --scene %s --json", cases[k].scene), 0);
         assert_close(number("norm"), 1, 1e-6, 0);
@@ -35,9 +35,9 @@ static void test_scenes(void **state)
         assert_true(number("aliasing") <= 1);
     }
     assert_int_equal(shell("$LA quantum --scene pendulum --json"), 0);
-    assert_non_null(strstr(shell_last_line(), "\"error\": null"));
+    assert_true(number("error") < 0.01);
     assert_int_equal(shell("$LA quantum --scene double-well --json"), 0);
-    assert_true(number("error") < 0.03);
+    assert_true(number("error") < 0.01);
 }
 
 /* Three ways to the same packet; a far time in one leap. */
@@ -79,16 +79,17 @@ static void test_aliasing(void **state)
     assert_int_equal(sscanf(at, "expected --dt %lf or more, --points %d or more, or a box of %lf",
                             &dt, &points, &box),
                      3);
-    assert_int_equal(shell("$LA quantum --dt %.17g", dt), 0);
-    assert_int_equal(shell("$LA quantum --dt .125 --points %d", points), 0);
-    assert_int_equal(shell("$LA quantum --dt .125 --box=%g,%g --points %d --packet=0,.5,0",
-                           -box / 2, box / 2, (int)(256 * box / 20)),
-                     0);
-    assert_int_equal(shell("$LA quantum --dt .125 --steps 8 --packet=0,.5,0 --force --json"), 0);
+    assert_int_equal(shell("$LA quantum --dt %.17g --no-reference", dt), 0);
+    assert_int_equal(shell("$LA quantum --dt .125 --points %d --no-reference", points), 0);
+    assert_int_equal(
+        shell("$LA quantum --dt .125 --box=%g,%g --points %d --packet=0,.5,0 --no-reference",
+              -box / 2, box / 2, (int)(256 * box / 20)),
+        0);
+    assert_int_equal(shell("$LA quantum --dt .125 --steps 8 --packet=0,.5,0 --force --json"), 1);
     assert_non_null(strstr(shell_err(), "warning: phases"));
     assert_true(number("norm") > 1000);
     assert_int_equal(
-        shell("$LA quantum --dt .125 --steps 8 --packet=0,.5,0 --force --normalise --json"), 0);
+        shell("$LA quantum --dt .125 --steps 8 --packet=0,.5,0 --force --normalise --json"), 1);
     assert_close(number("norm"), 1, 1e-12, 0);
 }
 
@@ -119,6 +120,65 @@ static void test_refusals(void **state)
             fail_msg("%s: '%s' does not say '%s'", cases[k].arguments, shell_err(), cases[k].says);
     }
     assert_int_equal(shell_files(), 0);
+}
+
+static void assert_in_doubles(double x, double least, double most, const char *of)
+{
+    if (!(x >= least && x <= most))
+        fail_msg("%s: %g, expected %g to %g", of, x, least, most);
+}
+
+/* A19: an error is known of every set-up, and above --tol it is exit status 1. */
+static void test_errors_are_known(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *arguments;
+        int status;
+        double least, most;
+    } cases[] = {
+        {"--scene pendulum --method fft --dt 2 --steps 10", 1, 1, 2},
+        {"--scene pendulum --method fft --dt 2 --steps 10 --tol 2", 0, 1, 2},
+        {"--scene pendulum --steps 20 --walls reflect", 0, 0, 0.01},
+        {"--scene double-well --dt 1 --steps 12 --points 400", 1, 1.2, 1.4},
+        {"--scene double-well --dt .1 --steps 10 --walls open", 0, 0.001, 0.01},
+        {"--scene double-well --steps 20 --absorb .5", 0, 0, 0.01},
+        {"--scene harmonic --rule midpoint --dt 4 --steps 1 --points 128", 1, 1, 2},
+        {"--scene free --box=-5,5 --points 128 --steps 8", 1, 0.8, 1.1}, /* it has left the box */
+        {"--scene free --method fft --walls ring --dt 0.01 --steps 20", 0, 0, 1e-4},
+        {"--scene free --packet=-2,.7,2 --packet=2,.7,7", 1, 0.5, 2}, /* the second one leaves */
+        {"--scene double-well --power 3 --dt 0.2 --points 400", 1, 0.01, 2},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        int status = shell("$LA quantum %s --json", cases[k].arguments);
+        if (status != cases[k].status)
+            fail_msg("%s: %d, %s %s", cases[k].arguments, status, shell_last_line(), shell_err());
+        assert_in_doubles(number("error"), cases[k].least, cases[k].most, cases[k].arguments);
+    }
+}
+
+/* A20: packets that are not in the box, and boxes that nobody gave. */
+static void test_boxes(void **state)
+{
+    (void)state;
+    static const char *const refused[] = {
+        "--scene harmonic --packet 100,1,0",
+        "--scene harmonic --walls ring --method fft --box=-2,2",
+        "--packet 0,1,0 --packet 9.9,1,0",
+        "--scene cubic",
+        "--scene spring --packet 1,.5,0",
+    };
+    double low, high;
+    for (size_t k = 0; k < sizeof refused / sizeof *refused; k++) {
+        assert_int_equal(shell("$LA quantum %s", refused[k]), 2);
+        assert_null(strstr(shell_err(), "nan"));
+        assert_non_null(strstr(shell_err(), "try --box="));
+    }
+    const char *at = strstr(shell_err(), "try --box="); /* taken, it will do */
+    assert_int_equal(sscanf(at, "try --box=%lf,%lf", &low, &high), 2);
+    shell_works("$LA quantum --scene spring --packet 1,.5,0 --box=%g,%g --points 512 --dt 0.05 "
+                "--steps 20",
+                low, high);
 }
 
 static void test_outputs(void **state)
@@ -185,7 +245,8 @@ static void test_paper(void **state)
         assert_int_equal(shell("$LA quantum --preset paper --scale %g --json", scale), 0);
         assert_close(number("phases"), 64.0 / 3 * scale, 0.03, 0);
         assert_close(number("ghost"), 2.35619449 / scale, 1e-8, 0);
-        assert_true(number("effect_of_a_potential") < 1e-13);
+        /* F8: one kick V' dt of the packet */
+        assert_in_doubles(number("effect_of_a_potential"), 1e-3, 0.05, "--preset paper");
         assert_close(number("norm"), 1, 1e-11, 0);
         assert_true(number("error") < 0.8 * before);
         before = number("error");
@@ -210,11 +271,18 @@ static void test_chart(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_scenes),        cmocka_unit_test(test_methods),
-        cmocka_unit_test(test_many_packets),  cmocka_unit_test(test_aliasing),
-        cmocka_unit_test(test_refusals),      cmocka_unit_test(test_outputs),
-        cmocka_unit_test(test_shared_object), cmocka_unit_test(test_double_slit),
-        cmocka_unit_test(test_paper),         cmocka_unit_test(test_chart),
+        cmocka_unit_test(test_errors_are_known),
+        cmocka_unit_test(test_boxes),
+        cmocka_unit_test(test_scenes),
+        cmocka_unit_test(test_methods),
+        cmocka_unit_test(test_many_packets),
+        cmocka_unit_test(test_aliasing),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_outputs),
+        cmocka_unit_test(test_shared_object),
+        cmocka_unit_test(test_double_slit),
+        cmocka_unit_test(test_paper),
+        cmocka_unit_test(test_chart),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }
