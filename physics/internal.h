@@ -13,6 +13,19 @@ static inline enum ad_status phys_tape_status(const ad_tape *tape, struct ad_err
     return e->status == AD_OK ? AD_OK : ad_fail(error, e->status, "%s", e->message);
 }
 
+/* Refuses what was not given: an argument of NULL, or what a search that failed returned. An error
+   that is already held stays. */
+static inline bool phys_lacks(const void *given, const char *what, struct ad_error *error)
+{
+    return !given && ad_fail(error, AD_E_ARGUMENT, "got no %s (NULL)", what) != AD_OK;
+}
+static inline bool phys_lacks_scene(const struct phys_system *system, struct ad_error *error)
+{
+    return (!system || !system->scene) &&
+           ad_fail(error, AD_E_ARGUMENT, "got a system without scene; expected an open one") !=
+               AD_OK;
+}
+
 /* The struct phys_scene that a shared object exports; *library is for phys_library_close. */
 enum ad_status phys_library_open(const char *file, void **library, const struct phys_scene **scene,
                                  struct ad_error *error);

@@ -41,6 +41,12 @@ enum ad_status phys_action_record(ad_tape *tape, const struct phys_system *syste
                                   const struct phys_rule *rule, size_t slices, double dt,
                                   double energy_weight, struct phys_action *action)
 {
+    struct ad_error none = {0};
+    if (phys_lacks_scene(system, &none) || phys_lacks(rule, "action rule", &none)) {
+        *action = (struct phys_action){0};
+        ad_refuse(tape, none.status, "%s", none.message);
+        return none.status;
+    }
     double bodies = system->scene->per_body ? (double)system->bodies : 1;
     double share = 1 / ((double)slices * bodies); /* of one slice and body in a mean */
     ad_var kinetic, potential;

@@ -13,7 +13,7 @@ enum { N_RULES = LENGTH(phys_rules) - 1 };
 const struct phys_rule *phys_rule_find(const char *name, struct ad_error *error)
 {
     const char *names[N_RULES];
-    for (const struct phys_rule *rule = phys_rules_gauss; rule->name; rule++)
+    for (const struct phys_rule *rule = phys_rules_gauss; rule->name && name; rule++)
         if (strcmp(rule->name, name) == 0)
             return rule;
     for (size_t k = 0; k < N_RULES; k++)
@@ -90,6 +90,11 @@ static void points_of_table(const struct phys_rule_table *table, ad_var x, doubl
 void phys_rule_points(const struct phys_rule *rule, ad_var x, double dt,
                       struct phys_rule_points *points)
 {
+    if (!rule) {
+        ad_var none = ad_refuse(x.tape, AD_E_ARGUMENT, "got no action rule (NULL)");
+        *points = (struct phys_rule_points){none, none, none, none, 0};
+        return;
+    }
     if (rule->repeat) {
         points->q = x;
         points->v = ad_diff(x, 1 / dt, true);
@@ -126,6 +131,8 @@ static double cubic(const double *x, size_t slices, size_t i, double at)
 void phys_rule_interpolate(const struct phys_rule *rule, size_t dof, size_t slices, double *path)
 {
     struct phys_rule_table table;
+    if (!rule || !path)
+        return;
     rule->fill(rule, &table);
     for (size_t k = 1; k < table.degree; k++)
         for (size_t d = 0; d < dof; d++) {
@@ -140,6 +147,8 @@ void phys_rule_nodes(const struct phys_rule *rule, size_t dof, size_t slices, do
                      const double *path, double *nodes, double *times)
 {
     struct phys_rule_table table;
+    if (!rule || !path || !nodes)
+        return;
     rule->fill(rule, &table);
     size_t s = table.degree, n = s * (slices - 1) + 1;
     for (size_t j = 0; j < n; j++) {

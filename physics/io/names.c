@@ -21,6 +21,10 @@ static void list(size_t n, const char *const names[], size_t size, char text[])
 size_t phys_find(const char *what, const char *name, size_t n, const char *const names[],
                  struct ad_error *error)
 {
+    if (!name) {
+        ad_fail(error, AD_E_ARGUMENT, "no name of a %s (NULL)", what);
+        return n;
+    }
     for (size_t k = 0; k < n; k++)
         if (strcmp(names[k], name) == 0)
             return k;

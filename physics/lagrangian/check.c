@@ -41,11 +41,22 @@ static enum ad_status probe_compile(const struct probe *probe, size_t n_out, con
     return AD_OK;
 }
 
+static bool lacks_points(const struct phys_system *system, const struct phys_points *at,
+                         struct ad_error *error)
+{
+    return phys_lacks_scene(system, error) || phys_lacks(at, "points", error) ||
+           phys_lacks(at->q, "coordinates of points", error) ||
+           phys_lacks(at->v, "velocities of points", error) ||
+           phys_lacks(at->t, "times of points", error);
+}
+
 /* ---- finite ---- */
 
 enum ad_status phys_check_finite(const struct phys_system *system, const struct phys_points *at,
                                  struct ad_error *error)
 {
+    if (lacks_points(system, at, error))
+        return error->status;
     struct probe probe;
     ad_program *program = NULL;
     if (probe_new(&probe, system, at->n, error) == AD_OK) {
@@ -66,6 +77,8 @@ enum ad_status phys_check_gradient(const struct phys_system *system, const struc
                                    int order, double tolerance, size_t entries,
                                    struct ad_check *report, struct ad_error *error)
 {
+    if (lacks_points(system, at, error))
+        return error->status;
     struct probe probe;
     *report = (struct ad_check){0};
     if (order != 1 && order != 2)
@@ -141,6 +154,8 @@ static void name_coordinate(const struct probe *probe, ad_program *program,
 enum ad_status phys_check_locality(const struct phys_system *system, const struct phys_points *at,
                                    struct phys_locality *report, struct ad_error *error)
 {
+    if (lacks_points(system, at, error))
+        return error->status;
     struct probe probe;
     ad_program *program = NULL;
     size_t n = at->n;

@@ -118,6 +118,9 @@ static void keep_constant_mass(phys_motion *m)
 enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **motion,
                                struct ad_error *error)
 {
+    *motion = NULL;
+    if (phys_lacks_scene(system, error))
+        return error->status;
     size_t n = system->dof;
     phys_motion *m = *motion = calloc(1, sizeof *m);
     if (!m)

@@ -39,6 +39,9 @@ static void record(phys_legendre *l)
 enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre **legendre,
                                  struct ad_error *error)
 {
+    *legendre = NULL;
+    if (phys_lacks_scene(system, error))
+        return error->status;
     size_t n = system->dof;
     phys_legendre *l = *legendre = calloc(1, sizeof *l);
     if (!l)

@@ -177,7 +177,8 @@ struct phys_simulation {
     /* Fixed steps: their length, shortened a little where whole steps do not fill the time.
        Adaptive: the first step; 0: from the field. */
     double dt;
-    /* Adaptive: a step's error e_k is held under atol s_k + rtol |y_k|; scale s [n], NULL: ones. */
+    /* Adaptive: a step's error e_k is held under atol s_k + rtol |y_k|; scale s [n], NULL: ones.
+       atol 0: as rtol, and scale NULL then means phys_typical_sizes of the start. */
     double rtol, atol;
     const double *scale;
     /* A smaller step ends the simulation: AD_E_ACCURACY, naming time and component. 0: where the

@@ -93,6 +93,8 @@ static double size_of_fall(const struct phys_ode *ode, double t, const double *y
 enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const double *y,
                                   double *scale, struct ad_error *error)
 {
+    if (phys_lacks((const void *)(uintptr_t)ode->field, "field of the ode", error))
+        return error->status;
     bool halves = ode->canonical || ode->kick || ode->system;
     size_t first = halves ? ode->n / 2 : ode->n, second = ode->n - first;
     if (ode->field(ode->context, t, y, scale, error) != AD_OK)

@@ -68,6 +68,9 @@ static void release(void *context)
 enum ad_status phys_ode_canonical(const struct phys_system *system, struct phys_ode *ode,
                                   struct ad_error *error)
 {
+    *ode = (struct phys_ode){0};
+    if (phys_lacks_scene(system, error))
+        return error->status;
     struct context *c = calloc(1, sizeof *c);
     *ode = (struct phys_ode){.context = c, .free = c ? release : NULL};
     if (!c || !(c->v = calloc(system->dof, sizeof *c->v)))

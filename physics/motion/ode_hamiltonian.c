@@ -126,6 +126,9 @@ static enum ad_status record(struct context *c, phys_hamiltonian *H, const void 
 enum ad_status phys_ode_hamiltonian(phys_hamiltonian *H, size_t dof, const void *params,
                                     struct phys_ode *ode, struct ad_error *error)
 {
+    *ode = (struct phys_ode){0};
+    if (phys_lacks((const void *)(uintptr_t)H, "Hamiltonian", error))
+        return error->status;
     struct context *c = calloc(1, sizeof *c);
     *ode = (struct phys_ode){.context = c, .free = c ? release : NULL};
     if (!c || !(c->tape = ad_tape_new(AD_F64)))

@@ -52,6 +52,9 @@ static void release(void *context)
 enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys_ode *ode,
                                    struct ad_error *error)
 {
+    *ode = (struct phys_ode){0};
+    if (phys_lacks_scene(system, error))
+        return error->status;
     if (system->scene == &phys_scene_gas)
         return phys_ode_gas(system, PHYS_GAS_AUTO, ode, error);
     struct context *c = calloc(1, sizeof *c);

@@ -1,6 +1,7 @@
 /* The driver: steps, events, samples and energy, one step after the other. */
 #include "simulate.h"
 #include "autodiff/clock.h"
+#include "physics/internal.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -236,12 +237,42 @@ static enum ad_status march(struct run *run, struct ad_error *error)
     return AD_OK;
 }
 
+/* Without atol a component that is zero, at rest say, would allow no error at all: rtol is then of
+   the typical sizes, too. */
+static enum ad_status default_sizes(struct phys_simulation *s, const struct phys_ode *ode,
+                                    const double *y, double **sizes, struct ad_error *error)
+{
+    s->atol = s->rtol;
+    if (s->scale)
+        return AD_OK;
+    if (!(*sizes = malloc(ode->n * sizeof **sizes)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    s->scale = *sizes;
+    if (phys_typical_sizes(ode, s->t0, y, *sizes, error) != AD_OK) {
+        free(*sizes);
+        *sizes = NULL;
+    }
+    return error->status;
+}
+
 enum ad_status phys_simulate(const struct phys_simulation *settings, const struct phys_ode *ode,
                              double *y, struct phys_simulation_info *info, struct ad_error *error)
 {
-    struct run run = {.settings = settings, .info = info, .last_norm = 1e-4};
+    struct phys_simulation_info unwanted;
+    if (phys_lacks(settings, "settings of a simulation", error) ||
+        phys_lacks(settings->integrator, "integrator", error) || phys_lacks(ode, "ode", error) ||
+        phys_lacks((const void *)(uintptr_t)ode->field, "field of the ode", error) ||
+        phys_lacks(y, "start", error))
+        return error->status;
+    struct phys_simulation own = *settings;
+    struct run run = {.settings = &own, .info = info ? info : &unwanted, .last_norm = 1e-4};
+    info = run.info;
     *info = (struct phys_simulation_info){.t = settings->t0};
     if (check_settings(settings, error) != AD_OK)
+        return error->status;
+    double *sizes = NULL;
+    if (settings->integrator->adaptive && settings->atol == 0 &&
+        default_sizes(&own, ode, y, &sizes, error) != AD_OK)
         return error->status;
     double before = ad_now();
     if (begin(&run, ode, y, error) == AD_OK)
@@ -254,5 +285,6 @@ enum ad_status phys_simulate(const struct phys_simulation *settings, const struc
         info->interpolations = run.stepper.interpolations;
     }
     release(&run);
+    free(sizes);
     return error->status;
 }

@@ -285,6 +285,9 @@ enum ad_status phys_path_all(const struct phys_system *system,
                              struct ad_error *error)
 {
     *answers = (struct phys_answers){0};
+    if (phys_lacks_scene(system, error) || phys_lacks(settings->rule, "action rule", error) ||
+        phys_lacks(path, "path", error))
+        return error->status;
     struct search s = {.system = system,
                        .settings = *settings,
                        .newton = phys_solver_find("newton", error),

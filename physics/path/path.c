@@ -33,6 +33,8 @@ static bool positive(double x) { return x > 0 && isfinite(x); }
 static enum ad_status check_settings(const struct phys_solver *solver,
                                      const struct phys_path_settings *s, struct ad_error *error)
 {
+    if (phys_lacks(solver, "solver", error) || phys_lacks(s, "settings", error))
+        return error->status;
     bool rated = solver->rated || s->adam_steps > 0;
     if (!s->rule)
         return ad_fail(error, AD_E_ARGUMENT, "no action rule; expected one of phys_rules");
@@ -62,5 +64,8 @@ enum ad_status phys_path_solve(const struct phys_solver *solver, const struct ph
                                struct phys_path_info *info, struct ad_error *error)
 {
     enum ad_status status = check_settings(solver, settings, error);
+    if (phys_lacks_scene(system, error) || phys_lacks(path, "path", error) ||
+        phys_lacks(info, "info", error))
+        return error->status;
     return status == AD_OK ? solver->solve(system, settings, path, info, error) : status;
 }

@@ -287,6 +287,9 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
     struct phys_hessian h;
     struct chain c = {0};
     *spectrum = (struct phys_spectrum){.smallest = (double)NAN, .second_variation = (double)NAN};
+    if (phys_lacks_scene(system, error) || phys_lacks(settings->rule, "action rule", error) ||
+        phys_lacks(path, "path", error))
+        return error->status;
     if (phys_hessian_new(&h, system, settings->rule, settings->slices, settings->dt, error) ==
         AD_OK)
         examine(&h, &c, path, spectrum, error);

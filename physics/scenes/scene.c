@@ -86,6 +86,8 @@ enum ad_status phys_system_open(const char *name, struct phys_system *system,
                                 struct ad_error *error)
 {
     *system = (struct phys_system){0};
+    if (phys_lacks(name, "name of a scene", error))
+        return error->status;
     enum ad_status status = find_scene(name, system, error);
     return status == AD_OK ? phys_system_begin(system, system->scene, error) : status;
 }
@@ -93,7 +95,7 @@ enum ad_status phys_system_open(const char *name, struct phys_system *system,
 enum ad_status phys_system_make(const struct phys_scene *scene, struct phys_system *system,
                                 struct ad_error *error)
 {
-    const char *flaw = phys_scene_flaw(scene);
+    const char *flaw = scene ? phys_scene_flaw(scene) : "is missing (NULL)";
     *system = (struct phys_system){0};
     return flaw ? ad_fail(error, AD_E_INPUT, "a scene %s", flaw)
                 : phys_system_begin(system, scene, error);
@@ -111,6 +113,8 @@ enum ad_status phys_system_set(struct phys_system *system, const char *name, dou
 {
     const struct phys_scene *scene = system->scene;
     const char *names[MOST_PARAMS];
+    if (phys_lacks_scene(system, error))
+        return error->status;
     size_t n = scene->n_params < MOST_PARAMS ? scene->n_params : MOST_PARAMS;
     for (size_t k = 0; k < n; k++)
         names[k] = scene->params[k].name;

@@ -131,6 +131,8 @@ enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
 {
     size_t n = ode->n;
     *result = (struct phys_lyapunov){.time = INFINITY, .horizon = INFINITY};
+    if (phys_lacks((const void *)(uintptr_t)ode->field, "field of the ode", error))
+        return error->status;
     if (!(settings->t1 > settings->t0))
         return ad_fail(error, AD_E_ARGUMENT, "growth from t = %g to %g: expected a later end",
                        settings->t0, settings->t1);

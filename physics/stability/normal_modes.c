@@ -133,6 +133,8 @@ enum ad_status phys_small_motion(const struct phys_system *system, size_t n, con
 {
     struct matrices m;
     *motion = (struct phys_small_motion){0};
+    if (phys_lacks_scene(system, error))
+        return error->status;
     begin(&m, system, error);
     for (size_t i = 0; i < n && error->status == AD_OK; i++)
         if (evaluate(&m, x + 2 * i * system->dof, t[i], error) == AD_OK)

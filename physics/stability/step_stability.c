@@ -93,6 +93,8 @@ enum ad_status phys_step_limits(const struct phys_integrator *integrator,
 {
     struct probe p;
     *limits = (struct phys_step_limits){INFINITY, INFINITY};
+    if (phys_lacks(integrator, "integrator", error))
+        return error->status;
     if (integrator->adaptive)
         return ad_fail(error, AD_E_ARGUMENT, "%s chooses its steps: no limit is asked of them",
                        integrator->name);
@@ -137,7 +139,7 @@ enum ad_status phys_step_advise(const struct phys_integrator *integrator,
 {
     struct phys_step_limits limits;
     *advice = (struct phys_step_advice){.limit = INFINITY, .resonance = INFINITY};
-    if (phys_step_limits(integrator, &limits, error) != AD_OK ||
+    if (phys_lacks_scene(system, error) || phys_step_limits(integrator, &limits, error) != AD_OK ||
         phys_small_motion(system, n, x, t, &advice->motion, error) != AD_OK)
         return error->status;
     double w = advice->motion.frequency;
