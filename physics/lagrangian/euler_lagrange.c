@@ -8,6 +8,7 @@
 #include "autodiff/blas.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 struct phys_motion {
@@ -21,7 +22,9 @@ struct phys_motion {
     double *factor;
     int *pivots; /* [dof] */
     bool diagonal;
-    size_t singular; /* 0, or 1 + the coordinate of a zero pivot */
+    double *column;   /* [dof] largest entries of M's columns */
+    size_t singular;  /* 0, or 1 + the coordinate of a pivot that is too small ... */
+    double condition; /* ... by which its column cancels; INFINITY: to zero */
 };
 
 /* Rows of the unit matrix as a constant; the seed of the lanes. */
@@ -84,19 +87,40 @@ static bool is_diagonal(size_t n, const double *M)
     return true;
 }
 
+/* A pivot of P L U against the largest entry of its column: what elimination cancelled, a lower
+   bound of the condition number of M in scaled coordinates. Of accelerations so much of the
+   rounding is left; where fewer than four digits are, they are none. */
+static void judge_pivots(phys_motion *m)
+{
+    const double most = 1e12;
+    size_t n = m->system->dof;
+    m->condition = 1;
+    for (size_t k = 0; k < n; k++) {
+        double pivot = fabs(m->factor[m->diagonal ? k : k * n + k]);
+        double ratio = pivot > 0 ? m->column[k] / pivot : (double)INFINITY;
+        if (ratio > m->condition) {
+            m->condition = ratio;
+            m->singular = ratio > most ? k + 1 : m->singular;
+        }
+    }
+}
+
 static void factor(phys_motion *m)
 {
     size_t n = m->system->dof;
     double *M = m->factor;
     m->singular = 0;
     m->diagonal = is_diagonal(n, M);
-    if (!m->diagonal)
-        m->singular = (size_t)ad_blas_factor(n, M, m->pivots);
-    for (size_t k = 0; k < n && m->diagonal; k++) {
-        M[k] = M[k * n + k];
-        if (M[k] == 0 && !m->singular)
-            m->singular = k + 1;
+    for (size_t k = 0; k < n; k++) {
+        m->column[k] = 0;
+        for (size_t i = 0; i < n; i++)
+            m->column[k] = fmax(m->column[k], fabs(M[k * n + i]));
     }
+    if (!m->diagonal)
+        ad_blas_factor(n, M, m->pivots);
+    for (size_t k = 0; k < n && m->diagonal; k++)
+        M[k] = M[k * n + k];
+    judge_pivots(m);
 }
 
 static void evaluate_mass(phys_motion *m)
@@ -126,8 +150,9 @@ enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **m
     if (!m)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     *m = (phys_motion){.system = system, .tape = ad_tape_new(AD_F64)};
-    if (n <= SIZE_MAX / sizeof(double) / n)
-        m->factor = malloc(n * n * sizeof *m->factor);
+    if (n <= SIZE_MAX / sizeof(double) / n - 1)
+        m->factor = malloc((n + 1) * n * sizeof *m->factor);
+    m->column = m->factor ? m->factor + n * n : NULL;
     m->pivots = malloc(n * sizeof *m->pivots);
     if (!m->tape || !m->factor || !m->pivots)
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
@@ -180,6 +205,19 @@ static enum ad_status refuse(const phys_motion *m, const char *what, size_t k, d
                    what, name, t);
 }
 
+static enum ad_status refuse_mass(const phys_motion *m, double t, struct ad_error *error)
+{
+    char what[160];
+    if (m->column[m->singular - 1] == 0)
+        snprintf(what, sizeof what,
+                 "no mass; expected a positive one: the mass matrix is singular");
+    else
+        snprintf(what, sizeof what,
+                 "L is degenerate (condition number %.2g): the mass matrix is singular",
+                 m->condition);
+    return refuse(m, what, m->singular - 1, t, error);
+}
+
 enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, const double *v,
                                         double t, double *a, struct ad_error *error)
 {
@@ -192,7 +230,7 @@ enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, co
         evaluate_mass(m);
     }
     if (m->singular)
-        return refuse(m, "the mass matrix is singular", m->singular - 1, t, error);
+        return refuse_mass(m, t, error);
     solve(m, a);
     for (size_t k = 0; k < m->system->dof; k++)
         if (!isfinite(a[k]))

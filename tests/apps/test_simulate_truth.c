@@ -116,6 +116,21 @@ static void test_every_crossing(void **state)
     }
 }
 
+/* A15: a mass matrix that is singular but for rounding is refused, by simulate and by check. */
+static void test_degenerate_masses(void **state)
+{
+    (void)state;
+    build("degenerate");
+    for (double eps = 1; eps > 1e-17; eps *= 1e-2) {
+        int status = shell("$LA simulate ./degenerate.so --set eps=%g --json", eps);
+        int check = shell("$LA check ./degenerate.so --set eps=%g", eps);
+        assert_int_equal(status, eps < 1e-13 ? 1 : eps > 1e-11 ? 0 : status);
+        assert_int_equal(check, status);
+    }
+    assert_int_equal(shell("$LA simulate pendulum --set m=0"), 1);
+    assert_non_null(strstr(shell_err(), "no mass"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -124,6 +139,7 @@ int main(void)
         cmocka_unit_test_setup(test_narrow_forces, shell_empty),
         cmocka_unit_test_setup(test_tolerance_is_reached, shell_empty),
         cmocka_unit_test_setup(test_every_crossing, shell_empty),
+        cmocka_unit_test_setup(test_degenerate_masses, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }
