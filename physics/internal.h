@@ -56,12 +56,11 @@ void phys_state_name(const struct phys_system *system, size_t k, const char *wha
    fixed irregular weights, fold to zero when compiled. False where that cannot be found out. */
 bool phys_is_independent(ad_tape *tape, ad_var y, size_t n, const ad_var x[]);
 
-/* The built-in scenes (scenes/). */
-extern const struct phys_scene phys_scene_freebody, phys_scene_pendulum, phys_scene_dblpend,
-    phys_scene_threebody, phys_scene_gas, phys_scene_ephemeris, phys_scene_spring,
-    phys_scene_kepler, phys_scene_figure8, phys_scene_pythagorean, phys_scene_arenstorf,
-    phys_scene_brachistochrone, phys_scene_fall, phys_scene_cubic, phys_scene_dimer,
-    phys_scene_double_well;
+/* The built-in scenes. */
+enum { PHYS_SCENES_MOST = 64 };
+#define SCENE(name) extern const struct phys_scene phys_scene_##name;
+#include "physics/scenes/scenes.def"
+#undef SCENE
 
 extern const struct phys_rule phys_rule_left, phys_rule_left_repeat, phys_rule_midpoint,
     phys_rule_trapezoid, phys_rules_gauss[];

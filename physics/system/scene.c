@@ -6,27 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-const struct phys_scene *const phys_scenes[] = {
-    &phys_scene_freebody,
-    &phys_scene_pendulum,
-    &phys_scene_dblpend,
-    &phys_scene_threebody,
-    &phys_scene_gas,
-    &phys_scene_ephemeris,
-    &phys_scene_spring,
-    &phys_scene_kepler,
-    &phys_scene_figure8,
-    &phys_scene_pythagorean,
-    &phys_scene_arenstorf,
-    &phys_scene_fall,
-    &phys_scene_cubic,
-    &phys_scene_dimer,
-    &phys_scene_brachistochrone,
-    &phys_scene_double_well,
-    NULL,
-};
-
-enum { N_SCENES = LENGTH(phys_scenes) - 1, MOST_PARAMS = 64 };
+enum { MOST_PARAMS = 64 };
 
 static double *value_of(const struct phys_system *system, size_t k)
 {
@@ -58,11 +38,12 @@ static enum ad_status find_scene(const char *name, struct phys_system *system,
 {
     if (is_file(name))
         return phys_library_open(name, &system->library, &system->scene, error);
-    const char *names[N_SCENES];
-    for (size_t k = 0; k < N_SCENES; k++)
-        names[k] = phys_scenes[k]->name;
-    size_t k = phys_find("scene", name, N_SCENES, names, error);
-    if (k == N_SCENES)
+    const char *names[PHYS_SCENES_MOST];
+    size_t n = 0;
+    for (; phys_scenes[n]; n++)
+        names[n] = phys_scenes[n]->name;
+    size_t k = phys_find("scene", name, n, names, error);
+    if (k == n)
         return AD_E_ARGUMENT;
     system->scene = phys_scenes[k];
     return AD_OK;

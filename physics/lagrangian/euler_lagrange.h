@@ -1,0 +1,41 @@
+/* Accelerations of a Lagrangian, and paths that follow them on equal slices. */
+#ifndef PHYSICS_EULER_LAGRANGE_H
+#define PHYSICS_EULER_LAGRANGE_H
+
+#include "physics/system/system.h"
+
+#ifdef __cplusplus
+extern "C" {
+#pragma GCC diagnostic push /* C has a struct and a function of one name */
+#pragma GCC diagnostic ignored "-Wshadow"
+#endif
+
+/* Accelerations of any Lagrangian from the tape: M(q,v) a = L_q - L_vq v - L_vt, M = L_vv. */
+typedef struct phys_motion phys_motion;
+/* The system must outlive it. What its callbacks do wrong is returned: AD_E_SHAPE, AD_E_MEMORY. */
+enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **motion,
+                               struct ad_error *error);
+void phys_motion_free(phys_motion *motion); /* takes NULL */
+/* a [dof] at (q [dof], v [dof], t). AD_E_NONFINITE where it is not finite or M is singular, naming
+   the coordinate. */
+enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, const double *v,
+                                        double t, double *a, struct ad_error *error);
+
+/* Columns 0 and 1 of path [dof x slices] from q and v at t = 0: the second is q + v dt as published
+   (`euler`), or where the motion is after dt. */
+enum ad_status phys_first_slices(phys_motion *motion, const double *q, const double *v,
+                                 size_t slices, double dt, bool euler, double *path,
+                                 struct ad_error *error);
+/* The published ODE path: semi-implicit Euler, v += a dt; v *= damping; x += v dt, from the first
+   two slices: path [dof x slices], columns 0 and 1 given, the rest written. */
+enum ad_status phys_ode_path(phys_motion *motion, size_t slices, double dt, double damping,
+                             double *path, struct ad_error *error);
+/* Classical Runge-Kutta from q, v with `substeps` steps a slice: path [dof x slices]. */
+enum ad_status phys_fine_path(phys_motion *motion, const double *q, const double *v, size_t slices,
+                              double dt, size_t substeps, double *path, struct ad_error *error);
+
+#ifdef __cplusplus
+#pragma GCC diagnostic pop
+}
+#endif
+#endif
