@@ -19,9 +19,10 @@ say = $(if $(V),@:,@printf '  %-5s %s\n' $(1) $(2))
 MACHINE := $(shell $(CC) -dumpmachine 2>/dev/null)
 CLANG   := $(findstring clang,$(shell $(CC) --version 2>/dev/null))
 X86     := $(filter x86_64%,$(MACHINE))
-# What the compiler, with its flags, compiles for: bytes of a pointer, and glibc or not.
-TARGET  := $(shell printf '\043include <limits.h>\n' | $(CC) $(CFLAGS) -E -dM -x c - 2>/dev/null | \
-             sed -n 's/.define __SIZEOF_POINTER__ /pointer/p; s/.define __GLIBC__ .*/glibc/p')
+# What the compiler, with its flags, compiles for: pointer8, and libc with or without glibc.
+TARGET  := $(shell { $(CC) $(CFLAGS) -E -dM -x c /dev/null; \
+             printf '\043include <limits.h>\n' | $(CC) $(CFLAGS) -E -dM -x c -; } 2>/dev/null | \
+             sed -n 's/.define __SIZEOF_POINTER__ /pointer/p; s/.define CHAR_BIT .*/libc/p; s/.define __GLIBC__ .*/glibc/p')
 ISAS    := base $(if $(X86),avx2 avx512)
 
 # ---- flags ----
@@ -117,7 +118,7 @@ help:
 # Rewritten when the flags change, so that a change of flags rebuilds.
 $(BUILD)/flags: FORCE
 	@$(if $(filter pointer4,$(TARGET)),echo 'a 64-bit target is needed: pointers of $(CC) $(CFLAGS) have 32 bits' >&2; exit 1)
-	@$(if $(filter-out glibc,$(TARGET)),$(if $(filter glibc,$(TARGET)),,echo 'glibc is needed, as by HDF5 and OpenBLAS: $(CC) compiles for another C library' >&2; exit 1))
+	@$(if $(filter libc,$(TARGET)),$(if $(filter glibc,$(TARGET)),,echo 'glibc is needed, as by HDF5 and OpenBLAS: $(CC) compiles for another C library' >&2; exit 1))
 	@$(if $(PKG_LIBS),,echo 'libraries, or pkg-config, are missing: scripts/install-deps installs them' >&2; exit 1)
 	@mkdir -p $(@D)
 	@echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' | cmp -s - $@ || echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' > $@
