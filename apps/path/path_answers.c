@@ -72,6 +72,34 @@ enum ad_status path_find_all(struct path_run *run, struct path_result *result,
     return AD_OK;
 }
 
+/* What is known of paths that are not listed. */
+static void report_completeness(const struct path_run *run, const struct phys_answers *all,
+                                struct report *report)
+{
+    report_flag(report, "exhaustive", NULL, all->exhaustive);
+    if (run->system.dof > 1) {
+        report_number(report, "unseen", NULL, NULL, all->unseen);
+        report_number(report, "unseen_limit", NULL, NULL, all->unseen_limit);
+        report_line(report,
+                    "  another random start would find one not listed with a chance of about "
+                    "%.0f%%, under %.0f%% (95%%\n  confidence; paths that no random velocity leads "
+                    "to are not counted)",
+                    100 * all->unseen, 100 * all->unseen_limit);
+    } else if (all->exhaustive) {
+        report_line(report, "  all there are, of up to %zu turns and start velocities up to %.3g%s",
+                    all->most_turns, all->fastest,
+                    all->limited ? "; there are others that turn more often" : "");
+    } else {
+        report_line(report, "  the velocity at the start was swept: two paths near each other may "
+                            "be missing");
+    }
+    if (all->unresolved)
+        report_line(report,
+                    "  %zu more are left out: the motion and the grid do not agree on them; "
+                    "--rule gauss4\n  or a smaller --dt may tell more",
+                    all->unresolved);
+}
+
 /* " (energy in J, action in J s)": units that are none are left out. */
 static void units(const struct phys_scene *scene, char *text, size_t size)
 {
@@ -108,15 +136,5 @@ void path_report_answers(const struct path_run *run, const struct path_result *r
     report_item(report, NULL);
     report_count(report, "chosen", NULL, result->chosen);
     report_count(report, "unresolved", NULL, all->unresolved);
-    report_number(report, "unseen", NULL, NULL, all->unseen);
-    if (run->system.dof > 1)
-        report_line(
-            report,
-            "  another random start would find one not listed with a chance of about %.0f%%",
-            100 * all->unseen);
-    if (all->unresolved)
-        report_line(report,
-                    "  %zu more are of this grid alone (finer ones move them or have none) "
-                    "and left out;\n  --rule gauss4 or a smaller --dt may tell more",
-                    all->unresolved);
+    report_completeness(run, all, report);
 }

@@ -1,10 +1,12 @@
 /* Several stationary paths between the same two ends: a question that gives no energy can have many
-   answers. Starts are motions from the first end with many velocities, bent so that they meet the
-   second; Newton's method makes each stationary. With one coordinate the velocities are swept, and
-   wherever the miss of the second end changes sign the velocity is first bisected, so that no
-   answer within the sweep is missed; with more they are drawn at random until another start would
-   hardly find a new path: of N that led somewhere, those whose path was seen but once are about the
-   share that the next has of finding an unseen one (Good, Biometrika 40, 1953). */
+   answers. With one coordinate and no explicit time all of them are known from the times of motions
+   as functions of the energy (energy_sweep.h). Else starts are motions from the first end with many
+   velocities, bent so that they meet the second; Newton's method makes each stationary. One
+   coordinate is swept, and wherever the miss of the second end changes sign the velocity is first
+   bisected; with more, velocities are drawn at random until another start would hardly find a new
+   path: of N that led somewhere, those whose path was seen but once are about the share that the
+   next has of finding an unseen one (Good, Biometrika 40, 1953). */
+#include "energy_sweep.h"
 #include "grid_independence.h"
 #include "physics/io/random.h"
 
@@ -12,11 +14,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { NODES_OF_TURN = 12, MOST_TURNS = 100 }; /* fewer nodes do not show a turn */
+
 enum { SUBSTEPS = 4, BISECTIONS = 30, STEPS = 60, LEAST_STARTS = 30 };
 
-static const double SAME = 1e-6;      /* relative difference of two answers that are one */
-static const double GRID = 1.02;      /* ratio of neighbouring velocities in a sweep */
-static const double RANGE = 1e3;      /* of a sweep, around the speed that is natural */
+static const double NEAR = 0.1;   /* of a motion's extent: what its path on the grid may be off */
+static const double ALIKE = 1e-9; /* relative difference of energies and actions of images */
+static const double SAME = 1e-6;  /* relative difference of two answers that are one */
+static const double GRID = 1.02;  /* ratio of neighbouring velocities in a sweep */
+static const double RANGE = 1e3;  /* of a sweep, around the speed that is natural */
 static const double MOST_DETOUR = 30; /* a start that ends so many spans away is given up */
 static const double UNSEEN = 0.05;    /* a chance of finding more that is not worth a start */
 
@@ -29,7 +35,8 @@ struct search {
     phys_motion *motion;
     double speed, span; /* natural scales of velocity and of the path */
     double *q, *v, *path;
-    size_t led; /* starts that led to a stationary path */
+    struct phys_path_info info; /* of the last solution */
+    size_t led;                 /* starts that led to a stationary path */
     struct phys_answers *answers;
 };
 
@@ -43,7 +50,7 @@ static double largest_difference(size_t n, const double *a, const double *b)
     return most;
 }
 
-static bool close_to(double a, double b, double scale) { return fabs(a - b) <= SAME * scale; }
+static bool close_to(double a, double b, double scale) { return fabs(a - b) <= ALIKE * scale; }
 
 /* Counts a path that is like one already found (its mirror image, say), unless it is that one. */
 static bool is_known(struct search *s, double energy, double action)
@@ -69,9 +76,9 @@ static bool is_known(struct search *s, double energy, double action)
     return false;
 }
 
-static enum ad_status keep(struct search *s, const struct phys_path_info *info,
-                           struct ad_error *error)
+static enum ad_status keep(struct search *s, struct ad_error *error)
 {
+    const struct phys_path_info *info = &s->info;
     double energy = info->energy_mean;
     if (is_known(s, energy, info->action))
         return AD_OK;
@@ -96,7 +103,7 @@ static enum ad_status keep(struct search *s, const struct phys_path_info *info,
     for (size_t k = 0; k < s->dof * s->slices; k++)
         a->largest = fmax(a->largest, fabs(path[k]));
     if (phys_path_spectrum(s->system, &s->settings, path, &a->spectrum, error) == AD_OK)
-        phys_path_confirm(s->system, &s->settings, path, a->spectrum.index, &a->resolved, error);
+        phys_path_confirm(s->system, &s->settings, path, &a->resolved, error);
     return error->status;
 }
 
@@ -115,22 +122,28 @@ static void drop_unresolved(struct phys_answers *all)
             all->answer[kept++] = all->answer[k];
         else
             answer_free(&all->answer[k]);
-    all->unresolved = all->n - kept;
+    all->unresolved += all->n - kept;
     all->n = kept;
 }
 
-/* Newton from s->path; what does not converge is no answer, and no error. */
+/* Newton from s->path; what does not converge is no answer, and no error: s->led counts what does.
+ */
+static enum ad_status solve_grid(struct search *s, struct ad_error *error)
+{
+    struct ad_error lost = {0};
+    s->newton->solve(s->system, &s->settings, s->path, &s->info, &lost);
+    if (lost.status == AD_OK && s->info.stop == PHYS_STOP_ROUNDING)
+        s->led++;
+    return lost.status == AD_E_MEMORY ? ad_fail(error, lost.status, "%s", lost.message) : AD_OK;
+}
+
 static enum ad_status make_stationary(struct search *s, struct ad_error *error)
 {
-    struct phys_path_info info;
-    struct ad_error lost = {0};
+    size_t led = s->led;
     phys_rule_interpolate(s->settings.rule, s->dof, s->slices, s->path);
-    s->newton->solve(s->system, &s->settings, s->path, &info, &lost);
-    if (lost.status == AD_OK && info.stop == PHYS_STOP_ROUNDING) {
-        s->led++;
-        return keep(s, &info, error);
-    }
-    return lost.status == AD_E_MEMORY ? ad_fail(error, lost.status, "%s", lost.message) : AD_OK;
+    if (solve_grid(s, error) != AD_OK || s->led == led)
+        return error->status;
+    return keep(s, error);
 }
 
 /* ---- starts ---- */
@@ -213,12 +226,15 @@ static enum ad_status sweep(struct search *s, struct ad_error *error)
     return error->status;
 }
 
-/* Share of the starts so far whose path no other start has found. */
-static double unseen(const struct search *s)
+/* Share of the starts so far whose path no other start has found; and what that may be with a
+   chance of 95 % if their number is drawn by Poisson's law: 3.0, 4.7, 6.3 for 0, 1, 2. */
+static double unseen(const struct search *s, double *limit)
 {
     size_t once = 0;
     for (size_t k = 0; k < s->answers->n; k++)
         once += s->answers->answer[k].hits == 1;
+    double most = (double)once + 1.645 * sqrt((double)once + 0.5) + 1.84;
+    *limit = s->led ? fmin(1, most / (double)s->led) : 1;
     return s->led ? (double)once / (double)s->led : 1;
 }
 
@@ -232,11 +248,84 @@ static enum ad_status draw(struct search *s, size_t starts, uint64_t seed, struc
             s->v[k] = size * phys_random_normal(&random);
         if (begin(s))
             make_stationary(s, error);
-        if (s->led >= LEAST_STARTS && unseen(s) <= UNSEEN)
+        if (s->led >= LEAST_STARTS && unseen(s, &s->answers->unseen_limit) <= UNSEEN)
             break;
     }
-    s->answers->unseen = unseen(s);
+    s->answers->unseen = unseen(s, &s->answers->unseen_limit);
     return error->status;
+}
+
+/* ---- motions of one coordinate by their energies ---- */
+
+/* All nodes of a path [degree x slices], in the order of time. */
+static void place_nodes(const struct search *s, const double *nodes)
+{
+    size_t degree = s->settings.rule->degree;
+    for (size_t i = 0; i < s->slices; i++)
+        for (size_t k = 0; k < degree; k++)
+            s->path[k * s->slices + i] = nodes[i + 1 < s->slices ? i * degree + k : i * degree];
+    s->path[0] = s->given[0];
+    s->path[s->slices - 1] = s->given[s->slices - 1];
+}
+
+/* Makes the motion of a root stationary on the grid; what the grid cannot hold is counted. */
+static enum ad_status take_root(struct search *s, struct phys_energy_sweep *sweep,
+                                const struct phys_energy_root *root, size_t m, double *nodes,
+                                const double *times, struct ad_error *error)
+{
+    double *begun = nodes + m;
+    if (!phys_energy_sweep_path(sweep, root, m, times, nodes))
+        return AD_OK;
+    place_nodes(s, nodes);
+    memcpy(begun, s->path, s->slices * sizeof *begun);
+    size_t led = s->led;
+    if (solve_grid(s, error) != AD_OK)
+        return error->status;
+    double low = begun[0], high = low;
+    for (size_t i = 0; i < s->slices; i++) {
+        low = fmin(low, begun[i]);
+        high = fmax(high, begun[i]);
+    }
+    if (s->led == led || largest_difference(s->slices, begun, s->path) > NEAR * (high - low)) {
+        s->answers->unresolved++;
+        return AD_OK;
+    }
+    return keep(s, error);
+}
+
+/* False: it is another kind of question. */
+static bool all_energies(struct search *s, struct ad_error *error)
+{
+    size_t degree = s->settings.rule->degree, m = degree * (s->slices - 1) + 1, n;
+    const struct phys_energy_root *roots;
+    struct phys_energy_sweep *sweep;
+    double speed = s->speed, time = s->settings.dt * (double)(s->slices - 1);
+    struct phys_energy_question ask = {.from = s->given[0],
+                                       .to = s->given[s->slices - 1],
+                                       .time = time,
+                                       .span = s->span,
+                                       .speed = fmax(speed, s->span / time),
+                                       .most_turns = m / NODES_OF_TURN + 2};
+    if (ask.most_turns > MOST_TURNS)
+        ask.most_turns = MOST_TURNS;
+    if (phys_energy_sweep_new(s->system, &ask, &sweep, error) != AD_OK || !sweep)
+        return false;
+    double *nodes = malloc((3 * m + s->n) * sizeof *nodes),
+           *times = nodes ? nodes + m + s->n : NULL;
+    double *x = times ? times + m : NULL;
+    n = phys_energy_sweep_roots(sweep, &roots, &s->answers->exhaustive, &s->answers->limited);
+    s->answers->most_turns = ask.most_turns;
+    s->answers->fastest = RANGE * ask.speed;
+    if (!nodes) {
+        ad_fail(error, AD_E_MEMORY, "out of memory for another path");
+    } else {
+        phys_rule_nodes(s->settings.rule, 1, s->slices, s->settings.dt, s->given, x, times);
+        for (size_t k = 0; k < n && error->status == AD_OK; k++)
+            take_root(s, sweep, &roots[k], m, nodes, times, error);
+    }
+    free(nodes);
+    phys_energy_sweep_free(sweep);
+    return true;
 }
 
 /* ---- the search ---- */
@@ -263,6 +352,18 @@ static int by_energy(const void *a, const void *b)
     return (x->energy > y->energy) - (x->energy < y->energy);
 }
 
+/* Where both ends are one place the motion may rest. */
+static enum ad_status begin_at_rest(struct search *s, struct ad_error *error)
+{
+    for (size_t k = 0; k < s->dof; k++)
+        if (s->given[k * s->slices] != s->given[k * s->slices + s->slices - 1])
+            return AD_OK;
+    for (size_t k = 0; k < s->dof; k++)
+        for (size_t i = 0; i < s->slices; i++)
+            s->path[k * s->slices + i] = s->given[k * s->slices];
+    return make_stationary(s, error);
+}
+
 static enum ad_status find_all(struct search *s, size_t starts, uint64_t seed,
                                struct ad_error *error)
 {
@@ -270,8 +371,14 @@ static enum ad_status find_all(struct search *s, size_t starts, uint64_t seed,
         s->q[k] = s->given[k * s->slices];
     find_scales(s);
     memcpy(s->path, s->given, s->n * sizeof *s->path);
-    if (make_stationary(s, error) != AD_OK ||
-        (s->dof == 1 ? sweep(s, error) : draw(s, starts, seed, error)) != AD_OK)
+    if (make_stationary(s, error) != AD_OK || begin_at_rest(s, error) != AD_OK)
+        return error->status;
+    s->answers->unseen = s->answers->unseen_limit = (double)NAN;
+    if (s->dof > 1)
+        draw(s, starts, seed, error);
+    else if (!all_energies(s, error) && error->status == AD_OK)
+        sweep(s, error);
+    if (error->status != AD_OK)
         return error->status;
     drop_unresolved(s->answers);
     if (s->answers->n)

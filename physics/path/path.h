@@ -155,19 +155,28 @@ struct phys_answer {
     double largest; /* coordinate at a slice */
     struct phys_spectrum spectrum;
     size_t hits;   /* starts that led to it or to one like it */
-    bool resolved; /* finer grids have it, too; others are left out */
+    bool resolved; /* the motion, tightly integrated, is near; others are left out */
 };
 struct phys_answers {
     size_t n;
     struct phys_answer *answer; /* by energy, smallest first */
-    size_t unresolved;          /* how many were left out */
-    double unseen; /* with several coordinates: chance that another start finds another one */
+    size_t unresolved;          /* how many were left out: of the grid alone, or not on the grid */
+    /* One coordinate, L without explicit time: every motion between the ends is among these that
+       begins slower than `fastest` and turns at most so often; `limited`: there are more that turn
+       more often. False where a search twice as dense found others, too. */
+    bool exhaustive, limited;
+    size_t most_turns;
+    double fastest;
+    /* Several coordinates: chance that another start finds another one, from the paths that were
+       seen once, and what it is under with a chance of 95 %; else NaN. What no start leads to is not
+       counted. */
+    double unseen, unseen_limit;
 };
 /* Stationary paths between the ends of path [s*dof x slices], itself the first start. With one
-   coordinate all those whose velocity at the first end is within a factor of 1000 of that of the
-   path, and rest; with more, those that random velocities lead to: `starts` of them at most, and
-   fewer once another would hardly find a new one. Answers end with phys_answers_free, and are empty
-   on failure. */
+   coordinate all of them, where L does not depend on the time, else those that a sweep of
+   velocities at the first end finds; with more, those that random velocities lead to: `starts` of
+   them at most, and fewer once another would hardly find a new one. Answers end with
+   phys_answers_free, and are empty on failure. */
 enum ad_status phys_path_all(const struct phys_system *system,
                              const struct phys_path_settings *settings, const double *path,
                              size_t starts, uint64_t seed, struct phys_answers *answers,

@@ -151,7 +151,7 @@ bool phys_shooting_new(struct phys_shooting *s, const struct phys_system *system
     const struct phys_rule *rule = settings->rule;
     size_t dof = system->dof, slices = settings->slices;
     *s = (struct phys_shooting){.system = system, .dof = dof};
-    if (phys_curvature_new(&s->at, system, error) != AD_OK)
+    if (dof > PHYS_SHOOTING_DOF || phys_curvature_new(&s->at, system, error) != AD_OK)
         return false;
     if (rule->degree < 3) /* cubics through the slices */
         rule = phys_rule_find("gauss3", error);
