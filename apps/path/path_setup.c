@@ -74,6 +74,10 @@ static enum ad_status choose_solver(const struct path_options *options, struct p
     run->solver = phys_solver_find(newton ? "newton" : name, error);
     static const char *const ends[] = {"both", "start"};
     bool start = options_choose("ends", options->ends, 2, ends, error) == 1;
+    if (path_wants_all(options) && run->system.scene->free_time)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--%s: the end time of %s is free, which leaves one path; leave it out",
+                       options->all ? "all" : "energy", run->system.scene->name);
     if (path_wants_all(options) && start)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--all: with --ends start there is one answer; leave out one of them");

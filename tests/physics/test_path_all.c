@@ -1,4 +1,5 @@
 /* Several stationary paths between the same ends: the swings of a pendulum. */
+#include "physics/internal.h"
 #include "published.h"
 #include "tests/close.h"
 
@@ -125,10 +126,121 @@ static void paths_of_the_grid_alone_are_left_out(void **state)
     phys_system_close(&kepler);
 }
 
+/* A10, H3: every path of the published pendulum, pairs that lie near each other and those beside
+   the energy of the separatrix, 360, too. */
+static void every_path_of_the_pendulum(void **state)
+{
+    static const struct {
+        const char *rule;
+        size_t slices;
+        double dt;
+        size_t n;
+        double near[6];
+    } cases[] = {
+        {"gauss3", 400, 1, 17, {180, 181.431701, 315.434709, 315.470712, 359.997991, 359.997995}},
+        {"gauss4", 201, 1.25, 11, {180, 358.7424, 359.7850, 359.99995, 348.013087, 348.039121}},
+    };
+    (void)state;
+    struct phys_system pendulum;
+    struct ad_error error = {0};
+    phys_system_open("pendulum", &pendulum, &error);
+    for (size_t c = 0; c < LENGTH(cases); c++) {
+        struct phys_path_settings settings = {.rule = phys_rule_find(cases[c].rule, &error),
+                                              .slices = cases[c].slices,
+                                              .dt = cases[c].dt,
+                                              .learning_rate = 1};
+        size_t n = settings.slices;
+        double *path = calloc(4 * n, sizeof *path), q, v;
+        phys_motion *motion;
+        pendulum.scene->start(pendulum.params, 1, &q, &v, &error);
+        phys_motion_new(&pendulum, &motion, &error);
+        phys_fine_path(motion, &q, &v, n, settings.dt, 100, path, &error);
+        phys_rule_interpolate(settings.rule, 1, n, path);
+        struct phys_answers all;
+        phys_path_all(&pendulum, &settings, path, 0, 1, &all, &error);
+        assert_no_error(&error);
+        assert_true(all.exhaustive && !all.limited);
+        assert_int_equal(all.n, cases[c].n);
+        assert_int_equal(all.unresolved, 0);
+        for (size_t j = 0; j < LENGTH(cases[c].near); j++) {
+            size_t found = 0;
+            for (size_t k = 0; k < all.n; k++)
+                found += is_close(all.answer[k].energy, cases[c].near[j], 3e-9, 5e-5);
+            assert_in_range(found, 1, 2);
+        }
+        phys_answers_free(&all);
+        phys_motion_free(motion);
+        free(path);
+    }
+    phys_system_close(&pendulum);
+}
+
+static enum ad_status at_zero(const void *params, uint64_t seed, double *q, double *v,
+                              struct ad_error *error)
+{
+    (void)params;
+    (void)seed;
+    (void)error;
+    *q = 0;
+    *v = 1;
+    return AD_OK;
+}
+
+/* The pendulum in x with theta = x + x^3 / 9, so that its mass depends on x. */
+static ad_var bent(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    ad_var square = ad_square(q), stretch = ad_add(1.0, ad_mul(1. / 3, square));
+    ad_var theta = ad_mul(q, ad_add(1.0, ad_mul(1. / 9, square)));
+    (void)t;
+    (void)params;
+    return ad_sub(ad_mul(0.5, ad_square(ad_mul(stretch, v))), ad_sub(1.0, ad_cos(theta)));
+}
+
+static void a_mass_that_depends_on_the_place(void **state)
+{
+    static const double known[] = {0, 0.42766904, 1.76375516, 1.99854509};
+    enum { SLICES = 81 };
+    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
+                                     .size = sizeof(struct phys_scene),
+                                     .name = "bent",
+                                     .what = "a pendulum",
+                                     .dof = 1,
+                                     .dims = 1,
+                                     .unit = "1",
+                                     .time_unit = "1",
+                                     .energy_unit = "1",
+                                     .lagrangian = bent,
+                                     .slices = SLICES,
+                                     .dt = 10. / (SLICES - 1),
+                                     .start = at_zero};
+    struct phys_system system;
+    struct ad_error error = {0};
+    double path[4 * SLICES] = {0};
+    (void)state;
+    phys_system_make(&scene, &system, &error);
+    struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+                                          .slices = SLICES,
+                                          .dt = scene.dt,
+                                          .learning_rate = 1};
+    struct phys_answers all;
+    phys_path_all(&system, &settings, path, 0, 1, &all, &error);
+    assert_no_error(&error);
+    assert_true(all.exhaustive);
+    assert_int_equal(all.n, LENGTH(known));
+    for (size_t k = 0; k < all.n; k++) {
+        assert_close(all.answer[k].energy, known[k], 0, 1e-7);
+        assert_int_equal(all.answer[k].copies, k ? 2 : 1);
+    }
+    phys_answers_free(&all);
+    phys_system_close(&system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(four_answers_of_the_pendulum),
+        cmocka_unit_test(every_path_of_the_pendulum),
+        cmocka_unit_test(a_mass_that_depends_on_the_place),
         cmocka_unit_test(one_answer_of_a_free_body),
         cmocka_unit_test(two_ways_around_a_centre),
         cmocka_unit_test(paths_of_the_grid_alone_are_left_out),
