@@ -18,19 +18,14 @@ enum ad_status phys_band_new(struct phys_band *band, const struct phys_hessian *
 {
     size_t degree = hessian->table.degree, dof = hessian->dof;
     size_t last = (hessian->elements + 1 - hold) * degree; /* first node held at the end */
-    *band = (struct phys_band){.hessian = hessian, .hold = hold, .width = (degree + 1) * dof - 1};
+    *band = (struct phys_band){.hessian = hessian, .hold = hold};
     band->first = ((hold - 1) * degree + 1) * dof;
     band->n = last * dof - band->first;
-    size_t rows = AD_BAND_ROWS(band->width);
-    if (band->n <= INT_MAX / rows) { /* LAPACK counts in int */
-        band->matrix = malloc(rows * band->n * sizeof *band->matrix);
-        band->right = malloc(band->n * sizeof *band->right);
-        band->pivots = malloc(band->n * sizeof *band->pivots);
-    }
+    band->right = malloc(2 * band->n * sizeof *band->right);
+    band->pivots = malloc(band->n * sizeof *band->pivots);
     band->scale = malloc(dof * sizeof *band->scale);
-    if (!band->matrix || !band->right || !band->pivots || !band->scale)
-        return ad_fail(error, AD_E_MEMORY, "out of memory for a band of %zu x %zu numbers", rows,
-                       band->n);
+    if (!band->right || !band->pivots || !band->scale)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu unknowns", band->n);
     return AD_OK;
 }
 
@@ -69,6 +64,47 @@ void phys_band_scale(struct phys_band *band)
 
 /* ---- solving ---- */
 
+/* How far apart the coordinates are that a Lagrangian couples. */
+static size_t reach(const struct phys_hessian *h)
+{
+    size_t most = 0;
+    for (size_t e = 0; e < h->elements; e++)
+        for (size_t b = 0; b < h->side; b++)
+            for (size_t a = 0; a < h->side; a++) {
+                size_t i = a % h->dof, j = b % h->dof, apart = i > j ? i - j : j - i;
+                if (apart > most && h->element[(e * h->side + b) * h->side + a] != 0)
+                    most = apart;
+            }
+    return most;
+}
+
+/* Takes the order of unknowns that makes the band narrower: chains of many coordinates, each
+   coupled to its neighbours, go by coordinate. False: no memory. */
+static bool choose_order(struct phys_band *band)
+{
+    const struct phys_hessian *h = band->hessian;
+    size_t by_node = (h->table.degree + 1) * h->dof - 1;
+    size_t by_coordinate = reach(h) * (band->n / h->dof) + h->table.degree;
+    band->by_coordinate = by_coordinate < by_node;
+    band->width = band->by_coordinate ? by_coordinate : by_node;
+    size_t rows = AD_BAND_ROWS(band->width);
+    if (band->n > INT_MAX / rows) /* LAPACK counts in int */
+        return false;
+    if (rows * band->n > band->room) {
+        free(band->matrix);
+        band->matrix = malloc(rows * band->n * sizeof *band->matrix);
+        band->room = band->matrix ? rows * band->n : 0;
+    }
+    return band->matrix != NULL;
+}
+
+/* Row of unknown u in the matrix. */
+static size_t row_of(const struct phys_band *band, size_t u)
+{
+    size_t dof = band->hessian->dof;
+    return band->by_coordinate ? u % dof * (band->n / dof) + u / dof : u;
+}
+
 /* D^-1 H D^-1 over the unknowns. */
 static void fill(struct phys_band *band)
 {
@@ -82,10 +118,11 @@ static void fill(struct phys_band *band)
                 continue;
             const double *column = h->element + (e * h->side + b) * h->side;
             double factor = band->scale[b % h->dof];
+            size_t to = row_of(band, col);
             for (size_t a = 0; a < h->side; a++) {
                 size_t row = e * stride + a - band->first;
-                if (row < band->n)
-                    band->matrix[AD_BAND(band->width, row, col)] +=
+                if (row < band->n && column[a] != 0)
+                    band->matrix[AD_BAND(band->width, row_of(band, row), to)] +=
                         column[a] * factor * band->scale[a % h->dof];
             }
         }
@@ -93,6 +130,8 @@ static void fill(struct phys_band *band)
 
 static bool factor_newton(struct phys_band *band)
 {
+    if (!choose_order(band))
+        return false;
     fill(band);
     return ad_blas_band_factor(band->n, band->width, band->matrix, band->pivots) == 0;
 }
@@ -114,6 +153,16 @@ bool phys_band_factor(struct phys_band *band, double damping)
     return factored;
 }
 
+static void solve_newton(struct phys_band *band)
+{
+    double *x = band->right + band->n;
+    for (size_t u = 0; u < band->n; u++)
+        x[row_of(band, u)] = band->right[u];
+    ad_blas_band_solve(band->n, band->width, band->matrix, band->pivots, x);
+    for (size_t u = 0; u < band->n; u++)
+        band->right[u] = x[row_of(band, u)];
+}
+
 void phys_band_step(struct phys_band *band, const double *gradient, double *step)
 {
     const struct phys_hessian *h = band->hessian;
@@ -124,7 +173,7 @@ void phys_band_step(struct phys_band *band, const double *gradient, double *step
     if (band->damping > 0)
         phys_blocks_solve(&band->blocks, band->right);
     else
-        ad_blas_band_solve(band->n, band->width, band->matrix, band->pivots, band->right);
+        solve_newton(band);
     ad_blas_threads();
     for (size_t u = 0; u < band->n; u++)
         step[place(band, u)] = band->right[u] * scale(band, u);

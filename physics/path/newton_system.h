@@ -7,10 +7,12 @@
 
 struct phys_band {
     const struct phys_hessian *hessian;
-    size_t hold;     /* slices at either end */
-    size_t first, n; /* number of the first unknown among dof * nodes, and how many there are */
-    size_t width;    /* diagonals on either side */
-    double damping;  /* of the factors */
+    size_t hold;        /* slices at either end */
+    size_t first, n;    /* number of the first unknown among dof * nodes, and how many there are */
+    size_t width;       /* diagonals on either side */
+    bool by_coordinate; /* unknowns of the matrix by coordinate, then by node; else the other way */
+    size_t room;        /* numbers in `matrix` */
+    double damping;     /* of the factors */
     int *pivots;
     double *scale; /* [dof]: D^-1 */
     double *matrix, *right;

@@ -168,8 +168,8 @@ struct phys_answers {
     size_t most_turns;
     double fastest;
     /* Several coordinates: chance that another start finds another one, from the paths that were
-       seen once, and what it is under with a chance of 95 %; else NaN. What no start leads to is not
-       counted. */
+       seen once, and what it is under with a chance of 95 %; else NaN. What no start leads to is
+       not counted. */
     double unseen, unseen_limit;
 };
 /* Stationary paths between the ends of path [s*dof x slices], itself the first start. With one

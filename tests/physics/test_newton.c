@@ -296,6 +296,67 @@ static void steps_of_adam_that_lead_away_are_taken_back(void **state)
     phys_system_close(&dimer);
 }
 
+/* C12: a chain of neighbours goes by coordinate in Newton's band; where L is quadratic the first
+   step is the answer. */
+static ad_var chain(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    ad_var stretched = ad_sub(ad_slice_rows(q, 1, 11), ad_slice_rows(q, 0, 11));
+    (void)t;
+    (void)params;
+    return ad_mul(0.5, ad_sub(ad_sum_rows(ad_square(v)), ad_sum_rows(ad_square(stretched))));
+}
+
+static enum ad_status chain_start(const void *params, uint64_t seed, double *q, double *v,
+                                  struct ad_error *error)
+{
+    (void)params;
+    (void)seed;
+    (void)error;
+    for (size_t k = 0; k < 12; k++) {
+        q[k] = sin(1.7 * (double)k);
+        v[k] = cos(2.3 * (double)k);
+    }
+    return AD_OK;
+}
+
+static void chain_of_neighbours(void **state)
+{
+    static const char *const rules[] = {"left", "gauss2", "gauss3"};
+    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
+                                     .size = sizeof(struct phys_scene),
+                                     .name = "chain",
+                                     .what = "a chain",
+                                     .dof = 12,
+                                     .dims = 1,
+                                     .unit = "1",
+                                     .time_unit = "1",
+                                     .energy_unit = "1",
+                                     .lagrangian = chain,
+                                     .slices = 9,
+                                     .dt = 0.05,
+                                     .start = chain_start};
+    struct phys_system system;
+    struct ad_error error = {0};
+    (void)state;
+    phys_system_make(&scene, &system, &error);
+    assert_no_error(&error);
+    for (size_t r = 0; r < LENGTH(rules); r++) {
+        struct phys_path_settings settings = settings_of(&system, rules[r]);
+        settings.slices = 9;
+        settings.dt = 0.05;
+        double *path = motion(&system, &settings), *expected = motion(&system, &settings);
+        phys_noise_add(&(struct phys_noise){.sigma = 0.3}, &system, 9, 5, path);
+        struct phys_path_info info = solve(&system, &settings, path);
+        assert_int_equal(info.stop, PHYS_STOP_ROUNDING);
+        assert_in_range(info.steps, 1, 6);
+        for (size_t k = 0; k < 12 * 9; k++)
+            assert_close(path[k], expected[k], 0, r ? 1e-6 : 1e-2);
+        free(path);
+        free(expected);
+    }
+    phys_system_close(&system);
+}
+
 /* ---- refusals ---- */
 
 static void wrong_settings_are_refused(void **state)
@@ -339,6 +400,7 @@ int main(void)
         cmocka_unit_test(second_variation_of_every_rule),
         cmocka_unit_test(oscillator_turns_into_a_saddle),
         cmocka_unit_test(steps_of_adam_that_lead_away_are_taken_back),
+        cmocka_unit_test(chain_of_neighbours),
         cmocka_unit_test(wrong_settings_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
