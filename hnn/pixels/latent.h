@@ -13,6 +13,8 @@
 
 #ifdef __cplusplus
 extern "C" {
+#pragma GCC diagnostic push /* C has a struct and a function of one name */
+#pragma GCC diagnostic ignored "-Wshadow"
 #endif
 
 /* Follows the motion from an observation [pixels of the model]. `path` is the latent one, to be
@@ -51,6 +53,7 @@ enum ad_status hnn_latent_motion(const hnn_model *model, size_t n, size_t frame,
                                  struct ad_error *error);
 
 #ifdef __cplusplus
+#pragma GCC diagnostic pop
 }
 #endif
 #endif
