@@ -1,7 +1,7 @@
 /* The lowest states of Schroedinger's equation by differences of second order: the Hamiltonian is
    tridiagonal on the grid. */
 #include "internal.h"
-#include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <complex.h>
 #include <math.h>
@@ -30,7 +30,7 @@ enum ad_status qm_eigenstates(const struct phys_system *system, const struct qm_
             diagonal[a] += (a == 0 || a == n - 1 ? 3 : 2) * hop;
             off[a] = -hop;
         }
-        if (ad_blas_tridiagonal_eigenvectors(n, diagonal, off, states, energy, psi) != 0)
+        if (phys_lapack_tridiagonal_eigenvectors(n, diagonal, off, states, energy, psi) != 0)
             ad_fail(error, AD_E_MEMORY, "%zu states of %zu points: LAPACK failed", states, n);
         for (size_t k = 0; error->status == AD_OK && k < states * n; k++)
             psi[k] /= sqrt(dx);

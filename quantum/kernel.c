@@ -1,7 +1,7 @@
 /* The matrix of amplitudes exp(i S_ab / hbar) (quantum.h). Real and imaginary parts are nodes of
    the program that gives the actions; it runs over a few rows at a time, which stay in cache. */
 #include "internal.h"
-#include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <complex.h>
 #include <math.h>
@@ -171,8 +171,8 @@ enum ad_status qm_kernel_square(size_t n, size_t times, qm_complex *K, struct ad
     if (!square)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu x %zu", n, n);
     for (size_t k = 0; k < times; k++) {
-        ad_blas_gemm_complex(false, n, n, n, (const double *)K, (const double *)K,
-                             (double *)square);
+        phys_lapack_gemm_complex(false, n, n, n, (const double *)K, (const double *)K,
+                                 (double *)square);
         memcpy(K, square, n * n * sizeof *K);
     }
     free(square);
@@ -182,6 +182,6 @@ enum ad_status qm_kernel_square(size_t n, size_t times, qm_complex *K, struct ad
 void qm_kernel_apply(size_t n, const qm_complex *K, size_t packets, const qm_complex *psi,
                      qm_complex *out)
 {
-    ad_blas_gemm_complex(false, n, packets, n, (const double *)K, (const double *)psi,
-                         (double *)out);
+    phys_lapack_gemm_complex(false, n, packets, n, (const double *)K, (const double *)psi,
+                             (double *)out);
 }

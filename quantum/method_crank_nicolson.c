@@ -2,7 +2,7 @@
    (Crank, Nicolson, Proc. Camb. Phil. Soc. 43, 1947), unitary, of second order in dt and dx, and
    independent of any sum over paths. H is tridiagonal: LAPACK's zgttrf once, zgttrs every slice. */
 #include "internal.h"
-#include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <complex.h>
 #include <math.h>
@@ -75,9 +75,9 @@ static enum ad_status factor(const struct qm_slice *slice, struct crank_nicolson
         cn->diagonal[a] = 1 + cn->own[a];
         cn->below[a] = cn->above[a] = cn->hop;
     }
-    if (ad_blas_tridiagonal_factor_complex(n, (double *)cn->below, (double *)cn->diagonal,
-                                           (double *)cn->above, (double *)cn->second,
-                                           cn->pivots) != 0)
+    if (phys_lapack_tridiagonal_factor_complex(n, (double *)cn->below, (double *)cn->diagonal,
+                                               (double *)cn->above, (double *)cn->second,
+                                               cn->pivots) != 0)
         return ad_fail(error, AD_E_NONFINITE, "Crank-Nicolson: the potential is not finite");
     return AD_OK;
 }
@@ -110,9 +110,9 @@ static enum ad_status step_cn(void *state, size_t packets, qm_complex *psi, stru
     (void)error;
     for (size_t k = 0; k < packets; k++) {
         explicit_half(cn, packets, psi + k);
-        ad_blas_tridiagonal_solve_complex(cn->n, (double *)cn->below, (double *)cn->diagonal,
-                                          (double *)cn->above, (double *)cn->second, cn->pivots, 1,
-                                          (double *)cn->line);
+        phys_lapack_tridiagonal_solve_complex(cn->n, (double *)cn->below, (double *)cn->diagonal,
+                                              (double *)cn->above, (double *)cn->second, cn->pivots,
+                                              1, (double *)cn->line);
         for (size_t a = 0; a < cn->n; a++)
             psi[a * packets + k] = cn->mask[a] * cn->line[a];
     }

@@ -1,15 +1,15 @@
 /* Two coordinates at once, where the kernel is a product: psi -> Kx psi Ky^T costs N^3, not N^4. */
 #include "quantum.h"
-#include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 void qm_propagate_plane(size_t nx, const qm_complex *Kx, size_t ny, const qm_complex *Ky,
                         const qm_complex *mask, size_t steps, qm_complex *psi, qm_complex *work)
 {
     for (size_t k = 0; k < steps; k++) {
-        ad_blas_gemm_complex(false, nx, ny, nx, (const double *)Kx, (const double *)psi,
-                             (double *)work);
-        ad_blas_gemm_complex(true, nx, ny, ny, (const double *)work, (const double *)Ky,
-                             (double *)psi);
+        phys_lapack_gemm_complex(false, nx, ny, nx, (const double *)Kx, (const double *)psi,
+                                 (double *)work);
+        phys_lapack_gemm_complex(true, nx, ny, ny, (const double *)work, (const double *)Ky,
+                                 (double *)psi);
         for (size_t a = 0; mask && a < nx * ny; a++)
             psi[a] *= mask[a];
     }

@@ -2,7 +2,7 @@
    is slow enough to tell apart does not come far enough to interfere. But a long slice back is the
    inverse of one forth, so that K(dt) = K(T)^H K(T + dt), both of which the grid can hold. */
 #include "internal.h"
-#include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <complex.h>
 #include <math.h>
@@ -51,8 +51,8 @@ enum ad_status qm_kernel_short(const struct qm_slice *slice, qm_complex *K, stru
     for (size_t k = 0; k < n * n; k++)
         back[k] = conj(back[k]); /* it is symmetric */
     if (error->status == AD_OK)
-        ad_blas_gemm_complex(false, n, n, n, (const double *)back, (const double *)forth,
-                             (double *)K);
+        phys_lapack_gemm_complex(false, n, n, n, (const double *)back, (const double *)forth,
+                                 (double *)K);
     free(back);
     return error->status;
 }

@@ -2,7 +2,7 @@
    Newton's method with the element's own second derivatives; where they are linear, as for rule
    `left` and a separable L, one step solves them. */
 #include "variational_step.h"
-#include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <float.h>
 #include <math.h>
@@ -103,7 +103,7 @@ static double newton_step(phys_march *m, double t, const double *momentum, size_
         for (size_t j = 0; j < n; j++)
             m->matrix[i * n + j] = h->element[(first + j) * h->side + row + i];
     }
-    int singular = ad_blas_solve(n, m->matrix, m->right);
+    int singular = phys_lapack_lu_solve_once(n, m->matrix, m->right);
     if (singular) {
         *worst = first + (size_t)singular - 1;
         return -1;

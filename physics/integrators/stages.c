@@ -4,7 +4,7 @@
    h = 0, where the slopes are the rate, the solution goes with h on one branch, which is the one
    that approximates the motion. Where that branch turns back the step has no stages. */
 #include "stages.h"
-#include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <float.h>
 #include <stdlib.h>
@@ -103,7 +103,7 @@ static enum ad_status linearise(struct phys_stepper *s, struct phys_stages *g, d
         for (size_t j = 0; j < N; j++)
             g->matrix[i * N + j] =
                 (i == j) - h * g->a[i / n][j / n] * g->J[(i / n * n + j % n) * n + i % n];
-    if (ad_blas_factor(N, g->matrix, g->pivots) != 0)
+    if (phys_lapack_lu_factor(N, g->matrix, g->pivots) != 0)
         return ad_fail(error, AD_E_NONFINITE, "the stage equations are singular");
     return AD_OK;
 }
@@ -119,7 +119,7 @@ static enum ad_status newton(struct phys_stepper *s, struct phys_stages *g, doub
         if ((take && linearise(s, g, h, error) != AD_OK) ||
             phys_stages_residual(s, g, h, error) != AD_OK)
             return error->status;
-        ad_blas_factor_solve(g->s * s->n, g->matrix, g->pivots, g->G);
+        phys_lapack_lu_solve(g->s * s->n, g->matrix, g->pivots, g->G);
         double now = phys_stages_add(s, g, h);
         if ((*converged = phys_stages_settled(now, last)) || !isfinite(now) ||
             (take && now > 0.5 * last))

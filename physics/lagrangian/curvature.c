@@ -2,7 +2,7 @@
    the gradient of sum_j L_vj(lane j) with respect to the lanes' v has column j of L_vv in column j,
    that with respect to their q column j of L_qv, and that with respect to their t L_vt. */
 #include "curvature.h"
-#include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -83,7 +83,7 @@ bool phys_curvature_at(struct phys_curvature *c, const double *q, const double *
         if (!isfinite(c->q[k]))
             return false;
     memcpy(c->factor, c->vv, n * n * sizeof *c->factor);
-    return ad_blas_factor(n, c->factor, c->pivots) == 0;
+    return phys_lapack_lu_factor(n, c->factor, c->pivots) == 0;
 }
 
 void phys_curvature_acceleration(struct phys_curvature *c, const double *v, double *a)
@@ -94,7 +94,7 @@ void phys_curvature_acceleration(struct phys_curvature *c, const double *v, doub
         for (size_t j = 0; j < n; j++)
             a[i] -= c->qv[j * n + i] * v[j];
     }
-    ad_blas_factor_solve(n, c->factor, c->pivots, a);
+    phys_lapack_lu_solve(n, c->factor, c->pivots, a);
 }
 
 void phys_curvature_vary(struct phys_curvature *c, const double *dq, const double *dp, double *dv,
@@ -106,7 +106,7 @@ void phys_curvature_vary(struct phys_curvature *c, const double *dq, const doubl
         for (size_t j = 0; j < n; j++)
             dv[i] -= c->qv[j * n + i] * dq[j];
     }
-    ad_blas_factor_solve(n, c->factor, c->pivots, dv);
+    phys_lapack_lu_solve(n, c->factor, c->pivots, dv);
     for (size_t i = 0; force && i < n; i++) {
         force[i] = 0;
         for (size_t j = 0; j < n; j++)

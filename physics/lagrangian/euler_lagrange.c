@@ -5,7 +5,7 @@
    the gradient of sum_j p_j(lane j) with respect to the lanes' v is column j of M, all of it in one
    run. Where M is constant it folds away when compiled, and is evaluated and factored once. */
 #include "physics/internal.h"
-#include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -117,7 +117,7 @@ static void factor(phys_motion *m)
             m->column[k] = fmax(m->column[k], fabs(M[k * n + i]));
     }
     if (!m->diagonal)
-        ad_blas_factor(n, M, m->pivots);
+        phys_lapack_lu_factor(n, M, m->pivots);
     for (size_t k = 0; k < n && m->diagonal; k++)
         M[k] = M[k * n + k];
     judge_pivots(m);
@@ -191,7 +191,7 @@ static void solve(const phys_motion *m, double *b)
 {
     size_t n = m->system->dof;
     if (!m->diagonal)
-        ad_blas_factor_solve(n, m->factor, m->pivots, b);
+        phys_lapack_lu_solve(n, m->factor, m->pivots, b);
     for (size_t k = 0; k < n && m->diagonal; k++)
         b[k] /= m->factor[k];
 }

@@ -1,7 +1,7 @@
 /* From a Lagrangian to momenta p = L_v, energy v p - L, and back to velocities. */
 #include "physics/motion/motion.h"
 #include "physics/internal.h"
-#include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <float.h>
 #include <math.h>
@@ -116,7 +116,7 @@ static size_t newton_step(phys_legendre *l, const double *q, const double *p, do
     ad_get(l->for_velocity, l->mass, l->M);
     for (size_t k = 0; k < n; k++)
         l->b[k] = p[k] - l->b[k];
-    if ((singular = (size_t)ad_blas_solve(n, l->M, l->b)) != 0)
+    if ((singular = (size_t)phys_lapack_lu_solve_once(n, l->M, l->b)) != 0)
         return singular;
     for (size_t k = 0; k < n; k++) {
         v[k] += l->b[k];

@@ -4,7 +4,7 @@
    As H is symmetric, the imaginary part of every D_e is -m or below, so that |D_e^-1| <= 1/m: no
    pivoting between blocks is needed. */
 #include "block_tridiagonal.h"
-#include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -86,7 +86,7 @@ static double *factor_of(const struct phys_blocks *b, size_t e)
 
 static void solve_block(const struct phys_blocks *b, size_t e, double *x)
 {
-    ad_blas_complex_solve(rows(b, e), factor_of(b, e), b->pivots + e * b->size, 1, x);
+    phys_lapack_complex_solve(rows(b, e), factor_of(b, e), b->pivots + e * b->size, 1, x);
 }
 
 bool phys_blocks_factor(struct phys_blocks *b, double damping)
@@ -97,10 +97,10 @@ bool phys_blocks_factor(struct phys_blocks *b, double damping)
         fill(b, e, damping, D);
         if (e > 0) {
             fill_coupling(b, e);
-            ad_blas_complex_eliminate(b->size, factor_of(b, e - 1), pivots - b->size, b->dof,
-                                      rows(b, e), b->coupling, b->work, D);
+            phys_lapack_complex_eliminate(b->size, factor_of(b, e - 1), pivots - b->size, b->dof,
+                                          rows(b, e), b->coupling, b->work, D);
         }
-        if (ad_blas_complex_factor(rows(b, e), D, pivots) != 0)
+        if (phys_lapack_complex_factor(rows(b, e), D, pivots) != 0)
             return false;
     }
     return true;

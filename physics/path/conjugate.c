@@ -6,7 +6,7 @@
    at +inf and fall, so that every one that ends below zero has passed it once, and the point counts
    as often as the field loses rank there (Morse; Duistermaat, Adv. Math. 21, 1976). */
 #include "shooting.h"
-#include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -80,10 +80,10 @@ static bool eigenvalues(struct fields *f, const double *flow)
     for (size_t c = 0; c < n; c++)
         for (size_t r = 0; r < n; r++)
             f->factor[r * n + c] = flow[(n + c) * 2 * n + r];
-    if (ad_blas_factor(n, f->factor, f->pivots) != 0)
+    if (phys_lapack_lu_factor(n, f->factor, f->pivots) != 0)
         return false;
     for (size_t c = 0; c < n; c++) { /* J by b^-1 J */
-        ad_blas_factor_solve(n, f->factor, f->pivots, f->J + c * n);
+        phys_lapack_lu_solve(n, f->factor, f->pivots, f->J + c * n);
         for (size_t r = 0; r < n; r++) {
             double sum = 0;
             for (size_t k = 0; k < n; k++)
@@ -95,7 +95,7 @@ static bool eigenvalues(struct fields *f, const double *flow)
     for (size_t c = 0; c < n; c++)
         for (size_t r = 0; r < c; r++)
             f->N[c * n + r] = f->N[r * n + c] = 0.5 * (f->N[c * n + r] + f->N[r * n + c]);
-    return ad_blas_eigenvectors(n, f->N, f->unit, f->values) == 0;
+    return phys_lapack_eigenvectors(n, f->N, f->unit, f->values) == 0;
 }
 
 /* Eigenvalue k of N at t, times the time from the node; NaN where it is lost. */
@@ -176,7 +176,7 @@ static size_t negative_masses(struct fields *f, size_t node)
     memset(f->unit, 0, n * n * sizeof *f->unit);
     for (size_t k = 0; k < n; k++)
         f->unit[k * n + k] = 1;
-    if (ad_blas_eigenvectors(n, f->N, f->unit, f->values) != 0)
+    if (phys_lapack_eigenvectors(n, f->N, f->unit, f->values) != 0)
         return 0;
     while (count < n && f->values[count] < 0)
         count++;

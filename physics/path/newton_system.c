@@ -6,6 +6,7 @@
    that a sun does not count for more than a planet. */
 #include "newton_system.h"
 #include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <float.h>
 #include <limits.h>
@@ -87,7 +88,7 @@ static bool choose_order(struct phys_band *band)
     size_t by_coordinate = reach(h) * (band->n / h->dof) + h->table.degree;
     band->by_coordinate = by_coordinate < by_node;
     band->width = band->by_coordinate ? by_coordinate : by_node;
-    size_t rows = AD_BAND_ROWS(band->width);
+    size_t rows = PHYS_BAND_ROWS(band->width);
     if (band->n > INT_MAX / rows) /* LAPACK counts in int */
         return false;
     if (rows * band->n > band->room) {
@@ -110,7 +111,7 @@ static void fill(struct phys_band *band)
 {
     const struct phys_hessian *h = band->hessian;
     size_t stride = h->table.degree * h->dof;
-    memset(band->matrix, 0, AD_BAND_ROWS(band->width) * band->n * sizeof *band->matrix);
+    memset(band->matrix, 0, PHYS_BAND_ROWS(band->width) * band->n * sizeof *band->matrix);
     for (size_t e = 0; e < h->elements; e++)
         for (size_t b = 0; b < h->side; b++) {
             size_t col = e * stride + b - band->first;
@@ -122,7 +123,7 @@ static void fill(struct phys_band *band)
             for (size_t a = 0; a < h->side; a++) {
                 size_t row = e * stride + a - band->first;
                 if (row < band->n && column[a] != 0)
-                    band->matrix[AD_BAND(band->width, row_of(band, row), to)] +=
+                    band->matrix[PHYS_BAND(band->width, row_of(band, row), to)] +=
                         column[a] * factor * band->scale[a % h->dof];
             }
         }
@@ -133,7 +134,7 @@ static bool factor_newton(struct phys_band *band)
     if (!choose_order(band))
         return false;
     fill(band);
-    return ad_blas_band_factor(band->n, band->width, band->matrix, band->pivots) == 0;
+    return phys_lapack_band_factor(band->n, band->width, band->matrix, band->pivots) == 0;
 }
 
 static bool factor_levenberg(struct phys_band *band)
@@ -158,7 +159,7 @@ static void solve_newton(struct phys_band *band)
     double *x = band->right + band->n;
     for (size_t u = 0; u < band->n; u++)
         x[row_of(band, u)] = band->right[u];
-    ad_blas_band_solve(band->n, band->width, band->matrix, band->pivots, x);
+    phys_lapack_band_solve(band->n, band->width, band->matrix, band->pivots, x);
     for (size_t u = 0; u < band->n; u++)
         band->right[u] = x[row_of(band, u)];
 }

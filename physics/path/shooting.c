@@ -7,6 +7,7 @@
    would lose it. */
 #include "shooting.h"
 #include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 #include "physics/motion/motion.h"
 
 #include <math.h>
@@ -275,7 +276,7 @@ static bool gaps_new(struct gaps *g, const struct phys_shooting *s)
 {
     g->n = 2 * s->dof * s->n;
     g->width = 3 * s->dof;
-    g->band = malloc(AD_BAND_ROWS(g->width) * g->n * sizeof *g->band);
+    g->band = malloc(PHYS_BAND_ROWS(g->width) * g->n * sizeof *g->band);
     g->right = malloc(g->n * sizeof *g->right);
     g->pivots = malloc(g->n * sizeof *g->pivots);
     return g->band && g->right && g->pivots;
@@ -323,24 +324,24 @@ static double follow(struct phys_shooting *s, struct gaps *g)
 static bool newton_step(const struct phys_shooting *s, struct gaps *g)
 {
     size_t dof = s->dof, d = 2 * dof;
-    memset(g->band, 0, AD_BAND_ROWS(g->width) * g->n * sizeof *g->band);
+    memset(g->band, 0, PHYS_BAND_ROWS(g->width) * g->n * sizeof *g->band);
     for (size_t i = 0; i < s->n; i++)
         for (size_t r = 0; r < d; r++) {
             size_t row = i * d + r;
             for (size_t c = 0; c < d; c++) { /* q of node 0 is given */
                 size_t col = i * d + c - dof;
                 if (col < g->n)
-                    g->band[AD_BAND(g->width, row, col)] += s->flow[i * d * d + c * d + r];
+                    g->band[PHYS_BAND(g->width, row, col)] += s->flow[i * d * d + c * d + r];
             }
             size_t col = (i + 1) * d + r - dof;
             if (i + 1 < s->n) /* and that of the last */
-                g->band[AD_BAND(g->width, row, col)] -= 1;
+                g->band[PHYS_BAND(g->width, row, col)] -= 1;
             else if (r >= dof)
-                g->band[AD_BAND(g->width, row, col - dof)] -= 1;
+                g->band[PHYS_BAND(g->width, row, col - dof)] -= 1;
         }
-    if (ad_blas_band_factor(g->n, g->width, g->band, g->pivots) != 0)
+    if (phys_lapack_band_factor(g->n, g->width, g->band, g->pivots) != 0)
         return false;
-    ad_blas_band_solve(g->n, g->width, g->band, g->pivots, g->right);
+    phys_lapack_band_solve(g->n, g->width, g->band, g->pivots, g->right);
     return true;
 }
 

@@ -7,6 +7,7 @@
    conjugate to the start (Morse; Gelfand, Fomin, Calculus of Variations, section 29). */
 #include "definite.h"
 #include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <float.h>
 #include <math.h>
@@ -62,12 +63,12 @@ static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < m; i++)
             c->C[j * m + i] = entry(c, e, i, m + j);
-    if (ad_blas_symmetric_factor(m, c->K, c->pivots, c->work) != 0)
+    if (phys_lapack_symmetric_factor(m, c->K, c->pivots, c->work) != 0)
         return false;
-    *negative = ad_blas_symmetric_inertia(m, c->K, c->pivots);
+    *negative = phys_lapack_symmetric_inertia(m, c->K, c->pivots);
     double *solved = c->C + n * m;
     memcpy(solved, c->C, n * m * sizeof *solved);
-    ad_blas_symmetric_solve(m, c->K, c->pivots, n, solved);
+    phys_lapack_symmetric_solve(m, c->K, c->pivots, n, solved);
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
             for (size_t k = 0; k < m; k++)
@@ -90,7 +91,7 @@ static void eliminate(struct chain *c)
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
             c->Y[j * n + i] = block(c, c->S, 0, 1, i, j);
-    ad_blas_symmetric_solve(n, c->D, c->pivots, n, c->Y);
+    phys_lapack_symmetric_solve(n, c->D, c->pivots, n, c->Y);
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++) {
             double sum = 0;
@@ -125,7 +126,7 @@ static bool next_block(struct chain *c, double sigma)
         for (size_t a = 0; a < n; a++)
             c->D[b * n + a] = block(c, c->before, 1, 1, a, b) + block(c, c->S, 0, 0, a, b) -
                               c->X[b * n + a] - (a == b ? sigma * c->mass[0] : 0);
-    return ad_blas_symmetric_factor(n, c->D, c->pivots, c->work) == 0;
+    return phys_lapack_symmetric_factor(n, c->D, c->pivots, c->work) == 0;
 }
 
 /* Number of eigenvalues of the Hessian below sigma, in `total`, and conjugate points, if asked for.
@@ -145,7 +146,7 @@ static bool eliminate_all(struct chain *c, double sigma, size_t *total,
         c->S = swap;
         if (!condense(c, i, sigma, &more) || !next_block(c, sigma))
             return false;
-        more += ad_blas_symmetric_inertia(c->dof, c->D, c->pivots);
+        more += phys_lapack_symmetric_inertia(c->dof, c->D, c->pivots);
         eliminate(c);
         if (spectrum)
             note_conjugate(c, i, more, spectrum);

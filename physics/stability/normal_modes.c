@@ -1,7 +1,7 @@
 /* The frequencies of small motions about a place, from the second derivatives of L on the tape. */
 #include "stability.h"
 #include "physics/internal.h"
-#include "autodiff/blas.h"
+#include "physics/linear/linear.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -110,7 +110,7 @@ static enum ad_status compare(struct matrices *m, double t, struct phys_small_mo
                               struct ad_error *error)
 {
     size_t n = m->system->dof;
-    int info = ad_blas_eigenvectors(n, m->K, m->M, m->values);
+    int info = phys_lapack_eigenvectors(n, m->K, m->M, m->values);
     if (info > (int)n)
         return ad_fail(error, AD_E_ARGUMENT, "%s: the mass matrix is not positive",
                        m->system->scene->name);

@@ -1,0 +1,73 @@
+/* Linear algebra of small and banded systems: what physics and quantum ask of LAPACK, and the one
+   product of OpenBLAS that the tape has no use for. Matrices are row-major unless said otherwise.
+ */
+#ifndef PHYSICS_LINEAR_H
+#define PHYSICS_LINEAR_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Product of complex matrices, pairs of real and imaginary part: c [m x n] = a [m x k] op(b),
+   where b is [k x n], or [n x k] to be transposed (not conjugated). No rows are strided. */
+void phys_lapack_gemm_complex(bool transpose_b, size_t m, size_t n, size_t k, const double *a,
+                              const double *b, double *c);
+
+/* Solves a x = b for one right side: a [n x n] is destroyed, b [n] becomes x. Returns 0, or 1 + the
+   index of the zero pivot. */
+int phys_lapack_lu_solve_once(size_t n, double *a, double *b);
+/* The same in two steps, for many right sides: factors a in place, `pivots` [n] is room; solves
+   from the factors, b in place. */
+int phys_lapack_lu_factor(size_t n, double *a, int *pivots);
+void phys_lapack_lu_solve(size_t n, const double *a, const int *pivots, double *b);
+
+/* Band matrices of n rows with `width` diagonals on either side of the main one, stored by columns:
+   element (i, j), |i - j| <= width, is band[PHYS_BAND(width, i, j)] of PHYS_BAND_ROWS(width) * n
+   elements. The rest is room for the factor. */
+#define PHYS_BAND_ROWS(width) (3 * (width) + 1)
+#define PHYS_BAND(width, i, j) (2 * (width) + (i) - (j) + PHYS_BAND_ROWS(width) * (j))
+
+/* Factors a band in place as P L U; `pivots` [n] is room. Returns 0, or 1 + the index of a zero
+   pivot. */
+int phys_lapack_band_factor(size_t n, size_t width, double *band, int *pivots);
+/* Solves band x = b, in place, from the factors. */
+void phys_lapack_band_solve(size_t n, size_t width, const double *band, const int *pivots,
+                            double *b);
+
+/* Factors a complex matrix a [n x n], pairs of real and imaginary part by columns, in place as
+   P L U; `pivots` [n] is room. Returns 0, or 1 + the index of a zero pivot. */
+int phys_lapack_complex_factor(size_t n, double *a, int *pivots);
+/* Solves a x = b from the factors for m right sides, b [n x m] by columns, in place. */
+void phys_lapack_complex_solve(size_t n, const double *a, const int *pivots, size_t m, double *b);
+/* c [m x m] -= b^T a^-1 b from the factors P L U, as (b^T U^-1) (L^-1 P^-1 b): elimination proper,
+   stable where a^-1 itself is not. All but the last k rows of b [n x m] are zero; b is overwritten,
+   `work` [n x m] is room. All are complex, by columns. */
+void phys_lapack_complex_eliminate(size_t n, const double *a, const int *pivots, size_t k, size_t m,
+                                   double *b, double *work, double *c);
+
+/* Complex tridiagonal matrices of n rows: below [n-1], diagonal [n] and above [n-1] are factored in
+   place; second [n-2] and `pivots` [n] are room. Returns 0, or 1 + the index of a zero pivot. */
+int phys_lapack_tridiagonal_factor_complex(size_t n, double *below, double *diagonal, double *above,
+                                           double *second, int *pivots);
+/* Solves for m right sides from the factors, b [m x n], one a row, in place. */
+void phys_lapack_tridiagonal_solve_complex(size_t n, const double *below, const double *diagonal,
+                                           const double *above, const double *second,
+                                           const int *pivots, size_t m, double *b);
+/* The `count` smallest eigenvalues of a symmetric tridiagonal matrix, ascending, and eigenvectors
+   [count x n] of length 1, one a row; diagonal [n] and off [n] (the last one is room) are
+   destroyed. Returns 0, positive where they do not converge, negative where memory is exhausted.
+ */
+int phys_lapack_tridiagonal_eigenvectors(size_t n, double *diagonal, double *off, size_t count,
+                                         double *values, double *vectors);
+
+/* Factors a symmetric matrix a [n x n] in place as L D L^T with diagonal pivoting (Bunch, Kaufman);
+   `pivots` [n], `work` [64 n] are room. Returns 0, or 1 + the index of a zero pivot. */
+int phys_lapack_symmetric_factor(size_t n, double *a, int *pivots, double *work);
+/* Of a matrix so factored: how many eigenvalues are negative. */
+size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivots);
+/* Solves a x = b for m right sides, b [m x n], one a row, in place. */
+void phys_lapack_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b);
+/* Eigenvalues of a x = value b x for symmetric a and positive definite b, [n x n] each: values [n],
+   ascending; row k of a becomes eigenvector k; b is destroyed. Returns 0, up to n where they do not
+   converge, more where b is not positive definite, negative where memory is exhausted. */
+int phys_lapack_eigenvectors(size_t n, double *a, double *b, double *values);
+#endif
