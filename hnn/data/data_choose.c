@@ -1,6 +1,7 @@
 /* Columns chosen by name, or by number from 1. */
 #include "data_source.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -58,16 +59,17 @@ static enum ad_status find_column(const struct hnn_source *s, const char *role, 
 enum ad_status hnn_choose(const struct hnn_source *source, const char *role, const char *list,
                           size_t **column, size_t *n, struct ad_error *error)
 {
+    const struct phys_separator comma = {.text = ','};
     char **names = NULL;
     size_t found = 0;
     *n = 0;
     *column = NULL;
-    if (!hnn_names_of(list, list + strlen(list), ',', &names, &found) ||
+    if (!phys_fields_split(list, list + strlen(list), comma, &names, &found) ||
         !(*column = malloc(found * sizeof **column)))
         ad_fail(error, AD_E_MEMORY, "out of memory");
     for (; *column && *n < found; ++*n)
         if (find_column(source, role, names[*n] ? names[*n] : "", *column + *n, error) != AD_OK)
             break;
-    hnn_names_free(names, found);
+    phys_fields_free(names, found);
     return error->status;
 }

@@ -1,6 +1,7 @@
 /* What columns are, where nothing but their names tells. */
 #include "data_table.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

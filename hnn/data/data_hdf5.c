@@ -3,6 +3,7 @@
 #include "data_source.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -19,8 +20,7 @@ struct hdf5 {
     struct hnn_source source;
     phys_runfile *file;
     struct column *column; /* [source.columns] */
-    size_t *chosen, n;
-    size_t rows, at, last; /* of the chosen columns; read so far; first of the last block */
+    size_t rows, at, last; /* of the columns read; read so far; first of the last read */
     char *order;           /* the attribute "columns", or NULL */
     bool out_of_memory;
 };
@@ -140,32 +140,28 @@ static void put_in_order(struct hdf5 *h)
 
 /* ---- reading ---- */
 
-static enum ad_status hdf5_choose(struct hnn_source *source, size_t n, const size_t *column,
-                                  struct ad_error *error)
+static enum ad_status check_lengths(struct hdf5 *h, double *const *to, struct ad_error *error)
 {
-    struct hdf5 *h = hdf5_of(source);
-    h->chosen = malloc((n + 1) * sizeof *h->chosen);
-    if (!h->chosen)
-        return ad_fail(error, AD_E_MEMORY, "%s: out of memory", source->file);
-    memcpy(h->chosen, column, n * sizeof *column);
-    h->n = n;
-    h->rows = n ? h->column[column[0]].rows : 0;
-    for (size_t k = 1; k < n; k++)
-        if (h->column[column[k]].rows != h->rows)
+    const struct hnn_source *s = &h->source;
+    size_t first = 0;
+    while (first < s->columns && !to[first])
+        first++;
+    h->rows = first < s->columns ? h->column[first].rows : 0;
+    for (size_t c = first; c < s->columns; c++)
+        if (to[c] && h->column[c].rows != h->rows)
             return ad_fail(error, AD_E_INPUT,
                            "%s: expected columns of one length, '%s' has %zu rows and '%s' %zu",
-                           source->file, source->name[column[0]], h->rows, source->name[column[k]],
-                           h->column[column[k]].rows);
-    if (n && h->rows == 0)
+                           s->file, s->name[first], h->rows, s->name[c], h->column[c].rows);
+    if (first < s->columns && h->rows == 0)
         return ad_fail(error, AD_E_INPUT, "%s: expected rows of numbers, found none in '%s'",
-                       source->file, source->name[column[0]]);
+                       s->file, s->name[first]);
     return AD_OK;
 }
 
-static enum ad_status read_column(struct hdf5 *h, size_t k, size_t rows, double *values,
+static enum ad_status read_column(struct hdf5 *h, size_t column, size_t rows, double *values,
                                   struct ad_error *error)
 {
-    const struct column *c = &h->column[h->chosen[k]];
+    const struct column *c = &h->column[column];
     size_t first[2] = {h->at, c->index}, count[2] = {rows, 1};
     if (c->across) {
         first[0] = c->index, first[1] = h->at;
@@ -178,17 +174,19 @@ static enum ad_status read_column(struct hdf5 *h, size_t k, size_t rows, double 
             return ad_fail(error, AD_E_INPUT,
                            "%s: expected a finite number in row %zu of '%s', "
                            "found %g",
-                           h->source.file, h->at + i + 1, h->source.name[h->chosen[k]], values[i]);
+                           h->source.file, h->at + i + 1, h->source.name[column], values[i]);
     return AD_OK;
 }
 
-static enum ad_status hdf5_read(struct hnn_source *source, double *block, size_t *rows,
-                                struct ad_error *error)
+static enum ad_status hdf5_read(struct hnn_source *source, size_t room, double *const *to,
+                                size_t *rows, struct ad_error *error)
 {
     struct hdf5 *h = hdf5_of(source);
-    *rows = h->rows - h->at < HNN_BLOCK ? h->rows - h->at : HNN_BLOCK;
-    for (size_t k = 0; k < h->n && *rows; k++)
-        if (read_column(h, k, *rows, block + k * HNN_BLOCK, error) != AD_OK)
+    if (h->at == 0 && check_lengths(h, to, error) != AD_OK)
+        return error->status;
+    *rows = h->rows - h->at < room ? h->rows - h->at : room;
+    for (size_t c = 0; c < source->columns && *rows; c++)
+        if (to[c] && read_column(h, c, *rows, to[c], error) != AD_OK)
             return error->status;
     h->last = h->at;
     h->at += *rows;
@@ -205,15 +203,14 @@ static void hdf5_close(struct hnn_source *source)
     struct hdf5 *h = hdf5_of(source);
     for (size_t k = 0; k < source->columns; k++)
         free(h->column[k].array);
-    hnn_names_free(source->name, source->columns);
+    phys_fields_free(source->name, source->columns);
     phys_runfile_close(h->file);
     free(h->column);
-    free(h->chosen);
     free(h->order);
     free(h);
 }
 
-static const struct hnn_source_kind hdf5_kind = {hdf5_choose, hdf5_read, hdf5_place, hdf5_close};
+static const struct hnn_source_kind hdf5_kind = {hdf5_read, hdf5_place, hdf5_close};
 
 enum ad_status hnn_hdf5_open(const char *file, struct hnn_source **source, struct ad_error *error)
 {

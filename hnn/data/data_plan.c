@@ -1,6 +1,7 @@
 /* Which column is what: as asked for, or from the names alone. */
 #include "data_table.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

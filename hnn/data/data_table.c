@@ -38,13 +38,13 @@ static enum ad_status no_memory(const struct hnn_table *table, struct ad_error *
                    table->rows);
 }
 
-/* By half as much again; pages that are not written to are not there. */
-static enum ad_status grow(struct hnn_table *table, size_t rows, struct ad_error *error)
+/* Room for the rows of another read: half as much again. Pages not written to take no memory. */
+static enum ad_status make_room(struct hnn_table *table, struct ad_error *error)
 {
     size_t capacity = table->capacity;
-    if (rows <= capacity)
+    if (capacity - table->rows >= PHYS_CSV_ROWS)
         return AD_OK;
-    capacity += capacity / 2 + HNN_BLOCK;
+    capacity += capacity / 2 + PHYS_CSV_ROWS;
     if (capacity > SIZE_MAX / sizeof(double))
         return no_memory(table, error);
     for (size_t k = 0; k < table->plan.n; k++) {
@@ -57,16 +57,17 @@ static enum ad_status grow(struct hnn_table *table, size_t rows, struct ad_error
     return AD_OK;
 }
 
-/* Leaves out rows with a missing value; from[i] is where row i was in the block. */
-static size_t leave_out_missing(const struct hnn_table *table, double *block, size_t rows,
-                                size_t from[HNN_BLOCK])
+/* Leaves out those of `rows` new rows that lack a value; from[i] is where row i was among them. */
+static size_t leave_out_missing(const struct hnn_table *table, size_t rows,
+                                size_t from[PHYS_CSV_ROWS])
 {
     size_t kept = 0;
     for (size_t i = 0; i < rows; i++) {
         bool missing = false;
         for (size_t k = 0; k < table->plan.n; k++) {
-            block[k * HNN_BLOCK + kept] = block[k * HNN_BLOCK + i];
-            missing |= isnan(block[k * HNN_BLOCK + i]) != 0;
+            double *column = table->column[k] + table->rows;
+            column[kept] = column[i];
+            missing |= isnan(column[i]) != 0;
         }
         from[kept] = i;
         kept += !missing;
@@ -74,19 +75,8 @@ static size_t leave_out_missing(const struct hnn_table *table, double *block, si
     return kept;
 }
 
-static enum ad_status append(struct hnn_table *table, const double *block, size_t rows,
-                             struct ad_error *error)
-{
-    if (grow(table, table->rows + rows, error) != AD_OK)
-        return error->status;
-    for (size_t k = 0; k < table->plan.n; k++)
-        memcpy(table->column[k] + table->rows, block + k * HNN_BLOCK, rows * sizeof *block);
-    table->rows += rows;
-    return AD_OK;
-}
-
 /* Counts trajectories among the last `rows`, in which time has to go on; they were rows `from` of
-   the block. */
+   the read. */
 static enum ad_status look_at_times(struct hnn_table *table, const struct hnn_source *source,
                                     size_t rows, const size_t *from, struct ad_error *error)
 {
@@ -109,24 +99,29 @@ static enum ad_status look_at_times(struct hnn_table *table, const struct hnn_so
     return AD_OK;
 }
 
+/* Numbers go from the file into the columns of the table. */
 static enum ad_status read_rows(struct hnn_table *table, struct hnn_source *source,
                                 struct ad_error *error)
 {
-    double *block = malloc((table->plan.n + 1) * HNN_BLOCK * sizeof *block);
-    size_t *from = malloc(HNN_BLOCK * sizeof *from);
-    if (!block || !from)
+    const struct hnn_plan *plan = &table->plan;
+    double **to = calloc(source->columns, sizeof *to);
+    size_t *from = malloc(PHYS_CSV_ROWS * sizeof *from), rows = 1;
+    if (!to || !from)
         no_memory(table, error);
-    for (size_t i = 0; from && i < HNN_BLOCK; i++)
+    for (size_t i = 0; from && i < PHYS_CSV_ROWS; i++)
         from[i] = i;
-    for (size_t rows = 1; rows && error->status == AD_OK;)
-        if (source->kind->read(source, block, &rows, error) == AD_OK) {
-            size_t kept = source->skip_missing ? leave_out_missing(table, block, rows, from) : rows;
-            table->missing += rows - kept;
-            if (append(table, block, kept, error) == AD_OK)
-                look_at_times(table, source, kept, from, error);
-        }
+    while (rows && error->status == AD_OK && make_room(table, error) == AD_OK) {
+        for (size_t k = 0; k < plan->n; k++)
+            to[plan->column[k]] = table->column[k] + table->rows;
+        if (source->kind->read(source, PHYS_CSV_ROWS, to, &rows, error) != AD_OK)
+            break;
+        size_t kept = source->skip_missing ? leave_out_missing(table, rows, from) : rows;
+        table->missing += rows - kept;
+        table->rows += kept;
+        look_at_times(table, source, kept, from, error);
+    }
     free(from);
-    free(block);
+    free(to);
     return error->status;
 }
 
@@ -217,7 +212,6 @@ enum ad_status hnn_table_read(const struct hnn_dataset_settings *settings, const
     table->units_line = source->units_line;
     if (hnn_plan_make(settings, source, &table->plan, error) == AD_OK &&
         prepare(settings, table, source, error) == AD_OK &&
-        source->kind->choose(source, table->plan.n, table->plan.column, error) == AD_OK &&
         read_rows(table, source, error) == AD_OK && table->plan.trial != HNN_NO_COLUMN)
         look_at_trials(table, error);
     if (error->status == AD_OK && table->plan.time != HNN_NO_COLUMN)

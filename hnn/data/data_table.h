@@ -89,4 +89,12 @@ size_t hnn_roles_usable(const struct hnn_dataset_settings *settings, struct hnn_
 enum ad_status hnn_roles_split(const struct hnn_dataset_settings *settings, struct hnn_table *table,
                                size_t usable, struct ad_error *error);
 
+/* ---- samples (data_samples.c) ---- */
+
+/* Training samples from HNN_TRAIN rows of `table`, test samples from HNN_TEST rows of `test`, which
+   may be the same table; their columns are used up. dataset->dof is set. */
+enum ad_status hnn_samples_make(const struct hnn_dataset_settings *settings,
+                                struct hnn_table *table, struct hnn_table *test,
+                                struct hnn_dataset *dataset, struct ad_error *error);
+
 #endif

@@ -1,231 +1,138 @@
-/* Numeric matrices as text (table.h): the whole file in memory, one pass over it. */
-#include "csv.h"
+/* Rows of a table of text (csv.h): one pass over each line, in which a field ends where its number
+   does. */
+#include "csv_head.h"
 #include "numbers.h"
 
-#include <errno.h>
 #include <math.h>
-#include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
-struct reader {
-    const char *file;
-    struct ad_error *error;
-    enum ad_status status;
-    char *text; /* the whole file */
-    const char *end;
-    const char *start; /* of the current line, its end and number */
-    const char *stop;
-    size_t line;
-    size_t first_line; /* of numbers */
-    char separator;    /* ',' or ';' once one was met: a mix is a decimal comma */
-    double *values;
-    size_t n, capacity, cols;
+/* ---- numbers ---- */
+
+/* "'q'", or its number where it has no name. */
+struct label {
+    char text[64];
 };
-
-/* Keeps the error in the reader; always false. */
-#define FAIL(r, code, ...) ((r)->status = ad_fail((r)->error, code, __VA_ARGS__), false)
-#define REFUSE(r, at, format, ...)                                                                 \
-    FAIL(r, AD_E_INPUT, "%s:%zu:%zu: " format, (r)->file, (r)->line,                               \
-         (size_t)((at) - (r)->start) + 1, __VA_ARGS__)
-
-static bool out_of_memory(struct reader *r)
+static struct label label_of(const struct phys_csv *csv, size_t column)
 {
-    return FAIL(r, AD_E_MEMORY, "%s: out of memory", r->file);
+    struct label label;
+    if (csv->name && csv->name[column])
+        snprintf(label.text, sizeof label.text, "'%.40s'", csv->name[column]);
+    else
+        snprintf(label.text, sizeof label.text, "%zu", column + 1);
+    return label;
 }
 
-static bool cannot_read(struct reader *r)
+static enum ad_status refuse_number(const struct phys_csv *csv, size_t column,
+                                    const struct phys_field *f, const char *expected,
+                                    struct ad_error *error)
 {
-    return FAIL(r, AD_E_IO, "%s: cannot be read: %s; expected CSV", r->file, strerror(errno));
+    struct phys_quote found = {"an empty field"}, more = {""};
+    const char *tail = f->text;
+    while (tail < f->end && *tail != ' ' && *tail != '\t' && *tail != ',')
+        tail++;
+    if (f->end > f->text)
+        found = phys_text_quote(f->text, f->end);
+    if (tail < f->end)
+        more = phys_text_quote(tail + 1, f->end);
+    const char *guess = tail < f->end && *tail == ',' ? " (a decimal comma?)"
+                        : csv->matrix                 ? ""
+                        : phys_field_missing(f->text, f->end)
+                            ? " (missing? such rows can be skipped)"
+                        : csv->lines.line == csv->mixed_line ? " (half a line of names?)"
+                                                             : "";
+    return PHYS_CSV_REFUSE(csv, f->text, "expected %s in column %s, found %s%s%s%s", expected,
+                           label_of(csv, column).text, found.text, tail < f->end ? " and " : "",
+                           more.text, guess);
 }
 
-/* ---- the file ---- */
-
-/* Everything that the stream gives; no seeking, so that it may be a pipe. */
-static bool slurp(struct reader *r, FILE *stream)
+static enum ad_status read_number(const struct phys_csv *csv, size_t column,
+                                  const struct phys_field *f, double *value, struct ad_error *error)
 {
-    size_t n = 0;
-    for (size_t capacity = 1 << 16;; capacity *= 2) {
-        char *text = capacity > SIZE_MAX / 2 ? NULL : realloc(r->text, capacity);
-        if (!text)
-            return out_of_memory(r);
-        r->text = text;
-        n += fread(text + n, 1, capacity - n, stream);
-        if (n < capacity)
-            break;
+    if (csv->skip_missing && phys_field_missing(f->text, f->end)) {
+        *value = NAN;
+        return AD_OK;
     }
-    r->end = r->text + n;
-    return ferror(stream) ? cannot_read(r) : true;
+    if (f->text == f->end || phys_text_number(f->text, f->end, value) != f->end)
+        return refuse_number(csv, column, f, "a number", error);
+    return isfinite(*value) ? AD_OK : refuse_number(csv, column, f, "a finite number", error);
 }
 
-static bool read_file(struct reader *r)
+/* A plain number, as nearly all fields are, in one pass: the field's end is where the number's is.
+   False for anything else, right or wrong. */
+static bool scan_number(const struct phys_csv *csv, const char *p, double *value,
+                        struct phys_field *f)
 {
-    FILE *stream = fopen(r->file, "r");
-    if (!stream)
-        return cannot_read(r);
-    bool read = slurp(r, stream);
-    fclose(stream);
-    return read;
-}
-
-/* ---- lines ---- */
-
-/* The line at `from`; false at the end of the file. */
-static bool next_line(struct reader *r, const char *from)
-{
-    if (from >= r->end)
+    const char *start = phys_text_skip(p, csv->stop);
+    const char *end = phys_text_number(start, csv->stop, value);
+    if (!end || !isfinite(*value) || csv->separator.text == '\t') /* a tab there is no blank */
         return false;
-    const char *newline = memchr(from, '\n', (size_t)(r->end - from));
-    r->start = from;
-    r->stop = newline ? newline : r->end;
-    r->line++;
-    return true;
-}
-
-static const char *without_comment(const struct reader *r)
-{
-    const char *p = r->start;
-    while (p < r->stop && *p != '#' && *p != '%')
-        p++;
-    return p;
-}
-
-static bool is_separator(char c) { return c == ',' || c == ';'; }
-
-static const char *field_end(const char *p, const char *stop)
-{
-    while (p < stop && !is_separator(*p) && *p != ' ' && *p != '\t' && *p != '\r')
-        p++;
-    return p;
-}
-
-static bool is_not_finite_word(const char *p, const char *end)
-{
-    static const char *const words[] = {"nan", "inf", "infinity"};
-    if (p < end && (*p == '+' || *p == '-'))
-        p++;
-    for (size_t k = 0; k < sizeof words / sizeof *words; k++) {
-        size_t n = 0;
-        while (words[k][n] && p + n < end && (p[n] | 0x20) == words[k][n])
-            n++;
-        if (!words[k][n] && p + n == end)
-            return true;
-    }
-    return false;
-}
-
-/* Column names: no field of the line reads as a number, or as what arithmetic made of one. */
-static bool is_header(const struct reader *r, const char *stop)
-{
-    double value;
-    for (const char *p = phys_text_skip(r->start, stop); p < stop; p = phys_text_skip(p, stop)) {
-        const char *end = field_end(p, stop);
-        if (phys_text_number(p, end, &value) == end || is_not_finite_word(p, end))
-            return false;
-        p = end < stop && is_separator(*end) ? end + 1 : end;
-    }
-    return true;
+    const char *next = phys_text_skip(end, csv->stop);
+    *f = (struct phys_field){start, end, next};
+    return next == csv->stop || *next == csv->separator.text ||
+           (csv->separator.blanks && next > end);
 }
 
 /* ---- rows ---- */
 
-static bool append(struct reader *r, double value)
-{
-    if (r->n == r->capacity) {
-        size_t capacity = r->capacity ? 2 * r->capacity : 1024;
-        double *values = capacity > SIZE_MAX / 2 / sizeof *values
-                             ? NULL
-                             : realloc(r->values, capacity * sizeof *values);
-        if (!values)
-            return out_of_memory(r);
-        r->values = values;
-        r->capacity = capacity;
-    }
-    r->values[r->n++] = value;
-    return true;
-}
-
-static bool read_number(struct reader *r, const char **p, const char *stop)
-{
-    double value;
-    const char *end = phys_text_number(*p, stop, &value);
-    if (!end || end != field_end(*p, stop))
-        return REFUSE(r, *p, "expected a number, found %s", phys_text_quote(*p, stop).text);
-    if (!isfinite(value))
-        return REFUSE(r, *p, "expected a finite number, found %s", phys_text_quote(*p, stop).text);
-    *p = end;
-    return append(r, value);
-}
-
-/* Blanks, or one comma or semicolon among blanks, which a number must follow. */
-static bool read_separator(struct reader *r, const char **p, const char *stop)
-{
-    *p = phys_text_skip(*p, stop);
-    if (*p == stop || !is_separator(**p))
-        return true;
-    char separator = **p;
-    if (r->separator && separator != r->separator)
-        return REFUSE(r, *p,
-                      "expected '%c' between numbers as before, found '%c' (a decimal comma?)",
-                      r->separator, separator);
-    r->separator = separator;
-    *p = phys_text_skip(*p + 1, stop);
-    if (*p == stop)
-        return REFUSE(r, *p, "expected a number after '%c', found the end of the line", separator);
-    return true;
-}
-
-static bool read_row(struct reader *r, const char *stop)
-{
-    size_t before = r->n;
-    for (const char *p = phys_text_skip(r->start, stop); p < stop;)
-        if (!read_number(r, &p, stop) || !read_separator(r, &p, stop))
-            return false;
-    size_t found = r->n - before;
-    if (!r->cols) {
-        r->cols = found;
-        r->first_line = r->line;
-    }
-    if (found != r->cols)
-        return REFUSE(r, stop, "expected %zu numbers as in line %zu, found %zu", r->cols,
-                      r->first_line, found);
-    return true;
-}
-
-static bool read_rows(struct reader *r)
-{
-    static const char mark[] = "\xef\xbb\xbf"; /* byte order mark */
-    const char *p = r->text;
-    if (r->end - p >= 3 && memcmp(p, mark, 3) == 0)
-        p += 3;
-    for (bool named = false; next_line(r, p); p = r->stop + 1) {
-        const char *stop = without_comment(r);
-        if (phys_text_skip(r->start, stop) == stop)
-            continue;
-        if (!r->cols && !named && is_header(r, stop))
-            named = true;
-        else if (!read_row(r, stop))
-            return false;
-    }
-    if (!r->cols)
-        return FAIL(r, AD_E_INPUT, "%s:%zu: expected rows of numbers, found none", r->file,
-                    r->line);
-    return true;
-}
-
-enum ad_status phys_table_read(const char *file, size_t *rows, size_t *cols, double **values,
+/* The present line as row `row`. */
+static enum ad_status read_row(const struct phys_csv *csv, double *const *to, size_t row,
                                struct ad_error *error)
 {
-    struct reader r = {.file = file, .error = error};
-    bool read = read_file(&r) && read_rows(&r);
-    free(r.text);
-    if (!read) {
-        free(r.values);
-        return r.status;
+    size_t column = 0;
+    for (const char *p = csv->start; p; column++) {
+        struct phys_field f;
+        double *value = column < csv->columns && to[column] ? to[column] + row : NULL;
+        if (!value || !scan_number(csv, p, value, &f)) {
+            f = phys_field_at(p, csv->stop, csv->separator);
+            if (value && read_number(csv, column, &f, value, error) != AD_OK)
+                return error->status;
+        }
+        p = phys_field_after(&f, csv->stop, csv->separator);
     }
-    *rows = r.n / r.cols;
-    *cols = r.cols;
-    *values = r.values;
+    return column == csv->columns ? AD_OK : phys_csv_refuse_length(csv, column, error);
+}
+
+enum ad_status phys_csv_read(struct phys_csv *csv, size_t room, double *const *to, size_t stride,
+                             size_t *rows, struct ad_error *error)
+{
+    *rows = 0;
+    while (csv->start && *rows < room && *rows < PHYS_CSV_ROWS) {
+        const char *p = phys_csv_content(csv);
+        if (p && !phys_csv_comment(p, csv->stop)) {
+            if (read_row(csv, to, *rows * stride, error) != AD_OK)
+                return error->status;
+            csv->line[(*rows)++] = csv->lines.line;
+        }
+        if (phys_csv_line(csv, error) != AD_OK)
+            return error->status;
+    }
     return AD_OK;
+}
+
+/* ---- the file ---- */
+
+static enum ad_status skip_lines(struct phys_csv *csv, size_t n, struct ad_error *error)
+{
+    for (size_t k = 0; k < n; k++)
+        if (phys_csv_line(csv, error) != AD_OK)
+            return error->status;
+    return !n || csv->start
+               ? AD_OK
+               : ad_fail(error, AD_E_INPUT, "%s: has %zu lines; expected more than the %zu skipped",
+                         csv->file, csv->lines.line, n);
+}
+
+enum ad_status phys_csv_open(struct phys_csv *csv, const char *file, size_t skip,
+                             struct ad_error *error)
+{
+    csv->file = file;
+    if (phys_lines_open(&csv->lines, file, error) != AD_OK || skip_lines(csv, skip, error) != AD_OK)
+        return error->status;
+    return phys_csv_head(csv, error);
+}
+
+void phys_csv_close(struct phys_csv *csv)
+{
+    phys_fields_free(csv->name, csv->columns);
+    phys_lines_close(&csv->lines);
 }

@@ -49,6 +49,8 @@ static void test_every_shape_of_text(void **state)
         assert_table(texts[k], 2, 3, expected);
     assert_table("7.25", 1, 1, (double[]){7.25});
     assert_table("1 2,3", 1, 3, (double[]){1, 2, 3});
+    assert_table("\"1\",\"2\"\n\"3\",\"4\"\n", 2, 2, (double[]){1, 2, 3, 4});
+    assert_table("q\tp\r0.5\t\t1.5\r", 1, 2, (double[]){0.5, 1.5}); /* CR, tabs for looks */
 }
 
 static void test_pipe(void **state)
@@ -74,6 +76,25 @@ static void test_pipe(void **state)
         assert_true(values[2 * i] == i && values[2 * i + 1] == 2 * i + 0.25);
     free(values);
     assert_int_equal(waitpid(writer, NULL, 0), writer);
+}
+
+static void test_gzip(void **state)
+{
+    (void)state;
+    struct path file = files_temporary("matrix.csv.gz");
+    gzFile stream = gzopen(file.text, "wb");
+    enum { ROWS = 9000 }; /* more than one read */
+    for (int i = 0; stream && i < ROWS; i++)
+        gzprintf(stream, "%d;%d.25\n", i, 2 * i);
+    assert_int_equal(gzclose(stream), Z_OK);
+    size_t rows, cols;
+    double *values;
+    struct ad_error error = {0};
+    assert_int_equal(phys_table_read(file.text, &rows, &cols, &values, &error), AD_OK);
+    assert_true(rows == ROWS && cols == 2);
+    for (int i = 0; i < ROWS; i++)
+        assert_true(values[2 * i] == i && values[2 * i + 1] == 2 * i + 0.25);
+    free(values);
 }
 
 /* The published starts: their shapes, and a value read by eye. */
@@ -130,34 +151,33 @@ static void test_damage_is_named(void **state)
         {"", ":0: expected rows of numbers, found none"},
         {"\n# nothing\n\n", ":3: expected rows of numbers, found none"},
         {"x,y\n", ":1: expected rows of numbers, found none"},
-        {"1,2\n3,abc\n", ":2:3: expected a number, found 'abc'"},
-        {"1,2\n3,4x\n", ":2:3: expected a number, found '4x'"},
-        {"x,y\na,b\n1,2\n", ":2:1: expected a number, found 'a'"},
-        {"0.5,abc\n", ":1:5: expected a number, found 'abc'"},
-        {"abc,0.5\n", ":1:1: expected a number, found 'abc'"},
-        {"\xef\xbb\xbf+.5,abc\n", ":1:5: expected a number, found 'abc'"},
-        {"1,nan\n", ":1:3: expected a number, found 'nan'"},
-        {"nan,-NaN\n1,2\n", ":1:1: expected a number, found 'nan'"},
-        {"1 2\n3 -Inf\n", ":2:3: expected a number, found '-Inf'"},
-        {"1 2\n3 1e999\n", ":2:3: expected a finite number, found '1e999'"},
-        {"1,2,3\n4,5\n", ":2:4: expected 3 numbers as in line 1, found 2"},
-        {"# c\nx y\n1 2\n3 4 5\n", ":4:6: expected 2 numbers as in line 3, found 3"},
-        {"1,,2\n", ":1:3: expected a number, found ','"},
-        {",1\n", ":1:1: expected a number, found ','"},
-        {"1,2,\n", ":1:5: expected a number after ',', found the end of the line"},
-        {"1,2;3\n", ":1:4: expected ',' between numbers as before, found ';' (a decimal comma?)"},
+        {"1,2\n3,abc\n", ":2:3: expected a number in column 2, found 'abc'"},
+        {"1,2\n3,4x\n", ":2:3: expected a number in column 2, found '4x'"},
+        {"x,y\na,b\n1,2\n", ":2:1: expected a number in column 'x', found 'a'"},
+        {"0.5,abc\n", ":1:5: expected a number in column 2, found 'abc'"},
+        {"abc,0.5\n", ":1:1: expected a number in column 1, found 'abc'"},
+        {"\xef\xbb\xbf+.5,abc\n", ":1:5: expected a number in column 2, found 'abc'"},
+        {"1,nan\n", ":1:3: expected a number in column 2, found 'nan'"},
+        {"nan,-NaN\n1,2\n", ":1:1: expected a number in column 1, found 'nan'"},
+        {"1 2\n3 -Inf\n", ":2:3: expected a number in column 2, found '-Inf'"},
+        {"1 2\n3 1e999\n", ":2:3: expected a finite number in column 2, found '1e999'"},
+        {"1,2,3\n4,5\n", ":2:4: expected 3 columns as in the first row, found 2"},
+        {"# c\nx y\n1 2\n3 4 5\n", ":4:6: expected 2 columns as named in line 2, found 3"},
+        {"1,,2\n", ":1:3: expected a number in column 2, found an empty field"},
+        {",1\n", ":1:1: expected a number in column 1, found an empty field"},
+        {"1,2,\n", ":1:5: expected a number in column 3, found an empty field"},
+        {"1,2;3\n", ":1:1: expected a number in column 1, found '1' and '2' (a decimal comma?)"},
         {"1;2\n1,5;2\n",
-         ":2:2: expected ';' between numbers as before, found ',' (a decimal comma?)"},
-        {"\"1\",\"2\"\n\"3\",\"4\"\n", ":2:1: expected a number, found '\"3\"'"},
+         ":2:1: expected a number in column 1, found '1' and '5' (a decimal comma?)"},
         {"1 2\n3 a_word_longer_than_any_message_wants\n",
-         ":2:3: expected a number, found 'a_word_longer_than_any_mes...'"},
-        {"1 0x10\n", ":1:3: expected a number, found '0x10'"},
-        {"1 2e\n", ":1:3: expected a number, found '2e'"},
-        {"1 \x01\xff\n", ":1:3: expected a number, found '?\?'"},
+         ":2:3: expected a number in column 2, found 'a_word_longer_than_any_mes...'"},
+        {"1 0x10\n", ":1:3: expected a number in column 2, found '0x10'"},
+        {"1 2e\n", ":1:3: expected a number in column 2, found '2e'"},
+        {"1 \x01\xff\n", ":1:3: expected a number in column 2, found '?\?'"},
     };
     for (size_t k = 0; k < LENGTH(cases); k++)
         assert_refused(cases[k].text, strlen(cases[k].text), cases[k].expected);
-    assert_refused("1,2\n3,\0004\n", 9, ":2:3: expected a number, found '?4'");
+    assert_refused("1,2\n3,\0004\n", 9, ":2:3: expected a number in column 2, found '?4'");
 }
 
 static void test_files_that_cannot_be_read(void **state)
@@ -266,6 +286,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_shape_of_text),
         cmocka_unit_test(test_pipe),
+        cmocka_unit_test(test_gzip),
         cmocka_unit_test(test_reference_paths),
         cmocka_unit_test(test_damage_is_named),
         cmocka_unit_test(test_files_that_cannot_be_read),

@@ -1,6 +1,6 @@
 /* Fields of a line of text: what separates them, and those that are names. */
-#include "data_source.h"
-#include "physics/io/numbers.h"
+#include "fields.h"
+#include "numbers.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -11,16 +11,16 @@ static bool is_comment(char c) { return c == '#' || c == '%'; }
 static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
 /* A tab that separates is not a blank to be skipped. */
-static const char *skip(const char *p, const char *stop, char separator)
+static const char *skip(const char *p, const char *stop, struct phys_separator separator)
 {
-    while (p < stop && is_blank(*p) && *p != (separator == '\t' ? '\t' : '\0'))
+    while (p < stop && is_blank(*p) && *p != (separator.text == '\t' ? '\t' : '\0'))
         p++;
     return p;
 }
 
-static bool ends_field(char c, char separator)
+static bool ends_field(char c, struct phys_separator separator)
 {
-    return c == separator || is_comment(c) || (separator == HNN_BLANKS && is_blank(c));
+    return c == separator.text || is_comment(c) || (separator.blanks && is_blank(c));
 }
 
 /* Behind the quote that closes; at the end of the line where none does. */
@@ -34,12 +34,12 @@ static const char *quoted_end(const char *p, const char *stop)
     return stop;
 }
 
-struct hnn_field hnn_field_at(const char *p, const char *stop, char separator)
+struct phys_field phys_field_at(const char *p, const char *stop, struct phys_separator separator)
 {
     p = skip(p, stop, separator);
     if (p < stop && *p == '"') {
         const char *end = quoted_end(p, stop);
-        return (struct hnn_field){p + 1, end, skip(end < stop ? end + 1 : stop, stop, separator)};
+        return (struct phys_field){p + 1, end, skip(end < stop ? end + 1 : stop, stop, separator)};
     }
     const char *end = p;
     while (end < stop && !ends_field(*end, separator))
@@ -47,29 +47,31 @@ struct hnn_field hnn_field_at(const char *p, const char *stop, char separator)
     const char *next = skip(end, stop, separator);
     while (end > p && is_blank(end[-1]))
         end--;
-    return (struct hnn_field){p, end, next};
+    return (struct phys_field){p, end, next};
 }
 
-const char *hnn_field_after(const struct hnn_field *field, const char *stop, char separator)
+const char *phys_field_after(const struct phys_field *field, const char *stop,
+                             struct phys_separator separator)
 {
     const char *next = field->next;
     if (next == stop || is_comment(*next))
         return NULL;
-    return separator == HNN_BLANKS || *next != separator ? next : next + 1;
+    return separator.text == PHYS_BLANKS || *next != separator.text ? next : next + 1;
 }
 
-char hnn_separator_of(const char *p, const char *stop)
+struct phys_separator phys_separator_of(const char *p, const char *stop)
 {
     bool quoted = false;
     size_t commas = 0, tabs = 0;
     for (; p < stop && (quoted || !is_comment(*p)); p++) {
         quoted = quoted != (*p == '"');
         if (*p == ';' && !quoted)
-            return ';';
+            return (struct phys_separator){.text = ';'};
         commas += *p == ',' && !quoted;
         tabs += *p == '\t' && !quoted;
     }
-    return commas ? ',' : tabs ? '\t' : HNN_BLANKS;
+    char text = commas ? ',' : tabs ? '\t' : PHYS_BLANKS;
+    return (struct phys_separator){text, text == PHYS_BLANKS};
 }
 
 static bool is_one_of(const char *p, const char *end, size_t n, const char *const words[])
@@ -87,31 +89,31 @@ static bool is_not_finite_word(const char *p, const char *end)
     static const char *const words[] = {"nan", "inf", "infinity"};
     if (p < end && (*p == '+' || *p == '-'))
         p++;
-    return is_one_of(p, end, LENGTH(words), words);
+    return is_one_of(p, end, sizeof words / sizeof *words, words);
 }
 
-bool hnn_is_missing(const char *p, const char *end)
+bool phys_field_missing(const char *p, const char *end)
 {
     static const char *const words[] = {"",  "nan", "-nan", "na", "n/a", "null",   "none",
                                         "-", "--",  "?",    ".",  "nil", "missing"};
-    return is_one_of(p, end, LENGTH(words), words);
+    return is_one_of(p, end, sizeof words / sizeof *words, words);
 }
 
-bool hnn_names_only(const char *p, const char *stop, char separator)
+bool phys_fields_are_names(const char *p, const char *stop, struct phys_separator separator)
 {
     while (p) {
-        struct hnn_field f = hnn_field_at(p, stop, separator);
+        struct phys_field f = phys_field_at(p, stop, separator);
         double value;
         if (f.end > f.text &&
             (phys_text_number(f.text, f.end, &value) == f.end || is_not_finite_word(f.text, f.end)))
             return false;
-        p = hnn_field_after(&f, stop, separator);
+        p = phys_field_after(&f, stop, separator);
     }
     return true;
 }
 
 /* A copy of the field with "" as one quote. */
-static char *name_of(const struct hnn_field *f)
+static char *name_of(const struct phys_field *f)
 {
     char *name = malloc((size_t)(f->end - f->text) + 1), *to = name;
     if (!name)
@@ -125,12 +127,13 @@ static char *name_of(const struct hnn_field *f)
     return name;
 }
 
-bool hnn_names_of(const char *p, const char *stop, char separator, char ***names, size_t *n)
+bool phys_fields_split(const char *p, const char *stop, struct phys_separator separator,
+                       char ***names, size_t *n)
 {
     size_t capacity = 0;
     *names = NULL;
     for (*n = 0; p; ++*n) {
-        struct hnn_field f = hnn_field_at(p, stop, separator);
+        struct phys_field f = phys_field_at(p, stop, separator);
         if (*n == capacity) {
             capacity = capacity ? 2 * capacity : 16;
             char **more = realloc(*names, capacity * sizeof **names);
@@ -141,12 +144,12 @@ bool hnn_names_of(const char *p, const char *stop, char separator, char ***names
         (*names)[*n] = NULL;
         if (f.end > f.text && !((*names)[*n] = name_of(&f)))
             return false;
-        p = hnn_field_after(&f, stop, separator);
+        p = phys_field_after(&f, stop, separator);
     }
     return true;
 }
 
-void hnn_names_free(char **names, size_t n)
+void phys_fields_free(char **names, size_t n)
 {
     for (size_t k = 0; names && k < n; k++)
         free(names[k]);

@@ -1,6 +1,6 @@
 /* A file as lines, in a buffer that holds the longest line and no more of the file. zlib reads it:
    what is compressed by gzip is unpacked, all else passes through. */
-#include "data_source.h"
+#include "lines.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -8,28 +8,28 @@
 
 enum { FIRST_BUFFER = 1 << 20, LONGEST_LINE = 1 << 24 };
 
-enum ad_status hnn_lines_open(struct hnn_lines *lines, const char *file, struct ad_error *error)
+enum ad_status phys_lines_open(struct phys_lines *lines, const char *file, struct ad_error *error)
 {
-    *lines = (struct hnn_lines){.file = file, .end = '\n'};
+    *lines = (struct phys_lines){.file = file, .end = '\n'};
     errno = 0;
     lines->stream = gzopen(file, "rb");
     return lines->stream ? AD_OK
            : errno && errno != ENOMEM
-               ? ad_fail(error, AD_E_IO, "%s: cannot be read: %s; expected CSV, text or HDF5", file,
+               ? ad_fail(error, AD_E_IO, "%s: cannot be read: %s; expected CSV or text", file,
                          strerror(errno))
                : ad_fail(error, AD_E_MEMORY, "%s: out of memory", file);
 }
 
-void hnn_lines_close(struct hnn_lines *lines)
+void phys_lines_close(struct phys_lines *lines)
 {
     if (lines->stream)
         gzclose(lines->stream);
     free(lines->buffer);
-    *lines = (struct hnn_lines){0};
+    *lines = (struct phys_lines){0};
 }
 
 /* Moves what is not yet given to the front; doubles the buffer where that is all of it. */
-static enum ad_status make_room(struct hnn_lines *lines, struct ad_error *error)
+static enum ad_status make_room(struct phys_lines *lines, struct ad_error *error)
 {
     size_t kept = lines->n - lines->at;
     if (kept == lines->capacity) {
@@ -49,7 +49,7 @@ static enum ad_status make_room(struct hnn_lines *lines, struct ad_error *error)
     return AD_OK;
 }
 
-static enum ad_status fill(struct hnn_lines *lines, struct ad_error *error)
+static enum ad_status fill(struct phys_lines *lines, struct ad_error *error)
 {
     if (make_room(lines, error) != AD_OK)
         return error->status;
@@ -71,11 +71,11 @@ static enum ad_status fill(struct hnn_lines *lines, struct ad_error *error)
     if (status != Z_OK && status != Z_STREAM_END)
         return ad_fail(error, AD_E_INPUT, "%s: damaged gzip, or cut short; expected a whole file",
                        lines->file);
-    return first ? hnn_lines_known(lines, error) : AD_OK;
+    return first ? phys_lines_identify(lines, error) : AD_OK;
 }
 
-enum ad_status hnn_lines_next(struct hnn_lines *lines, const char **start, const char **stop,
-                              struct ad_error *error)
+enum ad_status phys_lines_next(struct phys_lines *lines, const char **start, const char **stop,
+                               struct ad_error *error)
 {
     size_t seen = 0; /* of this line, without an end */
     *start = *stop = NULL;

@@ -1,5 +1,5 @@
 /* What is given for text and is none: known by its first bytes, and named. */
-#include "data_source.h"
+#include "lines.h"
 
 #include <string.h>
 
@@ -42,10 +42,10 @@ static bool is_wide(const char *text, size_t n)
     return most >= 4 && (zeros[0] == most / 2) != (zeros[1] == most / 2);
 }
 
-enum ad_status hnn_lines_known(struct hnn_lines *lines, struct ad_error *error)
+enum ad_status phys_lines_identify(struct phys_lines *lines, struct ad_error *error)
 {
     const char *text = lines->buffer;
-    for (size_t k = 0; k < LENGTH(kinds); k++)
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
         if (lines->n >= kinds[k].n && memcmp(text, kinds[k].bytes, kinds[k].n) == 0)
             return ad_fail(error, AD_E_INPUT, "%s: %s; expected %s", lines->file, kinds[k].what,
                            kinds[k].instead);

@@ -1,0 +1,165 @@
+/* Rows of a table become samples, component by component (data_table.h). A column is freed after
+   its last use, so that the table and the samples are never both in memory. */
+#include "data_table.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* ---- rates by differences ---- */
+
+static double forward(const double *x, const double *t, size_t i)
+{
+    return (x[i + 1] - x[i]) / (t[i + 1] - t[i]);
+}
+
+/* The two one-sided slopes, each weighted by the other's step. */
+static double central(const double *x, const double *t, size_t i)
+{
+    double before = t[i] - t[i - 1], after = t[i + 1] - t[i];
+    return (forward(x, t, i - 1) * after + forward(x, t, i) * before) / (before + after);
+}
+
+/* ---- samples ---- */
+
+/* One part of a data set while it is filled. */
+struct part {
+    struct hnn_table *table;
+    enum hnn_role role;
+    size_t n;
+    double *x, *target, *steps; /* steps: of rollouts */
+};
+
+static size_t count(const struct hnn_table *table, enum hnn_role role)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < table->rows; i++)
+        n += table->role[i] == role;
+    return n;
+}
+
+/* Element i+shift of a column for every sample i. */
+static void gather(const struct part *part, const double *column, size_t shift, double *to)
+{
+    for (size_t i = 0; i < part->table->rows; i++)
+        if (part->table->role[i] == part->role)
+            *to++ = column[i + shift];
+}
+
+static void gather_slopes(const struct part *part, enum hnn_differences kind, const double *column,
+                          double *to)
+{
+    const double *t = hnn_table_column(part->table, part->table->plan.time);
+    for (size_t i = 0; i < part->table->rows; i++)
+        if (part->table->role[i] == part->role)
+            *to++ = (kind == HNN_CENTRAL ? central : forward)(column, t, i);
+}
+
+static void gather_target(const struct hnn_dataset_settings *s, const struct part *part, size_t c)
+{
+    const struct hnn_plan *plan = &part->table->plan;
+    double *target = part->target + c * part->n;
+    if (plan->rate) {
+        gather(part, hnn_table_column(part->table, plan->rate[c]), 0, target);
+        return;
+    }
+    const double *state = hnn_table_column(part->table, plan->state[c]);
+    if (s->rollout == 0)
+        gather_slopes(part, s->differences, state, target);
+    for (size_t k = 1; k <= s->rollout; k++)
+        gather(part, state, k, target + (k - 1) * plan->components * part->n);
+}
+
+/* Of every sample of a rollout its K steps of time. */
+static void gather_steps(const struct hnn_dataset_settings *s, const struct part *part)
+{
+    const struct hnn_table *table = part->table;
+    size_t column = table->plan.time;
+    const double *t = column != HNN_NO_COLUMN ? hnn_table_column(table, column) : NULL;
+    double *to = part->steps;
+    for (size_t k = 0; k < s->rollout; k++)
+        for (size_t i = 0; i < table->rows; i++)
+            if (table->role[i] == part->role)
+                *to++ = t ? t[i + k + 1] - t[i + k] : s->dt;
+}
+
+/* Component c of one table's parts; states that rates do not come from are given back first. */
+static void gather_component(const struct hnn_dataset_settings *s, struct part *part, size_t parts,
+                             size_t c)
+{
+    struct hnn_table *table = part->table;
+    const struct hnn_plan *plan = &table->plan;
+    for (size_t k = 0; k < parts; k++)
+        gather(&part[k], hnn_table_column(table, plan->state[c]), 0, part[k].x + c * part[k].n);
+    if (plan->rate)
+        hnn_table_release(table, plan->state[c]);
+    for (size_t k = 0; k < parts; k++)
+        gather_target(s, &part[k], c);
+    hnn_table_release(table, plan->rate ? plan->rate[c] : plan->state[c]);
+}
+
+static struct hnn_samples samples_of(const struct part *part)
+{
+    return (struct hnn_samples){
+        .n = part->n, .x = part->x, .target = part->target, .steps = part->steps};
+}
+
+/* Slices one allocation: x and target of the training, then of the test. */
+static enum ad_status allocate(struct hnn_dataset *dataset, struct part part[2], size_t rollout,
+                               struct ad_error *error)
+{
+    size_t components = 2 * dataset->dof, rows = part[0].n + part[1].n;
+    size_t numbers = rollout < SIZE_MAX / (components + 1) - 2
+                         ? components * (1 + (rollout ? rollout : 1)) + rollout
+                         : SIZE_MAX;
+    if (numbers <= SIZE_MAX / sizeof(double) / rows)
+        dataset->values = malloc(numbers * rows * sizeof(double));
+    if (!dataset->values)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu samples", rows);
+    double *at = dataset->values;
+    for (size_t k = 0; k < 2; k++) {
+        part[k].x = at;
+        part[k].target = at + components * part[k].n;
+        at += numbers * part[k].n;
+        part[k].steps = rollout ? at - rollout * part[k].n : NULL;
+    }
+    dataset->train = samples_of(&part[0]);
+    dataset->test = samples_of(&part[1]);
+    return AD_OK;
+}
+
+/* Huge states and tiny steps of time overflow. */
+static enum ad_status check_slopes(const struct part *part, struct ad_error *error)
+{
+    size_t n = part->table->plan.components * part->n;
+    for (size_t i = 0; i < n; i++)
+        if (!isfinite(part->target[i]))
+            return ad_fail(error, AD_E_INPUT,
+                           "%s: differences over time are not finite: expected smaller states or "
+                           "longer steps of time",
+                           part->table->file);
+    return AD_OK;
+}
+
+enum ad_status hnn_samples_make(const struct hnn_dataset_settings *s, struct hnn_table *table,
+                                struct hnn_table *test, struct hnn_dataset *dataset,
+                                struct ad_error *error)
+{
+    struct part part[2] = {{.table = table, .role = HNN_TRAIN}, {.table = test, .role = HNN_TEST}};
+    for (size_t k = 0; k < 2; k++)
+        part[k].n = count(part[k].table, part[k].role);
+    if (part[0].n == 0 || (part[1].n == 0 && (s->test_file || s->test_fraction > 0)))
+        return ad_fail(error, AD_E_INPUT, "%s: no sample is left %s: expected longer trajectories",
+                       s->file, part[0].n ? "for the test" : "to train on");
+    if (allocate(dataset, part, s->rollout, error) != AD_OK)
+        return error->status;
+    for (size_t c = 0; c < 2 * dataset->dof; c++) {
+        gather_component(s, part, test == table ? 2 : 1, c);
+        if (test != table)
+            gather_component(s, part + 1, 1, c);
+    }
+    for (size_t k = 0; k < 2 && s->rollout; k++)
+        gather_steps(s, &part[k]);
+    for (size_t k = 0; k < 2 && !table->plan.rate && s->rollout == 0; k++)
+        check_slopes(&part[k], error);
+    return error->status;
+}
