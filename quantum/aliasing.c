@@ -41,14 +41,20 @@ static enum ad_status evaluate(const struct qm_slice *slice, struct sample *samp
                       sample->mixed, error);
 }
 
-/* Where D is not positive its root is no amplitude: the action of a straight path is too far from
-   that of the true one. */
-static bool too_crude(const struct sample *sample)
+/* The path with the least D, which has no amplitude, sqrt(D), where that is not positive; else
+   SAMPLES * n. */
+static size_t without_amplitude(const struct sample *sample)
 {
-    for (size_t k = 0; k < SAMPLES * sample->n; k++)
-        if (!(sample->mixed[k] > 0))
-            return true;
-    return false;
+    size_t least = 0;
+    for (size_t k = 1; k < SAMPLES * sample->n; k++)
+        if (!(sample->mixed[k] >= sample->mixed[least]))
+            least = k;
+    return sample->mixed[least] > 0 ? SAMPLES * sample->n : least;
+}
+
+static bool has_amplitudes(const struct sample *sample)
+{
+    return without_amplitude(sample) == SAMPLES * sample->n;
 }
 
 static double ratio_of(const struct sample *sample, double hbar)
@@ -67,13 +73,49 @@ static double least_dt(const struct qm_slice *slice, double ratio, struct sample
     struct ad_error error = {0};
     for (int k = 0; k < ROUNDS; k++) {
         longer.dt *= ratio;
-        if (evaluate(&longer, sample, &error) != AD_OK || too_crude(sample))
+        if (evaluate(&longer, sample, &error) != AD_OK || !has_amplitudes(sample))
             return (double)NAN;
         ratio = ratio_of(sample, slice->hbar);
         if (fabs(ratio - 1) < 1e-9)
             return longer.dt;
     }
     return (double)NAN;
+}
+
+/* D from x_b to x_a of two slices of half the length: with y, where they meet, such that
+   S(y) = S_1(x_a, y) + S_2(y, x_b) is stationary, D_1 D_2 / S''. S' and S'' are differences. NaN
+   where there is no such y. */
+static double mixed_of_halves(const struct qm_slice *slice, double x_a, double x_b)
+{
+    struct qm_slice half = *slice;
+    struct ad_error error = {0};
+    double y = 0.5 * (x_a + x_b), h = 1e-3 * (slice->grid.high - slice->grid.low), bend = 0;
+    double S[6], D[6];
+    half.dt = 0.5 * slice->dt;
+    for (int k = 0; k < ROUNDS; k++) {
+        const double end[] = {x_a, x_a, x_a, y - h, y, y + h};
+        const double begin[] = {y - h, y, y + h, x_b, x_b, x_b};
+        if (qm_actions(&half, 6, end, begin, S, D, &error) != AD_OK)
+            return (double)NAN;
+        double below = S[0] + S[3], here = S[1] + S[4], above = S[2] + S[5];
+        double step = 0.5 * h * (above - below) / (above - 2 * here + below);
+        bend = (above - 2 * here + below) / (h * h);
+        if (!(fabs(step) > 1e-9 * h))
+            break;
+        y -= step;
+    }
+    return D[1] * D[4] / bend;
+}
+
+static enum ad_status refuse(const struct qm_slice *slice, const struct sample *sample, size_t k,
+                             struct ad_error *error)
+{
+    double x_a = sample->xa[k], x_b = sample->xb[k];
+    return ad_fail(error, AD_E_ARGUMENT,
+                   "dt: straight paths are too crude for %g: from %.4g to %.4g a slice has "
+                   "-d2S/dx_a dx_b = %.3g, two of half the length %.3g, and more than 0 is needed; "
+                   "expected a shorter dt, or rule trapezoid",
+                   slice->dt, x_b, x_a, sample->mixed[k], mixed_of_halves(slice, x_a, x_b));
 }
 
 enum ad_status qm_aliasing(const struct qm_slice *slice, struct qm_aliasing *aliasing,
@@ -89,11 +131,8 @@ enum ad_status qm_aliasing(const struct qm_slice *slice, struct qm_aliasing *ali
         double dx = qm_dx(&slice->grid), ratio = ratio_of(&sample, slice->hbar);
         /* the longest difference of neighbours is two cells short of the box, whatever the grid */
         double shorter = 1 - 2 / (double)slice->grid.n;
-        if (too_crude(&sample))
-            ad_fail(error, AD_E_ARGUMENT,
-                    "dt: straight paths are too crude for %g: -d2S/dx_a dx_b is not positive; "
-                    "expected a shorter dt, or rule trapezoid",
-                    slice->dt);
+        if (!has_amplitudes(&sample))
+            refuse(slice, &sample, without_amplitude(&sample), error);
         *aliasing = (struct qm_aliasing){
             .ratio = ratio,
             .ghost = 2 * M_PI * slice->hbar / (sample.mixed[0] * dx),

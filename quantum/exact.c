@@ -3,6 +3,7 @@
    and their integrals A = int S = (1 - C)/curvature, B = int A = (t - S)/curvature. */
 #include "quantum.h"
 
+#include <assert.h>
 #include <complex.h>
 #include <math.h>
 
@@ -53,6 +54,8 @@ void qm_exact_packet(const struct qm_quadratic *scene, double hbar,
                      const struct qm_gaussian *packet, double t, const struct qm_grid *grid,
                      qm_complex *psi)
 {
+    assert(scene && packet && grid && psi && hbar > 0 && packet->sigma > 0);
+    assert(scene->mass > 0 && scene->curvature >= 0);
     struct motion m = motion(scene->curvature, t);
     double rate = hbar / (2 * scene->mass * packet->sigma * packet->sigma);
     qm_complex z = m.C + I * rate * m.S, slope = -scene->curvature * m.S + I * rate * m.C;
@@ -70,6 +73,7 @@ void qm_exact_packet(const struct qm_quadratic *scene, double hbar,
 qm_complex qm_exact_kernel(const struct qm_quadratic *scene, double hbar, double x_a, double x_b,
                            double t)
 {
+    assert(scene && hbar > 0 && scene->mass > 0 && scene->curvature >= 0);
     struct motion m = motion(scene->curvature, t);
     double v = (x_a - x_b * m.C + scene->gravity * m.A) / m.S;
     struct particle end = at(scene, &m, x_b, v);
@@ -81,6 +85,7 @@ qm_complex qm_exact_kernel(const struct qm_quadratic *scene, double hbar, double
    sigma^2); two of them, `apart`, differ by a phase proportional to x. */
 double qm_exact_fringe(double mass, double hbar, double apart, double sigma, double t)
 {
+    assert(mass > 0 && hbar > 0 && apart > 0 && sigma > 0 && t > 0);
     double theta = hbar * t / (2 * mass * sigma * sigma);
     return 4 * M_PI * sigma * sigma * (1 + theta * theta) / (theta * apart);
 }

@@ -2,9 +2,12 @@
 #include "quantum.h"
 #include "physics/linear/linear.h"
 
+#include <assert.h>
+
 void qm_propagate_plane(size_t nx, const qm_complex *Kx, size_t ny, const qm_complex *Ky,
                         const qm_complex *mask, size_t steps, qm_complex *psi, qm_complex *work)
 {
+    assert(nx && Kx && ny && Ky && psi && work);
     for (size_t k = 0; k < steps; k++) {
         phys_lapack_gemm_complex(false, nx, ny, nx, (const double *)Kx, (const double *)psi,
                                  (double *)work);

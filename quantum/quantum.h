@@ -12,8 +12,16 @@
        qm_propagator_free(propagator);
 
    Any scene of one coordinate whose L does not depend on time will do. Units are the scene's; hbar
-   is in units of its action. Nothing is normalised behind the caller's back: what becomes of the
-   norm is the first thing to look at. */
+   is in units of its action. No function normalises psi: its norm is the first measure of the
+   error.
+
+   Arrays are the caller's, row by row: psi [n x packets] has point a of packet p at
+   psi[a * packets + p]. Functions that return a status refuse NULL, sizes of 0 and numbers that
+   make no sense with AD_E_ARGUMENT, L that is not finite with AD_E_NONFINITE, and return
+   AD_E_MEMORY where there is none; outputs are then undefined. The others assert that their
+   arguments are valid. What *slice and *system point to is read during the call alone, by
+   qm_propagator_new also until qm_propagator_free. Functions may run at the same time on different
+   data. */
 #ifndef QUANTUM_H
 #define QUANTUM_H
 
@@ -35,13 +43,13 @@ struct qm_grid {
     double low, high;
     size_t n;
 };
-double qm_dx(const struct qm_grid *grid);
+double qm_dx(const struct qm_grid *grid);          /* (high - low) / n */
 double qm_x(const struct qm_grid *grid, size_t a); /* x_a */
 
 enum qm_walls {
-    QM_OPEN,    /* what leaves the box is gone */
-    QM_REFLECT, /* psi = 0 at both ends: paths are mirrored there, with the sign -1 */
-    QM_RING     /* low and high are the same place: paths go around any number of times */
+    QM_OPEN,    /* paths end inside the box; a wave that leaves it is lost */
+    QM_REFLECT, /* psi = 0 at both ends: mirrored paths are added, with the sign -1 */
+    QM_RING     /* low and high are the same place: windings are added */
 };
 
 /* ---- one slice of time ---- */
@@ -50,124 +58,132 @@ struct qm_slice {
     const struct phys_system *system; /* of one coordinate */
     const struct phys_rule *rule;     /* left, midpoint or trapezoid; NULL: trapezoid */
     struct qm_grid grid;
-    enum qm_walls walls; /* QM_REFLECT, QM_RING: with rules that look at ends of paths alone */
-    double absorb;       /* width of layers at both ends that swallow shorter waves; 0: none */
-    double dt, hbar;
-    size_t threads; /* 0 means 1; no bit of the result depends on it */
+    enum qm_walls walls; /* QM_REFLECT, QM_RING: not with midpoint, whose paths cross the wall */
+    double
+        absorb; /* width of layers at both ends that absorb shorter waves; at most half the box */
+    double dt, hbar; /* above 0 */
+    size_t threads;  /* 0 means 1; results are bit for bit the same with any number */
 };
 
-/* A sum over paths is right while the phases of neighbouring paths differ by less than pi. Beyond,
-   it also adds up at ghosts, a distance of 2 pi hbar dt / (m dx) from where the wave should be. */
+/* A sum over the paths from grid points is right while the phases of neighbouring paths differ by
+   less than pi. Beyond that it also has maxima at ghosts, 2 pi hbar dt / (m dx) away from the wave.
+ */
 struct qm_aliasing {
     double ratio;    /* largest difference between neighbours, in units of pi */
-    double ghost;    /* how far from the wave its first ghost stands */
-    double dt_least; /* smallest dt with a ratio of 1 in this box; NaN: none found */
+    double ghost;    /* distance of the first ghost */
+    double dt_least; /* least dt with a ratio of 1 on this grid; NaN: none found */
     double dx_most;  /* largest dx of this box, at this dt */
     double box_most; /* longest box of this dx, at this dt */
 };
-/* Looks at the paths to points all over the grid, and at the slice itself: AD_E_ARGUMENT for more
-   than one coordinate, an L that depends on time, a rule of another kind, sizes that are not
-   positive, and a dt for which straight paths are too crude: D is not positive. */
+/* From the paths of all points to 33 of them. AD_E_ARGUMENT for more than one coordinate, an L that
+   depends on time, rules other than left, midpoint and trapezoid, and a dt for which straight paths
+   are too crude to have an amplitude: D = -d2S / dx_a dx_b is not positive. The message has D of
+   the slice and of two slices of half the length. How accurate an admitted slice is tells qm_error.
+ */
 enum ad_status qm_aliasing(const struct qm_slice *slice, struct qm_aliasing *aliasing,
                            struct ad_error *error);
 
 /* ---- kernel (kernel.c) ---- */
 
-/* K [n x n]: K_ab = dx sqrt(D / (2 pi i hbar)) exp(i S_ab / hbar), D = -d2S / dx_a dx_b, all by one
-   compiled program, a column a path, from the scene's own Lagrangian. D is m/dt where the mass is
-   constant and the rule looks at the ends alone; in general it is what keeps the norm to second
-   order (van Vleck, PNAS 14, 1928). Between walls K is the sum over mirrored or winding paths, of
-   which those faster than the grid can tell apart (|x_a - x_b| D dx > pi hbar) fade out. It does so
-   whatever the aliasing: refusing is the caller's. */
+/* K [n x n]: K_ab = dx sqrt(D / (2 pi i hbar)) exp(i S_ab / hbar), D = -d2S / dx_a dx_b (van Vleck,
+   PNAS 14, 1928), from the scene's own Lagrangian by a compiled program whose columns are paths. D
+   is m/dt where the mass is constant and the rule evaluates L at the ends alone. Between walls K is
+   the sum over mirrored or winding paths, with weights that fall from 1 to 0 where a path is faster
+   than the grid's shortest wave, |x_a - x_b| D dx = pi hbar (kernel.c). Aliased slices are
+   computed, not refused: see qm_aliasing. */
 enum ad_status qm_kernel(const struct qm_slice *slice, qm_complex *K, struct ad_error *error);
-/* K of a free particle on a ring, however short dt is, as the quotient of two slices that are long
-   enough (short.c); walls and layers of the slice are not looked at. Right for momenta up to half
-   of what the grid can hold. */
+/* K of a free particle on a ring for any dt, as the quotient of two slices that are long enough
+   (short.c); walls and absorbing layers of the slice are ignored. Right for momenta up to half of
+   the grid's largest, pi hbar / dx. */
 enum ad_status qm_kernel_short(const struct qm_slice *slice, qm_complex *K, struct ad_error *error);
 /* K becomes K^(2^times), by squaring. */
 enum ad_status qm_kernel_square(size_t n, size_t times, qm_complex *K, struct ad_error *error);
 
-/* out [n x packets] = K psi, for as many packets as psi [n x packets] has columns. */
+/* out [n x packets] = K [n x n] psi [n x packets]; out and psi do not overlap. */
 void qm_kernel_apply(size_t n, const qm_complex *K, size_t packets, const qm_complex *psi,
                      qm_complex *out);
 
-/* V [n] on the grid and the mass, of a scene whose L is m v^2/2 - V(q); AD_E_ARGUMENT for another.
- */
+/* V [n] on the grid and *mass of a scene whose L is m v^2/2 - V(q), read off L and its derivatives
+   at two velocities; AD_E_ARGUMENT for another L. */
 enum ad_status qm_potential(const struct phys_system *system, const struct qm_grid *grid, double *V,
                             double *mass, struct ad_error *error);
 
-/* Real energies [states] and wave functions [states x n], each of norm 1 and real, of the lowest
-   states between walls where psi = 0: second-order differences, LAPACK tridiagonal. */
+/* Energies [states], ascending, and wave functions psi [states x n], real and of norm 1, of the
+   lowest states between walls where psi = 0: second-order differences, LAPACK tridiagonal. */
 enum ad_status qm_eigenstates(const struct phys_system *system, const struct qm_grid *grid,
                               double hbar, size_t states, double *energy, double *psi,
                               struct ad_error *error);
 
 /* ---- propagation ---- */
 
-/* What a run will take: a look before it starts. */
+/* What a run will cost, estimated before it starts. */
 struct qm_cost {
     double bytes;
-    double setup, step; /* floating-point operations: once, and a packet and slice */
+    double setup, step; /* floating-point operations: once; per packet and slice */
 };
 
-/* A way to move wave functions on: one file, one const struct, one line in the table. */
+/* A propagation method: one file, one const struct, one line in qm_methods. */
 struct qm_method {
     const char *name, *what;
-    bool (*aliases)(const struct qm_slice *slice); /* what qm_aliasing finds matters to it */
+    bool (*aliases)(const struct qm_slice *slice); /* it sums over paths: see qm_aliasing */
     void (*cost)(const struct qm_slice *slice, struct qm_cost *cost);
     enum ad_status (*open)(const struct qm_slice *slice, void **state, struct ad_error *error);
     /* psi [n x packets], in place; state is the one of open. */
     enum ad_status (*step)(void *state, size_t packets, qm_complex *psi, struct ad_error *error);
     void (*close)(void *state); /* takes NULL */
 };
-/* kernel: K by zgemv or zgemm; fft: the same K where it depends on the difference of the positions
-   but for phases of its ends, by fast Fourier transforms; on a ring of 2^k points all windings are
-   summed in closed form, and no dt is too short; crank-nicolson: Schroedinger's equation
-   by differences, none of the above in it. */
+/* kernel: the product K psi. fft: the same K by fast Fourier transforms, where it is a function of
+   x_a - x_b times phases of x_a and of x_b; on a ring of 2^k points all windings are summed in
+   closed form, for any dt. crank-nicolson: Schroedinger's equation by finite differences, without
+   paths. */
 extern const struct qm_method qm_method_kernel, qm_method_fft, qm_method_crank_nicolson;
 extern const struct qm_method *const qm_methods[]; /* NULL-terminated */
+/* NULL where there is none of this name, and AD_E_ARGUMENT with the nearest one in *error. */
 const struct qm_method *qm_method_find(const char *name, struct ad_error *error);
 
 typedef struct qm_propagator qm_propagator;
-/* AD_E_ARGUMENT where the method does not suit the slice, saying why; not for aliasing. */
+/* AD_E_ARGUMENT, with the reason, where the method does not suit the slice; not for aliasing.
+ *propagator is then NULL, else for qm_propagator_free. */
 enum ad_status qm_propagator_new(const struct qm_method *method, const struct qm_slice *slice,
                                  qm_propagator **propagator, struct ad_error *error);
 void qm_propagator_free(qm_propagator *propagator); /* takes NULL */
-/* psi [n x packets], a column a packet, one slice on, in place. */
+/* psi [n x packets] becomes what it is one slice later. */
 enum ad_status qm_propagate(qm_propagator *propagator, size_t packets, qm_complex *psi,
                             struct ad_error *error);
 
-/* Two coordinates that do not act on each other: psi [nx x ny] becomes Kx psi Ky^T, element by
-   element times mask [nx x ny] (NULL: none), `steps` times. work [nx x ny] is room. */
+/* Two coordinates without interaction: `steps` times psi [nx x ny] becomes Kx psi Ky^T, times mask
+   [nx x ny] element by element (NULL: no mask). work [nx x ny] is scratch. */
 void qm_propagate_plane(size_t nx, const qm_complex *Kx, size_t ny, const qm_complex *Ky,
                         const qm_complex *mask, size_t steps, qm_complex *psi, qm_complex *work);
 
-/* ---- packets and what is seen of them ---- */
+/* ---- packets and their moments ---- */
 
-/* A Gaussian packet: |psi|^2 is a normal distribution, x +- sigma, momentum p. */
+/* A Gaussian packet: |psi|^2 is the normal distribution of mean x and deviation sigma > 0; mean
+   momentum p. */
 struct qm_gaussian {
     double x, sigma, p;
 };
-/* Column `column` of psi [n x packets]; the norm is 1 but for what the box cuts off. */
+/* Fills column `column` of psi [n x packets]; the norm is 1 less the part outside the box. */
 void qm_packet(const struct qm_grid *grid, double hbar, const struct qm_gaussian *packet,
                size_t packets, size_t column, qm_complex *psi);
 
 struct qm_moments {
-    double norm;          /* sum |psi|^2 dx: 1 where nothing is lost, and the accuracy */
-    double mean_x, std_x; /* of the normalised distribution; NaN where there is nothing */
+    double norm;          /* sum |psi|^2 dx */
+    double mean_x, std_x; /* of the normalised distribution; NaN where psi is 0 */
 };
-/* Of psi [n], whose elements lie `stride` apart. */
+/* Of psi [n], elements `stride` apart: of packet p, with psi + p and stride packets. */
 struct qm_moments qm_moments(const struct qm_grid *grid, size_t stride, const qm_complex *psi);
-/* <a|b> dx of two columns [n]. */
+/* <a|b> = sum conj(a) b dx of two wave functions [n], elements `stride` apart. */
 qm_complex qm_overlap(const struct qm_grid *grid, size_t stride, const qm_complex *a,
                       const qm_complex *b);
 
 /* ---- exact answers (exact.c) ---- */
 
-/* m x^2 curvature/2 + m gravity x: free, falling, oscillating, all with Gaussian packets for ever.
+/* V = mass (curvature x^2/2 + gravity x): free, falling, oscillating. Gaussian packets stay
+ * Gaussian.
  */
 struct qm_quadratic {
-    double mass, curvature, gravity; /* V / m = curvature x^2/2 + gravity x; curvature >= 0 */
+    double mass, curvature, gravity; /* mass > 0, curvature >= 0 */
 };
 /* psi [n] at time t of a packet (Heller, J. Chem. Phys. 62, 1975): its centre is on the classical
    path, its width, phase and slope follow from two solutions of the classical equation. */
@@ -178,11 +194,12 @@ void qm_exact_packet(const struct qm_quadratic *scene, double hbar,
    0; Kennard 1927 for gravity): times dx it is an element of K. */
 qm_complex qm_exact_kernel(const struct qm_quadratic *scene, double hbar, double x_a, double x_b,
                            double t);
+
 /* ---- a reference (reference.c) ---- */
 
 struct qm_reference {
-    double uncertainty; /* of psi, sqrt(int |psi - psi'|^2 dx); INFINITY: none was found */
-    double norm;        /* of the whole wave, inside and outside an open box */
+    double uncertainty; /* estimate of sqrt(int |psi - truth|^2 dx); INFINITY: none was found */
+    double norm;        /* of the whole wave, inside and outside of an open box */
 };
 /* psi [n] at time t of a packet in the box of a slice by Schroedinger's equation, split in Fourier
    space, with steps and points of its own: independent of any sum over paths and of the slice's dt
@@ -192,6 +209,27 @@ struct qm_reference {
 enum ad_status qm_reference(const struct qm_slice *slice, const struct qm_gaussian *packet,
                             double t, double wanted, qm_complex *psi,
                             struct qm_reference *reference, struct ad_error *error);
+
+/* ---- errors ---- */
+
+/* The largest sqrt(int |psi - truth|^2 dx) of the packets psi [n x packets] at time t, each of
+   which began as packet[k]. *against names the truth, a static text:
+   - the closed form where the potential is quadratic (curvature >= 0) and the walls are open;
+   - else, where L is m v^2/2 - V(q), qm_reference, whose uncertainty is the least error given
+     (INFINITY: the work was too much);
+   - else the same method with dt and dx a third as long: the difference divided by 1 - 3^-order of
+     the rule. AD_E_ACCURACY where such a run would take too long.
+   What is beyond an open wall counts, as psi = 0; absorbing layers are left out. */
+enum ad_status qm_error(const struct qm_method *method, const struct qm_slice *slice,
+                        size_t packets, const struct qm_gaussian *packet, double t,
+                        const qm_complex *psi, double *off, const char **against,
+                        struct ad_error *error);
+
+/* x [n]: where the particle is at the times t [n], ascending from 0 on, that starts with a packet's
+   mean position and momentum and is thrown back by reflecting walls. NaN from where it leaves an
+   open box, or cannot be followed. */
+enum ad_status qm_classical(const struct qm_slice *slice, const struct qm_gaussian *packet,
+                            size_t n, const double *t, double *x, struct ad_error *error);
 
 /* Distance of bright fringes behind two Gaussian slits +-sigma wide, `apart` from centre to centre,
    a time t after a plane wave met them. */

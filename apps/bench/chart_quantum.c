@@ -139,7 +139,7 @@ static enum ad_status sweep(const struct way *way, const struct phys_system *sys
                                  .threads = 1};
         struct ad_error too_long = {0};
         if (choose_grid(way, steps, &slice, &too_long) != AD_OK)
-            continue; /* beyond a focus: finer slices are not */
+            continue; /* too crude; finer slices are not */
         if (slice.grid.n > most || steps > effort->sparse)
             break;
         if (measure(way, &slice, reference, steps, sheet, &seconds, error) != AD_OK)

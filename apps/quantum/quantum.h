@@ -1,5 +1,5 @@
 /* The parts of `leastaction quantum`: what is asked made definite (quantum_setup), run and measured
-   (quantum_run, quantum_truth), written and drawn (quantum_write, quantum_picture); the published
+   (quantum_run), written and drawn (quantum_write, quantum_picture); the published
    variant beside the right one (quantum_paper) and two dimensions (quantum_slit). */
 #ifndef APPS_QUANTUM_H
 #define APPS_QUANTUM_H
@@ -58,17 +58,6 @@ struct quantum_result {
 enum ad_status quantum_run(const struct quantum_run *run, struct quantum_result *result,
                            struct ad_error *error);
 void quantum_result_free(struct quantum_result *result);
-
-/* The largest error of the packets psi [points x packets] at time t, and what it is against: the
-   closed form where the potential is quadratic and the walls are open; else Schroedinger's
-   equation (qm_reference); where L has no potential of its own, the same method three times as
-   fine. What is beyond an open wall counts, and what is not known of the reference. */
-enum ad_status quantum_error(const struct quantum_run *run, double t, const qm_complex *psi,
-                             double *off, const char **against, struct ad_error *error);
-/* Where the particle that starts as the first packet's mean is at the times t [n], thrown back by
-   reflecting walls. x is NaN from where it leaves an open box. */
-enum ad_status quantum_classical(const struct quantum_run *run, size_t n, const double *t,
-                                 double *x, struct ad_error *error);
 
 /* ---- writing ---- */
 

@@ -126,10 +126,11 @@ enum ad_status quantum_run(const struct quantum_run *run, struct quantum_result 
                   result->psi);
     sample(run, 0, result);
     if ((leaps ? leap : step_by_step)(run, result, error) != AD_OK ||
-        quantum_classical(run, result->n, result->t, result->classical, error) != AD_OK)
+        qm_classical(&run->slice, run->packet, result->n, result->t, result->classical, error) !=
+            AD_OK)
         return error->status;
     if (run->options->no_reference || result->interrupted)
         return AD_OK;
-    return quantum_error(run, result->t[result->n - 1], result->psi, &result->error, &result->truth,
-                         error);
+    return qm_error(run->method, &run->slice, run->n_packets, run->packet, result->t[result->n - 1],
+                    result->psi, &result->error, &result->truth, error);
 }

@@ -148,6 +148,8 @@ static void test_errors_are_known(void **state)
         {"--scene free --method fft --walls ring --dt 0.01 --steps 20", 0, 0, 1e-4},
         {"--scene free --packet=-2,.7,2 --packet=2,.7,7", 1, 0.5, 2}, /* the second one leaves */
         {"--scene double-well --power 3 --dt 0.2 --points 400", 1, 0.01, 2},
+        {"--power 60 --points 128 --dt 1", 1, 1, 1}, /* C9: all of it has left */
+        {"--scene harmonic --rule midpoint --set k=-1 --dt 1.9 --steps 1", 1, 0.1, 2}, /* F4 */
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         int status = shell("$LA quantum %s --json", cases[k].arguments);
