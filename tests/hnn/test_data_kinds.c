@@ -38,7 +38,7 @@ static void test_gaps(void **state)
     assert_true(d.train.n + d.test.n == 4 && d.test.n > 0);
     hnn_dataset_free(&d);
     s = (struct hnn_dataset_settings){.file = file.text, .time = "t", .trial = ""};
-    dataset_refused(&s, AD_E_INPUT, "several trajectories need a trial column");
+    dataset_refused(&s, AD_E_INPUT, "trial");
 }
 
 /* A trial column tells trajectories apart where time goes on; gaps within one count. */
@@ -166,11 +166,10 @@ static void test_named(void **state)
         {TEXT("\x93NUMPY\1\0v\0{'descr'"), "NumPy"},
         {TEXT("PK\3\4 and more"), "zip"},
         {TEXT("BZh91AY&SY"), "bzip2"},
-        {TEXT("q,p,dqdt,dpdt\n1,NA,3,4\n"),
-         ":2:3: expected a number in column 'p', found 'NA' (missing?"},
-        {TEXT("q;p;dqdt;dpdt\n1,5;2;3;4\n"), "(a decimal comma?)"},
-        {TEXT("q,p,dqdt,dpdt\nm,m,m,m\ns,s,s,s\n1,2,3,4\n"), ":3:1: expected a number"},
-        {TEXT("q,p,dqdt,dpdt\nNA,NA,NA,NA\n1,2,3,4\n"), ":2:1: expected a number"},
+        {TEXT("q,p,dqdt,dpdt\n1,NA,3,4\n"), ":2:3: 'p' 'NA'"},
+        {TEXT("q;p;dqdt;dpdt\n1,5;2;3;4\n"), "decimal comma"},
+        {TEXT("q,p,dqdt,dpdt\nm,m,m,m\ns,s,s,s\n1,2,3,4\n"), ":3:1:"},
+        {TEXT("q,p,dqdt,dpdt\nNA,NA,NA,NA\n1,2,3,4\n"), ":2:1:"},
     };
     for (size_t k = 0; k < LENGTH(cases); k++) {
         struct path file = files_write("kind.csv", cases[k].bytes, cases[k].n);
@@ -190,7 +189,7 @@ static void test_missing(void **state)
                                                        "3,3,,\n4,nan,1,\n5,5,null,\n6,6,1,z\n"
                                                        "7,7,1,\n8,8,1,\n9,9,1,\n10,10,1,\n");
     struct hnn_dataset_settings s = {.file = file.text, .state = "q,p", .time = "t"};
-    dataset_refused(&s, AD_E_INPUT, ":3:3: expected a number in column 'q', found 'NA' (missing?");
+    dataset_refused(&s, AD_E_INPUT, ":3:3: 'q' 'NA'");
     s.skip_missing = true;
     struct hnn_dataset d = dataset_of(&s);
     assert_int_equal(d.missing, 4);
@@ -201,11 +200,11 @@ static void test_missing(void **state)
     hnn_dataset_free(&d);
     file = files_write_text("late.csv", "t,q,p\n0,0,1\n1,NA,1\n2,2,1\n2,2,1\n");
     s.file = file.text;
-    dataset_refused(&s, AD_E_INPUT, ":5: expected a time after 2, found 2");
+    dataset_refused(&s, AD_E_INPUT, ":5: time 2");
     s.time = NULL;
     s.rollout = 1;
     s.dt = 1;
-    dataset_refused(&s, AD_E_ARGUMENT, "expected the time column");
+    dataset_refused(&s, AD_E_ARGUMENT, "time column");
 }
 
 int main(void)

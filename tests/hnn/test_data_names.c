@@ -3,6 +3,7 @@
 #include "physics/io/hdf5_file.h"
 #include "tests/close.h"
 #include "tests/files.h"
+#include "tests/mentions.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -125,9 +126,9 @@ static void test_rates_by_name(void **state)
     assert_string_equal(d.rate_names, "dqdt,f");
     hnn_dataset_free(&d);
     s.rate = "f,dqdt";
-    dataset_refused(&s, AD_E_INPUT, "'dqdt' is the rate of 'q'");
+    dataset_refused(&s, AD_E_INPUT, "'dqdt' 'q' rate");
     s.rate = "dqdt,dqdt";
-    dataset_refused(&s, AD_E_ARGUMENT, "column 3 is there twice");
+    dataset_refused(&s, AD_E_ARGUMENT, "column 3 twice");
 }
 
 static void test_refused(void **state)
@@ -136,15 +137,14 @@ static void test_refused(void **state)
     static const struct {
         const char *text, *state, *rate, *time, *says;
     } wrong[] = {
-        {"q,q,dqdt,dpdt\n1,2,3,4\n", NULL, NULL, NULL, ":1: two columns are named 'q'"},
-        {"q,q,dqdt,dpdt\n1,2,3,4\n", "1,2", NULL, NULL, "two columns are named 'q'"},
-        {"q,p,dqdt,dqdt\n1,2,3,4\n", NULL, NULL, NULL, "two columns are named 'dqdt'"},
-        {"q,2,dqdt,4\n1,2,3,4\n", NULL, NULL, NULL, ":1: half a line of names?"},
-        {"q,2,dqdt,4\n1,2,3,4\n", "1,2", "3,4", NULL, "(half a line of names?)"},
-        {"q,p,dqdt\n1,2,3\n", NULL, NULL, NULL, "'q', and without a rate dXdt 'p'"},
-        {"q,,dqdt,\n1,2,3,4\n", NULL, NULL, NULL,
-         "'q', and without a rate dXdt column 2, column 4"},
-        {"t,q,p\n0,1,2\n1,2,2\n", "t,q", NULL, "t", "column 1 is the time"},
+        {"q,q,dqdt,dpdt\n1,2,3,4\n", NULL, NULL, NULL, ":1: 'q'"},
+        {"q,q,dqdt,dpdt\n1,2,3,4\n", "1,2", NULL, NULL, "'q'"},
+        {"q,p,dqdt,dqdt\n1,2,3,4\n", NULL, NULL, NULL, "'dqdt'"},
+        {"q,2,dqdt,4\n1,2,3,4\n", NULL, NULL, NULL, ":1: half names"},
+        {"q,2,dqdt,4\n1,2,3,4\n", "1,2", "3,4", NULL, "half names"},
+        {"q,p,dqdt\n1,2,3\n", NULL, NULL, NULL, "'q' 'p' dXdt"},
+        {"q,,dqdt,\n1,2,3,4\n", NULL, NULL, NULL, "'q' dXdt 2 4"},
+        {"t,q,p\n0,1,2\n1,2,2\n", "t,q", NULL, "t", "column 1 time"},
     };
     for (size_t k = 0; k < LENGTH(wrong); k++) {
         struct path file = files_write_text("wrong.csv", wrong[k].text);
@@ -155,8 +155,8 @@ static void test_refused(void **state)
         struct hnn_dataset d;
         struct ad_error error = {0};
         enum ad_status status = hnn_dataset_read(&s, &d, &error);
-        if (status == AD_OK || !strstr(error.message, wrong[k].says))
-            fail_msg("case %zu: expected '%s', got '%s'", k, wrong[k].says, error.message);
+        assert_int_not_equal(status, AD_OK);
+        assert_mentions(error.message, wrong[k].says);
         hnn_dataset_free(&d);
     }
 }
@@ -206,7 +206,7 @@ static void test_arrays(void **state)
         struct path file = write_arrays(4, cases[k].names, cases[k].cols);
         struct hnn_dataset_settings s = {.file = file.text};
         if (!cases[k].state) {
-            dataset_refused(&s, AD_E_INPUT, "in no order");
+            dataset_refused(&s, AD_E_INPUT, "order");
             continue;
         }
         struct hnn_dataset d = dataset_of(&s);

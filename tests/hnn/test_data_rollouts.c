@@ -44,8 +44,7 @@ static void test_rollouts_do_not_see_the_test(void **state)
     s.split = HNN_SPLIT_RANDOM;
     dataset_refused(&s, AD_E_ARGUMENT, "rollouts share states");
     s.dt = 0;
-    dataset_refused(&s, AD_E_ARGUMENT,
-                    "a loss on rollouts needs the time column, or the time step");
+    dataset_refused(&s, AD_E_ARGUMENT, "rollouts time column step");
 }
 
 /* C5: every pair has a time step of its own; gaps end a rollout, a wrong --dt is told. */
@@ -65,7 +64,7 @@ static void test_uneven_steps(void **state)
     file = dataset_rows("even.csv", 9, 9);
     dataset_refused(
         &(struct hnn_dataset_settings){.file = file.text, .time = "t", .rollout = 1, .dt = 0.5},
-        AD_E_ARGUMENT, "the time step is 0.25 there, not 0.5");
+        AD_E_ARGUMENT, "0.25 0.5");
 }
 
 int main(void)

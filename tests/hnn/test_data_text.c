@@ -2,6 +2,7 @@
 #include "hnn/data/data.h"
 #include "tests/close.h"
 #include "tests/files.h"
+#include "tests/mentions.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -95,51 +96,42 @@ static void test_shapes(void **state)
 static const struct {
     const char *text, *state, *rate, *time, *says;
 } wrong[] = {
-    {NAMES "1,2,x,4\n", NULL, NULL, NULL, ":3:5: expected a number in column 'dqdt', found 'x'"},
-    {NAMES "1,2,nan,4\n", NULL, NULL, NULL,
-     ":3:5: expected a number in column 'dqdt', found 'nan'"},
-    {NAMES "1,-inf,3,4\n", NULL, NULL, NULL, ":3:3: expected a number in column 'p', found '-inf'"},
-    {NAMES "1,2,3,1e999\n", NULL, NULL, NULL,
-     ":3:7: expected a finite number in column 'dpdt', found '1e999'"},
-    {NAMES "1,,3,4\n", NULL, NULL, NULL, ":3:3: expected a number in column 'p', found an empty"},
-    {NAMES "1,2,3,\n", NULL, NULL, NULL,
-     ":3:7: expected a number in column 'dpdt', found an empty"},
-    {NAMES "1,2 5,3,4\n", NULL, NULL, NULL,
-     ":3:3: expected a number in column 'p', found '2' and '5'"},
-    {NAMES "1,2.5.1,3,4\n", NULL, NULL, NULL, ":3:3: expected a number in column 'p', found"},
-    {NAMES "1,\"2,3,4\n", NULL, NULL, NULL, ":3:4: expected a number in column 'p'"},
-    {NAMES "\n# x\n1,2,3\n", NULL, NULL, NULL,
-     ":5:6: expected 4 columns as named in line 1, found 3"},
-    {NAMES "1,2,3,4,5\n", NULL, NULL, NULL,
-     ":3:10: expected 4 columns as named in line 1, found 5"},
-    {"q,p,dqdt,dpdt\n1 2 3 4\n", NULL, NULL, NULL, ":2:8: expected 4 columns as named in line 1"},
-    {"1 2 3 4\n1 2 3\n", "1,2", "3,4", NULL,
-     ":2:6: expected 4 columns as in the first row, found 3"},
-    {"q;p;dqdt;dpdt\n1;2,5;3;4\n", NULL, NULL, NULL,
-     ":2:3: expected a number in column 'p', found '2' and '5'"},
-    {"q;p;dqdt;dpdt\n1;2,5;3;4\n", NULL, NULL, NULL, "(a decimal comma?)"},
-    {"1,2\nq,p\n", "1,2", "1,2", NULL, ":2:1: expected a number in column 1, found 'q'"},
-    {"", NULL, NULL, NULL, ":0: expected rows of numbers, found none"},
-    {"q,p,dqdt,dpdt\n# none\n", NULL, NULL, NULL, ":2: expected rows of numbers, found none"},
-    {NAMES, "q,pp", NULL, NULL, "state: no column 'pp'; did you mean 'p'?"},
-    {NAMES, "q,p", "dqdt,dpt", NULL, "rate: no column 'dpt'; did you mean 'dpdt'?"},
-    {NAMES, "q,momentum", NULL, NULL, "no column 'momentum'; expected one of q p dqdt dpdt"},
-    {NAMES, "q,5", NULL, NULL, "state: no column '5'; "},
-    {NAMES, "0,1", NULL, NULL, "state: no column '0'; "},
-    {NAMES, "q,", NULL, NULL, "state: no column ''; "},
-    {"1,2\n", "1,3", "1,2", NULL, "no column '3'; columns have no names, expected 1 to 2"},
-    {"q,q,a,b\n1,2,3,4\n", "q,a", "3,4", NULL, "2 columns are named 'q'; expected a number"},
-    {NAMES, "q,p,dqdt", NULL, NULL, "as many momenta, found 3 columns"},
-    {NAMES, "q,q", NULL, NULL, "state: column 1 is there twice"},
-    {NAMES, "q,p", "dqdt", NULL, "rate: expected 2 columns as of the state, found 1"},
-    {"a,b\n1,2\n", NULL, NULL, NULL, "which columns are the state?"},
-    {"a,b\n1,2\n", "a,b", NULL, NULL, "which columns are the rates?"},
-    {"t,q,p\n0,1,2\n1,2,3\n\n1,2,3\n", NULL, NULL, "t", ":5: expected a time after 1, found 1"},
-    {"t,q,p\n0,1,2\n1,2,3\n1,2,3\n", NULL, NULL, "t", ":4: expected a time after 1, found 1"},
-    {"t,q,p\n0,-1e308,2\n1,1e308,3\n", NULL, NULL, "t", "differences over time are not finite"},
-    {"t,q,p\n0,1,2\n", NULL, NULL, "t", "1 rows of 1 trajectories give no samples"},
-    {"trial,t,q,p\n1,0,1,2\n1,1,2,3\n2,0,2,3\n1,2,1,1\n", NULL, NULL, "t",
-     "rows of a trial to follow each other, those of 1 do not"},
+    {NAMES "1,2,x,4\n", NULL, NULL, NULL, ":3:5: 'dqdt' 'x'"},
+    {NAMES "1,2,nan,4\n", NULL, NULL, NULL, ":3:5: 'dqdt' 'nan'"},
+    {NAMES "1,-inf,3,4\n", NULL, NULL, NULL, ":3:3: 'p' '-inf'"},
+    {NAMES "1,2,3,1e999\n", NULL, NULL, NULL, ":3:7: 'dpdt' '1e999'"},
+    {NAMES "1,,3,4\n", NULL, NULL, NULL, ":3:3: 'p' empty"},
+    {NAMES "1,2,3,\n", NULL, NULL, NULL, ":3:7: 'dpdt' empty"},
+    {NAMES "1,2 5,3,4\n", NULL, NULL, NULL, ":3:3: 'p' '2' '5'"},
+    {NAMES "1,2.5.1,3,4\n", NULL, NULL, NULL, ":3:3: 'p'"},
+    {NAMES "1,\"2,3,4\n", NULL, NULL, NULL, ":3:4: 'p'"},
+    {NAMES "\n# x\n1,2,3\n", NULL, NULL, NULL, ":5:6: 4 1 3"},
+    {NAMES "1,2,3,4,5\n", NULL, NULL, NULL, ":3:10: 4 1 5"},
+    {"q,p,dqdt,dpdt\n1 2 3 4\n", NULL, NULL, NULL, ":2:8: 4 1"},
+    {"1 2 3 4\n1 2 3\n", "1,2", "3,4", NULL, ":2:6: 4 3"},
+    {"q;p;dqdt;dpdt\n1;2,5;3;4\n", NULL, NULL, NULL, ":2:3: 'p' '2' '5'"},
+    {"q;p;dqdt;dpdt\n1;2,5;3;4\n", NULL, NULL, NULL, "decimal comma"},
+    {"1,2\nq,p\n", "1,2", "1,2", NULL, ":2:1: 1 'q'"},
+    {"", NULL, NULL, NULL, ":0: rows"},
+    {"q,p,dqdt,dpdt\n# none\n", NULL, NULL, NULL, ":2: rows"},
+    {NAMES, "q,pp", NULL, NULL, "state 'pp' 'p'"},
+    {NAMES, "q,p", "dqdt,dpt", NULL, "rate 'dpt' 'dpdt'"},
+    {NAMES, "q,momentum", NULL, NULL, "'momentum' q p dqdt dpdt"},
+    {NAMES, "q,5", NULL, NULL, "state '5'"},
+    {NAMES, "0,1", NULL, NULL, "state '0'"},
+    {NAMES, "q,", NULL, NULL, "state ''"},
+    {"1,2\n", "1,3", "1,2", NULL, "'3' names 1 2"},
+    {"q,q,a,b\n1,2,3,4\n", "q,a", "3,4", NULL, "2 'q'"},
+    {NAMES, "q,p,dqdt", NULL, NULL, "momenta 3"},
+    {NAMES, "q,q", NULL, NULL, "state column 1 twice"},
+    {NAMES, "q,p", "dqdt", NULL, "rate 2 state 1"},
+    {"a,b\n1,2\n", NULL, NULL, NULL, "state"},
+    {"a,b\n1,2\n", "a,b", NULL, NULL, "rates"},
+    {"t,q,p\n0,1,2\n1,2,3\n\n1,2,3\n", NULL, NULL, "t", ":5: time 1"},
+    {"t,q,p\n0,1,2\n1,2,3\n1,2,3\n", NULL, NULL, "t", ":4: time 1"},
+    {"t,q,p\n0,-1e308,2\n1,1e308,3\n", NULL, NULL, "t", "differences finite"},
+    {"t,q,p\n0,1,2\n", NULL, NULL, "t", "1 rows samples"},
+    {"trial,t,q,p\n1,0,1,2\n1,1,2,3\n2,0,2,3\n1,2,1,1\n", NULL, NULL, "t", "rows trial 1"},
 };
 
 static void test_refused(void **state)
@@ -156,9 +148,9 @@ static void test_refused(void **state)
         enum ad_status status = hnn_dataset_read(&s, &d, &error);
         hnn_dataset_free(&d);
         if ((status != AD_E_INPUT && status != AD_E_ARGUMENT) ||
-            strncmp(error.message, file.text, strlen(file.text)) != 0 ||
-            !strstr(error.message, wrong[k].says))
-            fail_msg("case %zu: expected '%s', got '%s'", k, wrong[k].says, error.message);
+            strncmp(error.message, file.text, strlen(file.text)) != 0)
+            fail_msg("case %zu: status %d, '%s'", k, status, error.message);
+        assert_mentions(error.message, wrong[k].says);
     }
 }
 
@@ -171,7 +163,7 @@ static void test_cannot_be_read(void **state)
         struct ad_error error = {0};
         struct hnn_dataset_settings s = {.file = names[k]};
         assert_int_equal(hnn_dataset_read(&s, &d, &error), AD_E_IO);
-        assert_non_null(strstr(error.message, "cannot be read"));
+        assert_mentions(error.message, names[k]);
         hnn_dataset_free(&d);
     }
 }
@@ -190,7 +182,7 @@ static void test_truncated(void **state)
         if (status == AD_OK)
             assert_true(d.train.n == 1 || d.train.n == 2);
         else
-            assert_non_null(strstr(error.message, "expected"));
+            assert_mentions(error.message, file.text);
         hnn_dataset_free(&d);
     }
 }
@@ -249,7 +241,7 @@ static void test_long_lines(void **state)
         if (k == 0)
             assert_true(d.train.x[0] == 1 && d.train.target[1] == 4);
         else
-            assert_non_null(strstr(error.message, ":2: expected lines shorter than"));
+            assert_mentions(error.message, ":2: lines");
         hnn_dataset_free(&d);
         free(text);
     }
@@ -265,7 +257,7 @@ static void test_zero_bytes(void **state)
     struct hnn_dataset d;
     struct ad_error error = {0};
     assert_int_equal(hnn_dataset_read(&s, &d, &error), AD_E_INPUT);
-    assert_non_null(strstr(error.message, ":2:3: expected a number in column 'p', found '2?'"));
+    assert_mentions(error.message, ":2:3: 'p' '2?'");
     hnn_dataset_free(&d);
 }
 

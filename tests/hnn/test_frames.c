@@ -3,6 +3,7 @@
 #include "physics/io/hdf5_file.h"
 #include "tests/close.h"
 #include "tests/files.h"
+#include "tests/mentions.h"
 
 #include <hdf5.h>
 #include <png.h>
@@ -28,8 +29,8 @@ static void refused(struct path path, const char *says)
 {
     struct hnn_frames f;
     error = (struct ad_error){0};
-    if (hnn_frames_read(path.text, &f, &error) == AD_OK || !strstr(error.message, says))
-        fail_msg("expected '%s', got '%s'", says, error.message);
+    assert_int_not_equal(hnn_frames_read(path.text, &f, &error), AD_OK);
+    assert_mentions(error.message, says);
     hnn_frames_free(&f);
 }
 
@@ -125,8 +126,7 @@ static void test_arrays_of_a_user(void **state)
     hnn_frames_free(&f);
     bytes[2 * H * W + 1 * W + 3] = 256; /* trajectory 1, frame 3, row 2, column 4 */
     refused(write_integers("words.h5", H5T_STD_U16LE, dims, bytes),
-            "expected integers from 0 to 255, found 256 in 'film': trajectory 1, frame 3, row 2, "
-            "column 4");
+            "0 255 256 'film' trajectory 1 frame 3 row 2 column 4");
 }
 
 static void test_damaged_arrays(void **state)
@@ -137,16 +137,15 @@ static void test_damaged_arrays(void **state)
     static const double wrong[] = {NAN, INFINITY, 1.01, -1.01, 255};
     for (size_t k = 0; k < LENGTH(wrong); k++) {
         values[(4 + 2) * H * W + 2 * W + 1] = wrong[k];
-        refused(write_array("wrong.h5", "frames", 4, dims, values),
-                "expected numbers from -1 to 1, found");
-        assert_non_null(strstr(error.message, "trajectory 2, frame 3, row 3, column 2"));
+        refused(write_array("wrong.h5", "frames", 4, dims, values), "-1 1");
+        assert_mentions(error.message, "trajectory 2 frame 3 row 3 column 2");
         values[(4 + 2) * H * W + 2 * W + 1] = 0;
     }
-    refused(write_array("two.h5", "frames", 2, dims, values), "found none");
+    refused(write_array("two.h5", "frames", 2, dims, values), "none");
     refused(write_array("few.h5", "frames", 3, (size_t[]){2, H, W}, values), "three frames");
     refused(write_array("empty.h5", "frames", 4, (size_t[]){0, 4, H, W}, values), "three frames");
-    refused(files_temporary("nowhere.h5"), "cannot be read");
-    refused(files_write_text("text.h5", "0.1,0.2\n"), "not an HDF5 file");
+    refused(files_temporary("nowhere.h5"), "nowhere.h5");
+    refused(files_write_text("text.h5", "0.1,0.2\n"), "HDF5");
     size_t size;
     struct path whole = write_array("whole.h5", "frames", 4, dims, values);
     char *bytes = files_read(whole.text, &size);
@@ -168,9 +167,8 @@ static void test_damaged_motion(void **state)
         error = (struct ad_error){0};
         phys_runfile *file;
         struct path path = files_temporary("motion.h5");
-        static const char *const says[] = {"a finite number in 'angle', trajectory 1, frame 3",
-                                           "an axle not wider", "gravity", "expected 'speed' to be",
-                                           "no filter 'bilinea'; did you mean 'bilinear'?"};
+        static const char *const says[] = {"finite 'angle' trajectory 1 frame 3", "axle", "gravity",
+                                           "'speed'", "'bilinea' 'bilinear'"};
         assert_int_equal(hnn_rod_film(&filming, 3, &f, &error), AD_OK);
         assert_int_equal(phys_runfile_create(path.text, &file, &error), AD_OK);
         double *speed = f.speed;
@@ -235,8 +233,8 @@ static void picture_refused(struct path path, const char *says)
 {
     struct hnn_image image;
     error = (struct ad_error){0};
-    if (hnn_image_read(path.text, &image, &error) == AD_OK || !strstr(error.message, says))
-        fail_msg("expected '%s', got '%s'", says, error.message);
+    assert_int_not_equal(hnn_image_read(path.text, &image, &error), AD_OK);
+    assert_mentions(error.message, says);
     assert_null(image.pixels);
 }
 
@@ -251,25 +249,23 @@ static void test_pictures(void **state)
 static void test_damaged_pgm(void **state)
 {
     (void)state;
-    picture_refused(write_pgm("a.pgm", "P5\n5 3\n255\n", H * W - 1),
-                    "expected 3 x 5 bytes, found 14");
-    picture_refused(write_pgm("a.pgm", "P5\n4 3\n255\n", H * W), "to end after 3 x 4 bytes");
-    picture_refused(write_pgm("a.pgm", "P5\n5 3\n65535\n", H * W),
-                    "largest value 255, found 65535");
-    picture_refused(write_pgm("a.pgm", "P5\n5 3\n", 0), "expected width, height and largest");
-    picture_refused(write_pgm("a.pgm", "P5\n5 -3\n255\n", H * W), "expected width");
-    picture_refused(write_pgm("a.pgm", "P5\n0 3\n255\n", H * W), "expected width");
+    picture_refused(write_pgm("a.pgm", "P5\n5 3\n255\n", H * W - 1), "3 x 5 14");
+    picture_refused(write_pgm("a.pgm", "P5\n4 3\n255\n", H * W), "3 x 4");
+    picture_refused(write_pgm("a.pgm", "P5\n5 3\n65535\n", H * W), "255 65535");
+    picture_refused(write_pgm("a.pgm", "P5\n5 3\n", 0), "width height");
+    picture_refused(write_pgm("a.pgm", "P5\n5 -3\n255\n", H * W), "width");
+    picture_refused(write_pgm("a.pgm", "P5\n0 3\n255\n", H * W), "width");
     picture_refused(write_pgm("a.pgm", "P5\n99999999999999999999 3\n255\n", H * W), "expected");
     picture_refused(write_pgm("a.pgm", "P5\n16777216 16777216\n255\n", H * W), "1 to 16777216");
-    picture_refused(write_pgm("a.pgm", "P2\n5 3\n255\n", H * W), "a PNG, or a binary PGM");
-    picture_refused(write_pgm("a.pgm", "", 0), "a PNG, or a binary PGM");
+    picture_refused(write_pgm("a.pgm", "P2\n5 3\n255\n", H * W), "PNG PGM");
+    picture_refused(write_pgm("a.pgm", "", 0), "PNG PGM");
 }
 
 static void test_damaged_png(void **state)
 {
     (void)state;
-    picture_refused(write_png("c.png", PNG_FORMAT_RGB, H, W), "found one in colours");
-    picture_refused(write_png("c.png", PNG_FORMAT_GA, H, W), "with transparency");
+    picture_refused(write_png("c.png", PNG_FORMAT_RGB, H, W), "colours");
+    picture_refused(write_png("c.png", PNG_FORMAT_GA, H, W), "transparency");
     picture_refused(write_png("c.png", PNG_FORMAT_LINEAR_Y, H, W), "of 16 bits");
     size_t size;
     char *bytes = files_read(write_png("w.png", PNG_FORMAT_GRAY, H, W).text, &size);
@@ -316,7 +312,7 @@ static void test_folder_of_pictures(void **state)
         assert_close(f.pixels[k], expected[k] / 255, 1e-7, 0);
     hnn_frames_free(&f);
     files_write("one/f3.pgm", "P5 2 1 255 ..", 13);
-    refused(path, "f3.pgm: expected 1 x 1 pixels as in");
+    refused(path, "f3.pgm 1 x pixels");
     files_write("one/f3.pgm", "P5 1 1 255 ", 11);
     refused(path, "f3.pgm: truncated PGM");
 }
@@ -325,7 +321,7 @@ static void test_folder_of_trajectories(void **state)
 {
     (void)state;
     struct path path = folder("many");
-    refused(path, "three or more pictures, .png or .pgm, found 0");
+    refused(path, ".png .pgm 0");
     for (int i = 0; i < 3; i++) {
         char name[64];
         snprintf(name, sizeof name, "many/t%d", i + 9);
@@ -341,11 +337,11 @@ static void test_folder_of_trajectories(void **state)
         assert_close(f.pixels[k], picture[k % (H * W)] / 255., 1e-7, 0);
     hnn_frames_free(&f);
     assert_int_equal(unlink(files_temporary("many/t10/3.png").text), 0);
-    refused(path, "t10: expected 4 pictures as in the first folder, found 3");
+    refused(path, "t10 4 pictures 3");
     write_png("many/t10/3.png", PNG_FORMAT_GRAY, H, W - 1);
-    refused(path, "t10/3.png: expected 3 x 5 pixels as in");
+    refused(path, "t10/3.png 3 x 5 pixels");
     write_png("many/t10/3.png", PNG_FORMAT_RGB, H, W);
-    refused(path, "t10/3.png: expected a grey PNG");
+    refused(path, "t10/3.png grey PNG");
 }
 
 int main(void)

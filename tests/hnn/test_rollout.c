@@ -4,6 +4,7 @@
 #include "tests/close.h"
 #include "tests/files.h"
 #include "hnn/rollout/rollout.h"
+#include "tests/mentions.h"
 
 #include <string.h>
 
@@ -130,8 +131,7 @@ static void refused(struct world *w, const double *x0, const char *why)
 {
     struct ad_error error = {0};
     assert_int_not_equal(hnn_rollout(&w->ode, &w->settings, x0, &w->path, &w->info, &error), AD_OK);
-    if (!strstr(error.message, why))
-        fail_msg("'%s' does not say '%s'", error.message, why);
+    assert_mentions(error.message, why);
     assert_null(w->path.x);
 }
 
@@ -142,13 +142,13 @@ static void test_refusals(void **state)
     open_task(&w, "spring", 3);
     const double x0[] = {0.6, 0}, rest[] = {0, 0};
     use(&w, "variational-midpoint", 0.1);
-    refused(&w, x0, "needs a Lagrangian");
+    refused(&w, x0, "Lagrangian");
     w.settings.integrator = NULL;
     w.settings.add = 0.1;
     w.settings.add_at = 3.5;
-    refused(&w, x0, "expected a time from 0 to 3");
+    refused(&w, x0, "time 0 3");
     w.settings.add_at = 1;
-    refused(&w, rest, "gradient vanishes");
+    refused(&w, rest, "gradient");
     w.ode.canonical = false;
     refused(&w, x0, "symplectic");
     w.settings.add = 0;
@@ -160,7 +160,7 @@ static void test_refusals(void **state)
     assert_int_equal(hnn_model_ode(model, &w.ode, &w.error), AD_OK);
     hnn_times(0, 1, POINTS, w.t);
     use(&w, "verlet", 0.1);
-    refused(&w, x0, "those of the model do not: take gauss2");
+    refused(&w, x0, "gauss2");
     hnn_model_free(model);
 }
 
@@ -232,7 +232,7 @@ static void test_trajectory_from_file(void **state)
     struct ad_error error = {0};
     /* A22: a time beyond the trajectory's end is refused, not filled with the next one */
     assert_int_equal(hnn_path_read(&s, 0.4, 4.6, &path, &error), AD_E_INPUT);
-    assert_non_null(strstr(error.message, "ends at t = 1,"));
+    assert_mentions(error.message, "t 1");
     error = (struct ad_error){0};
     assert_int_equal(hnn_path_read(&s, 0.4, INFINITY, &path, &error), AD_OK);
     assert_int_equal(path.n, 2);
@@ -245,11 +245,11 @@ static void test_trajectory_from_file(void **state)
     assert_true(path.t[0] == 0 && path.t[1] == 0.5);
     hnn_path_free(&path);
     assert_int_equal(hnn_path_read(&s, 3, 2, &path, &error), AD_E_INPUT);
-    assert_non_null(strstr(error.message, "two or more rows of a trajectory from t = 3 to 5"));
+    assert_mentions(error.message, "rows trajectory 3 5");
     error = (struct ad_error){0};
     s.time = NULL;
     assert_int_equal(hnn_path_read(&s, 0, 1, &path, &error), AD_E_ARGUMENT);
-    assert_non_null(strstr(error.message, "time column"));
+    assert_mentions(error.message, "time column");
 }
 
 /* What a model has seen goes with it into its file; a path beyond it is found. */
@@ -278,7 +278,7 @@ static void test_range(void **state)
     assert_int_equal(hnn_path_outside(loaded, &path, what, sizeof what), 2);
     path.x = away;
     assert_int_equal(hnn_path_outside(loaded, &path, what, sizeof what), 1);
-    assert_non_null(strstr(what, "seen in training"));
+    assert_mentions(what, "training");
     hnn_model_free(model);
     hnn_model_free(loaded);
 }

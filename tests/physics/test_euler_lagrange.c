@@ -1,6 +1,7 @@
 /* Motion from L: accelerations against formulas by hand, the published paths, known orbits. */
 #include "published.h"
 #include "tests/close.h"
+#include "tests/mentions.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -166,9 +167,8 @@ static void unsolvable_motion_names_the_coordinate(void **state)
     const struct {
         phys_lagrangian *L;
         const char *message;
-    } bad[] = {{massless, "singular at coordinate x2"},
-               {degenerate, "singular at coordinate x2"},
-               {singular_force, "not finite at coordinate x2"}};
+    } bad[] = {
+        {massless, "singular x2"}, {degenerate, "singular x2"}, {singular_force, "finite x2"}};
     for (size_t k = 0; k < 3; k++) {
         struct phys_scene scene;
         struct phys_system system = made_of(&scene, bad[k].L, 2);
@@ -178,8 +178,7 @@ static void unsolvable_motion_names_the_coordinate(void **state)
         double a[2];
         motion_of(&system, &motion);
         assert_int_equal(phys_motion_acceleration(motion, q, v, 0, a, &error), AD_E_NONFINITE);
-        if (!strstr(error.message, bad[k].message))
-            fail_msg("'%s' does not contain '%s'", error.message, bad[k].message);
+        assert_mentions(error.message, bad[k].message);
         phys_motion_free(motion);
     }
 }

@@ -65,7 +65,7 @@ static void test_implicit_steps_to_their_limit(void **state)
         if (h < 0.5)
             assert_close(m.y[0], 2 * Y - 1, 1e-14 / (1 - 2 * h), 0);
         else
-            assert_mentions(m.error.message, "take a smaller step than");
+            assert_mentions(m.error.message, "smaller step");
     }
 }
 
@@ -136,7 +136,7 @@ static void test_what_methods_take(void **state)
         phys_ode_hamiltonian(product_hamiltonian, 1, NULL, &m.ode, &m.error);
         motion_run(&m, method->name, h, 1, refused ? AD_E_ARGUMENT : AD_OK);
         if (refused)
-            assert_mentions(m.error.message, "take gauss2, implicit-midpoint or dop853");
+            assert_mentions(m.error.message, "gauss2 implicit-midpoint dop853");
         else
             assert_close(m.y[0], exact.y[0], 0, method->order > 1 ? 1e-6 : 4e-3);
         phys_ode_free(&m.ode);
@@ -144,8 +144,7 @@ static void test_what_methods_take(void **state)
         refused |= strcmp(method->name, "semi-implicit") == 0;
         motion_run(&grown, method->name, h, 0.5, refused ? AD_E_ARGUMENT : AD_OK);
         if (refused)
-            assert_non_null(
-                strstr(grown.error.message, "take gauss2, implicit-midpoint or dop853"));
+            assert_mentions(grown.error.message, "gauss2 implicit-midpoint dop853");
         else
             assert_close(grown.y[0], 2, 0,
                          1.01 * (method->order > 1 ? 0.002 * 0.002 : 4 * log(2) * 0.002));

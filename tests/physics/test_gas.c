@@ -217,7 +217,7 @@ static void test_refusals(void **state)
     assert_int_equal(phys_system_open("gas", &system, &error), AD_OK);
     phys_system_set(&system, "bodies", 5000, &error);
     assert_int_equal(phys_ode_gas(&system, PHYS_GAS_AUTO, &ode, &error), AD_E_ARGUMENT);
-    assert_mentions(error.message, "set a cutoff");
+    assert_mentions(error.message, "cutoff");
     phys_ode_free(&ode);
     error = (struct ad_error){0};
     phys_system_set(&system, "bodies", 50, &error);

@@ -20,8 +20,11 @@ static void assert_refused(const char *text, size_t size, const char *expected)
     assert_null(table.position);
     assert_memory_equal(error.message, file.text, strlen(file.text));
     assert_int_equal(error.message[strlen(file.text)], ':');
-    if (expected)
-        assert_string_equal(error.message + strlen(file.text) + 1, expected);
+    if (expected) {
+        assert_memory_equal(error.message + strlen(file.text) + 1, expected,
+                            strcspn(expected, " "));
+        assert_mentions(error.message, expected);
+    }
 }
 
 /* Wherever a table stops short of $$EOE it is refused, never a crash or a shorter table. */
@@ -64,19 +67,17 @@ static void test_damaged_headers(void **state)
 {
     (void)state;
     static const struct damage damage[] = {
-        {"$$SOE", "$$", "44: expected a Horizons vector table ($$SOE), found the end of the file"},
-        {"Target body", "Tar", "22: expected a line 'Target body name:' before $$SOE"},
-        {"Center body name:", "Center body name ",
-         "22: expected a line 'Center body name:' before $$SOE"},
-        {"Output units", "", "22: expected a line 'Output units:' before $$SOE"},
-        {"Reference frame", "", "22: expected a line 'Reference frame:' before $$SOE"},
-        {"KM-S", "PC-Y", "22: expected output units KM-S, KM-D or AU-D, found 'PC-Y'"},
+        {"$$SOE", "$$", "44: $$SOE"},
+        {"Target body", "Tar", "22: Target"},
+        {"Center body name:", "Center body name ", "22: Center"},
+        {"Output units", "", "22: Output units"},
+        {"Reference frame", "", "22: Reference frame"},
+        {"KM-S", "PC-Y", "22: KM-S KM-D AU-D 'PC-Y'"},
         {"GEOMETRIC cartesian states", "GEOMETRIC osculating elements",
-         "22: expected output type 'GEOMETRIC cartesian states', found 'GEOMETRIC osculating "
-         "elements'"},
-        {"JDTDB", "JDUT", "22: expected epochs in TDB (column JDTDB), found JDUT"},
-        {"JDTDB", "", "22: expected column names (JDTDB, X, Y, Z) before $$SOE"},
-        {"   X     Y     Z\n", "", "21: expected columns X, Y, Z (output formats 1 to 3)"},
+         "22: GEOMETRIC cartesian states GEOMETRIC osculating elements"},
+        {"JDTDB", "JDUT", "22: TDB JDTDB JDUT"},
+        {"JDTDB", "", "22: column JDTDB X Y Z"},
+        {"   X     Y     Z\n", "", "21: columns X Y Z"},
     };
     assert_damage(&plain_layout, damage, LENGTH(damage));
 }
@@ -85,32 +86,27 @@ static void test_damaged_records(void **state)
 {
     (void)state;
     static const struct damage damage[] = {
-        {"$$EOE\n", "",
-         "39:1: expected a number for the epoch, found '**************************...'"},
-        {"$$EOE", "$$SOE", "39:1: expected a number for the epoch, found '$$SOE'"},
-        {"Barycentric Dynamical", "\n$$SOE\n",
-         "45: expected one table a file, found a second $$SOE"},
-        {"2459774.500000000", "today", "23:1: expected a number for the epoch, found 'today'"},
-        {"2459774.500000000", "1e300", "23:1: expected a Julian date, found 1e+300"},
-        {"2459774.500000000 =", "2459774.500000000",
-         "23:19: expected '=' after the epoch, found 'A.D.'"},
-        {"2459774.750000000", "2459774.500000000",
-         "27:1: expected an epoch after 2459774.500000000, found 2459774.500000000"},
+        {"$$EOE\n", "", "39:1: epoch '**************************...'"},
+        {"$$EOE", "$$SOE", "39:1: epoch '$$SOE'"},
+        {"Barycentric Dynamical", "\n$$SOE\n", "45: $$SOE"},
+        {"2459774.500000000", "today", "23:1: epoch 'today'"},
+        {"2459774.500000000", "1e300", "23:1: 1e+300"},
+        {"2459774.500000000 =", "2459774.500000000", "23:19: '=' epoch 'A.D.'"},
+        {"2459774.750000000", "2459774.500000000", "27:1: epoch 2459774.500000000"},
         {"2459775.250000000", "2459774.250000000",
-         "35:1: expected an epoch after 2459775.000000000, found 2459774.250000000"},
-        {"2459775.250000000", "2459775.500000000",
-         "35:1: expected a step of 0.25 days as before, found 0.5"},
-        {" X =", " X = NaN ", "24:6: expected a number for X, found 'NaN'"},
-        {" X =", " X = 1e999 ", "24:6: expected a finite number for X, found '1e999'"},
-        {"-2.239185595350279E+08", "1e308", "26: expected coordinates below 1e308 m"},
+         "35:1: epoch 2459775.000000000 2459774.250000000"},
+        {"2459775.250000000", "2459775.500000000", "35:1: step 0.25 0.5"},
+        {" X =", " X = NaN ", "24:6: X 'NaN'"},
+        {" X =", " X = 1e999 ", "24:6: X '1e999'"},
+        {"-2.239185595350279E+08", "1e308", "26: 1e308"},
         {" X =", " X  ", "24:5: expected '=' after X, found '-2.239185595350279E+08'"},
         {" X =", " Q =", "24:2: expected X, found 'Q'"},
-        {"\n VX=", " 7\n VX=", "24:80: expected the end of the line after Z"},
+        {"\n VX=", " 7\n VX=", "24:80: Z"},
         {" VX=", " V=", "25:2: expected VX, found 'V='"},
-        {" VX=", " VX=fast", "25:5: expected a number for VX, found 'fast'"},
-        {" VX=", "\n VX=", "25:1: expected a number for VX, found the end of the line"},
-        {" VX=", "$$EOE\n", "25:1: expected a number for VX, found '$$EOE'"},
-        {" RR=", " RR= x", "26:58: expected a number for RR, found 'x'"},
+        {" VX=", " VX=fast", "25:5: VX 'fast'"},
+        {" VX=", "\n VX=", "25:1: VX"},
+        {" VX=", "$$EOE\n", "25:1: VX '$$EOE'"},
+        {" RR=", " RR= x", "26:58: RR 'x'"},
     };
     assert_damage(&plain_layout, damage, LENGTH(damage));
 }
@@ -120,16 +116,13 @@ static void test_damaged_csv(void **state)
     (void)state;
     static const struct layout csv = {.form = FORM_CSV, .type = 1, .units = "KM-S"};
     static const struct damage damage[] = {
-        {"2459774.500000000,", "2459774.500000000",
-         "20:19: expected ',' after the epoch, found 'A.D.'"},
-        {"00.0000, ", "00.0000, -,", "20:52: expected a number for X, found '-'"},
-        {"00.0000, ", "00.0000, nan,", "20:52: expected a number for X, found 'nan'"},
-        {"00.0000, ", "00.0000, ,", "20:52: expected a number for X, found ','"},
+        {"2459774.500000000,", "2459774.500000000", "20:19: ',' epoch 'A.D.'"},
+        {"00.0000, ", "00.0000, -,", "20:52: X '-'"},
+        {"00.0000, ", "00.0000, nan,", "20:52: X 'nan'"},
+        {"00.0000, ", "00.0000, ,", "20:52: X ','"},
         {"00.0000, ", "00.0000, 1,", NULL},
-        {"$$EOE", "2459775.5, A.D., 1, 2\n$$EOE",
-         "24:22: expected ',' after Y, found the end of the line"},
-        {"$$EOE", "",
-         "25:1: expected a number for the epoch, found '**************************...'"},
+        {"$$EOE", "2459775.5, A.D., 1, 2\n$$EOE", "24:22: ',' Y"},
+        {"$$EOE", "", "25:1: epoch '**************************...'"},
     };
     assert_damage(&csv, damage, LENGTH(damage));
 }
@@ -140,7 +133,7 @@ static void test_no_records(void **state)
     struct states states = random_states("Mars (499)", 1);
     char *text = print_table(&states, &plain_layout),
          *bad = replaced(text, "$$SOE\n", "$$SOE\n$$EOE\n");
-    assert_refused(bad, strlen(bad), "23: expected records between $$SOE and $$EOE, found none");
+    assert_refused(bad, strlen(bad), "23: $$SOE $$EOE");
     free(bad);
     free(text);
 }
@@ -149,18 +142,17 @@ static void test_not_text(void **state)
 {
     (void)state;
     static const char zero[] = "Target body name\n\0\n$$SOE\n";
-    assert_refused(zero, sizeof zero - 1, "2: expected text, found a zero byte");
+    assert_refused(zero, sizeof zero - 1, "2: zero byte");
     static char wide[10000];
     memset(wide, '1', sizeof wide);
-    assert_refused(wide, sizeof wide,
-                   "1: expected a Horizons vector table ($$SOE), found the end of the file");
+    assert_refused(wide, sizeof wide, "1: $$SOE");
     struct states states = random_states("Mars (499)", 1);
     char *text = print_table(&states, &plain_layout), *at = strstr(text, "$$SOE\n") + 6;
     char *bad = calloc(1, sizeof wide + strlen(text));
     assert_non_null(bad);
     memcpy(bad, text, (size_t)(at - text));
     memcpy(bad + (at - text), wide, sizeof wide);
-    assert_refused(bad, strlen(bad), "23: expected at most 4095 characters a line");
+    assert_refused(bad, strlen(bad), "23: 4095 characters");
     free(bad);
     free(text);
 }
@@ -171,7 +163,7 @@ static void test_files_that_cannot_be_read(void **state)
     struct phys_horizons table;
     struct ad_error error = {0};
     assert_int_equal(phys_horizons_read(files_temporary("absent").text, &table, &error), AD_E_IO);
-    assert_mentions(error.message, "absent: cannot be read: No such file");
+    assert_mentions(error.message, "absent");
     assert_int_equal(phys_horizons_read(files_temporary("").text, &table, NULL), AD_E_IO);
     phys_horizons_free(&table);
     phys_horizons_free(NULL);

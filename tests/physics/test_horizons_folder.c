@@ -3,6 +3,7 @@
 #include "tests/close.h"
 #include "tests/files.h"
 #include "horizons_text.h"
+#include "tests/mentions.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -42,8 +43,7 @@ static void assert_folder(const char *folder, const char *bodies, enum ad_status
     size_t n = 0;
     assert_int_equal(phys_horizons_folder(folder, bodies, &n, &tables, &error), status);
     assert_null(tables);
-    if (!strstr(error.message, expected))
-        fail_msg("'%s' does not say '%s'", error.message, expected);
+    assert_mentions(error.message, expected);
 }
 
 static const char *const planets[] = {"Sun (10)",   "Mercury (199)",     "Earth (399)",
@@ -90,24 +90,22 @@ static void test_folder_refusals(void **state)
     (void)state;
     struct path folder = make_folder("refused", LENGTH(planets), planets);
     const char *name = folder.text;
-    assert_folder(name, "sun,vulcan", AD_E_INPUT,
-                  "expected a table of 'vulcan', found Sun, Mercury, Earth, Mars, 1 Ceres");
-    assert_folder(name, "sun,10", AD_E_ARGUMENT, "bodies 'sun' and '10' are one");
-    assert_folder(name, "", AD_E_ARGUMENT, "expected names or ids");
-    assert_folder(name, "sun,,mars", AD_E_ARGUMENT, "expected names or ids");
+    assert_folder(name, "sun,vulcan", AD_E_INPUT, "'vulcan' Sun Mercury Earth Mars Ceres");
+    assert_folder(name, "sun,10", AD_E_ARGUMENT, "'sun' '10'");
+    assert_folder(name, "", AD_E_ARGUMENT, "ids");
+    assert_folder(name, "sun,,mars", AD_E_ARGUMENT, "ids");
     assert_int_equal(mkdir(files_temporary("empty").text, 0700), 0);
-    assert_folder(files_temporary("empty").text, "sun", AD_E_INPUT, "found no tables");
-    assert_folder(files_temporary("nowhere").text, "sun", AD_E_IO, "nowhere: cannot be read");
+    assert_folder(files_temporary("empty").text, "sun", AD_E_INPUT, "empty tables");
+    assert_folder(files_temporary("nowhere").text, "sun", AD_E_IO, "nowhere");
     files_write_text("refused/venus.txt", "Target body name: Venus (299)\n");
-    assert_folder(name, "sun,venus", AD_E_INPUT, "venus.txt:1: expected a Horizons vector table");
+    assert_folder(name, "sun,venus", AD_E_INPUT, "venus.txt:1:");
     files_write_text("refused/venus.txt", "");
-    assert_folder(name, "sun,venus", AD_E_INPUT, "venus.txt:0: expected a Horizons vector table");
+    assert_folder(name, "sun,venus", AD_E_INPUT, "venus.txt:0:");
     char *text =
         print_table(&(struct states){.target = "Mars (499)", .first = 1, .step = 1}, &plain_layout);
     files_write_text("refused/again.txt", text);
     free(text);
-    assert_folder(name, "mars", AD_E_INPUT,
-                  "expected one table of mars, found again.txt and t3.txt");
+    assert_folder(name, "mars", AD_E_INPUT, "again.txt t3.txt");
 }
 
 /* Whatever differs, both files are named. */
@@ -118,11 +116,9 @@ static void test_folder_disagreements(void **state)
         const char *from, *to, *expected;
     } cases[] = {
         {"Solar System Barycenter (0)", "Sun (10)",
-         "t0.txt and t3.txt disagree in the centre: 'Solar System Barycenter (0)' and 'Sun (10)'"},
-        {"Ecliptic of J2000.0", "ICRF",
-         "t0.txt and t3.txt disagree in the frame: 'Ecliptic of J2000.0' and 'ICRF'"},
-        {"$$EOE", "2459775.500000000 =\n1 2 3\n4 5 6\n7 8 9\n$$EOE",
-         "t0.txt and t3.txt disagree in the epochs: 4 and 5 of them"},
+         "t0.txt t3.txt centre Solar System Barycenter (0) Sun (10)"},
+        {"Ecliptic of J2000.0", "ICRF", "t0.txt t3.txt frame Ecliptic J2000.0 'ICRF'"},
+        {"$$EOE", "2459775.500000000 =\n1 2 3\n4 5 6\n7 8 9\n$$EOE", "t0.txt t3.txt epochs 4 5"},
     };
     for (size_t k = 0; k < LENGTH(cases); k++) {
         char name[32], file[64];
@@ -139,8 +135,7 @@ static void test_folder_disagreements(void **state)
     files_write_text("shifted/t3.txt", text);
     free(text);
     assert_folder(folder.text, "sun,mars", AD_E_INPUT,
-                  "t0.txt and t3.txt disagree in the epochs: number 0 is JD 2459774.500000000 and "
-                  "2459775.000000000");
+                  "t0.txt t3.txt epochs 0 2459774.500000000 2459775.000000000");
 }
 
 /* A damaged table matters only to whom it concerns. */
@@ -149,7 +144,7 @@ static void test_folder_reads_only_what_is_wanted(void **state)
     (void)state;
     struct path folder = make_folder("partly", LENGTH(planets), planets);
     edit("partly/t3.txt", " VX=", " VX= fast");
-    assert_folder(folder.text, "sun,mars", AD_E_INPUT, "t3.txt:25:6: expected a number for VX");
+    assert_folder(folder.text, "sun,mars", AD_E_INPUT, "t3.txt:25:6: VX");
     struct phys_horizons *tables;
     struct ad_error error = {0};
     size_t n;

@@ -285,9 +285,8 @@ static void test_head_on_fall(void **state)
         motion_open(&m, "fall", false, NULL);
         motion_run(&m, methods[k], 1e-12, 2, AD_E_ACCURACY);
         assert_close(m.info.t, 1.1107207345, 0, 6e-11);
-        assert_mentions(m.error.message, "1.11072073");
-        assert_mentions(m.error.message, "collision");
-        assert_mentions(m.error.message, " x ");
+        assert_mentions(m.error.message, "1.11072073*");
+        assert_mentions(m.error.message, "collision x");
         motion_close(&m);
     }
 }

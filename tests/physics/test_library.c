@@ -2,6 +2,7 @@
 #include "published.h"
 #include "tests/close.h"
 #include "tests/files.h"
+#include "tests/mentions.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -70,8 +71,7 @@ static void assert_refused(const char *file, const char *message)
     struct phys_system system;
     struct ad_error error = {0};
     assert_int_equal(phys_system_open(file, &system, &error), AD_E_INPUT);
-    if (!strstr(error.message, message))
-        fail_msg("'%s' does not contain '%s'", error.message, message);
+    assert_mentions(error.message, message);
     phys_system_close(&system);
 }
 
@@ -92,7 +92,7 @@ static void a_linked_scene_runs(void **state)
     phys_system_close(&system);
     scene.start = NULL;
     assert_int_equal(phys_system_make(&scene, &system, &error), AD_E_INPUT);
-    assert_string_equal(error.message, "a scene without a start");
+    assert_mentions(error.message, "start");
     phys_system_close(&system);
 }
 
@@ -102,19 +102,19 @@ static void flawed_scenes_are_refused(void **state)
     const struct {
         const char *flaw, *message;
     } table[] = {
-        {".version = 99", "another version"},
-        {".size = 40", "another version"},
-        {".name = 0", "without name"},
-        {".unit = 0", "without units"},
-        {".dof = 0", "without degrees of freedom"},
-        {".dims = 0", "without dims"},
-        {".lagrangian = 0", "without a Lagrangian"},
-        {".start = 0", "without a start"},
-        {".slices = 2", "fewer than 3 slices"},
-        {".dt = -1", "time step that is not positive"},
-        {".params = outside", "parameters that do not lie in"},
-        {".params = askew, .params_bytes = 16", "parameters that do not lie in"},
-        {".params_bytes = -1", "parameters that do not lie in"},
+        {".version = 99", "version"},
+        {".size = 40", "version"},
+        {".name = 0", "name"},
+        {".unit = 0", "units"},
+        {".dof = 0", "freedom"},
+        {".dims = 0", "dims"},
+        {".lagrangian = 0", "Lagrangian"},
+        {".start = 0", "start"},
+        {".slices = 2", "3 slices"},
+        {".dt = -1", "time step"},
+        {".params = outside", "parameters"},
+        {".params = askew, .params_bytes = 16", "parameters"},
+        {".params_bytes = -1", "parameters"},
         {".dof = 3, .dims = 2", "make no system"},
     };
     for (size_t k = 0; k < sizeof table / sizeof *table; k++) {
@@ -122,7 +122,7 @@ static void flawed_scenes_are_refused(void **state)
         assert_refused(so.text, table[k].message);
     }
     struct path other = build("another_name", ".dt = 0.5");
-    assert_refused(other.text, "expected it to export const struct phys_scene leastaction_scene");
+    assert_refused(other.text, "leastaction_scene");
 }
 
 /* Mapping more of a file than there is would end the process with a signal. */
@@ -134,7 +134,7 @@ static void cut_files_are_refused(void **state)
     char *bytes = files_read(so.text, &size);
     for (size_t length = 0; length < size; length += 1 + size / 9) {
         struct path cut = files_write("cut.so", bytes, length);
-        assert_refused(cut.text, "cut short");
+        assert_refused(cut.text, "short");
     }
     free(bytes);
 }
@@ -143,13 +143,13 @@ static void files_that_are_no_shared_objects_are_refused(void **state)
 {
     (void)state;
     assert_refused("no-such-scene.so", "no-such-scene.so");
-    assert_refused("/no/such/scene", "cannot be read");
+    assert_refused("/no/such/scene", "/no/such/scene");
     struct path text = files_write_text("text.so", "not a shared object\n");
-    assert_refused(text.text, "not a scene");
+    assert_refused(text.text, "text.so scene");
     char long_name[5000];
     memset(long_name, 'x', sizeof long_name);
     memcpy(long_name + sizeof long_name - 4, ".so", 4);
-    assert_refused(long_name, "too long");
+    assert_refused(long_name, "long");
 }
 
 int main(void)

@@ -3,6 +3,7 @@
 #include "physics/gas/cell_list.h"
 #include "physics/gas/order.h"
 #include "physics/io/random.h"
+#include "tests/mentions.h"
 
 #include <stdlib.h>
 
@@ -88,7 +89,7 @@ static void test_nowhere(void **state)
     scatter(30, 1);
     place[2 * 16 + 1] = (double)NAN;
     assert_int_equal(phys_near_pairs(30, place, 0.1, &near, &error), AD_E_NONFINITE);
-    assert_string_equal(error.message, "body 17 is nowhere: its y is not finite");
+    assert_mentions(error.message, "body 17 y");
     phys_near_free(&near);
 }
 

@@ -301,7 +301,7 @@ static void values_that_are_not_finite_are_located(void **state)
     memcpy(before, path, sizeof path);
     assert_int_equal(solve(&system, &settings, path, &info, &error), AD_E_NONFINITE);
     assert_mentions(error.message, "step 0");
-    assert_mentions(error.message, "slice 11, coordinate x");
+    assert_mentions(error.message, "slice 11 coordinate x");
     assert_memory_equal(path, before, sizeof path);
 
     error = (struct ad_error){

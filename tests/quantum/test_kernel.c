@@ -1,5 +1,6 @@
 /* The kernel: element by element against closed forms, aliasing where it is predicted, walls. */
 #include "waves.h"
+#include "tests/mentions.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -261,8 +262,7 @@ static void refused(const struct qm_slice *slice, const char *why)
     struct ad_error error = {0};
     qm_complex K[64 * 64];
     assert_int_equal(qm_kernel(slice, K, &error), AD_E_ARGUMENT);
-    if (!strstr(error.message, why))
-        fail_msg("'%s' does not say '%s'", error.message, why);
+    assert_mentions(error.message, why);
 }
 
 static void misuse_is_refused(void **state)
@@ -272,17 +272,17 @@ static void misuse_is_refused(void **state)
                        plane = system_with("dblpend", 0, NULL);
     struct qm_slice good = {&system, NULL, {-3, 3, 64}, QM_OPEN, 0, 0.5, 1, 1}, bad;
     bad = good, bad.dt = 0;
-    refused(&bad, "dt: expected more than 0");
+    refused(&bad, "dt 0");
     bad = good, bad.hbar = (double)NAN;
     refused(&bad, "hbar");
     bad = good, bad.grid.high = -4;
     refused(&bad, "box");
     bad = good, bad.grid.n = 3;
-    refused(&bad, "points: expected at least 4");
+    refused(&bad, "points 4");
     bad = good, bad.absorb = 4;
-    refused(&bad, "half of the box");
+    refused(&bad, "half box");
     bad = good, bad.system = &plane;
-    refused(&bad, "expected a scene of one");
+    refused(&bad, "scene one");
     bad = good, bad.rule = rule_named("gauss2");
     refused(&bad, "straight");
     bad = good, bad.rule = rule_named("midpoint"), bad.walls = QM_REFLECT;

@@ -20,9 +20,7 @@ double follow_energy_error(const struct motion *m);
 void follow_advice(struct motion *m, const char *integrator, double dt,
                    struct phys_step_advice *advice);
 
-/* `text` contains all of these words (NULL-terminated). */
-void assert_says(const char *text, const char *const words[]);
-/* The error has this status, and says all of these words. */
-void assert_told(const struct ad_error *error, enum ad_status status, const char *const words[]);
+/* The error has this status and mentions these names (tests/mentions.h). */
+void assert_told(const struct ad_error *error, enum ad_status status, const char *names);
 
 #endif

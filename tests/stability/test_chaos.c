@@ -168,11 +168,11 @@ static void wrong_questions_are_refused(void **state)
     (void)state;
     static const struct {
         struct phys_lyapunov_settings settings;
-        const char *words[3];
+        const char *says;
     } cases[] = {
-        {{.t1 = 0, .known = 1, .lost = 2}, {"from t = 0 to 0", "later end"}},
-        {{.t1 = 1, .known = 0, .lost = 2}, {"0 at the start", "positive"}},
-        {{.t1 = 1, .known = 2, .lost = 1}, {"1 at the horizon", "larger"}},
+        {{.t1 = 0, .known = 1, .lost = 2}, "t 0 end"},
+        {{.t1 = 1, .known = 0, .lost = 2}, "0 start"},
+        {{.t1 = 1, .known = 2, .lost = 1}, "1 horizon"},
     };
     struct motion m;
     follow_open(&m, "spring", NULL, 0);
@@ -180,7 +180,7 @@ static void wrong_questions_are_refused(void **state)
         struct phys_lyapunov found;
         struct ad_error error = {0};
         phys_lyapunov(&m.ode, m.y, &cases[k].settings, &found, &error);
-        assert_told(&error, AD_E_ARGUMENT, cases[k].words);
+        assert_told(&error, AD_E_ARGUMENT, cases[k].says);
     }
     motion_close(&m);
 }

@@ -2,6 +2,7 @@
    motion ends in a collision it says when and in which coordinate. */
 #include "follow.h"
 #include "tests/close.h"
+#include "tests/mentions.h"
 
 /* Kepler's ellipse of e = 0.99 from the apocentre. */
 static void open_ellipse(struct motion *m)
@@ -65,8 +66,7 @@ static void implicit_steps_end_where_they_have_no_solution(void **state)
             assert_close(Q + a / (Q * Q), P, 1e-13, 0);
             assert_true(Q > cbrt(2 * a));
         } else
-            assert_told(&m.error, AD_E_ACCURACY,
-                        (const char *[]){"stages find no solution", "take a smaller step", NULL});
+            assert_told(&m.error, AD_E_ACCURACY, "stages smaller step");
         motion_close(&m);
     }
 }
@@ -93,7 +93,6 @@ static void the_advice_knows_the_pericentre(void **state)
 {
     (void)state;
     const double places[2][4] = {{-1.99, 0, 0, -0.07}, {0.01, 0, 0, 14.1}}, t[] = {0, 3.14};
-    const char *const words[] = {"at t = 3.14", "0.0062", "beyond 0.002 verlet", "dop853", NULL};
     struct motion m;
     struct phys_step_advice advice;
     open_ellipse(&m);
@@ -105,7 +104,7 @@ static void the_advice_knows_the_pericentre(void **state)
     assert_int_equal(advice.verdict, PHYS_STEP_UNSTABLE);
     assert_close(advice.motion.frequency, 1000, 1e-12, 0);
     assert_close(advice.limit, 0.002, 1e-12, 0);
-    assert_says(advice.text, words);
+    assert_mentions(advice.text, "t 3.14 0.0062* 0.002 verlet dop853");
     motion_close(&m);
 }
 
@@ -114,13 +113,12 @@ static void a_collision_is_reported_when_and_where(void **state)
 {
     (void)state;
     static const char *const integrators[] = {"dop853", "dopri5"};
-    static const char *const words[] = {"the step fell under", "t = 1.11072073", "velocity of x",
-                                        "collision",           "soften",         NULL};
+    static const char says[] = "step t 1.11072073* velocity x collision";
     for (size_t k = 0; k < 2; k++) {
         struct motion m;
         follow_open(&m, "fall", NULL, 0);
         assert_false(follow_to(&m, integrators[k], 1e-10, 2));
-        assert_told(&m.error, AD_E_ACCURACY, words);
+        assert_told(&m.error, AD_E_ACCURACY, says);
         assert_close(m.info.t, 1.1107207345, 0, 1e-9);
         assert_true(isfinite(m.y[0]) && isfinite(m.y[2]) && fabs(m.y[0]) < 1e-8);
         motion_close(&m);

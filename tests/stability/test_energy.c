@@ -4,6 +4,7 @@
 #include "follow.h"
 #include "tests/apps/shell.h"
 #include "tests/close.h"
+#include "tests/mentions.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -107,12 +108,11 @@ static void the_command_lists_the_answers(void **state)
     (void)state;
     static const char common[] = "$LA path pendulum --set l=1 --set theta0=0 --slices 101 --dt 0.1 "
                                  "--rule gauss4 --solver newton";
-    static const char *const all[] = {"4 stationary paths", "0.4276690", "0.9614507", "1.7637551",
-                                      "2.4399069",          "1.9985450", "3.087643",  NULL};
     assert_int_equal(shell("%s --all", common), 0);
-    assert_says(shell_out(), all);
+    assert_mentions(shell_out(),
+                    "4 0.4276690* 0.9614507* 1.7637551* 2.4399069* 1.9985450* 3.087643*");
     assert_int_equal(shell("%s --energy 1.76 --json", common), 0);
-    assert_says(shell_last_line(), (const char *[]){"\"morse_index\": 1,", NULL});
+    assert_true(shell_number("morse_index") == 1);
 }
 
 int main(void)

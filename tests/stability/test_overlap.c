@@ -12,8 +12,7 @@ static void a_distance_of_zero_is_refused(void **state)
     struct motion m;
     follow_open(&m, "dimer", NULL, 0);
     phys_system_set(&m.system, "r0", 0, &m.error);
-    assert_told(&m.error, AD_E_ARGUMENT,
-                (const char *[]){"r0 = 0 makes no system", "distance at the start", NULL});
+    assert_told(&m.error, AD_E_ARGUMENT, "r0 0 distance");
     motion_close(&m);
 }
 
@@ -31,8 +30,7 @@ static void laws_without_a_cap_refuse(void **state)
             assert_false(phys_integrator_find(integrators[i], &m.error)->adaptive
                              ? follow_to(&m, integrators[i], 1e-6, 0.1)
                              : follow_steps(&m, integrators[i], 0.01, 10));
-            assert_told(&m.error, AD_E_NONFINITE,
-                        (const char *[]){"not finite", "coordinate x", "t = 0", NULL});
+            assert_told(&m.error, AD_E_NONFINITE, "finite x* t 0*");
             for (size_t k = 0; k < m.ode.n; k++)
                 assert_true(isfinite(m.y[k]));
             motion_close(&m);

@@ -3,6 +3,7 @@
    (Skeel, Zhang, Schlick, SIAM J. Sci. Comput. 18, 1997). Linear stability knows nothing of it. */
 #include "follow.h"
 #include "tests/close.h"
+#include "tests/mentions.h"
 
 /* Steps that an orbit of this amplitude lasts, at most `most`. */
 static size_t lasts(const char *integrator, double dt, double amplitude, size_t most)
@@ -57,10 +58,11 @@ static void it_is_reported(void **state)
         follow_advice(&m, cases[k].integrator, 1.0001 * cases[k].dt, &advice);
         assert_int_equal(advice.verdict, PHYS_STEP_RESONANT);
         assert_close(advice.resonance, cases[k].dt, 1e-12, 0);
-        assert_says(advice.text, (const char *[]){"resonance", cases[k].integrator, "try", NULL});
+        assert_mentions(advice.text, "resonance");
+        assert_mentions(advice.text, cases[k].integrator);
         m.y[0] = cases[k].amplitude;
         assert_false(follow_steps(&m, cases[k].integrator, cases[k].dt, MANY));
-        assert_says(m.error.message, (const char *[]){"step ", " x", "t = ", NULL});
+        assert_mentions(m.error.message, "step x t");
         motion_close(&m);
     }
 }

@@ -5,6 +5,7 @@
 #include "follow.h"
 #include "tests/apps/shell.h"
 #include "tests/close.h"
+#include "tests/mentions.h"
 
 #include <string.h>
 
@@ -117,21 +118,18 @@ static void the_command_says_what_to_try(void **state)
     assert_int_equal(shell("$LA path spring --slices 100 --dt 0.0606 --steps 5000 --solver sgd "
                            "--lr 0.15"),
                      0);
-    static const char *const descent[] = {"sgd moves away", "|gradient| grew from", "1 direction",
-                                          "a saddle",       "--solver newton",      NULL};
-    assert_says(shell_err(), descent);
+    assert_mentions(shell_err(), "sgd |gradient| 1 saddle --solver newton");
     assert_int_equal(shell("$LA path spring --slices 100 --dt 0.02 --steps 30 --solver sgd "
                            "--lr 2"),
                      0);
-    assert_says(shell_err(), (const char *[]){"sgd moves away", "a smaller --lr than 2", NULL});
+    assert_mentions(shell_err(), "sgd --lr 2");
     assert_int_equal(shell("$LA path spring --slices 100 --dt 0.02 --steps 500 --solver sgd "
                            "--lr 2"),
                      1);
-    assert_says(shell_err(), (const char *[]){"lost the path", "a smaller --lr than 2",
-                                              "--solver newton", "step 69", NULL});
+    assert_mentions(shell_err(), "--lr 2 --solver newton step");
     assert_int_equal(shell("$LA path spring --slices 100 --dt 0.0606 --solver newton"), 0);
     assert_string_equal(shell_err(), "");
-    assert_says(shell_out(), (const char *[]){"Morse index 1: a saddle", "conjugate", NULL});
+    assert_mentions(shell_out(), "Morse index 1 saddle conjugate");
     assert_int_equal(shell("$LA path spring --slices 100 --dt 0.03 --steps 500 --solver sgd "
                            "--lr 0.02"),
                      0);

@@ -1,6 +1,7 @@
 /* Steps that are too long for an oscillation: it grows, from a limit on that each method has. */
 #include "follow.h"
 #include "tests/close.h"
+#include "tests/mentions.h"
 
 static const double none = INFINITY;
 
@@ -38,7 +39,7 @@ static void methods_that_choose_their_steps_have_none(void **state)
     struct ad_error error = {0};
     struct phys_step_limits limits;
     phys_step_limits(phys_integrator_find("dop853", &error), &limits, &error);
-    assert_told(&error, AD_E_ARGUMENT, (const char *[]){"dop853 chooses its steps", NULL});
+    assert_told(&error, AD_E_ARGUMENT, "dop853");
 }
 
 /* Every method of the table with fixed steps: a unit oscillator is held just under its limit and
@@ -120,14 +121,14 @@ static void warnings_say_limit_and_remedy(void **state)
         const char *integrator;
         double dt;
         enum phys_step_verdict verdict;
-        const char *words[5];
+        const char *says;
     } cases[] = {
-        {"verlet", 0.1, PHYS_STEP_GOOD, {NULL}},
-        {"verlet", 0.9, PHYS_STEP_RESONANT, {"steps of 0.9", "resonance", "at 0.866025", "0.15"}},
-        {"verlet", 1.1, PHYS_STEP_UNSTABLE, {"steps of 1.1", "beyond 1 verlet", "try", "mostly q"}},
-        {"rk4", 1.5, PHYS_STEP_UNSTABLE, {"beyond 1.41421 rk4", "implicit-midpoint or dop853"}},
-        {"euler", 0.01, PHYS_STEP_UNSTABLE, {"every oscillation grow", "1.06 times", "verlet"}},
-        {"implicit-midpoint", 1.5, PHYS_STEP_GOOD, {NULL}},
+        {"verlet", 0.1, PHYS_STEP_GOOD, ""},
+        {"verlet", 0.9, PHYS_STEP_RESONANT, "0.9 resonance 0.866025 0.15*"},
+        {"verlet", 1.1, PHYS_STEP_UNSTABLE, "1.1 1 verlet q"},
+        {"rk4", 1.5, PHYS_STEP_UNSTABLE, "1.41421 rk4 implicit-midpoint dop853"},
+        {"euler", 0.01, PHYS_STEP_UNSTABLE, "euler 1.06 verlet"},
+        {"implicit-midpoint", 1.5, PHYS_STEP_GOOD, ""},
     };
     struct motion m;
     follow_open(&m, "spring", "k", 4); /* w = 2, period 3.142 */
@@ -137,7 +138,7 @@ static void warnings_say_limit_and_remedy(void **state)
         assert_close(advice.motion.frequency, 2, 1e-14, 0);
         assert_int_equal(advice.verdict, cases[k].verdict);
         assert_true((advice.verdict == PHYS_STEP_GOOD) == (advice.text[0] == '\0'));
-        assert_says(advice.text, cases[k].words);
+        assert_mentions(advice.text, cases[k].says);
     }
     motion_close(&m);
 }

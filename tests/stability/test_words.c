@@ -10,35 +10,20 @@
 static const struct {
     const char *arguments;
     int status;
-    const char *words[6]; /* on standard error, but not with --quiet where the status is 0 */
+    const char *says; /* on standard error, but not with --quiet where the status is 0 */
 } cases[] = {
-    {"spring --integrator verlet --dt 2.001 --time 20010 --no-reference",
-     0,
-     {"steps of 2.001 are too long", "mostly q", "beyond 2 verlet", "try steps of 0.3",
-      "the energy grows beyond all numbers"}},
-    {"spring --integrator rk4 --dt 2.829 --time 2829", 0, {"beyond 2.82843 rk4", "dop853"}},
-    {"spring --integrator euler --dt 0.01 --time 10",
-     0,
-     {"euler makes every oscillation grow", "1.03 times in each period", "try verlet"}},
-    {"cubic --integrator verlet --dt 1.7320508 --set q0=0.01 --time 3000",
-     1,
-     {"more than a third of a circle", "resonance", "step 8", "not finite at coordinate x"}},
-    {"kepler --set e=0.99 --integrator verlet --dt 0.00628 --time 6.28",
-     0,
-     {"too long for the fastest oscillation", "beyond 0.002 verlet", "times its value", "dop853"}},
-    {"fall --time 2",
-     1,
-     {"the step fell under", "t = 1.11072073", "velocity of x", "collision", "soften the law"}},
-    {"dimer --integrator verlet --dt 0.19 --time 95",
-     0,
-     {"steps of 0.19 are too long", "mostly x", "verlet makes it grow", "times its value"}},
-    {"dimer --set r0=0", 2, {"r0 = 0 makes no system", "distance at the start"}},
-    {"dblpend --time 60 --horizon 1e-9",
-     0,
-     {"grow by e in 3.2", "from t = 52", "on nothing is predicted"}},
-    {"dblpend --integrator verlet --dt 0.01",
-     2,
-     {"accelerations that depend on positions", "dblpend", "gauss2"}},
+    {"spring --integrator verlet --dt 2.001 --time 20010 --no-reference", 0,
+     "2.001 q 2 verlet 0.3* energy"},
+    {"spring --integrator rk4 --dt 2.829 --time 2829", 0, "2.82843 rk4 dop853"},
+    {"spring --integrator euler --dt 0.01 --time 10", 0, "euler 1.03 period verlet"},
+    {"cubic --integrator verlet --dt 1.7320508 --set q0=0.01 --time 3000", 1,
+     "resonance step 8* finite x"},
+    {"kepler --set e=0.99 --integrator verlet --dt 0.00628 --time 6.28", 0, "0.002 verlet dop853"},
+    {"fall --time 2", 1, "step t 1.11072073* velocity x collision"},
+    {"dimer --integrator verlet --dt 0.19 --time 95", 0, "0.19 x* verlet"},
+    {"dimer --set r0=0", 2, "r0 0 distance"},
+    {"dblpend --time 60 --horizon 1e-9", 0, "e 3.2* t 52*"},
+    {"dblpend --integrator verlet --dt 0.01", 2, "dblpend verlet gauss2"},
 };
 
 enum { N_CASES = sizeof cases / sizeof *cases };
@@ -51,7 +36,7 @@ static void each_failure_is_told_in_words(void **state)
         if (status != cases[k].status)
             print_error("simulate %s: %s", cases[k].arguments, shell_err());
         assert_int_equal(status, cases[k].status);
-        assert_says(shell_err(), cases[k].words);
+        assert_mentions(shell_err(), cases[k].says);
     }
 }
 
@@ -62,7 +47,7 @@ static void quiet_runs_keep_warnings_for_json(void **state)
         if (cases[k].status == 0) {
             assert_int_equal(shell("$LA simulate %s --quiet --json", cases[k].arguments), 0);
             assert_string_equal(shell_err(), "");
-            assert_says(shell_last_line(), cases[k].words);
+            assert_mentions(shell_last_line(), cases[k].says);
         }
 }
 
@@ -91,9 +76,9 @@ static void errors_are_compared_before_the_horizon(void **state)
         shell("$LA simulate dblpend --tol 1e-11 --integrator dop853 --time 80 --horizon 1e-9 --json"
               " --quiet"),
         0);
-    static const char *const words[] = {"\"chaotic\": true", "\"lyapunov_exponent\": 0.3",
-                                        "\"horizon\": 52.", NULL};
-    assert_says(shell_last_line(), words);
+    assert_mentions(shell_last_line(), "\"chaotic\": true");
+    assert_true(shell_number("lyapunov_exponent") > 0.3 && shell_number("lyapunov_exponent") < 0.4);
+    assert_true(shell_number("horizon") > 52 && shell_number("horizon") < 53);
     const char *key = "\"error_before_horizon\": ", *at = strstr(shell_last_line(), key);
     const char *whole = strstr(shell_last_line(), "\"error\": ");
     assert_true(at && whole);
