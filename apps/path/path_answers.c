@@ -115,6 +115,7 @@ void path_report_answers(const struct path_run *run, const struct path_result *r
 {
     const struct phys_answers *all = &result->answers;
     const struct phys_scene *scene = run->system.scene;
+    bool many = run->system.dof > PHYS_SHOOTING_DOF;
     char text[160];
     if (all->n == 0)
         return;
@@ -131,10 +132,16 @@ void path_report_answers(const struct path_run *run, const struct path_result *r
                                                             : (double)NAN);
         report_number(report, "largest", "largest", scene->unit, a->largest);
         report_count(report, "copies", "copies", a->copies);
+        report_flag(report, "confirmed", many ? "confirmed" : NULL, a->resolved);
         report_flag(report, "result", "the result", k == result->chosen);
     }
     report_item(report, NULL);
     report_count(report, "chosen", NULL, result->chosen);
     report_count(report, "unresolved", NULL, all->unresolved);
     report_completeness(run, all, report);
+    if (many)
+        report_line(report,
+                    "  above %d coordinates a path is confirmed where the motion from each "
+                    "slice meets the next;\n  one that is not may be of this grid alone",
+                    PHYS_SHOOTING_DOF);
 }

@@ -121,7 +121,7 @@ static const struct option table[] = {
      AT(no_reference)},
     {"preset", "paper", OPTION_TEXT, NULL, "the published variant, and the same done right",
      AT(preset)},
-    {"scale", "S", OPTION_NUMBER, "1", "of the preset, 0.1 to 2: 1 / hbar", AT(scale)},
+    {"scale", "S", OPTION_NUMBER, "1", "of the preset, 0.25 to 2: 1 / hbar", AT(scale)},
 };
 
 const struct command command_quantum = {

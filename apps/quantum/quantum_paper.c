@@ -289,8 +289,8 @@ int quantum_paper(const struct quantum_options *options, struct ad_error *error)
     struct outputs outputs = {0};
     char packet[64];
     const char *text;
-    if (!(options->scale >= 0.1 && options->scale <= 2)) {
-        ad_fail(error, AD_E_ARGUMENT, "--scale: expected 0.1 to 2, got %g", options->scale);
+    if (!(options->scale >= 0.25 && options->scale <= 2)) {
+        ad_fail(error, AD_E_ARGUMENT, "--scale: expected 0.25 to 2, got %g", options->scale);
         return command_status(error);
     }
     right_options(options, &right, packet, &text);

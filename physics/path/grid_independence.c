@@ -1,18 +1,92 @@
 /* Whether a stationary path is one of the action, and not of the grid alone: the motion through its
    ends, tightly integrated (shooting.h), is found from it and stays near. Grids too coarse for a
    motion have stationary paths of their own, which fly past a centre in one step; finer grids of
-   the same kind may have them, too. */
+   the same kind may have them, too. With many coordinates shooting is too expensive: there the
+   motion is integrated over each slice alone, and what it misses the next slice by is summed. */
 #include "grid_independence.h"
+#include "path_nodes.h"
+#include "physics/motion/motion.h"
 #include "shooting.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 static const double NEAR = 0.05;       /* of the path's extent: by how much they may disagree */
 static const double TOLERANCE = 1e-11; /* of the motion */
+static const double SLICE_TOLERANCE = 1e-9; /* ... over one slice */
+
+/* What the motion from each slice misses the next by, summed: of q against the path's extent, of v
+   against its range of velocities; the larger one. Infinite where the motion is lost. */
+static double sum_defects(const struct phys_ode *ode, const struct phys_path_nodes *nodes,
+                          double *room)
+{
+    size_t dof = nodes->dof, n = 2 * dof;
+    double *y = room, *next = y + n, *low = next + n, *high = low + n, *scale = high + n;
+    double range[2] = {0}, sum[2] = {0};
+    struct ad_error lost = {0};
+    struct phys_simulation_info info;
+    struct phys_simulation run = {.integrator = phys_integrator_find("dop853", &lost),
+                                  .rtol = SLICE_TOLERANCE,
+                                  .atol = SLICE_TOLERANCE,
+                                  .scale = scale,
+                                  .max_steps = 1000};
+    for (size_t i = 0; i < nodes->slices; i++) {
+        phys_path_nodes_at(nodes, nodes->time[i * nodes->degree], next, next + dof);
+        for (size_t k = 0; k < n; k++) {
+            low[k] = i ? fmin(low[k], next[k]) : next[k];
+            high[k] = i ? fmax(high[k], next[k]) : next[k];
+            range[k / dof] = fmax(range[k / dof], high[k] - low[k]);
+        }
+    }
+    range[1] = fmax(range[1], range[0] / nodes->time[nodes->n - 1]);
+    for (size_t k = 0; k < n; k++)
+        scale[k] = range[k / dof] > 0 ? range[k / dof] : 1;
+    for (size_t i = 0; i < nodes->slices; i++) {
+        double most[2] = {0};
+        run.t0 = run.t1;
+        run.t1 = nodes->time[i * nodes->degree];
+        run.dt = run.t1 - run.t0;
+        phys_path_nodes_at(nodes, run.t1, next, next + dof);
+        if (i > 0 && phys_simulate(&run, ode, y, &info, &lost) != AD_OK)
+            return (double)INFINITY;
+        for (size_t k = 0; i > 0 && k < n; k++)
+            most[k / dof] = fmax(most[k / dof], fabs(y[k] - next[k]));
+        memcpy(y, next, n * sizeof *y);
+        sum[0] += most[0];
+        sum[1] += most[1];
+    }
+    return fmax(sum[0] / scale[0], sum[1] / scale[dof]);
+}
+
+static bool defects_are_small(const struct phys_system *system,
+                              const struct phys_path_settings *settings, const double *path,
+                              struct ad_error *error)
+{
+    struct phys_path_nodes nodes = {0};
+    struct phys_ode ode = {0};
+    double *room = malloc(10 * system->dof * sizeof *room);
+    bool small = false;
+    if (!room)
+        ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", system->dof);
+    else if (phys_ode_lagrangian(system, &ode, error) == AD_OK &&
+             phys_path_nodes_new(&nodes, system->dof, settings, path, error) == AD_OK)
+        small = sum_defects(&ode, &nodes, room) <= NEAR;
+    phys_path_nodes_free(&nodes);
+    phys_ode_free(&ode);
+    free(room);
+    return small;
+}
 
 enum ad_status phys_path_confirm(const struct phys_system *system,
                                  const struct phys_path_settings *settings, const double *path,
                                  bool *confirmed, struct ad_error *error)
 {
     struct phys_shooting s;
+    if (system->dof > PHYS_SHOOTING_DOF) {
+        *confirmed = defects_are_small(system, settings, path, error);
+        return error->status;
+    }
     *confirmed = phys_shooting_new(&s, system, settings, path, error) &&
                  phys_shooting_solve(&s, TOLERANCE) && phys_shooting_moved(&s) <= NEAR;
     phys_shooting_free(&s);

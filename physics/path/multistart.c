@@ -113,9 +113,11 @@ static void answer_free(struct phys_answer *answer)
     phys_spectrum_free(&answer->spectrum);
 }
 
-/* Leaves out what the grid alone made. */
-static void drop_unresolved(struct phys_answers *all)
+/* Leaves out what the grid alone made; with many coordinates nothing shows that for certain. */
+static void drop_unresolved(const struct search *s, struct phys_answers *all)
 {
+    if (s->dof > PHYS_SHOOTING_DOF)
+        return;
     size_t kept = 0;
     for (size_t k = 0; k < all->n; k++)
         if (all->answer[k].resolved)
@@ -380,7 +382,7 @@ static enum ad_status find_all(struct search *s, size_t starts, uint64_t seed,
         sweep(s, error);
     if (error->status != AD_OK)
         return error->status;
-    drop_unresolved(s->answers);
+    drop_unresolved(s, s->answers);
     if (s->answers->n)
         qsort(s->answers->answer, s->answers->n, sizeof *s->answers->answer, by_energy);
     return AD_OK;

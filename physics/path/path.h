@@ -155,7 +155,9 @@ struct phys_answer {
     double largest; /* coordinate at a slice */
     struct phys_spectrum spectrum;
     size_t hits;   /* starts that led to it or to one like it */
-    bool resolved; /* the motion, tightly integrated, is near; others are left out */
+    bool resolved; /* the motion, tightly integrated, is near; others are left out, ... */
+    /* ... but not with more than PHYS_SHOOTING_DOF coordinates, where the motion's defect over each
+       slice, summed, is compared with the path and proves less. */
 };
 struct phys_answers {
     size_t n;

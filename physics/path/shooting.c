@@ -6,6 +6,7 @@
    and none comes back to where it left: a long unstable path is found to rounding, where one shot
    would lose it. */
 #include "shooting.h"
+#include "path_nodes.h"
 #include "autodiff/blas.h"
 #include "physics/linear/linear.h"
 #include "physics/motion/motion.h"
@@ -46,52 +47,32 @@ static double rate(struct phys_shooting *s, double *room)
     return gyration + sqrt(oscillation);
 }
 
-/* q and v [dof] of the polynomials through nodes [dof x m] of `s` an element, at time t. */
-static void interpolate(size_t s, size_t dof, size_t m, const double *nodes, const double *times,
-                        double t, double *q, double *v)
-{
-    size_t first = 0;
-    while (first + 2 * s < m && times[first + s] <= t)
-        first += s;
-    const double *at = times + first;
-    memset(q, 0, dof * sizeof *q);
-    memset(v, 0, dof * sizeof *v);
-    for (size_t j = 0; j <= s; j++) {
-        double value = 1, slope = 0;
-        for (size_t k = 0; k <= s; k++)
-            if (k != j) {
-                slope = (slope * (t - at[k]) + value) / (at[j] - at[k]);
-                value *= (t - at[k]) / (at[j] - at[k]);
-            }
-        for (size_t d = 0; d < dof; d++) {
-            q[d] += value * nodes[d * m + first + j];
-            v[d] += slope * nodes[d * m + first + j];
-        }
-    }
-}
-
 /* The rates at the slices, summed over time: growth [slices]. False: not finite somewhere. */
-static bool measure_rates(struct phys_shooting *s, size_t degree, size_t slices, size_t m,
-                          const double *nodes, const double *times, double *growth, double *room)
+static bool measure_rates(struct phys_shooting *s, const struct phys_path_nodes *nodes,
+                          double *growth, double *room)
 {
     double *q = room, *v = room + s->dof, before = 0;
-    for (size_t i = 0; i < slices; i++) {
-        double t = times[i * degree];
-        interpolate(degree, s->dof, m, nodes, times, t, q, v);
+    for (size_t i = 0; i < nodes->slices; i++) {
+        double t = nodes->time[i * nodes->degree];
+        phys_path_nodes_at(nodes, t, q, v);
         if (!phys_curvature_at(&s->at, q, v, t))
             return false;
         double here = rate(s, room + 2 * s->dof);
-        growth[i] = i == 0 ? 0 : growth[i - 1] + fmax(before, here) * (t - times[(i - 1) * degree]);
+        growth[i] = i == 0 ? 0
+                           : growth[i - 1] +
+                                 fmax(before, here) * (t - nodes->time[(i - 1) * nodes->degree]);
         before = here;
     }
-    return isfinite(growth[slices - 1]);
+    return isfinite(growth[nodes->slices - 1]);
 }
 
 /* Times at equal parts of what the rates sum up to, the first part shorter. */
-static void place_nodes(struct phys_shooting *s, size_t degree, size_t slices, const double *times,
+static void place_nodes(struct phys_shooting *s, const struct phys_path_nodes *nodes,
                         const double *growth)
 {
-    double end = times[(slices - 1) * degree], least = growth[slices - 1] / (double)s->n + 1e-300;
+    size_t degree = nodes->degree, slices = nodes->slices;
+    const double *times = nodes->time;
+    double end = times[nodes->n - 1], least = growth[slices - 1] / (double)s->n + 1e-300;
     double all = growth[slices - 1] + least; /* and a share in proportion to the time */
     for (size_t k = 1, i = 1; k < s->n; k++) {
         double wanted = all * ((double)k - 1 + FIRST) / ((double)s->n - 1 + FIRST), a, b;
@@ -145,44 +126,40 @@ static void find_sizes(struct phys_shooting *s)
     }
 }
 
+/* Nodes and the states there; room [slices + 7 dof]. */
+static bool begin(struct phys_shooting *s, const struct phys_path_nodes *nodes, double *room,
+                  struct ad_error *error)
+{
+    double *growth = room, *last = growth + nodes->slices - 1;
+    if (!measure_rates(s, nodes, growth, last + 1) || !(*last < ANGLE * MOST_SEGMENTS))
+        return false;
+    s->n = LEAST_SEGMENTS + (size_t)(*last / ANGLE);
+    if (!allocate(s))
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu segments", s->n) == AD_OK;
+    place_nodes(s, nodes, growth);
+    for (size_t i = 0; i <= s->n; i++)
+        phys_path_nodes_at(nodes, s->time[i], s->state + 2 * i * s->dof,
+                           s->state + (2 * i + 1) * s->dof);
+    find_sizes(s);
+    memcpy(s->begun, s->state, (s->n + 1) * 2 * s->dof * sizeof *s->begun);
+    return true;
+}
+
 bool phys_shooting_new(struct phys_shooting *s, const struct phys_system *system,
                        const struct phys_path_settings *settings, const double *path,
                        struct ad_error *error)
 {
-    const struct phys_rule *rule = settings->rule;
-    size_t dof = system->dof, slices = settings->slices;
-    *s = (struct phys_shooting){.system = system, .dof = dof};
-    if (dof > PHYS_SHOOTING_DOF || phys_curvature_new(&s->at, system, error) != AD_OK)
+    struct phys_path_nodes nodes;
+    *s = (struct phys_shooting){.system = system, .dof = system->dof};
+    if (s->dof > PHYS_SHOOTING_DOF || phys_curvature_new(&s->at, system, error) != AD_OK)
         return false;
-    if (rule->degree < 3) /* cubics through the slices */
-        rule = phys_rule_find("gauss3", error);
-    size_t degree = rule->degree, m = degree * (slices - 1) + 1;
-    double *x = malloc((degree * dof * slices + (dof + 1) * m + slices + 7 * dof) * sizeof *x);
-    if (!x)
+    double *room = malloc((settings->slices + 7 * s->dof) * sizeof *room);
+    if (!room)
         return ad_fail(error, AD_E_MEMORY, "out of memory") == AD_OK;
-    double *nodes = x + degree * dof * slices, *times = nodes + dof * m, *growth = times + m;
-    double *room = growth + slices;
-    memcpy(x, path, settings->rule->degree * dof * slices * sizeof *x);
-    if (rule != settings->rule)
-        phys_rule_interpolate(rule, dof, slices, x);
-    phys_rule_nodes(rule, dof, slices, settings->dt, x, nodes, times);
-    bool begun = measure_rates(s, degree, slices, m, nodes, times, growth, room) &&
-                 growth[slices - 1] < ANGLE * MOST_SEGMENTS;
-    if (begun) {
-        s->n = LEAST_SEGMENTS + (size_t)(growth[slices - 1] / ANGLE);
-        if (!allocate(s)) {
-            ad_fail(error, AD_E_MEMORY, "out of memory for %zu segments", s->n);
-            begun = false;
-        } else {
-            place_nodes(s, degree, slices, times, growth);
-            for (size_t i = 0; i <= s->n; i++)
-                interpolate(degree, dof, m, nodes, times, s->time[i], s->state + 2 * i * dof,
-                            s->state + (2 * i + 1) * dof);
-            find_sizes(s);
-            memcpy(s->begun, s->state, (s->n + 1) * 2 * dof * sizeof *s->begun);
-        }
-    }
-    free(x);
+    bool begun = phys_path_nodes_new(&nodes, s->dof, settings, path, error) == AD_OK &&
+                 begin(s, &nodes, room, error);
+    phys_path_nodes_free(&nodes);
+    free(room);
     return begun;
 }
 

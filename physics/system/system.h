@@ -70,8 +70,10 @@ enum phys_picture {
     PHYS_PICTURE_ANGLES /* a chain of rods: angles from the vertical */
 };
 
-/* A scene records operations by their numbers: one built with another table of them is refused. */
-#define PHYS_SCENE_VERSION (0x100 + AD_N_OPS)
+/* A scene records operations by their numbers and holds struct ad_var: one built with another table
+   of operations, or before a change of ad_var or of a callback, is refused. Such a change raises
+   the number before the plus by 0x100. */
+#define PHYS_SCENE_VERSION (0x200 + AD_N_OPS)
 
 /* One scene: one file, one const struct. A scene outside the tree is a shared object exporting
    `const struct phys_scene leastaction_scene`. */

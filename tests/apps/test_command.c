@@ -217,7 +217,7 @@ static void test_quiet(void **state)
         "path pendulum",
         "simulate kepler",
         "quantum --points 257",
-        "quantum --preset paper --scale 0.2",
+        "quantum --preset paper --scale 0.25",
         "quantum --scene double-slit --points 180 --steps 99",
     };
     for (size_t k = 0; k < sizeof runs / sizeof *runs; k++) {

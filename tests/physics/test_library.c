@@ -103,6 +103,7 @@ static void flawed_scenes_are_refused(void **state)
         const char *flaw, *message;
     } table[] = {
         {".version = 99", "version"},
+        {".version = 0x100 + AD_N_OPS", "version"}, /* ad_var without `recording` */
         {".size = 40", "version"},
         {".name = 0", "name"},
         {".unit = 0", "units"},

@@ -175,6 +175,8 @@ static void every_path_of_the_pendulum(void **state)
     phys_system_close(&pendulum);
 }
 
+enum { MANY = PHYS_SHOOTING_DOF + 2 };
+
 static enum ad_status at_zero(const void *params, uint64_t seed, double *q, double *v,
                               struct ad_error *error)
 {
@@ -235,12 +237,75 @@ static void a_mass_that_depends_on_the_place(void **state)
     phys_system_close(&system);
 }
 
+static ad_var oscillators(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t;
+    (void)params;
+    return ad_mul(0.5, ad_sub(ad_sum_rows(ad_square(v)), ad_sum_rows(ad_square(q))));
+}
+
+static enum ad_status all_at_one(const void *params, uint64_t seed, double *q, double *v,
+                                 struct ad_error *error)
+{
+    (void)params;
+    (void)seed;
+    (void)error;
+    for (size_t k = 0; k < MANY; k++) {
+        q[k] = 1;
+        v[k] = 0;
+    }
+    return AD_OK;
+}
+
+/* With more coordinates than shooting takes, paths are listed, and those that the motion does not
+   follow are marked: steps of 1.5 turn an oscillator by an angle that is not 1.5. */
+static void many_coordinates_are_listed(void **state)
+{
+    enum { SLICES = 9 };
+    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
+                                     .size = sizeof(struct phys_scene),
+                                     .name = "oscillators",
+                                     .what = "many",
+                                     .dof = MANY,
+                                     .dims = 1,
+                                     .unit = "1",
+                                     .time_unit = "1",
+                                     .energy_unit = "1",
+                                     .lagrangian = oscillators,
+                                     .slices = SLICES,
+                                     .dt = 0.1,
+                                     .start = all_at_one};
+    static const double steps[] = {0.1, 1.5};
+    struct phys_system system;
+    struct ad_error error = {0};
+    (void)state;
+    phys_system_make(&scene, &system, &error);
+    for (size_t c = 0; c < LENGTH(steps); c++) {
+        struct phys_path_settings settings = {.rule = phys_rule_find("left", &error),
+                                              .slices = SLICES,
+                                              .dt = steps[c],
+                                              .learning_rate = 1};
+        double path[MANY * SLICES];
+        for (size_t k = 0; k < MANY * SLICES; k++)
+            path[k] = cos(steps[c] * (double)(k % SLICES));
+        struct phys_answers all;
+        phys_path_all(&system, &settings, path, 5, 1, &all, &error);
+        assert_no_error(&error);
+        assert_int_equal(all.n, 1);
+        assert_int_equal(all.unresolved, 0);
+        assert_int_equal(all.answer[0].resolved, c == 0);
+        phys_answers_free(&all);
+    }
+    phys_system_close(&system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(four_answers_of_the_pendulum),
         cmocka_unit_test(every_path_of_the_pendulum),
         cmocka_unit_test(a_mass_that_depends_on_the_place),
+        cmocka_unit_test(many_coordinates_are_listed),
         cmocka_unit_test(one_answer_of_a_free_body),
         cmocka_unit_test(two_ways_around_a_centre),
         cmocka_unit_test(paths_of_the_grid_alone_are_left_out),

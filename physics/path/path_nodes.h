@@ -1,0 +1,22 @@
+/* A path between its slices: the rule's polynomials, or, of rules of degree under 3, cubics through
+   the slices. */
+#ifndef PHYSICS_PATH_NODES_H
+#define PHYSICS_PATH_NODES_H
+
+#include "physics/internal.h"
+
+struct phys_path_nodes {
+    size_t degree, dof, slices, n; /* n = degree * (slices - 1) + 1 */
+    double *x, *time;              /* [dof x n], [n]: slice i is node i * degree */
+    double *memory;
+};
+
+/* Of path [s*dof x slices]. Ends with phys_path_nodes_free, whatever it returned. */
+enum ad_status phys_path_nodes_new(struct phys_path_nodes *nodes, size_t dof,
+                                   const struct phys_path_settings *settings, const double *path,
+                                   struct ad_error *error);
+void phys_path_nodes_free(struct phys_path_nodes *nodes);
+/* q and v [dof] at time t. */
+void phys_path_nodes_at(const struct phys_path_nodes *nodes, double t, double *q, double *v);
+
+#endif
