@@ -2,8 +2,6 @@
    with; dataset_pixels.c has the frames. */
 #include "apps/command.h"
 #include "dataset.h"
-#include "apps/output/json.h"
-#include "apps/output/quote.h"
 #include "apps/output/result.h"
 #include "autodiff/clock.h"
 #include "hnn/data/data.h"
@@ -114,32 +112,30 @@ static bool ends_with(const char *text, const char *end)
 
 bool dataset_is_hdf5(const char *out) { return ends_with(out, ".h5") || ends_with(out, ".hdf5"); }
 
-static void report_json(const struct hnn_task *task, const struct hnn_sampling *s,
-                        const struct hnn_observations *o, const char *file, double seconds)
+enum ad_status dataset_show(struct report *report, const struct dataset_options *options,
+                            double seconds, struct ad_error *error)
 {
-    struct json json;
-    json_open(&json, stdout);
-    json_text(&json, "task", task->name);
-    json_count(&json, "trials", s->trials);
-    json_count(&json, "points", s->points);
-    json_count(&json, "rows", o->rows);
-    json_count(&json, "columns", o->cols);
-    json_number(&json, "seconds", seconds);
-    json_text(&json, "out", file);
-    json_close(&json);
+    struct common common = options->common;
+    report_line(report, "  in %.3g s", seconds);
+    report_number(report, "seconds", NULL, "s", seconds);
+    report_text(report, "out", "file", options->out);
+    common.quiet = common.quiet || strcmp(options->out, "-") == 0;
+    return report_show(report, &common, error);
 }
 
-static void report(const struct hnn_task *task, const struct hnn_sampling *s,
-                   const struct hnn_observations *o, const struct dataset_options *options,
-                   double seconds)
+static enum ad_status show(const struct hnn_task *task, const struct hnn_sampling *s,
+                           const struct hnn_observations *o, const struct dataset_options *options,
+                           double seconds, struct ad_error *error)
 {
-    if (options->common.json)
-        report_json(task, s, o, options->out, seconds);
-    else if (!options->common.quiet && strcmp(options->out, "-") != 0) {
-        printf("%s: %zu trajectories of %zu observations, %.3g s\n", task->name, s->trials,
-               s->points, seconds);
-        quote_terminal_line(stdout, "  ", options->out);
-    }
+    struct report report = {0};
+    report_line(&report, "%s: %zu trajectories of %zu observations", task->name, s->trials,
+                s->points);
+    report_text(&report, "task", NULL, task->name);
+    report_count(&report, "trials", NULL, s->trials);
+    report_count(&report, "points", NULL, s->points);
+    report_count(&report, "rows", "rows", o->rows);
+    report_count(&report, "columns", "columns", o->cols);
+    return dataset_show(&report, options, seconds, error);
 }
 
 /* A file that cannot be written is found before anything is computed. */
@@ -178,7 +174,7 @@ static enum ad_status observe(const struct hnn_task *task, const struct dataset_
         if ((dataset_is_hdf5(options->out)
                  ? save_hdf5(task, &sampling, &options->common, &observations, options->out, error)
                  : save_csv(&observations, options->out, error)) == AD_OK)
-            report(task, &sampling, &observations, options, seconds);
+            show(task, &sampling, &observations, options, seconds, error);
     }
     hnn_observations_free(&observations);
     return error->status;

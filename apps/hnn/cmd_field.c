@@ -1,7 +1,6 @@
 /* leastaction field: the vector field and H of a model on a grid. */
 #include "apps/command.h"
 #include "field.h"
-#include "apps/output/json.h"
 #include "apps/output/outputs.h"
 
 #include <math.h>
@@ -13,48 +12,39 @@ static void extremes(const struct field *f, struct range *H)
         range_widen(H, f->H[i]);
 }
 
-static void report(const struct field *f, const struct common *common)
+static void field_report(const struct field *f, struct report *report)
 {
     struct range H;
     extremes(f, &H);
-    if (common->json) {
-        struct json json;
-        json_open(&json, stdout);
-        json_count(&json, "points", f->samples);
-        json_number(&json, "H_min", f->ode.energy ? H.low : (double)NAN);
-        json_number(&json, "H_max", f->ode.energy ? H.high : (double)NAN);
-        json_close(&json);
-    } else if (!common->quiet && f->ode.energy) {
-        printf("%zu x %zu points, H from %.6g to %.6g\n", f->n, f->n, H.low, H.high);
-    } else if (!common->quiet) {
-        printf("%zu x %zu points\n", f->n, f->n);
-    }
+    report_line(report, "%zu points", f->samples);
+    report_count(report, "points", NULL, f->samples);
+    report_number(report, "H_min", "least H", NULL, f->ode.energy ? H.low : (double)NAN);
+    report_number(report, "H_max", "largest H", NULL, f->ode.energy ? H.high : (double)NAN);
 }
 
-static enum ad_status write_all(const struct field *f, const struct common *common,
-                                struct ad_error *error)
+static enum ad_status write_results(const struct field *f, const struct common *common,
+                                    struct ad_error *error)
 {
+    struct report report = {0};
     struct outputs outputs;
     if (outputs_begin(common, &outputs, error) != AD_OK)
         return error->status;
-    if (outputs.file)
+    field_report(f, &report);
+    if (outputs.file && report_file(&report, outputs.file, error) == AD_OK)
         field_write_file(f, common->command, outputs.file);
     if (outputs.csv.out)
         field_write_csv(f, outputs.csv.out);
-    if (outputs.plot.script && field_picture(f, &outputs.plot, error) != AD_OK)
-        outputs_abandon(&outputs);
-    else
-        outputs_commit(&outputs, error);
-    return error->status;
+    if (outputs.plot.script && error->status == AD_OK)
+        field_picture(f, &outputs.plot, error);
+    return outputs_finish(&outputs, common, &report, error);
 }
 
 static int run(const void *values, struct ad_error *error)
 {
     const struct field_options *options = values;
     struct field field;
-    if (field_setup(options, &field, error) == AD_OK &&
-        write_all(&field, &options->common, error) == AD_OK)
-        report(&field, &options->common);
+    if (field_setup(options, &field, error) == AD_OK)
+        write_results(&field, &options->common, error);
     field_free(&field);
     return command_status(error);
 }

@@ -7,31 +7,25 @@
 static enum ad_status write_results(const struct rollout_run *run, struct outputs *outputs,
                                     struct ad_error *error)
 {
+    struct report report = {0};
+    rollout_report(run, &report);
     if (outputs->file)
-        rollout_file(run, outputs->file, error);
+        rollout_file(run, &report, outputs->file, error);
     if (outputs->csv.out)
         rollout_write_csv(run, outputs->csv.out);
     if (outputs->plot.script && error->status == AD_OK)
         rollout_picture(run, &outputs->plot, error);
-    if (error->status == AD_OK)
-        outputs_commit(outputs, error);
-    else
-        outputs_abandon(outputs);
-    return error->status;
+    return outputs_finish(outputs, &run->options->common, &report, error);
 }
 
-static enum ad_status follow(struct rollout_run *run, struct ad_error *error)
+static enum ad_status run_rollout(struct rollout_run *run, struct ad_error *error)
 {
-    const struct common *common = &run->options->common;
     struct outputs outputs;
-    if (outputs_begin(common, &outputs, error) != AD_OK)
+    if (outputs_begin(&run->options->common, &outputs, error) != AD_OK)
         return error->status;
-    if (rollout_run(run, error) != AD_OK)
-        outputs_abandon(&outputs);
-    else if (write_results(run, &outputs, error) == AD_OK && common->json)
-        rollout_print_json(run);
-    else if (error->status == AD_OK && !common->quiet)
-        rollout_print(run);
+    if (rollout_run(run, error) == AD_OK)
+        return write_results(run, &outputs, error);
+    outputs_abandon(&outputs);
     return error->status;
 }
 
@@ -39,7 +33,7 @@ static enum ad_status follow_states(const struct rollout_options *options, struc
 {
     struct rollout_run rollout;
     if (rollout_setup(options, &rollout, error) == AD_OK)
-        follow(&rollout, error);
+        run_rollout(&rollout, error);
     rollout_free(&rollout);
     return error->status;
 }

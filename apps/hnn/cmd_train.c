@@ -18,6 +18,7 @@ static enum ad_status check_out(const char *name, struct ad_error *error)
 static int train(struct train_run *run, struct ad_error *error)
 {
     const struct common *common = &run->options->common;
+    struct report report = {0};
     struct result log;
     enum hnn_stop stop = HNN_STOP_STEPS;
     if (check_out(common->out, error) != AD_OK ||
@@ -38,10 +39,8 @@ static int train(struct train_run *run, struct ad_error *error)
         train_write_log(run, log.out);
     if (result_commit(&log, error) != AD_OK)
         return command_status(error);
-    if (common->json)
-        train_print_json(run);
-    else if (!common->quiet)
-        train_print(run);
+    train_report(run, &report);
+    report_show(&report, common, error);
     if (stop == HNN_STOP_INTERRUPTED)
         ad_fail(error, AD_E_ACCURACY, "interrupted after step %zu of %zu; --resume goes on",
                 hnn_trainer_step(run->trainer), run->settings.steps);

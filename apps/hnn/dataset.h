@@ -3,7 +3,7 @@
 #ifndef APPS_DATASET_H
 #define APPS_DATASET_H
 
-#include "apps/options.h"
+#include "apps/output/report.h"
 
 struct dataset_options {
     struct common common;
@@ -18,6 +18,10 @@ struct dataset_options {
 
 /* --out names a file of HDF5. */
 bool dataset_is_hdf5(const char *out);
+
+/* Adds what all tasks report, and shows it; not behind a table on standard output. */
+enum ad_status dataset_show(struct report *report, const struct dataset_options *options,
+                            double seconds, struct ad_error *error);
 
 /* Draws frames and writes them, all that the command does for the task `pixels`. */
 enum ad_status dataset_pixels(const struct dataset_options *options, struct ad_error *error);

@@ -1,8 +1,6 @@
 /* leastaction dataset pixels: frames of a swinging rod. */
 #include "apps/command.h"
 #include "dataset.h"
-#include "apps/output/json.h"
-#include "apps/output/quote.h"
 #include "apps/numbers.h"
 #include "autodiff/clock.h"
 #include "hnn/pixels/pixels.h"
@@ -86,25 +84,19 @@ static enum ad_status save(const struct dataset_options *o, const struct hnn_fil
     return phys_runfile_commit(file, error);
 }
 
-static void report(const struct dataset_options *o, const struct hnn_frames *f, double seconds)
+static enum ad_status show(const struct dataset_options *o, const struct hnn_frames *f,
+                           double seconds, struct ad_error *error)
 {
-    struct json json;
-    if (o->common.json) {
-        json_open(&json, stdout);
-        json_text(&json, "task", "pixels");
-        json_count(&json, "trials", f->trajectories);
-        json_count(&json, "points", f->frames - 2);
-        json_count(&json, "frames", f->trajectories * f->frames);
-        json_count(&json, "height", f->height);
-        json_count(&json, "width", f->width);
-        json_number(&json, "seconds", seconds);
-        json_text(&json, "out", o->out);
-        json_close(&json);
-    } else if (!o->common.quiet) {
-        printf("pixels: %zu trajectories of %zu frames, %zu x %zu pixels, %.3g s\n",
-               f->trajectories, f->frames, f->height, f->width, seconds);
-        quote_terminal_line(stdout, "  ", o->out);
-    }
+    struct report report = {0};
+    report_line(&report, "pixels: %zu trajectories of %zu pairs of frames", f->trajectories,
+                f->frames - 2);
+    report_text(&report, "task", NULL, "pixels");
+    report_count(&report, "trials", NULL, f->trajectories);
+    report_count(&report, "points", NULL, f->frames - 2);
+    report_count(&report, "frames", "frames", f->trajectories * f->frames);
+    report_count(&report, "height", "height", f->height);
+    report_count(&report, "width", "width", f->width);
+    return dataset_show(&report, o, seconds, error);
 }
 
 enum ad_status dataset_pixels(const struct dataset_options *o, struct ad_error *error)
@@ -119,7 +111,7 @@ enum ad_status dataset_pixels(const struct dataset_options *o, struct ad_error *
     double start = ad_now();
     if (hnn_rod_film(&filming, o->common.seed, &frames, error) == AD_OK &&
         save(o, &filming, &frames, error) == AD_OK)
-        report(o, &frames, ad_now() - start);
+        show(o, &frames, ad_now() - start, error);
     hnn_frames_free(&frames);
     return error->status;
 }

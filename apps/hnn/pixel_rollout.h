@@ -59,11 +59,11 @@ enum ad_status film_run(struct film *film, struct ad_error *error);
 
 /* "hnn" or "baseline". */
 const char *film_model_name(const struct film_model *model);
-void film_print(const struct film *film);
-void film_print_json(const struct film *film);
+void film_report(const struct film *film, struct report *report);
 /* A row a frame: number, energies, latent states. */
 void film_write_csv(const struct film *film, FILE *out);
-void film_file(const struct film *film, phys_runfile *file);
+enum ad_status film_file(const struct film *film, const struct report *report, phys_runfile *file,
+                         struct ad_error *error);
 enum ad_status film_picture(const struct film *film, struct plot *plot, struct ad_error *error);
 
 #endif

@@ -4,9 +4,9 @@
 #define APPS_ROLLOUT_H
 
 #include "apps/options.h"
-#include "apps/output/plot.h"
+#include "apps/output/outputs.h"
+#include "apps/output/report.h"
 #include "hnn/rollout/rollout.h"
-#include "physics/io/hdf5_file.h"
 
 struct rollout_options {
     struct common common;
@@ -70,13 +70,31 @@ struct rollout_curve {
 size_t rollout_curves(const struct rollout_run *run,
                       struct rollout_curve curve[ROLLOUT_MODELS + 1]);
 
-void rollout_print(const struct rollout_run *run);
-void rollout_print_json(const struct rollout_run *run);
+void rollout_report(const struct rollout_run *run, struct report *report);
 /* A row an output: t, and of every curve the state, the model's H, and the true energy. */
 void rollout_write_csv(const struct rollout_run *run, FILE *out);
-enum ad_status rollout_file(const struct rollout_run *run, phys_runfile *file,
-                            struct ad_error *error);
+enum ad_status rollout_file(const struct rollout_run *run, const struct report *report,
+                            phys_runfile *file, struct ad_error *error);
 enum ad_status rollout_picture(const struct rollout_run *run, struct plot *plot,
                                struct ad_error *error);
+
+/* ---- shared with rollouts of pixels ---- */
+
+/* A number of every model: a row of the report, its value `offset` bytes behind `values`. */
+struct rollout_row {
+    const char *key, *label;
+    size_t offset;
+};
+/* One model in the report. */
+struct rollout_outcome {
+    const char *file, *name;
+    const void *values;
+    const struct hnn_rollout_info *info;
+    double outside_from; /* NaN: it stays inside its training */
+    const char *outside;
+};
+/* The first model's rows belong to the run, the second's to the object "against". */
+void rollout_report_models(struct report *report, size_t n_rows, const struct rollout_row rows[],
+                           size_t n, const struct rollout_outcome models[]);
 
 #endif

@@ -1,107 +1,82 @@
-/* What a rollout came to (rollout.h): table, JSON, CSV, run file. */
+/* The results of a rollout (rollout.h): report, CSV, run file. */
 #include "rollout.h"
 #include "apps/command.h"
-#include "apps/output/json.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-/* The measures, in the order of the table. */
-static const struct measure {
-    const char *key, *what;
-    size_t offset; /* in struct rollout_model */
-} measures[] = {
-#define AT(member) offsetof(struct rollout_model, member)
-    {"energy_mse", "true energy, mean square error", AT(energy_mse)},
-    {"energy_mse_published", "the same as published", AT(score.energy_mse_published)},
-    {"energy_mse_model", "H of the model, mean square error", AT(energy_mse_model)},
-    {"coordinate_mse", "state, mean square error", AT(coordinate_mse)},
-    {"conserved_drift", "H of the model, largest change", AT(conserved_drift)},
-    {"reversal_error", "distance from the start, back", AT(info.reversal_error)},
-#undef AT
-};
+/* ---- report ---- */
 
-enum { N_MEASURES = sizeof measures / sizeof *measures };
-
-static double value_of(const struct rollout_model *m, const struct measure *measure)
+void rollout_report_models(struct report *report, size_t n_rows, const struct rollout_row rows[],
+                           size_t n, const struct rollout_outcome models[])
 {
-    return *(const double *)((const char *)m + measure->offset);
-}
-
-/* ---- table ---- */
-
-static void print_measure(const struct rollout_run *run, const struct measure *measure)
-{
-    double first = value_of(&run->model[0], measure);
-    double last = value_of(&run->model[run->n_models - 1], measure);
-    if (isnan(first) && isnan(last))
-        return;
-    printf("  %-36s", measure->what);
-    for (size_t k = 0; k < run->n_models; k++)
-        if (isnan(value_of(&run->model[k], measure)))
-            printf(" %13s", "-");
-        else
-            printf(" %13.4g", value_of(&run->model[k], measure));
-    putchar('\n');
-}
-
-void rollout_print(const struct rollout_run *run)
-{
-    const struct hnn_rollout_settings *s = &run->settings;
-    size_t starts = run->options->starts;
-    printf("%s, t = %g to %g", s->integrator->name, s->t[0], s->t[s->n - 1]);
-    if (starts != OPTION_NO_COUNT)
-        printf(", means of %zu starts", starts);
-    printf("\n\n  %-36s", "");
-    for (size_t k = 0; k < run->n_models; k++)
-        printf(" %13s", rollout_name(&run->model[k]));
-    putchar('\n');
-    for (size_t k = 0; k < N_MEASURES; k++)
-        print_measure(run, &measures[k]);
-    printf("  %-36s", "evaluations");
-    for (size_t k = 0; k < run->n_models; k++)
-        printf(" %13zu", run->model[k].info.evaluations);
-    putchar('\n');
-    for (size_t k = 0; k < run->n_models; k++)
-        if (run->model[k].outside < run->model[k].path.n)
-            printf("\n%s: outside its training from t = %.4g on: %s\n", run->model[k].file,
-                   run->t[run->model[k].outside], run->model[k].what);
-}
-
-/* ---- JSON ---- */
-
-static void json_model(struct json *json, const struct rollout_run *run,
-                       const struct rollout_model *m)
-{
-    bool outside = m->outside < m->path.n;
-    json_text(json, "file", m->file);
-    json_text(json, "model", rollout_name(m));
-    for (size_t k = 0; k < N_MEASURES; k++)
-        json_number(json, measures[k].key, value_of(m, &measures[k]));
-    json_count(json, "evaluations", m->info.evaluations);
-    json_number(json, "seconds", m->info.seconds);
-    json_number(json, "outside_from", outside ? run->t[m->outside] : (double)NAN);
-    json_text(json, "outside", outside ? m->what : NULL);
-}
-
-void rollout_print_json(const struct rollout_run *run)
-{
-    const struct hnn_rollout_settings *s = &run->settings;
-    size_t starts = run->options->starts;
-    struct json json;
-    json_open(&json, stdout);
-    json_text(&json, "integrator", s->integrator->name);
-    json_text(&json, "truth", run->options->truth);
-    json_count(&json, "starts", option_count_or(starts, 1));
-    json_count(&json, "points", s->n);
-    json_number(&json, "time", s->t[s->n - 1] - s->t[0]);
-    json_model(&json, run, &run->model[0]);
-    if (run->n_models > 1) {
-        json_object(&json, "against");
-        json_model(&json, run, &run->model[1]);
-        json_end_object(&json);
+    report_line(report, "\n  %-24s %14s %14s", "", models[0].name, n > 1 ? models[1].name : "");
+    for (size_t k = 0; k < n; k++) {
+        report->object = k ? "against" : NULL;
+        report_text(report, "file", NULL, models[k].file);
+        report_text(report, "model", NULL, models[k].name);
     }
-    json_close(&json);
+    for (size_t r = 0; r < n_rows; r++)
+        for (size_t k = 0; k < n; k++) {
+            const char *at = (const char *)models[k].values + rows[r].offset;
+            report->object = k ? "against" : NULL;
+            report_number(report, rows[r].key, rows[r].label, NULL,
+                          *(const double *)(const void *)at);
+        }
+    for (size_t k = 0; k < n; k++) {
+        report->object = k ? "against" : NULL;
+        report_count(report, "evaluations", "evaluations", models[k].info->evaluations);
+    }
+    for (size_t k = 0; k < n; k++) {
+        const struct rollout_outcome *m = &models[k];
+        report->object = k ? "against" : NULL;
+        report->passing = true;
+        report_number(report, "seconds", NULL, "s", m->info->seconds);
+        report->passing = false;
+        report_number(report, "outside_from", NULL, NULL, m->outside_from);
+        report_text(report, "outside", NULL, isnan(m->outside_from) ? NULL : m->outside);
+        if (!isnan(m->outside_from))
+            report_line(report, "\n%s: outside its training from t = %.4g on: %s", m->name,
+                        m->outside_from, m->outside);
+    }
+    report->object = NULL;
+}
+
+void rollout_report(const struct rollout_run *run, struct report *report)
+{
+#define AT(member) offsetof(struct rollout_model, member)
+    static const struct rollout_row rows[] = {
+        {"energy_mse", "true energy, MSE", AT(energy_mse)},
+        {"energy_mse_published", "  as published", AT(score.energy_mse_published)},
+        {"energy_mse_model", "H of the model, MSE", AT(energy_mse_model)},
+        {"coordinate_mse", "state, MSE", AT(coordinate_mse)},
+        {"conserved_drift", "H, largest change", AT(conserved_drift)},
+        {"reversal_error", "reversal error", AT(info.reversal_error)},
+    };
+#undef AT
+    const struct hnn_rollout_settings *s = &run->settings;
+    struct rollout_outcome outcome[ROLLOUT_MODELS];
+    double time = s->t[s->n - 1] - s->t[0];
+    size_t starts = option_count_or(run->options->starts, 1);
+    for (size_t k = 0; k < run->n_models; k++) {
+        const struct rollout_model *m = &run->model[k];
+        outcome[k] = (struct rollout_outcome){
+            m->file,
+            rollout_name(m),
+            m,
+            &m->info,
+            m->outside < m->path.n ? run->t[m->outside] : (double)NAN,
+            m->what,
+        };
+    }
+    report_line(report, "%s, %zu outputs over a time of %g, %zu start%s", s->integrator->name, s->n,
+                time, starts, starts > 1 ? "s: means" : "");
+    report_text(report, "integrator", NULL, s->integrator->name);
+    report_text(report, "truth", NULL, run->options->truth);
+    report_count(report, "starts", NULL, starts);
+    report_count(report, "points", NULL, s->n);
+    report_number(report, "time", NULL, NULL, time);
+    rollout_report_models(report, sizeof rows / sizeof *rows, rows, run->n_models, outcome);
 }
 
 /* ---- CSV ---- */
@@ -176,8 +151,8 @@ static void file_curve(const struct rollout_run *run, const struct rollout_curve
     }
 }
 
-enum ad_status rollout_file(const struct rollout_run *run, phys_runfile *file,
-                            struct ad_error *error)
+enum ad_status rollout_file(const struct rollout_run *run, const struct report *report,
+                            phys_runfile *file, struct ad_error *error)
 {
     struct rollout_curve curve[ROLLOUT_MODELS + 1];
     size_t n = rollout_curves(run, curve);
@@ -186,10 +161,10 @@ enum ad_status rollout_file(const struct rollout_run *run, phys_runfile *file,
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
     phys_runfile_text(file, "/", "command", run->options->common.command);
-    phys_runfile_text(file, "/", "integrator", run->settings.integrator->name);
-    for (size_t k = 0; k < N_MEASURES; k++)
-        phys_runfile_number(file, "/", measures[k].key, value_of(&run->model[0], &measures[k]),
-                            NULL);
+    if (report_file(report, file, error) != AD_OK) {
+        free(values);
+        return error->status;
+    }
     phys_runfile_write(file, "time", AD_F64, 1, &run->settings.n, run->t);
     for (size_t c = 0; c < n; c++)
         file_curve(run, &curve[c], values, file);

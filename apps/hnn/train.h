@@ -5,6 +5,7 @@
 
 #include "apps/options.h"
 #include "apps/output/progress.h"
+#include "apps/output/report.h"
 #include "hnn/data/data.h"
 #include "hnn/pixels/latent.h"
 #include "hnn/pixels/pixels.h"
@@ -71,8 +72,6 @@ bool train_after_step(void *context, hnn_trainer *trainer);
 
 /* Writes the history as CSV. */
 void train_write_log(const struct train_run *run, FILE *out);
-/* What the training came to: one line, or one JSON object. */
-void train_print(const struct train_run *run);
-void train_print_json(const struct train_run *run);
+void train_report(const struct train_run *run, struct report *report);
 
 #endif

@@ -1,7 +1,5 @@
-/* What a training came to. */
+/* The results of a training: report, and the history as CSV. */
 #include "train.h"
-#include "apps/output/json.h"
-#include "apps/output/quote.h"
 
 #include <math.h>
 
@@ -34,105 +32,61 @@ static double ms_per_step(const struct train_run *run)
     return steps ? 1e3 * hnn_trainer_seconds(run->trainer) / (double)steps : (double)NAN;
 }
 
-/* Which columns were taken for what, and what was left out. */
-static void print_columns(const struct train_run *run)
+/* Which columns were taken, and what was left out. */
+static void report_columns(const struct train_run *run, struct report *report)
 {
     const struct hnn_dataset *d = &run->data;
-    const char *part[][2] = {{"  q: ", d->coordinates},
-                             {"; p: ", d->momenta},
-                             {"; rates: ", *d->rate_names          ? d->rate_names
-                                           : run->settings.rollout ? "none, rollouts"
-                                                                   : "by differences over time"}};
-    for (size_t k = 0; k < sizeof part / sizeof *part; k++) {
-        fputs(part[k][0], stdout);
-        quote_terminal(stdout, part[k][1]);
-    }
-    putchar('\n');
-    if (d->trials_by_time)
-        printf("  %zu trajectories: time goes back between them\n", d->trials);
+    report_text(report, "coordinates", "coordinates", d->coordinates);
+    report_text(report, "momenta", "momenta", d->momenta);
+    report_text(report, "rates", *d->rate_names ? "rates" : NULL,
+                *d->rate_names ? d->rate_names : NULL);
+    if (!*d->rate_names)
+        report_line(report, "  %-24s %s", "rates",
+                    run->settings.rollout ? "none, rollouts" : "by differences over time");
+    report_count(report, "trajectories", d->trials_by_time ? "trajectories by time" : NULL,
+                 d->trials);
+    report_count(report, "gaps", d->gaps ? "steps of time left out" : NULL, d->gaps);
+    report_count(report, "missing", d->missing ? "rows left out" : NULL, d->missing);
     if (d->gaps)
-        printf("  steps of time over %.6g, three times the median, left out: %zu\n", d->longest,
-               d->gaps);
-    if (d->missing)
-        printf("  rows that lack a value, left out: %zu\n", d->missing);
+        report_line(report, "  a step of time over three times the median is a gap");
     if (d->units_line)
-        printf("  line %zu, of units, is left out\n", d->units_line);
+        report_line(report, "  the line of units is left out");
 }
 
-static void print_motion(const struct train_motion *m)
+static void report_motion(const struct train_motion *m, struct report *report)
 {
-    printf("  followed along %zu of its films it moves %.3g times as far as the data, its frames "
-           "%.3g times\n",
-           m->films, m->mean.latent / m->mean.latent_data, m->mean.frames / m->mean.frames_data);
-    if (isfinite(m->energy))
-        printf("  energy of the frames it draws %.4g, of the data's %.4g\n", m->energy,
-               m->energy_data);
-    if (m->kind == HNN_MOTION_AS_DATA)
-        return;
-    printf(
-        "  it %s: what it foresees is no motion of the data; train longer, on more films, or with "
-        "another --seed\n",
-        hnn_motion_names[m->kind]);
+    report_text(report, "motion", "motion", hnn_motion_names[m->kind]);
+    report_number(report, "latent_spread", "latent spread", NULL, m->mean.latent);
+    report_number(report, "latent_spread_data", "  of the data", NULL, m->mean.latent_data);
+    report_number(report, "frame_spread", "spread of frames", NULL, m->mean.frames);
+    report_number(report, "frame_spread_data", "  of the data", NULL, m->mean.frames_data);
+    report_number(report, "frame_energy", "energy of frames", NULL, m->energy);
+    report_number(report, "frame_energy_data", "  of the data", NULL, m->energy_data);
+    if (m->kind != HNN_MOTION_AS_DATA)
+        report_line(report, "  the frames it foresees are no motion of the data: train longer, on "
+                            "more films, or with another --seed");
 }
 
-void train_print(const struct train_run *run)
+void train_report(const struct train_run *run, struct report *report)
 {
-    double test = hnn_trainer_test_loss(run->trainer);
-    printf("%s: %zu parameters, %zu steps, %.3g s", run->options->model, hnn_model_size(run->model),
-           hnn_trainer_step(run->trainer), hnn_trainer_seconds(run->trainer));
-    if (hnn_trainer_steps_now(run->trainer))
-        printf(" (%.3g ms a step)", ms_per_step(run));
-    putchar('\n');
+    hnn_trainer *trainer = run->trainer;
+    report_line(report, "%s: %zu parameters, %zu steps in %.3g s", run->options->model,
+                hnn_model_size(run->model), hnn_trainer_step(trainer),
+                hnn_trainer_seconds(trainer));
+    if (hnn_trainer_steps_now(trainer))
+        report_line(report, "  a step in %.3g ms", ms_per_step(run));
+    report_text(report, "model", NULL, run->options->model);
     if (!run->pixels)
-        print_columns(run);
-    printf("  train loss %.6g on %zu samples\n", hnn_trainer_train_loss(run->trainer),
-           run->train.n);
-    if (run->test.n)
-        printf("  test loss  %.6g on %zu samples\n", test, run->test.n);
+        report_columns(run, report);
+    report_number(report, "train_loss", "train loss", NULL, hnn_trainer_train_loss(trainer));
+    report_number(report, "test_loss", "test loss", NULL, hnn_trainer_test_loss(trainer));
+    report_count(report, "steps", NULL, hnn_trainer_step(trainer));
+    report_number(report, "seconds", NULL, "s", hnn_trainer_seconds(trainer));
+    report_number(report, "ms_per_step", NULL, "ms", ms_per_step(run));
+    report_count(report, "parameters", NULL, hnn_model_size(run->model));
+    report_count(report, "train_samples", "training samples", run->train.n);
+    report_count(report, "test_samples", run->test.n ? "test samples" : NULL, run->test.n);
     if (run->pixels)
-        print_motion(&run->motion);
-    quote_terminal_line(stdout, "  ", run->options->common.out);
-}
-
-static void json_columns(struct json *json, const struct train_run *run)
-{
-    const struct hnn_dataset *d = &run->data;
-    json_text(json, "coordinates", d->coordinates);
-    json_text(json, "momenta", d->momenta);
-    json_text(json, "rates", *d->rate_names ? d->rate_names : NULL);
-    json_count(json, "trajectories", d->trials);
-    json_count(json, "gaps", d->gaps);
-    json_count(json, "missing", d->missing);
-}
-
-static void json_motion(struct json *json, const struct train_motion *m)
-{
-    json_text(json, "motion", hnn_motion_names[m->kind]);
-    json_number(json, "latent_spread", m->mean.latent);
-    json_number(json, "latent_spread_data", m->mean.latent_data);
-    json_number(json, "frame_spread", m->mean.frames);
-    json_number(json, "frame_spread_data", m->mean.frames_data);
-    json_number(json, "frame_energy", m->energy);
-    json_number(json, "frame_energy_data", m->energy_data);
-}
-
-void train_print_json(const struct train_run *run)
-{
-    struct json json;
-    json_open(&json, stdout);
-    json_text(&json, "model", run->options->model);
-    if (!run->pixels)
-        json_columns(&json, run);
-    json_number(&json, "train_loss", hnn_trainer_train_loss(run->trainer));
-    json_number(&json, "test_loss", hnn_trainer_test_loss(run->trainer));
-    json_count(&json, "steps", hnn_trainer_step(run->trainer));
-    json_number(&json, "seconds", hnn_trainer_seconds(run->trainer));
-    json_number(&json, "ms_per_step", ms_per_step(run));
-    json_count(&json, "parameters", hnn_model_size(run->model));
-    json_count(&json, "train_samples", run->train.n);
-    json_count(&json, "test_samples", run->test.n);
-    if (run->pixels)
-        json_motion(&json, &run->motion);
-    json_text(&json, "out", run->options->common.out);
-    json_close(&json);
+        report_motion(&run->motion, report);
+    report_text(report, "out", "model file", run->options->common.out);
 }

@@ -28,3 +28,13 @@ enum ad_status outputs_commit(struct outputs *outputs, struct ad_error *error)
     outputs_abandon(outputs);
     return error->status;
 }
+
+enum ad_status outputs_finish(struct outputs *outputs, const struct common *common,
+                              struct report *report, struct ad_error *error)
+{
+    if (error->status == AD_OK)
+        outputs_commit(outputs, error);
+    else
+        outputs_abandon(outputs);
+    return report_show(report, common, error);
+}

@@ -5,8 +5,8 @@
 
 #include "apps/options.h"
 #include "plot.h"
+#include "report.h"
 #include "result.h"
-#include "physics/io/hdf5_file.h"
 
 struct outputs {
     phys_runfile *file; /* NULL, or with .out or .script NULL: not asked for */
@@ -19,5 +19,9 @@ enum ad_status outputs_begin(const struct common *common, struct outputs *output
 /* All of them appear, up to the first that fails. */
 enum ad_status outputs_commit(struct outputs *outputs, struct ad_error *error);
 void outputs_abandon(struct outputs *outputs);
+/* Commits the files, or abandons them where `error` has something; then shows the report, and frees
+   it: nothing is printed of a run whose files cannot be written. */
+enum ad_status outputs_finish(struct outputs *outputs, const struct common *common,
+                              struct report *report, struct ad_error *error);
 
 #endif

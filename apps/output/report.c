@@ -1,6 +1,7 @@
 /* One table of results, and what is written from it (report.h). */
 #include "report.h"
 #include "json.h"
+#include "quote.h"
 #include "unit.h"
 
 #include <math.h>
@@ -12,7 +13,7 @@ enum kind { NUMBER, COUNT, FLAG, TEXT, LIST, LINE };
 
 struct report_row {
     enum kind kind;
-    const char *array, *key, *label;
+    const char *array, *object, *key, *label;
     char unit[40];
     bool passing;
     size_t item, n; /* n: the count, or the length of the list */
@@ -41,6 +42,7 @@ static struct report_row *add(struct report *report, enum kind kind, const char 
     *row = (struct report_row){.kind = kind,
                                .array = report->array,
                                .item = report->item,
+                               .object = report->object,
                                .passing = report->passing,
                                .key = key,
                                .label = label};
@@ -148,9 +150,28 @@ static size_t array_end(const struct report *report, size_t k)
 
 enum { LABEL = 24, CELL = 14, COLUMN = 16 };
 
+/* Texts may be from outside. */
+static void print_text(const char *text, int width, FILE *out)
+{
+    int length = text ? (int)strlen(text) : 0;
+    fprintf(out, " %*s", length < width ? width - length : 0, "");
+    quote_terminal(out, text ? text : "");
+}
+
+static void print_lines(const char *text, FILE *out)
+{
+    char line[512];
+    for (size_t n;; text += n + 1) {
+        n = strcspn(text, "\n");
+        snprintf(line, sizeof line, "%.*s", (int)n, text);
+        quote_terminal_line(out, "", line);
+        if (!text[n])
+            return;
+    }
+}
+
 static void print_cell(const struct report_row *row, int width, int digits, FILE *out)
 {
-    static const char *const flags[] = {"no", "yes"};
     if (row->kind == NUMBER && isnan(row->number))
         fprintf(out, " %*s", width, "");
     else if (row->kind == NUMBER)
@@ -158,7 +179,7 @@ static void print_cell(const struct report_row *row, int width, int digits, FILE
     else if (row->kind == COUNT)
         fprintf(out, " %*zu", width, row->n);
     else
-        fprintf(out, " %*s", width, row->kind == FLAG ? flags[row->n] : row->text ? row->text : "");
+        print_text(row->kind == TEXT ? row->text : row->n ? "yes" : "no", width, out);
 }
 
 static bool has_value(const struct report_row *row)
@@ -214,7 +235,7 @@ enum ad_status report_print(const struct report *report, FILE *out, struct ad_er
             print_array(report, k, end, out);
             k = end;
         } else if (row->kind == LINE) {
-            fprintf(out, "%s\n", row->text);
+            print_lines(row->text, out);
             k++;
         } else {
             k = row->label ? print_line(report, k, out) : k + 1;
@@ -274,10 +295,19 @@ enum ad_status report_json(const struct report *report, FILE *out, struct ad_err
         size_t end = report->row[k].array ? array_end(report, k) : k + 1;
         if (report->row[k].array)
             json_rows(&json, report, k, end);
-        else
+        else if (!report->row[k].object)
             json_row(&json, &report->row[k]);
         k = end;
     }
+    const char *object = NULL;
+    for (size_t k = 0; k < report->n; k++)
+        if (report->row[k].object) {
+            if (!object)
+                json_object(&json, object = report->row[k].object);
+            json_row(&json, &report->row[k]);
+        }
+    if (object)
+        json_end_object(&json);
     json_close(&json);
     return AD_OK;
 }
@@ -287,6 +317,7 @@ enum ad_status report_json(const struct report *report, FILE *out, struct ad_err
 enum ad_status report_file(const struct report *report, phys_runfile *file, struct ad_error *error)
 {
     char object[64];
+    bool inside = false; /* the object has its folder */
     for (size_t k = 0; k < report->n && !report->failed; k++) {
         const struct report_row *row = &report->row[k];
         const char *unit = *row->unit ? row->unit : NULL;
@@ -295,6 +326,12 @@ enum ad_status report_file(const struct report *report, phys_runfile *file, stru
             snprintf(object, sizeof object, "%s/%zu", row->array, row->item);
             if (begins_item(report, k))
                 phys_runfile_folder(file, object);
+        }
+        if (row->object) {
+            snprintf(object, sizeof object, "%s", row->object);
+            if (!inside)
+                phys_runfile_folder(file, object);
+            inside = true;
         }
         if (row->passing)
             continue;
@@ -308,4 +345,15 @@ enum ad_status report_file(const struct report *report, phys_runfile *file, stru
             phys_runfile_write(file, row->key, AD_F64, 1, &row->n, row->list);
     }
     return complete(report, error);
+}
+
+enum ad_status report_show(struct report *report, const struct common *common,
+                           struct ad_error *error)
+{
+    if (error->status == AD_OK && common->json)
+        report_json(report, stdout, error);
+    else if (error->status == AD_OK && !common->quiet)
+        report_print(report, stdout, error);
+    report_free(report);
+    return error->status;
 }

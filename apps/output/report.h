@@ -14,6 +14,7 @@
 #ifndef APPS_REPORT_H
 #define APPS_REPORT_H
 
+#include "apps/options.h"
 #include "physics/io/hdf5_file.h"
 
 #include <stdbool.h>
@@ -26,6 +27,9 @@ struct report {
     struct report_row *row;
     const char *array; /* that rows are added to, NULL: the run itself; and the object in it */
     size_t item;
+    const char *object; /* rows added while this is set belong to this object of the run, such as
+                           "against", and stand on the line of the text of the row before that has
+                           their label; NULL: the run itself */
     bool passing; /* rows added while this is set tell of the run and not of its result (times):
                      HDF5 is without them, so that equal runs give equal files */
     bool failed;
@@ -51,8 +55,13 @@ void report_item(struct report *report, const char *array);
 
 enum ad_status report_print(const struct report *report, FILE *out, struct ad_error *error);
 enum ad_status report_json(const struct report *report, FILE *out, struct ad_error *error);
-/* Attributes of the file, lists as datasets, arrays as folders ARRAY/0, ARRAY/1, ... */
+/* Attributes of the file, lists as datasets, arrays as folders ARRAY/0, ARRAY/1, ..., an object as
+   a folder. */
 enum ad_status report_file(const struct report *report, phys_runfile *file, struct ad_error *error);
+/* On standard output what the options ask for: JSON, text, or nothing; nothing, too, where `error`
+   has something. Frees the report. */
+enum ad_status report_show(struct report *report, const struct common *common,
+                           struct ad_error *error);
 void report_free(struct report *report);
 
 #endif

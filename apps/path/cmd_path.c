@@ -36,7 +36,6 @@ static enum ad_status write_results(const struct path_run *run, const struct pat
                                     const struct path_result *result, struct outputs *outputs,
                                     struct ad_error *error)
 {
-    const struct common *common = &run->options->common;
     struct report report = {0};
     path_report(run, result, &report);
     if (outputs->file)
@@ -45,16 +44,7 @@ static enum ad_status write_results(const struct path_run *run, const struct pat
         path_write_csv(run, outputs->csv.out);
     if (outputs->plot.script)
         path_picture(run, record, result, &outputs->plot);
-    if (error->status == AD_OK)
-        outputs_commit(outputs, error);
-    else
-        outputs_abandon(outputs);
-    if (error->status == AD_OK && common->json)
-        report_json(&report, stdout, error);
-    else if (error->status == AD_OK && !common->quiet)
-        report_print(&report, stdout, error);
-    report_free(&report);
-    return error->status;
+    return outputs_finish(outputs, &run->options->common, &report, error);
 }
 
 /* Newton's method always has a target, a descent where --grad-tol gives one. */

@@ -142,7 +142,7 @@ static void test_files(void **state)
     struct ad_error error = {0};
     phys_runfile *file;
     shell_works("$LA rollout m.h5 --against b.h5 --truth pixels --time 7 --csv r.csv --out r.h5");
-    assert_non_null(strstr(shell_out(), "energy of the frames, mean square error"));
+    assert_non_null(strstr(shell_out(), "energy of frames, MSE"));
     assert_int_equal(shell("head -n 1 r.csv; wc -l < r.csv"), 0);
     assert_string_equal(shell_out(), "frame,energy_truth,energy,H,z1,z2,against_energy,against_H,"
                                      "against_z1,against_z2\n9\n");
