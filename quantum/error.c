@@ -96,7 +96,7 @@ static enum ad_status finer(const struct question *ask, qm_complex *truth, struc
     if (cost.bytes > 4e9 || cost.setup + cost.step * (double)steps > 1e12)
         return ad_fail(error, AD_E_ACCURACY,
                        "the error is not known: a run three times as fine would take too long; "
-                       "expected fewer --points or --steps, or --no-reference");
+                       "expected fewer points or steps");
     qm_complex *psi = malloc(slice.grid.n * sizeof *psi);
     if (!psi)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", slice.grid.n);

@@ -4,6 +4,7 @@
 void outputs_abandon(struct outputs *outputs)
 {
     phys_runfile_abandon(outputs->file);
+    outputs->file = NULL;
     result_abandon(&outputs->csv);
     plot_abandon(&outputs->plot);
 }
@@ -24,7 +25,7 @@ enum ad_status outputs_commit(struct outputs *outputs, struct ad_error *error)
     if (phys_runfile_commit(outputs->file, error) == AD_OK &&
         result_commit(&outputs->csv, error) == AD_OK)
         plot_commit(&outputs->plot, error);
-    outputs->file = NULL;
+    outputs->file = NULL; /* committing frees it, whatever it returns */
     outputs_abandon(outputs);
     return error->status;
 }

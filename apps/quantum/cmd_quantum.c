@@ -7,11 +7,12 @@
 #include <string.h>
 
 static enum ad_status write_results(const struct quantum_run *run,
-                                    const struct quantum_result *result, struct outputs *outputs,
+                                    const struct quantum_result *result,
+                                    const struct report *report, struct outputs *outputs,
                                     struct ad_error *error)
 {
     if (outputs->file)
-        quantum_file(run, result, outputs->file);
+        quantum_file(run, result, report, outputs->file, error);
     if (outputs->csv.out)
         quantum_write_csv(run, result, outputs->csv.out);
     if (outputs->plot.script)
@@ -23,22 +24,33 @@ static enum ad_status write_results(const struct quantum_run *run,
     return error->status;
 }
 
+enum ad_status quantum_show(const struct common *common, struct report *report,
+                            struct ad_error *error)
+{
+    if (error->status == AD_OK && common->json)
+        report_json(report, stdout, error);
+    else if (error->status == AD_OK && !common->quiet)
+        report_print(report, stdout, error);
+    report_free(report);
+    return error->status;
+}
+
 static int run_packets(const struct quantum_run *run, struct ad_error *error)
 {
     const struct common *common = &run->options->common;
     struct outputs outputs;
     struct quantum_result result = {0};
+    struct report report = {0};
     if (outputs_begin(common, &outputs, error) != AD_OK)
         return command_status(error);
     interrupt_catch();
-    if (quantum_run(run, &result, error) != AD_OK)
+    if (quantum_run(run, &result, error) == AD_OK) {
+        quantum_report(run, &result, &report);
+        write_results(run, &result, &report, &outputs, error);
+    } else {
         outputs_abandon(&outputs);
-    else if (write_results(run, &result, &outputs, error) == AD_OK) {
-        if (common->json)
-            quantum_print_json(run, &result);
-        else if (!common->quiet)
-            quantum_print(run, &result);
     }
+    quantum_show(common, &report, error);
     if (error->status == AD_OK && isinf(result.error))
         ad_fail(error, AD_E_ACCURACY,
                 "the error is not known: %s takes too many steps to t = %g; try fewer --steps",

@@ -4,9 +4,9 @@
 #ifndef APPS_QUANTUM_H
 #define APPS_QUANTUM_H
 
-#include "apps/output/json.h"
 #include "apps/options.h"
 #include "apps/output/outputs.h"
+#include "apps/output/report.h"
 #include "quantum/quantum.h"
 
 struct quantum_options {
@@ -61,13 +61,18 @@ void quantum_result_free(struct quantum_result *result);
 
 /* ---- writing ---- */
 
-void quantum_print(const struct quantum_run *run, const struct quantum_result *result);
-void quantum_print_json(const struct quantum_run *run, const struct quantum_result *result);
+void quantum_report(const struct quantum_run *run, const struct quantum_result *result,
+                    struct report *report);
 /* A row a sample and packet: t, packet, norm, mean, width, where a particle would be. */
 void quantum_write_csv(const struct quantum_run *run, const struct quantum_result *result,
                        FILE *out);
-void quantum_file(const struct quantum_run *run, const struct quantum_result *result,
-                  phys_runfile *file);
+/* The report as attributes, parameters of the scene, samples, psi at the end. */
+enum ad_status quantum_file(const struct quantum_run *run, const struct quantum_result *result,
+                            const struct report *report, phys_runfile *file,
+                            struct ad_error *error);
+/* On standard output what the options ask for, where there is no error; frees the report. */
+enum ad_status quantum_show(const struct common *common, struct report *report,
+                            struct ad_error *error);
 enum ad_status quantum_picture(const struct quantum_run *run, const struct quantum_result *result,
                                struct plot *plot, struct ad_error *error);
 

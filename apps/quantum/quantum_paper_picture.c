@@ -45,7 +45,7 @@ static void write_density(size_t frames, size_t n, const double *t, const double
 
 /* Blocks 0, 1: the published kernel and density; 2, 3: the right ones; 4: published time and mean;
    5: time, mean, particle. */
-static void write_data(const struct published *p, const struct quantum_run *run,
+static void write_data(const struct qm_published *p, const struct quantum_run *run,
                        const struct quantum_result *result, const qm_complex *K, FILE *out)
 {
     const struct qm_grid *grid = &run->slice.grid;
@@ -87,7 +87,7 @@ static void density_panel(const char *title, int block, double end, bool particl
     fputc('\n', out);
 }
 
-void paper_picture(const struct published *p, const struct quantum_run *run,
+void paper_picture(const struct qm_published *p, const struct quantum_run *run,
                    const struct quantum_result *result, const qm_complex *K, struct plot *plot)
 {
     FILE *out = plot->script;

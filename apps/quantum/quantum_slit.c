@@ -1,136 +1,112 @@
-/* leastaction quantum --scene double-slit: a packet meets a barrier with two slits. What comes to
-   the screen behind them is held against the closed form. */
+/* leastaction quantum --scene double-slit: a packet meets a barrier with two slits, and what comes
+   to the screen behind them is compared with the closed form (quantum/slit.h). */
 #include "apps/command.h"
 #include "apps/interrupt.h"
 #include "apps/output/progress.h"
-#include "quantum.h"
 #include "quantum_slit.h"
 #include "autodiff/clock.h"
 
-#include <complex.h>
 #include <math.h>
+#include <string.h>
+
+/* ---- options ---- */
+
+static enum ad_status read_settings(const struct settings *set, struct qm_slit_setup *setup,
+                                    struct ad_error *error)
+{
+    static const char *const names[] = {"apart", "sigma", "speed", "flight", "m"};
+    enum { N = sizeof names / sizeof *names };
+    double *const values[N] = {&setup->apart, &setup->sigma, &setup->speed, &setup->flight,
+                               &setup->mass};
+    for (size_t s = 0; s < set->n; s++) {
+        size_t k = phys_find("parameter of double-slit", set->setting[s].name, N, names, error);
+        if (k == N)
+            return AD_E_ARGUMENT;
+        *values[k] = set->setting[s].value;
+    }
+    return AD_OK;
+}
+
+static enum ad_status refuse_others(const struct quantum_options *options, struct ad_error *error)
+{
+    const struct {
+        const char *name;
+        bool given;
+    } others[] = {{"box", options->box},
+                  {"walls", options->walls},
+                  {"packet", options->packets.n > 0},
+                  {"power", options->power != OPTION_NO_COUNT},
+                  {"normalise", options->normalise}};
+    for (size_t k = 0; k < sizeof others / sizeof *others; k++)
+        if (others[k].given)
+            return ad_fail(error, AD_E_ARGUMENT, "--%s: not for the double slit; see --set",
+                           others[k].name);
+    if (strcmp(options->method, "kernel") != 0)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--method: expected kernel for the double slit, got '%s'", options->method);
+    return AD_OK;
+}
+
+static enum ad_status prepare(const struct quantum_options *options, struct qm_slit *slit,
+                              struct ad_error *error)
+{
+    struct qm_slit_setup setup = qm_slit_defaults();
+    setup.hbar = options->hbar;
+    setup.points = option_count_or(options->points, setup.points);
+    setup.steps = option_count_or(options->steps, setup.steps);
+    setup.threads = options->common.threads;
+    if (refuse_others(options, error) == AD_OK &&
+        read_settings(&options->set, &setup, error) == AD_OK)
+        qm_slit_new(&setup, slit, error);
+    return error->status;
+}
 
 /* ---- the run ---- */
 
-static void keep_frame(struct slit *s, double t)
-{
-    size_t all = s->x.n * s->y.n;
-    for (size_t k = 0; k < all; k++)
-        s->density[s->frames * all + k] = creal(s->psi[k] * conj(s->psi[k]));
-    s->time[s->frames++] = t;
-}
-
-static void follow(const struct quantum_options *options, struct slit *s)
+static void follow(const struct quantum_options *options, struct slit_run *run)
 {
     struct progress progress;
+    struct qm_slit *slit = &run->slit;
     double from = ad_now();
     progress_start(&progress, options->common.quiet);
-    keep_frame(s, 0);
-    for (size_t done = 0; done < s->steps && !s->interrupted;) {
-        size_t more = s->every < s->steps - done ? s->every : s->steps - done;
-        qm_propagate_plane(s->x.n, s->Kx, s->y.n, s->Ky, s->mask, more, s->psi, s->work);
-        done += more;
-        keep_frame(s, (double)done * s->dt);
-        s->interrupted = interrupted();
+    while (!run->interrupted && qm_slit_advance(slit)) {
+        run->interrupted = interrupted();
         if (progress_due(&progress))
-            progress_line(&progress, "slice %zu of %zu", done, s->steps);
+            progress_line(&progress, "slice %zu of %zu", slit->done, slit->setup.steps);
     }
     progress_end(&progress);
-    s->seconds = ad_now() - from;
-}
-
-/* |sum of two spread Gaussians|^2, where one has spread by z = 1 + i theta. */
-static void fill_expected(struct slit *s, double most)
-{
-    const struct slit_setup *p = &s->setup;
-    double theta = s->hbar * p->flight / (2 * p->mass * p->sigma * p->sigma), highest = 0;
-    for (size_t b = 0; b < s->y.n; b++) {
-        qm_complex sum = 0;
-        for (int side = -1; side <= 1; side += 2) {
-            double u = (qm_x(&s->y, b) - side * p->apart / 2) / (2 * p->sigma);
-            sum += cexp(-u * u / (1 + I * theta));
-        }
-        s->expected[b] = creal(sum * conj(sum));
-        highest = fmax(highest, s->expected[b]);
-    }
-    for (size_t b = 0; b < s->y.n; b++)
-        s->expected[b] *= most / highest;
-}
-
-/* Where the parabola through a point and its neighbours is least. */
-static double valley(const struct slit *s, size_t b)
-{
-    const double *at = s->screen + b;
-    double bend = at[-1] - 2 * at[0] + at[1];
-    return qm_x(&s->y, b) + 0.5 * (at[-1] - at[1]) / bend * qm_dx(&s->y);
-}
-
-/* From the dark line on one side of the middle to that on the other. */
-static double measure_fringe(const struct slit *s)
-{
-    size_t up = s->y.n / 2, down = s->y.n / 2 - 1;
-    while (up + 1 < s->y.n && s->screen[up + 1] < s->screen[up])
-        up++;
-    while (down > 0 && s->screen[down - 1] < s->screen[down])
-        down--;
-    return up + 1 < s->y.n && down > 0 ? valley(s, up) - valley(s, down) : (double)NAN;
-}
-
-static void look_at_screen(struct slit *s)
-{
-    double at = (s->setup.speed * s->setup.flight - s->x.low) / qm_dx(&s->x), most = 0;
-    size_t row = (size_t)at;
-    for (size_t b = 0; b < s->y.n; b++) {
-        qm_complex z = s->psi[row * s->y.n + b];
-        s->screen[b] = creal(z * conj(z));
-        most = fmax(most, s->screen[b]);
-    }
-    for (size_t k = 0; k < s->x.n * s->y.n; k++)
-        s->norm += s->density[(s->frames - 1) * s->x.n * s->y.n + k];
-    s->norm *= qm_dx(&s->x) * qm_dx(&s->y);
-    s->fringe = measure_fringe(s);
-    fill_expected(s, most);
+    qm_slit_measure(slit);
+    run->seconds = ad_now() - from;
 }
 
 /* ---- results ---- */
 
-static double exact_fringe(const struct slit *s)
+static void fill_report(const struct slit_run *run, struct report *report)
 {
-    const struct slit_setup *p = &s->setup;
-    return qm_exact_fringe(p->mass, s->hbar, p->apart, p->sigma, p->flight);
+    const struct qm_slit *s = &run->slit;
+    report_line(report,
+                "double slit: %zu x %zu points, %zu slices of %.4g in %.3g s, set up in %.3g s\n",
+                s->x.n, s->y.n, s->setup.steps, s->dt, run->setup_seconds + run->seconds,
+                run->setup_seconds);
+    report_text(report, "scene", NULL, "double-slit");
+    report_text(report, "method", NULL, "kernel");
+    report_count(report, "points", NULL, s->x.n);
+    report_count(report, "steps", NULL, s->setup.steps);
+    report_number(report, "dt", NULL, NULL, s->dt);
+    report_number(report, "norm", "norm at the end", NULL, s->norm);
+    report_number(report, "fringe", "fringe", NULL, s->fringe);
+    report_number(report, "fringe_expected", "fringe of thin slits", NULL, s->closed);
+    report_number(report, "error", "relative error", NULL, fabs(s->fringe / s->closed - 1));
+    report_text(report, "error_against", "error against", "the closed form");
+    report->passing = true;
+    report_number(report, "setup_seconds", NULL, "s", run->setup_seconds);
+    report_number(report, "seconds", NULL, "s", run->setup_seconds + run->seconds);
+    report->passing = false;
 }
 
-static void print(const struct slit *s)
-{
-    printf("double slit: %zu x %zu points, %zu slices of %.4g in %.3g s\n\n", s->x.n, s->y.n,
-           s->steps, s->dt, s->seconds);
-    printf("  %-24s %13.6g\n", "norm at the end", s->norm);
-    printf("  %-24s %13.6g\n", "fringe", s->fringe);
-    printf("  %-24s %13.6g  the closed form\n", "fringe expected", exact_fringe(s));
-    printf("  %-24s %13.6g  s\n", "building what moves it", s->setup_seconds);
-}
-
-static void print_json(const struct slit *s)
-{
-    struct json json;
-    json_open(&json, stdout);
-    json_text(&json, "scene", "double-slit");
-    json_text(&json, "method", "kernel");
-    json_count(&json, "points", s->x.n);
-    json_count(&json, "steps", s->steps);
-    json_number(&json, "dt", s->dt);
-    json_number(&json, "norm", s->norm);
-    json_number(&json, "fringe", s->fringe);
-    json_number(&json, "fringe_expected", exact_fringe(s));
-    json_number(&json, "error", fabs(s->fringe / exact_fringe(s) - 1));
-    json_text(&json, "error_against", "the closed form");
-    json_number(&json, "setup_seconds", s->setup_seconds);
-    json_number(&json, "seconds", s->setup_seconds + s->seconds);
-    json_close(&json);
-}
-
-static void write_results(const struct quantum_options *options, const struct slit *s,
-                          struct outputs *outputs)
+static enum ad_status write_results(const struct quantum_options *options, const struct qm_slit *s,
+                                    const struct report *report, struct outputs *outputs,
+                                    struct ad_error *error)
 {
     size_t n = s->y.n;
     if (outputs->csv.out) {
@@ -142,36 +118,35 @@ static void write_results(const struct quantum_options *options, const struct sl
     if (outputs->file) {
         phys_runfile_text(outputs->file, "/", "program", "leastaction " LEASTACTION_VERSION);
         phys_runfile_text(outputs->file, "/", "command", options->common.command);
-        phys_runfile_text(outputs->file, "/", "scene", "double-slit");
-        phys_runfile_number(outputs->file, "/", "fringe", s->fringe, NULL);
         phys_runfile_write(outputs->file, "time", AD_F64, 1, &s->frames, s->time);
         phys_runfile_write(outputs->file, "density", AD_F64, 3, (size_t[]){s->frames, s->x.n, n},
                            s->density);
         phys_runfile_text(outputs->file, "density", "axes", "frame, x, y: |psi|^2");
+        report_file(report, outputs->file, error);
     }
     if (outputs->plot.script)
         slit_picture(s, &outputs->plot);
+    return error->status == AD_OK ? outputs_commit(outputs, error) : error->status;
 }
 
 int quantum_slit(const struct quantum_options *options, struct ad_error *error)
 {
-    struct slit slit = {0};
+    struct slit_run run = {0};
     struct outputs outputs = {0};
+    struct report report = {0};
+    double from = ad_now();
     interrupt_catch();
-    if (slit_prepare(options, &slit, error) == AD_OK &&
+    if (prepare(options, &run.slit, error) == AD_OK &&
         outputs_begin(&options->common, &outputs, error) == AD_OK) {
-        follow(options, &slit);
-        look_at_screen(&slit);
-        write_results(options, &slit, &outputs);
-        if (outputs_commit(&outputs, error) == AD_OK) {
-            if (options->common.json)
-                print_json(&slit);
-            else if (!options->common.quiet)
-                print(&slit);
-        }
-        if (error->status == AD_OK && slit.interrupted)
+        run.setup_seconds = ad_now() - from;
+        follow(options, &run);
+        fill_report(&run, &report);
+        write_results(options, &run.slit, &report, &outputs, error);
+        quantum_show(&options->common, &report, error);
+        if (error->status == AD_OK && run.interrupted)
             ad_fail(error, AD_E_ACCURACY, "interrupted; results are those so far");
     }
-    slit_free(&slit);
+    outputs_abandon(&outputs);
+    qm_slit_free(&run.slit);
     return command_status(error);
 }

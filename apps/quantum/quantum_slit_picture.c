@@ -9,7 +9,7 @@
 enum { ACROSS = 256 };
 
 /* Block 0: the screen. Then a block a frame: x y sqrt(density), a scan an x. */
-static void write_data(const struct slit *s, size_t first, FILE *out)
+static void write_data(const struct qm_slit *s, size_t first, FILE *out)
 {
     size_t nx = s->x.n, ny = s->y.n, skip = nx / ACROSS + (nx % ACROSS != 0);
     for (size_t b = 0; b < ny; b++)
@@ -23,7 +23,7 @@ static void write_data(const struct slit *s, size_t first, FILE *out)
     }
 }
 
-static void plane(const struct slit *s, FILE *out)
+static void plane(const struct qm_slit *s, FILE *out)
 {
     axis_set(out, "x", "x", "1", (struct range){s->x.low, s->x.high}, 0);
     axis_set(out, "y", "y", "1", (struct range){s->y.low, s->y.high}, 0);
@@ -40,7 +40,7 @@ static void plane(const struct slit *s, FILE *out)
                  "unset arrow\n");
 }
 
-static void screen(const struct slit *s, FILE *out)
+static void screen(const struct qm_slit *s, FILE *out)
 {
     double most = 0;
     for (size_t b = 0; b < s->y.n; b++)
@@ -54,7 +54,7 @@ static void screen(const struct slit *s, FILE *out)
             1.25 * most, s->fringe);
 }
 
-void slit_picture(const struct slit *s, struct plot *plot)
+void slit_picture(const struct qm_slit *s, struct plot *plot)
 {
     FILE *out = plot->script;
     size_t first = plot->animated ? 0 : s->frames - 1;

@@ -1,4 +1,4 @@
-/* Results of a wave packet's run (quantum.h): table, JSON, CSV and run file. */
+/* Results of a wave packet's run (quantum.h): report, CSV and run file. */
 #include "apps/command.h"
 #include "quantum.h"
 #include "apps/output/unit.h"
@@ -15,69 +15,74 @@ static const struct qm_moments *last(const struct quantum_run *run,
     return &result->moments[(result->n - 1) * run->n_packets + packet];
 }
 
-static void row(const char *name, double value, const char *unit)
-{
-    if (!isnan(value))
-        printf("  %-24s %13.6g  %s\n", name, value, unit_shown(unit));
-}
-
-void quantum_print(const struct quantum_run *run, const struct quantum_result *result)
+static void report_run(const struct quantum_run *run, const struct quantum_result *result,
+                       struct report *report)
 {
     const struct phys_scene *scene = run->system.scene;
     const struct qm_slice *slice = &run->slice;
-    printf("%s by %s (rule %s): %zu points from %g to %g, walls %s, to t = %g %s in %.3g s\n\n",
-           run->name, run->method->name, slice->rule->name, slice->grid.n, slice->grid.low,
-           slice->grid.high, wall_names[slice->walls], result->t[result->n - 1],
-           unit_shown(scene->time_unit), result->setup_seconds + result->seconds);
-    for (size_t p = 0; p < run->n_packets; p++) {
-        const struct qm_moments *m = last(run, result, p);
-        if (run->n_packets > 1)
-            printf("packet %g,%g,%g\n", run->packet[p].x, run->packet[p].sigma, run->packet[p].p);
-        row(run->options->normalise ? "norm, forced to be" : "norm", m->norm, NULL);
-        row("norm lost", 1 - m->norm, NULL);
-        row("mean", m->mean_x, scene->unit);
-        row("width", m->std_x, scene->unit);
-    }
-    row("a particle would be at", result->classical[result->n - 1], scene->unit);
-    row("phases alias above 1", run->aliasing.ratio, NULL);
-    row("error", result->error, result->truth);
-    row("building what moves it", result->setup_seconds, "s");
+    double t = result->t[result->n - 1];
+    report_line(report,
+                "%s by %s (rule %s): %zu points from %g to %g, walls %s, to t = %g %s in %.3g s, "
+                "set up in %.3g s\n",
+                run->name, run->method->name, slice->rule->name, slice->grid.n, slice->grid.low,
+                slice->grid.high, wall_names[slice->walls], t, unit_shown(scene->time_unit),
+                result->setup_seconds + result->seconds, result->setup_seconds);
+    report_text(report, "scene", NULL, run->name);
+    report_text(report, "method", NULL, run->method->name);
+    report_text(report, "rule", NULL, slice->rule->name);
+    report_text(report, "walls", NULL, wall_names[slice->walls]);
+    report_number(report, "low", NULL, scene->unit, slice->grid.low);
+    report_number(report, "high", NULL, scene->unit, slice->grid.high);
+    report_count(report, "points", NULL, slice->grid.n);
+    report_number(report, "dt", NULL, scene->time_unit, slice->dt);
+    report_number(report, "hbar", NULL, NULL, slice->hbar);
+    report_number(report, "time", NULL, scene->time_unit, t);
 }
 
-void quantum_print_json(const struct quantum_run *run, const struct quantum_result *result)
+static void report_packet(const struct quantum_run *run, const struct qm_moments *m,
+                          struct report *report)
 {
-    const struct qm_moments *m = last(run, result, 0);
-    struct json json;
-    json_open(&json, stdout);
-    json_text(&json, "scene", run->name);
-    json_text(&json, "method", run->method->name);
-    json_text(&json, "rule", run->slice.rule->name);
-    json_count(&json, "points", run->slice.grid.n);
-    json_number(&json, "dt", run->slice.dt);
-    json_number(&json, "time", result->t[result->n - 1]);
-    json_number(&json, "norm", m->norm);
-    json_number(&json, "mean_x", m->mean_x);
-    json_number(&json, "std_x", m->std_x);
-    json_number(&json, "classical_x", result->classical[result->n - 1]);
-    json_number(&json, "error", result->error);
-    json_text(&json, "error_against", result->truth);
-    json_number(&json, "aliasing", run->aliasing.ratio);
-    json_bool(&json, "normalised", run->options->normalise);
-    json_number(&json, "setup_seconds", result->setup_seconds);
-    json_number(&json, "seconds", result->setup_seconds + result->seconds);
-    if (run->n_packets > 1) {
-        json_array(&json, "packets");
-        for (size_t p = 0; p < run->n_packets; p++) {
-            m = last(run, result, p);
-            json_object(&json, NULL);
-            json_number(&json, "norm", m->norm);
-            json_number(&json, "mean_x", m->mean_x);
-            json_number(&json, "std_x", m->std_x);
-            json_end_object(&json);
-        }
-        json_end_array(&json);
+    const char *unit = run->system.scene->unit;
+    report_number(report, "norm", run->options->normalise ? "norm, forced to be" : "norm", NULL,
+                  m->norm);
+    report_number(report, "norm_lost", "norm lost", NULL, 1 - m->norm);
+    report_number(report, "mean_x", "mean", unit, m->mean_x);
+    report_number(report, "std_x", "width", unit, m->std_x);
+}
+
+/* Without a number the text has the reason. */
+static void report_error(const struct quantum_run *run, const struct quantum_result *result,
+                         struct report *report)
+{
+    bool known = isfinite(result->error);
+    report_number(report, "error", "error", NULL, known ? result->error : (double)NAN);
+    report_text(report, "error_against", known ? "error against" : NULL, result->truth);
+    if (!known)
+        report_line(report, "  %-24s not measured: %s", "error",
+                    run->options->no_reference ? "--no-reference"
+                    : result->interrupted      ? "interrupted"
+                                               : "the reference takes too many steps");
+}
+
+void quantum_report(const struct quantum_run *run, const struct quantum_result *result,
+                    struct report *report)
+{
+    report_run(run, result, report);
+    report_packet(run, last(run, result, 0), report);
+    report_number(report, "classical_x", "a particle would be at", run->system.scene->unit,
+                  result->classical[result->n - 1]);
+    report_number(report, "aliasing", "phases alias above 1", NULL, run->aliasing.ratio);
+    report_error(run, result, report);
+    report_flag(report, "normalised", NULL, run->options->normalise);
+    report->passing = true;
+    report_number(report, "setup_seconds", NULL, "s", result->setup_seconds);
+    report_number(report, "seconds", NULL, "s", result->setup_seconds + result->seconds);
+    report->passing = false;
+    for (size_t p = 0; p < run->n_packets && run->n_packets > 1; p++) {
+        report_item(report, "packets");
+        report_packet(run, last(run, result, p), report);
     }
-    json_close(&json);
+    report_item(report, NULL);
 }
 
 void quantum_write_csv(const struct quantum_run *run, const struct quantum_result *result,
@@ -95,25 +100,13 @@ void quantum_write_csv(const struct quantum_run *run, const struct quantum_resul
         }
 }
 
-void quantum_file(const struct quantum_run *run, const struct quantum_result *result,
-                  phys_runfile *file)
+enum ad_status quantum_file(const struct quantum_run *run, const struct quantum_result *result,
+                            const struct report *report, phys_runfile *file, struct ad_error *error)
 {
     const struct phys_scene *scene = run->system.scene;
-    const struct qm_slice *slice = &run->slice;
-    size_t n = slice->grid.n;
+    size_t n = run->slice.grid.n;
     phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
     phys_runfile_text(file, "/", "command", run->options->common.command);
-    phys_runfile_text(file, "/", "scene", run->name);
-    phys_runfile_text(file, "/", "method", run->method->name);
-    phys_runfile_text(file, "/", "rule", slice->rule->name);
-    phys_runfile_text(file, "/", "walls", wall_names[slice->walls]);
-    phys_runfile_number(file, "/", "dt", slice->dt, scene->time_unit);
-    phys_runfile_number(file, "/", "hbar", slice->hbar, NULL);
-    phys_runfile_number(file, "/", "low", slice->grid.low, scene->unit);
-    phys_runfile_number(file, "/", "high", slice->grid.high, scene->unit);
-    phys_runfile_number(file, "/", "aliasing", run->aliasing.ratio, NULL);
-    phys_runfile_number(file, "/", "norm", last(run, result, 0)->norm, NULL);
-    phys_runfile_number(file, "/", "error", result->error, NULL);
     phys_runfile_folder(file, "parameters");
     for (size_t k = 0; k < scene->n_params; k++)
         phys_runfile_number(file, "parameters", scene->params[k].name,
@@ -128,4 +121,5 @@ void quantum_file(const struct quantum_run *run, const struct quantum_result *re
     phys_runfile_text(file, "moments", "axes", "sample, packet, (norm, mean, width)");
     phys_runfile_write(file, "psi", AD_F64, 3, (size_t[]){n, run->n_packets, 2}, result->psi);
     phys_runfile_text(file, "psi", "axes", "point, packet, (real, imaginary): at the end");
+    return report_file(report, file, error);
 }

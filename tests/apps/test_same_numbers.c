@@ -11,9 +11,13 @@
 #include <string.h>
 
 /* What is left out: times, which differ from run to run. */
-static const char *const passing[] = {"seconds", "ms_per_step", "native"};
+static const char *const passing[] = {"seconds", "setup_seconds", "ms_per_step", "native"};
 
 static const char *const runs[] = {
+    "quantum",
+    "quantum --packet=-2,.5,1 --packet=2,.5,-1 --no-reference",
+    "quantum --scene harmonic --rule midpoint --dt 4 --steps 1 --points 128",
+    "quantum --scene double-slit --points 172 --steps 75",
     "path pendulum",
     "path pendulum --solver adam --steps 30 --hold 3",
     "path pendulum --solver adam --steps 30 --hold 3 --energy-loss local --lr 0.01",

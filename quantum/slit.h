@@ -1,0 +1,60 @@
+/* A packet that meets a barrier with two Gaussian slits, in the plane, and the fringes on a screen
+   behind it:
+
+       struct qm_slit slit;
+       struct qm_slit_setup setup = qm_slit_defaults();
+       if (qm_slit_new(&setup, &slit, &error) == AD_OK)
+           while (qm_slit_advance(&slit))
+               ;
+       qm_slit_measure(&slit);          slit.fringe beside qm_exact_fringe
+       qm_slit_free(&slit); */
+#ifndef QUANTUM_SLIT_H
+#define QUANTUM_SLIT_H
+
+#include "quantum/quantum.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Lengths are in units in which waves behind slits of width sigma spread; x crosses the barrier at
+   0, y runs along it. Everything is above 0. */
+struct qm_slit_setup {
+    double apart, sigma;  /* distance of the slits, centre to centre, and their width */
+    double speed, flight; /* of the packet; time from the slits to the screen */
+    double mass, hbar;
+    size_t points, steps; /* of the grid along x and along y; slices */
+    size_t threads;
+};
+struct qm_slit_setup qm_slit_defaults(void);
+
+struct qm_slit {
+    struct qm_slit_setup setup;
+    double dt;
+    struct qm_grid x, y;
+    size_t done, every;                      /* slices done; between frames */
+    qm_complex *Kx, *Ky, *mask, *psi, *work; /* mask, psi, work [x.n x y.n] */
+    size_t frames;
+    double *density;  /* [frames x x.n x y.n] |psi|^2 */
+    double *time;     /* [frames] */
+    double *screen;   /* [y.n] |psi|^2 at the screen when the packet is there */
+    double *expected; /* [y.n] of thin slits, with the same maximum */
+    double norm;      /* at the end */
+    double fringe;    /* distance of bright fringes: between the dark lines beside the middle */
+    double closed;    /* the same of thin slits, qm_exact_fringe */
+};
+
+/* Kernels, barrier and packet, up to the first slice; ends with qm_slit_free, whatever it returned.
+   AD_E_ARGUMENT for a grid that does not hold the waves and slices that step over the barrier. */
+enum ad_status qm_slit_new(const struct qm_slit_setup *setup, struct qm_slit *slit,
+                           struct ad_error *error);
+/* On to the next frame; false at the end. */
+bool qm_slit_advance(struct qm_slit *slit);
+/* The screen, fringe and norm of what psi is now; fringe is NaN where no dark lines are found. */
+void qm_slit_measure(struct qm_slit *slit);
+void qm_slit_free(struct qm_slit *slit);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
