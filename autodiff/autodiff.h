@@ -273,25 +273,31 @@ enum ad_status ad_get(const ad_program *program, ad_var x, double *values);
 void *ad_data(ad_program *program, ad_var x);
 /* One pass over the program; allocates nothing, but where ad_native_in_time says so. */
 void ad_run(ad_program *program);
-/* The same, where no held input was set since the last ad_run: what depends on held inputs alone is
-   not computed again. */
-void ad_rerun(ad_program *program);
+/* The same without what depends on held inputs alone, which stays as the last ad_run had it.
+   AD_E_ARGUMENT, and nothing runs, before the first ad_run and where a held input was set since:
+   ad_program_error says which. (What is written through ad_data is not seen.) */
+enum ad_status ad_rerun(ad_program *program);
+/* What was wrong with the last ad_rerun; status AD_OK if nothing. Lives as long as the program. */
+const struct ad_error *ad_program_error(const ad_program *program);
 /* As ad_run; returns the seconds of it spent in matrix products, inside OpenBLAS. */
 double ad_run_timed(ad_program *program);
 
 /* Has the system's C compiler (CC, or cc) make machine code of the program, kept for the next time
    in the user's cache folder ($XDG_CACHE_HOME/leastaction, or ~/.cache/leastaction). `runs` is
-   about how often ad_run will be called: where so many runs save less than compiling takes, 0.1 s
-   and 0.25 ms an instruction, nothing is done; INFINITY asks for it in any case (of up to 65536
-   instructions). True if the program now runs as machine code. False if it goes on being
-   interpreted, with the reason in `note` (may be NULL): it does not pay, there is no compiler or no
-   safe folder, or LEASTACTION_NATIVE=0 is in the environment. Values are the same to rounding. */
+   about how often ad_run will be called: where so many runs save less than compiling takes, 0.15
+   s, 0.2 ms an instruction, 1 ms a sum or segment and 10 ms a segment with gathers or scatters,
+   nothing is done; INFINITY asks for it in any case (of up to 65536 instructions). True if the
+   program now runs as machine code. False if it goes on being interpreted, with the reason in
+   `note` (may be NULL): it does not pay, there is no compiler or no safe folder, or
+   LEASTACTION_NATIVE=0 is in the environment. Values are the same to rounding. */
 bool ad_native(ad_program *program, double runs, struct ad_error *note);
 
 /* The same as soon as it pays, for programs of which nobody knows how often they will run: a later
    ad_run or ad_rerun compiles first, once those before it would have saved as much time as that
    takes. When that is depends on the program alone, so that the same work gives the same bits. */
 void ad_native_in_time(ad_program *program);
+/* For a handler of a signal that ends the process: removes the files of compilations under way. */
+void ad_native_abandon(void);
 /* Why the program is interpreted; "" if it is not. Lives as long as the program. */
 const char *ad_native_note(const ad_program *program);
 

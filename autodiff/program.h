@@ -156,6 +156,9 @@ struct ad_program {
     size_t memory_bytes, tile_bytes;
     size_t threads;
     bool has_matmul;
+    bool was_run;
+    bool held_stand;             /* what held inputs decide is as they were set */
+    struct ad_error error;       /* of ad_rerun */
     struct native *native;       /* NULL: interpreted */
     struct ad_error interpreted; /* why */
     double saved, price;         /* seconds, by what ran so far; 0: no matter (native.h) */

@@ -193,9 +193,26 @@ static void run(ad_program *p, bool again)
     ad_execute(p, segments, first, last, NULL);
 }
 
-void ad_run(ad_program *p) { run(p, false); }
+void ad_run(ad_program *p)
+{
+    run(p, false);
+    p->held_stand = p->was_run = true;
+}
 
-void ad_rerun(ad_program *p) { run(p, true); }
+enum ad_status ad_rerun(ad_program *p)
+{
+    p->error = (struct ad_error){0};
+    if (!p->was_run)
+        return ad_fail(&p->error, AD_E_ARGUMENT,
+                       "ad_rerun before any ad_run: what depends on held inputs has no values");
+    if (!p->held_stand)
+        return ad_fail(&p->error, AD_E_ARGUMENT,
+                       "ad_rerun after a held input was set: ad_run comes first");
+    run(p, true);
+    return AD_OK;
+}
+
+const struct ad_error *ad_program_error(const ad_program *p) { return &p->error; }
 
 double ad_run_timed(ad_program *p)
 {
@@ -208,5 +225,6 @@ double ad_run_timed(ad_program *p)
         if (p->instructions[segments[i].first].kind == DO_MATMUL)
             products += ad_now() - began;
     }
+    p->held_stand = p->was_run = true;
     return products;
 }

@@ -70,6 +70,7 @@ enum ad_status ad_set(ad_program *p, ad_var x, const double *values)
     if (!port || !port->input)
         return AD_E_TAPE;
     const struct value *v = &p->values[port->value];
+    p->held_stand = p->held_stand && !(v->flags & VALUE_HELD);
     p->kernels->from_double((size_t)v->rows * v->cols, p->memory + p->locs[port->value].off,
                             values);
     return AD_OK;
@@ -114,6 +115,7 @@ enum ad_status ad_run_checked(ad_program *p, struct ad_error *error)
 {
     struct check check = {.value = UINT32_MAX};
     ad_execute(p, p->segments, 0, p->n_segments, &check);
+    p->held_stand = p->was_run = true;
     look_at_leaves(p, &check);
     if (check.value == UINT32_MAX)
         return AD_OK;

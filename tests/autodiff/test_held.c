@@ -84,7 +84,7 @@ static void rerun_is_run(void **state)
             if (seed == 0)
                 ad_run(held.program);
             else
-                ad_rerun(held.program);
+                assert_int_equal(ad_rerun(held.program), AD_OK);
             ad_run(fresh.program);
             assert_same(&held, held.g, &fresh, fresh.g);
             assert_same(&held, held.product, &fresh, fresh.product);
@@ -97,6 +97,34 @@ static void rerun_is_run(void **state)
     law_free(&held);
     law_free(&fresh);
     law_free(&plain);
+}
+
+/* A25: nothing runs, and the reason is said, where held inputs have decided nothing yet. */
+static void rerun_comes_after_run(void **state)
+{
+    (void)state;
+    struct law a = record(true), b = record(true);
+    set(&a, a.x, 0);
+    set(&a, a.u, 10);
+    assert_int_equal(ad_rerun(a.program), AD_E_ARGUMENT);
+    assert_int_equal(ad_program_error(a.program)->status, AD_E_ARGUMENT);
+    assert_mentions(ad_program_error(a.program)->message, "ad_run");
+    ad_run(a.program);
+    assert_int_equal(ad_rerun(a.program), AD_OK);
+    assert_int_equal(ad_program_error(a.program)->status, AD_OK);
+    set(&a, a.x, 1);
+    assert_int_equal(ad_rerun(a.program), AD_E_ARGUMENT);
+    assert_mentions(ad_program_error(a.program)->message, "held");
+    set(&b, b.x, 0); /* what stands is of the inputs before */
+    set(&b, b.u, 10);
+    ad_run(b.program);
+    assert_same(&a, a.product, &b, b.product);
+    ad_run_timed(a.program);
+    assert_int_equal(ad_rerun(a.program), AD_OK);
+    set(&a, a.u, 11);
+    assert_int_equal(ad_rerun(a.program), AD_OK);
+    law_free(&a);
+    law_free(&b);
 }
 
 static void rerun_skips_work(void **state)
@@ -125,6 +153,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rerun_is_run),
+        cmocka_unit_test(rerun_comes_after_run),
         cmocka_unit_test(rerun_skips_work),
         cmocka_unit_test(only_inputs_are_held),
     };
