@@ -207,7 +207,7 @@ static void declare(struct writer *w, uint32_t loc, enum scope scope)
     ad_native_name(w, loc);
     ad_native_say(w, " = ");
     if (l->base == BASE_TILE)
-        ad_native_say(w, "x[%u]", ad_native_slot(w, loc));
+        ad_native_say(w, "a->x[%u]", ad_native_slot(w, loc));
     else
         write_load(w, l);
     ad_native_say(w, ";\n");

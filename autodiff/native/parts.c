@@ -1,14 +1,16 @@
 /* Segments too long for one function: what a compiler takes for a function grows faster than its
    length, as which values may share a register is a question of pairs. The body of the loops
-   becomes several functions, called one after the other for each vector. A value that one computes
-   and another reads goes through x, one vector for each slot of the interpreter's tiles: they stay
-   in the first-level cache, and a slot is free when it is written. Sums stay with the loops. */
+   becomes several functions, called one after the other for each vector, which do all instructions
+   in their order: values and sums. They share a structure: the sums (sums.c), and x, one vector for
+   each slot of the interpreter's tiles. A value that one part computes and another reads goes
+   through x; the slots stay in the first-level cache, and one is free when it is written, as slots
+   were given by the same order of instructions (compile/tiles.c). */
 #include "writer.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_TOGETHER = 512 }; /* instructions */
+enum { MOST_TOGETHER = 512, MOST_SUMS_TOGETHER = 64 }; /* instructions; sums of a whole segment */
 
 static uint32_t n_parts(const struct writer *w) { return (w->g->count - 1) / MOST_TOGETHER + 1; }
 
@@ -17,7 +19,7 @@ static const struct instruction *part_begin(const struct writer *w, uint32_t par
     return w->first + (uint64_t)w->g->count * part / n_parts(w);
 }
 
-/* Values on tiles that are read by another part than their own, or by sums. */
+/* Values on tiles that are read by another part than their own. */
 static bool find_crossing(struct writer *w)
 {
     uint32_t *home = calloc(w->n_known, sizeof *home);
@@ -26,26 +28,11 @@ static bool find_crossing(struct writer *w)
         for (const struct instruction *in = part_begin(w, part); in < part_begin(w, part + 1);
              in++) {
             for (uint32_t k = 1; k <= in->n_in && reads_lanes(in); k++)
-                w->crosses[in->loc[k]] |= is_sum(in) || home[in->loc[k]] != part;
+                w->crosses[in->loc[k]] |= home[in->loc[k]] != part;
             home[in->loc[0]] = part;
         }
     free(home);
     return home && w->crosses;
-}
-
-static void write_part(struct writer w, uint32_t part)
-{
-    w.end = part_begin(&w, part + 1);
-    w.first = part_begin(&w, part);
-    ad_native_say(&w,
-                  "static __attribute__((noinline)) void s%u_%u(char *m, const u32 *l, size_t r,"
-                  " size_t c, V@ *x)\n{\n",
-                  w.walk->number, part);
-    for (const struct instruction *in = w.first; in < w.end; in++)
-        if (!is_sum(in))
-            ad_native_instruction(&w, in);
-    ad_native_say(&w, "}\n");
-    ad_native_forget_rows(&w);
 }
 
 uint32_t ad_native_slot(const struct writer *w, uint32_t loc)
@@ -54,33 +41,47 @@ uint32_t ad_native_slot(const struct writer *w, uint32_t loc)
                       ad_slot_bytes(w->p->element, &w->p->segments[w->walk->number]));
 }
 
-bool ad_native_parts(struct writer *w)
-{
-    if (w->g->count <= MOST_TOGETHER)
-        return true;
-    if (!find_crossing(w))
-        return false;
-    for (uint32_t part = 0; part < n_parts(w); part++)
-        write_part(*w, part);
-    return true;
-}
-
-void ad_native_open_parts(const struct writer *w)
+static void write_structure(const struct writer *w)
 {
     uint32_t slots = 1;
     for (uint32_t i = 0; i < w->n_known; i++)
         if (w->crosses[i] && w->p->locs[i].base == BASE_TILE && ad_native_slot(w, i) >= slots)
             slots = ad_native_slot(w, i) + 1;
-    ad_native_say(w, "V@ x[%u];\n", slots);
+    ad_native_say(w, "struct parts%u {\nV@ x[%u];\n", w->walk->number, slots);
+    ad_native_declare_sums(w);
+    ad_native_say(w, "};\n");
+}
+
+static void write_part(struct writer w, uint32_t part)
+{
+    w.end = part_begin(&w, part + 1);
+    w.first = part_begin(&w, part);
+    ad_native_say(&w,
+                  "static __attribute__((noinline)) void s%u_%u(char *m, const u32 *l,"
+                  " size_t chunk, size_t r, size_t c%s, struct parts%u *a)\n{\n",
+                  w.walk->number, part, w.ragged ? ", size_t next, I@ on" : "", w.walk->number);
+    for (const struct instruction *in = w.first; in < w.end; in++)
+        ad_native_instruction(&w, in);
+    ad_native_say(&w, "}\n");
+    ad_native_forget_rows(&w);
+}
+
+bool ad_native_parts(struct writer *w)
+{
+    if (w->g->count <= MOST_TOGETHER && w->g->n_sinks <= MOST_SUMS_TOGETHER)
+        return true;
+    if (!find_crossing(w))
+        return false;
+    write_structure(w);
+    ad_native_sums_parts(w);
+    for (uint32_t part = 0; part < n_parts(w); part++)
+        write_part(*w, part);
+    return true;
 }
 
 void ad_native_call_parts(struct writer *w)
 {
     for (uint32_t part = 0; part < n_parts(w); part++)
-        ad_native_say(w, "s%u_%u(m, l, r, %s, x);\n", w->walk->number, part,
-                      w->walk->along_rows ? "0" : "c");
-    for (const struct instruction *in = w->first; in < w->end; in++)
-        if (is_sum(in))
-            ad_native_instruction(w, in);
-    ad_native_forget_rows(w);
+        ad_native_say(w, "s%u_%u(m, l, chunk, r, %s%s, a);\n", w->walk->number, part,
+                      w->walk->along_rows ? "0" : "c", w->ragged ? ", next, on" : "");
 }

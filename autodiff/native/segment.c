@@ -50,7 +50,7 @@ void ad_native_instruction(struct writer *w, const struct instruction *in)
         ad_native_address(w, &w->p->locs[in->loc[0]]);
         ad_native_say(w, ", v%u_%u);\n", in->loc[0], w->k);
     } else if (w->crosses && w->crosses[in->loc[0]]) {
-        ad_native_say(w, "x[%u] = v%u_%u;\n", ad_native_slot(w, in->loc[0]), in->loc[0], w->k);
+        ad_native_say(w, "a->x[%u] = v%u_%u;\n", ad_native_slot(w, in->loc[0]), in->loc[0], w->k);
     }
 }
 
@@ -129,14 +129,14 @@ static bool write_rows_inside(struct writer *w)
     bool literal = w->g->rows <= MAX_LITERAL_ROWS && w->g->rows * w->g->count <= MAX_LITERAL &&
                    !(w->g->by_rows && w->g->chunks > 1);
     open_vectors(w);
-    ad_native_open_columns(w);
+    ad_native_sums(w, OPEN_COLUMNS);
     ad_native_fill_arrays(w);
     ad_native_declare_all(w, OUTER);
     if (literal)
         write_literal_rows(w);
     else
         done = write_row_loop(w);
-    ad_native_close_columns(w);
+    ad_native_sums(w, CLOSE_COLUMNS);
     ad_native_say(w, "}\n");
     return done;
 }
@@ -144,10 +144,13 @@ static bool write_rows_inside(struct writer *w)
 static void write_rows_outside(struct writer *w)
 {
     ad_native_say(w, "for (size_t r = row; r < row_end; r++) {\n");
+    ad_native_sums(w, OPEN_ROW);
     ad_native_declare_all(w, OUTER);
     open_vectors(w);
     write_instructions(w, 1);
-    ad_native_say(w, "}\n}\n");
+    ad_native_say(w, "}\n");
+    ad_native_sums(w, CLOSE_ROW);
+    ad_native_say(w, "}\n");
 }
 
 static void write_along_rows(struct writer *w)
@@ -166,20 +169,25 @@ bool ad_native_segment(FILE *out, const ad_program *p, const struct walk *walk)
     w.ragged = (walk->along_rows ? g->rows : g->cols) % walk->lanes != 0;
     w.n_known = count_known(&w);
     w.known = calloc(w.n_known, 1);
-    if (!w.known)
+    if (!w.known || !ad_native_find_scatters(&w)) {
+        free(w.known);
         return false;
+    }
     ad_native_find_lists(&w);
     bool done = ad_native_parts(&w);
     if (!w.crosses)
         ad_native_find_arrays(&w);
-    ad_native_say(&w,
-                  "static void s%u(char *m, const u32 *l, size_t chunk, size_t row, size_t row_end,"
-                  " size_t col, size_t col_end)\n{\n"
-                  "(void)l; (void)chunk; (void)row; (void)row_end; (void)col; (void)col_end;\n",
-                  walk->number);
-    ad_native_open_sinks(&w);
+    ad_native_say(
+        &w,
+        "SEGMENT void s%u(char *m, const u32 *l, size_t chunk, size_t row, size_t row_end,"
+        " size_t col, size_t col_end)\n{\n"
+        "(void)l; (void)chunk; (void)row; (void)row_end; (void)col; (void)col_end;\n",
+        walk->number);
     if (w.crosses)
-        ad_native_open_parts(&w);
+        ad_native_say(&w, "struct parts%u parts, *const a = &parts;\n", walk->number);
+    else
+        ad_native_declare_sums(&w);
+    ad_native_sums(&w, OPEN_SEGMENT);
     ad_native_declare_all(&w, FUNCTION);
     if (walk->along_rows)
         write_along_rows(&w);
@@ -187,9 +195,10 @@ bool ad_native_segment(FILE *out, const ad_program *p, const struct walk *walk)
         done = write_rows_inside(&w) && done;
     else
         write_rows_outside(&w);
-    ad_native_close_sinks(&w);
+    ad_native_sums(&w, CLOSE_SEGMENT);
     ad_native_say(&w, "}\n");
     free(w.known);
     free(w.crosses);
+    free(w.scattered);
     return done;
 }

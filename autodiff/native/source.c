@@ -28,6 +28,10 @@ static struct walk *plan_walks(const ad_program *p, size_t *n)
     return walks;
 }
 
+/* A compiler would put segments that are called once into one function, which takes it longer than
+   functions of their length do: worth it for few segments, of which a run is short. */
+static bool is_long(size_t n) { return n > 16; }
+
 static void write_vectors(FILE *out, const ad_program *p, size_t n, const struct walk walks[])
 {
     bool written[MOST_LANES + 1] = {false};
@@ -86,6 +90,7 @@ char *ad_native_source(const ad_program *p, struct native *native)
     bool done = walks && native->segments && out;
     if (done) {
         write_vectors(out, p, n, walks);
+        fprintf(out, "#define SEGMENT static%s\n", is_long(n) ? " __attribute__((noinline))" : "");
         for (size_t i = 0; done && i < n; i++)
             done = !walks[i].segment.fused || ad_native_segment(out, p, &walks[i]);
         write_runs(out, p, n, walks, native);

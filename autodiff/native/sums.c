@@ -1,17 +1,31 @@
 /* Sums of compiled segments. a<number of the sink> is, for a sum over everything, a vector of
-   doubles; for a sum over columns, the doubles of all rows in memory; for added rows, a vector of
-   columns, or an array with one of every row, that is stored when the rows are through. Where such
-   an array is too large, rows are added in memory. */
+   doubles; for a sum over columns, the same for one row, or, where the loop over rows is inside,
+   the doubles of all rows in memory; for added rows, a vector of columns, or an array with one of
+   every row, that is stored when the rows are through. Where such an array is too large, rows are
+   added in memory.
+
+   These are variables of the segment's function; of a segment written in parts, members of a
+   structure that the parts share. */
 #include "writer.h"
+
+#include <stdlib.h>
+
+bool ad_native_find_scatters(struct writer *w)
+{
+    w->scattered = calloc(w->g->n_sinks + 1, 1);
+    for (const struct instruction *in = w->first; in < w->end && w->scattered; in++)
+        if (in->kind == DO_ADD_ROWS && w->p->locs[in->loc[0]].list)
+            w->scattered[in->loc[3] - w->g->first_sink] = 1;
+    return w->scattered;
+}
 
 /* Rows are added into rows by number. */
 static bool scatters(const struct writer *w, uint32_t sink)
 {
-    for (const struct instruction *in = w->first; in < w->end; in++)
-        if (in->kind == DO_ADD_ROWS && in->loc[3] == sink && w->p->locs[in->loc[0]].list)
-            return true;
-    return false;
+    return w->scattered[sink - w->g->first_sink];
 }
+
+static const char *name(const struct writer *w) { return w->crosses ? "a->a" : "a"; }
 
 static bool in_array(const struct writer *w, uint32_t sink)
 {
@@ -37,8 +51,42 @@ static void write_rows(const struct writer *w, uint32_t sink)
 static void write_partial(const struct writer *w, const struct sink *s)
 {
     bool shared = s->kind == DO_SUM_COLS && w->g->by_rows; /* chunks have rows of their own */
-    ad_native_say(w, "(double *)(m + %zu + %s * %zu)", s->partial, shared ? "0" : "chunk",
+    ad_native_say(w, "((double *)(m + %zu + %s * %zu))", s->partial, shared ? "0" : "chunk",
                   s->stride);
+}
+
+static bool kept_for_columns(const struct writer *w, uint32_t sink)
+{
+    return w->p->sinks[sink].kind == DO_ADD_ROWS && !w->walk->along_rows &&
+           (in_array(w, sink) || !scatters(w, sink));
+}
+
+/* A sum over the columns of the row that the outer loop is at. */
+static bool of_one_row(const struct writer *w, uint32_t sink)
+{
+    return w->p->sinks[sink].kind == DO_SUM_COLS && !w->walk->along_rows && !w->walk->rows_inside;
+}
+
+static bool in_doubles(const struct writer *w, uint32_t sink)
+{
+    if (w->p->sinks[sink].kind == DO_SUM_COLS)
+        return of_one_row(w, sink);
+    return w->p->sinks[sink].kind == DO_SUM || (w->walk->along_rows && !scatters(w, sink));
+}
+
+void ad_native_declare_sums(const struct writer *w)
+{
+    for (uint32_t k = 0; k < w->g->n_sinks; k++) {
+        uint32_t sink = w->g->first_sink + k;
+        if (in_doubles(w, sink))
+            ad_native_say(w, "D@ a%u;\n", sink);
+        else if (w->p->sinks[sink].kind == DO_SUM_COLS)
+            ad_native_say(w, "double *a%u;\n", sink);
+        else if (kept_for_columns(w, sink) && scatters(w, sink))
+            ad_native_say(w, "V@ a%u[%u];\n", sink, w->p->sinks[sink].rows);
+        else if (kept_for_columns(w, sink))
+            ad_native_say(w, "V@ a%u;\n", sink);
+    }
 }
 
 /* ---- before and after all loops ---- */
@@ -46,12 +94,14 @@ static void write_partial(const struct writer *w, const struct sink *s)
 static void open_sink(const struct writer *w, uint32_t sink)
 {
     const struct sink *s = &w->p->sinks[sink];
+    if (of_one_row(w, sink))
+        return;
     if (s->kind == DO_SUM_COLS) {
-        ad_native_say(w, "double *const a%u = ", sink);
+        ad_native_say(w, "%s%u = ", name(w), sink);
         write_partial(w, s);
-        ad_native_say(w, ";\nfor (size_t r = row; r < row_end; r++) a%u[r] = 0;\n", sink);
-    } else if (s->kind == DO_SUM || (w->walk->along_rows && !scatters(w, sink))) {
-        ad_native_say(w, "D@ a%u = {0};\n", sink);
+        ad_native_say(w, ";\nfor (size_t r = row; r < row_end; r++) %s%u[r] = 0;\n", name(w), sink);
+    } else if (in_doubles(w, sink)) {
+        ad_native_say(w, "%s%u = (D@){0};\n", name(w), sink);
     } else if (!in_array(w, sink) && scatters(w, sink)) {
         ad_native_say(w, "for (size_t r = 0; r < %u; r++) __builtin_memset(", s->rows);
         write_rows(w, sink);
@@ -66,74 +116,127 @@ static void close_sink(const struct writer *w, uint32_t sink)
     const struct sink *s = &w->p->sinks[sink];
     size_t off = w->p->locs[w->p->instructions[s->instruction].loc[0]].off;
     bool whole = w->g->chunks == 1;
+    if (of_one_row(w, sink))
+        return;
     if (s->kind == DO_SUM_COLS && whole) {
         ad_native_say(w,
                       "for (size_t r = row; r < row_end; r++)"
-                      " store1(m + %zu + r * sizeof(R), (R)a%u[r]);\n",
-                      off, sink);
+                      " store1(m + %zu + r * sizeof(R), (R)%s%u[r]);\n",
+                      off, name(w), sink);
     } else if (s->kind == DO_SUM && whole) {
-        ad_native_say(w, "store1(m + %zu, (R)total@(a%u));\n", off, sink);
+        ad_native_say(w, "store1(m + %zu, (R)total@(%s%u));\n", off, name(w), sink);
     } else if (s->kind == DO_SUM) {
         ad_native_say(w, "*");
         write_partial(w, s);
-        ad_native_say(w, " = total@(a%u);\n", sink);
+        ad_native_say(w, " = total@(%s%u);\n", name(w), sink);
     } else if (s->kind == DO_ADD_ROWS && w->walk->along_rows && !scatters(w, sink)) {
         ad_native_say(w, "store1(");
         write_rows(w, sink);
-        ad_native_say(w, ", (R)total@(a%u));\n", sink);
+        ad_native_say(w, ", (R)total@(%s%u));\n", name(w), sink);
     }
 }
 
-void ad_native_open_sinks(const struct writer *w)
+/* ---- before and after the columns of one row ---- */
+
+static void open_row(const struct writer *w, uint32_t sink)
 {
-    for (uint32_t k = 0; k < w->g->n_sinks; k++)
-        open_sink(w, w->g->first_sink + k);
+    if (of_one_row(w, sink))
+        ad_native_say(w, "%s%u = (D@){0};\n", name(w), sink);
 }
 
-void ad_native_close_sinks(const struct writer *w)
+static void close_row(const struct writer *w, uint32_t sink)
 {
-    for (uint32_t k = 0; k < w->g->n_sinks; k++)
-        close_sink(w, w->g->first_sink + k);
+    const struct sink *s = &w->p->sinks[sink];
+    if (!of_one_row(w, sink))
+        return;
+    if (w->g->chunks == 1) {
+        ad_native_say(w, "store1(m + %zu + r * sizeof(R), (R)total@(%s%u));\n",
+                      w->p->locs[w->p->instructions[s->instruction].loc[0]].off, name(w), sink);
+        return;
+    }
+    write_partial(w, s);
+    ad_native_say(w, "[r] = total@(%s%u);\n", name(w), sink);
 }
 
 /* ---- before and after the rows of one vector of columns ---- */
 
-static bool kept_for_columns(const struct writer *w, uint32_t sink)
+static void open_columns(const struct writer *w, uint32_t sink)
 {
-    return w->p->sinks[sink].kind == DO_ADD_ROWS && (in_array(w, sink) || !scatters(w, sink));
+    if (!kept_for_columns(w, sink))
+        return;
+    if (scatters(w, sink))
+        ad_native_say(w, "for (size_t r = 0; r < %u; r++) { OPAQUE(r); %s%u[r] = all@(0); }\n",
+                      w->p->sinks[sink].rows, name(w), sink);
+    else
+        ad_native_say(w, "%s%u = all@(0);\n", name(w), sink);
 }
 
-void ad_native_open_columns(const struct writer *w)
+static void close_columns(const struct writer *w, uint32_t sink)
 {
-    for (uint32_t k = 0; k < w->g->n_sinks; k++) {
-        uint32_t sink = w->g->first_sink + k, rows = w->p->sinks[sink].rows;
-        if (!kept_for_columns(w, sink))
-            continue;
-        if (scatters(w, sink))
-            ad_native_say(
-                w,
-                "V@ a%u[%u];\nfor (size_t r = 0; r < %u; r++) { OPAQUE(r); a%u[r] = all@(0); }\n",
-                sink, rows, rows, sink);
-        else
-            ad_native_say(w, "V@ a%u = all@(0);\n", sink);
-    }
+    if (!kept_for_columns(w, sink))
+        return;
+    bool array = scatters(w, sink);
+    if (array)
+        ad_native_say(w, "for (size_t r = 0; r < %u; r++) ", w->p->sinks[sink].rows);
+    ad_native_say(w, "store@(");
+    write_rows(w, sink);
+    if (array)
+        ad_native_say(w, " + r * %zu", row_bytes(w, sink));
+    ad_native_say(w, " + c * %zu, %s%u%s);\n", w->p->element, name(w), sink, array ? "[r]" : "");
 }
 
-void ad_native_close_columns(const struct writer *w)
+/* ---- all sums of a segment ---- */
+
+static const struct {
+    void (*write)(const struct writer *w, uint32_t sink);
+    const char *name, *row_column;
+} moments[] = {
+    [OPEN_SEGMENT] = {open_sink, "open", "0, 0"},
+    [CLOSE_SEGMENT] = {close_sink, "close", "0, 0"},
+    [OPEN_ROW] = {open_row, "open_row", "r, 0"},
+    [CLOSE_ROW] = {close_row, "close_row", "r, 0"},
+    [OPEN_COLUMNS] = {open_columns, "open_columns", "0, c"},
+    [CLOSE_COLUMNS] = {close_columns, "close_columns", "0, c"},
+};
+
+enum { MOST_SUMS = 64 }; /* of a function, where there are parts */
+
+static uint32_t n_blocks(const struct writer *w) { return (w->g->n_sinks - 1) / MOST_SUMS + 1; }
+
+static void write_block(const struct writer *w, enum moment moment, uint32_t first, uint32_t count)
 {
-    for (uint32_t k = 0; k < w->g->n_sinks; k++) {
-        uint32_t sink = w->g->first_sink + k;
-        if (!kept_for_columns(w, sink))
-            continue;
-        bool array = scatters(w, sink);
-        if (array)
-            ad_native_say(w, "for (size_t r = 0; r < %u; r++) ", w->p->sinks[sink].rows);
-        ad_native_say(w, "store@(");
-        write_rows(w, sink);
-        if (array)
-            ad_native_say(w, " + r * %zu", row_bytes(w, sink));
-        ad_native_say(w, " + c * %zu, a%u%s);\n", w->p->element, sink, array ? "[r]" : "");
-    }
+    uint32_t left = w->g->n_sinks - first;
+    for (uint32_t k = 0; k < count && k < left; k++)
+        moments[moment].write(w, w->g->first_sink + first + k);
+}
+
+static bool happens(const struct writer *w, enum moment moment)
+{
+    return moment <= CLOSE_SEGMENT ||
+           (!w->walk->along_rows && w->walk->rows_inside == (moment >= OPEN_COLUMNS));
+}
+
+void ad_native_sums_parts(const struct writer *w)
+{
+    for (int moment = 0; w->g->n_sinks && moment < (int)LENGTH(moments); moment++)
+        for (uint32_t b = 0; happens(w, (enum moment)moment) && b < n_blocks(w); b++) {
+            ad_native_say(w,
+                          "static __attribute__((noinline)) void s%u_%s%u(char *m, size_t chunk,"
+                          " size_t row, size_t row_end, size_t col, size_t col_end, size_t r,"
+                          " size_t c, struct parts%u *a)\n{\n",
+                          w->walk->number, moments[moment].name, b, w->walk->number);
+            write_block(w, (enum moment)moment, b * MOST_SUMS, MOST_SUMS);
+            ad_native_say(w, "}\n");
+        }
+}
+
+void ad_native_sums(const struct writer *w, enum moment moment)
+{
+    if (!w->crosses)
+        write_block(w, moment, 0, w->g->n_sinks);
+    for (uint32_t b = 0; w->crosses && w->g->n_sinks && b < n_blocks(w); b++)
+        ad_native_say(w, "s%u_%s%u(m, chunk, row, row_end, col, col_end, %s, a);\n",
+                      w->walk->number, moments[moment].name, b, moments[moment].row_column);
 }
 
 /* ---- adding ---- */
@@ -148,7 +251,7 @@ static void write_new_lanes(const struct writer *w, uint32_t loc)
 
 static void add_to_sum(const struct writer *w, const struct instruction *in, char sign)
 {
-    ad_native_say(w, "a%u %c= wide@(", in->loc[3], sign);
+    ad_native_say(w, "%s%u %c= wide@(", name(w), in->loc[3], sign);
     write_new_lanes(w, in->loc[1]);
     ad_native_say(w, ");\n");
 }
@@ -158,20 +261,38 @@ static void add_to_row_sums(const struct writer *w, const struct instruction *in
     if (w->walk->along_rows) { /* each lane is a row, and all of it */
         ad_native_say(w, "{ const D@ d = wide@(");
         ad_native_name(w, in->loc[1]);
-        ad_native_say(w, "); COPY(a%u + r, &d, sizeof d); }\n", in->loc[3]);
+        ad_native_say(w, "); COPY(%s%u + r, &d, sizeof d); }\n", name(w), in->loc[3]);
         return;
     }
-    ad_native_say(w, "a%u[", in->loc[3]);
+    ad_native_say(w, "%s%u[", name(w), in->loc[3]);
     ad_native_row(w, &(struct loc){0});
-    ad_native_say(w, "] += total@(wide@(");
+    ad_native_say(w, "] += across@(wide@(");
     write_new_lanes(w, in->loc[1]);
     ad_native_say(w, "));\n");
 }
 
-/* Lanes are rows, each of which goes to a row of its own. */
+/* The row that is added into. A sum over rows that shares its memory with scatters has one row. */
+static void write_target(const struct writer *w, const struct instruction *in)
+{
+    const struct loc *o = &w->p->locs[in->loc[0]];
+    if (o->list)
+        ad_native_row(w, o);
+    else
+        ad_native_say(w, "0");
+}
+
+/* Lanes are rows, each of which goes to a row of its own, or all to one. */
 static void scatter_lanes(const struct writer *w, const struct instruction *in, char sign)
 {
     const struct loc *o = &w->p->locs[in->loc[0]];
+    if (!o->list) {
+        ad_native_say(w, "{ char *to = ");
+        write_rows(w, in->loc[3]);
+        ad_native_say(w, "; store1(to, load1(to) %c (R)across@(wide@(", sign);
+        write_new_lanes(w, in->loc[1]);
+        ad_native_say(w, "))); }\n");
+        return;
+    }
     ad_native_say(w, "scatter@(");
     write_rows(w, in->loc[3]);
     ad_native_say(w, ", l + %u + r, %zu, %c", o->list - 1, row_bytes(w, in->loc[3]), sign);
@@ -184,7 +305,7 @@ static void add_in_memory(const struct writer *w, const struct instruction *in, 
     ad_native_say(w, "{ char *to = ");
     write_rows(w, in->loc[3]);
     ad_native_say(w, " + ");
-    ad_native_row(w, &w->p->locs[in->loc[0]]);
+    write_target(w, in);
     ad_native_say(w, " * %zu + c * %zu; store@(to, load@(to) %c ", row_bytes(w, in->loc[3]),
                   w->p->element, sign);
     write_new_lanes(w, in->loc[1]);
@@ -194,10 +315,10 @@ static void add_in_memory(const struct writer *w, const struct instruction *in, 
 static void add_in_registers(const struct writer *w, const struct instruction *in, char sign,
                              bool array)
 {
-    ad_native_say(w, "a%u", in->loc[3]);
+    ad_native_say(w, "%s%u", name(w), in->loc[3]);
     if (array) {
         ad_native_say(w, "[");
-        ad_native_row(w, &w->p->locs[in->loc[0]]);
+        write_target(w, in);
         ad_native_say(w, "]");
     }
     ad_native_say(w, " %c= ", sign);
@@ -210,10 +331,10 @@ void ad_native_add(const struct writer *w, const struct instruction *in)
     uint32_t sink = in->loc[3];
     char sign = w->p->values[in->value].flags & VALUE_NEGATED ? '-' : '+';
     bool scatter = in->kind == DO_ADD_ROWS && scatters(w, sink);
-    if (in->kind == DO_SUM_COLS)
-        add_to_row_sums(w, in);
-    else if (in->kind == DO_SUM || (w->walk->along_rows && !scatter))
+    if (in_doubles(w, sink))
         add_to_sum(w, in, sign);
+    else if (in->kind == DO_SUM_COLS)
+        add_to_row_sums(w, in);
     else if (w->walk->along_rows)
         scatter_lanes(w, in, sign);
     else if (scatter && !in_array(w, sink))

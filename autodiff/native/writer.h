@@ -31,8 +31,9 @@ struct writer {
     const struct walk *walk;
     const struct segment *g;
     const struct instruction *first, *end;
-    uint8_t *known;   /* per location: which of the rows side by side have a variable */
-    uint8_t *crosses; /* per location: read by several parts; NULL where the segment is whole */
+    uint8_t *known;     /* per location: which of the rows side by side have a variable */
+    uint8_t *crosses;   /* per location: read by several parts; NULL where the segment is whole */
+    uint8_t *scattered; /* per sink of the segment: rows are added into rows by number */
     uint32_t n_known;
     struct array arrays[MAX_ARRAYS];
     size_t n_arrays;
@@ -78,11 +79,14 @@ void ad_native_operation(const struct writer *w, const struct instruction *in);
 
 /* ---- sums: sums.c ---- */
 
-void ad_native_open_sinks(const struct writer *w);
-void ad_native_close_sinks(const struct writer *w);
-/* The same for sums over the rows of one vector of columns. */
-void ad_native_open_columns(const struct writer *w);
-void ad_native_close_columns(const struct writer *w);
+bool ad_native_find_scatters(struct writer *w); /* false when out of memory */
+void ad_native_declare_sums(const struct writer *w);
+/* What sums need before and after all loops, the columns of one row, the rows of one vector of
+   columns. */
+enum moment { OPEN_SEGMENT, CLOSE_SEGMENT, OPEN_ROW, CLOSE_ROW, OPEN_COLUMNS, CLOSE_COLUMNS };
+void ad_native_sums(const struct writer *w, enum moment moment);
+/* The functions in which that is done where a segment has parts. */
+void ad_native_sums_parts(const struct writer *w);
 void ad_native_add(const struct writer *w, const struct instruction *in);
 
 /* ---- statements: segment.c ---- */
@@ -95,8 +99,6 @@ void ad_native_forget_rows(struct writer *w);
 
 /* Writes the parts of a segment that is long, and sets `crosses`. False when out of memory. */
 bool ad_native_parts(struct writer *w);
-/* Declares x. */
-void ad_native_open_parts(const struct writer *w);
 /* Stands for the instructions of a row. */
 void ad_native_call_parts(struct writer *w);
 /* Which vector of x a value on a tile goes through. */

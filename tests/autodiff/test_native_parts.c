@@ -96,12 +96,50 @@ static void test_pairs(void **state)
     pairs(AD_F32, 5, 1e-4);
 }
 
+/* A1: a sum of each value, in a segment of several parts: what a sum reads may be overwritten by
+   later instructions. */
+static void test_sums_on_the_way(void **state)
+{
+    enum { COORDINATES = 14 };
+    static const size_t cols[] = {1, 37, 104, 2500};
+    (void)state;
+    native_need_compiler();
+    for (size_t n = 0; n < sizeof cols / sizeof *cols; n++) {
+        ad_tape *tape = ad_tape_new(AD_F64);
+        ad_var x = ad_input(tape, COORDINATES, cols[n], "x"), L = ad_scalar(tape, 0), out[3];
+        for (size_t i = 0; i < COORDINATES; i++)
+            for (size_t j = 0; j < i; j++) {
+                ad_var d = ad_sub(ad_row(x, i), ad_row(x, j));
+                L = ad_add(L, ad_recip(ad_sqrt(ad_add(0.5, ad_square(d)))));
+                L = ad_add(L, ad_mul(1e-3, ad_mul(d, ad_sum(d))));
+            }
+        out[0] = ad_sum(L);
+        out[2] = ad_sum_cols(L);
+        assert_int_equal(ad_grad(out[0], 1, &x, &out[1]), AD_OK);
+        ad_program *interpreted = compile(tape, 3, out), *compiled = compile(tape, 3, out);
+        native_make(compiled);
+        uint64_t random = 31;
+        double *values = random_values(&random, COORDINATES * cols[n], -1, 1);
+        ad_set(interpreted, x, values);
+        ad_set(compiled, x, values);
+        ad_run(interpreted);
+        ad_run(compiled);
+        for (size_t k = 0; k < 3; k++)
+            assert_same_values(interpreted, compiled, out[k], 1e-12, "sums on the way");
+        free(values);
+        ad_program_free(interpreted);
+        ad_program_free(compiled);
+        ad_tape_free(tape);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rows_and_columns),
         cmocka_unit_test(test_chunks),
         cmocka_unit_test(test_pairs),
+        cmocka_unit_test(test_sums_on_the_way),
     };
     return cmocka_run_group_tests(tests, native_open_cache, native_remove_cache);
 }
