@@ -58,6 +58,7 @@ static void end(int number)
     sigset_t set;
     const char *names = whole;
     bool unfinished = phys_whole_abandon_all();
+    ad_native_abandon();
     if (running)
         kill(running, SIGTERM);
     if (unfinished && names)

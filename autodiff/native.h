@@ -15,7 +15,7 @@
 #include <stdio.h>
 
 /* Changes when emitted code and executor no longer fit those of before. */
-#define NATIVE_VERSION 2
+#define NATIVE_VERSION 3
 
 /* What replaces a program's segments. */
 struct native {
@@ -57,9 +57,10 @@ char *ad_native_source(const ad_program *program, struct native *native);
 /* A file of the cache is the user's own, holds this source, and is as it was written. */
 bool ad_native_is_whole(const char *path, const char *source);
 
-/* The shared object of this source: from the cache folder if it is there and unhurt, else compiled
-   and kept there. NULL, with a reason in `note`, where that cannot be. dlclose it. */
-void *ad_native_load(const char *source, const char *isa, const struct compiler *compiler,
-                     struct ad_error *note);
+/* The shared object of this source and its functions run0 ... run<n - 1>: from the cache folder if
+   it is there and unhurt, else compiled and kept there. NULL, with a reason in `note`, where that
+   cannot be; what cannot be loaded is not kept. dlclose it. */
+void *ad_native_load(const char *source, const char *isa, const struct compiler *compiler, size_t n,
+                     ad_native_run *functions[], struct ad_error *note);
 
 #endif

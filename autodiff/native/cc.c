@@ -97,8 +97,9 @@ static void append(const char *to[], size_t *n, const char *const *words)
     to[*n] = NULL;
 }
 
-/* Runs a program with nothing to read; its exit status, or -1. */
-static int run(char *const words[], bool silent)
+/* Runs a program with nothing to read; its exit status, or -1. While it runs, its number is in
+   `running`. */
+static int run(char *const words[], bool silent, _Atomic pid_t *running)
 {
     posix_spawn_file_actions_t files;
     pid_t child;
@@ -113,32 +114,45 @@ static int run(char *const words[], bool silent)
     posix_spawn_file_actions_destroy(&files);
     if (!started)
         return -1;
-    while (waitpid(child, &status, 0) < 0)
-        if (errno != EINTR)
-            return -1;
+    *running = child;
+    pid_t ended;
+    do
+        ended = waitpid(child, &status, 0);
+    while (ended < 0 && errno == EINTR);
+    *running = 0;
+    if (ended < 0)
+        return -1;
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 enum { MAX_ARGUMENTS = 32 };
 
-int ad_cc_run(const struct compiler *c, const char *const *arguments, bool silent)
+static int run_compiler(const struct compiler *c, const char *const *arguments, bool silent,
+                        _Atomic pid_t *running)
 {
     const char *words[MAX_WORDS + MAX_ARGUMENTS + 1];
     size_t n = 0;
     append(words, &n, (const char *const *)c->words);
     append(words, &n, arguments);
-    return run((char *const *)(uintptr_t)words, silent); /* posix_spawn does not write to them */
+    /* posix_spawn does not write to them */
+    return run((char *const *)(uintptr_t)words, silent, running);
+}
+
+int ad_cc_run(const struct compiler *c, const char *const *arguments, bool silent)
+{
+    _Atomic pid_t running = 0;
+    return run_compiler(c, arguments, silent, &running);
 }
 
 bool ad_cc_compile(const struct compiler *c, const char *isa, const char *source,
-                   const char *object, struct ad_error *note)
+                   const char *object, _Atomic pid_t *running, struct ad_error *note)
 {
     const char *words[MAX_ARGUMENTS + 1];
     size_t n = 0;
     append(words, &n, ad_cc_flags(isa));
     append(words, &n, (const char *const[]){"-x", "c", "-o", object, source, "-x", "none", NULL});
     append(words, &n, libraries);
-    if (ad_cc_run(c, words, true) == 0)
+    if (run_compiler(c, words, true, running) == 0)
         return true;
     ad_fail(note, AD_E_IO, "%s does not compile what the program became", c->words[0]);
     return false;

@@ -4,6 +4,8 @@
 
 #include "autodiff/autodiff.h"
 
+#include <sys/types.h>
+
 /* The compiler in the environment (CC, or cc): false, with a reason in `note`, where there is
    none. `words` [MAX_WORDS + 1] point into `text`. */
 enum { MAX_WORDS = 8 };
@@ -15,9 +17,10 @@ struct compiler {
 bool ad_cc_find(struct compiler *compiler, struct ad_error *note);
 /* The flags for an instruction set, NULL at the end. */
 const char *const *ad_cc_flags(const char *isa);
-/* Compiles a file to a shared object; false, with a reason in `note`, where that fails. */
+/* Compiles a file to a shared object; false, with a reason in `note`, where that fails. While the
+   compiler runs, its process is in `running`. */
 bool ad_cc_compile(const struct compiler *compiler, const char *isa, const char *source,
-                   const char *object, struct ad_error *note);
+                   const char *object, _Atomic pid_t *running, struct ad_error *note);
 /* Runs the compiler with these words after its own, NULL at the end; what it says goes to standard
    error, or nowhere. Its exit status, or -1. */
 int ad_cc_run(const struct compiler *compiler, const char *const *arguments, bool silent);
