@@ -81,7 +81,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests test check demo charts docs-pictures peers hnn-table bench lint format sanitize test-o1 coverage matrix mutants torture faults tsan run-threaded recipes fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests test check demo charts docs-pictures peers hnn-table bench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan run-threaded recipes fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -103,6 +103,7 @@ help:
 	@echo '  format     clang-format everything'
 	@echo '  sanitize   every test under ASan and UBSan, every parser against libFuzzer for 2 s (clang)'
 	@echo '  test-o1    tests of the tape with kernels compiled plainly: the oracle'
+	@echo '  fuzz-native  PROGRAMS=1000 random programs from SEED=1 on: machine code (gcc, clang), interpreter, kernels at -O1'
 	@echo '  coverage   lines that the tests run, by gcov: folder by folder, and files under 90 %'
 	@echo '  matrix     the runs of docs/accuracy.md, by gcc and clang, -O0 to -O3, with and without AVX, 1 and 2 threads'
 	@echo '  mutants    a flipped sign in any gradient rule must fail a test'
@@ -280,6 +281,18 @@ fuzz:
 
 test-o1:
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 TEST_DIRS=tests/autodiff check
+
+# Random programs against a plain evaluation. A failure is repeated by PROGRAMS=1 SEED=its seed.
+PROGRAMS ?= 1000
+SEED ?= 1
+fuzz-native: $(BUILD)/tests/autodiff/test_native_fuzz
+	@for cc in gcc clang; do \
+	    if command -v $$cc >/dev/null; then echo "by $$cc"; CC=$$cc $< $(PROGRAMS) $(SEED) || exit; \
+	    else echo "$$cc: skipped, not installed"; fi; \
+	done
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 $(BUILD)/o1/tests/autodiff/test_native_fuzz
+	@echo 'interpreted, kernels at -O1'; \
+	    FUZZ_INTERPRETED=1 $(BUILD)/o1/tests/autodiff/test_native_fuzz $(PROGRAMS) $(SEED)
 
 # -O1, so that lines are still those of the source; tests run side by side, so counts are atomic.
 coverage:

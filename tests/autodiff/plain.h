@@ -1,0 +1,23 @@
+/* Any recording, its gradients included, evaluated node by node by plain loops in double, and with
+   every element a bound of what rounding can make of it: errors of operands, by the operation at
+   both ends of their intervals; the operation's own, in units of the tape's type. A condition that
+   lies within its error makes the error as large as its branches are apart. */
+#ifndef TESTS_AUTODIFF_PLAIN_H
+#define TESTS_AUTODIFF_PLAIN_H
+
+#include "autodiff/autodiff.h"
+
+struct plain {
+    const ad_tape *tape;
+    size_t n, max; /* nodes evaluated so far */
+    double **value, **error;
+};
+
+void plain_init(struct plain *p, const ad_tape *tape);
+void plain_release(struct plain *p);
+/* Values of an input, exact; before plain_run comes to it. */
+void plain_set(struct plain *p, ad_var input, const double *values);
+/* Evaluates what was recorded since. */
+void plain_run(struct plain *p);
+
+#endif
