@@ -276,17 +276,11 @@ double hnn_trainer_seconds(const hnn_trainer *trainer);   /* of them, since trai
 size_t hnn_trainer_steps_now(const hnn_trainer *trainer); /* taken since trainer_new */
 /* Valid until the next step. */
 const struct hnn_row *hnn_trainer_history(const hnn_trainer *trainer, size_t *rows);
-/* Losses over all samples: inside `progress`, and after hnn_trainer_take_step, those after the last
+/* Losses over all samples: inside `progress` those after the last
    step (of the mean over steps, where `average` asks for it), which the model does not have yet;
    else those of the model. */
 double hnn_trainer_train_loss(hnn_trainer *trainer);
 double hnn_trainer_test_loss(hnn_trainer *trainer);
-
-/* For measurements. A step alone, of which neither model nor history learn; AD_E_NONFINITE as
-   above. And the share of time spent in matrix products, inside OpenBLAS: of loss and gradient at
-   the present point, on one thread. */
-enum ad_status hnn_trainer_take_step(hnn_trainer *trainer, struct ad_error *error);
-double hnn_trainer_product_share(hnn_trainer *trainer);
 
 /* The model together with the state of its training; a trainer made the same way and resumed from
    that file goes on to the last bit. */

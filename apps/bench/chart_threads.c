@@ -9,6 +9,7 @@
 #include "sized_gradient.h"
 #include "timing.h"
 #include "hnn/hnn.h"
+#include "hnn/train/train_speed.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,6 +2,7 @@
 #include "training_speed.h"
 #include "hand_training.h"
 #include "autodiff/blas.h"
+#include "hnn/train/train_speed.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -29,10 +29,11 @@ static enum ad_status run_rollout(struct rollout_run *run, struct ad_error *erro
     return error->status;
 }
 
-static enum ad_status follow_states(const struct rollout_options *options, struct ad_error *error)
+static enum ad_status rollout_states(const struct rollout_options *options, hnn_model *model,
+                                     struct ad_error *error)
 {
     struct rollout_run rollout;
-    if (rollout_setup(options, &rollout, error) == AD_OK)
+    if (rollout_setup(options, model, &rollout, error) == AD_OK)
         run_rollout(&rollout, error);
     rollout_free(&rollout);
     return error->status;
@@ -41,7 +42,9 @@ static enum ad_status follow_states(const struct rollout_options *options, struc
 static int run(const void *values, struct ad_error *error)
 {
     const struct rollout_options *options = values;
-    (film_is_for(options->common.argument[0]) ? film_rollout : follow_states)(options, error);
+    hnn_model *model;
+    if (hnn_model_load(options->common.argument[0], &model, error) == AD_OK)
+        (hnn_model_settings(model)->pixels ? film_rollout : rollout_states)(options, model, error);
     return command_status(error);
 }
 

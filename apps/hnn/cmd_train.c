@@ -31,7 +31,8 @@ static int train(struct train_run *run, struct ad_error *error)
     if (run->failed.status != AD_OK)
         ad_fail(error, run->failed.status, "%s", run->failed.message);
     if (error->status != AD_OK || train_save(run, error) != AD_OK ||
-        (run->pixels && train_look_at_motion(run, error) != AD_OK)) {
+        (run->pixels &&
+         hnn_film_motion(run->model, &run->frames, &run->pairs, &run->motion, error) != AD_OK)) {
         result_abandon(&log);
         return command_status(error);
     }

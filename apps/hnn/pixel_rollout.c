@@ -26,10 +26,11 @@ static enum ad_status run_film(struct film *film, struct ad_error *error)
     return error->status;
 }
 
-enum ad_status film_rollout(const struct rollout_options *options, struct ad_error *error)
+enum ad_status film_rollout(const struct rollout_options *options, hnn_model *model,
+                            struct ad_error *error)
 {
     struct film film;
-    if (film_setup(options, &film, error) == AD_OK)
+    if (film_setup(options, model, &film, error) == AD_OK)
         run_film(&film, error);
     film_free(&film);
     return error->status;

@@ -43,16 +43,15 @@ struct film {
     struct film_model model[ROLLOUT_MODELS];
 };
 
-/* The file holds a model of pixels. False, too, for what cannot be read: the caller will say so. */
-bool film_is_for(const char *file);
-/* All that the command does for such a model. */
-enum ad_status film_rollout(const struct rollout_options *options, struct ad_error *error);
+/* All that the command does for a model of pixels, which is freed. */
+enum ad_status film_rollout(const struct rollout_options *options, hnn_model *model,
+                            struct ad_error *error);
 
 /* ---- its parts ---- */
 
-/* Models, starts, outputs. Ends with film_free, whatever it returned. */
-enum ad_status film_setup(const struct rollout_options *options, struct film *film,
-                          struct ad_error *error);
+/* Models, starts, outputs; takes `model`. Ends with film_free, whatever it returned. */
+enum ad_status film_setup(const struct rollout_options *options, hnn_model *model,
+                          struct film *film, struct ad_error *error);
 void film_free(struct film *film);
 /* From one start, or means over many. */
 enum ad_status film_run(struct film *film, struct ad_error *error);

@@ -7,16 +7,6 @@
 
 enum { FRAMES = 300 };
 
-bool film_is_for(const char *file)
-{
-    hnn_model *model;
-    struct ad_error ignored = {0};
-    bool pixels =
-        hnn_model_load(file, &model, &ignored) == AD_OK && hnn_model_settings(model)->pixels > 0;
-    hnn_model_free(model);
-    return pixels;
-}
-
 static enum ad_status check_options(const struct rollout_options *o, struct ad_error *error)
 {
     bool many = o->starts != OPTION_NO_COUNT, adds = !isnan(o->add_energy);
@@ -47,13 +37,16 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
 
 /* ---- models ---- */
 
-static enum ad_status load(struct film *film, const char *file, struct ad_error *error)
+/* `model`: that of the file, where it is loaded already. */
+static enum ad_status add_model(struct film *film, const char *file, hnn_model *model,
+                                struct ad_error *error)
 {
     struct film_model *m = &film->model[film->n_models++];
     m->file = file;
+    m->model = model;
     m->energy_mse = m->pixel_mse = m->conserved_drift = m->energy_before = m->energy_after = NAN;
     m->motion = (struct hnn_latent_motion){NAN, NAN, NAN, NAN, HNN_MOTION_AS_DATA};
-    if (hnn_model_load(file, &m->model, error) != AD_OK ||
+    if ((!model && hnn_model_load(file, &m->model, error) != AD_OK) ||
         hnn_model_ode(m->model, &m->ode, error) != AD_OK)
         return error->status;
     size_t pixels = hnn_model_settings(m->model)->pixels;
@@ -148,14 +141,14 @@ static enum ad_status choose_outputs(struct film *film, struct ad_error *error)
     return AD_OK;
 }
 
-enum ad_status film_setup(const struct rollout_options *options, struct film *film,
-                          struct ad_error *error)
+enum ad_status film_setup(const struct rollout_options *options, hnn_model *model,
+                          struct film *film, struct ad_error *error)
 {
     *film = (struct film){.options = options, .true_energy = NAN};
-    if (check_options(options, error) != AD_OK ||
+    if (add_model(film, options->common.argument[0], model, error) != AD_OK ||
+        check_options(options, error) != AD_OK ||
         rollout_steps(options, &film->settings, error) != AD_OK ||
-        load(film, options->common.argument[0], error) != AD_OK ||
-        (options->against && load(film, options->against, error) != AD_OK) ||
+        (options->against && add_model(film, options->against, NULL, error) != AD_OK) ||
         find_source(film, error) != AD_OK)
         return error->status;
     return choose_outputs(film, error);

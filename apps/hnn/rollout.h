@@ -47,9 +47,9 @@ struct rollout_run {
     double *x0; /* [states] */
 };
 
-/* Models, truth, start, outputs. Ends with rollout_free, whatever it returned. */
-enum ad_status rollout_setup(const struct rollout_options *options, struct rollout_run *run,
-                             struct ad_error *error);
+/* Models, truth, start, outputs; takes `model`. Ends with rollout_free, whatever it returned. */
+enum ad_status rollout_setup(const struct rollout_options *options, hnn_model *model,
+                             struct rollout_run *run, struct ad_error *error);
 void rollout_free(struct rollout_run *run);
 /* Integrator, steps and added energy of the options, for any model. */
 enum ad_status rollout_steps(const struct rollout_options *options,

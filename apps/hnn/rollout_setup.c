@@ -89,13 +89,16 @@ enum ad_status rollout_steps(const struct rollout_options *o, struct hnn_rollout
 
 /* ---- models ---- */
 
-static enum ad_status load(struct rollout_run *run, const char *file, struct ad_error *error)
+/* `model`: that of the file, where it is loaded already. */
+static enum ad_status add_model(struct rollout_run *run, const char *file, hnn_model *model,
+                                struct ad_error *error)
 {
     struct rollout_model *m = &run->model[run->n_models++];
     m->file = file;
+    m->model = model;
     m->energy_mse = m->energy_mse_model = m->coordinate_mse = m->conserved_drift = NAN;
     m->score.energy_mse_published = NAN;
-    if (hnn_model_load(file, &m->model, error) != AD_OK ||
+    if ((!model && hnn_model_load(file, &m->model, error) != AD_OK) ||
         hnn_model_ode(m->model, &m->ode, error) != AD_OK)
         return error->status;
     if (m->ode.n != run->model[0].ode.n)
@@ -257,14 +260,14 @@ static enum ad_status choose_outputs(struct rollout_run *run, struct ad_error *e
     return AD_OK;
 }
 
-enum ad_status rollout_setup(const struct rollout_options *options, struct rollout_run *run,
-                             struct ad_error *error)
+enum ad_status rollout_setup(const struct rollout_options *options, hnn_model *model,
+                             struct rollout_run *run, struct ad_error *error)
 {
     *run = (struct rollout_run){.options = options};
-    if (check_options(options, error) != AD_OK ||
+    if (add_model(run, options->common.argument[0], model, error) != AD_OK ||
+        check_options(options, error) != AD_OK ||
         rollout_steps(options, &run->settings, error) != AD_OK ||
-        load(run, options->common.argument[0], error) != AD_OK ||
-        (options->against && load(run, options->against, error) != AD_OK) ||
+        (options->against && add_model(run, options->against, NULL, error) != AD_OK) ||
         find_truth(run, error) != AD_OK || choose_outputs(run, error) != AD_OK)
         return error->status;
     return options->starts == OPTION_NO_COUNT ? choose_start(run, error) : AD_OK;

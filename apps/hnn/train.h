@@ -28,15 +28,6 @@ struct train_options {
     double checkpoint; /* seconds between checkpoints */
 };
 
-/* How a model of pixels moves along films it was trained on: means over some of them, and the worst
-   verdict. */
-struct train_motion {
-    struct hnn_latent_motion mean;
-    enum hnn_motion_kind kind;
-    double energy, energy_data; /* that frames show of a rod; NaN: not known */
-    size_t films;
-};
-
 struct train_run {
     const struct train_options *options;
     bool pixels; /* it learns from frames, else from data */
@@ -47,7 +38,7 @@ struct train_run {
     hnn_model *model;
     hnn_trainer *trainer;
     struct hnn_training settings;
-    struct train_motion motion; /* of pixels */
+    struct hnn_film_motion motion; /* of pixels */
     struct progress progress;
     double next_checkpoint; /* in seconds of training */
     struct ad_error failed; /* of a checkpoint on the way */
@@ -61,9 +52,6 @@ void train_free(struct train_run *run);
    tells of them (train_frames.c). */
 enum ad_status train_read_frames(struct train_run *run, struct ad_error *error);
 enum ad_status train_note_frames(struct train_run *run, struct ad_error *error);
-
-/* Fills run->motion once it is trained (train_motion.c). */
-enum ad_status train_look_at_motion(struct train_run *run, struct ad_error *error);
 
 /* Writes --out: the model, and all that --resume needs. */
 enum ad_status train_save(struct train_run *run, struct ad_error *error);

@@ -53,7 +53,7 @@ static void report_columns(const struct train_run *run, struct report *report)
         report_line(report, "  the line of units is left out");
 }
 
-static void report_motion(const struct train_motion *m, struct report *report)
+static void report_motion(const struct hnn_film_motion *m, struct report *report)
 {
     report_text(report, "motion", "motion", hnn_motion_names[m->kind]);
     report_number(report, "latent_spread", "latent spread", NULL, m->mean.latent);

@@ -74,33 +74,6 @@ static enum ad_status model_settings(const struct train_run *run, struct hnn_set
     return error->status;
 }
 
-/* Sizes of the rates as rollouts show them, in their first step. */
-static void rates_of_rollouts(const struct hnn_dataset *data, double *rate)
-{
-    size_t n = data->train.n;
-    for (size_t k = 0; k < 2 * data->dof; k++) {
-        double sum = 0;
-        for (size_t i = 0; i < n; i++) {
-            double step = data->train.target[k * n + i] - data->train.x[k * n + i];
-            sum += pow(step / data->train.steps[i], 2);
-        }
-        rate[k] = sqrt(sum / (double)n);
-    }
-}
-
-static enum ad_status normalise(hnn_model *model, const struct hnn_dataset *data,
-                                struct ad_error *error)
-{
-    double *rate = malloc(2 * data->dof * sizeof *rate);
-    if (!rate)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (!data->rate)
-        rates_of_rollouts(data, rate);
-    hnn_model_normalise(model, data->centre, data->scale, data->rate ? data->rate : rate, error);
-    free(rate);
-    return error->status;
-}
-
 static enum ad_status note_all(const struct train_run *run, struct ad_error *error)
 {
     const struct train_options *o = run->options;
@@ -124,7 +97,7 @@ static enum ad_status make_model(struct train_run *run, struct ad_error *error)
     if (model_settings(run, &settings, error) != AD_OK ||
         hnn_model_new(&settings, &run->model, error) != AD_OK)
         return error->status;
-    if (o->normalise && normalise(run->model, &run->data, error) != AD_OK)
+    if (o->normalise && hnn_dataset_normalise(&run->data, run->model, error) != AD_OK)
         return error->status;
     if (run->pixels && train_note_frames(run, error) != AD_OK)
         return error->status;

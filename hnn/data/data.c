@@ -73,6 +73,35 @@ static enum ad_status measure_scales(struct hnn_dataset *dataset, bool rates,
     return AD_OK;
 }
 
+/* Of rollouts: sizes of the rates in their first step. */
+static void rates_of_rollouts(const struct hnn_dataset *data, double *rate)
+{
+    size_t n = data->train.n;
+    for (size_t k = 0; k < 2 * data->dof; k++) {
+        double sum = 0;
+        for (size_t i = 0; i < n; i++) {
+            double step = data->train.target[k * n + i] - data->train.x[k * n + i];
+            sum += pow(step / data->train.steps[i], 2);
+        }
+        rate[k] = sqrt(sum / (double)n);
+    }
+}
+
+enum ad_status hnn_dataset_normalise(const struct hnn_dataset *data, hnn_model *model,
+                                     struct ad_error *error)
+{
+    if (HNN_NEEDS(error, data, model) != AD_OK)
+        return error->status;
+    double *rate = malloc(2 * data->dof * sizeof *rate);
+    if (!rate)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (!data->rate)
+        rates_of_rollouts(data, rate);
+    hnn_model_normalise(model, data->centre, data->scale, data->rate ? data->rate : rate, error);
+    free(rate);
+    return error->status;
+}
+
 /* ---- the data set ---- */
 
 /* Steps of rollouts are those of the file. */

@@ -94,6 +94,10 @@ struct hnn_dataset {
 enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
                                 struct hnn_dataset *dataset, struct ad_error *error);
 void hnn_dataset_free(struct hnn_dataset *dataset); /* takes zero-initialised ones too */
+/* hnn_model_normalise by the means, deviations and rates of the training samples; of rollouts by
+   the rates in their first step. */
+enum ad_status hnn_dataset_normalise(const struct hnn_dataset *dataset, hnn_model *model,
+                                     struct ad_error *error);
 
 /* ---- from a published system ---- */
 

@@ -2,7 +2,7 @@
 #ifndef HNN_DATA_SOURCE_H
 #define HNN_DATA_SOURCE_H
 
-#include "hnn/internal.h"
+#include "hnn/model/internal.h"
 #include "physics/io/csv.h"
 
 struct hnn_source;

@@ -2,7 +2,7 @@
    back, the middle ones with residual links (K. He, X. Zhang, S. Ren, J. Sun, CVPR 2016), as in the
    code published with arXiv 1906.01563:
        h = relu(L1 x); h += relu(L2 h); h += relu(L3 h); z = L4 h. */
-#include "hnn/internal.h"
+#include "internal.h"
 
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* Models in files: settings as attributes, every block of parameters as a dataset of its name.
    Damage is found by the file's seal (physics/io/checksum.h) before anything is read. */
-#include "hnn/internal.h"
+#include "internal.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* A model on a tape: networks, their scalars, and the field made of these. Parameters are cut from
    one flat vector by views, so their gradient is one flat vector too. */
-#include "hnn/internal.h"
+#include "internal.h"
 
 #include <stdlib.h>
 

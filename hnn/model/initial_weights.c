@@ -2,7 +2,7 @@
    Orthogonal: A. Saxe, J. McClelland, S. Ganguli, ICLR 2014; by Gram and Schmidt, twice, of normal
    vectors, which leaves no direction preferred. X. Glorot, Y. Bengio, AISTATS 2010; K. He, X.
    Zhang, S. Ren, J. Sun, ICCV 2015. */
-#include "hnn/internal.h"
+#include "internal.h"
 
 #include <math.h>
 #include <stdlib.h>

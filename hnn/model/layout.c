@@ -1,5 +1,5 @@
 /* Where each parameter lies in the flat vector: networks, layers, weight before bias. */
-#include "hnn/internal.h"
+#include "internal.h"
 
 #include <stdio.h>
 

@@ -1,5 +1,5 @@
 /* A model: settings, parameters, remarks. */
-#include "hnn/internal.h"
+#include "internal.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,9 +1,7 @@
 /* The states and energies that a model was trained on: beyond them a network knows nothing. */
-#include "hnn/internal.h"
-#include "hnn/rollout/rollout.h"
+#include "internal.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 
 enum { ENERGIES = 4096 }; /* states at most whose H is looked at */
@@ -65,51 +63,4 @@ struct hnn_range hnn_model_range(const hnn_model *model)
         return (struct hnn_range){NULL, NULL};
     size_t width = hnn_states(model) + 1;
     return (struct hnn_range){model->range, model->range ? model->range + width : NULL};
-}
-
-/* ---- beyond it ---- */
-
-/* What is beyond by less than this part of what was seen is not told: H was seen at some states
-   alone, and a start is given with few digits. */
-static const double margin = 1.0 / 200;
-
-static bool beyond(double value, double low, double high)
-{
-    double slack = margin * (high - low);
-    return value < low - slack || value > high + slack;
-}
-
-/* H is looked at first: where motion leaves its level, it is no longer what was learnt, wherever
-   on the way the components are. */
-static bool outside(const hnn_model *model, const double *y, double energy, char *what, size_t size)
-{
-    const struct hnn_range seen = hnn_model_range(model);
-    size_t states = hnn_states(model);
-    char name[32];
-    if (beyond(energy, seen.low[states], seen.high[states])) {
-        snprintf(what, size, "H = %.6g, seen in training: %.6g to %.6g", energy, seen.low[states],
-                 seen.high[states]);
-        return true;
-    }
-    for (size_t k = 0; k < states; k++)
-        if (beyond(y[k], seen.low[k], seen.high[k])) {
-            hnn_model_component(model, k, name, sizeof name);
-            snprintf(what, size, "%s = %.6g, seen in training: %.6g to %.6g", name, y[k],
-                     seen.low[k], seen.high[k]);
-            return true;
-        }
-    return false;
-}
-
-size_t hnn_path_outside(hnn_model *model, const struct hnn_path *path, char *what, size_t size)
-{
-    if (!model || !path)
-        return 0;
-    size_t i = model->range && path->states == hnn_states(model) ? 0 : path->n;
-    for (; i < path->n; i++) {
-        const double *y = path->x + i * path->states;
-        if (outside(model, y, hnn_model_energy(model, y), what, size))
-            break;
-    }
-    return i;
 }

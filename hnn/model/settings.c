@@ -1,5 +1,5 @@
 /* Settings of a model: defaults, names, and what they may be. */
-#include "hnn/internal.h"
+#include "internal.h"
 
 #include <stdio.h>
 #include <string.h>

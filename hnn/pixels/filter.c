@@ -2,7 +2,7 @@
    "bilinear" is where it makes pictures smaller (P. Heckbert, "Fundamentals of texture mapping and
    image warping", 1989, 3.5): a pixel sees what is nearer than a pixel's width both ways, with the
    weights 1 - |x|, 1 - |y| of the distances in widths, over their sum within the frame. */
-#include "hnn/internal.h"
+#include "hnn/model/internal.h"
 #include "render.h"
 
 #include <assert.h>

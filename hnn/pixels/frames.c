@@ -1,5 +1,6 @@
 /* Frames in memory, and which of their pairs are for the test. */
 #include "frames.h"
+#include "hnn/data/data_table.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #ifndef HNN_FRAMES_H
 #define HNN_FRAMES_H
 
-#include "hnn/internal.h"
+#include "hnn/model/internal.h"
 #include "pixels.h"
 
 /* Sizes and room for the pixels; and for angles and speeds. AD_E_MEMORY. */

@@ -1,6 +1,6 @@
 /* Motion in the latent space of a model of pixels (latent.h). */
 #include "latent.h"
-#include "hnn/internal.h"
+#include "hnn/model/internal.h"
 
 #include <stdlib.h>
 

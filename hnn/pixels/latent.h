@@ -10,6 +10,7 @@
 #define HNN_LATENT_H
 
 #include "hnn/rollout/rollout.h"
+#include "pixels.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -51,6 +52,20 @@ enum ad_status hnn_latent_motion(const hnn_model *model, size_t n, size_t frame,
                                  const float *frames, const struct hnn_path *path,
                                  const float *foreseen, struct hnn_latent_motion *motion,
                                  struct ad_error *error);
+
+/* How a model of pixels moves along films it was trained on: means over `films` of them, and the
+   worst verdict. */
+struct hnn_film_motion {
+    struct hnn_latent_motion mean;
+    enum hnn_motion_kind kind;
+    double energy, energy_data; /* that frames show of a rod; NaN: not known */
+    size_t films;
+};
+/* Follows the model from the beginning of up to four trajectories with pairs to train on, for as
+   long as they are. A motion that explodes is one that runs away, and not in the means. */
+enum ad_status hnn_film_motion(hnn_model *model, const struct hnn_frames *frames,
+                               const struct hnn_split_pairs *pairs, struct hnn_film_motion *motion,
+                               struct ad_error *error);
 
 #ifdef __cplusplus
 #pragma GCC diagnostic pop

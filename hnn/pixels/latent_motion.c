@@ -1,6 +1,6 @@
 /* Whether a model of pixels moves as what it was shown does (latent.h). */
 #include "latent.h"
-#include "hnn/internal.h"
+#include "hnn/model/internal.h"
 
 #include <math.h>
 #include <stdlib.h>

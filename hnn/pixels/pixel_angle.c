@@ -4,7 +4,7 @@
    angles begins a Gauss-Newton iteration in phi with a always at its least (variable projection:
    G. Golub, V. Pereyra, SIAM J. Numer. Anal. 10, 413, 1973). It ends where <f - a r, r'> = 0, so
    that a frame which is a drawn one gives its very angle, however rough the r' by differences. */
-#include "hnn/internal.h"
+#include "hnn/model/internal.h"
 #include "pixel_energy.h"
 
 #include <math.h>

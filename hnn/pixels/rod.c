@@ -1,6 +1,6 @@
 /* The pendulum of pixels.h: Pendulum-v0 of OpenAI Gym (G. Brockman et al., arXiv 1606.01540)
    without torque and without its limit of the speed, which starts near hanging do not reach. */
-#include "hnn/internal.h"
+#include "hnn/model/internal.h"
 #include "pixels.h"
 
 #include <math.h>

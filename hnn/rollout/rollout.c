@@ -2,7 +2,7 @@
    steps, and the way back takes the same ones; chosen steps ignore outputs, which come from their
    polynomials. */
 #include "rollout.h"
-#include "hnn/internal.h"
+#include "hnn/model/internal.h"
 
 #include <math.h>
 #include <stdlib.h>

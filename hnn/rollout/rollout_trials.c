@@ -1,7 +1,7 @@
 /* Energy errors as the table of arXiv 1906.01563 has them: models and truth from the same random
    starts (rollout.h). */
 #include "rollout.h"
-#include "hnn/internal.h"
+#include "hnn/model/internal.h"
 #include "hnn/tasks/task.h"
 
 #include <math.h>

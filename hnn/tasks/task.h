@@ -3,7 +3,7 @@
 #define HNN_TASK_H
 
 #include "hnn/data/data.h"
-#include "hnn/internal.h"
+#include "hnn/model/internal.h"
 
 extern const struct hnn_task hnn_task_spring, hnn_task_pendulum, hnn_task_two_body,
     hnn_task_three_body;

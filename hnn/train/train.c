@@ -1,6 +1,7 @@
 /* Training: a step is one program, forward, in-graph gradient, loss and backward, run over the
    blocks of a batch, and one step of an optimiser on the flat parameters. */
 #include "train.h"
+#include "train_speed.h"
 #include "autodiff/clock.h"
 
 #include <math.h>
@@ -145,8 +146,9 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
     size_t batch = t->settings.batch ? t->settings.batch : train->n;
     if (hnn_learner_new(t, train, error) != AD_OK || prepare_data(t, train, test, error) != AD_OK ||
         hnn_problem_new(&t->problem, t->learner, &t->settings, batch, error) != AD_OK ||
-        hnn_survey_new(&t->train_survey, t->learner, &t->settings, &t->train, error) != AD_OK ||
-        hnn_survey_new(&t->test_survey, t->learner, &t->settings, &t->test, error) != AD_OK ||
+        hnn_loss_evaluator_new(&t->train_loss, t->learner, &t->settings, &t->train, error) !=
+            AD_OK ||
+        hnn_loss_evaluator_new(&t->test_loss, t->learner, &t->settings, &t->test, error) != AD_OK ||
         prepare_method(t, error) != AD_OK) {
         hnn_trainer_free(t);
         return error->status;
@@ -163,8 +165,8 @@ void hnn_trainer_free(hnn_trainer *t)
         return;
     if (t->method)
         t->settings.optimiser->destroy(t->method);
-    hnn_survey_free(&t->train_survey);
-    hnn_survey_free(&t->test_survey);
+    hnn_loss_evaluator_free(&t->train_loss);
+    hnn_loss_evaluator_free(&t->test_loss);
     hnn_problem_free(&t->problem);
     hnn_data_free(&t->train);
     hnn_data_free(&t->test);
@@ -199,12 +201,12 @@ static const void *present_point(hnn_trainer *t)
 
 double hnn_trainer_train_loss(hnn_trainer *t)
 {
-    return t ? hnn_survey_loss(&t->train_survey, present_point(t), t->size_bytes) : (double)NAN;
+    return t ? hnn_evaluate_loss(&t->train_loss, present_point(t), t->size_bytes) : (double)NAN;
 }
 
 double hnn_trainer_test_loss(hnn_trainer *t)
 {
-    return t ? hnn_survey_loss(&t->test_survey, present_point(t), t->size_bytes) : (double)NAN;
+    return t ? hnn_evaluate_loss(&t->test_loss, present_point(t), t->size_bytes) : (double)NAN;
 }
 
 double hnn_trainer_product_share(hnn_trainer *t)
@@ -241,12 +243,12 @@ enum ad_status hnn_history_add(hnn_trainer *t, const struct hnn_row *row, struct
 }
 
 /* Closes a row of the history: the test loss, and whether it is the least so far. */
-static enum ad_status survey(hnn_trainer *t, struct ad_error *error)
+static enum ad_status evaluate_losses(hnn_trainer *t, struct ad_error *error)
 {
     const void *point = hnn_trainer_outcome(t);
     struct hnn_row row = {.step = t->step,
                           .train_loss = t->loss_sum / (double)t->loss_count,
-                          .test_loss = hnn_survey_loss(&t->test_survey, point, t->size_bytes),
+                          .test_loss = hnn_evaluate_loss(&t->test_loss, point, t->size_bytes),
                           .seconds = t->seconds};
     t->loss_sum = 0;
     t->loss_count = 0;
@@ -307,7 +309,8 @@ static enum ad_status take_steps(hnn_trainer *t, enum hnn_stop *stop, struct ad_
             return error->status;
         t->seconds += ad_now() - began;
         bool last = stalled || t->step >= t->settings.steps;
-        if (!*stop && (last || t->step % t->settings.every == 0) && survey(t, error) != AD_OK)
+        if (!*stop && (last || t->step % t->settings.every == 0) &&
+            evaluate_losses(t, error) != AD_OK)
             return error->status;
         if (!*stop && t->settings.progress && !t->settings.progress(t->settings.context, t))
             *stop = HNN_STOP_INTERRUPTED;

@@ -2,7 +2,7 @@
 #ifndef HNN_TRAIN_H
 #define HNN_TRAIN_H
 
-#include "hnn/internal.h"
+#include "hnn/model/internal.h"
 
 /* Pixels of a frame that some frame of the training lights; NULL: all. */
 struct hnn_lit {
@@ -101,19 +101,20 @@ double hnn_problem_evaluate(const struct hnn_problem *problem);
 double hnn_problem_products(const struct hnn_problem *problem);
 
 /* The loss over many samples, in pieces of one program. */
-struct hnn_survey {
+struct hnn_loss_evaluator {
     ad_tape *tape;
     ad_var parameters, x, target, losses;
     ad_program *program;
     size_t piece;
     const struct hnn_data *data;
 };
-enum ad_status hnn_survey_new(struct hnn_survey *survey, const hnn_model *model,
-                              const struct hnn_training *training, const struct hnn_data *data,
-                              struct ad_error *error);
-void hnn_survey_free(struct hnn_survey *survey);
+enum ad_status hnn_loss_evaluator_new(struct hnn_loss_evaluator *evaluator, const hnn_model *model,
+                                      const struct hnn_training *training,
+                                      const struct hnn_data *data, struct ad_error *error);
+void hnn_loss_evaluator_free(struct hnn_loss_evaluator *evaluator);
 /* Mean loss at a point [n]; NaN without samples. */
-double hnn_survey_loss(const struct hnn_survey *survey, const void *point, size_t bytes);
+double hnn_evaluate_loss(const struct hnn_loss_evaluator *evaluator, const void *point,
+                         size_t bytes);
 
 /* ---- methods (train_optimiser.c, train_lbfgs.c) ---- */
 
@@ -142,7 +143,7 @@ struct hnn_trainer {
     struct hnn_training settings;
     struct hnn_data train, test;
     struct hnn_problem problem;
-    struct hnn_survey train_survey, test_survey;
+    struct hnn_loss_evaluator train_loss, test_loss;
     void *method;
     bool delivered; /* no step was taken since the model had the result */
     size_t step, steps_now, size_bytes;

@@ -133,11 +133,11 @@ ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *trai
 
 /* ---- all samples ---- */
 
-enum ad_status hnn_survey_new(struct hnn_survey *s, const hnn_model *model,
-                              const struct hnn_training *training, const struct hnn_data *data,
-                              struct ad_error *error)
+enum ad_status hnn_loss_evaluator_new(struct hnn_loss_evaluator *s, const hnn_model *model,
+                                      const struct hnn_training *training,
+                                      const struct hnn_data *data, struct ad_error *error)
 {
-    *s = (struct hnn_survey){.data = data, .piece = piece_of(data)};
+    *s = (struct hnn_loss_evaluator){.data = data, .piece = piece_of(data)};
     if (data->n == 0)
         return AD_OK;
     s->tape = ad_tape_new(data->type);
@@ -157,15 +157,15 @@ enum ad_status hnn_survey_new(struct hnn_survey *s, const hnn_model *model,
     return AD_OK;
 }
 
-void hnn_survey_free(struct hnn_survey *s)
+void hnn_loss_evaluator_free(struct hnn_loss_evaluator *s)
 {
     ad_program_free(s->program);
     ad_tape_free(s->tape);
-    *s = (struct hnn_survey){0};
+    *s = (struct hnn_loss_evaluator){0};
 }
 
 /* Sum of the first `count` losses of a piece. */
-static double sum_losses(const struct hnn_survey *s, size_t count)
+static double sum_losses(const struct hnn_loss_evaluator *s, size_t count)
 {
     const void *losses = ad_data(s->program, s->losses);
     double sum = 0;
@@ -175,7 +175,7 @@ static double sum_losses(const struct hnn_survey *s, size_t count)
     return sum;
 }
 
-double hnn_survey_loss(const struct hnn_survey *s, const void *point, size_t bytes)
+double hnn_evaluate_loss(const struct hnn_loss_evaluator *s, const void *point, size_t bytes)
 {
     const struct hnn_data *data = s->data;
     double sum = 0;

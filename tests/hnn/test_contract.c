@@ -8,6 +8,7 @@
 #include "tests/close.h"
 #include "tests/files.h"
 #include "tests/mentions.h"
+#include "hnn/train/train_speed.h"
 
 #include <stdio.h>
 #include <stdlib.h>

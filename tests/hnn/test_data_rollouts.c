@@ -67,12 +67,41 @@ static void test_uneven_steps(void **state)
         AD_E_ARGUMENT, "0.25 0.5");
 }
 
+/* A model is normalised by means, deviations and the rates of first steps, here by hand. */
+static void test_normalised_by_rollouts(void **state)
+{
+    (void)state;
+    struct path file = files_write_text("steps.csv", "t,q,p\n0,1,2\n1,2,5\n3,1,1\n");
+    struct hnn_dataset d =
+        dataset_of(&(struct hnn_dataset_settings){.file = file.text, .time = "t", .rollout = 1});
+    struct hnn_settings settings = hnn_defaults(HNN_BASELINE, 1);
+    settings.hidden[0] = settings.hidden[1] = 4;
+    double rate[2][2];
+    for (int k = 0; k < 2; k++) {
+        struct ad_error error = {0};
+        hnn_model *model;
+        assert_int_equal(hnn_model_new(&settings, &model, &error), AD_OK);
+        if (k == 0)
+            hnn_dataset_normalise(&d, model, &error);
+        else
+            hnn_model_normalise(model, (double[]){1.5, 3.5}, (double[]){0.5, 1.5},
+                                (double[]){sqrt((1 + 0.25) / 2), sqrt((9 + 4) / 2.0)}, &error);
+        assert_int_equal(error.status, AD_OK);
+        assert_int_equal(hnn_model_field(model, (double[]){0.3, -0.7}, rate[k]), AD_OK);
+        hnn_model_free(model);
+    }
+    assert_close(rate[0][0], rate[1][0], 1e-12, 0);
+    assert_close(rate[0][1], rate[1][1], 1e-12, 0);
+    hnn_dataset_free(&d);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rollouts),
         cmocka_unit_test(test_rollouts_do_not_see_the_test),
         cmocka_unit_test(test_uneven_steps),
+        cmocka_unit_test(test_normalised_by_rollouts),
     };
     return cmocka_run_group_tests_name("data sets", tests, files_setup, files_teardown);
 }

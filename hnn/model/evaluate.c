@@ -1,6 +1,6 @@
 /* Evaluations of a model: programs of their own, compiled when first needed. Their precision is
    not that of training: integrators with small tolerances need a field without the noise of f32. */
-#include "hnn/internal.h"
+#include "internal.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,8 +1,11 @@
-/* Shared by the files of this folder alone. */
+/* A model from the inside, for the folders of hnn. What lives here: settings, layout of the
+   parameters, networks on a tape, evaluation, the range of training, model files. Other programs
+   use hnn/hnn.h. Folders include in one direction: model < data < tasks < rollout < pixels, and
+   model < train. */
 #ifndef HNN_INTERNAL_H
 #define HNN_INTERNAL_H
 
-#include "hnn.h"
+#include "hnn/hnn.h"
 #include "physics/io/random.h"
 #include "physics/io/hdf5_file.h"
 
@@ -73,10 +76,6 @@ static inline enum ad_status hnn_tape_status(const ad_tape *tape, struct ad_erro
    there. `what` is what they are names of. */
 enum ad_status hnn_find(const char *what, const char *name, const char *const names[],
                         size_t *index, struct ad_error *error);
-
-/* Whether the next of `left` is one of the `wanted`: each with the chance that makes exactly so
-   many of them in the end (data_split.c). */
-bool hnn_select(struct phys_random *random, size_t *wanted, size_t *left);
 
 enum ad_status hnn_activation_find(const char *name, const struct hnn_activation **activation,
                                    struct ad_error *error);

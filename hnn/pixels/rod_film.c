@@ -1,6 +1,6 @@
 /* Frames of the pendulum from random starts, as published (experiment-pixels of S. Greydanus et
    al., arXiv 1906.01563, appendix B). */
-#include "hnn/pixels/frames.h"
+#include "frames.h"
 
 #include <math.h>
 

@@ -1,8 +1,6 @@
-/* Whether a trained model of pixels moves: followed from the beginning of some films it was trained
-   on, for as long as they are. */
-#include "train.h"
-#include "hnn/pixels/latent.h"
-#include "hnn/pixels/pixel_energy.h"
+/* Whether a model of pixels moves as the films it was trained on (latent.h). */
+#include "latent.h"
+#include "pixel_energy.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -25,25 +23,24 @@ static double mean_energy(const struct hnn_frames *f, const float *pixels, doubl
 }
 
 /* A field that explodes on the way is one that runs away. */
-static enum ad_status follow(struct train_run *run, size_t first, float *foreseen, double *work,
-                             struct ad_error *error)
+static enum ad_status follow_film(hnn_model *model, const struct hnn_frames *f, size_t first,
+                                  float *foreseen, double *work, struct hnn_film_motion *m,
+                                  struct ad_error *error)
 {
-    const struct hnn_frames *f = &run->frames;
     size_t n = f->frames - 1, frame = f->height * f->width;
     const float *frames = hnn_frames_pair(f, first);
-    struct train_motion *m = &run->motion;
     struct hnn_path path = {0};
     struct hnn_latent_motion motion;
     struct ad_error exploded = {0};
     hnn_times(0, (double)(n - 1), n, work);
     enum ad_status status =
-        hnn_foresee(run->model, frames, &(struct hnn_rollout_settings){.n = n, .t = work}, frame,
-                    &path, foreseen, NULL, &exploded);
+        hnn_foresee(model, frames, &(struct hnn_rollout_settings){.n = n, .t = work}, frame, &path,
+                    foreseen, NULL, &exploded);
     if (status == AD_E_NONFINITE || status == AD_E_ACCURACY) {
         m->kind = HNN_MOTION_RUNS_AWAY;
     } else if (status != AD_OK) {
         ad_fail(error, status, "%s", exploded.message);
-    } else if (hnn_latent_motion(run->model, f->frames, frame, frames, &path, foreseen, &motion,
+    } else if (hnn_latent_motion(model, f->frames, frame, frames, &path, foreseen, &motion,
                                  error) == AD_OK) {
         m->kind = motion.kind > m->kind ? motion.kind : m->kind;
         m->mean.latent += motion.latent;
@@ -58,7 +55,7 @@ static enum ad_status follow(struct train_run *run, size_t first, float *foresee
     return error->status;
 }
 
-static void divide(struct train_motion *m)
+static void sums_to_means(struct hnn_film_motion *m)
 {
     double *sum[] = {&m->mean.latent,      &m->mean.latent_data, &m->mean.frames,
                      &m->mean.frames_data, &m->energy,           &m->energy_data};
@@ -66,18 +63,20 @@ static void divide(struct train_motion *m)
         *sum[k] = m->films ? *sum[k] / (double)m->films : (double)NAN;
 }
 
-enum ad_status train_look_at_motion(struct train_run *run, struct ad_error *error)
+enum ad_status hnn_film_motion(hnn_model *model, const struct hnn_frames *f,
+                               const struct hnn_split_pairs *pairs, struct hnn_film_motion *motion,
+                               struct ad_error *error)
 {
-    const struct hnn_frames *f = &run->frames;
-    size_t each = f->frames - 2, films = run->pairs.n_train / each, n = f->frames - 1;
+    size_t each = f->frames - 2, films = pairs->n_train / each, n = f->frames - 1;
     size_t stride = films > FILMS ? films / FILMS : 1;
+    *motion = (struct hnn_film_motion){0};
     float *foreseen = malloc(n * f->height * f->width * sizeof *foreseen);
     double *work = malloc(2 * n * sizeof *work);
     if (!foreseen || !work)
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu frames", n);
     for (size_t k = 0; k < films && k < FILMS * stride && error->status == AD_OK; k += stride)
-        follow(run, run->pairs.train[k * each], foreseen, work, error);
-    divide(&run->motion);
+        follow_film(model, f, pairs->train[k * each], foreseen, work, motion, error);
+    sums_to_means(motion);
     free(foreseen);
     free(work);
     return error->status;

@@ -1,0 +1,52 @@
+/* Where a motion leaves the states and energies that its model was trained on (rollout.h). */
+#include "rollout.h"
+
+#include <stdio.h>
+
+/* What is beyond by less than this part of what was seen is not told: H was seen at some states
+   alone, and a start is given with few digits. */
+static const double margin = 1.0 / 200;
+
+static bool beyond(double value, double low, double high)
+{
+    double slack = margin * (high - low);
+    return value < low - slack || value > high + slack;
+}
+
+/* H is looked at first: where motion leaves its level, it is no longer what was learnt, wherever
+   on the way the components are. */
+static bool state_outside(const hnn_model *model, const double *y, double energy, char *what,
+                          size_t size)
+{
+    const struct hnn_range seen = hnn_model_range(model);
+    size_t states = 2 * hnn_model_settings(model)->dof;
+    char name[32];
+    if (beyond(energy, seen.low[states], seen.high[states])) {
+        snprintf(what, size, "H = %.6g, seen in training: %.6g to %.6g", energy, seen.low[states],
+                 seen.high[states]);
+        return true;
+    }
+    for (size_t k = 0; k < states; k++)
+        if (beyond(y[k], seen.low[k], seen.high[k])) {
+            hnn_model_component(model, k, name, sizeof name);
+            snprintf(what, size, "%s = %.6g, seen in training: %.6g to %.6g", name, y[k],
+                     seen.low[k], seen.high[k]);
+            return true;
+        }
+    return false;
+}
+
+size_t hnn_path_outside(hnn_model *model, const struct hnn_path *path, char *what, size_t size)
+{
+    if (!model || !path)
+        return 0;
+    size_t i = hnn_model_range(model).low && path->states == 2 * hnn_model_settings(model)->dof
+                   ? 0
+                   : path->n;
+    for (; i < path->n; i++) {
+        const double *y = path->x + i * path->states;
+        if (state_outside(model, y, hnn_model_energy(model, y), what, size))
+            break;
+    }
+    return i;
+}
