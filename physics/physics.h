@@ -10,6 +10,7 @@
 #include "physics/system/system.h"
 #include "physics/io/names.h"
 #include "physics/lagrangian/check.h"
+#include "physics/lagrangian/conserved.h"
 #include "physics/lagrangian/euler_lagrange.h"
 #include "physics/action/action.h"
 #include "physics/path/path.h"

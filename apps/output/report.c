@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum kind { NUMBER, COUNT, FLAG, TEXT, LIST, LINE };
+enum kind { NUMBER, COUNT, FLAG, TEXT, LIST, TEXTS, LINE };
 
 struct report_row {
     enum kind kind;
@@ -53,7 +53,7 @@ static struct report_row *add(struct report *report, enum kind kind, const char 
 void report_number(struct report *report, const char *key, const char *label, const char *unit,
                    double value)
 {
-    add(report, NUMBER, key, label, unit)->number = value;
+    add(report, NUMBER, key, label, unit)->number = isfinite(value) ? value : (double)NAN;
 }
 
 void report_count(struct report *report, const char *key, const char *label, size_t value)
@@ -98,6 +98,25 @@ void report_list(struct report *report, const char *key, const char *label, cons
     row->n = n;
 }
 
+void report_texts(struct report *report, const char *key, size_t n, const char *const texts[])
+{
+    size_t length = 1;
+    for (size_t k = 0; k < n; k++)
+        length += strlen(texts[k]) + 1;
+    char *lines = malloc(length), *end = lines;
+    struct report_row *row = add(report, TEXTS, key, NULL, NULL);
+    if (!lines || report->failed) {
+        report->failed = true;
+        free(lines);
+        return;
+    }
+    *end = 0;
+    for (size_t k = 0; k < n; k++)
+        end += sprintf(end, "%s%s", k ? "\n" : "", texts[k]);
+    row->text = lines;
+    row->n = n;
+}
+
 void report_line(struct report *report, const char *format, ...)
 {
     char text[512];
@@ -135,6 +154,22 @@ static bool begins_item(const struct report *report, size_t k)
     const struct report_row *row = &report->row[k];
     return k == 0 || !row[-1].array || strcmp(row[-1].array, row->array) != 0 ||
            row[-1].item != row->item;
+}
+
+static bool same(const char *a, const char *b) { return a == b || (a && b && strcmp(a, b) == 0); }
+
+/* No row before row k is of its object, or of its item of an array; `kept`: none that is kept in
+   the file. */
+static bool is_first(const struct report *report, size_t k, bool kept)
+{
+    const struct report_row *row = &report->row[k];
+    for (size_t i = 0; i < k; i++) {
+        const struct report_row *before = &report->row[i];
+        if (same(before->object, row->object) && same(before->array, row->array) &&
+            before->item == row->item && !(kept && before->passing))
+            return false;
+    }
+    return true;
 }
 
 /* First row behind row k that is not of its array. */
@@ -210,18 +245,35 @@ static size_t print_line(const struct report *report, size_t k, FILE *out)
     return end;
 }
 
+/* Of the column of row k in the array: that of its longest text. */
+static int column_width(const struct report *report, size_t begin, size_t end, size_t k)
+{
+    size_t width = COLUMN;
+    const char *key = report->row[k].key;
+    for (size_t i = begin; i < end; i++)
+        if (report->row[i].kind == TEXT && report->row[i].text &&
+            strcmp(report->row[i].key, key) == 0 && strlen(report->row[i].text) > width)
+            width = strlen(report->row[i].text);
+    return (int)width;
+}
+
 /* Numbers in an array are compared with each other: with more digits than elsewhere. */
 static void print_array(const struct report *report, size_t begin, size_t end, FILE *out)
 {
+    bool any = false;
+    for (size_t k = begin; k < end && !any; k++)
+        any = report->row[k].label != NULL;
+    if (!any)
+        return;
     fputs("\n ", out);
     for (size_t k = begin; k < end && report->row[k].item == report->row[begin].item; k++)
         if (report->row[k].label)
-            fprintf(out, " %*s", COLUMN, report->row[k].label);
+            fprintf(out, " %*s", column_width(report, begin, end, k), report->row[k].label);
     for (size_t k = begin; k < end; k++) {
         if (begins_item(report, k))
             fputs("\n ", out);
         if (report->row[k].label)
-            print_cell(&report->row[k], COLUMN, 9, out);
+            print_cell(&report->row[k], column_width(report, begin, end, k), 9, out);
     }
     fputs("\n\n", out);
 }
@@ -246,6 +298,19 @@ enum ad_status report_print(const struct report *report, FILE *out, struct ad_er
 
 /* ---- JSON ---- */
 
+static void json_lines(struct json *json, const struct report_row *row)
+{
+    const char *line = row->text;
+    json_array(json, row->key);
+    for (size_t k = 0; k < row->n; k++, line++) {
+        char *copy = strndup(line, strcspn(line, "\n"));
+        json_text(json, NULL, copy);
+        free(copy);
+        line += strcspn(line, "\n");
+    }
+    json_end_array(json);
+}
+
 static void json_row(struct json *json, const struct report_row *row)
 {
     switch (row->kind) {
@@ -267,6 +332,9 @@ static void json_row(struct json *json, const struct report_row *row)
             json_number(json, NULL, row->list[i]);
         json_end_array(json);
         break;
+    case TEXTS:
+        json_lines(json, row);
+        break;
     case LINE:
         break;
     }
@@ -285,6 +353,17 @@ static void json_rows(struct json *json, const struct report *report, size_t beg
     json_end_array(json);
 }
 
+/* The object that row k is the first of. */
+static void json_object_rows(struct json *json, const struct report *report, size_t k)
+{
+    const char *object = report->row[k].object;
+    json_object(json, object);
+    for (; k < report->n; k++)
+        if (report->row[k].object && strcmp(report->row[k].object, object) == 0)
+            json_row(json, &report->row[k]);
+    json_end_object(json);
+}
+
 enum ad_status report_json(const struct report *report, FILE *out, struct ad_error *error)
 {
     struct json json;
@@ -299,15 +378,9 @@ enum ad_status report_json(const struct report *report, FILE *out, struct ad_err
             json_row(&json, &report->row[k]);
         k = end;
     }
-    const char *object = NULL;
     for (size_t k = 0; k < report->n; k++)
-        if (report->row[k].object) {
-            if (!object)
-                json_object(&json, object = report->row[k].object);
-            json_row(&json, &report->row[k]);
-        }
-    if (object)
-        json_end_object(&json);
+        if (report->row[k].object && is_first(report, k, false))
+            json_object_rows(&json, report, k);
     json_close(&json);
     return AD_OK;
 }
@@ -316,33 +389,31 @@ enum ad_status report_json(const struct report *report, FILE *out, struct ad_err
 
 enum ad_status report_file(const struct report *report, phys_runfile *file, struct ad_error *error)
 {
-    char object[64];
-    bool inside = false; /* the object has its folder */
+    char object[96], name[192];
     for (size_t k = 0; k < report->n && !report->failed; k++) {
         const struct report_row *row = &report->row[k];
         const char *unit = *row->unit ? row->unit : NULL;
-        snprintf(object, sizeof object, "/");
-        if (row->array) {
-            snprintf(object, sizeof object, "%s/%zu", row->array, row->item);
-            if (begins_item(report, k))
-                phys_runfile_folder(file, object);
-        }
-        if (row->object) {
-            snprintf(object, sizeof object, "%s", row->object);
-            if (!inside)
-                phys_runfile_folder(file, object);
-            inside = true;
-        }
-        if (row->passing)
+        if (row->passing || row->kind == LINE)
             continue;
+        snprintf(object, sizeof object, "/");
+        snprintf(name, sizeof name, "%s", row->key);
+        if (row->array)
+            snprintf(object, sizeof object, "%s/%zu", row->array, row->item);
+        else if (row->object)
+            snprintf(object, sizeof object, "%s", row->object);
+        if (row->array || row->object) {
+            snprintf(name, sizeof name, "%s/%s", object, row->key);
+            if (is_first(report, k, true))
+                phys_runfile_folder(file, object);
+        }
         if (row->kind == NUMBER)
             phys_runfile_number(file, object, row->key, row->number, unit);
         else if (row->kind == COUNT || row->kind == FLAG)
             phys_runfile_integer(file, object, row->key, (int64_t)row->n, NULL);
-        else if (row->kind == TEXT && row->text)
+        else if ((row->kind == TEXT || row->kind == TEXTS) && row->text)
             phys_runfile_text(file, object, row->key, row->text);
         else if (row->kind == LIST)
-            phys_runfile_write(file, row->key, AD_F64, 1, &row->n, row->list);
+            phys_runfile_write(file, name, AD_F64, 1, &row->n, row->list);
     }
     return complete(report, error);
 }

@@ -43,6 +43,10 @@ void report_text(struct report *report, const char *key, const char *label, cons
 /* A list of numbers, [n], copied. */
 void report_list(struct report *report, const char *key, const char *label, const char *unit,
                  size_t n, const double values[]);
+/* A list of texts of one line each, copied; not in the text. In HDF5 they are lines of one
+ * attribute.
+ */
+void report_texts(struct report *report, const char *key, size_t n, const char *const texts[]);
 /* A line of the text alone: a heading, or a sentence. */
 void report_line(struct report *report, const char *format, ...)
 #if defined(__GNUC__)
@@ -50,7 +54,7 @@ void report_line(struct report *report, const char *format, ...)
 #endif
     ;
 /* Begins the next object of an array; NULL: back to the run itself. In the text an array is a table
-   under the labels of its first object. */
+   under the labels of its first object, if these have any. */
 void report_item(struct report *report, const char *array);
 
 enum ad_status report_print(const struct report *report, FILE *out, struct ad_error *error);

@@ -8,8 +8,11 @@ static enum ad_status write_results(const struct simulate_run *run,
                                     const struct simulate_result *result, struct outputs *outputs,
                                     struct ad_error *error)
 {
+    const struct common *common = &run->options->common;
+    struct report report = {0};
+    simulate_report(run, result, &report);
     if (outputs->file)
-        simulate_file(run, result, outputs->file, error);
+        simulate_file(run, result, &report, outputs->file, error);
     if (outputs->csv.out)
         simulate_write_csv(run, result, outputs->csv.out);
     if (outputs->plot.script && result->gas.on)
@@ -20,6 +23,11 @@ static enum ad_status write_results(const struct simulate_run *run,
         outputs_commit(outputs, error);
     else
         outputs_abandon(outputs);
+    if (error->status == AD_OK && common->json)
+        report_json(&report, stdout, error);
+    else if (error->status == AD_OK && !common->quiet)
+        report_print(&report, stdout, error);
+    report_free(&report);
     return error->status;
 }
 
@@ -58,12 +66,8 @@ static int run_simulation(struct simulate_run *run, struct ad_error *error)
     simulate_outlook(run, &result, error);
     if (error->status != AD_OK)
         outputs_abandon(&outputs);
-    else if (write_results(run, &result, &outputs, error) == AD_OK) {
-        if (common->json)
-            simulate_print_json(run, &result);
-        else if (!common->quiet)
-            simulate_print(run, &result);
-    }
+    else
+        write_results(run, &result, &outputs, error);
     if (error->status == AD_OK && result.info.stop == PHYS_SIMULATION_INTERRUPTED)
         ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are those so far",
                 result.info.t);

@@ -49,41 +49,29 @@ enum ad_status simulate_gas(const struct simulate_run *run, struct simulate_resu
 {
     const struct simulate_samples *s = &result->samples;
     const double *last = s->x + 2 * (s->n - 1) * s->dof;
-    result->gas.on = strcmp(run->system.scene->name, "gas") == 0;
     if (result->gas.on && gas_order_measure(&run->system, s->x, &result->gas.start, error) == AD_OK)
         gas_order_measure(&run->system, last, &result->gas.end, error);
     return error->status;
 }
 
-void simulate_gas_print(const struct simulate_run *run, const struct gas_orders *orders)
+static void report_order(const struct gas_order *order, const char *label, struct report *report)
 {
-    double sigma = phys_system_get(&run->system, "sigma");
-    const struct gas_order *both[] = {&orders->start, &orders->end};
-    if (!orders->on)
-        return;
-    printf("  %-24s %13s %12s %22s\n", "order", "neighbours", "hexatic", "peak of g, at");
-    for (size_t k = 0; k < 2; k++)
-        printf("  %-24s %13.3g %12.3g %11.3g %5.3g sigma  %s\n",
-               k ? "  at the end" : "  at the start", both[k]->mean.neighbours,
-               both[k]->mean.hexatic, both[k]->peak, both[k]->peak_at / sigma,
-               phys_state_text(both[k]->mean.state));
+    report_number(report, "neighbours", label, NULL, order->mean.neighbours);
+    report_number(report, "hexatic", label, NULL, order->mean.hexatic);
+    report_number(report, "peak", label, NULL, order->peak);
+    report_number(report, "peak_at", label, NULL, order->peak_at);
+    report_text(report, "state", label, phys_state_text(order->mean.state));
 }
 
-static void json_order(struct json *json, const char *key, const struct gas_order *order)
-{
-    json_object(json, key);
-    json_text(json, "state", phys_state_text(order->mean.state));
-    json_number(json, "neighbours", order->mean.neighbours);
-    json_number(json, "hexatic", order->mean.hexatic);
-    json_number(json, "peak", order->peak);
-    json_number(json, "peak_at", order->peak_at);
-    json_end_object(json);
-}
-
-void simulate_gas_json(struct json *json, const struct gas_orders *orders)
+void simulate_gas_report(const struct gas_orders *orders, struct report *report)
 {
     if (!orders->on)
         return;
-    json_order(json, "order_start", &orders->start);
-    json_order(json, "order_end", &orders->end);
+    report_line(report, "  %-24s %14s %14s %14s %14s", "order", "neighbours", "hexatic",
+                "peak of g", "at distance");
+    report_object(report, "order_start");
+    report_order(&orders->start, "  at the start", report);
+    report_object(report, "order_end");
+    report_order(&orders->end, "  at the end", report);
+    report_item(report, NULL);
 }

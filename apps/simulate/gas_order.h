@@ -3,8 +3,8 @@
 #ifndef APPS_GAS_ORDER_H
 #define APPS_GAS_ORDER_H
 
-#include "apps/output/json.h"
 #include "apps/output/plot.h"
+#include "apps/output/report.h"
 #include "physics/gas/order.h"
 #include "physics/physics.h"
 
@@ -36,8 +36,7 @@ enum ad_status gas_order_measure(const struct phys_system *system, const double 
 /* Of the first and last sample of a simulation of the gas. */
 enum ad_status simulate_gas(const struct simulate_run *run, struct simulate_result *result,
                             struct ad_error *error);
-void simulate_gas_print(const struct simulate_run *run, const struct gas_orders *orders);
-void simulate_gas_json(struct json *json, const struct gas_orders *orders);
+void simulate_gas_report(const struct gas_orders *orders, struct report *report);
 /* Bodies by their number of neighbours; g at the start and at the end; order against time. */
 enum ad_status simulate_gas_picture(const struct simulate_run *run,
                                     const struct simulate_result *result, struct plot *plot,

@@ -1,14 +1,14 @@
 /* The parts of `leastaction simulate`: what is asked made definite (simulate_setup,
    simulate_ephemeris), a setting chosen for --tol (simulate_choose), run and measured
-   (simulate_run), and written (simulate_write, simulate_picture). */
+   (simulate_run), and written (simulate_report, simulate_write, simulate_picture). */
 #ifndef APPS_SIMULATE_H
 #define APPS_SIMULATE_H
 
 #include "ephemeris_models.h"
 #include "gas_order.h"
-#include "apps/output/json.h"
 #include "apps/options.h"
 #include "apps/output/plot.h"
+#include "apps/output/report.h"
 #include "apps/output/result.h"
 #include "simulate_event.h"
 #include "simulate_diagnostics.h"
@@ -124,8 +124,8 @@ struct simulate_result {
     double reference_uncertainty, known_until, seen, size;
     struct phys_closest closest;
     struct event_answers events;
-    struct phys_totals start, end;
-    bool has_totals;
+    bool keeps_energy;
+    struct phys_conserved conserved;
     struct simulate_outlook outlook;
     struct gas_orders gas;
 };
@@ -148,18 +148,18 @@ void simulate_samples_free(struct simulate_samples *samples);
 
 /* ---- writing ---- */
 
-void simulate_print(const struct simulate_run *run, const struct simulate_result *result);
-void simulate_print_json(const struct simulate_run *run, const struct simulate_result *result);
-/* What there is to say of tables: before the run's own lines, among its rows, in JSON. */
-void simulate_ephemeris_print(const struct simulate_run *run);
-void simulate_ephemeris_rows(const struct simulate_run *run, const struct simulate_result *result);
-void simulate_ephemeris_json(struct json *json, const struct simulate_run *run,
-                             const struct simulate_result *result);
+void simulate_report(const struct simulate_run *run, const struct simulate_result *result,
+                     struct report *report);
+/* The models that --data --tol tried; distances from the tables. */
+void simulate_ephemeris_report_models(const struct simulate_run *run, struct report *report);
+void simulate_ephemeris_report(const struct simulate_run *run, const struct simulate_result *result,
+                               struct report *report);
 /* A row a sample: t, coordinates, velocities. */
 void simulate_write_csv(const struct simulate_run *run, const struct simulate_result *result,
                         FILE *out);
 enum ad_status simulate_file(const struct simulate_run *run, const struct simulate_result *result,
-                             phys_runfile *file, struct ad_error *error);
+                             const struct report *report, phys_runfile *file,
+                             struct ad_error *error);
 void simulate_picture(const struct simulate_run *run, const struct simulate_result *result,
                       struct plot *plot);
 

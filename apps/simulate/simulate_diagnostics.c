@@ -1,4 +1,4 @@
-/* How far a simulation is to be believed (simulate_outlook.h). */
+/* How far a simulation is to be believed (simulate_diagnostics.h). */
 #include "simulate.h"
 #include "apps/output/unit.h"
 
@@ -48,8 +48,7 @@ static void judge_energy(const struct simulate_run *run, struct simulate_result 
     double drift = result->info.energy_drift;
     char change[64] = "grows beyond all numbers";
     if (drift <= too_much || result->info.energy_start == 0 || run->system.scene->free_time ||
-        (!isfinite(drift) && !complete) || run->ode.friction != 0 ||
-        (simulate_few(run) && !phys_keeps_energy(&run->system)))
+        (!isfinite(drift) && !complete) || run->ode.friction != 0 || !result->keeps_energy)
         return;
     if (isfinite(drift))
         snprintf(change, sizeof change, "changes by %.3g times its value", drift);
@@ -158,34 +157,24 @@ void simulate_outlook(const struct simulate_run *run, struct simulate_result *re
         fprintf(stderr, "leastaction simulate: warning: %s\n", outlook->warning[k]);
 }
 
-void simulate_outlook_print(const struct simulate_run *run, const struct simulate_outlook *outlook)
+void simulate_outlook_report(const struct simulate_run *run, const struct simulate_outlook *outlook,
+                             struct report *report)
 {
+    const struct phys_scene *scene = run->system.scene;
     const struct phys_lyapunov *chaos = &outlook->chaos;
-    const char *unit = unit_shown(run->system.scene->time_unit);
-    if (!outlook->has_horizon)
-        return;
-    printf("  %-24s %13.6g  1/%s%s\n", "Lyapunov exponent", chaos->exponent, unit,
-           chaos->chaotic ? ", chaotic" : ", no sign of chaos in this time");
-    printf("  %-24s %13.6g  %s\n", "Lyapunov time", chaos->time, unit);
-    printf("  %-24s %13.6g  %s\n", "horizon", chaos->horizon, unit);
-    if (!isnan(outlook->error_before))
-        printf("  %-24s %13.6g  %s\n", "error before the horizon", outlook->error_before,
-               unit_shown(run->system.scene->unit));
-}
-
-void simulate_outlook_json(struct json *json, const struct simulate_outlook *outlook)
-{
-    const struct phys_lyapunov *chaos = &outlook->chaos;
+    const char *warnings[SIMULATE_WARNINGS];
+    char rate[48];
+    snprintf(rate, sizeof rate, "1/%s", unit_shown(scene->time_unit));
     if (outlook->has_horizon) {
-        json_number(json, "lyapunov_exponent", chaos->exponent);
-        json_number(json, "lyapunov_time", chaos->time);
-        json_number(json, "megno", chaos->megno);
-        json_bool(json, "chaotic", chaos->chaotic);
-        json_number(json, "horizon", chaos->horizon);
-        json_number(json, "error_before_horizon", outlook->error_before);
+        report_number(report, "lyapunov_exponent", "Lyapunov exponent", rate, chaos->exponent);
+        report_number(report, "lyapunov_time", "Lyapunov time", scene->time_unit, chaos->time);
+        report_number(report, "megno", "MEGNO", NULL, chaos->megno);
+        report_flag(report, "chaotic", "chaotic in this time", chaos->chaotic);
+        report_number(report, "horizon", "horizon", scene->time_unit, chaos->horizon);
+        report_number(report, "error_before_horizon", "error before the horizon", scene->unit,
+                      outlook->error_before);
     }
-    json_array(json, "warnings");
     for (size_t k = 0; k < outlook->n_warnings; k++)
-        json_text(json, NULL, outlook->warning[k]);
-    json_end_array(json);
+        warnings[k] = outlook->warning[k];
+    report_texts(report, "warnings", outlook->n_warnings, warnings);
 }

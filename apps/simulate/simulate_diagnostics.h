@@ -1,9 +1,9 @@
 /* How far a simulation is to be believed: steps that are too long, energy that is not kept, and the
    horizon of a chaotic motion. */
-#ifndef APPS_SIMULATE_OUTLOOK_H
-#define APPS_SIMULATE_OUTLOOK_H
+#ifndef APPS_SIMULATE_DIAGNOSTICS_H
+#define APPS_SIMULATE_DIAGNOSTICS_H
 
-#include "apps/output/json.h"
+#include "apps/output/report.h"
 #include "physics/stability/stability.h"
 
 struct simulate_run;
@@ -31,7 +31,7 @@ void simulate_outlook(const struct simulate_run *run, struct simulate_result *re
 /* AD_E_ACCURACY where the measured error is more than --tol asked of the whole motion. */
 enum ad_status simulate_miss(const struct simulate_run *run, const struct simulate_result *result,
                              struct ad_error *error);
-void simulate_outlook_print(const struct simulate_run *run, const struct simulate_outlook *outlook);
-void simulate_outlook_json(struct json *json, const struct simulate_outlook *outlook);
+void simulate_outlook_report(const struct simulate_run *run, const struct simulate_outlook *outlook,
+                             struct report *report);
 
 #endif

@@ -220,70 +220,58 @@ static const char *verdict(const struct simulate_run *run, size_t k)
     return k == run->chosen ? "chosen" : meets(run, k) ? "more work" : "too far";
 }
 
-static void print_models(const struct simulate_run *run)
-{
-    printf("  %-44s %9s %-8s %11s\n", "coarse to fine", "km off", "at", "evaluations");
-    for (size_t k = 0; k < run->n_tried; k++)
-        printf("  %-44s %9.3g %-8s %11zu  %s\n", ephemeris_models[k].name, run->tried[k].most.worst,
-               ephemeris_planet(run->tried[k].most.worst_planet), run->tried[k].evaluations,
-               verdict(run, k));
-    printf("\n%s: the least that stays within %g km for %zu days; it adds %s\n\n", run->model->name,
-           run->options->tolerance, run->tables.days, run->model->adds);
-}
-
-void simulate_ephemeris_print(const struct simulate_run *run)
-{
-    if (run->model)
-        print_models(run);
-}
-
-void simulate_ephemeris_rows(const struct simulate_run *run, const struct simulate_result *result)
-{
-    if (!run->tables.n || !result->tables.known)
-        return;
-    printf("  %-24s %13s %13s %13s\n", "from the table, km", "in all", "model", "integration");
-    for (size_t k = 0; k < EPHEMERIS_PLANETS; k++)
-        printf("    %-22s %13.6g %13.6g %13.2g\n", ephemeris_planet(k), result->tables.in_all.km[k],
-               result->tables.model.km[k], result->tables.integration.km[k]);
-    double share = 0;
-    for (size_t k = 0; k < EPHEMERIS_PLANETS; k++)
-        share = fmax(share, result->tables.integration.km[k] / result->tables.model.km[k]);
-    if (share > unseen_share)
-        printf("  integration errs by %.2g %% of the model's error; try a shorter --dt, a smaller "
-               "--tol, or --integrator dop853\n",
-               100 * share);
-}
-
-static void json_distances(struct json *json, const char *name,
-                           const struct simulate_result *result,
-                           const struct ephemeris_distances *distances)
-{
-    json_object(json, name);
-    for (size_t k = 0; k < EPHEMERIS_PLANETS; k++)
-        json_number(json, ephemeris_planet(k),
-                    result->tables.known ? distances->km[k] : (double)NAN);
-    json_end_object(json);
-}
-
-void simulate_ephemeris_json(struct json *json, const struct simulate_run *run,
-                             const struct simulate_result *result)
+void simulate_ephemeris_report_models(const struct simulate_run *run, struct report *report)
 {
     if (!run->tables.n)
         return;
     if (run->model)
-        json_text(json, "model", run->model->name);
-    json_array(json, "models_tried");
+        report_text(report, "model", NULL, run->model->name);
+    if (run->n_tried == 0)
+        report_texts(report, "models_tried", 0, NULL);
     for (size_t k = 0; k < run->n_tried; k++) {
-        json_object(json, NULL);
-        json_text(json, "model", ephemeris_models[k].name);
-        json_number(json, "km", run->tried[k].most.worst);
-        json_text(json, "planet", ephemeris_planet(run->tried[k].most.worst_planet));
-        json_count(json, "evaluations", run->tried[k].evaluations);
-        json_text(json, "verdict", verdict(run, k));
-        json_end_object(json);
+        report_item(report, "models_tried");
+        report_text(report, "model", "coarse to fine", ephemeris_models[k].name);
+        report_number(report, "km", "km off", NULL, run->tried[k].most.worst);
+        report_text(report, "planet", "at", ephemeris_planet(run->tried[k].most.worst_planet));
+        report_count(report, "evaluations", "evaluations", run->tried[k].evaluations);
+        report_text(report, "verdict", "verdict", verdict(run, k));
     }
-    json_end_array(json);
-    json_distances(json, "km_from_tables", result, &result->tables.in_all);
-    json_distances(json, "km_of_model", result, &result->tables.model);
-    json_distances(json, "km_of_integration", result, &result->tables.integration);
+    report_item(report, NULL);
+    if (run->model)
+        report_line(report, "%s: the least that stays within %g km for %zu days; it adds %s\n",
+                    run->model->name, run->options->tolerance, run->tables.days, run->model->adds);
+}
+
+static void report_distances(const char *name, const char *label, bool known,
+                             const struct ephemeris_distances *distances, struct report *report)
+{
+    report_object(report, name);
+    for (size_t k = 0; k < EPHEMERIS_PLANETS; k++)
+        report_number(report, ephemeris_planet(k), label, NULL,
+                      known ? distances->km[k] : (double)NAN);
+    report_item(report, NULL);
+}
+
+void simulate_ephemeris_report(const struct simulate_run *run, const struct simulate_result *result,
+                               struct report *report)
+{
+    bool known = result->tables.known;
+    double share = 0;
+    if (!run->tables.n)
+        return;
+    if (known)
+        report_line(report, "  %-24s %14s %14s %14s %14s", "from the tables, km",
+                    ephemeris_planet(0), ephemeris_planet(1), ephemeris_planet(2),
+                    ephemeris_planet(3));
+    report_distances("km_from_tables", "  in all", known, &result->tables.in_all, report);
+    report_distances("km_of_model", "  model", known, &result->tables.model, report);
+    report_distances("km_of_integration", "  integration", known, &result->tables.integration,
+                     report);
+    for (size_t k = 0; k < EPHEMERIS_PLANETS && known; k++)
+        share = fmax(share, result->tables.integration.km[k] / result->tables.model.km[k]);
+    if (share > unseen_share)
+        report_line(report,
+                    "  integration errs by %.2g %% of the model's error; try a shorter --dt, a "
+                    "smaller --tol, or --integrator dop853",
+                    100 * share);
 }

@@ -118,45 +118,57 @@ static bool answered(const struct event_answers *answers, const struct event *ev
     return false;
 }
 
-void event_answers_print(const struct event_answers *answers,
-                         const struct event_questions *questions, const struct phys_system *system)
+static void report_answer(const struct event_answers *answers, size_t i,
+                          const struct phys_system *system, struct report *report)
 {
-    enum { MOST = 12, WIDE = 3 /* coordinates whose state fits into a line */ };
-    for (size_t i = 0; i < answers->n && i < MOST; i++) {
-        const double *x = answers->x + 2 * i * answers->dof;
-        printf("  %-24s t = %.12g", answers->event[i]->text, answers->t[i]);
-        for (size_t k = 0; k < 2 * answers->dof && answers->dof <= WIDE; k++) {
-            char name[64];
-            phys_coordinate_name(system, k % answers->dof, name, sizeof name);
-            printf(", %s%s = %.6g", k < answers->dof ? "" : "v_", name, x[k]);
-        }
-        puts(answers->touch[i] ? ", touched, not crossed" : "");
+    enum { WIDE = 3 /* coordinates whose state fits into a line */ };
+    char text[512];
+    const double *x = answers->x + 2 * i * answers->dof;
+    size_t length = (size_t)snprintf(text, sizeof text, "  %-24s t = %.12g",
+                                     answers->event[i]->text, answers->t[i]);
+    for (size_t k = 0; k < 2 * answers->dof && answers->dof <= WIDE && length < sizeof text; k++) {
+        char name[64];
+        phys_coordinate_name(system, k % answers->dof, name, sizeof name);
+        length += (size_t)snprintf(text + length, sizeof text - length, ", %s%s = %.6g",
+                                   k < answers->dof ? "" : "v_", name, x[k]);
     }
-    if (answers->n > MOST)
-        printf("  and %zu more: --json and --out have all\n", answers->n - MOST);
-    for (size_t k = 0; k < questions->n; k++)
-        if (!answered(answers, &questions->event[k]))
-            printf("  %-24s not in this time\n", questions->event[k].text);
+    report_line(report, "%s%s", text, answers->touch[i] ? ", touched, not crossed" : "");
 }
 
-void event_answers_json(struct json *json, const struct event_answers *answers)
+/* The run file has them as datasets (event_answers_file). */
+static void report_events(const struct event_answers *answers, struct report *report)
 {
-    static const char *const halves[] = {"q", "v"};
-    json_array(json, "events");
+    report->passing = true;
+    if (answers->n == 0)
+        report_texts(report, "events", 0, NULL);
     for (size_t i = 0; i < answers->n; i++) {
-        json_object(json, NULL);
-        json_text(json, "event", answers->event[i]->text);
-        json_number(json, "t", answers->t[i]);
-        json_bool(json, "touch", answers->touch[i]);
-        for (size_t half = 0; half < 2; half++) {
-            json_array(json, halves[half]);
-            for (size_t k = 0; k < answers->dof; k++)
-                json_number(json, NULL, answers->x[(2 * i + half) * answers->dof + k]);
-            json_end_array(json);
-        }
-        json_end_object(json);
+        const double *x = answers->x + 2 * i * answers->dof;
+        report_item(report, "events");
+        report_text(report, "event", NULL, answers->event[i]->text);
+        report_number(report, "t", NULL, NULL, answers->t[i]);
+        report_flag(report, "touch", NULL, answers->touch[i]);
+        report_list(report, "q", NULL, NULL, answers->dof, x);
+        report_list(report, "v", NULL, NULL, answers->dof, x + answers->dof);
     }
-    json_end_array(json);
+    report_item(report, NULL);
+    report->passing = false;
+}
+
+void event_answers_report(const struct event_answers *answers,
+                          const struct event_questions *questions, const struct phys_system *system,
+                          struct report *report)
+{
+    enum { MOST = 12 };
+    if (questions->n == 0)
+        return;
+    report_events(answers, report);
+    for (size_t i = 0; i < answers->n && i < MOST; i++)
+        report_answer(answers, i, system, report);
+    if (answers->n > MOST)
+        report_line(report, "  and %zu more: --json and --out have all", answers->n - MOST);
+    for (size_t k = 0; k < questions->n; k++)
+        if (!answered(answers, &questions->event[k]))
+            report_line(report, "  %-24s not in this time", questions->event[k].text);
 }
 
 enum ad_status event_answers_file(const struct event_answers *answers,
@@ -179,6 +191,9 @@ enum ad_status event_answers_file(const struct event_answers *answers,
     }
     if (n > 0) {
         phys_runfile_write(file, "events/number", AD_F64, 1, &n, number);
+        for (size_t i = 0; i < n; i++)
+            number[i] = answers->touch[i];
+        phys_runfile_write(file, "events/touch", AD_F64, 1, &n, number);
         phys_runfile_write(file, "events/time", AD_F64, 1, &n, answers->t);
         phys_runfile_write(file, "events/state", AD_F64, 2, (size_t[]){n, 2 * answers->dof},
                            answers->x);

@@ -2,7 +2,7 @@
 #ifndef APPS_SIMULATE_EVENT_H
 #define APPS_SIMULATE_EVENT_H
 
-#include "apps/output/json.h"
+#include "apps/output/report.h"
 #include "apps/options.h"
 #include "physics/motion/motion.h"
 #include "physics/io/hdf5_file.h"
@@ -64,9 +64,9 @@ void event_watches_free(struct event_watch *watches);
 void event_answers_free(struct event_answers *answers);
 
 /* Also which questions have no answer. */
-void event_answers_print(const struct event_answers *answers,
-                         const struct event_questions *questions, const struct phys_system *system);
-void event_answers_json(struct json *json, const struct event_answers *answers);
+void event_answers_report(const struct event_answers *answers,
+                          const struct event_questions *questions, const struct phys_system *system,
+                          struct report *report);
 /* The folder "events": number of the question, time, state. */
 enum ad_status event_answers_file(const struct event_answers *answers,
                                   const struct event_questions *questions, phys_runfile *file,

@@ -259,21 +259,6 @@ static enum ad_status compare(const struct simulate_run *run, struct simulate_re
     return error->status;
 }
 
-static enum ad_status total(const struct simulate_run *run, struct simulate_result *result,
-                            struct ad_error *error)
-{
-    const struct simulate_samples *s = &result->samples;
-    phys_legendre *legendre;
-    if (phys_legendre_new(&run->system, &legendre, error) != AD_OK)
-        return error->status;
-    const double *end = s->x + 2 * (s->n - 1) * s->dof;
-    phys_totals(legendre, run->q, run->v, 0, &result->start);
-    phys_totals(legendre, end, end + s->dof, s->t[s->n - 1], &result->end);
-    result->has_totals = result->start.mass != 0;
-    phys_legendre_free(legendre);
-    return AD_OK;
-}
-
 enum ad_status simulate_run(const struct simulate_run *run, struct simulate_result *result,
                             struct ad_error *error)
 {
@@ -289,13 +274,18 @@ enum ad_status simulate_run(const struct simulate_run *run, struct simulate_resu
     if (!y)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     double *scale = y + n;
+    result->gas.on = strcmp(run->system.scene->name, "gas") == 0;
+    /* the gas has equations of its own, whose friction is known */
+    result->keeps_energy =
+        run->ode.friction == 0 && (result->gas.on || phys_keeps_energy(&run->system));
     if (forward(run, y, scale, result, error) == AD_OK && run->options->reverse)
         reverse(run, y, scale, result, error);
     bool few = simulate_few(run);
-    if (error->status == AD_OK && few)
-        total(run, result, error);
     if (error->status == AD_OK && few && !run->options->no_reference)
         compare(run, result, error);
+    const struct simulate_samples *s = &result->samples;
+    if (error->status == AD_OK && few)
+        phys_conserved(&run->system, s->n, s->x, s->t, &result->conserved, error);
     if (error->status == AD_OK)
         simulate_gas(run, result, error);
     free(y);

@@ -61,10 +61,6 @@ enum ad_status phys_step_advise(const struct phys_integrator *integrator,
                                 const double *t, double dt, struct phys_step_advice *advice,
                                 struct ad_error *error);
 
-/* L does not depend on time itself (autonomous.c): its energy is constant, and a change of it is an
-   error. False where that cannot be found out. */
-bool phys_keeps_energy(const struct phys_system *system);
-
 /* ---- chaos (lyapunov.c) ---- */
 
 struct phys_lyapunov_settings {

@@ -10,6 +10,13 @@
 #define COMMON                                                                                     \
     "simulate gas --integrator verlet --set bodies=150 --set cutoff=3 --set walls=.01 --json "
 
+static const char *end_order(void)
+{
+    const char *order = strstr(shell_last_line(), "\"order_end\": {");
+    assert_non_null(order);
+    return order;
+}
+
 static void test_states(void **state)
 {
     (void)state;
@@ -17,7 +24,7 @@ static void test_states(void **state)
                            "--set bodies=600 --set spacing=.08 --set speed=8e-3 --dt .1 "
                            "--time 150"),
                      0);
-    assert_non_null(strstr(shell_last_line(), "\"order_end\": {\"state\": \"gas-like\""));
+    assert_non_null(strstr(end_order(), "\"state\": \"gas-like\"}"));
     assert_true(shell_number_in("order_end", "neighbours") < 1.5);
     assert_true(shell_number_in("order_end", "peak") <
                 4); /* of one moment: 150 bodies show 2 to 4.2 */
@@ -25,7 +32,7 @@ static void test_states(void **state)
     assert_int_equal(shell("$LA " COMMON "--set spacing=.06 --set speed=4e-3 --set friction=.01 "
                            "--dt .2 --time 700"),
                      0);
-    assert_non_null(strstr(shell_last_line(), "\"order_end\": {\"state\": \"solid-like\""));
+    assert_non_null(strstr(end_order(), "\"state\": \"solid-like\"}"));
     assert_true(shell_number_in("order_end", "neighbours") > 4.3);
     assert_true(shell_number_in("order_end", "peak") > 8);
     /* in the crystal neighbours are where their pair's energy is least */

@@ -6,6 +6,13 @@
 #include <stdio.h>
 #include <string.h>
 
+static bool shell_flag(const char *key)
+{
+    char wanted[64];
+    snprintf(wanted, sizeof wanted, "\"%s\": true", key);
+    return strstr(shell_last_line(), wanted) != NULL;
+}
+
 static void build(const char *scene)
 {
     shell_works("$LA build $ROOT/tests/apps/scenes/%s.c --include $ROOT --out %s.so --quiet", scene,
@@ -131,6 +138,36 @@ static void test_degenerate_masses(void **state)
     assert_non_null(strstr(shell_err(), "no mass"));
 }
 
+/* A16: energy and momenta are said to be conserved where L keeps them, and nowhere else; where it
+   does, they change by errors alone. */
+static void test_conserved(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *forces;
+        bool energy, momentum, angular;
+    } rows[] = {
+        {"field=0", true, true, true},      {"field=0.5", true, false, false},
+        {"centre=0.3", true, false, true},  {"drive=0.4", false, true, true},
+        {"wind=0.2", false, false, false},  {"centre=1e-4", true, false, true},
+        {"field=1e-6", true, false, false}, {"drive=1e-12", false, true, true},
+    };
+    build("driven");
+    for (size_t k = 0; k < LENGTH(rows); k++) {
+        shell_works("$LA simulate ./driven.so --integrator gauss4 --dt 0.02 --no-reference --json "
+                    "--set %s",
+                    rows[k].forces);
+        assert_int_equal(shell_flag("energy_conserved"), rows[k].energy);
+        assert_int_equal(shell_flag("momentum_conserved"), rows[k].momentum);
+        assert_int_equal(shell_flag("angular_momentum_conserved"), rows[k].angular);
+        assert_int_equal(isnan(shell_number("energy_drift")), !rows[k].energy);
+        assert_int_equal(shell_number("momentum_change") < 1e-12, rows[k].momentum);
+        assert_int_equal(shell_number("angular_momentum_change") < 1e-12, rows[k].angular);
+        if (rows[k].energy)
+            assert_true(shell_number("energy_drift") < 1e-9);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -140,6 +177,7 @@ int main(void)
         cmocka_unit_test_setup(test_tolerance_is_reached, shell_empty),
         cmocka_unit_test_setup(test_every_crossing, shell_empty),
         cmocka_unit_test_setup(test_degenerate_masses, shell_empty),
+        cmocka_unit_test_setup(test_conserved, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }

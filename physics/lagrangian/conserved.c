@@ -1,0 +1,122 @@
+/* Quantities that a Lagrangian conserves (conserved.h). */
+#include "conserved.h"
+#include "physics/internal.h"
+#include "physics/motion/motion.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PLACES = 64 }; /* states at which the rates of totals are looked at */
+
+static const double rounding = 1e-9; /* of the forces or torques that add up to a rate */
+
+bool phys_keeps_energy(const struct phys_system *system)
+{
+    ad_tape *tape = ad_tape_new(AD_F64);
+    if (!tape)
+        return false;
+    ad_var q = ad_input(tape, system->dof, 1, "q"), v = ad_input(tape, system->dof, 1, "v");
+    ad_var t = ad_input(tape, 1, 1, "t");
+    bool keeps = phys_is_independent(tape, phys_system_lagrangian(system, q, v, t), 1, &t);
+    ad_tape_free(tape);
+    return keeps;
+}
+
+/* Rates of the totals at one state, and the sums of their parts' sizes. */
+struct rates {
+    double momentum[3], forces, angular[3], torques;
+};
+
+static struct rates measure_rates(const struct phys_system *system, const double *q,
+                                  const double *v, const double *p, const double *force)
+{
+    struct rates r = {0};
+    size_t dims = system->dims, row = dims * sizeof(double);
+    for (size_t k = 0; k < system->dof; k += dims) {
+        double x[3] = {0}, u[3] = {0}, m[3] = {0}, f[3] = {0};
+        memcpy(x, q + k, row);
+        memcpy(u, v + k, row);
+        memcpy(m, p + k, row);
+        memcpy(f, force + k, row);
+        for (size_t axis = 0; axis < 3; axis++) {
+            size_t a = (axis + 1) % 3, b = (axis + 2) % 3;
+            double part[] = {x[a] * f[b], -x[b] * f[a], u[a] * m[b], -u[b] * m[a]};
+            r.momentum[axis] += f[axis];
+            r.forces += fabs(f[axis]);
+            for (size_t j = 0; j < LENGTH(part); j++) {
+                r.angular[axis] += part[j];
+                r.torques += fabs(part[j]);
+            }
+        }
+    }
+    return r;
+}
+
+static bool is_zero(const double rate[3], double parts)
+{
+    return !(hypot(hypot(rate[0], rate[1]), rate[2]) > rounding * parts);
+}
+
+/* A state beside x: every coordinate and velocity is moved by some tenth of the largest. */
+static void move_aside(size_t dof, size_t place, const double *x, double *y)
+{
+    for (size_t half = 0; half < 2; half++) {
+        double size = 0;
+        for (size_t k = half * dof; k < (half + 1) * dof; k++)
+            size = fmax(size, fabs(x[k]));
+        for (size_t k = half * dof; k < (half + 1) * dof; k++)
+            y[k] = x[k] + 0.1 * (size > 0 ? size : 1) * sin(1.7 * (double)(k + 31 * place) + 0.3);
+    }
+}
+
+static void judge_state(phys_legendre *legendre, const struct phys_system *system, const double *x,
+                        double t, double *p, struct phys_conserved *c)
+{
+    size_t dof = system->dof;
+    phys_legendre_momentum(legendre, x, x + dof, t, p, p + dof);
+    struct rates r = measure_rates(system, x, x + dof, p, p + dof);
+    if (!isfinite(r.forces) || !isfinite(r.torques))
+        return; /* a place beside the motion may lie where L is not defined */
+    c->momentum = c->momentum && is_zero(r.momentum, r.forces);
+    c->angular = c->angular && is_zero(r.angular, r.torques);
+}
+
+static double distance(const double a[3], const double b[3])
+{
+    return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
+}
+
+enum ad_status phys_conserved(const struct phys_system *system, size_t n, const double *x,
+                              const double *t, struct phys_conserved *conserved,
+                              struct ad_error *error)
+{
+    struct phys_totals start, now;
+    phys_legendre *legendre;
+    struct phys_conserved *c = conserved;
+    *c = (struct phys_conserved){.momentum = true, .angular = true};
+    if (phys_lacks(n ? x : NULL, "states", error) ||
+        phys_legendre_new(system, &legendre, error) != AD_OK)
+        return error->status;
+    size_t dof = system->dof, stride = (n + PLACES - 1) / PLACES;
+    double *aside = malloc(4 * dof * sizeof *aside), *p = aside ? aside + 2 * dof : NULL;
+    if (!aside)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else
+        phys_totals(legendre, x, x + dof, t[0], &start);
+    c->bodies = aside && start.mass != 0;
+    for (size_t i = 0; c->bodies && i < n; i++) {
+        const double *state = x + 2 * i * dof;
+        phys_totals(legendre, state, state + dof, t[i], &now);
+        c->momentum_change = fmax(c->momentum_change, distance(now.momentum, start.momentum));
+        c->angular_change = fmax(c->angular_change, distance(now.angular, start.angular));
+        if (i % stride)
+            continue;
+        judge_state(legendre, system, state, t[i], p, c);
+        move_aside(dof, i, state, aside);
+        judge_state(legendre, system, aside, t[i], p, c);
+    }
+    free(aside);
+    phys_legendre_free(legendre);
+    return error->status;
+}
