@@ -269,9 +269,9 @@ void simulate_ephemeris_report(const struct simulate_run *run, const struct simu
                      report);
     for (size_t k = 0; k < EPHEMERIS_PLANETS && known; k++)
         share = fmax(share, result->tables.integration.km[k] / result->tables.model.km[k]);
+    report_number(report, "integration_share", "  integration / model", NULL,
+                  known ? share : (double)NAN);
     if (share > unseen_share)
-        report_line(report,
-                    "  integration errs by %.2g %% of the model's error; try a shorter --dt, a "
-                    "smaller --tol, or --integrator dop853",
-                    100 * share);
+        report_line(report, "  a shorter --dt, a smaller --tol, or --integrator dop853 would show "
+                            "the model alone");
 }
