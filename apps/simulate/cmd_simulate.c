@@ -8,7 +8,6 @@ static enum ad_status write_results(const struct simulate_run *run,
                                     const struct simulate_result *result, struct outputs *outputs,
                                     struct ad_error *error)
 {
-    const struct common *common = &run->options->common;
     struct report report = {0};
     simulate_report(run, result, &report);
     if (outputs->file)
@@ -23,12 +22,7 @@ static enum ad_status write_results(const struct simulate_run *run,
         outputs_commit(outputs, error);
     else
         outputs_abandon(outputs);
-    if (error->status == AD_OK && common->json)
-        report_json(&report, stdout, error);
-    else if (error->status == AD_OK && !common->quiet)
-        report_print(&report, stdout, error);
-    report_free(&report);
-    return error->status;
+    return report_show(&report, &run->options->common, error);
 }
 
 static enum ad_status choose(struct simulate_run *run, struct ad_error *error)

@@ -69,9 +69,9 @@ void simulate_gas_report(const struct gas_orders *orders, struct report *report)
         return;
     report_line(report, "  %-24s %14s %14s %14s %14s", "order", "neighbours", "hexatic",
                 "peak of g", "at distance");
-    report_object(report, "order_start");
+    report->object = "order_start";
     report_order(&orders->start, "  at the start", report);
-    report_object(report, "order_end");
+    report->object = "order_end";
     report_order(&orders->end, "  at the end", report);
-    report_item(report, NULL);
+    report->object = NULL;
 }

@@ -245,11 +245,11 @@ void simulate_ephemeris_report_models(const struct simulate_run *run, struct rep
 static void report_distances(const char *name, const char *label, bool known,
                              const struct ephemeris_distances *distances, struct report *report)
 {
-    report_object(report, name);
+    report->object = name;
     for (size_t k = 0; k < EPHEMERIS_PLANETS; k++)
         report_number(report, ephemeris_planet(k), label, NULL,
                       known ? distances->km[k] : (double)NAN);
-    report_item(report, NULL);
+    report->object = NULL;
 }
 
 void simulate_ephemeris_report(const struct simulate_run *run, const struct simulate_result *result,
