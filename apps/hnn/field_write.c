@@ -63,15 +63,16 @@ enum ad_status field_picture(const struct field *f, struct plot *plot, struct ad
     axis_set(out, "y", text, unit, f->plane.y, 0);
     if (f->ode.energy) {
         write_levels(f, plot->data);
-        fprintf(out,
-                "set title 'H: lines of equal energy; arrows: the field'\nset contour base\n"
-                "set cntrparam levels auto %d\nunset surface\nset table $levels\n"
-                "splot data index 0 using 1:2:3\nunset table\n"
-                "set palette defined (0 '#1f4e79', 0.5 '#8aa9a0', 1 '#d9a441')\n"
-                "plot $levels using 1:2:3 with lines lw 1.6 palette, \\\n    ",
-                LEVELS);
+        fprintf(
+            out,
+            "set title 'contours of H, and the vector field'\nset contour base\nset cblabel 'H'\n"
+            "set cntrparam levels auto %d\nunset surface\nset table $levels\n"
+            "splot data index 0 using 1:2:3\nunset table\n"
+            "set palette defined (0 '#1f4e79', 0.5 '#8aa9a0', 1 '#d9a441')\n"
+            "plot $levels using 1:2:3 with lines lw 1.6 palette, \\\n    ",
+            LEVELS);
     } else {
-        fputs("set title 'the field'\nplot ", out);
+        fputs("set title 'the vector field'\nplot ", out);
     }
     fprintf(out,
             "data index %d using 1:2:3:4 with vectors head size screen 0.012,20 filled lw 0.9 "

@@ -1,4 +1,4 @@
-/* `leastaction rollout` of models of pixels (film.h): the order of things. */
+/* `leastaction rollout` of models of pixels (pixel_rollout.h): the order of things. */
 #include "pixel_rollout.h"
 
 static enum ad_status write_results(const struct film *film, struct outputs *outputs,

@@ -1,4 +1,4 @@
-/* A film foreseen and measured (film.h). */
+/* Films foreseen from one start or many, and their errors (pixel_rollout.h). */
 #include "pixel_rollout.h"
 
 #include <math.h>
@@ -28,7 +28,8 @@ static enum ad_status measure_energy(const struct film *film, struct film_strip 
 
 /* Mean of (E - less)^power over frames first ... end-1 that have an energy, both ends of the film
    having none. */
-static double mean(const struct film_strip *strip, size_t first, size_t end, double less, int power)
+static double mean_energy(const struct film_strip *strip, size_t first, size_t end, double less,
+                          int power)
 {
     double sum = 0;
     size_t n = 0;
@@ -42,7 +43,7 @@ static double mean(const struct film_strip *strip, size_t first, size_t end, dou
 /* ---- truth ---- */
 
 /* The frames of the film; where the start is known, as many as are foreseen. */
-static void follow_truth(struct film *film, size_t trajectory)
+static void draw_truth(struct film *film, size_t trajectory)
 {
     const struct hnn_frames *f = &film->source;
     size_t area = f->height * f->width, first = trajectory * f->frames;
@@ -79,19 +80,19 @@ static void look_at_motion(const struct film *film, struct film_model *m, struct
         m->motion.kind = before;
 }
 
-static void measure(const struct film *film, struct film_model *m, struct ad_error *error)
+static void measure_film(const struct film *film, struct film_model *m, struct ad_error *error)
 {
     const struct hnn_rollout_settings *s = &film->settings;
     m->outside = hnn_path_outside(m->model, &m->path, m->what, sizeof m->what);
     m->conserved_drift = hnn_energy_drift(&m->ode, &m->path, s);
     if (s->add != 0) { /* the speed at a frame is that between the frames before and after it */
-        m->energy_before = mean(&m->strip, 0, (size_t)fmax(s->add_at, 0), 0, 1);
-        m->energy_after = mean(&m->strip, (size_t)s->add_at + 2, s->n, 0, 1);
+        m->energy_before = mean_energy(&m->strip, 0, (size_t)fmax(s->add_at, 0), 0, 1);
+        m->energy_after = mean_energy(&m->strip, (size_t)s->add_at + 2, s->n, 0, 1);
         return;
     }
     look_at_motion(film, m, error);
     m->pixel_mse = pixel_mse(film, &m->strip);
-    m->energy_mse = mean(&m->strip, 0, s->n, film->true_energy, 2);
+    m->energy_mse = mean_energy(&m->strip, 0, s->n, film->true_energy, 2);
 }
 
 static enum ad_status foresee(const struct film *film, struct film_model *m, size_t trajectory,
@@ -110,16 +111,16 @@ static enum ad_status foresee(const struct film *film, struct film_model *m, siz
     return AD_OK;
 }
 
-static enum ad_status one_start(struct film *film, size_t trajectory, double *angle,
-                                struct ad_error *error)
+static enum ad_status foresee_one_start(struct film *film, size_t trajectory, double *angle,
+                                        struct ad_error *error)
 {
-    follow_truth(film, trajectory);
+    draw_truth(film, trajectory);
     measure_energy(film, &film->truth, angle, error);
     for (size_t k = 0; k < film->n_models && error->status == AD_OK; k++) {
         struct film_model *m = &film->model[k];
         if (foresee(film, m, trajectory, error) == AD_OK &&
             measure_energy(film, &m->strip, angle, error) == AD_OK)
-            measure(film, m, error);
+            measure_film(film, m, error);
     }
     return error->status;
 }
@@ -141,8 +142,8 @@ enum ad_status film_run(struct film *film, struct ad_error *error)
     double *angle = malloc(film->settings.n * sizeof *angle);
     if (!angle)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    for (size_t i = 0; i < starts && one_start(film, film->trajectory + i, angle, error) == AD_OK;
-         i++)
+    for (size_t i = 0;
+         i < starts && foresee_one_start(film, film->trajectory + i, angle, error) == AD_OK; i++)
         for (size_t k = 0; k < film->n_models; k++)
             accumulate(&mean_of[k], &film->model[k], 1 / (double)starts);
     for (size_t k = 0; k < film->n_models && starts > 1; k++) {

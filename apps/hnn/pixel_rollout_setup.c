@@ -1,4 +1,4 @@
-/* A film to be foreseen, made definite (film.h). */
+/* A film to be foreseen, made definite (pixel_rollout.h). */
 #include "pixel_rollout.h"
 
 #include <math.h>
@@ -61,7 +61,7 @@ static enum ad_status add_model(struct film *film, const char *file, hnn_model *
 /* ---- starts ---- */
 
 /* Three frames a trajectory, of which two are seen: the rest of the motion follows from the start
-   (film_run.c). Size and filter are those which the model was trained on. */
+   (pixel_rollout_run.c). Size and filter are those which the model was trained on. */
 static enum ad_status film_starts(struct film *film, struct ad_error *error)
 {
     const struct rollout_options *o = film->options;

@@ -134,7 +134,7 @@ static void time_panel(const struct rollout_run *run, const struct rollout_curve
     const char *between = "plot ";
     fprintf(out, "set title '%s'\nset size noratio\nset yrange [*:*]\nunset ylabel\n", title);
     if (of_truth) /* all curves: one legend for all panels */
-        fputs("set key at screen 0.5,0.05 center horizontal reverse Left samplen 1 width -2 "
+        fputs("set key at screen 0.5,0.05 center horizontal reverse Left samplen 1.5 width 1 "
               "font ',11'\n",
               out);
     axis_set(out, "x", "t", NULL, time, 0);
@@ -182,9 +182,9 @@ enum ad_status rollout_picture(const struct rollout_run *run, struct plot *plot,
     for (size_t k = run->n_models; k-- > 0;)
         motion_panel(run, curve, n, k, out);
     if (run->truth.n)
-        time_panel(run, curve, n, "mean square error of the state", 0, false, out);
+        time_panel(run, curve, n, "state, mean square error", 0, false, out);
     if (H)
-        time_panel(run, curve, n, "H of the network", 1, true, out);
+        time_panel(run, curve, n, "H of the first model", 1, true, out);
     if (energy)
         time_panel(run, curve, n, "true energy", 2, true, out);
     fputs("unset multiplot\n", out);

@@ -1,4 +1,4 @@
-/* A rollout followed and measured (rollout.h). */
+/* Rollouts from one start or many, and their errors (rollout.h). */
 #include "rollout.h"
 
 #include <math.h>
@@ -22,7 +22,7 @@ size_t rollout_curves(const struct rollout_run *run, struct rollout_curve curve[
 }
 
 /* Says which of several failed. */
-static enum ad_status named(const char *what, struct ad_error *error)
+static enum ad_status name_cause(const char *what, struct ad_error *error)
 {
     struct ad_error cause = *error;
     if (cause.status == AD_OK)
@@ -40,7 +40,7 @@ static enum ad_status follow_truth(struct rollout_run *run, struct ad_error *err
     s.rtol = truth_tolerance;
     s.reverse = false;
     hnn_rollout(&run->energy, &s, run->x0, &run->truth, &info, error);
-    return named(run->options->truth, error);
+    return name_cause(run->options->truth, error);
 }
 
 /* Of a measured motion it was computed from the true energy. */
@@ -52,10 +52,10 @@ static enum ad_status measure_as_published(const struct rollout_run *run, struct
         hnn_task_published_mse(run->task, option_number_or(run->options->strength, 0), &m->ode,
                                &run->settings, &m->path, &run->truth,
                                &m->score.energy_mse_published, error);
-    return named(m->file, error);
+    return name_cause(m->file, error);
 }
 
-static void measure(const struct rollout_run *run, struct rollout_model *m)
+static void measure_path(const struct rollout_run *run, struct rollout_model *m)
 {
     m->conserved_drift = hnn_energy_drift(&m->ode, &m->path, &run->settings);
     if (run->truth.n) {
@@ -67,7 +67,7 @@ static void measure(const struct rollout_run *run, struct rollout_model *m)
     m->outside = hnn_path_outside(m->model, &m->path, m->what, sizeof m->what);
 }
 
-static enum ad_status one_start(struct rollout_run *run, struct ad_error *error)
+static enum ad_status follow_one_start(struct rollout_run *run, struct ad_error *error)
 {
     bool measured = run->truth.n > 0;
     if (!measured && run->energy.n && follow_truth(run, error) != AD_OK)
@@ -75,16 +75,16 @@ static enum ad_status one_start(struct rollout_run *run, struct ad_error *error)
     for (size_t k = 0; k < run->n_models; k++) {
         struct rollout_model *m = &run->model[k];
         hnn_rollout(&m->ode, &run->settings, run->x0, &m->path, &m->info, error);
-        if (named(m->file, error) != AD_OK)
+        if (name_cause(m->file, error) != AD_OK)
             return error->status;
-        measure(run, m);
+        measure_path(run, m);
         if (measure_as_published(run, m, error) != AD_OK)
             return error->status;
     }
     return AD_OK;
 }
 
-static enum ad_status many_starts(struct rollout_run *run, struct ad_error *error)
+static enum ad_status average_starts(struct rollout_run *run, struct ad_error *error)
 {
     const struct rollout_options *o = run->options;
     const struct hnn_rollout_settings *s = &run->settings;
@@ -99,7 +99,7 @@ static enum ad_status many_starts(struct rollout_run *run, struct ad_error *erro
     for (size_t k = 0; k < run->n_models; k++) {
         struct rollout_model *m = &run->model[k];
         hnn_task_trials(&m->ode, run->task, &trials, &m->score, error);
-        if (named(m->file, error) != AD_OK)
+        if (name_cause(m->file, error) != AD_OK)
             return error->status;
         m->energy_mse = m->score.energy_mse;
         m->energy_mse_model = m->score.energy_mse_model;
@@ -114,6 +114,6 @@ static enum ad_status many_starts(struct rollout_run *run, struct ad_error *erro
 
 enum ad_status rollout_run(struct rollout_run *run, struct ad_error *error)
 {
-    return run->options->starts == OPTION_NO_COUNT ? one_start(run, error)
-                                                   : many_starts(run, error);
+    return run->options->starts == OPTION_NO_COUNT ? follow_one_start(run, error)
+                                                   : average_starts(run, error);
 }

@@ -156,7 +156,7 @@ struct observer {
     struct ad_error *error;
 };
 
-static bool observe(void *context, double t, const double *y)
+static bool observe_row(void *context, double t, const double *y)
 {
     struct observer *o = context;
     struct hnn_observations *to = o->to;
@@ -174,15 +174,15 @@ static bool observe(void *context, double t, const double *y)
     return true;
 }
 
-static enum ad_status follow(const struct hnn_sampling *s, struct observer *o, double *y,
-                             struct ad_error *error)
+static enum ad_status follow_trajectory(const struct hnn_sampling *s, struct observer *o, double *y,
+                                        struct ad_error *error)
 {
     struct phys_simulation simulation = {.integrator = phys_integrator_find("dop853", error),
                                          .t1 = s->time,
                                          .rtol = accuracy,
                                          .atol = smallest,
                                          .n_samples = s->points - 1,
-                                         .sample = observe,
+                                         .sample = observe_row,
                                          .context = o};
     struct phys_simulation_info info;
     return phys_simulate(&simulation, o->ode, y, &info, error);
@@ -214,7 +214,7 @@ enum ad_status hnn_task_observe(const struct hnn_task *task, const struct hnn_sa
     for (; o.trial < sampling->trials && error->status == AD_OK; o.trial++) {
         size_t first = o.row;
         task->start(&random, sampling, y);
-        if (follow(sampling, &o, y, error) == AD_OK)
+        if (follow_trajectory(sampling, &o, y, error) == AD_OK)
             add_noise(observations, sampling->noise, &random, first, o.row);
     }
     phys_ode_free(&ode);

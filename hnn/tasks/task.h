@@ -1,4 +1,5 @@
-/* The published systems, one file each, one line each in the table of task.c. */
+/* The systems with which Hamiltonian neural networks were published, as models of data (data.h):
+   one file each, one line each in the table of task.c. Other folders find them by hnn_task_find. */
 #ifndef HNN_TASK_H
 #define HNN_TASK_H
 
@@ -24,9 +25,9 @@ void hnn_task_on_circle(struct phys_random *random, const struct hnn_sampling *s
 void hnn_task_off_axes(struct phys_random *random, const struct hnn_sampling *sampling,
                        double point[2]);
 
-/* Kinetic and potential energy of equal masses 1 in the plane, q and p all x before all y. */
-/* 0: as published. */
+/* Strength of the potential; 0: as published. */
 double hnn_task_strength(const struct hnn_task *task, double strength);
+/* Kinetic and potential energy of equal masses 1 in the plane, q and p all x before all y. */
 ad_var hnn_task_gravity(ad_var q, ad_var p, double strength);
 
 #endif
