@@ -151,6 +151,24 @@ static void add_level(struct phys_energy_sweep *s, double U)
 
 static int by_height(const void *a, const void *b) { return by_place(a, b); }
 
+/* Of the highest speed that is looked at; where a speed has a limit, of one just below it. */
+static double highest_energy(struct phys_energy_sweep *s)
+{
+    double low = 0, high = RANGE * s->ask.speed;
+    double most = phys_potential_energy(&s->U, s->ask.from, high);
+    if (isfinite(most))
+        return most;
+    most = phys_potential_energy(&s->U, s->ask.from, low);
+    for (int k = 0; k < BISECTIONS; k++) {
+        double middle = 0.5 * (low + high);
+        double here = phys_potential_energy(&s->U, s->ask.from, middle);
+        bool below = here >= most && isfinite(here); /* it grows with the speed */
+        *(below ? &low : &high) = middle;
+        most = below ? here : most;
+    }
+    return most;
+}
+
 /* The least energy that leads from end to end, and the heights of the maxima outside, each above
    all that are nearer; then the highest energy. */
 static bool find_levels(struct phys_energy_sweep *s)
@@ -179,9 +197,7 @@ static bool find_levels(struct phys_energy_sweep *s)
     for (size_t k = inner; k-- > 0;)
         if (s->place[k].U > record)
             heights[n++] = record = s->place[k].U;
-    double most = fmax(phys_potential_energy(&s->U, s->ask.from, RANGE * s->ask.speed), least);
-    if (!isfinite(most))
-        most = least + RANGE * RANGE * fmax(fabs(least), 1);
+    double most = fmax(highest_energy(s), least);
     s->size = fmax(fabs(least), 0.5 * s->ask.speed * s->ask.speed * 1e-3);
     for (size_t k = 0; k < n; k++)
         s->size = fmax(s->size, heights[k] < most ? fabs(heights[k]) : 0);

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SLICES = 101, MOST_DOF = 3 };
+enum { SLICES = 101, MOST_DOF = 20 };
 
 static enum ad_status at_one(const void *params, uint64_t seed, double *q, double *v,
                              struct ad_error *error)
@@ -189,11 +189,32 @@ static double determinant(const struct phys_system *system, double t)
         }
     assert_no_error(&error);
     phys_ode_free(&ode);
-    for (size_t k = 0; k < n; k++) /* without pivoting: none vanishes here */
-        for (size_t r = (det *= d[k][k], k + 1); r < n; r++)
+    for (size_t k = 0; k < n; k++) {
+        size_t pivot = k;
+        for (size_t r = k + 1; r < n; r++)
+            if (fabs(d[r][k]) > fabs(d[pivot][k]))
+                pivot = r;
+        det *= pivot == k ? d[k][k] : -d[pivot][k];
+        for (size_t c = k; c < n; c++) {
+            double swapped = d[k][c];
+            d[k][c] = d[pivot][c];
+            d[pivot][c] = swapped;
+        }
+        for (size_t r = k + 1; r < n; r++)
             for (size_t c = n; c-- > k;)
                 d[r][c] -= d[r][k] / d[k][k] * d[k][c];
+    }
     return det;
+}
+
+/* The determinant changes its sign at each. */
+static void assert_signs_change(const struct phys_system *system, const struct phys_spectrum *found)
+{
+    for (size_t k = 0; k < found->n_conjugate; k++) {
+        double t = found->conjugate[k].time, before = determinant(system, t * (1 - 1e-6)),
+               after = determinant(system, t * (1 + 1e-6));
+        assert_true((before < 0) != (after < 0));
+    }
 }
 
 /* A8: L_vv is indefinite: no index, but the fields are singular where the determinant is. */
@@ -208,12 +229,90 @@ static void geodesic_has_no_index(void **state)
     assert_int_equal(found.legendre, PHYS_INDEFINITE);
     assert_true(found.not_definite >= 0 && found.not_definite < 4);
     assert_true(found.n_conjugate > 0);
-    for (size_t k = 0; k < found.n_conjugate; k++) {
-        double t = found.conjugate[k].time;
-        double before = determinant(&system, t * (1 - 1e-6)),
-               after = determinant(&system, t * (1 + 1e-6));
-        assert_true((before < 0) != (after < 0));
+    assert_signs_change(&system, &found);
+    phys_spectrum_free(&found);
+    phys_system_close(&system);
+}
+
+/* A heavy symmetric top in Euler's angles. */
+static ad_var top(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    ad_var tilt = ad_row(q, 0), turn = ad_row(v, 1);
+    ad_var spin = ad_add(ad_row(v, 2), ad_mul(turn, ad_cos(tilt)));
+    (void)t;
+    (void)params;
+    return ad_sub(ad_add(ad_mul(0.5, ad_add(ad_square(ad_row(v, 0)),
+                                            ad_mul(ad_square(ad_sin(tilt)), ad_square(turn)))),
+                         ad_mul(0.25, ad_square(spin))),
+                  ad_cos(tilt));
+}
+
+static enum ad_status spinning(const void *params, uint64_t seed, double *q, double *v,
+                               struct ad_error *error)
+{
+    static const double q0[] = {0.5, 0, 0}, v0[] = {0, 0, 10};
+    (void)params;
+    (void)seed;
+    (void)error;
+    memcpy(q, q0, sizeof q0);
+    memcpy(v, v0, sizeof v0);
+    return AD_OK;
+}
+
+/* A9: twos that lie 0.2 % apart. */
+static void top_meets_twice_in_short_order(void **state)
+{
+    struct phys_scene scene = scene_of(top, 3);
+    struct phys_system system;
+    struct ad_error error = {0};
+    (void)state;
+    scene.start = spinning;
+    phys_system_make(&scene, &system, &error);
+    struct phys_spectrum found = examine(&system, "gauss3", 0.03);
+    assert_int_equal(found.n_conjugate, 4);
+    assert_close(found.conjugate[2].time, 2.7014012, 0, 1e-7);
+    assert_close(found.conjugate[3].time, 2.7067544, 0, 1e-7);
+    assert_signs_change(&system, &found);
+    phys_spectrum_free(&found);
+    phys_system_close(&system);
+}
+
+/* Toda's chain of 20. */
+static ad_var toda(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    ad_var stretch = ad_sub(ad_slice_rows(q, 1, 19), ad_slice_rows(q, 0, 19));
+    (void)t;
+    (void)params;
+    return ad_sub(ad_mul(0.5, ad_sum_rows(ad_square(v))),
+                  ad_sum_rows(ad_add(ad_exp(ad_neg(stretch)), stretch)));
+}
+
+static enum ad_status by_sines(const void *params, uint64_t seed, double *q, double *v,
+                               struct ad_error *error)
+{
+    (void)params;
+    (void)seed;
+    (void)error;
+    for (size_t k = 0; k < 20; k++) {
+        q[k] = 0;
+        v[k] = sin((double)k + 1);
     }
+    return AD_OK;
+}
+
+/* A9: many coordinates, several points. */
+static void toda_meets_where_the_determinant_vanishes(void **state)
+{
+    struct phys_scene scene = scene_of(toda, 20);
+    struct phys_system system;
+    struct ad_error error = {0};
+    (void)state;
+    scene.start = by_sines;
+    phys_system_make(&scene, &system, &error);
+    struct phys_spectrum found = examine(&system, "gauss3", 0.02);
+    assert_in_range(found.n_conjugate, 1, 9);
+    assert_int_equal(found.n_conjugate, found.index);
+    assert_signs_change(&system, &found);
     phys_spectrum_free(&found);
     phys_system_close(&system);
 }
@@ -242,6 +341,8 @@ int main(void)
         cmocka_unit_test(foucault_meets_again_in_both_directions),
         cmocka_unit_test(known_times),
         cmocka_unit_test(geodesic_has_no_index),
+        cmocka_unit_test(top_meets_twice_in_short_order),
+        cmocka_unit_test(toda_meets_where_the_determinant_vanishes),
         cmocka_unit_test(negative_masses_make_a_maximum),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
