@@ -176,3 +176,19 @@ int phys_lapack_eigenvectors(size_t n, double *a, double *b, double *values)
     lapack_int size = (lapack_int)n;
     return LAPACKE_dsygv(LAPACK_COL_MAJOR, 1, 'V', 'L', size, a, size, b, size, values);
 }
+
+/* By columns the rows are a matrix that is factored as Q R; the signs are those of a positive R. */
+bool phys_lapack_orthonormal_rows(size_t n, size_t length, double *a, double *work)
+{
+    lapack_int columns = (lapack_int)n, size = (lapack_int)length;
+    double *sign = work + n;
+    if (LAPACKE_dgeqrf(LAPACK_COL_MAJOR, size, columns, a, size, work) != 0)
+        return false;
+    for (size_t k = 0; k < n; k++)
+        sign[k] = a[k * length + k] < 0 ? -1 : 1;
+    if (LAPACKE_dorgqr(LAPACK_COL_MAJOR, size, columns, columns, a, size, work) != 0)
+        return false;
+    for (size_t k = 0; k < n * length; k++)
+        a[k] *= sign[k / length];
+    return true;
+}

@@ -70,4 +70,10 @@ void phys_lapack_symmetric_solve(size_t n, const double *a, const int *pivots, s
    ascending; row k of a becomes eigenvector k; b is destroyed. Returns 0, up to n where they do not
    converge, more where b is not positive definite, negative where memory is exhausted. */
 int phys_lapack_eigenvectors(size_t n, double *a, double *b, double *values);
+
+/* Makes the rows of a [n x length] orthonormal, n <= length, as Gram's and Schmidt's method would:
+   the first j of them span what they did, and none is turned around. `work` [2 n] is room. False:
+   memory is exhausted. */
+bool phys_lapack_orthonormal_rows(size_t n, size_t length, double *a, double *work);
+
 #endif

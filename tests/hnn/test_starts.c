@@ -1,5 +1,6 @@
 /* How models begin: statistics of the starts, names and shapes of the parameters, settings refused.
  */
+#include "physics/linear/linear.h"
 #include "small.h"
 #include "tests/close.h"
 #include "tests/mentions.h"
@@ -158,12 +159,48 @@ static void test_refusals(void **state)
     refused((s = good, s.kind = HNN_BASELINE, s.dissipation = true, s), "dissipation");
 }
 
+/* C12: LAPACK's rows are those of Gram's and Schmidt's method, none turned around. */
+static void orthonormal_rows_are_those_of_gram_and_schmidt(void **state)
+{
+    enum { N = 7, LENGTH_OF_ROW = 12 };
+    double a[N][LENGTH_OF_ROW], b[N][LENGTH_OF_ROW], work[2 * N];
+    (void)state;
+    for (size_t i = 0; i < N; i++)
+        for (size_t k = 0; k < LENGTH_OF_ROW; k++)
+            a[i][k] = b[i][k] = sin(7.3 * pow((double)(i * LENGTH_OF_ROW + k), 2) + 0.2);
+    for (size_t i = 0; i < N; i++) {
+        double norm = 0;
+        for (size_t j = 0; j < 2 * i; j++) { /* twice */
+            double share = 0;
+            for (size_t k = 0; k < LENGTH_OF_ROW; k++)
+                share += b[i][k] * b[j % i][k];
+            for (size_t k = 0; k < LENGTH_OF_ROW; k++)
+                b[i][k] -= share * b[j % i][k];
+        }
+        for (size_t k = 0; k < LENGTH_OF_ROW; k++)
+            norm += b[i][k] * b[i][k];
+        for (size_t k = 0; k < LENGTH_OF_ROW; k++)
+            b[i][k] /= sqrt(norm);
+    }
+    assert_true(phys_lapack_orthonormal_rows(N, LENGTH_OF_ROW, a[0], work));
+    for (size_t i = 0; i < N; i++)
+        for (size_t k = 0; k < LENGTH_OF_ROW; k++)
+            assert_close(a[i][k], b[i][k], 0, 1e-13);
+    double one = -3;
+    assert_true(phys_lapack_orthonormal_rows(1, 1, &one, work));
+    assert_true(one == -1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_orthogonal), cmocka_unit_test(test_normal),
-        cmocka_unit_test(test_biases),     cmocka_unit_test(test_seeds),
-        cmocka_unit_test(test_layout),     cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_orthogonal),
+        cmocka_unit_test(orthonormal_rows_are_those_of_gram_and_schmidt),
+        cmocka_unit_test(test_normal),
+        cmocka_unit_test(test_biases),
+        cmocka_unit_test(test_seeds),
+        cmocka_unit_test(test_layout),
+        cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
