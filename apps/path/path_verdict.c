@@ -51,10 +51,11 @@ static void reason(const struct path_run *run, const struct path_result *result,
                  s->not_definite);
 }
 
-/* As many digits of a time as are known, at least one and at most 10. */
+/* As many digits of a time as its error leaves, the last one of the error's own size; at most 10.
+ */
 static int digits(const struct phys_conjugate *c)
 {
-    double known = floor(log10(c->time / c->error));
+    double known = floor(log10(c->time)) - floor(log10(c->error)) + 1;
     return (int)fmax(1, fmin(10, known));
 }
 

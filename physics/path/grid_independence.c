@@ -14,6 +14,7 @@
 
 static const double NEAR = 0.05;       /* of the path's extent: by how much they may disagree */
 static const double TOLERANCE = 1e-11; /* of the motion */
+static const double ROUNDING = 1e-9;   /* of the path: what extends by less is at rest */
 static const double SLICE_TOLERANCE = 1e-9; /* ... over one slice */
 
 /* What the motion from each slice misses the next by, summed: of q against the path's extent, of v
@@ -41,7 +42,7 @@ static double sum_defects(const struct phys_ode *ode, const struct phys_path_nod
     }
     range[1] = fmax(range[1], range[0] / nodes->time[nodes->n - 1]);
     for (size_t k = 0; k < n; k++)
-        scale[k] = range[k / dof] > 0 ? range[k / dof] : 1;
+        scale[k] = range[k / dof] > ROUNDING * fabs(high[k]) ? range[k / dof] : 1;
     for (size_t i = 0; i < nodes->slices; i++) {
         double most[2] = {0};
         run.t0 = run.t1;

@@ -18,6 +18,7 @@ enum { NODES_OF_TURN = 12, MOST_TURNS = 100 }; /* fewer nodes do not show a turn
 
 enum { SUBSTEPS = 4, BISECTIONS = 30, STEPS = 60, LEAST_STARTS = 30 };
 
+static const double ROUNDING = 1e-9; /* of coordinates: ends so near are one place */
 static const double NEAR = 0.1;   /* of a motion's extent: what its path on the grid may be off */
 static const double ALIKE = 1e-9; /* relative difference of energies and actions of images */
 static const double SAME = 1e-6;  /* relative difference of two answers that are one */
@@ -332,20 +333,21 @@ static bool all_energies(struct search *s, struct ad_error *error)
 
 /* ---- the search ---- */
 
-/* Speed and size of the path given, in root mean square: where it is at rest, one unit a coordinate
-   and that in a slice's time. */
+/* Speed and span of the path given, and at least a unit, or what its coordinates are, in its time:
+   a path that hardly moves tells nothing of how fast others may be. */
 static void find_scales(struct search *s)
 {
-    double speed = 0, span = 0, dt = s->settings.dt;
+    double speed = 0, span = 0, unit = 1, dt = s->settings.dt;
     for (size_t k = 0; k < s->dof; k++) {
         const double *x = s->given + k * s->slices;
         for (size_t i = 0; i + 1 < s->slices; i++) {
             speed = fmax(speed, fabs(x[i + 1] - x[i]) / dt);
             span = fmax(span, fabs(x[i + 1] - x[0]));
+            unit = fmax(unit, fabs(x[i]));
         }
     }
-    s->span = span > 0 ? span : 1;
-    s->speed = speed > 0 ? speed : s->span / (dt * (double)(s->slices - 1));
+    s->span = span > ROUNDING * unit ? span : 1;
+    s->speed = fmax(speed, unit / (dt * (double)(s->slices - 1)));
 }
 
 static int by_energy(const void *a, const void *b)
@@ -357,11 +359,13 @@ static int by_energy(const void *a, const void *b)
 /* Where both ends are one place the motion may rest. */
 static enum ad_status begin_at_rest(struct search *s, struct ad_error *error)
 {
-    for (size_t k = 0; k < s->dof; k++)
-        if (s->given[k * s->slices] != s->given[k * s->slices + s->slices - 1])
+    for (size_t k = 0; k < s->dof; k++) {
+        const double *x = s->given + k * s->slices;
+        if (fabs(x[s->slices - 1] - x[0]) > ROUNDING * fmax(fabs(x[0]), s->span))
             return AD_OK;
+    }
     for (size_t k = 0; k < s->dof; k++)
-        for (size_t i = 0; i < s->slices; i++)
+        for (size_t i = 0; i + 1 < s->slices; i++)
             s->path[k * s->slices + i] = s->given[k * s->slices];
     return make_stationary(s, error);
 }

@@ -152,6 +152,15 @@ static enum phys_stop follow(struct newton *s, struct phys_path_step *at)
     return stop;
 }
 
+/* Whether the path given is stationary to rounding: steps of Adam would lead away from a saddle. */
+static bool begins_at_rounding(struct newton *s)
+{
+    phys_path_program_run(&s->path, 0);
+    phys_hessian_at(&s->hessian, s->path.x, 0);
+    phys_band_scale(&s->band);
+    return at_rounding(s);
+}
+
 /* Of a saddle, steps of Adam before may have led away for good; then the start given is tried. */
 static enum ad_status iterate(struct newton *s, double *path, struct phys_path_info *info,
                               struct ad_error *error)
@@ -184,7 +193,8 @@ static enum ad_status solve(const struct phys_system *system,
                        "action itself",
                        settings->energy_weight);
     if (newton_new(&s, system, &plain, path, error) == AD_OK &&
-        phys_path_program_adam(&s.path, error) == AD_OK)
+        (plain.adam_steps == 0 || begins_at_rounding(&s) ||
+         phys_path_program_adam(&s.path, error) == AD_OK))
         iterate(&s, path, info, error);
     newton_free(&s);
     return error->status;

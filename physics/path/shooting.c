@@ -17,7 +17,8 @@
 
 enum { LEAST_SEGMENTS = 6, MOST_SEGMENTS = 4000, MOST_ITERATIONS = 20, HALVINGS = 6 };
 
-static const double ANGLE = 0.5;   /* rate of the linearised motion times a segment */
+static const double ROUNDING = 1e-9; /* of the size of states */
+static const double ANGLE = 0.5;     /* rate of the linearised motion times a segment */
 static const double FIRST = 0.618; /* length of the first segment: keeps nodes off even fractions */
 static const double CLOSED = 100;  /* a gap of so many tolerances is closed */
 
@@ -115,9 +116,15 @@ static void find_sizes(struct phys_shooting *s)
             s->size[k] = fmax(s->size[k], size);
             largest[k / dof] = fmax(largest[k / dof], size);
         }
-    for (size_t k = 0; k < 2 * dof; k++) /* at rest: by what the others do, or one */
-        if (!(s->size[k] > 0))
-            s->size[k] = largest[k / dof] > 0 ? largest[k / dof] : k < dof ? 1 : rate_of_nodes;
+    double place = 0;
+    for (size_t k = 0; k < dof; k++)
+        place = fmax(place, fabs(s->state[k]));
+    bool rests = largest[0] <= ROUNDING * place; /* what moves is rounding */
+    for (size_t k = 0; k < 2 * dof; k++)         /* at rest: by what the others do, or one */
+        if (rests)
+            s->size[k] = k < dof ? 1 : rate_of_nodes;
+        else if (!(s->size[k] > ROUNDING * largest[k / dof]))
+            s->size[k] = largest[k / dof];
     phys_curvature_at(&s->at, s->state, s->state + dof, 0);
     for (size_t k = 0; k < dof; k++) {
         double mass = fabs(s->at.vv[k * dof + k]);
@@ -388,6 +395,8 @@ double phys_shooting_moved(const struct phys_shooting *s)
 {
     double moved = 0, extent = 0;
     for (size_t k = 0; k < s->dof; k++) {
+        /* a path at rest extends by what rounding makes of it */
+        extent = fmax(extent, ROUNDING * fmax(fabs(s->begun[k]), s->size[k]));
         double low = s->begun[k], high = low;
         for (size_t i = 0; i <= s->n; i++) {
             double q = s->begun[i * 2 * s->dof + k];
