@@ -24,17 +24,6 @@ static enum ad_status write_results(const struct quantum_run *run,
     return error->status;
 }
 
-enum ad_status quantum_show(const struct common *common, struct report *report,
-                            struct ad_error *error)
-{
-    if (error->status == AD_OK && common->json)
-        report_json(report, stdout, error);
-    else if (error->status == AD_OK && !common->quiet)
-        report_print(report, stdout, error);
-    report_free(report);
-    return error->status;
-}
-
 static int run_packets(const struct quantum_run *run, struct ad_error *error)
 {
     const struct common *common = &run->options->common;
@@ -50,7 +39,7 @@ static int run_packets(const struct quantum_run *run, struct ad_error *error)
     } else {
         outputs_abandon(&outputs);
     }
-    quantum_show(common, &report, error);
+    report_show(&report, common, error);
     if (error->status == AD_OK && isinf(result.error))
         ad_fail(error, AD_E_ACCURACY,
                 "the error is not known: %s takes too many steps to t = %g; try fewer --steps",

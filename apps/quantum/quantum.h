@@ -70,9 +70,6 @@ void quantum_write_csv(const struct quantum_run *run, const struct quantum_resul
 enum ad_status quantum_file(const struct quantum_run *run, const struct quantum_result *result,
                             const struct report *report, phys_runfile *file,
                             struct ad_error *error);
-/* On standard output what the options ask for, where there is no error; frees the report. */
-enum ad_status quantum_show(const struct common *common, struct report *report,
-                            struct ad_error *error);
 enum ad_status quantum_picture(const struct quantum_run *run, const struct quantum_result *result,
                                struct plot *plot, struct ad_error *error);
 

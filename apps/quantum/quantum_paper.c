@@ -2,7 +2,6 @@
    (quantum/published.h). */
 #include "apps/command.h"
 #include "apps/interrupt.h"
-#include "apps/output/json.h"
 #include "quantum_paper.h"
 
 #include <math.h>
@@ -18,66 +17,47 @@ static double classical_error(const struct quantum_result *result)
 
 /* ---- results ---- */
 
-static void print(const struct qm_published *p, const struct quantum_run *run,
-                  const struct quantum_result *result)
+/* A number of the scene done right, and the published one on the same line. */
+static void pair(struct report *report, const char *key, const char *label, double right,
+                 const char *published_key, double published)
 {
-    const struct qm_moments *m = &result->moments[result->n - 1];
-    double start = result->moments[0].norm; /* of what the box does not cut off */
-    printf("scale %g: hbar = %g\n\n%-34s%-22s%s\n", 1 / p->hbar, p->hbar, "", "as published",
-           "done right");
-    const struct {
-        const char *name;
-        double published, right;
-    } rows[] = {
-        {"points", (double)p->grid.n, (double)run->slice.grid.n},
-        {"dt", p->dt, run->slice.dt},
-        {"phases of neighbours, rad", p->phases, M_PI * run->aliasing.ratio},
-        {"ghosts at a distance of", p->ghost, run->aliasing.ghost},
-        {"norm after a slice", p->norm, result->moments[1].norm / start},
-        {"norm at the end", (double)NAN, m->norm / start},
-        {"mean at the end", p->mean[p->frames - 1], m->mean_x},
-        {"a particle would be at", (double)NAN, result->classical[result->n - 1]},
-        {"mean from particle, rms", (double)NAN, classical_error(result)},
-        {"what a potential does to |psi|", p->kick, (double)NAN},
-    };
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
-        printf("  %-32s", rows[k].name);
-        if (isnan(rows[k].published))
-            printf("%-22s", "");
-        else
-            printf("%-22.6g", rows[k].published);
-        if (!isnan(rows[k].right))
-            printf("%.6g", rows[k].right);
-        putchar('\n');
-    }
+    report_number(report, key, label, NULL, right);
+    report->object = "published";
+    report_number(report, published_key, label, NULL, published);
+    report->object = NULL;
 }
 
-static void print_json(const struct qm_published *p, const struct quantum_run *run,
-                       const struct quantum_result *result)
+static void fill_report(const struct qm_published *p, const struct quantum_run *run,
+                        const struct quantum_result *result, struct report *report)
 {
     const struct qm_moments *m = &result->moments[result->n - 1];
-    struct json json;
-    json_open(&json, stdout);
-    json_text(&json, "preset", "paper");
-    json_number(&json, "hbar", p->hbar);
-    json_object(&json, "published");
-    json_count(&json, "points", p->grid.n);
-    json_number(&json, "dt", p->dt);
-    json_number(&json, "phases", p->phases);
-    json_number(&json, "ghost", p->ghost);
-    json_number(&json, "norm_after_a_slice", p->norm);
-    json_number(&json, "mean_x", p->mean[p->frames - 1]);
-    json_number(&json, "effect_of_a_potential", p->kick);
-    json_end_object(&json);
-    json_number(&json, "norm", m->norm / result->moments[0].norm);
-    json_number(&json, "mean_x", m->mean_x);
-    json_number(&json, "std_x", m->std_x);
-    json_number(&json, "classical_x", result->classical[result->n - 1]);
-    json_number(&json, "error", classical_error(result));
-    json_text(&json, "error_against", "the particle's path, rms");
-    json_number(&json, "aliasing", run->aliasing.ratio);
-    json_number(&json, "seconds", result->setup_seconds + result->seconds);
-    json_close(&json);
+    double start = result->moments[0].norm; /* the part of the packet in the box */
+    report_line(report, "hbar = %g\n\n  %-24s %14s %14s", p->hbar, "", "done right",
+                "as published");
+    report_text(report, "preset", NULL, "paper");
+    report_number(report, "hbar", NULL, NULL, p->hbar);
+    pair(report, "points", "points", (double)run->slice.grid.n, "points", (double)p->grid.n);
+    pair(report, "dt", "dt", run->slice.dt, "dt", p->dt);
+    pair(report, "phases", "phases of neighbours", M_PI * run->aliasing.ratio, "phases", p->phases);
+    pair(report, "ghost", "ghosts at a distance of", run->aliasing.ghost, "ghost", p->ghost);
+    pair(report, "norm_after_a_slice", "norm after a slice", result->moments[1].norm / start,
+         "norm_after_a_slice", p->norm);
+    report_number(report, "norm", "norm at the end", NULL, m->norm / start);
+    pair(report, "mean_x", "mean at the end", m->mean_x, "mean_x", p->mean[p->frames - 1]);
+    report_number(report, "std_x", "width at the end", NULL, m->std_x);
+    report_number(report, "classical_x", "a particle would be at", NULL,
+                  result->classical[result->n - 1]);
+    report_number(report, "error", "mean from particle, rms", NULL, classical_error(result));
+    report_text(report, "error_against", NULL, "the particle's path, rms");
+    report_number(report, "aliasing", NULL, NULL, run->aliasing.ratio);
+    report->object = "published";
+    report_number(report, "effect_of_a_potential", NULL, NULL, p->kick);
+    report->object = NULL;
+    report_line(report, "\n  a potential changes the published |psi| by %.3g of its maximum",
+                p->kick);
+    report->passing = true;
+    report_number(report, "seconds", NULL, "s", result->setup_seconds + result->seconds);
+    report->passing = false;
 }
 
 static enum ad_status write_results(const struct qm_published *p, const struct quantum_run *run,
@@ -108,7 +88,6 @@ static enum ad_status write_results(const struct qm_published *p, const struct q
 static enum ad_status both(const struct quantum_run *run, struct outputs *outputs,
                            struct ad_error *error)
 {
-    const struct common *common = &run->options->common;
     struct qm_published old;
     struct quantum_result result = {0};
     struct report report = {0};
@@ -116,15 +95,11 @@ static enum ad_status both(const struct quantum_run *run, struct outputs *output
         while (!interrupted() && qm_published_advance(&old))
             ;
         if (quantum_run(run, &result, error) == AD_OK) {
-            quantum_report(run, &result, &report);
+            fill_report(&old, run, &result, &report);
             write_results(&old, run, &result, &report, outputs, error);
         }
-        if (error->status == AD_OK && common->json)
-            print_json(&old, run, &result);
-        else if (error->status == AD_OK && !common->quiet)
-            print(&old, run, &result);
+        report_show(&report, &run->options->common, error);
     }
-    report_free(&report);
     qm_published_free(&old);
     quantum_result_free(&result);
     return error->status;

@@ -142,7 +142,7 @@ int quantum_slit(const struct quantum_options *options, struct ad_error *error)
         follow(options, &run);
         fill_report(&run, &report);
         write_results(options, &run.slit, &report, &outputs, error);
-        quantum_show(&options->common, &report, error);
+        report_show(&report, &options->common, error);
         if (error->status == AD_OK && run.interrupted)
             ad_fail(error, AD_E_ACCURACY, "interrupted; results are those so far");
     }

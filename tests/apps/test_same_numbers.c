@@ -17,6 +17,7 @@ static const char *const runs[] = {
     "quantum",
     "quantum --packet=-2,.5,1 --packet=2,.5,-1 --no-reference",
     "quantum --scene harmonic --rule midpoint --dt 4 --steps 1 --points 128",
+    "quantum --preset paper --scale 0.3",
     "quantum --scene double-slit --points 172 --steps 75",
     "path pendulum",
     "path pendulum --solver adam --steps 30 --hold 3",
