@@ -2,7 +2,9 @@
 #include "apps/command.h"
 #include "apps/output/json.h"
 #include "path_follow.h"
+#include "physics/motion/motion.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,6 +26,7 @@ struct report {
     struct ad_error not_finite;
     struct ad_check gradient, second;
     struct phys_locality locality;
+    double mass_condition; /* the largest lower bound at the points */
 };
 
 /* ---- where to look ---- */
@@ -115,6 +118,28 @@ static enum ad_status find_points(const struct phys_system *system, const struct
 
 static bool finite(const struct report *report) { return report->not_finite.status == AD_OK; }
 
+static enum ad_status find_condition(const struct phys_system *system, const struct phys_points *at,
+                                     double *condition, struct ad_error *error)
+{
+    size_t dof = system->dof;
+    phys_legendre *legendre;
+    double *x = malloc(2 * dof * sizeof *x);
+    if (!x)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (phys_legendre_new(system, &legendre, error) == AD_OK) {
+        for (size_t i = 0; i < at->n; i++) {
+            for (size_t k = 0; k < dof; k++) {
+                x[k] = at->q[k * at->n + i];
+                x[dof + k] = at->v[k * at->n + i];
+            }
+            *condition = fmax(*condition, phys_legendre_condition(legendre, x, x + dof, at->t[i]));
+        }
+        phys_legendre_free(legendre);
+    }
+    free(x);
+    return error->status;
+}
+
 /* Only a finite Lagrangian can be compared with differences. */
 static enum ad_status examine(const struct phys_system *system, const struct options *options,
                               struct report *report, struct ad_error *error)
@@ -129,6 +154,7 @@ static enum ad_status examine(const struct phys_system *system, const struct opt
         phys_check_gradient(system, at, 2, options->tolerance, options->entries, &report->second,
                             error);
         phys_check_locality(system, at, &report->locality, error);
+        find_condition(system, at, &report->mass_condition, error);
     } else if (!finite(report) && not_finite->status != AD_E_NONFINITE) {
         ad_fail(error, not_finite->status, "%s", not_finite->message);
     }
@@ -210,6 +236,9 @@ static void print_report(const struct phys_system *system, const struct report *
     print_check(system, "gradient", &report->gradient);
     print_check(system, "second order", &report->second);
     print_locality(system, &report->locality);
+    printf("  %-15s condition number %.2g or more%s\n", "mass matrix", report->mass_condition,
+           report->mass_condition > 1e8 ? ": nearly singular, accelerations lose as many digits"
+                                        : "");
 }
 
 static void json_check(struct json *json, const struct phys_system *system, const char *key,
@@ -263,6 +292,7 @@ static void json_report(const struct phys_system *system, const struct report *r
         json_check(&json, system, "gradient", &report->gradient);
         json_check(&json, system, "second", &report->second);
         json_locality(&json, system, &report->locality);
+        json_number(&json, "mass_condition", report->mass_condition);
     }
     json_close(&json);
 }

@@ -42,6 +42,33 @@ static void judge_steps(const struct simulate_run *run, struct simulate_result *
     free(t);
 }
 
+/* The largest condition number of the mass matrix at (some of) the samples. */
+static void judge_mass(const struct simulate_run *run, struct simulate_result *result)
+{
+    enum { PLACES = 64 };
+    const struct simulate_samples *s = &result->samples;
+    const double suspicious = 1e8;
+    struct ad_error none = {0};
+    phys_legendre *legendre;
+    size_t dof = s->dof, stride = (s->n + PLACES - 1) / PLACES;
+    double at = 0, most = 1;
+    if (phys_legendre_new(&run->system, &legendre, &none) != AD_OK)
+        return;
+    for (size_t i = 0; i < s->n; i += stride) {
+        const double *x = s->x + 2 * i * dof;
+        double condition = phys_legendre_condition(legendre, x, x + dof, s->t[i]);
+        at = condition > most ? s->t[i] : at;
+        most = fmax(most, condition);
+    }
+    phys_legendre_free(legendre);
+    result->outlook.mass_condition = most;
+    if (most > suspicious)
+        snprintf(more(&result->outlook), sizeof *result->outlook.warning,
+                 "the mass matrix is nearly singular at t = %.6g: its condition number is %.2g or "
+                 "more, so that of 16 digits of the accelerations %.0f are lost",
+                 at, most, log10(most));
+}
+
 static void judge_energy(const struct simulate_run *run, struct simulate_result *result,
                          bool complete)
 {
@@ -145,6 +172,8 @@ void simulate_outlook(const struct simulate_run *run, struct simulate_result *re
         return; /* it did not begin */
     if (!run->integrator->adaptive && simulate_few(run))
         judge_steps(run, result);
+    if (simulate_few(run))
+        judge_mass(run, result);
     judge_energy(run, result, error->status == AD_OK);
     if (error->status == AD_OK && !isnan(result->known_until))
         judge_error(run, result);
@@ -174,6 +203,8 @@ void simulate_outlook_report(const struct simulate_run *run, const struct simula
         report_number(report, "error_before_horizon", "error before the horizon", scene->unit,
                       outlook->error_before);
     }
+    report_number(report, "mass_condition", NULL, NULL,
+                  outlook->mass_condition > 0 ? outlook->mass_condition : (double)NAN);
     for (size_t k = 0; k < outlook->n_warnings; k++)
         warnings[k] = outlook->warning[k];
     report_texts(report, "warnings", outlook->n_warnings, warnings);

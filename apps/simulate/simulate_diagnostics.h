@@ -9,7 +9,7 @@
 struct simulate_run;
 struct simulate_result;
 
-enum { SIMULATE_WARNINGS = 6 };
+enum { SIMULATE_WARNINGS = 7 };
 
 /* Where a difference, in units of the motion's size, is too large to speak of a prediction. */
 static const double simulate_lost = 0.1;
@@ -17,7 +17,8 @@ static const double simulate_lost = 0.1;
 struct simulate_outlook {
     size_t n_warnings;
     char warning[SIMULATE_WARNINGS][512];
-    bool has_horizon; /* --horizon */
+    double mass_condition; /* a lower bound of that of L_vv along the run; 0: not looked at */
+    bool has_horizon;      /* --horizon */
     struct phys_lyapunov chaos;
     double
         error_before; /* largest distance from the reference before the horizon; NaN: no reference

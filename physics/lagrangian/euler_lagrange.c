@@ -5,6 +5,7 @@
    the gradient of sum_j p_j(lane j) with respect to the lanes' v is column j of M, all of it in one
    run. Where M is constant it folds away when compiled, and is evaluated and factored once. */
 #include "physics/internal.h"
+#include "mass.h"
 #include "physics/linear/linear.h"
 
 #include <math.h>
@@ -87,40 +88,19 @@ static bool is_diagonal(size_t n, const double *M)
     return true;
 }
 
-/* A pivot of P L U against the largest entry of its column: what elimination cancelled, a lower
-   bound of the condition number of M in scaled coordinates. Of accelerations so much of the
-   rounding is left; where fewer than four digits are, they are none. */
-static void judge_pivots(phys_motion *m)
-{
-    const double most = 1e12;
-    size_t n = m->system->dof;
-    m->condition = 1;
-    for (size_t k = 0; k < n; k++) {
-        double pivot = fabs(m->factor[m->diagonal ? k : k * n + k]);
-        double ratio = pivot > 0 ? m->column[k] / pivot : (double)INFINITY;
-        if (ratio > m->condition) {
-            m->condition = ratio;
-            m->singular = ratio > most ? k + 1 : m->singular;
-        }
-    }
-}
-
 static void factor(phys_motion *m)
 {
     size_t n = m->system->dof;
     double *M = m->factor;
-    m->singular = 0;
+    size_t worst;
     m->diagonal = is_diagonal(n, M);
-    for (size_t k = 0; k < n; k++) {
-        m->column[k] = 0;
-        for (size_t i = 0; i < n; i++)
-            m->column[k] = fmax(m->column[k], fabs(M[k * n + i]));
-    }
+    phys_mass_columns(n, M, m->column);
     if (!m->diagonal)
         phys_lapack_lu_factor(n, M, m->pivots);
     for (size_t k = 0; k < n && m->diagonal; k++)
         M[k] = M[k * n + k];
-    judge_pivots(m);
+    m->condition = phys_mass_condition(n, m->column, M, m->diagonal ? 1 : n + 1, &worst);
+    m->singular = m->condition > PHYS_MASS_SINGULAR ? worst + 1 : 0;
 }
 
 static void evaluate_mass(phys_motion *m)

@@ -1,5 +1,6 @@
 /* From a Lagrangian to momenta p = L_v, energy v p - L, and back to velocities. */
 #include "physics/motion/motion.h"
+#include "mass.h"
 #include "physics/internal.h"
 #include "physics/linear/linear.h"
 
@@ -16,8 +17,10 @@ struct phys_legendre {
     ad_var q, v, t;                /* inputs: [dof x 1] each, t a scalar */
     ad_var energy, p, force, mass; /* p, force [dof x 1]; mass L_vv [dof x dof] */
     ad_program *for_energy, *for_momentum, *for_velocity;
-    double *M, *b;  /* [dof x dof], [dof] */
-    bool quadratic; /* M does not depend on v: one Newton step is exact */
+    double *M, *b, *column; /* [dof x dof], [dof], [dof] largest entries of M's columns */
+    int *pivots;            /* [dof] */
+    double condition;       /* of M where it was last solved with */
+    bool quadratic;         /* M does not depend on v: one Newton step is exact */
 };
 
 static void record(phys_legendre *l)
@@ -48,11 +51,13 @@ enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     l->system = system;
     l->tape = ad_tape_new(AD_F64);
-    l->M = n <= SIZE_MAX / sizeof *l->M / n - 1 ? malloc((n + 1) * n * sizeof *l->M) : NULL;
-    if (!l->tape || !l->M) {
+    l->M = n <= SIZE_MAX / sizeof *l->M / n - 2 ? malloc((n + 2) * n * sizeof *l->M) : NULL;
+    l->pivots = malloc(n * sizeof *l->pivots);
+    if (!l->tape || !l->M || !l->pivots) {
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
     } else {
         l->b = l->M + n * n;
+        l->column = l->b + n;
         record(l);
         ad_compile(l->tape, 1, &l->energy, &l->for_energy);
         ad_compile(l->tape, 2, (ad_var[]){l->p, l->force}, &l->for_momentum);
@@ -76,6 +81,7 @@ void phys_legendre_free(phys_legendre *legendre)
     ad_program_free(legendre->for_velocity);
     ad_tape_free(legendre->tape);
     free(legendre->M);
+    free(legendre->pivots);
     free(legendre);
 }
 
@@ -105,19 +111,37 @@ void phys_legendre_momentum(phys_legendre *legendre, const double *q, const doub
         ad_get(legendre->for_momentum, legendre->force, force);
 }
 
-/* One Newton step v += M^-1 (p - L_v); its length in units of |v|. Zero pivots: 1 + coordinate. */
-static size_t newton_step(phys_legendre *l, const double *q, const double *p, double t, double *v,
-                          double *length)
+/* L_v and the factors of M at a state; the coordinate whose column of M cancels most. */
+static size_t factor_mass(phys_legendre *l, const double *q, const double *v, double t)
 {
-    size_t n = l->system->dof, singular;
-    double step = 0, size = 0;
+    size_t n = l->system->dof, worst;
     run(l, l->for_velocity, q, v, t);
     ad_get(l->for_velocity, l->p, l->b);
     ad_get(l->for_velocity, l->mass, l->M);
+    phys_mass_columns(n, l->M, l->column);
+    phys_lapack_lu_factor(n, l->M, l->pivots);
+    l->condition = phys_mass_condition(n, l->column, l->M, n + 1, &worst);
+    return worst;
+}
+
+double phys_legendre_condition(phys_legendre *legendre, const double *q, const double *v, double t)
+{
+    factor_mass(legendre, q, v, t);
+    return legendre->condition;
+}
+
+/* One Newton step v += M^-1 (p - L_v); its length in units of |v|. Returns 0, or 1 + the coordinate
+   where M is singular or v not finite. */
+static size_t newton_step(phys_legendre *l, const double *q, const double *p, double t, double *v,
+                          double *length)
+{
+    size_t n = l->system->dof, worst = factor_mass(l, q, v, t);
+    double step = 0, size = 0;
+    if (l->condition > PHYS_MASS_SINGULAR)
+        return worst + 1;
     for (size_t k = 0; k < n; k++)
         l->b[k] = p[k] - l->b[k];
-    if ((singular = (size_t)phys_lapack_lu_solve_once(n, l->M, l->b)) != 0)
-        return singular;
+    phys_lapack_lu_solve(n, l->M, l->pivots, l->b);
     for (size_t k = 0; k < n; k++) {
         v[k] += l->b[k];
         step = fmax(step, fabs(l->b[k]));
@@ -141,6 +165,11 @@ enum ad_status phys_legendre_velocity(phys_legendre *legendre, const double *q, 
         if (bad) {
             char name[64];
             phys_coordinate_name(l->system, bad - 1, name, sizeof name);
+            if (l->condition > PHYS_MASS_SINGULAR)
+                return ad_fail(error, AD_E_NONFINITE,
+                               "%s: L is degenerate (condition number %.2g): the mass matrix is "
+                               "singular at coordinate %s, t = %g",
+                               l->system->scene->name, l->condition, name, t);
             return ad_fail(error, AD_E_NONFINITE,
                            "%s: no velocity belongs to the momentum of coordinate %s, t = %g",
                            l->system->scene->name, name, t);

@@ -110,6 +110,10 @@ void phys_legendre_momentum(phys_legendre *legendre, const double *q, const doub
 enum ad_status phys_legendre_velocity(phys_legendre *legendre, const double *q, const double *p,
                                       double t, double *v, struct ad_error *error);
 
+/* A lower bound of the condition number of the mass matrix L_vv: as many digits of the
+   accelerations are lost to rounding. Beyond 1e12 L is refused as degenerate. */
+double phys_legendre_condition(phys_legendre *legendre, const double *q, const double *v, double t);
+
 /* What a system of bodies has in total; zero where it has none (scenes not drawn in the plane). */
 struct phys_totals {
     double energy;

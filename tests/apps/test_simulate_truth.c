@@ -133,7 +133,18 @@ static void test_degenerate_masses(void **state)
         int check = shell("$LA check ./degenerate.so --set eps=%g", eps);
         assert_int_equal(status, eps < 1e-13 ? 1 : eps > 1e-11 ? 0 : status);
         assert_int_equal(check, status);
+        if (status != 0)
+            continue;
+        shell_works("$LA check ./degenerate.so --set eps=%g --json", eps);
+        double condition = shell_number("mass_condition");
+        assert_true(condition > 0.1 / eps && condition < 10 / eps);
+        shell_works("$LA simulate ./degenerate.so --set eps=%g --json", eps);
+        assert_close(shell_number("mass_condition"), condition, 1e-3, 0);
+        assert_int_equal(strstr(shell_err(), "nearly singular") != NULL, condition > 1e8);
     }
+    assert_int_equal(shell("$LA simulate ./degenerate.so --set eps=1e-16 --integrator "
+                           "variational-midpoint"),
+                     1); /* in (q, p) */
     assert_int_equal(shell("$LA simulate pendulum --set m=0"), 1);
     assert_non_null(strstr(shell_err(), "no mass"));
 }
