@@ -4,6 +4,7 @@
 #include "tests/files.h"
 #include "shell.h"
 #include "apps/command.h"
+#include "tests/mentions.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -117,6 +118,39 @@ static void test_outputs(void **state)
     shell_works("cmp m.h5 model.h5 && cmp s.c x.so");
 }
 
+/* Outputs are regular files: what else has the name stays as it is. */
+static void test_other_than_files(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"folder", "fifo", "/dev/full", "to-folder", "to-fifo"};
+    static const char *const lines[] = {"path pendulum --slices 5 --csv", "simulate pendulum --out",
+                                        "path pendulum --slices 5 --plot",
+                                        "dataset spring --trials 2 --points 5 --out"};
+    shell_works("mkdir folder && mkfifo fifo && ln -s folder to-folder && ln -s fifo to-fifo");
+    for (size_t n = 0; n < sizeof names / sizeof *names; n++)
+        for (size_t k = 0; k < sizeof lines / sizeof *lines; k++) {
+            int status = shell("timeout 20 $LA %s %s --quiet", lines[k], names[n]);
+            if (status != 2 || !mentions(shell_err(), names[n]))
+                fail_msg("%s %s: exit %d, %s", lines[k], names[n], status, shell_err());
+        }
+    shell_works("test -d folder && test -p fifo && test -L to-folder && test -L to-fifo && "
+                "test -z \"$(ls -A folder)\"");
+    assert_int_equal(shell_files(), 4);
+}
+
+/* Links by the names that temporary files have, put there to be followed or removed: neither. */
+static void test_planted_links(void **state)
+{
+    (void)state;
+    shell_works("mkdir in && echo kept >in/file && k=0; while [ $k -lt 16 ]; do "
+                "ln -s $PWD/in/file .leastaction.$(printf %%016x $k).csv; "
+                "ln -s $PWD/in/file .leastaction.$(printf %%016x $k).h5; k=$((k + 1)); done; "
+                "ln -s in/file a.csv.tmp; ln -s in/file a.csv~");
+    shell_works("$LA path pendulum --slices 5 --csv a.csv --out a.h5 --quiet && test -s a.csv");
+    shell_works("test \"$(cat in/file)\" = kept && test $(ls -A in | wc -l) = 1 && "
+                "test $(find . -type l | wc -l) = 34");
+}
+
 /* What is allowed: an output of the same name elsewhere, standard output, a second run. */
 static void test_apart(void **state)
 {
@@ -148,6 +182,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_output_is_input, shell_empty),
         cmocka_unit_test_teardown(test_outputs, shell_empty),
+        cmocka_unit_test_teardown(test_other_than_files, shell_empty),
+        cmocka_unit_test_teardown(test_planted_links, shell_empty),
         cmocka_unit_test_teardown(test_apart, shell_empty),
         cmocka_unit_test(test_tables),
     };

@@ -113,6 +113,26 @@ static void test_names_of_files(void **state)
     }
 }
 
+/* Names of models and of outputs stand in reports, too. */
+static void test_reports(void **state)
+{
+    (void)state;
+    setenv("S", hostile[14], 1);
+    write_data();
+    shell_works(
+        "mkdir -- \"$S\" && $LA train d.csv --state q,p --steps 2 --hidden 4 --out \"$S/m.h5\"");
+    assert_printable(shell_out(), "train");
+    shell_works("$LA rollout \"$S/m.h5\" --against \"$S/m.h5\" --truth spring --x0 5,0 --time 1 "
+                "--points 3 --csv \"$S/r.csv\" --out \"$S/r.h5\" 2>&1");
+    assert_printable(shell_out(), "rollout");
+    shell_works(
+        "$LA simulate pendulum --time 1 --samples 3 --csv \"$S/s.csv\" --out \"$S/s.h5\" 2>&1");
+    assert_printable(shell_out(), "simulate");
+    shell_works("$LA quantum --points 64 --steps 2 --no-reference --force --csv \"$S/q.csv\" --out "
+                "\"$S/q.h5\" 2>&1");
+    assert_printable(shell_out(), "quantum");
+}
+
 /* What is kept where gnuplot is missing is drawn later, in the folder and by the name given. */
 static void test_kept_scripts(void **state)
 {
@@ -236,6 +256,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_units_of_models, shell_empty),
         cmocka_unit_test_teardown(test_names_of_files, shell_empty),
+        cmocka_unit_test_teardown(test_reports, shell_empty),
         cmocka_unit_test_teardown(test_kept_scripts, shell_empty),
         cmocka_unit_test_teardown(test_scenes, shell_empty),
         cmocka_unit_test_teardown(test_build, shell_empty),
