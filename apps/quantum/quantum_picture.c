@@ -48,7 +48,8 @@ static void carpet(const struct quantum_run *run, const struct quantum_result *r
     phys_coordinate_name(&run->system, 0, name, sizeof name);
     axis_set(out, "x", "t", scene->time_unit, (struct range){0, result->t[result->n - 1]}, 0);
     axis_set(out, "y", name, scene->unit, (struct range){grid->low, grid->high}, 0);
-    fputs("unset colorbox\nset key top right opaque noautotitle\n"
+    fputs("set colorbox\nset cblabel 'density |psi|^2' noenhanced\nset key top right opaque "
+          "noautotitle\n"
           "plot data index 0 using 1:2:3 with image, \\\n"
           "    data index 1 using 1:2 with lines lw 2 lc rgb '#e8743b' title 'mean', \\\n"
           "    data index 1 using 1:3 with lines lw 1.5 dt (8,5) lc rgb '#303030' title "
@@ -56,19 +57,27 @@ static void carpet(const struct quantum_run *run, const struct quantum_result *r
           out);
 }
 
-/* The potential goes to its own axis; only its shape matters here. */
+/* The potential has an axis of its own, at the right. */
 static void density_now(const struct quantum_run *run, const struct range *V, double most,
                         FILE *out)
 {
     const struct phys_scene *scene = run->system.scene;
     const struct qm_grid *grid = &run->slice.grid;
-    char name[48];
+    char name[48], energy[64];
     phys_coordinate_name(&run->system, 0, name, sizeof name);
+    snprintf(energy, sizeof energy, "potential%s%.40s%s",
+             *unit_shown(scene->energy_unit) ? " (" : "", unit_shown(scene->energy_unit),
+             *unit_shown(scene->energy_unit) ? ")" : "");
     axis_set(out, "x", name, scene->unit, (struct range){grid->low, grid->high}, 0);
     fprintf(out,
             "set yrange [0:%.6g]\nset ylabel 'density'\nset y2range [%.6g:%.6g]\nset key top right "
             "noopaque\n",
             1.15 * most, V->low, V->high);
+    if (V->high > V->low) {
+        fputs("set y2tics\nset y2label ", out);
+        quote_gnuplot(out, energy);
+        fputs(" noenhanced\n", out);
+    }
     fprintf(out, "plot ");
     if (V->high > V->low)
         fputs("data index 2 using 1:3 axes x1y2 with lines lw 1.5 lc rgb '#8a8a8a' title "
@@ -119,7 +128,7 @@ static void commands(const struct quantum_run *run, const struct quantum_result 
                 : "");
     carpet(run, result, out);
     density_now(run, V, most, out);
-    fputs("unset multiplot\n}\n", out);
+    fputs("unset multiplot\nunset y2tics\nunset y2label\n}\n", out);
 }
 
 enum ad_status quantum_picture(const struct quantum_run *run, const struct quantum_result *result,

@@ -27,7 +27,9 @@ static void plane(const struct qm_slit *s, FILE *out)
 {
     axis_set(out, "x", "x", "1", (struct range){s->x.low, s->x.high}, 0);
     axis_set(out, "y", "y", "1", (struct range){s->y.low, s->y.high}, 0);
-    fputs("unset key\nunset colorbox\nunset object\nunset arrow\n", out);
+    fputs("unset key\nset colorbox\nset cblabel 'square root of the density'\nunset object\nunset "
+          "arrow\n",
+          out);
     double edges[] = {s->y.low, -s->setup.apart / 2, s->setup.apart / 2, s->y.high};
     for (size_t k = 0; k < 3; k++) /* between the slits and beyond them */
         fprintf(out, "set arrow from 0,%g to 0,%g nohead lw 4 lc rgb '#303030' front\n",
@@ -48,7 +50,8 @@ static void screen(const struct qm_slit *s, FILE *out)
     axis_set(out, "x", "y along the screen", "1", (struct range){s->y.low, s->y.high}, 0);
     fprintf(out,
             "set yrange [0:%g]\nset ylabel 'intensity'\nset key top right\n"
-            "plot data index 0 using 1:3 with lines lw 4 lc rgb '#f2c9ae' title 'closed form', \\\n"
+            "plot data index 0 using 1:3 with lines lw 4 lc rgb '#f2c9ae' title 'thin slits (outer "
+            "lobes arrive later)', \\\n"
             "    data index 0 using 1:2 with lines lw 1.8 lc rgb '#0b4f8a' title 'screen, fringe "
             "%.4g'\n",
             1.25 * most, s->fringe);
@@ -63,7 +66,11 @@ void slit_picture(const struct qm_slit *s, struct plot *plot)
           "'#cfe3f3', .4 '#62acd8', .75 '#0b4f8a', 1 '#06264a')\n",
           out);
     fprintf(out, "do for [f = 0:%zu] {\n", s->frames - 1 - first);
-    fputs("set multiplot layout 1,2\n", out);
+    fprintf(out,
+            "set multiplot layout 1,2 title 'two slits, %g apart and %g wide, hbar = %g: fringe "
+            "%.4g, of "
+            "thin slits %.4g'\n",
+            s->setup.apart, s->setup.sigma, s->setup.hbar, s->fringe, s->closed);
     plane(s, out);
     screen(s, out);
     fputs("unset multiplot\n}\n", out);
