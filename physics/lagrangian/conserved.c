@@ -95,7 +95,7 @@ enum ad_status phys_conserved(const struct phys_system *system, size_t n, const 
     phys_legendre *legendre;
     struct phys_conserved *c = conserved;
     *c = (struct phys_conserved){.momentum = true, .angular = true};
-    if (phys_lacks(n ? x : NULL, "states", error) ||
+    if (phys_lacks(n ? x : NULL, "states", error) || phys_lacks(t, "times", error) ||
         phys_legendre_new(system, &legendre, error) != AD_OK)
         return error->status;
     size_t dof = system->dof, stride = (n + PLACES - 1) / PLACES;

@@ -1,6 +1,7 @@
 /* The closest approach of two bodies: where d/dt r^2 / 2 = (x_i - x_j) . (v_i - v_j) rises through
    zero, for every pair. */
 #include "motion.h"
+#include "physics/internal.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -59,6 +60,9 @@ static bool found(void *context, size_t k, double t, const double *y)
 enum ad_status phys_approach_new(const struct phys_ode *ode, double t, const double *y,
                                  struct phys_approach **approach, struct ad_error *error)
 {
+    *approach = NULL;
+    if (phys_lacks(ode, "ode", error) || phys_lacks(y, "state", error))
+        return error->status;
     const struct phys_system *system = ode->system;
     struct phys_approach *a = *approach = calloc(1, sizeof *a);
     double *state = system ? malloc(2 * system->dof * sizeof *state) : NULL;

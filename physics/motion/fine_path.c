@@ -79,6 +79,9 @@ static enum ad_status march(phys_motion *motion, struct state *s, size_t slices,
 enum ad_status phys_fine_path(phys_motion *motion, const double *q, const double *v, size_t slices,
                               double dt, size_t substeps, double *path, struct ad_error *error)
 {
+    if (phys_lacks(motion, "motion", error) || phys_lacks(q, "coordinates", error) ||
+        phys_lacks(v, "velocities", error) || phys_lacks(path, "room for a path", error))
+        return error->status;
     size_t n = phys_motion_system(motion)->dof;
     double *work = malloc(7 * n * sizeof *work);
     if (!work)
@@ -99,6 +102,9 @@ enum ad_status phys_first_slices(phys_motion *motion, const double *q, const dou
                                  struct ad_error *error)
 {
     enum { SUBSTEPS = 64 };
+    if (phys_lacks(motion, "motion", error) || phys_lacks(q, "coordinates", error) ||
+        phys_lacks(v, "velocities", error) || phys_lacks(path, "room for a path", error))
+        return error->status;
     size_t n = phys_motion_system(motion)->dof;
     double *two = malloc(2 * n * sizeof *two);
     if (!two)

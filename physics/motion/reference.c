@@ -1,4 +1,5 @@
 /* The motion as well as double precision knows it (motion.h). */
+#include "physics/internal.h"
 #include "physics/integrators/stepper.h"
 
 #include <float.h>
@@ -144,7 +145,11 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
 {
     struct phys_ode ode = {0};
     struct phys_reference *r = reference;
-    *r = (struct phys_reference){.n = n, .dof = system->dof};
+    *r = (struct phys_reference){.n = n};
+    if (phys_lacks_scene(system, error) || phys_lacks(q, "coordinates", error) ||
+        phys_lacks(v, "velocities", error) || phys_lacks(times, "times", error))
+        return error->status;
+    r->dof = system->dof;
     if (n < 2)
         return ad_fail(error, AD_E_ARGUMENT, "a reference at %zu times, expected at least 2", n);
     double *y = malloc(3 * 2 * system->dof * sizeof *y);

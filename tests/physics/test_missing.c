@@ -41,6 +41,9 @@ static void test_nothing_given(void **state)
     struct phys_step_limits limits;
     struct phys_motion *motion;
     struct phys_legendre *legendre;
+    struct phys_approach *approach;
+    struct phys_reference reference;
+    struct phys_conserved conserved;
     struct phys_locality locality;
     struct ad_check check;
     double path[12] = {0}, q[2] = {1, 1}, v[2] = {0, 0};
@@ -55,6 +58,18 @@ static void test_nothing_given(void **state)
     REFUSED(phys_path_spectrum(&pendulum, &no_rule, path, &spectrum, &e));
     REFUSED(phys_path_all(&pendulum, &no_rule, path, 3, 1, &answers, &e));
     REFUSED(phys_simulate(&nothing, &ode, q, &info, &e));
+    REFUSED(phys_ode_enter(NULL, 0, q, v, path, &e));
+    REFUSED(phys_ode_enter(&ode, 0, q, NULL, path, &e));
+    REFUSED(phys_ode_leave(&ode, 0, NULL, q, v, &e));
+    REFUSED(phys_ode_leave(&ode, 0, path, q, NULL, &e));
+    REFUSED(phys_typical_sizes(NULL, 0, q, path, &e));
+    REFUSED(phys_approach_new(NULL, 0, q, &approach, &e));
+    REFUSED(phys_fine_path(NULL, q, v, 3, 0.1, 1, path, &e));
+    REFUSED(phys_first_slices(NULL, q, v, 3, 0.1, true, path, &e));
+    REFUSED(phys_reference(&closed, q, v, 2, path, 0.1, NULL, NULL, &reference, &e));
+    REFUSED(phys_reference(&pendulum, q, v, 2, NULL, 0.1, NULL, NULL, &reference, &e));
+    REFUSED(phys_conserved(&pendulum, 0, NULL, NULL, &conserved, &e));
+    REFUSED(phys_conserved(&pendulum, 1, path, NULL, &conserved, &e));
     REFUSED(phys_ode_lagrangian(&closed, &ode, &e));
     REFUSED(phys_ode_canonical(&closed, &ode, &e));
     REFUSED(phys_ode_hamiltonian(NULL, 1, NULL, &ode, &e));
