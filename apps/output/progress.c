@@ -1,4 +1,4 @@
-/* A line on the terminal that says how far a run is (progress.h). */
+/* A line that says how far a run is (progress.h). */
 #include "progress.h"
 #include "autodiff/clock.h"
 
@@ -6,10 +6,14 @@
 #include <stdio.h>
 #include <unistd.h>
 
-/* The first line waits, so that a run of a blink shows none. */
+/* Seconds before the first line, so that a run of a blink shows none, and between lines. */
+static const double first[] = {60, 0.2}, between[] = {60, 0.1};
+
 void progress_start(struct progress *progress, bool quiet)
 {
-    *progress = (struct progress){.shown = !quiet && isatty(STDERR_FILENO), .next = ad_now() + 0.2};
+    bool terminal = isatty(STDERR_FILENO);
+    *progress = (struct progress){
+        .shown = !quiet, .terminal = terminal, .next = ad_now() + first[terminal]};
 }
 
 bool progress_due(struct progress *progress)
@@ -19,7 +23,7 @@ bool progress_due(struct progress *progress)
     double time = ad_now();
     if (time < progress->next)
         return false;
-    progress->next = time + 0.1;
+    progress->next = time + between[progress->terminal];
     return true;
 }
 
@@ -29,14 +33,16 @@ void progress_line(struct progress *progress, const char *format, ...)
         return;
     va_list arguments;
     va_start(arguments, format);
-    fputs("\r\033[K", stderr);
+    fputs(progress->terminal ? "\r\033[K" : "leastaction: ", stderr);
     vfprintf(stderr, format, arguments);
+    if (!progress->terminal)
+        fputc('\n', stderr);
     va_end(arguments);
     fflush(stderr);
 }
 
 void progress_end(struct progress *progress)
 {
-    if (progress->shown)
+    if (progress->shown && progress->terminal)
         fputs("\r\033[K", stderr);
 }

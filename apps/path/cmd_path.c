@@ -13,6 +13,7 @@ static enum ad_status solve(struct path_run *run, struct path_record *record,
     if (error->status != AD_OK)
         return error->status;
     run->settings.progress = path_record_step;
+    run->settings.proceed = path_record_proceed;
     run->settings.context = record;
     run->settings.compare = run->reference;
     interrupt_catch();

@@ -135,6 +135,8 @@ void path_record_begin(struct path_record *record, const struct path_run *run, p
                        bool pictures);
 /* The progress callback of a solver; context is the record. */
 bool path_record_step(void *record, const struct phys_path_step *step);
+/* Within a step, or a search for all paths. */
+bool path_record_proceed(void *record);
 void path_record_free(struct path_record *record);
 
 /* ---- measuring (path_measure.c) ---- */

@@ -60,6 +60,8 @@ enum ad_status path_find_all(struct path_run *run, struct path_result *result,
     if (phys_path_all(&run->system, &run->settings, first, STARTS, run->options->common.seed,
                       answers, error) != AD_OK)
         return error->status;
+    if (answers->n == 0 && answers->interrupted)
+        return ad_fail(error, AD_E_ACCURACY, "interrupted before a stationary path was found");
     if (answers->n == 0)
         return ad_fail(error, AD_E_ACCURACY, "no stationary path found between these ends%s",
                        answers->unresolved ? " that finer grids have, too; try --rule gauss4"

@@ -100,3 +100,14 @@ bool path_record_step(void *context, const struct phys_path_step *step)
     show(record, step);
     return !record->failed && !interrupted();
 }
+
+bool path_record_proceed(void *context)
+{
+    struct path_record *record = context;
+    if (record->n == 0 && progress_due(&record->progress))
+        progress_line(&record->progress, "%s  looking for paths", record->run->system.scene->name);
+    else if (progress_due(&record->progress))
+        progress_line(&record->progress, "%s  step %zu of %zu is under way",
+                      record->run->system.scene->name, record->n, record->run->settings.steps);
+    return !interrupted();
+}

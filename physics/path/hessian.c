@@ -207,11 +207,19 @@ static double stiffness(const struct phys_hessian *h, size_t seed)
     return sum / (double)h->points / h->dt;
 }
 
+bool phys_hessian_stopped(struct phys_hessian *h)
+{
+    h->stopped = h->stopped || (h->proceed && !h->proceed(h->context));
+    return h->stopped;
+}
+
 void phys_hessian_at(struct phys_hessian *h, const double *path, double start)
 {
     set_points(h, path, start);
     memset(h->element, 0, h->elements * h->side * h->side * sizeof *h->element);
     for (size_t seed = 0; seed < h->dof; seed++) {
+        if (phys_hessian_stopped(h))
+            return;
         run_seed(h, h->by_q, seed);
         const double *qq = ad_data(h->by_q, h->L_qq), *vq = ad_data(h->by_q, h->L_vq);
         for (size_t p = 0; p < h->points; p++)

@@ -25,6 +25,10 @@ struct phys_hessian {
     double *gradient;  /* [elements][side]: of the element's part of S */
     double *stiffness; /* [dof]: mean over points of |L_vv| / dt on the diagonal */
     double *mass;      /* [points][dof x dof]: L_vv, where phys_hessian_keep_mass asks for it */
+
+    bool (*proceed)(void *context); /* asked for each coordinate; false ends it: `stopped` */
+    void *context;
+    bool stopped; /* all the above is not filled */
 };
 
 /* Room and programs for paths of `slices` slices. Ends with phys_hessian_free, whatever it
@@ -39,6 +43,8 @@ bool phys_hessian_keep_mass(struct phys_hessian *h);
 /* When point p of the path is, from its beginning. */
 double phys_hessian_time(const struct phys_hessian *h, size_t p);
 
+/* Whether `proceed` says or has said that it ends. */
+bool phys_hessian_stopped(struct phys_hessian *h);
 /* Fills element, gradient and stiffness at a path [degree*dof x slices] that begins at `start`. */
 void phys_hessian_at(struct phys_hessian *h, const double *path, double start);
 /* Fills the gradients of the elements alone. */

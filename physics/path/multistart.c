@@ -41,6 +41,13 @@ struct search {
     struct phys_answers *answers;
 };
 
+static bool goes_on(struct search *s)
+{
+    if (s->settings.proceed && !s->settings.proceed(s->settings.context))
+        s->answers->interrupted = true;
+    return !s->answers->interrupted;
+}
+
 /* ---- answers ---- */
 
 static double largest_difference(size_t n, const double *a, const double *b)
@@ -217,7 +224,7 @@ static enum ad_status sweep(struct search *s, struct ad_error *error)
 {
     int half = (int)ceil(2 * log(RANGE) / log(GRID));
     double before = 0, miss_before = (double)NAN;
-    for (int k = -half; k <= half && error->status == AD_OK; k++) {
+    for (int k = -half; k <= half && error->status == AD_OK && goes_on(s); k++) {
         double size = s->speed * RANGE * pow(GRID, fabs((double)k) - half);
         double velocity = k == 0 ? 0 : k < 0 ? -size : size, here = miss_of(s, velocity);
         if (here == 0 || (isfinite(miss_before) && isfinite(here) && miss_before != 0 &&
@@ -245,7 +252,7 @@ static enum ad_status draw(struct search *s, size_t starts, uint64_t seed, struc
 {
     struct phys_random random;
     phys_random_seed(&random, seed);
-    for (size_t j = 0; j < starts && error->status == AD_OK; j++) {
+    for (size_t j = 0; j < starts && error->status == AD_OK && goes_on(s); j++) {
         double size = s->speed * pow(10, 2 * phys_random_uniform(&random) - 1);
         for (size_t k = 0; k < s->dof; k++)
             s->v[k] = size * phys_random_normal(&random);
@@ -323,8 +330,9 @@ static bool all_energies(struct search *s, struct ad_error *error)
         ad_fail(error, AD_E_MEMORY, "out of memory for another path");
     } else {
         phys_rule_nodes(s->settings.rule, 1, s->slices, s->settings.dt, s->given, x, times);
-        for (size_t k = 0; k < n && error->status == AD_OK; k++)
+        for (size_t k = 0; k < n && error->status == AD_OK && goes_on(s); k++)
             take_root(s, sweep, &roots[k], m, nodes, times, error);
+        s->answers->exhaustive = s->answers->exhaustive && goes_on(s);
     }
     free(nodes);
     phys_energy_sweep_free(sweep);
@@ -380,7 +388,9 @@ static enum ad_status find_all(struct search *s, size_t starts, uint64_t seed,
     if (make_stationary(s, error) != AD_OK || begin_at_rest(s, error) != AD_OK)
         return error->status;
     s->answers->unseen = s->answers->unseen_limit = (double)NAN;
-    if (s->dof > 1)
+    if (!goes_on(s))
+        ; /* those so far */
+    else if (s->dof > 1)
         draw(s, starts, seed, error);
     else if (!all_energies(s, error) && error->status == AD_OK)
         sweep(s, error);

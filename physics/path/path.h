@@ -49,7 +49,10 @@ struct phys_path_settings {
     /* Called after step 0 (the start), and after every step; false stops the run cleanly. path is
        [s*dof x slices] for a rule of degree s; means are those of phys_action. May be NULL. */
     bool (*progress)(void *context, const struct phys_path_step *step);
-    void *context;
+    /* Asked now and then within the steps of newton and in phys_path_all; false stops the run as
+       progress does, at the last whole step. May be NULL. */
+    bool (*proceed)(void *context);
+    void *context; /* of both */
 };
 
 /* Rule left, the scene's slices and time step, 500 steps at a learning rate of 1e-2, for a scene of
@@ -163,6 +166,7 @@ struct phys_answers {
     size_t n;
     struct phys_answer *answer; /* by energy, smallest first */
     size_t unresolved;          /* how many were left out: of the grid alone, or not on the grid */
+    bool interrupted;           /* settings->proceed ended the search: these are those so far */
     /* One coordinate, L without explicit time: every motion between the ends is among these that
        begins slower than `fastest` and turns at most so often; `limited`: there are more that turn
        more often. False where a search twice as dense found others, too. */

@@ -7,6 +7,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* Damping in units of the kinetic stiffness, where the spectrum of H ends at about 4. */
 static const double LEAST_DAMPING = 1e-5, MOST_DAMPING = 1e4, DAMPING_FACTOR = 10;
@@ -29,6 +30,25 @@ struct newton {
     size_t slow;     /* steps, up to the last */
 };
 
+/* Refuses what needs more than half of the memory: element matrices, and a band as large. */
+static enum ad_status check_memory(const struct phys_system *system,
+                                   const struct phys_path_settings *settings,
+                                   struct ad_error *error)
+{
+    double side = (double)(settings->rule->degree + 1) * (double)system->dof;
+    double bytes = 2 * sizeof(double) * side * side * (double)(settings->slices - 1);
+    long pages = sysconf(_SC_PHYS_PAGES);
+    double memory = (double)pages * (double)sysconf(_SC_PAGESIZE);
+    if (pages <= 0 || bytes <= 0.5 * memory)
+        return AD_OK;
+    return ad_fail(
+        error, AD_E_ARGUMENT,
+        "newton: second derivatives of %zu coordinates at %zu slices take about %.3g GB, "
+        "expected half of the memory, %.3g GB, or less; try solver lbfgs or adam, or "
+        "fewer coordinates or slices",
+        system->dof, settings->slices, 1e-9 * bytes, 0.5e-9 * memory);
+}
+
 static enum ad_status newton_new(struct newton *s, const struct phys_system *system,
                                  const struct phys_path_settings *settings, const double *path,
                                  struct ad_error *error)
@@ -36,11 +56,14 @@ static enum ad_status newton_new(struct newton *s, const struct phys_system *sys
     size_t hold = settings->hold ? settings->hold : 1;
     double bodies = system->scene->per_body ? (double)system->bodies : 1;
     s->unit = settings->dt * (double)settings->slices * bodies;
-    if (phys_path_program_new(&s->path, system, settings, path, error) != AD_OK ||
+    if (check_memory(system, settings, error) != AD_OK ||
+        phys_path_program_new(&s->path, system, settings, path, error) != AD_OK ||
         phys_hessian_new(&s->hessian, system, settings->rule, settings->slices, settings->dt,
                          error) != AD_OK ||
         phys_band_new(&s->band, &s->hessian, hold, error) != AD_OK)
         return error->status;
+    s->hessian.proceed = settings->proceed;
+    s->hessian.context = settings->context;
     if (settings->native) {
         ad_native_in_time(s->hessian.by_q);
         ad_native_in_time(s->hessian.by_v);
@@ -117,11 +140,13 @@ static bool improve(struct newton *s, struct phys_path_step *at)
 {
     size_t number = at->step + 1;
     phys_hessian_at(&s->hessian, s->path.x, 0);
+    if (s->hessian.stopped)
+        return false;
     phys_band_scale(&s->band);
     double from = norm(s), rounding = ROUNDING * phys_band_rounding(&s->band, s->path.x);
     bool first = true;
     while (!try_step(s, from, number, at)) {
-        if (from <= rounding || s->damping >= MOST_DAMPING)
+        if (from <= rounding || s->damping >= MOST_DAMPING || phys_hessian_stopped(&s->hessian))
             return false;
         s->damping = s->damping > 0 ? s->damping * DAMPING_FACTOR : LEAST_DAMPING;
         first = false;
@@ -146,7 +171,9 @@ static enum phys_stop follow(struct newton *s, struct phys_path_step *at)
         bool moved = improve(s, at);
         if (moved)
             stop = phys_path_program_report(&s->path, at);
-        if (!stop && (!moved || s->slow >= PATIENCE))
+        if (!stop && s->hessian.stopped)
+            stop = PHYS_STOP_INTERRUPTED;
+        else if (!stop && (!moved || s->slow >= PATIENCE))
             stop = at_rounding(s) ? PHYS_STOP_ROUNDING : PHYS_STOP_STALLED;
     }
     return stop;

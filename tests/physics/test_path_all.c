@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* theta(0) = theta(10) = 0, g = l = 1: three swings, each with its mirror image, and rest. */
 static void four_answers_of_the_pendulum(void **state)
@@ -410,6 +411,72 @@ static void many_coordinates_are_listed(void **state)
     phys_system_close(&system);
 }
 
+static bool ask_again(void *context)
+{
+    int *left = context;
+    return (*left)-- > 0;
+}
+
+/* B3: a search that is asked to end has what it found so far, and never claims to have all;
+   Newton's method ends within a step, the path being that of the last. */
+static void a_search_that_is_ended(void **state)
+{
+    enum { SLICES = 101 };
+    (void)state;
+    struct phys_system pendulum;
+    struct ad_error error = {0};
+    phys_system_open("pendulum", &pendulum, &error);
+    phys_system_set(&pendulum, "l", 1, &error);
+    int left = 25;
+    struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+                                          .slices = SLICES,
+                                          .steps = 50,
+                                          .dt = 10. / (SLICES - 1),
+                                          .proceed = ask_again,
+                                          .context = &left,
+                                          .learning_rate = 1};
+    double path[4 * SLICES] = {0}, before[4 * SLICES];
+    struct phys_answers all;
+    phys_path_all(&pendulum, &settings, path, 0, 1, &all, &error);
+    assert_no_error(&error);
+    assert_true(all.interrupted && !all.exhaustive);
+    assert_in_range(all.n, 1, 3);
+    phys_answers_free(&all);
+    struct phys_path_info info;
+    for (size_t k = 1; k + 1 < SLICES; k++)
+        path[k] = 1;
+    memcpy(before, path, sizeof before);
+    left = 0;
+    phys_path_solve(phys_solver_find("newton", &error), &pendulum, &settings, path, &info, &error);
+    assert_no_error(&error);
+    assert_int_equal(info.stop, PHYS_STOP_INTERRUPTED);
+    assert_int_equal(info.steps, 0);
+    assert_memory_equal(path, before, sizeof before);
+    phys_system_close(&pendulum);
+}
+
+/* C12: what does not fit into the memory is refused before anything is allocated. */
+static void newton_refuses_what_does_not_fit(void **state)
+{
+    (void)state;
+    struct phys_system gas;
+    struct ad_error error = {0};
+    phys_system_open("gas", &gas, &error);
+    phys_system_set(&gas, "bodies", 20000, &error);
+    struct phys_path_settings settings = {.rule = phys_rule_find("gauss5", &error),
+                                          .slices = 1000,
+                                          .steps = 1,
+                                          .dt = 1,
+                                          .learning_rate = 1};
+    struct phys_path_info info;
+    double never_read = 0;
+    assert_int_equal(
+        phys_solver_find("newton", &error)->solve(&gas, &settings, &never_read, &info, &error),
+        AD_E_ARGUMENT);
+    assert_non_null(strstr(error.message, "40000"));
+    phys_system_close(&gas);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -417,6 +484,8 @@ int main(void)
         cmocka_unit_test(every_path_of_the_pendulum),
         cmocka_unit_test(a_mass_that_depends_on_the_place),
         cmocka_unit_test(many_coordinates_are_listed),
+        cmocka_unit_test(a_search_that_is_ended),
+        cmocka_unit_test(newton_refuses_what_does_not_fit),
         cmocka_unit_test(a_mass_that_depends_on_the_velocity),
         cmocka_unit_test(one_answer_of_a_free_body),
         cmocka_unit_test(two_ways_around_a_centre),

@@ -1,0 +1,55 @@
+/* C12: off a terminal a run prints a line now and then, and none where it is to be quiet. */
+#include "apps/output/progress.h"
+#include "tests/close.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+/* What a run of three steps, all of them due, prints to a standard error that is a file. */
+static void print(bool quiet, char *text, size_t size)
+{
+    FILE *file = tmpfile();
+    int before = dup(STDERR_FILENO);
+    struct progress progress;
+    assert_non_null(file);
+    dup2(fileno(file), STDERR_FILENO);
+    progress_start(&progress, quiet);
+    for (int k = 1; k <= 3; k++) {
+        if (progress_due(&progress)) /* not for a minute */
+            progress_line(&progress, "early");
+        double next = progress.next;
+        progress.next = 0;
+        if (progress_due(&progress))
+            progress_line(&progress, "step %d", k);
+        assert_true(quiet || progress.next > next - 1);
+    }
+    progress_end(&progress);
+    dup2(before, STDERR_FILENO);
+    close(before);
+    rewind(file);
+    text[fread(text, 1, size - 1, file)] = 0;
+    fclose(file);
+}
+
+static void test_lines(void **state)
+{
+    char text[200];
+    (void)state;
+    print(false, text, sizeof text);
+    assert_string_equal(text, "leastaction: step 1\nleastaction: step 2\nleastaction: step 3\n");
+}
+
+static void test_quiet(void **state)
+{
+    char text[200];
+    (void)state;
+    print(true, text, sizeof text);
+    assert_string_equal(text, "");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_lines), cmocka_unit_test(test_quiet)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
