@@ -116,7 +116,7 @@ static enum ad_status find_points(const struct phys_system *system, const struct
 
 /* ---- looking ---- */
 
-static bool finite(const struct report *report) { return report->not_finite.status == AD_OK; }
+static bool all_finite(const struct report *report) { return report->not_finite.status == AD_OK; }
 
 static enum ad_status find_condition(const struct phys_system *system, const struct phys_points *at,
                                      double *condition, struct ad_error *error)
@@ -155,7 +155,7 @@ static enum ad_status examine(const struct phys_system *system, const struct opt
                             error);
         phys_check_locality(system, at, &report->locality, error);
         find_condition(system, at, &report->mass_condition, error);
-    } else if (!finite(report) && not_finite->status != AD_E_NONFINITE) {
+    } else if (!all_finite(report) && not_finite->status != AD_E_NONFINITE) {
         ad_fail(error, not_finite->status, "%s", not_finite->message);
     }
     free(points.values);
@@ -164,7 +164,7 @@ static enum ad_status examine(const struct phys_system *system, const struct opt
 
 static bool passed(const struct report *r)
 {
-    return r->no_path.status == AD_OK && finite(r) && r->gradient.passed && r->second.passed &&
+    return r->no_path.status == AD_OK && all_finite(r) && r->gradient.passed && r->second.passed &&
            r->locality.passed;
 }
 
@@ -229,7 +229,7 @@ static void print_report(const struct phys_system *system, const struct report *
     printf("%s\n", system->scene->name);
     print_failure("reference path", &report->no_path);
     print_failure("finite there", &report->not_finite);
-    if (!finite(report)) {
+    if (!all_finite(report)) {
         puts("  the other checks need finite values");
         return;
     }
@@ -288,7 +288,7 @@ static void json_report(const struct phys_system *system, const struct report *r
     json_bool(&json, "passed", passed(report));
     json_failure(&json, "reference_path", &report->no_path);
     json_failure(&json, "finite", &report->not_finite);
-    if (finite(report)) {
+    if (all_finite(report)) {
         json_check(&json, system, "gradient", &report->gradient);
         json_check(&json, system, "second", &report->second);
         json_locality(&json, system, &report->locality);
