@@ -213,6 +213,31 @@ static void test_momenta(void **state)
     }
 }
 
+/* E11: stages that begin from the last step's polynomial take fewer iterations than those that
+   begin from the rate, as in runs of one step each. */
+static void test_stages_are_carried_on(void **state)
+{
+    enum { STEPS = 50 };
+    const double dt = 0.05;
+    struct motion m;
+    size_t alone = 0;
+    (void)state;
+    motion_open(&m, "pendulum", false, unit_pendulum);
+    double start[] = {m.y[0], m.y[1]};
+    for (size_t k = 0; k < STEPS; k++) {
+        motion_run(&m, "gauss4", dt, dt, AD_OK);
+        alone += m.info.evaluations;
+    }
+    double end[] = {m.y[0], m.y[1]};
+    memcpy(m.y, start, sizeof start);
+    motion_run(&m, "gauss4", dt, STEPS * dt, AD_OK);
+    print_message("%zu evaluations, %zu in runs of one step\n", m.info.evaluations, alone);
+    assert_close(m.y[0], end[0], 0, 1e-13);
+    assert_close(m.y[1], end[1], 0, 1e-13);
+    assert_true(7 * m.info.evaluations < 6 * alone);
+    motion_close(&m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -221,6 +246,7 @@ int main(void)
         cmocka_unit_test(test_symplectic_double_pendulum),
         cmocka_unit_test(test_reversal),
         cmocka_unit_test(test_momenta),
+        cmocka_unit_test(test_stages_are_carried_on),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
