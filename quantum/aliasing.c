@@ -4,6 +4,7 @@
 #include "internal.h"
 
 #include <math.h>
+#include <string.h>
 #include <stdlib.h>
 
 enum { SAMPLES = 33, ROUNDS = 40 };
@@ -111,11 +112,21 @@ static enum ad_status refuse(const struct qm_slice *slice, const struct sample *
                              struct ad_error *error)
 {
     double x_a = sample->xa[k], x_b = sample->xb[k];
-    return ad_fail(error, AD_E_ARGUMENT,
-                   "dt: straight paths are too crude for %g: from %.4g to %.4g a slice has "
-                   "-d2S/dx_a dx_b = %.3g, two of half the length %.3g, and more than 0 is needed; "
-                   "expected a shorter dt, or rule trapezoid",
-                   slice->dt, x_b, x_a, sample->mixed[k], mixed_of_halves(slice, x_a, x_b));
+    double halves = mixed_of_halves(slice, x_a, x_b);
+    if (halves <= 0)
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "dt %g: from %.4g to %.4g a slice has -d2S/dx_a dx_b = %.3g, two of half the "
+            "length %.3g, and more than 0 is needed; expected an L with a positive mass "
+            "L_vv, or a much shorter dt",
+            slice->dt, x_b, x_a, sample->mixed[k], halves);
+    return ad_fail(
+        error, AD_E_ARGUMENT,
+        "dt: straight paths are too crude for %g: from %.4g to %.4g a slice has "
+        "-d2S/dx_a dx_b = %.3g, two of half the length %.3g, and more than 0 is needed; "
+        "expected a shorter dt%s",
+        slice->dt, x_b, x_a, sample->mixed[k], halves,
+        !slice->rule || strcmp(slice->rule->name, "trapezoid") == 0 ? "" : ", or rule trapezoid");
 }
 
 enum ad_status qm_aliasing(const struct qm_slice *slice, struct qm_aliasing *aliasing,

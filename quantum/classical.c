@@ -62,6 +62,13 @@ static enum ad_status start(const struct phys_system *system, const struct qm_ga
     return error->status;
 }
 
+/* A ring ends where it begins. */
+static double on_grid(const struct qm_slice *slice, double x)
+{
+    const double low = slice->grid.low, length = slice->grid.high - low;
+    return slice->walls == QM_RING ? x - length * floor((x - low) / length) : x;
+}
+
 enum ad_status qm_classical(const struct qm_slice *slice, const struct qm_gaussian *packet,
                             size_t n, const double *t, double *x, struct ad_error *error)
 {
@@ -81,7 +88,7 @@ enum ad_status qm_classical(const struct qm_slice *slice, const struct qm_gaussi
         phys_ode_lagrangian(slice->system, &ode, error) == AD_OK)
         for (size_t k = 0; k < n; k++) {
             inside = inside && (t[k] <= 0 || advance(&ode, &walls, &now, t[k], y, &lost));
-            x[k] = inside ? y[0] : (double)NAN;
+            x[k] = inside ? on_grid(slice, y[0]) : (double)NAN;
         }
     phys_ode_free(&ode);
     return error->status;

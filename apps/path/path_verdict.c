@@ -89,7 +89,10 @@ static void report_conjugate(const struct path_run *run, const struct phys_spect
     if (!s->of_motion)
         report_line(report, "  (+-%.2g: between which slices; no motion was found near the path)",
                     s->conjugate[0].error);
-    else if (s->legendre != PHYS_INDEFINITE && s->n_conjugate != s->index)
+    else if (s->legendre == PHYS_INDEFINITE)
+        report_line(report, "  (changes of sign of the Jacobi fields' determinant, for L_vv is "
+                            "indefinite: where the fields lose an even rank there is none)");
+    else if (s->n_conjugate != s->index)
         report_line(report,
                     "  the motion has %zu of them, the path of this grid %zu: try a smaller --dt",
                     s->n_conjugate, s->index);
