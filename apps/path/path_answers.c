@@ -82,12 +82,19 @@ static void report_completeness(const struct path_run *run, const struct phys_an
     if (run->system.dof > 1) {
         report_number(report, "unseen", NULL, NULL, all->unseen);
         report_number(report, "unseen_limit", NULL, NULL, all->unseen_limit);
-        report_line(report,
-                    "  another random start would find one not listed with a chance of about "
-                    "%.0f%%, under %.0f%% (95%%\n  confidence; paths that no random velocity leads "
-                    "to are not counted)",
-                    100 * all->unseen, 100 * all->unseen_limit);
+        report_count(report, "starts", NULL, all->starts);
+        report_count(report, "starts_led", NULL, all->led);
+        report_line(
+            report,
+            "  %zu of %zu random starts led to a path; another that does would find one not "
+            "listed with a chance of about\n  %.0f%%, under %.0f%% (95%% confidence). Paths "
+            "that such starts do not lead to are not counted: there may be many;\n  a "
+            "guess of --init FILE.csv may find them",
+            all->led, all->starts, 100 * all->unseen, 100 * all->unseen_limit);
     } else if (all->exhaustive) {
+        report_count(report, "most_turns", NULL, all->most_turns);
+        report_number(report, "fastest_start", NULL, NULL, all->fastest);
+        report_flag(report, "more_turns", NULL, all->limited);
         report_line(report, "  all there are, of up to %zu turns and start velocities up to %.3g%s",
                     all->most_turns, all->fastest,
                     all->limited ? "; there are others that turn more often" : "");

@@ -252,7 +252,9 @@ static enum ad_status draw(struct search *s, size_t starts, uint64_t seed, struc
 {
     struct phys_random random;
     phys_random_seed(&random, seed);
+    const size_t led = s->led;
     for (size_t j = 0; j < starts && error->status == AD_OK && goes_on(s); j++) {
+        s->answers->starts = j + 1;
         double size = s->speed * pow(10, 2 * phys_random_uniform(&random) - 1);
         for (size_t k = 0; k < s->dof; k++)
             s->v[k] = size * phys_random_normal(&random);
@@ -261,6 +263,7 @@ static enum ad_status draw(struct search *s, size_t starts, uint64_t seed, struc
         if (s->led >= LEAST_STARTS && unseen(s, &s->answers->unseen_limit) <= UNSEEN)
             break;
     }
+    s->answers->led = s->led - led;
     s->answers->unseen = unseen(s, &s->answers->unseen_limit);
     return error->status;
 }

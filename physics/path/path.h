@@ -173,6 +173,7 @@ struct phys_answers {
     bool exhaustive, limited;
     size_t most_turns;
     double fastest;
+    size_t starts, led; /* several coordinates: random starts, and how many of them led to a path */
     /* Several coordinates: chance that another start finds another one, from the paths that were
        seen once, and what it is under with a chance of 95 %; else NaN. What no start leads to is
        not counted. */
