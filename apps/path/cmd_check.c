@@ -24,6 +24,7 @@ struct points {
 struct report {
     struct ad_error no_path; /* why there is no reference path; the points are then on a line */
     struct ad_error not_finite;
+    struct ad_error energies; /* how T and V are not those of L */
     struct ad_check gradient, second;
     struct phys_locality locality;
     double mass_condition; /* the largest lower bound at the points */
@@ -154,6 +155,9 @@ static enum ad_status examine(const struct phys_system *system, const struct opt
         phys_check_gradient(system, at, 2, options->tolerance, options->entries, &report->second,
                             error);
         phys_check_locality(system, at, &report->locality, error);
+        phys_check_energies(system, at, &report->energies);
+        if (report->energies.status != AD_OK && report->energies.status != AD_E_ARGUMENT)
+            ad_fail(error, report->energies.status, "%s", report->energies.message);
         find_condition(system, at, &report->mass_condition, error);
     } else if (!all_finite(report) && not_finite->status != AD_E_NONFINITE) {
         ad_fail(error, not_finite->status, "%s", not_finite->message);
@@ -165,7 +169,7 @@ static enum ad_status examine(const struct phys_system *system, const struct opt
 static bool passed(const struct report *r)
 {
     return r->no_path.status == AD_OK && all_finite(r) && r->gradient.passed && r->second.passed &&
-           r->locality.passed;
+           r->locality.passed && r->energies.status == AD_OK;
 }
 
 /* ---- reporting ---- */
@@ -236,6 +240,7 @@ static void print_report(const struct phys_system *system, const struct report *
     print_check(system, "gradient", &report->gradient);
     print_check(system, "second order", &report->second);
     print_locality(system, &report->locality);
+    print_failure("energies", &report->energies);
     printf("  %-15s condition number %.2g or more%s\n", "mass matrix", report->mass_condition,
            report->mass_condition > 1e8 ? ": nearly singular, accelerations lose as many digits"
                                         : "");
@@ -292,6 +297,7 @@ static void json_report(const struct phys_system *system, const struct report *r
         json_check(&json, system, "gradient", &report->gradient);
         json_check(&json, system, "second", &report->second);
         json_locality(&json, system, &report->locality);
+        json_failure(&json, "energies", &report->energies);
         json_number(&json, "mass_condition", report->mass_condition);
     }
     json_close(&json);
@@ -328,7 +334,7 @@ static const struct option table[] = {
 
 const struct command command_check = {
     .line = {.name = "check",
-             .what = "gradient, second order and slice locality of a Lagrangian",
+             .what = "gradient, second order, slice locality and energies of a Lagrangian",
              .arguments = {"SCENE|SCENE.so"},
              .options = table,
              .n_options = sizeof table / sizeof *table},

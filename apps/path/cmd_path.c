@@ -154,8 +154,8 @@ static const struct option table[] = {
     {"all", NULL, OPTION_FLAG, NULL,
      "newton: several stationary paths between the ends, by energy; the first is the result",
      AT(all)},
-    {"energy", "E", OPTION_NUMBER, NULL, "the same, and the one of this energy is the result",
-     AT(energy)},
+    {"energy", "E", OPTION_NUMBER, NULL,
+     "the same, and the one of this energy, to 0.2%, is the result", AT(energy)},
     {"adam-steps", "K", OPTION_COUNT, NULL,
      "newton, lbfgs: steps of adam before [200 from a line, else 0]", AT(adam_steps)},
     {"momentum", "M", OPTION_NUMBER, "0", "sgd: share of the last step in the next", AT(momentum)},
@@ -202,8 +202,9 @@ const struct command command_path = {
              .options = table,
              .n_options = sizeof table / sizeof *table,
              .more =
-                 "SCENE is a name from `leastaction scenes`, or a shared object. FILE.csv is\n"
-                 "[slices x coordinates], one row a slice. The reference path is, without\n"
+                 "SCENE is a name from `leastaction scenes`, or a shared object. FILE.csv has\n"
+                 "a row for each slice: its coordinates, or its time and coordinates. The "
+                 "reference path is, without\n"
                  "--reference, the motion from the scene's start: by the same discretisation\n"
                  "(rules left and left+repeat, as long as that is near) or tightly integrated;\n"
                  "the table itself with --data and no preset; none where --init FILE.csv gives\n"

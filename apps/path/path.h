@@ -58,6 +58,7 @@ struct path_run {
     double *reference, *start, *path; /* reference NULL: there is none ... */
     bool led_away;                    /* the discretised motion, so that the true one stands in */
     const char *reference_is;         /* ... or what it is */
+    bool reference_true;              /* a motion of the system, not of a grid */
     double *momentum;                 /* [dof] of the path found, at its start */
     size_t n_tables;                  /* of --data, and what its first slice is in them */
     struct phys_horizons *tables;
@@ -199,7 +200,7 @@ const char *path_stop_name(enum phys_stop stop);
 /* Everything that text, JSON and the attributes of the run file say (path_report.c). */
 void path_report(const struct path_run *run, const struct path_result *result,
                  struct report *report);
-/* The found path, one row a slice under a line of names. */
+/* The found path, one row a slice under a line of names: t, then the coordinates. */
 void path_write_csv(const struct path_run *run, FILE *out);
 /* What is known before the run, and what is known after. Errors of HDF5 are kept in the file. */
 enum ad_status path_file_begin(const struct path_run *run, phys_runfile *file,

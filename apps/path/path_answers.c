@@ -12,7 +12,16 @@ bool path_wants_all(const struct path_options *options)
     return options->all || !isnan(options->energy);
 }
 
-static const double same_energy = 1e-2; /* of the energy, or of the range of those found */
+/* Of the energy asked for; where that is 0, of the largest found. */
+static const double same_energy = 2e-3;
+
+static double energy_tolerance(const struct phys_answers *all, double energy)
+{
+    double size = fabs(energy);
+    for (size_t k = 0; energy == 0 && k < all->n; k++)
+        size = fmax(size, fabs(all->answer[k].energy));
+    return same_energy * size;
+}
 
 static size_t nearest(const struct phys_answers *all, double energy)
 {
@@ -23,32 +32,26 @@ static size_t nearest(const struct phys_answers *all, double energy)
     return best;
 }
 
-/* Says which energies there are, as many as fit. */
-static enum ad_status refuse_energy(const struct phys_answers *all, double energy,
-                                    struct ad_error *error)
-{
-    char list[160] = "";
-    size_t n = 0, k = 0;
-    while (k < all->n && n + 20 < sizeof list)
-        n += (size_t)snprintf(list + n, sizeof list - n, " %.6g", all->answer[k++].energy);
-    return ad_fail(error, AD_E_ACCURACY,
-                   "no stationary path of energy %g between these ends; those found have%s%s",
-                   energy, list, k < all->n ? " ... (see --all)" : "");
-}
-
 /* The answer of the energy asked for, else the first. */
 static enum ad_status choose(const struct path_run *run, struct path_result *result,
                              struct ad_error *error)
 {
     const struct phys_answers *all = &result->answers;
-    double energy = run->options->energy;
+    double energy = run->options->energy, tolerance = energy_tolerance(all, energy);
+    char list[160] = "";
     if (isnan(energy))
         return AD_OK;
     result->chosen = nearest(all, energy);
-    double off = fabs(all->answer[result->chosen].energy - energy);
-    double range = all->answer[all->n - 1].energy - all->answer[0].energy;
-    return off <= same_energy * fmax(fabs(energy), range) ? AD_OK
-                                                          : refuse_energy(all, energy, error);
+    double found = all->answer[result->chosen].energy;
+    if (fabs(found - energy) <= tolerance)
+        return AD_OK;
+    size_t n = 0, k = 0;
+    while (k < all->n && n + 20 < sizeof list)
+        n += (size_t)snprintf(list + n, sizeof list - n, " %.6g", all->answer[k++].energy);
+    return ad_fail(error, AD_E_ACCURACY,
+                   "no stationary path of energy %g +- %.2g between these ends; the nearest has "
+                   "%.9g, those found have%s%s",
+                   energy, tolerance, found, list, k < all->n ? " ... (see --all)" : "");
 }
 
 enum ad_status path_find_all(struct path_run *run, struct path_result *result,
@@ -145,6 +148,12 @@ void path_report_answers(const struct path_run *run, const struct path_result *r
         report_flag(report, "result", "the result", k == result->chosen);
     }
     report_item(report, NULL);
+    if (!isnan(run->options->energy)) {
+        double tolerance = energy_tolerance(all, run->options->energy);
+        report_line(report, "  the result: the nearest to the energy %g, within %.2g",
+                    run->options->energy, tolerance);
+        report_number(report, "energy_tolerance", NULL, scene->energy_unit, tolerance);
+    }
     report_count(report, "chosen", NULL, result->chosen);
     report_count(report, "unresolved", NULL, all->unresolved);
     report_completeness(run, all, report);

@@ -11,9 +11,11 @@
 
 static const double tight = 1e-13, loose = 1e-12; /* of the motion, and to check it */
 static const double known = 0.1;                  /* of a distance: what the motion may be off by */
-static const double same = 1e-6; /* of the extent: two stationary paths of one grid are one */
-static const double near = 0.3;  /* of the extent: a finer path further away is another one */
-enum { DEGREE = 4, MOST = 160 }; /* of the finer rule, at least; coordinates in one element */
+static const double same = 1e-6;  /* of the extent: two stationary paths of one grid are one */
+static const double apart = 10;   /* errors of discretisation: a motion further away is another */
+static const double clear = 1e-3; /* of the extent: and as far at the least */
+static const double near = 0.3;   /* of the extent: a finer path further away is another one */
+enum { DEGREE = 4, MOST = 160 };  /* of the finer rule, at least; coordinates in one element */
 
 static double largest(const double *a, const double *b, size_t n)
 {
@@ -101,7 +103,7 @@ static bool settle(const struct path_run *run, struct phys_path_settings setting
            info.stop == PHYS_STOP_ROUNDING;
 }
 
-/* Whether the reference leads to another stationary path of the same grid. */
+/* Whether the reference is, or leads on the same grid to, another stationary path. */
 static enum ad_status compare_reference(const struct path_run *run, struct path_result *result,
                                         struct ad_error *error)
 {
@@ -115,8 +117,12 @@ static enum ad_status compare_reference(const struct path_run *run, struct path_
         path[k * n] = run->path[k * n];
         path[k * n + n - 1] = run->path[k * n + n - 1];
     }
-    result->another = settle(run, *settings, path) &&
-                      largest(path, run->path, n * dof) > same * extent(run->path, dof, n);
+    double wide = extent(run->path, dof, n);
+    result->another =
+        settle(run, *settings, path) && largest(path, run->path, n * dof) > same * wide;
+    if (run->reference_true && largest(run->reference, run->path, n * dof) >
+                                   fmax(apart * result->discretisation, clear * wide))
+        result->another = result->another || !isnan(result->discretisation);
     free(path);
     return AD_OK;
 }

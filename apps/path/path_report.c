@@ -129,8 +129,9 @@ static void report_distances(const struct path_run *run, const struct path_resul
         report_line(
             report,
             "  another stationary path between these ends than the reference, up to %.6g%s%s "
-            "from it;\n  --all finds several",
-            result->reference_distance, blank, length);
+            "from it;\n  %s--all finds several",
+            result->reference_distance, blank, length,
+            path_from_line(run->options) ? "--init ode starts from the reference, " : "");
     report_number(report, "true_distance", "from the true motion", length, result->true_distance);
     report_number(report, "true_known", "  which is known to", length, result->true_known);
     if (*result->no_motion)

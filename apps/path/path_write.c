@@ -11,14 +11,18 @@ void path_write_csv(const struct path_run *run, FILE *out)
 {
     size_t dof = run->system.dof, n = run->settings.slices;
     char name[32];
+    fputc('t', out);
     for (size_t k = 0; k < dof; k++) {
         phys_coordinate_name(&run->system, k, name, sizeof name);
-        fprintf(out, "%s%s", k ? "," : "", name);
+        fprintf(out, ",%s", name);
     }
     fputc('\n', out);
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++) {
+        fprintf(out, "%.17g", (double)i * run->settings.dt);
         for (size_t k = 0; k < dof; k++)
-            fprintf(out, "%.17g%c", run->path[k * n + i], k + 1 < dof ? ',' : '\n');
+            fprintf(out, ",%.17g", run->path[k * n + i]);
+        fputc('\n', out);
+    }
 }
 
 /* ---- run file ---- */

@@ -20,6 +20,10 @@ struct phys_points {
 /* L and its gradient are finite there; AD_E_NONFINITE names the first operation that is not. */
 enum ad_status phys_check_finite(const struct phys_system *system, const struct phys_points *at,
                                  struct ad_error *error);
+/* Where the scene has kinetic and potential energy: V does not depend on v, T - V is L, and T + V
+   is the energy v L_v - L, to 1e-9 of the larger. AD_E_ARGUMENT says which is not so. */
+enum ad_status phys_check_energies(const struct phys_system *system, const struct phys_points *at,
+                                   struct ad_error *error);
 /* The gradient of the sum of L over the slices (order 1), or its second derivatives (order 2),
    against differences; report->input is 0 for q, 1 for v, 2 for t, row and col are coordinate and
    slice. `entries` and `tolerance` are those of ad_check_gradient. AD_E_ARGUMENT for other orders.

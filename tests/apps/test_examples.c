@@ -78,11 +78,11 @@ static void test_magnetic(void **state)
     assert_int_equal(
         shell("$LA path ./magnetic.so --rule midpoint --set gauge=0.9 --csv b.csv --quiet"), 0);
     for (int slice = 0; slice < 99; slice++) {
-        double a[2], b[2];
-        assert_int_equal(row_of("a.csv", slice, a, 2), 2);
-        assert_int_equal(row_of("b.csv", slice, b, 2), 2);
-        assert_close(a[0], b[0], 0, 1e-12);
+        double a[3], b[3];
+        assert_int_equal(row_of("a.csv", slice, a, 3), 3);
+        assert_int_equal(row_of("b.csv", slice, b, 3), 3);
         assert_close(a[1], b[1], 0, 1e-12);
+        assert_close(a[2], b[2], 0, 1e-12);
     }
 }
 

@@ -52,6 +52,17 @@ static void test_another_path(void **state)
     assert_true(shell_number("max_error") == shell_number("reference_distance"));
 }
 
+/* A motion that the grid of the path cannot hold is another path all the same. */
+static void test_another_motion(void **state)
+{
+    (void)state;
+    shell_works("$LA path pythagorean --json");
+    assert_non_null(strstr(shell_out(), "\"another_path\": true"));
+    assert_true(shell_number("reference_distance") > 7 && isnan(shell_number("max_error")));
+    shell_works("$LA path kepler --rule gauss2 --slices 11 --dt 0.3 --json");
+    assert_non_null(strstr(shell_out(), "\"another_path\": false"));
+}
+
 /* A4: the crude motion of a close encounter spirals away to (-40, 10). */
 static void test_close_encounter(void **state)
 {
@@ -101,15 +112,40 @@ static void test_reference_that_diverges(void **state)
     shell_works("$LA path ./top.so --json --solver adam --steps 3 | grep -F '\"the true motion\"'");
 }
 
+static void build_scene(const char *name)
+{
+    shell_works("$LA build $ROOT/tests/apps/scenes/%s.c --quiet --include $ROOT --out %s.so", name,
+                name);
+}
+
+/* A16, F6: an energy that L does not keep has no drift; with a potential that depends on v it is
+   v L_v - L that is kept, here 0.325, and not T + V. */
+static void test_energy(void **state)
+{
+    (void)state;
+    build_scene("good");
+    shell_works("$LA path ./good.so --rule gauss4 --json");
+    assert_non_null(strstr(shell_out(), "\"energy_conserved\": false"));
+    assert_true(isnan(shell_number("energy_drift")));
+    build_scene("magnetic");
+    shell_works("$LA path ./magnetic.so --rule gauss4 --init ode --json");
+    assert_non_null(strstr(shell_out(), "\"energy_conserved\": true"));
+    assert_true(shell_number("energy_drift") < 1e-8);
+    assert_close(shell_number("energy"), 0.325, 1e-8, 0);
+    assert_true(shell_number("true_distance") < 1e-8);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_true_motion, shell_empty),
         cmocka_unit_test_teardown(test_discretisation, shell_empty),
         cmocka_unit_test_teardown(test_another_path, shell_empty),
+        cmocka_unit_test_teardown(test_another_motion, shell_empty),
         cmocka_unit_test_teardown(test_close_encounter, shell_empty),
         cmocka_unit_test_teardown(test_ends_of_a_file, shell_empty),
         cmocka_unit_test_teardown(test_start, shell_empty),
+        cmocka_unit_test_teardown(test_energy, shell_empty),
         cmocka_unit_test_teardown(test_reference_that_diverges, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);

@@ -158,12 +158,70 @@ static void test_not_finite(void **state)
     assert_mentions(error.message, "huge");
 }
 
+/* ---- T and V beside L (F6) ---- */
+
+static ad_var quadratic(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    (void)x, (void)s, (void)params;
+    return free_motion(u);
+}
+
+/* As seen from a frame that turns: not quadratic in u alone. */
+static ad_var turning(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    (void)s, (void)params;
+    return ad_add(free_motion(u), ad_mul(ad_row(x, 0), ad_row(u, 1)));
+}
+
+static ad_var well(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    (void)u, (void)params;
+    return ad_mul(ad_cos(s), ad_sum_rows(ad_square(x)));
+}
+
+/* Of degree 0 in u: T + V is the energy all the same. */
+static ad_var direction(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    return ad_add(well(x, u, s, params), ad_div(ad_row(u, 0), ad_row(u, 1)));
+}
+
+static ad_var sum_of_both(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    return ad_sub(quadratic(x, u, s, params), well(x, u, s, params));
+}
+
+static void test_energies(void **state)
+{
+    (void)state;
+    static const struct {
+        phys_lagrangian *T, *V, *L;
+        const char *says; /* NULL: nothing is wrong */
+    } cases[] = {
+        {quadratic, well, NULL, NULL},        {quadratic, well, sum_of_both, NULL},
+        {quadratic, direction, NULL, "by v"}, {turning, well, NULL, "quadratic"},
+        {quadratic, well, local, "differs"},  {NULL, NULL, local, NULL},
+        {quadratic, NULL, local, NULL},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct phys_scene scene = {.name = "try", .dof = DOF, .lagrangian = cases[k].L};
+        scene.kinetic = cases[k].T;
+        scene.potential = cases[k].V;
+        const struct phys_system system = {.scene = &scene, .dof = DOF, .bodies = 1, .dims = DOF};
+        struct ad_error error = {0};
+        assert_int_equal(phys_check_energies(&system, &at, &error),
+                         cases[k].says ? AD_E_ARGUMENT : AD_OK);
+        if (cases[k].says)
+            assert_mentions(error.message, cases[k].says);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_locality),       cmocka_unit_test(test_gradient),
         cmocka_unit_test(test_wrong_gradient), cmocka_unit_test(test_finite),
         cmocka_unit_test(test_not_finite),     cmocka_unit_test(test_wrong_use),
+        cmocka_unit_test(test_energies),
     };
     return cmocka_run_group_tests(tests, fill, NULL);
 }
