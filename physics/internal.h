@@ -62,9 +62,15 @@ enum { PHYS_SCENES_MOST = 64 };
 #include "physics/scenes/scenes.def"
 #undef SCENE
 
-extern const struct phys_rule phys_rule_left, phys_rule_left_repeat, phys_rule_midpoint,
-    phys_rule_trapezoid, phys_rules_gauss[];
-extern const struct phys_solver phys_solver_adam, phys_solver_sgd, phys_solver_lbfgs,
-    phys_solver_newton;
+/* The action rules; the Gauss rules end with one without a name. */
+#define RULE(name) extern const struct phys_rule phys_rule_##name;
+#include "physics/action/rules.def"
+#undef RULE
+extern const struct phys_rule phys_rules_gauss[];
+
+/* The solvers of paths. */
+#define SOLVER(name) extern const struct phys_solver phys_solver_##name;
+#include "physics/path/solvers.def"
+#undef SOLVER
 
 #endif

@@ -5,20 +5,24 @@
 #include <string.h>
 
 const struct phys_rule *const phys_rules[] = {
-    &phys_rule_left,      &phys_rule_left_repeat, &phys_rule_midpoint,  &phys_rule_trapezoid,
-    &phys_rules_gauss[0], &phys_rules_gauss[1],   &phys_rules_gauss[2], NULL};
-
-enum { N_RULES = LENGTH(phys_rules) - 1 };
+#define RULE(name) &phys_rule_##name,
+#include "rules.def"
+#undef RULE
+    &phys_rules_gauss[0], &phys_rules_gauss[1], &phys_rules_gauss[2], NULL};
 
 const struct phys_rule *phys_rule_find(const char *name, struct ad_error *error)
 {
-    const char *names[N_RULES];
-    for (const struct phys_rule *rule = phys_rules_gauss; rule->name && name; rule++)
-        if (strcmp(rule->name, name) == 0)
-            return rule;
-    for (size_t k = 0; k < N_RULES; k++)
-        names[k] = phys_rules[k]->name;
-    return phys_rules[phys_find("action rule", name, N_RULES, names, error)];
+    const struct phys_rule *rules[LENGTH(phys_rules) + PHYS_RULE_MOST];
+    const char *names[LENGTH(rules)];
+    size_t n = 0;
+    for (; phys_rules[n] != phys_rules_gauss; n++)
+        rules[n] = phys_rules[n];
+    for (const struct phys_rule *rule = phys_rules_gauss; rule->name; rule++)
+        rules[n++] = rule;
+    for (size_t k = 0; k < n; k++)
+        names[k] = rules[k]->name;
+    rules[n] = NULL;
+    return rules[phys_find("action rule", name, n, names, error)];
 }
 
 /* ---- points on a tape ---- */

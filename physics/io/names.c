@@ -2,6 +2,7 @@
 #include "physics/physics.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* "a, b, c"; "a, b, ..." where it does not fit. */
@@ -18,6 +19,34 @@ static void list(size_t n, const char *const names[], size_t size, char text[])
     }
 }
 
+/* Characters before the number that ends a name. */
+static size_t stem(const char *name)
+{
+    size_t n = strlen(name);
+    while (n > 0 && name[n - 1] >= '0' && name[n - 1] <= '9')
+        n--;
+    return n;
+}
+
+/* "gauss2 to gauss24", where the names that differ from `name` in their number alone are one range
+   of numbers, in order; false where they are not, or are fewer than two. */
+static bool find_range(const char *name, size_t n, const char *const names[], size_t size,
+                       char text[])
+{
+    const char *first = NULL, *last = NULL;
+    size_t length = stem(name), found = 0;
+    for (size_t k = 0; k < n && name[length]; k++)
+        if (stem(names[k]) == length && names[k][length] && strncmp(names[k], name, length) == 0) {
+            first = first ? first : names[k];
+            last = names[k];
+            found++;
+        }
+    if (found < 2 || atol(last + length) - atol(first + length) + 1 != (long)found)
+        return false;
+    snprintf(text, size, "%s to %s", first, last);
+    return true;
+}
+
 size_t phys_find(const char *what, const char *name, size_t n, const char *const names[],
                  struct ad_error *error)
 {
@@ -30,6 +59,10 @@ size_t phys_find(const char *what, const char *name, size_t n, const char *const
             return k;
     const char *nearest = phys_nearest(name, n, names);
     char all[230];
+    if (find_range(name, n, names, sizeof all, all)) {
+        ad_fail(error, AD_E_ARGUMENT, "no %s '%s'; expected %s", what, name, all);
+        return n;
+    }
     list(n, names, sizeof all, all);
     if (nearest)
         ad_fail(error, AD_E_ARGUMENT, "no %s '%s'; did you mean '%s'?", what, name, nearest);

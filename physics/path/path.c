@@ -3,8 +3,12 @@
 
 #include <math.h>
 
-const struct phys_solver *const phys_solvers[] = {&phys_solver_adam, &phys_solver_sgd,
-                                                  &phys_solver_lbfgs, &phys_solver_newton, NULL};
+const struct phys_solver *const phys_solvers[] = {
+#define SOLVER(name) &phys_solver_##name,
+#include "solvers.def"
+#undef SOLVER
+    NULL,
+};
 
 enum { N_SOLVERS = LENGTH(phys_solvers) - 1 };
 
