@@ -3,7 +3,7 @@
  */
 #include "gradient_benchmark.h"
 #include "hand.h"
-#include "physics/path/hessian.h"
+#include "physics/action/hessian.h"
 
 #include <math.h>
 #include <stdlib.h>

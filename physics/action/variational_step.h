@@ -6,7 +6,7 @@
 #ifndef PHYSICS_MARCH_H
 #define PHYSICS_MARCH_H
 
-#include "physics/path/hessian.h"
+#include "hessian.h"
 
 typedef struct phys_march phys_march;
 

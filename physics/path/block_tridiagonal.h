@@ -4,7 +4,7 @@
 #ifndef PHYSICS_BLOCKS_H
 #define PHYSICS_BLOCKS_H
 
-#include "hessian.h"
+#include "physics/action/hessian.h"
 
 struct phys_blocks {
     const struct phys_hessian *hessian;
