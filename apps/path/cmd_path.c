@@ -25,7 +25,7 @@ static enum ad_status solve(struct path_run *run, struct path_record *record,
             return error->status;
         run->settings.adam_steps = 0; /* the path is found */
     }
-    run->solver->solve(&run->system, &run->settings, run->path, &result->info, error);
+    phys_path_solve(run->solver, &run->system, &run->settings, run->path, &result->info, error);
     progress_end(&record->progress);
     if (record->failed)
         ad_fail(error, AD_E_MEMORY, "out of memory for the history of the run");

@@ -26,13 +26,6 @@ struct path_options {
     struct settings set;
 };
 
-/* A rule and the slices it works on, one more than elements. */
-struct path_grid {
-    const struct phys_rule *rule;
-    size_t slices;
-    double dt;
-};
-
 /* A setting that --tol tried. */
 struct path_level {
     const struct phys_rule *rule;
@@ -108,10 +101,6 @@ double path_estimate(const struct path_run *run);
 /* What was tried and chosen; nothing without --tol. */
 void path_report_levels(const struct path_run *run, struct report *report);
 
-/* A path on one grid, from the polynomials of its elements on another of the same time: [degree *
-   dof x slices], for the caller to free; NULL: out of memory. (path_resample.c) */
-double *path_resample(const struct path_grid *from, const double *path, const struct path_grid *to,
-                      size_t dof, struct ad_error *error);
 /* The scene's motion, or its closed form, by steps whose relative error is under the tolerance:
    path [dof x slices]. (path_motion.c) */
 enum ad_status path_motion(const struct path_run *run, size_t slices, double dt, double tolerance,

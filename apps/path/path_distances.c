@@ -99,7 +99,7 @@ static bool settle(const struct path_run *run, struct phys_path_settings setting
     settings.progress = NULL;
     settings.compare = settings.reference = NULL;
     settings.start_momentum = NULL;
-    return run->solver->solve(&run->system, &settings, path, &info, &lost) == AD_OK &&
+    return phys_path_solve(run->solver, &run->system, &settings, path, &info, &lost) == AD_OK &&
            info.stop == PHYS_STOP_ROUNDING;
 }
 
@@ -139,8 +139,8 @@ static enum ad_status refine(const struct path_run *run, struct path_result *res
         return AD_OK;
     snprintf(name, sizeof name, "gauss%zu", degree);
     finer.rule = phys_rule_find(name, error);
-    const struct path_grid from = {run->settings.rule, n, finer.dt}, to = {finer.rule, n, finer.dt};
-    double *path = path_resample(&from, run->path, &to, dof, error);
+    const struct phys_grid from = {run->settings.rule, n, finer.dt}, to = {finer.rule, n, finer.dt};
+    double *path = phys_path_resample(&from, run->path, &to, dof, error);
     if (path && settle(run, finer, path)) {
         double distance = largest(path, run->path, n * dof);
         if (distance <= near * extent(path, dof, n))

@@ -62,7 +62,7 @@ static double largest(const struct stage *stage, size_t dof)
 static void compare(struct refinement *r, struct path_level *level)
 {
     size_t dof = r->run->system.dof;
-    const struct path_grid *before = &r->before.grid;
+    const struct phys_grid *before = &r->before.grid;
     r->here.distance = NAN;
     level->estimate = NAN;
     if (!level->found)
@@ -88,7 +88,7 @@ static bool climb(struct refinement *r, const struct phys_rule *rule, size_t ele
     double E = run->options->tolerance;
     struct path_level *level = &run->level[run->n_levels++];
     *level = (struct path_level){.rule = rule, .elements = elements};
-    r->here.grid = (struct path_grid){rule, elements + 1, r->time / (double)elements};
+    r->here.grid = (struct phys_grid){rule, elements + 1, r->time / (double)elements};
     if (stage_solve(r, level, error) != AD_OK)
         return true;
     compare(r, level);
@@ -171,7 +171,7 @@ static enum ad_status find_ends(struct refinement *r, struct ad_error *error)
 static enum ad_status adopt(struct refinement *r, struct ad_error *error)
 {
     struct path_run *run = r->run;
-    const struct path_grid *grid = &r->here.grid;
+    const struct phys_grid *grid = &r->here.grid;
     size_t rows = grid->rule->degree * run->system.dof;
     double *reference = NULL;
     if (run->reference) {

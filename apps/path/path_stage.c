@@ -41,9 +41,9 @@ static enum ad_status begin(struct refinement *r, struct stage *stage,
 {
     size_t dof = r->run->system.dof, slices = stage->grid.slices;
     bool settled = stage_settled(r, &r->before);
-    stage->start = settled
-                       ? path_resample(&r->before.grid, r->before.path, &stage->grid, dof, error)
-                       : path_resample(&r->given, r->run->start, &stage->grid, dof, error);
+    stage->start =
+        settled ? phys_path_resample(&r->before.grid, r->before.path, &stage->grid, dof, error)
+                : phys_path_resample(&r->given, r->run->start, &stage->grid, dof, error);
     size_t bytes = stage->grid.rule->degree * dof * slices * sizeof *stage->path;
     stage->path = stage->start ? malloc(bytes) : NULL;
     if (!stage->path)
@@ -65,7 +65,7 @@ enum ad_status stage_solve(struct refinement *r, struct path_level *level, struc
     settings.progress = go_on;
     if (begin(r, &r->here, &settings, error) != AD_OK)
         return error->status;
-    r->run->solver->solve(&r->run->system, &settings, r->here.path, &info, &lost);
+    phys_path_solve(r->run->solver, &r->run->system, &settings, r->here.path, &info, &lost);
     if (lost.status != AD_OK && lost.status != AD_E_NONFINITE)
         return ad_fail(error, lost.status, "%s", lost.message);
     if (info.stop == PHYS_STOP_INTERRUPTED)

@@ -7,7 +7,7 @@
 
 /* A solved level. */
 struct stage {
-    struct path_grid grid;
+    struct phys_grid grid;
     double *start, *path;
     size_t adam_steps;
     double distance; /* from the level before; NaN: none to compare with */
@@ -15,7 +15,7 @@ struct stage {
 
 struct refinement {
     struct path_run *run;
-    struct path_grid given; /* of run->start */
+    struct phys_grid given; /* of run->start */
     double time, size;      /* the path's largest coordinate */
     double *ends;           /* [dof x 2] */
     double ends_error;      /* of the motion that gave them */

@@ -277,7 +277,7 @@ static enum ad_status choose_start(struct path_run *run, struct ad_error *error)
         return error->status;
     memcpy(trial, run->start, path_rows(run) * settings.slices * sizeof *trial);
     settings.adam_steps = 0;
-    run->solver->solve(&run->system, &settings, trial, &info, &lost);
+    phys_path_solve(run->solver, &run->system, &settings, trial, &info, &lost);
     free(trial);
     if (lost.status == AD_OK && info.stop == PHYS_STOP_ROUNDING) {
         if (run->options->adam_steps == OPTION_NO_COUNT)

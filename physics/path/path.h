@@ -111,6 +111,17 @@ enum ad_status phys_path_free_time(const struct phys_system *system,
                                    struct phys_path_settings *settings, double energy, double *path,
                                    struct phys_path_info *info, struct ad_error *error);
 
+/* A rule and the slices it works on, one more than elements. */
+struct phys_grid {
+    const struct phys_rule *rule;
+    size_t slices;
+    double dt;
+};
+/* A path on the grid `to`, from the polynomials of its elements on the grid `from`, of the same
+   time: [degree*dof x slices], for the caller to free. NULL: out of memory, or no path. */
+double *phys_path_resample(const struct phys_grid *from, const double *path,
+                           const struct phys_grid *to, size_t dof, struct ad_error *error);
+
 /* L_vv over a path (Legendre's condition): indefinite where it is singular, too. */
 enum phys_definite { PHYS_INDEFINITE, PHYS_POSITIVE, PHYS_NEGATIVE };
 

@@ -298,11 +298,55 @@ static void action_of_an_orbit(void **state)
     phys_system_close(&kepler);
 }
 
+/* C9: a number out of range is answered with the range. */
+static void numbers_have_a_range(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"gauss99", "gauss1", "gauss25"};
+    for (size_t k = 0; k < LENGTH(names); k++) {
+        struct ad_error error = {0};
+        assert_null(phys_rule_find(names[k], &error));
+        assert_non_null(strstr(error.message, "gauss2 to gauss24"));
+    }
+}
+
+/* A cubic, which elements of degree 3 and 4 hold exactly, on one grid and on another. */
+static void resampling_keeps_polynomials(void **state)
+{
+    (void)state;
+    enum { DOF = 2, FROM = 4, TO = 6, MOST = 4 };
+    const struct phys_grid from = {rule_named("gauss3"), FROM, 0.5},
+                           to = {rule_named("gauss4"), TO, 0.3};
+    const struct phys_grid *const grids[] = {&from, &to};
+    double path[2][MOST * DOF * TO] = {{0}};
+    struct ad_error error = {0};
+    for (size_t g = 0; g < 2; g++) {
+        struct phys_rule_table table;
+        size_t n = grids[g]->slices, s = grids[g]->rule->degree;
+        grids[g]->rule->fill(grids[g]->rule, &table);
+        for (size_t i = 0; i < n; i++)
+            for (size_t k = 0; k < s; k++) {
+                double t = ((double)i + (i + 1 < n ? table.node[k] : 0)) * grids[g]->dt;
+                path[g][k * DOF * n + i] = 1 + t * (2 - t * (3 - t));
+                path[g][(k * DOF + 1) * n + i] = t * t;
+            }
+    }
+    double *found = phys_path_resample(&from, path[0], &to, DOF, &error);
+    assert_no_error(&error);
+    for (size_t k = 0; k < to.rule->degree * DOF * TO; k++)
+        assert_close(found[k], path[1][k], 0, 1e-13);
+    free(found);
+    assert_null(phys_path_resample(&from, NULL, &to, DOF, &error));
+    assert_int_equal(error.status, AD_E_ARGUMENT);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gauss_tables_are_exact_for_polynomials),
         cmocka_unit_test(rules_are_found_by_name),
+        cmocka_unit_test(numbers_have_a_range),
+        cmocka_unit_test(resampling_keeps_polynomials),
         cmocka_unit_test(orders_on_the_pendulum),
         cmocka_unit_test(orders_on_kepler),
         cmocka_unit_test(action_of_the_oscillator),

@@ -1,5 +1,5 @@
 /* A path on other slices, or for another rule (path.h). */
-#include "path.h"
+#include "physics/internal.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -16,7 +16,7 @@ static double basis(size_t s, const double *times, size_t j, double t)
 }
 
 /* Column i of row block k of `path`: where the nodes of the element around t put it. */
-static void place(const struct path_grid *from, size_t dof, const double *nodes,
+static void place(const struct phys_grid *from, size_t dof, const double *nodes,
                   const double *times, double t, size_t row, size_t columns, double *path)
 {
     size_t s = from->rule->degree, elements = from->slices - 1, m = s * elements + 1;
@@ -31,11 +31,13 @@ static void place(const struct path_grid *from, size_t dof, const double *nodes,
     }
 }
 
-double *path_resample(const struct path_grid *from, const double *path, const struct path_grid *to,
-                      size_t dof, struct ad_error *error)
+double *phys_path_resample(const struct phys_grid *from, const double *path,
+                           const struct phys_grid *to, size_t dof, struct ad_error *error)
 {
     struct phys_rule_table table;
     size_t s = to->rule->degree, n = to->slices, m = from->rule->degree * (from->slices - 1) + 1;
+    if (phys_lacks(path, "path", error))
+        return NULL;
     double *nodes = malloc((dof + 1) * m * sizeof *nodes), *times = nodes ? nodes + dof * m : NULL;
     double *result = malloc(s * dof * n * sizeof *result);
     if (!nodes || !result) {
