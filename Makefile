@@ -169,7 +169,7 @@ $(A): $(LIB_OBJ)
 # The version script hides what no public header names.
 $(BUILD)/leastaction.map: $(PUBLIC)
 	@mkdir -p $(@D)
-	$(Q){ echo '{ global:'; cat $(PUBLIC) | $(CC) -w -fpreprocessed -dD -E -P -x c - | \
+	$(Q){ echo '{ global:'; cat $(PUBLIC) | tr '\n' ' ' | sed 's:/\*[^*]*\*\+\([^/*][^*]*\*\+\)*/::g' | \
 	    grep -oE '\b(ad|phys|hnn|qm)_[A-Za-z0-9_]+' | sort -u | sed 's/$$/;/'; echo 'local: *; };'; } > $@
 
 $(SO): $(LIB_OBJ) $(BUILD)/leastaction.map

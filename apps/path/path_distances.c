@@ -64,7 +64,7 @@ static enum ad_status true_motion(const struct path_run *run, struct path_result
     result->true_distance = result->true_known = NAN;
     if (system->scene->between)
         return AD_OK; /* no initial-value problem: the closed form is the reference */
-    double *q = malloc((2 * dof + 2 * n * dof) * sizeof *q), *v = q + dof;
+    double *q = malloc((2 * dof + 2 * n * dof) * sizeof *q), *v = q ? q + dof : NULL;
     if (!q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     double *motion = v + dof, *check = motion + n * dof;

@@ -100,7 +100,7 @@ enum ad_status ephemeris_follow(const struct ephemeris_motion *motion, size_t da
     struct phys_ode ode = {0};
     struct phys_simulation_info info = {0};
     size_t dof = motion->system.dof;
-    double *y = malloc(4 * dof * sizeof *y), *scale = y + 2 * dof;
+    double *y = malloc(4 * dof * sizeof *y), *scale = y ? y + 2 * dof : NULL;
     bool adaptive = motion->integrator->adaptive;
     struct phys_simulation settings = {.integrator = motion->integrator,
                                        .t1 = (double)days * DAY,

@@ -199,7 +199,7 @@ enum ad_status hnn_rollout(const struct phys_ode *ode, const struct hnn_rollout_
                            const double *x0, struct hnn_path *path, struct hnn_rollout_info *info,
                            struct ad_error *error)
 {
-    struct hnn_rollout_info unused;
+    struct hnn_rollout_info unused = {0};
     info = info ? info : &unused;
     struct motion m = {
         .ode = ode, .settings = settings, .path = path, .info = info, .error = error};

@@ -320,7 +320,7 @@ static enum ad_status take_steps(hnn_trainer *t, enum hnn_stop *stop, struct ad_
 
 enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_error *error)
 {
-    enum hnn_stop unused;
+    enum hnn_stop unused = 0;
     stop = stop ? stop : &unused;
     *stop = 0;
     if (HNN_NEEDS(error, t) == AD_OK && take_steps(t, stop, error) == AD_OK)

@@ -100,9 +100,9 @@ enum ad_status phys_whole_begin(struct phys_whole *file, const char *target, str
         return refuse(error, target, reason);
     if (!file->target)
         return ad_fail(error, AD_E_MEMORY, "%s: out of memory", target);
-    temporary_clean(file->target, folder_length(file->target));
-    int failed =
-        temporary_new(file->target, folder_length(file->target), &file->temporary, &file->lock);
+    phys_temporary_clean(file->target, folder_length(file->target));
+    int failed = phys_temporary_new(file->target, folder_length(file->target), &file->temporary,
+                                    &file->lock);
     if (failed) {
         forget(file);
         return failed == ENOMEM ? ad_fail(error, AD_E_MEMORY, "%s: out of memory", target)

@@ -48,7 +48,7 @@ static int create(const char *name, int *file)
     return EEXIST;
 }
 
-int temporary_new(const char *target, size_t folder, char **name, int *lock)
+int phys_temporary_new(const char *target, size_t folder, char **name, int *lock)
 {
     size_t size = folder + PREFIX + DIGITS + LONGEST_EXTENSION + 1;
     int failed = EEXIST;
@@ -93,7 +93,7 @@ static void remove_if_left(int at, const char *name)
     close(file);
 }
 
-void temporary_clean(const char *target, size_t folder)
+void phys_temporary_clean(const char *target, size_t folder)
 {
     char *name = folder ? strndup(target, folder) : strdup(".");
     DIR *directory = name ? opendir(name) : NULL;

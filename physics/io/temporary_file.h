@@ -6,9 +6,9 @@
 
 /* Makes an empty, locked file in the folder of `target`, its first `folder` bytes. 0, and the name
    (to be freed) and the descriptor that holds the lock; else the error number. */
-int temporary_new(const char *target, size_t folder, char **name, int *lock);
+int phys_temporary_new(const char *target, size_t folder, char **name, int *lock);
 
 /* Removes the temporary files in that folder whose processes have ended. */
-void temporary_clean(const char *target, size_t folder);
+void phys_temporary_clean(const char *target, size_t folder);
 
 #endif

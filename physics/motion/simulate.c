@@ -258,7 +258,7 @@ static enum ad_status default_sizes(struct phys_simulation *s, const struct phys
 enum ad_status phys_simulate(const struct phys_simulation *settings, const struct phys_ode *ode,
                              double *y, struct phys_simulation_info *info, struct ad_error *error)
 {
-    struct phys_simulation_info unwanted;
+    struct phys_simulation_info unwanted = {0};
     if (phys_lacks(settings, "settings of a simulation", error) ||
         phys_lacks(settings->integrator, "integrator", error) || phys_lacks(ode, "ode", error) ||
         phys_lacks((const void *)(uintptr_t)ode->field, "field of the ode", error) ||

@@ -610,11 +610,13 @@ static bool add_knot(struct track *track, double t, double q)
     if (track->n == track->room) {
         size_t room = 2 * track->room + 64;
         double *times = realloc(track->t, room * sizeof *times);
-        track->t = times ? times : track->t;
-        double *places = realloc(track->q, room * sizeof *places);
-        track->q = places ? places : track->q;
-        if (!times || !places)
+        if (!times)
             return false;
+        track->t = times;
+        double *places = realloc(track->q, room * sizeof *places);
+        if (!places)
+            return false;
+        track->q = places;
         track->room = room;
     }
     track->t[track->n] = t;

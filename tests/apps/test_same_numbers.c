@@ -265,7 +265,7 @@ static void test_networks(void **state)
 {
     (void)state;
     for (size_t k = 0; k < LENGTH(learning); k++)
-        shell_works(learning[k]);
+        shell_works("%s", learning[k]);
     for (size_t k = 0; k < LENGTH(learnt); k++)
         compare_run(learnt[k], true);
     for (size_t k = 0; k < LENGTH(made); k++)
