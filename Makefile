@@ -106,7 +106,7 @@ help:
 	@echo '  fuzz-native  PROGRAMS=1000 random programs from SEED=1 on: machine code (gcc, clang), interpreter, kernels at -O1'
 	@echo '  coverage   lines that the tests run, by gcov: folder by folder, and files under 90 %'
 	@echo '  matrix     the runs of docs/accuracy.md, by gcc and clang, -O0 to -O3, with and without AVX, 1 and 2 threads'
-	@echo '  mutants    a flipped sign in any gradient rule must fail a test'
+	@echo '  mutants    a flipped sign in any gradient rule must fail a test; LINES=60: random lines of the libraries'
 	@echo '  torture    kills runs at random moments: files stay whole, training resumes'
 	@echo '  recipes    follows docs/recipes.md in a copy of the tree: minutes'
 	@echo '  faults     every call on files and every allocation of a run fails, for each subcommand'
@@ -303,8 +303,10 @@ coverage:
 matrix:
 	+@scripts/matrix $(BUILD)
 
+# LINES=60 changes as many random lines of the libraries instead: hours, and by another SEED each time.
 mutants: $(A)
-	+@CC=$(CC) scripts/mutants $(BUILD)
+	+@CC='$(CC)' $(if $(LINES),scripts/mutate-lines $(LINES) '$(if $(findstring command,$(origin SEED)),$(SEED))' $(BUILD),\
+	    scripts/mutants $(BUILD))
 
 torture: all
 	+@scripts/torture $(BUILD)/leastaction $(KILLS)

@@ -83,7 +83,7 @@ static void test_estimate_is_honest(void **state)
             holds(&known[k], "", tolerance);
 }
 
-/* With a rule given, elements alone are doubled. */
+/* With a rule given, elements alone are doubled; each rule on a third of the motions. */
 static void test_rule_stays(void **state)
 {
     (void)state;
@@ -94,7 +94,7 @@ static void test_rule_stays(void **state)
                  {"gauss2", 1e-7}, {"gauss3", 1e-9},   {"gauss6", 1e-10}};
     char option[32], written[32];
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++)
-        for (size_t k = 0; k < sizeof known / sizeof *known; k++) {
+        for (size_t k = c % 3; k < sizeof known / sizeof *known; k += 3) {
             snprintf(option, sizeof option, "--rule %s", cases[c].rule);
             snprintf(written, sizeof written, "\"rule\": \"%s\"", cases[c].rule);
             holds(&known[k], option, cases[c].tolerance);
