@@ -191,7 +191,7 @@ static void particle_between_walls(void **state)
         enum qm_walls walls;
         double x[5];
     } rows[] = {{QM_REFLECT, {0, 0.5, 0.5, -0.5, 0}},
-                {QM_RING, {0, 0.5, 1.5, 2.5, 4}},
+                {QM_RING, {0, 0.5, -0.5, 0.5, 0}},
                 {QM_OPEN, {0, 0.5, NAN, NAN, NAN}}};
     for (size_t k = 0; k < 3; k++) {
         double x[5];

@@ -111,7 +111,7 @@ static void the_command_lists_the_answers(void **state)
     assert_int_equal(shell("%s --all", common), 0);
     assert_mentions(shell_out(),
                     "4 0.4276690* 0.9614507* 1.7637551* 2.4399069* 1.9985450* 3.087643*");
-    assert_int_equal(shell("%s --energy 1.76 --json", common), 0);
+    assert_int_equal(shell("%s --energy 1.7637 --json", common), 0);
     assert_true(shell_number("morse_index") == 1);
 }
 
