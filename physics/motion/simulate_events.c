@@ -232,7 +232,8 @@ static void report(struct run *run)
 {
     const struct phys_stepper *m = &run->stepper;
     double t = m->t, h = m->h;
-    qsort(run->found, run->n_found, sizeof *run->found, by_time);
+    if (run->n_found)
+        qsort(run->found, run->n_found, sizeof *run->found, by_time);
     for (size_t i = 0; i < run->n_found; i++) {
         const struct found_event *f = &run->found[i];
         bool (*tell)(void *, size_t, double, const double *) =
@@ -250,6 +251,8 @@ static void report(struct run *run)
 enum ad_status phys_run_events(struct run *run, struct ad_error *error)
 {
     const struct phys_simulation *s = run->settings;
+    if (n_signs(run) == 0)
+        return AD_OK;
     int *signs = run->signs, *now = run->signs + n_signs(run);
     bool any = false, fine = true;
     for (size_t e = 0; e < s->n_events; e++)
