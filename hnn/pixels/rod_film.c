@@ -17,7 +17,7 @@ struct hnn_filming hnn_filming_published(void)
 
 static enum ad_status check(const struct hnn_filming *f, struct ad_error *error)
 {
-    if (hnn_rod_check(&f->rod, error) != AD_OK)
+    if (HNN_NEEDS(error, f) != AD_OK || hnn_rod_check(&f->rod, error) != AD_OK)
         return error->status;
     if (f->trajectories < 1 || f->frames < 3)
         return ad_fail(error, AD_E_ARGUMENT,

@@ -230,7 +230,7 @@ static void put(struct plain *p, uint32_t id, size_t at, const struct total *t, 
 static void view(struct plain *p, uint32_t id, const struct node *n)
 {
     const struct node *x = node_at(p->tape, n->in[0]);
-    const uint32_t *list = p->tape->lists + n->aux + 1;
+    const uint32_t *list = p->tape->lists ? p->tape->lists + n->aux + 1 : NULL;
     for (size_t r = 0; r < n->rows; r++)
         for (size_t c = 0; c < n->cols; c++) {
             size_t to = r * n->cols + c, from = to;
@@ -251,7 +251,7 @@ static void view(struct plain *p, uint32_t id, const struct node *n)
 static void additions(struct plain *p, uint32_t id, const struct node *n)
 {
     const struct node *x = node_at(p->tape, n->in[0]);
-    const uint32_t *list = p->tape->lists + n->aux + 1;
+    const uint32_t *list = p->tape->lists ? p->tape->lists + n->aux + 1 : NULL;
     const double *v = p->value[n->in[0]], *e = p->error[n->in[0]];
     bool doubles = n->op == AD_OP_sum || n->op == AD_OP_sum_cols,
          diff = n->op == AD_OP_diff_adjoint;
