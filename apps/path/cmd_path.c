@@ -111,15 +111,15 @@ static int run_path(struct path_run *run, struct ad_error *error)
         path_file_begin(run, outputs.file, error);
     if (solve(run, &record, &result, error) != AD_OK ||
         path_measure(run, &result, error) != AD_OK) {
-        path_outlook_lost(run, record.n == 0, error);
+        path_diagnose_lost(run, record.n == 0, error);
         status = command_status(error);
         outputs_abandon(&outputs);
     } else if (write_results(run, &record, &result, &outputs, error) == AD_OK) {
-        path_outlook(run, &result);
+        path_diagnose(run, &result);
         status = judge(run, &result, error);
     }
     path_record_free(&record);
-    phys_answers_free(&result.answers);
+    phys_solutions_free(&result.solutions);
     phys_spectrum_free(&result.spectrum);
     return status;
 }

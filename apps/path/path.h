@@ -143,7 +143,7 @@ struct path_result {
     bool keeps_energy;     /* L does not depend on time itself */
     bool stationary;       /* of a kind, then */
     struct phys_spectrum spectrum;
-    struct phys_answers answers; /* --all, --energy; none else */
+    struct phys_solutions solutions; /* --all, --energy; none else */
     size_t chosen;
 };
 
@@ -164,23 +164,23 @@ enum ad_status path_judge_kind(const struct path_run *run, struct path_result *r
 void path_report_kind(const struct path_run *run, const struct path_result *result,
                       struct report *report);
 
-/* ---- several answers (path_answers.c) ---- */
+/* ---- several solutions (path_solutions.c) ---- */
 
 /* Whether --all or --energy was given. */
 bool path_wants_all(const struct path_options *options);
-/* Fills answers, and run->path with the chosen one. */
+/* Fills solutions, and run->path with the chosen one. */
 enum ad_status path_find_all(struct path_run *run, struct path_result *result,
                              struct ad_error *error);
-void path_report_answers(const struct path_run *run, const struct path_result *result,
-                         struct report *report);
+void path_report_solutions(const struct path_run *run, const struct path_result *result,
+                           struct report *report);
 
-/* ---- judging (path_outlook.c) ---- */
+/* ---- judging (path_diagnostics.c) ---- */
 
 /* Warns, on standard error unless --quiet, of a descent that moves away from the stationary path.
  */
-void path_outlook(const struct path_run *run, const struct path_result *result);
+void path_diagnose(const struct path_run *run, const struct path_result *result);
 /* Adds to an error what to try where values ceased to be finite, or are not finite at the start. */
-void path_outlook_lost(const struct path_run *run, bool at_start, struct ad_error *error);
+void path_diagnose_lost(const struct path_run *run, bool at_start, struct ad_error *error);
 
 /* ---- writing ---- */
 

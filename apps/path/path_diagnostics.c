@@ -11,7 +11,7 @@ static bool moved_away(const struct path_result *result)
            !(result->mse_final <= result->mse_initial);
 }
 
-void path_outlook_lost(const struct path_run *run, bool at_start, struct ad_error *error)
+void path_diagnose_lost(const struct path_run *run, bool at_start, struct ad_error *error)
 {
     size_t length = strlen(error->message), room = sizeof error->message - length;
     if (error->status != AD_E_NONFINITE)
@@ -26,7 +26,7 @@ void path_outlook_lost(const struct path_run *run, bool at_start, struct ad_erro
                  run->solver->name, run->settings.learning_rate);
 }
 
-void path_outlook(const struct path_run *run, const struct path_result *result)
+void path_diagnose(const struct path_run *run, const struct path_result *result)
 {
     struct phys_spectrum spectrum;
     struct ad_error none = {0};

@@ -153,5 +153,5 @@ void path_report(const struct path_run *run, const struct path_result *result,
     path_report_kind(run, result, report);
     report_distances(run, result, report);
     report_energy(run, result, report);
-    path_report_answers(run, result, report);
+    path_report_solutions(run, result, report);
 }

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double near = 1e-2; /* of the path's size: as close as to be the same answer */
+static const double near = 1e-2; /* of the path's size: as close as to be the same path */
 
 static bool go_on(void *context, const struct phys_path_step *step)
 {

@@ -23,7 +23,7 @@ struct refinement {
 };
 
 void stage_free(struct stage *stage);
-/* Near enough to the level before to be the same answer. */
+/* Near enough to the level before to be the same path. */
 bool stage_settled(const struct refinement *r, const struct stage *stage);
 /* Solves r->here, whose grid is set, from the level before once two agree on which answer it is,
    else from the start given. A level whose path is not found is none to compare with. */

@@ -1,6 +1,6 @@
-/* Variational integrators of the action rules (march.h). Each element's equations are solved by
-   Newton's method with the element's own second derivatives; where they are linear, as for rule
-   `left` and a separable L, one step solves them. */
+/* Variational integrators of the action rules (variational_step.h). Each element's equations are
+   solved by Newton's method with the element's own second derivatives; where they are linear, as
+   for rule `left` and a separable L, one step solves them. */
 #include "variational_step.h"
 #include "physics/linear/linear.h"
 
@@ -11,7 +11,7 @@
 
 enum { STEPS = 50 }; /* of Newton's method; an element of reasonable length needs five */
 
-struct phys_march {
+struct phys_variational_step {
     const struct phys_system *system;
     struct phys_hessian hessian; /* of one element */
     size_t dof, degree, evaluations;
@@ -20,25 +20,26 @@ struct phys_march {
     double *matrix, *right, *zero;
 };
 
-enum ad_status phys_march_new(const struct phys_system *system, const struct phys_rule *rule,
-                              double dt, phys_march **march, struct ad_error *error)
+enum ad_status phys_variational_step_new(const struct phys_system *system,
+                                         const struct phys_rule *rule, double dt,
+                                         phys_variational_step **march, struct ad_error *error)
 {
     size_t n = rule->degree * system->dof;
-    phys_march *m = *march = calloc(1, sizeof *m);
+    phys_variational_step *m = *march = calloc(1, sizeof *m);
     if (!m)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     m->system = system;
     m->dof = system->dof;
     m->degree = rule->degree;
     if (rule->repeat)
-        ad_fail(error, AD_E_ARGUMENT, "rule %s does not march: its last slice is another",
+        ad_fail(error, AD_E_ARGUMENT, "rule %s cannot be stepped in time: its last slice differs",
                 rule->name);
     else if (!(m->x = calloc(2 * n + 2 * m->dof + n * n + n, sizeof *m->x)))
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else
         phys_hessian_new(&m->hessian, system, rule, 2, dt, error);
     if (error->status != AD_OK) {
-        phys_march_free(m);
+        phys_variational_step_free(m);
         *march = NULL;
         return error->status;
     }
@@ -49,7 +50,7 @@ enum ad_status phys_march_new(const struct phys_system *system, const struct phy
     return AD_OK;
 }
 
-void phys_march_free(phys_march *march)
+void phys_variational_step_free(phys_variational_step *march)
 {
     if (!march)
         return;
@@ -58,11 +59,14 @@ void phys_march_free(phys_march *march)
     free(march);
 }
 
-const double *phys_march_element(const phys_march *march) { return march->x; }
+const double *phys_variational_step_element(const phys_variational_step *march) { return march->x; }
 
-size_t phys_march_evaluations(const phys_march *march) { return march->evaluations; }
+size_t phys_variational_step_evaluations(const phys_variational_step *march)
+{
+    return march->evaluations;
+}
 
-void phys_march_go(phys_march *march, double dt, const double *velocity)
+void phys_variational_step_go(phys_variational_step *march, double dt, const double *velocity)
 {
     march->hessian.dt = dt;
     memcpy(march->velocity, velocity, march->dof * sizeof *velocity);
@@ -71,13 +75,13 @@ void phys_march_go(phys_march *march, double dt, const double *velocity)
 /* ---- solving ---- */
 
 /* Coordinate i of the nodes in the order of time: node i / dof. */
-static double *coordinate(phys_march *m, size_t i)
+static double *coordinate(phys_variational_step *m, size_t i)
 {
     size_t node = i / m->dof, d = i % m->dof;
     return node < m->degree ? &m->x[2 * i] : &m->x[2 * d + 1];
 }
 
-static enum ad_status refuse(const phys_march *m, size_t i, double t, const char *what,
+static enum ad_status refuse(const phys_variational_step *m, size_t i, double t, const char *what,
                              struct ad_error *error)
 {
     char name[64];
@@ -91,8 +95,8 @@ static enum ad_status refuse(const phys_march *m, size_t i, double t, const char
    coordinates row ... row + n - 1 becomes minus `momentum` (of the first dof, where row is 0). The
    largest change relative to the largest coordinate and to the element's length is returned; a
    negative number: singular. */
-static double newton_step(phys_march *m, double t, const double *momentum, size_t row, size_t first,
-                          size_t n, size_t *worst)
+static double newton_step(phys_variational_step *m, double t, const double *momentum, size_t row,
+                          size_t first, size_t n, size_t *worst)
 {
     const struct phys_hessian *h = &m->hessian;
     double size = DBL_MIN, change = 0;
@@ -122,7 +126,7 @@ static double newton_step(phys_march *m, double t, const double *momentum, size_
 
 /* Newton's method, until a step is as small as rounding or no longer smaller than the one before
    and small at that. */
-static enum ad_status solve(phys_march *m, double t, const double *momentum, size_t row,
+static enum ad_status solve(phys_variational_step *m, double t, const double *momentum, size_t row,
                             size_t first, size_t n, struct ad_error *error)
 {
     double before = (double)INFINITY;
@@ -145,7 +149,7 @@ static enum ad_status solve(phys_march *m, double t, const double *momentum, siz
 }
 
 /* Nodes on a line through q with the velocity kept. */
-static void place_nodes(phys_march *m, const double *q)
+static void place_nodes(phys_variational_step *m, const double *q)
 {
     for (size_t k = 0; k <= m->degree; k++)
         for (size_t d = 0; d < m->dof; d++)
@@ -153,15 +157,15 @@ static void place_nodes(phys_march *m, const double *q)
                 q[d] + m->hessian.table.node[k] * m->hessian.dt * m->velocity[d];
 }
 
-static void end_momentum(const phys_march *m, double *p)
+static void end_momentum(const phys_variational_step *m, double *p)
 {
     memcpy(p, m->hessian.gradient + m->degree * m->dof, m->dof * sizeof *p);
 }
 
-enum ad_status phys_march_start(phys_march *march, double t, const double *q0, const double *q1,
-                                double *p, struct ad_error *error)
+enum ad_status phys_variational_step_start(phys_variational_step *march, double t, const double *q0,
+                                           const double *q1, double *p, struct ad_error *error)
 {
-    phys_march *m = march;
+    phys_variational_step *m = march;
     size_t inner = (m->degree - 1) * m->dof;
     for (size_t d = 0; d < m->dof; d++)
         m->velocity[d] = (q1[d] - q0[d]) / m->hessian.dt;
@@ -175,10 +179,10 @@ enum ad_status phys_march_start(phys_march *march, double t, const double *q0, c
     return AD_OK;
 }
 
-enum ad_status phys_march_step(phys_march *march, double t, double *q, double *p,
-                               struct ad_error *error)
+enum ad_status phys_variational_step_next(phys_variational_step *march, double t, double *q,
+                                          double *p, struct ad_error *error)
 {
-    phys_march *m = march;
+    phys_variational_step *m = march;
     place_nodes(m, q);
     if (solve(m, t, p, 0, m->dof, m->degree * m->dof, error) != AD_OK)
         return error->status;

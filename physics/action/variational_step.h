@@ -3,31 +3,32 @@
    action S of one element as a function of its nodes X_0 ... X_s,
        p = -dS/dX_0,   0 = dS/dX_k (0 < k < s),   p' = dS/dX_s
    give the nodes and the momentum behind from position and momentum before. */
-#ifndef PHYSICS_MARCH_H
-#define PHYSICS_MARCH_H
+#ifndef PHYSICS_VARIATIONAL_STEP_H
+#define PHYSICS_VARIATIONAL_STEP_H
 
 #include "hessian.h"
 
-typedef struct phys_march phys_march;
+typedef struct phys_variational_step phys_variational_step;
 
 /* For elements of length dt. The system must live longer. */
-enum ad_status phys_march_new(const struct phys_system *system, const struct phys_rule *rule,
-                              double dt, phys_march **march, struct ad_error *error);
-void phys_march_free(phys_march *march);
+enum ad_status phys_variational_step_new(const struct phys_system *system,
+                                         const struct phys_rule *rule, double dt,
+                                         phys_variational_step **march, struct ad_error *error);
+void phys_variational_step_free(phys_variational_step *march);
 
 /* Momentum p [dof] at the end of the element from q0 to q1 [dof] that begins at t. */
-enum ad_status phys_march_start(phys_march *march, double t, const double *q0, const double *q1,
-                                double *p, struct ad_error *error);
+enum ad_status phys_variational_step_start(phys_variational_step *march, double t, const double *q0,
+                                           const double *q1, double *p, struct ad_error *error);
 /* Elements of length dt from here on, the next one from about this velocity [dof]. */
-void phys_march_go(phys_march *march, double dt, const double *velocity);
+void phys_variational_step_go(phys_variational_step *march, double dt, const double *velocity);
 /* One element: q, p [dof] at t become those at t + dt; the guess is that the last element's
    velocity goes on. AD_E_NONFINITE where the equations have no solution near it, naming the
    coordinate. */
-enum ad_status phys_march_step(phys_march *march, double t, double *q, double *p,
-                               struct ad_error *error);
+enum ad_status phys_variational_step_next(phys_variational_step *march, double t, double *q,
+                                          double *p, struct ad_error *error);
 /* The element last solved: [degree*dof x 2], laid out as a path of two slices. */
-const double *phys_march_element(const phys_march *march);
+const double *phys_variational_step_element(const phys_variational_step *march);
 /* Elements whose gradient was evaluated so far. */
-size_t phys_march_evaluations(const phys_march *march);
+size_t phys_variational_step_evaluations(const phys_variational_step *march);
 
 #endif

@@ -1,25 +1,25 @@
-/* Block elimination of H - i m (blocks.h): with A_e the blocks and C_e the coupling of block e - 1
-   to block e,
-       D_0 = A_0,   D_e = A_e - C_e^T D_e-1^-1 C_e.
-   As H is symmetric, the imaginary part of every D_e is -m or below, so that |D_e^-1| <= 1/m: no
-   pivoting between blocks is needed. */
+/* Block elimination of H - i m (block_tridiagonal.h): with A_e the blocks and C_e the coupling of
+   block e - 1 to block e, D_0 = A_0,   D_e = A_e - C_e^T D_e-1^-1 C_e. As H is symmetric, the
+   imaginary part of every D_e is -m or below, so that |D_e^-1| <= 1/m: no pivoting between blocks
+   is needed. */
 #include "block_tridiagonal.h"
 #include "physics/linear/linear.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-bool phys_blocks_new(struct phys_blocks *b, const struct phys_hessian *hessian, size_t hold,
-                     const double *scale)
+bool phys_block_tridiagonal_new(struct phys_block_tridiagonal *b,
+                                const struct phys_hessian *hessian, size_t hold,
+                                const double *scale)
 {
     size_t dof = hessian->dof, size = hessian->table.degree * dof;
     size_t count = hessian->elements - 2 * (hold - 1);
-    *b = (struct phys_blocks){.hessian = hessian,
-                              .scale = scale,
-                              .first = hold - 1,
-                              .count = count,
-                              .dof = dof,
-                              .size = size};
+    *b = (struct phys_block_tridiagonal){.hessian = hessian,
+                                         .scale = scale,
+                                         .first = hold - 1,
+                                         .count = count,
+                                         .dof = dof,
+                                         .size = size};
     if (count > SIZE_MAX / sizeof(double) / 2 / size / size)
         return false;
     b->factor = malloc(2 * count * size * size * sizeof *b->factor);
@@ -30,7 +30,7 @@ bool phys_blocks_new(struct phys_blocks *b, const struct phys_hessian *hessian, 
     return b->factor && b->pivots && b->right && b->coupling;
 }
 
-void phys_blocks_free(struct phys_blocks *b)
+void phys_block_tridiagonal_free(struct phys_block_tridiagonal *b)
 {
     free(b->factor);
     free(b->pivots);
@@ -40,13 +40,13 @@ void phys_blocks_free(struct phys_blocks *b)
 
 /* ---- the matrix ---- */
 
-static size_t rows(const struct phys_blocks *b, size_t e)
+static size_t rows(const struct phys_block_tridiagonal *b, size_t e)
 {
     return e + 1 < b->count ? b->size : b->size - b->dof;
 }
 
 /* D^-1 H D^-1 of an element, between coordinates i and j of its nodes. */
-static double entry(const struct phys_blocks *b, size_t e, size_t i, size_t j)
+static double entry(const struct phys_block_tridiagonal *b, size_t e, size_t i, size_t j)
 {
     const struct phys_hessian *h = b->hessian;
     double value = h->element[((b->first + e) * h->side + j) * h->side + i];
@@ -54,7 +54,7 @@ static double entry(const struct phys_blocks *b, size_t e, size_t i, size_t j)
 }
 
 /* A_e - i damping: its own element's part, and the first slice of the next element. */
-static void fill(const struct phys_blocks *b, size_t e, double damping, double *D)
+static void fill(const struct phys_block_tridiagonal *b, size_t e, double damping, double *D)
 {
     size_t n = rows(b, e), dof = b->dof, last = n - dof;
     for (size_t j = 0; j < n; j++)
@@ -68,7 +68,7 @@ static void fill(const struct phys_blocks *b, size_t e, double damping, double *
 }
 
 /* C_e, for e > 0, with rows of zeros for all but the last slice of block e - 1. */
-static void fill_coupling(const struct phys_blocks *b, size_t e)
+static void fill_coupling(const struct phys_block_tridiagonal *b, size_t e)
 {
     size_t above = b->size - b->dof;
     memset(b->coupling, 0, 2 * b->size * rows(b, e) * sizeof *b->coupling);
@@ -79,17 +79,17 @@ static void fill_coupling(const struct phys_blocks *b, size_t e)
 
 /* ---- elimination ---- */
 
-static double *factor_of(const struct phys_blocks *b, size_t e)
+static double *factor_of(const struct phys_block_tridiagonal *b, size_t e)
 {
     return b->factor + 2 * e * b->size * b->size;
 }
 
-static void solve_block(const struct phys_blocks *b, size_t e, double *x)
+static void solve_block(const struct phys_block_tridiagonal *b, size_t e, double *x)
 {
     phys_lapack_complex_solve(rows(b, e), factor_of(b, e), b->pivots + e * b->size, 1, x);
 }
 
-bool phys_blocks_factor(struct phys_blocks *b, double damping)
+bool phys_block_tridiagonal_factor(struct phys_block_tridiagonal *b, double damping)
 {
     for (size_t e = 0; e < b->count && rows(b, e) > 0; e++) {
         double *D = factor_of(b, e);
@@ -107,7 +107,8 @@ bool phys_blocks_factor(struct phys_blocks *b, double damping)
 }
 
 /* y_e -= C_e^T x, x the last slice of the block before. */
-static void couple_forward(const struct phys_blocks *b, size_t e, const double *x, double *y)
+static void couple_forward(const struct phys_block_tridiagonal *b, size_t e, const double *x,
+                           double *y)
 {
     for (size_t j = 0; j < rows(b, e); j++)
         for (size_t i = 0; i < b->dof; i++) {
@@ -118,7 +119,8 @@ static void couple_forward(const struct phys_blocks *b, size_t e, const double *
 }
 
 /* y, the last slice of the block before, -= C_e x. */
-static void couple_backward(const struct phys_blocks *b, size_t e, const double *x, double *y)
+static void couple_backward(const struct phys_block_tridiagonal *b, size_t e, const double *x,
+                            double *y)
 {
     for (size_t j = 0; j < rows(b, e); j++)
         for (size_t i = 0; i < b->dof; i++) {
@@ -129,7 +131,7 @@ static void couple_backward(const struct phys_blocks *b, size_t e, const double 
 }
 
 /* y_e = b_e - C_e^T (D_e-1^-1 y_e-1), then x_e = D_e^-1 (y_e - C_e+1 x_e+1). */
-void phys_blocks_solve(struct phys_blocks *b, double *x)
+void phys_block_tridiagonal_solve(struct phys_block_tridiagonal *b, double *x)
 {
     size_t size = b->size, behind = 2 * (size - b->dof), n = (b->count - 1) * size + size - b->dof;
     double *y = b->right;

@@ -79,9 +79,10 @@ static bool defects_are_small(const struct phys_system *system,
     return small;
 }
 
-enum ad_status phys_path_confirm(const struct phys_system *system,
-                                 const struct phys_path_settings *settings, const double *path,
-                                 bool *confirmed, struct ad_error *error)
+enum ad_status phys_path_grid_independent(const struct phys_system *system,
+                                          const struct phys_path_settings *settings,
+                                          const double *path, bool *confirmed,
+                                          struct ad_error *error)
 {
     struct phys_shooting s;
     if (system->dof > PHYS_SHOOTING_DOF) {

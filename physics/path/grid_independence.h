@@ -1,12 +1,13 @@
 /* Whether the motion has the same stationary path as a grid. */
-#ifndef PHYSICS_PATH_CONFIRM_H
-#define PHYSICS_PATH_CONFIRM_H
+#ifndef PHYSICS_GRID_INDEPENDENCE_H
+#define PHYSICS_GRID_INDEPENDENCE_H
 
 #include "physics/internal.h"
 
 /* path [s*dof x slices] is stationary. */
-enum ad_status phys_path_confirm(const struct phys_system *system,
-                                 const struct phys_path_settings *settings, const double *path,
-                                 bool *confirmed, struct ad_error *error);
+enum ad_status phys_path_grid_independent(const struct phys_system *system,
+                                          const struct phys_path_settings *settings,
+                                          const double *path, bool *confirmed,
+                                          struct ad_error *error);
 
 #endif

@@ -1,11 +1,11 @@
 /* Several stationary paths between the same two ends: a question that gives no energy can have many
-   answers. With one coordinate and no explicit time all of them are known from the times of motions
-   as functions of the energy (energy_sweep.h). Else starts are motions from the first end with many
-   velocities, bent so that they meet the second; Newton's method makes each stationary. One
-   coordinate is swept, and wherever the miss of the second end changes sign the velocity is first
-   bisected; with more, velocities are drawn at random until another start would hardly find a new
-   path: of N that led somewhere, those whose path was seen but once are about the share that the
-   next has of finding an unseen one (Good, Biometrika 40, 1953). */
+   solutions. With one coordinate and no explicit time all of them are known from the times of
+   motions as functions of the energy (energy_sweep.h). Else starts are motions from the first end
+   with many velocities, bent so that they meet the second; Newton's method makes each stationary.
+   One coordinate is swept, and wherever the miss of the second end changes sign the velocity is
+   first bisected; with more, velocities are drawn at random until another start would hardly find a
+   new path: of N that led somewhere, those whose path was seen but once are about the share that
+   the next has of finding an unseen one (Good, Biometrika 40, 1953). */
 #include "energy_sweep.h"
 #include "grid_independence.h"
 #include "physics/io/random.h"
@@ -21,7 +21,7 @@ enum { SUBSTEPS = 4, BISECTIONS = 30, STEPS = 60, LEAST_STARTS = 30 };
 static const double ROUNDING = 1e-9; /* of coordinates: ends so near are one place */
 static const double NEAR = 0.1;   /* of a motion's extent: what its path on the grid may be off */
 static const double ALIKE = 1e-9; /* relative difference of energies and actions of images */
-static const double SAME = 1e-6;  /* relative difference of two answers that are one */
+static const double SAME = 1e-6;  /* relative difference of two solutions that are one */
 static const double GRID = 1.02;  /* ratio of neighbouring velocities in a sweep */
 static const double RANGE = 1e3;  /* of a sweep, around the speed that is natural */
 static const double MOST_DETOUR = 30; /* a start that ends so many spans away is given up */
@@ -38,17 +38,17 @@ struct search {
     double *q, *v, *path;
     struct phys_path_info info; /* of the last solution */
     size_t led;                 /* starts that led to a stationary path */
-    struct phys_answers *answers;
+    struct phys_solutions *solutions;
 };
 
 static bool goes_on(struct search *s)
 {
     if (s->settings.proceed && !s->settings.proceed(s->settings.context))
-        s->answers->interrupted = true;
-    return !s->answers->interrupted;
+        s->solutions->interrupted = true;
+    return !s->solutions->interrupted;
 }
 
-/* ---- answers ---- */
+/* ---- solutions ---- */
 
 static double largest_difference(size_t n, const double *a, const double *b)
 {
@@ -64,8 +64,8 @@ static bool close_to(double a, double b, double scale) { return fabs(a - b) <= A
 static bool is_known(struct search *s, double energy, double action)
 {
     double time = s->settings.dt * (double)(s->slices - 1);
-    for (size_t k = 0; k < s->answers->n; k++) {
-        struct phys_answer *a = &s->answers->answer[k];
+    for (size_t k = 0; k < s->solutions->n; k++) {
+        struct phys_solution *a = &s->solutions->solution[k];
         double scale = fabs(a->energy) + fabs(a->action) / time;
         if (largest_difference(s->dof * s->slices, a->path, s->path) <= SAME * s->span) {
             a->hits++;
@@ -90,53 +90,54 @@ static enum ad_status keep(struct search *s, struct ad_error *error)
     double energy = info->energy_mean;
     if (is_known(s, energy, info->action))
         return AD_OK;
-    struct phys_answers *all = s->answers;
-    struct phys_answer *grown = realloc(all->answer, (all->n + 1) * sizeof *grown);
+    struct phys_solutions *all = s->solutions;
+    struct phys_solution *grown = realloc(all->solution, (all->n + 1) * sizeof *grown);
     if (grown)
-        all->answer = grown;
+        all->solution = grown;
     double *path = malloc(2 * s->n * sizeof *path);
     if (!grown || !path) {
         free(path);
         return ad_fail(error, AD_E_MEMORY, "out of memory for another path");
     }
-    struct phys_answer *a = &all->answer[all->n];
-    *a = (struct phys_answer){.path = path,
-                              .copy = path + s->n,
-                              .energy = energy,
-                              .action = info->action,
-                              .copies = 1,
-                              .hits = 1};
+    struct phys_solution *a = &all->solution[all->n];
+    *a = (struct phys_solution){.path = path,
+                                .copy = path + s->n,
+                                .energy = energy,
+                                .action = info->action,
+                                .copies = 1,
+                                .hits = 1};
     memcpy(a->path, s->path, s->n * sizeof *path);
     all->n++;
     for (size_t k = 0; k < s->dof * s->slices; k++)
         a->largest = fmax(a->largest, fabs(path[k]));
     if (phys_path_spectrum(s->system, &s->settings, path, &a->spectrum, error) == AD_OK)
-        phys_path_confirm(s->system, &s->settings, path, &a->resolved, error);
+        phys_path_grid_independent(s->system, &s->settings, path, &a->resolved, error);
     return error->status;
 }
 
-static void answer_free(struct phys_answer *answer)
+static void solution_free(struct phys_solution *solution)
 {
-    free(answer->path);
-    phys_spectrum_free(&answer->spectrum);
+    free(solution->path);
+    phys_spectrum_free(&solution->spectrum);
 }
 
 /* Leaves out what the grid alone made; with many coordinates nothing shows that for certain. */
-static void drop_unresolved(const struct search *s, struct phys_answers *all)
+static void drop_unresolved(const struct search *s, struct phys_solutions *all)
 {
     if (s->dof > PHYS_SHOOTING_DOF)
         return;
     size_t kept = 0;
     for (size_t k = 0; k < all->n; k++)
-        if (all->answer[k].resolved)
-            all->answer[kept++] = all->answer[k];
+        if (all->solution[k].resolved)
+            all->solution[kept++] = all->solution[k];
         else
-            answer_free(&all->answer[k]);
+            solution_free(&all->solution[k]);
     all->unresolved += all->n - kept;
     all->n = kept;
 }
 
-/* Newton from s->path; what does not converge is no answer, and no error: s->led counts what does.
+/* Newton from s->path; what does not converge is no solution, and no error: s->led counts what
+ * does.
  */
 static enum ad_status solve_grid(struct search *s, struct ad_error *error)
 {
@@ -241,8 +242,8 @@ static enum ad_status sweep(struct search *s, struct ad_error *error)
 static double unseen(const struct search *s, double *limit)
 {
     size_t once = 0;
-    for (size_t k = 0; k < s->answers->n; k++)
-        once += s->answers->answer[k].hits == 1;
+    for (size_t k = 0; k < s->solutions->n; k++)
+        once += s->solutions->solution[k].hits == 1;
     double most = (double)once + 1.645 * sqrt((double)once + 0.5) + 1.84;
     *limit = s->led ? fmin(1, most / (double)s->led) : 1;
     return s->led ? (double)once / (double)s->led : 1;
@@ -254,17 +255,17 @@ static enum ad_status draw(struct search *s, size_t starts, uint64_t seed, struc
     phys_random_seed(&random, seed);
     const size_t led = s->led;
     for (size_t j = 0; j < starts && error->status == AD_OK && goes_on(s); j++) {
-        s->answers->starts = j + 1;
+        s->solutions->starts = j + 1;
         double size = s->speed * pow(10, 2 * phys_random_uniform(&random) - 1);
         for (size_t k = 0; k < s->dof; k++)
             s->v[k] = size * phys_random_normal(&random);
         if (begin(s))
             make_stationary(s, error);
-        if (s->led >= LEAST_STARTS && unseen(s, &s->answers->unseen_limit) <= UNSEEN)
+        if (s->led >= LEAST_STARTS && unseen(s, &s->solutions->unseen_limit) <= UNSEEN)
             break;
     }
-    s->answers->led = s->led - led;
-    s->answers->unseen = unseen(s, &s->answers->unseen_limit);
+    s->solutions->led = s->led - led;
+    s->solutions->unseen = unseen(s, &s->solutions->unseen_limit);
     return error->status;
 }
 
@@ -300,7 +301,7 @@ static enum ad_status take_root(struct search *s, struct phys_energy_sweep *swee
         high = fmax(high, begun[i]);
     }
     if (s->led == led || largest_difference(s->slices, begun, s->path) > NEAR * (high - low)) {
-        s->answers->unresolved++;
+        s->solutions->unresolved++;
         return AD_OK;
     }
     return keep(s, error);
@@ -326,16 +327,16 @@ static bool all_energies(struct search *s, struct ad_error *error)
     double *nodes = malloc((3 * m + s->n) * sizeof *nodes),
            *times = nodes ? nodes + m + s->n : NULL;
     double *x = times ? times + m : NULL;
-    n = phys_energy_sweep_roots(sweep, &roots, &s->answers->exhaustive, &s->answers->limited);
-    s->answers->most_turns = ask.most_turns;
-    s->answers->fastest = RANGE * ask.speed;
+    n = phys_energy_sweep_roots(sweep, &roots, &s->solutions->exhaustive, &s->solutions->limited);
+    s->solutions->most_turns = ask.most_turns;
+    s->solutions->fastest = RANGE * ask.speed;
     if (!nodes) {
         ad_fail(error, AD_E_MEMORY, "out of memory for another path");
     } else {
         phys_rule_nodes(s->settings.rule, 1, s->slices, s->settings.dt, s->given, x, times);
         for (size_t k = 0; k < n && error->status == AD_OK && goes_on(s); k++)
             take_root(s, sweep, &roots[k], m, nodes, times, error);
-        s->answers->exhaustive = s->answers->exhaustive && goes_on(s);
+        s->solutions->exhaustive = s->solutions->exhaustive && goes_on(s);
     }
     free(nodes);
     phys_energy_sweep_free(sweep);
@@ -363,7 +364,7 @@ static void find_scales(struct search *s)
 
 static int by_energy(const void *a, const void *b)
 {
-    const struct phys_answer *x = a, *y = b;
+    const struct phys_solution *x = a, *y = b;
     return (x->energy > y->energy) - (x->energy < y->energy);
 }
 
@@ -390,7 +391,7 @@ static enum ad_status find_all(struct search *s, size_t starts, uint64_t seed,
     memcpy(s->path, s->given, s->n * sizeof *s->path);
     if (make_stationary(s, error) != AD_OK || begin_at_rest(s, error) != AD_OK)
         return error->status;
-    s->answers->unseen = s->answers->unseen_limit = (double)NAN;
+    s->solutions->unseen = s->solutions->unseen_limit = (double)NAN;
     if (!goes_on(s))
         ; /* those so far */
     else if (s->dof > 1)
@@ -399,18 +400,18 @@ static enum ad_status find_all(struct search *s, size_t starts, uint64_t seed,
         sweep(s, error);
     if (error->status != AD_OK)
         return error->status;
-    drop_unresolved(s, s->answers);
-    if (s->answers->n)
-        qsort(s->answers->answer, s->answers->n, sizeof *s->answers->answer, by_energy);
+    drop_unresolved(s, s->solutions);
+    if (s->solutions->n)
+        qsort(s->solutions->solution, s->solutions->n, sizeof *s->solutions->solution, by_energy);
     return AD_OK;
 }
 
 enum ad_status phys_path_all(const struct phys_system *system,
                              const struct phys_path_settings *settings, const double *path,
-                             size_t starts, uint64_t seed, struct phys_answers *answers,
+                             size_t starts, uint64_t seed, struct phys_solutions *solutions,
                              struct ad_error *error)
 {
-    *answers = (struct phys_answers){0};
+    *solutions = (struct phys_solutions){0};
     if (phys_lacks_scene(system, error) || phys_lacks(settings->rule, "action rule", error) ||
         phys_lacks(path, "path", error))
         return error->status;
@@ -421,7 +422,7 @@ enum ad_status phys_path_all(const struct phys_system *system,
                        .dof = system->dof,
                        .slices = settings->slices,
                        .n = settings->rule->degree * system->dof * settings->slices,
-                       .answers = answers};
+                       .solutions = solutions};
     s.settings.progress = NULL;
     s.settings.tolerance = 0;
     s.settings.adam_steps = 0;
@@ -437,14 +438,14 @@ enum ad_status phys_path_all(const struct phys_system *system,
     phys_motion_free(s.motion);
     free(s.q);
     if (error->status != AD_OK)
-        phys_answers_free(answers);
+        phys_solutions_free(solutions);
     return error->status;
 }
 
-void phys_answers_free(struct phys_answers *answers)
+void phys_solutions_free(struct phys_solutions *solutions)
 {
-    for (size_t k = 0; k < answers->n; k++)
-        answer_free(&answers->answer[k]);
-    free(answers->answer);
-    *answers = (struct phys_answers){0};
+    for (size_t k = 0; k < solutions->n; k++)
+        solution_free(&solutions->solution[k]);
+    free(solutions->solution);
+    *solutions = (struct phys_solutions){0};
 }

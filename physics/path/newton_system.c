@@ -1,4 +1,4 @@
-/* Newton and Levenberg steps by banded LU (band.h).
+/* Newton and Levenberg steps by banded LU (newton_system.h).
 
    Levenberg's step for |g|^2 solves (H^2 + m^2) x = -H g. H^2 has twice the bandwidth and the
    square of the condition, but for symmetric H (H^2 + m^2)^-1 H = Re (H - i m)^-1, so that one
@@ -14,12 +14,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum ad_status phys_band_new(struct phys_band *band, const struct phys_hessian *hessian,
-                             size_t hold, struct ad_error *error)
+enum ad_status phys_newton_system_new(struct phys_newton_system *band,
+                                      const struct phys_hessian *hessian, size_t hold,
+                                      struct ad_error *error)
 {
     size_t degree = hessian->table.degree, dof = hessian->dof;
     size_t last = (hessian->elements + 1 - hold) * degree; /* first node held at the end */
-    *band = (struct phys_band){.hessian = hessian, .hold = hold};
+    *band = (struct phys_newton_system){.hessian = hessian, .hold = hold};
     band->first = ((hold - 1) * degree + 1) * dof;
     band->n = last * dof - band->first;
     band->right = malloc(2 * band->n * sizeof *band->right);
@@ -30,19 +31,19 @@ enum ad_status phys_band_new(struct phys_band *band, const struct phys_hessian *
     return AD_OK;
 }
 
-void phys_band_free(struct phys_band *band)
+void phys_newton_system_free(struct phys_newton_system *band)
 {
     free(band->matrix);
     free(band->right);
     free(band->pivots);
     free(band->scale);
-    phys_blocks_free(&band->blocks);
+    phys_block_tridiagonal_free(&band->blocks);
 }
 
 /* ---- unknowns ---- */
 
 /* Where unknown u lies in a path [degree*dof x slices]. */
-static size_t place(const struct phys_band *band, size_t u)
+static size_t place(const struct phys_newton_system *band, size_t u)
 {
     const struct phys_hessian *h = band->hessian;
     size_t degree = h->table.degree, node = (band->first + u) / h->dof,
@@ -50,12 +51,12 @@ static size_t place(const struct phys_band *band, size_t u)
     return (node % degree * h->dof + d) * (h->elements + 1) + node / degree;
 }
 
-static double scale(const struct phys_band *band, size_t u)
+static double scale(const struct phys_newton_system *band, size_t u)
 {
     return band->scale[(band->first + u) % band->hessian->dof];
 }
 
-void phys_band_scale(struct phys_band *band)
+void phys_newton_system_scale(struct phys_newton_system *band)
 {
     for (size_t d = 0; d < band->hessian->dof; d++) {
         double s = band->hessian->stiffness[d];
@@ -81,7 +82,7 @@ static size_t reach(const struct phys_hessian *h)
 
 /* Takes the order of unknowns that makes the band narrower: chains of many coordinates, each
    coupled to its neighbours, go by coordinate. False: no memory. */
-static bool choose_order(struct phys_band *band)
+static bool choose_order(struct phys_newton_system *band)
 {
     const struct phys_hessian *h = band->hessian;
     size_t by_node = (h->table.degree + 1) * h->dof - 1;
@@ -100,14 +101,14 @@ static bool choose_order(struct phys_band *band)
 }
 
 /* Row of unknown u in the matrix. */
-static size_t row_of(const struct phys_band *band, size_t u)
+static size_t row_of(const struct phys_newton_system *band, size_t u)
 {
     size_t dof = band->hessian->dof;
     return band->by_coordinate ? u % dof * (band->n / dof) + u / dof : u;
 }
 
 /* D^-1 H D^-1 over the unknowns. */
-static void fill(struct phys_band *band)
+static void fill(struct phys_newton_system *band)
 {
     const struct phys_hessian *h = band->hessian;
     size_t stride = h->table.degree * h->dof;
@@ -129,7 +130,7 @@ static void fill(struct phys_band *band)
         }
 }
 
-static bool factor_newton(struct phys_band *band)
+static bool factor_newton(struct phys_newton_system *band)
 {
     if (!choose_order(band))
         return false;
@@ -137,15 +138,15 @@ static bool factor_newton(struct phys_band *band)
     return phys_lapack_band_factor(band->n, band->width, band->matrix, band->pivots) == 0;
 }
 
-static bool factor_levenberg(struct phys_band *band)
+static bool factor_levenberg(struct phys_newton_system *band)
 {
     if (!band->blocks.factor &&
-        !phys_blocks_new(&band->blocks, band->hessian, band->hold, band->scale))
+        !phys_block_tridiagonal_new(&band->blocks, band->hessian, band->hold, band->scale))
         return false;
-    return phys_blocks_factor(&band->blocks, band->damping);
+    return phys_block_tridiagonal_factor(&band->blocks, band->damping);
 }
 
-bool phys_band_factor(struct phys_band *band, double damping)
+bool phys_newton_system_factor(struct phys_newton_system *band, double damping)
 {
     band->damping = damping;
     ad_blas_single_thread(); /* blocks are too small to share */
@@ -154,7 +155,7 @@ bool phys_band_factor(struct phys_band *band, double damping)
     return factored;
 }
 
-static void solve_newton(struct phys_band *band)
+static void solve_newton(struct phys_newton_system *band)
 {
     double *x = band->right + band->n;
     for (size_t u = 0; u < band->n; u++)
@@ -164,7 +165,7 @@ static void solve_newton(struct phys_band *band)
         band->right[u] = x[row_of(band, u)];
 }
 
-void phys_band_step(struct phys_band *band, const double *gradient, double *step)
+void phys_newton_system_step(struct phys_newton_system *band, const double *gradient, double *step)
 {
     const struct phys_hessian *h = band->hessian;
     memset(step, 0, h->table.degree * h->dof * (h->elements + 1) * sizeof *step);
@@ -172,7 +173,7 @@ void phys_band_step(struct phys_band *band, const double *gradient, double *step
         band->right[u] = -gradient[place(band, u)] * scale(band, u);
     ad_blas_single_thread();
     if (band->damping > 0)
-        phys_blocks_solve(&band->blocks, band->right);
+        phys_block_tridiagonal_solve(&band->blocks, band->right);
     else
         solve_newton(band);
     ad_blas_threads();
@@ -182,7 +183,7 @@ void phys_band_step(struct phys_band *band, const double *gradient, double *step
 
 /* ---- measuring ---- */
 
-double phys_band_norm(const struct phys_band *band, const double *x)
+double phys_newton_system_norm(const struct phys_newton_system *band, const double *x)
 {
     double sum = 0;
     for (size_t u = 0; u < band->n; u++) {
@@ -192,7 +193,7 @@ double phys_band_norm(const struct phys_band *band, const double *x)
     return sqrt(sum);
 }
 
-double phys_band_rounding(const struct phys_band *band, const double *path)
+double phys_newton_system_rounding(const struct phys_newton_system *band, const double *path)
 {
     const struct phys_hessian *h = band->hessian;
     size_t stride = h->table.degree * h->dof, slices = h->elements + 1;

@@ -1,11 +1,12 @@
 /* The Newton step: the Hessian's element matrices as one band matrix over the nodes that move, in
-   the order of time, and its solution by LAPACK's banded LU; damped steps by blocks (blocks.h). */
-#ifndef PHYSICS_BAND_H
-#define PHYSICS_BAND_H
+   the order of time, and its solution by LAPACK's banded LU; damped steps by blocks
+   (block_tridiagonal.h). */
+#ifndef PHYSICS_NEWTON_SYSTEM_H
+#define PHYSICS_NEWTON_SYSTEM_H
 
 #include "block_tridiagonal.h"
 
-struct phys_band {
+struct phys_newton_system {
     const struct phys_hessian *hessian;
     size_t hold;        /* slices at either end */
     size_t first, n;    /* number of the first unknown among dof * nodes, and how many there are */
@@ -16,25 +17,26 @@ struct phys_band {
     int *pivots;
     double *scale; /* [dof]: D^-1 */
     double *matrix, *right;
-    struct phys_blocks blocks; /* of damped steps: made when first needed */
+    struct phys_block_tridiagonal blocks; /* of damped steps: made when first needed */
 };
 
 /* Unknowns: every node but those of the `hold` slices at either end. */
-enum ad_status phys_band_new(struct phys_band *band, const struct phys_hessian *hessian,
-                             size_t hold, struct ad_error *error);
-void phys_band_free(struct phys_band *band);
+enum ad_status phys_newton_system_new(struct phys_newton_system *band,
+                                      const struct phys_hessian *hessian, size_t hold,
+                                      struct ad_error *error);
+void phys_newton_system_free(struct phys_newton_system *band);
 
 /* Takes D = sqrt(stiffness) of each coordinate from the Hessian, for all that follows. */
-void phys_band_scale(struct phys_band *band);
+void phys_newton_system_scale(struct phys_newton_system *band);
 /* Factors the Hessian as it is for steps with a damping. False: singular, or no memory. */
-bool phys_band_factor(struct phys_band *band, double damping);
+bool phys_newton_system_factor(struct phys_newton_system *band, double damping);
 /* step = -D^-1 f(D^-1 H D^-1) D^-1 gradient from the factors, where f(x) is 1/x (damping 0: Newton)
    or x/(x^2 + damping^2) (Levenberg). gradient, step: [degree*dof x slices]; the step is 0 where
    the path is held. */
-void phys_band_step(struct phys_band *band, const double *gradient, double *step);
+void phys_newton_system_step(struct phys_newton_system *band, const double *gradient, double *step);
 /* Norm of D^-1 x over the unknowns. */
-double phys_band_norm(const struct phys_band *band, const double *x);
+double phys_newton_system_norm(const struct phys_newton_system *band, const double *x);
 /* The same norm of what rounding makes of the gradient at a path: eps |H| |path|. */
-double phys_band_rounding(const struct phys_band *band, const double *path);
+double phys_newton_system_rounding(const struct phys_newton_system *band, const double *path);
 
 #endif

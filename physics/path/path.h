@@ -160,7 +160,7 @@ enum ad_status phys_path_conjugate(const struct phys_system *system,
 void phys_spectrum_free(struct phys_spectrum *spectrum);
 
 /* One of several stationary paths between the same ends. */
-struct phys_answer {
+struct phys_solution {
     double *path;  /* [s*dof x slices] */
     double *copy;  /* the last one found of the same energy and action: a mirror image, say */
     size_t copies; /* how many such there are, this one included */
@@ -173,11 +173,11 @@ struct phys_answer {
     /* ... but not with more than PHYS_SHOOTING_DOF coordinates, where the motion's defect over each
        slice, summed, is compared with the path and proves less. */
 };
-struct phys_answers {
+struct phys_solutions {
     size_t n;
-    struct phys_answer *answer; /* by energy, smallest first */
-    size_t unresolved;          /* how many were left out: of the grid alone, or not on the grid */
-    bool interrupted;           /* settings->proceed ended the search: these are those so far */
+    struct phys_solution *solution; /* by energy, smallest first */
+    size_t unresolved; /* how many were left out: of the grid alone, or not on the grid */
+    bool interrupted;  /* settings->proceed ended the search: these are those so far */
     /* One coordinate, L without explicit time: every motion between the ends is among these that
        begins slower than `fastest` and turns at most so often; `limited`: there are more that turn
        more often. False where a search twice as dense found others, too. */
@@ -193,13 +193,13 @@ struct phys_answers {
 /* Stationary paths between the ends of path [s*dof x slices], itself the first start. With one
    coordinate all of them, where L does not depend on the time, else those that a sweep of
    velocities at the first end finds; with more, those that random velocities lead to: `starts` of
-   them at most, and fewer once another would hardly find a new one. Answers end with
-   phys_answers_free, and are empty on failure. */
+   them at most, and fewer once another would hardly find a new one. End with
+   phys_solutions_free, and are empty on failure. */
 enum ad_status phys_path_all(const struct phys_system *system,
                              const struct phys_path_settings *settings, const double *path,
-                             size_t starts, uint64_t seed, struct phys_answers *answers,
+                             size_t starts, uint64_t seed, struct phys_solutions *solutions,
                              struct ad_error *error);
-void phys_answers_free(struct phys_answers *answers);
+void phys_solutions_free(struct phys_solutions *solutions);
 
 #ifdef __cplusplus
 #pragma GCC diagnostic pop

@@ -1,7 +1,7 @@
 /* Newton's method for stationary paths, minima or saddles of the action: H x = -g with the exact
    Hessian. A step is taken when it makes the gradient smaller; otherwise it is damped as Levenberg
-   does for |g|^2 (Levenberg, Q. Appl. Math. 2, 1944; band.c), which tends to a short step down
-   |g|^2 whatever the signs of H. */
+   does for |g|^2 (Levenberg, Q. Appl. Math. 2, 1944; newton_system.c), which tends to a short step
+   down |g|^2 whatever the signs of H. */
 #include "newton_system.h"
 #include "path_program.h"
 
@@ -22,7 +22,7 @@ enum { ROUNDING = 8 }; /* the gradient is zero when below so many times what rou
 struct newton {
     struct phys_path_program path;
     struct phys_hessian hessian;
-    struct phys_band band;
+    struct phys_newton_system band;
     double *gradient, *before, *step; /* [n] each: gradient of the action */
     double unit;                      /* action in units of the objective */
     double damping;
@@ -60,7 +60,7 @@ static enum ad_status newton_new(struct newton *s, const struct phys_system *sys
         phys_path_program_new(&s->path, system, settings, path, error) != AD_OK ||
         phys_hessian_new(&s->hessian, system, settings->rule, settings->slices, settings->dt,
                          error) != AD_OK ||
-        phys_band_new(&s->band, &s->hessian, hold, error) != AD_OK)
+        phys_newton_system_new(&s->band, &s->hessian, hold, error) != AD_OK)
         return error->status;
     s->hessian.proceed = settings->proceed;
     s->hessian.context = settings->context;
@@ -79,7 +79,7 @@ static enum ad_status newton_new(struct newton *s, const struct phys_system *sys
 static void newton_free(struct newton *s)
 {
     free(s->gradient);
-    phys_band_free(&s->band);
+    phys_newton_system_free(&s->band);
     phys_hessian_free(&s->hessian);
     phys_path_program_free(&s->path);
 }
@@ -88,7 +88,7 @@ static double norm(struct newton *s)
 {
     for (size_t k = 0; k < s->path.n; k++)
         s->gradient[k] = s->unit * s->path.g[k];
-    return phys_band_norm(&s->band, s->gradient);
+    return phys_newton_system_norm(&s->band, s->gradient);
 }
 
 /* |g| at `length` steps from where the path was. */
@@ -121,9 +121,9 @@ static bool lengthen(struct newton *s, double from, double here, size_t number,
 static bool try_step(struct newton *s, double from, size_t number, struct phys_path_step *at)
 {
     norm(s);
-    if (!phys_band_factor(&s->band, s->damping))
+    if (!phys_newton_system_factor(&s->band, s->damping))
         return false;
-    phys_band_step(&s->band, s->gradient, s->step);
+    phys_newton_system_step(&s->band, s->gradient, s->step);
     memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
     double here = norm_at(s, 1, number, at);
     if (!(here < from)) { /* NaN, too */
@@ -142,8 +142,8 @@ static bool improve(struct newton *s, struct phys_path_step *at)
     phys_hessian_at(&s->hessian, s->path.x, 0);
     if (s->hessian.stopped)
         return false;
-    phys_band_scale(&s->band);
-    double from = norm(s), rounding = ROUNDING * phys_band_rounding(&s->band, s->path.x);
+    phys_newton_system_scale(&s->band);
+    double from = norm(s), rounding = ROUNDING * phys_newton_system_rounding(&s->band, s->path.x);
     bool first = true;
     while (!try_step(s, from, number, at)) {
         if (from <= rounding || s->damping >= MOST_DAMPING || phys_hessian_stopped(&s->hessian))
@@ -161,7 +161,7 @@ static bool improve(struct newton *s, struct phys_path_step *at)
 
 static bool at_rounding(struct newton *s)
 {
-    return norm(s) <= ROUNDING * phys_band_rounding(&s->band, s->path.x);
+    return norm(s) <= ROUNDING * phys_newton_system_rounding(&s->band, s->path.x);
 }
 
 static enum phys_stop follow(struct newton *s, struct phys_path_step *at)
@@ -184,7 +184,7 @@ static bool begins_at_rounding(struct newton *s)
 {
     phys_path_program_run(&s->path, 0);
     phys_hessian_at(&s->hessian, s->path.x, 0);
-    phys_band_scale(&s->band);
+    phys_newton_system_scale(&s->band);
     return at_rounding(s);
 }
 

@@ -7,10 +7,10 @@
 #include <string.h>
 
 /* Stores the element last solved as that of slice i. */
-static void store(const phys_march *march, const struct phys_path_settings *settings, size_t dof,
-                  size_t i, double *path)
+static void store(const phys_variational_step *march, const struct phys_path_settings *settings,
+                  size_t dof, size_t i, double *path)
 {
-    const double *x = phys_march_element(march);
+    const double *x = phys_variational_step_element(march);
     size_t slices = settings->slices;
     for (size_t k = 0; k < settings->rule->degree * dof; k++)
         path[k * slices + i] = x[2 * k];
@@ -18,8 +18,9 @@ static void store(const phys_march *march, const struct phys_path_settings *sett
         path[d * slices + i + 1] = x[2 * d + 1];
 }
 
-static enum ad_status march_path(phys_march *march, const struct phys_path_settings *settings,
-                                 size_t dof, double *work, double *path, struct ad_error *error)
+static enum ad_status march_path(phys_variational_step *march,
+                                 const struct phys_path_settings *settings, size_t dof,
+                                 double *work, double *path, struct ad_error *error)
 {
     double *q = work, *p = work + dof, *before = work + 2 * dof;
     size_t slices = settings->slices;
@@ -27,11 +28,11 @@ static enum ad_status march_path(phys_march *march, const struct phys_path_setti
         before[d] = path[d * slices];
         q[d] = path[d * slices + 1];
     }
-    if (phys_march_start(march, 0, before, q, p, error) != AD_OK)
+    if (phys_variational_step_start(march, 0, before, q, p, error) != AD_OK)
         return error->status;
     store(march, settings, dof, 0, path);
     for (size_t i = 1; i + 1 < slices; i++) {
-        if (phys_march_step(march, (double)i * settings->dt, q, p, error) != AD_OK)
+        if (phys_variational_step_next(march, (double)i * settings->dt, q, p, error) != AD_OK)
             return error->status;
         store(march, settings, dof, i, path);
     }
@@ -45,14 +46,14 @@ static enum ad_status solve(const struct phys_system *system,
                             struct phys_path_info *info, struct ad_error *error)
 {
     struct phys_path_program program = {0};
-    phys_march *march = NULL;
+    phys_variational_step *march = NULL;
     size_t n = settings->rule->degree * system->dof * settings->slices;
     double *work = malloc((n + 3 * system->dof) * sizeof *work);
     if (!work)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     memcpy(work, path, n * sizeof *work);
     if (phys_path_program_new(&program, system, settings, path, error) == AD_OK &&
-        phys_march_new(system, settings->rule, settings->dt, &march, error) == AD_OK &&
+        phys_variational_step_new(system, settings->rule, settings->dt, &march, error) == AD_OK &&
         march_path(march, settings, system->dof, work + n, work, error) == AD_OK) {
         memcpy(program.x, work, n * sizeof *work);
         struct phys_path_step at = phys_path_program_run(&program, settings->slices - 2);
@@ -61,7 +62,7 @@ static enum ad_status solve(const struct phys_system *system,
             phys_path_program_end(&program, PHYS_STOP_STEPS, &at, path, info);
         }
     }
-    phys_march_free(march);
+    phys_variational_step_free(march);
     phys_path_program_free(&program);
     free(work);
     return error->status;

@@ -47,7 +47,7 @@ static void damped_equations_are_solved(void **state)
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         const struct phys_rule *rule = phys_rule_find(cases[k].rule, &error);
         struct phys_hessian h;
-        struct phys_blocks blocks;
+        struct phys_block_tridiagonal blocks;
         size_t n = rule->degree * 2 * cases[k].slices;
         phys_hessian_new(&h, &system, rule, cases[k].slices, 0.4, &error);
         assert_no_error(&error);
@@ -55,13 +55,13 @@ static void damped_equations_are_solved(void **state)
         for (size_t i = 0; i < n; i++)
             path[i] = b[i] = sin(1.3 * (double)i);
         phys_hessian_at(&h, path, 0);
-        assert_true(phys_blocks_new(&blocks, &h, cases[k].hold, scale));
-        assert_true(phys_blocks_factor(&blocks, cases[k].damping));
-        phys_blocks_solve(&blocks, path);
+        assert_true(phys_block_tridiagonal_new(&blocks, &h, cases[k].hold, scale));
+        assert_true(phys_block_tridiagonal_factor(&blocks, cases[k].damping));
+        phys_block_tridiagonal_solve(&blocks, path);
         double r = residual(&h, cases[k].hold, scale, cases[k].damping, blocks.right, b);
         assert_close(r, 0, 0, 1e-12);
         assert_true(path[0] == blocks.right[0]);
-        phys_blocks_free(&blocks);
+        phys_block_tridiagonal_free(&blocks);
         phys_hessian_free(&h);
         free(path);
     }

@@ -36,7 +36,7 @@ static void test_nothing_given(void **state)
     struct phys_system pendulum, closed = {0};
     struct phys_ode ode = {0};
     struct phys_spectrum spectrum;
-    struct phys_answers answers;
+    struct phys_solutions solutions;
     struct phys_simulation_info info;
     struct phys_step_limits limits;
     struct phys_motion *motion;
@@ -56,7 +56,7 @@ static void test_nothing_given(void **state)
     phys_rule_nodes(NULL, 1, 3, 1, path, path, NULL);
 #define REFUSED(call) (e = (struct ad_error){0}, assert_int_equal((call), AD_E_ARGUMENT))
     REFUSED(phys_path_spectrum(&pendulum, &no_rule, path, &spectrum, &e));
-    REFUSED(phys_path_all(&pendulum, &no_rule, path, 3, 1, &answers, &e));
+    REFUSED(phys_path_all(&pendulum, &no_rule, path, 3, 1, &solutions, &e));
     REFUSED(phys_simulate(&nothing, &ode, q, &info, &e));
     REFUSED(phys_ode_enter(NULL, 0, q, v, path, &e));
     REFUSED(phys_ode_enter(&ode, 0, q, NULL, path, &e));

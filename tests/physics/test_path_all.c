@@ -28,18 +28,18 @@ static void four_answers_of_the_pendulum(void **state)
                                           .dt = 10. / (SLICES - 1),
                                           .learning_rate = 1};
     double path[4 * SLICES] = {0};
-    struct phys_answers all;
+    struct phys_solutions all;
     phys_path_all(&pendulum, &settings, path, 0, 1, &all, &error);
     assert_no_error(&error);
     assert_int_equal(all.n, sizeof known / sizeof *known);
     for (size_t k = 0; k < all.n; k++) {
-        assert_close(all.answer[k].energy, known[k].energy, 0, 6e-9);
+        assert_close(all.solution[k].energy, known[k].energy, 0, 6e-9);
         /* V = 1 - cos theta is all there is where the swing turns round */
-        assert_close(acos(1 - all.answer[k].energy), known[k].amplitude, 0, 2e-8);
-        assert_int_equal(all.answer[k].spectrum.index, known[k].index);
-        assert_int_equal(all.answer[k].copies, known[k].copies);
+        assert_close(acos(1 - all.solution[k].energy), known[k].amplitude, 0, 2e-8);
+        assert_int_equal(all.solution[k].spectrum.index, known[k].index);
+        assert_int_equal(all.solution[k].copies, known[k].copies);
     }
-    phys_answers_free(&all);
+    phys_solutions_free(&all);
     phys_system_close(&pendulum);
 }
 
@@ -56,12 +56,12 @@ static void one_answer_of_a_free_body(void **state)
                                           .dt = 0.1,
                                           .learning_rate = 1};
     double path[SLICES] = {[0] = 1.3, [SLICES - 1] = -0.7};
-    struct phys_answers all;
+    struct phys_solutions all;
     phys_path_all(&body, &settings, path, 0, 1, &all, &error);
     assert_no_error(&error);
     assert_int_equal(all.n, 1);
-    assert_int_equal(all.answer[0].copies, 1);
-    phys_answers_free(&all);
+    assert_int_equal(all.solution[0].copies, 1);
+    phys_solutions_free(&all);
     phys_system_close(&body);
 }
 
@@ -84,15 +84,15 @@ static void two_ways_around_a_centre(void **state)
         path[SLICES + i] = 0.8 * sin(angle);
     }
     phys_rule_interpolate(settings.rule, 2, SLICES, path);
-    struct phys_answers all;
+    struct phys_solutions all;
     phys_path_all(&kepler, &settings, path, 100, 1, &all, &error);
     assert_no_error(&error);
     size_t copies = 0;
     for (size_t k = 0; k < all.n; k++)
-        if (is_close(all.answer[k].energy, -0.5, 0, 1e-7))
-            copies = all.answer[k].copies;
+        if (is_close(all.solution[k].energy, -0.5, 0, 1e-7))
+            copies = all.solution[k].copies;
     assert_int_equal(copies, 2); /* however often each was found */
-    phys_answers_free(&all);
+    phys_solutions_free(&all);
     phys_system_close(&kepler);
 }
 
@@ -115,15 +115,15 @@ static void paths_of_the_grid_alone_are_left_out(void **state)
         path[i] = 0.4 - 2. * (double)i / (SLICES - 1);
         path[SLICES + i] = 0;
     }
-    struct phys_answers all;
+    struct phys_solutions all;
     phys_path_all(&kepler, &settings, path, 200, 1, &all, &error);
     assert_no_error(&error);
     assert_true(all.unresolved > 0);
     assert_true(all.n > 0);
     for (size_t k = 0; k < all.n; k++)
-        assert_true(all.answer[k].energy > -0.51); /* rule left: an error of first order */
+        assert_true(all.solution[k].energy > -0.51); /* rule left: an error of first order */
     assert_in_range((int)(100 * all.unseen), 0, 50);
-    phys_answers_free(&all);
+    phys_solutions_free(&all);
     phys_system_close(&kepler);
 }
 
@@ -146,13 +146,13 @@ static void a_false_path_of_many_nodes_is_left_out(void **state)
         path[SLICES + i] = 1.2 * (double)i / (SLICES - 1);
     }
     phys_rule_interpolate(settings.rule, 2, SLICES, path);
-    struct phys_answers all;
+    struct phys_solutions all;
     phys_path_all(&kepler, &settings, path, 200, 2, &all, &error);
     assert_no_error(&error);
     assert_true(all.n > 0 && all.unresolved > 0);
     for (size_t k = 0; k < all.n; k++)
-        assert_true(all.answer[k].energy > -0.474 && all.answer[k].energy < -0.324);
-    phys_answers_free(&all);
+        assert_true(all.solution[k].energy > -0.474 && all.solution[k].energy < -0.324);
+    phys_solutions_free(&all);
     phys_system_close(&kepler);
 }
 
@@ -186,7 +186,7 @@ static void every_path_of_the_pendulum(void **state)
         phys_motion_new(&pendulum, &motion, &error);
         phys_fine_path(motion, &q, &v, n, settings.dt, 100, path, &error);
         phys_rule_interpolate(settings.rule, 1, n, path);
-        struct phys_answers all;
+        struct phys_solutions all;
         phys_path_all(&pendulum, &settings, path, 0, 1, &all, &error);
         assert_no_error(&error);
         assert_true(all.exhaustive && !all.limited);
@@ -195,10 +195,10 @@ static void every_path_of_the_pendulum(void **state)
         for (size_t j = 0; j < LENGTH(cases[c].near); j++) {
             size_t found = 0;
             for (size_t k = 0; k < all.n; k++)
-                found += is_close(all.answer[k].energy, cases[c].near[j], 3e-9, 5e-5);
+                found += is_close(all.solution[k].energy, cases[c].near[j], 3e-9, 5e-5);
             assert_in_range(found, 1, 2);
         }
-        phys_answers_free(&all);
+        phys_solutions_free(&all);
         phys_motion_free(motion);
         free(path);
     }
@@ -265,7 +265,7 @@ static void a_mass_that_depends_on_the_velocity(void **state)
                                           .slices = SLICES,
                                           .dt = scene.dt,
                                           .learning_rate = 1};
-    struct phys_answers all;
+    struct phys_solutions all;
     phys_path_all(&system, &settings, path, 0, 1, &all, &error);
     assert_no_error(&error);
     assert_true(all.exhaustive);
@@ -277,13 +277,13 @@ static void a_mass_that_depends_on_the_velocity(void **state)
         }
         size_t found = 0;
         for (size_t k = 0; k < all.n; k++)
-            if (is_close(all.answer[k].energy, 0.5 * low * low, 1e-6, 0))
-                found = all.answer[k].copies;
+            if (is_close(all.solution[k].energy, 0.5 * low * low, 1e-6, 0))
+                found = all.solution[k].copies;
         assert_int_equal(found, 2);
         expected++;
     }
     assert_int_equal(all.n, expected);
-    phys_answers_free(&all);
+    phys_solutions_free(&all);
     phys_system_close(&system);
 }
 
@@ -336,16 +336,16 @@ static void a_mass_that_depends_on_the_place(void **state)
                                           .slices = SLICES,
                                           .dt = scene.dt,
                                           .learning_rate = 1};
-    struct phys_answers all;
+    struct phys_solutions all;
     phys_path_all(&system, &settings, path, 0, 1, &all, &error);
     assert_no_error(&error);
     assert_true(all.exhaustive);
     assert_int_equal(all.n, LENGTH(known));
     for (size_t k = 0; k < all.n; k++) {
-        assert_close(all.answer[k].energy, known[k], 0, 1e-7);
-        assert_int_equal(all.answer[k].copies, k ? 2 : 1);
+        assert_close(all.solution[k].energy, known[k], 0, 1e-7);
+        assert_int_equal(all.solution[k].copies, k ? 2 : 1);
     }
-    phys_answers_free(&all);
+    phys_solutions_free(&all);
     phys_system_close(&system);
 }
 
@@ -400,13 +400,13 @@ static void many_coordinates_are_listed(void **state)
         double path[MANY * SLICES];
         for (size_t k = 0; k < MANY * SLICES; k++)
             path[k] = cos(steps[c] * (double)(k % SLICES));
-        struct phys_answers all;
+        struct phys_solutions all;
         phys_path_all(&system, &settings, path, 5, 1, &all, &error);
         assert_no_error(&error);
         assert_int_equal(all.n, 1);
         assert_int_equal(all.unresolved, 0);
-        assert_int_equal(all.answer[0].resolved, c == 0);
-        phys_answers_free(&all);
+        assert_int_equal(all.solution[0].resolved, c == 0);
+        phys_solutions_free(&all);
     }
     phys_system_close(&system);
 }
@@ -436,12 +436,12 @@ static void a_search_that_is_ended(void **state)
                                           .context = &left,
                                           .learning_rate = 1};
     double path[4 * SLICES] = {0}, before[4 * SLICES];
-    struct phys_answers all;
+    struct phys_solutions all;
     phys_path_all(&pendulum, &settings, path, 0, 1, &all, &error);
     assert_no_error(&error);
     assert_true(all.interrupted && !all.exhaustive);
     assert_in_range(all.n, 1, 3);
-    phys_answers_free(&all);
+    phys_solutions_free(&all);
     struct phys_path_info info;
     for (size_t k = 1; k + 1 < SLICES; k++)
         path[k] = 1;

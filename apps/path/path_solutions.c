@@ -15,19 +15,19 @@ bool path_wants_all(const struct path_options *options)
 /* Of the energy asked for; where that is 0, of the largest found. */
 static const double same_energy = 2e-3;
 
-static double energy_tolerance(const struct phys_answers *all, double energy)
+static double energy_tolerance(const struct phys_solutions *all, double energy)
 {
     double size = fabs(energy);
     for (size_t k = 0; energy == 0 && k < all->n; k++)
-        size = fmax(size, fabs(all->answer[k].energy));
+        size = fmax(size, fabs(all->solution[k].energy));
     return same_energy * size;
 }
 
-static size_t nearest(const struct phys_answers *all, double energy)
+static size_t nearest(const struct phys_solutions *all, double energy)
 {
     size_t best = 0;
     for (size_t k = 1; k < all->n; k++)
-        if (fabs(all->answer[k].energy - energy) < fabs(all->answer[best].energy - energy))
+        if (fabs(all->solution[k].energy - energy) < fabs(all->solution[best].energy - energy))
             best = k;
     return best;
 }
@@ -36,18 +36,18 @@ static size_t nearest(const struct phys_answers *all, double energy)
 static enum ad_status choose(const struct path_run *run, struct path_result *result,
                              struct ad_error *error)
 {
-    const struct phys_answers *all = &result->answers;
+    const struct phys_solutions *all = &result->solutions;
     double energy = run->options->energy, tolerance = energy_tolerance(all, energy);
     char list[160] = "";
     if (isnan(energy))
         return AD_OK;
     result->chosen = nearest(all, energy);
-    double found = all->answer[result->chosen].energy;
+    double found = all->solution[result->chosen].energy;
     if (fabs(found - energy) <= tolerance)
         return AD_OK;
     size_t n = 0, k = 0;
     while (k < all->n && n + 20 < sizeof list)
-        n += (size_t)snprintf(list + n, sizeof list - n, " %.6g", all->answer[k++].energy);
+        n += (size_t)snprintf(list + n, sizeof list - n, " %.6g", all->solution[k++].energy);
     return ad_fail(error, AD_E_ACCURACY,
                    "no stationary path of energy %g +- %.2g between these ends; the nearest has "
                    "%.9g, those found have%s%s",
@@ -58,27 +58,27 @@ enum ad_status path_find_all(struct path_run *run, struct path_result *result,
                              struct ad_error *error)
 {
     size_t rows = run->settings.rule->degree * run->system.dof;
-    struct phys_answers *answers = &result->answers;
+    struct phys_solutions *solutions = &result->solutions;
     const double *first = run->options->init ? run->start : run->reference; /* the motion is one */
     if (phys_path_all(&run->system, &run->settings, first, STARTS, run->options->common.seed,
-                      answers, error) != AD_OK)
+                      solutions, error) != AD_OK)
         return error->status;
-    if (answers->n == 0 && answers->interrupted)
+    if (solutions->n == 0 && solutions->interrupted)
         return ad_fail(error, AD_E_ACCURACY, "interrupted before a stationary path was found");
-    if (answers->n == 0)
+    if (solutions->n == 0)
         return ad_fail(error, AD_E_ACCURACY, "no stationary path found between these ends%s",
-                       answers->unresolved ? " that finer grids have, too; try --rule gauss4"
-                                             " or a smaller --dt"
-                                           : "; try --init ode, or --rule gauss4");
+                       solutions->unresolved ? " that finer grids have, too; try --rule gauss4"
+                                               " or a smaller --dt"
+                                             : "; try --init ode, or --rule gauss4");
     if (choose(run, result, error) != AD_OK)
         return error->status;
-    memcpy(run->path, answers->answer[result->chosen].path,
+    memcpy(run->path, solutions->solution[result->chosen].path,
            rows * run->settings.slices * sizeof *run->path);
     return AD_OK;
 }
 
 /* What is known of paths that are not listed. */
-static void report_completeness(const struct path_run *run, const struct phys_answers *all,
+static void report_completeness(const struct path_run *run, const struct phys_solutions *all,
                                 struct report *report)
 {
     report_flag(report, "exhaustive", NULL, all->exhaustive);
@@ -122,10 +122,10 @@ static void units(const struct phys_scene *scene, char *text, size_t size)
              *length ? "; coordinates in " : "", length);
 }
 
-void path_report_answers(const struct path_run *run, const struct path_result *result,
-                         struct report *report)
+void path_report_solutions(const struct path_run *run, const struct path_result *result,
+                           struct report *report)
 {
-    const struct phys_answers *all = &result->answers;
+    const struct phys_solutions *all = &result->solutions;
     const struct phys_scene *scene = run->system.scene;
     bool many = run->system.dof > PHYS_SHOOTING_DOF;
     char text[160];
@@ -135,7 +135,7 @@ void path_report_answers(const struct path_run *run, const struct path_result *r
     report_line(report, "\n  %zu stationary path%s between these ends%s", all->n,
                 all->n == 1 ? "" : "s", text);
     for (size_t k = 0; k < all->n; k++) {
-        const struct phys_answer *a = &all->answer[k];
+        const struct phys_solution *a = &all->solution[k];
         report_item(report, "paths");
         report_number(report, "energy", "energy", scene->energy_unit, a->energy);
         report_number(report, "action", "action", NULL, a->action);
