@@ -1,5 +1,6 @@
 /* How far a simulation is to be believed (simulate_diagnostics.h). */
 #include "simulate.h"
+#include "apps/interrupt.h"
 #include "apps/output/unit.h"
 
 #include <math.h>
@@ -86,14 +87,34 @@ static void judge_energy(const struct simulate_run *run, struct simulate_result 
              run->integrator->adaptive ? "a smaller --tol" : "shorter steps");
 }
 
+/* As many digits of x as a spread leaves: the last is where the spread begins. */
+static double known_digits(double x, double spread)
+{
+    char text[32];
+    if (!isfinite(x) || x == 0 || !(spread > 0) || isinf(spread))
+        return x;
+    int digits = (int)(floor(log10(fabs(x))) - floor(log10(spread)));
+    snprintf(text, sizeof text, "%.*e", digits < 0 ? 0 : digits, x);
+    return strtod(text, NULL);
+}
+
+static bool proceed(void *unused)
+{
+    (void)unused;
+    return !interrupted();
+}
+
 static void find_horizon(const struct simulate_run *run, struct simulate_outlook *outlook,
                          struct ad_error *error)
 {
     struct phys_ode ode = {0};
     size_t n = 2 * run->system.dof;
     double *y = malloc(n * sizeof *y), *scale = malloc(n * sizeof *scale);
-    struct phys_lyapunov_settings settings = {
-        .t1 = run->time, .scale = scale, .known = run->options->horizon, .lost = simulate_lost};
+    struct phys_lyapunov_settings settings = {.t1 = run->time,
+                                              .scale = scale,
+                                              .known = run->options->horizon,
+                                              .lost = simulate_lost,
+                                              .proceed = proceed};
     if (!y || !scale)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else if (phys_ode_lagrangian(&run->system, &ode, error) == AD_OK &&
@@ -106,6 +127,11 @@ static void find_horizon(const struct simulate_run *run, struct simulate_outlook
     free(scale);
 }
 
+static double horizon_known(const struct phys_lyapunov *chaos)
+{
+    return known_digits(chaos->horizon, chaos->latest - chaos->horizon);
+}
+
 /* After the horizon there is nothing to compare. */
 static void compare_before(struct simulate_result *result)
 {
@@ -115,11 +141,18 @@ static void compare_before(struct simulate_result *result)
     for (size_t i = 0; result->distance && i < result->samples.n; i++)
         if (result->samples.t[i] <= outlook->chaos.horizon)
             outlook->error_before = error_before = fmax(error_before, result->distance[i]);
-    if (isfinite(outlook->chaos.horizon))
-        snprintf(more(outlook), sizeof *outlook->warning,
-                 "differences of the start grow by e in %.4g: from t = %.4g on nothing is "
-                 "predicted, and a comparison there says nothing of the method",
-                 outlook->chaos.time, outlook->chaos.horizon);
+    const struct phys_lyapunov *c = &outlook->chaos;
+    char lyapunov[64] = "";
+    if (!isfinite(c->horizon))
+        return;
+    if (c->chaotic)
+        snprintf(lyapunov, sizeof lyapunov, "chaotic, Lyapunov time %.3g to %.3g: ", 1 / c->most,
+                 1 / c->least);
+    snprintf(more(outlook), sizeof *outlook->warning,
+             "%sa difference of the start reaches %g of the motion's size at t = %.6g at the "
+             "earliest; later nothing is predicted, and a comparison there says nothing of the "
+             "method",
+             lyapunov, simulate_lost, horizon_known(c));
 }
 
 /* The largest distance that is known; NaN: none. */
@@ -195,11 +228,17 @@ void simulate_outlook_report(const struct simulate_run *run, const struct simula
     char rate[48];
     snprintf(rate, sizeof rate, "1/%s", unit_shown(scene->time_unit));
     if (outlook->has_horizon) {
-        report_number(report, "lyapunov_exponent", "Lyapunov exponent", rate, chaos->exponent);
-        report_number(report, "lyapunov_time", "Lyapunov time", scene->time_unit, chaos->time);
+        report_number(report, "lyapunov_exponent", "Lyapunov exponent", rate,
+                      known_digits(chaos->exponent, chaos->most - chaos->least));
+        report_number(report, "lyapunov_least", NULL, rate, chaos->least);
+        report_number(report, "lyapunov_most", NULL, rate, chaos->most);
+        report_number(report, "lyapunov_time", "Lyapunov time", scene->time_unit,
+                      chaos->least > 0
+                          ? known_digits(chaos->time, 1 / chaos->least - 1 / chaos->most)
+                          : (double)NAN);
         report_number(report, "megno", "MEGNO", NULL, chaos->megno);
         report_flag(report, "chaotic", "chaotic in this time", chaos->chaotic);
-        report_number(report, "horizon", "horizon", scene->time_unit, chaos->horizon);
+        report_number(report, "horizon", "horizon", scene->time_unit, horizon_known(chaos));
         report_number(report, "error_before_horizon", "error before the horizon", scene->unit,
                       outlook->error_before);
     }

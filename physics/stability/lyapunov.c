@@ -1,6 +1,12 @@
 /* Chaos measured: a small difference w follows the linearised field, w' = f_y(y) w, and its length
    is set back to one at equal intervals (Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15,
-   1980). f_y w is a central difference of the field along w, which serves every field. */
+   1980). f_y w is a central difference of the field along w, which serves every field. Growth
+   depends on the direction of w for a time, and a chaotic motion is soon not known: several
+   directions are followed, each at a tolerance of its own, and where they part digits end.
+
+   Growth alone is no chaos: on a hillside, q'' = q, differences grow as fast as the motion does.
+   How the motion itself grows its rate f(y) tells, which in an autonomous system follows the same
+   linearised field. Chaotic is growth beyond that of f. */
 #include "stability.h"
 #include "physics/internal.h"
 
@@ -9,9 +15,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { INTERVALS = 400, MOST_STEPS = 10000 /* in each */ };
+enum { INTERVALS = 400, MOST_STEPS = 10000 /* in each */, RUNS = 3 };
 
-static const double regular = 4; /* megno: at most 2 on regular motions, and it fluctuates */
+static const double usual = 1e-13; /* tolerance of y; that of w is at least: */
+static const double rough = 1e-8;  /* central differences are not better */
+static const double coarser = 3;   /* from run to run */
+static const double regular = 4;   /* megno: at most 2 on regular motions, and it fluctuates */
 
 /* y and w, one after the other, as one motion. */
 struct tangent {
@@ -54,16 +63,21 @@ static enum ad_status field(void *context, double t, const double *y, double *ra
 }
 
 /* Both halves are judged in the sizes of the components. */
-static void fill_scale(const struct tangent *c, double *scale)
+static void fill_scale(const struct tangent *c, double tolerance, double *scale)
 {
-    for (size_t k = 0; k < 2 * c->ode->n; k++)
-        scale[k] = c->scale ? c->scale[k % c->ode->n] : 1;
+    double looser = fmax(rough / tolerance, 1);
+    for (size_t k = 0; k < c->ode->n; k++) {
+        scale[k] = c->scale ? c->scale[k] : 1;
+        scale[c->ode->n + k] = looser * scale[k];
+    }
 }
 
-static void begin_direction(const struct tangent *c, const double *direction, double *w)
+static void begin_direction(const struct tangent *c, const double *direction, int run, double *w)
 {
     for (size_t k = 0; k < c->ode->n; k++)
-        w[k] = direction ? direction[k] : (c->scale ? c->scale[k] : 1) * cos(1.3 * (double)k + 0.4);
+        w[k] = direction
+                   ? direction[k]
+                   : (c->scale ? c->scale[k] : 1) * cos(1.3 * (double)k + 0.4 + 2.1 * (double)run);
 }
 
 /* Sets w back to length one; returns the log of its length. */
@@ -75,54 +89,118 @@ static double set_back(const struct tangent *c, double *w)
     return log(length);
 }
 
-/* What is summed on the way. */
-struct sums {
-    double span; /* since t0 */
-    double log_growth;
+/* Mean exponential growth of nearby orbits, from the growth in each interval. */
+struct megno {
     double weighted; /* integral of time over d(log growth) */
-    double of_megno; /* sum of its values */
+    double sum;      /* of its values */
 };
 
-static void add(struct sums *s, double span, double growth)
+static void megno_add(struct megno *m, double before, double now, double growth)
 {
-    s->weighted += 0.5 * (s->span + span) * growth;
-    s->log_growth += growth;
-    s->span = span;
-    s->of_megno += 2 * s->weighted / span;
+    m->weighted += 0.5 * (before + now) * growth;
+    m->sum += 2 * m->weighted / now;
 }
 
-static enum ad_status march(struct tangent *c, const struct phys_lyapunov_settings *s, double *y,
-                            const double *scale, struct phys_lyapunov *result,
-                            struct ad_error *error)
+/* A quantity that only grows: the largest so far. */
+struct most {
+    double first, now; /* first: that is not 0 */
+};
+
+/* Returns the log of its growth by a new value. */
+static double most_add(struct most *m, double value)
 {
+    double before = m->now;
+    if (!(value > before))
+        return 0;
+    m->now = value;
+    m->first = m->first > 0 ? m->first : value;
+    return before > 0 ? log(value / before) : 0;
+}
+
+/* When a difference has grown as asked; INFINITY: not yet. */
+struct passing {
+    double log_growth, at;
+};
+
+static void pass(struct passing *p, double growth, double threshold, double from, double to)
+{
+    if (isinf(p->at) && p->log_growth + growth >= threshold)
+        p->at = from + (threshold - p->log_growth) / growth * (to - from);
+    p->log_growth += growth;
+}
+
+struct march {
+    struct tangent *tangent;
+    const struct phys_lyapunov_settings *settings;
+    double tolerance;
+    struct megno of_growth, beyond; /* the motion's own growth */
+    struct passing absolute, relative /* to the size of the motion */;
+    struct most rate, size;
+};
+
+static enum ad_status measure_motion(struct march *m, double t, const double *y, double *by_rate,
+                                     double *by_size, struct ad_error *error)
+{
+    struct tangent *c = m->tangent;
+    if (c->ode->field(c->ode->context, t, y, c->rate, error) != AD_OK)
+        return error->status;
+    *by_rate = most_add(&m->rate, size_of(c, c->rate));
+    *by_size = most_add(&m->size, fmax(size_of(c, y), 1));
+    return AD_OK;
+}
+
+static enum ad_status march(struct march *m, double *y, const double *scale, struct ad_error *error)
+{
+    const struct phys_lyapunov_settings *s = m->settings;
+    size_t n = m->tangent->ode->n;
     const struct phys_ode both = {
-        .name = c->ode->name, .n = 2 * c->ode->n, .field = field, .context = c};
-    struct phys_simulation step = {.integrator = phys_integrator_find("dop853", error)};
+        .name = m->tangent->ode->name, .n = 2 * n, .field = field, .context = m->tangent};
+    struct phys_simulation step = {.integrator = phys_integrator_find("dop853", error),
+                                   .rtol = m->tolerance,
+                                   .atol = m->tolerance,
+                                   .scale = scale,
+                                   .max_steps = MOST_STEPS,
+                                   .proceed = s->proceed,
+                                   .context = s->context};
     struct phys_simulation_info info;
-    struct sums sums = {0};
-    double *w = y + c->ode->n, threshold = log(s->lost / s->known);
-    step.rtol = step.atol = s->tolerance > 0 ? s->tolerance : 1e-9;
-    step.scale = scale;
-    step.max_steps = MOST_STEPS;
-    set_back(c, w);
+    double by_rate, by_size, threshold = log(s->lost / s->known);
+    set_back(m->tangent, y + n);
+    if (measure_motion(m, s->t0, y, &by_rate, &by_size, error) != AD_OK)
+        return error->status;
     for (size_t i = 1; i <= INTERVALS; i++) {
-        step.t0 = s->t0 + sums.span;
-        step.t1 = s->t0 + (s->t1 - s->t0) * (double)i / INTERVALS;
+        double before = (s->t1 - s->t0) * (double)(i - 1) / INTERVALS;
+        double now = (s->t1 - s->t0) * (double)i / INTERVALS;
+        step.t0 = s->t0 + before;
+        step.t1 = s->t0 + now;
         if (phys_simulate(&step, &both, y, &info, error) != AD_OK)
             return error->status;
-        double before = sums.log_growth, start = sums.span;
-        add(&sums, step.t1 - s->t0, set_back(c, w));
-        if (isinf(result->horizon) && sums.log_growth >= threshold) {
-            double share = (threshold - before) / (sums.log_growth - before);
-            result->horizon = s->t0 + start + share * (sums.span - start);
-        }
+        if (info.stop != PHYS_SIMULATION_END)
+            return ad_fail(error, AD_E_ACCURACY, "interrupted");
+        double growth = set_back(m->tangent, y + n);
+        if (measure_motion(m, step.t1, y, &by_rate, &by_size, error) != AD_OK)
+            return error->status;
+        megno_add(&m->of_growth, before, now, growth);
+        megno_add(&m->beyond, before, now, growth - by_rate);
+        pass(&m->absolute, growth, threshold, step.t0, step.t1);
+        pass(&m->relative, growth - by_size, threshold, step.t0, step.t1);
     }
-    result->exponent = sums.log_growth / sums.span;
-    result->growth = exp(sums.log_growth);
-    result->time = result->exponent > 0 ? 1 / result->exponent : INFINITY;
-    result->megno = sums.of_megno / INTERVALS;
-    result->chaotic = result->megno > regular;
     return AD_OK;
+}
+
+/* Adds one run to what is known of all: means, and from where to where they are. */
+static void gather(struct phys_lyapunov *result, const struct march *m, bool first)
+{
+    double span = m->settings->t1 - m->settings->t0, exponent = m->absolute.log_growth / span;
+    /* at rest there is no motion to be chaotic */
+    double beyond = m->rate.first > 0 ? m->beyond.sum / INTERVALS : 0;
+    double horizon = beyond > regular || m->rate.first == 0 ? m->absolute.at : m->relative.at;
+    result->least = first ? exponent : fmin(result->least, exponent);
+    result->most = first ? exponent : fmax(result->most, exponent);
+    result->horizon = first ? horizon : fmin(result->horizon, horizon);
+    result->latest = first ? horizon : fmax(result->latest, horizon);
+    result->exponent += exponent / RUNS;
+    result->megno += m->of_growth.sum / INTERVALS / RUNS;
+    result->chaotic = (first || result->chaotic) && beyond > regular;
 }
 
 enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
@@ -130,7 +208,8 @@ enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
                              struct phys_lyapunov *result, struct ad_error *error)
 {
     size_t n = ode->n;
-    *result = (struct phys_lyapunov){.time = INFINITY, .horizon = INFINITY};
+    double tolerance = settings->tolerance > 0 ? settings->tolerance : usual;
+    *result = (struct phys_lyapunov){.time = INFINITY, .horizon = INFINITY, .latest = INFINITY};
     if (phys_lacks((const void *)(uintptr_t)ode->field, "field of the ode", error))
         return error->status;
     if (!(settings->t1 > settings->t0))
@@ -146,10 +225,20 @@ enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     struct tangent c = {ode, settings->scale, memory + 4 * n, memory + 5 * n};
     double *both = memory, *scale = memory + 2 * n;
-    memcpy(both, y, n * sizeof *y);
-    begin_direction(&c, settings->direction, both + n);
-    fill_scale(&c, scale);
-    march(&c, settings, both, scale, result, error);
+    for (int run = 0; run < RUNS && error->status == AD_OK; run++, tolerance *= coarser) {
+        struct march m = {.tangent = &c,
+                          .settings = settings,
+                          .tolerance = tolerance,
+                          .absolute.at = INFINITY,
+                          .relative.at = INFINITY};
+        memcpy(both, y, n * sizeof *y);
+        begin_direction(&c, settings->direction, run, both + n);
+        fill_scale(&c, tolerance, scale);
+        if (march(&m, both, scale, error) == AD_OK)
+            gather(result, &m, run == 0);
+    }
+    result->growth = exp(result->exponent * (settings->t1 - settings->t0));
+    result->time = result->exponent > 0 ? 1 / result->exponent : INFINITY;
     free(memory);
     return error->status;
 }

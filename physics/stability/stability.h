@@ -65,27 +65,34 @@ enum ad_status phys_step_advise(const struct phys_integrator *integrator,
 
 struct phys_lyapunov_settings {
     double t0, t1;    /* t1 > t0 */
-    double tolerance; /* of the integration; 0: 1e-9 */
+    double tolerance; /* of the integration; 0: 1e-13 */
     const double
         *scale; /* [n] sizes of the components that differences are measured in; NULL: ones */
-    const double *direction; /* [n] of the difference at the start; NULL: an irregular one */
+    const double *direction; /* [n] of the difference at the start; NULL: three irregular ones */
     double known, lost;      /* size of a difference at the start, and when it is too large */
+    bool (*proceed)(void *context); /* as in phys_simulation; AD_E_ACCURACY where it is false */
+    void *context;
 };
 
 struct phys_lyapunov {
-    double exponent; /* log of the growth of a small difference, per time */
-    double time;     /* its inverse: growth by e; INFINITY where nothing grows */
-    double growth;   /* from t0 to t1 */
+    double exponent;    /* log of the growth of a small difference, per time: a mean of runs */
+    double least, most; /* of them, which begin in other directions and are rounded otherwise */
+    double time;        /* its inverse: growth by e; INFINITY where nothing grows */
+    double growth;      /* from t0 to t1 */
     /* Mean exponential growth of nearby orbits (Cincotta, Simo, Astron. Astrophys. Suppl. 147,
        2000): 2 on regular motions whose frequency depends on the amplitude, where differences grow
        in proportion to time; 0 on isochronous ones (the spring); exponent * time / 2 on chaotic
        ones. */
     double megno;
-    bool chaotic;   /* megno says so; a short span cannot tell */
-    double horizon; /* when a difference `known` has become `lost`; INFINITY: not before t1 */
+    /* The same of the growth beyond that of the motion itself says so: differences of an unstable
+       linear motion grow with it, and an equilibrium does not move. A short span cannot tell. */
+    bool chaotic;
+    /* When a difference `known` has become `lost`: first and last of the runs; INFINITY: not before
+       t1. Where the motion is not chaotic, in units of the largest size it had until then. */
+    double horizon, latest;
 };
 
-/* Follows a small difference along the motion from y [n] at t0 by the linearised field. */
+/* Follows small differences along the motion from y [n] at t0 by the linearised field. */
 enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
                              const struct phys_lyapunov_settings *settings,
                              struct phys_lyapunov *result, struct ad_error *error);

@@ -43,6 +43,35 @@ static void four_answers_of_the_pendulum(void **state)
     phys_system_close(&pendulum);
 }
 
+/* By rule left q_i = cos((i - 1/2) w) / cos(w / 2) with 2 - 2 cos w = dt^2 begins 1, 1; the mean of
+   T + V over its slices is a sum that needs no path. */
+static void the_energy_of_a_spring_is_that_of_its_recurrence(void **state)
+{
+    enum { SLICES = 100 };
+    (void)state;
+    struct phys_system spring;
+    struct ad_error error = {0};
+    const double dt = 0.025, w = acos(1 - dt * dt / 2);
+    phys_system_open("spring", &spring, &error);
+    struct phys_path_settings settings = {
+        .rule = phys_rule_find("left", &error), .slices = SLICES, .dt = dt, .learning_rate = 1};
+    double path[SLICES], mean = 0;
+    for (size_t i = 0; i < SLICES; i++)
+        path[i] = cos(((double)i - 0.5) * w) / cos(0.5 * w);
+    for (size_t i = 0; i + 1 < SLICES; i++)
+        mean += 0.5 * (pow((path[i + 1] - path[i]) / dt, 2) + pow(path[i], 2)) / (SLICES - 1);
+    for (size_t i = 1; i + 1 < SLICES; i++) /* the ends alone are given */
+        path[i] = path[0] + (path[SLICES - 1] - path[0]) * (double)i / (SLICES - 1);
+    struct phys_solutions all;
+    phys_path_all(&spring, &settings, path, 0, 1, &all, &error);
+    assert_no_error(&error);
+    assert_int_equal(all.n, 1);
+    assert_close(mean, 0.501088971842, 0, 1e-12); /* and by 40 digits */
+    assert_close(all.solution[0].energy, mean, 0, 1e-12);
+    phys_solutions_free(&all);
+    phys_system_close(&spring);
+}
+
 /* A straight line is the only path of a free body. */
 static void one_answer_of_a_free_body(void **state)
 {
@@ -487,6 +516,7 @@ int main(void)
         cmocka_unit_test(a_search_that_is_ended),
         cmocka_unit_test(newton_refuses_what_does_not_fit),
         cmocka_unit_test(a_mass_that_depends_on_the_velocity),
+        cmocka_unit_test(the_energy_of_a_spring_is_that_of_its_recurrence),
         cmocka_unit_test(one_answer_of_a_free_body),
         cmocka_unit_test(two_ways_around_a_centre),
         cmocka_unit_test(paths_of_the_grid_alone_are_left_out),

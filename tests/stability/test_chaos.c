@@ -126,7 +126,108 @@ static void the_exponent_of_a_hilltop_is_exact(void **state)
     assert_close(found.growth, exp(20), 1e-6, 0);
     assert_close(found.megno, 10, 0.01, 0);
     assert_close(found.horizon, log(1e4), 1e-6, 0);
+    assert_false(found.chaotic); /* an equilibrium does not move */
+}
+
+/* Differences grow as fast as the motion: unstable, but not chaotic, and as many digits are known
+   at the end as at the start; q'' = (1 + cos(t) / 2) q does not conserve its energy. */
+static enum ad_status swaying_hill(void *context, double t, const double *y, double *rate,
+                                   struct ad_error *error)
+{
+    (void)context, (void)error;
+    rate[0] = y[1];
+    rate[1] = (1 + 0.5 * cos(t)) * y[0];
+    return AD_OK;
+}
+
+static void a_linear_saddle_is_not_chaotic(void **state)
+{
+    (void)state;
+    static const double starts[][2] = {{1, 0}, {0, 0.3}, {1e-6, 1e-6}, {1, -0.9}};
+    const struct phys_ode odes[] = {{.n = 2, .field = hilltop}, {.n = 2, .field = swaying_hill}};
+    const struct phys_lyapunov_settings settings = {.t1 = 30, .known = 1e-9, .lost = 0.1};
+    for (size_t k = 0; k < sizeof starts / sizeof *starts; k++)
+        for (size_t j = 0; j < 2; j++) {
+            struct phys_lyapunov found;
+            struct ad_error error = {0};
+            assert_int_equal(phys_lyapunov(&odes[j], starts[k], &settings, &found, &error), AD_OK);
+            assert_true(found.exponent > 0.9 && found.megno > 10);
+            assert_false(found.chaotic);
+            if (k < 2)
+                assert_true(isinf(found.horizon));
+        }
+}
+
+/* Henon and Heiles, Astron. J. 69 (1964), at E = 1/8: an island and the sea around it, where the
+   exponent is .046 to .05 (C. Skokos et al., Physica D 231 (2007) 30: starts (0, y, px, py)). */
+static enum ad_status henon_heiles(void *context, double t, const double *y, double *rate,
+                                   struct ad_error *error)
+{
+    (void)context, (void)t, (void)error;
+    rate[0] = y[2];
+    rate[1] = y[3];
+    rate[2] = -y[0] - 2 * y[0] * y[1];
+    rate[3] = -y[1] - y[0] * y[0] + y[1] * y[1];
+    return AD_OK;
+}
+
+static void an_island_is_told_from_the_sea(void **state)
+{
+    (void)state;
+    static const double island[] = {0, 0.55, 0.2417, 0}, sea[] = {0, -0.25, 0.42, 0};
+    const struct phys_ode ode = {.n = 4, .field = henon_heiles};
+    const struct phys_lyapunov_settings settings = {.t1 = 500, .known = 1e-9, .lost = 0.1};
+    struct phys_lyapunov found;
+    struct ad_error error = {0};
+    assert_int_equal(phys_lyapunov(&ode, island, &settings, &found, &error), AD_OK);
+    assert_false(found.chaotic);
+    assert_close(found.megno, 2, 0, 0.3);
+    assert_int_equal(phys_lyapunov(&ode, sea, &settings, &found, &error), AD_OK);
     assert_true(found.chaotic);
+    assert_true(found.least > 0.03 && found.most < 0.08);
+    assert_true(found.horizon <= found.latest && found.latest < 500);
+}
+
+/* 2.65 to 2.88 by the direction of the difference, by another program: the complex step through the
+   equations of motion by hand, rk4 with steps of 5e-4. */
+static void finite_times_of_growth_are_those_of_another_program(void **state)
+{
+    (void)state;
+    static const double other[][2] = {
+        {0.363655, 49.9}, {0.368952, 49.7}, {0.354571, 52.4}, {0.372438, 47.4}};
+    for (size_t k = 0; k < 4; k += 2) {
+        struct motion m;
+        struct phys_lyapunov found;
+        double direction[4] = {0};
+        direction[k] = 1;
+        follow_open(&m, "dblpend", NULL, 0);
+        lyapunov(&m,
+                 (struct phys_lyapunov_settings){
+                     .t1 = 80, .direction = direction, .known = 1e-9, .lost = 0.1},
+                 &found);
+        assert_close(found.exponent, other[k][0], 0, 0.02); /* known to t = 70 alone */
+        assert_close(found.horizon, other[k][1], 0, 0.2);
+        assert_close(found.latest, found.horizon, 0, 0.02);
+        motion_close(&m);
+    }
+}
+
+static bool no(void *unused)
+{
+    (void)unused;
+    return false;
+}
+
+static void a_measurement_can_be_stopped(void **state)
+{
+    (void)state;
+    const struct phys_ode ode = {.n = 4, .field = henon_heiles};
+    const struct phys_lyapunov_settings settings = {
+        .t1 = 1e6, .known = 1e-9, .lost = 0.1, .proceed = no};
+    struct phys_lyapunov found;
+    struct ad_error error = {0};
+    assert_int_equal(phys_lyapunov(&ode, (double[]){0, -0.25, 0.42, 0}, &settings, &found, &error),
+                     AD_E_ACCURACY);
 }
 
 /* In typical sizes, from rest: they follow from a fall, and small motions have small ones, without
@@ -193,6 +294,10 @@ int main(void)
         cmocka_unit_test(runs_agree_up_to_the_horizon_alone),
         cmocka_unit_test(regular_motions_are_told_apart),
         cmocka_unit_test(the_exponent_of_a_hilltop_is_exact),
+        cmocka_unit_test(a_linear_saddle_is_not_chaotic),
+        cmocka_unit_test(an_island_is_told_from_the_sea),
+        cmocka_unit_test(finite_times_of_growth_are_those_of_another_program),
+        cmocka_unit_test(a_measurement_can_be_stopped),
         cmocka_unit_test(sizes_at_rest_are_those_of_a_fall),
         cmocka_unit_test(wrong_questions_are_refused),
     };
