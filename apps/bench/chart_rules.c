@@ -39,33 +39,14 @@ struct problem {
 
 /* ---- the motion at the slices, by gauss5 ---- */
 
-struct samples {
-    size_t dof, slices, n;
-    double *path;
-};
-
-static bool sample(void *context, double t, const double *y)
-{
-    struct samples *s = context;
-    (void)t;
-    for (size_t k = 0; k < s->dof && s->n < s->slices; k++)
-        s->path[k * s->slices + s->n] = y[k];
-    s->n++;
-    return true;
-}
-
 /* path [dof x slices] */
 static enum ad_status motion_at(const struct problem *problem, size_t slices, double *path,
                                 struct ad_error *error)
 {
     size_t dof = problem->system.dof, each = (SUBSTEPS + slices - 2) / (slices - 1);
-    struct samples samples = {dof, slices, 0, path};
     struct phys_simulation s = {.integrator = phys_integrator_find("gauss5", error),
                                 .t1 = problem->boundary->time,
-                                .every = each,
-                                .sample = sample,
-                                .context = &samples};
-    struct phys_simulation_info info;
+                                .every = each};
     struct phys_ode ode = {0};
     double *q = malloc(4 * dof * sizeof *q), *y = q ? q + 2 * dof : NULL;
     s.dt = s.t1 / (double)(each * (slices - 1));
@@ -74,7 +55,7 @@ static enum ad_status motion_at(const struct problem *problem, size_t slices, do
     if (phys_ode_canonical(&problem->system, &ode, error) == AD_OK &&
         problem->system.scene->start(problem->system.params, 0, q, q + dof, error) == AD_OK &&
         phys_ode_enter(&ode, 0, q, q + dof, y, error) == AD_OK)
-        phys_simulate(&s, &ode, y, &info, error);
+        phys_trajectory(&s, &ode, y, dof, slices, path, error);
     phys_ode_free(&ode);
     free(q);
     return error->status;

@@ -1,7 +1,6 @@
 /* leastaction check: is a scene's Lagrangian finite, differentiated rightly, and local in time? */
 #include "apps/command.h"
 #include "apps/output/json.h"
-#include "path_follow.h"
 #include "physics/motion/motion.h"
 
 #include <math.h>
@@ -48,7 +47,8 @@ static enum ad_status reference_path(const struct phys_system *system,
             path[k * slices + 1] = q[k] + v[k] * dt;
         }
         struct ad_error lost = {0};
-        if (path_follow(system, q, v, slices, dt, 1e-10, path, &lost) != AD_OK) {
+        const struct phys_simulation closely = {.rtol = 1e-10, .max_steps = 50000};
+        if (phys_motion_path(system, &closely, q, v, slices, dt, path, &lost) != AD_OK) {
             for (size_t k = 0; k < dof; k++) {
                 path[k * slices] = q[k];
                 path[k * slices + 1] = q[k] + v[k] * dt;

@@ -5,12 +5,12 @@
 #define APPS_PATH_H
 
 #include "apps/options.h"
-#include "path_follow.h"
 #include "apps/output/plot.h"
 #include "apps/output/progress.h"
 #include "apps/output/report.h"
 #include "apps/output/result.h"
 #include "physics/ephemeris/horizons.h"
+#include "physics/motion/motion.h"
 #include "physics/physics.h"
 #include "physics/io/hdf5_file.h"
 
@@ -101,6 +101,8 @@ double path_estimate(const struct path_run *run);
 /* What was tried and chosen; nothing without --tol. */
 void path_report_levels(const struct path_run *run, struct report *report);
 
+/* How a motion is followed by steps whose relative error is under the tolerance. */
+struct phys_simulation path_tightly(double tolerance);
 /* The scene's motion, or its closed form, by steps whose relative error is under the tolerance:
    path [dof x slices]. (path_motion.c) */
 enum ad_status path_motion(const struct path_run *run, size_t slices, double dt, double tolerance,

@@ -67,10 +67,11 @@ static enum ad_status true_motion(const struct path_run *run, struct path_result
     double *q = malloc((2 * dof + 2 * n * dof) * sizeof *q), *v = q ? q + dof : NULL;
     if (!q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
+    struct phys_simulation tightly = path_tightly(tight), loosely = path_tightly(loose);
     double *motion = v + dof, *check = motion + n * dof;
     if (own_start(run, q, v, &lost) == AD_OK &&
-        path_follow(system, q, v, n, dt, tight, motion, &lost) == AD_OK &&
-        path_follow(system, q, v, n, dt, loose, check, &lost) == AD_OK) {
+        phys_motion_path(system, &tightly, q, v, n, dt, motion, &lost) == AD_OK &&
+        phys_motion_path(system, &loosely, q, v, n, dt, check, &lost) == AD_OK) {
         result->true_distance = largest(run->path, motion, n * dof);
         result->true_known = largest(motion, check, n * dof);
         if (result->true_known >

@@ -7,8 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SUBSTEPS = 100 }; /* of the integrated reference, a slice */
-
 static const double same_time = 1e-6; /* of the whole span */
 
 /* Room for the inner nodes of the rule, too. */
@@ -116,7 +114,7 @@ static enum ad_status integrate(const struct path_run *run, phys_motion *motion,
     }
     if (tables) /* have velocities */
         run->system.scene->start(run->system.params, run->options->common.seed, q, v, error);
-    phys_fine_path(motion, q, v, n, dt, SUBSTEPS, path, error);
+    phys_motion_path(&run->system, NULL, q, v, n, dt, path, error);
     free(q);
     return error->status;
 }

@@ -30,10 +30,6 @@ enum ad_status phys_first_slices(phys_motion *motion, const double *q, const dou
    two slices: path [dof x slices], columns 0 and 1 given, the rest written. */
 enum ad_status phys_ode_path(phys_motion *motion, size_t slices, double dt, double damping,
                              double *path, struct ad_error *error);
-/* Classical Runge-Kutta from q, v with `substeps` steps a slice: path [dof x slices]. */
-enum ad_status phys_fine_path(phys_motion *motion, const double *q, const double *v, size_t slices,
-                              double dt, size_t substeps, double *path, struct ad_error *error);
-
 #ifdef __cplusplus
 #pragma GCC diagnostic pop
 }

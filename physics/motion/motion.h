@@ -220,6 +220,24 @@ struct phys_simulation_info {
 enum ad_status phys_simulate(const struct phys_simulation *settings, const struct phys_ode *ode,
                              double *y, struct phys_simulation_info *info, struct ad_error *error);
 
+/* The samples of a simulation: path [rows x columns], the first `rows` components of y, sample 0
+   the start; samples beyond the columns are dropped. y as in phys_simulate; how->sample is not
+   called. AD_E_ACCURACY, too, where how->proceed returned false. */
+enum ad_status phys_trajectory(const struct phys_simulation *how, const struct phys_ode *ode,
+                               double *y, size_t rows, size_t columns, double *path,
+                               struct ad_error *error);
+/* The motion of a Lagrangian from q and v [dof] at t = 0, at slices dt apart: path [dof x slices].
+   Of `how` integrator (NULL: dop853), dt, tolerances, max_steps, proceed and its context count;
+   how NULL: relative errors of 1e-13 a step. */
+enum ad_status phys_motion_path(const struct phys_system *system, const struct phys_simulation *how,
+                                const double *q, const double *v, size_t slices, double dt,
+                                double *path, struct ad_error *error);
+
+/* The same from the scene's start; of a scene without one, the closed form between its ends. */
+enum ad_status phys_scene_path(const struct phys_system *system, uint64_t seed,
+                               const struct phys_simulation *how, size_t slices, double dt,
+                               double *path, struct ad_error *error);
+
 /* Typical sizes [n] of the components at y, one for each half: what `scale` may be when lengths
    and velocities differ by powers of ten. */
 enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const double *y,

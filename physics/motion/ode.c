@@ -75,14 +75,17 @@ static double largest(size_t n, const double *x)
    (q, p): the rate u of that half, for a time with x = a time^2, where a is |q'| when the half is
    u. Not at q itself, which may be an equilibrium, but nearer to the origin, as if the force grew
    in proportion to q from there. 0: not known. */
-static double size_of_fall(const struct phys_ode *ode, double t, const double *y, double x)
+static double size_of_fall(const struct phys_ode *ode, double t, const double *y, double x,
+                           struct ad_error *error)
 {
     size_t half = ode->n / 2;
     struct ad_error ignored = {0}; /* that place may be outside the field's domain */
     const double nearer = 0.9;
     double *z = calloc(2 * ode->n, sizeof *z), size = 0;
-    if (!z)
+    if (!z) {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
         return 0;
+    }
     double *rate = z + ode->n;
     for (size_t k = 0; k < half; k++)
         z[k] = nearer * y[k];
@@ -111,10 +114,10 @@ enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const do
     double x = largest(first, y), v = largest(second, y + first);
     double x_rate = largest(first, scale), v_rate = largest(second, scale + first);
     double x_size = x > 0 ? x : v_rate > 0 ? x_rate * v / v_rate : 1;
-    double v_size = x > 0 && halves ? fmax(v, size_of_fall(ode, t, y, x)) : v;
+    double v_size = x > 0 && halves ? fmax(v, size_of_fall(ode, t, y, x, error)) : v;
     for (size_t k = 0; k < ode->n; k++) {
         double size = k < first ? x_size : v_size;
         scale[k] = size > 0 && isfinite(size) ? size : 1;
     }
-    return AD_OK;
+    return error->status;
 }

@@ -9,6 +9,7 @@
 #include "energy_sweep.h"
 #include "grid_independence.h"
 #include "physics/io/random.h"
+#include "physics/motion/motion.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -33,9 +34,9 @@ struct search {
     const struct phys_solver *newton;
     const double *given;
     size_t dof, slices, n; /* n: numbers of a path with its inner nodes */
-    phys_motion *motion;
+    struct phys_ode motion;
     double speed, span; /* natural scales of velocity and of the path */
-    double *q, *v, *path;
+    double *q, *v, *y, *path;
     struct phys_path_info info; /* of the last solution */
     size_t led;                 /* starts that led to a stationary path */
     struct phys_solutions *solutions;
@@ -163,8 +164,13 @@ static enum ad_status make_stationary(struct search *s, struct ad_error *error)
 static bool shoot(struct search *s)
 {
     struct ad_error lost = {0};
-    return phys_fine_path(s->motion, s->q, s->v, s->slices, s->settings.dt, SUBSTEPS, s->path,
-                          &lost) == AD_OK;
+    const struct phys_simulation how = {.integrator = phys_integrator_find("rk4", &lost),
+                                        .t1 = s->settings.dt * (double)(s->slices - 1),
+                                        .dt = s->settings.dt / SUBSTEPS,
+                                        .n_samples = s->slices - 1};
+    memcpy(s->y, s->q, s->dof * sizeof *s->y);
+    memcpy(s->y + s->dof, s->v, s->dof * sizeof *s->y);
+    return phys_trajectory(&how, &s->motion, s->y, s->dof, s->slices, s->path, &lost) == AD_OK;
 }
 
 static double miss(const struct search *s, size_t k)
@@ -428,14 +434,15 @@ enum ad_status phys_path_all(const struct phys_system *system,
     s.settings.adam_steps = 0;
     s.settings.energy_weight = 0;
     s.settings.steps = STEPS;
-    s.q = malloc((2 * s.dof + s.n) * sizeof *s.q);
+    s.q = malloc((4 * s.dof + s.n) * sizeof *s.q);
     if (!s.q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     s.v = s.q + s.dof;
-    s.path = s.v + s.dof;
-    if (phys_motion_new(system, &s.motion, error) == AD_OK)
+    s.y = s.v + s.dof;
+    s.path = s.y + 2 * s.dof;
+    if (phys_ode_lagrangian(system, &s.motion, error) == AD_OK)
         find_all(&s, starts, seed, error);
-    phys_motion_free(s.motion);
+    phys_ode_free(&s.motion);
     free(s.q);
     if (error->status != AD_OK)
         phys_solutions_free(solutions);

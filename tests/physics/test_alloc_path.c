@@ -1,6 +1,7 @@
 /* A step of a descent allocates nothing; an allocation that fails anywhere gives a status, never a
    crash, and nothing leaks. The linker sends the allocations of the library here. */
 #include "published.h"
+#include "physics/motion/motion.h"
 #include "tests/alloc.h"
 #include "tests/close.h"
 
@@ -45,7 +46,7 @@ static enum ad_status run(const char *scene, struct result *result, struct ad_er
             phys_motion_new(&system, &motion, error) == AD_OK &&
             phys_first_slices(motion, q, v, SLICES, dt, false, path, error) == AD_OK &&
             phys_ode_path(motion, SLICES, dt, 1, path, error) == AD_OK &&
-            phys_fine_path(motion, q, v, SLICES, dt, 1, path, error) == AD_OK)
+            phys_motion_path(&system, NULL, q, v, SLICES, dt, path, error) == AD_OK)
             phys_path_solve(phys_solver_find("adam", error), &system, &settings, path, &info,
                             error);
     }

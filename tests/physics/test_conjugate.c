@@ -82,10 +82,8 @@ static struct phys_spectrum examine(const struct phys_system *system, const char
     struct phys_path_settings settings = {
         .rule = phys_rule_find(rule, &error), .slices = SLICES, .steps = 100, .dt = dt};
     double q[20], v[20], *path = calloc(settings.rule->degree * system->dof * SLICES, sizeof *path);
-    phys_motion *motion;
     system->scene->start(system->params, 1, q, v, &error);
-    phys_motion_new(system, &motion, &error);
-    phys_fine_path(motion, q, v, SLICES, dt, 20, path, &error);
+    phys_motion_path(system, NULL, q, v, SLICES, dt, path, &error);
     phys_rule_interpolate(settings.rule, system->dof, SLICES, path);
     phys_path_solve(phys_solver_find("newton", &error), system, &settings, path, &info, &error);
     assert_no_error(&error);
@@ -93,7 +91,6 @@ static struct phys_spectrum examine(const struct phys_system *system, const char
     phys_path_spectrum(system, &settings, path, &found, &error);
     phys_path_conjugate(system, &settings, path, &found, &error);
     assert_no_error(&error);
-    phys_motion_free(motion);
     free(path);
     return found;
 }

@@ -1,5 +1,6 @@
 /* Scenes from outside: a good shared object runs, every other is refused with what is wrong. */
 #include "published.h"
+#include "physics/motion/motion.h"
 #include "tests/close.h"
 #include "tests/files.h"
 #include "tests/mentions.h"
@@ -54,15 +55,11 @@ static void a_scene_from_outside_runs(void **state)
     assert_no_error(&error);
     assert_true(phys_system_get(&system, "m") == 2);
     phys_system_set(&system, "m", 3, &error);
-    phys_motion *motion;
-    phys_motion_new(&system, &motion, &error);
-    assert_no_error(&error);
     const double q = 0, v = 1;
     double path[3];
-    phys_fine_path(motion, &q, &v, 3, 0.5, 1, path, &error);
+    phys_motion_path(&system, NULL, &q, &v, 3, 0.5, path, &error);
     assert_no_error(&error);
     assert_close(path[2], 1, 1e-15, 0);
-    phys_motion_free(motion);
     phys_system_close(&system);
 }
 

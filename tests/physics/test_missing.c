@@ -1,6 +1,7 @@
 /* What was not found, not opened or not given is an error, the one already held if there is one. */
 #include "tests/close.h"
 #include "physics/stability/stability.h"
+#include "physics/motion/motion.h"
 
 #include <string.h>
 
@@ -64,7 +65,7 @@ static void test_nothing_given(void **state)
     REFUSED(phys_ode_leave(&ode, 0, path, q, NULL, &e));
     REFUSED(phys_typical_sizes(NULL, 0, q, path, &e));
     REFUSED(phys_approach_new(NULL, 0, q, &approach, &e));
-    REFUSED(phys_fine_path(NULL, q, v, 3, 0.1, 1, path, &e));
+    REFUSED(phys_motion_path(&closed, NULL, q, v, 3, 0.1, path, &e));
     REFUSED(phys_first_slices(NULL, q, v, 3, 0.1, true, path, &e));
     REFUSED(phys_reference(&closed, q, v, 2, path, 0.1, NULL, NULL, &reference, &e));
     REFUSED(phys_reference(&pendulum, q, v, 2, NULL, 0.1, NULL, NULL, &reference, &e));

@@ -1,6 +1,7 @@
 /* Newton's stationary paths: from the published noisy starts to the path of the discrete equations
    of motion, and what kind of stationary point each is (references: "where methods fail"). */
 #include "published.h"
+#include "physics/motion/motion.h"
 #include "tests/close.h"
 
 #include <math.h>
@@ -44,15 +45,11 @@ static double *motion(const struct phys_system *system, const struct phys_path_s
     size_t dof = system->dof, slices = settings->slices;
     double *path = malloc(settings->rule->degree * dof * slices * sizeof *path);
     double *q = malloc(2 * dof * sizeof *q);
-    phys_motion *motion;
     struct ad_error error = {0};
     system->scene->start(system->params, 1, q, q + dof, &error);
-    phys_motion_new(system, &motion, &error);
-    assert_no_error(&error);
-    phys_fine_path(motion, q, q + dof, slices, settings->dt, 50, path, &error);
+    phys_motion_path(system, NULL, q, q + dof, slices, settings->dt, path, &error);
     assert_no_error(&error);
     phys_rule_interpolate(settings->rule, dof, slices, path);
-    phys_motion_free(motion);
     free(q);
     return path;
 }

@@ -1,5 +1,6 @@
 /* Several stationary paths between the same ends: the swings of a pendulum. */
 #include "physics/internal.h"
+#include "physics/motion/motion.h"
 #include "published.h"
 #include "tests/close.h"
 
@@ -210,10 +211,8 @@ static void every_path_of_the_pendulum(void **state)
                                               .learning_rate = 1};
         size_t n = settings.slices;
         double *path = calloc(4 * n, sizeof *path), q, v;
-        phys_motion *motion;
         pendulum.scene->start(pendulum.params, 1, &q, &v, &error);
-        phys_motion_new(&pendulum, &motion, &error);
-        phys_fine_path(motion, &q, &v, n, settings.dt, 100, path, &error);
+        phys_motion_path(&pendulum, NULL, &q, &v, n, settings.dt, path, &error);
         phys_rule_interpolate(settings.rule, 1, n, path);
         struct phys_solutions all;
         phys_path_all(&pendulum, &settings, path, 0, 1, &all, &error);
@@ -228,7 +227,6 @@ static void every_path_of_the_pendulum(void **state)
             assert_in_range(found, 1, 2);
         }
         phys_solutions_free(&all);
-        phys_motion_free(motion);
         free(path);
     }
     phys_system_close(&pendulum);

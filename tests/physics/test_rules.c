@@ -1,6 +1,7 @@
 /* Action rules: their orders of convergence, exact actions, and the layout of paths with nodes
    between the slices. */
 #include "published.h"
+#include "physics/motion/motion.h"
 #include "tests/close.h"
 
 #include <math.h>
@@ -114,16 +115,13 @@ static struct errors errors_of(const struct phys_system *system, const struct ph
 }
 
 /* The motion from the scene's start as an approximate path of n elements. */
-static double *fine(const struct phys_system *system, double time, size_t n, size_t substeps)
+static double *fine(const struct phys_system *system, double time, size_t n)
 {
     double q[2], v[2], *path = malloc(2 * (n + 1) * sizeof *path);
-    phys_motion *motion;
     struct ad_error error = {0};
     system->scene->start(system->params, 1, q, v, &error);
-    phys_motion_new(system, &motion, &error);
-    phys_fine_path(motion, q, v, n + 1, time / (double)n, substeps, path, &error);
+    phys_motion_path(system, NULL, q, v, n + 1, time / (double)n, path, &error);
     assert_no_error(&error);
-    phys_motion_free(motion);
     return path;
 }
 
@@ -131,7 +129,7 @@ static double *fine(const struct phys_system *system, double time, size_t n, siz
 static void solve_exactly(const struct phys_system *system, struct problem *problem)
 {
     enum { FINE = 60, SLICES = FINE + 1 };
-    double *start = fine(system, problem->time, FINE, 100);
+    double *start = fine(system, problem->time, FINE);
     for (size_t k = 0; k < system->dof; k++) {
         problem->ends[0][k] = start[k * SLICES];
         problem->ends[1][k] = start[k * SLICES + FINE];
@@ -161,7 +159,7 @@ static void check_orders(const struct phys_system *system, struct problem *probl
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
         const struct phys_rule *rule = rule_named(cases[c].rule);
         size_t unit = (size_t)problem->time, n = cases[c].coarse * unit, m = cases[c].fine * unit;
-        double *a = fine(system, problem->time, n, 40), *b = fine(system, problem->time, m, 40);
+        double *a = fine(system, problem->time, n), *b = fine(system, problem->time, m);
         struct errors coarse = errors_of(system, rule, problem, n, a);
         struct errors finer = errors_of(system, rule, problem, m, b);
         double ratio = log((double)m / (double)n);
@@ -289,7 +287,7 @@ static void action_of_an_orbit(void **state)
     struct phys_system kepler;
     struct ad_error error = {0};
     phys_system_open("kepler", &kepler, &error);
-    double *orbit = fine(&kepler, 2 * M_PI, N, 400);
+    double *orbit = fine(&kepler, 2 * M_PI, N);
     double *path = malloc(8 * 2 * (N + 1) * sizeof *path);
     memcpy(path, orbit, 2 * (N + 1) * sizeof *path);
     assert_close(action_of(&kepler, "gauss8", N + 1, 2 * M_PI / N, path), 3 * M_PI, 1e-10, 0);

@@ -1,6 +1,7 @@
 /* Where the quantum and the classical parts meet: tunnelling, which no path shows, from states and
    from the kernel; and the limit of small hbar, where the stationary path is all there is. */
 #include "waves.h"
+#include "physics/motion/motion.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -178,12 +179,9 @@ static void small_hbar_is_the_stationary_path(void **state)
     (void)state;
     struct phys_system system = system_with("double-well", 0, NULL);
     struct ad_error error = {0};
-    phys_motion *motion;
     double path[SLICES], before = 0;
-    phys_motion_new(&system, &motion, &error);
-    assert_no_error(&error);
-    phys_fine_path(motion, (double[]){-1.2}, (double[]){0.3}, SLICES, span / (SLICES - 1), 50, path,
-                   &error);
+    phys_motion_path(&system, NULL, (double[]){-1.2}, (double[]){0.3}, SLICES, span / (SLICES - 1),
+                     path, &error);
     assert_no_error(&error);
     for (int k = 0; k < 3; k++) {
         double hbar = ldexp(0.04, -k), sigma = sqrt(hbar) / 2, momentum;
@@ -194,7 +192,6 @@ static void small_hbar_is_the_stationary_path(void **state)
         before = off;
     }
     assert_true(before < 0.01);
-    phys_motion_free(motion);
     phys_system_close(&system);
 }
 

@@ -2,6 +2,7 @@
    = 0 in t = 10, may rest or swing with any of three energies. (All four, with digits:
    tests/physics/ test_path_all.c.) A descent that begins on one swing ends on another. */
 #include "follow.h"
+#include "physics/motion/motion.h"
 #include "tests/apps/shell.h"
 #include "tests/close.h"
 #include "tests/mentions.h"
@@ -41,11 +42,8 @@ static void question_open(struct question *c)
 static void begin_on_swing(struct question *c, double energy, double path[SLICES])
 {
     double q = 0, v = sqrt(2 * energy);
-    phys_motion *motion;
-    phys_motion_new(&c->system, &motion, &c->error);
-    phys_fine_path(motion, &q, &v, SLICES, c->settings.dt, 50, path, &c->error);
+    phys_motion_path(&c->system, NULL, &q, &v, SLICES, c->settings.dt, path, &c->error);
     assert_int_equal(c->error.status, AD_OK);
-    phys_motion_free(motion);
     path[SLICES - 1] = 0;
     phys_noise_add(&(struct phys_noise){.sigma = 0.01}, &c->system, SLICES, 3, path);
 }

@@ -1,4 +1,5 @@
 /* The published path of an initial-value problem: semi-implicit Euler of first order. */
+#include "motion.h"
 #include "physics/internal.h"
 
 #include <stdlib.h>
@@ -32,5 +33,26 @@ enum ad_status phys_ode_path(phys_motion *motion, size_t slices, double dt, doub
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     enum ad_status status = march(motion, slices, dt, damping, path, work, error);
     free(work);
+    return status;
+}
+
+enum ad_status phys_first_slices(phys_motion *motion, const double *q, const double *v,
+                                 size_t slices, double dt, bool euler, double *path,
+                                 struct ad_error *error)
+{
+    if (phys_lacks(motion, "motion", error) || phys_lacks(q, "coordinates", error) ||
+        phys_lacks(v, "velocities", error) || phys_lacks(path, "room for a path", error))
+        return error->status;
+    const struct phys_system *system = phys_motion_system(motion);
+    size_t n = system->dof;
+    double *two = malloc(2 * n * sizeof *two);
+    if (!two)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    enum ad_status status = euler ? AD_OK : phys_motion_path(system, NULL, q, v, 2, dt, two, error);
+    for (size_t k = 0; k < n && status == AD_OK; k++) {
+        path[k * slices] = q[k];
+        path[k * slices + 1] = euler ? q[k] + v[k] * dt : two[2 * k + 1];
+    }
+    free(two);
     return status;
 }

@@ -1,0 +1,91 @@
+/* Simulations kept as paths on equal slices (motion.h). */
+#include "motion.h"
+#include "physics/internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct collector {
+    const struct phys_simulation *how;
+    size_t rows, columns, n;
+    double *path;
+};
+
+static bool keep(void *context, double t, const double *y)
+{
+    struct collector *c = context;
+    (void)t;
+    for (size_t k = 0; k < c->rows && c->n < c->columns; k++)
+        c->path[k * c->columns + c->n] = y[k];
+    c->n++;
+    return true;
+}
+
+static bool proceed(void *context)
+{
+    const struct collector *c = context;
+    return !c->how->proceed || c->how->proceed(c->how->context);
+}
+
+enum ad_status phys_trajectory(const struct phys_simulation *how, const struct phys_ode *ode,
+                               double *y, size_t rows, size_t columns, double *path,
+                               struct ad_error *error)
+{
+    struct phys_simulation_info info;
+    struct collector collector = {how, rows, columns, 0, path};
+    if (phys_lacks(how, "settings of a simulation", error) ||
+        phys_lacks(path, "room for a path", error))
+        return error->status;
+    struct phys_simulation settings = *how;
+    settings.sample = keep;
+    settings.proceed = proceed;
+    settings.context = &collector;
+    if (phys_simulate(&settings, ode, y, &info, error) == AD_OK &&
+        info.stop == PHYS_SIMULATION_INTERRUPTED)
+        ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g", info.t);
+    return error->status;
+}
+
+enum ad_status phys_motion_path(const struct phys_system *system, const struct phys_simulation *how,
+                                const double *q, const double *v, size_t slices, double dt,
+                                double *path, struct ad_error *error)
+{
+    struct phys_ode ode = {0};
+    struct phys_simulation settings = how ? *how : (struct phys_simulation){.rtol = 1e-13};
+    if (phys_lacks_scene(system, error) || phys_lacks(q, "coordinates", error) ||
+        phys_lacks(v, "velocities", error))
+        return error->status;
+    size_t dof = system->dof;
+    double *y = malloc(2 * dof * sizeof *y);
+    if (!y)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    memcpy(y, q, dof * sizeof *y);
+    memcpy(y + dof, v, dof * sizeof *y);
+    if (!settings.integrator)
+        settings.integrator = phys_integrator_find("dop853", error);
+    settings.t1 = (double)(slices - 1) * dt;
+    settings.n_samples = slices - 1;
+    if (phys_ode_lagrangian(system, &ode, error) == AD_OK)
+        phys_trajectory(&settings, &ode, y, dof, slices, path, error);
+    phys_ode_free(&ode);
+    free(y);
+    return error->status;
+}
+
+enum ad_status phys_scene_path(const struct phys_system *system, uint64_t seed,
+                               const struct phys_simulation *how, size_t slices, double dt,
+                               double *path, struct ad_error *error)
+{
+    if (phys_lacks_scene(system, error) || phys_lacks(path, "room for a path", error))
+        return error->status;
+    const struct phys_scene *scene = system->scene;
+    if (scene->between)
+        return scene->between(system->params, slices, path, error);
+    double *q = malloc(2 * system->dof * sizeof *q), *v = q ? q + system->dof : NULL;
+    if (!q)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (scene->start(system->params, seed, q, v, error) == AD_OK)
+        phys_motion_path(system, how, q, v, slices, dt, path, error);
+    free(q);
+    return error->status;
+}
