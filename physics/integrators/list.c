@@ -3,28 +3,10 @@
 #include "physics/internal.h"
 
 const struct phys_integrator *const phys_integrators[] = {
-    &phys_euler,
-    &phys_semi_implicit,
-    &phys_verlet,
-    &phys_velocity_verlet,
-    &phys_yoshida4,
-    &phys_yoshida6,
-    &phys_rk4,
-    &phys_dopri5,
-    &phys_dop853,
-    &phys_implicit_midpoint,
-    &phys_gauss2,
-    &phys_gauss3,
-    &phys_gauss4,
-    &phys_gauss5,
-    &phys_variational_left,
-    &phys_variational_midpoint,
-    &phys_variational_trapezoid,
-    &phys_variational_gauss2,
-    &phys_variational_gauss3,
-    &phys_variational_gauss4,
-    NULL,
-};
+#define INTEGRATOR(name) &phys_##name,
+#include "integrators.def"
+#undef INTEGRATOR
+    NULL};
 
 enum { N_INTEGRATORS = LENGTH(phys_integrators) - 1 };
 

@@ -91,11 +91,9 @@ struct phys_kicks {
     const double *drift, *kick;
 };
 
-extern const struct phys_integrator phys_euler, phys_semi_implicit, phys_verlet,
-    phys_velocity_verlet, phys_yoshida4, phys_yoshida6, phys_rk4, phys_dopri5, phys_dop853,
-    phys_implicit_midpoint, phys_gauss2, phys_gauss3, phys_gauss4, phys_gauss5,
-    phys_variational_left, phys_variational_midpoint, phys_variational_trapezoid,
-    phys_variational_gauss2, phys_variational_gauss3, phys_variational_gauss4;
+#define INTEGRATOR(name) extern const struct phys_integrator phys_##name;
+#include "integrators.def"
+#undef INTEGRATOR
 extern const struct phys_integrator phys_extrapolation; /* of references alone: not in the table */
 
 #endif
