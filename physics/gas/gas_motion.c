@@ -219,3 +219,9 @@ enum ad_status phys_ode_gas(const struct phys_system *system, enum phys_gas_pair
     };
     return AD_OK;
 }
+
+enum ad_status phys_gas_ode(const struct phys_system *system, struct phys_ode *ode,
+                            struct ad_error *error)
+{
+    return phys_ode_gas(system, PHYS_GAS_AUTO, ode, error);
+}

@@ -55,8 +55,8 @@ enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys
     *ode = (struct phys_ode){0};
     if (phys_lacks_scene(system, error))
         return error->status;
-    if (system->scene == &phys_scene_gas)
-        return phys_ode_gas(system, PHYS_GAS_AUTO, ode, error);
+    if (system->scene->ode)
+        return system->scene->ode(system, ode, error);
     struct context *c = calloc(1, sizeof *c);
     *ode = (struct phys_ode){.context = c, .free = c ? release : NULL};
     if (!c || !(c->still = calloc(system->dof, sizeof *c->still)))

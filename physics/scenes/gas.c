@@ -172,4 +172,5 @@ const struct phys_scene phys_scene_gas = {
     .per_body = true,
     .picture = PHYS_PICTURE_PLANE,
     .paper = &paper,
+    .ode = phys_gas_ode,
 };

@@ -20,5 +20,8 @@ ad_var phys_gas_interaction(ad_var square, const struct gas *gas);
 ad_var phys_gas_walls(ad_var q, const struct gas *gas);
 /* Side of the square where the gas starts, about (0.5, 0.5), and where walls keep it. */
 double phys_gas_side(const struct gas *gas);
+/* Its motion: phys_ode_gas with PHYS_GAS_AUTO (gas/gas_motion.c). */
+enum ad_status phys_gas_ode(const struct phys_system *system, struct phys_ode *ode,
+                            struct ad_error *error);
 
 #endif

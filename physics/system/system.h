@@ -73,7 +73,10 @@ enum phys_picture {
 /* A scene records operations by their numbers and holds struct ad_var: one built with another table
    of operations, or before a change of ad_var or of a callback, is refused. Such a change raises
    the number before the plus by 0x100. */
-#define PHYS_SCENE_VERSION (0x200 + AD_N_OPS)
+#define PHYS_SCENE_VERSION (0x300 + AD_N_OPS)
+
+struct phys_system;
+struct phys_ode;
 
 /* One scene: one file, one const struct. A scene outside the tree is a shared object exporting
    `const struct phys_scene leastaction_scene`. */
@@ -109,6 +112,10 @@ struct phys_scene {
     enum ad_status (*between)(const void *params, size_t slices, double *path,
                               struct ad_error *error);
     bool free_time; /* the end time is free: paths are those of energy 0 */
+    /* The motion from a start by equations of the scene's own (phys_ode_lagrangian); NULL: by the
+       Euler-Lagrange equations. */
+    enum ad_status (*ode)(const struct phys_system *system, struct phys_ode *ode,
+                          struct ad_error *error);
 };
 
 /* Built-in scenes, a NULL-terminated table. */
