@@ -119,9 +119,10 @@ struct simulate_result {
     } tables; /* with tables: of the run from them, of its model from them, of the run from its
                * model
                */
-    /* Of the reference: uncertainty, from when on it is not known (INFINITY: it is all known; NaN:
-       there is none), the longest time between two looks at the forces, size of the coordinates. */
-    double reference_uncertainty, known_until, seen, size;
+    /* Of the reference: uncertainty, how far from the start it comes back to, from when on it is
+       not known (INFINITY: it is all known; NaN: there is none), the longest time between two looks
+       at the forces, size of the coordinates. */
+    double reference_uncertainty, reference_reversal, known_until, seen, size;
     struct phys_closest closest;
     struct event_answers events;
     bool keeps_energy;

@@ -85,10 +85,17 @@ static void report_error(const struct simulate_run *run, const struct simulate_r
                          double estimate, struct report *report)
 {
     const struct phys_scene *scene = run->system.scene;
-    report_number(report, "error", "error, largest", scene->unit, result->error);
+    const double tighter = 100; /* else the reference is no measure, but a bound */
+    bool bound = result->error < tighter * result->reference_uncertainty;
+    report_number(report, "error", bound ? "error, at most" : "error, largest", scene->unit,
+                  result->error);
+    if (!isnan(result->error))
+        report_flag(report, "error_is_bound", NULL, bound);
     report_number(report, "error_end", "error at the end", scene->unit, result->error_end);
     report_number(report, "reference_uncertainty", "reference known to", scene->unit,
                   result->reference_uncertainty);
+    report_number(report, "reference_reversal", "  run back, from the start", scene->unit,
+                  result->reference_reversal);
     report_number(report, "reference_horizon", "  and until t =", scene->time_unit,
                   result->known_until);
     report_number(report, "reference_resolution", NULL, scene->time_unit, result->seen);

@@ -221,6 +221,7 @@ static void measure_distance(const struct phys_reference *reference, const struc
         result->error = fmax(result->error, result->error_end);
     }
     result->known_until = reference->horizon;
+    result->reference_reversal = reference->reversal;
     result->seen = reference->seen;
     result->size = reference->size;
     if (isfinite(reference->horizon))
@@ -268,6 +269,7 @@ enum ad_status simulate_run(const struct simulate_run *run, struct simulate_resu
                                        .known_until = NAN,
                                        .seen = NAN,
                                        .reference_uncertainty = NAN,
+                                       .reference_reversal = NAN,
                                        .closest = {.distance = INFINITY}};
     size_t n = run->ode.n;
     double *y = malloc(2 * n * sizeof *y);

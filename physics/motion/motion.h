@@ -247,14 +247,17 @@ enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const do
 
 /* A motion followed twice by extrapolation, which is no phys_integrator, at a tolerance of 1e-15:
    the second time by other steps, which round differently. Where the two part the motion is not
-   known: it is chaotic, or there is a force that acts for a shorter time than steps see. */
+   known: it is chaotic, or there is a force that acts for a shorter time than steps see. From there
+   it is followed back: what it misses at the start is what both runs may have in common. */
 struct phys_reference {
     size_t n, dof;
     double *x;           /* [n][2 dof]: q and v at the times */
     double *uncertainty; /* [n] of the coordinates: distance from the second run, and rounding */
-    double horizon;      /* first time it exceeds `lost` sizes of the motion; INFINITY: none */
-    double seen;         /* longest time between two looks at the forces */
-    double size;         /* of the coordinates, what phys_typical_sizes says of the start */
+    double reversal;     /* distance from the start after the run back; NaN: there is no way back */
+    double
+        horizon; /* first time the uncertainty exceeds `lost` sizes of the motion; INFINITY: none */
+    double seen; /* longest time between two looks at the forces */
+    double size; /* of the coordinates, what phys_typical_sizes says of the start */
     size_t evaluations;
 };
 /* At n increasing times, from q and v [dof] at times[0] on. proceed: as in phys_simulation.

@@ -1,4 +1,5 @@
-/* The motion as well as double precision knows it (motion.h). */
+/* The motion as well as double precision knows it (motion.h): two runs, whose distance tells how
+   rounding grows, and one back to the start, which tells of errors that both have in common. */
 #include "physics/internal.h"
 #include "physics/integrators/stepper.h"
 
@@ -6,13 +7,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { FIRST, SECOND, BACK, BACK_AGAIN, RUNS };
 enum { LOOKS = 1000 }; /* stretches of time, at least, in which a step ends */
 
 static const double tolerance = 1e-15;
 /* Where the second run cuts each stretch: its steps nowhere coincide with those of the first. */
 static const double cut = 0.381966011250105;
 
-/* One of the two runs: its landings, `each` from sample to sample. */
+/* How often more than its rounding a run back may miss the start. */
+static const double alike = 10;
+
+/* One of the runs: its landings, `each` from sample to sample. */
 struct pass {
     const struct phys_ode *ode;
     size_t dof, each, landed, kept, n;
@@ -42,15 +47,16 @@ static bool proceed(void *context)
     return !p->proceed || p->proceed(p->context);
 }
 
-/* n times cut into `pieces` each, and these at `share` (0: not). */
+/* n times cut into `pieces` each, and these at `share` (0: not). Runs back keep no samples. */
 static enum ad_status fill_times(struct pass *p, const double *times, size_t pieces, double share,
                                  struct ad_error *error)
 {
     size_t parts = share > 0 ? 2 : 1, m = 0;
     p->each = parts * pieces;
     p->times = malloc(p->each * p->n * sizeof *p->times);
-    p->x = malloc(2 * p->dof * p->n * sizeof *p->x);
-    if (!p->times || !p->x)
+    bool back = times[p->n - 1] < times[0];
+    p->x = back ? NULL : malloc(2 * p->dof * p->n * sizeof *p->x);
+    if (!p->times || (!back && !p->x))
         return ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
     for (size_t i = 1; i < p->n; i++) {
         double from = times[i - 1], length = times[i] - from;
@@ -76,7 +82,7 @@ static enum ad_status follow(struct pass *p, const double *times, const double *
                                              .n_samples = p->each * (p->n - 1),
                                              .times = p->times,
                                              .land = true,
-                                             .sample = keep,
+                                             .sample = p->x ? keep : NULL,
                                              .proceed = proceed,
                                              .context = p};
     return phys_simulate(&settings, p->ode, y, &p->info, error);
@@ -91,18 +97,76 @@ static double apart(size_t dof, const double *a, const double *b)
     return sqrt(sum);
 }
 
+static void find_horizon(struct phys_reference *r, const double *times, double lost)
+{
+    r->horizon = INFINITY;
+    for (size_t i = r->n; i-- > 0;)
+        if (!(r->uncertainty[i] <= lost * r->size))
+            r->horizon = times[i];
+}
+
 static void compare(const struct pass *second, const double *times, double lost,
                     struct phys_reference *r)
 {
-    r->horizon = INFINITY;
     for (size_t i = 0; i < r->n; i++) {
         size_t at = 2 * i * r->dof;
         double rounding = DBL_EPSILON * apart(r->dof, r->x + at, NULL);
         r->uncertainty[i] = i < second->kept ? rounding + apart(r->dof, r->x + at, second->x + at)
                                              : (double)INFINITY;
-        if (!(r->uncertainty[i] <= lost * r->size) && times[i] < r->horizon)
-            r->horizon = times[i];
     }
+    find_horizon(r, times, lost);
+}
+
+/* Where a run back from the first run's sample `last` ends, q and v [2 dof]; false: nowhere. */
+static bool run_back(struct pass *p, struct phys_reference *r, size_t last, const double *times,
+                     double share, const double *scale, double *start, struct ad_error *error)
+{
+    struct ad_error lost = {0};
+    size_t n = p->n = last + 1, pieces = (LOOKS + last - 1) / last;
+    const double *from = r->x + 2 * last * r->dof;
+    double *back = malloc((n + 2 * r->dof) * sizeof *back), *y = back ? back + n : NULL;
+    bool arrived = false;
+    if (!back)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for the reference"), false;
+    for (size_t i = 0; i < n; i++)
+        back[i] = times[last - i];
+    if (fill_times(p, back, pieces, share, error) == AD_OK &&
+        phys_ode_enter(p->ode, back[0], from, from + r->dof, y, &lost) == AD_OK &&
+        follow(p, back, scale, y, &lost) == AD_OK && p->info.stop == PHYS_SIMULATION_END)
+        arrived = phys_ode_leave(p->ode, times[0], y, start, start + r->dof, &lost) == AD_OK;
+    if (p->info.stop == PHYS_SIMULATION_INTERRUPTED)
+        ad_fail(error, AD_E_ACCURACY, "interrupted");
+    r->evaluations += p->info.evaluations;
+    free(back);
+    return arrived;
+}
+
+/* Back from where it is known to the start. What is missed there beyond the uncertainty so far is
+   rounding that grows on the way back, and then another run back ends as far from this one, or an
+   error that both runs share: then all are as uncertain. */
+static enum ad_status reverse(struct pass *pass, const double *times, const double *scale,
+                              double lost, struct phys_reference *r, struct ad_error *error)
+{
+    size_t last = 0;
+    double known = 0, grown = 0;
+    while (last + 1 < r->n && times[last + 1] < r->horizon)
+        known = fmax(known, r->uncertainty[++last]);
+    double *back = malloc(4 * r->dof * sizeof *back), *again = back ? back + 2 * r->dof : NULL;
+    if (!back)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
+    r->reversal = (double)NAN;
+    if (last > 0 && run_back(&pass[BACK], r, last, times, 0, scale, back, error))
+        r->reversal = apart(r->dof, back, r->x);
+    if (r->reversal > alike * known) {
+        if (run_back(&pass[BACK_AGAIN], r, last, times, cut, scale, again, error))
+            grown = apart(r->dof, back, again);
+        double share = r->reversal > alike * grown ? r->reversal / known : 1;
+        for (size_t i = 0; i < r->n; i++)
+            r->uncertainty[i] *= share;
+        find_horizon(r, times, lost);
+    }
+    free(back);
+    return error->status;
 }
 
 static void pass_free(struct pass *p)
@@ -111,31 +175,31 @@ static void pass_free(struct pass *p)
     free(p->x);
 }
 
-static enum ad_status both(struct pass pass[2], const double *times, const double *scale,
-                           const double *start, double *y, double lost, struct phys_reference *r,
-                           struct ad_error *error)
+static enum ad_status all(struct pass pass[RUNS], const double *times, const double *scale,
+                          const double *start, double *y, double lost, struct phys_reference *r,
+                          struct ad_error *error)
 {
-    size_t n = pass[0].ode->n, pieces = (LOOKS + r->n - 2) / (r->n - 1);
+    size_t n = pass[FIRST].ode->n, pieces = (LOOKS + r->n - 2) / (r->n - 1);
     struct ad_error local = {0}; /* of the second: the motion is not known from there on */
     memcpy(y, start, n * sizeof *y);
-    if (fill_times(&pass[0], times, pieces, 0, error) != AD_OK ||
-        fill_times(&pass[1], times, pieces, cut, error) != AD_OK ||
-        follow(&pass[0], times, scale, y, error) != AD_OK)
+    if (fill_times(&pass[FIRST], times, pieces, 0, error) != AD_OK ||
+        fill_times(&pass[SECOND], times, pieces, cut, error) != AD_OK ||
+        follow(&pass[FIRST], times, scale, y, error) != AD_OK)
         return error->status;
     memcpy(y, start, n * sizeof *y);
-    if (pass[0].info.stop == PHYS_SIMULATION_END)
-        follow(&pass[1], times, scale, y, &local);
-    if (pass[0].info.stop != PHYS_SIMULATION_END ||
-        (local.status == AD_OK && pass[1].info.stop != PHYS_SIMULATION_END))
+    if (pass[FIRST].info.stop == PHYS_SIMULATION_END)
+        follow(&pass[SECOND], times, scale, y, &local);
+    if (pass[FIRST].info.stop != PHYS_SIMULATION_END ||
+        (local.status == AD_OK && pass[SECOND].info.stop != PHYS_SIMULATION_END))
         return ad_fail(error, AD_E_ACCURACY, "interrupted");
     if (local.status != AD_OK && local.status != AD_E_ACCURACY && local.status != AD_E_NONFINITE)
         return ad_fail(error, local.status, "%s", local.message);
-    r->x = pass[0].x;
-    pass[0].x = NULL;
-    r->seen = pass[0].info.max_step / (double)phys_extrapolation.order;
-    r->evaluations = pass[0].info.evaluations + pass[1].info.evaluations;
-    compare(&pass[1], times, lost, r);
-    return AD_OK;
+    r->x = pass[FIRST].x;
+    pass[FIRST].x = NULL;
+    r->seen = pass[FIRST].info.max_step / (double)phys_extrapolation.order;
+    r->evaluations = pass[FIRST].info.evaluations + pass[SECOND].info.evaluations;
+    compare(&pass[SECOND], times, lost, r);
+    return reverse(pass, times, scale, lost, r, error);
 }
 
 enum ad_status phys_reference(const struct phys_system *system, const double *q, const double *v,
@@ -153,8 +217,8 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
     if (n < 2)
         return ad_fail(error, AD_E_ARGUMENT, "a reference at %zu times, expected at least 2", n);
     double *y = malloc(3 * 2 * system->dof * sizeof *y);
-    struct pass pass[2];
-    for (size_t k = 0; k < 2; k++)
+    struct pass pass[RUNS];
+    for (size_t k = 0; k < RUNS; k++)
         pass[k] = (struct pass){
             .ode = &ode, .dof = system->dof, .n = n, .proceed = go_on, .context = context};
     if (!y || !(r->uncertainty = malloc(n * sizeof *r->uncertainty)))
@@ -163,10 +227,10 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
              phys_ode_enter(&ode, times[0], q, v, y + ode.n, error) == AD_OK &&
              phys_typical_sizes(&ode, times[0], y + ode.n, y + 2 * ode.n, error) == AD_OK) {
         r->size = y[2 * ode.n];
-        both(pass, times, y + 2 * ode.n, y + ode.n, y, lost, r, error);
+        all(pass, times, y + 2 * ode.n, y + ode.n, y, lost, r, error);
     }
-    pass_free(&pass[0]);
-    pass_free(&pass[1]);
+    for (size_t k = 0; k < RUNS; k++)
+        pass_free(&pass[k]);
     phys_ode_free(&ode);
     free(y);
     if (error->status != AD_OK)

@@ -35,6 +35,40 @@ static void test_error_is_never_zero(void **state)
     }
 }
 
+/* A13: the reference is followed back to its start, on regular and chaotic motions, from an
+   unstable place, with a close encounter, down a hillside and with friction, whose ways back are
+   steep, and from its horizon. An error that is not a hundred times the reference's own is called a
+   bound. */
+static void test_the_reference_comes_back(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *run;
+        double reversal, uncertainty;
+        int bound; /* -1: no error is given */
+    } runs[] = {{"figure8 --time 63", 1e-11, 1e-11, 0},
+                {"kepler --set e=0.99 --time 62.8", 1e-8, 1e-8, 0},
+                {"dblpend --time 30", 1e-9, 1e-9, 0},
+                {"dblpend --time 30 --integrator dop853 --tol 1e-14", 1e-9, 1e-9, 1},
+                {"dblpend --time 200", 20, 0.3, -1},
+                {"pendulum --set l=1 --set theta0=3.1415926 --time 30", 1e-3, 1e-3, 0},
+                {"pendulum --integrator dop853 --tol 1e-15", 1e-13, 1e-13, 1},
+                {"./damped.so --set k=-1 --time 15", 1e3, 1e-8, 0},
+                {"./damped.so --set g=0.5 --time 40", 1e-4, 1e-13, 0}};
+    build("damped");
+    for (size_t k = 0; k < LENGTH(runs); k++) {
+        shell_works("$LA simulate %s --json --quiet", runs[k].run);
+        print_message("%-50s error %.1e, reference %.1e, back %.1e\n", runs[k].run,
+                      shell_number("error"), shell_number("reference_uncertainty"),
+                      shell_number("reference_reversal"));
+        assert_true(shell_number("reference_reversal") <= runs[k].reversal);
+        assert_true(shell_number("reference_uncertainty") <= runs[k].uncertainty);
+        assert_int_equal(strstr(shell_last_line(), "\"error_is_bound\"") != NULL,
+                         runs[k].bound >= 0);
+        assert_int_equal(shell_flag("error_is_bound"), runs[k].bound == 1);
+    }
+}
+
 /* Beyond the horizon of chaos no error is given; a shorter time has one. */
 static void test_horizon(void **state)
 {
@@ -183,6 +217,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_error_is_never_zero, shell_empty),
+        cmocka_unit_test_setup(test_the_reference_comes_back, shell_empty),
         cmocka_unit_test_setup(test_horizon, shell_empty),
         cmocka_unit_test_setup(test_narrow_forces, shell_empty),
         cmocka_unit_test_setup(test_tolerance_is_reached, shell_empty),
