@@ -16,7 +16,9 @@
    Errors. Nothing here prints, exits or aborts on a user's mistake. The first error of a recording
    stays in the tape; later operations on that tape pass through, and ad_compile returns it. Its
    message names the operation, its number (ad_tape_size(tape) just before) and its operands by
-   label, or by the nearest label before them.
+   label, or by the nearest label before them. NULL that must not be is AD_E_ARGUMENT or AD_E_TAPE;
+   functions that return no status, here and in the headers above this one, then return NaN, 0,
+   NULL or "?", or do nothing.
    Threads. Handles share nothing: two tapes, or two programs, may be used from two threads; one
    handle may not. */
 #ifndef AUTODIFF_H

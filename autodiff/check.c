@@ -129,13 +129,27 @@ static enum ad_status compile_and_set(struct comparison *c, ad_var y, size_t n, 
     return AD_OK;
 }
 
+static bool can_check(ad_var y, size_t n, const ad_var x[], const double *const at[],
+                      struct ad_check *report)
+{
+    ad_var none;
+    if (report)
+        *report = (struct ad_check){0};
+    if (!ad_operands(AD_COMPOSITE_check, 1, &y, &none))
+        return false;
+    bool given = report && (!n || (x && at));
+    for (size_t k = 0; given && k < n; k++)
+        given = at[k] != NULL;
+    if (!given)
+        ad_refuse(y.tape, AD_E_ARGUMENT, "check: got no inputs, values or report (NULL)");
+    return given;
+}
+
 enum ad_status ad_check_gradient(ad_var y, size_t n, const ad_var x[], const double *const at[],
                                  double tolerance, size_t entries, struct ad_check *report)
 {
     ad_tape *tape = y.tape;
-    ad_var none;
-    *report = (struct ad_check){0};
-    if (!ad_operands(AD_COMPOSITE_check, 1, &y, &none))
+    if (!can_check(y, n, x, at, report))
         return tape ? tape->error.status : AD_E_TAPE;
     if (tape->type != AD_F64)
         return ad_fail(&tape->error, AD_E_ARGUMENT, "check: differences need a tape of type f64");
@@ -185,9 +199,7 @@ enum ad_status ad_check_second(ad_var y, size_t n, const ad_var x[], const doubl
                                double tolerance, size_t entries, struct ad_check *report)
 {
     ad_tape *tape = y.tape;
-    ad_var none;
-    *report = (struct ad_check){0};
-    if (!ad_operands(AD_COMPOSITE_check, 1, &y, &none))
+    if (!can_check(y, n, x, at, report))
         return tape ? tape->error.status : AD_E_TAPE;
     ad_var *g = calloc(n + !n, sizeof *g);
     if (!g)

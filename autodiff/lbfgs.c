@@ -122,6 +122,8 @@ bool ad_lbfgs_step(ad_lbfgs *method, ad_objective *evaluate, void *context, doub
                    double *g, double *value)
 {
     ad_lbfgs *m = method;
+    if (!m || !evaluate || !x || !g || !value)
+        return false;
     const size_t bytes = m->n * sizeof *x;
     const double from = *value;
     double largest = 0;
@@ -140,10 +142,11 @@ bool ad_lbfgs_step(ad_lbfgs *method, ad_objective *evaluate, void *context, doub
     return false;
 }
 
-uint64_t *ad_lbfgs_pairs(ad_lbfgs *method) { return &method->pairs; }
+uint64_t *ad_lbfgs_pairs(ad_lbfgs *method) { return method ? &method->pairs : NULL; }
 
 double *ad_lbfgs_state(ad_lbfgs *method, size_t *size)
 {
-    *size = kept_size(method);
-    return method->kept;
+    if (size)
+        *size = method ? kept_size(method) : 0;
+    return method ? method->kept : NULL;
 }

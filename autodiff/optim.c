@@ -131,6 +131,8 @@ static void correct_bias(struct ad_step *step, const ad_optimiser *o)
 void ad_optimiser_step(ad_optimiser *optimiser, void *x, const void *g)
 {
     ad_optimiser *o = optimiser;
+    if (!o || !x || !g)
+        return;
     const struct ad_optimiser_settings *s = &o->settings;
     struct ad_step step = {.rate = s->learning_rate,
                            .keep = s->decoupled ? 1 - s->learning_rate * s->weight_decay : 1,
@@ -151,13 +153,19 @@ void ad_optimiser_step(ad_optimiser *optimiser, void *x, const void *g)
 
 void ad_optimiser_set_rate(ad_optimiser *optimiser, double learning_rate)
 {
-    optimiser->settings.learning_rate = learning_rate;
+    bool usable = learning_rate >= 0 && isfinite(learning_rate);
+    if (optimiser)
+        optimiser->settings.learning_rate = usable ? learning_rate : (double)NAN;
 }
 
-uint64_t *ad_optimiser_steps(ad_optimiser *optimiser) { return &optimiser->steps; }
+uint64_t *ad_optimiser_steps(ad_optimiser *optimiser)
+{
+    return optimiser ? &optimiser->steps : NULL;
+}
 
 void *ad_optimiser_state(ad_optimiser *optimiser, size_t *bytes)
 {
-    *bytes = optimiser->moments * optimiser->moment_bytes;
-    return optimiser->state;
+    if (bytes)
+        *bytes = optimiser ? optimiser->moments * optimiser->moment_bytes : 0;
+    return optimiser ? optimiser->state : NULL;
 }

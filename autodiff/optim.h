@@ -30,14 +30,15 @@ struct ad_optimiser_settings ad_optimiser_defaults(enum ad_optimiser_method meth
 typedef struct ad_optimiser ad_optimiser;
 
 /* NULL when memory is exhausted, or for settings out of range: momentum and betas are from 0 to
-   less than 1, the others 0 or more and finite. `error` (may be NULL) says which. */
+   less than 1, the others 0 or more and finite. `error` (may be NULL) says which. The functions
+   below do nothing where they are given NULL, and return NULL of it. */
 ad_optimiser *ad_optimiser_new(const struct ad_optimiser_settings *settings, enum ad_type type,
                                size_t n, struct ad_error *error);
 void ad_optimiser_free(ad_optimiser *optimiser); /* takes NULL */
 
 /* One step: x [n] moves against g [n], both of the optimiser's type. */
 void ad_optimiser_step(ad_optimiser *optimiser, void *x, const void *g);
-/* Learning rate from the next step on (schedules). */
+/* Learning rate from the next step on (schedules). One out of range makes NaN of the next x. */
 void ad_optimiser_set_rate(ad_optimiser *optimiser, double learning_rate);
 
 /* State for checkpoints: steps taken, and the moments, `bytes` long (velocity for SGD; m then v for

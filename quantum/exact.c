@@ -1,9 +1,8 @@
 /* Exact answers for V = m (curvature x^2/2 + gravity x). All follow from two solutions of the
    classical equation, C'' = -curvature C with C(0) = 1, C'(0) = 0 and S with S(0) = 0, S'(0) = 1,
    and their integrals A = int S = (1 - C)/curvature, B = int A = (t - S)/curvature. */
-#include "quantum.h"
+#include "internal.h"
 
-#include <assert.h>
 #include <complex.h>
 #include <math.h>
 
@@ -50,12 +49,21 @@ static qm_complex inverse_root(qm_complex z, double curvature, double t)
     return cexp(-0.5 * I * phase) / sqrt(cabs(z));
 }
 
+static bool makes_sense(const struct qm_quadratic *scene, double hbar)
+{
+    return scene && hbar > 0 && scene->mass > 0 && scene->curvature >= 0;
+}
+
 void qm_exact_packet(const struct qm_quadratic *scene, double hbar,
                      const struct qm_gaussian *packet, double t, const struct qm_grid *grid,
                      qm_complex *psi)
 {
-    assert(scene && packet && grid && psi && hbar > 0 && packet->sigma > 0);
-    assert(scene->mass > 0 && scene->curvature >= 0);
+    if (!grid || !psi)
+        return;
+    if (!makes_sense(scene, hbar) || !packet || !(packet->sigma > 0)) {
+        qm_unknown(grid->n, 1, psi);
+        return;
+    }
     struct motion m = motion(scene->curvature, t);
     double rate = hbar / (2 * scene->mass * packet->sigma * packet->sigma);
     qm_complex z = m.C + I * rate * m.S, slope = -scene->curvature * m.S + I * rate * m.C;
@@ -73,7 +81,8 @@ void qm_exact_packet(const struct qm_quadratic *scene, double hbar,
 qm_complex qm_exact_kernel(const struct qm_quadratic *scene, double hbar, double x_a, double x_b,
                            double t)
 {
-    assert(scene && hbar > 0 && scene->mass > 0 && scene->curvature >= 0);
+    if (!makes_sense(scene, hbar) || !(t > 0) || !(sqrt(scene->curvature) * t < M_PI))
+        return (double)NAN;
     struct motion m = motion(scene->curvature, t);
     double v = (x_a - x_b * m.C + scene->gravity * m.A) / m.S;
     struct particle end = at(scene, &m, x_b, v);
@@ -85,7 +94,8 @@ qm_complex qm_exact_kernel(const struct qm_quadratic *scene, double hbar, double
    sigma^2); two of them, `apart`, differ by a phase proportional to x. */
 double qm_exact_fringe(double mass, double hbar, double apart, double sigma, double t)
 {
-    assert(mass > 0 && hbar > 0 && apart > 0 && sigma > 0 && t > 0);
+    if (!(mass > 0) || !(hbar > 0) || !(apart > 0) || !(sigma > 0) || !(t > 0))
+        return NAN;
     double theta = hbar * t / (2 * mass * sigma * sigma);
     return 4 * M_PI * sigma * sigma * (1 + theta * theta) / (theta * apart);
 }

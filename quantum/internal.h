@@ -33,6 +33,10 @@ enum ad_status qm_actions(const struct qm_slice *slice, size_t n, const double *
 enum ad_status qm_kernel_rows(const struct qm_slice *slice, size_t first, size_t rows,
                               qm_complex *K, struct ad_error *error);
 
+/* psi [n], elements `stride` apart, becomes NaN: what a function without a status leaves of
+   arguments that make no sense. Takes NULL. */
+void qm_unknown(size_t n, size_t stride, qm_complex *psi);
+
 /* mask [n]: what the absorbing layers leave of a wave in a slice. */
 void qm_absorber(const struct qm_slice *slice, double *mask);
 

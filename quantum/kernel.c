@@ -3,7 +3,6 @@
 #include "internal.h"
 #include "physics/linear/linear.h"
 
-#include <assert.h>
 #include <complex.h>
 #include <math.h>
 #include <stdlib.h>
@@ -183,7 +182,10 @@ enum ad_status qm_kernel_square(size_t n, size_t times, qm_complex *K, struct ad
 void qm_kernel_apply(size_t n, const qm_complex *K, size_t packets, const qm_complex *psi,
                      qm_complex *out)
 {
-    assert(n && K && packets && psi && out);
+    if (!n || !packets || !K || !psi || !out) {
+        qm_unknown(n * packets, 1, out);
+        return;
+    }
     phys_lapack_gemm_complex(false, n, packets, n, (const double *)K, (const double *)psi,
                              (double *)out);
 }

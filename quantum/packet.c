@@ -1,14 +1,18 @@
 /* Gaussian packets, and what is seen of a wave function. */
-#include "quantum.h"
+#include "internal.h"
 
-#include <assert.h>
 #include <complex.h>
 #include <math.h>
 
 void qm_packet(const struct qm_grid *grid, double hbar, const struct qm_gaussian *packet,
                size_t packets, size_t column, qm_complex *psi)
 {
-    assert(grid && packet && packet->sigma > 0 && hbar > 0 && psi && column < packets);
+    if (!grid || !psi || column >= packets)
+        return;
+    if (!packet || !(packet->sigma > 0) || !(hbar > 0)) {
+        qm_unknown(grid->n, packets, psi + column);
+        return;
+    }
     double height = pow(2 * M_PI * packet->sigma * packet->sigma, -0.25);
     for (size_t a = 0; a < grid->n; a++) {
         double d = qm_x(grid, a) - packet->x, u = d / (2 * packet->sigma);
@@ -21,7 +25,8 @@ static double square(qm_complex z) { return creal(z) * creal(z) + cimag(z) * cim
 struct qm_moments qm_moments(const struct qm_grid *grid, size_t stride, const qm_complex *psi)
 {
     double sum = 0, mean = 0, spread = 0;
-    assert(grid && stride && psi);
+    if (!grid || !stride || !psi)
+        return (struct qm_moments){NAN, NAN, NAN};
     for (size_t a = 0; a < grid->n; a++) {
         double share = square(psi[a * stride]);
         sum += share;
@@ -38,7 +43,8 @@ qm_complex qm_overlap(const struct qm_grid *grid, size_t stride, const qm_comple
                       const qm_complex *b)
 {
     qm_complex sum = 0;
-    assert(grid && stride && a && b);
+    if (!grid || !stride || !a || !b)
+        return (double)NAN;
     for (size_t k = 0; k < grid->n; k++)
         sum += conj(a[k * stride]) * b[k * stride];
     return sum * qm_dx(grid);

@@ -1,13 +1,14 @@
 /* Two coordinates at once, where the kernel is a product: psi -> Kx psi Ky^T costs N^3, not N^4. */
-#include "quantum.h"
+#include "internal.h"
 #include "physics/linear/linear.h"
-
-#include <assert.h>
 
 void qm_propagate_plane(size_t nx, const qm_complex *Kx, size_t ny, const qm_complex *Ky,
                         const qm_complex *mask, size_t steps, qm_complex *psi, qm_complex *work)
 {
-    assert(nx && Kx && ny && Ky && psi && work);
+    if (!nx || !ny || !Kx || !Ky || !psi || !work) {
+        qm_unknown(nx * ny, 1, psi);
+        return;
+    }
     for (size_t k = 0; k < steps; k++) {
         phys_lapack_gemm_complex(false, nx, ny, nx, (const double *)Kx, (const double *)psi,
                                  (double *)work);

@@ -18,10 +18,10 @@
    Arrays are the caller's, row by row: psi [n x packets] has point a of packet p at
    psi[a * packets + p]. Functions that return a status refuse NULL, sizes of 0 and numbers that
    make no sense with AD_E_ARGUMENT, L that is not finite with AD_E_NONFINITE, and return
-   AD_E_MEMORY where there is none; outputs are then undefined. The others assert that their
-   arguments are valid. What *slice and *system point to is read during the call alone, by
-   qm_propagator_new also until qm_propagator_free. Functions may run at the same time on different
-   data. */
+   AD_E_MEMORY where there is none; outputs are then undefined. The others return NaN, and leave
+   NaN in an array that they were given, or do nothing where there is none. What *slice and *system
+   point to is read during the call alone, by qm_propagator_new also until qm_propagator_free.
+   Functions may run at the same time on different data. */
 #ifndef QUANTUM_H
 #define QUANTUM_H
 

@@ -180,6 +180,8 @@ enum ad_status qm_slit_new(const struct qm_slit_setup *setup, struct qm_slit *s,
 
 bool qm_slit_advance(struct qm_slit *s)
 {
+    if (!s || !s->psi)
+        return false;
     size_t left = s->setup.steps - s->done, more = s->every < left ? s->every : left;
     if (more == 0)
         return false;
@@ -191,6 +193,8 @@ bool qm_slit_advance(struct qm_slit *s)
 
 void qm_slit_free(struct qm_slit *s)
 {
+    if (!s)
+        return;
     free(s->Kx);
     free(s->density);
     free(s->time);

@@ -100,7 +100,13 @@ static bool plan_program(struct graph *g, ad_program *p)
 
 enum ad_status ad_compile(ad_tape *tape, size_t n_out, const ad_var out[], ad_program **program)
 {
+    if (!program)
+        return AD_E_ARGUMENT;
     *program = NULL;
+    if (!tape)
+        return AD_E_TAPE;
+    if (n_out && !out)
+        ad_refuse(tape, AD_E_ARGUMENT, "compile: got no outputs (NULL)");
     if (tape->error.status != AD_OK || !ad_all_on(tape, AD_COMPOSITE_compile, "output", n_out, out))
         return tape->error.status;
     struct graph graph = {0};

@@ -121,8 +121,15 @@ static enum ad_status check(ad_var y, size_t n, const ad_var x[], struct ad_erro
 static enum ad_status run(size_t n, const ad_var x[], const double *const at[], ad_var y,
                           double *value, double *const gradient[], struct ad_error *error)
 {
+    struct ad_error own = {0};
+    error = error ? error : &own;
+    if (n && (!x || !at))
+        return ad_fail(error, AD_E_ARGUMENT, "no inputs, or no values of them (NULL)");
     if (check(y, n, x, error) != AD_OK)
         return error->status;
+    for (size_t k = 0; k < n; k++)
+        if (!at[k])
+            return ad_fail(error, AD_E_ARGUMENT, "no values of x[%zu] (NULL)", k);
     ad_tape *tape = y.tape;
     const uint32_t end = y.id + 1;
     if (!tape->direct)

@@ -8,6 +8,7 @@
 #include "exec.h"
 #include "autodiff/native.h"
 
+#include <math.h>
 #include <string.h>
 
 static uint32_t border(uint32_t extent, uint32_t tile, uint32_t chunk, uint32_t chunks)
@@ -195,12 +196,16 @@ static void run(ad_program *p, bool again)
 
 void ad_run(ad_program *p)
 {
+    if (!p)
+        return;
     run(p, false);
     p->held_stand = p->was_run = true;
 }
 
 enum ad_status ad_rerun(ad_program *p)
 {
+    if (!p)
+        return AD_E_ARGUMENT;
     p->error = (struct ad_error){0};
     if (!p->was_run)
         return ad_fail(&p->error, AD_E_ARGUMENT,
@@ -212,12 +217,18 @@ enum ad_status ad_rerun(ad_program *p)
     return AD_OK;
 }
 
-const struct ad_error *ad_program_error(const ad_program *p) { return &p->error; }
+const struct ad_error *ad_program_error(const ad_program *p)
+{
+    static const struct ad_error no_program = {AD_E_ARGUMENT, "no program (NULL)"};
+    return p ? &p->error : &no_program;
+}
 
 double ad_run_timed(ad_program *p)
 {
     double products = 0;
     size_t first, last;
+    if (!p)
+        return (double)NAN;
     const struct segment *segments = segments_of(p, false, &first, &last);
     for (size_t i = first; i < last; i++) {
         double began = ad_now();

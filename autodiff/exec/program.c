@@ -32,6 +32,8 @@ void ad_program_free(ad_program *p)
 
 void ad_set_threads(ad_program *p, size_t threads)
 {
+    if (!p)
+        return;
     threads = threads < 1 ? 1 : threads > 1024 ? 1024 : threads;
     char *more = threads > 1 ? aligned_alloc(ALIGNMENT, (threads - 1) * p->tile_bytes) : NULL;
     if (threads > 1 && !more)
@@ -69,6 +71,8 @@ enum ad_status ad_set(ad_program *p, ad_var x, const double *values)
     const struct port *port = find_port(p, x);
     if (!port || !port->input)
         return AD_E_TAPE;
+    if (!values)
+        return AD_E_ARGUMENT;
     const struct value *v = &p->values[port->value];
     p->held_stand = p->held_stand && !(v->flags & VALUE_HELD);
     p->kernels->from_double((size_t)v->rows * v->cols, p->memory + p->locs[port->value].off,
@@ -81,6 +85,8 @@ enum ad_status ad_get(const ad_program *p, ad_var x, double *values)
     const struct port *port = find_port(p, x);
     if (!port)
         return AD_E_TAPE;
+    if (!values)
+        return AD_E_ARGUMENT;
     const struct value *v = &p->values[port->value];
     p->kernels->to_double((size_t)v->rows * v->cols, values, p->memory + p->locs[port->value].off);
     return AD_OK;
@@ -114,6 +120,8 @@ static const char *label_of(const ad_program *p, uint32_t value)
 enum ad_status ad_run_checked(ad_program *p, struct ad_error *error)
 {
     struct check check = {.value = UINT32_MAX};
+    if (!p)
+        return ad_fail(error, AD_E_ARGUMENT, "no program (NULL)");
     ad_execute(p, p->segments, 0, p->n_segments, &check);
     p->held_stand = p->was_run = true;
     look_at_leaves(p, &check);
@@ -131,6 +139,8 @@ enum ad_status ad_run_checked(ad_program *p, struct ad_error *error)
 
 struct ad_program_info ad_program_info(const ad_program *p)
 {
+    if (!p)
+        return (struct ad_program_info){0};
     struct ad_program_info info = {.nodes = p->n_values,
                                    .segments = p->n_segments - p->n_constant_segments,
                                    .value_bytes = p->memory_bytes + p->threads * p->tile_bytes};

@@ -137,13 +137,18 @@ static void sweep(struct sweep *s, uint32_t last)
 enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[])
 {
     ad_tape *tape = y.tape;
-    for (size_t k = 0; k < n && !tape; k++)
+    for (size_t k = 0; x && k < n && !tape; k++)
         tape = x[k].tape;
     ad_var none = ad_refused(tape);
-    for (size_t k = 0; k < n; k++)
+    for (size_t k = 0; g && k < n; k++)
         g[k] = none;
     if (!tape)
         return AD_E_TAPE;
+    if (n && (!x || !g)) {
+        ad_refuse(tape, AD_E_ARGUMENT, "grad: got no %s (NULL)",
+                  x ? "place for the gradient" : "variables");
+        return tape->error.status;
+    }
     if (tape->error.status == AD_OK && ad_all_on(tape, AD_COMPOSITE_grad, "y", 1, &y))
         ad_all_on(tape, AD_COMPOSITE_grad, "x", n, x);
     if (tape->error.status != AD_OK)

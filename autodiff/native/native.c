@@ -152,6 +152,11 @@ static void note_too_few(ad_program *p)
 
 bool ad_native(ad_program *p, double runs, struct ad_error *note)
 {
+    if (!p) {
+        if (note)
+            *note = *ad_program_error(NULL);
+        return false;
+    }
     if (!p->native && !is_refused(p)) {
         if (seconds_saved(p, p->n_constant_segments) == 0)
             ad_fail(&p->interpreted, AD_E_ARGUMENT,
@@ -168,7 +173,7 @@ bool ad_native(ad_program *p, double runs, struct ad_error *note)
 
 void ad_native_in_time(ad_program *p)
 {
-    if (p->native || is_refused(p))
+    if (!p || p->native || is_refused(p))
         return;
     p->price = seconds_to_compile(p);
     note_too_few(p);
@@ -183,7 +188,8 @@ void ad_native_weigh(ad_program *p, size_t first)
 
 const char *ad_native_note(const ad_program *p)
 {
-    return p->native                   ? ""
+    return !p                          ? ad_program_error(NULL)->message
+           : p->native                 ? ""
            : p->interpreted.message[0] ? p->interpreted.message
                                        : "nobody asked for machine code";
 }

@@ -36,6 +36,8 @@ ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var 
     uint32_t list;
     if (!ad_shape_fits(tape, AD_OP_place, 0, NULL, rows, cols))
         return ad_refused(tape);
+    if (n && (!parts || !row || !col))
+        return ad_refuse(tape, AD_E_ARGUMENT, "place: got no parts, or no places of them (NULL)");
     if (!ad_all_on(tape, AD_OP_place, "part", n, parts))
         return ad_at(tape, 0);
     for (size_t k = 0; k < n; k++)
@@ -60,8 +62,8 @@ ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var 
 static ad_var concat(unsigned op, size_t n, const ad_var parts[])
 {
     bool rows = op == AD_COMPOSITE_concat_rows;
-    ad_var none;
-    if (!ad_operands(op, n, parts, &none))
+    ad_var none = {0};
+    if ((n && !parts) || !ad_operands(op, n, parts, &none))
         return none;
     ad_tape *tape = parts[0].tape;
     size_t across = rows ? ad_cols(parts[0]) : ad_rows(parts[0]), along = 0;

@@ -32,6 +32,8 @@ ad_var ad_const(ad_tape *tape, size_t rows, size_t cols, const double *values)
 {
     if (!ad_shape_fits(tape, AD_OP_constant, 0, NULL, rows, cols))
         return ad_refused(tape);
+    if (!values)
+        return ad_refuse(tape, AD_E_ARGUMENT, "const: got no values (NULL)");
     uint32_t first = ad_append_numbers(tape, rows * cols, values);
     return ad_append(tape, (struct node){.op = AD_OP_constant,
                                          .rows = (uint32_t)rows,
@@ -195,6 +197,8 @@ static ad_var indexed(ad_var x, enum ad_op op, size_t n, const uint32_t rows[], 
 {
     if (!ad_shape_fits(x.tape, op, 1, &x, height, ad_cols(x)))
         return ad_refused(x.tape);
+    if (n && !rows)
+        return ad_refuse_operands(x.tape, AD_E_ARGUMENT, op, 1, &x, "got no list of rows (NULL)");
     for (size_t k = 0; k < n; k++)
         if (rows[k] >= limit)
             return ad_refuse_operands(x.tape, AD_E_SHAPE, op, 1, &x,

@@ -61,7 +61,7 @@ static uint32_t next_recording(void)
 
 ad_tape *ad_tape_new(enum ad_type type)
 {
-    ad_tape *tape = calloc(1, sizeof *tape);
+    ad_tape *tape = type == AD_F32 || type == AD_F64 ? calloc(1, sizeof *tape) : NULL;
     if (!tape)
         return NULL;
     tape->type = type;
@@ -75,6 +75,8 @@ ad_tape *ad_tape_new(enum ad_type type)
 
 void ad_tape_reset(ad_tape *tape)
 {
+    if (!tape)
+        return;
     tape->error = (struct ad_error){0};
     tape->recording = next_recording();
     tape->n_nodes = tape->n_numbers = tape->n_lists = tape->n_labels = tape->n_texts = 0;
@@ -103,10 +105,12 @@ const struct ad_error *ad_tape_error(const ad_tape *tape)
     return tape ? &tape->error : &no_tape;
 }
 
-size_t ad_tape_size(const ad_tape *tape) { return tape->n_nodes; }
+size_t ad_tape_size(const ad_tape *tape) { return tape ? tape->n_nodes : 0; }
 
 size_t ad_tape_bytes(const ad_tape *tape)
 {
+    if (!tape)
+        return 0;
     return sizeof *tape + tape->n_blocks * BLOCK_SIZE * sizeof(struct node) +
            tape->max_blocks * sizeof *tape->blocks + tape->max_numbers * sizeof *tape->numbers +
            tape->max_lists * sizeof *tape->lists + tape->max_labels * sizeof *tape->labels +

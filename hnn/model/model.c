@@ -110,7 +110,8 @@ const void *hnn_model_parameters(const hnn_model *model)
 
 const struct hnn_block *hnn_model_blocks(const hnn_model *model, size_t *n)
 {
-    *n = model ? model->n_blocks : 0;
+    if (n)
+        *n = model ? model->n_blocks : 0;
     return model ? model->block : NULL;
 }
 

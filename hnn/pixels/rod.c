@@ -55,6 +55,8 @@ static double acceleration(const struct hnn_rod *rod, double angle)
 
 void hnn_rod_step(const struct hnn_rod *rod, double *angle, double *speed)
 {
+    if (!rod || !angle || !speed)
+        return;
     *speed += acceleration(rod, *angle) * rod->dt;
     *angle += *speed * rod->dt;
 }

@@ -17,7 +17,7 @@ void hnn_path_free(struct hnn_path *path)
 
 void hnn_times(double t0, double t1, size_t n, double *t)
 {
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = 0; t && i < n; i++)
         t[i] = t0 + (t1 - t0) * ((double)i / (double)(n - 1));
 }
 

@@ -18,6 +18,8 @@ static ad_var energy_penalty(struct phys_action *action, double weight)
 
 void phys_action_hold_energy(struct phys_action *action, double weight)
 {
+    if (!action || action->points.elements < 2)
+        return;
     size_t n = action->points.elements, runs = ad_cols(action->energy) / n;
     double share = weight / (double)(runs * (n - 1));
     for (size_t j = 0; j < runs; j++) {

@@ -94,6 +94,8 @@ static void points_of_table(const struct phys_rule_table *table, ad_var x, doubl
 void phys_rule_points(const struct phys_rule *rule, ad_var x, double dt,
                       struct phys_rule_points *points)
 {
+    if (!points)
+        return;
     if (!rule) {
         ad_var none = ad_refuse(x.tape, AD_E_ARGUMENT, "got no action rule (NULL)");
         *points = (struct phys_rule_points){none, none, none, none, 0};

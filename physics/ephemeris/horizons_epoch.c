@@ -42,6 +42,8 @@ static double julian_date(struct date date)
 
 void phys_horizons_date(double jd, char *date, size_t size)
 {
+    if (!date)
+        return;
     if (!(fabs(jd) < 1e8)) {
         snprintf(date, size, "unknown");
         return;

@@ -39,7 +39,7 @@ const char *phys_state_text(enum phys_state state)
         [PHYS_STATE_DENSE] = "dense, but not ordered",
         [PHYS_STATE_SOLID] = "solid-like",
     };
-    return texts[state];
+    return (size_t)state < sizeof texts / sizeof *texts && texts[state] ? texts[state] : "unknown";
 }
 
 enum ad_status phys_order(size_t bodies, const double *x, double shell, uint32_t *neighbours,

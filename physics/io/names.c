@@ -50,7 +50,7 @@ static bool find_range(const char *name, size_t n, const char *const names[], si
 size_t phys_find(const char *what, const char *name, size_t n, const char *const names[],
                  struct ad_error *error)
 {
-    if (!name) {
+    if (!name || !names) {
         ad_fail(error, AD_E_ARGUMENT, "no name of a %s (NULL)", what);
         return n;
     }

@@ -32,6 +32,8 @@ static size_t distance(const char *a, const char *b)
 
 const char *phys_nearest(const char *name, size_t n, const char *const names[])
 {
+    if (!name || !names)
+        return NULL;
     size_t length = strlen(name);
     size_t best = length / 3 + 2; /* one slip in a short name, one more every three letters */
     const char *nearest = NULL;

@@ -13,7 +13,7 @@ static const double rounding = 1e-9; /* of the forces or torques that add up to 
 
 bool phys_keeps_energy(const struct phys_system *system)
 {
-    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_tape *tape = system && system->scene ? ad_tape_new(AD_F64) : NULL;
     if (!tape)
         return false;
     ad_var q = ad_input(tape, system->dof, 1, "q"), v = ad_input(tape, system->dof, 1, "v");

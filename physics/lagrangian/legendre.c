@@ -42,6 +42,8 @@ static void record(phys_legendre *l)
 enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre **legendre,
                                  struct ad_error *error)
 {
+    if (phys_lacks(legendre, "place for the Lagrangian", error))
+        return error->status;
     *legendre = NULL;
     if (phys_lacks_scene(system, error))
         return error->status;
@@ -96,14 +98,28 @@ static void run(phys_legendre *l, ad_program *program, const double *q, const do
 double phys_legendre_energy(phys_legendre *legendre, const double *q, const double *v, double t)
 {
     double energy;
+    if (!legendre || !q || !v)
+        return (double)NAN;
     run(legendre, legendre->for_energy, q, v, t);
     ad_get(legendre->for_energy, legendre->energy, &energy);
     return energy;
 }
 
+static void unknown(size_t n, double *x)
+{
+    for (size_t k = 0; x && k < n; k++)
+        x[k] = NAN;
+}
+
 void phys_legendre_momentum(phys_legendre *legendre, const double *q, const double *v, double t,
                             double *p, double *force)
 {
+    if (legendre && !(q && v)) {
+        unknown(legendre->system->dof, p);
+        unknown(legendre->system->dof, force);
+    }
+    if (!legendre || !q || !v)
+        return;
     run(legendre, legendre->for_momentum, q, v, t);
     if (p)
         ad_get(legendre->for_momentum, legendre->p, p);
@@ -126,6 +142,8 @@ static size_t factor_mass(phys_legendre *l, const double *q, const double *v, do
 
 double phys_legendre_condition(phys_legendre *legendre, const double *q, const double *v, double t)
 {
+    if (!legendre || !q || !v)
+        return (double)NAN;
     factor_mass(legendre, q, v, t);
     return legendre->condition;
 }
@@ -158,6 +176,9 @@ enum ad_status phys_legendre_velocity(phys_legendre *legendre, const double *q, 
 {
     phys_legendre *l = legendre;
     double length = INFINITY, before;
+    if (phys_lacks(l, "Lagrangian", error) || phys_lacks(q, "coordinates", error) ||
+        phys_lacks(p, "momenta", error) || phys_lacks(v, "place for velocities", error))
+        return error->status;
     memset(v, 0, l->system->dof * sizeof *v);
     for (int k = 0; k < NEWTON_STEPS; k++) {
         before = length;
@@ -187,6 +208,12 @@ void phys_totals(phys_legendre *legendre, const double *q, const double *v, doub
                  struct phys_totals *totals)
 {
     phys_legendre *l = legendre;
+    if (!totals)
+        return;
+    if (!l || !q || !v) {
+        *totals = (struct phys_totals){NAN, {NAN, NAN, NAN}, {NAN, NAN, NAN}, {NAN, NAN, NAN}, NAN};
+        return;
+    }
     const struct phys_system *system = l->system;
     size_t dims = system->dims, n = system->dof;
     *totals = (struct phys_totals){.energy = phys_legendre_energy(l, q, v, t)};

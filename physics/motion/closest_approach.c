@@ -94,12 +94,12 @@ enum ad_status phys_approach_new(const struct phys_ode *ode, double t, const dou
 
 const struct phys_events *phys_approach_events(const struct phys_approach *approach)
 {
-    return &approach->events;
+    return approach ? &approach->events : NULL;
 }
 
 struct phys_closest phys_approach_closest(const struct phys_approach *approach)
 {
-    return approach->closest;
+    return approach ? approach->closest : (struct phys_closest){.distance = NAN};
 }
 
 void phys_approach_free(struct phys_approach *approach)

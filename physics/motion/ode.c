@@ -48,7 +48,9 @@ enum ad_status phys_ode_leave(const struct phys_ode *ode, double t, const double
 
 void phys_ode_component(const struct phys_ode *ode, size_t k, char *name, size_t size)
 {
-    if (ode->component)
+    if (!ode || !name)
+        snprintf(name, name ? size : 0, "?");
+    else if (ode->component)
         ode->component(ode->context, k, name, size);
     else if (ode->system)
         phys_state_name(ode->system, k, "velocity", name, size);
@@ -58,6 +60,8 @@ void phys_ode_component(const struct phys_ode *ode, size_t k, char *name, size_t
 
 void phys_ode_free(struct phys_ode *ode)
 {
+    if (!ode)
+        return;
     if (ode->free)
         ode->free(ode->context);
     *ode = (struct phys_ode){0};

@@ -240,6 +240,8 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
 
 void phys_reference_free(struct phys_reference *reference)
 {
+    if (!reference)
+        return;
     free(reference->x);
     free(reference->uncertainty);
     reference->x = reference->uncertainty = NULL;

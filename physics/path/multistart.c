@@ -451,6 +451,8 @@ enum ad_status phys_path_all(const struct phys_system *system,
 
 void phys_solutions_free(struct phys_solutions *solutions)
 {
+    if (!solutions)
+        return;
     for (size_t k = 0; k < solutions->n; k++)
         solution_free(&solutions->solution[k]);
     free(solutions->solution);

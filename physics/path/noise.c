@@ -22,6 +22,8 @@ void phys_noise_add(const struct phys_noise *noise, const struct phys_system *sy
                     uint64_t seed, double *path)
 {
     struct phys_random random;
+    if (!noise || !system || !path)
+        return;
     phys_random_seed(&random, seed);
     for (size_t k = 0; k < system->dof; k++) {
         bool quiet = k / system->dims < noise->quiet_bodies;

@@ -22,6 +22,8 @@ const struct phys_solver *phys_solver_find(const char *name, struct ad_error *er
 
 struct phys_path_settings phys_path_defaults(const struct phys_system *system)
 {
+    if (!system || !system->scene)
+        return (struct phys_path_settings){0};
     const struct phys_scene *scene = system->scene;
     return (struct phys_path_settings){
         .rule = &phys_rule_left,

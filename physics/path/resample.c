@@ -31,13 +31,24 @@ static void place(const struct phys_grid *from, size_t dof, const double *nodes,
     }
 }
 
+static bool is_grid(const struct phys_grid *grid, struct ad_error *error)
+{
+    if (phys_lacks(grid, "slices", error) || phys_lacks(grid->rule, "action rule", error))
+        return false;
+    if (grid->slices >= 2 && grid->dt > 0 && isfinite(grid->dt))
+        return true;
+    ad_fail(error, AD_E_ARGUMENT, "slices: got %zu, %g apart; expected 2 or more, apart",
+            grid->slices, grid->dt);
+    return false;
+}
+
 double *phys_path_resample(const struct phys_grid *from, const double *path,
                            const struct phys_grid *to, size_t dof, struct ad_error *error)
 {
     struct phys_rule_table table;
-    size_t s = to->rule->degree, n = to->slices, m = from->rule->degree * (from->slices - 1) + 1;
-    if (phys_lacks(path, "path", error))
+    if (phys_lacks(path, "path", error) || !is_grid(from, error) || !is_grid(to, error))
         return NULL;
+    size_t s = to->rule->degree, n = to->slices, m = from->rule->degree * (from->slices - 1) + 1;
     double *nodes = malloc((dof + 1) * m * sizeof *nodes), *times = nodes ? nodes + dof * m : NULL;
     double *result = malloc(s * dof * n * sizeof *result);
     if (!nodes || !result) {

@@ -301,6 +301,8 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
 
 void phys_spectrum_free(struct phys_spectrum *spectrum)
 {
+    if (!spectrum)
+        return;
     free(spectrum->conjugate);
     *spectrum = (struct phys_spectrum){0};
 }

@@ -13,8 +13,18 @@ static ad_var checked(const struct phys_system *system, const char *what, ad_var
     return y;
 }
 
+static bool lacks_scene(const struct phys_system *system, ad_var q)
+{
+    struct ad_error error = {0};
+    if (phys_lacks_scene(system, &error))
+        ad_refuse(q.tape, error.status, "%s", error.message);
+    return error.status != AD_OK;
+}
+
 ad_var phys_system_lagrangian(const struct phys_system *system, ad_var q, ad_var v, ad_var t)
 {
+    if (lacks_scene(system, q))
+        return q;
     const struct phys_scene *scene = system->scene;
     const void *params = system->params;
     if (scene->lagrangian)
@@ -26,6 +36,11 @@ ad_var phys_system_lagrangian(const struct phys_system *system, ad_var q, ad_var
 void phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
                           ad_var *kinetic, ad_var *potential)
 {
+    if (!kinetic || !potential)
+        return;
+    *kinetic = *potential = q;
+    if (lacks_scene(system, q))
+        return;
     const struct phys_scene *scene = system->scene;
     const void *params = system->params;
     if (scene->kinetic && scene->potential) {

@@ -1,6 +1,7 @@
 /* Pair laws without a node per pair: pairs of bodies as the rows of one value. */
 #include "physics/physics.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 
@@ -11,13 +12,20 @@ static ad_var axis_of(ad_var q, size_t dims, size_t axis, size_t n, const uint32
                       uint32_t rows[])
 {
     for (size_t p = 0; p < n; p++)
-        rows[p] = (uint32_t)(bodies[p] * dims + axis);
+        rows[p] = (uint32_t)fmin(bodies[p] * (double)dims + (double)axis, UINT32_MAX);
     return ad_gather_rows(q, n, rows);
 }
 
 void phys_listed_differences(ad_var q, size_t dims, size_t pairs, const uint32_t first[],
                              const uint32_t second[], ad_var d[])
 {
+    if (!d || (pairs && (!first || !second))) {
+        ad_var none = ad_refuse(q.tape, AD_E_ARGUMENT, "pairs: got no %s (NULL)",
+                                d ? "list of bodies" : "place for the differences");
+        for (size_t axis = 0; d && axis < dims; axis++)
+            d[axis] = none;
+        return;
+    }
     uint32_t *rows = malloc((pairs + 1) * sizeof *rows);
     for (size_t axis = 0; axis < dims; axis++)
         d[axis] = rows ? ad_sub(axis_of(q, dims, axis, pairs, first, rows),
@@ -38,13 +46,17 @@ static void list_all(size_t bodies, uint32_t first[], uint32_t second[])
 
 void phys_pair_differences(ad_var q, size_t bodies, size_t dims, ad_var d[])
 {
+    if (bodies > ad_rows(q)) { /* and the number of pairs may not even be a size_t */
+        bodies = 0;
+        ad_refuse(q.tape, AD_E_SHAPE, "pairs: more bodies than the %zu rows", ad_rows(q));
+    }
     size_t pairs = bodies < 2 ? 0 : bodies * (bodies - 1) / 2;
     uint32_t *list = pairs ? malloc(2 * pairs * sizeof *list) : NULL;
     if (list) {
         list_all(bodies, list, list + pairs);
         phys_listed_differences(q, dims, pairs, list, list + pairs, d);
     }
-    for (size_t axis = 0; axis < dims && !list; axis++)
+    for (size_t axis = 0; axis < dims && !list && d; axis++)
         d[axis] = pairs ? ad_refuse(q.tape, AD_E_MEMORY, "out of memory for %zu pairs", pairs)
                         : ad_refuse(q.tape, AD_E_ARGUMENT,
                                     "pairs: %zu bodies, expected two or more", bodies);

@@ -84,6 +84,8 @@ enum ad_status phys_system_make(const struct phys_scene *scene, struct phys_syst
 
 void phys_system_close(struct phys_system *system)
 {
+    if (!system)
+        return;
     free(system->params);
     phys_library_close(system->library);
     *system = (struct phys_system){0};
@@ -92,10 +94,10 @@ void phys_system_close(struct phys_system *system)
 enum ad_status phys_system_set(struct phys_system *system, const char *name, double value,
                                struct ad_error *error)
 {
-    const struct phys_scene *scene = system->scene;
     const char *names[MOST_PARAMS];
     if (phys_lacks_scene(system, error))
         return error->status;
+    const struct phys_scene *scene = system->scene;
     size_t n = scene->n_params < MOST_PARAMS ? scene->n_params : MOST_PARAMS;
     for (size_t k = 0; k < n; k++)
         names[k] = scene->params[k].name;
@@ -127,7 +129,7 @@ enum ad_status phys_system_set_all(struct phys_system *system, size_t n,
 
 double phys_system_get(const struct phys_system *system, const char *name)
 {
-    for (size_t k = 0; k < system->scene->n_params; k++)
+    for (size_t k = 0; system && system->scene && name && k < system->scene->n_params; k++)
         if (strcmp(system->scene->params[k].name, name) == 0)
             return *value_of(system, k);
     return (double)NAN;
@@ -135,6 +137,10 @@ double phys_system_get(const struct phys_system *system, const char *name)
 
 void phys_coordinate_name(const struct phys_system *system, size_t k, char *name, size_t size)
 {
+    if (!name || !system || k >= system->dof) {
+        snprintf(name, name ? size : 0, "?");
+        return;
+    }
     const struct phys_scene *scene = system->scene;
     size_t body = k / system->dims, axis = k % system->dims;
     if (scene->coordinates)

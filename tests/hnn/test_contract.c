@@ -77,6 +77,10 @@ static void test_null(void **state)
     assert_null(hnn_model_blocks(NULL, &n));
     assert_true(n == 0 && hnn_model_size(NULL) == 0 && !hnn_model_noted(NULL, "a") &&
                 !hnn_model_noted(model, NULL) && !hnn_model_range(NULL).low);
+    assert_non_null(hnn_model_blocks(model, NULL));
+    hnn_rod_step(NULL, x, y);
+    hnn_rod_step(&rod, x, NULL);
+    hnn_times(0, 1, 2, NULL);
     hnn_model_set_parameters(NULL, x);
     hnn_model_set_parameters(model, NULL);
     hnn_model_evaluate_in(NULL, AD_F32);

@@ -1,5 +1,7 @@
 /* What was not found, not opened or not given is an error, the one already held if there is one. */
 #include "tests/close.h"
+#include "physics/ephemeris/horizons.h"
+#include "physics/gas/order.h"
 #include "physics/stability/stability.h"
 #include "physics/motion/motion.h"
 
@@ -113,12 +115,152 @@ static void test_start_at_rest(void **state)
     }
 }
 
+/* ---- G2: functions that return no status ---- */
+
+static void test_unknown_numbers(void **state)
+{
+    (void)state;
+    struct phys_system pendulum, closed = {0};
+    struct phys_legendre *l;
+    struct phys_totals totals;
+    struct ad_error e = {0};
+    double q[2] = {1, 2}, v[2] = {3, 4}, p[2], force[2];
+    assert_int_equal(phys_system_open("pendulum", &pendulum, &e), AD_OK);
+    assert_int_equal(phys_legendre_new(&pendulum, &l, &e), AD_OK);
+    const double numbers[] = {
+        phys_system_get(NULL, "m"),
+        phys_system_get(&pendulum, NULL),
+        phys_system_get(&closed, "m"),
+        phys_system_get(&pendulum, "none"),
+        phys_legendre_energy(NULL, q, v, 0),
+        phys_legendre_energy(l, NULL, v, 0),
+        phys_legendre_energy(l, q, NULL, 0),
+        phys_legendre_condition(NULL, q, v, 0),
+        phys_legendre_condition(l, q, NULL, 0),
+        phys_approach_closest(NULL).distance,
+    };
+    for (size_t k = 0; k < LENGTH(numbers); k++)
+        if (!isnan(numbers[k]))
+            fail_msg("number %zu: %g", k, numbers[k]);
+    phys_totals(NULL, q, v, 0, &totals);
+    assert_true(isnan(totals.energy) && isnan(totals.angular[2]) && isnan(totals.mass));
+    phys_totals(l, q, NULL, 0, &totals);
+    assert_true(isnan(totals.energy) && isnan(totals.momentum[0]));
+    phys_totals(l, q, v, 0, NULL);
+    phys_legendre_momentum(NULL, q, v, 0, p, force);
+    p[0] = force[0] = 1;
+    phys_legendre_momentum(l, NULL, v, 0, p, force);
+    assert_true(isnan(p[0]) && isnan(force[0]));
+    phys_legendre_momentum(l, q, NULL, 0, NULL, NULL);
+    assert_int_equal(phys_legendre_velocity(NULL, q, p, 0, v, &e), AD_E_ARGUMENT);
+    e = (struct ad_error){0};
+    assert_int_equal(phys_legendre_velocity(l, q, NULL, 0, v, &e), AD_E_ARGUMENT);
+    assert_false(phys_keeps_energy(NULL) || phys_keeps_energy(&closed));
+    assert_true(phys_keeps_energy(&pendulum));
+    phys_legendre_free(l);
+    phys_system_close(&pendulum);
+}
+
+static void test_unknown_names(void **state)
+{
+    (void)state;
+    struct phys_system pendulum;
+    struct ad_error e = {0};
+    struct phys_ode ode = {0};
+    char name[20];
+    assert_int_equal(phys_system_open("pendulum", &pendulum, &e), AD_OK);
+    phys_coordinate_name(&pendulum, 1, name, sizeof name); /* it has one coordinate */
+    assert_string_equal(name, "?");
+    phys_coordinate_name(NULL, 0, name, sizeof name);
+    assert_string_equal(name, "?");
+    phys_ode_component(NULL, 0, name, sizeof name);
+    assert_string_equal(name, "?");
+    phys_coordinate_name(&pendulum, 0, NULL, sizeof name);
+    phys_ode_component(&ode, 0, NULL, sizeof name);
+    phys_horizons_date(2451545, NULL, 20);
+    assert_string_equal(phys_state_text((enum phys_state)99), "unknown");
+    assert_string_equal(phys_state_text((enum phys_state) - 1), "unknown");
+    assert_null(phys_nearest(NULL, 1, (const char *const[]){"a"}));
+    assert_null(phys_nearest("a", 1, NULL));
+    assert_int_equal(phys_find("thing", "a", 3, NULL, &e), 3);
+    assert_int_equal(e.status, AD_E_ARGUMENT);
+    assert_null(phys_approach_events(NULL));
+    phys_system_close(&pendulum);
+}
+
+/* Each call leaves its error in the tape of q, four rows. */
+static void test_unknown_values(void **state)
+{
+    (void)state;
+    struct phys_system closed = {0};
+    const uint32_t one[] = {0}, other[] = {1}, far[] = {0x80000000u}; /* row 2^32 is not row 0 */
+    for (int k = 0; k < 12; k++) {
+        ad_tape *tape = ad_tape_new(AD_F64);
+        ad_var q = ad_input(tape, 4, 1, "q"), d[4], T, V;
+        struct phys_rule_points points;
+        k == 0    ? phys_pair_differences(q, 2, 2, NULL)
+        : k == 1  ? phys_pair_differences(q, (size_t)1 << 33, 2, d)
+        : k == 2  ? phys_pair_differences(q, 1, 2, d)
+        : k == 3  ? phys_listed_differences(q, 2, 1, NULL, other, d)
+        : k == 4  ? phys_listed_differences(q, 2, 1, one, other, NULL)
+        : k == 5  ? phys_listed_differences(q, 2, 1, one, far, d)
+        : k == 6  ? (void)phys_listed_squares(q, 2, 1, one, NULL, 0)
+        : k == 7  ? (void)phys_pair_squares(q, 3, 2, 0)
+        : k == 8  ? (void)phys_system_lagrangian(NULL, q, q, q)
+        : k == 9  ? (void)phys_system_lagrangian(&closed, q, q, q)
+        : k == 10 ? phys_system_energies(&closed, q, q, q, &T, &V)
+                  : phys_rule_points(NULL, q, 1, &points);
+        if (ad_tape_error(tape)->status == AD_OK)
+            fail_msg("call %d leaves no error", k);
+        ad_tape_free(tape);
+    }
+    phys_pair_squares((ad_var){0}, 2, 2, 0);
+    phys_rule_points(NULL, (ad_var){0}, 1, NULL);
+    phys_action_hold_energy(NULL, 1);
+    phys_action_hold_energy(&(struct phys_action){0}, 1);
+}
+
+static void test_nothing_done(void **state)
+{
+    (void)state;
+    struct phys_system pendulum;
+    struct ad_error e = {0};
+    double path[6] = {1, 1, 1, 1, 1, 1};
+    const struct phys_noise noise = {.sigma = 1};
+    assert_int_equal(phys_system_open("pendulum", &pendulum, &e), AD_OK);
+    phys_noise_add(NULL, &pendulum, 6, 1, path);
+    phys_noise_add(&noise, NULL, 6, 1, path);
+    phys_noise_add(&noise, &pendulum, 6, 1, NULL);
+    for (size_t k = 0; k < LENGTH(path); k++)
+        assert_true(path[k] == 1);
+    assert_int_equal(phys_path_defaults(NULL).slices, 0);
+    const struct phys_grid grid = {phys_rule_find("midpoint", &e), 3, 0.5},
+                           still = {grid.rule, 3, 0};
+    assert_null(phys_path_resample(NULL, path, &grid, 1, &e));
+    assert_int_equal(e.status, AD_E_ARGUMENT);
+    e = (struct ad_error){0};
+    assert_null(phys_path_resample(&grid, path, &still, 1, &e));
+    assert_int_equal(e.status, AD_E_ARGUMENT);
+    e = (struct ad_error){0};
+    assert_null(phys_path_resample(&(struct phys_grid){NULL, 3, 0.5}, path, &grid, 1, &e));
+    assert_int_equal(e.status, AD_E_ARGUMENT);
+    phys_system_close(&pendulum);
+    phys_system_close(NULL);
+    phys_spectrum_free(NULL);
+    phys_solutions_free(NULL);
+    phys_ode_free(NULL);
+    phys_reference_free(NULL);
+    phys_motion_free(NULL);
+    phys_horizons_free(NULL);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_failed_searches),
-        cmocka_unit_test(test_nothing_given),
-        cmocka_unit_test(test_start_at_rest),
+        cmocka_unit_test(test_failed_searches), cmocka_unit_test(test_nothing_given),
+        cmocka_unit_test(test_start_at_rest),   cmocka_unit_test(test_unknown_numbers),
+        cmocka_unit_test(test_unknown_names),   cmocka_unit_test(test_unknown_values),
+        cmocka_unit_test(test_nothing_done),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
