@@ -12,7 +12,7 @@
 #ifndef HNN_H
 #define HNN_H
 
-#include "physics/motion/motion.h"
+#include "physics/physics.h"
 
 #ifdef __cplusplus
 extern "C" {

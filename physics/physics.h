@@ -1,19 +1,25 @@
 /* Physics on the tape: a Lagrangian written once gives the action of a discretised path, its
-   gradient, the stationary path between two ends, and the motion from a start. All of it but motion
-   by integrators (motion/motion.h), stability (stability/stability.h), tables of Horizons
-   (ephemeris/horizons.h) and order in a gas (gas/order.h). */
+   gradient, the stationary path between two ends, and the motion from a start. All public headers
+   of this folder. */
 #ifndef PHYSICS_H
 #define PHYSICS_H
 
 #include "autodiff/autodiff.h"
 #include "autodiff/optim.h"
-#include "physics/system/system.h"
+#include "physics/action/action.h"
+#include "physics/ephemeris/ephemeris.h"
+#include "physics/ephemeris/horizons.h"
+#include "physics/gas/order.h"
+#include "physics/integrators/integrators.h"
 #include "physics/io/names.h"
 #include "physics/lagrangian/check.h"
 #include "physics/lagrangian/conserved.h"
 #include "physics/lagrangian/euler_lagrange.h"
-#include "physics/action/action.h"
+#include "physics/lagrangian/legendre.h"
+#include "physics/motion/motion.h"
+#include "physics/ode/ode.h"
 #include "physics/path/path.h"
-#include "physics/ephemeris/ephemeris.h"
+#include "physics/stability/stability.h"
+#include "physics/system/system.h"
 
 #endif

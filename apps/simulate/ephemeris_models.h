@@ -3,7 +3,7 @@
 #define APPS_EPHEMERIS_MODELS_H
 
 #include "physics/ephemeris/horizons.h"
-#include "physics/motion/motion.h"
+#include "physics/physics.h"
 
 enum { EPHEMERIS_PLANETS = 4, EPHEMERIS_MODELS = 8, EPHEMERIS_DAYS = 65 };
 

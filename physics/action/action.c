@@ -1,6 +1,6 @@
 /* The discretised action on a tape: S = dt sum w L(q, v, t) over the points of a rule, and the
    means that the paper prints (Greydanus et al., arXiv 2303.02115, table 2). */
-#include "physics/internal.h"
+#include "internal.h"
 
 /* Sum over the points of a rule, weighted; over elements it is a mean. */
 static ad_var weighted(const struct phys_action *action, ad_var x)

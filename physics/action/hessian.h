@@ -5,7 +5,7 @@
 #ifndef PHYSICS_HESSIAN_H
 #define PHYSICS_HESSIAN_H
 
-#include "physics/internal.h"
+#include "internal.h"
 
 struct phys_hessian {
     struct phys_rule_table table;

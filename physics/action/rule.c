@@ -1,5 +1,5 @@
 /* The table of action rules, and where a rule looks at a path. */
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <stdlib.h>
 #include <string.h>

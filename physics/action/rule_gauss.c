@@ -2,7 +2,7 @@
    and L is integrated by Gauss's s points; the path at the slices converges with order 2s (Ober-
    Bloebaum, Saake, Construction and analysis of higher order Galerkin variational integrators,
    Adv. Comput. Math. 2015). */
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <math.h>
 

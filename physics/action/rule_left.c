@@ -1,7 +1,7 @@
 /* The published rules: forward difference and rectangle, of first order. For separable L the
    stationary path of `left` is the semi-implicit Euler path. `left+repeat` counts the last slice
    too, with the velocity before it, which moves the stationary path off the true one. */
-#include "physics/internal.h"
+#include "internal.h"
 
 static void fill(const struct phys_rule *rule, struct phys_rule_table *table)
 {

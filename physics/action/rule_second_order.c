@@ -1,7 +1,7 @@
 /* Rules of second order. Their discrete motions are the implicit midpoint rule and, for separable
    L, Stoermer-Verlet (Marsden, West, Discrete mechanics and variational integrators, Acta Numerica
    2001, section 2.6). */
-#include "physics/internal.h"
+#include "internal.h"
 
 static void midpoint(const struct phys_rule *rule, struct phys_rule_table *table)
 {

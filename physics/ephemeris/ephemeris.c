@@ -1,6 +1,6 @@
 /* The bodies of an ephemeris system: chosen by name, or taken from Horizons tables. */
 #include "horizons.h"
-#include "physics/internal.h"
+#include "physics/scenes/scenes.h"
 #include "physics/scenes/ephemeris.h"
 #include "physics/scenes/ephemeris_rough.h"
 

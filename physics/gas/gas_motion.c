@@ -4,7 +4,8 @@
    recorded once over all pairs. */
 #include "cell_list.h"
 #include "physics/motion/motion.h"
-#include "physics/internal.h"
+#include "physics/lagrangian/internal.h"
+#include "physics/scenes/scenes.h"
 #include "physics/scenes/gas.h"
 
 #include <math.h>

@@ -6,7 +6,7 @@
    Newton's method (stages.c). Both go on until rounding stops them, because what is left over would
    be the drift of the energy. */
 #include "stages.h"
-#include "physics/internal.h"
+#include "physics/action/internal.h"
 
 #include <float.h>
 #include <stdlib.h>

@@ -65,7 +65,7 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
 }
 
 /* The last two numbers of the last row: orders 8 and 6. */
-static enum ad_status error_norm(struct phys_stepper *s, const struct phys_simulation *settings,
+static enum ad_status error_norm(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                                  double *norm, struct ad_error *error)
 {
     const double *T = s->work;
@@ -74,7 +74,7 @@ static enum ad_status error_norm(struct phys_stepper *s, const struct phys_simul
     for (size_t k = 0; k < s->n; k++) {
         double e = T[k] - T[s->n + k];
         double x =
-            e == 0 ? 0 : e / phys_allowed(settings, k, fmax(fabs(s->y[k]), fabs(s->next[k])));
+            e == 0 ? 0 : e / phys_allowed(tolerance, k, fmax(fabs(s->y[k]), fabs(s->next[k])));
         sum += x * x;
         if (!(fabs(x) <= worst)) {
             worst = fabs(x);

@@ -1,6 +1,6 @@
 /* The table of integrators. */
 #include "stepper.h"
-#include "physics/internal.h"
+#include "physics/action/internal.h"
 
 const struct phys_integrator *const phys_integrators[] = {
 #define INTEGRATOR(name) &phys_##name,

@@ -80,13 +80,13 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
 }
 
 /* Mean square of the scaled error with these weights; the worst component is kept. */
-static double mean_square(struct phys_stepper *s, const struct phys_simulation *settings,
+static double mean_square(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                           const double *weights)
 {
     double *e = stage_point(s), sum = 0, worst = -1;
     combine(s, table_of(s->integrator)->stages + 1, weights, e);
     for (size_t k = 0; k < s->n; k++) {
-        double allowed = phys_allowed(settings, k, fmax(fabs(s->y[k]), fabs(s->next[k])));
+        double allowed = phys_allowed(tolerance, k, fmax(fabs(s->y[k]), fabs(s->next[k])));
         double x = e[k] == 0 ? 0 : s->h * e[k] / allowed;
         sum += x * x;
         if (!(fabs(x) <= worst)) {
@@ -99,14 +99,14 @@ static double mean_square(struct phys_stepper *s, const struct phys_simulation *
 
 /* With two estimates, e5 sqrt(e5 / (e5 + e3 / 100)), of order 8 where e3 dominates (ibid., section
    II.10). */
-static enum ad_status error_norm(struct phys_stepper *s, const struct phys_simulation *settings,
+static enum ad_status error_norm(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                                  double *norm, struct ad_error *error)
 {
     const struct phys_butcher *table = table_of(s->integrator);
     if (table->error[table->stages] != 0 && phys_stepper_need_next_rate(s, error) != AD_OK)
         return error->status;
-    double low = table->error_3 ? mean_square(s, settings, table->error_3) : 0;
-    double e = mean_square(s, settings, table->error);
+    double low = table->error_3 ? mean_square(s, tolerance, table->error_3) : 0;
+    double e = mean_square(s, tolerance, table->error);
     *norm = low == 0 ? sqrt(e) : e / sqrt(e + 0.01 * low);
     return AD_OK;
 }

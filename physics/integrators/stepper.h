@@ -2,7 +2,7 @@
 #ifndef PHYSICS_STEPPER_H
 #define PHYSICS_STEPPER_H
 
-#include "physics/motion/motion.h"
+#include "integrators.h"
 
 #include <math.h>
 
@@ -34,7 +34,7 @@ struct phys_scheme {
     /* next, at t + h; next_rate where it comes for free. */
     enum ad_status (*step)(struct phys_stepper *s, double h, struct ad_error *error);
     /* Error of the step just taken in units of what is allowed: under 1 is good. */
-    enum ad_status (*error_norm)(struct phys_stepper *s, const struct phys_simulation *settings,
+    enum ad_status (*error_norm)(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                                  double *norm, struct ad_error *error);
     /* The extra rows of the dense polynomial. */
     enum ad_status (*dense)(struct phys_stepper *s, double *rows, struct ad_error *error);
@@ -64,9 +64,10 @@ enum ad_status phys_stepper_dense(struct phys_stepper *s, struct ad_error *error
 void phys_stepper_at(const struct phys_stepper *s, double theta, double *y);
 
 /* What component k may err in a step. */
-static inline double phys_allowed(const struct phys_simulation *settings, size_t k, double y)
+static inline double phys_allowed(const struct phys_tolerance *tolerance, size_t k, double y)
 {
-    return settings->atol * (settings->scale ? settings->scale[k] : 1) + settings->rtol * fabs(y);
+    return tolerance->atol * (tolerance->scale ? tolerance->scale[k] : 1) +
+           tolerance->rtol * fabs(y);
 }
 
 /* ---- families and methods ---- */

@@ -1,5 +1,5 @@
 /* Finding something by name in one of the tables, and saying what there is when it is not there. */
-#include "physics/physics.h"
+#include "names.h"
 
 #include <stdio.h>
 #include <stdlib.h>

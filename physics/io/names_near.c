@@ -1,6 +1,6 @@
 /* "Did you mean": the nearest of a few names, by optimal string alignment (insertion, deletion,
    substitution, swap of neighbours), letter case ignored. */
-#include "physics/physics.h"
+#include "names.h"
 
 #include <ctype.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* Checks of a scene's Lagrangian: values finite, gradient right, slices independent. */
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <math.h>
 #include <stdlib.h>

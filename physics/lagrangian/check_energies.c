@@ -1,6 +1,6 @@
 /* Checks that kinetic and potential energy of a scene are those of its Lagrangian: V does not
    depend on the velocities, T - V is L, and T + V is the energy v L_v - L. */
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <math.h>
 

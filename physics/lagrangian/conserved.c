@@ -1,7 +1,6 @@
 /* Quantities that a Lagrangian conserves (conserved.h). */
 #include "conserved.h"
-#include "physics/internal.h"
-#include "physics/motion/motion.h"
+#include "internal.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #ifndef PHYSICS_LAGRANGIAN_CURVATURE_H
 #define PHYSICS_LAGRANGIAN_CURVATURE_H
 
-#include "physics/internal.h"
+#include "internal.h"
 
 struct phys_curvature {
     const struct phys_system *system;

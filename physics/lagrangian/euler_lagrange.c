@@ -4,7 +4,7 @@
    fixed L_vq v + L_vt = d/dv (L_q . w + L_t). M comes from dof lanes of the same state: column j of
    the gradient of sum_j p_j(lane j) with respect to the lanes' v is column j of M, all of it in one
    run. Where M is constant it folds away when compiled, and is evaluated and factored once. */
-#include "physics/internal.h"
+#include "internal.h"
 #include "mass.h"
 #include "physics/linear/linear.h"
 

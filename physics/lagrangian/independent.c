@@ -1,5 +1,5 @@
 /* Whether a value depends on others at all, from what compiling leaves of its derivatives. */
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,6 @@
 /* From a Lagrangian to momenta p = L_v, energy v p - L, and back to velocities. */
-#include "physics/motion/motion.h"
 #include "mass.h"
-#include "physics/internal.h"
+#include "internal.h"
 #include "physics/linear/linear.h"
 
 #include <float.h>

@@ -1,6 +1,6 @@
 /* The published path of an initial-value problem: semi-implicit Euler of first order. */
 #include "motion.h"
-#include "physics/internal.h"
+#include "physics/ode/internal.h"
 
 #include <stdlib.h>
 

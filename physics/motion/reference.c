@@ -1,7 +1,8 @@
 /* The motion as well as double precision knows it (motion.h): two runs, whose distance tells how
    rounding grows, and one back to the start, which tells of errors that both have in common. */
-#include "physics/internal.h"
+#include "motion.h"
 #include "physics/integrators/stepper.h"
+#include "physics/ode/internal.h"
 
 #include <float.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* The driver: steps, events, samples and energy, one step after the other. */
-#include "simulate.h"
+#include "run.h"
 #include "autodiff/clock.h"
-#include "physics/internal.h"
+#include "physics/ode/internal.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -274,6 +274,7 @@ enum ad_status phys_simulate(const struct phys_simulation *settings, const struc
     if (settings->integrator->adaptive && settings->atol == 0 &&
         default_sizes(&own, ode, y, &sizes, error) != AD_OK)
         return error->status;
+    run.tolerance = (struct phys_tolerance){own.rtol, own.atol, own.scale};
     double before = ad_now();
     if (begin(&run, ode, y, error) == AD_OK)
         march(&run, error);

@@ -1,7 +1,7 @@
 /* Events within a step. Those that ask for it (`coarse`) are looked for at a few points of the
    step; of all others every root is isolated (roots.h), on the step's polynomial where that follows
    the motion, else on a finer run within the step (simulate_within.c). */
-#include "simulate.h"
+#include "run.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* Steps under control: of one length, or as long as the error allows (Hairer, Norsett, Wanner,
    Solving Ordinary Differential Equations I, section II.4; the controller of Gustafsson for order
    5, the plain one for order 8, as in their codes DOPRI5 and DOP853). */
-#include "simulate.h"
+#include "run.h"
 
 #include <float.h>
 #include <math.h>
@@ -58,7 +58,7 @@ static enum ad_status attempt(struct run *run, double h, double *norm, struct ad
     m->has_next_rate = false;
     *norm = INFINITY;
     if (scheme->step(m, h, &local) == AD_OK)
-        scheme->error_norm(m, run->settings, norm, &local);
+        scheme->error_norm(m, &run->tolerance, norm, &local);
     *cause = local;
     if (local.status != AD_OK && local.status != AD_E_NONFINITE)
         return ad_fail(error, local.status, "%s", local.message);
@@ -132,7 +132,7 @@ static double norm(const struct run *run, const double *x, const double *y)
 {
     double sum = 0;
     for (size_t k = 0; k < run->stepper.n; k++) {
-        double a = x[k] == 0 ? 0 : x[k] / phys_allowed(run->settings, k, y[k]);
+        double a = x[k] == 0 ? 0 : x[k] / phys_allowed(&run->tolerance, k, y[k]);
         sum += a * a;
     }
     return sqrt(sum / (double)run->stepper.n);

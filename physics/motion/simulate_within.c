@@ -1,6 +1,6 @@
 /* Events within a step of fixed length that the step's polynomial does not resolve, of many periods
    say: on a run of dop853 from the start of the step, moved so that it ends where the step does. */
-#include "simulate.h"
+#include "run.h"
 
 #include <stdlib.h>
 #include <string.h>

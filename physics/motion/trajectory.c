@@ -1,6 +1,6 @@
 /* Simulations kept as paths on equal slices (motion.h). */
 #include "motion.h"
-#include "physics/internal.h"
+#include "physics/ode/internal.h"
 
 #include <stdlib.h>
 #include <string.h>

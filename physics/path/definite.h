@@ -2,6 +2,7 @@
 #ifndef PHYSICS_PATH_DEFINITE_H
 #define PHYSICS_PATH_DEFINITE_H
 
+#include "internal.h"
 #include "physics/action/hessian.h"
 
 /* Of h->mass, which it destroys: positive or negative definite at all points, else indefinite from

@@ -4,7 +4,7 @@
 #ifndef PHYSICS_PATH_ENERGY_SWEEP_H
 #define PHYSICS_PATH_ENERGY_SWEEP_H
 
-#include "physics/internal.h"
+#include "internal.h"
 
 struct phys_energy_question {
     double from, to, time;

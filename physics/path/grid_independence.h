@@ -2,7 +2,7 @@
 #ifndef PHYSICS_GRID_INDEPENDENCE_H
 #define PHYSICS_GRID_INDEPENDENCE_H
 
-#include "physics/internal.h"
+#include "internal.h"
 
 /* path [s*dof x slices] is stationary. */
 enum ad_status phys_path_grid_independent(const struct phys_system *system,

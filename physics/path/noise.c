@@ -1,5 +1,5 @@
 /* Noisy starts, drawn as the published code draws them (physics.h: struct phys_noise). */
-#include "physics/internal.h"
+#include "internal.h"
 #include "physics/io/random.h"
 
 enum { QUIET = 3 }; /* slices at either end that carry no noise */

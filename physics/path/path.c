@@ -1,5 +1,5 @@
 /* Stationary paths: the table of solvers, and what is asked of them all. */
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <math.h>
 

@@ -2,6 +2,7 @@
    descent with momentum. The ends are held by a gradient of zero there, everything else moves. A
    step is one run of the program and one step of the optimiser on the program's own storage; it
    allocates nothing. A descent finds minima, and the true path often is none (Morse index > 0). */
+#include "autodiff/optim.h"
 #include "path_program.h"
 
 #include <math.h>

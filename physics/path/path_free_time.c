@@ -1,7 +1,7 @@
 /* Stationary paths whose end time is free: dS/dT = -E, so that they are those of energy zero; more
    generally, the path between two ends that has a given energy, and the time that it takes. The
    secant method on the logarithm of the time, each trial a Newton solution from the one before. */
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <float.h>
 #include <math.h>

@@ -3,7 +3,7 @@
 #ifndef PHYSICS_PATH_NODES_H
 #define PHYSICS_PATH_NODES_H
 
-#include "physics/internal.h"
+#include "internal.h"
 
 struct phys_path_nodes {
     size_t degree, dof, slices, n; /* n = degree * (slices - 1) + 1 */

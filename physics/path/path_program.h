@@ -3,7 +3,7 @@
 #ifndef PHYSICS_PATH_PROGRAM_H
 #define PHYSICS_PATH_PROGRAM_H
 
-#include "physics/internal.h"
+#include "internal.h"
 
 struct phys_path_program {
     const struct phys_system *system;

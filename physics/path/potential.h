@@ -2,7 +2,7 @@
 #ifndef PHYSICS_PATH_POTENTIAL_H
 #define PHYSICS_PATH_POTENTIAL_H
 
-#include "physics/internal.h"
+#include "internal.h"
 
 enum { PHYS_POTENTIAL_LANES = 128 };
 

@@ -1,5 +1,5 @@
 /* A path on other slices, or for another rule (path.h). */
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <math.h>
 #include <stdlib.h>

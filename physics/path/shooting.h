@@ -3,6 +3,7 @@
 #ifndef PHYSICS_PATH_SHOOTING_H
 #define PHYSICS_PATH_SHOOTING_H
 
+#include "internal.h"
 #include "physics/lagrangian/curvature.h"
 
 struct phys_shooting {

@@ -3,7 +3,7 @@
        L = ((x' - y)^2 + (y' + x)^2) / 2 + (1 - mu)/r1 + mu/r2,
    and its Legendre energy is Jacobi's constant. The start lies on Arenstorf's periodic orbit with
    four loops (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.0). */
-#include "physics/internal.h"
+#include "scenes.h"
 
 struct arenstorf {
     double mu, x0, y0, u0, v0;

@@ -2,7 +2,7 @@
 #ifndef PHYSICS_SCENES_ATTRACTION_H
 #define PHYSICS_SCENES_ATTRACTION_H
 
-#include "physics/physics.h"
+#include "physics/system/system.h"
 
 /* Sum of m_b v_b^2 / 2 over bodies [1 x n]. v: [bodies*dims x n]. */
 ad_var phys_attraction_kinetic(ad_var v, size_t bodies, size_t dims, const double m[]);

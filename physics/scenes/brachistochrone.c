@@ -6,7 +6,7 @@
    time of the descent. In the drop itself the metric would have a pole; u begins like t. The second
    coordinate is w = x / u, x from the start on, so that a straight line of (u, w) is a straight
    chute, and x' / u = w' + w u' / u. */
-#include "physics/internal.h"
+#include "scenes.h"
 
 #include <math.h>
 

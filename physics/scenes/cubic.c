@@ -1,6 +1,6 @@
 /* An oscillator with a cubic term, V = k x^2/2 + a x^3/3: the simplest one in which a step can be
    in resonance with the motion. */
-#include "physics/internal.h"
+#include "scenes.h"
 
 struct cubic {
     double m, k, a, q0, v0;

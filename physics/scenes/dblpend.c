@@ -1,5 +1,5 @@
 /* Two pendulums, one hanging from the other; chaotic at this energy. Angles from the vertical. */
-#include "physics/internal.h"
+#include "scenes.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
 /* Two bodies under the law of Lennard-Jones, V = 4 epsilon ((sigma/r)^12 - (sigma/r)^6), without a
    cap: the steep wall is what limits the step. */
-#include "physics/internal.h"
+#include "scenes.h"
 
 struct dimer {
     double m, epsilon, sigma, r0;

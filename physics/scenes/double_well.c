@@ -1,6 +1,6 @@
 /* Two wells side by side, V = height ((x/a)^2 - 1)^2. A particle of less energy than the barrier
    stays in its well; a quantum one tunnels. */
-#include "physics/internal.h"
+#include "scenes.h"
 
 struct double_well {
     double m, a, height, x0, v0;

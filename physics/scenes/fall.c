@@ -1,6 +1,6 @@
 /* A body that falls from rest into the centre of a 1/r attraction: the orbit of eccentricity 1,
    which ends after pi sqrt(r0^3 / (8 gm)). */
-#include "physics/internal.h"
+#include "scenes.h"
 
 #include <math.h>
 

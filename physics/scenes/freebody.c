@@ -1,5 +1,5 @@
 /* A body thrown upwards under constant gravity. Its path of least action is a parabola. */
-#include "physics/internal.h"
+#include "scenes.h"
 
 struct freebody {
     double m, g, x0, v0;

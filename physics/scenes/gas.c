@@ -10,7 +10,7 @@
    (Caldirola and Kanai), so that damped paths are stationary paths, too.
    Walls are springs: V = walls/2 times the squares of how far bodies are outside the square. */
 #include "gas.h"
-#include "physics/internal.h"
+#include "scenes.h"
 #include "physics/io/random.h"
 
 #include <math.h>

@@ -3,7 +3,7 @@
 #ifndef PHYS_SCENES_GAS_H
 #define PHYS_SCENES_GAS_H
 
-#include "physics/physics.h"
+#include "physics/system/system.h"
 
 enum { PHYS_GAS_DIMS = 2, PHYS_GAS_MOST = 20000 };
 

@@ -1,6 +1,6 @@
 /* One body around a fixed centre, from pericentre; energies are per unit of mass. With e = 0.6 and
    a = GM = 1 the energy is -1/2, the angular momentum 0.8, the action of a period 3 pi. */
-#include "physics/internal.h"
+#include "scenes.h"
 
 #include <math.h>
 

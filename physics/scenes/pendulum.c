@@ -1,5 +1,5 @@
 /* A pendulum of any amplitude. Over a whole swing the true path is a saddle of the action. */
-#include "physics/internal.h"
+#include "scenes.h"
 
 #include <math.h>
 

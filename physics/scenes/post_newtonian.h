@@ -2,7 +2,7 @@
 #ifndef PHYSICS_SCENES_POST_NEWTONIAN_H
 #define PHYSICS_SCENES_POST_NEWTONIAN_H
 
-#include "physics/physics.h"
+#include "physics/system/system.h"
 
 /* The part of the Lagrangian of point masses m [bodies] that goes with 1/c^2 (SI units), velocities
    about the common centre of mass [1 x n]:

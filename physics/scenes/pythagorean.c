@@ -2,7 +2,7 @@
    opposite its side. They nearly collide many times until two of them leave as a pair (Szebehely,
    Peters, Astronomical Journal 72, 1967). */
 #include "attraction.h"
-#include "physics/internal.h"
+#include "scenes.h"
 
 #include <string.h>
 

@@ -1,5 +1,5 @@
 /* The table of the built-in scenes (scenes.def). */
-#include "physics/internal.h"
+#include "scenes.h"
 
 const struct phys_scene *const phys_scenes[] = {
 #define SCENE(name) &phys_scene_##name,

@@ -1,5 +1,5 @@
 /* A mass on a spring. Its action is a minimum for less than half a period, a saddle beyond. */
-#include "physics/internal.h"
+#include "scenes.h"
 
 struct spring {
     double m, k, q0, v0;

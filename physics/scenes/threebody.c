@@ -2,7 +2,7 @@
        V = -G sum over pairs of m_i m_j / (r + offset),  r = sqrt(d^2 + softening).
    The published code replaces 1/(r + offset) by a line where bodies are close, which breaks the law
    and its gradient there; that is off unless cap_radius is set. */
-#include "physics/internal.h"
+#include "scenes.h"
 
 #include <string.h>
 

@@ -8,7 +8,7 @@
    How the motion itself grows its rate f(y) tells, which in an autonomous system follows the same
    linearised field. Chaotic is growth beyond that of f. */
 #include "stability.h"
-#include "physics/internal.h"
+#include "physics/ode/internal.h"
 
 #include <float.h>
 #include <math.h>

@@ -1,6 +1,6 @@
 /* The frequencies of small motions about a place, from the second derivatives of L on the tape. */
 #include "stability.h"
-#include "physics/internal.h"
+#include "physics/ode/internal.h"
 #include "physics/linear/linear.h"
 
 #include <math.h>

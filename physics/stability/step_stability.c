@@ -3,7 +3,7 @@
    eigenvalues tell growth and turn of a step (Hairer, Lubich, Wanner, Geometric Numerical
    Integration, section I.5.2, example of Verlet). */
 #include "stability.h"
-#include "physics/internal.h"
+#include "physics/ode/internal.h"
 
 #include <math.h>
 #include <stdio.h>

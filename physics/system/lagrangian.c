@@ -1,5 +1,5 @@
 /* L and the energies of a system on a tape, from whichever callbacks its scene has. */
-#include "physics/internal.h"
+#include "internal.h"
 
 /* One value a slice, or a refusal that names the callback's mistake. */
 static ad_var checked(const struct phys_system *system, const char *what, ad_var q, ad_var y)

@@ -1,6 +1,6 @@
 /* Scenes from outside: a shared object that exports leastaction_scene. The one file that loads
    code. Everything a scene must have is looked at here, so that the rest may rely on it. */
-#include "physics/internal.h"
+#include "internal.h"
 #include "physics/io/utf8.h"
 
 #include <dlfcn.h>

@@ -1,6 +1,6 @@
 /* Shared objects that are as long as they say (internal.h): the header and the program headers of
    the Executable and Linkable Format, System V ABI, chapters 4 and 5. */
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <elf.h>
 #include <link.h>

@@ -1,5 +1,5 @@
 /* Pair laws without a node per pair: pairs of bodies as the rows of one value. */
-#include "physics/physics.h"
+#include "system.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -1,5 +1,5 @@
 /* Scenes by name, and their parameters. */
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <math.h>
 #include <stdio.h>

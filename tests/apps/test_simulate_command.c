@@ -1,7 +1,7 @@
 /* leastaction simulate, from outside: what it reports, chooses, writes and refuses. */
 #include "tests/close.h"
 #include "shell.h"
-#include "physics/motion/motion.h"
+#include "physics/physics.h"
 #include "physics/io/hdf5_file.h"
 #include "physics/io/csv.h"
 #include "tests/mentions.h"

@@ -2,7 +2,7 @@
    lets pass is one. */
 #include "fuzz.h"
 
-#include "physics/internal.h"
+#include "physics/system/internal.h"
 
 int fuzz_library(const uint8_t *data, size_t size)
 {

@@ -3,7 +3,7 @@
  */
 #include "fuzz.h"
 
-#include "physics/internal.h"
+#include "physics/system/internal.h"
 
 #include <math.h>
 

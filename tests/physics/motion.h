@@ -2,7 +2,7 @@
 #ifndef TESTS_MOTION_H
 #define TESTS_MOTION_H
 
-#include "physics/motion/motion.h"
+#include "physics/physics.h"
 
 enum { MOTION_DOF = 8 };
 

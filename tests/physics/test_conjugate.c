@@ -1,7 +1,7 @@
 /* What kind of point a stationary path is, and the points conjugate to its start: against closed
    forms, and against the determinant of ends by differences of the start velocity. */
-#include "physics/internal.h"
-#include "physics/motion/motion.h"
+#include "physics/path/internal.h"
+#include "physics/physics.h"
 #include "published.h"
 #include "tests/close.h"
 

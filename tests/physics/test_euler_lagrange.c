@@ -1,6 +1,6 @@
 /* Motion from L: accelerations against formulas by hand, the published paths, known orbits. */
 #include "published.h"
-#include "physics/motion/motion.h"
+#include "physics/physics.h"
 #include "tests/close.h"
 #include "tests/mentions.h"
 

@@ -2,7 +2,7 @@
    energy is kept without it, and a gas stays one or becomes a solid. */
 #include "tests/close.h"
 #include "tests/mentions.h"
-#include "physics/motion/motion.h"
+#include "physics/physics.h"
 #include "physics/gas/order.h"
 
 #include <stdlib.h>

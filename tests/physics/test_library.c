@@ -1,6 +1,6 @@
 /* Scenes from outside: a good shared object runs, every other is refused with what is wrong. */
 #include "published.h"
-#include "physics/motion/motion.h"
+#include "physics/physics.h"
 #include "tests/close.h"
 #include "tests/files.h"
 #include "tests/mentions.h"

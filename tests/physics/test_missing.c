@@ -1,9 +1,6 @@
 /* What was not found, not opened or not given is an error, the one already held if there is one. */
 #include "tests/close.h"
-#include "physics/ephemeris/horizons.h"
-#include "physics/gas/order.h"
-#include "physics/stability/stability.h"
-#include "physics/motion/motion.h"
+#include "physics/physics.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* Newton's stationary paths: from the published noisy starts to the path of the discrete equations
    of motion, and what kind of stationary point each is (references: "where methods fail"). */
 #include "published.h"
-#include "physics/motion/motion.h"
+#include "physics/physics.h"
 #include "tests/close.h"
 
 #include <math.h>

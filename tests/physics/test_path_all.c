@@ -1,6 +1,5 @@
 /* Several stationary paths between the same ends: the swings of a pendulum. */
-#include "physics/internal.h"
-#include "physics/motion/motion.h"
+#include "physics/path/internal.h"
 #include "published.h"
 #include "tests/close.h"
 

@@ -1,6 +1,6 @@
 /* Bodies known roughly, and the first post-Newtonian terms: against what they are made of. */
 #include "tests/close.h"
-#include "physics/motion/motion.h"
+#include "physics/physics.h"
 #include "physics/scenes/ephemeris_rough.h"
 
 #include <string.h>

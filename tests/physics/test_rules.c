@@ -1,7 +1,7 @@
 /* Action rules: their orders of convergence, exact actions, and the layout of paths with nodes
    between the slices. */
 #include "published.h"
-#include "physics/motion/motion.h"
+#include "physics/physics.h"
 #include "tests/close.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* Where the quantum and the classical parts meet: tunnelling, which no path shows, from states and
    from the kernel; and the limit of small hbar, where the stationary path is all there is. */
 #include "waves.h"
-#include "physics/motion/motion.h"
+#include "physics/physics.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
    = 0 in t = 10, may rest or swing with any of three energies. (All four, with digits:
    tests/physics/ test_path_all.c.) A descent that begins on one swing ends on another. */
 #include "follow.h"
-#include "physics/motion/motion.h"
+#include "physics/physics.h"
 #include "tests/apps/shell.h"
 #include "tests/close.h"
 #include "tests/mentions.h"

@@ -4,7 +4,7 @@
 
    It follows the motion, asks for the stationary path between its ends, and prints how far the two
    are apart. */
-#include <physics/motion/motion.h>
+#include <physics/physics.h>
 #include <math.h>
 #include <stdio.h>
 

@@ -1,6 +1,5 @@
 /* Hamilton's equations q' = H_p, p' = -H_q of a callback, in y = (q, p), by the tape. */
-#include "motion.h"
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <math.h>
 #include <stdio.h>

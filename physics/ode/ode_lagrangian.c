@@ -1,6 +1,5 @@
 /* The motion of a Lagrangian in y = (q, v). */
-#include "motion.h"
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,5 @@
 /* What all vector fields share. */
-#include "motion.h"
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,8 +1,9 @@
-/* Shared by the files of this folder alone. */
-#ifndef PHYSICS_INTERNAL_H
-#define PHYSICS_INTERNAL_H
+/* For the rooms of physics alone: refusals, scenes from shared objects. */
+#ifndef PHYSICS_SYSTEM_INTERNAL_H
+#define PHYSICS_SYSTEM_INTERNAL_H
 
-#include "physics.h"
+#include "physics/io/names.h"
+#include "system.h"
 
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
@@ -39,38 +40,7 @@ const char *phys_scene_flaw(const struct phys_scene *scene);
 enum ad_status phys_system_begin(struct phys_system *system, const struct phys_scene *scene,
                                  struct ad_error *error);
 
-/* The system that a motion was made of. */
-const struct phys_system *phys_motion_system(const phys_motion *motion);
-/* The masses are constant and the accelerations depend on q and t alone. */
-bool phys_motion_separates(phys_motion *motion);
-/* Why its forces are interpreted (ad_native_note). */
-const char *phys_motion_interpreted(const phys_motion *motion);
-/* L_vv [dof x dof] at q, v [dof x 1] and t. */
-ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t);
-
-/* The name of component k of a state: a coordinate, or `what` (velocity, momentum) of one. */
-void phys_state_name(const struct phys_system *system, size_t k, const char *what, char *name,
-                     size_t size);
-
-/* Whether y depends on none of x[0..n-1], whatever their values: its derivatives, looked at through
-   fixed irregular weights, fold to zero when compiled. False where that cannot be found out. */
-bool phys_is_independent(ad_tape *tape, ad_var y, size_t n, const ad_var x[]);
-
-/* The built-in scenes. */
+/* phys_scenes has at most so many. */
 enum { PHYS_SCENES_MOST = 64 };
-#define SCENE(name) extern const struct phys_scene phys_scene_##name;
-#include "physics/scenes/scenes.def"
-#undef SCENE
-
-/* The action rules; the Gauss rules end with one without a name. */
-#define RULE(name) extern const struct phys_rule phys_rule_##name;
-#include "physics/action/rules.def"
-#undef RULE
-extern const struct phys_rule phys_rules_gauss[];
-
-/* The solvers of paths. */
-#define SOLVER(name) extern const struct phys_solver phys_solver_##name;
-#include "physics/path/solvers.def"
-#undef SOLVER
 
 #endif

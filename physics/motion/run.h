@@ -2,6 +2,7 @@
 #ifndef PHYSICS_SIMULATE_H
 #define PHYSICS_SIMULATE_H
 
+#include "motion.h"
 #include "physics/integrators/stepper.h"
 #include "roots.h"
 
@@ -17,6 +18,7 @@ struct found_event {
 struct run {
     const struct phys_simulation *settings;
     struct phys_simulation_info *info;
+    struct phys_tolerance tolerance;
     struct phys_stepper stepper;
     double direction;   /* +1, -1 */
     size_t n_steps;     /* fixed steps in all */

@@ -1,6 +1,5 @@
 /* The motion of a Lagrangian in y = (q, p): q' = v with L_v(q, v) = p, and p' = L_q. */
-#include "motion.h"
-#include "physics/internal.h"
+#include "internal.h"
 
 #include <math.h>
 #include <stdlib.h>

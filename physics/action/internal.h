@@ -1,0 +1,13 @@
+/* For the rooms of physics alone: the action rules, rules.def lists them. */
+#ifndef PHYSICS_ACTION_INTERNAL_H
+#define PHYSICS_ACTION_INTERNAL_H
+
+#include "action.h"
+#include "physics/lagrangian/internal.h"
+
+#define RULE(name) extern const struct phys_rule phys_rule_##name;
+#include "rules.def"
+#undef RULE
+extern const struct phys_rule phys_rules_gauss[]; /* ends with one without a name */
+
+#endif

@@ -1,0 +1,48 @@
+/* Methods that follow an initial-value problem. */
+#ifndef PHYSICS_INTEGRATORS_H
+#define PHYSICS_INTEGRATORS_H
+
+#include "physics/ode/ode.h"
+
+#ifdef __cplusplus
+extern "C" {
+#pragma GCC diagnostic push /* C has a struct and a function of one name */
+#pragma GCC diagnostic ignored "-Wshadow"
+#endif
+
+struct phys_scheme; /* how a family of methods takes a step */
+
+/* A method: one file, one const struct, one line in the table. What each takes:
+       euler rk4 dopri5 dop853                              any field
+       implicit-midpoint gauss2 ... gauss5                  any field
+       semi-implicit                                        halves
+       verlet velocity-verlet yoshida4 yoshida6             halves that separate: a kick
+       variational-RULE                                     a Lagrangian
+   Every Hamiltonian has halves; it separates as T(p) + V(q, t). A method that is asked for more
+   than it takes refuses: AD_E_ARGUMENT, with what to take instead. */
+struct phys_integrator {
+    const char *name, *what;
+    size_t order;
+    bool adaptive;   /* has an error estimate, chooses its steps */
+    bool symplectic; /* in canonical halves; semi-implicit: in those that separate */
+    bool symmetric;  /* a step of -h undoes a step of h */
+    bool separable;  /* needs phys_ode.kick */
+    bool lagrangian; /* needs phys_ode.system, in y = (q, p) */
+    const struct phys_scheme *scheme;
+    const void *coefficients;
+};
+/* What a step may err: component k by atol s_k + rtol |y_k|; scale s [n], NULL: ones. */
+struct phys_tolerance {
+    double rtol, atol;
+    const double *scale;
+};
+
+extern const struct phys_integrator *const phys_integrators[]; /* NULL-terminated */
+/* By name; NULL and AD_E_ARGUMENT, naming the nearest, if there is none. */
+const struct phys_integrator *phys_integrator_find(const char *name, struct ad_error *error);
+
+#ifdef __cplusplus
+#pragma GCC diagnostic pop
+}
+#endif
+#endif

@@ -1,0 +1,45 @@
+/* From a Lagrangian to momenta and energy: Legendre's transformation. */
+#ifndef PHYSICS_LEGENDRE_H
+#define PHYSICS_LEGENDRE_H
+
+#include "physics/system/system.h"
+
+#ifdef __cplusplus
+extern "C" {
+#pragma GCC diagnostic push /* C has a struct and a function of one name */
+#pragma GCC diagnostic ignored "-Wshadow"
+#endif
+
+typedef struct phys_legendre phys_legendre;
+/* The system must outlive it. */
+enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre **legendre,
+                                 struct ad_error *error);
+void phys_legendre_free(phys_legendre *legendre); /* takes NULL */
+/* v . L_v - L, right for any L. */
+double phys_legendre_energy(phys_legendre *legendre, const double *q, const double *v, double t);
+/* p [dof] = L_v, and force [dof] = L_q; either may be NULL. */
+void phys_legendre_momentum(phys_legendre *legendre, const double *q, const double *v, double t,
+                            double *p, double *force);
+/* v [dof] with L_v(q, v, t) = p. AD_E_NONFINITE names the coordinate where there is none. */
+enum ad_status phys_legendre_velocity(phys_legendre *legendre, const double *q, const double *p,
+                                      double t, double *v, struct ad_error *error);
+
+/* A lower bound of the condition number of the mass matrix L_vv: as many digits of the
+   accelerations are lost to rounding. Beyond 1e12 L is refused as degenerate. */
+double phys_legendre_condition(phys_legendre *legendre, const double *q, const double *v, double t);
+
+/* What a system of bodies has in total; zero where it has none (scenes not drawn in the plane). */
+struct phys_totals {
+    double energy;
+    double momentum[3], angular[3], centre[3];
+    double mass; /* 0: the scene has no bodies */
+};
+/* Angular momentum about the origin, from momenta L_v; centre of mass from the masses L_vv. */
+void phys_totals(phys_legendre *legendre, const double *q, const double *v, double t,
+                 struct phys_totals *totals);
+
+#ifdef __cplusplus
+#pragma GCC diagnostic pop
+}
+#endif
+#endif

@@ -1,0 +1,12 @@
+/* For the rooms of physics alone: names of the components of a state. */
+#ifndef PHYSICS_ODE_INTERNAL_H
+#define PHYSICS_ODE_INTERNAL_H
+
+#include "ode.h"
+#include "physics/lagrangian/internal.h"
+
+/* The name of component k of a state: a coordinate, or `what` (velocity, momentum) of one. */
+void phys_state_name(const struct phys_system *system, size_t k, const char *what, char *name,
+                     size_t size);
+
+#endif

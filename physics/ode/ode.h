@@ -1,0 +1,90 @@
+/* Initial-value problems y' = f(t, y): the vector field of a Lagrangian, of a Hamiltonian, or a
+   callback of the user's. */
+#ifndef PHYSICS_ODE_H
+#define PHYSICS_ODE_H
+
+#include "physics/system/system.h"
+
+#ifdef __cplusplus
+extern "C" {
+#pragma GCC diagnostic push /* C has a struct and a function of one name */
+#pragma GCC diagnostic ignored "-Wshadow"
+#endif
+
+/* rate [n] = f(t, y [n]). A failure ends the simulation with its message; a method with error
+   control first tries a smaller step after AD_E_NONFINITE. */
+typedef enum ad_status phys_field(void *context, double t, const double *y, double *rate,
+                                  struct ad_error *error);
+
+/* A first-order system. Those with halves have y = (q, v) or (q, p), n/2 numbers each. */
+struct phys_ode {
+    const char *name; /* of what moves, for messages; NULL: "the motion" */
+    size_t n;         /* length of y */
+    phys_field *field;
+    /* Of systems that separate, else NULL. kick: rate [n/2] of the second half from the first half
+       and t alone; drift: of the first half from the second half alone, NULL if they are equal. */
+    phys_field *kick, *drift;
+    /* Where there is a kick: the second half falls by this share in a unit of time, too (a friction
+       proportional to the masses). `field` has it; methods that drift and kick take it exactly. */
+    double friction;
+    /* The halves are conjugate (up to a constant linear map): what a symplectic method preserves
+       in y is the form of mechanics. */
+    bool canonical;
+    /* Each may be NULL. energy: E(t, y). enter, leave: y [n] from (q, v) and back, where y is not
+       (q, v) itself. component: the name of component k of y. */
+    double (*energy)(void *context, double t, const double *y);
+    enum ad_status (*enter)(void *context, double t, const double *q, const double *v, double *y,
+                            struct ad_error *error);
+    enum ad_status (*leave)(void *context, double t, const double *y, double *q, double *v,
+                            struct ad_error *error);
+    void (*component)(const void *context, size_t k, char *name, size_t size);
+    /* Why the field is interpreted, "" where it runs as machine code (ad_native_note). */
+    const char *(*interpreted)(const void *context);
+    const struct phys_system *system; /* what moves, n = 2 dof; NULL: not made of a system */
+    void *context;
+    void (*free)(void *context); /* or NULL */
+};
+
+/* The Euler-Lagrange equations of any Lagrangian in y = (q, v). Separates where the masses are
+   constant and the accelerations depend on q and t alone. The system must outlive the ode. */
+enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys_ode *ode,
+                                   struct ad_error *error);
+/* The same motion in y = (q, p), p = L_v, where q' = v(q, p) and p' = L_q: canonical for any
+   Lagrangian with a regular mass matrix L_vv. v is found by Newton's method; where L is quadratic
+   in v the first step is the answer. */
+enum ad_status phys_ode_canonical(const struct phys_system *system, struct phys_ode *ode,
+                                  struct ad_error *error);
+
+/* The gas scene, of up to thousands of bodies: its equations of motion without a mass matrix, with
+   the friction apart, and, with a cutoff, from the pairs that are near. phys_ode_lagrangian takes
+   them, too. The energy is that of the bodies, T + V. */
+enum phys_gas_pairs {
+    PHYS_GAS_AUTO, /* what is faster */
+    PHYS_GAS_ALL,
+    PHYS_GAS_NEAR /* needs a cutoff */
+};
+enum ad_status phys_ode_gas(const struct phys_system *system, enum phys_gas_pairs pairs,
+                            struct phys_ode *ode, struct ad_error *error);
+
+/* H for all samples at once. q, p: [dof x n], t: [1 x n]; returns [1 x n]. */
+typedef ad_var phys_hamiltonian(ad_var q, ad_var p, ad_var t, const void *params);
+/* Hamilton's equations q' = H_p, p' = -H_q by the tape, in y = (q, p). Separates where H = T(p) +
+   V(q, t). params are read now and not kept. */
+enum ad_status phys_ode_hamiltonian(phys_hamiltonian *H, size_t dof, const void *params,
+                                    struct phys_ode *ode, struct ad_error *error);
+/* Takes zero-initialised and failed ones too. */
+void phys_ode_free(struct phys_ode *ode);
+
+/* y [n] from q, v [n/2 each] and back. */
+enum ad_status phys_ode_enter(const struct phys_ode *ode, double t, const double *q,
+                              const double *v, double *y, struct ad_error *error);
+enum ad_status phys_ode_leave(const struct phys_ode *ode, double t, const double *y, double *q,
+                              double *v, struct ad_error *error);
+/* The name of component k of y: "x of earth", "the velocity of ...", or "y3" where nobody knows. */
+void phys_ode_component(const struct phys_ode *ode, size_t k, char *name, size_t size);
+
+#ifdef __cplusplus
+#pragma GCC diagnostic pop
+}
+#endif
+#endif

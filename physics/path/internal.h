@@ -1,0 +1,12 @@
+/* For the room of paths alone: the solvers, solvers.def lists them. */
+#ifndef PHYSICS_PATH_INTERNAL_H
+#define PHYSICS_PATH_INTERNAL_H
+
+#include "path.h"
+#include "physics/action/internal.h"
+
+#define SOLVER(name) extern const struct phys_solver phys_solver_##name;
+#include "solvers.def"
+#undef SOLVER
+
+#endif
