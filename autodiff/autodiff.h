@@ -149,13 +149,13 @@ ad_var ad_binary(enum ad_op op, ad_arg a, ad_arg b);
 ad_var ad_ternary(enum ad_op op, ad_arg a, ad_arg b, ad_arg c);
 const char *ad_op_name(enum ad_op op); /* "matmul", as messages name it */
 
-/* neg abs sign step square cube sqrt recip exp log log1p expm1 sin cos tan asin acos atan sinh cosh
-   tanh sigmoid softplus relu: ad_NAME(x), the shape of x. At the edges of their domains the value
-   is that of C, and the gradient stays finite wherever the value is:
-       abs 0 at 0; sign 0 everywhere; step(x) = (x > 0), 0 everywhere; relu 0 at 0;
-       sqrt, asin, acos: 0 where the true derivative is infinite.
-   Outside (log, recip at 0; sqrt below 0) infinities and NaN come through, value and gradient,
-   unless a select does not take them. */
+/* detach neg abs sign step square cube sqrt recip exp log log1p expm1 sin cos tan asin acos atan
+   sinh cosh tanh sigmoid softplus relu: ad_NAME(x), the shape of x. detach is x as a constant: no
+   gradient goes through. At the edges of their domains the value is that of C, and the gradient
+   stays finite wherever the value is: abs 0 at 0; sign 0 everywhere; step(x) = (x > 0), 0
+   everywhere; relu 0 at 0; sqrt, asin, acos: 0 where the true derivative is infinite. Outside (log,
+   recip at 0; sqrt below 0) infinities and NaN come through, value and gradient, unless a select
+   does not take them. */
 #define AD_UNARY(name, value, dx, lo, hi)                                                          \
     static inline ad_var ad_##name(ad_var x) { return ad_unary(AD_OP_##name, x); }
 #include "ops.def"
@@ -204,6 +204,28 @@ ad_var ad_sum_cols(ad_var x);      /* over columns -> rows x 1 */
 ad_var ad_mean(ad_var x);          /* all elements -> 1 x 1 */
 ad_var ad_dot(ad_var a, ad_var b); /* sum of a*b, shapes broadcast -> 1 x 1 */
 
+/* The largest or smallest of all rows (1 x cols) or of all columns (rows x 1). NaN wins. Where
+   several are equal their gradients add up to 1; which has how much is not specified. */
+ad_var ad_max_rows(ad_var x);
+ad_var ad_max_cols(ad_var x);
+ad_var ad_min_rows(ad_var x);
+ad_var ad_min_cols(ad_var x);
+/* The number of the row (1 x cols) or column (rows x 1) of the largest value: the first of equal
+   ones; where there is a NaN the first of those. No gradient. */
+ad_var ad_arg_max_rows(ad_var x);
+ad_var ad_arg_max_cols(ad_var x);
+/* log of the sum of exp(x) over rows (1 x cols) or columns (rows x 1), without overflow. Where all
+   x are -inf: -inf, with gradient 0. */
+ad_var ad_log_sum_exp_rows(ad_var x);
+ad_var ad_log_sum_exp_cols(ad_var x);
+/* exp(x) over the sum of exp(x) over all rows or columns; the shape of x. NaN where all x are -inf
+   or one is inf. */
+ad_var ad_softmax_rows(ad_var x);
+ad_var ad_softmax_cols(ad_var x);
+/* Row (column) k is the sum of rows (columns) 0 to k of x. */
+ad_var ad_cumsum_rows(ad_var x);
+ad_var ad_cumsum_cols(ad_var x);
+
 /* op(a) op(b), where op transposes if its flag is set. */
 ad_var ad_matmul(ad_var a, bool transpose_a, ad_var b, bool transpose_b);
 ad_var ad_transpose(ad_var x); /* -> cols x rows */
@@ -217,8 +239,14 @@ ad_var ad_reshape(ad_var x, size_t rows, size_t cols);      /* same elements in 
 ad_var ad_broadcast(ad_var x, size_t rows, size_t cols);    /* repeats a scalar, column or row */
 ad_var ad_gather_rows(ad_var x, size_t n, const uint32_t rows[]); /* row k is row rows[k] of x */
 
-/* Adds row k of x into row rows[k] of a zero matrix of `height` rows; the adjoint of gather. */
+/* Column k is column cols[k] of x; a copy. */
+ad_var ad_gather_cols(ad_var x, size_t n, const uint32_t cols[]);
+
+/* Adds row k of x into row rows[k] of a zero matrix of `height` rows, or column k into column
+   cols[k] of `width` columns: sums by segment, where the list has the segment of each; 0 where a
+   segment has none. The adjoints of gathers. */
 ad_var ad_scatter_rows(ad_var x, const uint32_t rows[], size_t height);
+ad_var ad_scatter_cols(ad_var x, const uint32_t cols[], size_t width);
 
 ad_var ad_concat_rows(size_t n, const ad_var parts[]); /* one above the other */
 ad_var ad_concat_cols(size_t n, const ad_var parts[]); /* side by side */

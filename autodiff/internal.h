@@ -27,7 +27,9 @@
 /* One recorded operation. What in[] and aux mean beyond inputs:
        constant        aux: first of its rows*cols doubles in `numbers`
        slice           in[1], in[2]: first row, first column
-       gather, scatter aux: index list in `lists` (length, then row numbers)
+       gather, scatter, gather_cols, scatter_cols
+                       aux: index list in `lists` (length, then row or column numbers)
+       cumsum          aux: CUMSUM_ROWS, CUMSUM_REVERSED
        place           aux: part list in `lists` (count, then id, row, column of each)
        diff(_adjoint)  aux: scale in `numbers`; in[2]: repeat
        matmul          aux: bit 0 transposes a, bit 1 transposes b */
@@ -39,6 +41,7 @@ struct node {
     uint32_t aux;
 };
 
+enum { CUMSUM_ROWS = 1, CUMSUM_REVERSED = 2 };
 enum { NODE_LABELLED = 1, NODE_HELD = 2 };
 
 struct label {
@@ -130,6 +133,16 @@ static inline bool ad_is_current(ad_var x)
 #define AD_COMPOSITES(X)                                                                           \
     X(concat_rows)                                                                                 \
     X(concat_cols)                                                                                 \
+    X(max_rows)                                                                                    \
+    X(max_cols)                                                                                    \
+    X(min_rows)                                                                                    \
+    X(min_cols)                                                                                    \
+    X(arg_max_rows)                                                                                \
+    X(arg_max_cols)                                                                                \
+    X(log_sum_exp_rows)                                                                            \
+    X(log_sum_exp_cols)                                                                            \
+    X(softmax_rows)                                                                                \
+    X(softmax_cols)                                                                                \
     X(mean)                                                                                        \
     X(dot)                                                                                         \
     X(hold)                                                                                        \
@@ -181,6 +194,9 @@ ad_var ad_scale(ad_var x, double c);
    the tape among them, and one value at most; then of any two values. */
 bool ad_simplify_numbers(ad_tape *tape, enum ad_op op, ad_arg a, ad_arg b, ad_var *y);
 bool ad_simplify(enum ad_op op, ad_var a, ad_var b, ad_var *y);
+
+/* Cumulative sum, flags as in the node. */
+ad_var ad_cumulative(ad_var x, unsigned flags);
 
 /* The value of a scalar constant; false if x is none. */
 bool ad_constant_value(ad_var x, double *value);

@@ -58,12 +58,16 @@ enum instruction_kind {
     DO_ADD_ROWS, /* adds tile rows into rows of the result: sums over rows, scatters */
     DO_PLACE,
     DO_TRANSPOSE,
-    DO_MATMUL
+    DO_MATMUL,
+    DO_GATHER_COLS,
+    DO_SCATTER_COLS,
+    DO_CUMSUM
 };
 
 /* loc[0]: result; loc[1..3]: operands. Sinks: loc[3] is their number. diff: loc[2] numbers its
    scale in `numbers`, loc[3] tells repeat. matmul: loc[3] holds the bits below. place: parts
-   loc[1] .. loc[1]+loc[2]. */
+   loc[1] .. loc[1]+loc[2]. gather and scatter of columns: loc[2] is 1 + their list's place in
+   `lists`. cumsum: loc[3] holds the bits of the node. */
 enum { MATMUL_TA = 1, MATMUL_TB = 2, MATMUL_ADDS = 4 };
 
 struct instruction {

@@ -24,6 +24,22 @@ static bool emit_place(struct plan *p, uint32_t id, struct instruction *in, stru
     return true;
 }
 
+static uint8_t kind_of(uint16_t op)
+{
+    switch (op) {
+    case AD_OP_matmul:
+        return DO_MATMUL;
+    case AD_OP_gather_cols:
+        return DO_GATHER_COLS;
+    case AD_OP_scatter_cols:
+        return DO_SCATTER_COLS;
+    case AD_OP_cumsum:
+        return DO_CUMSUM;
+    default:
+        return DO_TRANSPOSE;
+    }
+}
+
 bool ad_plan_alone(struct plan *p, uint32_t id, struct segment s)
 {
     const struct value *v = &p->graph->values[id];
@@ -39,7 +55,7 @@ bool ad_plan_alone(struct plan *p, uint32_t id, struct segment s)
         if (!in.loc[2] && !s.clear)
             return true; /* nothing left to do */
     } else {
-        in.kind = v->op == AD_OP_matmul ? DO_MATMUL : DO_TRANSPOSE;
+        in.kind = kind_of(v->op);
         in.loc[3] |= v->flags & VALUE_ADDS ? MATMUL_ADDS : 0;
         p->program->has_matmul |= v->op == AD_OP_matmul;
     }

@@ -54,9 +54,12 @@ static const void *payload(const ad_tape *tape, const struct value *v, size_t *b
         return tape->numbers + v->aux;
     case AD_OP_gather:
     case AD_OP_scatter:
+    case AD_OP_gather_cols:
+    case AD_OP_scatter_cols:
         *bytes = (tape->lists[v->aux] + 1) * sizeof(uint32_t);
         return tape->lists + v->aux;
     case AD_OP_matmul:
+    case AD_OP_cumsum:
         *bytes = sizeof v->aux;
         return &v->aux;
     default:
@@ -120,6 +123,8 @@ static void reuse_reciprocal(const struct graph *g, struct value *v, const struc
 /* The value equal to v recorded before, or a new one. */
 static uint32_t share(struct graph *g, struct value v, const struct known *known)
 {
+    if (v.op == AD_OP_detach)
+        return v.in[0];
     bool single = v.op == AD_OP_input || v.op == AD_OP_place;
     reuse_reciprocal(g, &v, known);
     uint32_t *slot = single ? NULL : look_up(g, &v, known);

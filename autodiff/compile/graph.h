@@ -55,7 +55,8 @@ static inline bool is_stencil(uint16_t op) { return op == AD_OP_diff || op == AD
 /* Alone in its segment. */
 static inline bool is_alone(uint16_t op)
 {
-    return op == AD_OP_place || op == AD_OP_transpose || op == AD_OP_matmul;
+    return op == AD_OP_place || op == AD_OP_transpose || op == AD_OP_matmul ||
+           op == AD_OP_gather_cols || op == AD_OP_scatter_cols || op == AD_OP_cumsum;
 }
 
 /* Nothing computes it: it is given, or seen in another's memory. */

@@ -99,6 +99,11 @@ static bool is_view_op(uint16_t op)
     return op == AD_OP_slice || op == AD_OP_gather || op == AD_OP_reshape || op == AD_OP_broadcast;
 }
 
+static bool has_list(uint16_t op)
+{
+    return op == AD_OP_scatter || op == AD_OP_gather_cols || op == AD_OP_scatter_cols;
+}
+
 /* Operands that the operation cannot read through any view; what places its parts can. */
 static bool copy_unreadable(struct graph *g, const struct value *v)
 {
@@ -131,7 +136,7 @@ bool ad_graph_find_views(struct graph *g)
         g->locs[i] = own_loc(g, i);
         if (v->op == AD_OP_copy)
             v->in[1] = 0;
-        if (v->op == AD_OP_scatter && !(v->in[1] = copy_list(g, v->aux)))
+        if (has_list(v->op) && !(v->in[1] = copy_list(g, v->aux)))
             return false;
         if (!copy_unreadable(g, v))
             return false;

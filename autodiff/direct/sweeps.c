@@ -107,6 +107,9 @@ static inline R scalar_value(const struct node *n, R a, R b, R c)
     }
 }
 
+/* A derivative of 0 is no dependence, whatever g is. */
+#define IS_NONE(d) (__builtin_constant_p(d) && (d) == 0)
+
 /* Adds g times the local derivatives to the adjoints of the operands. */
 static inline void scalar_adjoint(const struct node *n, R y, R g, R a, R b, R *ga, R *gb, R *gc)
 {
@@ -115,7 +118,8 @@ static inline void scalar_adjoint(const struct node *n, R y, R g, R a, R b, R *g
     switch (n->op) {
 #define AD_UNARY(name, value, dx, lo, hi)                                                          \
     case AD_OP_##name:                                                                             \
-        *ga += g * (R)(dx);                                                                        \
+        if (!IS_NONE(dx))                                                                          \
+            *ga += g * (R)(dx);                                                                    \
         break;
 #define AD_BINARY(name, value, da, db, lo, hi)                                                     \
     case AD_OP_##name: {                                                                           \
@@ -180,26 +184,49 @@ static inline void carry(R *y, R *x, bool backward)
         *y += *x;
 }
 
-/* y [rows x cols] at strides along x: y[r][c] is x at from + row_of(r) * rs + c * cs. */
+/* y [rows x cols] at strides along x: y[r][c] is x at from + row_of(r) * rs + col_of(c) * cs. */
 static void view(const ad_tape *tape, const struct node *n, R *y, R *x, const struct spread *at,
                  bool backward)
 {
     const uint32_t *rows = n->op == AD_OP_gather ? tape->lists + n->aux + 1 : NULL;
+    const uint32_t *cols = n->op == AD_OP_gather_cols ? tape->lists + n->aux + 1 : NULL;
     for (size_t r = 0; r < n->rows; r++)
         for (size_t c = 0; c < n->cols; c++)
             carry(&y[r * n->cols + c],
-                  &x[at->offset + (rows ? rows[r] : r) * at->row + c * at->col], backward);
+                  &x[at->offset + (rows ? rows[r] : r) * at->row + (cols ? cols[c] : c) * at->col],
+                  backward);
 }
 
-/* x [rows x cols] added into y: element (r, c) at to + row_of(r) * rs + c * cs. */
+/* x [rows x cols] added into y: element (r, c) at row_of(r) * rs + col_of(c) * cs. */
 static void sum_into(const ad_tape *tape, const struct node *n, const struct node *in, R *y, R *x,
                      bool backward)
 {
     const uint32_t *rows = n->op == AD_OP_scatter ? tape->lists + n->aux + 1 : NULL;
+    const uint32_t *cols = n->op == AD_OP_scatter_cols ? tape->lists + n->aux + 1 : NULL;
     const size_t rs = n->rows == 1 && !rows ? 0 : n->cols, cs = n->cols == 1 ? 0 : 1;
     for (size_t r = 0; r < in->rows; r++)
         for (size_t c = 0; c < in->cols; c++)
-            carry(&y[(rows ? rows[r] : r) * rs + c * cs], &x[r * in->cols + c], backward);
+            carry(&y[(rows ? rows[r] : r) * rs + (cols ? cols[c] : c) * cs], &x[r * in->cols + c],
+                  backward);
+}
+
+/* Cumulative sums; backward, those of the adjoint from the other end. */
+static void cumsum(const struct node *n, R *y, R *x, bool backward)
+{
+    const bool rows = n->aux & CUMSUM_ROWS, reversed = !(n->aux & CUMSUM_REVERSED) == backward;
+    const size_t length = rows ? n->rows : n->cols, others = rows ? n->cols : n->rows,
+                 step = rows ? n->cols : 1, next = rows ? 1 : n->cols;
+    for (size_t k = 0; k < others; k++) {
+        double s = 0;
+        for (size_t j = 0; j < length; j++) {
+            const size_t i = k * next + (reversed ? length - 1 - j : j) * step;
+            s += (double)(backward ? y[i] : x[i]);
+            if (backward)
+                x[i] += (R)s;
+            else
+                y[i] = (R)s;
+        }
+    }
 }
 
 static void place(const ad_tape *tape, struct ad_direct *d, const struct node *n, R *y, R *base,
@@ -286,13 +313,18 @@ static void structure(const ad_tape *tape, struct ad_direct *d, uint32_t id, boo
         view(tape, n, y, x, &at, backward);
         break;
     case AD_OP_gather:
+    case AD_OP_gather_cols:
         view(tape, n, y, x, &at, backward);
         break;
     case AD_OP_scatter:
+    case AD_OP_scatter_cols:
     case AD_OP_sum:
     case AD_OP_sum_rows:
     case AD_OP_sum_cols:
         sum_into(tape, n, in, y, x, backward);
+        break;
+    case AD_OP_cumsum:
+        cumsum(n, y, x, backward);
         break;
     case AD_OP_place:
         place(tape, d, n, y, base, backward);

@@ -1,4 +1,5 @@
-/* Operations that stand alone in their segment: products, transposition, placing. */
+/* Operations that stand alone in their segment: products, transposition, placing, lists of columns,
+   cumulative sums. */
 #include "autodiff/blas.h"
 #include "exec.h"
 
@@ -87,15 +88,56 @@ static void place(const ad_program *p, const struct segment *g, const struct ins
     }
 }
 
+static void move_columns(const ad_program *p, const struct segment *g, const struct instruction *in)
+{
+    const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]];
+    const uint32_t *list = p->lists + in->loc[2] - 1;
+    size_t n = in->kind == DO_GATHER_COLS ? g->cols : p->values[in->loc[1]].cols;
+    if (in->kind == DO_SCATTER_COLS)
+        memset(p->memory + o->off, 0, (size_t)g->rows * g->cols * p->element);
+    for (uint32_t r = 0; r < g->rows; r++)
+        (in->kind == DO_GATHER_COLS ? p->kernels->gather : p->kernels->scatter)(
+            n, value_row(p, o, r), value_row(p, a, r), list);
+}
+
+static void cumsum(const ad_program *p, const struct segment *g, const struct instruction *in)
+{
+    const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]];
+    bool reversed = in->loc[3] & CUMSUM_REVERSED, rows = in->loc[3] & CUMSUM_ROWS;
+    for (uint32_t k = 0; k < g->rows; k++) {
+        uint32_t r = reversed ? g->rows - 1 - k : k;
+        char *y = value_row(p, o, r);
+        const char *x = value_row(p, a, r);
+        if (!rows)
+            p->kernels->cumsum(g->cols, y, x, reversed);
+        else if (k == 0)
+            p->kernels->op[AD_OP_copy][0](g->cols, y, x, NULL, NULL);
+        else
+            p->kernels->op[AD_OP_add][0](g->cols, y, value_row(p, o, reversed ? r + 1 : r - 1), x,
+                                         NULL);
+    }
+}
+
 void ad_run_alone(const ad_program *p, const struct segment *g)
 {
     const struct instruction *in = &p->instructions[g->first];
     const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]];
-    if (in->kind == DO_MATMUL)
+    switch (in->kind) {
+    case DO_MATMUL:
         matmul(p, g, in);
-    else if (in->kind == DO_PLACE)
+        break;
+    case DO_PLACE:
         place(p, g, in);
-    else
+        break;
+    case DO_GATHER_COLS:
+    case DO_SCATTER_COLS:
+        move_columns(p, g, in);
+        break;
+    case DO_CUMSUM:
+        cumsum(p, g, in);
+        break;
+    default:
         p->kernels->transpose(g->cols, g->rows, p->memory + o->off, o->rs, p->memory + a->off,
                               a->rs);
+    }
 }

@@ -64,21 +64,23 @@ static void place_rule(struct sweep *s, const struct node *n, ad_var g)
     }
 }
 
-/* Gather and scatter are each other's adjoint; their list is recorded again as the array may move.
- */
+/* Gather and scatter are each other's adjoint; the list is recorded again as the array may move. */
 static ad_var indexed_adjoint(struct sweep *s, const struct node *n, ad_var g)
 {
     const uint32_t *list = s->tape->lists + n->aux;
+    const struct node *x = node_at(s->tape, n->in[0]);
     size_t count = list[0];
-    uint32_t *rows = malloc(count * sizeof *rows);
-    if (!rows) {
+    uint32_t *at = malloc(count * sizeof *at);
+    if (!at) {
         ad_fail(&s->tape->error, AD_E_MEMORY, "out of memory in the gradient");
         return g;
     }
-    memcpy(rows, list + 1, count * sizeof *rows);
-    ad_var c = n->op == AD_OP_gather ? ad_scatter_rows(g, rows, node_at(s->tape, n->in[0])->rows)
-                                     : ad_gather_rows(g, count, rows);
-    free(rows);
+    memcpy(at, list + 1, count * sizeof *at);
+    ad_var c = n->op == AD_OP_gather        ? ad_scatter_rows(g, at, x->rows)
+               : n->op == AD_OP_gather_cols ? ad_scatter_cols(g, at, x->cols)
+               : n->op == AD_OP_scatter     ? ad_gather_rows(g, count, at)
+                                            : ad_gather_cols(g, count, at);
+    free(at);
     return c;
 }
 
@@ -99,7 +101,12 @@ void ad_structure_rule(struct sweep *s, const struct node *n, ad_var g)
         break;
     case AD_OP_gather:
     case AD_OP_scatter:
+    case AD_OP_gather_cols:
+    case AD_OP_scatter_cols:
         ad_accumulate(s, n->in[0], indexed_adjoint(s, n, full(g, n)));
+        break;
+    case AD_OP_cumsum:
+        ad_accumulate(s, n->in[0], ad_cumulative(full(g, n), n->aux ^ CUMSUM_REVERSED));
         break;
     case AD_OP_place:
         place_rule(s, n, full(g, n));

@@ -152,6 +152,33 @@ static void transpose(size_t rows, size_t cols, void *o, size_t ldo, const void 
                     y[j * ldo + i] = a[i * lda + j];
 }
 
+static void gather(size_t n, void *o, const void *pa, const uint32_t *list)
+{
+    const R *a = pa;
+    R *y = o;
+    LANES y[i] = a[list[i]];
+}
+
+static void scatter(size_t n, void *o, const void *pa, const uint32_t *list)
+{
+    const R *a = pa;
+    R *y = o;
+    for (size_t i = 0; i < n; i++)
+        y[list[i]] += a[i];
+}
+
+static void cumsum(size_t n, void *o, const void *pa, bool reversed)
+{
+    const R *a = pa;
+    R *y = o;
+    double s = 0;
+    for (size_t k = 0; k < n; k++) {
+        size_t i = reversed ? n - 1 - k : k;
+        s += (double)a[i];
+        y[i] = (R)s;
+    }
+}
+
 static void from_double(size_t n, void *o, const double *a)
 {
     R *y = o;
@@ -184,6 +211,9 @@ const struct ad_kernels EXPAND(ad_kernels_, TYPE_NAME, _, AD_KERNEL_ISA) = {
     .collect = collect,
     .nonfinite = nonfinite,
     .transpose = transpose,
+    .gather = gather,
+    .scatter = scatter,
+    .cumsum = cumsum,
     .from_double = from_double,
     .to_double = to_double,
     .sgd = sgd,

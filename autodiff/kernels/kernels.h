@@ -32,6 +32,11 @@ struct ad_kernels {
     bool (*nonfinite)(size_t n, const void *a, size_t *lane);
     /* o [cols x rows] = transpose of a [rows x cols]; ldo, lda: row strides in elements */
     void (*transpose)(size_t rows, size_t cols, void *o, size_t ldo, const void *a, size_t lda);
+    /* o[i] = a[list[i]]; o[list[i]] += a[i] */
+    void (*gather)(size_t n, void *o, const void *a, const uint32_t *list);
+    void (*scatter)(size_t n, void *o, const void *a, const uint32_t *list);
+    /* o[i] = a[0] + ... + a[i], or from the other end; added in double */
+    void (*cumsum)(size_t n, void *o, const void *a, bool reversed);
     void (*from_double)(size_t n, void *o, const double *a);
     void (*to_double)(size_t n, double *o, const void *a);
     /* steps of the optimisers, optim_step.h; v, m: moments */

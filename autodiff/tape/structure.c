@@ -1,5 +1,6 @@
 /* Recording of what moves or reduces values: leaves, sums, matmul, views, time difference. Each
-   passes a failure of its arguments through. */
+   passes a failure of its arguments through. Lists of rows and columns are in indices.c, largest
+   values and softmax in reductions.c. */
 #include "autodiff/internal.h"
 
 #include <math.h>
@@ -72,6 +73,24 @@ ad_var ad_mean(ad_var x)
         return none;
     return ad_mul(1.0 / (double)node_size(node_at(x.tape, x.id)), ad_sum(x));
 }
+
+ad_var ad_cumulative(ad_var x, unsigned flags)
+{
+    ad_var none;
+    if (!ad_operands(AD_OP_cumsum, 1, &x, &none))
+        return none;
+    const struct node *n = node_at(x.tape, x.id);
+    if ((flags & CUMSUM_ROWS ? n->rows : n->cols) == 1)
+        return x;
+    return ad_append(
+        x.tape,
+        (struct node){
+            .op = AD_OP_cumsum, .rows = n->rows, .cols = n->cols, .in = {x.id}, .aux = flags});
+}
+
+ad_var ad_cumsum_rows(ad_var x) { return ad_cumulative(x, CUMSUM_ROWS); }
+
+ad_var ad_cumsum_cols(ad_var x) { return ad_cumulative(x, 0); }
 
 ad_var ad_dot(ad_var a, ad_var b)
 {
@@ -189,45 +208,6 @@ ad_var ad_broadcast(ad_var x, size_t rows, size_t cols)
                                            .rows = (uint32_t)rows,
                                            .cols = (uint32_t)cols,
                                            .in = {x.id}});
-}
-
-/* op of row list rows[0..n-1], each below `limit`: `height` rows. */
-static ad_var indexed(ad_var x, enum ad_op op, size_t n, const uint32_t rows[], size_t limit,
-                      size_t height)
-{
-    if (!ad_shape_fits(x.tape, op, 1, &x, height, ad_cols(x)))
-        return ad_refused(x.tape);
-    if (n && !rows)
-        return ad_refuse_operands(x.tape, AD_E_ARGUMENT, op, 1, &x, "got no list of rows (NULL)");
-    for (size_t k = 0; k < n; k++)
-        if (rows[k] >= limit)
-            return ad_refuse_operands(x.tape, AD_E_SHAPE, op, 1, &x,
-                                      "entry %zu names row %u of %zu", k, rows[k], limit);
-    uint32_t list = ad_append_list(x.tape, n, rows);
-    return ad_append(x.tape, (struct node){.op = (uint16_t)op,
-                                           .rows = (uint32_t)height,
-                                           .cols = node_at(x.tape, x.id)->cols,
-                                           .in = {x.id},
-                                           .aux = list});
-}
-
-ad_var ad_gather_rows(ad_var x, size_t n, const uint32_t rows[])
-{
-    ad_var none;
-    if (!ad_operands(AD_OP_gather, 1, &x, &none))
-        return none;
-    return indexed(x, AD_OP_gather, n, rows, ad_rows(x), n);
-}
-
-ad_var ad_scatter_rows(ad_var x, const uint32_t rows[], size_t height)
-{
-    ad_var none;
-    if (!ad_operands(AD_OP_scatter, 1, &x, &none))
-        return none;
-    const struct node *n = node_at(x.tape, x.id);
-    if (n->op == AD_OP_neg) /* adding up first leaves less to negate */
-        return ad_neg(ad_scatter_rows(ad_at(x.tape, n->in[0]), rows, height));
-    return indexed(x, AD_OP_scatter, ad_rows(x), rows, height, height);
 }
 
 /* ---- time difference ---- */

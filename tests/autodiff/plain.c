@@ -82,6 +82,7 @@ static double roundings(enum ad_op op)
 {
     switch (op) {
     case AD_OP_copy:
+    case AD_OP_detach:
     case AD_OP_neg:
     case AD_OP_abs:
     case AD_OP_sign:
@@ -238,6 +239,8 @@ static void view(struct plain *p, uint32_t id, const struct node *n)
                 from = (r + n->in[1]) * x->cols + c + n->in[2];
             else if (n->op == AD_OP_gather)
                 from = list[r] * x->cols + c;
+            else if (n->op == AD_OP_gather_cols)
+                from = r * x->cols + list[c];
             else if (n->op == AD_OP_broadcast)
                 from = spread(x, r, c);
             else if (n->op == AD_OP_transpose)
@@ -262,7 +265,7 @@ static void additions(struct plain *p, uint32_t id, const struct node *n)
             size_t from = r * x->cols + c;
             size_t row = n->rows == 1 ? 0 : n->op == AD_OP_scatter ? list[r] : r;
             row = n->op == AD_OP_scatter ? list[r] : row;
-            size_t col = n->cols == 1 ? 0 : c;
+            size_t col = n->op == AD_OP_scatter_cols ? list[c] : n->cols == 1 ? 0 : c;
             if (diff) {
                 col = c < (size_t)n->cols - 1 ? c : (size_t)n->cols - 2;
                 add(&t[row * n->cols + col + 1], scale, v[from], e[from]);
@@ -311,6 +314,22 @@ static void difference(struct plain *p, uint32_t id, const struct node *n)
         }
 }
 
+static void cumulative(struct plain *p, uint32_t id, const struct node *n)
+{
+    const double *v = p->value[n->in[0]], *e = p->error[n->in[0]];
+    bool rows = n->aux & CUMSUM_ROWS, reversed = n->aux & CUMSUM_REVERSED;
+    for (size_t r = 0; r < n->rows; r++)
+        for (size_t c = 0; c < n->cols; c++) {
+            struct total t = {0};
+            size_t at = rows ? r : c, n_all = rows ? n->rows : n->cols;
+            for (size_t k = reversed ? at : 0; k < (reversed ? n_all : at + 1); k++) {
+                size_t i = rows ? k * n->cols + c : r * n->cols + k;
+                add(&t, 1, v[i], e[i]);
+            }
+            put(p, id, r * n->cols + c, &t, unit(p));
+        }
+}
+
 static void product(struct plain *p, uint32_t id, const struct node *n)
 {
     const struct node *a = node_at(p->tape, n->in[0]), *b = node_at(p->tape, n->in[1]);
@@ -349,6 +368,7 @@ static void evaluate_node(struct plain *p, uint32_t id)
     case AD_OP_reshape:
     case AD_OP_broadcast:
     case AD_OP_gather:
+    case AD_OP_gather_cols:
     case AD_OP_transpose:
         view(p, id, n);
         break;
@@ -356,8 +376,12 @@ static void evaluate_node(struct plain *p, uint32_t id)
     case AD_OP_sum_rows:
     case AD_OP_sum_cols:
     case AD_OP_scatter:
+    case AD_OP_scatter_cols:
     case AD_OP_diff_adjoint:
         additions(p, id, n);
+        break;
+    case AD_OP_cumsum:
+        cumulative(p, id, n);
         break;
     case AD_OP_place:
         place(p, id, n);

@@ -250,6 +250,38 @@ static void gather(struct maker *m)
     keep(m, ad_gather_rows(x, n, list));
 }
 
+static void columns(struct maker *m)
+{
+    ad_var x = any(m);
+    size_t n = ad_cols(x), width = 1 + pick(m, 12);
+    uint32_t *list = malloc(n * sizeof *list), few[LIST];
+    if (!list)
+        abort();
+    for (size_t k = 0; k < n; k++)
+        list[k] = (uint32_t)pick(m, width);
+    for (size_t k = 0; k < LIST; k++)
+        few[k] = (uint32_t)pick(m, n);
+    if (pick(m, 2) && LIST * ad_rows(x) <= m->most)
+        keep(m, ad_gather_cols(x, 1 + pick(m, LIST), few));
+    else if (width * ad_rows(x) <= m->most)
+        keep(m, ad_scatter_cols(x, list, width));
+    free(list);
+}
+
+/* Made of other operations, but for the cumulative sums. */
+static void reductions(struct maker *m)
+{
+    static ad_var (*const record[])(ad_var) = {
+        ad_max_rows,         ad_max_cols,         ad_min_rows,     ad_min_cols,    ad_arg_max_rows,
+        ad_log_sum_exp_rows, ad_log_sum_exp_cols, ad_softmax_rows, ad_softmax_cols};
+    bool cumulative = pick(m, 3) == 0;
+    ad_var x = any(m);
+    if (cumulative)
+        keep(m, pick(m, 2) ? ad_cumsum_rows(x) : ad_cumsum_cols(x));
+    else
+        keep(m, record[pick(m, sizeof record / sizeof *record)](x));
+}
+
 /* A pair law: differences of gathered rows, brought back by a scatter. */
 static void pairs(struct maker *m)
 {
@@ -332,9 +364,9 @@ static const struct {
     void (*record)(struct maker *m);
     size_t weight;
 } operations[] = {
-    {elementwise, 14}, {chain, 14}, {sums, 5},       {scatter, 2},   {matmul, 1},
-    {slice, 3},        {gather, 2}, {pairs, 1},      {reshape, 1},   {concat, 2},
-    {broadcast, 2},    {place, 1},  {difference, 3}, {transpose, 1},
+    {elementwise, 14}, {chain, 14},    {sums, 5},    {scatter, 2},    {matmul, 1},    {slice, 3},
+    {gather, 2},       {pairs, 1},     {reshape, 1}, {concat, 2},     {broadcast, 2}, {place, 1},
+    {difference, 3},   {transpose, 1}, {columns, 2}, {reductions, 2},
 };
 
 /* Long segments: few operations that need a value whole. */

@@ -1,4 +1,6 @@
-/* Operations that move or reduce values, each beside its definition, one element at a time. */
+/* Operations that move or reduce values, each beside its definition, one element at a time:
+   structure_cases.c, and reduction_cases.c for largest values, softmax, cumulative sums and lists
+   of columns. */
 #ifndef TESTS_AUTODIFF_STRUCTURE_CASES_H
 #define TESTS_AUTODIFF_STRUCTURE_CASES_H
 
@@ -12,6 +14,9 @@ struct matrix {
 /* Shape of the second argument, of a first of rows x cols. */
 enum second { NONE, SAME, ONE_ROW, ONE_COL, COLS_BY_4, FOUR_BY_COLS, ROWS_BY_4, FOUR_BY_ROWS };
 
+/* Linear in all arguments together; kinked where two elements are equal: all are different then. */
+enum nature { SMOOTH, LINEAR, KINKED };
+
 struct structure {
     const char *name;
     /* The value recorded, and element (r, c) of the same by definition; x[0], x[1] are the
@@ -20,10 +25,10 @@ struct structure {
     double (*element)(const struct matrix x[2], size_t r, size_t c);
     enum second second;
     size_t min_cols;
-    bool linear; /* in all arguments together */
+    enum nature nature;
 };
 
-extern const struct structure structure_cases[];
-extern const size_t structure_n_cases;
+extern const struct structure structure_cases[], reduction_cases[];
+extern const size_t structure_n_cases, reduction_n_cases;
 
 #endif

@@ -56,6 +56,10 @@ static ad_var op_gather(ad_var x) { return ad_gather_rows(x, 1, (uint32_t[]){0})
 
 static ad_var op_scatter(ad_var x) { return ad_scatter_rows(x, (uint32_t[]){0, 0, 0}, 1); }
 
+static ad_var op_gather_cols(ad_var x) { return ad_gather_cols(x, 1, (uint32_t[]){0}); }
+
+static ad_var op_scatter_cols(ad_var x) { return ad_scatter_cols(x, (uint32_t[]){0, 0, 0, 0}, 1); }
+
 static ad_var op_concat_rows(ad_var x) { return ad_concat_rows(2, (ad_var[]){x, x}); }
 
 static ad_var op_concat_cols(ad_var x) { return ad_concat_cols(2, (ad_var[]){x, x}); }
@@ -89,6 +93,20 @@ static const struct {
     {"broadcast", op_broadcast},
     {"gather", op_gather},
     {"scatter", op_scatter},
+    {"gather_cols", op_gather_cols},
+    {"scatter_cols", op_scatter_cols},
+    {"cumsum", ad_cumsum_rows},
+    {"cumsum", ad_cumsum_cols},
+    {"max_rows", ad_max_rows},
+    {"max_cols", ad_max_cols},
+    {"min_rows", ad_min_rows},
+    {"min_cols", ad_min_cols},
+    {"arg_max_rows", ad_arg_max_rows},
+    {"arg_max_cols", ad_arg_max_cols},
+    {"log_sum_exp_rows", ad_log_sum_exp_rows},
+    {"log_sum_exp_cols", ad_log_sum_exp_cols},
+    {"softmax_rows", ad_softmax_rows},
+    {"softmax_cols", ad_softmax_cols},
     {"concat_rows", op_concat_rows},
     {"concat_cols", op_concat_cols},
     {"diff", op_diff},

@@ -40,15 +40,34 @@ struct trial {
     ad_var x[2];
 };
 
-static struct trial begin(const struct structure *s, size_t size, enum ad_type type)
+/* All different, evenly spaced. */
+static double *spaced_values(uint64_t *state, size_t n)
 {
-    uint64_t state = 31 * size + (uint64_t)(s - structure_cases);
+    double *v = random_values(state, n, 0, 1);
+    for (size_t k = 0; k < n; k++)
+        v[k] = (double)k;
+    for (size_t k = n; k-- > 1;) {
+        size_t other = below(state, k + 1);
+        double swap = v[k];
+        v[k] = v[other];
+        v[other] = swap;
+    }
+    for (size_t k = 0; k < n; k++)
+        v[k] = (double)(float)(-2 + 4 * (v[k] + 0.37) / (double)n);
+    return v;
+}
+
+static struct trial begin(const struct structure *s, size_t number, size_t size, enum ad_type type)
+{
+    uint64_t state = 31 * size + number;
     size_t rows = sizes[size][0], cols = sizes[size][1];
     struct trial t = {.s = s, .n = s->second == NONE ? 1 : 2, .tape = ad_tape_new(type)};
     t.m[0] = (struct matrix){rows, cols, NULL};
     t.m[1] = second_argument(s, rows, cols);
     for (size_t k = 0; k < t.n; k++) {
-        t.at[k] = t.m[k].v = random_values(&state, t.m[k].rows * t.m[k].cols, -2, 2);
+        size_t n = t.m[k].rows * t.m[k].cols;
+        t.at[k] = t.m[k].v =
+            s->nature == KINKED ? spaced_values(&state, n) : random_values(&state, n, -2, 2);
         t.x[k] = ad_input(t.tape, t.m[k].rows, t.m[k].cols, NULL);
     }
     return t;
@@ -65,13 +84,16 @@ typedef void test(struct trial *t);
 
 static void for_each_case(test *f, enum ad_type type)
 {
-    for (size_t k = 0; k < structure_n_cases; k++)
+    for (size_t k = 0; k < structure_n_cases + reduction_n_cases; k++) {
+        const struct structure *s =
+            k < structure_n_cases ? &structure_cases[k] : &reduction_cases[k - structure_n_cases];
         for (size_t size = 0; size < N_SIZES; size++)
-            if (sizes[size][1] >= structure_cases[k].min_cols) {
-                struct trial t = begin(&structure_cases[k], size, type);
+            if (sizes[size][1] >= s->min_cols) {
+                struct trial t = begin(s, k, size, type);
                 f(&t);
                 end(&t);
             }
+    }
 }
 
 /* ---- values ---- */
@@ -106,7 +128,7 @@ static void test_values(void **state)
 
 static void adjoint_identity(struct trial *t)
 {
-    if (!t->s->linear)
+    if (t->s->nature != LINEAR)
         return;
     ad_var y = t->s->record(t->x), g[2];
     size_t rows = ad_rows(y), cols = ad_cols(y);
@@ -136,11 +158,12 @@ static void test_adjoint_identities(void **state)
 
 /* ---- derivatives, between nonlinear functions so that the second order is not empty ---- */
 
+/* Of kinked cases all is kept apart. */
 static ad_var sandwich(struct trial *t)
 {
     ad_var inner[2];
     for (size_t k = 0; k < t->n; k++)
-        inner[k] = ad_sin(t->x[k]);
+        inner[k] = t->s->nature == KINKED ? ad_sinh(t->x[k]) : ad_sin(t->x[k]);
     return weighted_sum(ad_sin(t->s->record(inner)));
 }
 
