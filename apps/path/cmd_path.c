@@ -92,6 +92,11 @@ static int judge(const struct path_run *run, const struct path_result *result,
             "--tol %g is not met: a rule of higher order is %.2g away, for an estimate of %.2g; "
             "allow a larger error or take another --rule",
             run->options->tolerance, result->discretisation, path_estimate(run));
+    else if (run->options->reference && result->another && !path_wants_all(run->options))
+        ad_fail(error, AD_E_ACCURACY,
+                "--reference %s leads to another stationary path between the same ends, up to %.3g "
+                "away; try --init %s, or --all for several",
+                run->options->reference, result->reference_distance, run->options->reference);
     else
         path_ephemeris_judge(run, error);
     return error->status == AD_OK ? DONE : NOT_REACHED;
@@ -195,20 +200,24 @@ static const struct option table[] = {
 };
 
 const struct command command_path = {
-    .line = {.name = "path",
-             .what = "stationary path between two ends",
-             .arguments = {"SCENE"},
-             .outputs = true,
-             .options = table,
-             .n_options = sizeof table / sizeof *table,
-             .more =
-                 "SCENE is a name from `leastaction scenes`, or a shared object. FILE.csv has\n"
-                 "a row for each slice: its coordinates, or its time and coordinates. The "
-                 "reference path is, without\n"
-                 "--reference, the motion from the scene's start: by the same discretisation\n"
-                 "(rules left and left+repeat, as long as that is near) or tightly integrated;\n"
-                 "the table itself with --data and no preset; none where --init FILE.csv gives\n"
-                 "the ends. The true motion is integrated from the start of the path found."},
+    .line =
+        {.name = "path",
+         .what = "stationary path between two ends",
+         .arguments = {"SCENE"},
+         .outputs = true,
+         .options = table,
+         .n_options = sizeof table / sizeof *table,
+         .more =
+             "SCENE is a name from `leastaction scenes`, or a shared object. FILE.csv has\n"
+             "a row for each slice, and columns named as the coordinates, or nothing else; the\n"
+             "time, where it has one, is named t. The reference path is, without\n"
+             "--reference, the motion from the scene's start: by the same discretisation\n"
+             "(rules left and left+repeat, as long as that is near) or tightly integrated;\n"
+             "the table itself with --data and no preset; none where --init FILE.csv gives\n"
+             "the ends. The true motion is integrated from the start of the path found. Where\n"
+             "the reference leads to another stationary path that is said; the exit status is\n"
+             "1 where --reference asked for it, or --data, but 0 with --tol, whose estimate is\n"
+             "that of the path found."},
     .bytes = sizeof(struct path_options),
     .run = run,
 };

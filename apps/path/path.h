@@ -67,6 +67,9 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
 void path_run_free(struct path_run *run);
 /* An uninitialised path of a run, for the caller to free; NULL: out of memory. */
 double *path_new(const struct path_run *run, struct ad_error *error);
+/* A path from a file of text with a row for each slice, [dof x slices]; its columns are the
+   coordinates by name, or in their order, and the time t is checked where there is one. */
+double *path_read(const struct path_run *run, const char *file, struct ad_error *error);
 
 /* Bodies and dimensions of the ephemeris, from the tables of --data if given; these then set span
    and time step, and `observed` [dof x slices] is what they say (else NULL). The options of the

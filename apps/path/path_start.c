@@ -1,13 +1,10 @@
 /* Where a path run starts and what it is held against (path.h): files, the scene's motion, what the
    tables say, or a line. */
 #include "path.h"
-#include "physics/io/csv.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static const double same_time = 1e-6; /* of the whole span */
 
 /* Room for the inner nodes of the rule, too. */
 static size_t path_rows(const struct path_run *run)
@@ -22,53 +19,6 @@ double *path_new(const struct path_run *run, struct ad_error *error)
         slices <= SIZE_MAX / sizeof *path / rows ? malloc(slices * rows * sizeof *path) : NULL;
     if (!path)
         ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", slices);
-    return path;
-}
-
-/* Whether the first of `columns` columns is the time of the slices, wherever it begins. */
-static enum ad_status check_times(const struct path_run *run, const char *file, size_t columns,
-                                  const double *table, struct ad_error *error)
-{
-    size_t slices = run->settings.slices;
-    double dt = run->settings.dt, step = (table[(slices - 1) * columns] - table[0]);
-    step /= (double)(slices - 1);
-    if (run->system.scene->free_time && step > 0) /* the time found may be another one */
-        dt = step;
-    for (size_t i = 0; i < slices; i++) {
-        double t = table[i * columns], expected = table[0] + (double)i * dt;
-        if (!(fabs(t - expected) <= same_time * (double)slices * dt))
-            return ad_fail(error, AD_E_INPUT,
-                           "%s: one column more than coordinates, whose first is no time: %.9g in "
-                           "row %zu, expected %.9g with --dt %g",
-                           file, t, i + 1, expected, dt);
-    }
-    return AD_OK;
-}
-
-/* A path from a file [slices x dof], or [slices x 1 + dof] with the time first, turned into
-   [dof x slices]. */
-static double *read_path(const struct path_run *run, const char *file, struct ad_error *error)
-{
-    size_t dof = run->system.dof, slices = run->settings.slices, rows, columns;
-    double *table, *path = NULL;
-    if (phys_table_read(file, &rows, &columns, &table, error) != AD_OK)
-        return NULL;
-    size_t first = columns == dof + 1;
-    if (columns != dof + first)
-        ad_fail(error, AD_E_INPUT,
-                "%s: %zu columns, expected one for each coordinate of %s: %zu, or the time before "
-                "them",
-                file, columns, run->system.scene->name, dof);
-    else if (rows != slices)
-        ad_fail(error, AD_E_INPUT,
-                "%s: %zu rows, expected one for each slice: %zu; or give --slices %zu", file, rows,
-                slices, rows);
-    else if (!first || check_times(run, file, columns, table, error) == AD_OK)
-        path = path_new(run, error);
-    for (size_t k = 0; path && k < dof; k++)
-        for (size_t i = 0; i < slices; i++)
-            path[k * slices + i] = table[i * columns + first + k];
-    free(table);
     return path;
 }
 
@@ -298,9 +248,9 @@ enum ad_status path_start(struct path_run *run, double *observed, struct ad_erro
 {
     const struct path_options *options = run->options;
     const char *init = options->init;
-    double *file = path_from_file(options) ? read_path(run, init, error) : NULL, *motion = NULL;
+    double *file = path_from_file(options) ? path_read(run, init, error) : NULL, *motion = NULL;
     if (error->status == AD_OK && options->reference)
-        run->reference = read_path(run, options->reference, error);
+        run->reference = path_read(run, options->reference, error);
     if (error->status == AD_OK && !file) /* the ends of a file need no motion */
         motion = observed ? observed_motion(run, observed, error) : scene_motion(run, error);
     if (error->status == AD_OK && (run->start = path_new(run, error)) &&

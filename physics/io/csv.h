@@ -17,6 +17,10 @@
 enum ad_status phys_table_read(const char *file, size_t *rows, size_t *cols, double **values,
                                struct ad_error *error);
 
+/* The same with the names of the columns [cols], NULL where there are none; phys_fields_free. */
+enum ad_status phys_table_read_named(const char *file, size_t *rows, size_t *cols, double **values,
+                                     char ***names, struct ad_error *error);
+
 /* Writes a matrix as CSV with 17 significant digits, so that reading it gives the same doubles,
    under a line of column names (NULL: none). The file appears complete or not at all. */
 enum ad_status phys_table_write(const char *file, const char *header, size_t rows, size_t cols,

@@ -40,8 +40,8 @@ static enum ad_status read_rows(struct phys_csv *csv, struct matrix *m, struct a
     return AD_OK;
 }
 
-enum ad_status phys_table_read(const char *file, size_t *rows, size_t *cols, double **values,
-                               struct ad_error *error)
+enum ad_status phys_table_read_named(const char *file, size_t *rows, size_t *cols, double **values,
+                                     char ***names, struct ad_error *error)
 {
     struct phys_csv csv = {.matrix = true};
     struct matrix m = {0};
@@ -49,6 +49,10 @@ enum ad_status phys_table_read(const char *file, size_t *rows, size_t *cols, dou
     if (phys_csv_open(&csv, file, 0, &found) == AD_OK) {
         m.cols = csv.columns;
         read_rows(&csv, &m, &found);
+    }
+    if (names && found.status == AD_OK) {
+        *names = csv.name;
+        csv.name = NULL;
     }
     phys_csv_close(&csv);
     free(m.to);
@@ -60,4 +64,10 @@ enum ad_status phys_table_read(const char *file, size_t *rows, size_t *cols, dou
     *cols = m.cols;
     *values = m.values;
     return AD_OK;
+}
+
+enum ad_status phys_table_read(const char *file, size_t *rows, size_t *cols, double **values,
+                               struct ad_error *error)
+{
+    return phys_table_read_named(file, rows, cols, values, NULL, error);
 }

@@ -239,6 +239,26 @@ static void test_found_path_as_start(void **state)
     shell_works("cut -d, -f2,3 found.csv >plain.csv"); /* C11: without the time as well */
     shell_works("$LA path kepler --solver adam --steps 0 --init plain.csv --json");
     assert_true(shell_number("action") == action);
+    static const char *const same[] = {
+        "awk -F, '{print $3, $1, $2}' OFS=, found.csv", /* any order, by name */
+        "awk -F, '{print $2, $3, $2}' OFS=, found.csv", /* beside others */
+        "sed 's/t,x,y/t,a,b/' found.csv",               /* names of one's own: in order */
+        "awk -F, 'NR > 1 {print $2, $3}' found.csv"};   /* no names at all */
+    for (size_t k = 0; k < LENGTH(same); k++) {
+        shell_works("%s >same.csv; $LA path kepler --solver adam --steps 0 --init same.csv --json",
+                    same[k]);
+        assert_true(shell_number("action") == action);
+    }
+    static const char *const others[] = {
+        "sed 1d found.csv",               /* nothing says that the first is the time */
+        "cut -d, -f1,2 found.csv",        /* the time and one coordinate: not two */
+        "sed 's/t,x,y/a,x,b/' found.csv", /* a coordinate is missing */
+        "sed 's/t,x,y/a,b,c/' found.csv"};
+    for (size_t k = 0; k < LENGTH(others); k++)
+        assert_int_equal(shell("%s >other.csv; $LA path kepler --steps 0 --solver adam --init "
+                               "other.csv",
+                               others[k]),
+                         2);
     shell_works("awk -F, 'NR == 4 {$1 = 0.5} 1' OFS=, found.csv >wrong.csv");
     static const char *const wrong[] = {"--init wrong.csv", "--init ode --reference wrong.csv",
                                         "--init found.csv --dt 0.05"};

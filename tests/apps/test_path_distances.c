@@ -52,6 +52,20 @@ static void test_another_path(void **state)
     assert_true(shell_number("max_error") == shell_number("reference_distance"));
 }
 
+/* --tol asks for an accuracy, which the path found has, whichever it is: exit status 0 above. Who
+   names a reference asks for its path. */
+static void test_another_path_than_asked(void **state)
+{
+    (void)state;
+    shell_works("$LA path pendulum --init ode --rule gauss4 --csv ode.csv --quiet");
+    assert_int_equal(
+        shell("$LA path pendulum --init line --rule gauss4 --reference ode.csv --json"), 1);
+    assert_true(shell_number("reference_distance") > 1);
+    assert_non_null(strstr(shell_err(), "--init ode.csv"));
+    shell_works("$LA path pendulum --init ode.csv --rule gauss4 --reference ode.csv --json");
+    assert_true(shell_number("max_error") < 1e-9);
+}
+
 /* A motion that the grid of the path cannot hold is another path all the same. */
 static void test_another_motion(void **state)
 {
@@ -141,6 +155,7 @@ int main(void)
         cmocka_unit_test_teardown(test_true_motion, shell_empty),
         cmocka_unit_test_teardown(test_discretisation, shell_empty),
         cmocka_unit_test_teardown(test_another_path, shell_empty),
+        cmocka_unit_test_teardown(test_another_path_than_asked, shell_empty),
         cmocka_unit_test_teardown(test_another_motion, shell_empty),
         cmocka_unit_test_teardown(test_close_encounter, shell_empty),
         cmocka_unit_test_teardown(test_ends_of_a_file, shell_empty),

@@ -1,0 +1,123 @@
+/* Paths from files of text, --init and --reference (path.h): coordinates and time by their names.
+ */
+#include "path.h"
+#include "physics/io/csv.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double same_time = 1e-6; /* of the whole span */
+
+struct path_file {
+    const char *file;
+    size_t rows, columns;
+    double *table;  /* [rows][columns] */
+    char **name;    /* [columns], or NULL */
+    size_t time;    /* its column; `columns`: there is none */
+    size_t *column; /* [dof] of the coordinates */
+};
+
+/* Column number `which` (from 0) of those named so; `columns` if there is none. */
+static size_t column_of(const struct path_file *f, const char *name, size_t which)
+{
+    for (size_t c = 0; f->name && c < f->columns; c++)
+        if (f->name[c] && strcmp(f->name[c], name) == 0 && which-- == 0)
+            return c;
+    return f->columns;
+}
+
+/* The time is t; where a coordinate is called so, too, it is the first of two. */
+static void find_time(const struct path_run *run, struct path_file *f)
+{
+    char name[32];
+    size_t dof = run->system.dof, k = 0;
+    do
+        phys_coordinate_name(&run->system, k, name, sizeof name);
+    while (strcmp(name, "t") != 0 && ++k < dof);
+    f->time = column_of(f, "t", 0);
+    if (k < dof && column_of(f, "t", 1) == f->columns)
+        f->time = f->columns;
+}
+
+/* Coordinates by their names, whatever else there is; where none has its name, the columns beside
+   the time in their order, and no others. */
+static enum ad_status find_columns(const struct path_run *run, struct path_file *f,
+                                   struct ad_error *error)
+{
+    size_t dof = run->system.dof, found = 0, missing = dof;
+    char name[32], lacking[32] = "";
+    find_time(run, f);
+    for (size_t k = 0; k < dof; k++) {
+        phys_coordinate_name(&run->system, k, name, sizeof name);
+        f->column[k] = column_of(f, name, f->time < f->columns && strcmp(name, "t") == 0);
+        found += f->column[k] < f->columns;
+        if (f->column[k] == f->columns && missing == dof) {
+            missing = k;
+            memcpy(lacking, name, sizeof lacking);
+        }
+    }
+    if (found == dof)
+        return AD_OK;
+    if (found > 0)
+        return ad_fail(error, AD_E_INPUT, "%s: no column '%s'; expected all coordinates of %s",
+                       f->file, lacking, run->system.scene->name);
+    size_t others = f->columns - (f->time < f->columns);
+    if (others != dof)
+        return ad_fail(
+            error, AD_E_INPUT,
+            "%s: %zu columns%s, expected one for each coordinate of %s: %zu, or these by "
+            "name; a column of time is named t",
+            f->file, others, f->time < f->columns ? " beside t" : "", run->system.scene->name, dof);
+    for (size_t c = 0, k = 0; c < f->columns; c++)
+        if (c != f->time)
+            f->column[k++] = c;
+    return AD_OK;
+}
+
+/* Whether its column is the time of the slices, wherever it begins. */
+static enum ad_status check_times(const struct path_run *run, const struct path_file *f,
+                                  struct ad_error *error)
+{
+    size_t slices = run->settings.slices;
+    const double *t = f->table + f->time;
+    double dt = run->settings.dt, step = t[(slices - 1) * f->columns] - t[0];
+    if (f->time == f->columns)
+        return AD_OK;
+    step /= (double)(slices - 1);
+    if (run->system.scene->free_time && step > 0) /* the time found may be another one */
+        dt = step;
+    for (size_t i = 0; i < slices; i++) {
+        double expected = t[0] + (double)i * dt;
+        if (!(fabs(t[i * f->columns] - expected) <= same_time * (double)slices * dt))
+            return ad_fail(error, AD_E_INPUT,
+                           "%s: t is %.9g in row %zu, expected %.9g with --dt %g", f->file,
+                           t[i * f->columns], i + 1, expected, dt);
+    }
+    return AD_OK;
+}
+
+double *path_read(const struct path_run *run, const char *file, struct ad_error *error)
+{
+    size_t dof = run->system.dof, slices = run->settings.slices;
+    struct path_file f = {.file = file};
+    double *path = NULL;
+    if (phys_table_read_named(file, &f.rows, &f.columns, &f.table, &f.name, error) != AD_OK)
+        return NULL;
+    f.column = malloc(dof * sizeof *f.column);
+    if (!f.column)
+        ad_fail(error, AD_E_MEMORY, "%s: out of memory", file);
+    else if (find_columns(run, &f, error) == AD_OK && f.rows != slices)
+        ad_fail(error, AD_E_INPUT,
+                "%s: %zu rows, expected one for each slice: %zu; or give --slices %zu", file,
+                f.rows, slices, f.rows);
+    else if (error->status == AD_OK && check_times(run, &f, error) == AD_OK)
+        path = path_new(run, error);
+    for (size_t k = 0; path && k < dof; k++)
+        for (size_t i = 0; i < slices; i++)
+            path[k * slices + i] = f.table[i * f.columns + f.column[k]];
+    phys_fields_free(f.name, f.columns);
+    free(f.column);
+    free(f.table);
+    return path;
+}
