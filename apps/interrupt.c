@@ -10,6 +10,8 @@
 #include <time.h>
 #include <unistd.h>
 
+extern char **environ;
+
 /* One request may arrive twice: timeout(1) signals the process and then its group. */
 static const double ECHO = 0.5; /* s */
 
@@ -122,7 +124,27 @@ bool interrupted(void)
     return came;
 }
 
-void interrupt_child(pid_t child) { running = child; }
+/* No signal comes between its start and the note of it. */
+int interrupt_spawn(const posix_spawn_file_actions_t *files, char *const words[], pid_t *child)
+{
+    posix_spawnattr_t attributes;
+    sigset_t set = all_signals(), before;
+    int reason = posix_spawnattr_init(&attributes);
+    if (reason)
+        return reason;
+    sigaddset(&set, SIGALRM);
+    pthread_sigmask(SIG_BLOCK, &set, &before);
+    posix_spawnattr_setsigmask(&attributes, &before);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+    reason = posix_spawnp(child, words[0], files, &attributes, words, environ);
+    if (reason == 0)
+        running = *child;
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    posix_spawnattr_destroy(&attributes);
+    return reason;
+}
+
+void interrupt_forget(void) { running = 0; }
 
 enum ad_status interrupt_commit(struct phys_whole *file, struct ad_error *error)
 {

@@ -11,6 +11,7 @@
 
 #include "physics/io/atomic_file.h"
 
+#include <spawn.h>
 #include <stdbool.h>
 #include <sys/types.h>
 
@@ -22,8 +23,9 @@ void interrupt_catch(void);
 /* Whether one of them came. */
 bool interrupted(void);
 
-/* A process that ends with this one; 0: none. */
-void interrupt_child(pid_t child);
+/* posix_spawnp of words[0]: a program that ends with this one, until interrupt_forget. */
+int interrupt_spawn(const posix_spawn_file_actions_t *files, char *const words[], pid_t *child);
+void interrupt_forget(void);
 /* phys_whole_commit. If a signal ends the process later, while other files are unfinished, standard
    error says that this one is whole. */
 enum ad_status interrupt_commit(struct phys_whole *file, struct ad_error *error);

@@ -5,14 +5,11 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <spawn.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-extern char **environ;
 
 static const struct plot_format {
     const char *extension, *terminal, *options; /* the size goes between the two */
@@ -130,7 +127,7 @@ static bool start_gnuplot(char *script, pid_t *child, FILE **output, int *reason
                 0 &&
             (*reason = posix_spawn_file_actions_adddup2(&files, ends[1], 1)) == 0 &&
             (*reason = posix_spawn_file_actions_adddup2(&files, ends[1], 2)) == 0)
-            *reason = posix_spawnp(child, gnuplot, &files, NULL, words, environ);
+            *reason = interrupt_spawn(&files, words, child);
         posix_spawn_file_actions_destroy(&files);
     }
     close(ends[1]);
@@ -156,7 +153,6 @@ static int run_gnuplot(const struct plot *plot, char *line, int size)
         free(script);
         return reason == ENOENT ? NOT_INSTALLED : -1;
     }
-    interrupt_child(child);
     for (char *to = line; output && fgets(to, to == line ? size : (int)sizeof rest, output);)
         if (strspn(to, " \t\r\n^") != strlen(to))
             to = rest;
@@ -165,7 +161,7 @@ static int run_gnuplot(const struct plot *plot, char *line, int size)
         fclose(output);
     while (waitpid(child, &status, 0) < 0 && errno == EINTR)
         ;
-    interrupt_child(0);
+    interrupt_forget();
     free(script);
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }

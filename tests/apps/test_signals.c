@@ -34,6 +34,27 @@ static void test_signals(void **state)
     }
 }
 
+/* What draws ends with the run, however early the signal comes: a gnuplot that never would. */
+static void test_gnuplot_ends(void **state)
+{
+    (void)state;
+    static const char *const lines[] = {"chart gas --quick --out . --quiet",
+                                        "path pendulum --slices 5 --plot a.svg --quiet"};
+    for (size_t k = 0; k < sizeof lines / sizeof *lines; k++) {
+        shell_works("mkdir bin && printf '#!/bin/sh\\necho $$ >pid.new && mv pid.new pid\\n"
+                    "exec cat never\\n' >bin/gnuplot && chmod +x bin/gnuplot && mkfifo never");
+        int status = shell("PATH=$PWD/bin:$PATH $LA %s & pid=$!; until test -s pid; do :; done; "
+                           "kill -TERM $pid; wait $pid; status=$?; "
+                           "timeout 20 sh -c 'while grep -q \"^State:.[RSD]\" /proc/$(cat pid)/"
+                           "status; do :; done' 2>/dev/null || exit 99; exit $status",
+                           lines[k]);
+        if (status != 143)
+            fail_msg("%s: status %d", lines[k], status);
+        shell_works("rm -r bin pid never; ! ls -A | grep '^\\.'");
+        shell_clean();
+    }
+}
+
 /* Killed: the files stay, unlocked, until the next run; those of a run that goes on stay. */
 static void test_left_over(void **state)
 {
@@ -95,6 +116,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_signals, shell_empty),
+        cmocka_unit_test_teardown(test_gnuplot_ends, shell_empty),
         cmocka_unit_test_teardown(test_left_over, shell_empty),
         cmocka_unit_test_teardown(test_at_once, shell_empty),
         cmocka_unit_test_teardown(test_hanging_library, shell_empty),
