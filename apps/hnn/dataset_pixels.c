@@ -3,7 +3,7 @@
 #include "dataset.h"
 #include "apps/numbers.h"
 #include "autodiff/clock.h"
-#include "hnn/pixels/pixels.h"
+#include "hnn/pixels/frames.h"
 #include "physics/io/hdf5_file.h"
 
 #include <string.h>

@@ -29,10 +29,8 @@ static double *number_of(struct hnn_rod *rod, size_t k)
 
 /* ---- writing ---- */
 
-void hnn_frames_write(const struct hnn_frames *f, struct phys_runfile *file)
+void hnn_frames_write(const struct hnn_frames *f, phys_runfile *file)
 {
-    if (!f || !file)
-        return;
     const size_t dims[] = {f->trajectories, f->frames, f->height, f->width};
     struct hnn_rod rod = f->rod;
     phys_runfile_write(file, "frames", AD_F32, 4, dims, f->pixels);
@@ -47,6 +45,19 @@ void hnn_frames_write(const struct hnn_frames *f, struct phys_runfile *file)
         phys_runfile_number(file, "/", rod_number[k].name, *number_of(&rod, k), rod_number[k].unit);
     if (f->has_rod)
         phys_runfile_text(file, "/", "filter", hnn_filters[rod.filter]);
+}
+
+enum ad_status hnn_frames_save(const struct hnn_frames *frames, const char *file,
+                               struct ad_error *error)
+{
+    phys_runfile *out;
+    if (!frames || !file || !frames->pixels)
+        return ad_fail(error, AD_E_ARGUMENT, "frames: got no %s (NULL)",
+                       frames && frames->pixels ? "name of a file" : "frames");
+    if (phys_runfile_create(file, &out, error) != AD_OK)
+        return error->status;
+    hnn_frames_write(frames, out);
+    return phys_runfile_commit(out, error);
 }
 
 /* ---- reading ---- */

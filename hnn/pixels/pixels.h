@@ -97,15 +97,16 @@ void hnn_split_pairs_free(struct hnn_split_pairs *pairs);
 /* Reads frames. In HDF5: the array "frames" (or the only one of three or four dimensions)
    [trajectory, time, height, width], or [time, height, width] for one trajectory; real numbers
    from -1 to 1, or integers from 0 to 255, which become value/255. "angle" and "speed" beside it
-   and attributes as hnn_frames_write writes them are optional. A folder: PGM or PNG files, grey, of
+   and attributes as hnn_frames_save writes them are optional. A folder: PGM or PNG files, grey, of
    8 bits, in the order of their names, in which numbers count as numbers; each folder in it is a
    trajectory, or it is one itself. AD_E_INPUT names file and frame, and what was expected. Ends
    with hnn_frames_free, whatever it returned. */
 enum ad_status hnn_frames_read(const char *path, struct hnn_frames *frames, struct ad_error *error);
-/* "frames" f32, "angle" and "speed" f64, the rod's numbers as attributes of the file: gravity,
-   mass, length, dt, radius, axle, shade, left, right, bottom, top. */
-struct phys_runfile;
-void hnn_frames_write(const struct hnn_frames *frames, struct phys_runfile *file);
+/* Writes an HDF5 file, whole or not at all: "frames" f32, "angle" and "speed" f64, the rod's
+   numbers as attributes of the file: gravity, mass, length, dt, radius, axle, shade, left, right,
+   bottom, top. */
+enum ad_status hnn_frames_save(const struct hnn_frames *frames, const char *file,
+                               struct ad_error *error);
 
 /* ---- from the pendulum ---- */
 

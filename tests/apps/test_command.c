@@ -6,6 +6,7 @@
 #include "physics/io/hdf5_file.h"
 #include "tests/mentions.h"
 
+#include <hdf5.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -289,6 +290,47 @@ static void test_dump(void **state)
     assert_mentions(shell_err(), "'pth'");
 }
 
+/* E5: a file that leads to another one is refused, and nothing of that one is said or written. */
+static void test_dump_of_links(void **state)
+{
+    (void)state;
+    static const char *const lines[] = {"dump out.h5", "dump out.h5 --json",
+                                        "dump out.h5 --dataset q --csv q.csv",
+                                        "train out.h5 --state q,q --steps 1 --out m.h5",
+                                        "rollout out.h5 --time 1 --x0 1,0 --csv q.csv"};
+    const double other[] = {1234.5, 1234.5};
+    const hsize_t two = 2;
+    for (int storage = 0; storage < 2; storage++) {
+        FILE *bytes = fopen(shell_path("other.bin"), "wb");
+        assert_true(bytes && fwrite(other, sizeof *other, 2, bytes) == 2 && fclose(bytes) == 0);
+        hid_t second = H5Fcreate(shell_path("other.h5"), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+        hid_t space = H5Screate_simple(1, &two, NULL), how = H5Pcreate(H5P_DATASET_CREATE);
+        hid_t q = H5Dcreate2(second, "q", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, how, H5P_DEFAULT);
+        H5Dwrite(q, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, other);
+        H5Dclose(q);
+        H5Fclose(second);
+        hid_t file = H5Fcreate(shell_path("out.h5"), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+        if (storage) {
+            H5Pset_external(how, shell_path("other.bin"), 0, sizeof other);
+            H5Dclose(
+                H5Dcreate2(file, "q", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, how, H5P_DEFAULT));
+        } else {
+            H5Lcreate_external("other.h5", "/q", file, "q", H5P_DEFAULT, H5P_DEFAULT);
+        }
+        H5Pclose(how);
+        H5Sclose(space);
+        H5Fclose(file);
+        for (size_t k = 0; k < LENGTH(lines); k++) {
+            assert_int_equal(shell("$LA %s", lines[k]), 2);
+            assert_mentions(shell_err(), storage ? "'q'" : "'/q'");
+            assert_null(strstr(shell_out(), "1234.5"));
+            assert_null(strstr(shell_err(), "1234.5"));
+            shell_works("! ls q.csv m.h5 2>/dev/null");
+        }
+        shell_clean();
+    }
+}
+
 /* ---- runs that do not reach what was asked ---- */
 
 static void test_not_converged(void **state)
@@ -403,6 +445,7 @@ int main(void)
         cmocka_unit_test_teardown(test_quiet, shell_empty),
         cmocka_unit_test_teardown(test_found_path_as_start, shell_empty),
         cmocka_unit_test_teardown(test_dump, shell_empty),
+        cmocka_unit_test_teardown(test_dump_of_links, shell_empty),
         cmocka_unit_test_teardown(test_not_converged, shell_empty),
         cmocka_unit_test_teardown(test_not_finite, shell_empty),
         cmocka_unit_test_teardown(test_interrupted, shell_empty),

@@ -32,11 +32,8 @@ static void write_frames(void)
     filming.width = 5;
     struct hnn_frames frames;
     struct ad_error error = {0};
-    phys_runfile *file;
     assert_int_equal(hnn_rod_film(&filming, 3, &frames, &error), AD_OK);
-    assert_int_equal(phys_runfile_create(shell_path("frames.h5"), &file, &error), AD_OK);
-    hnn_frames_write(&frames, file);
-    assert_int_equal(phys_runfile_commit(file, &error), AD_OK);
+    assert_int_equal(hnn_frames_save(&frames, shell_path("frames.h5"), &error), AD_OK);
     hnn_frames_free(&frames);
 }
 

@@ -3,6 +3,7 @@
 #include "support.h"
 #include "tests/mentions.h"
 
+#include <cblas.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -195,12 +196,35 @@ static void test_check_mode(void **state)
     ad_tape_free(t);
 }
 
+/* G10: OpenBLAS has one number of threads for the process; a run leaves the one it found. */
+static void test_threads_of_openblas(void **state)
+{
+    (void)state;
+    int before = openblas_get_num_threads();
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 40, 40, NULL), y = ad_matmul(x, false, x, true);
+    ad_program *p = compile(t, 1, &y);
+    for (int n = 1; n <= 2; n++) {
+        openblas_set_num_threads(n);
+        const int found = openblas_get_num_threads(); /* a build may have one only */
+        ad_run(p);
+        assert_int_equal(openblas_get_num_threads(), found);
+    }
+    openblas_set_num_threads(before);
+    ad_program_free(p);
+    ad_tape_free(t);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_elementwise), cmocka_unit_test(test_sums),
-        cmocka_unit_test(test_pair_law),    cmocka_unit_test(test_matmul),
-        cmocka_unit_test(test_check_mode),  cmocka_unit_test(test_time_differences),
+        cmocka_unit_test(test_threads_of_openblas),
+        cmocka_unit_test(test_elementwise),
+        cmocka_unit_test(test_sums),
+        cmocka_unit_test(test_pair_law),
+        cmocka_unit_test(test_matmul),
+        cmocka_unit_test(test_check_mode),
+        cmocka_unit_test(test_time_differences),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -178,7 +178,8 @@ static void test_null(void **state)
     REFUSED(hnn_show(model, NULL, 4, pixels, &error));
     assert_true(isnan(hnn_rod_energy(NULL, 0, 0)));
     hnn_rod_energies(NULL, 3, x, x);
-    hnn_frames_write(NULL, NULL);
+    REFUSED(hnn_frames_save(NULL, "x.h5", &error));
+    REFUSED(hnn_frames_save(&frames, "x.h5", &error));
     hnn_frames_free(NULL);
     hnn_split_pairs_free(NULL);
     phys_ode_free(&ode);

@@ -76,7 +76,6 @@ static void test_drawn_frames_come_back(void **state)
     (void)state;
     struct hnn_filming filming = hnn_filming_published();
     struct hnn_frames a;
-    phys_runfile *file;
     filming.trajectories = 2;
     filming.frames = 6;
     filming.width = 17;
@@ -84,9 +83,7 @@ static void test_drawn_frames_come_back(void **state)
     filming.rod.filter = HNN_BILINEAR;
     assert_int_equal(hnn_rod_film(&filming, 3, &a, &error), AD_OK);
     struct path path = files_temporary("drawn.h5");
-    assert_int_equal(phys_runfile_create(path.text, &file, &error), AD_OK);
-    hnn_frames_write(&a, file);
-    assert_int_equal(phys_runfile_commit(file, &error), AD_OK);
+    assert_int_equal(hnn_frames_save(&a, path.text, &error), AD_OK);
     struct hnn_frames b = accepted(path);
     assert_true(b.trajectories == 2 && b.frames == 6 && b.height == 28 && b.width == 17);
     assert_memory_equal(a.pixels, b.pixels, 2 * 6 * 28 * 17 * sizeof *a.pixels);
