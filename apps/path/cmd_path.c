@@ -20,12 +20,12 @@ static enum ad_status solve(struct path_run *run, struct path_record *record,
     if (path_wants_all(run->options) && path_find_all(run, result, error) != AD_OK)
         return error->status;
     if (run->system.scene->free_time && !path_wants_all(run->options)) {
-        if (phys_path_free_time(&run->system, &run->settings, 0, run->path, &result->info, error) !=
-            AD_OK)
+        if (phys_path_free_time(&run->system, &run->settings, 0, run->path, &result->found.info,
+                                error) != AD_OK)
             return error->status;
         run->settings.adam_steps = 0; /* the path is found */
     }
-    phys_path_solve(run->solver, &run->system, &run->settings, run->path, &result->info, error);
+    phys_path_find(run->solver, &run->system, &run->settings, run->path, &result->found, error);
     progress_end(&record->progress);
     if (record->failed)
         ad_fail(error, AD_E_MEMORY, "out of memory for the history of the run");
@@ -51,7 +51,7 @@ static enum ad_status write_results(const struct path_run *run, const struct pat
 /* Newton's method always has a target, a descent where --grad-tol gives one. */
 static bool converged(const struct path_run *run, const struct path_result *result)
 {
-    enum phys_stop stop = result->info.stop;
+    enum phys_stop stop = result->found.info.stop;
     bool asked = run->settings.tolerance > 0 || strcmp(run->solver->name, "newton") == 0;
     return !asked || run->solver == &phys_solver_march || stop == PHYS_STOP_TOLERANCE ||
            stop == PHYS_STOP_ROUNDING;
@@ -60,7 +60,7 @@ static bool converged(const struct path_run *run, const struct path_result *resu
 /* What to try where a solver did not converge. */
 static const char *advice(const struct path_run *run, const struct path_result *result)
 {
-    if (result->info.stop == PHYS_STOP_STEPS)
+    if (result->found.info.stop == PHYS_STOP_STEPS)
         return "; try more --steps";
     if (strcmp(run->solver->name, "newton") != 0)
         return "";
@@ -79,24 +79,25 @@ static const char *advice(const struct path_run *run, const struct path_result *
 static int judge(const struct path_run *run, const struct path_result *result,
                  struct ad_error *error)
 {
-    if (result->info.stop == PHYS_STOP_INTERRUPTED)
+    if (result->found.info.stop == PHYS_STOP_INTERRUPTED)
         ad_fail(error, AD_E_ACCURACY, "interrupted after step %zu of %zu; results are those so far",
-                result->info.steps, run->settings.steps);
+                result->found.info.steps, run->settings.steps);
     else if (!converged(run, result))
         ad_fail(error, AD_E_ARGUMENT, "not converged: %s, |gradient| %.3g after %zu steps%s",
-                path_stop_name(result->info.stop), result->info.grad_norm, result->info.steps,
-                advice(run, result));
-    else if (path_wants_tolerance(run->options) && result->discretisation > run->options->tolerance)
+                path_stop_name(result->found.info.stop), result->found.info.grad_norm,
+                result->found.info.steps, advice(run, result));
+    else if (path_wants_tolerance(run->options) &&
+             result->found.discretisation > run->options->tolerance)
         ad_fail(
             error, AD_E_ACCURACY,
             "--tol %g is not met: a rule of higher order is %.2g away, for an estimate of %.2g; "
             "allow a larger error or take another --rule",
-            run->options->tolerance, result->discretisation, path_estimate(run));
-    else if (run->options->reference && result->another && !path_wants_all(run->options))
+            run->options->tolerance, result->found.discretisation, path_estimate(run));
+    else if (run->options->reference && result->found.another && !path_wants_all(run->options))
         ad_fail(error, AD_E_ACCURACY,
                 "--reference %s leads to another stationary path between the same ends, up to %.3g "
                 "away; try --init %s, or --all for several",
-                run->options->reference, result->reference_distance, run->options->reference);
+                run->options->reference, result->found.reference_distance, run->options->reference);
     else
         path_ephemeris_judge(run, error);
     return error->status == AD_OK ? DONE : NOT_REACHED;
@@ -114,8 +115,7 @@ static int run_path(struct path_run *run, struct ad_error *error)
     path_record_begin(&record, run, outputs.file, common->plot != NULL);
     if (outputs.file)
         path_file_begin(run, outputs.file, error);
-    if (solve(run, &record, &result, error) != AD_OK ||
-        path_measure(run, &result, error) != AD_OK) {
+    if (solve(run, &record, &result, error) != AD_OK) {
         path_diagnose_lost(run, record.n == 0, error);
         status = command_status(error);
         outputs_abandon(&outputs);
@@ -125,7 +125,7 @@ static int run_path(struct path_run *run, struct ad_error *error)
     }
     path_record_free(&record);
     phys_solutions_free(&result.solutions);
-    phys_spectrum_free(&result.spectrum);
+    phys_path_found_free(&result.found);
     return status;
 }
 

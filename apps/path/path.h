@@ -1,6 +1,6 @@
 /* The parts of `leastaction path`: what is asked (options), made definite (path_setup, and where an
-   error is asked for path_refine), run and recorded (path_record), measured (path_measure), and
-   written (path_write, path_picture). */
+   error is asked for path_refine), run and recorded (path_record), and written (path_write,
+   path_picture). */
 #ifndef APPS_PATH_H
 #define APPS_PATH_H
 
@@ -51,8 +51,6 @@ struct path_run {
     double *reference, *start, *path; /* reference NULL: there is none ... */
     bool led_away;                    /* the discretised motion, so that the true one stands in */
     const char *reference_is;         /* ... or what it is */
-    bool reference_true;              /* a motion of the system, not of a grid */
-    double *momentum;                 /* [dof] of the path found, at its start */
     size_t n_tables;                  /* of --data, and what its first slice is in them */
     struct phys_horizons *tables;
     size_t first_epoch;
@@ -134,38 +132,13 @@ bool path_record_step(void *record, const struct phys_path_step *step);
 bool path_record_proceed(void *record);
 void path_record_free(struct path_record *record);
 
-/* ---- measuring (path_measure.c) ---- */
-
 struct path_result {
-    struct phys_path_info info;
-    double mse_initial, mse_final, max_error; /* NaN: no reference, or another path than it */
-    double reference_distance;
-    bool another;          /* stationary path than the one at the reference */
-    double true_distance;  /* from the motion from the path's own start, by another method ... */
-    double true_known;     /* ... and what that motion is known to; NaN: it cannot be had */
-    double discretisation; /* distance from the path of a rule of higher order; NaN: none near */
-    char no_motion[160];   /* why it cannot be had */
-    bool keeps_energy;     /* L does not depend on time itself */
-    bool stationary;       /* of a kind, then */
-    struct phys_spectrum spectrum;
+    struct phys_path_found found;
     struct phys_solutions solutions; /* --all, --energy; none else */
     size_t chosen;
 };
 
-/* Fills all but `info` (path_distances.c has the distances). */
-enum ad_status path_measure(const struct path_run *run, struct path_result *result,
-                            struct ad_error *error);
-
-/* Distances of the path found from the true motion and from a finer path, and whether it is another
-   one than the reference. (path_distances.c) */
-enum ad_status path_distances(const struct path_run *run, struct path_result *result,
-                              struct ad_error *error);
-
-/* ---- what kind of path it is (path_verdict.c) ---- */
-
-/* Fills the spectrum where the path found is stationary. */
-enum ad_status path_judge_kind(const struct path_run *run, struct path_result *result,
-                               struct ad_error *error);
+/* What kind of path it is (path_verdict.c). */
 void path_report_kind(const struct path_run *run, const struct path_result *result,
                       struct report *report);
 
@@ -189,6 +162,8 @@ void path_diagnose_lost(const struct path_run *run, bool at_start, struct ad_err
 
 /* ---- writing ---- */
 
+/* Mean square of the distance from the reference; NaN: there is none. */
+double path_mse(const struct path_run *run, const double *path);
 /* The name of a reason to stop. */
 const char *path_stop_name(enum phys_stop stop);
 /* Everything that text, JSON and the attributes of the run file say (path_report.c). */

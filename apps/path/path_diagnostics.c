@@ -5,10 +5,10 @@
 
 /* Far from the reference the gradient alone says little: it may grow on the way to a stiff valley.
  */
-static bool moved_away(const struct path_result *result)
+static bool moved_away(const struct path_run *run, const struct path_result *result)
 {
-    return !(result->info.grad_norm <= result->info.start.grad_norm) &&
-           !(result->mse_final <= result->mse_initial);
+    return !(result->found.info.grad_norm <= result->found.info.start.grad_norm) &&
+           !(path_mse(run, run->path) <= path_mse(run, run->start));
 }
 
 void path_diagnose_lost(const struct path_run *run, bool at_start, struct ad_error *error)
@@ -31,12 +31,12 @@ void path_diagnose(const struct path_run *run, const struct path_result *result)
     struct phys_spectrum spectrum;
     struct ad_error none = {0};
     if (run->options->common.quiet || run->solver == &phys_solver_march ||
-        strcmp(run->solver->name, "newton") == 0 || !moved_away(result))
+        strcmp(run->solver->name, "newton") == 0 || !moved_away(run, result))
         return;
     fprintf(stderr,
             "leastaction path: warning: %s moves away from the stationary path: |gradient| grew "
             "from %.3g to %.3g; ",
-            run->solver->name, result->info.start.grad_norm, result->info.grad_norm);
+            run->solver->name, result->found.info.start.grad_norm, result->found.info.grad_norm);
     if (phys_path_spectrum(&run->system, &run->settings, run->path, &spectrum, &none) == AD_OK &&
         spectrum.legendre == PHYS_POSITIVE && spectrum.index > 0)
         fprintf(stderr,

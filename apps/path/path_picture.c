@@ -166,14 +166,14 @@ static void right(const struct path_run *run, const struct path_record *record,
                   const struct path_result *result, const struct blocks *blocks, const char *every,
                   FILE *out)
 {
-    const struct phys_path_figures *r = &result->info.compared;
+    const struct phys_path_figures *r = &result->found.info.compared;
     const struct {
         const char *name, *colour;
         double reference;
     } rows[] = {{"S", "#1f4e79", r->action_mean},
                 {"T", "#c0392b", r->kinetic_mean},
                 {"V", "#27823b", r->potential_mean}};
-    struct range steps = {0, result->info.steps ? (double)result->info.steps : 1};
+    struct range steps = {0, result->found.info.steps ? (double)result->found.info.steps : 1};
     struct range values = history_range(record, r);
     int power = range_exponent(values);
     fputs("set size noratio\n", out);
@@ -196,7 +196,7 @@ static void animate(const struct path_run *run, const struct path_record *record
                     const struct blocks *blocks, FILE *out)
 {
     enum { HOLD = 15 };
-    fprintf(out, "every = %zu\nlast = %zu\nname = ", record->frame_every, result->info.steps);
+    fprintf(out, "every = %zu\nlast = %zu\nname = ", record->frame_every, result->found.info.steps);
     quote_gnuplot(out, run->system.scene->name);
     fprintf(out, "\ndo for [f = %zu:%zu] {\n", blocks->frames, blocks->found + HOLD);
     fprintf(out, "frame = f < %zu ? f : %zu\n", blocks->found, blocks->found);

@@ -40,7 +40,7 @@ static void report_run(const struct path_run *run, const struct path_result *res
 {
     const struct phys_scene *scene = run->system.scene;
     const struct phys_path_settings *settings = &run->settings;
-    const struct phys_path_info *info = &result->info;
+    const struct phys_path_info *info = &result->found.info;
     const char *time = unit_shown(scene->time_unit);
     report_line(report, "%s: %zu slices of %g%s%s, rule %s, %s, %zu steps in %.3g s%s, %s\n",
                 scene->name, settings->slices, settings->dt, *time ? " " : "", time,
@@ -102,14 +102,23 @@ static void report_figures(const struct path_run *run, const struct phys_path_in
 static void report_energy(const struct path_run *run, const struct path_result *result,
                           struct report *report)
 {
-    const struct phys_path_info *info = &result->info;
+    const struct phys_path_info *info = &result->found.info;
     report_number(report, "energy", "energy, mean", run->system.scene->energy_unit,
                   info->energy_mean);
-    report_flag(report, "energy_conserved", NULL, result->keeps_energy);
+    report_flag(report, "energy_conserved", NULL, result->found.keeps_energy);
     report_number(report, "energy_drift", "energy drift", "of the start",
-                  result->keeps_energy ? info->energy_drift : (double)NAN);
-    if (!result->keeps_energy)
+                  result->found.keeps_energy ? info->energy_drift : (double)NAN);
+    if (!result->found.keeps_energy)
         report_line(report, "  L depends on time itself, which changes the energy: no drift");
+}
+
+double path_mse(const struct path_run *run, const double *path)
+{
+    size_t n = run->system.dof * run->settings.slices;
+    double sum = 0;
+    for (size_t k = 0; run->reference && k < n; k++)
+        sum += pow(path[k] - run->reference[k], 2);
+    return run->reference ? sum / (double)n : (double)NAN;
 }
 
 static void report_distances(const struct path_run *run, const struct path_result *result,
@@ -120,25 +129,27 @@ static void report_distances(const struct path_run *run, const struct path_resul
     snprintf(square, sizeof square, "%s%s", length, *length ? "^2" : "");
     report_line(report, "\n  reference: %s", run->reference ? run->reference_is : "none");
     report_text(report, "reference", NULL, run->reference ? run->reference_is : NULL);
-    report_number(report, "mse_initial", "MSE of the start", square, result->mse_initial);
-    report_number(report, "mse_final", "MSE", square, result->mse_final);
-    report_number(report, "max_error", "from the reference", length, result->max_error);
-    report_number(report, "reference_distance", NULL, length, result->reference_distance);
-    report_flag(report, "another_path", NULL, result->another);
-    if (result->another)
+    report_number(report, "mse_initial", "MSE of the start", square, path_mse(run, run->start));
+    report_number(report, "mse_final", "MSE", square, path_mse(run, run->path));
+    report_number(report, "max_error", "from the reference", length,
+                  result->found.another ? (double)NAN : result->found.reference_distance);
+    report_number(report, "reference_distance", NULL, length, result->found.reference_distance);
+    report_flag(report, "another_path", NULL, result->found.another);
+    if (result->found.another)
         report_line(
             report,
             "  another stationary path between these ends than the reference, up to %.6g%s%s "
             "from it;\n  %s--all finds several",
-            result->reference_distance, blank, length,
+            result->found.reference_distance, blank, length,
             path_from_line(run->options) ? "--init ode starts from the reference, " : "");
-    report_number(report, "true_distance", "from the true motion", length, result->true_distance);
-    report_number(report, "true_known", "  which is known to", length, result->true_known);
-    if (*result->no_motion)
-        report_line(report, "  no distance from the true motion: %s", result->no_motion);
+    report_number(report, "true_distance", "from the true motion", length,
+                  result->found.true_distance);
+    report_number(report, "true_known", "  which is known to", length, result->found.true_known);
+    if (*result->found.no_motion)
+        report_line(report, "  no distance from the true motion: %s", result->found.no_motion);
     report_number(report, "discretisation_error", "discretisation error", length,
-                  result->discretisation);
-    if (result->stationary && isnan(result->discretisation))
+                  result->found.discretisation);
+    if (result->found.stationary && isnan(result->found.discretisation))
         report_line(report,
                     "  discretisation error unknown: no path of a finer rule was found near");
 }
@@ -149,7 +160,7 @@ void path_report(const struct path_run *run, const struct path_result *result,
     report_tables(run, report);
     path_report_levels(run, report);
     report_run(run, result, report);
-    report_figures(run, &result->info, report);
+    report_figures(run, &result->found.info, report);
     path_report_kind(run, result, report);
     report_distances(run, result, report);
     report_energy(run, result, report);

@@ -186,7 +186,6 @@ void path_run_free(struct path_run *run)
         phys_horizons_free(&run->tables[k]);
     free(run->tables);
     free(run->reference);
-    free(run->momentum);
     free(run->start);
     free(run->path);
     phys_system_close(&run->system);

@@ -126,7 +126,7 @@ static double *scene_motion(struct path_run *run, struct ad_error *error)
             ad_fail(error, lost.status, "%s", lost.message);
         }
         run->led_away = crude && run->reference_is == tight;
-        run->reference_true = run->reference_is != same_grid;
+        run->settings.compare_true = run->reference_is != same_grid;
     }
     free(crude);
     if (error->status == AD_OK)
@@ -258,7 +258,7 @@ enum ad_status path_start(struct path_run *run, double *observed, struct ad_erro
         make_start(run, file, motion, observed);
     if (run->reference) {
         run->reference_is = options->reference;
-        run->reference_true = false;
+        run->settings.compare_true = false;
     } else if (error->status == AD_OK && !(file && !observed)) {
         bool table = observed && (!run->preset || file);
         double **best = table ? &observed : &motion;
@@ -271,9 +271,6 @@ enum ad_status path_start(struct path_run *run, double *observed, struct ad_erro
                 "--stop-at-reference: the ends of %s come without a reference; give --reference "
                 "FILE.csv, too",
                 init);
-    if (error->status == AD_OK && !(run->momentum = malloc(run->system.dof * sizeof(double))))
-        ad_fail(error, AD_E_MEMORY, "out of memory");
-    run->settings.start_momentum = run->momentum;
     if (error->status == AD_OK)
         place_nodes(run);
     if (error->status == AD_OK && run->led_away && !init &&

@@ -8,41 +8,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Where --grad-tol asks for no more than this, the path is not stationary yet. */
-static const double stationary = 1e-6;
-
-static bool is_stationary(const struct path_run *run, const struct path_result *result)
-{
-    return strcmp(run->solver->name, "newton") == 0 &&
-           (result->info.stop == PHYS_STOP_ROUNDING ||
-            (result->info.stop == PHYS_STOP_TOLERANCE && run->settings.tolerance <= stationary));
-}
-
-enum ad_status path_judge_kind(const struct path_run *run, struct path_result *result,
-                               struct ad_error *error)
-{
-    const struct phys_path_settings *settings = &run->settings;
-    struct phys_spectrum *spectrum = &result->spectrum;
-    result->stationary = is_stationary(run, result);
-    if (!result->stationary ||
-        phys_path_spectrum(&run->system, settings, run->path, spectrum, error) != AD_OK)
-        return error->status;
-    if (spectrum->n_conjugate > 0 || spectrum->legendre == PHYS_INDEFINITE)
-        phys_path_conjugate(&run->system, settings, run->path, spectrum, error);
-    return error->status;
-}
-
 /* Why there is no Morse index of S. */
 static void reason(const struct path_run *run, const struct path_result *result, char *text,
                    size_t size)
 {
-    const struct phys_spectrum *s = &result->spectrum;
+    const struct phys_spectrum *s = &result->found.spectrum;
     if (strcmp(run->solver->name, "newton") != 0)
         snprintf(text, size, "%s does not make the path stationary to rounding; newton does",
                  run->solver->name);
-    else if (!result->stationary)
+    else if (!result->found.stationary)
         snprintf(text, size, "the path is not stationary: %s, |gradient| %.3g",
-                 path_stop_name(result->info.stop), result->info.grad_norm);
+                 path_stop_name(result->found.info.stop), result->found.info.grad_norm);
     else if (s->legendre == PHYS_NEGATIVE)
         snprintf(text, size, "L_vv is negative definite: of -S it is %zu, %s of the action",
                  s->index, s->index ? "a saddle" : "a maximum");
@@ -101,9 +77,9 @@ static void report_conjugate(const struct path_run *run, const struct phys_spect
 void path_report_kind(const struct path_run *run, const struct path_result *result,
                       struct report *report)
 {
-    const struct phys_spectrum *s = &result->spectrum;
+    const struct phys_spectrum *s = &result->found.spectrum;
     char why[160];
-    if (result->stationary && s->legendre == PHYS_POSITIVE) {
+    if (result->found.stationary && s->legendre == PHYS_POSITIVE) {
         report_line(report, "\n  Morse index %zu: %s of the action", s->index,
                     s->index ? "a saddle" : "a minimum");
         report_count(report, "morse_index", NULL, s->index);
@@ -117,6 +93,6 @@ void path_report_kind(const struct path_run *run, const struct path_result *resu
         report_text(report, "morse_index", NULL, NULL);
         report_text(report, "no_morse_index", NULL, why);
     }
-    if (result->stationary)
+    if (result->found.stationary)
         report_conjugate(run, s, report);
 }

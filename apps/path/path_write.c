@@ -118,8 +118,9 @@ enum ad_status path_file_end(const struct path_run *run, const struct path_recor
                              const struct path_result *result, const struct report *report,
                              phys_runfile *file, struct ad_error *error)
 {
-    if (result->info.steps % run->every != 0) { /* the found path is always the last one stored */
-        double step = (double)result->info.steps;
+    if (result->found.info.steps % run->every !=
+        0) { /* the found path is always the last one stored */
+        double step = (double)result->found.info.steps;
         phys_runfile_append(file, "step", &step);
         phys_runfile_append(file, "path", run->path);
     }

@@ -8,6 +8,7 @@
    the next has of finding an unseen one (Good, Biometrika 40, 1953). */
 #include "energy_sweep.h"
 #include "grid_independence.h"
+#include "newton.h"
 #include "physics/io/random.h"
 #include "physics/motion/motion.h"
 
@@ -31,7 +32,7 @@ static const double UNSEEN = 0.05;    /* a chance of finding more that is not wo
 struct search {
     const struct phys_system *system;
     struct phys_path_settings settings;
-    const struct phys_solver *newton;
+    struct phys_newton newton;
     const double *given;
     size_t dof, slices, n; /* n: numbers of a path with its inner nodes */
     struct phys_ode motion;
@@ -111,7 +112,7 @@ static enum ad_status keep(struct search *s, struct ad_error *error)
     all->n++;
     for (size_t k = 0; k < s->dof * s->slices; k++)
         a->largest = fmax(a->largest, fabs(path[k]));
-    if (phys_path_spectrum(s->system, &s->settings, path, &a->spectrum, error) == AD_OK)
+    if (phys_newton_spectrum(&s->newton, path, &a->spectrum, error) == AD_OK)
         phys_path_grid_independent(s->system, &s->settings, path, &a->resolved, error);
     return error->status;
 }
@@ -142,11 +143,9 @@ static void drop_unresolved(const struct search *s, struct phys_solutions *all)
  */
 static enum ad_status solve_grid(struct search *s, struct ad_error *error)
 {
-    struct ad_error lost = {0};
-    s->newton->solve(s->system, &s->settings, s->path, &s->info, &lost);
-    if (lost.status == AD_OK && s->info.stop == PHYS_STOP_ROUNDING)
+    if (phys_newton_settle(&s->newton, s->path, &s->info, error))
         s->led++;
-    return lost.status == AD_E_MEMORY ? ad_fail(error, lost.status, "%s", lost.message) : AD_OK;
+    return error->status;
 }
 
 static enum ad_status make_stationary(struct search *s, struct ad_error *error)
@@ -423,15 +422,11 @@ enum ad_status phys_path_all(const struct phys_system *system,
         return error->status;
     struct search s = {.system = system,
                        .settings = *settings,
-                       .newton = phys_solver_find("newton", error),
                        .given = path,
                        .dof = system->dof,
                        .slices = settings->slices,
                        .n = settings->rule->degree * system->dof * settings->slices,
                        .solutions = solutions};
-    s.settings.progress = NULL;
-    s.settings.tolerance = 0;
-    s.settings.adam_steps = 0;
     s.settings.energy_weight = 0;
     s.settings.steps = STEPS;
     s.q = malloc((4 * s.dof + s.n) * sizeof *s.q);
@@ -440,9 +435,11 @@ enum ad_status phys_path_all(const struct phys_system *system,
     s.v = s.q + s.dof;
     s.y = s.v + s.dof;
     s.path = s.y + 2 * s.dof;
-    if (phys_ode_lagrangian(system, &s.motion, error) == AD_OK)
+    if (phys_newton_new(&s.newton, system, &s.settings, error) == AD_OK &&
+        phys_ode_lagrangian(system, &s.motion, error) == AD_OK)
         find_all(&s, starts, seed, error);
     phys_ode_free(&s.motion);
+    phys_newton_free(&s.newton);
     free(s.q);
     if (error->status != AD_OK)
         phys_solutions_free(solutions);

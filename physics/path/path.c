@@ -1,5 +1,5 @@
 /* Stationary paths: the table of solvers, and what is asked of them all. */
-#include "internal.h"
+#include "path_program.h"
 
 #include <math.h>
 
@@ -65,13 +65,22 @@ static enum ad_status check_settings(const struct phys_solver *solver,
     return AD_OK;
 }
 
-enum ad_status phys_path_solve(const struct phys_solver *solver, const struct phys_system *system,
-                               const struct phys_path_settings *settings, double *path,
-                               struct phys_path_info *info, struct ad_error *error)
+enum ad_status phys_path_check(const struct phys_solver *solver, const struct phys_system *system,
+                               const struct phys_path_settings *settings, const double *path,
+                               const struct phys_path_info *info, struct ad_error *error)
 {
     enum ad_status status = check_settings(solver, settings, error);
     if (phys_lacks_scene(system, error) || phys_lacks(path, "path", error) ||
         phys_lacks(info, "info", error))
         return error->status;
-    return status == AD_OK ? solver->solve(system, settings, path, info, error) : status;
+    return status;
+}
+
+enum ad_status phys_path_solve(const struct phys_solver *solver, const struct phys_system *system,
+                               const struct phys_path_settings *settings, double *path,
+                               struct phys_path_info *info, struct ad_error *error)
+{
+    if (phys_path_check(solver, system, settings, path, info, error) != AD_OK)
+        return error->status;
+    return solver->solve(system, settings, path, info, error);
 }

@@ -42,6 +42,7 @@ struct phys_path_settings {
         *reference;         /* [dof x slices]: descents end at the step nearest to it, once the
                                distance has not fallen for PHYS_PATIENCE steps; NULL: they do not */
     const double *compare;  /* [s*dof x slices]: a path whose figures are wanted, too; or NULL */
+    bool compare_true;      /* it is a motion of the system, not of a grid (phys_path_find) */
     double *start_momentum; /* [dof]: becomes -dS/dq at the first slice of the path found, a
                                momentum of the order of the rule; or NULL */
     size_t threads;
@@ -158,6 +159,29 @@ enum ad_status phys_path_conjugate(const struct phys_system *system,
                                    const struct phys_path_settings *settings, const double *path,
                                    struct phys_spectrum *spectrum, struct ad_error *error);
 void phys_spectrum_free(struct phys_spectrum *spectrum);
+
+/* A path, what kind it is, and how far it is to be believed. Distances are the largest of a
+   coordinate at a slice; NaN: not known. */
+struct phys_path_found {
+    struct phys_path_info info;
+    bool keeps_energy; /* L does not depend on time itself */
+    bool stationary;   /* found by newton, to rounding or a tolerance of 1e-6 or less: then ... */
+    struct phys_spectrum spectrum; /* ... its kind, with the conjugate points of the motion */
+    double discretisation; /* distance from the path of a rule of higher order; NaN: none near */
+    double true_distance;  /* from the motion from the path's own start, by another method ... */
+    double true_known;     /* ... and what that motion is known to */
+    char no_motion[160];   /* why it cannot be had */
+    double reference_distance; /* from settings->compare; NaN: there is none */
+    bool
+        another; /* settings->compare is, or leads to, another stationary path between these ends */
+};
+/* phys_path_solve, and all that is said of its path, by one recording of the action.
+   settings->proceed is asked within the motions, too. Ends with phys_path_found_free, whatever it
+   returned. */
+enum ad_status phys_path_find(const struct phys_solver *solver, const struct phys_system *system,
+                              const struct phys_path_settings *settings, double *path,
+                              struct phys_path_found *found, struct ad_error *error);
+void phys_path_found_free(struct phys_path_found *found);
 
 /* One of several stationary paths between the same ends. */
 struct phys_solution {

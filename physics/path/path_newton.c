@@ -2,8 +2,8 @@
    Hessian. A step is taken when it makes the gradient smaller; otherwise it is damped as Levenberg
    does for |g|^2 (Levenberg, Q. Appl. Math. 2, 1944; newton_system.c), which tends to a short step
    down |g|^2 whatever the signs of H. */
-#include "newton_system.h"
-#include "path_program.h"
+#include "newton.h"
+#include "spectrum.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -18,17 +18,6 @@ static const double SLOW = 0.999; /* ... and one that leaves so much is hardly a
 enum { PATIENCE = 10 }; /* slow steps in a row: |g| has a minimum here that is not zero */
 
 enum { ROUNDING = 8 }; /* the gradient is zero when below so many times what rounding makes of it */
-
-struct newton {
-    struct phys_path_program path;
-    struct phys_hessian hessian;
-    struct phys_newton_system band;
-    double *gradient, *before, *step; /* [n] each: gradient of the action */
-    double unit;                      /* action in units of the objective */
-    double damping;
-    bool lengthened; /* the last step */
-    size_t slow;     /* steps, up to the last */
-};
 
 /* Refuses what needs more than half of the memory: element matrices, and a band as large. */
 static enum ad_status check_memory(const struct phys_system *system,
@@ -49,15 +38,21 @@ static enum ad_status check_memory(const struct phys_system *system,
         system->dof, settings->slices, 1e-9 * bytes, 0.5e-9 * memory);
 }
 
-static enum ad_status newton_new(struct newton *s, const struct phys_system *system,
-                                 const struct phys_path_settings *settings, const double *path,
-                                 struct ad_error *error)
+enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *system,
+                               const struct phys_path_settings *settings, struct ad_error *error)
 {
     size_t hold = settings->hold ? settings->hold : 1;
     double bodies = system->scene->per_body ? (double)system->bodies : 1;
-    s->unit = settings->dt * (double)settings->slices * bodies;
+    *s = (struct phys_newton){.settings = *settings,
+                              .unit = settings->dt * (double)settings->slices * bodies};
+    s->settings.reference = NULL;
+    if (settings->energy_weight != 0)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "newton: energy weight %g, expected 0: it finds the stationary path of the "
+                       "action itself",
+                       settings->energy_weight);
     if (check_memory(system, settings, error) != AD_OK ||
-        phys_path_program_new(&s->path, system, settings, path, error) != AD_OK ||
+        phys_path_program_new(&s->path, system, &s->settings, NULL, error) != AD_OK ||
         phys_hessian_new(&s->hessian, system, settings->rule, settings->slices, settings->dt,
                          error) != AD_OK ||
         phys_newton_system_new(&s->band, &s->hessian, hold, error) != AD_OK)
@@ -76,7 +71,7 @@ static enum ad_status newton_new(struct newton *s, const struct phys_system *sys
     return AD_OK;
 }
 
-static void newton_free(struct newton *s)
+void phys_newton_free(struct phys_newton *s)
 {
     free(s->gradient);
     phys_newton_system_free(&s->band);
@@ -84,7 +79,7 @@ static void newton_free(struct newton *s)
     phys_path_program_free(&s->path);
 }
 
-static double norm(struct newton *s)
+static double norm(struct phys_newton *s)
 {
     for (size_t k = 0; k < s->path.n; k++)
         s->gradient[k] = s->unit * s->path.g[k];
@@ -92,7 +87,8 @@ static double norm(struct newton *s)
 }
 
 /* |g| at `length` steps from where the path was. */
-static double norm_at(struct newton *s, double length, size_t number, struct phys_path_step *at)
+static double norm_at(struct phys_newton *s, double length, size_t number,
+                      struct phys_path_step *at)
 {
     for (size_t k = 0; k < s->path.n; k++)
         s->path.x[k] = s->before[k] + length * s->step[k];
@@ -102,7 +98,7 @@ static double norm_at(struct newton *s, double length, size_t number, struct phy
 
 /* Goes further along a step that made |g| smaller, but little, as long as that pays: near a pole
    r^-p Newton's step is 1/p of the way out. Says whether it did. */
-static bool lengthen(struct newton *s, double from, double here, size_t number,
+static bool lengthen(struct phys_newton *s, double from, double here, size_t number,
                      struct phys_path_step *at)
 {
     double length = 1, further;
@@ -118,7 +114,7 @@ static bool lengthen(struct newton *s, double from, double here, size_t number,
 
 /* Moves the path by a step with the present damping. False, and the path back, if the gradient does
    not fall below `from`. */
-static bool try_step(struct newton *s, double from, size_t number, struct phys_path_step *at)
+static bool try_step(struct phys_newton *s, double from, size_t number, struct phys_path_step *at)
 {
     norm(s);
     if (!phys_newton_system_factor(&s->band, s->damping))
@@ -136,7 +132,7 @@ static bool try_step(struct newton *s, double from, size_t number, struct phys_p
 }
 
 /* One step, damped as much as it needs. False if none makes the gradient smaller. */
-static bool improve(struct newton *s, struct phys_path_step *at)
+static bool improve(struct phys_newton *s, struct phys_path_step *at)
 {
     size_t number = at->step + 1;
     phys_hessian_at(&s->hessian, s->path.x, 0);
@@ -159,12 +155,12 @@ static bool improve(struct newton *s, struct phys_path_step *at)
     return true;
 }
 
-static bool at_rounding(struct newton *s)
+static bool at_rounding(struct phys_newton *s)
 {
     return norm(s) <= ROUNDING * phys_newton_system_rounding(&s->band, s->path.x);
 }
 
-static enum phys_stop follow(struct newton *s, struct phys_path_step *at)
+static enum phys_stop follow(struct phys_newton *s, struct phys_path_step *at)
 {
     enum phys_stop stop = phys_path_program_report(&s->path, at);
     while (!stop) {
@@ -180,7 +176,7 @@ static enum phys_stop follow(struct newton *s, struct phys_path_step *at)
 }
 
 /* Whether the path given is stationary to rounding: steps of Adam would lead away from a saddle. */
-static bool begins_at_rounding(struct newton *s)
+static bool begins_at_rounding(struct phys_newton *s)
 {
     phys_path_program_run(&s->path, 0);
     phys_hessian_at(&s->hessian, s->path.x, 0);
@@ -189,7 +185,7 @@ static bool begins_at_rounding(struct newton *s)
 }
 
 /* Of a saddle, steps of Adam before may have led away for good; then the start given is tried. */
-static enum ad_status iterate(struct newton *s, double *path, struct phys_path_info *info,
+static enum ad_status iterate(struct phys_newton *s, double *path, struct phys_path_info *info,
                               struct ad_error *error)
 {
     struct phys_path_step at = phys_path_program_run(&s->path, 0);
@@ -207,23 +203,54 @@ static enum ad_status iterate(struct newton *s, double *path, struct phys_path_i
     return AD_OK;
 }
 
+enum ad_status phys_newton_solve(struct phys_newton *s, double *path, struct phys_path_info *info,
+                                 struct ad_error *error)
+{
+    s->damping = 0;
+    s->slow = 0;
+    s->hessian.stopped = false;
+    phys_path_program_start(&s->path, path);
+    if (s->settings.adam_steps == 0 || begins_at_rounding(s) ||
+        phys_path_program_adam(&s->path, error) == AD_OK)
+        iterate(s, path, info, error);
+    return error->status;
+}
+
+bool phys_newton_settle(struct phys_newton *s, double *path, struct phys_path_info *info,
+                        struct ad_error *error)
+{
+    const struct phys_path_settings asked = s->settings;
+    struct ad_error lost = {0};
+    s->settings.adam_steps = 0;
+    s->settings.tolerance = 0;
+    s->settings.progress = NULL;
+    s->settings.compare = NULL;
+    s->settings.start_momentum = NULL;
+    phys_newton_solve(s, path, info, &lost);
+    s->settings = asked;
+    if (lost.status == AD_E_MEMORY)
+        ad_fail(error, lost.status, "%s", lost.message);
+    return lost.status == AD_OK && info->stop == PHYS_STOP_ROUNDING;
+}
+
+enum ad_status phys_newton_spectrum(struct phys_newton *s, const double *path,
+                                    struct phys_spectrum *spectrum, struct ad_error *error)
+{
+    s->hessian.proceed = NULL;
+    s->hessian.stopped = false;
+    phys_hessian_spectrum(&s->hessian, path, spectrum, error);
+    s->hessian.proceed = s->settings.proceed;
+    return error->status;
+}
+
 static enum ad_status solve(const struct phys_system *system,
                             const struct phys_path_settings *settings, double *path,
                             struct phys_path_info *info, struct ad_error *error)
 {
-    struct newton s = {0};
-    struct phys_path_settings plain = *settings;
-    plain.reference = NULL;
-    if (settings->energy_weight != 0)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "newton: energy weight %g, expected 0: it finds the stationary path of the "
-                       "action itself",
-                       settings->energy_weight);
-    if (newton_new(&s, system, &plain, path, error) == AD_OK &&
-        (plain.adam_steps == 0 || begins_at_rounding(&s) ||
-         phys_path_program_adam(&s.path, error) == AD_OK))
-        iterate(&s, path, info, error);
-    newton_free(&s);
+    struct phys_newton s;
+    if (phys_newton_new(&s, system, settings, error) == AD_OK)
+        phys_newton_solve(&s, path, info, error);
+    phys_newton_free(&s);
     return error->status;
 }
 

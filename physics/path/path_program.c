@@ -88,10 +88,19 @@ enum ad_status phys_path_program_new(struct phys_path_program *p, const struct p
     if (record(p, error) != AD_OK)
         return error->status;
     ad_set_threads(p->program, settings->threads > 1 ? settings->threads : 1);
-    ad_set(p->program, p->action.path, path);
     p->x = ad_data(p->program, p->action.path);
     p->g = ad_data(p->program, p->gradient);
-    if (settings->energy_weight != 0) {
+    if (settings->native)
+        ad_native_in_time(p->program);
+    if (path)
+        phys_path_program_start(p, path);
+    return AD_OK;
+}
+
+void phys_path_program_start(struct phys_path_program *p, const double *path)
+{
+    ad_set(p->program, p->action.path, path);
+    if (p->settings->energy_weight != 0) {
         ad_run(p->program);
         double start_energy = value(p, p->action.first_energy);
         ad_set(p->program, p->action.start_energy, &start_energy);
@@ -99,14 +108,12 @@ enum ad_status phys_path_program_new(struct phys_path_program *p, const struct p
     struct phys_path_step start = phys_path_program_run(p, 0);
     p->start = figures(&start);
     p->start_norm = start.grad_norm;
-    if (settings->native)
-        ad_native_in_time(p->program);
-    return AD_OK;
 }
 
 void phys_path_program_free(struct phys_path_program *p)
 {
     ad_program_free(p->program);
+    ad_program_free(p->measures);
     ad_tape_free(p->tape);
     free(p->nearest);
 }
@@ -210,13 +217,14 @@ enum phys_stop phys_path_program_report(struct phys_path_program *p,
 static void measure_path(struct phys_path_program *p, const double *path,
                          struct phys_path_info *info)
 {
-    ad_program *program;
     struct phys_action *a = &p->action;
     double most = 0;
     info->energy_mean = info->energy_drift = NAN;
-    if (ad_compile(p->tape, 3, (ad_var[]){a->energy, a->energy_mean, p->whole_gradient},
-                   &program) != AD_OK)
+    if (!p->measures &&
+        ad_compile(p->tape, 3, (ad_var[]){a->energy, a->energy_mean, p->whole_gradient},
+                   &p->measures) != AD_OK)
         return;
+    ad_program *program = p->measures;
     ad_set(program, a->path, path);
     ad_run(program);
     ad_get(program, a->energy_mean, &info->energy_mean);
@@ -230,7 +238,6 @@ static void measure_path(struct phys_path_program *p, const double *path,
     for (size_t k = 0; settings->start_momentum && k < p->system->dof; k++)
         settings->start_momentum[k] =
             -g[k * settings->slices] * settings->dt * (double)settings->slices * bodies;
-    ad_program_free(program);
 }
 
 static struct phys_path_figures compare(struct phys_path_program *p, const double *path)
@@ -266,4 +273,6 @@ void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
     measure_path(p, path, info);
     snprintf(info->interpreted, sizeof info->interpreted, "%s", ad_native_note(p->program));
     info->native = !*info->interpreted;
+    p->started = ad_now(); /* of another path by this recording */
+    p->in_progress = 0;
 }

@@ -9,7 +9,7 @@ struct phys_path_program {
     const struct phys_system *system;
     const struct phys_path_settings *settings;
     ad_tape *tape;
-    ad_program *program;
+    ad_program *program, *measures; /* measures: energies and the whole gradient, once needed */
     struct phys_action action;
     ad_var gradient, norm; /* gradient: 0 where the path is held */
     ad_var whole_gradient;
@@ -23,12 +23,14 @@ struct phys_path_program {
     double started, in_progress; /* seconds: clock at the start; in the progress function */
 };
 
-/* Records and compiles; the path is the start, and its energy the E0 of the penalty. Ends with
-   phys_path_program_free, whatever it returned. */
+/* Records and compiles, and starts from `path` unless it is NULL. Ends with phys_path_program_free,
+   whatever it returned. */
 enum ad_status phys_path_program_new(struct phys_path_program *p, const struct phys_system *system,
                                      const struct phys_path_settings *settings, const double *path,
                                      struct ad_error *error);
 void phys_path_program_free(struct phys_path_program *p);
+/* The path is the start, and its energy the E0 of the penalty. */
+void phys_path_program_start(struct phys_path_program *p, const double *path);
 
 /* Objective, action, means and |gradient| at x. */
 struct phys_path_step phys_path_program_run(struct phys_path_program *p, size_t step);
@@ -45,6 +47,11 @@ void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
 /* settings->adam_steps of Adam, unreported, before another solver; fewer where they lead to a path
    on which the action is not finite, and the last one before it stays. */
 enum ad_status phys_path_program_adam(struct phys_path_program *p, struct ad_error *error);
+
+/* What phys_path_solve refuses. */
+enum ad_status phys_path_check(const struct phys_solver *solver, const struct phys_system *system,
+                               const struct phys_path_settings *settings, const double *path,
+                               const struct phys_path_info *info, struct ad_error *error);
 
 /* The columns of node k (0 ... degree-1) that move: first ... first + count - 1. */
 void phys_path_free_columns(const struct phys_path_settings *settings, size_t k, size_t *first,

@@ -5,7 +5,7 @@
    and as many eigenvalues of the Hessian are negative as of all D_i and inner blocks together. The
    count after D_i is the index of the path up to slice i + 1: where it grows there is a point
    conjugate to the start (Morse; Gelfand, Fomin, Calculus of Variations, section 29). */
-#include "definite.h"
+#include "spectrum.h"
 #include "autodiff/blas.h"
 #include "physics/linear/linear.h"
 
@@ -264,8 +264,6 @@ static void count_directions(struct chain *c, struct phys_spectrum *spectrum)
 static enum ad_status examine(struct phys_hessian *h, struct chain *c, const double *path,
                               struct phys_spectrum *spectrum, struct ad_error *error)
 {
-    if (!phys_hessian_keep_mass(h))
-        return ad_fail(error, AD_E_MEMORY, "out of memory for the mass matrices");
     phys_hessian_at(h, path, 0);
     spectrum->legendre = phys_hessian_definite(h, &spectrum->not_definite);
     if (spectrum->legendre == PHYS_NEGATIVE)
@@ -281,20 +279,33 @@ static enum ad_status examine(struct phys_hessian *h, struct chain *c, const dou
     return AD_OK;
 }
 
+enum ad_status phys_hessian_spectrum(struct phys_hessian *h, const double *path,
+                                     struct phys_spectrum *spectrum, struct ad_error *error)
+{
+    struct chain c = {0};
+    *spectrum = (struct phys_spectrum){.smallest = (double)NAN, .second_variation = (double)NAN};
+    if (phys_hessian_keep_mass(h))
+        examine(h, &c, path, spectrum, error);
+    else
+        ad_fail(error, AD_E_MEMORY, "out of memory for the mass matrices");
+    chain_free(&c);
+    free(h->mass);
+    h->mass = NULL;
+    return error->status;
+}
+
 enum ad_status phys_path_spectrum(const struct phys_system *system,
                                   const struct phys_path_settings *settings, const double *path,
                                   struct phys_spectrum *spectrum, struct ad_error *error)
 {
     struct phys_hessian h;
-    struct chain c = {0};
     *spectrum = (struct phys_spectrum){.smallest = (double)NAN, .second_variation = (double)NAN};
     if (phys_lacks_scene(system, error) || phys_lacks(settings->rule, "action rule", error) ||
         phys_lacks(path, "path", error))
         return error->status;
     if (phys_hessian_new(&h, system, settings->rule, settings->slices, settings->dt, error) ==
         AD_OK)
-        examine(&h, &c, path, spectrum, error);
-    chain_free(&c);
+        phys_hessian_spectrum(&h, path, spectrum, error);
     phys_hessian_free(&h);
     return error->status;
 }

@@ -2,7 +2,7 @@
    along the path (Gelfand, Fomin, Calculus of Variations, sections 25 to 29); where it is
    indefinite the second variation has infinitely many directions of either sign, and the Hessian of
    a grid as many as the grid has room for. */
-#include "definite.h"
+#include "spectrum.h"
 
 #include <math.h>
 

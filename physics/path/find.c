@@ -1,0 +1,227 @@
+/* A path found, and how far it is to be believed (path.h): what kind of stationary path it is, and
+   its distances from what is not of its own making: the motion from its start by an adaptive
+   method, the path between its ends by a rule of higher order, and the stationary path at the one
+   given. */
+#include "newton.h"
+#include "physics/lagrangian/conserved.h"
+#include "physics/motion/motion.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double STATIONARY =
+    1e-6; /* a tolerance of the gradient that asks for more: no verdict */
+static const double TIGHT = 1e-13, LOOSE = 1e-12; /* of the motion, and to check it */
+static const double KNOWN = 0.1;                  /* of a distance: what the motion may be off by */
+static const double SAME = 1e-6;  /* of the extent: two stationary paths of one grid are one */
+static const double APART = 10;   /* errors of discretisation: a motion further away is another */
+static const double CLEAR = 1e-3; /* of the extent: and as far at the least */
+static const double NEAR = 0.3;   /* of the extent: a finer path further away is another one */
+enum { DEGREE = 4, MOST = 160 };  /* of the finer rule, at least; coordinates in one element */
+enum { STEPS = 50000 };           /* of a motion at most: what needs more has come to a collision */
+
+struct search {
+    const struct phys_system *system;
+    const struct phys_path_settings *settings;
+    const double *path;
+    struct phys_newton *newton; /* that found it; NULL: another solver did */
+    struct phys_path_found *found;
+    size_t dof, slices;
+};
+
+static double largest(const double *a, const double *b, size_t n)
+{
+    double most = 0;
+    for (size_t k = 0; k < n; k++)
+        if (!(fabs(a[k] - b[k]) <= most)) /* NaN, too */
+            most = fabs(a[k] - b[k]);
+    return most;
+}
+
+static double extent(const double *path, size_t dof, size_t slices)
+{
+    double most = 0;
+    for (size_t k = 0; k < dof; k++)
+        for (size_t i = 0; i < slices; i++)
+            most = fmax(most, fabs(path[k * slices + i] - path[k * slices]));
+    return most;
+}
+
+/* ---- its kind ---- */
+
+static enum ad_status find_kind(struct search *s, struct ad_error *error)
+{
+    struct phys_spectrum *spectrum = &s->found->spectrum;
+    enum phys_stop stop = s->found->info.stop;
+    s->found->stationary =
+        s->newton && (stop == PHYS_STOP_ROUNDING ||
+                      (stop == PHYS_STOP_TOLERANCE && s->settings->tolerance <= STATIONARY));
+    if (!s->found->stationary || phys_newton_spectrum(s->newton, s->path, spectrum, error) != AD_OK)
+        return error->status;
+    if (spectrum->n_conjugate > 0 || spectrum->legendre == PHYS_INDEFINITE)
+        phys_path_conjugate(s->system, s->settings, s->path, spectrum, error);
+    return error->status;
+}
+
+/* ---- the true motion ---- */
+
+/* Rules of first order read the velocity of the start off the first two slices; others have a
+   momentum there that is as good as the path. */
+static enum ad_status own_start(const struct search *s, double *q, double *v,
+                                struct ad_error *error)
+{
+    phys_legendre *legendre = NULL;
+    for (size_t k = 0; k < s->dof; k++) {
+        q[k] = s->path[k * s->slices];
+        v[k] = (s->path[k * s->slices + 1] - q[k]) / s->settings->dt;
+    }
+    if (s->settings->rule->order > 1 && phys_legendre_new(s->system, &legendre, error) == AD_OK)
+        phys_legendre_velocity(legendre, q, s->settings->start_momentum, 0, v, error);
+    phys_legendre_free(legendre);
+    return error->status;
+}
+
+static enum ad_status compare_motion(const struct search *s, struct ad_error *error)
+{
+    const struct phys_path_settings *settings = s->settings;
+    const struct phys_simulation loosely = {.rtol = LOOSE,
+                                            .max_steps = STEPS,
+                                            .proceed = settings->proceed,
+                                            .context = settings->context};
+    struct phys_simulation tightly = loosely;
+    struct phys_path_found *found = s->found;
+    struct ad_error lost = {0};
+    size_t n = s->slices * s->dof;
+    if (s->system->scene->between)
+        return AD_OK; /* no initial-value problem: the closed form is the reference */
+    double *q = malloc((2 * s->dof + 2 * n) * sizeof *q), *v = q ? q + s->dof : NULL;
+    if (!q)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    double *motion = v + s->dof, *check = motion + n;
+    tightly.rtol = TIGHT;
+    if (own_start(s, q, v, &lost) == AD_OK &&
+        phys_motion_path(s->system, &tightly, q, v, s->slices, settings->dt, motion, &lost) ==
+            AD_OK &&
+        phys_motion_path(s->system, &loosely, q, v, s->slices, settings->dt, check, &lost) ==
+            AD_OK) {
+        found->true_distance = largest(s->path, motion, n);
+        found->true_known = largest(motion, check, n);
+        if (found->true_known >
+            fmax(KNOWN * found->true_distance, SAME * extent(motion, s->dof, s->slices))) {
+            snprintf(lost.message, sizeof lost.message,
+                     "small differences grow on it: it is known to %.2g alone", found->true_known);
+            found->true_distance = NAN;
+        }
+    }
+    snprintf(found->no_motion, sizeof found->no_motion, "%.150s", lost.message);
+    free(q);
+    return lost.status == AD_E_MEMORY ? ad_fail(error, lost.status, "%s", lost.message) : AD_OK;
+}
+
+/* ---- other stationary paths ---- */
+
+/* Whether settings->compare is, or leads on the same grid to, another stationary path. */
+static enum ad_status compare_given(const struct search *s, struct ad_error *error)
+{
+    const struct phys_path_settings *settings = s->settings;
+    size_t n = s->slices, dof = s->dof, size = settings->rule->degree * dof * n;
+    struct phys_path_info info;
+    double *path = malloc(size * sizeof *path), wide = extent(s->path, dof, n);
+    if (!path)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    memcpy(path, settings->compare, size * sizeof *path);
+    for (size_t k = 0; k < dof; k++) { /* between the same ends */
+        path[k * n] = s->path[k * n];
+        path[k * n + n - 1] = s->path[k * n + n - 1];
+    }
+    s->found->another = phys_newton_settle(s->newton, path, &info, error) &&
+                        largest(path, s->path, n * dof) > SAME * wide;
+    if (settings->compare_true && !isnan(s->found->discretisation) &&
+        s->found->reference_distance > fmax(APART * s->found->discretisation, CLEAR * wide))
+        s->found->another = true;
+    free(path);
+    return error->status;
+}
+
+/* The path of a rule of higher order on the same slices. */
+static enum ad_status compare_finer(const struct search *s, struct ad_error *error)
+{
+    struct phys_path_settings finer = *s->settings;
+    struct phys_newton newton = {0};
+    struct phys_path_info info;
+    struct ad_error lost = {0};
+    size_t n = s->slices, degree = finer.rule->degree + 2;
+    char name[24];
+    degree = degree < DEGREE ? DEGREE : degree;
+    if (finer.rule->repeat || degree > PHYS_RULE_MOST || degree * s->dof > MOST)
+        return AD_OK;
+    snprintf(name, sizeof name, "gauss%zu", degree);
+    finer.rule = phys_rule_find(name, error);
+    const struct phys_grid from = {s->settings->rule, n, finer.dt}, to = {finer.rule, n, finer.dt};
+    double *path = phys_path_resample(&from, s->path, &to, s->dof, error);
+    if (path && phys_newton_new(&newton, s->system, &finer, &lost) == AD_OK &&
+        phys_newton_settle(&newton, path, &info, error)) {
+        double distance = largest(path, s->path, n * s->dof);
+        if (distance <= NEAR * extent(s->path, s->dof, n))
+            s->found->discretisation = distance;
+    }
+    if (lost.status == AD_E_MEMORY)
+        ad_fail(error, lost.status, "%s", lost.message);
+    phys_newton_free(&newton);
+    free(path);
+    return error->status;
+}
+
+/* ---- all of it ---- */
+
+static enum ad_status measure(struct search *s, struct ad_error *error)
+{
+    const double *compare = s->settings->compare;
+    struct phys_path_found *found = s->found;
+    found->keeps_energy = phys_keeps_energy(s->system);
+    if (compare)
+        found->reference_distance = largest(s->path, compare, s->dof * s->slices);
+    if (find_kind(s, error) != AD_OK || compare_motion(s, error) != AD_OK || !found->stationary ||
+        compare_finer(s, error) != AD_OK)
+        return error->status;
+    return compare ? compare_given(s, error) : AD_OK;
+}
+
+enum ad_status phys_path_find(const struct phys_solver *solver, const struct phys_system *system,
+                              const struct phys_path_settings *settings, double *path,
+                              struct phys_path_found *found, struct ad_error *error)
+{
+    struct phys_newton newton = {0};
+    if (phys_lacks(found, "room for what is found", error))
+        return error->status;
+    *found = (struct phys_path_found){
+        .reference_distance = NAN, .true_distance = NAN, .true_known = NAN, .discretisation = NAN};
+    if (phys_path_check(solver, system, settings, path, &found->info, error) != AD_OK)
+        return error->status;
+    struct phys_path_settings own = *settings;
+    double *momentum = malloc(system->dof * sizeof *momentum);
+    if (!momentum)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (!own.start_momentum)
+        own.start_momentum = momentum;
+    struct search s = {.system = system,
+                       .settings = &own,
+                       .path = path,
+                       .newton = solver == &phys_solver_newton ? &newton : NULL,
+                       .found = found,
+                       .dof = system->dof,
+                       .slices = settings->slices};
+    if (!s.newton)
+        solver->solve(system, &own, path, &found->info, error);
+    else if (phys_newton_new(&newton, system, &own, error) == AD_OK)
+        phys_newton_solve(&newton, path, &found->info, error);
+    if (error->status == AD_OK)
+        measure(&s, error);
+    phys_newton_free(&newton);
+    free(momentum);
+    return error->status;
+}
+
+void phys_path_found_free(struct phys_path_found *found) { phys_spectrum_free(&found->spectrum); }

@@ -1,0 +1,15 @@
+/* The spectrum of a path from its Hessian. */
+#ifndef PHYSICS_PATH_SPECTRUM_H
+#define PHYSICS_PATH_SPECTRUM_H
+
+#include "internal.h"
+#include "physics/action/hessian.h"
+
+/* Of h->mass, which it destroys: positive or negative definite at all points, else indefinite from
+   `time` on, the first point where it is not. (definite.c) */
+enum phys_definite phys_hessian_definite(struct phys_hessian *h, double *time);
+/* As phys_path_spectrum, of any rule and grid h was made for; h keeps nothing of it. */
+enum ad_status phys_hessian_spectrum(struct phys_hessian *h, const double *path,
+                                     struct phys_spectrum *spectrum, struct ad_error *error);
+
+#endif

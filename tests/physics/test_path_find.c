@@ -1,0 +1,132 @@
+/* One call gives a path, its kind and its distances: the swings of a pendulum, g = l = 1, from 0
+   back to 0 in 10. */
+#include "physics/motion/motion.h"
+#include "published.h"
+#include "systems.h"
+#include "tests/close.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { SLICES = 101, DEGREE = 4 };
+
+static struct phys_system unit_pendulum_opened(void)
+{
+    struct phys_system pendulum = system_opened("pendulum");
+    system_set(&pendulum, "l", 1);
+    return pendulum;
+}
+
+static struct phys_path_settings settings_of(const char *rule)
+{
+    struct ad_error error = {0};
+    return (struct phys_path_settings){.rule = phys_rule_find(rule, &error),
+                                       .slices = SLICES,
+                                       .steps = 50,
+                                       .dt = 10. / (SLICES - 1),
+                                       .learning_rate = 1e-3};
+}
+
+/* The swing of energy E begins with v = sqrt(2 E). */
+static void swing(const struct phys_system *pendulum, double E, double path[DEGREE * SLICES])
+{
+    struct ad_error error = {0};
+    double q = 0, v = sqrt(2 * E);
+    phys_motion_path(pendulum, NULL, &q, &v, SLICES, 10. / (SLICES - 1), path, &error);
+    path[SLICES - 1] = 0;
+    phys_rule_interpolate(phys_rule_find("gauss4", &error), 1, SLICES, path);
+    assert_no_error(&error);
+}
+
+static void a_path_comes_with_kind_and_distances(void **state)
+{
+    (void)state;
+    struct phys_system pendulum = unit_pendulum_opened();
+    struct phys_path_settings settings = settings_of("gauss4");
+    struct phys_path_found found;
+    struct phys_spectrum alone;
+    struct ad_error error = {0};
+    double path[DEGREE * SLICES], momentum;
+    settings.start_momentum = &momentum;
+    swing(&pendulum, 1.76375516, path);
+    assert_int_equal(phys_path_find(phys_solver_find("newton", &error), &pendulum, &settings, path,
+                                    &found, &error),
+                     AD_OK);
+    assert_true(found.stationary && found.keeps_energy && !found.another);
+    assert_true(isnan(found.reference_distance)); /* nothing to compare with was given */
+    assert_close(found.info.energy_mean, 1.76375516, 0, 6e-9);
+    assert_close(momentum, sqrt(2 * found.info.energy_mean), 1e-7, 0);
+    assert_close(found.true_distance, 0, 0, 1e-7);
+    assert_close(found.discretisation, 0, 0, 1e-7);
+    assert_close(found.true_known, 0, 0, 1e-9);
+    phys_path_spectrum(&pendulum, &settings, path, &alone, &error);
+    assert_int_equal(found.spectrum.index, 1);
+    assert_close(found.spectrum.smallest, alone.smallest, 1e-12, 0);
+    assert_true(found.spectrum.of_motion);
+    phys_spectrum_free(&alone);
+    phys_path_found_free(&found);
+    phys_system_close(&pendulum);
+}
+
+/* A small swing differs from the large one, and a rule of first order from the motion. */
+static void other_paths_and_coarse_rules_are_told_apart(void **state)
+{
+    (void)state;
+    struct phys_system pendulum = unit_pendulum_opened();
+    struct phys_path_found found;
+    struct ad_error error = {0};
+    double large[DEGREE * SLICES], small[DEGREE * SLICES], path[DEGREE * SLICES];
+    const struct phys_solver *newton = phys_solver_find("newton", &error);
+    swing(&pendulum, 1.76375516, large);
+    swing(&pendulum, 0.42766904, small);
+    struct phys_path_settings settings = settings_of("gauss4");
+    for (int same = 0; same < 2; same++) {
+        settings.compare = same ? large : small;
+        memcpy(path, large, sizeof path);
+        assert_int_equal(phys_path_find(newton, &pendulum, &settings, path, &found, &error), AD_OK);
+        assert_int_equal(found.another, !same);
+        assert_true(same == (found.reference_distance < 1e-6));
+        phys_path_found_free(&found);
+    }
+    settings = settings_of("left");
+    memcpy(path, small, sizeof path);
+    assert_int_equal(phys_path_find(newton, &pendulum, &settings, path, &found, &error), AD_OK);
+    assert_in_range((long)(1e3 * found.discretisation), 1, 500); /* dt is 0.1 */
+    phys_path_found_free(&found);
+    phys_system_close(&pendulum);
+}
+
+/* What a descent leaves is no stationary path: it has figures and a motion, and no verdict. */
+static void a_descent_has_no_verdict(void **state)
+{
+    (void)state;
+    struct phys_system pendulum = unit_pendulum_opened();
+    struct phys_path_settings settings = settings_of("left");
+    struct phys_path_found found;
+    struct ad_error error = {0};
+    double path[DEGREE * SLICES];
+    swing(&pendulum, 0.42766904, path);
+    assert_int_equal(phys_path_find(phys_solver_find("adam", &error), &pendulum, &settings, path,
+                                    &found, &error),
+                     AD_OK);
+    assert_int_equal(found.info.steps, 50);
+    assert_false(found.stationary);
+    assert_true(isnan(found.discretisation) && isfinite(found.true_distance));
+    phys_path_found_free(&found);
+    settings.slices = 2; /* a refusal leaves nothing to free, and freeing it does no harm */
+    assert_int_equal(phys_path_find(phys_solver_find("newton", &error), &pendulum, &settings, path,
+                                    &found, &error),
+                     AD_E_ARGUMENT);
+    phys_path_found_free(&found);
+    phys_system_close(&pendulum);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_path_comes_with_kind_and_distances),
+        cmocka_unit_test(other_paths_and_coarse_rules_are_told_apart),
+        cmocka_unit_test(a_descent_has_no_verdict),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
