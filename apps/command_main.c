@@ -1,7 +1,7 @@
 /* The command `leastaction`: finds the subcommand, parses its options, runs it, prints its error.
  */
 #include "command.h"
-#include "output/quote.h"
+#include "quote.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* Signals that ask the program to end (interrupt.h). A signal handler reaches nothing but statics,
    and calls only what POSIX calls safe there. */
 #include "interrupt.h"
-#include "output/quote.h"
+#include "quote.h"
 
 #include <signal.h>
 #include <stdio.h>

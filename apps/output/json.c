@@ -1,6 +1,6 @@
 /* One JSON object, written as it comes (json.h). */
 #include "json.h"
-#include "quote.h"
+#include "apps/quote.h"
 
 #include <math.h>
 #include <stdlib.h>

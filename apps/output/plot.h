@@ -11,7 +11,7 @@
 #ifndef APPS_PLOT_H
 #define APPS_PLOT_H
 
-#include "quote.h"
+#include "apps/quote.h"
 #include "physics/io/atomic_file.h"
 
 #include <stdio.h>

@@ -1,7 +1,7 @@
 /* One table of results, and what is written from it (report.h). */
 #include "report.h"
 #include "json.h"
-#include "quote.h"
+#include "apps/quote.h"
 #include "unit.h"
 
 #include <math.h>

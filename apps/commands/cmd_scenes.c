@@ -1,5 +1,5 @@
 /* leastaction scenes: what there is to run, with every parameter, its unit and default. */
-#include "command.h"
+#include "apps/command.h"
 #include "apps/output/json.h"
 #include "apps/output/unit.h"
 #include "physics/physics.h"

@@ -1,8 +1,8 @@
 /* leastaction build: a Lagrangian of a user's own, from C to a scene that every subcommand takes.
  */
-#include "command.h"
-#include "file_names.h"
-#include "output/quote.h"
+#include "apps/command.h"
+#include "apps/file_names.h"
+#include "apps/quote.h"
 #include "autodiff/native/cc.h"
 #include "physics/physics.h"
 #include "physics/io/atomic_file.h"

@@ -1,8 +1,8 @@
 /* leastaction dump: what is in a file of ours, as text, CSV or JSON. */
 #include "apps/command.h"
-#include "json.h"
-#include "quote.h"
-#include "result.h"
+#include "apps/output/json.h"
+#include "apps/quote.h"
+#include "apps/output/result.h"
 #include "physics/io/hdf5_file.h"
 
 #include <stdint.h>

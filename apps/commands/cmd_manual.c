@@ -1,5 +1,5 @@
 /* leastaction manual: the pages of man(1), from the tables that --help prints. */
-#include "command.h"
+#include "apps/command.h"
 
 #include <stdio.h>
 

@@ -1,5 +1,5 @@
 /* leastaction completion: lets bash complete subcommands, options and scenes, from their tables. */
-#include "command.h"
+#include "apps/command.h"
 #include "physics/physics.h"
 
 #include <stdio.h>
