@@ -2,6 +2,7 @@
    and calls only what POSIX calls safe there. */
 #include "interrupt.h"
 #include "quote.h"
+#include "autodiff/native/process.h"
 
 #include <signal.h>
 #include <stdio.h>
@@ -9,8 +10,6 @@
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
-
-extern char **environ;
 
 /* One request may arrive twice: timeout(1) signals the process and then its group. */
 static const double ECHO = 0.5; /* s */
@@ -125,22 +124,15 @@ bool interrupted(void)
 }
 
 /* No signal comes between its start and the note of it. */
-int interrupt_spawn(const posix_spawn_file_actions_t *files, char *const words[], pid_t *child)
+int interrupt_start_program(const char *const words[], int output, pid_t *child)
 {
-    posix_spawnattr_t attributes;
     sigset_t set = all_signals(), before;
-    int reason = posix_spawnattr_init(&attributes);
-    if (reason)
-        return reason;
     sigaddset(&set, SIGALRM);
     pthread_sigmask(SIG_BLOCK, &set, &before);
-    posix_spawnattr_setsigmask(&attributes, &before);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-    reason = posix_spawnp(child, words[0], files, &attributes, words, environ);
+    int reason = ad_process_start(words, output, &before, child);
     if (reason == 0)
         running = *child;
     pthread_sigmask(SIG_SETMASK, &before, NULL);
-    posix_spawnattr_destroy(&attributes);
     return reason;
 }
 

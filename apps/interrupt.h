@@ -11,7 +11,6 @@
 
 #include "physics/io/atomic_file.h"
 
-#include <spawn.h>
 #include <stdbool.h>
 #include <sys/types.h>
 
@@ -23,8 +22,8 @@ void interrupt_catch(void);
 /* Whether one of them came. */
 bool interrupted(void);
 
-/* posix_spawnp of words[0]: a program that ends with this one, until interrupt_forget. */
-int interrupt_spawn(const posix_spawn_file_actions_t *files, char *const words[], pid_t *child);
+/* ad_process_start of a program that ends with this one, until interrupt_forget. */
+int interrupt_start_program(const char *const words[], int output, pid_t *child);
 void interrupt_forget(void);
 /* phys_whole_commit. If a signal ends the process later, while other files are unfinished, standard
    error says that this one is whole. */

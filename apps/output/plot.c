@@ -2,13 +2,13 @@
  */
 #include "plot.h"
 #include "apps/interrupt.h"
+#include "autodiff/native/process.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 static const struct plot_format {
@@ -107,37 +107,24 @@ static bool write_script(const struct plot *plot, const char *data, const char *
     return close_stream(&out);
 }
 
-/* Starts gnuplot on a script, with nothing to read and both its outputs in a pipe; false where that
-   cannot be done, with the reason. */
-static bool start_gnuplot(char *script, pid_t *child, FILE **output, int *reason)
+enum { NOT_INSTALLED = 127 };
+
+/* Starts gnuplot on a script, both its outputs in a pipe; an error number, or 0. */
+static int start_gnuplot(const char *script, pid_t *child, FILE **output)
 {
-    char gnuplot[] = "gnuplot", *words[] = {gnuplot, script, NULL};
-    posix_spawn_file_actions_t files;
     int ends[2];
     *output = NULL;
-    if (pipe(ends) != 0) {
-        *reason = errno;
-        return false;
-    }
+    if (pipe(ends) != 0)
+        return errno;
     fcntl(ends[0], F_SETFD, FD_CLOEXEC);
     fcntl(ends[1], F_SETFD, FD_CLOEXEC);
-    *reason = posix_spawn_file_actions_init(&files);
-    if (*reason == 0) {
-        if ((*reason = posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0)) ==
-                0 &&
-            (*reason = posix_spawn_file_actions_adddup2(&files, ends[1], 1)) == 0 &&
-            (*reason = posix_spawn_file_actions_adddup2(&files, ends[1], 2)) == 0)
-            *reason = interrupt_spawn(&files, words, child);
-        posix_spawn_file_actions_destroy(&files);
-    }
+    int reason =
+        interrupt_start_program((const char *const[]){"gnuplot", script, NULL}, ends[1], child);
     close(ends[1]);
-    if (*reason == 0 && (*output = fdopen(ends[0], "r")))
-        return true;
-    close(ends[0]);
-    return *reason == 0; /* it runs, unheard */
+    if (reason != 0 || !(*output = fdopen(ends[0], "r"))) /* it runs, unheard */
+        close(ends[0]);
+    return reason;
 }
-
-enum { NOT_INSTALLED = 127 };
 
 /* Runs gnuplot on the script: its exit status or, if it did not get that far, -1; and its first
    line. */
@@ -146,11 +133,11 @@ static int run_gnuplot(const struct plot *plot, char *line, int size)
     char *script = quote_path(plot->script_file.temporary), rest[256];
     FILE *output;
     pid_t child;
-    int status = -1, reason = ENOMEM;
+    int reason = script ? start_gnuplot(script, &child, &output) : ENOMEM;
+    free(script);
     *line = '\0';
-    if (!script || !start_gnuplot(script, &child, &output, &reason)) {
+    if (reason != 0) {
         snprintf(line, (size_t)size, "%s", strerror(reason));
-        free(script);
         return reason == ENOENT ? NOT_INSTALLED : -1;
     }
     for (char *to = line; output && fgets(to, to == line ? size : (int)sizeof rest, output);)
@@ -159,11 +146,9 @@ static int run_gnuplot(const struct plot *plot, char *line, int size)
     line[strcspn(line, "\n")] = '\0';
     if (output)
         fclose(output);
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR)
-        ;
+    int status = ad_process_wait(child);
     interrupt_forget();
-    free(script);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return status;
 }
 
 /* On a full disk gnuplot says nothing and leaves half a picture. */

@@ -120,7 +120,7 @@ static bool seal(const char *object, const char *source)
     char *text = ad_native_read(object, &bytes);
     if (!text)
         return false;
-    struct trailer t = {bytes, strlen(source), ad_native_hash(text, bytes)};
+    struct trailer t = {bytes, strlen(source), ad_hash(AD_HASH_BEGIN, text, bytes)};
     int file = open(object, O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC);
     bool done =
         file >= 0 && write_all(file, source, t.source_bytes) && write_all(file, &t, sizeof t);

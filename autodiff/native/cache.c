@@ -17,14 +17,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-uint64_t ad_native_hash(const void *data, size_t n)
-{
-    uint64_t h = 0xcbf29ce484222325u; /* FNV-1a */
-    for (const unsigned char *byte = data; n-- > 0; byte++)
-        h = (h ^ *byte) * 0x100000001b3u;
-    return h;
-}
-
 /* ---- folder ---- */
 
 static bool own_and_closed(const struct stat *s)
@@ -93,7 +85,7 @@ bool ad_native_is_whole(const char *path, const char *source)
         memcpy(&t, text + bytes - sizeof t, sizeof t);
         whole = t.source_bytes == length && t.object_bytes == bytes - sizeof t - length &&
                 memcmp(text + t.object_bytes, source, length) == 0 &&
-                t.checksum == ad_native_hash(text, t.object_bytes);
+                t.checksum == ad_hash(AD_HASH_BEGIN, text, t.object_bytes);
     }
     free(text);
     return whole;
@@ -131,7 +123,7 @@ void *ad_native_load(const char *source, const char *isa, const struct compiler 
         return NULL;
     size_t length = strlen(path);
     snprintf(path + length, PATH_MAX - length, "/%016llx.so",
-             (unsigned long long)ad_native_hash(source, strlen(source)));
+             (unsigned long long)ad_hash(AD_HASH_BEGIN, source, strlen(source)));
     if (ad_native_is_whole(path, source)) {
         if ((library = open_functions(path, n, functions, reason, sizeof reason)))
             return library;

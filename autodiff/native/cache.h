@@ -2,14 +2,13 @@
 #ifndef AUTODIFF_CACHE_H
 #define AUTODIFF_CACHE_H
 
+#include "autodiff/hash.h"
 #include "autodiff/native.h"
 
 /* Behind object and source. */
 struct trailer {
     uint64_t object_bytes, source_bytes, checksum;
 };
-
-uint64_t ad_native_hash(const void *data, size_t n);
 
 /* All of a file of the user's own; NULL if it is not that. The caller frees. */
 char *ad_native_read(const char *path, size_t *bytes);

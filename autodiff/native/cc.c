@@ -1,19 +1,16 @@
 /* The system's C compiler: which one, with what flags, and a run of it. No shell comes in between.
  */
 #include "cc.h"
+#include "process.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
-#include <spawn.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
-
-extern char **environ;
 
 /* ---- which ---- */
 
@@ -97,36 +94,9 @@ static void append(const char *to[], size_t *n, const char *const *words)
     to[*n] = NULL;
 }
 
-/* Runs a program with nothing to read; its exit status, or -1. While it runs, its number is in
-   `running`. */
-static int run(char *const words[], bool silent, _Atomic pid_t *running)
-{
-    posix_spawn_file_actions_t files;
-    pid_t child;
-    int status = -1;
-    if (posix_spawn_file_actions_init(&files) != 0)
-        return -1;
-    bool started =
-        posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0) == 0 &&
-        (!silent || (posix_spawn_file_actions_addopen(&files, 1, "/dev/null", O_WRONLY, 0) == 0 &&
-                     posix_spawn_file_actions_addopen(&files, 2, "/dev/null", O_WRONLY, 0) == 0)) &&
-        posix_spawnp(&child, words[0], &files, NULL, words, environ) == 0;
-    posix_spawn_file_actions_destroy(&files);
-    if (!started)
-        return -1;
-    *running = child;
-    pid_t ended;
-    do
-        ended = waitpid(child, &status, 0);
-    while (ended < 0 && errno == EINTR);
-    *running = 0;
-    if (ended < 0)
-        return -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
 enum { MAX_ARGUMENTS = 32 };
 
+/* Its exit status, or -1. While it runs, its number is in `running`. */
 static int run_compiler(const struct compiler *c, const char *const *arguments, bool silent,
                         _Atomic pid_t *running)
 {
@@ -134,8 +104,13 @@ static int run_compiler(const struct compiler *c, const char *const *arguments, 
     size_t n = 0;
     append(words, &n, (const char *const *)c->words);
     append(words, &n, arguments);
-    /* posix_spawn does not write to them */
-    return run((char *const *)(uintptr_t)words, silent, running);
+    pid_t child;
+    if (ad_process_start(words, silent ? AD_OUTPUT_NONE : AD_OUTPUT_SHARED, NULL, &child) != 0)
+        return -1;
+    *running = child;
+    int status = ad_process_wait(child);
+    *running = 0;
+    return status;
 }
 
 int ad_cc_run(const struct compiler *c, const char *const *arguments, bool silent)

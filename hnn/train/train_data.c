@@ -1,17 +1,9 @@
 /* Samples for training, and seeded permutations of them. */
 #include "train.h"
+#include "autodiff/hash.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-/* FNV-1a (G. Fowler, L. Noll, P. Vo), 64 bits: tells one set of samples from another. */
-static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t n)
-{
-    const unsigned char *b = bytes;
-    for (size_t k = 0; k < n; k++)
-        hash = (hash ^ b[k]) * 0x100000001b3;
-    return hash;
-}
 
 static void float_frames(enum ad_type type, size_t n, const float *from, void *to)
 {
@@ -61,8 +53,8 @@ static bool copy_frames(struct hnn_data *data, const struct hnn_samples *samples
         data->x = picked;
         data->x_frame = lit->n;
     }
-    data->hash = hash_bytes(data->hash, data->values, size * bytes);
-    data->hash = hash_bytes(data->hash, data->first, samples->n * sizeof *data->first);
+    data->hash = ad_hash(data->hash, data->values, size * bytes);
+    data->hash = ad_hash(data->hash, data->first, samples->n * sizeof *data->first);
     return true;
 }
 
@@ -92,7 +84,7 @@ static bool copy_columns(struct hnn_data *data, const struct hnn_samples *sample
     copy_steps(data, samples, training, values + (x + states) * bytes);
     data->x = values;
     data->target = values + x * bytes;
-    data->hash = hash_bytes(data->hash, values, (x + target) * bytes);
+    data->hash = ad_hash(data->hash, values, (x + target) * bytes);
     return true;
 }
 
@@ -105,7 +97,7 @@ enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
     *data = (struct hnn_data){.type = type, .n = n, .x_rows = x_rows, .target_rows = target_rows};
     if (n == 0)
         return AD_OK;
-    data->hash = 0xcbf29ce484222325;
+    data->hash = AD_HASH_BEGIN;
     if (!(samples->frames ? copy_frames(data, samples, lit)
                           : copy_columns(data, samples, training)))
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu samples", n);

@@ -1,6 +1,6 @@
-/* Seals (seal.h). The hash is FNV-1a of 64 bits (G. Fowler, L. Noll, P. Vo): against accidents, not
-   against malice. */
+/* Checksums of files (checksum.h), by FNV-1a: against accidents, not against malice. */
 #include "checksum.h"
+#include "autodiff/hash.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -14,12 +14,11 @@ enum { SAME = 20 }; /* characters of the format that every seal begins with */
 static bool seal_of(FILE *in, char seal[PHYS_SEAL_BYTES])
 {
     unsigned char block[1 << 14];
-    uint64_t hash = 0xcbf29ce484222325, n = 0;
+    uint64_t hash = AD_HASH_BEGIN, n = 0;
     if (fseek(in, PHYS_SEAL_BYTES, SEEK_SET) != 0)
         return false;
     for (size_t read; (read = fread(block, 1, sizeof block, in)) > 0; n += read)
-        for (size_t k = 0; k < read; k++)
-            hash = (hash ^ block[k]) * 0x100000001b3;
+        hash = ad_hash(hash, block, read);
     memset(seal, 0, PHYS_SEAL_BYTES);
     snprintf(seal, PHYS_SEAL_BYTES, format, hash, n);
     return !ferror(in);
