@@ -4,6 +4,9 @@
 
 #include "autodiff/autodiff.h"
 
+/* Finite numbers, commas between, of which the first `most` are kept; how many there are. Returns
+   NULL, or where something else stands. */
+const char *numbers_list(const char *text, size_t most, double *values, size_t *found);
 /* Exactly n finite numbers, commas between. AD_E_ARGUMENT names the option, what was found, and
    `what` was expected. */
 enum ad_status numbers_read(const char *option, const char *text, size_t n, const char *what,

@@ -89,8 +89,7 @@ bool options_number(const char *text, double *value)
     return end != text && *end == '\0' && isfinite(*value);
 }
 
-/* A whole number from 0 to `most`, in decimal digits alone. */
-static bool whole_number(const char *text, uint64_t most, uint64_t *value)
+bool options_whole(const char *text, uint64_t most, uint64_t *value)
 {
     if (*text == '\0' || strspn(text, "0123456789") != strlen(text))
         return false;
@@ -157,11 +156,11 @@ static enum ad_status store(const struct option *option, const char *text, char 
         right = options_number(text, at);
         break;
     case OPTION_COUNT:
-        right = whole_number(text, OPTION_NO_COUNT - 1, &whole);
+        right = options_whole(text, OPTION_NO_COUNT - 1, &whole);
         *(size_t *)at = (size_t)whole;
         break;
     case OPTION_SEED:
-        right = whole_number(text, UINT64_MAX, at);
+        right = options_whole(text, UINT64_MAX, at);
         break;
     case OPTION_TEXTS:
         return add_text(at, text, error);

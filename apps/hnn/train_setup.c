@@ -1,7 +1,7 @@
 /* A training made definite: samples, model, method, and the checkpoint it goes on from. */
 #include "train.h"
+#include "apps/numbers.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,24 +21,22 @@ static enum ad_status choose(const char *option, const char *name, const char *c
 /* "200", the width of every hidden layer, or "200,100", one number each. */
 static enum ad_status read_widths(const char *text, struct hnn_settings *s, struct ad_error *error)
 {
-    const char *at = text;
-    size_t n = 0, most = HNN_LAYERS_MOST - 1;
-    for (bool more = true; more && n < most; n++) {
-        char *end;
-        s->hidden[n] = (size_t)strtoul(at, &end, 10);
-        if (end == at || *at == '-' || (*end != '\0' && *end != ','))
-            return ad_fail(
-                error, AD_E_ARGUMENT,
-                "--hidden %s: expected a number such as 200, or one for each hidden layer: 200,100",
-                text);
-        more = *end == ',';
-        at = end + more;
-    }
+    double widths[HNN_LAYERS_MOST];
+    size_t n, most = HNN_LAYERS_MOST - 1;
+    const char *wrong = numbers_list(text, most, widths, &n);
+    for (size_t k = 0; k < n && k < most && !wrong; k++)
+        if (!(widths[k] >= 0 && widths[k] < 1e15 && widths[k] == floor(widths[k])))
+            wrong = text;
+    if (wrong)
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "--hidden %s: expected a number such as 200, or one for each hidden layer: 200,100",
+            text);
     if (n != 1 && n + 1 != s->layers)
         return ad_fail(error, AD_E_ARGUMENT, "--hidden %s: expected %zu numbers for %zu layers",
                        text, s->layers - 1, s->layers);
-    for (; n < most; n++)
-        s->hidden[n] = s->hidden[0];
+    for (size_t k = 0; k < most; k++)
+        s->hidden[k] = (size_t)widths[k < n ? k : 0];
     return AD_OK;
 }
 
@@ -136,13 +134,11 @@ static enum ad_status read_data(struct train_run *run, struct ad_error *error)
 
 static enum ad_status read_batch(const char *text, size_t *batch, struct ad_error *error)
 {
-    char *end;
+    uint64_t n = 0;
     *batch = 0;
     if (strcmp(text, "full") == 0)
         return AD_OK;
-    errno = 0;
-    unsigned long n = strtoul(text, &end, 10);
-    if (end == text || *end || *text == '-' || n == 0 || errno)
+    if (!options_whole(text, SIZE_MAX, &n) || n == 0)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--batch: expected 'full' or a number of samples, got '%s'", text);
     *batch = n;

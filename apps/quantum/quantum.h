@@ -37,9 +37,6 @@ struct quantum_run {
 enum ad_status quantum_setup(const struct quantum_options *options, struct quantum_run *run,
                              struct ad_error *error);
 void quantum_free(struct quantum_run *run);
-/* The numbers of a text such as -10,10: exactly n of them. */
-enum ad_status quantum_numbers(const char *option, const char *text, size_t n, double *values,
-                               struct ad_error *error);
 
 struct quantum_result {
     size_t n; /* samples: the start, every so many slices, the end */

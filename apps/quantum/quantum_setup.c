@@ -1,5 +1,6 @@
 /* A wave packet's run made definite (quantum.h). */
 #include "quantum.h"
+#include "apps/numbers.h"
 #include "physics/stability/stability.h"
 
 #include <math.h>
@@ -34,28 +35,6 @@ static const struct preset *preset_of(const char *name)
         if (strcmp(presets[k].name, name) == 0)
             return &presets[k];
     return &other;
-}
-
-enum ad_status quantum_numbers(const char *option, const char *text, size_t n, double *values,
-                               struct ad_error *error)
-{
-    char word[64];
-    const char *at = text;
-    for (size_t k = 0; k < n; k++) {
-        size_t length = strcspn(at, ",");
-        bool last = at[length] == '\0';
-        if (length >= sizeof word || last != (k + 1 == n))
-            break;
-        memcpy(word, at, length);
-        word[length] = '\0';
-        if (!options_number(word, &values[k]))
-            break;
-        if (last)
-            return AD_OK;
-        at += length + 1;
-    }
-    return ad_fail(error, AD_E_ARGUMENT, "--%s: expected %zu numbers with commas between, got '%s'",
-                   option, n, text);
 }
 
 /* ---- the scene ---- */
@@ -99,7 +78,8 @@ static enum ad_status read_packets(const struct preset *preset, struct quantum_r
     run->packet[0] = preset->packet;
     for (size_t k = 0; k < given->n; k++) {
         double x[3];
-        if (quantum_numbers("packet", given->text[k], 3, x, error) != AD_OK)
+        if (numbers_read("packet", given->text[k], 3, "place, width and momentum", x, error) !=
+            AD_OK)
             return error->status;
         if (!(x[1] > 0))
             return ad_fail(error, AD_E_ARGUMENT,
@@ -128,7 +108,8 @@ static enum ad_status make_slice(const struct preset *preset, struct quantum_run
     const struct quantum_options *options = run->options;
     double box[2] = {preset->low, preset->high};
     struct qm_slice *slice = &run->slice;
-    if (options->box && quantum_numbers("box", options->box, 2, box, error) != AD_OK)
+    if (options->box &&
+        numbers_read("box", options->box, 2, "where the walls are", box, error) != AD_OK)
         return error->status;
     *slice = (struct qm_slice){
         .system = &run->system,
