@@ -36,7 +36,8 @@ static bool is_quadratic(const struct qm_grid *grid, const double *V, double mas
 
 /* ---- errors ---- */
 
-static const double known = 1e-5; /* what a reference is refined to */
+/* A reference is refined until it knows the error to a hundredth, or so far. */
+static const double known = 1e-5, at_first = 1e-3, share_known = 0.01;
 
 /* A packet to compare, and the time it is compared at. */
 struct question {
@@ -111,6 +112,30 @@ static enum ad_status finer(const struct question *ask, qm_complex *truth, struc
     return error->status;
 }
 
+/* The distance from a true wave of this norm, the part beyond the box included. */
+static double distance(const struct question *ask, size_t stride, const qm_complex *psi,
+                       double norm, const qm_complex *truth)
+{
+    return hypot(apart(ask->slice, psi, stride, truth), outside_of(ask->slice, norm, truth));
+}
+
+/* The distance from Schroedinger's equation, or the uncertainty of that where it is larger. */
+static double by_schroedinger(const struct question *ask, size_t stride, const qm_complex *psi,
+                              qm_complex *truth, struct ad_error *error)
+{
+    struct qm_reference reference;
+    double away = INFINITY, wanted = at_first, next = wanted;
+    do {
+        wanted = next;
+        if (qm_reference(ask->slice, ask->packet, ask->t, wanted, truth, &reference, error) !=
+            AD_OK)
+            return INFINITY;
+        away = distance(ask, stride, psi, reference.norm, truth);
+        next = fmax(known, share_known * away);
+    } while (reference.uncertainty > next && next < 0.5 * wanted);
+    return fmax(away, reference.uncertainty);
+}
+
 static enum ad_status error_of(const struct question *ask, size_t stride, const qm_complex *psi,
                                qm_complex *truth, double *off, const char **against,
                                struct ad_error *error)
@@ -118,23 +143,22 @@ static enum ad_status error_of(const struct question *ask, size_t stride, const 
     const struct qm_slice *slice = ask->slice;
     const struct phys_rule *rule = qm_rule(slice, error);
     struct ad_error no_potential = {0};
-    struct qm_reference reference = {.norm = 1};
-    double mass, share = 1, *V = malloc(slice->grid.n * sizeof *V);
+    double mass, *V = malloc(slice->grid.n * sizeof *V);
     if (!V)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", slice->grid.n);
     bool separates = qm_potential(slice->system, &slice->grid, V, &mass, &no_potential) == AD_OK;
     if (separates && closed_form(ask, V, mass, truth)) {
         *against = "the closed form";
+        *off = distance(ask, stride, psi, 1, truth);
     } else if (separates) {
         *against = "Schroedinger's equation, split in Fourier space";
-        qm_reference(slice, ask->packet, ask->t, known, truth, &reference, error);
+        *off = by_schroedinger(ask, stride, psi, truth, error);
     } else {
         *against = "the same method, three times as fine";
-        share = 1 - pow(FINER, -(double)rule->order);
         finer(ask, truth, error);
+        *off = hypot(apart(slice, psi, stride, truth) / (1 - pow(FINER, -(double)rule->order)),
+                     outside_of(slice, 1, truth));
     }
-    double inside = apart(slice, psi, stride, truth) / share;
-    *off = fmax(hypot(inside, outside_of(slice, reference.norm, truth)), reference.uncertainty);
     free(V);
     return error->status;
 }

@@ -8,8 +8,11 @@
 
 enum { FEWEST_STEPS = 16 };
 
-/* Evaluations: no finer setting after so many, and no more steps in one run. */
-static const double limit = 12000, limit_quick = 1500;
+/* Evaluations: no finer setting after so many, and no more steps in one run. A step is so much
+   finer than the last, a tolerance likewise. */
+static const struct effort {
+    double limit, finer_step, finer_tolerance;
+} thorough = {12000, 1.4142135623730951, 3.1622776601683795}, quick = {1500, 2, 10};
 static const double time_end = 20;
 static const double start[2] = {1.5, 0}; /* a swing in the middle of the data's energies */
 static const double reference_tolerance = 1e-12;
@@ -51,9 +54,10 @@ static enum ad_status find_end(struct rollouts *r, struct ad_error *error)
     struct phys_ode truth = {0};
     struct phys_simulation_info info;
     double end[2];
-    if (follow(&r->ode, dop853, reference_tolerance, limit, r->end, &info, error) == AD_OK &&
+    if (follow(&r->ode, dop853, reference_tolerance, thorough.limit, r->end, &info, error) ==
+            AD_OK &&
         hnn_task_ode(task, task->published.strength, &truth, error) == AD_OK &&
-        follow(&truth, dop853, reference_tolerance, limit, end, &info, error) == AD_OK)
+        follow(&truth, dop853, reference_tolerance, thorough.limit, end, &info, error) == AD_OK)
         r->model_error = distance(r->end, end);
     phys_ode_free(&truth);
     return error->status;
@@ -67,17 +71,20 @@ static double coarsest(const struct phys_integrator *integrator)
 }
 
 static enum ad_status refine(const struct rollouts *r, const struct phys_integrator *integrator,
-                             double most, struct work_curve *curve, struct ad_error *error)
+                             const struct effort *effort, struct work_curve *curve,
+                             struct ad_error *error)
 {
     double setting = coarsest(integrator), evaluations = 0, distant = INFINITY;
     *curve =
         (struct work_curve){.name = integrator->name, .knob = integrator->adaptive ? "tol" : "dt"};
-    for (; evaluations < most && distant > trusted && setting > finest && curve->n < WORK_POINTS;
-         setting /= integrator->adaptive ? sqrt(10) : sqrt(2)) {
+    for (; evaluations < effort->limit && distant > trusted && setting > finest &&
+           curve->n < WORK_POINTS;
+         setting /= integrator->adaptive ? effort->finer_tolerance : effort->finer_step) {
         struct phys_simulation_info info = {0};
         struct ad_error lost = {0};
         double end[2];
-        enum ad_status status = follow(&r->ode, integrator, setting, most, end, &info, &lost);
+        enum ad_status status =
+            follow(&r->ode, integrator, setting, effort->limit, end, &info, &lost);
         evaluations = fmax(evaluations, (double)info.evaluations);
         if (status == AD_E_MEMORY || status == AD_E_ARGUMENT)
             return ad_fail(error, status, "%s", lost.message);
@@ -103,7 +110,8 @@ static double least_error(const struct work_curve *curve)
     return least;
 }
 
-static enum ad_status measure(struct rollouts *r, double most, struct ad_error *error)
+static enum ad_status measure(struct rollouts *r, const struct effort *effort,
+                              struct ad_error *error)
 {
     for (size_t t = 0; t < ROLLOUT_TYPES; t++)
         r->least[t] = INFINITY;
@@ -113,7 +121,7 @@ static enum ad_status measure(struct rollouts *r, double most, struct ad_error *
             continue;
         for (size_t t = 0; t < ROLLOUT_TYPES; t++) {
             hnn_model_evaluate_in(r->model, rollout_types[t]);
-            if (refine(r, integrator, most, &r->curve[t][r->n], error) != AD_OK)
+            if (refine(r, integrator, effort, &r->curve[t][r->n], error) != AD_OK)
                 return error->status;
             r->least[t] = fmin(r->least[t], least_error(&r->curve[t][r->n]));
         }
@@ -172,7 +180,7 @@ enum ad_status chart_rollouts(struct chart *chart, hnn_model *model, struct ad_e
     hnn_model_evaluate_in(model, AD_F64);
     if (error->status == AD_OK && hnn_model_ode(model, &r->ode, error) == AD_OK &&
         find_end(r, error) == AD_OK &&
-        measure(r, chart->quick ? limit_quick : limit, error) == AD_OK) {
+        measure(r, chart->quick ? &quick : &thorough, error) == AD_OK) {
         fprintf(sheet->csv, "# the network errs by %.6g\n", r->model_error);
         report(chart, r, sheet, error);
         rollouts_draw(r, plot);

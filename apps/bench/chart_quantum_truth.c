@@ -25,8 +25,8 @@ enum ad_status quantum_reference_new(const struct quantum_problem *problem,
     reference->psi = malloc(n * sizeof *reference->psi);
     if (!reference->psi)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    return qm_reference(&slice, &problem->packet, problem->time, 1e-8, reference->psi, &found,
-                        error);
+    return qm_reference(&slice, &problem->packet, problem->time, quick ? 1e-7 : 1e-8,
+                        reference->psi, &found, error);
 }
 
 void quantum_reference_free(struct quantum_reference *reference) { free(reference->psi); }

@@ -226,7 +226,7 @@ static void test_double_slit(void **state)
     assert_close(number("fringe_expected"), 4.72935358, 1e-8, 0);
     assert_close(number("fringe"), 4.72935358, 0.04, 0);
     assert_int_equal(shell_files(), 2);
-    assert_int_equal(shell("$LA quantum --scene double-slit --set apart=6 --json"), 0);
+    assert_int_equal(shell("$LA quantum --scene double-slit --set apart=6 --points 170 --json"), 0);
     assert_close(number("fringe"), 4.72935358 * 4 / 6, 0.04, 0);
     assert_int_equal(shell("$LA quantum --scene double-slit --set gap=1"), 2);
     assert_int_equal(shell("$LA quantum --scene double-slit --walls ring"), 2);
