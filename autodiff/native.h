@@ -53,6 +53,10 @@ bool ad_native_segment(FILE *out, const ad_program *program, const struct walk *
 /* The source of a program, which the caller frees, and the segments that run it: the fused ones
    stand, in order, for its functions run0, run1, ... NULL when out of memory. */
 char *ad_native_source(const ad_program *program, struct native *native);
+/* How many functions that source has; puts them, loaded, in place of the interpreter. The program
+   frees `native`. */
+size_t ad_native_functions(const struct native *native);
+void ad_native_put(ad_program *program, struct native *native, ad_native_run *const functions[]);
 
 /* A file of the cache is the user's own, holds this source, and is as it was written. */
 bool ad_native_is_whole(const char *path, const char *source);

@@ -31,23 +31,35 @@ static char *full_source(const ad_program *p, const struct compiler *c, struct n
 
 /* ---- in place of the interpreter ---- */
 
-/* Loads the functions of the fused segments, in their order. */
-static bool load(const ad_program *p, struct native *native, const char *source,
-                 const struct compiler *compiler, struct ad_error *note)
+size_t ad_native_functions(const struct native *native)
 {
     size_t n = 0;
-    ad_native_run **functions = malloc((native->n_segments + 1) * sizeof *functions);
+    for (size_t i = 0; i < native->n_segments; i++)
+        n += native->segments[i].fused;
+    return n;
+}
+
+void ad_native_put(ad_program *p, struct native *native, ad_native_run *const functions[])
+{
+    size_t n = 0;
+    for (size_t i = 0; i < native->n_segments; i++)
+        if (native->segments[i].fused)
+            native->segments[i].native = functions[n++];
+    p->native = native;
+}
+
+static bool load(ad_program *p, struct native *native, const char *source,
+                 const struct compiler *compiler, struct ad_error *note)
+{
+    size_t n = ad_native_functions(native);
+    ad_native_run **functions = malloc((n + 1) * sizeof *functions);
     if (!functions) {
         ad_fail(note, AD_E_MEMORY, "out of memory");
         return false;
     }
-    for (size_t i = 0; i < native->n_segments; i++)
-        n += native->segments[i].fused;
     native->library = ad_native_load(source, p->kernels->isa, compiler, n, functions, note);
-    n = 0;
-    for (size_t i = 0; native->library && i < native->n_segments; i++)
-        if (native->segments[i].fused)
-            native->segments[i].native = functions[n++];
+    if (native->library)
+        ad_native_put(p, native, functions);
     free(functions);
     return native->library;
 }
@@ -113,12 +125,9 @@ static bool install(ad_program *p, const struct compiler *compiler, struct ad_er
     if (!source)
         ad_fail(note, AD_E_MEMORY, "out of memory");
     free(source);
-    if (!loaded) {
+    if (!loaded)
         ad_native_free(native);
-        return false;
-    }
-    p->native = native;
-    return true;
+    return loaded;
 }
 
 /* Keeps why compiling is out of the question. */

@@ -65,7 +65,7 @@ static void write_listed(const struct writer *w, uint32_t list)
 
 void ad_native_row(const struct writer *w, const struct loc *l)
 {
-    if (w->literal)
+    if (w->literal || w->g->rows == 1)
         ad_native_say(w, "%u", l->list ? w->p->lists[l->list - 1 + w->row + w->k] : w->row + w->k);
     else if (l->list)
         write_listed(w, l->list - 1);
@@ -76,12 +76,12 @@ void ad_native_row(const struct writer *w, const struct loc *l)
 void ad_native_address(const struct writer *w, const struct loc *l)
 {
     ad_native_say(w, "m + %zu", l->off);
-    if (l->rs) {
+    if (l->rs && (l->list || w->g->rows > 1)) {
         ad_native_say(w, " + ");
         ad_native_row(w, l);
         ad_native_say(w, " * %zu", l->rs * w->p->element);
     }
-    if (l->cs && !w->walk->along_rows)
+    if (l->cs && w->g->cols > 1)
         ad_native_say(w, " + c * %zu", w->p->element);
 }
 

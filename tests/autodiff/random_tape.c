@@ -369,14 +369,14 @@ static const struct {
     {difference, 3},   {transpose, 1}, {columns, 2}, {reductions, 2},
 };
 
-/* Long segments: few operations that need a value whole. */
-static void step(struct maker *m, bool smooth)
+/* One of `smooth` operations, 0: any, may need a value whole: few of them make long segments. */
+static void step(struct maker *m, size_t smooth)
 {
     size_t total = 0, k = 0;
     for (size_t i = 0; i < sizeof operations / sizeof *operations; i++)
         total += operations[i].weight;
     size_t at = pick(m, total);
-    if (smooth && pick(m, 12)) {
+    if (smooth && pick(m, smooth)) {
         (pick(m, 4) ? chain : pick(m, 3) ? elementwise : sums)(m);
         return;
     }
@@ -434,16 +434,16 @@ void random_tape_init(struct random_tape *r, uint64_t seed, size_t nodes)
 {
     static const size_t rows[] = {1, 1, 2, 3, 5, 8, 12, 40, 300};
     static const size_t cols[] = {1, 1, 2, 3, 7, 8, 16, 17, 33, 100, 257, 1000};
-    static const size_t budget = 400000;
     struct maker m = {.r = r, .random = seed * 2 + 1};
     *r = (struct random_tape){.tape = ad_tape_new(pick(&m, 4) ? AD_F64 : AD_F32)};
     plain_init(&r->plain, r->tape);
-    bool smooth = pick(&m, 2);
+    size_t budget = pick(&m, 4) ? 60000 : 400000; /* elements of all nodes */
+    size_t smooth = nodes < 400 ? 12 * pick(&m, 2) : pick(&m, 8) ? 40 : 0;
     r->order = (int)pick(&m, 5) / 2;
     do {
         m.rows = rows[pick(&m, sizeof rows / sizeof *rows)];
         m.cols = cols[pick(&m, sizeof cols / sizeof *cols)];
-    } while (m.rows * m.cols * nodes > budget && m.rows * m.cols > 8);
+    } while (m.rows * m.cols * (nodes + 20) > budget && m.rows * m.cols > 8);
     m.most = 2 * m.rows * m.cols + 64;
     add_inputs(&m);
     size_t own = r->order == 0 ? nodes : r->order == 1 ? nodes / 4 : nodes / 12;

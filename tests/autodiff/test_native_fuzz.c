@@ -7,11 +7,12 @@
 
    A failure names its seed: test_native_fuzz 1 SEED shows it again. Where FUZZ_INTERPRETED is set
    nothing is compiled: for kernels that were built otherwise. */
+#include "native_batch.h"
 #include "random_tape.h"
 #include "tests/native.h"
 
-#include <dirent.h>
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,15 +25,15 @@ struct counts {
     size_t programs, failed, is_long, native, elements, vague;
 };
 
-/* More than a third are long; some have up to 6000 nodes, one of a thousand up to 70 000. */
-static bool has_to_be_long(uint64_t seed) { return seed % 8 < 3; }
+/* A third is long; some have up to 6000 nodes, one of two thousand up to 70 000. */
+static bool has_to_be_long(uint64_t seed) { return seed % 3 == 0; }
 
 static size_t nodes_of(uint64_t seed)
 {
     uint64_t random = seed + 99;
-    double least = has_to_be_long(seed) ? 450 : 1, most = has_to_be_long(seed) ? 600 : 100;
-    if (seed % 45 == 1)
-        most = seed % 990 == 1 ? 70000 : 6000;
+    double least = has_to_be_long(seed) ? 400 : 1, most = has_to_be_long(seed) ? 500 : 100;
+    if (seed % 180 == 1)
+        most = seed % 1980 == 1 ? 70000 : 6000;
     return (size_t)(least * pow(most / least, (double)(random * 7919 % 1000) / 999));
 }
 
@@ -151,65 +152,81 @@ static void record(struct random_tape *r, uint64_t seed)
         if (instructions > LONG)
             return;
         random_tape_release(r);
-        random_tape_init(r, seed, nodes += nodes / 4);
+        nodes += nodes / 32 + nodes * (LONG - instructions) / (instructions + LONG);
+        random_tape_init(r, seed, nodes);
     }
 }
 
-/* Programs of nothing that could be compiled, and those that are too long. */
-static bool may_refuse(const ad_program *p, const struct ad_error *note)
+/* ---- batches ---- */
+
+/* Machine code of one program among many can crash: the handler names which. */
+static volatile uint64_t checked;
+
+static void name_crash(int signal)
 {
-    return ad_program_info(p).instructions > 65000 || strstr(note->message, "nothing to compile");
+    fprintf(stderr, "seed %llu: signal %d\n", (unsigned long long)checked, signal);
+    _exit(3);
 }
 
-static bool check_seed(uint64_t seed, bool interpreted, struct counts *counts)
+struct subject {
+    uint64_t seed;
+    struct random_tape r;
+    ad_program *program; /* to be compiled; NULL where the seed has failed before */
+};
+
+enum { MOST_COMPILED = 65000 }; /* instructions; the library refuses a few more */
+
+static ad_program *compile(const struct subject *s)
+{
+    ad_program *p = NULL;
+    if (ad_compile(s->r.tape, s->r.n_out, s->r.out, &p) != AD_OK)
+        fprintf(stderr, "seed %llu: %s\n", (unsigned long long)s->seed,
+                ad_tape_error(s->r.tape)->message);
+    return p;
+}
+
+/* Interpreted; unless that is all, what is left is the program for machine code. */
+static void check_interpreted(struct subject *s, uint64_t seed, bool interpreted,
+                              struct counts *counts)
 {
     static const char *const isas[] = {"avx512", "avx2", "base"};
-    struct random_tape r;
-    bool good = true;
     setenv("LEASTACTION_ISA", isas[seed % 5 > 2 ? 0 : seed % 5], 1);
-    record(&r, seed);
+    s->seed = seed;
+    record(&s->r, seed);
+    struct run run = {"interpreted", compile(s)};
     counts->programs++;
-    for (int k = 0; k < 1 + !interpreted && good; k++) {
-        struct run run = {k ? "machine code" : "interpreted", NULL};
-        struct ad_error note = {0};
-        if (ad_compile(r.tape, r.n_out, r.out, &run.program) != AD_OK) {
-            fprintf(stderr, "seed %llu: %s\n", (unsigned long long)seed,
-                    ad_tape_error(r.tape)->message);
-            good = false;
-            break;
-        }
-        if (k && !ad_native(run.program, INFINITY, &note) && !may_refuse(run.program, &note)) {
-            fprintf(stderr, "seed %llu: not compiled: %s\n", (unsigned long long)seed,
-                    note.message);
-            good = false;
-        }
-        counts->native += k && !*ad_native_note(run.program);
-        counts->is_long += !k && ad_program_info(run.program).instructions > LONG;
-        good = good && check_run(&r, &run, seed, counts);
-        ad_program_free(run.program);
-    }
-    random_tape_release(&r);
-    unsetenv("LEASTACTION_ISA");
+    counts->is_long += run.program && ad_program_info(run.program).instructions > LONG;
+    bool good = run.program && check_run(&s->r, &run, seed, counts);
     counts->failed += !good;
-    return good;
+    s->program = good && !interpreted ? compile(s) : NULL;
+    ad_program_free(run.program);
+    unsetenv("LEASTACTION_ISA");
+}
+
+static void check_compiled(size_t n, struct subject s[], struct counts *counts)
+{
+    struct native_batch batch = {0};
+    bool in[BATCH_PROGRAMS] = {false};
+    for (size_t k = 0; k < n; k++)
+        in[k] = s[k].program && ad_program_info(s[k].program).instructions <= MOST_COMPILED &&
+                native_batch_add(&batch, s[k].program);
+    bool loaded = native_batch_load(&batch);
+    if (!loaded)
+        fprintf(stderr, "seeds %llu to %llu: not compiled\n", (unsigned long long)s[0].seed,
+                (unsigned long long)s[n - 1].seed);
+    for (size_t k = 0; k < n; k++) {
+        struct run run = {"machine code", s[k].program};
+        checked = s[k].seed;
+        if (in[k]) {
+            counts->native += loaded;
+            counts->failed += !loaded || !check_run(&s[k].r, &run, s[k].seed, counts);
+        }
+        ad_program_free(s[k].program);
+    }
+    native_batch_release(&batch);
 }
 
 /* ---- many ---- */
-
-/* The objects of programs that were checked: megabytes a hundred. */
-static void empty_cache(void)
-{
-    char name[2 * PATH_ROOM];
-    snprintf(name, sizeof name, "%s/leastaction", native_cache.text);
-    DIR *folder = opendir(name);
-    for (struct dirent *entry; folder && (entry = readdir(folder));) {
-        snprintf(name, sizeof name, "%s/leastaction/%.200s", native_cache.text, entry->d_name);
-        if (entry->d_name[0] != '.')
-            unlink(name);
-    }
-    if (folder)
-        closedir(folder);
-}
 
 /* CC with -O0 behind all other flags: what the compiler's optimizer does is not tested here, and
    takes ten times as long. */
@@ -229,14 +246,23 @@ static void use_quick_compiler(void)
 
 static struct counts check_seeds(uint64_t first, size_t n, bool interpreted)
 {
+    struct subject *subjects = calloc(BATCH_PROGRAMS, sizeof *subjects);
     struct counts counts = {0};
-    for (uint64_t seed = first; seed < first + n; seed++) {
-        check_seed(seed, interpreted, &counts);
-        if (seed % 50 == 0)
-            empty_cache();
-        if (n > 300 && (seed - first) % 500 == 499)
+    if (!subjects)
+        abort();
+    for (size_t done = 0, batch; done < n; done += batch) {
+        batch = n - done < BATCH_PROGRAMS ? n - done : BATCH_PROGRAMS;
+        memset(subjects, 0, BATCH_PROGRAMS * sizeof *subjects);
+        for (size_t k = 0; k < batch; k++)
+            check_interpreted(&subjects[k], first + done + k, interpreted, &counts);
+        if (!interpreted)
+            check_compiled(batch, subjects, &counts);
+        for (size_t k = 0; k < batch; k++)
+            random_tape_release(&subjects[k].r);
+        if (n > 300 && done / 480 < (done + batch) / 480)
             fprintf(stderr, "%zu programs, %zu failed\n", counts.programs, counts.failed);
     }
+    free(subjects);
     return counts;
 }
 
@@ -245,7 +271,7 @@ static void test_programs(void **state)
     (void)state;
     native_need_compiler();
     use_quick_compiler();
-    struct counts counts = check_seeds(1, 300, false);
+    struct counts counts = check_seeds(2, 300, false);
     assert_int_equal(counts.failed, 0);
     assert_true(counts.native > 270); /* some have nothing to compile */
     assert_true(counts.is_long >= 100);
@@ -260,6 +286,9 @@ int main(int argc, char **argv)
         return cmocka_run_group_tests(tests, native_open_cache, native_remove_cache);
     if (native_open_cache(&state) != 0)
         return 2;
+    signal(SIGSEGV, name_crash);
+    signal(SIGFPE, name_crash);
+    signal(SIGILL, name_crash);
     if (argc > 3)
         use_quick_compiler();
     struct counts counts = check_seeds(strtoull(argv[2], NULL, 10), strtoull(argv[1], NULL, 10),
