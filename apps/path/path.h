@@ -26,17 +26,6 @@ struct path_options {
     struct settings set;
 };
 
-/* A setting that --tol tried. */
-struct path_level {
-    const struct phys_rule *rule;
-    size_t elements;
-    bool found, chosen; /* a stationary path; the setting of the run */
-    double estimate;    /* of its error; NaN: nothing to compare it with */
-    double seconds;
-};
-
-enum { PATH_LEVELS = 20 }; /* at most */
-
 /* A run made definite. Paths are [degree of the rule * dof x slices], the slices first: what is
    said of a path [dof x slices] holds for its first rows. */
 struct path_run {
@@ -54,8 +43,7 @@ struct path_run {
     size_t n_tables;                  /* of --data, and what its first slice is in them */
     struct phys_horizons *tables;
     size_t first_epoch;
-    size_t n_levels; /* of --tol, coarse to fine */
-    struct path_level level[PATH_LEVELS];
+    struct phys_refined refined; /* --tol; none else */
 };
 
 /* Everything up to the start: scene, parameters, rule, solver, span, reference path, start.
@@ -89,7 +77,9 @@ bool path_from_tables(const struct path_options *options);
 /* Whether the start is read from a file. */
 bool path_from_file(const struct path_options *options);
 
-/* ---- refining (path_tolerance.c, path_refine.c, path_stage.c, path_levels.c) ---- */
+/* ---- refining (path_tolerance.c) ---- */
+
+static const double PATH_TIGHTEST = 1e-13; /* of the motion that gives ends and reference */
 
 /* Whether --tol was given, and whether it goes with the other options. */
 bool path_wants_tolerance(const struct path_options *options);

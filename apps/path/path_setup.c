@@ -185,6 +185,7 @@ void path_run_free(struct path_run *run)
     for (size_t k = 0; k < run->n_tables; k++)
         phys_horizons_free(&run->tables[k]);
     free(run->tables);
+    phys_refined_free(&run->refined);
     free(run->reference);
     free(run->start);
     free(run->path);

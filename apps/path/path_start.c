@@ -70,7 +70,6 @@ static enum ad_status integrate(const struct path_run *run, phys_motion *motion,
 }
 
 static const char same_grid[] = "the motion of this discretisation", tight[] = "the true motion";
-static const double tightest = 1e-13; /* error of its steps */
 static const double led_away = 10; /* extents of the motion: what its discretisation may be off */
 
 /* Whether the motion of the discretisation is lost: further from the true one than that is wide. */
@@ -115,7 +114,7 @@ static double *scene_motion(struct path_run *run, struct ad_error *error)
     }
     run->reference_is = run->system.scene->between ? "the closed form" : tight;
     if (error->status == AD_OK) {
-        path_motion(run, settings->slices, settings->dt, tightest, path, &lost);
+        path_motion(run, settings->slices, settings->dt, PATH_TIGHTEST, path, &lost);
         if (crude && crude_motion(run, NULL, crude, &none) == AD_OK &&
             (lost.status != AD_OK || !diverges(run, crude, path))) {
             double *swap = path;

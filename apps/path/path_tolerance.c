@@ -1,10 +1,18 @@
-/* What --tol E goes with (path.h). */
+/* leastaction path --tol E: what it goes with, and what it tried (path.h). */
 #include "path.h"
+#include "apps/interrupt.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 bool path_wants_tolerance(const struct path_options *options) { return !isnan(options->tolerance); }
+
+double path_estimate(const struct path_run *run)
+{
+    const struct phys_refined *r = &run->refined;
+    return r->n ? r->level[r->n - 1].estimate : (double)NAN;
+}
 
 enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error *error)
 {
@@ -36,4 +44,99 @@ enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error 
                        "--tol needs --solver newton, got %s; leave out --solver",
                        run->solver->name);
     return AD_OK;
+}
+
+/* How far the ends of the start move when the motion is followed less closely; those of a file are
+   what they are. */
+static double ends_error(const struct path_run *run, struct ad_error *error)
+{
+    size_t dof = run->system.dof, n = run->settings.slices;
+    double most = 0, *ends = malloc(2 * dof * sizeof *ends);
+    if (!ends)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else if (!path_from_file(run->options) &&
+             path_motion(run, 2, (double)(n - 1) * run->settings.dt, 10 * PATH_TIGHTEST, ends,
+                         error) == AD_OK)
+        for (size_t k = 0; k < 2 * dof; k++)
+            most = fmax(most, fabs(ends[k] - run->start[k / 2 * n + k % 2 * (n - 1)]));
+    free(ends);
+    return most;
+}
+
+/* The run becomes that of the chosen level, about to be solved; its reference, the motion at the
+   level's slices. */
+static enum ad_status adopt(struct path_run *run, struct ad_error *error)
+{
+    struct phys_refined *r = &run->refined;
+    const struct phys_rule *rule = r->settings.rule;
+    size_t n = r->settings.slices, dof = run->system.dof;
+    free(run->start);
+    free(run->path);
+    run->start = r->start;
+    run->path = r->path;
+    r->start = r->path = NULL;
+    memcpy(run->path, run->start, rule->degree * dof * n * sizeof *run->path);
+    run->settings.rule = rule;
+    run->settings.slices = n;
+    run->settings.dt = r->settings.dt;
+    run->settings.adam_steps = r->settings.adam_steps;
+    if (!run->reference)
+        return AD_OK;
+    free(run->reference);
+    run->reference = path_new(run, error);
+    if (run->reference &&
+        path_motion(run, n, r->settings.dt, PATH_TIGHTEST, run->reference, error) == AD_OK)
+        phys_rule_interpolate(rule, dof, n, run->reference);
+    return error->status;
+}
+
+static bool go_on(void *context)
+{
+    (void)context;
+    return !interrupted();
+}
+
+enum ad_status path_refine(struct path_run *run, struct ad_error *error)
+{
+    struct phys_path_settings settings = run->settings;
+    struct ad_error lost = {0};
+    double ends = ends_error(run, error);
+    settings.rule = run->options->rule ? settings.rule : NULL;
+    settings.proceed = go_on;
+    interrupt_catch();
+    if (error->status == AD_OK &&
+        phys_path_refine(&run->system, &settings, run->start, ends, run->options->tolerance,
+                         &run->refined, &lost) != AD_OK)
+        ad_fail(error, lost.status, "--tol: %s%s", lost.message,
+                !run->refined.unsettled        ? ""
+                : path_from_file(run->options) ? ": --adam-steps 500"
+                                               : ": --init ode");
+    return error->status == AD_OK ? adopt(run, error) : error->status;
+}
+
+void path_report_levels(const struct path_run *run, struct report *report)
+{
+    const struct phys_refined *r = &run->refined;
+    const char *unit = run->system.scene->unit;
+    char text[128];
+    if (r->n == 0)
+        return;
+    report_line(report, "  tried, coarse to fine");
+    for (size_t k = 0; k < r->n; k++) {
+        const struct phys_level *level = &r->level[k];
+        report_item(report, "tried");
+        report_text(report, "rule", "rule", level->rule->name);
+        report_count(report, "elements", "elements", level->elements);
+        report_flag(report, "found", "path found", level->found);
+        report->passing = true;
+        report_number(report, "seconds", NULL, "s", level->seconds);
+        report->passing = false;
+        report_number(report, "estimate", "estimated error", unit, level->estimate);
+    }
+    report_item(report, NULL);
+    snprintf(text, sizeof text, "%zu elements of %s: the first setting with an estimate under %g",
+             r->level[r->n - 1].elements, run->settings.rule->name, run->options->tolerance);
+    report_line(report, "  chosen: %s\n", text);
+    report_text(report, "chosen", NULL, text);
+    report_number(report, "error_estimate", NULL, unit, path_estimate(run));
 }

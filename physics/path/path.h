@@ -123,6 +123,34 @@ struct phys_grid {
 double *phys_path_resample(const struct phys_grid *from, const double *path,
                            const struct phys_grid *to, size_t dof, struct ad_error *error);
 
+/* A rule and a number of elements that phys_path_refine tried. */
+struct phys_level {
+    const struct phys_rule *rule;
+    size_t elements;
+    bool found;      /* a stationary path */
+    double estimate; /* of its error; NaN: nothing to compare it with */
+    double seconds;
+};
+enum { PHYS_LEVELS = 20 }; /* at most */
+struct phys_refined {
+    size_t n; /* levels, coarse to fine; the last is the one taken */
+    struct phys_level level[PHYS_LEVELS];
+    struct phys_path_settings settings; /* those given, with its rule, slices, dt and adam_steps */
+    double *start, *path; /* [degree*dof x slices] of these: what it began with, and its path */
+    bool unsettled;       /* AD_E_ACCURACY, because levels do not agree on a path */
+};
+/* A path whose coordinates err by less than `tolerance`, by the coarsest setting that does:
+   elements of settings->rule (NULL: of gauss2, then of gauss4) are doubled, over the time of
+   settings->slices and dt, until the estimated error is less. guess [dof x slices] is the start,
+   and its ends, known to ends_error, are the ends. Newton's method inside, after
+   settings->adam_steps. AD_E_ACCURACY where there is no such setting, or settings->proceed said no.
+   Ends with phys_refined_free, whatever it returned. */
+enum ad_status phys_path_refine(const struct phys_system *system,
+                                const struct phys_path_settings *settings, const double *guess,
+                                double ends_error, double tolerance, struct phys_refined *refined,
+                                struct ad_error *error);
+void phys_refined_free(struct phys_refined *refined);
+
 /* L_vv over a path (Legendre's condition): indefinite where it is singular, too. */
 enum phys_definite { PHYS_INDEFINITE, PHYS_POSITIVE, PHYS_NEGATIVE };
 

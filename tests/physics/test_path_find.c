@@ -121,12 +121,86 @@ static void a_descent_has_no_verdict(void **state)
     phys_system_close(&pendulum);
 }
 
+/* x = sin t of a spring, from a guess at four slices. */
+static void the_coarsest_setting_that_meets_an_error(void **state)
+{
+    (void)state;
+    struct phys_system spring = system_opened("spring");
+    struct ad_error error = {0};
+    const double guess[] = {0, 0.4, 0.8, sin(1.5)};
+    for (double tolerance = 1e-3; tolerance > 1e-11; tolerance /= 100) {
+        struct phys_path_settings settings = {.slices = 4, .dt = 0.5, .steps = 50};
+        struct phys_refined refined;
+        struct phys_path_found found;
+        assert_int_equal(
+            phys_path_refine(&spring, &settings, guess, 0, tolerance, &refined, &error), AD_OK);
+        const struct phys_level *last = &refined.level[refined.n - 1];
+        size_t slices = refined.settings.slices;
+        assert_int_equal(last->elements, slices - 1);
+        assert_true(last->estimate < tolerance);
+        double worst = 0;
+        for (size_t i = 0; i < slices; i++)
+            worst =
+                fmax(worst, fabs(refined.path[i] - sin(1.5 * (double)i / (double)(slices - 1))));
+        assert_true(worst < last->estimate);
+        assert_true(refined.path[0] == 0 && refined.path[slices - 1] == guess[3]);
+        assert_int_equal(phys_path_find(phys_solver_find("newton", &error), &spring,
+                                        &refined.settings, refined.path, &found, &error),
+                         AD_OK);
+        assert_true(found.stationary && found.discretisation < tolerance);
+        phys_path_found_free(&found);
+        phys_refined_free(&refined);
+    }
+    phys_system_close(&spring);
+}
+
+static bool refuse(void *context)
+{
+    (void)context;
+    return false;
+}
+
+static void errors_out_of_reach_are_told(void **state)
+{
+    (void)state;
+    struct phys_system spring = system_opened("spring");
+    const double guess[] = {0, 0.4, 0.8, 1};
+    const struct {
+        const char *rule;
+        double ends_error, tolerance;
+        bool stop;
+        enum ad_status status;
+    } cases[] = {{NULL, 0, 1e-17, false, AD_E_ACCURACY},
+                 {NULL, 1e-3, 1e-4, false, AD_E_ACCURACY},
+                 {"left", 0, 1e-12, false, AD_E_ACCURACY},
+                 {NULL, 0, 1e-3, true, AD_E_ACCURACY},
+                 {NULL, 0, 0, false, AD_E_ARGUMENT}};
+    for (size_t k = 0; k < LENGTH(cases); k++) {
+        struct ad_error error = {0}, none = {0};
+        struct phys_refined refined;
+        struct phys_path_settings settings = {
+            .slices = 4,
+            .dt = 0.5,
+            .steps = 50,
+            .proceed = cases[k].stop ? refuse : NULL,
+            .rule = cases[k].rule ? phys_rule_find(cases[k].rule, &none) : NULL};
+        assert_int_equal(phys_path_refine(&spring, &settings, guess, cases[k].ends_error,
+                                          cases[k].tolerance, &refined, &error),
+                         cases[k].status);
+        assert_null(refined.path);
+        phys_refined_free(&refined);
+    }
+    phys_system_close(&spring);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_path_comes_with_kind_and_distances),
         cmocka_unit_test(other_paths_and_coarse_rules_are_told_apart),
         cmocka_unit_test(a_descent_has_no_verdict),
+        cmocka_unit_test(the_coarsest_setting_that_meets_an_error),
+        cmocka_unit_test(errors_out_of_reach_are_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,244 @@
+/* The coarsest setting that meets an error (path.h). Elements are doubled, between the same ends
+   and over the same time; what a path errs is estimated from its distance to the one before, at the
+   slices of both.
+
+   With d that distance and d' the one before it, errors fall by r = d'/d a level, at most by 2^p of
+   a rule of order p; the finer path then errs d/(r - 1). Where r says nothing yet, d itself is
+   taken: the error of the coarser path. */
+#include "internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { COARSEST = 4, FINEST = 1 << 14, UNSETTLED = 1 << 9 }; /* elements */
+
+static const double CAUTION = 2;   /* the law of convergence holds in the limit */
+static const double FINE = 1e-7;   /* of the path's size: where rounding may stop the fall */
+static const double FALLING = 0.7; /* of the distance, from level to level, at the least */
+static const double NEAR = 1e-2;   /* of the path's size: as close as to be the same path */
+
+/* Without a rule: cheap elements while few will do, then those of high order. */
+static const struct rung {
+    const char *rule;
+    size_t first, last;
+} ladder[] = {{"gauss2", COARSEST, 32}, {"gauss4", 8, FINEST}};
+
+/* The path of a level. */
+struct stage {
+    struct phys_grid grid;
+    double *start, *path;
+    double distance; /* from the level before; NaN: none to compare with */
+};
+
+struct climb {
+    const struct phys_system *system;
+    const double *guess; /* on the grid `given` */
+    struct phys_grid given;
+    size_t adam_steps;
+    double time, tolerance, ends_error, size; /* size: the path's largest coordinate */
+    struct stage before, here;
+    struct phys_refined *to;
+};
+
+static void drop(struct stage *stage)
+{
+    free(stage->start);
+    free(stage->path);
+    *stage = (struct stage){.distance = (double)NAN};
+}
+
+/* ---- one level ---- */
+
+/* Near enough to the level before to be the same path. */
+static bool settled(const struct climb *c, const struct stage *stage)
+{
+    return stage->path && stage->distance <= NEAR * c->size;
+}
+
+/* Start and settings of c->here, whose grid is set: from the level before once two agree on which
+   path it is, else from the guess. */
+static enum ad_status begin(struct climb *c, struct ad_error *error)
+{
+    struct stage *stage = &c->here;
+    struct phys_path_settings *settings = &c->to->settings;
+    size_t dof = c->system->dof, n = stage->grid.slices, m = c->given.slices;
+    bool again = settled(c, &c->before);
+    stage->start = phys_path_resample(again ? &c->before.grid : &c->given,
+                                      again ? c->before.path : c->guess, &stage->grid, dof, error);
+    size_t bytes = stage->grid.rule->degree * dof * n * sizeof *stage->path;
+    stage->path = stage->start ? malloc(bytes) : NULL;
+    if (!stage->path)
+        return ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", n);
+    for (size_t k = 0; k < dof; k++) {
+        stage->start[k * n] = c->guess[k * m];
+        stage->start[k * n + n - 1] = c->guess[k * m + m - 1];
+    }
+    memcpy(stage->path, stage->start, bytes);
+    settings->rule = stage->grid.rule;
+    settings->slices = n;
+    settings->dt = stage->grid.dt;
+    settings->adam_steps = again ? 0 : c->adam_steps;
+    return AD_OK;
+}
+
+/* A level whose path is not found is none to compare with. */
+static enum ad_status solve(struct climb *c, struct phys_level *level, struct ad_error *error)
+{
+    struct phys_path_info info = {0};
+    struct ad_error lost = {0};
+    if (begin(c, error) != AD_OK)
+        return error->status;
+    phys_path_solve(&phys_solver_newton, c->system, &c->to->settings, c->here.path, &info, &lost);
+    if (lost.status != AD_OK && lost.status != AD_E_NONFINITE)
+        return ad_fail(error, lost.status, "%s", lost.message);
+    if (info.stop == PHYS_STOP_INTERRUPTED)
+        return ad_fail(error, AD_E_ACCURACY, "interrupted at %zu elements of %s", level->elements,
+                       level->rule->name);
+    level->seconds = info.seconds;
+    level->found = lost.status == AD_OK && info.stop == PHYS_STOP_ROUNDING;
+    return AD_OK;
+}
+
+/* ---- its error ---- */
+
+/* What no refinement removes: the error of the ends, and rounding in every element. */
+static double rounding(const struct climb *c, size_t elements)
+{
+    return c->ends_error + DBL_EPSILON * c->size * (double)elements;
+}
+
+/* Distance of c->here from the level before, at the slices of both, and its error by that. */
+static void estimate(struct climb *c, struct phys_level *level)
+{
+    const struct stage *coarse = &c->before;
+    size_t dof = c->system->dof, n = coarse->grid.slices, m = c->here.grid.slices;
+    c->here.distance = level->estimate = NAN;
+    if (!level->found)
+        return;
+    c->size = 0;
+    for (size_t k = 0; k < dof * m; k++)
+        c->size = fmax(c->size, fabs(c->here.path[k]));
+    if (!coarse->path || coarse->grid.rule != level->rule || 2 * n != m + 1)
+        return;
+    double d = 0;
+    for (size_t k = 0; k < dof; k++)
+        for (size_t i = 0; i < n; i++)
+            d = fmax(d, fabs(coarse->path[k * n + i] - c->here.path[k * m + 2 * i]));
+    double fall = coarse->distance / d, most = pow(2, (double)level->rule->order);
+    double error = fall > 2 ? CAUTION * d / (fmin(fall, most) - 1) : d;
+    c->here.distance = d;
+    level->estimate = fmax(fmin(error, d), rounding(c, level->elements));
+}
+
+/* The distances do not fall any more, and are small. */
+static bool at_rounding(const struct climb *c, const struct phys_level *level)
+{
+    return rounding(c, level->elements) > c->tolerance ||
+           (c->before.distance <= FINE * c->size &&
+            c->here.distance > FALLING * c->before.distance);
+}
+
+/* ---- all levels ---- */
+
+/* True when the climb is over, one way or the other. */
+static bool climb(struct climb *c, const struct phys_rule *rule, size_t elements,
+                  struct ad_error *error)
+{
+    struct phys_level *level = &c->to->level[c->to->n++];
+    *level = (struct phys_level){.rule = rule, .elements = elements};
+    c->here.grid = (struct phys_grid){rule, elements + 1, c->time / (double)elements};
+    if (solve(c, level, error) != AD_OK)
+        return true;
+    estimate(c, level);
+    if (level->estimate < c->tolerance)
+        return true;
+    if (level->found && at_rounding(c, level)) {
+        ad_fail(error, AD_E_ACCURACY,
+                "error %g is out of reach: rounding takes over at %zu elements of %s, error about "
+                "%.2g; allow a larger error",
+                c->tolerance, elements, rule->name, fmax(level->estimate, rounding(c, elements)));
+        return true;
+    }
+    if (elements >= UNSETTLED && !settled(c, &c->here)) {
+        c->to->unsettled = true;
+        ad_fail(error, AD_E_ACCURACY,
+                "error %g: up to %zu elements of %s do not agree on a path, which may be one of "
+                "several; try a shorter time or another start",
+                c->tolerance, elements, rule->name);
+        return true;
+    }
+    drop(&c->before);
+    if (level->found)
+        c->before = c->here;
+    else
+        drop(&c->here);
+    c->here = (struct stage){.distance = (double)NAN};
+    return false;
+}
+
+static enum ad_status climb_all(struct climb *c, const struct phys_rule *given,
+                                struct ad_error *error)
+{
+    const struct rung fixed = {given ? given->name : NULL, COARSEST, FINEST};
+    const struct rung *rungs = given ? &fixed : ladder;
+    for (size_t k = 0; k < (given ? 1 : LENGTH(ladder)); k++) {
+        const struct phys_rule *rule = given ? given : phys_rule_find(rungs[k].rule, error);
+        for (size_t elements = rungs[k].first; elements <= rungs[k].last; elements *= 2)
+            if (climb(c, rule, elements, error))
+                return error->status;
+    }
+    const struct phys_level *last = &c->to->level[c->to->n - 1];
+    return ad_fail(error, AD_E_ACCURACY,
+                   "error %g is out of reach: %zu elements of %s come to %.2g; allow a larger "
+                   "error or take another rule",
+                   c->tolerance, last->elements, last->rule->name, last->estimate);
+}
+
+enum ad_status phys_path_refine(const struct phys_system *system,
+                                const struct phys_path_settings *settings, const double *guess,
+                                double ends_error, double tolerance, struct phys_refined *refined,
+                                struct ad_error *error)
+{
+    if (phys_lacks(refined, "room for what is found", error))
+        return error->status;
+    *refined = (struct phys_refined){0};
+    if (phys_lacks_scene(system, error) || phys_lacks(settings, "settings", error) ||
+        phys_lacks(guess, "guess", error))
+        return error->status;
+    if (!(tolerance > 0))
+        return ad_fail(error, AD_E_ARGUMENT, "error %g, expected a positive number", tolerance);
+    if (settings->slices < 2)
+        return ad_fail(error, AD_E_ARGUMENT, "%zu slices, expected 2 or more", settings->slices);
+    struct climb c = {.system = system,
+                      .guess = guess,
+                      .given = {&phys_rule_left, settings->slices, settings->dt},
+                      .adam_steps = settings->adam_steps,
+                      .time = (double)(settings->slices - 1) * settings->dt,
+                      .tolerance = tolerance,
+                      .ends_error = ends_error,
+                      .before.distance = NAN,
+                      .to = refined};
+    refined->settings = *settings;
+    refined->settings.progress = NULL;
+    refined->settings.reference = refined->settings.compare = NULL;
+    refined->settings.start_momentum = NULL;
+    refined->settings.tolerance = 0;
+    refined->settings.hold = 0;
+    if (climb_all(&c, settings->rule, error) == AD_OK) {
+        refined->start = c.here.start;
+        refined->path = c.here.path;
+        c.here.start = c.here.path = NULL;
+    }
+    drop(&c.before);
+    drop(&c.here);
+    return error->status;
+}
+
+void phys_refined_free(struct phys_refined *refined)
+{
+    free(refined->start);
+    free(refined->path);
+    *refined = (struct phys_refined){0};
+}
