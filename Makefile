@@ -74,7 +74,7 @@ KILLS ?= 200
 PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/ops.def autodiff/optim.h autodiff/lbfgs.h physics/physics.h physics/system/system.h \
               physics/io/names.h physics/lagrangian/check.h physics/lagrangian/conserved.h physics/lagrangian/euler_lagrange.h physics/action/action.h \
               physics/path/path.h physics/ephemeris/ephemeris.h \
-              physics/ephemeris/horizons.h physics/lagrangian/legendre.h physics/ode/ode.h physics/integrators/integrators.h physics/motion/motion.h physics/gas/order.h physics/stability/stability.h hnn/hnn.h hnn/data/data.h \
+              physics/ephemeris/horizons.h physics/ephemeris/models.h physics/lagrangian/legendre.h physics/ode/ode.h physics/integrators/integrators.h physics/motion/motion.h physics/motion/solve.h physics/gas/order.h physics/stability/stability.h physics/stability/diagnostics.h hnn/hnn.h hnn/data/data.h \
               hnn/pixels/latent.h hnn/pixels/pixels.h hnn/pixels/pixel_energy.h hnn/rollout/rollout.h quantum/quantum.h quantum/slit.h quantum/published.h)
 
 A  = $(BUILD)/libleastaction.a

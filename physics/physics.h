@@ -9,6 +9,7 @@
 #include "physics/action/action.h"
 #include "physics/ephemeris/ephemeris.h"
 #include "physics/ephemeris/horizons.h"
+#include "physics/ephemeris/models.h"
 #include "physics/gas/order.h"
 #include "physics/integrators/integrators.h"
 #include "physics/io/names.h"
@@ -17,8 +18,10 @@
 #include "physics/lagrangian/euler_lagrange.h"
 #include "physics/lagrangian/legendre.h"
 #include "physics/motion/motion.h"
+#include "physics/motion/solve.h"
 #include "physics/ode/ode.h"
 #include "physics/path/path.h"
+#include "physics/stability/diagnostics.h"
 #include "physics/stability/stability.h"
 #include "physics/system/system.h"
 

@@ -52,14 +52,10 @@ static bool sample(void *context, double t, const double *y)
 static enum ad_status follow(const struct problem *motion, struct drift *d, double time,
                              struct phys_simulation_info *info, struct ad_error *error)
 {
-    double y[2 * 2], scale[2 * 2]; /* a body in the plane */
-    struct simulate_run run = motion->run;
-    struct phys_simulation settings;
+    double y[2 * 2]; /* a body in the plane */
+    struct phys_simulation settings = phys_simulation_of(d->integrator, d->setting, time);
     struct ad_error lost = {0};
-    run.time = time;
-    if (phys_ode_enter(d->ode, 0, run.q, run.v, y, error) != AD_OK ||
-        simulate_settings(&run, d->integrator, d->setting, d->ode, y, scale, &settings, error) !=
-            AD_OK)
+    if (phys_ode_enter(d->ode, 0, motion->q, motion->v, y, error) != AD_OK)
         return error->status;
     settings.every = 1;
     settings.sample = sample;

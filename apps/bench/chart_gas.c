@@ -1,8 +1,8 @@
 /* leastaction chart gas: what near pairs save against all pairs, and how order grows in a gas that
    cools. */
 #include "chart.h"
-#include "apps/simulate/gas_order.h"
 #include "timing.h"
+#include "physics/gas/order.h"
 #include "physics/motion/motion.h"
 
 #include <math.h>
@@ -145,8 +145,8 @@ static enum ad_status measure_cooling(struct sheet *sheet, bool brief, struct ad
         s.t0 = time * (double)k / (SAMPLES + 1);
         s.t1 = time * (double)(k + 1) / (SAMPLES + 1);
         if (phys_simulate(&s, &m.ode, m.y, &info, error) != AD_OK ||
-            phys_order(m.system.bodies, m.y, gas_shell(&m.system), NULL, NULL, &order, error) !=
-                AD_OK)
+            phys_order(m.system.bodies, m.y, phys_gas_shell(&m.system), NULL, NULL, &order,
+                       error) != AD_OK)
             break;
         sheet_row(sheet,
                   ROW(NUMBER(temperature(&m)), NUMBER(order.neighbours), NUMBER(order.hexatic)),

@@ -55,7 +55,7 @@ static enum ad_status motion_at(const struct problem *problem, size_t slices, do
     if (phys_ode_canonical(&problem->system, &ode, error) == AD_OK &&
         problem->system.scene->start(problem->system.params, 0, q, q + dof, error) == AD_OK &&
         phys_ode_enter(&ode, 0, q, q + dof, y, error) == AD_OK)
-        phys_trajectory(&s, &ode, y, dof, slices, path, error);
+        phys_trajectory(&s, &ode, y, dof, slices, path, NULL, error);
     phys_ode_free(&ode);
     free(q);
     return error->status;

@@ -74,22 +74,20 @@ static double distance(size_t dof, const double *x, const double *y)
 enum ad_status problem_field(const struct problem *motion, const struct phys_integrator *integrator,
                              struct phys_ode *ode, bool *suits, struct ad_error *error)
 {
-    if (simulate_ode(&motion->run, integrator, ode, error) == AD_OK)
+    if (phys_ode_for(&motion->system, integrator, ode, error) == AD_OK)
         *suits = ode->kick || !integrator->separable;
     return error->status;
 }
 
 /* Runs to the end; x [2 dof] is where that is. */
 static enum ad_status follow(const struct problem *motion, const struct phys_integrator *integrator,
-                             const struct phys_ode *ode, double setting, double *y, double *scale,
+                             const struct phys_ode *ode, double setting, double *y,
                              struct problem_cost *cost, struct ad_error *error)
 {
-    const struct simulate_run *run = &motion->run;
-    struct phys_simulation settings;
+    const struct phys_simulation settings = phys_simulation_of(integrator, setting, motion->time);
     struct phys_simulation_info info;
     struct ad_error lost = {0};
-    if (phys_ode_enter(ode, 0, run->q, run->v, y, error) != AD_OK ||
-        simulate_settings(run, integrator, setting, ode, y, scale, &settings, error) != AD_OK)
+    if (phys_ode_enter(ode, 0, motion->q, motion->v, y, error) != AD_OK)
         return error->status;
     double start = processor_seconds();
     phys_simulate(&settings, ode, y, &info, &lost);
@@ -107,13 +105,12 @@ static enum ad_status run_to(const struct problem *motion, const struct phys_int
                              const struct phys_ode *ode, double setting, struct problem_cost *cost,
                              double *x, struct ad_error *error)
 {
-    size_t dof = motion->run.system.dof;
-    double *y = malloc(2 * ode->n * sizeof *y);
+    size_t dof = motion->system.dof;
+    double *y = malloc(ode->n * sizeof *y);
     if (!y)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (follow(motion, integrator, ode, setting, y, y + ode->n, cost, error) == AD_OK &&
-        cost->complete)
-        phys_ode_leave(ode, motion->run.time, y, x, x + dof, error);
+    if (follow(motion, integrator, ode, setting, y, cost, error) == AD_OK && cost->complete)
+        phys_ode_leave(ode, motion->time, y, x, x + dof, error);
     free(y);
     return error->status;
 }
@@ -122,7 +119,7 @@ enum ad_status problem_run(const struct problem *motion, const struct phys_integ
                            const struct phys_ode *ode, double setting, struct problem_cost *cost,
                            struct ad_error *error)
 {
-    size_t dof = motion->run.system.dof;
+    size_t dof = motion->system.dof;
     double *x = malloc(2 * dof * sizeof *x);
     *cost = (struct problem_cost){.error = INFINITY};
     if (!x)
@@ -142,7 +139,7 @@ static enum ad_status finest(const struct problem *motion, const char *name, dou
     const struct phys_integrator *integrator = phys_integrator_find(name, error);
     struct phys_ode ode = {0};
     struct problem_cost cost = {0};
-    if (simulate_ode(&motion->run, integrator, &ode, error) == AD_OK)
+    if (phys_ode_for(&motion->system, integrator, &ode, error) == AD_OK)
         run_to(motion, integrator, &ode, setting, &cost, x, error);
     phys_ode_free(&ode);
     if (error->status == AD_OK && !cost.complete)
@@ -154,7 +151,7 @@ static enum ad_status finest(const struct problem *motion, const char *name, dou
    less than explicit ones, for they take fewer steps. */
 static enum ad_status find_end(struct problem *motion, struct ad_error *error)
 {
-    size_t dof = motion->run.system.dof;
+    size_t dof = motion->system.dof;
     double *other = malloc(2 * dof * sizeof *other), step = motion->problem->coarsest;
     if (!other)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
@@ -169,7 +166,7 @@ static enum ad_status set_parameters(struct problem *motion, struct ad_error *er
 {
     const struct phys_setting *set = motion->problem->set;
     for (size_t k = 0; k < sizeof motion->problem->set / sizeof *set && set[k].name; k++)
-        if (phys_system_set(&motion->run.system, set[k].name, set[k].value, error) != AD_OK)
+        if (phys_system_set(&motion->system, set[k].name, set[k].value, error) != AD_OK)
             return error->status;
     return AD_OK;
 }
@@ -177,17 +174,17 @@ static enum ad_status set_parameters(struct problem *motion, struct ad_error *er
 enum ad_status problem_open(const struct motion_problem *problem, struct problem *motion,
                             struct ad_error *error)
 {
-    *motion = (struct problem){.problem = problem, .run.time = problem->time};
-    struct phys_system *system = &motion->run.system;
+    *motion = (struct problem){.problem = problem, .time = problem->time};
+    struct phys_system *system = &motion->system;
     if (phys_system_open(problem->scene, system, error) != AD_OK ||
         set_parameters(motion, error) != AD_OK)
         return error->status;
     size_t dof = system->dof;
-    if (!(motion->run.q = malloc(4 * dof * sizeof(double))))
+    if (!(motion->q = malloc(4 * dof * sizeof(double))))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    motion->run.v = motion->run.q + dof;
-    motion->end = motion->run.q + 2 * dof;
-    if (system->scene->start(system->params, 0, motion->run.q, motion->run.v, error) != AD_OK)
+    motion->v = motion->q + dof;
+    motion->end = motion->q + 2 * dof;
+    if (system->scene->start(system->params, 0, motion->q, motion->v, error) != AD_OK)
         return error->status;
     if (!problem->exact)
         return find_end(motion, error);
@@ -197,6 +194,6 @@ enum ad_status problem_open(const struct motion_problem *problem, struct problem
 
 void problem_close(struct problem *motion)
 {
-    free(motion->run.q);
-    phys_system_close(&motion->run.system);
+    free(motion->q);
+    phys_system_close(&motion->system);
 }

@@ -2,7 +2,7 @@
 #ifndef APPS_MOTIONS_H
 #define APPS_MOTIONS_H
 
-#include "apps/simulate/simulate.h"
+#include "physics/motion/motion.h"
 
 struct motion_problem {
     const char *name, *title;
@@ -20,9 +20,10 @@ enum { MOTION_PROBLEMS = 6 };
 /* A problem opened. */
 struct problem {
     const struct motion_problem *problem;
-    struct simulate_run run; /* its system, time and start */
-    double *end;             /* [2 dof] positions and velocities at the end ... */
-    double doubt;            /* ... and how far they may be off, in units of the error */
+    struct phys_system system;
+    double time, *q, *v; /* of the start */
+    double *end;         /* [2 dof] positions and velocities at the end ... */
+    double doubt;        /* ... and how far they may be off, in units of the error */
 };
 
 /* Ends with problem_close, whatever it returned. */

@@ -2,22 +2,181 @@
 #include "apps/command.h"
 #include "apps/interrupt.h"
 #include "apps/output/outputs.h"
+#include "apps/output/progress.h"
 #include "simulate.h"
 
-static enum ad_status write_results(const struct simulate_run *run,
-                                    const struct simulate_result *result, struct outputs *outputs,
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- what is asked ---- */
+
+static enum ad_status check(const struct simulate_options *options, struct ad_error *error)
+{
+    const struct {
+        const char *name;
+        double value, example;
+    } positive[] = {{"dt", options->dt, 0.01},
+                    {"tol", options->tolerance, 1e-9},
+                    {"time", options->time, 10},
+                    {"horizon", options->horizon, 1e-6}};
+    for (size_t k = 0; k < sizeof positive / sizeof *positive; k++)
+        if (!isnan(positive[k].value) && !(positive[k].value > 0))
+            return ad_fail(error, AD_E_ARGUMENT, "--%s: expected more than 0, such as %g, got %g",
+                           positive[k].name, positive[k].example, positive[k].value);
+    if (options->horizon >= PHYS_MOTION_LOST)
+        return ad_fail(error, AD_E_ARGUMENT, "--horizon: expected less than %g, got %g",
+                       PHYS_MOTION_LOST, options->horizon);
+    if (!isnan(options->dt) && !isnan(options->tolerance))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--dt and --tol: expected one of them; leave the other out");
+    if (!isnan(options->dt) && !options->integrator)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--dt needs --integrator NAME, one with fixed steps such as rk4");
+    if (options->every != OPTION_NO_COUNT && options->samples != OPTION_NO_COUNT)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--every and --samples: expected one of them; leave the other out");
+    if (!options->data && (options->from || options->rough || options->days != OPTION_NO_COUNT))
+        return ad_fail(error, AD_E_ARGUMENT, "--%s needs --data DIR, a folder of Horizons tables",
+                       options->from    ? "from"
+                       : options->rough ? "rough"
+                                        : "days");
+    if (options->every == 0 || options->samples == 0)
+        return ad_fail(error, AD_E_ARGUMENT, "--%s: expected at least 1, got 0",
+                       options->every == 0 ? "every" : "samples");
+    return AD_OK;
+}
+
+static enum ad_status read_crossings(struct simulate_run *run, struct ad_error *error)
+{
+    const struct texts *texts = &run->options->events;
+    const char *until = run->options->until;
+    size_t n = texts->n + (until != NULL), k = 0;
+    run->crossings = calloc(n + 1, sizeof *run->crossings);
+    if (!run->crossings)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (; k < n; k++)
+        if (phys_crossing_read(&run->system, k < texts->n ? texts->text[k] : until,
+                               &run->crossings[k], error) != AD_OK)
+            return error->status;
+    if (until)
+        run->crossings[n - 1].last = true;
+    run->settings.n_crossings = n;
+    run->settings.crossings = run->crossings;
+    return AD_OK;
+}
+
+static bool proceed(void *unused)
+{
+    (void)unused;
+    return !interrupted();
+}
+
+/* --tol is the error of a step where the method given chooses them, else that of the motion. */
+static enum ad_status choose_steps(struct simulate_run *run, struct ad_error *error)
+{
+    const struct simulate_options *o = run->options;
+    struct phys_motion_settings *s = &run->settings;
+    if (o->integrator && !(s->integrator = phys_integrator_find(o->integrator, error)))
+        return error->status;
+    bool of_a_step = s->integrator && s->integrator->adaptive;
+    if (of_a_step && !isnan(o->dt))
+        return ad_fail(error, AD_E_ARGUMENT, "--dt: %s chooses its steps; give --tol E",
+                       s->integrator->name);
+    s->dt = option_number_or(o->dt, 0);
+    *(of_a_step ? &s->tolerance : &s->error) = option_number_or(o->tolerance, 0);
+    return AD_OK;
+}
+
+static enum ad_status setup(const struct simulate_options *o, struct simulate_run *run,
+                            struct ad_error *error)
+{
+    *run = (struct simulate_run){.options = o};
+    if (check(o, error) != AD_OK ||
+        phys_system_open(o->common.argument[0], &run->system, error) != AD_OK ||
+        phys_system_set_all(&run->system, o->set.n, o->set.setting, error) != AD_OK)
+        return error->status;
+    const struct phys_scene *scene = run->system.scene;
+    run->settings = (struct phys_motion_settings){
+        .seed = o->common.seed,
+        .time = option_number_or(o->time, (double)(scene->slices - 1) * scene->dt),
+        .every = option_count_or(o->every, 0),
+        .n_samples = option_count_or(o->samples, 0),
+        .reverse = o->reverse,
+        .no_reference = o->no_reference,
+        .proceed = proceed};
+    if (read_crossings(run, error) == AD_OK && choose_steps(run, error) == AD_OK && o->data)
+        simulate_ephemeris(run, error);
+    return error->status;
+}
+
+static void release(struct simulate_run *run)
+{
+    phys_motion_solution_free(&run->motion);
+    simulate_ephemeris_free(run);
+    free(run->crossings);
+    phys_system_close(&run->system);
+}
+
+/* ---- the run ---- */
+
+struct watch {
+    struct progress progress;
+    double time;
+};
+
+static bool watch(void *context, double t)
+{
+    struct watch *w = context;
+    if (progress_due(&w->progress))
+        progress_line(&w->progress, "t = %.6g of %.6g", t, w->time);
+    return !interrupted();
+}
+
+static enum ad_status measure_order(struct simulate_run *run, struct ad_error *error)
+{
+    const struct phys_motion_solution *m = &run->motion;
+    const double *last = m->x + 2 * (m->n - 1) * run->system.dof;
+    run->has_order = strcmp(run->system.scene->name, "gas") == 0;
+    if (run->has_order && phys_gas_order(&run->system, m->x, &run->order_start, error) == AD_OK)
+        phys_gas_order(&run->system, last, &run->order_end, error);
+    return error->status;
+}
+
+static void follow(struct simulate_run *run, struct ad_error *error)
+{
+    const struct common *common = &run->options->common;
+    struct watch w = {.time = run->settings.time};
+    struct ad_error cause = {0};
+    progress_start(&w.progress, common->quiet);
+    run->settings.progress = watch;
+    run->settings.context = &w;
+    phys_motion_solve(&run->system, &run->settings, &run->motion, &cause);
+    progress_end(&w.progress);
+    if (cause.status != AD_OK)
+        simulate_refuse(run->motion.n_trials && !run->motion.n ? "--tol: " : "", &cause, error);
+    if (error->status == AD_OK && run->tables.n && !run->options->no_reference)
+        simulate_ephemeris_compare(run, error);
+    if (error->status == AD_OK)
+        measure_order(run, error);
+    phys_motion_diagnose(&run->settings, &run->motion, option_number_or(run->options->horizon, 0),
+                         &run->diagnosis, error);
+    for (size_t k = 0; k < run->diagnosis.n_warnings && !common->quiet; k++)
+        fprintf(stderr, "leastaction simulate: warning: %s\n", run->diagnosis.warning[k]);
+}
+
+static enum ad_status write_results(const struct simulate_run *run, struct outputs *outputs,
                                     struct ad_error *error)
 {
     struct report report = {0};
-    simulate_report(run, result, &report);
+    simulate_report(run, &report);
     if (outputs->file)
-        simulate_file(run, result, &report, outputs->file, error);
+        simulate_file(run, &report, outputs->file, error);
     if (outputs->csv.out)
-        simulate_write_csv(run, result, outputs->csv.out);
-    if (outputs->plot.script && result->gas.on)
-        simulate_gas_picture(run, result, &outputs->plot, error);
+        simulate_write_csv(run, outputs->csv.out);
+    if (outputs->plot.script && run->has_order)
+        simulate_gas_picture(run, &outputs->plot, error);
     else if (outputs->plot.script)
-        simulate_picture(run, result, &outputs->plot);
+        simulate_picture(run, &outputs->plot);
     if (error->status == AD_OK)
         outputs_commit(outputs, error);
     else
@@ -25,67 +184,44 @@ static enum ad_status write_results(const struct simulate_run *run,
     return report_show(&report, &run->options->common, error);
 }
 
-static enum ad_status choose(struct simulate_run *run, struct ad_error *error)
+/* What was asked and missed. */
+static enum ad_status judge(const struct simulate_run *run, struct ad_error *error)
 {
-    bool undecided = !run->integrator || (!run->integrator->adaptive && isnan(run->dt));
-    if (undecided && simulate_choose(run, error) != AD_OK)
-        return error->status;
-    return simulate_ode(run, run->integrator, &run->ode, error);
+    const struct phys_simulation_info *info = &run->motion.info;
+    if (info->stop == PHYS_SIMULATION_INTERRUPTED)
+        return ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are those so far",
+                       info->t);
+    if (run->options->until && info->stop == PHYS_SIMULATION_END)
+        return ad_fail(error, AD_E_ACCURACY, "--until %s: not before t = %g; try a longer --time",
+                       run->options->until, info->t);
+    struct ad_error missed = {0};
+    if (simulate_ephemeris_judge(run, error) == AD_OK &&
+        phys_motion_met(&run->settings, &run->motion, &missed) != AD_OK)
+        simulate_refuse("--tol: ", &missed, error);
+    return error->status;
 }
 
-/* Runs; where --tol chose the method and the measured error is more, tighter again. */
-static void run_as_asked(struct simulate_run *run, struct simulate_result *result,
-                         struct ad_error *error)
+static enum ad_status simulate(struct simulate_run *run, struct ad_error *error)
 {
-    enum { TRIES = 3 };
-    for (int k = 0; simulate_run(run, result, error) == AD_OK && k + 1 < TRIES; k++) {
-        struct ad_error missed = {0};
-        if (simulate_miss(run, result, &missed) == AD_OK || isnan(result->error) ||
-            !simulate_tighten(run, result->error))
-            return;
-        simulate_result_free(result);
-    }
-}
-
-static int run_simulation(struct simulate_run *run, struct ad_error *error)
-{
-    const struct common *common = &run->options->common;
     struct outputs outputs;
-    struct simulate_result result = {0};
-    if (outputs_begin(common, &outputs, error) != AD_OK)
-        return command_status(error);
+    if (outputs_begin(&run->options->common, &outputs, error) != AD_OK)
+        return error->status;
     interrupt_catch();
-    if (choose(run, error) == AD_OK)
-        run_as_asked(run, &result, error);
-    simulate_outlook(run, &result, error);
+    follow(run, error);
     if (error->status != AD_OK)
         outputs_abandon(&outputs);
-    else
-        write_results(run, &result, &outputs, error);
-    if (error->status == AD_OK && result.info.stop == PHYS_SIMULATION_INTERRUPTED)
-        ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are those so far",
-                result.info.t);
-    if (error->status == AD_OK && run->options->until && result.info.stop == PHYS_SIMULATION_END)
-        ad_fail(error, AD_E_ACCURACY, "--until %s: not before t = %g; try a longer --time",
-                run->options->until, result.info.t);
-    if (error->status == AD_OK)
-        simulate_ephemeris_judge(run, &result, error);
-    if (error->status == AD_OK)
-        simulate_miss(run, &result, error);
-    simulate_result_free(&result);
-    return command_status(error);
+    else if (write_results(run, &outputs, error) == AD_OK)
+        judge(run, error);
+    return error->status;
 }
 
 static int run(const void *options, struct ad_error *error)
 {
-    struct simulate_run simulation;
-    int status = WRONG_USE;
-    if (simulate_setup(options, &simulation, error) == AD_OK)
-        status = run_simulation(&simulation, error);
-    else
-        status = command_status(error);
-    simulate_free(&simulation);
-    return status;
+    struct simulate_run run;
+    if (setup(options, &run, error) == AD_OK)
+        simulate(&run, error);
+    release(&run);
+    return command_status(error);
 }
 
 #define AT(member) offsetof(struct simulate_options, member)

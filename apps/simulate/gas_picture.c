@@ -1,7 +1,6 @@
-/* The picture of the gas (gas_order.h). Data: a block of bodies a frame, then the pair
+/* The picture of a gas (simulate.h). Data: a block of bodies a frame, then the pair
    distributions, then the order of all samples. */
 #include "apps/output/axes.h"
-#include "gas_order.h"
 #include "simulate.h"
 
 #include <math.h>
@@ -14,7 +13,8 @@ struct frames {
     size_t *sample; /* which sample each shows */
 };
 
-static bool choose_frames(const struct simulate_samples *s, bool animated, struct frames *frames)
+static bool choose_frames(const struct phys_motion_solution *s, bool animated,
+                          struct frames *frames)
 {
     frames->n = !animated ? 1 : s->n < FRAMES ? s->n : FRAMES;
     frames->sample = malloc(frames->n * sizeof *frames->sample);
@@ -30,7 +30,8 @@ static enum ad_status write_bodies(const struct phys_system *system, const doubl
     uint32_t *neighbours = malloc(system->bodies * sizeof *neighbours);
     if (!neighbours)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (phys_order(system->bodies, q, gas_shell(system), neighbours, NULL, &order, error) == AD_OK)
+    if (phys_order(system->bodies, q, phys_gas_shell(system), neighbours, NULL, &order, error) ==
+        AD_OK)
         for (size_t i = 0; i < system->bodies; i++)
             fprintf(out, "%.6g %.6g %u\n", q[2 * i], q[2 * i + 1], neighbours[i]);
     fputs("\n\n", out);
@@ -38,30 +39,29 @@ static enum ad_status write_bodies(const struct phys_system *system, const doubl
     return error->status;
 }
 
-static void write_distributions(const struct phys_system *system, const struct gas_orders *orders,
-                                FILE *out)
+static void write_distributions(const struct simulate_run *run, FILE *out)
 {
-    double sigma = phys_system_get(system, "sigma");
+    double sigma = phys_system_get(&run->system, "sigma");
     fputs("# r / sigma, g at the start; the same at the end\n", out);
-    for (size_t k = 0; k < GAS_BINS; k++) {
-        double middle = ((double)k + 0.5) / GAS_BINS / sigma;
-        fprintf(out, "%.6g %.6g %.6g %.6g\n", middle * orders->start.reach, orders->start.g[k],
-                middle * orders->end.reach, orders->end.g[k]);
+    for (size_t k = 0; k < PHYS_GAS_BINS; k++) {
+        double middle = ((double)k + 0.5) / PHYS_GAS_BINS / sigma;
+        fprintf(out, "%.6g %.6g %.6g %.6g\n", middle * run->order_start.reach,
+                run->order_start.g[k], middle * run->order_end.reach, run->order_end.g[k]);
     }
     fputs("\n\n", out);
 }
 
-static enum ad_status write_orders(const struct phys_system *system,
-                                   const struct simulate_samples *s, FILE *out,
+static enum ad_status write_orders(const struct phys_motion_solution *s, FILE *out,
                                    struct ad_error *error)
 {
     enum { MOST = 200 };
+    const struct phys_system *system = s->system;
     size_t stride = (s->n + MOST - 1) / MOST;
     struct phys_order order;
     fputs("# t, neighbours, hexatic order\n", out);
     for (size_t i = 0; i < s->n; i += stride) {
-        if (phys_order(system->bodies, s->x + 2 * i * s->dof, gas_shell(system), NULL, NULL, &order,
-                       error) != AD_OK)
+        if (phys_order(system->bodies, s->x + 2 * i * system->dof, phys_gas_shell(system), NULL,
+                       NULL, &order, error) != AD_OK)
             break;
         fprintf(out, "%.9g %.6g %.6g\n", s->t[i], order.neighbours, order.hexatic);
     }
@@ -69,23 +69,23 @@ static enum ad_status write_orders(const struct phys_system *system,
 }
 
 /* All frames share one square. */
-static void bodies_axes(const struct simulate_samples *s, const struct frames *frames, FILE *out)
+static void bodies_axes(const struct phys_motion_solution *s, const struct frames *frames,
+                        FILE *out)
 {
     struct range x = {INFINITY, -INFINITY}, y = x;
     for (size_t f = 0; f < frames->n; f++)
-        for (size_t k = 0; k < s->dof; k += 2) {
-            range_widen(&x, s->x[2 * frames->sample[f] * s->dof + k]);
-            range_widen(&y, s->x[2 * frames->sample[f] * s->dof + k + 1]);
+        for (size_t k = 0; k < s->system->dof; k += 2) {
+            range_widen(&x, s->x[2 * frames->sample[f] * s->system->dof + k]);
+            range_widen(&y, s->x[2 * frames->sample[f] * s->system->dof + k + 1]);
         }
     fputs("set size ratio -1\n", out);
     axis_set(out, "x", "x", "1", range_with_margins(x, 0.03, 0.03), 0);
     axis_set(out, "y", "y", "1", range_with_margins(y, 0.03, 0.03), 0);
 }
 
-static void write_script(const struct simulate_run *run, const struct simulate_result *result,
-                         const struct frames *frames, FILE *out)
+static void write_script(const struct simulate_run *run, const struct frames *frames, FILE *out)
 {
-    const struct simulate_samples *s = &result->samples;
+    const struct phys_motion_solution *s = &run->motion;
     double radius = 0.5 * phys_system_get(&run->system, "sigma");
     fputs("set border 3 lc rgb '#606060'\nset tics nomirror\n"
           "set palette defined (0 '#d9d9d9', 1 '#f2c879', 2 '#f2b134', 3 '#e8743b', 4 '#8fc7e8', "
@@ -124,20 +124,19 @@ static void write_script(const struct simulate_run *run, const struct simulate_r
             s->t[s->n - 1], frames->n + 1, frames->n + 1);
 }
 
-enum ad_status simulate_gas_picture(const struct simulate_run *run,
-                                    const struct simulate_result *result, struct plot *plot,
+enum ad_status simulate_gas_picture(const struct simulate_run *run, struct plot *plot,
                                     struct ad_error *error)
 {
-    const struct simulate_samples *s = &result->samples;
+    const struct phys_motion_solution *s = &run->motion;
     struct frames frames;
     plot->height = 520;
     if (!choose_frames(s, plot->animated, &frames))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     for (size_t f = 0; f < frames.n && error->status == AD_OK; f++)
-        write_bodies(&run->system, s->x + 2 * frames.sample[f] * s->dof, plot->data, error);
-    write_distributions(&run->system, &result->gas, plot->data);
-    if (error->status == AD_OK && write_orders(&run->system, s, plot->data, error) == AD_OK)
-        write_script(run, result, &frames, plot->script);
+        write_bodies(&run->system, s->x + 2 * frames.sample[f] * s->system->dof, plot->data, error);
+    write_distributions(run, plot->data);
+    if (error->status == AD_OK && write_orders(s, plot->data, error) == AD_OK)
+        write_script(run, &frames, plot->script);
     free(frames.sample);
     return error->status;
 }

@@ -23,26 +23,26 @@ static struct curves choose_curves(const struct simulate_run *run)
     return (struct curves){system->dof, 1, 2, 1, false, 0, 0};
 }
 
-static double drift(const struct simulate_samples *s, size_t i)
+static double drift(const struct phys_motion_solution *s, size_t i)
 {
     double E0 = s->energy[0], d = fabs(s->energy[i] - E0);
     return E0 != 0 ? d / fabs(E0) : d;
 }
 
 /* A row a sample: time, coordinates, drift, distance. */
-static void write_data(const struct simulate_result *result, FILE *out)
+static void write_data(const struct phys_motion_solution *s, FILE *out)
 {
-    const struct simulate_samples *s = &result->samples;
+    size_t dof = s->system->dof;
     fputs("# time, coordinates, relative change of the energy, distance from the reference\n", out);
     for (size_t i = 0; i < s->n; i++) {
         fprintf(out, "%.12g", s->t[i]);
-        for (size_t k = 0; k < s->dof; k++)
-            fprintf(out, " %.9g", s->x[2 * i * s->dof + k]);
-        fprintf(out, " %.6g %.6g\n", drift(s, i), result->distance ? result->distance[i] : 0);
+        for (size_t k = 0; k < dof; k++)
+            fprintf(out, " %.9g", s->x[2 * i * dof + k]);
+        fprintf(out, " %.6g %.6g\n", drift(s, i), s->distance ? s->distance[i] : 0);
     }
 }
 
-static struct range column_range(const struct simulate_samples *s, size_t column, size_t step,
+static struct range column_range(const struct phys_motion_solution *s, size_t column, size_t step,
                                  size_t n)
 {
     struct range range = {INFINITY, -INFINITY};
@@ -50,11 +50,11 @@ static struct range column_range(const struct simulate_samples *s, size_t column
         return (struct range){s->t[0], s->t[s->n - 1]};
     for (size_t i = 0; i < s->n; i++)
         for (size_t c = 0; c < n; c++)
-            range_widen(&range, s->x[2 * i * s->dof + column - 2 + c * step]);
+            range_widen(&range, s->x[2 * i * s->system->dof + column - 2 + c * step]);
     return range_with_margins(range, 0.04, 0.04);
 }
 
-static void left_axes(const struct simulate_run *run, const struct simulate_samples *s,
+static void left_axes(const struct simulate_run *run, const struct phys_motion_solution *s,
                       struct curves *c, FILE *out)
 {
     const struct phys_scene *scene = run->system.scene;
@@ -89,11 +89,11 @@ static void left(const struct curves *c, const char *last, FILE *out)
     }
 }
 
-static void right(const struct simulate_run *run, const struct simulate_result *result, FILE *out)
+static void right(const struct simulate_run *run, FILE *out)
 {
-    const struct simulate_samples *s = &result->samples;
+    const struct phys_motion_solution *s = &run->motion;
     struct range time = {s->t[0], s->t[s->n - 1]};
-    size_t column = s->dof + 2;
+    size_t column = s->system->dof + 2;
     fputs("set size noratio\n", out);
     axis_set(out, "x", "t", run->system.scene->time_unit, time, 0);
     fputs("set logscale y\nset format y '10^{%T}'\nset yrange [*:*]\nunset ylabel\nplot ", out);
@@ -101,7 +101,7 @@ static void right(const struct simulate_run *run, const struct simulate_result *
             "data using 1:($%zu > 0 ? $%zu : 1e-17) with lines lw 1.5 lc rgb '#c0392b' title "
             "'energy drift'",
             column, column);
-    if (result->distance)
+    if (s->distance)
         fprintf(out,
                 ", \\\n    data using 1:($%zu > 0 ? $%zu : NaN) with lines lw 1.5 lc rgb '#1f4e79' "
                 "title 'error'",
@@ -109,26 +109,25 @@ static void right(const struct simulate_run *run, const struct simulate_result *
     fputc('\n', out);
 }
 
-void simulate_picture(const struct simulate_run *run, const struct simulate_result *result,
-                      struct plot *plot)
+void simulate_picture(const struct simulate_run *run, struct plot *plot)
 {
     FILE *out = plot->script;
-    const struct simulate_samples *s = &result->samples;
+    const struct phys_motion_solution *s = &run->motion;
     struct curves curves = choose_curves(run);
-    write_data(result, plot->data);
+    write_data(&run->motion, plot->data);
     fputs("set border 3 lc rgb '#606060'\nset tics nomirror\nset key outside top center horizontal "
           "samplen 1.5\n",
           out);
     fprintf(out, "name = ");
     quote_gnuplot(out, run->system.scene->name);
     fputs("\nmethod = ", out);
-    quote_gnuplot(out, run->integrator->name);
+    quote_gnuplot(out, run->motion.integrator->name);
     fprintf(out, "\nlast = %zu\nframes = %d\n", s->n - 1, plot->animated ? FRAMES : 1);
     fputs("do for [f = 1:frames] {\nn = last * f / frames\n"
           "set multiplot layout 1,2 title sprintf('%s by %s', name, method) noenhanced\n",
           out);
     left_axes(run, s, &curves, out);
     left(&curves, "n", out);
-    right(run, result, out);
+    right(run, out);
     fputs("unset multiplot\n}\n", out);
 }

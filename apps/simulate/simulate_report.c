@@ -18,8 +18,8 @@ static const char *stop_name(enum phys_simulation_stop stop)
 static double report_trials(const struct simulate_run *run, struct report *report)
 {
     double estimate = (double)NAN;
-    for (size_t k = 0; k < run->n_trials; k++) {
-        const struct simulate_trial *t = &run->trial[k];
+    for (size_t k = 0; k < run->motion.n_trials; k++) {
+        const struct phys_motion_trial *t = &run->motion.trial[k];
         report_item(report, "tried");
         report_text(report, "integrator", "tried", t->integrator->name);
         report_number(report, t->integrator->adaptive ? "tol" : "dt", "tol or dt", NULL,
@@ -35,25 +35,25 @@ static double report_trials(const struct simulate_run *run, struct report *repor
     return estimate;
 }
 
-static void report_run(const struct simulate_run *run, const struct simulate_result *result,
-                       struct report *report)
+static void report_run(const struct simulate_run *run, struct report *report)
 {
     const struct phys_scene *scene = run->system.scene;
-    const struct phys_simulation_info *info = &result->info;
-    const char *why = run->ode.interpreted ? run->ode.interpreted(run->ode.context) : "";
-    bool adaptive = run->integrator->adaptive;
+    const struct phys_simulation_info *info = &run->motion.info;
+    const char *why =
+        run->motion.ode.interpreted ? run->motion.ode.interpreted(run->motion.ode.context) : "";
+    bool adaptive = run->motion.integrator->adaptive;
     report_line(
         report, "%s: %s to t = %g %s, %zu steps (%zu rejected), %zu evaluations in %.3g s, %s\n",
-        scene->name, run->integrator->name, info->t, unit_shown(scene->time_unit), info->steps,
-        info->rejected, info->evaluations, info->seconds, stop_name(info->stop));
+        scene->name, run->motion.integrator->name, info->t, unit_shown(scene->time_unit),
+        info->steps, info->rejected, info->evaluations, info->seconds, stop_name(info->stop));
     if (run->options->common.verbose && *why)
         report_line(report, "  interpreted: %s\n", why);
     report_text(report, "scene", NULL, scene->name);
     report_count(report, "dof", NULL, run->system.dof);
-    report_text(report, "integrator", NULL, run->integrator->name);
+    report_text(report, "integrator", NULL, run->motion.integrator->name);
     report_number(report, "time", NULL, scene->time_unit, info->t);
     report_number(report, "dt", NULL, scene->time_unit, adaptive ? (double)NAN : info->max_step);
-    report_number(report, "tol", NULL, NULL, adaptive ? run->tolerance : (double)NAN);
+    report_number(report, "tol", NULL, NULL, adaptive ? run->motion.setting : (double)NAN);
     report_count(report, "steps", NULL, info->steps);
     report_count(report, "rejected", NULL, info->rejected);
     report_count(report, "evaluations", NULL, info->evaluations);
@@ -64,12 +64,11 @@ static void report_run(const struct simulate_run *run, const struct simulate_res
     report_text(report, "stop", NULL, stop_name(info->stop));
 }
 
-static void report_energy(const struct simulate_run *run, const struct simulate_result *result,
-                          struct report *report)
+static void report_energy(const struct simulate_run *run, struct report *report)
 {
     const struct phys_scene *scene = run->system.scene;
-    const struct phys_simulation_info *info = &result->info;
-    bool kept = result->keeps_energy;
+    const struct phys_simulation_info *info = &run->motion.info;
+    bool kept = run->motion.keeps_energy;
     double change = info->energy_drift * (info->energy_start != 0 ? fabs(info->energy_start) : 1);
     report_number(report, "energy", "energy at the start", scene->energy_unit, info->energy_start);
     report_flag(report, "energy_conserved", NULL, kept);
@@ -81,29 +80,28 @@ static void report_energy(const struct simulate_run *run, const struct simulate_
         report_line(report, "    not conserved: the time enters L (a drive, or friction)");
 }
 
-static void report_error(const struct simulate_run *run, const struct simulate_result *result,
-                         double estimate, struct report *report)
+static void report_error(const struct simulate_run *run, double estimate, struct report *report)
 {
     const struct phys_scene *scene = run->system.scene;
+    const struct phys_motion_solution *m = &run->motion;
     const double tighter = 100; /* else the reference is no measure, but a bound */
-    bool bound = result->error < tighter * result->reference_uncertainty;
+    bool bound = m->error < tighter * m->reference_uncertainty;
     report_number(report, "error", bound ? "error, at most" : "error, largest", scene->unit,
-                  result->error);
-    if (!isnan(result->error))
+                  m->error);
+    if (!isnan(m->error))
         report_flag(report, "error_is_bound", NULL, bound);
-    report_number(report, "error_end", "error at the end", scene->unit, result->error_end);
+    report_number(report, "error_end", "error at the end", scene->unit, m->error_end);
     report_number(report, "reference_uncertainty", "reference known to", scene->unit,
-                  result->reference_uncertainty);
+                  m->reference_uncertainty);
     report_number(report, "reference_reversal", "  run back, from the start", scene->unit,
-                  result->reference_reversal);
-    report_number(report, "reference_horizon", "  and until t =", scene->time_unit,
-                  result->known_until);
-    report_number(report, "reference_resolution", NULL, scene->time_unit, result->seen);
+                  m->reference_reversal);
+    report_number(report, "reference_horizon", "  and until t =", scene->time_unit, m->known_until);
+    report_number(report, "reference_resolution", NULL, scene->time_unit, m->seen);
     report_number(report, "error_estimate", NULL, scene->unit, estimate);
-    simulate_ephemeris_report(run, result, report);
-    report_number(report, "reversal_error", "reversal error", scene->unit, result->reversal);
-    report_number(report, "min_step", "shortest step", scene->time_unit, result->info.min_step);
-    report_number(report, "max_step", "longest step", scene->time_unit, result->info.max_step);
+    simulate_ephemeris_report(run, report);
+    report_number(report, "reversal_error", "reversal error", scene->unit, m->reversal);
+    report_number(report, "min_step", "shortest step", scene->time_unit, m->info.min_step);
+    report_number(report, "max_step", "longest step", scene->time_unit, m->info.max_step);
 }
 
 static void report_closest(const struct simulate_run *run, const struct phys_closest *closest,
@@ -119,9 +117,9 @@ static void report_closest(const struct simulate_run *run, const struct phys_clo
 }
 
 /* A total of the bodies, and whether L keeps it. */
-static void report_total(struct report *report, const struct simulate_result *result, bool angular)
+static void report_total(struct report *report, const struct simulate_run *run, bool angular)
 {
-    const struct phys_conserved *c = &result->conserved;
+    const struct phys_conserved *c = &run->motion.conserved;
     bool kept = angular ? c->angular : c->momentum;
     double change = angular ? c->angular_change : c->momentum_change;
     report_number(report, angular ? "angular_momentum_change" : "momentum_change",
@@ -136,18 +134,127 @@ static void report_total(struct report *report, const struct simulate_result *re
                             : "L changes when all bodies are moved (a force from outside)");
 }
 
-void simulate_report(const struct simulate_run *run, const struct simulate_result *result,
-                     struct report *report)
+/* ---- events ---- */
+
+static void report_crossing(const struct simulate_run *run, size_t i, struct report *report)
+{
+    enum { WIDE = 3 /* coordinates whose state fits into a line */ };
+    char text[512];
+    const struct phys_crossed *c = &run->motion.crossed;
+    size_t dof = run->system.dof;
+    size_t length = (size_t)snprintf(text, sizeof text, "  %-24s t = %.12g",
+                                     run->crossings[(size_t)c->which[i] - 1].text, c->t[i]);
+    for (size_t k = 0; k < 2 * dof && dof <= WIDE && length < sizeof text; k++) {
+        char name[64];
+        phys_coordinate_name(&run->system, k % dof, name, sizeof name);
+        length += (size_t)snprintf(text + length, sizeof text - length, ", %s%s = %.6g",
+                                   k < dof ? "" : "v_", name, c->x[2 * i * dof + k]);
+    }
+    report_line(report, "%s%s", text, c->touch[i] != 0 ? ", touched, not crossed" : "");
+}
+
+/* The run file has them as datasets (simulate_file). */
+static void report_crossings(const struct simulate_run *run, struct report *report)
+{
+    enum { MOST = 12 };
+    const struct phys_crossed *c = &run->motion.crossed;
+    size_t dof = run->system.dof;
+    if (run->settings.n_crossings == 0)
+        return;
+    report->passing = true;
+    if (c->n == 0)
+        report_texts(report, "events", 0, NULL);
+    for (size_t i = 0; i < c->n; i++) {
+        const double *x = c->x + 2 * i * dof;
+        report_item(report, "events");
+        report_text(report, "event", NULL, run->crossings[(size_t)c->which[i] - 1].text);
+        report_number(report, "t", NULL, NULL, c->t[i]);
+        report_flag(report, "touch", NULL, c->touch[i] != 0);
+        report_list(report, "q", NULL, NULL, dof, x);
+        report_list(report, "v", NULL, NULL, dof, x + dof);
+    }
+    report_item(report, NULL);
+    report->passing = false;
+    for (size_t i = 0; i < c->n && i < MOST; i++)
+        report_crossing(run, i, report);
+    if (c->n > MOST)
+        report_line(report, "  and %zu more: --json and --out have all", c->n - MOST);
+    for (size_t k = 0; k < run->settings.n_crossings; k++) {
+        bool found = false;
+        for (size_t i = 0; i < c->n; i++)
+            found |= (size_t)c->which[i] == k + 1;
+        if (!found)
+            report_line(report, "  %-24s not in this time", run->crossings[k].text);
+    }
+}
+
+/* ---- order, diagnoses ---- */
+
+static void report_order(const struct phys_gas_order *order, const char *label,
+                         struct report *report)
+{
+    report_number(report, "neighbours", label, NULL, order->mean.neighbours);
+    report_number(report, "hexatic", label, NULL, order->mean.hexatic);
+    report_number(report, "peak", label, NULL, order->peak);
+    report_number(report, "peak_at", label, NULL, order->peak_at);
+    report_text(report, "state", label, phys_state_text(order->mean.state));
+}
+
+static void report_gas(const struct simulate_run *run, struct report *report)
+{
+    if (!run->has_order)
+        return;
+    report_line(report, "  %-24s %14s %14s %14s %14s", "order", "neighbours", "hexatic",
+                "peak of g", "at distance");
+    report->object = "order_start";
+    report_order(&run->order_start, "  at the start", report);
+    report->object = "order_end";
+    report_order(&run->order_end, "  at the end", report);
+    report->object = NULL;
+}
+
+static void report_diagnosis(const struct simulate_run *run, struct report *report)
+{
+    const struct phys_diagnosis *d = &run->diagnosis;
+    const struct phys_scene *scene = run->system.scene;
+    const struct phys_lyapunov *chaos = &d->chaos;
+    const char *warnings[PHYS_DIAGNOSIS_WARNINGS];
+    char rate[48];
+    snprintf(rate, sizeof rate, "1/%s", unit_shown(scene->time_unit));
+    if (d->has_horizon) {
+        report_number(report, "lyapunov_exponent", "Lyapunov exponent", rate,
+                      phys_known_digits(chaos->exponent, chaos->most - chaos->least));
+        report_number(report, "lyapunov_least", NULL, rate, chaos->least);
+        report_number(report, "lyapunov_most", NULL, rate, chaos->most);
+        report_number(report, "lyapunov_time", "Lyapunov time", scene->time_unit,
+                      chaos->least > 0
+                          ? phys_known_digits(chaos->time, 1 / chaos->least - 1 / chaos->most)
+                          : (double)NAN);
+        report_number(report, "megno", "MEGNO", NULL, chaos->megno);
+        report_flag(report, "chaotic", "chaotic in this time", chaos->chaotic);
+        report_number(report, "horizon", "horizon", scene->time_unit,
+                      phys_known_digits(chaos->horizon, chaos->latest - chaos->horizon));
+        report_number(report, "error_before_horizon", "error before the horizon", scene->unit,
+                      d->error_before);
+    }
+    report_number(report, "mass_condition", NULL, NULL,
+                  d->mass_condition > 0 ? d->mass_condition : (double)NAN);
+    for (size_t k = 0; k < d->n_warnings; k++)
+        warnings[k] = d->warning[k];
+    report_texts(report, "warnings", d->n_warnings, warnings);
+}
+
+void simulate_report(const struct simulate_run *run, struct report *report)
 {
     simulate_ephemeris_report_models(run, report);
     double estimate = report_trials(run, report);
-    report_run(run, result, report);
-    report_energy(run, result, report);
-    report_error(run, result, estimate, report);
-    report_closest(run, &result->closest, report);
-    event_answers_report(&result->events, &run->questions, &run->system, report);
-    simulate_gas_report(&result->gas, report);
-    simulate_outlook_report(run, &result->outlook, report);
-    report_total(report, result, false);
-    report_total(report, result, true);
+    report_run(run, report);
+    report_energy(run, report);
+    report_error(run, estimate, report);
+    report_closest(run, &run->motion.closest, report);
+    report_crossings(run, report);
+    report_gas(run, report);
+    report_diagnosis(run, report);
+    report_total(report, run, false);
+    report_total(report, run, true);
 }

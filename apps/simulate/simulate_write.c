@@ -7,21 +7,21 @@
 
 /* ---- CSV ---- */
 
-void simulate_write_csv(const struct simulate_run *run, const struct simulate_result *result,
-                        FILE *out)
+void simulate_write_csv(const struct simulate_run *run, FILE *out)
 {
-    const struct simulate_samples *s = &result->samples;
+    const struct phys_motion_solution *s = &run->motion;
+    size_t dof = run->system.dof;
     char name[64];
     fputs("t", out);
-    for (size_t k = 0; k < 2 * s->dof; k++) {
-        phys_coordinate_name(&run->system, k % s->dof, name, sizeof name);
-        fprintf(out, ",%s%s", k < s->dof ? "" : "v_", name);
+    for (size_t k = 0; k < 2 * dof; k++) {
+        phys_coordinate_name(&run->system, k % dof, name, sizeof name);
+        fprintf(out, ",%s%s", k < dof ? "" : "v_", name);
     }
     fputc('\n', out);
     for (size_t i = 0; i < s->n; i++) {
         fprintf(out, "%.17g", s->t[i]);
-        for (size_t k = 0; k < 2 * s->dof; k++)
-            fprintf(out, ",%.17g", s->x[2 * i * s->dof + k]);
+        for (size_t k = 0; k < 2 * dof; k++)
+            fprintf(out, ",%.17g", s->x[2 * i * dof + k]);
         fputc('\n', out);
     }
 }
@@ -39,17 +39,17 @@ static void file_parameters(const struct simulate_run *run, phys_runfile *file)
 }
 
 /* Half 0 (coordinates) or 1 (velocities) of the samples, as [dof x samples]. */
-static enum ad_status file_half(const struct simulate_result *result, size_t half, const char *name,
+static enum ad_status file_half(const struct phys_motion_solution *s, size_t half, const char *name,
                                 phys_runfile *file, struct ad_error *error)
 {
-    const struct simulate_samples *s = &result->samples;
-    double *values = malloc(s->dof * s->n * sizeof *values);
+    size_t dof = s->system->dof;
+    double *values = malloc(dof * s->n * sizeof *values);
     if (!values)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    for (size_t k = 0; k < s->dof; k++)
+    for (size_t k = 0; k < dof; k++)
         for (size_t i = 0; i < s->n; i++)
-            values[k * s->n + i] = s->x[(2 * i + half) * s->dof + k];
-    phys_runfile_write(file, name, AD_F64, 2, (size_t[]){s->dof, s->n}, values);
+            values[k * s->n + i] = s->x[(2 * i + half) * dof + k];
+    phys_runfile_write(file, name, AD_F64, 2, (size_t[]){dof, s->n}, values);
     phys_runfile_text(file, name, "axes", "coordinate, sample");
     free(values);
     return AD_OK;
@@ -64,12 +64,33 @@ static void file_units(const struct phys_scene *scene, phys_runfile *file)
     phys_runfile_text(file, "velocity", "unit", speed);
 }
 
-enum ad_status simulate_file(const struct simulate_run *run, const struct simulate_result *result,
-                             const struct report *report, phys_runfile *file,
-                             struct ad_error *error)
+/* The folder "events": number of the question, time, state. */
+static void file_events(const struct simulate_run *run, phys_runfile *file)
+{
+    const struct phys_crossed *c = &run->motion.crossed;
+    if (run->settings.n_crossings == 0)
+        return;
+    phys_runfile_folder(file, "events");
+    for (size_t k = 0; k < run->settings.n_crossings; k++) {
+        char name[24];
+        snprintf(name, sizeof name, "%zu", k + 1);
+        phys_runfile_text(file, "events", name, run->crossings[k].text);
+    }
+    if (c->n == 0)
+        return;
+    phys_runfile_write(file, "events/number", AD_F64, 1, &c->n, c->which);
+    phys_runfile_write(file, "events/touch", AD_F64, 1, &c->n, c->touch);
+    phys_runfile_write(file, "events/time", AD_F64, 1, &c->n, c->t);
+    phys_runfile_write(file, "events/state", AD_F64, 2, (size_t[]){c->n, 2 * run->system.dof},
+                       c->x);
+    phys_runfile_text(file, "events/state", "axes", "event, coordinates and velocities");
+}
+
+enum ad_status simulate_file(const struct simulate_run *run, const struct report *report,
+                             phys_runfile *file, struct ad_error *error)
 {
     const struct phys_scene *scene = run->system.scene;
-    const struct simulate_samples *s = &result->samples;
+    const struct phys_motion_solution *s = &run->motion;
     phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
     phys_runfile_text(file, "/", "command", run->options->common.command);
     phys_runfile_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
@@ -79,14 +100,13 @@ enum ad_status simulate_file(const struct simulate_run *run, const struct simula
     phys_runfile_text(file, "time", "unit", scene->time_unit);
     phys_runfile_write(file, "energy", AD_F64, 1, &s->n, s->energy);
     phys_runfile_text(file, "energy", "unit", scene->energy_unit);
-    if (result->distance) {
-        phys_runfile_write(file, "error", AD_F64, 1, &s->n, result->distance);
+    if (s->distance) {
+        phys_runfile_write(file, "error", AD_F64, 1, &s->n, s->distance);
         phys_runfile_text(file, "error", "unit", scene->unit);
     }
-    if (event_answers_file(&result->events, &run->questions, file, error) != AD_OK)
-        return error->status;
-    if (file_half(result, 0, "path", file, error) == AD_OK &&
-        file_half(result, 1, "velocity", file, error) == AD_OK)
+    file_events(run, file);
+    if (file_half(s, 0, "path", file, error) == AD_OK &&
+        file_half(s, 1, "velocity", file, error) == AD_OK)
         file_units(scene, file);
     return error->status;
 }

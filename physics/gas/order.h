@@ -2,7 +2,7 @@
 #ifndef PHYSICS_ORDER_H
 #define PHYSICS_ORDER_H
 
-#include "autodiff/autodiff.h"
+#include "physics/system/system.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -35,6 +35,23 @@ const char *phys_state_text(enum phys_state state); /* "gas-like", ... */
    for them up to the edge. reach: at most the shorter side. AD_E_ARGUMENT. */
 enum ad_status phys_pair_distribution(size_t bodies, const double *x, const double sides[2],
                                       double reach, size_t bins, double *g, struct ad_error *error);
+
+/* ---- of a gas (gas_order.c) ---- */
+
+enum { PHYS_GAS_BINS = 100 };
+
+struct phys_gas_order {
+    struct phys_order mean;
+    double reach;            /* of g: 5 sigma or the side of the rectangle if that is less */
+    double g[PHYS_GAS_BINS]; /* in the rectangle that holds the bodies */
+    double peak, peak_at;    /* its highest value, and at which distance */
+};
+/* Bodies nearer than this are neighbours: halfway, by factors, from the first to the second shell
+   of a crystal whose bodies are where their pair's energy is least. */
+double phys_gas_shell(const struct phys_system *system);
+/* Of a system of the scene gas with its bodies at q [dof]. */
+enum ad_status phys_gas_order(const struct phys_system *system, const double *q,
+                              struct phys_gas_order *order, struct ad_error *error);
 
 #ifdef __cplusplus
 #pragma GCC diagnostic pop

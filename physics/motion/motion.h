@@ -76,6 +76,7 @@ struct phys_simulation {
 struct phys_simulation_info {
     enum phys_simulation_stop stop;
     double t;               /* reached */
+    size_t samples;         /* given */
     size_t steps, rejected; /* steps taken, steps whose error was too large */
     size_t evaluations;     /* of the field, or of the forces, by the method */
     size_t interpolations;  /* and for what lies between steps: samples, events */
@@ -89,12 +90,22 @@ struct phys_simulation_info {
 enum ad_status phys_simulate(const struct phys_simulation *settings, const struct phys_ode *ode,
                              double *y, struct phys_simulation_info *info, struct ad_error *error);
 
+/* From t = 0 to t1 by steps of dt, or of chosen length within a tolerance, whichever a method
+ * takes. */
+struct phys_simulation phys_simulation_of(const struct phys_integrator *integrator, double setting,
+                                          double t1);
+/* The vector field of a system in the form that suits a method: y = (q, p) for those that are
+   symplectic in conjugate coordinates where the system does not separate, else (q, v). */
+enum ad_status phys_ode_for(const struct phys_system *system,
+                            const struct phys_integrator *integrator, struct phys_ode *ode,
+                            struct ad_error *error);
+
 /* The samples of a simulation: path [rows x columns], the first `rows` components of y, sample 0
-   the start; samples beyond the columns are dropped. y as in phys_simulate; how->sample is not
-   called. AD_E_ACCURACY, too, where how->proceed returned false. */
+   the start; samples beyond the columns are dropped. y and info as in phys_simulate; how->sample is
+   not called. AD_E_ACCURACY, too, where how->proceed returned false. */
 enum ad_status phys_trajectory(const struct phys_simulation *how, const struct phys_ode *ode,
                                double *y, size_t rows, size_t columns, double *path,
-                               struct ad_error *error);
+                               struct phys_simulation_info *info, struct ad_error *error);
 /* The motion of a Lagrangian from q and v [dof] at t = 0, at slices dt apart: path [dof x slices].
    Of `how` integrator (NULL: dop853), dt, tolerances, max_steps, proceed and its context count;
    how NULL: relative errors of 1e-13 a step. */

@@ -66,6 +66,7 @@ static void interrupt(struct run *run)
 static void give(struct run *run, double t, const double *y)
 {
     const struct phys_simulation *s = run->settings;
+    run->info->samples++;
     if (!s->sample)
         return;
     double before = ad_now();

@@ -5,6 +5,32 @@
 #include <stdlib.h>
 #include <string.h>
 
+struct phys_simulation phys_simulation_of(const struct phys_integrator *integrator, double setting,
+                                          double t1)
+{
+    struct phys_simulation how = {.integrator = integrator, .t1 = t1};
+    *(integrator->adaptive ? &how.rtol : &how.dt) = setting;
+    return how;
+}
+
+enum ad_status phys_ode_for(const struct phys_system *system,
+                            const struct phys_integrator *integrator, struct phys_ode *ode,
+                            struct ad_error *error)
+{
+    *ode = (struct phys_ode){0};
+    if (phys_lacks(integrator, "integrator", error))
+        return error->status;
+    if (integrator->lagrangian)
+        return phys_ode_canonical(system, ode, error);
+    if (phys_ode_lagrangian(system, ode, error) != AD_OK)
+        return error->status;
+    bool splits = integrator->separable || strcmp(integrator->name, "semi-implicit") == 0;
+    if (ode->canonical || !integrator->symplectic || splits)
+        return AD_OK;
+    phys_ode_free(ode);
+    return phys_ode_canonical(system, ode, error);
+}
+
 struct collector {
     const struct phys_simulation *how;
     size_t rows, columns, n;
@@ -29,9 +55,10 @@ static bool proceed(void *context)
 
 enum ad_status phys_trajectory(const struct phys_simulation *how, const struct phys_ode *ode,
                                double *y, size_t rows, size_t columns, double *path,
-                               struct ad_error *error)
+                               struct phys_simulation_info *info, struct ad_error *error)
 {
-    struct phys_simulation_info info;
+    struct phys_simulation_info unwanted;
+    info = info ? info : &unwanted;
     struct collector collector = {how, rows, columns, 0, path};
     if (phys_lacks(how, "settings of a simulation", error) ||
         phys_lacks(path, "room for a path", error))
@@ -40,9 +67,9 @@ enum ad_status phys_trajectory(const struct phys_simulation *how, const struct p
     settings.sample = keep;
     settings.proceed = proceed;
     settings.context = &collector;
-    if (phys_simulate(&settings, ode, y, &info, error) == AD_OK &&
-        info.stop == PHYS_SIMULATION_INTERRUPTED)
-        ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g", info.t);
+    if (phys_simulate(&settings, ode, y, info, error) == AD_OK &&
+        info->stop == PHYS_SIMULATION_INTERRUPTED)
+        ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g", info->t);
     return error->status;
 }
 
@@ -59,14 +86,13 @@ enum ad_status phys_motion_path(const struct phys_system *system, const struct p
     double *y = malloc(2 * dof * sizeof *y);
     if (!y)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    memcpy(y, q, dof * sizeof *y);
-    memcpy(y + dof, v, dof * sizeof *y);
     if (!settings.integrator)
         settings.integrator = phys_integrator_find("dop853", error);
     settings.t1 = (double)(slices - 1) * dt;
     settings.n_samples = slices - 1;
-    if (phys_ode_lagrangian(system, &ode, error) == AD_OK)
-        phys_trajectory(&settings, &ode, y, dof, slices, path, error);
+    if (phys_ode_for(system, settings.integrator, &ode, error) == AD_OK &&
+        phys_ode_enter(&ode, 0, q, v, y, error) == AD_OK)
+        phys_trajectory(&settings, &ode, y, dof, slices, path, NULL, error);
     phys_ode_free(&ode);
     free(y);
     return error->status;

@@ -169,7 +169,8 @@ static bool shoot(struct search *s)
                                         .n_samples = s->slices - 1};
     memcpy(s->y, s->q, s->dof * sizeof *s->y);
     memcpy(s->y + s->dof, s->v, s->dof * sizeof *s->y);
-    return phys_trajectory(&how, &s->motion, s->y, s->dof, s->slices, s->path, &lost) == AD_OK;
+    return phys_trajectory(&how, &s->motion, s->y, s->dof, s->slices, s->path, NULL, &lost) ==
+           AD_OK;
 }
 
 static double miss(const struct search *s, size_t k)

@@ -3,16 +3,15 @@
 #include "tests/close.h"
 #include "tests/files.h"
 #include "shell.h"
-#include "apps/simulate/ephemeris_models.h"
-#include "apps/options.h"
+#include "physics/ephemeris/models.h"
 #include "tests/mentions.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-static struct ephemeris_tables tables;
-static double most[EPHEMERIS_MODELS][EPHEMERIS_PLANETS];
+static struct phys_ephemeris_tables tables;
+static double most[PHYS_EPHEMERIS_MODELS][PHYS_EPHEMERIS_PLANETS];
 
 static void measure_all(void)
 {
@@ -20,20 +19,22 @@ static void measure_all(void)
     if (tables.n)
         return;
     struct path folder = files_data("horizons");
-    assert_int_equal(ephemeris_tables_open(folder.text, NULL, OPTION_NO_COUNT, &tables, &error),
-                     AD_OK);
-    for (size_t m = 0; m < EPHEMERIS_MODELS; m++) {
-        struct ephemeris_errors errors;
-        assert_int_equal(ephemeris_measure(&ephemeris_models[m], &tables, &errors, &error), AD_OK);
-        memcpy(most[m], errors.most.km, sizeof most[m]);
-        ephemeris_errors_free(&errors);
+    assert_int_equal(phys_ephemeris_tables_read(folder.text, NULL, 65, &tables, &error), AD_OK);
+    for (size_t m = 0; m < PHYS_EPHEMERIS_MODELS; m++) {
+        struct phys_ephemeris_track track;
+        struct phys_ephemeris_distances off;
+        assert_int_equal(
+            phys_ephemeris_measure(&phys_ephemeris_models[m], &tables, &track, &off, &error),
+            AD_OK);
+        memcpy(most[m], off.km, sizeof most[m]);
+        phys_ephemeris_track_free(&track);
     }
 }
 
 /* Rounded as they were printed. */
 static void test_known_errors(void **state)
 {
-    static const char *const known[][EPHEMERIS_PLANETS] = {
+    static const char *const known[][PHYS_EPHEMERIS_PLANETS] = {
         {"1.2e+07", "2.2e+05", "8.5e+04", "5.2e+04"},
         {"1.1e+06", "3.0e+04", "7.3e+04", "4.5e+03"},
         {"1.3e+03", "836", "7.9e+04", "3.5e+03"},
@@ -43,7 +44,7 @@ static void test_known_errors(void **state)
     (void)state;
     measure_all();
     for (size_t m = 0; m < sizeof known / sizeof *known; m++)
-        for (size_t k = 0; k < EPHEMERIS_PLANETS; k++) {
+        for (size_t k = 0; k < PHYS_EPHEMERIS_PLANETS; k++) {
             const char *format = strchr(known[m][k], 'e') ? "%.1e" : "%.0f";
             snprintf(text, sizeof text, format, most[m][k]);
             assert_string_equal(text, known[m][k]);
@@ -130,8 +131,8 @@ static void test_integration_is_small(void **state)
     (void)state;
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
         assert_int_equal(simulate(rows[k]), 0);
-        for (size_t p = 0; p < EPHEMERIS_PLANETS; p++) {
-            const char *planet = ephemeris_planet(p);
+        for (size_t p = 0; p < PHYS_EPHEMERIS_PLANETS; p++) {
+            const char *planet = phys_ephemeris_planet(p);
             double in_all = shell_number_in("km_from_tables", planet);
             double model = shell_number_in("km_of_model", planet);
             double integration = shell_number_in("km_of_integration", planet);
@@ -147,27 +148,28 @@ static void test_integration_is_small(void **state)
 static void test_split(void **state)
 {
     struct ad_error error = {0};
-    struct ephemeris_track rough, tight;
-    struct ephemeris_motion motion;
+    struct phys_ephemeris_track rough, tight;
+    struct phys_ephemeris_motion motion;
     (void)state;
     measure_all();
-    assert_int_equal(ephemeris_motion_open(&ephemeris_models[3], &tables, &motion, &error), AD_OK);
+    assert_int_equal(
+        phys_ephemeris_motion_open(&phys_ephemeris_models[3], &tables, &motion, &error), AD_OK);
     motion.setting = 1e-9;
-    assert_int_equal(ephemeris_follow(&motion, tables.days, &rough, &error), AD_OK);
+    assert_int_equal(phys_ephemeris_follow(&motion, tables.days, &rough, &error), AD_OK);
     motion.setting = 1e-13;
-    assert_int_equal(ephemeris_follow(&motion, tables.days, &tight, &error), AD_OK);
-    struct ephemeris_distances by_hand = ephemeris_compare(&rough, &tight);
+    assert_int_equal(phys_ephemeris_follow(&motion, tables.days, &tight, &error), AD_OK);
+    struct phys_ephemeris_distances by_hand = phys_ephemeris_compare(&rough, &tight);
     assert_true(tight.n == tables.days + 1);
-    ephemeris_track_free(&rough);
-    ephemeris_track_free(&tight);
-    ephemeris_motion_close(&motion);
+    phys_ephemeris_track_free(&rough);
+    phys_ephemeris_track_free(&tight);
+    phys_ephemeris_motion_close(&motion);
     char options[128];
     snprintf(options, sizeof options, "--integrator dop853 --tol 1e-9 --set mass_earth=%.17g",
              (tables.table[3].gm + 4.902800066e12) / 6.67430e-11);
     assert_int_equal(simulate(options), 0);
-    for (size_t p = 0; p < EPHEMERIS_PLANETS; p++)
-        assert_close(shell_number_in("km_of_integration", ephemeris_planet(p)), by_hand.km[p], 0.01,
-                     1e-5);
+    for (size_t p = 0; p < PHYS_EPHEMERIS_PLANETS; p++)
+        assert_close(shell_number_in("km_of_integration", phys_ephemeris_planet(p)), by_hand.km[p],
+                     0.01, 1e-5);
     assert_true(shell_number_in("km_of_integration", "mercury") > 1);
 }
 
@@ -227,13 +229,13 @@ static void test_chart(void **state)
     char *text = files_read(shell_path("ephemeris.csv"), &size);
     for (const char *c = strstr(text, "model,planet,day,km\n"); c && *c; c++)
         lines += *c == '\n';
-    assert_int_equal(lines, 1 + EPHEMERIS_MODELS * EPHEMERIS_PLANETS * 6);
+    assert_int_equal(lines, 1 + PHYS_EPHEMERIS_MODELS * PHYS_EPHEMERIS_PLANETS * 6);
     free(text);
 }
 
 static int close_all(void **state)
 {
-    ephemeris_tables_close(&tables);
+    phys_ephemeris_tables_free(&tables);
     return shell_teardown(state);
 }
 

@@ -3,8 +3,8 @@
 #include "fuzz.h"
 
 #include "apps/numbers.h"
-#include "apps/simulate/simulate_event.h"
 #include "physics/ephemeris/horizons.h"
+#include "physics/motion/solve.h"
 #include "physics/physics.h"
 
 #include <math.h>
@@ -25,8 +25,7 @@ static enum ad_status scene(const char *word, struct ad_error *error)
 {
     char name[32];
     struct phys_system system;
-    struct event_questions questions = {0};
-    const struct texts none = {0};
+    struct phys_crossing crossing;
     const char *rest = word + strcspn(word, " ");
     snprintf(name, sizeof name, "%.*s", (int)(rest - word), word);
     if (strchr(name, '/') || strstr(name, ".so"))
@@ -38,10 +37,8 @@ static enum ad_status scene(const char *word, struct ad_error *error)
         snprintf(name, sizeof name, "%.*s", (int)strcspn(question, "="), question);
         if (fabs(value) < 1000 && phys_system_set(&system, name, value, &other) == AD_OK)
             fuzz_require(phys_system_get(&system, name) == value && system.dof > 0);
-        if (event_questions_read(&none, question, &system, &questions, error) == AD_OK)
-            fuzz_require(questions.n == 1 && isfinite(questions.event->value) &&
-                         questions.event->quantity);
-        event_questions_free(&questions);
+        if (phys_crossing_read(&system, question, &crossing, error) == AD_OK)
+            fuzz_require(isfinite(crossing.value) && crossing.quantity);
     }
     phys_system_close(&system);
     return error->status;

@@ -52,6 +52,9 @@ static void test_nothing_given(void **state)
     const struct phys_points no_time = {2, q, v, NULL};
     struct phys_path_settings no_rule = {.slices = 5, .dt = 0.1};
     const struct phys_simulation nothing = {.t1 = 1};
+    const struct phys_motion_settings asked = {.time = 1};
+    struct phys_motion_solution solution;
+    struct phys_crossing crossing;
     phys_rule_interpolate(NULL, 1, 3, path);
     phys_rule_nodes(NULL, 1, 3, 1, path, path, NULL);
 #define REFUSED(call) (e = (struct ad_error){0}, assert_int_equal((call), AD_E_ARGUMENT))
@@ -64,6 +67,11 @@ static void test_nothing_given(void **state)
     REFUSED(phys_ode_leave(&ode, 0, path, q, NULL, &e));
     REFUSED(phys_typical_sizes(NULL, 0, q, path, &e));
     REFUSED(phys_approach_new(NULL, 0, q, &approach, &e));
+    REFUSED(phys_motion_solve(&closed, &asked, &solution, &e));
+    REFUSED(phys_motion_solve(&pendulum, NULL, &solution, &e));
+    REFUSED(phys_crossing_read(&closed, "q=1", &crossing, &e));
+    REFUSED(phys_crossing_read(&pendulum, NULL, &crossing, &e));
+    REFUSED(phys_ode_for(&pendulum, NULL, &ode, &e));
     REFUSED(phys_motion_path(&closed, NULL, q, v, 3, 0.1, path, &e));
     REFUSED(phys_first_slices(NULL, q, v, 3, 0.1, true, path, &e));
     REFUSED(phys_reference(&closed, q, v, 2, path, 0.1, NULL, NULL, &reference, &e));

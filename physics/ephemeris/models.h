@@ -1,0 +1,142 @@
+/* Models of the inner planets' motion, coarse to fine, and how far each stays from Horizons tables:
+
+       struct phys_ephemeris_tables tables;
+       struct phys_ephemeris_choice choice;
+       phys_ephemeris_tables_read("horizons", NULL, 65, &tables, &error);
+       phys_ephemeris_least(&tables, 1000, &choice, &error);   the least model that errs under 1000
+   km
+       ... phys_ephemeris_models[choice.chosen].name, choice.off[choice.chosen].worst ...
+       phys_ephemeris_tables_free(&tables);
+
+   Planets are seen from the Sun, at epochs a day apart. */
+#ifndef PHYSICS_EPHEMERIS_MODELS_H
+#define PHYSICS_EPHEMERIS_MODELS_H
+
+#include "horizons.h"
+#include "physics/motion/motion.h"
+
+#ifdef __cplusplus
+extern "C" {
+#pragma GCC diagnostic push /* C has a struct and a function of one name */
+#pragma GCC diagnostic ignored "-Wshadow"
+#endif
+
+enum { PHYS_EPHEMERIS_PLANETS = 4, PHYS_EPHEMERIS_MODELS = 8 };
+
+/* Tolerance of a step at which dop853 errs by less than a hundredth of any model. */
+#define PHYS_EPHEMERIS_TIGHT 1e-14
+
+/* ---- tables ---- */
+
+/* The Sun, Mercury, Venus, Earth and Mars, at the days + 1 epochs from number `first` on. */
+struct phys_ephemeris_tables {
+    size_t n;
+    struct phys_horizons *table; /* [n] */
+    size_t first, days;
+};
+/* Reads the tables of a folder. from: index or date, NULL: the published span. AD_E_INPUT where the
+   span is not in the tables or epochs are no day apart. Ends with phys_ephemeris_tables_free,
+   whatever it returned. */
+enum ad_status phys_ephemeris_tables_read(const char *folder, const char *from, size_t days,
+                                          struct phys_ephemeris_tables *tables,
+                                          struct ad_error *error);
+void phys_ephemeris_tables_free(struct phys_ephemeris_tables *tables);
+const char *phys_ephemeris_planet(size_t planet); /* its name */
+
+/* ---- tracks ---- */
+
+/* Coordinates of the Sun and the planets in m: x [5 dims x columns], of which n are known. */
+struct phys_ephemeris_track {
+    size_t dims, n, columns;
+    double *x;
+    size_t evaluations; /* of the forces */
+    double seconds;
+};
+/* Largest distances in km, over the epochs that two tracks have. */
+struct phys_ephemeris_distances {
+    double km[PHYS_EPHEMERIS_PLANETS];
+    double worst; /* of all */
+    size_t worst_planet;
+};
+void phys_ephemeris_track_free(struct phys_ephemeris_track *track);
+/* Each ends with phys_ephemeris_track_free, whatever it returned. Of the tables; of n samples at
+   times t [n] whose coordinates are at x + i * stride, up to the first that is not at its epoch. */
+enum ad_status phys_ephemeris_track_tables(const struct phys_ephemeris_tables *tables, size_t dims,
+                                           struct phys_ephemeris_track *track,
+                                           struct ad_error *error);
+enum ad_status phys_ephemeris_track_samples(size_t dims, size_t days, size_t n, const double *t,
+                                            const double *x, size_t stride,
+                                            struct phys_ephemeris_track *track,
+                                            struct ad_error *error);
+/* Distance of a planet in two tracks, in km. */
+double phys_ephemeris_apart(const struct phys_ephemeris_track *a,
+                            const struct phys_ephemeris_track *b, size_t epoch, size_t planet);
+struct phys_ephemeris_distances phys_ephemeris_compare(const struct phys_ephemeris_track *a,
+                                                       const struct phys_ephemeris_track *b);
+
+/* ---- motions ---- */
+
+/* An ephemeris system at its start and how it is followed: setting is dt in s, or the tolerance of
+   a step. */
+struct phys_ephemeris_motion {
+    struct phys_system system;
+    const struct phys_integrator *integrator;
+    double setting;
+    double *q, *v; /* [dof], one block */
+};
+enum ad_status phys_ephemeris_follow(const struct phys_ephemeris_motion *motion, size_t days,
+                                     struct phys_ephemeris_track *track, struct ad_error *error);
+/* The same by another kind of method, so finely that its error is that of rounding. */
+enum ad_status phys_ephemeris_follow_tightly(const struct phys_ephemeris_motion *motion,
+                                             size_t days, struct phys_ephemeris_track *track,
+                                             struct ad_error *error);
+/* motion->setting of fixed steps: halves a day until integration errs by less than km, or, NaN, by
+   less than a hundredth of what the model errs against the tables; or until half of it would cost
+   too much. */
+enum ad_status phys_ephemeris_choose_step(struct phys_ephemeris_motion *motion,
+                                          const struct phys_ephemeris_tables *tables, double km,
+                                          struct ad_error *error);
+
+/* ---- models ---- */
+
+struct phys_ephemeris_model {
+    const char *name, *adds; /* adds: what it does better than the one before */
+    bool published;          /* masses, plane and start as in arXiv 2303.02115 */
+    const char *integrator;
+    double setting;    /* dt in s, or the tolerance of a step */
+    const char *rough; /* bodies without a table, or NULL */
+    bool relativity;
+};
+/* By what they take into account; from the third on each errs less than the one before. */
+extern const struct phys_ephemeris_model phys_ephemeris_models[PHYS_EPHEMERIS_MODELS];
+
+/* A model at the start of the tables' span. Ends with phys_ephemeris_motion_close. */
+enum ad_status phys_ephemeris_motion_open(const struct phys_ephemeris_model *model,
+                                          const struct phys_ephemeris_tables *tables,
+                                          struct phys_ephemeris_motion *motion,
+                                          struct ad_error *error);
+void phys_ephemeris_motion_close(struct phys_ephemeris_motion *motion);
+
+/* Follows a model; how far it is from the tables. Ends with phys_ephemeris_track_free. */
+enum ad_status phys_ephemeris_measure(const struct phys_ephemeris_model *model,
+                                      const struct phys_ephemeris_tables *tables,
+                                      struct phys_ephemeris_track *track,
+                                      struct phys_ephemeris_distances *off, struct ad_error *error);
+
+/* The models up to the least one whose error is at most km: with the fewest bodies and effects, and
+   of those with the same the one that asks for fewer forces. */
+struct phys_ephemeris_choice {
+    size_t n;      /* tried */
+    size_t chosen; /* n: none is good enough */
+    struct phys_ephemeris_distances off[PHYS_EPHEMERIS_MODELS];
+    size_t evaluations[PHYS_EPHEMERIS_MODELS]; /* of the forces */
+};
+/* AD_E_ACCURACY names the best where none is near enough. */
+enum ad_status phys_ephemeris_least(const struct phys_ephemeris_tables *tables, double km,
+                                    struct phys_ephemeris_choice *choice, struct ad_error *error);
+
+#ifdef __cplusplus
+#pragma GCC diagnostic pop
+}
+#endif
+#endif

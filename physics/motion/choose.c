@@ -1,0 +1,254 @@
+/* A setting that meets an error (solving.h). A run is judged by its distance from a finer one; from
+   two such the setting that meets the error is predicted, so that the search costs about three runs
+   of the answer (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.4).
+   It goes on as long as finer runs come nearer. */
+#include "solving.h"
+
+#include <math.h>
+
+enum {
+    POINTS = 512,   /* times at which runs of fixed steps are compared: whole steps */
+    SAMPLES = 2000, /* adaptive runs are interpolated */
+    ROUNDS = 12,
+    MOST_STEPS = 1000000,
+    MOST_IDLE = 2, /* rounds in a row that come no nearer */
+    MOST_LOST = 4  /* that do not get through */
+};
+
+static const double caution = 2;        /* the finer run errs too, if less */
+static const double aim = 0.3;          /* of the error: predictions are not exact */
+static const double least_gain = 0.7;   /* of the estimate before, or rounding has taken over */
+static const double least_tol = 1e-16;  /* of a step */
+static const double finer_tol = 0.3162; /* of a run, for the one it is judged by */
+static const double near = 1e-3;        /* sizes of the motion: a longer run is worth it */
+
+/* First the method for high accuracy; where its rounding stops it, one whose steps are few. */
+static const char *const candidates[PHYS_MOTION_TRIALS] = {"dop853", "gauss5"};
+
+/* A method being refined. */
+struct candidate {
+    struct solving *solving;
+    struct phys_motion_trial *trial;
+    struct phys_ode ode;
+    double size; /* of the coordinates */
+};
+
+/* One run of it. */
+struct run {
+    double *path; /* [dof x points + 1]; NULL: not run */
+    size_t evaluations;
+    bool complete;
+};
+
+static size_t points_of(const struct phys_integrator *integrator)
+{
+    return integrator->adaptive ? SAMPLES : POINTS;
+}
+
+/* A run judged by another: by a tenth of its tolerance, or by twice its steps. */
+static double finer(const struct phys_integrator *integrator, double setting)
+{
+    return setting * (integrator->adaptive ? finer_tol : 0.5);
+}
+
+static bool possible(const struct solving *s, const struct phys_integrator *integrator,
+                     double setting)
+{
+    return integrator->adaptive ? setting >= least_tol : s->settings->time / setting <= MOST_STEPS;
+}
+
+/* The setting to try after one that errs by `estimate`. Steps fill the time between two points. */
+static double predict(const struct solving *s, const struct phys_integrator *integrator,
+                      double setting, double estimate)
+{
+    double ratio = isnan(estimate) ? 1e-3 : aim * s->settings->error / estimate;
+    if (integrator->adaptive)
+        return fmax(setting * fmax(ratio, 1e-6), fmin(setting * finer_tol, 10 * least_tol));
+    double stretch = s->settings->time / POINTS, steps = stretch / setting;
+    double times = pow(ratio, -1 / (double)integrator->order);
+    return stretch / ceil(steps * fmin(fmax(times, 1.1), 64));
+}
+
+/* One run; incomplete where the motion was lost on the way. Other failures are errors. */
+static enum ad_status attempt(struct candidate *c, double setting, struct run *run,
+                              struct ad_error *error)
+{
+    struct solving *s = c->solving;
+    const struct phys_integrator *integrator = c->trial->integrator;
+    size_t dof = s->solution->system->dof, points = points_of(integrator);
+    const double *start = s->solution->start;
+    struct phys_simulation how = phys_simulation_of(integrator, setting, s->settings->time);
+    struct phys_simulation_info info = {0};
+    struct ad_error lost = {0};
+    double *y = malloc(2 * dof * sizeof *y);
+    run->path = malloc(dof * (points + 1) * sizeof *run->path);
+    how.n_samples = points;
+    how.max_steps = MOST_STEPS;
+    how.proceed = solving_proceed;
+    how.context = s;
+    if (!y || !run->path)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else if (phys_ode_enter(&c->ode, 0, start, start + dof, y, error) == AD_OK)
+        phys_trajectory(&how, &c->ode, y, dof, points + 1, run->path, &info, &lost);
+    free(y);
+    run->evaluations = info.evaluations;
+    c->trial->searched += info.evaluations;
+    run->complete = lost.status == AD_OK && info.samples == points + 1;
+    if (s->interrupted)
+        ad_fail(error, AD_E_ACCURACY, "interrupted while a method was looked for");
+    else if (lost.status != AD_OK && lost.status != AD_E_NONFINITE && lost.status != AD_E_ACCURACY)
+        ad_fail(error, lost.status, "%s", lost.message);
+    return error->status;
+}
+
+static double distance(size_t dof, size_t n, const double *a, const double *b)
+{
+    double most = 0;
+    for (size_t i = 0; i < n; i++) {
+        double sum = 0;
+        for (size_t k = 0; k < dof; k++)
+            sum += pow(a[k * n + i] - b[k * n + i], 2);
+        most = fmax(most, sum);
+    }
+    return sqrt(most);
+}
+
+/* Whether a round brought the trial further; it keeps the best setting. */
+static bool judge(struct phys_motion_trial *trial, double setting, const struct run *coarse,
+                  double estimate)
+{
+    bool gain = !(estimate > least_gain * trial->estimate);
+    if (isnan(estimate) || estimate >= trial->estimate)
+        return gain;
+    trial->estimate = estimate;
+    trial->setting = setting;
+    trial->evaluations = coarse->evaluations;
+    return gain;
+}
+
+static void forget(struct run *run)
+{
+    free(run->path);
+    *run = (struct run){0};
+}
+
+/* Refines one candidate from `setting` on. */
+static enum ad_status refine(struct candidate *c, double setting, struct ad_error *error)
+{
+    const struct solving *s = c->solving;
+    const struct phys_integrator *method = c->trial->integrator;
+    size_t dof = s->solution->system->dof, points = points_of(method) + 1, lost = 0, idle = 0;
+    struct run coarse = {0}, fine = {0};
+    bool again = true;
+    c->trial->estimate = (double)NAN;
+    for (size_t round = 0; again && round < ROUNDS && possible(s, method, setting); round++) {
+        double estimate = (double)NAN;
+        if (!coarse.path && attempt(c, setting, &coarse, error) != AD_OK)
+            break;
+        if (attempt(c, finer(method, setting), &fine, error) != AD_OK)
+            break;
+        if (coarse.complete && fine.complete)
+            estimate = caution * distance(dof, points, coarse.path, fine.path);
+        lost = fine.complete ? 0 : lost + 1;
+        idle = judge(c->trial, setting, &coarse, estimate) ? 0 : idle + 1;
+        again = idle < MOST_IDLE && lost < MOST_LOST && !(estimate <= s->settings->error);
+        double next = predict(s, method, setting, estimate);
+        forget(&coarse);
+        if (next >= finer(method, setting)) { /* it has been run */
+            next = finer(method, setting);
+            coarse = fine;
+            fine = (struct run){0};
+        }
+        forget(&fine);
+        setting = next;
+    }
+    forget(&coarse);
+    forget(&fine);
+    return error->status;
+}
+
+/* From a tenth of the error in units of the motion on, or from the coarsest steps. */
+static enum ad_status try_candidate(struct candidate *c, struct ad_error *error)
+{
+    const struct phys_motion_solution *m = c->solving->solution;
+    const struct phys_motion_settings *settings = c->solving->settings;
+    const struct phys_integrator *method = c->trial->integrator;
+    size_t n = 2 * m->system->dof;
+    double *y = malloc(2 * n * sizeof *y);
+    if (!y)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (phys_ode_for(m->system, method, &c->ode, error) == AD_OK &&
+        phys_ode_enter(&c->ode, 0, m->start, m->start + n / 2, y, error) == AD_OK &&
+        phys_typical_sizes(&c->ode, 0, y, y + n, error) == AD_OK) {
+        c->size = y[n];
+        refine(c,
+               method->adaptive ? fmin(fmax(0.1 * settings->error / c->size, 100 * least_tol), 1e-2)
+                                : settings->time / POINTS,
+               error);
+    }
+    phys_ode_free(&c->ode);
+    free(y);
+    return error->status;
+}
+
+static enum ad_status out_of_reach(const struct solving *s, struct ad_error *error)
+{
+    const struct phys_motion_trial *nearest = NULL;
+    for (size_t k = 0; k < s->solution->n_trials; k++) {
+        const struct phys_motion_trial *trial = &s->solution->trial[k];
+        if (!isnan(trial->estimate) && (!nearest || trial->estimate < nearest->estimate))
+            nearest = trial;
+    }
+    if (!nearest)
+        return ad_fail(error, AD_E_ACCURACY,
+                       "an error of %g: no method gets through t = %g: a collision, or a motion "
+                       "that ends before; try a shorter time",
+                       s->settings->error, s->settings->time);
+    return ad_fail(
+        error, AD_E_ACCURACY,
+        "an error of %g is out of reach: %s comes to %.2g, where rounding, chaos or work "
+        "take over; allow a larger one or take a shorter time",
+        s->settings->error, nearest->integrator->name, nearest->estimate);
+}
+
+enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error)
+{
+    struct phys_motion_solution *m = s->solution;
+    struct candidate c = {.solving = s};
+    const struct phys_integrator *given = m->integrator;
+    struct phys_motion_trial *chosen = NULL;
+    for (size_t k = 0; k < PHYS_MOTION_TRIALS && !chosen; k++) {
+        bool rounding = k == 0 || m->trial[0].estimate <= near * c.size;
+        if (!rounding || (given && k > 0))
+            break;
+        c.trial = &m->trial[m->n_trials++];
+        c.trial->integrator = given ? given : phys_integrator_find(candidates[k], error);
+        if (try_candidate(&c, error) != AD_OK)
+            return error->status;
+        if (c.trial->estimate <= s->settings->error)
+            chosen = c.trial;
+    }
+    if (!chosen)
+        return out_of_reach(s, error);
+    chosen->chosen = true;
+    chosen->searched -= chosen->evaluations; /* the answer itself */
+    m->integrator = chosen->integrator;
+    m->setting = chosen->setting;
+    return AD_OK;
+}
+
+bool phys_motion_tighten(struct solving *s, double missed)
+{
+    struct phys_motion_solution *m = s->solution;
+    for (size_t k = 0; k < m->n_trials; k++) {
+        struct phys_motion_trial *trial = &m->trial[k];
+        double next = predict(s, trial->integrator, trial->setting, missed);
+        if (!trial->chosen || !possible(s, trial->integrator, next))
+            continue;
+        trial->searched += trial->evaluations;
+        trial->estimate = (double)NAN; /* of another run */
+        m->setting = trial->setting = next;
+        return true;
+    }
+    return false;
+}

@@ -1,0 +1,288 @@
+/* A motion followed and measured (solve.h). */
+#include "solving.h"
+#include "physics/system/internal.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { SAMPLES = 1000, SAMPLES_OF_MANY = 200, MOST_COMPARED = 4000, TRIES = 3 };
+
+static const double default_tolerance = 1e-9;
+
+static bool has_few(const struct phys_motion_solution *m)
+{
+    return m->system->bodies <= PHYS_MOTION_FEW;
+}
+
+/* ---- samples ---- */
+
+static bool grow(struct phys_motion_solution *m)
+{
+    size_t room = m->room ? 2 * m->room : 256;
+    bool grown = solving_widen(&m->t, room) && solving_widen(&m->energy, room) &&
+                 solving_widen(&m->x, 2 * m->system->dof * room);
+    m->room = grown ? room : m->room;
+    return grown;
+}
+
+static bool sample(void *context, double t, const double *y)
+{
+    struct solving *s = context;
+    struct phys_motion_solution *m = s->solution;
+    const struct phys_ode *ode = &m->ode;
+    struct ad_error error = {0};
+    if (m->n == m->room && !grow(m)) {
+        s->failed = true;
+        return false;
+    }
+    double *x = m->x + 2 * m->n * m->system->dof;
+    m->t[m->n] = t;
+    m->energy[m->n] = ode->energy ? ode->energy(ode->context, t, y) : (double)NAN;
+    if (phys_ode_leave(ode, t, y, x, x + m->system->dof, &error) != AD_OK) {
+        s->failed = true;
+        return false;
+    }
+    m->n++;
+    return !s->settings->progress || s->settings->progress(s->settings->context, t);
+}
+
+static void forget_samples(struct phys_motion_solution *m)
+{
+    free(m->t);
+    free(m->x);
+    free(m->energy);
+    free(m->distance);
+    free(m->crossed.which);
+    free(m->crossed.touch);
+    free(m->crossed.t);
+    free(m->crossed.x);
+    m->t = m->x = m->energy = m->distance = NULL;
+    m->n = m->room = 0;
+    m->crossed = (struct phys_crossed){0};
+    m->error = m->error_end = m->reversal = m->known_until = m->seen = (double)NAN;
+    m->reference_uncertainty = m->reference_reversal = (double)NAN;
+    m->closest.distance = INFINITY;
+}
+
+void phys_motion_solution_free(struct phys_motion_solution *solution)
+{
+    forget_samples(solution);
+    phys_ode_free(&solution->ode);
+    free(solution->start);
+    *solution = (struct phys_motion_solution){0};
+}
+
+/* ---- the motion ---- */
+
+static enum ad_status forward(struct solving *s, double *y, struct ad_error *error)
+{
+    struct phys_motion_solution *m = s->solution;
+    const struct phys_motion_settings *settings = s->settings;
+    size_t n = settings->n_crossings;
+    struct phys_approach *approach = NULL;
+    struct phys_simulation how = phys_simulation_of(m->integrator, m->setting, settings->time);
+    struct phys_events *events = malloc((n + 1) * sizeof *events);
+    struct crossing_watch *watches = malloc((n + 1) * sizeof *watches);
+    if (!events || !watches)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else if (!has_few(m) || phys_approach_new(&m->ode, 0, y, &approach, error) == AD_OK) {
+        phys_crossings_watch(s, watches, events);
+        if (approach)
+            events[n] = *phys_approach_events(approach);
+        how.events = events;
+        how.n_events = n + (approach != NULL);
+        how.every = settings->every;
+        how.n_samples = settings->n_samples ? settings->n_samples
+                        : has_few(m)        ? SAMPLES
+                                            : SAMPLES_OF_MANY;
+        how.sample = sample;
+        how.proceed = solving_proceed;
+        how.context = s;
+        how.watch_energy = true;
+        phys_simulate(&how, &m->ode, y, &m->info, error);
+    }
+    if (approach)
+        m->closest = phys_approach_closest(approach);
+    phys_approach_free(approach);
+    free(watches);
+    free(events);
+    if (s->failed)
+        ad_fail(error, AD_E_MEMORY, "out of memory for samples and events");
+    return error->status;
+}
+
+/* How far from the start the motion ends when it is run back. */
+static enum ad_status reverse(struct solving *s, double *y, struct ad_error *error)
+{
+    struct phys_motion_solution *m = s->solution;
+    size_t dof = m->system->dof;
+    struct phys_simulation how = phys_simulation_of(m->integrator, m->setting, 0);
+    double sum = 0, *x = s->state;
+    how.t0 = m->info.t;
+    how.proceed = solving_proceed;
+    how.context = s;
+    if (phys_simulate(&how, &m->ode, y, NULL, error) != AD_OK ||
+        phys_ode_leave(&m->ode, 0, y, x, x + dof, error) != AD_OK)
+        return error->status;
+    for (size_t k = 0; k < dof; k++)
+        sum += pow(x[k] - m->start[k], 2);
+    m->reversal = sqrt(sum);
+    return AD_OK;
+}
+
+/* ---- its error ---- */
+
+/* Of many samples every so many are compared, and the last: the reference lands on each. */
+static size_t sample_of(const struct phys_motion_solution *m, size_t compared, size_t i)
+{
+    size_t stride = (m->n + MOST_COMPARED - 1) / MOST_COMPARED;
+    return i + 1 == compared ? m->n - 1 : i * stride;
+}
+
+/* Distances, to which the reference's own uncertainty is added: bounds as far as that is one. From
+   the horizon on none are known. */
+static void measure_distance(const struct phys_reference *reference, struct phys_motion_solution *m)
+{
+    size_t dof = m->system->dof;
+    for (size_t i = 0; i < m->n; i++)
+        m->distance[i] = (double)NAN;
+    m->error = m->error_end = m->reference_uncertainty = 0;
+    for (size_t i = 0; i < reference->n; i++) {
+        double sum = 0;
+        size_t at = sample_of(m, reference->n, i);
+        if (m->t[at] >= reference->horizon)
+            break;
+        for (size_t k = 0; k < dof; k++)
+            sum += pow(m->x[2 * at * dof + k] - reference->x[2 * i * dof + k], 2);
+        m->reference_uncertainty = fmax(m->reference_uncertainty, reference->uncertainty[i]);
+        m->distance[at] = m->error_end = sqrt(sum) + reference->uncertainty[i];
+        m->error = fmax(m->error, m->error_end);
+    }
+    m->known_until = reference->horizon;
+    m->reference_reversal = reference->reversal;
+    m->seen = reference->seen;
+    m->size = reference->size;
+    if (isfinite(reference->horizon))
+        m->error = m->error_end = (double)NAN;
+}
+
+static enum ad_status compare(struct solving *s, struct ad_error *error)
+{
+    struct phys_motion_solution *m = s->solution;
+    struct phys_reference reference = {0};
+    struct ad_error cause = {0};
+    size_t stride = (m->n + MOST_COMPARED - 1) / MOST_COMPARED;
+    size_t n = m->n < 2 ? 0 : (m->n - 1 + stride - 1) / stride + 1;
+    if (n == 0)
+        return AD_OK; /* it did not begin */
+    double *times = malloc(n * sizeof *times);
+    for (size_t i = 0; times && i < n; i++)
+        times[i] = m->t[sample_of(m, n, i)];
+    if (!times || !(m->distance = malloc(m->n * sizeof *m->distance)))
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else if (phys_reference(m->system, m->start, m->start + m->system->dof, n, times,
+                            PHYS_MOTION_LOST, solving_proceed, s, &reference, &cause) == AD_OK)
+        measure_distance(&reference, m);
+    else if (s->interrupted)
+        m->info.stop = PHYS_SIMULATION_INTERRUPTED;
+    else
+        ad_fail(error, cause.status, "the reference run: %.200s", cause.message);
+    if (isnan(m->known_until)) { /* nothing was measured */
+        free(m->distance);
+        m->distance = NULL;
+    }
+    phys_reference_free(&reference);
+    free(times);
+    return error->status;
+}
+
+/* ---- all of it ---- */
+
+static enum ad_status follow(struct solving *s, struct ad_error *error)
+{
+    struct phys_motion_solution *m = s->solution;
+    const struct phys_motion_settings *settings = s->settings;
+    size_t dof = m->system->dof;
+    double *y = malloc(4 * dof * sizeof *y);
+    if (!y)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    s->state = y + 2 * dof;
+    if (phys_ode_enter(&m->ode, 0, m->start, m->start + dof, y, error) == AD_OK &&
+        forward(s, y, error) == AD_OK && settings->reverse)
+        reverse(s, y, error);
+    free(y);
+    if (error->status == AD_OK && has_few(m) && !settings->no_reference)
+        compare(s, error);
+    if (error->status == AD_OK && has_few(m))
+        phys_conserved(m->system, m->n, m->x, m->t, &m->conserved, error);
+    return error->status;
+}
+
+static enum ad_status begin(struct solving *s, struct ad_error *error)
+{
+    const struct phys_motion_settings *settings = s->settings;
+    struct phys_motion_solution *m = s->solution;
+    const struct phys_scene *scene = m->system->scene;
+    size_t dof = m->system->dof;
+    if (!(settings->time > 0))
+        return ad_fail(error, AD_E_ARGUMENT, "time: expected more than 0, got %g", settings->time);
+    if (!(m->start = calloc(2 * dof, sizeof *m->start)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (settings->q)
+        memcpy(m->start, settings->q, dof * sizeof *m->start);
+    if (settings->v)
+        memcpy(m->start + dof, settings->v, dof * sizeof *m->start);
+    if (!settings->q &&
+        scene->start(m->system->params, settings->seed, m->start, m->start + dof, error) != AD_OK)
+        return error->status;
+    m->integrator = settings->integrator;
+    if (!m->integrator && !(settings->error > 0))
+        m->integrator = phys_integrator_find("dop853", error);
+    bool adaptive = m->integrator && m->integrator->adaptive;
+    m->setting = adaptive ? settings->tolerance : settings->dt;
+    if (!(m->setting > 0) && settings->error > 0)
+        return phys_motion_choose(s, error);
+    if (!(m->setting > 0))
+        m->setting = adaptive ? default_tolerance : scene->dt;
+    return error->status;
+}
+
+enum ad_status phys_motion_solve(const struct phys_system *system,
+                                 const struct phys_motion_settings *settings,
+                                 struct phys_motion_solution *solution, struct ad_error *error)
+{
+    struct phys_motion_solution *m = solution;
+    struct solving s = {.settings = settings, .solution = m};
+    *m = (struct phys_motion_solution){.system = system};
+    forget_samples(m);
+    if (phys_lacks_scene(system, error) || phys_lacks(settings, "settings of a motion", error) ||
+        begin(&s, error) != AD_OK || phys_ode_for(system, m->integrator, &m->ode, error) != AD_OK)
+        return error->status;
+    /* equations of the scene's own say themselves what their friction is */
+    m->keeps_energy = m->ode.friction == 0 && (system->scene->ode || phys_keeps_energy(system));
+    for (int k = 0; follow(&s, error) == AD_OK && k + 1 < TRIES; k++) {
+        struct ad_error missed = {0};
+        if (phys_motion_met(settings, m, &missed) == AD_OK || isnan(m->error) ||
+            !phys_motion_tighten(&s, m->error))
+            break;
+        forget_samples(m);
+    }
+    return error->status;
+}
+
+enum ad_status phys_motion_met(const struct phys_motion_settings *settings,
+                               const struct phys_motion_solution *solution, struct ad_error *error)
+{
+    const struct phys_motion_solution *m = solution;
+    if (m->n_trials == 0 || isnan(m->known_until) || m->error <= settings->error)
+        return AD_OK;
+    if (isfinite(m->known_until))
+        return ad_fail(error, AD_E_ACCURACY,
+                       "an error of %g: not known to be met, the reference is lost at t = %.6g; "
+                       "try a shorter time",
+                       settings->error, m->known_until);
+    return ad_fail(error, AD_E_ACCURACY,
+                   "an error of %g: missed, got %.3g: rounding, or a force that acts for less than "
+                   "a step of %.3g; try gauss4 with fixed steps",
+                   settings->error, m->error, m->info.max_step);
+}

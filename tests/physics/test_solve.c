@@ -1,0 +1,192 @@
+/* A motion with a measured error, events and diagnoses from two calls: phys_motion_solve,
+   phys_motion_diagnose. */
+#include "tests/close.h"
+#include "tests/mentions.h"
+#include "physics/stability/diagnostics.h"
+
+#include <math.h>
+
+struct solved {
+    struct phys_system system;
+    struct phys_motion_solution motion;
+    struct phys_diagnosis diagnosis;
+    struct ad_error error;
+};
+
+static void solve(struct solved *s, const char *scene, const struct phys_motion_settings *settings)
+{
+    s->error = (struct ad_error){0};
+    phys_system_open(scene, &s->system, &s->error);
+    phys_motion_solve(&s->system, settings, &s->motion, &s->error);
+}
+
+static void end(struct solved *s)
+{
+    phys_motion_solution_free(&s->motion);
+    phys_system_close(&s->system);
+}
+
+/* A Kepler orbit, e = 0.6, a = GM = 1, from the pericentre, at mean anomaly 1. */
+static void an_error_asked_for_is_met(void **state)
+{
+    (void)state;
+    struct solved s;
+    const double at_1[] = {-0.628948176826624, 0.799664730970039};
+    const struct phys_motion_settings settings = {.time = 1, .error = 1e-9, .n_samples = 4};
+    solve(&s, "kepler", &settings);
+    const struct phys_motion_solution *m = &s.motion;
+    assert_int_equal(s.error.status, AD_OK);
+    assert_int_equal(phys_motion_met(&settings, m, &s.error), AD_OK);
+    assert_true(m->n == 5 && m->n_trials > 0 && m->trial[m->n_trials - 1].chosen);
+    assert_true(m->error > 0 && m->error <= 1e-9);
+    const double *last = m->x + 4 * 4;
+    assert_true(hypot(last[0] - at_1[0], last[1] - at_1[1]) <= m->error + 1e-14);
+    assert_close(m->distance[4], m->error_end, 0, 0);
+    assert_true(m->keeps_energy && m->conserved.angular && !m->conserved.momentum);
+    end(&s);
+}
+
+static void defaults_follow_the_scenes_start_or_a_given_one(void **state)
+{
+    (void)state;
+    struct solved s;
+    const double q = 0.3, v = -0.2;
+    solve(&s, "spring", &(struct phys_motion_settings){.time = 1, .reverse = true});
+    assert_int_equal(s.error.status, AD_OK);
+    assert_true(s.motion.n == 1001 && s.motion.n_trials == 0);
+    assert_string_equal(s.motion.integrator->name, "dop853");
+    assert_close(s.motion.reversal, 0, 0, 1e-7);
+    end(&s);
+    solve(&s, "spring",
+          &(struct phys_motion_settings){.time = 1, .q = &q, .v = &v, .no_reference = true});
+    assert_true(s.motion.x[0] == 0.3 && s.motion.x[1] == -0.2);
+    assert_true(!s.motion.distance && isnan(s.motion.error));
+    end(&s);
+}
+
+/* Upwards through zero: at 3/4, 7/4, ... of a period from the turning point. */
+static void crossings_are_found_in_their_order(void **state)
+{
+    (void)state;
+    struct solved s = {0};
+    struct phys_crossing crossings[2];
+    const double one = 1, zero = 0;
+    phys_system_open("spring", &s.system, &s.error);
+    phys_system_set(&s.system, "m", 1, &s.error);
+    phys_system_set(&s.system, "k", 1, &s.error);
+    assert_int_equal(phys_crossing_read(&s.system, "q>0", &crossings[0], &s.error), AD_OK);
+    assert_int_equal(phys_crossing_read(&s.system, "v_q=0.5", &crossings[1], &s.error), AD_OK);
+    const struct phys_motion_settings settings = {.time = 20,
+                                                  .q = &one,
+                                                  .v = &zero,
+                                                  .tolerance = 1e-12,
+                                                  .integrator =
+                                                      phys_integrator_find("dop853", &s.error),
+                                                  .n_crossings = 2,
+                                                  .crossings = crossings};
+    phys_motion_solve(&s.system, &settings, &s.motion, &s.error);
+    const struct phys_crossed *c = &s.motion.crossed;
+    const double t[] = {7 * M_PI / 6, 3 * M_PI / 2, 11 * M_PI / 6};
+    assert_int_equal(s.error.status, AD_OK);
+    assert_int_equal(c->n, 3 + 6);
+    for (size_t k = 0; k < 9; k++) {
+        assert_close(c->t[k], t[k % 3] + 2 * M_PI * (double)(k / 3), 0, 1e-9);
+        assert_int_equal((int)c->which[k], k % 3 == 1 ? 1 : 2);
+        assert_true(c->touch[k] == 0);
+    }
+    phys_motion_solution_free(&s.motion);
+    crossings[0].last = true;
+    phys_motion_solve(&s.system, &settings, &s.motion, &s.error);
+    assert_int_equal(s.motion.info.stop, PHYS_SIMULATION_EVENT);
+    assert_close(s.motion.info.t, 3 * M_PI / 2, 0, 1e-9);
+    assert_int_equal(s.motion.crossed.n, 2);
+    end(&s);
+}
+
+static void texts_that_are_no_crossing_are_refused(void **state)
+{
+    (void)state;
+    static const char *const texts[] = {"x",    "x=",           "x=1s",  "y=1",
+                                        "v_=1", "distance:1=1", "q=nan", ""};
+    struct ad_error error = {0};
+    struct phys_system system;
+    struct phys_crossing crossing;
+    phys_system_open("spring", &system, &error);
+    for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
+        error = (struct ad_error){0};
+        assert_int_equal(phys_crossing_read(&system, texts[k], &crossing, &error), AD_E_ARGUMENT);
+        assert_mentions(error.message, "event");
+    }
+    phys_system_close(&system);
+}
+
+static void what_is_out_of_reach_is_an_error(void **state)
+{
+    (void)state;
+    struct solved s;
+    solve(&s, "kepler", &(struct phys_motion_settings){.time = 60, .error = 1e-15});
+    assert_int_equal(s.error.status, AD_E_ACCURACY);
+    assert_true(s.motion.n_trials > 0 && s.motion.n == 0);
+    end(&s);
+    solve(&s, "kepler", &(struct phys_motion_settings){.time = 0});
+    assert_int_equal(s.error.status, AD_E_ARGUMENT);
+    end(&s);
+}
+
+static bool ten_times(void *context) { return ++*(int *)context <= 10; }
+
+static void an_interruption_keeps_what_was_reached(void **state)
+{
+    (void)state;
+    struct solved s;
+    int asked = 0;
+    struct ad_error none = {0};
+    solve(&s, "kepler",
+          &(struct phys_motion_settings){.time = 100,
+                                         .integrator = phys_integrator_find("rk4", &none),
+                                         .dt = 0.01,
+                                         .every = 1,
+                                         .proceed = ten_times,
+                                         .context = &asked});
+    assert_int_equal(s.error.status, AD_OK);
+    assert_int_equal(s.motion.info.stop, PHYS_SIMULATION_INTERRUPTED);
+    assert_int_equal(s.motion.n, 11);
+    assert_close(s.motion.t[10], 0.1, 1e-12, 0);
+    end(&s);
+}
+
+static void diagnoses_name_what_is_wrong(void **state)
+{
+    (void)state;
+    struct solved s;
+    struct phys_motion_settings settings = {.time = 60, .dt = 0.8};
+    struct ad_error none = {0};
+    settings.integrator = phys_integrator_find("verlet", &none);
+    solve(&s, "kepler", &settings); /* too long for the pericentre */
+    phys_motion_diagnose(&settings, &s.motion, 0, &s.diagnosis, &s.error);
+    assert_int_equal(s.error.status, AD_OK);
+    assert_true(s.diagnosis.n_warnings > 0 && !s.diagnosis.has_horizon);
+    assert_close(s.diagnosis.mass_condition, 1, 1e-12, 0);
+    end(&s);
+    settings = (struct phys_motion_settings){.time = 60, .no_reference = true};
+    solve(&s, "dblpend", &settings);
+    phys_motion_diagnose(&settings, &s.motion, 1e-6, &s.diagnosis, &s.error);
+    assert_int_equal(s.error.status, AD_OK);
+    assert_true(s.diagnosis.has_horizon && s.diagnosis.chaos.megno > 2);
+    assert_true(isnan(s.diagnosis.error_before));
+    end(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(an_error_asked_for_is_met),
+        cmocka_unit_test(defaults_follow_the_scenes_start_or_a_given_one),
+        cmocka_unit_test(crossings_are_found_in_their_order),
+        cmocka_unit_test(texts_that_are_no_crossing_are_refused),
+        cmocka_unit_test(what_is_out_of_reach_is_an_error),
+        cmocka_unit_test(an_interruption_keeps_what_was_reached),
+        cmocka_unit_test(diagnoses_name_what_is_wrong),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
