@@ -3,7 +3,8 @@
        autodiff.h, ops.def     what a user sees; the one table of operations
        tape/       internal.h  operations append nodes: record.c, simplify.c, structure.c, place.c;
                                what they refuse, and how they say so: refuse.c
-       gradient/   sweep.h     a reverse sweep appends adjoints, by the rules of the table
+       gradient/   sweep.h     a reverse sweep appends adjoints, by the rules of the table; a
+                               forward one tangents (tangent.c)
        compile/    graph.h     what the outputs need (graph.c), cut into groups: views.c,
                                schedule.c, sink.c, accumulate.c
                    plan.h      given memory (storage.c), tiles and instructions (tiles.c, emit.c);
@@ -11,6 +12,7 @@
        program.h               what comes out: segments of instructions over a block of memory
        exec/       exec.h      runs them tile by tile (exec.c, tile.c); program.c is the outside
        direct/     direct.h    or all of that is left out: values and adjoints node by node
+       jacobian/   jacobian.h  sparse Jacobians: their pattern, found on the tape, and their program
        kernels/    kernels.h   the loops over lanes, for each type and instruction set
        native/     native.h    fused segments as machine code, by the system's C compiler
 
@@ -114,6 +116,9 @@ static inline uint32_t input_of(const ad_tape *tape, const struct node *n, size_
 /* Makes room for `more` further elements of `size` bytes; false when memory is exhausted. */
 bool ad_reserve(void **array, size_t n, size_t *max, size_t more, size_t size);
 
+/* A copy of a recording whose handles name the same values on it; NULL when out of memory. */
+ad_tape *ad_tape_copy(const ad_tape *tape);
+
 /* The handle of a node. */
 static inline ad_var ad_at(ad_tape *tape, uint32_t id)
 {
@@ -148,6 +153,9 @@ static inline bool ad_is_current(ad_var x)
     X(hold)                                                                                        \
     X(label)                                                                                       \
     X(grad)                                                                                        \
+    X(vjp)                                                                                         \
+    X(jvp)                                                                                         \
+    X(jacobian)                                                                                    \
     X(compile)                                                                                     \
     X(check)
 #define AD_COMPOSITE(name) AD_COMPOSITE_##name,

@@ -7,6 +7,7 @@
    Zeros behind branches. select, min, max, relu, abs send an exact zero along what they do not
    take. Behind them 0 * inf would make NaN, so there the chain rule multiplies with mul0, which
    keeps a zero whatever the other factor is. */
+#include "autodiff/derivatives.h"
 #include "sweep.h"
 
 #include <stdlib.h>
@@ -134,26 +135,27 @@ static void sweep(struct sweep *s, uint32_t last)
     }
 }
 
-enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[])
+/* Whether op can take derivatives of y by x[0..n-1]; *tape is the one to keep an error in. */
+static bool can_derive(unsigned op, ad_var y, size_t n, const ad_var x[], const void *g,
+                       ad_tape **tape)
+{
+    *tape = y.tape;
+    for (size_t k = 0; x && k < n && !*tape; k++)
+        *tape = x[k].tape;
+    if (!*tape)
+        return false;
+    if (n && (!x || !g))
+        ad_refuse(*tape, AD_E_ARGUMENT, "%s: got no %s (NULL)",
+                  op == AD_COMPOSITE_vjp ? "vjp" : "grad",
+                  x ? "place for the gradient" : "variables");
+    return (*tape)->error.status == AD_OK && ad_all_on(*tape, op, "y", 1, &y) &&
+           ad_all_on(*tape, op, "x", n, x);
+}
+
+enum ad_status ad_sweep_back(ad_var y, ad_var seed, bool tainted, size_t n, const ad_var x[],
+                             ad_var g[])
 {
     ad_tape *tape = y.tape;
-    for (size_t k = 0; x && k < n && !tape; k++)
-        tape = x[k].tape;
-    ad_var none = ad_refused(tape);
-    for (size_t k = 0; g && k < n; k++)
-        g[k] = none;
-    if (!tape)
-        return AD_E_TAPE;
-    if (n && (!x || !g)) {
-        ad_refuse(tape, AD_E_ARGUMENT, "grad: got no %s (NULL)",
-                  x ? "place for the gradient" : "variables");
-        return tape->error.status;
-    }
-    if (tape->error.status == AD_OK && ad_all_on(tape, AD_COMPOSITE_grad, "y", 1, &y))
-        ad_all_on(tape, AD_COMPOSITE_grad, "x", n, x);
-    if (tape->error.status != AD_OK)
-        return tape->error.status;
-
     size_t size = (size_t)y.id + 1;
     struct sweep s = {.tape = tape,
                       .adjoint = calloc(size, sizeof *s.adjoint),
@@ -163,7 +165,8 @@ enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[])
         ad_fail(&tape->error, AD_E_MEMORY, "out of memory in the gradient");
     } else {
         mark(&s, y.id, n, x);
-        s.adjoint[y.id] = ad_scalar(tape, 1).id;
+        s.adjoint[y.id] = seed.id;
+        s.flags[y.id] |= tainted ? TAINTED : 0;
         sweep(&s, y.id);
     }
     for (size_t k = 0; k < n && tape->error.status == AD_OK; k++) {
@@ -175,4 +178,35 @@ enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[])
     free(s.flags);
     free(s.parts);
     return tape->error.status;
+}
+
+static void set_none(ad_tape *tape, size_t n, ad_var g[])
+{
+    for (size_t k = 0; g && k < n; k++)
+        g[k] = ad_refused(tape);
+}
+
+enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[])
+{
+    ad_tape *tape;
+    bool can = can_derive(AD_COMPOSITE_grad, y, n, x, g, &tape);
+    set_none(tape, n, g);
+    return can    ? ad_sweep_back(y, ad_scalar(tape, 1), false, n, x, g)
+           : tape ? tape->error.status
+                  : AD_E_TAPE;
+}
+
+enum ad_status ad_vjp(ad_var y, ad_var seed, size_t n, const ad_var x[], ad_var g[])
+{
+    ad_tape *tape;
+    ad_var in[] = {y, seed};
+    bool can = can_derive(AD_COMPOSITE_vjp, y, n, x, g, &tape) &&
+               ad_all_on(tape, AD_COMPOSITE_vjp, "seed", 1, &seed);
+    set_none(tape, n, g);
+    if (can && !ad_fits(seed, y)) {
+        ad_refuse_operands(tape, AD_E_SHAPE, AD_COMPOSITE_vjp, 2, in,
+                           "the seed does not broadcast to y");
+        can = false;
+    }
+    return can ? ad_sweep_back(y, seed, false, n, x, g) : tape ? tape->error.status : AD_E_TAPE;
 }

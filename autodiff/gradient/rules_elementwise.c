@@ -130,3 +130,60 @@ void ad_elementwise_rule(struct sweep *s, const struct node *n, ad_var y, ad_var
     }
     (void)x;
 }
+
+/* ---- forward ---- */
+
+/* d may be a number; t is not there where its id is 0. */
+static ad_var product(ad_var t, ad_arg d, bool tainted)
+{
+    if (!t.id || (d.is_number && d.value == 0))
+        return ad_at(t.tape, 0);
+    return d.is_number ? ad_scale(t, d.value)
+                       : ad_binary(tainted ? AD_OP_mul0 : AD_OP_mul, AD_ARG(t), d);
+}
+
+static ad_var plus(ad_var a, ad_var b) { return !a.id ? b : !b.id ? a : ad_add(a, b); }
+
+ad_var ad_elementwise_tangent(const struct node *n, ad_var y, const ad_var t[3], bool tainted)
+{
+    ad_tape *tape = y.tape;
+    ad_var a = ad_at(tape, n->in[0]), b = ad_at(tape, n->in[1]), x = a, none = ad_at(tape, 0);
+    (void)b, (void)x;
+    switch (n->op) {
+    case AD_OP_select: /* not by factors: what is not taken may be anything */
+        return t[1].id || t[2].id ? ad_select(a, t[1], t[2]) : none;
+#define AD_UNARY(name, value, dx, lo, hi)                                                          \
+    case AD_OP_##name:                                                                             \
+        return t[0].id ? product(t[0], AD_ARG(dx), tainted) : none;
+#define AD_BINARY(name, value, da, db, lo, hi)                                                     \
+    case AD_OP_##name: {                                                                           \
+        ad_var by_a = t[0].id ? product(t[0], AD_ARG(da), tainted) : none;                         \
+        return plus(by_a, t[1].id ? product(t[1], AD_ARG(db), tainted) : none);                    \
+    }
+#include "autodiff/ops.def"
+    default:
+        return none;
+    }
+}
+
+#define DEPENDS(d) (_Generic((d), ad_var : 1.0, default : (d)) != 0)
+
+unsigned ad_derivative_operands(uint16_t op)
+{
+    const ad_var y = {0}, a = y, b = y, x = y;
+    (void)y, (void)a, (void)b, (void)x;
+    switch (op) {
+#define AD_UNARY(name, value, dx, lo, hi)                                                          \
+    case AD_OP_##name:                                                                             \
+        return DEPENDS(dx) ? 1 : 0;
+#define AD_BINARY(name, value, da, db, lo, hi)                                                     \
+    case AD_OP_##name:                                                                             \
+        return (DEPENDS(da) ? 1 : 0) | (DEPENDS(db) ? 2 : 0);
+#define AD_TERNARY(name, value, da, db, dc, lo, hi)                                                \
+    case AD_OP_##name:                                                                             \
+        return (DEPENDS(db) ? 2 : 0) | (DEPENDS(dc) ? 4 : 0);
+#include "autodiff/ops.def"
+    default:
+        return 0;
+    }
+}

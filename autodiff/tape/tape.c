@@ -73,6 +73,42 @@ ad_tape *ad_tape_new(enum ad_type type)
     return tape;
 }
 
+static void *copy_of(const void *array, size_t bytes, bool *done)
+{
+    void *copy = bytes ? malloc(bytes) : NULL;
+    if (copy)
+        memcpy(copy, array, bytes);
+    *done = *done && (copy || !bytes);
+    return copy;
+}
+
+ad_tape *ad_tape_copy(const ad_tape *tape)
+{
+    bool done = true;
+    ad_tape *copy = copy_of(tape, sizeof *tape, &done);
+    if (!copy)
+        return NULL;
+    copy->direct = NULL;
+    copy->max_blocks = tape->n_blocks;
+    copy->max_numbers = tape->n_numbers;
+    copy->max_lists = tape->n_lists;
+    copy->max_labels = tape->n_labels;
+    copy->max_texts = tape->n_texts;
+    copy->blocks = copy_of(tape->blocks, tape->n_blocks * sizeof *tape->blocks, &done);
+    copy->numbers = copy_of(tape->numbers, tape->n_numbers * sizeof *tape->numbers, &done);
+    copy->lists = copy_of(tape->lists, tape->n_lists * sizeof *tape->lists, &done);
+    copy->labels = copy_of(tape->labels, tape->n_labels * sizeof *tape->labels, &done);
+    copy->texts = copy_of(tape->texts, tape->n_texts, &done);
+    for (size_t k = 0; copy->blocks && k < tape->n_blocks; k++)
+        copy->blocks[k] = copy_of(tape->blocks[k], BLOCK_SIZE * sizeof(struct node), &done);
+    if (!copy->blocks)
+        copy->n_blocks = 0;
+    if (done)
+        return copy;
+    ad_tape_free(copy);
+    return NULL;
+}
+
 void ad_tape_reset(ad_tape *tape)
 {
     if (!tape)

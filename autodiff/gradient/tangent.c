@@ -1,0 +1,146 @@
+/* The derivative in a direction: one sweep forward over the recorded nodes, appending operations. A
+   tangent always has the shape of its value, so that what is linear is the same operation on it. */
+#include "autodiff/derivatives.h"
+#include "sweep.h"
+
+#include <stdlib.h>
+
+struct forward {
+    ad_tape *tape;
+    uint32_t *tangent; /* per node: the id of its tangent, 0 none */
+    uint8_t *tainted;  /* it came through a branch: its zeros stay zeros */
+};
+
+static ad_var tangent_of(const struct forward *f, uint32_t id)
+{
+    return ad_at(f->tape, f->tangent[id]);
+}
+
+static ad_var product(const struct forward *f, const struct node *n)
+{
+    bool ta = n->aux & 1, tb = n->aux >> 1 & 1;
+    ad_var a = ad_at(f->tape, n->in[0]), b = ad_at(f->tape, n->in[1]);
+    ad_var da = tangent_of(f, n->in[0]), db = tangent_of(f, n->in[1]);
+    ad_var by_a = da.id ? ad_matmul(da, ta, b, tb) : da;
+    ad_var by_b = db.id ? ad_matmul(a, ta, db, tb) : db;
+    return !by_a.id ? by_b : !by_b.id ? by_a : ad_add(by_a, by_b);
+}
+
+/* Of the parts that have a tangent. */
+static ad_var placed(const struct forward *f, const struct node *n)
+{
+    size_t count = f->tape->lists[n->aux], kept = 0;
+    ad_var *parts = malloc((count + 1) * sizeof *parts), y = ad_at(f->tape, 0);
+    size_t *at = malloc((2 * count + 1) * sizeof *at);
+    if (!parts || !at)
+        ad_fail(&f->tape->error, AD_E_MEMORY, "out of memory in the derivative");
+    for (size_t k = 0; parts && at && k < count; k++) {
+        const uint32_t *part = f->tape->lists + n->aux + 1 + 3 * k;
+        if (!f->tangent[part[0]])
+            continue;
+        parts[kept] = tangent_of(f, part[0]);
+        at[kept] = part[1];
+        at[count + kept++] = part[2];
+    }
+    if (kept)
+        y = ad_place(f->tape, n->rows, n->cols, kept, parts, at, at + count);
+    free(parts);
+    free(at);
+    return y;
+}
+
+static ad_var derivative(const struct forward *f, uint32_t id)
+{
+    const struct node n = *node_at(f->tape, id);
+    ad_var t[3] = {ad_at(f->tape, 0), ad_at(f->tape, 0), ad_at(f->tape, 0)};
+    for (size_t k = 0; k < ad_ops[n.op].arity; k++)
+        t[k] = tangent_of(f, n.in[k]);
+    if (ad_ops[n.op].elementwise)
+        return ad_elementwise_tangent(&n, ad_at(f->tape, id), t, f->tainted[id]);
+    if (n.op == AD_OP_matmul)
+        return product(f, &n);
+    if (n.op == AD_OP_place)
+        return placed(f, &n);
+    if (!t[0].id)
+        return t[0];
+    struct node same = n; /* linear in its one operand; lists and numbers serve both */
+    same.in[0] = t[0].id;
+    same.flags = 0;
+    return ad_append(f->tape, same);
+}
+
+/* Adds `t` to the tangent of node id. */
+static void add(struct forward *f, uint32_t id, ad_var t)
+{
+    const struct node *n = node_at(f->tape, id);
+    if (!t.id)
+        return;
+    t = ad_broadcast(t, n->rows, n->cols);
+    f->tangent[id] = f->tangent[id] ? ad_add(tangent_of(f, id), t).id : t.id;
+}
+
+static void sweep(struct forward *f, uint32_t last)
+{
+    for (uint32_t id = 1; id <= last && f->tape->error.status == AD_OK; id++) {
+        const struct node *n = node_at(f->tape, id);
+        bool any = false;
+        for (size_t k = 0; k < n_inputs(f->tape, n); k++) {
+            uint32_t x = input_of(f->tape, n, k);
+            any = any || f->tangent[x];
+            f->tainted[id] |= f->tainted[x];
+        }
+        f->tainted[id] |= ad_branches(n->op) || n->op == AD_OP_mul0;
+        if (any)
+            add(f, id, derivative(f, id));
+    }
+}
+
+enum ad_status ad_sweep_forward(ad_var y, bool tainted, size_t n, const ad_var x[],
+                                const ad_var dx[], ad_var *dy)
+{
+    ad_tape *tape = y.tape;
+    struct forward f = {.tape = tape,
+                        .tangent = calloc((size_t)y.id + 1, sizeof *f.tangent),
+                        .tainted = calloc((size_t)y.id + 1, 1)};
+    if (!f.tangent || !f.tainted) {
+        ad_fail(&tape->error, AD_E_MEMORY, "out of memory in the derivative");
+    } else {
+        for (size_t k = 0; k < n; k++)
+            if (x[k].id <= y.id) {
+                add(&f, x[k].id, dx[k]);
+                f.tainted[x[k].id] |= tainted;
+            }
+        sweep(&f, y.id);
+        *dy = ad_broadcast(tangent_of(&f, y.id), ad_rows(y), ad_cols(y));
+    }
+    free(f.tangent);
+    free(f.tainted);
+    return tape->error.status;
+}
+
+enum ad_status ad_jvp(ad_var y, size_t n, const ad_var x[], const ad_var dx[], ad_var *dy)
+{
+    ad_tape *tape = y.tape;
+    for (size_t k = 0; x && k < n && !tape; k++)
+        tape = x[k].tape;
+    if (dy)
+        *dy = ad_refused(tape);
+    if (!tape)
+        return AD_E_TAPE;
+    if (!dy || (n && (!x || !dx)))
+        ad_refuse(tape, AD_E_ARGUMENT, "jvp: got no %s (NULL)",
+                  !dy  ? "place for the derivative"
+                  : !x ? "variables"
+                       : "directions");
+    if (tape->error.status != AD_OK || !ad_all_on(tape, AD_COMPOSITE_jvp, "y", 1, &y) ||
+        !ad_all_on(tape, AD_COMPOSITE_jvp, "x", n, x) ||
+        !ad_all_on(tape, AD_COMPOSITE_jvp, "dx", n, dx))
+        return tape->error.status;
+    for (size_t k = 0; k < n; k++)
+        if (!ad_fits(dx[k], x[k])) {
+            ad_refuse_operands(tape, AD_E_SHAPE, AD_COMPOSITE_jvp, 2, (ad_var[]){x[k], dx[k]},
+                               "direction %zu does not broadcast to its variable", k);
+            return tape->error.status;
+        }
+    return ad_sweep_forward(y, false, n, x, dx, dy);
+}

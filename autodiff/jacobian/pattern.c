@@ -1,0 +1,337 @@
+/* Which elements of a recorded value depend on which elements of others: node by node, a set of
+   columns for each element. Values do not matter: what depends somewhere counts. */
+#include "autodiff/gradient/sweep.h"
+#include "jacobian.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct search {
+    const ad_tape *tape;
+    struct sets sets;
+    uint32_t **of;  /* per node: a set for each element, row-major; NULL: none depends */
+    uint32_t *room; /* for the terms of a union */
+    size_t max_room;
+};
+
+static uint32_t element(const struct search *s, uint32_t id, size_t r, size_t c)
+{
+    const struct node *x = node_at(s->tape, id);
+    return s->of[id] ? s->of[id][(x->rows == 1 ? 0 : r) * x->cols + (x->cols == 1 ? 0 : c)] : 0;
+}
+
+/* ---- elementwise, views ---- */
+
+static uint32_t of_operands(struct search *s, const struct node *n, size_t r, size_t c)
+{
+    unsigned operands = ad_derivative_operands(n->op);
+    uint32_t all = 0;
+    for (unsigned k = 0; k < ad_ops[n->op].arity; k++)
+        if (operands >> k & 1)
+            all = ad_set_union(&s->sets, all, element(s, n->in[k], r, c));
+    return all;
+}
+
+static uint32_t viewed(const struct search *s, const struct node *n, size_t r, size_t c)
+{
+    const uint32_t x = n->in[0], *list = s->tape->lists ? s->tape->lists + n->aux + 1 : NULL;
+    switch (n->op) {
+    case AD_OP_slice:
+        return element(s, x, r + n->in[1], c + n->in[2]);
+    case AD_OP_reshape:
+        return s->of[x] ? s->of[x][r * n->cols + c] : 0;
+    case AD_OP_transpose:
+        return element(s, x, c, r);
+    case AD_OP_gather:
+        return element(s, x, list[r], c);
+    case AD_OP_gather_cols:
+        return element(s, x, r, list[c]);
+    default: /* broadcast */
+        return element(s, x, r, c);
+    }
+}
+
+/* ---- sums: each element is one of several terms ---- */
+
+/* Terms in the order of their results: term k goes into result to[k]. */
+struct terms {
+    size_t n, max_to, max_set;
+    uint32_t *to, *set;
+};
+
+static bool add_term(struct terms *t, size_t to, uint32_t set)
+{
+    if (!set)
+        return true;
+    if (!ad_reserve((void **)&t->to, t->n, &t->max_to, 1, sizeof *t->to) ||
+        !ad_reserve((void **)&t->set, t->n, &t->max_set, 1, sizeof *t->set))
+        return false;
+    t->to[t->n] = (uint32_t)to;
+    t->set[t->n++] = set;
+    return true;
+}
+
+/* The union of the terms of each of `size` results. */
+static bool add_up(struct search *s, const struct terms *t, size_t size, uint32_t *result)
+{
+    size_t *start = calloc(size + 2, sizeof *start);
+    uint32_t *sorted = malloc((t->n + 1) * sizeof *sorted);
+    bool done = start && sorted;
+    for (size_t k = 0; done && k < t->n; k++)
+        start[t->to[k] + 2]++;
+    for (size_t k = 2; done && k < size + 2; k++)
+        start[k] += start[k - 1];
+    for (size_t k = 0; done && k < t->n; k++)
+        sorted[start[t->to[k] + 1]++] = t->set[k];
+    for (size_t k = 0; done && k < size; k++)
+        result[k] = ad_set_union_all(&s->sets, start[k + 1] - start[k], sorted + start[k]);
+    free(start);
+    free(sorted);
+    return done;
+}
+
+/* Where element (r, c) of the operand of a sum goes. */
+static size_t goes_to(const struct search *s, const struct node *n, size_t r, size_t c)
+{
+    const uint32_t *list = s->tape->lists ? s->tape->lists + n->aux + 1 : NULL;
+    size_t row = n->op == AD_OP_scatter ? list[r] : n->rows == 1 ? 0 : r;
+    size_t col = n->op == AD_OP_scatter_cols ? list[c] : n->cols == 1 ? 0 : c;
+    return row * n->cols + col;
+}
+
+static bool sum(struct search *s, const struct node *n, uint32_t *result)
+{
+    const struct node *x = node_at(s->tape, n->in[0]);
+    struct terms t = {0};
+    bool done = true;
+    for (size_t r = 0; r < x->rows; r++)
+        for (size_t c = 0; done && c < x->cols; c++)
+            done = add_term(&t, goes_to(s, n, r, c), element(s, n->in[0], r, c));
+    done = done && add_up(s, &t, node_size(n), result);
+    free(t.to);
+    free(t.set);
+    return done;
+}
+
+static bool placed(struct search *s, const struct node *n, uint32_t *result)
+{
+    const uint32_t *list = s->tape->lists + n->aux;
+    struct terms t = {0};
+    bool done = true;
+    for (size_t k = 0; k < list[0]; k++) {
+        const uint32_t *part = list + 1 + 3 * k;
+        const struct node *x = node_at(s->tape, part[0]);
+        for (size_t r = 0; r < x->rows; r++)
+            for (size_t c = 0; done && c < x->cols; c++)
+                done =
+                    add_term(&t, (part[1] + r) * n->cols + part[2] + c, element(s, part[0], r, c));
+    }
+    done = done && add_up(s, &t, node_size(n), result);
+    free(t.to);
+    free(t.set);
+    return done;
+}
+
+/* ---- products, differences, running sums ---- */
+
+/* The union of row (or column) k of node id. */
+static uint32_t line(struct search *s, uint32_t id, bool column, size_t k)
+{
+    const struct node *x = node_at(s->tape, id);
+    size_t n = column ? x->rows : x->cols;
+    if (!s->of[id])
+        return 0;
+    for (size_t i = 0; i < n; i++)
+        s->room[i] = column ? s->of[id][i * x->cols + k] : s->of[id][k * x->cols + i];
+    return ad_set_union_all(&s->sets, n, s->room);
+}
+
+static bool product(struct search *s, const struct node *n, uint32_t *result)
+{
+    bool ta = n->aux & 1, tb = n->aux >> 1 & 1;
+    uint32_t *of_row = malloc(((size_t)n->rows + n->cols) * sizeof *of_row), *of_col;
+    if (!of_row)
+        return false;
+    of_col = of_row + n->rows;
+    for (size_t r = 0; r < n->rows; r++)
+        of_row[r] = line(s, n->in[0], ta, r);
+    for (size_t c = 0; c < n->cols; c++)
+        of_col[c] = line(s, n->in[1], !tb, c);
+    for (size_t r = 0; r < n->rows; r++)
+        for (size_t c = 0; c < n->cols; c++)
+            result[r * n->cols + c] = ad_set_union(&s->sets, of_row[r], of_col[c]);
+    free(of_row);
+    return true;
+}
+
+/* Column c of a difference, or of the adjoint of one: both neighbours, as far as there are. */
+static uint32_t neighbours(struct search *s, const struct node *n, size_t r, size_t c)
+{
+    size_t width = node_at(s->tape, n->in[0])->cols, from, to;
+    if (n->op == AD_OP_diff) {
+        from = c + 1 < width ? c : width - 2;
+        to = from + 1;
+    } else {
+        from = c ? c - 1 : 0;
+        to = c < width ? c : width - 1;
+        to = n->in[2] && c + 2 >= n->cols ? width - 1 : to;
+    }
+    uint32_t all = 0;
+    for (size_t k = from; k <= to; k++)
+        all = ad_set_union(&s->sets, all, element(s, n->in[0], r, k));
+    return all;
+}
+
+static void running(struct search *s, const struct node *n, uint32_t *result)
+{
+    bool rows = n->aux & CUMSUM_ROWS, reversed = n->aux & CUMSUM_REVERSED;
+    size_t length = rows ? n->rows : n->cols, others = rows ? n->cols : n->rows;
+    for (size_t k = 0; k < others; k++) {
+        uint32_t all = 0;
+        for (size_t j = 0; j < length; j++) {
+            size_t i = reversed ? length - 1 - j : j, r = rows ? i : k, c = rows ? k : i;
+            all = ad_set_union(&s->sets, all, element(s, n->in[0], r, c));
+            result[r * n->cols + c] = all;
+        }
+    }
+}
+
+/* ---- nodes ---- */
+
+static bool fill(struct search *s, const struct node *n, uint32_t *result)
+{
+    switch (n->op) {
+    case AD_OP_sum:
+    case AD_OP_sum_rows:
+    case AD_OP_sum_cols:
+    case AD_OP_scatter:
+    case AD_OP_scatter_cols:
+        return sum(s, n, result);
+    case AD_OP_place:
+        return placed(s, n, result);
+    case AD_OP_matmul:
+        return product(s, n, result);
+    case AD_OP_cumsum:
+        running(s, n, result);
+        return true;
+    default:
+        break;
+    }
+    bool stencil = n->op == AD_OP_diff || n->op == AD_OP_diff_adjoint;
+    for (size_t r = 0; r < n->rows; r++)
+        for (size_t c = 0; c < n->cols; c++)
+            result[r * n->cols + c] = ad_ops[n->op].elementwise ? of_operands(s, n, r, c)
+                                      : stencil                 ? neighbours(s, n, r, c)
+                                                                : viewed(s, n, r, c);
+    return true;
+}
+
+/* Sets of node id: those it has as one of the x, and those of its operands. */
+static bool visit(struct search *s, uint32_t id)
+{
+    const struct node *n = node_at(s->tape, id);
+    bool any = false;
+    for (size_t k = 0; k < n_inputs(s->tape, n); k++) {
+        const struct node *x = node_at(s->tape, input_of(s->tape, n, k));
+        any = any || s->of[input_of(s->tape, n, k)];
+        size_t longest = x->rows > x->cols ? x->rows : x->cols;
+        if (longest > s->max_room &&
+            !ad_reserve((void **)&s->room, 0, &s->max_room, longest, sizeof *s->room))
+            return false;
+    }
+    if (!any)
+        return true;
+    size_t size = node_size(n);
+    uint32_t *own = s->of[id], *result = calloc(size, sizeof *result);
+    if (!result)
+        return false;
+    s->of[id] = NULL;
+    bool done = fill(s, n, result);
+    for (size_t k = 0; own && done && k < size; k++)
+        result[k] = ad_set_union(&s->sets, result[k], own[k]);
+    free(own);
+    s->of[id] = result;
+    return done && !s->sets.failed;
+}
+
+static bool number_columns(struct search *s, size_t n, const ad_var x[], uint32_t last)
+{
+    uint32_t column = 0;
+    for (size_t k = 0; k < n; k++) {
+        size_t size = ad_rows(x[k]) * ad_cols(x[k]);
+        if (x[k].id <= last && !s->of[x[k].id] && !(s->of[x[k].id] = calloc(size, sizeof **s->of)))
+            return false;
+        for (size_t i = 0; i < size; i++, column++)
+            if (x[k].id <= last)
+                s->of[x[k].id][i] =
+                    ad_set_union(&s->sets, s->of[x[k].id][i], ad_set_single(&s->sets, column));
+    }
+    return !s->sets.failed;
+}
+
+static bool write_pattern(const struct search *s, struct pattern *p, const uint32_t *of)
+{
+    size_t entries = 0;
+    const size_t *start = s->sets.start;
+    for (size_t r = 0; of && r < p->rows; r++)
+        entries += start[of[r] + 1] - start[of[r]];
+    p->start = calloc(p->rows + 1, sizeof *p->start);
+    p->col = malloc((entries + 1) * sizeof *p->col);
+    if (!p->start || !p->col)
+        return false;
+    for (size_t r = 0; of && r < p->rows; r++) {
+        size_t n = start[of[r] + 1] - start[of[r]];
+        if (n)
+            memcpy(p->col + p->start[r], s->sets.items + start[of[r]], n * sizeof *p->col);
+        p->start[r + 1] = p->start[r] + n;
+    }
+    return true;
+}
+
+bool ad_pattern_find(struct pattern *p, ad_var y, size_t n, const ad_var x[])
+{
+    struct search s = {.tape = y.tape, .of = calloc((size_t)y.id + 1, sizeof *s.of)};
+    *p = (struct pattern){.rows = ad_rows(y) * ad_cols(y)};
+    for (size_t k = 0; k < n; k++)
+        p->cols += ad_rows(x[k]) * ad_cols(x[k]);
+    bool done = s.of && ad_sets_init(&s.sets, p->cols) && number_columns(&s, n, x, y.id);
+    for (uint32_t id = 1; done && id <= y.id; id++)
+        done = visit(&s, id);
+    done = done && write_pattern(&s, p, s.of[y.id]);
+    for (uint32_t id = 0; s.of && id <= y.id; id++)
+        free(s.of[id]);
+    free(s.of);
+    free(s.room);
+    ad_sets_free(&s.sets);
+    if (!done)
+        ad_pattern_free(p);
+    return done;
+}
+
+bool ad_pattern_transpose(const struct pattern *p, struct pattern *t)
+{
+    size_t entries = p->start[p->rows];
+    *t = (struct pattern){.rows = p->cols,
+                          .cols = p->rows,
+                          .start = calloc(p->cols + 2, sizeof *t->start),
+                          .col = malloc((entries + 1) * sizeof *t->col)};
+    if (!t->start || !t->col) {
+        ad_pattern_free(t);
+        return false;
+    }
+    for (size_t k = 0; k < entries; k++)
+        t->start[p->col[k] + 2]++;
+    for (size_t k = 2; k < p->cols + 2; k++)
+        t->start[k] += t->start[k - 1];
+    for (size_t r = 0; r < p->rows; r++)
+        for (size_t k = p->start[r]; k < p->start[r + 1]; k++)
+            t->col[t->start[p->col[k] + 1]++] = (uint32_t)r;
+    return true;
+}
+
+void ad_pattern_free(struct pattern *p)
+{
+    free(p->start);
+    free(p->col);
+    *p = (struct pattern){0};
+}
