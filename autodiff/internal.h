@@ -9,14 +9,14 @@
                                schedule.c, sink.c, accumulate.c
                    plan.h      given memory (storage.c), tiles and instructions (tiles.c, emit.c);
                                compile.c has all passes one after the other
-       program.h               what comes out: segments of instructions over a block of memory
-       exec/       exec.h      runs them tile by tile (exec.c, tile.c); program.c is the outside
+       exec/       program.h   what comes out: segments of instructions over a block of memory
+                   exec.h      runs them tile by tile (exec.c, tile.c); program.c is the outside
        direct/     direct.h    or all of that is left out: values and adjoints node by node
        jacobian/   jacobian.h  sparse Jacobians: their pattern, found on the tape, and their program
        kernels/    kernels.h   the loops over lanes, for each type and instruction set
        native/     native.h    fused segments as machine code, by the system's C compiler
 
-   Beside that road: check.c, kink.c (differences), optim.c (descent), blas.c (OpenBLAS and LAPACK).
+   Beside that road: check.c, kink.c (differences), optim/ (descent), blas.c (OpenBLAS and LAPACK).
 
    Here: the tape's memory, shared by recording, gradient and compiler. */
 #ifndef AUTODIFF_INTERNAL_H

@@ -3,7 +3,7 @@
 #ifndef AUTODIFF_GRAPH_H
 #define AUTODIFF_GRAPH_H
 
-#include "autodiff/program.h"
+#include "autodiff/exec/program.h"
 
 /* A run of values that one segment computes. */
 struct group {

@@ -6,7 +6,6 @@
 #include "autodiff/blas.h"
 #include "autodiff/clock.h"
 #include "exec.h"
-#include "autodiff/native.h"
 
 #include <math.h>
 #include <string.h>
@@ -114,21 +113,21 @@ static void run_calls(const ad_program *p, const struct segment *g)
     }
 }
 
-static void run_native_chunk(const ad_program *p, const struct segment *g, uint32_t number)
+static void run_code_chunk(const ad_program *p, const struct segment *g, uint32_t number)
 {
     const struct tile t = extent(g, number);
-    g->native(p->memory, p->lists, number, t.row, t.row + t.rows, t.col, t.col + t.cols);
+    g->code(p->memory, p->lists, number, t.row, t.row + t.rows, t.col, t.col + t.cols);
 }
 
-static void run_native(const ad_program *p, const struct segment *g)
+static void run_code(const ad_program *p, const struct segment *g)
 {
     if (g->chunks == 1) {
-        run_native_chunk(p, g, 0);
+        run_code_chunk(p, g, 0);
         return; /* whole segments leave their sums where they belong */
     }
 #pragma omp parallel for num_threads((int)p->threads) schedule(static, 1) if (p->threads > 1)
     for (uint32_t c = 0; c < g->chunks; c++)
-        run_native_chunk(p, g, c);
+        run_code_chunk(p, g, c);
     collect_sinks(p, g, NULL);
 }
 
@@ -157,8 +156,8 @@ void ad_execute(const ad_program *p, const struct segment *segments, size_t firs
         ad_blas_single_thread();
     for (size_t i = first; i < last; i++) {
         const struct segment *g = &segments[i];
-        if (g->native) {
-            run_native(p, g);
+        if (g->code) {
+            run_code(p, g);
         } else if (g->fused) {
             run_fused(p, g, check);
         } else {
@@ -176,15 +175,9 @@ void ad_execute(const ad_program *p, const struct segment *segments, size_t firs
 static const struct segment *segments_of(ad_program *p, bool again, size_t *first, size_t *last)
 {
     *first = again ? p->n_held_segments : p->n_constant_segments;
-    if (p->price > 0)
-        ad_native_weigh(p, *first);
-    if (p->native) {
-        *first = again ? p->native->n_held : 0;
-        *last = p->native->n_segments;
-        return p->native->segments;
-    }
     *last = p->n_segments;
-    return p->segments;
+    const struct segment *others = p->back_end ? p->back_end->prepare(p, again, first, last) : NULL;
+    return others ? others : p->segments;
 }
 
 static void run(ad_program *p, bool again)

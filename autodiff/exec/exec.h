@@ -2,7 +2,7 @@
 #ifndef AUTODIFF_EXEC_H
 #define AUTODIFF_EXEC_H
 
-#include "autodiff/program.h"
+#include "program.h"
 
 /* Where a value first was not finite; value UINT32_MAX: nowhere. */
 struct check {

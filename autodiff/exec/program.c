@@ -1,5 +1,4 @@
 /* A program from outside: threads, inputs and outputs, reports. */
-#include "autodiff/native.h"
 #include "exec.h"
 
 #include <math.h>
@@ -11,7 +10,8 @@ void ad_program_free(ad_program *p)
         return;
     for (size_t i = 0; i < p->n_labels; i++)
         free(p->labels[i]);
-    ad_native_free(p->native);
+    if (p->back_end)
+        p->back_end->free(p->back_end_state);
     free(p->labels);
     free(p->label_values);
     free(p->values);

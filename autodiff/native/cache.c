@@ -94,7 +94,7 @@ bool ad_native_is_whole(const char *path, const char *source)
 /* ---- loading ---- */
 
 /* The object at `path` if it can be loaded and has the functions run0 ... run<n - 1>. */
-static void *open_functions(const char *path, size_t n, ad_native_run *functions[], char *reason,
+static void *open_functions(const char *path, size_t n, ad_segment_code *functions[], char *reason,
                             size_t room)
 {
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
@@ -115,7 +115,7 @@ static void *open_functions(const char *path, size_t n, ad_native_run *functions
 }
 
 void *ad_native_load(const char *source, const char *isa, const struct compiler *c, size_t n,
-                     ad_native_run *functions[], struct ad_error *note)
+                     ad_segment_code *functions[], struct ad_error *note)
 {
     char path[PATH_MAX], reason[200];
     void *library;

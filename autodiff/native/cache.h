@@ -3,7 +3,7 @@
 #define AUTODIFF_CACHE_H
 
 #include "autodiff/hash.h"
-#include "autodiff/native.h"
+#include "native.h"
 
 /* Behind object and source. */
 struct trailer {

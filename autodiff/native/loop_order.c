@@ -1,6 +1,6 @@
 /* How compiled code walks a segment: what becomes the lanes of a vector, which loop is inside, and
    where chunks are cut. */
-#include "autodiff/native.h"
+#include "native.h"
 
 static bool meets_rows(const ad_program *p, const struct instruction *in)
 {

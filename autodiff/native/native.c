@@ -1,5 +1,5 @@
 /* The compiled back end: when it pays, and putting it in place of the interpreter. */
-#include "autodiff/native.h"
+#include "native.h"
 
 #include <dlfcn.h>
 #include <stdlib.h>
@@ -39,29 +39,50 @@ size_t ad_native_functions(const struct native *native)
     return n;
 }
 
-void ad_native_put(ad_program *p, struct native *native, ad_native_run *const functions[])
+/* What a program keeps of this back end. */
+struct state {
+    struct native *native; /* NULL: interpreted */
+    double saved, price;   /* seconds, by what ran so far; 0: no matter */
+    struct ad_error why;   /* interpreted */
+};
+
+static const struct segment *prepare(ad_program *p, bool again, size_t *first, size_t *last);
+static void free_state(void *state);
+static const struct back_end machine_code = {prepare, free_state};
+
+/* The state of a program, which from now on has one; NULL when out of memory. */
+static struct state *state_of(ad_program *p)
 {
+    if (!p->back_end && (p->back_end_state = calloc(1, sizeof(struct state))))
+        p->back_end = &machine_code;
+    return p->back_end_state;
+}
+
+bool ad_native_put(ad_program *p, struct native *native, ad_segment_code *const functions[])
+{
+    struct state *state = state_of(p);
     size_t n = 0;
-    for (size_t i = 0; i < native->n_segments; i++)
+    for (size_t i = 0; state && i < native->n_segments; i++)
         if (native->segments[i].fused)
-            native->segments[i].native = functions[n++];
-    p->native = native;
+            native->segments[i].code = functions[n++];
+    if (state)
+        state->native = native;
+    return state;
 }
 
 static bool load(ad_program *p, struct native *native, const char *source,
                  const struct compiler *compiler, struct ad_error *note)
 {
     size_t n = ad_native_functions(native);
-    ad_native_run **functions = malloc((n + 1) * sizeof *functions);
+    ad_segment_code **functions = malloc((n + 1) * sizeof *functions);
     if (!functions) {
         ad_fail(note, AD_E_MEMORY, "out of memory");
         return false;
     }
     native->library = ad_native_load(source, p->kernels->isa, compiler, n, functions, note);
-    if (native->library)
-        ad_native_put(p, native, functions);
+    bool put = native->library && ad_native_put(p, native, functions);
     free(functions);
-    return native->library;
+    return put;
 }
 
 void ad_native_free(struct native *native)
@@ -72,6 +93,13 @@ void ad_native_free(struct native *native)
         dlclose(native->library);
     free(native->segments);
     free(native);
+}
+
+static void free_state(void *of)
+{
+    struct state *state = of;
+    ad_native_free(state->native);
+    free(state);
 }
 
 /* ---- when ---- */
@@ -131,74 +159,87 @@ static bool install(ad_program *p, const struct compiler *compiler, struct ad_er
 }
 
 /* Keeps why compiling is out of the question. */
-static bool is_refused(ad_program *p)
+static bool is_refused(const ad_program *p, struct ad_error *why)
 {
-    p->interpreted = (struct ad_error){0};
+    *why = (struct ad_error){0};
     if (turned_off())
-        ad_fail(&p->interpreted, AD_E_ARGUMENT, "LEASTACTION_NATIVE=0 turns machine code off");
+        ad_fail(why, AD_E_ARGUMENT, "LEASTACTION_NATIVE=0 turns machine code off");
     else if (p->n_instructions > MOST_INSTRUCTIONS)
-        ad_fail(&p->interpreted, AD_E_ARGUMENT,
-                "%zu instructions take too long to compile; the most is %d", p->n_instructions,
-                MOST_INSTRUCTIONS);
-    return p->interpreted.status != AD_OK;
+        ad_fail(why, AD_E_ARGUMENT, "%zu instructions take too long to compile; the most is %d",
+                p->n_instructions, MOST_INSTRUCTIONS);
+    return why->status != AD_OK;
 }
 
-static void compile(ad_program *p)
+static void compile(ad_program *p, struct state *state)
 {
     struct compiler compiler = {.identity = ""};
-    p->interpreted = (struct ad_error){0};
-    p->price = 0;
-    if (ad_cc_find(&compiler, &p->interpreted))
-        install(p, &compiler, &p->interpreted);
+    state->why = (struct ad_error){0};
+    state->price = 0;
+    if (ad_cc_find(&compiler, &state->why))
+        install(p, &compiler, &state->why);
 }
 
-static void note_too_few(ad_program *p)
+static void note_too_few(const ad_program *p, struct ad_error *why)
 {
-    ad_fail(&p->interpreted, AD_E_ARGUMENT,
+    ad_fail(why, AD_E_ARGUMENT,
             "so few runs do not pay for compiling %zu instructions, about %.2g s",
             p->n_instructions, seconds_to_compile(p));
 }
 
 bool ad_native(ad_program *p, double runs, struct ad_error *note)
 {
-    if (!p) {
+    struct state *state = p ? state_of(p) : NULL;
+    struct ad_error none = {0};
+    if (!state) {
+        ad_fail(&none, AD_E_MEMORY, "out of memory");
         if (note)
-            *note = *ad_program_error(NULL);
+            *note = p ? none : *ad_program_error(NULL);
         return false;
     }
-    if (!p->native && !is_refused(p)) {
+    if (!state->native && !is_refused(p, &state->why)) {
         if (seconds_saved(p, p->n_constant_segments) == 0)
-            ad_fail(&p->interpreted, AD_E_ARGUMENT,
+            ad_fail(&state->why, AD_E_ARGUMENT,
                     "nothing to compile: runs consist of products, transpositions and copies");
         else if (runs * seconds_saved(p, p->n_constant_segments) > seconds_to_compile(p))
-            compile(p);
+            compile(p, state);
         else
-            note_too_few(p);
+            note_too_few(p, &state->why);
     }
-    if (!p->native && note)
-        *note = p->interpreted;
-    return p->native;
+    if (!state->native && note)
+        *note = state->why;
+    return state->native;
 }
 
 void ad_native_in_time(ad_program *p)
 {
-    if (!p || p->native || is_refused(p))
+    struct state *state = p ? state_of(p) : NULL;
+    if (!state || state->native || is_refused(p, &state->why))
         return;
-    p->price = seconds_to_compile(p);
-    note_too_few(p);
+    state->price = seconds_to_compile(p);
+    note_too_few(p, &state->why);
 }
 
-void ad_native_weigh(ad_program *p, size_t first)
+/* Adds what machine code would have saved, and compiles where that has become enough. */
+static const struct segment *prepare(ad_program *p, bool again, size_t *first, size_t *last)
 {
-    p->saved += seconds_saved(p, first);
-    if (p->saved > p->price)
-        compile(p);
+    struct state *state = p->back_end_state;
+    if (state->price > 0) {
+        state->saved += seconds_saved(p, *first);
+        if (state->saved > state->price)
+            compile(p, state);
+    }
+    if (!state->native)
+        return NULL;
+    *first = again ? state->native->n_held : 0;
+    *last = state->native->n_segments;
+    return state->native->segments;
 }
 
 const char *ad_native_note(const ad_program *p)
 {
-    return !p                          ? ad_program_error(NULL)->message
-           : p->native                 ? ""
-           : p->interpreted.message[0] ? p->interpreted.message
-                                       : "nobody asked for machine code";
+    const struct state *state = p ? p->back_end_state : NULL;
+    return !p                             ? ad_program_error(NULL)->message
+           : state && state->native       ? ""
+           : state && *state->why.message ? state->why.message
+                                          : "nobody asked for machine code";
 }

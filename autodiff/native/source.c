@@ -1,6 +1,6 @@
 /* The source of a whole program: the vectors it needs, a function for every fused segment, and one
    for every run of them that is left to call. */
-#include "autodiff/native.h"
+#include "native.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -5,7 +5,7 @@
    those that choose between two values lane by lane are written again here, as vectors have no
    ?: in C. Mathematical functions are those of glibc's libmvec, as in kernels.c, called by name. In
    the texts @ stands for the number of lanes, one lane being a plain number. */
-#include "autodiff/native.h"
+#include "native.h"
 
 #include <math.h>
 #include <string.h>
@@ -163,11 +163,10 @@ struct function {
     bool vector; /* has a vector version */
 };
 
-#if defined(__GLIBC__) && __GLIBC_PREREQ(2, 35)
-enum { NEWER = 1 };
-#else
-enum { NEWER = 0 };
+#ifndef __GLIBC_PREREQ /* another C library: no vectors at all */
+#define __GLIBC_PREREQ(major, minor) 0
 #endif
+enum { NEWER = __GLIBC_PREREQ(2, 35) };
 
 static const struct function functions[] = {
     {"exp", 1, true},   {"log", 1, true},    {"sin", 1, true},    {"cos", 1, true},

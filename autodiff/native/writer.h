@@ -6,7 +6,7 @@
 #ifndef AUTODIFF_NATIVE_WRITER_H
 #define AUTODIFF_NATIVE_WRITER_H
 
-#include "autodiff/native.h"
+#include "native.h"
 
 enum {
     MAX_ARRAYS = 16,

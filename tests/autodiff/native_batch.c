@@ -97,7 +97,7 @@ static bool compile(struct native_batch *b, size_t isa, const struct compiler *c
 static bool put(struct native_batch *b, size_t k)
 {
     size_t n = ad_native_functions(b->natives[k]);
-    ad_native_run **functions = malloc(n * sizeof *functions);
+    ad_segment_code **functions = malloc(n * sizeof *functions);
     void *library = b->libraries[isa_of(b, b->programs[k])];
     bool all = functions;
     for (size_t i = 0; all && i < n; i++) {
@@ -107,10 +107,9 @@ static bool put(struct native_batch *b, size_t k)
         memcpy(&functions[i], &symbol, sizeof symbol);
         all = symbol;
     }
-    if (all) {
-        ad_native_put(b->programs[k], b->natives[k], functions);
+    all = all && ad_native_put(b->programs[k], b->natives[k], functions);
+    if (all)
         b->natives[k] = NULL;
-    }
     free(functions);
     return all;
 }

@@ -3,7 +3,7 @@
 #ifndef TESTS_AUTODIFF_NATIVE_BATCH_H
 #define TESTS_AUTODIFF_NATIVE_BATCH_H
 
-#include "autodiff/native.h"
+#include "autodiff/native/native.h"
 
 enum { BATCH_PROGRAMS = 32, BATCH_ISAS = 3 };
 

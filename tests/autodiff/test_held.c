@@ -1,6 +1,6 @@
 /* Held inputs: what ad_rerun gives is what ad_run gives, to the last bit. */
 #include "autodiff/autodiff.h"
-#include "autodiff/program.h"
+#include "autodiff/exec/program.h"
 #include "tests/close.h"
 #include "tests/mentions.h"
 

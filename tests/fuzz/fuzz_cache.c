@@ -1,7 +1,7 @@
 /* Fuzzer of kept machine code: no entry but the one that was written is taken for whole. */
 #include "fuzz.h"
 
-#include "autodiff/native.h"
+#include "autodiff/native/native.h"
 
 #include <sys/stat.h>
 

@@ -1,5 +1,5 @@
 /* Limited-memory BFGS (lbfgs.h). */
-#include "lbfgs.h"
+#include "autodiff/lbfgs.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,9 +1,9 @@
 /* A compiled program: segments of instructions, and the memory they work on. compile/ makes it,
-   exec/ runs it, native/ turns segments into machine code. */
+   exec/ runs it, or a back end that was put into it: native/. */
 #ifndef AUTODIFF_PROGRAM_H
 #define AUTODIFF_PROGRAM_H
 
-#include "internal.h"
+#include "autodiff/internal.h"
 #include "autodiff/kernels/kernels.h"
 
 /* ---- values ---- */
@@ -91,13 +91,13 @@ struct part {
     uint32_t row, col; /* where it goes */
 };
 
-/* A segment compiled to machine code (native.h) for rows [row, row_end), columns [col, col_end) of
-   chunk number `chunk`. */
-typedef void ad_native_run(char *memory, const uint32_t *lists, size_t chunk, size_t row,
-                           size_t row_end, size_t col, size_t col_end);
+/* Code of a back end for rows [row, row_end), columns [col, col_end) of a fused segment, of chunk
+   number `chunk`. */
+typedef void ad_segment_code(char *memory, const uint32_t *lists, size_t chunk, size_t row,
+                             size_t row_end, size_t col, size_t col_end);
 
 struct segment {
-    ad_native_run *native; /* NULL: the instructions are interpreted */
+    ad_segment_code *code; /* NULL: the instructions are interpreted */
     uint32_t first, count; /* instructions */
     uint32_t rows, cols;   /* iteration space */
     uint32_t tile_rows, tile_cols;
@@ -125,7 +125,14 @@ static inline size_t ad_slot_bytes(size_t element, const struct segment *s)
 }
 
 struct check;
-struct native;
+
+/* Another way to run a program's segments. A program has none until one puts itself there. */
+struct back_end {
+    /* Before a run from segment *first to before *last: the segments to run instead, and in *first
+       and *last which; NULL, and they stand: the program's own. */
+    const struct segment *(*prepare)(ad_program *program, bool again, size_t *first, size_t *last);
+    void (*free)(void *state);
+};
 
 struct ad_program {
     enum ad_type type;
@@ -161,11 +168,10 @@ struct ad_program {
     size_t threads;
     bool has_matmul;
     bool was_run;
-    bool held_stand;             /* what held inputs decide is as they were set */
-    struct ad_error error;       /* of ad_rerun */
-    struct native *native;       /* NULL: interpreted */
-    struct ad_error interpreted; /* why */
-    double saved, price;         /* seconds, by what ran so far; 0: no matter (native.h) */
+    bool held_stand;                 /* what held inputs decide is as they were set */
+    struct ad_error error;           /* of ad_rerun */
+    const struct back_end *back_end; /* NULL: interpreted; its state: */
+    void *back_end_state;
 };
 
 /* Runs segments [first, last), the program's own or those that stand for them; with `check`, keeps

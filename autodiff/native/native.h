@@ -9,8 +9,8 @@
 #ifndef AUTODIFF_NATIVE_H
 #define AUTODIFF_NATIVE_H
 
-#include "autodiff/native/cc.h"
-#include "program.h"
+#include "cc.h"
+#include "autodiff/exec/program.h"
 
 #include <stdio.h>
 
@@ -25,10 +25,6 @@ struct native {
 };
 
 void ad_native_free(struct native *native);
-
-/* Before a run from segment `first` on: adds what machine code would save, and compiles where that
-   has become enough. Programs of price 0 need no call. */
-void ad_native_weigh(ad_program *program, size_t first);
 
 /* How a segment is walked. */
 struct walk {
@@ -47,16 +43,16 @@ size_t ad_native_vector_bytes(const ad_program *program);
 /* Types, loads, stores and operations for vectors of so many lanes. */
 void ad_native_vectors(FILE *out, const ad_program *program, uint32_t lanes);
 
-/* Function s<number>: the arguments are those of ad_native_run. False when out of memory. */
+/* Function s<number>: the arguments are those of ad_segment_code. False when out of memory. */
 bool ad_native_segment(FILE *out, const ad_program *program, const struct walk *walk);
 
 /* The source of a program, which the caller frees, and the segments that run it: the fused ones
    stand, in order, for its functions run0, run1, ... NULL when out of memory. */
 char *ad_native_source(const ad_program *program, struct native *native);
 /* How many functions that source has; puts them, loaded, in place of the interpreter. The program
-   frees `native`. */
+   frees `native`; false when out of memory. */
 size_t ad_native_functions(const struct native *native);
-void ad_native_put(ad_program *program, struct native *native, ad_native_run *const functions[]);
+bool ad_native_put(ad_program *program, struct native *native, ad_segment_code *const functions[]);
 
 /* A file of the cache is the user's own, holds this source, and is as it was written. */
 bool ad_native_is_whole(const char *path, const char *source);
@@ -65,6 +61,6 @@ bool ad_native_is_whole(const char *path, const char *source);
    it is there and unhurt, else compiled and kept there. NULL, with a reason in `note`, where that
    cannot be; what cannot be loaded is not kept. dlclose it. */
 void *ad_native_load(const char *source, const char *isa, const struct compiler *compiler, size_t n,
-                     ad_native_run *functions[], struct ad_error *note);
+                     ad_segment_code *functions[], struct ad_error *note);
 
 #endif

@@ -1,9 +1,9 @@
 /* First-order optimisers.
    Adam: D. P. Kingma, J. Ba, "Adam: a method for stochastic optimization", ICLR 2015, algorithm 1;
    AdamW: I. Loshchilov, F. Hutter, "Decoupled weight decay regularization", ICLR 2019. */
-#include "internal.h"
+#include "autodiff/internal.h"
 #include "autodiff/kernels/kernels.h"
-#include "optim.h"
+#include "autodiff/optim.h"
 
 #include <math.h>
 #include <stdlib.h>
