@@ -224,4 +224,8 @@ enum ad_status phys_path_find(const struct phys_solver *solver, const struct phy
     return error->status;
 }
 
-void phys_path_found_free(struct phys_path_found *found) { phys_spectrum_free(&found->spectrum); }
+void phys_path_found_free(struct phys_path_found *found)
+{
+    if (found)
+        phys_spectrum_free(&found->spectrum);
+}

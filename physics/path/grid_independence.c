@@ -65,13 +65,14 @@ static bool defects_are_small(const struct phys_system *system,
                               struct ad_error *error)
 {
     struct phys_path_nodes nodes = {0};
+    const struct phys_grid grid = {settings->rule, settings->slices, settings->dt};
     struct phys_ode ode = {0};
     double *room = malloc(10 * system->dof * sizeof *room);
     bool small = false;
     if (!room)
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", system->dof);
     else if (phys_ode_lagrangian(system, &ode, error) == AD_OK &&
-             phys_path_nodes_new(&nodes, system->dof, settings, path, error) == AD_OK)
+             phys_path_nodes_new(&nodes, system->dof, &grid, 3, path, error) == AD_OK)
         small = sum_defects(&ode, &nodes, room) <= NEAR;
     phys_path_nodes_free(&nodes);
     phys_ode_free(&ode);

@@ -6,161 +6,50 @@
    first bisected; with more, velocities are drawn at random until another start would hardly find a
    new path: of N that led somewhere, those whose path was seen but once are about the share that
    the next has of finding an unseen one (Good, Biometrika 40, 1953). */
-#include "energy_sweep.h"
-#include "grid_independence.h"
-#include "newton.h"
+#include "multistart.h"
 #include "physics/io/random.h"
-#include "physics/motion/motion.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { NODES_OF_TURN = 12, MOST_TURNS = 100 }; /* fewer nodes do not show a turn */
-
 enum { SUBSTEPS = 4, BISECTIONS = 30, STEPS = 60, LEAST_STARTS = 30 };
 
-static const double ROUNDING = 1e-9; /* of coordinates: ends so near are one place */
-static const double NEAR = 0.1;   /* of a motion's extent: what its path on the grid may be off */
-static const double ALIKE = 1e-9; /* relative difference of energies and actions of images */
-static const double SAME = 1e-6;  /* relative difference of two solutions that are one */
-static const double GRID = 1.02;  /* ratio of neighbouring velocities in a sweep */
-static const double RANGE = 1e3;  /* of a sweep, around the speed that is natural */
+static const double ROUNDING = 1e-9;  /* of coordinates: ends so near are one place */
+static const double GRID = 1.02;      /* ratio of neighbouring velocities in a sweep */
 static const double MOST_DETOUR = 30; /* a start that ends so many spans away is given up */
 static const double UNSEEN = 0.05;    /* a chance of finding more that is not worth a start */
 
-struct search {
-    const struct phys_system *system;
-    struct phys_path_settings settings;
-    struct phys_newton newton;
-    const double *given;
-    size_t dof, slices, n; /* n: numbers of a path with its inner nodes */
-    struct phys_ode motion;
-    double speed, span; /* natural scales of velocity and of the path */
-    double *q, *v, *y, *path;
-    struct phys_path_info info; /* of the last solution */
-    size_t led;                 /* starts that led to a stationary path */
-    struct phys_solutions *solutions;
-};
-
-static bool goes_on(struct search *s)
+bool phys_multistart_goes_on(struct phys_multistart *s)
 {
     if (s->settings.proceed && !s->settings.proceed(s->settings.context))
         s->solutions->interrupted = true;
     return !s->solutions->interrupted;
 }
 
-/* ---- solutions ---- */
-
-static double largest_difference(size_t n, const double *a, const double *b)
-{
-    double most = 0;
-    for (size_t k = 0; k < n; k++)
-        most = fmax(most, fabs(a[k] - b[k]));
-    return most;
-}
-
-static bool close_to(double a, double b, double scale) { return fabs(a - b) <= ALIKE * scale; }
-
-/* Counts a path that is like one already found (its mirror image, say), unless it is that one. */
-static bool is_known(struct search *s, double energy, double action)
-{
-    double time = s->settings.dt * (double)(s->slices - 1);
-    for (size_t k = 0; k < s->solutions->n; k++) {
-        struct phys_solution *a = &s->solutions->solution[k];
-        double scale = fabs(a->energy) + fabs(a->action) / time;
-        if (largest_difference(s->dof * s->slices, a->path, s->path) <= SAME * s->span) {
-            a->hits++;
-            return true;
-        }
-        if (close_to(energy, a->energy, scale) && close_to(action, a->action, scale * time)) {
-            if (a->copies == 1 ||
-                largest_difference(s->dof * s->slices, a->copy, s->path) > SAME * s->span) {
-                memcpy(a->copy, s->path, s->n * sizeof *a->copy);
-                a->copies++;
-            }
-            a->hits++;
-            return true;
-        }
-    }
-    return false;
-}
-
-static enum ad_status keep(struct search *s, struct ad_error *error)
-{
-    const struct phys_path_info *info = &s->info;
-    double energy = info->energy_mean;
-    if (is_known(s, energy, info->action))
-        return AD_OK;
-    struct phys_solutions *all = s->solutions;
-    struct phys_solution *grown = realloc(all->solution, (all->n + 1) * sizeof *grown);
-    if (grown)
-        all->solution = grown;
-    double *path = malloc(2 * s->n * sizeof *path);
-    if (!grown || !path) {
-        free(path);
-        return ad_fail(error, AD_E_MEMORY, "out of memory for another path");
-    }
-    struct phys_solution *a = &all->solution[all->n];
-    *a = (struct phys_solution){.path = path,
-                                .copy = path + s->n,
-                                .energy = energy,
-                                .action = info->action,
-                                .copies = 1,
-                                .hits = 1};
-    memcpy(a->path, s->path, s->n * sizeof *path);
-    all->n++;
-    for (size_t k = 0; k < s->dof * s->slices; k++)
-        a->largest = fmax(a->largest, fabs(path[k]));
-    if (phys_newton_spectrum(&s->newton, path, &a->spectrum, error) == AD_OK)
-        phys_path_grid_independent(s->system, &s->settings, path, &a->resolved, error);
-    return error->status;
-}
-
-static void solution_free(struct phys_solution *solution)
-{
-    free(solution->path);
-    phys_spectrum_free(&solution->spectrum);
-}
-
-/* Leaves out what the grid alone made; with many coordinates nothing shows that for certain. */
-static void drop_unresolved(const struct search *s, struct phys_solutions *all)
-{
-    if (s->dof > PHYS_SHOOTING_DOF)
-        return;
-    size_t kept = 0;
-    for (size_t k = 0; k < all->n; k++)
-        if (all->solution[k].resolved)
-            all->solution[kept++] = all->solution[k];
-        else
-            solution_free(&all->solution[k]);
-    all->unresolved += all->n - kept;
-    all->n = kept;
-}
-
 /* Newton from s->path; what does not converge is no solution, and no error: s->led counts what
  * does.
  */
-static enum ad_status solve_grid(struct search *s, struct ad_error *error)
+enum ad_status phys_multistart_solve(struct phys_multistart *s, struct ad_error *error)
 {
     if (phys_newton_settle(&s->newton, s->path, &s->info, error))
         s->led++;
     return error->status;
 }
 
-static enum ad_status make_stationary(struct search *s, struct ad_error *error)
+static enum ad_status make_stationary(struct phys_multistart *s, struct ad_error *error)
 {
     size_t led = s->led;
     phys_rule_interpolate(s->settings.rule, s->dof, s->slices, s->path);
-    if (solve_grid(s, error) != AD_OK || s->led == led)
+    if (phys_multistart_solve(s, error) != AD_OK || s->led == led)
         return error->status;
-    return keep(s, error);
+    return phys_multistart_keep(s, error);
 }
 
 /* ---- starts ---- */
 
 /* Puts the motion from the first end with velocity s->v into s->path; false if it is lost. */
-static bool shoot(struct search *s)
+static bool shoot(struct phys_multistart *s)
 {
     struct ad_error lost = {0};
     const struct phys_simulation how = {.integrator = phys_integrator_find("rk4", &lost),
@@ -173,14 +62,14 @@ static bool shoot(struct search *s)
            AD_OK;
 }
 
-static double miss(const struct search *s, size_t k)
+static double miss(const struct phys_multistart *s, size_t k)
 {
     size_t last = k * s->slices + s->slices - 1;
     return s->path[last] - s->given[last];
 }
 
 /* Bends the motion in s->path so that it meets the second end. */
-static void bend(struct search *s)
+static void bend(struct phys_multistart *s)
 {
     for (size_t k = 0; k < s->dof; k++) {
         double off = miss(s, k);
@@ -192,7 +81,7 @@ static void bend(struct search *s)
 }
 
 /* The motion that begins with s->v, bent; false if it is lost or ends far away. */
-static bool begin(struct search *s)
+static bool begin(struct phys_multistart *s)
 {
     if (!shoot(s))
         return false;
@@ -204,13 +93,13 @@ static bool begin(struct search *s)
 }
 
 /* The miss of one coordinate; NaN where the motion is lost. */
-static double miss_of(struct search *s, double velocity)
+static double miss_of(struct phys_multistart *s, double velocity)
 {
     s->v[0] = velocity;
     return shoot(s) ? miss(s, 0) : (double)NAN;
 }
 
-static enum ad_status bisect(struct search *s, double low, double high, double miss_low,
+static enum ad_status bisect(struct phys_multistart *s, double low, double high, double miss_low,
                              struct ad_error *error)
 {
     for (int k = 0; k < BISECTIONS && miss_low != 0; k++) {
@@ -226,13 +115,14 @@ static enum ad_status bisect(struct search *s, double low, double high, double m
     return begin(s) ? make_stationary(s, error) : AD_OK;
 }
 
-/* Velocities from -RANGE to RANGE times the natural one, dense near zero, with zero among them. */
-static enum ad_status sweep(struct search *s, struct ad_error *error)
+/* Velocities from -PHYS_MULTISTART_RANGE to PHYS_MULTISTART_RANGE times the natural one, dense near
+ * zero, with zero among them. */
+static enum ad_status sweep(struct phys_multistart *s, struct ad_error *error)
 {
-    int half = (int)ceil(2 * log(RANGE) / log(GRID));
+    int half = (int)ceil(2 * log(PHYS_MULTISTART_RANGE) / log(GRID));
     double before = 0, miss_before = (double)NAN;
-    for (int k = -half; k <= half && error->status == AD_OK && goes_on(s); k++) {
-        double size = s->speed * RANGE * pow(GRID, fabs((double)k) - half);
+    for (int k = -half; k <= half && error->status == AD_OK && phys_multistart_goes_on(s); k++) {
+        double size = s->speed * PHYS_MULTISTART_RANGE * pow(GRID, fabs((double)k) - half);
         double velocity = k == 0 ? 0 : k < 0 ? -size : size, here = miss_of(s, velocity);
         if (here == 0 || (isfinite(miss_before) && isfinite(here) && miss_before != 0 &&
                           (here < 0) != (miss_before < 0)))
@@ -245,7 +135,7 @@ static enum ad_status sweep(struct search *s, struct ad_error *error)
 
 /* Share of the starts so far whose path no other start has found; and what that may be with a
    chance of 95 % if their number is drawn by Poisson's law: 3.0, 4.7, 6.3 for 0, 1, 2. */
-static double unseen(const struct search *s, double *limit)
+static double unseen(const struct phys_multistart *s, double *limit)
 {
     size_t once = 0;
     for (size_t k = 0; k < s->solutions->n; k++)
@@ -255,12 +145,13 @@ static double unseen(const struct search *s, double *limit)
     return s->led ? (double)once / (double)s->led : 1;
 }
 
-static enum ad_status draw(struct search *s, size_t starts, uint64_t seed, struct ad_error *error)
+static enum ad_status draw(struct phys_multistart *s, size_t starts, uint64_t seed,
+                           struct ad_error *error)
 {
     struct phys_random random;
     phys_random_seed(&random, seed);
     const size_t led = s->led;
-    for (size_t j = 0; j < starts && error->status == AD_OK && goes_on(s); j++) {
+    for (size_t j = 0; j < starts && error->status == AD_OK && phys_multistart_goes_on(s); j++) {
         s->solutions->starts = j + 1;
         double size = s->speed * pow(10, 2 * phys_random_uniform(&random) - 1);
         for (size_t k = 0; k < s->dof; k++)
@@ -275,85 +166,11 @@ static enum ad_status draw(struct search *s, size_t starts, uint64_t seed, struc
     return error->status;
 }
 
-/* ---- motions of one coordinate by their energies ---- */
-
-/* All nodes of a path [degree x slices], in the order of time. */
-static void place_nodes(const struct search *s, const double *nodes)
-{
-    size_t degree = s->settings.rule->degree;
-    for (size_t i = 0; i < s->slices; i++)
-        for (size_t k = 0; k < degree; k++)
-            s->path[k * s->slices + i] = nodes[i + 1 < s->slices ? i * degree + k : i * degree];
-    s->path[0] = s->given[0];
-    s->path[s->slices - 1] = s->given[s->slices - 1];
-}
-
-/* Makes the motion of a root stationary on the grid; what the grid cannot hold is counted. */
-static enum ad_status take_root(struct search *s, struct phys_energy_sweep *sweep,
-                                const struct phys_energy_root *root, size_t m, double *nodes,
-                                const double *times, struct ad_error *error)
-{
-    double *begun = nodes + m;
-    if (!phys_energy_sweep_path(sweep, root, m, times, nodes))
-        return AD_OK;
-    place_nodes(s, nodes);
-    memcpy(begun, s->path, s->slices * sizeof *begun);
-    size_t led = s->led;
-    if (solve_grid(s, error) != AD_OK)
-        return error->status;
-    double low = begun[0], high = low;
-    for (size_t i = 0; i < s->slices; i++) {
-        low = fmin(low, begun[i]);
-        high = fmax(high, begun[i]);
-    }
-    if (s->led == led || largest_difference(s->slices, begun, s->path) > NEAR * (high - low)) {
-        s->solutions->unresolved++;
-        return AD_OK;
-    }
-    return keep(s, error);
-}
-
-/* False: it is another kind of question. */
-static bool all_energies(struct search *s, struct ad_error *error)
-{
-    size_t degree = s->settings.rule->degree, m = degree * (s->slices - 1) + 1, n;
-    const struct phys_energy_root *roots;
-    struct phys_energy_sweep *sweep;
-    double speed = s->speed, time = s->settings.dt * (double)(s->slices - 1);
-    struct phys_energy_question ask = {.from = s->given[0],
-                                       .to = s->given[s->slices - 1],
-                                       .time = time,
-                                       .span = s->span,
-                                       .speed = fmax(speed, s->span / time),
-                                       .most_turns = m / NODES_OF_TURN + 2};
-    if (ask.most_turns > MOST_TURNS)
-        ask.most_turns = MOST_TURNS;
-    if (phys_energy_sweep_new(s->system, &ask, &sweep, error) != AD_OK || !sweep)
-        return false;
-    double *nodes = malloc((3 * m + s->n) * sizeof *nodes),
-           *times = nodes ? nodes + m + s->n : NULL;
-    double *x = times ? times + m : NULL;
-    n = phys_energy_sweep_roots(sweep, &roots, &s->solutions->exhaustive, &s->solutions->limited);
-    s->solutions->most_turns = ask.most_turns;
-    s->solutions->fastest = RANGE * ask.speed;
-    if (!nodes) {
-        ad_fail(error, AD_E_MEMORY, "out of memory for another path");
-    } else {
-        phys_rule_nodes(s->settings.rule, 1, s->slices, s->settings.dt, s->given, x, times);
-        for (size_t k = 0; k < n && error->status == AD_OK && goes_on(s); k++)
-            take_root(s, sweep, &roots[k], m, nodes, times, error);
-        s->solutions->exhaustive = s->solutions->exhaustive && goes_on(s);
-    }
-    free(nodes);
-    phys_energy_sweep_free(sweep);
-    return true;
-}
-
 /* ---- the search ---- */
 
 /* Speed and span of the path given, and at least a unit, or what its coordinates are, in its time:
    a path that hardly moves tells nothing of how fast others may be. */
-static void find_scales(struct search *s)
+static void find_scales(struct phys_multistart *s)
 {
     double speed = 0, span = 0, unit = 1, dt = s->settings.dt;
     for (size_t k = 0; k < s->dof; k++) {
@@ -368,14 +185,8 @@ static void find_scales(struct search *s)
     s->speed = fmax(speed, unit / (dt * (double)(s->slices - 1)));
 }
 
-static int by_energy(const void *a, const void *b)
-{
-    const struct phys_solution *x = a, *y = b;
-    return (x->energy > y->energy) - (x->energy < y->energy);
-}
-
 /* Where both ends are one place the motion may rest. */
-static enum ad_status begin_at_rest(struct search *s, struct ad_error *error)
+static enum ad_status begin_at_rest(struct phys_multistart *s, struct ad_error *error)
 {
     for (size_t k = 0; k < s->dof; k++) {
         const double *x = s->given + k * s->slices;
@@ -388,7 +199,7 @@ static enum ad_status begin_at_rest(struct search *s, struct ad_error *error)
     return make_stationary(s, error);
 }
 
-static enum ad_status find_all(struct search *s, size_t starts, uint64_t seed,
+static enum ad_status find_all(struct phys_multistart *s, size_t starts, uint64_t seed,
                                struct ad_error *error)
 {
     for (size_t k = 0; k < s->dof; k++)
@@ -398,17 +209,15 @@ static enum ad_status find_all(struct search *s, size_t starts, uint64_t seed,
     if (make_stationary(s, error) != AD_OK || begin_at_rest(s, error) != AD_OK)
         return error->status;
     s->solutions->unseen = s->solutions->unseen_limit = (double)NAN;
-    if (!goes_on(s))
+    if (!phys_multistart_goes_on(s))
         ; /* those so far */
     else if (s->dof > 1)
         draw(s, starts, seed, error);
-    else if (!all_energies(s, error) && error->status == AD_OK)
+    else if (!phys_multistart_energies(s, error) && error->status == AD_OK)
         sweep(s, error);
     if (error->status != AD_OK)
         return error->status;
-    drop_unresolved(s, s->solutions);
-    if (s->solutions->n)
-        qsort(s->solutions->solution, s->solutions->n, sizeof *s->solutions->solution, by_energy);
+    phys_multistart_sort(s);
     return AD_OK;
 }
 
@@ -421,13 +230,13 @@ enum ad_status phys_path_all(const struct phys_system *system,
     if (phys_lacks_scene(system, error) || phys_lacks(settings->rule, "action rule", error) ||
         phys_lacks(path, "path", error))
         return error->status;
-    struct search s = {.system = system,
-                       .settings = *settings,
-                       .given = path,
-                       .dof = system->dof,
-                       .slices = settings->slices,
-                       .n = settings->rule->degree * system->dof * settings->slices,
-                       .solutions = solutions};
+    struct phys_multistart s = {.system = system,
+                                .settings = *settings,
+                                .given = path,
+                                .dof = system->dof,
+                                .slices = settings->slices,
+                                .n = settings->rule->degree * system->dof * settings->slices,
+                                .solutions = solutions};
     s.settings.energy_weight = 0;
     s.settings.steps = STEPS;
     s.q = malloc((4 * s.dof + s.n) * sizeof *s.q);
@@ -445,14 +254,4 @@ enum ad_status phys_path_all(const struct phys_system *system,
     if (error->status != AD_OK)
         phys_solutions_free(solutions);
     return error->status;
-}
-
-void phys_solutions_free(struct phys_solutions *solutions)
-{
-    if (!solutions)
-        return;
-    for (size_t k = 0; k < solutions->n; k++)
-        solution_free(&solutions->solution[k]);
-    free(solutions->solution);
-    *solutions = (struct phys_solutions){0};
 }

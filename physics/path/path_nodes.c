@@ -1,16 +1,17 @@
-/* A path between its slices (path_nodes.h). */
+/* A path between its slices (path_nodes.h), and on another grid (path.h). */
 #include "path_nodes.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum ad_status phys_path_nodes_new(struct phys_path_nodes *nodes, size_t dof,
-                                   const struct phys_path_settings *settings, const double *path,
+                                   const struct phys_grid *grid, size_t least, const double *path,
                                    struct ad_error *error)
 {
-    const struct phys_rule *rule = settings->rule;
-    size_t slices = settings->slices;
-    if (rule->degree < 3)
+    const struct phys_rule *rule = grid->rule;
+    size_t slices = grid->slices;
+    if (rule->degree < least)
         rule = phys_rule_find("gauss3", error);
     *nodes = (struct phys_path_nodes){
         .degree = rule->degree, .dof = dof, .slices = slices, .n = rule->degree * (slices - 1) + 1};
@@ -20,10 +21,10 @@ enum ad_status phys_path_nodes_new(struct phys_path_nodes *nodes, size_t dof,
         return ad_fail(error, AD_E_MEMORY, "out of memory for a path of %zu slices", slices);
     nodes->x = nodes->memory + given;
     nodes->time = nodes->x + dof * nodes->n;
-    memcpy(nodes->memory, path, settings->rule->degree * dof * slices * sizeof *path);
-    if (rule != settings->rule)
+    memcpy(nodes->memory, path, grid->rule->degree * dof * slices * sizeof *path);
+    if (rule != grid->rule)
         phys_rule_interpolate(rule, dof, slices, nodes->memory);
-    phys_rule_nodes(rule, dof, slices, settings->dt, nodes->memory, nodes->x, nodes->time);
+    phys_rule_nodes(rule, dof, slices, grid->dt, nodes->memory, nodes->x, nodes->time);
     return AD_OK;
 }
 
@@ -55,4 +56,43 @@ void phys_path_nodes_at(const struct phys_path_nodes *nodes, double t, double *q
             v[d] += slope * nodes->x[d * m + first + j];
         }
     }
+}
+
+static bool is_grid(const struct phys_grid *grid, struct ad_error *error)
+{
+    if (phys_lacks(grid, "slices", error) || phys_lacks(grid->rule, "action rule", error))
+        return false;
+    if (grid->slices >= 2 && grid->dt > 0 && isfinite(grid->dt))
+        return true;
+    ad_fail(error, AD_E_ARGUMENT, "slices: got %zu, %g apart; expected 2 or more, apart",
+            grid->slices, grid->dt);
+    return false;
+}
+
+double *phys_path_resample(const struct phys_grid *from, const double *path,
+                           const struct phys_grid *to, size_t dof, struct ad_error *error)
+{
+    struct phys_path_nodes nodes = {0};
+    struct phys_rule_table table;
+    if (phys_lacks(path, "path", error) || !is_grid(from, error) || !is_grid(to, error))
+        return NULL;
+    size_t s = to->rule->degree, n = to->slices;
+    double *q = malloc(2 * dof * sizeof *q), *result = malloc(s * dof * n * sizeof *result);
+    if (!q || !result)
+        ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", n);
+    else if (phys_path_nodes_new(&nodes, dof, from, 0, path, error) == AD_OK) {
+        to->rule->fill(to->rule, &table);
+        for (size_t i = 0; i < n * s; i++) {
+            double t = (double)(i / s) + (i / s + 1 < n ? table.node[i % s] : 0);
+            phys_path_nodes_at(&nodes, t * to->dt, q, q + dof);
+            for (size_t d = 0; d < dof; d++)
+                result[(i % s * dof + d) * n + i / s] = q[d];
+        }
+    }
+    phys_path_nodes_free(&nodes);
+    free(q);
+    if (error->status == AD_OK)
+        return result;
+    free(result);
+    return NULL;
 }

@@ -1,5 +1,4 @@
-/* A path between its slices: the rule's polynomials, or, of rules of degree under 3, cubics through
-   the slices. */
+/* A path between its slices: the polynomials of its rule, or cubics through the slices. */
 #ifndef PHYSICS_PATH_NODES_H
 #define PHYSICS_PATH_NODES_H
 
@@ -11,9 +10,10 @@ struct phys_path_nodes {
     double *memory;
 };
 
-/* Of path [s*dof x slices]. Ends with phys_path_nodes_free, whatever it returned. */
+/* Of path [s*dof x slices] on a grid; cubics through the slices where its rule has a degree under
+   `least` (0 or 3). Ends with phys_path_nodes_free, whatever it returned. */
 enum ad_status phys_path_nodes_new(struct phys_path_nodes *nodes, size_t dof,
-                                   const struct phys_path_settings *settings, const double *path,
+                                   const struct phys_grid *grid, size_t least, const double *path,
                                    struct ad_error *error);
 void phys_path_nodes_free(struct phys_path_nodes *nodes);
 /* q and v [dof] at time t. */

@@ -238,6 +238,8 @@ enum ad_status phys_path_refine(const struct phys_system *system,
 
 void phys_refined_free(struct phys_refined *refined)
 {
+    if (!refined)
+        return;
     free(refined->start);
     free(refined->path);
     *refined = (struct phys_refined){0};

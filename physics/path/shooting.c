@@ -157,13 +157,14 @@ bool phys_shooting_new(struct phys_shooting *s, const struct phys_system *system
                        struct ad_error *error)
 {
     struct phys_path_nodes nodes;
+    const struct phys_grid grid = {settings->rule, settings->slices, settings->dt};
     *s = (struct phys_shooting){.system = system, .dof = system->dof};
     if (s->dof > PHYS_SHOOTING_DOF || phys_curvature_new(&s->at, system, error) != AD_OK)
         return false;
     double *room = malloc((settings->slices + 7 * s->dof) * sizeof *room);
     if (!room)
         return ad_fail(error, AD_E_MEMORY, "out of memory") == AD_OK;
-    bool begun = phys_path_nodes_new(&nodes, s->dof, settings, path, error) == AD_OK &&
+    bool begun = phys_path_nodes_new(&nodes, s->dof, &grid, 3, path, error) == AD_OK &&
                  begin(s, &nodes, room, error);
     phys_path_nodes_free(&nodes);
     free(room);

@@ -253,6 +253,8 @@ static void test_nothing_done(void **state)
     phys_system_close(NULL);
     phys_spectrum_free(NULL);
     phys_solutions_free(NULL);
+    phys_path_found_free(NULL);
+    phys_refined_free(NULL);
     phys_ode_free(NULL);
     phys_reference_free(NULL);
     phys_motion_free(NULL);

@@ -1,0 +1,40 @@
+/* A search for several stationary paths, and its parts: starts (multistart.c), motions of one
+   coordinate by their energies (multistart_energy.c), and what was found (solutions.c). */
+#ifndef PHYSICS_PATH_MULTISTART_H
+#define PHYSICS_PATH_MULTISTART_H
+
+#include "newton.h"
+#include "physics/motion/motion.h"
+
+#define PHYS_MULTISTART_RANGE 1e3 /* of speeds, around the one that is natural */
+
+struct phys_multistart {
+    const struct phys_system *system;
+    struct phys_path_settings settings;
+    struct phys_newton newton;
+    const double *given;
+    size_t dof, slices, n; /* n: numbers of a path with its inner nodes */
+    struct phys_ode motion;
+    double speed, span; /* natural scales of velocity and of the path */
+    double *q, *v, *y, *path;
+    struct phys_path_info info; /* of the last solution */
+    size_t led;                 /* starts that led to a stationary path */
+    struct phys_solutions *solutions;
+};
+
+/* Whether the caller lets it go on. */
+bool phys_multistart_goes_on(struct phys_multistart *s);
+/* Newton from s->path; what does not converge is no solution, and no error: s->led counts what
+ * does.
+ */
+enum ad_status phys_multistart_solve(struct phys_multistart *s, struct ad_error *error);
+/* Keeps the solution in s->path, unless it is known. */
+enum ad_status phys_multistart_keep(struct phys_multistart *s, struct ad_error *error);
+/* Leaves out what the grid alone made; the rest by energy. */
+void phys_multistart_sort(struct phys_multistart *s);
+/* Motions by their energies. False: it is another kind of question. */
+bool phys_multistart_energies(struct phys_multistart *s, struct ad_error *error);
+/* Largest difference of a and b [n]. */
+double phys_multistart_apart(size_t n, const double *a, const double *b);
+
+#endif

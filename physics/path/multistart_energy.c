@@ -1,0 +1,84 @@
+/* Stationary paths of one coordinate from the motions of all energies (multistart.h,
+ * energy_sweep.h).
+ */
+#include "energy_sweep.h"
+#include "multistart.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NODES_OF_TURN = 12, MOST_TURNS = 100 }; /* fewer nodes do not show a turn */
+
+static const double NEAR = 0.1; /* of a motion's extent: what its path on the grid may be off */
+
+/* All nodes of a path [degree x slices], in the order of time. */
+static void place_nodes(const struct phys_multistart *s, const double *nodes)
+{
+    size_t degree = s->settings.rule->degree;
+    for (size_t i = 0; i < s->slices; i++)
+        for (size_t k = 0; k < degree; k++)
+            s->path[k * s->slices + i] = nodes[i + 1 < s->slices ? i * degree + k : i * degree];
+    s->path[0] = s->given[0];
+    s->path[s->slices - 1] = s->given[s->slices - 1];
+}
+
+/* Makes the motion of a root stationary on the grid; what the grid cannot hold is counted. */
+static enum ad_status take_root(struct phys_multistart *s, struct phys_energy_sweep *sweep,
+                                const struct phys_energy_root *root, size_t m, double *nodes,
+                                const double *times, struct ad_error *error)
+{
+    double *begun = nodes + m;
+    if (!phys_energy_sweep_path(sweep, root, m, times, nodes))
+        return AD_OK;
+    place_nodes(s, nodes);
+    memcpy(begun, s->path, s->slices * sizeof *begun);
+    size_t led = s->led;
+    if (phys_multistart_solve(s, error) != AD_OK)
+        return error->status;
+    double low = begun[0], high = low;
+    for (size_t i = 0; i < s->slices; i++) {
+        low = fmin(low, begun[i]);
+        high = fmax(high, begun[i]);
+    }
+    if (s->led == led || phys_multistart_apart(s->slices, begun, s->path) > NEAR * (high - low)) {
+        s->solutions->unresolved++;
+        return AD_OK;
+    }
+    return phys_multistart_keep(s, error);
+}
+
+bool phys_multistart_energies(struct phys_multistart *s, struct ad_error *error)
+{
+    size_t degree = s->settings.rule->degree, m = degree * (s->slices - 1) + 1, n;
+    const struct phys_energy_root *roots;
+    struct phys_energy_sweep *sweep;
+    double speed = s->speed, time = s->settings.dt * (double)(s->slices - 1);
+    struct phys_energy_question ask = {.from = s->given[0],
+                                       .to = s->given[s->slices - 1],
+                                       .time = time,
+                                       .span = s->span,
+                                       .speed = fmax(speed, s->span / time),
+                                       .most_turns = m / NODES_OF_TURN + 2};
+    if (ask.most_turns > MOST_TURNS)
+        ask.most_turns = MOST_TURNS;
+    if (phys_energy_sweep_new(s->system, &ask, &sweep, error) != AD_OK || !sweep)
+        return false;
+    double *nodes = malloc((3 * m + s->n) * sizeof *nodes),
+           *times = nodes ? nodes + m + s->n : NULL;
+    double *x = times ? times + m : NULL;
+    n = phys_energy_sweep_roots(sweep, &roots, &s->solutions->exhaustive, &s->solutions->limited);
+    s->solutions->most_turns = ask.most_turns;
+    s->solutions->fastest = PHYS_MULTISTART_RANGE * ask.speed;
+    if (!nodes) {
+        ad_fail(error, AD_E_MEMORY, "out of memory for another path");
+    } else {
+        phys_rule_nodes(s->settings.rule, 1, s->slices, s->settings.dt, s->given, x, times);
+        for (size_t k = 0; k < n && error->status == AD_OK && phys_multistart_goes_on(s); k++)
+            take_root(s, sweep, &roots[k], m, nodes, times, error);
+        s->solutions->exhaustive = s->solutions->exhaustive && phys_multistart_goes_on(s);
+    }
+    free(nodes);
+    phys_energy_sweep_free(sweep);
+    return true;
+}

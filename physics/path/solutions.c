@@ -1,0 +1,113 @@
+/* Stationary paths that a search has found, each once (multistart.h). */
+#include "grid_independence.h"
+#include "multistart.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double ALIKE = 1e-9; /* relative difference of energies and actions of images */
+static const double SAME = 1e-6;  /* relative difference of two solutions that are one */
+
+double phys_multistart_apart(size_t n, const double *a, const double *b)
+{
+    double most = 0;
+    for (size_t k = 0; k < n; k++)
+        most = fmax(most, fabs(a[k] - b[k]));
+    return most;
+}
+
+static bool close_to(double a, double b, double scale) { return fabs(a - b) <= ALIKE * scale; }
+
+/* Counts a path that is like one already found (its mirror image, say), unless it is that one. */
+static bool is_known(struct phys_multistart *s, double energy, double action)
+{
+    double time = s->settings.dt * (double)(s->slices - 1);
+    for (size_t k = 0; k < s->solutions->n; k++) {
+        struct phys_solution *a = &s->solutions->solution[k];
+        double scale = fabs(a->energy) + fabs(a->action) / time;
+        if (phys_multistart_apart(s->dof * s->slices, a->path, s->path) <= SAME * s->span) {
+            a->hits++;
+            return true;
+        }
+        if (close_to(energy, a->energy, scale) && close_to(action, a->action, scale * time)) {
+            if (a->copies == 1 ||
+                phys_multistart_apart(s->dof * s->slices, a->copy, s->path) > SAME * s->span) {
+                memcpy(a->copy, s->path, s->n * sizeof *a->copy);
+                a->copies++;
+            }
+            a->hits++;
+            return true;
+        }
+    }
+    return false;
+}
+
+enum ad_status phys_multistart_keep(struct phys_multistart *s, struct ad_error *error)
+{
+    const struct phys_path_info *info = &s->info;
+    double energy = info->energy_mean;
+    if (is_known(s, energy, info->action))
+        return AD_OK;
+    struct phys_solutions *all = s->solutions;
+    struct phys_solution *grown = realloc(all->solution, (all->n + 1) * sizeof *grown);
+    if (grown)
+        all->solution = grown;
+    double *path = malloc(2 * s->n * sizeof *path);
+    if (!grown || !path) {
+        free(path);
+        return ad_fail(error, AD_E_MEMORY, "out of memory for another path");
+    }
+    struct phys_solution *a = &all->solution[all->n];
+    *a = (struct phys_solution){.path = path,
+                                .copy = path + s->n,
+                                .energy = energy,
+                                .action = info->action,
+                                .copies = 1,
+                                .hits = 1};
+    memcpy(a->path, s->path, s->n * sizeof *path);
+    all->n++;
+    for (size_t k = 0; k < s->dof * s->slices; k++)
+        a->largest = fmax(a->largest, fabs(path[k]));
+    if (phys_newton_spectrum(&s->newton, path, &a->spectrum, error) == AD_OK)
+        phys_path_grid_independent(s->system, &s->settings, path, &a->resolved, error);
+    return error->status;
+}
+
+static void solution_free(struct phys_solution *solution)
+{
+    free(solution->path);
+    phys_spectrum_free(&solution->spectrum);
+}
+
+static int by_energy(const void *a, const void *b)
+{
+    const struct phys_solution *x = a, *y = b;
+    return (x->energy > y->energy) - (x->energy < y->energy);
+}
+
+/* With many coordinates nothing shows for certain what the grid alone made. */
+void phys_multistart_sort(struct phys_multistart *s)
+{
+    struct phys_solutions *all = s->solutions;
+    size_t kept = 0;
+    for (size_t k = 0; k < all->n; k++)
+        if (all->solution[k].resolved || s->dof > PHYS_SHOOTING_DOF)
+            all->solution[kept++] = all->solution[k];
+        else
+            solution_free(&all->solution[k]);
+    all->unresolved += all->n - kept;
+    all->n = kept;
+    if (kept)
+        qsort(all->solution, kept, sizeof *all->solution, by_energy);
+}
+
+void phys_solutions_free(struct phys_solutions *solutions)
+{
+    if (!solutions)
+        return;
+    for (size_t k = 0; k < solutions->n; k++)
+        solution_free(&solutions->solution[k]);
+    free(solutions->solution);
+    *solutions = (struct phys_solutions){0};
+}
