@@ -18,8 +18,9 @@ static void print_parameters(const struct phys_scene *scene)
 static void print_scene(const struct phys_system *system)
 {
     const struct phys_scene *scene = system->scene;
-    printf("%-12s %s\n    %zu coordinates, %zu slices of %g %s\n", scene->name, scene->what,
-           system->dof, scene->slices, scene->dt, unit_shown(scene->time_unit));
+    printf("%-12s %s\n    %zu coordinate%s, %zu slices of %g%s%s\n", scene->name, scene->what,
+           system->dof, system->dof == 1 ? "" : "s", scene->slices, scene->dt,
+           unit_blank(scene->time_unit), unit_shown(scene->time_unit));
     print_parameters(scene);
 }
 

@@ -10,4 +10,7 @@ static inline const char *unit_shown(const char *unit)
     return unit && strcmp(unit, "1") != 0 ? unit : "";
 }
 
+/* A unit behind a number: with a blank before it. */
+static inline const char *unit_blank(const char *unit) { return *unit_shown(unit) ? " " : ""; }
+
 #endif

@@ -42,10 +42,10 @@ static void report_run(const struct path_run *run, const struct path_result *res
     const struct phys_path_settings *settings = &run->settings;
     const struct phys_path_info *info = &result->found.info;
     const char *time = unit_shown(scene->time_unit);
-    report_line(report, "%s: %zu slices of %g%s%s, rule %s, %s, %zu steps in %.3g s%s, %s\n",
-                scene->name, settings->slices, settings->dt, *time ? " " : "", time,
-                settings->rule->name, run->solver->name, info->steps, info->seconds,
-                info->native ? " as machine code" : "", path_stop_name(info->stop));
+    report_line(report, "%s: %zu slices of %g%s%s, rule %s, %s, %zu step%s in %.3g s%s, %s\n",
+                scene->name, settings->slices, settings->dt, unit_blank(time), time,
+                settings->rule->name, run->solver->name, info->steps, info->steps == 1 ? "" : "s",
+                info->seconds, info->native ? " as machine code" : "", path_stop_name(info->stop));
     if (run->options->common.verbose && *info->interpreted)
         report_line(report, "  interpreted: %s\n", info->interpreted);
     report_text(report, "scene", NULL, scene->name);

@@ -22,11 +22,12 @@ static void report_run(const struct quantum_run *run, const struct quantum_resul
     const struct qm_slice *slice = &run->slice;
     double t = result->t[result->n - 1];
     report_line(report,
-                "%s by %s (rule %s): %zu points from %g to %g, walls %s, to t = %g %s in %.3g s, "
+                "%s by %s (rule %s): %zu points from %g to %g, walls %s, to t = %g%s%s in %.3g s, "
                 "set up in %.3g s\n",
                 run->name, run->method->name, slice->rule->name, slice->grid.n, slice->grid.low,
-                slice->grid.high, wall_names[slice->walls], t, unit_shown(scene->time_unit),
-                result->setup_seconds + result->seconds, result->setup_seconds);
+                slice->grid.high, wall_names[slice->walls], t, unit_blank(scene->time_unit),
+                unit_shown(scene->time_unit), result->setup_seconds + result->seconds,
+                result->setup_seconds);
     report_text(report, "scene", NULL, run->name);
     report_text(report, "method", NULL, run->method->name);
     report_text(report, "rule", NULL, slice->rule->name);

@@ -42,10 +42,11 @@ static void report_run(const struct simulate_run *run, struct report *report)
     const char *why =
         run->motion.ode.interpreted ? run->motion.ode.interpreted(run->motion.ode.context) : "";
     bool adaptive = run->motion.integrator->adaptive;
-    report_line(
-        report, "%s: %s to t = %g %s, %zu steps (%zu rejected), %zu evaluations in %.3g s, %s\n",
-        scene->name, run->motion.integrator->name, info->t, unit_shown(scene->time_unit),
-        info->steps, info->rejected, info->evaluations, info->seconds, stop_name(info->stop));
+    report_line(report,
+                "%s: %s to t = %g%s%s, %zu step%s (%zu rejected), %zu evaluations in %.3g s, %s\n",
+                scene->name, run->motion.integrator->name, info->t, unit_blank(scene->time_unit),
+                unit_shown(scene->time_unit), info->steps, info->steps == 1 ? "" : "s",
+                info->rejected, info->evaluations, info->seconds, stop_name(info->stop));
     if (run->options->common.verbose && *why)
         report_line(report, "  interpreted: %s\n", why);
     report_text(report, "scene", NULL, scene->name);
@@ -220,7 +221,8 @@ static void report_diagnosis(const struct simulate_run *run, struct report *repo
     const struct phys_lyapunov *chaos = &d->chaos;
     const char *warnings[PHYS_DIAGNOSIS_WARNINGS];
     char rate[48];
-    snprintf(rate, sizeof rate, "1/%s", unit_shown(scene->time_unit));
+    snprintf(rate, sizeof rate, "%s%s", *unit_blank(scene->time_unit) ? "1/" : "",
+             unit_shown(scene->time_unit));
     if (d->has_horizon) {
         report_number(report, "lyapunov_exponent", "Lyapunov exponent", rate,
                       phys_known_digits(chaos->exponent, chaos->most - chaos->least));

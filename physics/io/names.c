@@ -64,7 +64,9 @@ size_t phys_find(const char *what, const char *name, size_t n, const char *const
         return n;
     }
     list(n, names, sizeof all, all);
-    if (nearest)
+    if (n == 0)
+        ad_fail(error, AD_E_ARGUMENT, "no %s '%s': there are none", what, name);
+    else if (nearest)
         ad_fail(error, AD_E_ARGUMENT, "no %s '%s'; did you mean '%s'?", what, name, nearest);
     else
         ad_fail(error, AD_E_ARGUMENT, "no %s '%s'; expected one of: %s", what, name, all);
