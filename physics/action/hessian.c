@@ -46,12 +46,13 @@ static bool allocate(struct phys_hessian *h)
     size_t matrix = h->side * h->side;
     if (h->elements > SIZE_MAX / sizeof(double) / matrix)
         return false;
-    h->element = malloc(h->elements * matrix * sizeof(double));
+    h->element = calloc(h->elements * matrix, sizeof(double));
     h->gradient = malloc(h->elements * h->side * sizeof(double));
     h->stiffness = malloc(h->dof * sizeof(double));
     h->work = malloc(((2 * h->dof + 1) * h->points + h->dof) * sizeof(double));
+    h->rows = malloc(h->dof * sizeof *h->rows);
     h->tape = ad_tape_new(AD_F64);
-    return h->element && h->gradient && h->stiffness && h->work && h->tape;
+    return h->rows && h->element && h->gradient && h->stiffness && h->work && h->tape;
 }
 
 enum ad_status phys_hessian_new(struct phys_hessian *h, const struct phys_system *system,
@@ -74,6 +75,7 @@ void phys_hessian_free(struct phys_hessian *h)
     ad_program_free(h->by_v);
     ad_tape_free(h->tape);
     free(h->work);
+    free(h->rows);
     free(h->element);
     free(h->gradient);
     free(h->stiffness);
@@ -167,10 +169,27 @@ static void add_gradient(struct phys_hessian *h)
     }
 }
 
+/* Rows of column `seed` that are not zero at all points, in h->rows. */
+static size_t find_rows(struct phys_hessian *h, size_t seed, const double *by_q, const double *by_v)
+{
+    size_t n = 0;
+    for (size_t d = 0; d < h->dof; d++) {
+        size_t p = d * h->points, end = p + h->points;
+        while (p < end && by_q[p] == 0 && by_v[p] == 0)
+            p++;
+        size_t apart = d > seed ? d - seed : seed - d;
+        if (p < end) {
+            h->rows[n++] = d;
+            h->reach = apart > h->reach ? apart : h->reach;
+        }
+    }
+    return n;
+}
+
 /* What column `seed` of the second derivatives at point p adds: with `of_q`, that of L_qq and L_vq,
    which meets the q of node b; else that of L_qv and L_vv, which meets its v. */
-static void add_column(struct phys_hessian *h, size_t p, size_t seed, const double *by_q,
-                       const double *by_v, bool of_q)
+static void add_column(struct phys_hessian *h, size_t p, size_t seed, size_t rows,
+                       const double *by_q, const double *by_v, bool of_q)
 {
     struct point at = point(h, p);
     double *K = h->element + at.element * h->side * h->side;
@@ -180,9 +199,11 @@ static void add_column(struct phys_hessian *h, size_t p, size_t seed, const doub
             continue;
         double *column = K + (b * h->dof + seed) * h->side;
         for (size_t a = 0; a <= h->table.degree; a++)
-            for (size_t d = 0; d < h->dof; d++)
+            for (size_t k = 0; k < rows; k++) {
+                size_t d = h->rows[k];
                 column[a * h->dof + d] +=
                     share * (at.q[a] * by_q[d * h->points + p] + at.v[a] * by_v[d * h->points + p]);
+            }
     }
 }
 
@@ -213,21 +234,39 @@ bool phys_hessian_stopped(struct phys_hessian *h)
     return h->stopped;
 }
 
+static void add_columns(struct phys_hessian *h, size_t seed, const double *by_q, const double *by_v,
+                        bool of_q)
+{
+    size_t rows = find_rows(h, seed, by_q, by_v);
+    for (size_t p = 0; p < h->points; p++)
+        add_column(h, p, seed, rows, by_q, by_v, of_q);
+}
+
+/* Zeros where something may stand: all else is zero from the start. */
+static void clear(struct phys_hessian *h)
+{
+    for (size_t column = 0; column < h->elements * h->side; column++) {
+        size_t first, end;
+        phys_hessian_coupled(h, column % h->side % h->dof, &first, &end);
+        for (size_t a = 0; a <= h->table.degree; a++)
+            memset(h->element + column * h->side + a * h->dof + first, 0,
+                   (end - first) * sizeof *h->element);
+    }
+}
+
 void phys_hessian_at(struct phys_hessian *h, const double *path, double start)
 {
     set_points(h, path, start);
-    memset(h->element, 0, h->elements * h->side * h->side * sizeof *h->element);
+    clear(h);
     for (size_t seed = 0; seed < h->dof; seed++) {
         if (phys_hessian_stopped(h))
             return;
         run_seed(h, h->by_q, seed);
         const double *qq = ad_data(h->by_q, h->L_qq), *vq = ad_data(h->by_q, h->L_vq);
-        for (size_t p = 0; p < h->points; p++)
-            add_column(h, p, seed, qq, vq, true);
+        add_columns(h, seed, qq, vq, true);
         run_seed(h, h->by_v, seed);
         const double *qv = ad_data(h->by_v, h->L_qv), *vv = ad_data(h->by_v, h->L_vv);
-        for (size_t p = 0; p < h->points; p++)
-            add_column(h, p, seed, qv, vv, false);
+        add_columns(h, seed, qv, vv, false);
         h->stiffness[seed] = stiffness(h, seed);
         for (size_t p = 0; h->mass && p < h->points; p++)
             for (size_t d = 0; d < h->dof; d++)

@@ -20,7 +20,11 @@ struct phys_hessian {
     ad_var L_qq, L_qv, L_vq, L_vv; /* times the seed, [dof x points]; L_qv: d/dq of L_v seed */
     ad_program *by_q, *by_v;       /* L_q, L_qq, L_vq; L_v, L_qv, L_vv */
     double *work;
+    size_t *rows; /* [dof] room */
 
+    /* How far apart the coordinates are that L has coupled so far: of each pair of nodes an element
+       matrix has a band of coordinates, and zeros elsewhere. */
+    size_t reach;
     double *element;   /* [elements][side x side]: node by node, coordinate by coordinate */
     double *gradient;  /* [elements][side]: of the element's part of S */
     double *stiffness; /* [dof]: mean over points of |L_vv| / dt on the diagonal */
@@ -47,6 +51,13 @@ double phys_hessian_time(const struct phys_hessian *h, size_t p);
 bool phys_hessian_stopped(struct phys_hessian *h);
 /* Fills element, gradient and stiffness at a path [degree*dof x slices] that begins at `start`. */
 void phys_hessian_at(struct phys_hessian *h, const double *path, double start);
+/* Coordinates [first, end) that coordinate j may be coupled to. */
+static inline void phys_hessian_coupled(const struct phys_hessian *h, size_t j, size_t *first,
+                                        size_t *end)
+{
+    *first = j > h->reach ? j - h->reach : 0;
+    *end = h->dof - j > h->reach + 1 ? j + h->reach + 1 : h->dof;
+}
 /* Fills the gradients of the elements alone. */
 void phys_hessian_gradient_at(struct phys_hessian *h, const double *path, double start);
 

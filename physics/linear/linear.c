@@ -70,6 +70,21 @@ void phys_lapack_band_solve(size_t n, size_t width, const double *band, const in
                         size);
 }
 
+int phys_lapack_band_factor_complex(size_t n, size_t width, double *band, int *pivots)
+{
+    lapack_int size = (lapack_int)n, w = (lapack_int)width;
+    return LAPACKE_zgbtrf_work(LAPACK_COL_MAJOR, size, size, w, w, (lapack_complex_double *)band,
+                               PHYS_BAND_ROWS(w), pivots);
+}
+
+void phys_lapack_band_solve_complex(size_t n, size_t width, const double *band, const int *pivots,
+                                    double *b)
+{
+    lapack_int size = (lapack_int)n, w = (lapack_int)width;
+    LAPACKE_zgbtrs_work(LAPACK_COL_MAJOR, 'N', size, w, w, 1, (const lapack_complex_double *)band,
+                        PHYS_BAND_ROWS(w), pivots, (lapack_complex_double *)b, size);
+}
+
 int phys_lapack_complex_factor(size_t n, double *a, int *pivots)
 {
     lapack_int size = (lapack_int)n;

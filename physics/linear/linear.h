@@ -32,6 +32,10 @@ int phys_lapack_band_factor(size_t n, size_t width, double *band, int *pivots);
 /* Solves band x = b, in place, from the factors. */
 void phys_lapack_band_solve(size_t n, size_t width, const double *band, const int *pivots,
                             double *b);
+/* The same for complex numbers, pairs of real and imaginary part. */
+int phys_lapack_band_factor_complex(size_t n, size_t width, double *band, int *pivots);
+void phys_lapack_band_solve_complex(size_t n, size_t width, const double *band, const int *pivots,
+                                    double *b);
 
 /* Factors a complex matrix a [n x n], pairs of real and imaginary part by columns, in place as
    P L U; `pivots` [n] is room. Returns 0, or 1 + the index of a zero pivot. */

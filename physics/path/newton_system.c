@@ -1,4 +1,5 @@
-/* Newton and Levenberg steps by banded LU (newton_system.h).
+/* Newton and Levenberg steps by banded LU (newton_system.h), or, where the band would be as wide as
+   an element, the damped ones by blocks.
 
    Levenberg's step for |g|^2 solves (H^2 + m^2) x = -H g. H^2 has twice the bandwidth and the
    square of the condition, but for symmetric H (H^2 + m^2)^-1 H = Re (H - i m)^-1, so that one
@@ -23,7 +24,7 @@ enum ad_status phys_newton_system_new(struct phys_newton_system *band,
     *band = (struct phys_newton_system){.hessian = hessian, .hold = hold};
     band->first = ((hold - 1) * degree + 1) * dof;
     band->n = last * dof - band->first;
-    band->right = malloc(2 * band->n * sizeof *band->right);
+    band->right = malloc(3 * band->n * sizeof *band->right);
     band->pivots = malloc(band->n * sizeof *band->pivots);
     band->scale = malloc(dof * sizeof *band->scale);
     if (!band->right || !band->pivots || !band->scale)
@@ -66,36 +67,27 @@ void phys_newton_system_scale(struct phys_newton_system *band)
 
 /* ---- solving ---- */
 
-/* How far apart the coordinates are that a Lagrangian couples. */
-static size_t reach(const struct phys_hessian *h)
-{
-    size_t most = 0;
-    for (size_t e = 0; e < h->elements; e++)
-        for (size_t b = 0; b < h->side; b++)
-            for (size_t a = 0; a < h->side; a++) {
-                size_t i = a % h->dof, j = b % h->dof, apart = i > j ? i - j : j - i;
-                if (apart > most && h->element[(e * h->side + b) * h->side + a] != 0)
-                    most = apart;
-            }
-    return most;
-}
-
 /* Takes the order of unknowns that makes the band narrower: chains of many coordinates, each
-   coupled to its neighbours, go by coordinate. False: no memory. */
-static bool choose_order(struct phys_newton_system *band)
+   coupled to its neighbours, go by coordinate. */
+static void choose_order(struct phys_newton_system *band)
 {
     const struct phys_hessian *h = band->hessian;
     size_t by_node = (h->table.degree + 1) * h->dof - 1;
-    size_t by_coordinate = reach(h) * (band->n / h->dof) + h->table.degree;
+    size_t by_coordinate = h->reach * (band->n / h->dof) + h->table.degree;
     band->by_coordinate = by_coordinate < by_node;
     band->width = band->by_coordinate ? by_coordinate : by_node;
+}
+
+/* Of numbers of 1 or 2 parts. */
+static bool make_room(struct phys_newton_system *band, size_t parts)
+{
     size_t rows = PHYS_BAND_ROWS(band->width);
     if (band->n > INT_MAX / rows) /* LAPACK counts in int */
         return false;
-    if (rows * band->n > band->room) {
+    if (parts * rows * band->n > band->room) {
         free(band->matrix);
-        band->matrix = malloc(rows * band->n * sizeof *band->matrix);
-        band->room = band->matrix ? rows * band->n : 0;
+        band->matrix = malloc(parts * rows * band->n * sizeof *band->matrix);
+        band->room = band->matrix ? parts * rows * band->n : 0;
     }
     return band->matrix != NULL;
 }
@@ -107,12 +99,12 @@ static size_t row_of(const struct phys_newton_system *band, size_t u)
     return band->by_coordinate ? u % dof * (band->n / dof) + u / dof : u;
 }
 
-/* D^-1 H D^-1 over the unknowns. */
-static void fill(struct phys_newton_system *band)
+/* D^-1 H D^-1 over the unknowns; of two parts, less i damping. */
+static void fill(struct phys_newton_system *band, size_t parts)
 {
     const struct phys_hessian *h = band->hessian;
     size_t stride = h->table.degree * h->dof;
-    memset(band->matrix, 0, PHYS_BAND_ROWS(band->width) * band->n * sizeof *band->matrix);
+    memset(band->matrix, 0, parts * PHYS_BAND_ROWS(band->width) * band->n * sizeof *band->matrix);
     for (size_t e = 0; e < h->elements; e++)
         for (size_t b = 0; b < h->side; b++) {
             size_t col = e * stride + b - band->first;
@@ -120,26 +112,37 @@ static void fill(struct phys_newton_system *band)
                 continue;
             const double *column = h->element + (e * h->side + b) * h->side;
             double factor = band->scale[b % h->dof];
-            size_t to = row_of(band, col);
-            for (size_t a = 0; a < h->side; a++) {
-                size_t row = e * stride + a - band->first;
-                if (row < band->n && column[a] != 0)
-                    band->matrix[PHYS_BAND(band->width, row_of(band, row), to)] +=
-                        column[a] * factor * band->scale[a % h->dof];
-            }
+            size_t to = row_of(band, col), first, end;
+            phys_hessian_coupled(h, b % h->dof, &first, &end);
+            for (size_t node = 0; node <= h->table.degree; node++)
+                for (size_t i = first; i < end; i++) {
+                    size_t a = node * h->dof + i, row = e * stride + a - band->first;
+                    if (row < band->n && column[a] != 0)
+                        band->matrix[parts * PHYS_BAND(band->width, row_of(band, row), to)] +=
+                            column[a] * factor * band->scale[i];
+                }
         }
+    for (size_t u = 0; parts == 2 && u < band->n; u++)
+        band->matrix[2 * PHYS_BAND(band->width, u, u) + 1] = -band->damping;
 }
 
 static bool factor_newton(struct phys_newton_system *band)
 {
-    if (!choose_order(band))
+    if (!make_room(band, 1))
         return false;
-    fill(band);
+    fill(band, 1);
     return phys_lapack_band_factor(band->n, band->width, band->matrix, band->pivots) == 0;
 }
 
 static bool factor_levenberg(struct phys_newton_system *band)
 {
+    if (band->by_coordinate) {
+        if (!make_room(band, 2))
+            return false;
+        fill(band, 2);
+        return phys_lapack_band_factor_complex(band->n, band->width, band->matrix, band->pivots) ==
+               0;
+    }
     if (!band->blocks.factor &&
         !phys_block_tridiagonal_new(&band->blocks, band->hessian, band->hold, band->scale))
         return false;
@@ -149,20 +152,25 @@ static bool factor_levenberg(struct phys_newton_system *band)
 bool phys_newton_system_factor(struct phys_newton_system *band, double damping)
 {
     band->damping = damping;
+    choose_order(band);
     ad_blas_single_thread(); /* blocks are too small to share */
     bool factored = damping > 0 ? factor_levenberg(band) : factor_newton(band);
     ad_blas_threads();
     return factored;
 }
 
-static void solve_newton(struct phys_newton_system *band)
+static void solve_band(struct phys_newton_system *band, size_t parts)
 {
     double *x = band->right + band->n;
+    memset(x, 0, parts * band->n * sizeof *x);
     for (size_t u = 0; u < band->n; u++)
-        x[row_of(band, u)] = band->right[u];
-    phys_lapack_band_solve(band->n, band->width, band->matrix, band->pivots, x);
+        x[parts * row_of(band, u)] = band->right[u];
+    if (parts == 1)
+        phys_lapack_band_solve(band->n, band->width, band->matrix, band->pivots, x);
+    else
+        phys_lapack_band_solve_complex(band->n, band->width, band->matrix, band->pivots, x);
     for (size_t u = 0; u < band->n; u++)
-        band->right[u] = x[row_of(band, u)];
+        band->right[u] = x[parts * row_of(band, u)];
 }
 
 void phys_newton_system_step(struct phys_newton_system *band, const double *gradient, double *step)
@@ -172,10 +180,10 @@ void phys_newton_system_step(struct phys_newton_system *band, const double *grad
     for (size_t u = 0; u < band->n; u++)
         band->right[u] = -gradient[place(band, u)] * scale(band, u);
     ad_blas_single_thread();
-    if (band->damping > 0)
+    if (band->damping > 0 && !band->by_coordinate)
         phys_block_tridiagonal_solve(&band->blocks, band->right);
     else
-        solve_newton(band);
+        solve_band(band, band->damping > 0 ? 2 : 1);
     ad_blas_threads();
     for (size_t u = 0; u < band->n; u++)
         step[place(band, u)] = band->right[u] * scale(band, u);
@@ -205,11 +213,14 @@ double phys_newton_system_rounding(const struct phys_newton_system *band, const 
             size_t node = e * h->table.degree + b / h->dof;
             double x = fabs(path[(node % h->table.degree * h->dof + b % h->dof) * slices +
                                  node / h->table.degree]);
-            for (size_t a = 0; a < h->side; a++) {
-                size_t row = e * stride + a - band->first;
-                if (row < band->n)
-                    band->right[row] += fabs(column[a]) * x;
-            }
+            size_t first, end;
+            phys_hessian_coupled(h, b % h->dof, &first, &end);
+            for (size_t a = 0; a <= h->table.degree; a++)
+                for (size_t i = first; i < end; i++) {
+                    size_t row = e * stride + a * h->dof + i - band->first;
+                    if (row < band->n)
+                        band->right[row] += fabs(column[a * h->dof + i]) * x;
+                }
         }
     for (size_t u = 0; u < band->n; u++)
         sum += band->right[u] * band->right[u] * scale(band, u) * scale(band, u);

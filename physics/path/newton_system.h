@@ -1,6 +1,6 @@
 /* The Newton step: the Hessian's element matrices as one band matrix over the nodes that move, in
    the order of time, and its solution by LAPACK's banded LU; damped steps by blocks
-   (block_tridiagonal.h). */
+   (block_tridiagonal.h) where the band is no narrower by coordinate. */
 #ifndef PHYSICS_NEWTON_SYSTEM_H
 #define PHYSICS_NEWTON_SYSTEM_H
 

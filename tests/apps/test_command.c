@@ -229,6 +229,17 @@ static void test_quiet(void **state)
     assert_int_equal(atoi(shell_out()), 6);
 }
 
+/* C10 */
+static void test_units_that_are_none(void **state)
+{
+    (void)state;
+    shell_works("$LA simulate kepler --no-reference --samples 2");
+    assert_non_null(strstr(shell_out(), "t = 3.14159, "));
+    shell_works("$LA scenes kepler; $LA scenes spring");
+    assert_non_null(strstr(shell_out(), "2 coordinates, 101 slices of 0.0314159\n"));
+    assert_non_null(strstr(shell_out(), "1 coordinate, 100 slices of 0.025 s\n"));
+}
+
 static void test_found_path_as_start(void **state)
 {
     (void)state;
@@ -443,6 +454,7 @@ int main(void)
         cmocka_unit_test_teardown(test_outputs_agree, shell_empty),
         cmocka_unit_test_teardown(test_csv_on_standard_output, shell_empty),
         cmocka_unit_test_teardown(test_quiet, shell_empty),
+        cmocka_unit_test_teardown(test_units_that_are_none, shell_empty),
         cmocka_unit_test_teardown(test_found_path_as_start, shell_empty),
         cmocka_unit_test_teardown(test_dump, shell_empty),
         cmocka_unit_test_teardown(test_dump_of_links, shell_empty),

@@ -1,5 +1,5 @@
 /* Damped Newton steps: (H - i m) x = b by block elimination, put back into the equations. */
-#include "physics/path/block_tridiagonal.h"
+#include "physics/path/newton_system.h"
 #include "published.h"
 #include "tests/close.h"
 
@@ -68,8 +68,81 @@ static void damped_equations_are_solved(void **state)
     phys_system_close(&system);
 }
 
+enum { SITES = 12 };
+
+static ad_var chain(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    ad_var apart = ad_sub(ad_slice_rows(q, 1, SITES - 1), ad_slice_rows(q, 0, SITES - 1));
+    (void)t, (void)params;
+    return ad_sub(ad_mul(0.5, ad_sum_rows(ad_square(v))), ad_sum_rows(ad_cosh(apart)));
+}
+
+static enum ad_status start(const void *params, uint64_t seed, double *q, double *v,
+                            struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    for (size_t k = 0; k < SITES; k++)
+        q[k] = v[k] = 0;
+    return AD_OK;
+}
+
+/* C12: neighbours by coordinate in a complex band; with all coordinates taken as coupled, by
+   blocks. */
+static void a_band_solves_what_blocks_do(void **state)
+{
+    static const char *const rules[] = {"left", "midpoint", "gauss2", "gauss4"};
+    static const double damping[] = {0.2, 1e-4};
+    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
+                                     .size = sizeof(struct phys_scene),
+                                     .name = "chain",
+                                     .what = "a chain",
+                                     .dof = SITES,
+                                     .dims = 1,
+                                     .unit = "1",
+                                     .time_unit = "1",
+                                     .energy_unit = "1",
+                                     .lagrangian = chain,
+                                     .slices = 9,
+                                     .dt = 0.4,
+                                     .start = start};
+    enum { SLICES = 9, MOST = 4 * SITES * SLICES };
+    struct phys_system system;
+    struct ad_error error = {0};
+    double path[MOST], gradient[MOST], step[2][MOST];
+    (void)state;
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    for (size_t k = 0; k < MOST; k++) {
+        path[k] = sin(1.3 * (double)k);
+        gradient[k] = cos(2.1 * (double)k);
+    }
+    for (size_t r = 0; r < LENGTH(rules) * LENGTH(damping); r++) {
+        const struct phys_rule *rule = phys_rule_find(rules[r / 2], &error);
+        struct phys_hessian h;
+        struct phys_newton_system newton;
+        assert_int_equal(phys_hessian_new(&h, &system, rule, SLICES, 0.4, &error), AD_OK);
+        assert_int_equal(phys_newton_system_new(&newton, &h, 1, &error), AD_OK);
+        phys_hessian_at(&h, path, 0);
+        phys_hessian_at(&h, path, 0); /* nothing is left of the first time */
+        assert_int_equal(h.reach, 1);
+        phys_newton_system_scale(&newton);
+        for (int blocks = 0; blocks < 2; blocks++) {
+            h.reach = blocks ? SITES - 1 : 1;
+            assert_true(phys_newton_system_factor(&newton, damping[r % 2]));
+            assert_int_equal(newton.by_coordinate, !blocks);
+            phys_newton_system_step(&newton, gradient, step[blocks]);
+        }
+        double size = phys_newton_system_norm(&newton, step[0]);
+        for (size_t k = 0; k < rule->degree * SITES * SLICES; k++)
+            assert_close(step[0][k], step[1][k], 0, 1e-11 * size);
+        phys_newton_system_free(&newton);
+        phys_hessian_free(&h);
+    }
+    phys_system_close(&system);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(damped_equations_are_solved)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(damped_equations_are_solved),
+                                       cmocka_unit_test(a_band_solves_what_blocks_do)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
