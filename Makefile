@@ -81,7 +81,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests test check demo charts docs-pictures peers hnn-table bench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan run-threaded recipes fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests objects test check demo charts docs-pictures peers hnn-table bench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan run-threaded recipes fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -213,6 +213,9 @@ $(FUZZERS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/apps.a $(A)
 
 build-tests: $(TESTS)
 
+# Every file compiled, nothing linked.
+objects: $(LIB_OBJ) $(APP_OBJ) $(BUILD)/apps/main.o $(TESTS:%=%.o) $(HELP_OBJ) $(FUZZERS:%=%.o)
+
 # ---- run ----
 
 # Installing comes before a second make, which then finds compiler and libraries.
@@ -270,7 +273,8 @@ format:
 # Every test, then every fuzzer from its corpus on, by clang, whose libFuzzer gcc has not. OpenBLAS keeps
 # to one thread: its own may end while LeakSanitizer looks at them. LeakSanitizer guesses the size of
 # dynamic thread-local blocks from their allocator's header, and at times crashes on the guess.
-SANITIZED = --no-print-directory BUILD=$(BUILD)/sanitize CC=clang SAN=1 CFLAGS='-O1 -g -Wno-pass-failed'
+SANITIZED = --no-print-directory BUILD=$(BUILD)/sanitize CC=clang SAN=1 CFLAGS='-O1 -g -Wno-pass-failed' \
+            $(if $(shell command -v ld.lld),LDFLAGS=-fuse-ld=lld)
 sanitize:
 	@OPENBLAS_NUM_THREADS=1 ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1:intercept_tls_get_addr=0 \
 	    LSAN_OPTIONS=suppressions=$(CURDIR)/scripts/lsan.suppress:print_suppressions=0 \
