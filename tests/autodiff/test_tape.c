@@ -167,9 +167,38 @@ static void test_reset_and_reuse(void **state)
     ad_program_free(kept);
 }
 
+/* A gradient, and its gradient, cost a fixed number of nodes for each node, by however many inputs.
+ */
+static size_t nodes_of(size_t n, bool twice)
+{
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x[64], g[64], y = ad_scalar(t, 0.3);
+    for (size_t k = 0; k < LENGTH(x); k++)
+        x[k] = ad_input(t, 1, 1, NULL);
+    for (size_t k = 0; k < n; k++)
+        y = ad_sin(ad_add(ad_mul(y, x[k % LENGTH(x)]), ad_exp(x[(k + 7) % LENGTH(x)])));
+    assert_int_equal(ad_grad(y, LENGTH(x), x, g), AD_OK);
+    if (twice)
+        assert_int_equal(ad_grad(ad_mul(g[3], g[5]), LENGTH(x), x, g), AD_OK);
+    size_t nodes = ad_tape_size(t);
+    ad_tape_free(t);
+    return nodes;
+}
+
+static void test_cost_of_a_gradient(void **state)
+{
+    (void)state;
+    for (int twice = 0; twice < 2; twice++) {
+        double few = (double)nodes_of(500, twice), many = (double)nodes_of(4000, twice);
+        assert_close(many / few, 8, 0.05, 0);
+        assert_true(many < (twice ? 60 : 12) * 4 * 4000.0);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_cost_of_a_gradient),
         cmocka_unit_test(test_shape_errors),
         cmocka_unit_test(test_errors_are_sticky),
         cmocka_unit_test(test_variables_of_two_tapes),

@@ -114,9 +114,50 @@ static void test_steps_of_many_periods(void **state)
     }
 }
 
+/* The bound of the error of interpolation (docs/theory.md, Events): where the eighth derivative
+   varies by less than a factor of 2, the error is nowhere more than twice the largest at the nine
+   extrema of T_8; and the product of the distances from the nodes is 2/4^8 T_8. */
+static double smooth(int k, double x)
+{
+    return k == 0 ? exp(0.6 * x) : k == 1 ? 1 / (14 + x) : k == 2 ? sin(x + 1) : pow(x + 1.7, 8.5);
+}
+
+static void test_bound(void **state)
+{
+    (void)state;
+    enum { N = PHYS_ROOTS_N, FINE = 2000 };
+    struct phys_roots_table table;
+    phys_roots_fill(&table);
+    for (int k = 0; k < 4; k++) {
+        double c[N] = {0}, at_extrema = 0, anywhere = 0, size = 0;
+        for (int j = 0; j < N; j++)
+            for (int i = 0; i < N; i++)
+                c[j] += table.coefficient[j][i] * smooth(k, 0.5 - 0.5 * cos((i + 0.5) * M_PI / N));
+        for (int i = 0; i <= N; i++) {
+            double p = 0, x = 0.5 - 0.5 * cos(i * M_PI / N);
+            for (int j = 0; j < N; j++)
+                p += table.value[i][j] * c[j];
+            at_extrema = fmax(at_extrema, fabs(p - smooth(k, x)));
+            size = fmax(size, fabs(smooth(k, x)));
+        }
+        for (int i = 0; i <= FINE; i++) {
+            double p = 0, x = (double)i / FINE, product = 1;
+            static const double binomial[N] = {1, 7, 21, 35, 35, 21, 7, 1};
+            for (int j = 0; j < N; j++) {
+                p += c[j] * binomial[j] * pow(x, j) * pow(1 - x, N - 1 - j);
+                product *= x - (0.5 - 0.5 * cos((j + 0.5) * M_PI / N));
+            }
+            anywhere = fmax(anywhere, fabs(p - smooth(k, x)));
+            assert_close(product, 2 * pow(0.25, 8) * cos(8 * acos(2 * x - 1)), 0, 1e-15);
+        }
+        assert_true(anywhere <= 2 * at_extrema + 1e-14 * size);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_bound),
         cmocka_unit_test(test_close_pairs),
         cmocka_unit_test(test_many),
         cmocka_unit_test(test_ends_and_nothing),

@@ -147,6 +147,27 @@ static void eckart_barrier(void **state)
     phys_system_close(&system);
 }
 
+/* |K|^2 = dx^2 D / (2 pi hbar): by the midpoint rule D = m/dt + dt V''/4, by trapezoid m/dt. */
+static void amplitude_of_a_slice(void **state)
+{
+    (void)state;
+    enum { N = 40 };
+    struct phys_system system = system_of(hill); /* V'' = -1 */
+    struct qm_slice slice = {.system = &system, .grid = {-2, 2, N}, .dt = 1.3, .hbar = 0.8};
+    static const char *const rules[] = {"midpoint", "trapezoid", "left"};
+    static qm_complex K[N * N];
+    for (int k = 0; k < 3; k++) {
+        struct ad_error error = {0};
+        slice.rule = rule_named(rules[k]);
+        qm_kernel(&slice, K, &error);
+        assert_no_error(&error);
+        double D = 1 / slice.dt - (k == 0 ? slice.dt / 4 : 0), dx = qm_dx(&slice.grid);
+        for (size_t i = 0; i < N * N; i += 7)
+            assert_close(cabs(K[i]), dx * sqrt(D / (2 * M_PI * slice.hbar)), 1e-12, 0);
+    }
+    phys_system_close(&system);
+}
+
 /* F4: on top of a hill no path has a focus. A slice is refused where straight paths have no
    amplitude, with what two slices of half the length have; admitted ones have their error. */
 static void slices_without_amplitude(void **state)
@@ -299,9 +320,13 @@ static void bad_arguments(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(finer_slices_tell_the_error), cmocka_unit_test(eckart_barrier),
-        cmocka_unit_test(slices_without_amplitude),    cmocka_unit_test(particle_between_walls),
-        cmocka_unit_test(mistakes_give_nan),           cmocka_unit_test(bad_arguments),
+        cmocka_unit_test(finer_slices_tell_the_error),
+        cmocka_unit_test(eckart_barrier),
+        cmocka_unit_test(slices_without_amplitude),
+        cmocka_unit_test(amplitude_of_a_slice),
+        cmocka_unit_test(particle_between_walls),
+        cmocka_unit_test(mistakes_give_nan),
+        cmocka_unit_test(bad_arguments),
     };
     return cmocka_run_group_tests_name("error", tests, NULL, NULL);
 }
