@@ -150,15 +150,10 @@ static void draw(size_t n, const struct drift *drifts, double periods, size_t la
                                           .key = "top center horizontal samplen 3 width 2"});
     label_ends(n, drifts, last, plot->script);
     for (size_t m = 0; m < n; m++)
-        figure_curve(&figure,
-                     &(struct curve){sheet,
-                                     {"method", drifts[m].integrator->name},
-                                     "periods",
-                                     "error",
-                                     NULL,
-                                     {drifts[m].integrator->symplectic ? "#1f5f99" : "#b8381b",
-                                      marks[m % (sizeof marks / sizeof *marks)], 1.6, 0.5, NULL},
-                                     NULL});
+        figure_curve(&figure, sheet, "periods", "error", NULL,
+                     STYLE(drifts[m].integrator->symplectic ? "#1f5f99" : "#b8381b",
+                           marks[m % (sizeof marks / sizeof *marks)], 1.6, 0.5),
+                     "method", drifts[m].integrator->name, NULL);
     figure_element(&figure, "NaN with lines lw 3 lc rgb '#1f5f99' title 'symplectic'");
     figure_element(&figure, "NaN with lines lw 3 lc rgb '#b8381b' title 'not symplectic'");
     figure_end(&figure);

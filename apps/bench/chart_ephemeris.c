@@ -66,14 +66,9 @@ static void draw_planet(struct figure *figure, const struct sheet *sheet, size_t
                                             : "at screen 0.53,0.07 center maxrows 4 Left reverse "
                                               "width -4"});
     for (size_t m = 0; m < PHYS_EPHEMERIS_MODELS; m++)
-        figure_curve(figure, &(struct curve){sheet,
-                                             {"model", phys_ephemeris_models[m].name, "planet",
-                                              phys_ephemeris_planet(k)},
-                                             "day",
-                                             "km",
-                                             phys_ephemeris_models[m].name,
-                                             {colours[m], 0, 2, 0, NULL},
-                                             NULL});
+        figure_curve(figure, sheet, "day", "km", phys_ephemeris_models[m].name,
+                     STYLE(colours[m], 0, 2, 0), "model", phys_ephemeris_models[m].name, "planet",
+                     phys_ephemeris_planet(k), NULL);
 }
 
 static void draw(const struct sheet *sheet, size_t days, struct plot *plot)

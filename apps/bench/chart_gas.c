@@ -169,20 +169,10 @@ static void draw(const struct sheet *sizes, const struct sheet *cooling, struct 
                                           .y = "CPU time (s)",
                                           .log = "xy",
                                           .key = "top left"});
-    figure_curve(&figure, &(struct curve){sizes,
-                                          {NULL},
-                                          "bodies",
-                                          "all_pairs_s",
-                                          "all pairs",
-                                          {"#e8a33d", 7, 2, 0.6, NULL},
-                                          NULL});
-    figure_curve(&figure, &(struct curve){sizes,
-                                          {NULL},
-                                          "bodies",
-                                          "near_pairs_s",
-                                          "near pairs",
-                                          {"#1f4e79", 7, 2, 0.6, NULL},
-                                          NULL});
+    figure_curve(&figure, sizes, "bodies", "all_pairs_s", "all pairs", STYLE("#e8a33d", 7, 2, 0.6),
+                 NULL);
+    figure_curve(&figure, sizes, "bodies", "near_pairs_s", "near pairs",
+                 STYLE("#1f4e79", 7, 2, 0.6), NULL);
     snprintf(title, sizeof title, "Order of %d bodies that cool", COOLED);
     figure_panel(&figure, &(struct panel){.title = title,
                                           .x = "kT / depth of the well",
@@ -194,20 +184,11 @@ static void draw(const struct sheet *sizes, const struct sheet *cooling, struct 
                                           .key = "top right",
                                           .more = "set y2range [0:1.05]\nset y2tics 0,0.2,1\nset "
                                                   "border 11\nset y2label 'hexatic order'\n"});
-    figure_curve(&figure, &(struct curve){cooling,
-                                          {NULL},
-                                          "temperature",
-                                          "neighbours",
-                                          "neighbours",
-                                          {"#1f4e79", 7, 0, 0.7, NULL},
-                                          NULL});
-    figure_curve(&figure, &(struct curve){cooling,
-                                          {NULL},
-                                          "temperature",
-                                          "hexatic",
-                                          "hexatic order",
-                                          {"#c0392b", 7, 0, 0.7, NULL},
-                                          "x1y2"});
+    figure_curve(&figure, cooling, "temperature", "neighbours", "neighbours",
+                 STYLE("#1f4e79", 7, 0, 0.7), NULL);
+    figure_curve(&figure, cooling, "temperature", "hexatic", "hexatic order",
+                 &(const struct style){.colour = "#c0392b", .mark = 7, .size = 0.7, .axes = "x1y2"},
+                 NULL);
     figure_end(&figure);
 }
 

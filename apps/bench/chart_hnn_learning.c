@@ -203,14 +203,9 @@ static void draw_panel(struct figure *figure, const struct sheet *sheet, size_t 
                 continue;
             snprintf(title, sizeof title, "%s, %zu wide", kind == HNN_BASELINE ? "baseline" : "HNN",
                      w->width);
-            figure_curve(figure,
-                         &(struct curve){sheet,
-                                         {"network", network_name(w, name)},
-                                         "seconds",
-                                         p > 1 ? "energy_mse" : "test_loss",
-                                         title,
-                                         {colour_of(w), kind == HNN_BASELINE ? 5 : 7, 2, 0.5, NULL},
-                                         NULL});
+            figure_curve(figure, sheet, "seconds", p > 1 ? "energy_mse" : "test_loss", title,
+                         STYLE(colour_of(w), kind == HNN_BASELINE ? 5 : 7, 2, 0.5), "network",
+                         network_name(w, name), NULL);
         }
 }
 

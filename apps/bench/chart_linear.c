@@ -13,51 +13,22 @@ enum { WAYS = 2, PAIR_SLICES = HAND_SLICES };
 
 static const double budget_ns = 1e9; /* of one size and way: fewer rounds of what takes long */
 
+#define MS .shown = 3, .scale = 1e3
+#define OF_UNIT(digits) .shown = digits, .fixed = true, .no_csv = true
 static const struct column columns[] = {
     {.key = "over", .title = "over", .width = -6},
     {.key = "units", .title = "units", .width = 10, .shown = 9},
     {.key = "interpreted_seconds"},
     {.key = "compiled_seconds"},
-    {.key = "record_seconds",
-     .digits = 4,
-     .title = "record (ms)",
-     .width = 11,
-     .shown = 3,
-     .scale = 1e3},
+    {.key = "record_seconds", .digits = 4, .title = "record (ms)", .width = 11, MS},
     {.key = "program_bytes", .digits = 15},
     {.key = "tape_bytes", .digits = 15},
     {.key = "resident_bytes", .digits = 15},
-    /* of one unit */
-    {.key = "ns",
-     .title = "interpreted (ns)",
-     .width = 16,
-     .shown = 2,
-     .fixed = true,
-     .no_csv = true},
-    {.key = "native_ns",
-     .title = "compiled (ns)",
-     .width = 13,
-     .shown = 2,
-     .fixed = true,
-     .no_csv = true},
-    {.key = "unit_program",
-     .title = "program (B)",
-     .width = 11,
-     .shown = 1,
-     .fixed = true,
-     .no_csv = true},
-    {.key = "unit_tape",
-     .title = "tape (B)",
-     .width = 10,
-     .shown = 1,
-     .fixed = true,
-     .no_csv = true},
-    {.key = "unit_resident",
-     .title = "resident (B)",
-     .width = 12,
-     .shown = 1,
-     .fixed = true,
-     .no_csv = true},
+    {.key = "ns", .title = "interpreted (ns)", .width = 16, OF_UNIT(2)},
+    {.key = "native_ns", .title = "compiled (ns)", .width = 13, OF_UNIT(2)},
+    {.key = "unit_program", .title = "program (B)", .width = 11, OF_UNIT(1)},
+    {.key = "unit_tape", .title = "tape (B)", .width = 10, OF_UNIT(1)},
+    {.key = "unit_resident", .title = "resident (B)", .width = 12, OF_UNIT(1)},
     {.key = NULL},
 };
 
@@ -88,8 +59,6 @@ struct subject {
     struct sized_gradient recorded;
     ad_program *program[WAYS];
 };
-
-static void run_program(void *program) { ad_run(program); }
 
 static double resident(void)
 {
@@ -142,8 +111,8 @@ static enum ad_status measure(struct sheet *sheet, const char *over, const struc
     double before = resident(), record = 0;
     if (subject_open(size, &s, &record, error) == AD_OK) {
         struct timed jobs[WAYS] = {
-            {.run = run_program, .context = s.program[0], .processor = true},
-            {.run = run_program, .context = s.program[1], .processor = true}};
+            {.run = time_program, .context = s.program[0], .processor = true},
+            {.run = time_program, .context = s.program[1], .processor = true}};
         struct ad_program_info info = ad_program_info(s.program[0]);
         time_in_turn(WAYS, jobs, affordable(jobs, quick));
         double ns[WAYS] = {jobs[0].nanoseconds, jobs[1].nanoseconds}, n = (double)units;
@@ -255,13 +224,8 @@ static void draw_times(struct figure *figure, const struct sheet *sheet, const s
         snprintf(title, sizeof title, "%s: %s^{%.2f}, at the end ^{%.2f}", w->name, s->name,
                  exponent(sheet, s->name, w->seconds, 0),
                  exponent(sheet, s->name, w->seconds, 0.099 * most_units(sheet, s->name)));
-        figure_curve(figure, &(struct curve){sheet,
-                                             {"over", s->name},
-                                             "units",
-                                             w->ns,
-                                             title,
-                                             {w->colour, 7, 2, 0.6, NULL},
-                                             NULL});
+        figure_curve(figure, sheet, "units", w->ns, title, STYLE(w->colour, 7, 2, 0.6), "over",
+                     s->name, NULL);
     }
 }
 
@@ -274,20 +238,10 @@ static void draw_memory(struct figure *figure, const struct sheet *sheet, const 
                                          .log = "xy",
                                          .y_range = "[10:1e4]",
                                          .key = "top right samplen 2"});
-    figure_curve(figure, &(struct curve){sheet,
-                                         {"over", s->name},
-                                         "units",
-                                         "unit_program",
-                                         "program",
-                                         {"#b8261b", 7, 2, 0.6, NULL},
-                                         NULL});
-    figure_curve(figure, &(struct curve){sheet,
-                                         {"over", s->name},
-                                         "units",
-                                         "unit_tape",
-                                         "tape",
-                                         {"#f2b134", 7, 2, 0.6, NULL},
-                                         NULL});
+    figure_curve(figure, sheet, "units", "unit_program", "program", STYLE("#b8261b", 7, 2, 0.6),
+                 "over", s->name, NULL);
+    figure_curve(figure, sheet, "units", "unit_tape", "tape", STYLE("#f2b134", 7, 2, 0.6), "over",
+                 s->name, NULL);
 }
 
 static void draw(const struct sheet *sheet, struct plot *plot)

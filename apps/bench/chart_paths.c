@@ -1,19 +1,7 @@
 /* leastaction chart paths: its two parts. */
 #include "chart_paths.h"
 
-#include <math.h>
-
 const struct layout figure_of_six = {1120, 640, NULL, 2, 3, 0.06, 0.78, 0.08, 0.94, 0.045, 0.1};
-
-double path_distance(size_t n, const double *path, const double *reference)
-{
-    double sum = 0, norm = 0;
-    for (size_t k = 0; k < n; k++) {
-        sum += (path[k] - reference[k]) * (path[k] - reference[k]);
-        norm += reference[k] * reference[k];
-    }
-    return sqrt(sum / norm);
-}
 
 enum ad_status chart_paths(struct chart *chart, struct ad_error *error)
 {

@@ -3,6 +3,7 @@
 #define APPS_BENCH_CHART_PATHS_H
 
 #include "chart.h"
+#include "exact.h"
 #include "timing.h"
 #include "physics/physics.h"
 
@@ -11,9 +12,6 @@ enum ad_status chart_rules(struct chart *chart, struct ad_error *error);
 /* Solvers: distance from the stationary path on the way, over CPU time, from the published noise.
  */
 enum ad_status chart_solvers(struct chart *chart, struct ad_error *error);
-
-/* Root mean square of the difference [n], relative to that of the reference. */
-double path_distance(size_t n, const double *path, const double *reference);
 
 /* Three columns of two panels, room for a legend at their right. */
 extern const struct layout figure_of_six;

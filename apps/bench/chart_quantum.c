@@ -321,13 +321,9 @@ static void draw(const struct sheet *sheet, struct plot *plot)
                             .y_range = "[1e-4:10]",
                             .key = p == 1 ? "bottom right samplen 1.5" : NULL});
         for (const struct way *w = ways; w < ways + WAYS; w++)
-            figure_curve(&figure, &(struct curve){sheet,
-                                                  {"problem", problems[p].name, "method", w->name},
-                                                  "error",
-                                                  "seconds",
-                                                  w->name,
-                                                  {w->colour, w->mark, 1.8, 0.8, NULL},
-                                                  NULL});
+            figure_curve(&figure, sheet, "error", "seconds", w->name,
+                         STYLE(w->colour, w->mark, 1.8, 0.8), "problem", problems[p].name, "method",
+                         w->name, NULL);
     }
     figure_end(&figure);
 }

@@ -75,79 +75,70 @@ static void disturb(size_t dof, size_t slices, double *path)
     }
 }
 
-/* Solves from the disturbed motion; the median of a few times. */
+/* Solves from the motion, disturbed by a bump or by the published noise; the median of a few times.
+ */
 static enum ad_status measure(struct problem *problem, const char *solver,
-                              const struct phys_path_settings *settings, const double *motion,
-                              const double *start, size_t rounds, struct ad_error *error)
+                              const struct phys_noise *noise,
+                              const struct phys_path_settings *settings, size_t rounds,
+                              struct ad_error *error)
 {
-    size_t n = problem->system.dof * settings->slices, whole = n * settings->rule->degree;
-    double *path = malloc(whole * sizeof *path), seconds[ROUNDS];
+    const struct phys_system *system = &problem->system;
+    size_t slices = settings->slices, n = system->dof * slices, whole = n * settings->rule->degree;
+    double *motion = malloc((n + 2 * whole) * sizeof *motion), seconds[ROUNDS];
     struct phys_path_info info;
-    if (!path)
+    if (!motion)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
+    double *start = motion + n, *path = start + whole;
+    if (motion_at(problem, slices, motion, error) == AD_OK) {
+        memcpy(start, motion, n * sizeof *start);
+        if (noise)
+            phys_noise_add(noise, system, slices, 1, start);
+        else
+            disturb(system->dof, slices, start);
+        phys_rule_interpolate(settings->rule, system->dof, slices, start);
+    }
     for (size_t r = 0; r < rounds && error->status == AD_OK; r++) {
         memcpy(path, start, whole * sizeof *path);
         double before = processor_seconds();
-        phys_path_solve(phys_solver_find(solver, error), &problem->system, settings, path, &info,
-                        error);
+        phys_path_solve(phys_solver_find(solver, error), system, settings, path, &info, error);
         seconds[r] = processor_seconds() - before;
     }
-    problem->error = path_distance(n, path, motion);
-    sheet_row(problem->sheet,
-              ROW(NAME(problem->boundary->scene), NAME(solver), NAME(settings->rule->name),
-                  NUMBER(settings->slices), NUMBER(time_median(rounds, seconds)),
-                  NUMBER(problem->error)),
-              error);
-    free(path);
+    if (error->status == AD_OK) {
+        problem->error = relative_distance(n, path, motion);
+        sheet_row(problem->sheet,
+                  ROW(NAME(problem->boundary->scene), NAME(solver), NAME(settings->rule->name),
+                      NUMBER(slices), NUMBER(time_median(rounds, seconds)), NUMBER(problem->error)),
+                  error);
+    }
+    free(motion);
     return error->status;
 }
 
 static enum ad_status newton_point(struct problem *problem, const struct phys_rule *rule,
                                    size_t slices, size_t rounds, struct ad_error *error)
 {
-    size_t n = problem->system.dof * slices;
-    double *motion = malloc((n + n * rule->degree) * sizeof *motion),
-           *start = motion ? motion + n : NULL;
-    struct phys_path_settings settings = {.rule = rule,
-                                          .slices = slices,
-                                          .steps = 50,
-                                          .dt = problem->boundary->time / (double)(slices - 1),
-                                          .learning_rate = 1e-2,
-                                          .threads = 1};
-    if (!motion)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (motion_at(problem, slices, motion, error) == AD_OK) {
-        memcpy(start, motion, n * sizeof *start);
-        disturb(problem->system.dof, slices, start);
-        phys_rule_interpolate(rule, problem->system.dof, slices, start);
-        measure(problem, "newton", &settings, motion, start, rounds, error);
-    }
-    free(motion);
-    return error->status;
+    const struct phys_path_settings settings = {.rule = rule,
+                                                .slices = slices,
+                                                .steps = 50,
+                                                .dt =
+                                                    problem->boundary->time / (double)(slices - 1),
+                                                .learning_rate = 1e-2,
+                                                .threads = 1};
+    return measure(problem, "newton", NULL, &settings, rounds, error);
 }
 
 /* The published descent: its rule, steps, rate and noise. */
 static enum ad_status adam_point(struct problem *problem, size_t rounds, struct ad_error *error)
 {
     const struct phys_preset *paper = problem->system.scene->paper;
-    size_t n = problem->system.dof * paper->slices;
-    double *motion = malloc(2 * n * sizeof *motion), *start = motion ? motion + n : NULL;
-    struct phys_path_settings settings = {.rule = phys_rule_find("left+repeat", error),
-                                          .slices = paper->slices,
-                                          .steps = paper->steps,
-                                          .dt = paper->dt,
-                                          .learning_rate = paper->learning_rate,
-                                          .energy_weight = paper->energy_weight,
-                                          .threads = 1};
-    if (!motion)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (motion_at(problem, paper->slices, motion, error) == AD_OK) {
-        memcpy(start, motion, n * sizeof *start);
-        phys_noise_add(&paper->noise, &problem->system, paper->slices, 1, start);
-        measure(problem, "adam", &settings, motion, start, rounds, error);
-    }
-    free(motion);
-    return error->status;
+    const struct phys_path_settings settings = {.rule = phys_rule_find("left+repeat", error),
+                                                .slices = paper->slices,
+                                                .steps = paper->steps,
+                                                .dt = paper->dt,
+                                                .learning_rate = paper->learning_rate,
+                                                .energy_weight = paper->energy_weight,
+                                                .threads = 1};
+    return measure(problem, "adam", &paper->noise, &settings, rounds, error);
 }
 
 /* ---- all ---- */
@@ -222,22 +213,12 @@ static void draw_panel(struct figure *figure, const struct sheet *sheet, size_t 
         char title[64];
         snprintf(title, sizeof title, "%s: order %.2f", (*rule)->name,
                  order(sheet, boundaries[N_BOUNDARIES - 1].scene, (*rule)->name));
-        figure_curve(figure, &(struct curve){sheet,
-                                             {"scene", scene, "rule", (*rule)->name},
-                                             x,
-                                             "error",
-                                             title,
-                                             {colours[k % (sizeof colours / sizeof *colours)], 7,
-                                              1.8, 0.5, NULL},
-                                             NULL});
+        figure_curve(figure, sheet, x, "error", title,
+                     STYLE(colours[k % (sizeof colours / sizeof *colours)], 7, 1.8, 0.5), "scene",
+                     scene, "rule", (*rule)->name, NULL);
     }
-    figure_curve(figure, &(struct curve){sheet,
-                                         {"scene", scene, "solver", "adam"},
-                                         x,
-                                         "error",
-                                         "Adam as published",
-                                         {"#b8261b", 3, 0, 1.4, NULL},
-                                         NULL});
+    figure_curve(figure, sheet, x, "error", "Adam as published", STYLE("#b8261b", 3, 0, 1.4),
+                 "scene", scene, "solver", "adam", NULL);
 }
 
 enum ad_status chart_rules(struct chart *chart, struct ad_error *error)

@@ -153,7 +153,7 @@ static bool watch(void *context, const struct phys_path_step *step)
     double now = processor_seconds();
     w->seconds = now - w->began - w->away;
     w->steps = step->step;
-    w->error = path_distance(w->run->n, step->path, w->run->reference);
+    w->error = relative_distance(w->run->n, step->path, w->run->reference);
     if (w->error <= w->target)
         w->reached = fmin(w->reached, w->seconds);
     if (w->seconds >= w->next)
@@ -307,13 +307,8 @@ static void draw_panel(struct figure *figure, const struct sheet *sheet, const c
                                          .y_tics = "1000",
                                          .key = p == 0 ? LEGEND_RIGHT : NULL});
     for (const struct solver *s = solvers; s < solvers + N_SOLVERS; s++)
-        figure_curve(figure, &(struct curve){sheet,
-                                             {"scene", scene, "solver", s->name},
-                                             "seconds",
-                                             "drawn",
-                                             s->name,
-                                             {s->colour, 0, s->width, 0, NULL},
-                                             NULL});
+        figure_curve(figure, sheet, "seconds", "drawn", s->name, STYLE(s->colour, 0, s->width, 0),
+                     "scene", scene, "solver", s->name, NULL);
 }
 
 enum ad_status chart_solvers(struct chart *chart, struct ad_error *error)

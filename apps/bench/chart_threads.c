@@ -38,8 +38,6 @@ static const struct gradient_job {
     {"gradient: three bodies over 1e6 slices", HAND_THREEBODY, 0, 1000000, true},
 };
 
-static void run_program(void *program) { ad_run(program); }
-
 static enum ad_status time_gradient(const struct gradient_job *job, size_t rounds,
                                     struct sides *sides, struct ad_error *error)
 {
@@ -52,7 +50,7 @@ static enum ad_status time_gradient(const struct gradient_job *job, size_t round
         for (size_t k = 0; k < SIDES; k++) {
             ad_native(program[k], INFINITY, NULL);
             ad_set_threads(program[k], 1 + k);
-            sides->time[k] = (struct timed){.run = run_program, .context = program[k]};
+            sides->time[k] = (struct timed){.run = time_program, .context = program[k]};
         }
         time_in_turn(SIDES, sides->time, rounds);
         sides->same = memcmp(ad_data(program[0], s.gradient), ad_data(program[1], s.gradient),
@@ -118,20 +116,11 @@ static enum ad_status time_training(size_t batch, size_t rounds, struct sides *s
 
 /* ---- all ---- */
 
+#define MS .digits = 4, .shown = 4, .scale = 1e3
 static const struct column columns[] = {
     {.key = "job", .title = "elapsed time", .width = -36},
-    {.key = "one_thread_seconds",
-     .digits = 4,
-     .title = "1 thread (ms)",
-     .width = 13,
-     .shown = 4,
-     .scale = 1e3},
-    {.key = "two_threads_seconds",
-     .digits = 4,
-     .title = "2 threads (ms)",
-     .width = 14,
-     .shown = 4,
-     .scale = 1e3},
+    {.key = "one_thread_seconds", .title = "1 thread (ms)", .width = 13, MS},
+    {.key = "two_threads_seconds", .title = "2 threads (ms)", .width = 14, MS},
     {.key = "speedup", .digits = 4, .title = "speedup", .width = 7, .shown = 2, .fixed = true},
     {.key = "same_bits", .title = "same bits", .width = 9},
     {.key = NULL},

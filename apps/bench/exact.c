@@ -52,3 +52,13 @@ void exact_pendulum(double k_, double t, double *q, double *v)
     q[0] = (double)(2 * asinl(k * sinl(phi)));
     v[0] = (double)(2 * k * cosl(phi));
 }
+
+double relative_distance(size_t n, const double *x, const double *answer)
+{
+    double sum = 0, norm = 0;
+    for (size_t k = 0; k < n; k++) {
+        sum += (x[k] - answer[k]) * (x[k] - answer[k]);
+        norm += answer[k] * answer[k];
+    }
+    return sqrt(sum / norm);
+}

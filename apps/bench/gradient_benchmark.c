@@ -10,34 +10,16 @@ struct subject {
     const struct hand_kernel *hand;
     const struct race_values *values;
     double *g;
-    struct race_tape recorded;
+    struct sized_gradient recorded;
     ad_program *gradient, *native, *primal;
     ad_optimiser *adam;
     double sink; /* so that no call is without effect */
 };
 
-static void run_tape_gradient(void *context)
-{
-    struct subject *s = context;
-    ad_run(s->gradient);
-}
-
-static void run_native_gradient(void *context)
-{
-    struct subject *s = context;
-    ad_run(s->native);
-}
-
 static void run_hand_gradient(void *context)
 {
     struct subject *s = context;
     s->sink += s->hand->gradient(s->values->x, s->g);
-}
-
-static void run_tape_primal(void *context)
-{
-    struct subject *s = context;
-    ad_run(s->primal);
 }
 
 static void run_hand_primal(void *context)
@@ -65,34 +47,7 @@ static void run_native_adam_step(void *context)
     step(s, s->adam, s->native);
 }
 
-static void (*const runs[RACE_FIRST])(void *) = {
-    [TAPE_GRADIENT] = run_tape_gradient,       [NATIVE_GRADIENT] = run_native_gradient,
-    [HAND_GRADIENT] = run_hand_gradient,       [TAPE_PRIMAL] = run_tape_primal,
-    [HAND_PRIMAL] = run_hand_primal,           [ADAM_STEP] = run_adam_step,
-    [NATIVE_ADAM_STEP] = run_native_adam_step,
-};
-
 /* ---- where ---- */
-
-static const struct {
-    double spacing, swing;
-} lattice[HAND_N] = {
-    [HAND_THREEBODY] = {0.3, 0.05},
-    [HAND_DBLPEND] = {0, 2},
-    [HAND_EPHEMERIS] = {1e11, 1e10},
-    [HAND_GAS] = {0.06, 0.008},
-};
-
-void race_draw_path(int scene, size_t dof, size_t slices, double *x)
-{
-    for (size_t c = 0; c < dof; c++) {
-        size_t cell = c % 2 ? c / 2 / 8 : c / 2 % 8;
-        for (size_t i = 0; i < slices; i++)
-            x[c * slices + i] =
-                lattice[scene].spacing * (double)cell +
-                lattice[scene].swing * sin(0.37 * (double)i + 1.3 * (double)(c * c) + 0.2);
-    }
-}
 
 double *race_rows(size_t n)
 {
@@ -111,8 +66,8 @@ static enum ad_status values_new(int scene, struct race_values *values, struct a
     values->gradient = values->u + values->n;
     values->product = values->gradient + values->n;
     values->adam = values->product + values->n;
-    values->adam_rate = 1e-3 * lattice[scene].swing;
-    race_draw_path(scene, dof, HAND_SLICES, values->x);
+    values->adam_rate = 1e-3 * sized_gradient_swing(scene);
+    sized_gradient_path(scene, dof, HAND_SLICES, values->x);
     for (size_t k = 0; k < values->n; k++)
         values->u[k] = sin(1.7 * (double)k + 0.4);
     return AD_OK;
@@ -130,43 +85,19 @@ double race_disagreement(size_t n, const double *a, const double *b)
 
 /* ---- what ---- */
 
-void race_tape_close(struct race_tape *t)
-{
-    ad_tape_free(t->tape);
-    phys_system_close(&t->system);
-}
-
-enum ad_status race_tape_open(int scene, struct race_tape *t, struct ad_error *error)
-{
-    const struct hand_kernel *hand = &hand_build(0)[scene];
-    const struct phys_rule *rule = phys_rule_find("left+repeat", error);
-    struct phys_action action;
-    *t = (struct race_tape){0};
-    if (!rule || phys_system_open(hand->scene, &t->system, error) != AD_OK)
-        return error->status;
-    if (!(t->tape = ad_tape_new(AD_F64)))
-        return ad_fail(error, AD_E_MEMORY, "no memory for scene %s", hand->scene);
-    phys_action_record(t->tape, &t->system, rule, HAND_SLICES, hand->dt, 0, &action);
-    t->path = action.path;
-    t->objective = action.objective;
-    if (ad_grad(t->objective, 1, &t->path, &t->gradient) != AD_OK)
-        ad_fail(error, ad_tape_error(t->tape)->status, "%s", ad_tape_error(t->tape)->message);
-    return error->status;
-}
-
 static void subject_close(struct subject *s)
 {
     ad_optimiser_free(s->adam);
     ad_program_free(s->gradient);
     ad_program_free(s->native);
     ad_program_free(s->primal);
-    race_tape_close(&s->recorded);
+    sized_gradient_close(&s->recorded);
     free(s->g);
 }
 
 static enum ad_status compile(struct subject *s, struct ad_error *error)
 {
-    const struct race_tape *r = &s->recorded;
+    const struct sized_gradient *r = &s->recorded;
     ad_compile(r->tape, 1, &r->objective, &s->primal);
     ad_compile(r->tape, 2, (ad_var[]){r->objective, r->gradient}, &s->native);
     if (ad_compile(r->tape, 2, (ad_var[]){r->objective, r->gradient}, &s->gradient) != AD_OK)
@@ -188,7 +119,7 @@ static enum ad_status subject_open(struct subject *s, int scene, const struct ra
     s->adam = ad_optimiser_new(&adam, AD_F64, values->n, NULL);
     if (!s->g || !s->adam)
         return ad_fail(error, AD_E_MEMORY, "no memory for scene %s", s->hand->scene);
-    if (race_tape_open(scene, &s->recorded, error) != AD_OK)
+    if (sized_gradient_open(scene, 0, HAND_SLICES, &s->recorded, error) != AD_OK)
         return error->status;
     return compile(s, error);
 }
@@ -235,12 +166,20 @@ void race_time(size_t n, struct timed jobs[], size_t rounds, size_t first, struc
 enum ad_status race_run(int scene, bool quick, struct race *race, struct ad_error *error)
 {
     struct subject s = {0};
-    struct timed jobs[RACE_FIRST];
     *race = (struct race){0};
     if (values_new(scene, &race->values, error) == AD_OK &&
         subject_open(&s, scene, &race->values, error) == AD_OK && descend(&s, error) == AD_OK) {
+        struct timed jobs[RACE_FIRST] = {
+            [TAPE_GRADIENT] = {.run = time_program, .context = s.gradient},
+            [NATIVE_GRADIENT] = {.run = time_program, .context = s.native},
+            [HAND_GRADIENT] = {.run = run_hand_gradient, .context = &s},
+            [TAPE_PRIMAL] = {.run = time_program, .context = s.primal},
+            [HAND_PRIMAL] = {.run = run_hand_primal, .context = &s},
+            [ADAM_STEP] = {.run = run_adam_step, .context = &s},
+            [NATIVE_ADAM_STEP] = {.run = run_native_adam_step, .context = &s},
+        };
         for (size_t j = 0; j < RACE_FIRST; j++)
-            jobs[j] = (struct timed){.run = runs[j], .context = &s, .processor = true};
+            jobs[j].processor = true;
         compare(&s, race);
         race_time(RACE_FIRST, jobs, quick ? TIMING_QUICK : TIMING_ROUNDS, 0, race);
         race_second(scene, quick, race, error);

@@ -2,6 +2,7 @@
 #ifndef APPS_RACE_H
 #define APPS_RACE_H
 
+#include "sized_gradient.h"
 #include "timing.h"
 #include "physics/physics.h"
 
@@ -43,20 +44,8 @@ struct race {
 enum ad_status race_run(int scene, bool quick, struct race *race, struct ad_error *error);
 void race_free(struct race *race);
 
-/* A path of a scene, x [dof x slices]: bodies around the points of a lattice (angles: around zero),
-   wide enough that none collide. */
-void race_draw_path(int scene, size_t dof, size_t slices, double *x);
+/* ---- between the first derivatives and the second ---- */
 
-/* ---- between race.c and race_second.c ---- */
-
-/* The action of a scene of hand.h as race.c has it recorded, with its gradient. */
-struct race_tape {
-    struct phys_system system;
-    ad_tape *tape;
-    ad_var path, objective, gradient;
-};
-enum ad_status race_tape_open(int scene, struct race_tape *t, struct ad_error *error);
-void race_tape_close(struct race_tape *t);
 /* Room for n numbers, aligned as the values of programs are; NULL when out of memory. */
 double *race_rows(size_t n);
 /* Times jobs[0..n-1] in turn: numbers first ... of race->ns and race->ratio. */

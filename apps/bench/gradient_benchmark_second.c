@@ -12,23 +12,11 @@ struct subject {
     const struct hand_kernel *hand;
     const struct race_values *values;
     double *h; /* room for two products */
-    struct race_tape recorded;
+    struct sized_gradient recorded;
     ad_var along, product;
     ad_program *tape, *native;
     struct phys_hessian hessian;
 };
-
-static void run_tape(void *context)
-{
-    struct subject *s = context;
-    ad_run(s->tape);
-}
-
-static void run_native(void *context)
-{
-    struct subject *s = context;
-    ad_run(s->native);
-}
 
 static void run_hand(void *context)
 {
@@ -44,7 +32,7 @@ static void run_blocks(void *context)
 
 static enum ad_status record(struct subject *s, struct ad_error *error)
 {
-    struct race_tape *r = &s->recorded;
+    struct sized_gradient *r = &s->recorded;
     s->along = ad_input(r->tape, (size_t)s->hand->dof, HAND_SLICES, "u");
     ad_grad(ad_dot(r->gradient, s->along), 1, &r->path, &s->product);
     ad_compile(r->tape, 1, &s->product, &s->native);
@@ -67,7 +55,8 @@ static enum ad_status subject_open(struct subject *s, int scene, const struct ra
     s->h = race_rows(2 * values->n);
     if (!s->h)
         return ad_fail(error, AD_E_MEMORY, "no memory for scene %s", s->hand->scene);
-    if (race_tape_open(scene, &s->recorded, error) != AD_OK || record(s, error) != AD_OK)
+    if (sized_gradient_open(scene, 0, HAND_SLICES, &s->recorded, error) != AD_OK ||
+        record(s, error) != AD_OK)
         return error->status;
     return phys_hessian_new(&s->hessian, &s->recorded.system, phys_rule_find("left+repeat", error),
                             HAND_SLICES, s->hand->dt, error);
@@ -78,7 +67,7 @@ static void subject_close(struct subject *s)
     phys_hessian_free(&s->hessian);
     ad_program_free(s->tape);
     ad_program_free(s->native);
-    race_tape_close(&s->recorded);
+    sized_gradient_close(&s->recorded);
     free(s->h);
 }
 
@@ -106,8 +95,8 @@ static void compare(struct subject *s, struct race *race)
 {
     const struct race_values *v = s->values;
     double *blocks = s->h + v->n;
-    run_tape(s);
-    run_native(s);
+    ad_run(s->tape);
+    ad_run(s->native);
     run_blocks(s);
     ad_get(s->tape, s->product, v->product);
     multiply_blocks(s, blocks);
@@ -121,11 +110,11 @@ static void compare(struct subject *s, struct race *race)
 enum ad_status race_second(int scene, bool quick, struct race *race, struct ad_error *error)
 {
     struct subject s;
-    struct timed products[] = {{.run = run_tape, .context = &s, .processor = true},
-                               {.run = run_native, .context = &s, .processor = true},
-                               {.run = run_hand, .context = &s, .processor = true}};
-    struct timed blocks = {.run = run_blocks, .context = &s, .processor = true};
     if (subject_open(&s, scene, &race->values, error) == AD_OK) {
+        struct timed products[] = {{.run = time_program, .context = s.tape, .processor = true},
+                                   {.run = time_program, .context = s.native, .processor = true},
+                                   {.run = run_hand, .context = &s, .processor = true}};
+        struct timed blocks = {.run = run_blocks, .context = &s, .processor = true};
         compare(&s, race);
         race_time(3, products, quick ? TIMING_QUICK : TIMING_ROUNDS, TAPE_PRODUCT, race);
         race_time(1, &blocks, quick ? 1 : 5, HESSIAN_BLOCKS, race);

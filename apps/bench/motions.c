@@ -55,16 +55,6 @@ const struct motion_problem motion_problems[MOTION_PROBLEMS] = {
 
 /* ---- cost of a run ---- */
 
-static double relative_distance(size_t n, const double *a, const double *b)
-{
-    double sum = 0, norm = 0;
-    for (size_t k = 0; k < n; k++) {
-        sum += (a[k] - b[k]) * (a[k] - b[k]);
-        norm += b[k] * b[k];
-    }
-    return sqrt(sum / norm);
-}
-
 /* Of x from y [2 dof]. */
 static double distance(size_t dof, const double *x, const double *y)
 {

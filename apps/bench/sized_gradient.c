@@ -1,9 +1,31 @@
 /* Gradients of actions of any size (sized_gradient.h). */
 #include "sized_gradient.h"
 #include "hand.h"
-#include "gradient_benchmark.h"
 
+#include <math.h>
 #include <stdlib.h>
+
+static const struct {
+    double spacing, swing;
+} lattice[HAND_N] = {
+    [HAND_THREEBODY] = {0.3, 0.05},
+    [HAND_DBLPEND] = {0, 2},
+    [HAND_EPHEMERIS] = {1e11, 1e10},
+    [HAND_GAS] = {0.06, 0.008},
+};
+
+double sized_gradient_swing(int scene) { return lattice[scene].swing; }
+
+void sized_gradient_path(int scene, size_t dof, size_t slices, double *x)
+{
+    for (size_t c = 0; c < dof; c++) {
+        size_t cell = c % 2 ? c / 2 / 8 : c / 2 % 8;
+        for (size_t i = 0; i < slices; i++)
+            x[c * slices + i] =
+                lattice[scene].spacing * (double)cell +
+                lattice[scene].swing * sin(0.37 * (double)i + 1.3 * (double)(c * c) + 0.2);
+    }
+}
 
 enum ad_status sized_gradient_open(int scene, size_t bodies, size_t slices,
                                    struct sized_gradient *s, struct ad_error *error)
@@ -19,6 +41,7 @@ enum ad_status sized_gradient_open(int scene, size_t bodies, size_t slices,
         return error->status;
     phys_action_record(s->tape, &s->system, rule, slices, hand->dt, 0, &action);
     s->path = action.path;
+    s->objective = action.objective;
     if (ad_grad(action.objective, 1, &s->path, &s->gradient) != AD_OK)
         ad_fail(error, ad_tape_error(s->tape)->status, "%s", ad_tape_error(s->tape)->message);
     return error->status;
@@ -44,7 +67,7 @@ enum ad_status sized_gradient_set(const struct sized_gradient *s, size_t n,
     double *x = malloc(s->system.dof * s->slices * sizeof *x);
     if (!x)
         return ad_fail(error, AD_E_MEMORY, "no memory for %zu slices", s->slices);
-    race_draw_path(s->scene, s->system.dof, s->slices, x);
+    sized_gradient_path(s->scene, s->system.dof, s->slices, x);
     for (size_t k = 0; k < n; k++)
         ad_set(programs[k], s->path, x);
     free(x);

@@ -1,6 +1,7 @@
 /* Many batches; a batch is long enough for the clock and short enough to miss most interruptions.
  */
 #include "timing.h"
+#include "autodiff/autodiff.h"
 #include "autodiff/clock.h"
 
 #include <assert.h>
@@ -51,6 +52,8 @@ static double ranked(size_t rank, size_t n, const double values[])
     qsort(sorted, n, sizeof *sorted, ascending);
     return sorted[rank];
 }
+
+void time_program(void *program) { ad_run(program); }
 
 void time_in_turn(size_t n, struct timed jobs[], size_t rounds)
 {

@@ -7,6 +7,9 @@
 
 enum { TIMING_ROUNDS = 101, TIMING_QUICK = 15 };
 
+/* A job that runs an ad_program, its context. */
+void time_program(void *program);
+
 struct timed {
     void (*run)(void *context);
     void *context;

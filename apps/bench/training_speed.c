@@ -62,12 +62,6 @@ static void run_products(void *context)
         ad_blas_threads();
 }
 
-static void run_activation(void *context)
-{
-    struct subject *s = context;
-    ad_run(s->activation);
-}
-
 static void run_hand(void *context)
 {
     struct subject *s = context;
@@ -175,7 +169,7 @@ enum ad_status training_speed_measure(const struct hnn_settings *settings, size_
     static void (*const runs[JOBS])(void *) = {[STEP] = run_step,
                                                [GRADIENT] = run_gradient,
                                                [PRODUCTS] = run_products,
-                                               [ACTIVATION] = run_activation,
+                                               [ACTIVATION] = time_program,
                                                [HAND] = run_hand};
     struct subject s = {.settings = settings, .batch = batch, .threads = threads, .error = error};
     struct timed jobs[JOBS];
@@ -184,6 +178,7 @@ enum ad_status training_speed_measure(const struct hnn_settings *settings, size_
     if (settings->pixels || settings->separable || settings->dissipation)
         return ad_fail(error, AD_E_ARGUMENT, "the floor is that of one network of states");
     if (open_step(&s) == AD_OK && open_floor(&s) == AD_OK && open_hand(&s) == AD_OK) {
+        jobs[ACTIVATION].context = s.activation;
         measure(&s, jobs, rounds);
         *speed = (struct training_speed){
             .step_ms = 1e-6 * jobs[STEP].nanoseconds,

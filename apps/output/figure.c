@@ -75,37 +75,25 @@ void figure_element(struct figure *figure, const char *format, ...)
     va_end(values);
 }
 
-static bool selected(const struct curve *curve, size_t row)
+static bool selected(const struct sheet *sheet, size_t row, va_list where)
 {
-    for (const char *const *w = curve->where; *w; w += 2)
-        if (!sheet_is(curve->sheet, row, w[0], w[1]))
-            return false;
-    return true;
+    va_list pairs;
+    bool all = true;
+    va_copy(pairs, where);
+    for (const char *key; all && (key = va_arg(pairs, const char *));)
+        all = sheet_is(sheet, row, key, va_arg(pairs, const char *));
+    va_end(pairs);
+    return all;
 }
 
-/* A block of data; gnuplot counts those that are there. */
-static void write_block(struct figure *figure, const struct curve *curve)
+void figure_curve(struct figure *figure, const struct sheet *sheet, const char *x, const char *y,
+                  const char *title, const struct style *s, ...)
 {
-    FILE *out = figure->plot->data;
+    FILE *out = figure->plot->script, *data = figure->plot->data;
     bool any = false;
-    for (size_t r = 0; r < curve->sheet->rows; r++) {
-        double x = sheet_number(curve->sheet, r, curve->x);
-        double y = sheet_number(curve->sheet, r, curve->y);
-        if (!selected(curve, r) || !isfinite(x) || !isfinite(y))
-            continue;
-        fprintf(out, "%.6g %.6g\n", x, y);
-        any = true;
-    }
-    fputs(any ? "\n\n" : "NaN NaN\n\n\n", out);
-    figure->blocks++;
-}
-
-void figure_curve(struct figure *figure, const struct curve *curve)
-{
-    const struct style *s = &curve->style;
-    FILE *out = figure->plot->script;
-    figure_element(figure, "data index %zu using 1:2 %s%s with %s", figure->blocks,
-                   curve->axes ? "axes " : "", curve->axes ? curve->axes : "",
+    va_list where;
+    figure_element(figure, "data index %zu using 1:2 %s%s with %s", figure->blocks++,
+                   s->axes ? "axes " : "", s->axes ? s->axes : "",
                    s->width > 0 && s->mark ? "linespoints"
                    : s->mark               ? "points"
                                            : "lines");
@@ -113,11 +101,19 @@ void figure_curve(struct figure *figure, const struct curve *curve)
         fprintf(out, " lw %g dt %s", s->width, s->dash ? s->dash : "1");
     if (s->mark)
         fprintf(out, " pt %d ps %g", s->mark, s->size > 0 ? s->size : 0.6);
-    fprintf(out, " lc rgb '%s' ", s->colour);
-    fputs(curve->title ? "title " : "notitle", out);
-    if (curve->title)
-        quote_gnuplot(out, curve->title);
-    write_block(figure, curve);
+    fprintf(out, " lc rgb '%s' %s", s->colour, title ? "title " : "notitle");
+    if (title)
+        quote_gnuplot(out, title);
+    va_start(where, s);
+    for (size_t r = 0; r < sheet->rows; r++) {
+        double at = sheet_number(sheet, r, x), value = sheet_number(sheet, r, y);
+        if (!isfinite(at) || !isfinite(value) || !selected(sheet, r, where))
+            continue;
+        fprintf(data, "%.6g %.6g\n", at, value);
+        any = true;
+    }
+    va_end(where);
+    fputs(any ? "\n\n" : "NaN NaN\n\n\n", data); /* gnuplot counts blocks that are there */
 }
 
 void figure_end(struct figure *figure)

@@ -2,7 +2,7 @@
 
        figure_begin(&figure, plot, &layout);
        figure_panel(&figure, &panel);          the next place, row by row
-       figure_curve(&figure, &curve);          ... any number of them
+       figure_curve(&figure, sheet, ...);          ... any number of them
        figure_end(&figure); */
 #ifndef APPS_OUTPUT_FIGURE_H
 #define APPS_OUTPUT_FIGURE_H
@@ -33,17 +33,7 @@ struct style {
     int mark;           /* of points; 0: none */
     double width, size; /* of lines (0: none) and marks; size 0: 0.6 */
     const char *dash;   /* NULL: solid */
-};
-
-/* The rows of a sheet in which each key of `where` (pairs, ended by NULL) has the name behind it:
-   y over x. Rows without either number are left out. */
-struct curve {
-    const struct sheet *sheet;
-    const char *where[5];
-    const char *x, *y;
-    const char *title; /* NULL: not in the legend */
-    struct style style;
-    const char *axes; /* NULL: the panel's; else x1y2 */
+    const char *axes;   /* NULL: the panel's; else x1y2 */
 };
 
 struct figure {
@@ -56,7 +46,14 @@ struct figure {
 
 void figure_begin(struct figure *figure, struct plot *plot, const struct layout *layout);
 void figure_panel(struct figure *figure, const struct panel *panel);
-void figure_curve(struct figure *figure, const struct curve *curve);
+/* A curve of the rows of a sheet in which each of some keys, pairs (key, name) ended by NULL, has
+   the name behind it: y over x. Rows without either number are left out. `title` NULL: it is not in
+   the legend. */
+void figure_curve(struct figure *figure, const struct sheet *sheet, const char *x, const char *y,
+                  const char *title, const struct style *style, ... /* NULL */);
+#define STYLE(colour_, mark_, width_, size_)                                                       \
+    (&(const struct style){                                                                        \
+        .colour = (colour_), .mark = (mark_), .width = (width_), .size = (size_)})
 /* Another element of the plot command: gnuplot's words after "plot". */
 void figure_element(struct figure *figure, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
