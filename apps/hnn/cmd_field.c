@@ -12,8 +12,9 @@ static void extremes(const struct field *f, struct range *H)
         range_widen(H, f->H[i]);
 }
 
-static void field_report(const struct field *f, struct report *report)
+static void field_report(const void *context, struct report *report)
 {
+    const struct field *f = context;
     struct range H;
     extremes(f, &H);
     report_line(report, "%zu points", f->samples);
@@ -22,29 +23,15 @@ static void field_report(const struct field *f, struct report *report)
     report_number(report, "H_max", "largest H", NULL, f->ode.energy ? H.high : (double)NAN);
 }
 
-static enum ad_status write_results(const struct field *f, const struct common *common,
-                                    struct ad_error *error)
-{
-    struct report report = {0};
-    struct outputs outputs;
-    if (outputs_begin(common, &outputs, error) != AD_OK)
-        return error->status;
-    field_report(f, &report);
-    if (outputs.file && report_file(&report, outputs.file, error) == AD_OK)
-        field_write_file(f, common->command, outputs.file);
-    if (outputs.csv.out)
-        field_write_csv(f, outputs.csv.out);
-    if (outputs.plot.script && error->status == AD_OK)
-        field_picture(f, &outputs.plot, error);
-    return outputs_finish(&outputs, common, &report, error);
-}
+static const struct output_kind outputs = {field_report, field_write_file, field_write_csv,
+                                           field_picture};
 
 static int run(const void *values, struct ad_error *error)
 {
     const struct field_options *options = values;
     struct field field;
     if (field_setup(options, &field, error) == AD_OK)
-        write_results(&field, &options->common, error);
+        outputs_run(&outputs, &options->common, &field, NULL, error);
     field_free(&field);
     return command_status(error);
 }

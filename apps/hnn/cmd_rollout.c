@@ -4,38 +4,23 @@
 #include "apps/output/outputs.h"
 #include "rollout.h"
 
-static enum ad_status write_results(const struct rollout_run *run, struct outputs *outputs,
-                                    struct ad_error *error)
-{
-    struct report report = {0};
-    rollout_report(run, &report);
-    if (outputs->file)
-        rollout_file(run, &report, outputs->file, error);
-    if (outputs->csv.out)
-        rollout_write_csv(run, outputs->csv.out);
-    if (outputs->plot.script && error->status == AD_OK)
-        rollout_picture(run, &outputs->plot, error);
-    return outputs_finish(outputs, &run->options->common, &report, error);
-}
-
-static enum ad_status run_rollout(struct rollout_run *run, struct ad_error *error)
-{
-    struct outputs outputs;
-    if (outputs_begin(&run->options->common, &outputs, error) != AD_OK)
-        return error->status;
-    if (rollout_run(run, error) == AD_OK)
-        return write_results(run, &outputs, error);
-    outputs_abandon(&outputs);
-    return error->status;
-}
-
 static enum ad_status rollout_states(const struct rollout_options *options, hnn_model *model,
                                      struct ad_error *error)
 {
     struct rollout_run rollout;
     if (rollout_setup(options, model, &rollout, error) == AD_OK)
-        run_rollout(&rollout, error);
+        outputs_run(&rollout_outputs, &options->common, &rollout, rollout_run, error);
     rollout_free(&rollout);
+    return error->status;
+}
+
+static enum ad_status rollout_pixels(const struct rollout_options *options, hnn_model *model,
+                                     struct ad_error *error)
+{
+    struct film film;
+    if (film_setup(options, model, &film, error) == AD_OK)
+        outputs_run(&film_outputs, &options->common, &film, film_run, error);
+    film_free(&film);
     return error->status;
 }
 
@@ -44,7 +29,8 @@ static int run(const void *values, struct ad_error *error)
     const struct rollout_options *options = values;
     hnn_model *model;
     if (hnn_model_load(options->common.argument[0], &model, error) == AD_OK)
-        (hnn_model_settings(model)->pixels ? film_rollout : rollout_states)(options, model, error);
+        (hnn_model_settings(model)->pixels ? rollout_pixels : rollout_states)(options, model,
+                                                                              error);
     return command_status(error);
 }
 

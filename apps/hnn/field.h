@@ -28,9 +28,9 @@ enum ad_status field_setup(const struct field_options *options, struct field *fi
 void field_free(struct field *field);
 
 /* A row a point: state, rates, H. */
-void field_write_csv(const struct field *field, FILE *out);
-void field_write_file(const struct field *field, const char *command, phys_runfile *file);
+void field_write_csv(const void *field, FILE *out);
+enum ad_status field_write_file(const void *field, phys_runfile *file, struct ad_error *error);
 /* Lines of equal H, where there is one, and arrows. */
-enum ad_status field_picture(const struct field *field, struct plot *plot, struct ad_error *error);
+enum ad_status field_picture(const void *field, struct plot *plot, struct ad_error *error);
 
 #endif

@@ -1,5 +1,4 @@
 /* The field of a model on a grid, as CSV, run file and picture (field.h). */
-#include "apps/command.h"
 #include "field.h"
 
 #include <math.h>
@@ -9,8 +8,9 @@ static void name(const struct field *f, size_t k, char text[32])
     phys_ode_component(&f->ode, k, text, 32);
 }
 
-void field_write_csv(const struct field *f, FILE *out)
+void field_write_csv(const void *context, FILE *out)
 {
+    const struct field *f = context;
     char text[32];
     for (size_t k = 0; k < f->states; k++)
         fprintf(out, "%s,", (name(f, k, text), text));
@@ -24,17 +24,17 @@ void field_write_csv(const struct field *f, FILE *out)
     }
 }
 
-void field_write_file(const struct field *f, const char *command, phys_runfile *file)
+enum ad_status field_write_file(const void *context, phys_runfile *file, struct ad_error *error)
 {
+    const struct field *f = context;
     size_t shape[] = {f->states, f->n, f->n};
-    phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
-    phys_runfile_text(file, "/", "command", command);
     phys_runfile_write(file, "state", AD_F64, 3, shape, f->x);
     phys_runfile_write(file, "rate", AD_F64, 3, shape, f->rate);
     phys_runfile_text(file, "state", "axes", "component, row, column of the grid");
     phys_runfile_text(file, "rate", "axes", "component, row, column of the grid");
     if (f->ode.energy)
         phys_runfile_write(file, "H", AD_F64, 2, shape + 1, f->H);
+    return error->status;
 }
 
 /* ---- the picture: levels of H, and the field ---- */
@@ -49,8 +49,9 @@ static void write_levels(const struct field *f, FILE *out)
     fputs("\n\n", out);
 }
 
-enum ad_status field_picture(const struct field *f, struct plot *plot, struct ad_error *error)
+enum ad_status field_picture(const void *context, struct plot *plot, struct ad_error *error)
 {
+    const struct field *f = context;
     const char *unit = hnn_model_noted(f->model, "unit");
     FILE *out = plot->script;
     char text[32];

@@ -43,26 +43,17 @@ struct film {
     struct film_model model[ROLLOUT_MODELS];
 };
 
-/* All that the command does for a model of pixels, which is freed. */
-enum ad_status film_rollout(const struct rollout_options *options, hnn_model *model,
-                            struct ad_error *error);
-
-/* ---- its parts ---- */
-
 /* Models, starts, outputs; takes `model`. Ends with film_free, whatever it returned. */
 enum ad_status film_setup(const struct rollout_options *options, hnn_model *model,
                           struct film *film, struct ad_error *error);
 void film_free(struct film *film);
-/* From one start, or means over many. */
-enum ad_status film_run(struct film *film, struct ad_error *error);
+/* Of a struct film: from one start, or means over many; and what is written of it. The CSV has a
+   row a frame: number, energies, latent states. */
+enum ad_status film_run(void *film, struct ad_error *error);
+extern const struct output_kind film_outputs;
 
 /* "hnn" or "baseline". */
 const char *film_model_name(const struct film_model *model);
-void film_report(const struct film *film, struct report *report);
-/* A row a frame: number, energies, latent states. */
-void film_write_csv(const struct film *film, FILE *out);
-enum ad_status film_file(const struct film *film, const struct report *report, phys_runfile *file,
-                         struct ad_error *error);
-enum ad_status film_picture(const struct film *film, struct plot *plot, struct ad_error *error);
+enum ad_status film_picture(const void *film, struct plot *plot, struct ad_error *error);
 
 #endif

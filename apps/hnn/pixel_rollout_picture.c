@@ -254,7 +254,7 @@ static void animation(const struct drawing *d, FILE *out)
     fputs("unset multiplot\n}\n", out);
 }
 
-enum ad_status film_picture(const struct film *film, struct plot *plot, struct ad_error *error)
+enum ad_status film_picture(const void *film, struct plot *plot, struct ad_error *error)
 {
     struct drawing d = choose(film);
     write_frames(&d, plot->data);

@@ -1,6 +1,5 @@
 /* The results of a rollout of pixels (pixel_rollout.h): report, CSV, run file. */
 #include "pixel_rollout.h"
-#include "apps/command.h"
 
 #include <math.h>
 
@@ -22,8 +21,9 @@ static void report_motion(struct report *report, const struct film_model *m)
             motion->frames, motion->frames_data);
 }
 
-void film_report(const struct film *film, struct report *report)
+static void report_film(const void *context, struct report *report)
 {
+    const struct film *film = context;
 #define AT(member) offsetof(struct film_model, member)
     static const struct rollout_row rows[] = {
         {"energy_mse", "energy of frames, MSE", AT(energy_mse)},
@@ -70,8 +70,9 @@ static void csv_number(double value, FILE *out)
         fputc(',', out);
 }
 
-void film_write_csv(const struct film *film, FILE *out)
+static void write_csv(const void *context, FILE *out)
 {
+    const struct film *film = context;
     fputs("frame,energy_truth", out);
     for (size_t k = 0; k < film->n_models; k++) {
         const char *name = k ? "against_" : "";
@@ -106,13 +107,10 @@ static void write_strip(const struct film *film, const struct film_strip *strip,
     phys_runfile_write(file, name, AD_F64, 1, dims, strip->energy);
 }
 
-enum ad_status film_file(const struct film *film, const struct report *report, phys_runfile *file,
-                         struct ad_error *error)
+static enum ad_status write_file(const void *context, phys_runfile *file, struct ad_error *error)
 {
+    const struct film *film = context;
     static const char *const folder[ROLLOUT_MODELS] = {"model", "against"};
-    phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
-    phys_runfile_text(file, "/", "command", film->options->common.command);
-    report_file(report, file, error);
     write_strip(film, &film->truth, "truth", file);
     for (size_t k = 0; k < film->n_models; k++) {
         const struct film_model *m = &film->model[k];
@@ -125,3 +123,5 @@ enum ad_status film_file(const struct film *film, const struct report *report, p
     }
     return error->status;
 }
+
+const struct output_kind film_outputs = {report_film, write_file, write_csv, film_picture};

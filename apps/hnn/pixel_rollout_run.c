@@ -135,8 +135,9 @@ static void accumulate(struct film_model *sum, const struct film_model *one, dou
     sum->info.seconds += one->info.seconds;
 }
 
-enum ad_status film_run(struct film *film, struct ad_error *error)
+enum ad_status film_run(void *context, struct ad_error *error)
 {
+    struct film *film = context;
     size_t starts = option_count_or(film->options->starts, 1);
     struct film_model mean_of[ROLLOUT_MODELS] = {0};
     double *angle = malloc(film->settings.n * sizeof *angle);

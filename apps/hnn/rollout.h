@@ -55,8 +55,10 @@ void rollout_free(struct rollout_run *run);
 enum ad_status rollout_steps(const struct rollout_options *options,
                              struct hnn_rollout_settings *settings, struct ad_error *error);
 
-/* From one start, or from many. */
-enum ad_status rollout_run(struct rollout_run *run, struct ad_error *error);
+/* Of a struct rollout_run: from one start, or from many; and what is written of it. The CSV has a
+   row an output: t, and of every curve the state, the model's H, and the true energy. */
+enum ad_status rollout_run(void *run, struct ad_error *error);
+extern const struct output_kind rollout_outputs;
 
 /* Of a network the name says little: "hnn", "baseline". */
 const char *rollout_name(const struct rollout_model *model);
@@ -70,13 +72,7 @@ struct rollout_curve {
 size_t rollout_curves(const struct rollout_run *run,
                       struct rollout_curve curve[ROLLOUT_MODELS + 1]);
 
-void rollout_report(const struct rollout_run *run, struct report *report);
-/* A row an output: t, and of every curve the state, the model's H, and the true energy. */
-void rollout_write_csv(const struct rollout_run *run, FILE *out);
-enum ad_status rollout_file(const struct rollout_run *run, const struct report *report,
-                            phys_runfile *file, struct ad_error *error);
-enum ad_status rollout_picture(const struct rollout_run *run, struct plot *plot,
-                               struct ad_error *error);
+enum ad_status rollout_picture(const void *run, struct plot *plot, struct ad_error *error);
 
 /* ---- shared with rollouts of pixels ---- */
 

@@ -164,9 +164,9 @@ static enum ad_status write_arrows(const struct rollout_run *run, const struct r
     return error->status;
 }
 
-enum ad_status rollout_picture(const struct rollout_run *run, struct plot *plot,
-                               struct ad_error *error)
+enum ad_status rollout_picture(const void *context, struct plot *plot, struct ad_error *error)
 {
+    const struct rollout_run *run = context;
     struct rollout_curve curve[ROLLOUT_MODELS + 1];
     size_t n = rollout_curves(run, curve);
     bool H = run->model[0].ode.energy, energy = run->truth.n && run->energy.n;

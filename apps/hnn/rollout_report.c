@@ -1,6 +1,5 @@
 /* The results of a rollout (rollout.h): report, CSV, run file. */
 #include "rollout.h"
-#include "apps/command.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -42,8 +41,9 @@ void rollout_report_models(struct report *report, size_t n_rows, const struct ro
     report->object = NULL;
 }
 
-void rollout_report(const struct rollout_run *run, struct report *report)
+static void report_run(const void *context, struct report *report)
 {
+    const struct rollout_run *run = context;
 #define AT(member) offsetof(struct rollout_model, member)
     static const struct rollout_row rows[] = {
         {"energy_mse", "true energy, MSE", AT(energy_mse)},
@@ -112,8 +112,9 @@ static void cells(const struct rollout_run *run, const struct rollout_curve *c, 
         fprintf(out, isnan(energy[k]) ? "," : ",%.17g", energy[k]);
 }
 
-void rollout_write_csv(const struct rollout_run *run, FILE *out)
+static void write_csv(const void *context, FILE *out)
 {
+    const struct rollout_run *run = context;
     struct rollout_curve curve[ROLLOUT_MODELS + 1];
     size_t n = rollout_curves(run, curve);
     fputc('t', out);
@@ -151,23 +152,19 @@ static void file_curve(const struct rollout_run *run, const struct rollout_curve
     }
 }
 
-enum ad_status rollout_file(const struct rollout_run *run, const struct report *report,
-                            phys_runfile *file, struct ad_error *error)
+static enum ad_status write_file(const void *context, phys_runfile *file, struct ad_error *error)
 {
+    const struct rollout_run *run = context;
     struct rollout_curve curve[ROLLOUT_MODELS + 1];
     size_t n = rollout_curves(run, curve);
     double *values = malloc(2 * run->settings.n * sizeof *values);
     if (!values)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
-    phys_runfile_text(file, "/", "command", run->options->common.command);
-    if (report_file(report, file, error) != AD_OK) {
-        free(values);
-        return error->status;
-    }
     phys_runfile_write(file, "time", AD_F64, 1, &run->settings.n, run->t);
     for (size_t c = 0; c < n; c++)
         file_curve(run, &curve[c], values, file);
     free(values);
     return AD_OK;
 }
+
+const struct output_kind rollout_outputs = {report_run, write_file, write_csv, rollout_picture};

@@ -112,8 +112,9 @@ static enum ad_status average_starts(struct rollout_run *run, struct ad_error *e
     return AD_OK;
 }
 
-enum ad_status rollout_run(struct rollout_run *run, struct ad_error *error)
+enum ad_status rollout_run(void *context, struct ad_error *error)
 {
+    struct rollout_run *run = context;
     return run->options->starts == OPTION_NO_COUNT ? follow_one_start(run, error)
                                                    : average_starts(run, error);
 }

@@ -1,5 +1,6 @@
 /* The files a run was asked to write (outputs.h). */
 #include "outputs.h"
+#include "apps/command.h"
 
 void outputs_abandon(struct outputs *outputs)
 {
@@ -38,4 +39,28 @@ enum ad_status outputs_finish(struct outputs *outputs, const struct common *comm
     else
         outputs_abandon(outputs);
     return report_show(report, common, error);
+}
+
+enum ad_status outputs_run(const struct output_kind *kind, const struct common *common, void *run,
+                           enum ad_status (*go)(void *run, struct ad_error *error),
+                           struct ad_error *error)
+{
+    struct outputs outputs;
+    struct report report = {0};
+    if (outputs_begin(common, &outputs, error) != AD_OK)
+        return error->status;
+    if (!go || go(run, error) == AD_OK) {
+        kind->report(run, &report);
+        if (outputs.file) {
+            phys_runfile_text(outputs.file, "/", "program", "leastaction " LEASTACTION_VERSION);
+            phys_runfile_text(outputs.file, "/", "command", common->command);
+            if (report_file(&report, outputs.file, error) == AD_OK)
+                kind->file(run, outputs.file, error);
+        }
+        if (outputs.csv.out && error->status == AD_OK)
+            kind->csv(run, outputs.csv.out);
+        if (outputs.plot.script && error->status == AD_OK)
+            kind->picture(run, &outputs.plot, error);
+    }
+    return outputs_finish(&outputs, common, &report, error);
 }

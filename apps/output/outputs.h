@@ -14,6 +14,22 @@ struct outputs {
     struct plot plot;
 };
 
+/* What a run writes, of whatever struct; file, csv and picture are called where they are asked for.
+ */
+struct output_kind {
+    void (*report)(const void *run, struct report *report);
+    /* Datasets: program, command and the report are there already. */
+    enum ad_status (*file)(const void *run, phys_runfile *file, struct ad_error *error);
+    void (*csv)(const void *run, FILE *out);
+    enum ad_status (*picture)(const void *run, struct plot *plot, struct ad_error *error);
+};
+/* Begins the files, runs, writes and shows. `go` NULL: it has run. */
+enum ad_status outputs_run(const struct output_kind *kind, const struct common *common, void *run,
+                           enum ad_status (*go)(void *run, struct ad_error *error),
+                           struct ad_error *error);
+
+/* ---- its parts ---- */
+
 enum ad_status outputs_begin(const struct common *common, struct outputs *outputs,
                              struct ad_error *error);
 /* All of them appear, up to the first that fails. */
