@@ -1,58 +1,27 @@
 /* leastaction quantum: wave packets from the Lagrangian of a scene. */
 #include "apps/command.h"
-#include "apps/interrupt.h"
 #include "quantum.h"
 
 #include <math.h>
 #include <string.h>
 
-static enum ad_status write_results(const struct quantum_run *run,
-                                    const struct quantum_result *result,
-                                    const struct report *report, struct outputs *outputs,
-                                    struct ad_error *error)
+static int run_packets(struct quantum_run *run, struct ad_error *error)
 {
-    if (outputs->file)
-        quantum_file(run, result, report, outputs->file, error);
-    if (outputs->csv.out)
-        quantum_write_csv(run, result, outputs->csv.out);
-    if (outputs->plot.script)
-        quantum_picture(run, result, &outputs->plot, error);
-    if (error->status == AD_OK)
-        outputs_commit(outputs, error);
-    else
-        outputs_abandon(outputs);
-    return error->status;
-}
-
-static int run_packets(const struct quantum_run *run, struct ad_error *error)
-{
-    const struct common *common = &run->options->common;
-    struct outputs outputs;
-    struct quantum_result result = {0};
-    struct report report = {0};
-    if (outputs_begin(common, &outputs, error) != AD_OK)
+    const struct qm_run_result *result = &run->result;
+    if (outputs_run(&quantum_outputs, &run->options->common, run, quantum_run, error) != AD_OK)
         return command_status(error);
-    interrupt_catch();
-    if (quantum_run(run, &result, error) == AD_OK) {
-        quantum_report(run, &result, &report);
-        write_results(run, &result, &report, &outputs, error);
-    } else {
-        outputs_abandon(&outputs);
-    }
-    report_show(&report, common, error);
-    if (error->status == AD_OK && isinf(result.error))
+    double end = result->t[result->n - 1];
+    if (isinf(result->error))
         ad_fail(error, AD_E_ACCURACY,
                 "the error is not known: %s takes too many steps to t = %g; try fewer --steps",
-                result.truth, result.t[result.n - 1]);
-    else if (error->status == AD_OK && result.error > run->options->tolerance)
+                result->truth, end);
+    else if (result->error > run->options->tolerance)
         ad_fail(error, AD_E_ACCURACY,
                 "--tol %g: the error is %.2g, against %s; try more --points and a shorter --dt, a "
                 "larger --box, or --method fft",
-                run->options->tolerance, result.error, result.truth);
-    if (error->status == AD_OK && result.interrupted)
-        ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are those so far",
-                result.t[result.n - 1]);
-    quantum_result_free(&result);
+                run->options->tolerance, result->error, result->truth);
+    else if (result->stopped)
+        ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are those so far", end);
     return command_status(error);
 }
 

@@ -6,8 +6,9 @@
 
 #include "apps/options.h"
 #include "apps/output/outputs.h"
+#include "apps/output/progress.h"
 #include "apps/output/report.h"
-#include "quantum/quantum.h"
+#include "quantum/run.h"
 
 struct quantum_options {
     struct common common;
@@ -24,12 +25,10 @@ struct quantum_run {
     const struct quantum_options *options;
     const char *name; /* of the scene, as asked for */
     struct phys_system system;
-    struct qm_slice slice;
-    const struct qm_method *method;
+    struct qm_run_settings settings; /* its packets are owned */
     struct qm_aliasing aliasing;
-    size_t steps, every;
-    size_t n_packets;
-    struct qm_gaussian *packet; /* [n_packets] */
+    struct qm_run_result result;
+    struct progress progress;
 };
 
 /* Scene, parameters, packets, slice; aliasing looked at, memory and time foreseen. Ends with
@@ -38,37 +37,14 @@ enum ad_status quantum_setup(const struct quantum_options *options, struct quant
                              struct ad_error *error);
 void quantum_free(struct quantum_run *run);
 
-struct quantum_result {
-    size_t n; /* samples: the start, every so many slices, the end */
-    double *t;
-    struct qm_moments *moments; /* [n x packets] */
-    double *density;            /* [n x points] |psi|^2 of the first packet */
-    double *classical; /* [n] where a particle would be; NaN from where that is not known */
-    qm_complex *psi;   /* [points x packets] at the end */
-    double error;      /* the packets' largest sqrt(int |psi - truth|^2); NaN: not asked for */
-    const char *truth; /* what the error is against */
-    double seconds, setup_seconds; /* of moving; of building what moves */
-    bool interrupted;
-};
-
-/* Runs and measures. Ends with quantum_result_free, whatever it returned. */
-enum ad_status quantum_run(const struct quantum_run *run, struct quantum_result *result,
-                           struct ad_error *error);
-void quantum_result_free(struct quantum_result *result);
-
-/* ---- writing ---- */
-
-void quantum_report(const struct quantum_run *run, const struct quantum_result *result,
-                    struct report *report);
-/* A row a sample and packet: t, packet, norm, mean, width, where a particle would be. */
-void quantum_write_csv(const struct quantum_run *run, const struct quantum_result *result,
-                       FILE *out);
-/* The report as attributes, parameters of the scene, samples, psi at the end. */
-enum ad_status quantum_file(const struct quantum_run *run, const struct quantum_result *result,
-                            const struct report *report, phys_runfile *file,
-                            struct ad_error *error);
-enum ad_status quantum_picture(const struct quantum_run *run, const struct quantum_result *result,
-                               struct plot *plot, struct ad_error *error);
+/* Of a struct quantum_run: runs and measures, and what is written. The CSV has a row a sample and
+   packet: t, packet, norm, mean, width, where a particle would be; the run file the parameters of
+   the scene, samples, psi at the end. */
+enum ad_status quantum_run(void *run, struct ad_error *error);
+extern const struct output_kind quantum_outputs;
+void quantum_write_csv(const void *run, FILE *out);
+enum ad_status quantum_file(const void *run, phys_runfile *file, struct ad_error *error);
+enum ad_status quantum_picture(const void *run, struct plot *plot, struct ad_error *error);
 
 /* ---- runs of another kind; they return the exit status ---- */
 

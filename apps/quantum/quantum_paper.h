@@ -6,7 +6,11 @@
 #include "quantum.h"
 #include "quantum/published.h"
 
-void paper_picture(const struct qm_published *published, const struct quantum_run *run,
-                   const struct quantum_result *result, const qm_complex *K, struct plot *plot);
+struct paper {
+    struct qm_published old;
+    struct quantum_run run; /* done right */
+};
+
+enum ad_status paper_picture(const void *paper, struct plot *plot, struct ad_error *error);
 
 #endif

@@ -5,6 +5,7 @@
 
 #include <complex.h>
 #include <math.h>
+#include <stdlib.h>
 
 enum { ACROSS = 300 };
 
@@ -46,9 +47,9 @@ static void write_density(size_t frames, size_t n, const double *t, const double
 /* Blocks 0, 1: the published kernel and density; 2, 3: the right ones; 4: published time and mean;
    5: time, mean, particle. */
 static void write_data(const struct qm_published *p, const struct quantum_run *run,
-                       const struct quantum_result *result, const qm_complex *K, FILE *out)
+                       const struct qm_run_result *result, const qm_complex *K, FILE *out)
 {
-    const struct qm_grid *grid = &run->slice.grid;
+    const struct qm_grid *grid = &run->settings.slice.grid;
     write_kernel(p->grid.n, p->K, 0, qm_dx(&p->grid), out);
     write_density(p->frames, p->grid.n, p->time, p->density, 0, qm_dx(&p->grid), out);
     write_kernel(grid->n, K, qm_x(grid, 0), qm_dx(grid), out);
@@ -87,14 +88,23 @@ static void density_panel(const char *title, int block, double end, bool particl
     fputc('\n', out);
 }
 
-void paper_picture(const struct qm_published *p, const struct quantum_run *run,
-                   const struct quantum_result *result, const qm_complex *K, struct plot *plot)
+enum ad_status paper_picture(const void *context, struct plot *plot, struct ad_error *error)
 {
+    const struct paper *paper = context;
+    const struct qm_published *p = &paper->old;
+    const struct quantum_run *run = &paper->run;
+    const struct qm_run_result *result = &run->result;
+    size_t n = run->settings.slice.grid.n;
+    qm_complex *K = malloc(n * n * sizeof *K);
+    if (!K)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for a kernel of %zu x %zu", n, n);
     FILE *out = plot->script;
     double end = fmax(result->t[result->n - 1], p->time[p->frames - 1]);
     char title[160];
     plot->height = 900;
-    write_data(p, run, result, K, plot->data);
+    if (qm_kernel(&run->settings.slice, K, error) == AD_OK)
+        write_data(p, run, result, K, plot->data);
+    free(K);
     fprintf(out,
             "set border 3 lc rgb '#606060'\nset tics nomirror\nunset colorbox\nset key "
             "noautotitle\nset multiplot layout 2,2 title 'hbar = %.3g'\n",
@@ -108,4 +118,5 @@ void paper_picture(const struct qm_published *p, const struct quantum_run *run,
              fabs(1 - result->moments[result->n - 1].norm / result->moments[0].norm));
     density_panel(title, 3, end, true, out);
     fputs("unset multiplot\n", out);
+    return error->status;
 }

@@ -16,10 +16,10 @@ static const char *const style =
 
 /* Block 0: t x density, a scan a sample. Block 1: samples. Block 2: x, start, potential. Then a
    block a frame: x, density. */
-static void write_data(const struct quantum_run *run, const struct quantum_result *result,
+static void write_data(const struct quantum_run *run, const struct qm_run_result *result,
                        const double *V, size_t frames, FILE *out)
 {
-    const struct qm_grid *grid = &run->slice.grid;
+    const struct qm_grid *grid = &run->settings.slice.grid;
     size_t n = grid->n, skip = n / ACROSS + 1;
     for (size_t k = 0; k < result->n; k++, fputc('\n', out))
         for (size_t a = 0; a < n; a += skip)
@@ -27,8 +27,8 @@ static void write_data(const struct quantum_run *run, const struct quantum_resul
                     result->density[k * n + a]);
     fputc('\n', out);
     for (size_t k = 0; k < result->n; k++)
-        fprintf(out, "%.6g %.6g %.6g\n", result->t[k], result->moments[k * run->n_packets].mean_x,
-                result->classical[k]);
+        fprintf(out, "%.6g %.6g %.6g\n", result->t[k],
+                result->moments[k * run->settings.packets].mean_x, result->classical[k]);
     fputs("\n\n", out);
     for (size_t a = 0; a < n; a++)
         fprintf(out, "%.6g %.6g %.6g\n", qm_x(grid, a), result->density[a], V[a]);
@@ -40,10 +40,10 @@ static void write_data(const struct quantum_run *run, const struct quantum_resul
     }
 }
 
-static void carpet(const struct quantum_run *run, const struct quantum_result *result, FILE *out)
+static void carpet(const struct quantum_run *run, const struct qm_run_result *result, FILE *out)
 {
     const struct phys_scene *scene = run->system.scene;
-    const struct qm_grid *grid = &run->slice.grid;
+    const struct qm_grid *grid = &run->settings.slice.grid;
     char name[48];
     phys_coordinate_name(&run->system, 0, name, sizeof name);
     axis_set(out, "x", "t", scene->time_unit, (struct range){0, result->t[result->n - 1]}, 0);
@@ -62,7 +62,7 @@ static void density_now(const struct quantum_run *run, const struct range *V, do
                         FILE *out)
 {
     const struct phys_scene *scene = run->system.scene;
-    const struct qm_grid *grid = &run->slice.grid;
+    const struct qm_grid *grid = &run->settings.slice.grid;
     char name[48], energy[64];
     phys_coordinate_name(&run->system, 0, name, sizeof name);
     snprintf(energy, sizeof energy, "potential%s%.40s%s",
@@ -92,7 +92,7 @@ static void density_now(const struct quantum_run *run, const struct range *V, do
 }
 
 /* Of the potential where the wave has been, with some room above. */
-static struct range potential_range(const struct quantum_result *result, size_t n, const double *V)
+static struct range potential_range(const struct qm_run_result *result, size_t n, const double *V)
 {
     struct range range = {INFINITY, -INFINITY};
     double most = 0;
@@ -104,7 +104,7 @@ static struct range potential_range(const struct quantum_result *result, size_t 
     return range_with_margins(range, 0, 0.3);
 }
 
-static void times(const struct quantum_result *result, size_t frames, FILE *out)
+static void times(const struct qm_run_result *result, size_t frames, FILE *out)
 {
     fprintf(out, "array times[%zu]\n", frames);
     for (size_t f = 0; f < frames; f++) {
@@ -113,7 +113,7 @@ static void times(const struct quantum_result *result, size_t frames, FILE *out)
     }
 }
 
-static void commands(const struct quantum_run *run, const struct quantum_result *result,
+static void commands(const struct quantum_run *run, const struct qm_run_result *result,
                      const struct range *V, double most, size_t frames, FILE *out)
 {
     fputs(style, out);
@@ -122,8 +122,8 @@ static void commands(const struct quantum_run *run, const struct quantum_result 
     fputs("set multiplot layout 1,2 title ", out);
     quote_gnuplot(out,
                   run->name[0] == '.' || run->name[0] == '/' ? run->system.scene->name : run->name);
-    fprintf(out, ".\", hbar = %g%s\" noenhanced\n", run->slice.hbar,
-            run->aliasing.ratio > 1 + 1e-9 && run->method->aliases(&run->slice)
+    fprintf(out, ".\", hbar = %g%s\" noenhanced\n", run->settings.slice.hbar,
+            run->aliasing.ratio > 1 + 1e-9 && run->settings.method->aliases(&run->settings.slice)
                 ? ": ALIASED, run by force"
                 : "");
     carpet(run, result, out);
@@ -131,16 +131,17 @@ static void commands(const struct quantum_run *run, const struct quantum_result 
     fputs("unset multiplot\nunset y2tics\nunset y2label\n}\n", out);
 }
 
-enum ad_status quantum_picture(const struct quantum_run *run, const struct quantum_result *result,
-                               struct plot *plot, struct ad_error *error)
+enum ad_status quantum_picture(const void *context, struct plot *plot, struct ad_error *error)
 {
-    size_t n = run->slice.grid.n;
+    const struct quantum_run *run = context;
+    const struct qm_run_result *result = &run->result;
+    size_t n = run->settings.slice.grid.n;
     size_t frames = plot->animated ? (result->n < FRAMES ? result->n : FRAMES) : 1;
     struct ad_error unknown = {0};
     double mass, most = 0, *V = malloc(n * sizeof *V);
     if (!V)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    bool known = qm_potential(&run->system, &run->slice.grid, V, &mass, &unknown) == AD_OK;
+    bool known = qm_potential(&run->system, &run->settings.slice.grid, V, &mass, &unknown) == AD_OK;
     for (size_t a = 0; a < n && !known; a++)
         V[a] = 0;
     struct range range = potential_range(result, n, V);

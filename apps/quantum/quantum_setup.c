@@ -71,11 +71,12 @@ static enum ad_status read_packets(const struct preset *preset, struct quantum_r
                                    struct ad_error *error)
 {
     const struct texts *given = &run->options->packets;
-    run->n_packets = given->n ? given->n : 1;
-    run->packet = calloc(run->n_packets, sizeof *run->packet);
-    if (!run->packet)
+    run->settings.packets = given->n ? given->n : 1;
+    struct qm_gaussian *packet = calloc(run->settings.packets, sizeof *packet);
+    run->settings.packet = packet;
+    if (!packet)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    run->packet[0] = preset->packet;
+    packet[0] = preset->packet;
     for (size_t k = 0; k < given->n; k++) {
         double x[3];
         if (numbers_read("packet", given->text[k], 3, "place, width and momentum", x, error) !=
@@ -85,7 +86,7 @@ static enum ad_status read_packets(const struct preset *preset, struct quantum_r
             return ad_fail(error, AD_E_ARGUMENT,
                            "--packet %s: expected a width above 0, the second number",
                            given->text[k]);
-        run->packet[k] = (struct qm_gaussian){x[0], x[1], x[2]};
+        packet[k] = (struct qm_gaussian){x[0], x[1], x[2]};
     }
     return AD_OK;
 }
@@ -107,7 +108,7 @@ static enum ad_status make_slice(const struct preset *preset, struct quantum_run
 {
     const struct quantum_options *options = run->options;
     double box[2] = {preset->low, preset->high};
-    struct qm_slice *slice = &run->slice;
+    struct qm_slice *slice = &run->settings.slice;
     if (options->box &&
         numbers_read("box", options->box, 2, "where the walls are", box, error) != AD_OK)
         return error->status;
@@ -120,63 +121,42 @@ static enum ad_status make_slice(const struct preset *preset, struct quantum_run
         .hbar = options->hbar,
         .threads = options->common.threads,
     };
-    run->steps = option_count_or(options->steps, preset->steps);
-    run->every = option_count_or(options->every, run->steps / 200 + 1);
-    if (run->every == 0)
+    run->settings.steps = option_count_or(options->steps, preset->steps);
+    run->settings.every = option_count_or(options->every, run->settings.steps / 200 + 1);
+    if (run->settings.every == 0)
         return ad_fail(error, AD_E_ARGUMENT, "--every: expected at least 1, got 0");
-    if (options->power != OPTION_NO_COUNT && options->power > 60)
+    run->settings.leap = options->power != OPTION_NO_COUNT;
+    run->settings.power = options->power;
+    run->settings.normalise = options->normalise;
+    run->settings.reference = !options->no_reference;
+    if (run->settings.leap && options->power > 60)
         return ad_fail(error, AD_E_ARGUMENT, "--power: expected at most 60, got %zu",
                        options->power);
     slice->rule = phys_rule_find(options->rule, error);
-    run->method = qm_method_find(options->method, error);
+    run->settings.method = qm_method_find(options->method, error);
     return error->status == AD_OK ? read_walls(options->walls, &slice->walls, error)
                                   : error->status;
 }
 
 /* ---- before a run ---- */
 
-/* A box that holds the motion: from the packet outwards until the potential turns it back, or,
-   where nothing does, far enough. */
-static void suggest_box(const struct quantum_run *run, double box[2])
-{
-    enum { MOST = 40 };
-    const struct qm_gaussian *p = &run->packet[0];
-    struct ad_error none = {0};
-    double mass = 1, speed = fabs(p->p) + run->slice.hbar / p->sigma, energy = -INFINITY;
-    for (int side = -1; side <= 1; side++) {
-        double x = p->x + 2 * side * p->sigma, V = 0;
-        qm_potential(&run->system, &(struct qm_grid){x - 0.5, x + 0.5, 1}, &V, &mass, &none);
-        energy = fmax(energy, V + speed * speed / (2 * mass));
-    }
-    for (int side = 0; side < 2; side++) {
-        double V = -INFINITY, step = side ? p->sigma : -p->sigma;
-        box[side] = p->x + 4 * step;
-        for (int k = 0; k < MOST && !(V > energy) && none.status == AD_OK; k++) {
-            double x = box[side] += step;
-            qm_potential(&run->system, &(struct qm_grid){x - 0.5, x + 0.5, 1}, &V, &mass, &none);
-        }
-        box[side] += 2 * step;
-    }
-}
-
 /* A scene without a box of its own needs one, and packets need to be in it. */
 static enum ad_status check_box(const struct preset *preset, const struct quantum_run *run,
                                 struct ad_error *error)
 {
-    const struct qm_grid *box = &run->slice.grid;
+    const struct qm_grid *box = &run->settings.slice.grid;
     if (!preset->name && !run->options->box && run->system.dof == 1 &&
         phys_keeps_energy(&run->system)) {
-        double such[2];
-        suggest_box(run, such);
+        double low, high;
+        qm_box(&run->system, run->settings.slice.hbar, run->settings.packet, &low, &high);
         return ad_fail(error, AD_E_ARGUMENT,
                        "--box: %s has none of its own; expected A,B, where the walls are; try "
                        "--box=%.3g,%.3g",
-                       run->name, such[0], such[1]);
+                       run->name, low, high);
     }
-    for (size_t k = 0; k < run->n_packets; k++) {
-        const struct qm_gaussian *p = &run->packet[k];
-        double unit = p->sigma * M_SQRT2;
-        double inside = 0.5 * (erf((box->high - p->x) / unit) - erf((box->low - p->x) / unit));
+    for (size_t k = 0; k < run->settings.packets; k++) {
+        const struct qm_gaussian *p = &run->settings.packet[k];
+        double inside = qm_inside(box, p);
         if (box->high > box->low && !(inside >= 0.99))
             return ad_fail(error, AD_E_ARGUMENT,
                            "--packet %g,%g,%g: %.3g %% of it is in the box from %g to %g; expected "
@@ -188,16 +168,9 @@ static enum ad_status check_box(const struct preset *preset, const struct quantu
     return AD_OK;
 }
 
-/* Rounded up or down to four digits, so that what is suggested will do. */
-static double rounded(double x, double (*way)(double))
-{
-    double unit = pow(10, floor(log10(x)) - 3);
-    return way(x / unit) * unit;
-}
-
 static enum ad_status look_for_aliasing(struct quantum_run *run, struct ad_error *error)
 {
-    struct qm_slice *slice = &run->slice;
+    struct qm_slice *slice = &run->settings.slice;
     bool choose = isnan(slice->dt);
     if (choose)
         slice->dt = 0.1;
@@ -205,19 +178,19 @@ static enum ad_status look_for_aliasing(struct quantum_run *run, struct ad_error
         return error->status;
     const struct qm_aliasing *a = &run->aliasing;
     if (choose && a->ratio > 1 && !isnan(a->dt_least)) {
-        slice->dt = rounded(a->dt_least, ceil);
+        slice->dt = qm_aliasing_advice(slice, a).dt;
         return qm_aliasing(slice, &run->aliasing, error);
     }
-    if (!run->method->aliases(slice) || a->ratio <= 1 + 1e-9)
+    if (!run->settings.method->aliases(slice) || a->ratio <= 1 + 1e-9)
         return AD_OK;
     char text[sizeof error->message], longer[48] = "";
-    double least = rounded((double)slice->grid.n * qm_dx(&slice->grid) / a->dx_most, ceil);
-    if (!isnan(a->dt_least))
-        snprintf(longer, sizeof longer, "--dt %.4g or more, ", rounded(a->dt_least, ceil));
+    struct qm_advice such = qm_aliasing_advice(slice, a);
+    if (!isnan(such.dt))
+        snprintf(longer, sizeof longer, "--dt %.4g or more, ", such.dt);
     snprintf(text, sizeof text,
              "phases of neighbouring paths differ by up to %.3g (limit: 3.14), a ghost stands %.3g "
              "away; expected %s--points %.0f or more, or a box of %.4g",
-             M_PI * a->ratio, a->ghost, longer, least, rounded(a->box_most, floor));
+             M_PI * a->ratio, a->ghost, longer, such.points, such.box);
     if (!run->options->force)
         return ad_fail(error, AD_E_ARGUMENT, "%s (--force runs it all the same)", text);
     fprintf(stderr, "leastaction quantum: warning: %s\n", text);
@@ -231,12 +204,14 @@ static const double patience = 3600;
 static enum ad_status look_for_cost(const struct quantum_run *run, struct ad_error *error)
 {
     struct qm_cost cost;
-    double n = (double)run->slice.grid.n, samples = (double)(run->steps / run->every + 2);
-    run->method->cost(&run->slice, &cost);
+    double n = (double)run->settings.slice.grid.n,
+           samples = (double)(run->settings.steps / run->settings.every + 2);
+    run->settings.method->cost(&run->settings.slice, &cost);
     if (run->options->power != OPTION_NO_COUNT)
         cost.setup += 8 * n * n * n * (double)run->options->power, cost.bytes *= 2;
     double bytes = cost.bytes + 8 * n * samples;
-    double seconds = (cost.setup + cost.step * (double)(run->steps * run->n_packets)) / speed;
+    double seconds =
+        (cost.setup + cost.step * (double)(run->settings.steps * run->settings.packets)) / speed;
     long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
     if (pages > 0 && bytes > 0.9 * (double)pages * (double)page)
         return ad_fail(error, AD_E_ARGUMENT,
@@ -265,6 +240,7 @@ enum ad_status quantum_setup(const struct quantum_options *options, struct quant
 
 void quantum_free(struct quantum_run *run)
 {
-    free(run->packet);
+    qm_run_free(&run->result);
+    free((struct qm_gaussian *)run->settings.packet);
     phys_system_close(&run->system);
 }

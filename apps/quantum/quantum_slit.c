@@ -63,12 +63,14 @@ static enum ad_status prepare(const struct quantum_options *options, struct qm_s
 
 /* ---- the run ---- */
 
-static void follow(const struct quantum_options *options, struct slit_run *run)
+static enum ad_status follow(void *context, struct ad_error *error)
 {
+    struct slit_run *run = context;
     struct progress progress;
     struct qm_slit *slit = &run->slit;
     double from = ad_now();
-    progress_start(&progress, options->common.quiet);
+    progress_start(&progress, run->options->common.quiet);
+    interrupt_catch();
     while (!run->interrupted && qm_slit_advance(slit)) {
         run->interrupted = interrupted();
         if (progress_due(&progress))
@@ -77,12 +79,14 @@ static void follow(const struct quantum_options *options, struct slit_run *run)
     progress_end(&progress);
     qm_slit_measure(slit);
     run->seconds = ad_now() - from;
+    return error->status;
 }
 
 /* ---- results ---- */
 
-static void fill_report(const struct slit_run *run, struct report *report)
+static void report_slit(const void *context, struct report *report)
 {
+    const struct slit_run *run = context;
     const struct qm_slit *s = &run->slit;
     report_line(report,
                 "double slit: %zu x %zu points, %zu slices of %.4g in %.3g s, set up in %.3g s\n",
@@ -104,49 +108,36 @@ static void fill_report(const struct slit_run *run, struct report *report)
     report->passing = false;
 }
 
-static enum ad_status write_results(const struct quantum_options *options, const struct qm_slit *s,
-                                    const struct report *report, struct outputs *outputs,
-                                    struct ad_error *error)
+static void write_csv(const void *context, FILE *out)
 {
-    size_t n = s->y.n;
-    if (outputs->csv.out) {
-        fputs("y,intensity,closed_form\n", outputs->csv.out);
-        for (size_t b = 0; b < n; b++)
-            fprintf(outputs->csv.out, "%.17g,%.17g,%.17g\n", qm_x(&s->y, b), s->screen[b],
-                    s->expected[b]);
-    }
-    if (outputs->file) {
-        phys_runfile_text(outputs->file, "/", "program", "leastaction " LEASTACTION_VERSION);
-        phys_runfile_text(outputs->file, "/", "command", options->common.command);
-        phys_runfile_write(outputs->file, "time", AD_F64, 1, &s->frames, s->time);
-        phys_runfile_write(outputs->file, "density", AD_F64, 3, (size_t[]){s->frames, s->x.n, n},
-                           s->density);
-        phys_runfile_text(outputs->file, "density", "axes", "frame, x, y: |psi|^2");
-        report_file(report, outputs->file, error);
-    }
-    if (outputs->plot.script)
-        slit_picture(s, &outputs->plot);
-    return error->status == AD_OK ? outputs_commit(outputs, error) : error->status;
+    const struct qm_slit *s = &((const struct slit_run *)context)->slit;
+    fputs("y,intensity,closed_form\n", out);
+    for (size_t b = 0; b < s->y.n; b++)
+        fprintf(out, "%.17g,%.17g,%.17g\n", qm_x(&s->y, b), s->screen[b], s->expected[b]);
 }
+
+static enum ad_status write_file(const void *context, phys_runfile *file, struct ad_error *error)
+{
+    const struct qm_slit *s = &((const struct slit_run *)context)->slit;
+    phys_runfile_write(file, "time", AD_F64, 1, &s->frames, s->time);
+    phys_runfile_write(file, "density", AD_F64, 3, (size_t[]){s->frames, s->x.n, s->y.n},
+                       s->density);
+    phys_runfile_text(file, "density", "axes", "frame, x, y: |psi|^2");
+    return error->status;
+}
+
+static const struct output_kind outputs = {report_slit, write_file, write_csv, slit_picture};
 
 int quantum_slit(const struct quantum_options *options, struct ad_error *error)
 {
-    struct slit_run run = {0};
-    struct outputs outputs = {0};
-    struct report report = {0};
+    struct slit_run run = {.options = options};
     double from = ad_now();
-    interrupt_catch();
-    if (prepare(options, &run.slit, error) == AD_OK &&
-        outputs_begin(&options->common, &outputs, error) == AD_OK) {
+    if (prepare(options, &run.slit, error) == AD_OK) {
         run.setup_seconds = ad_now() - from;
-        follow(options, &run);
-        fill_report(&run, &report);
-        write_results(options, &run.slit, &report, &outputs, error);
-        report_show(&report, &options->common, error);
+        outputs_run(&outputs, &options->common, &run, follow, error);
         if (error->status == AD_OK && run.interrupted)
             ad_fail(error, AD_E_ACCURACY, "interrupted; results are those so far");
     }
-    outputs_abandon(&outputs);
     qm_slit_free(&run.slit);
     return command_status(error);
 }

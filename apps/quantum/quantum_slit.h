@@ -6,11 +6,12 @@
 #include "quantum/slit.h"
 
 struct slit_run {
+    const struct quantum_options *options;
     struct qm_slit slit;
     double seconds, setup_seconds;
     bool interrupted;
 };
 
-void slit_picture(const struct qm_slit *slit, struct plot *plot);
+enum ad_status slit_picture(const void *run, struct plot *plot, struct ad_error *error);
 
 #endif

@@ -57,8 +57,9 @@ static void screen(const struct qm_slit *s, FILE *out)
             1.25 * most, s->fringe);
 }
 
-void slit_picture(const struct qm_slit *s, struct plot *plot)
+enum ad_status slit_picture(const void *run, struct plot *plot, struct ad_error *error)
 {
+    const struct qm_slit *s = &((const struct slit_run *)run)->slit;
     FILE *out = plot->script;
     size_t first = plot->animated ? 0 : s->frames - 1;
     write_data(s, first, plot->data);
@@ -74,4 +75,5 @@ void slit_picture(const struct qm_slit *s, struct plot *plot)
     plane(s, out);
     screen(s, out);
     fputs("unset multiplot\n}\n", out);
+    return error->status;
 }

@@ -1,5 +1,4 @@
 /* Results of a wave packet's run (quantum.h): report, CSV and run file. */
-#include "apps/command.h"
 #include "quantum.h"
 #include "apps/output/unit.h"
 
@@ -9,27 +8,27 @@
 static const char *const wall_names[] = {
     [QM_OPEN] = "open", [QM_REFLECT] = "reflecting", [QM_RING] = "a ring"};
 
-static const struct qm_moments *last(const struct quantum_run *run,
-                                     const struct quantum_result *result, size_t packet)
+static const struct qm_moments *last(const struct quantum_run *run, size_t packet)
 {
-    return &result->moments[(result->n - 1) * run->n_packets + packet];
+    const struct qm_run_result *result = &run->result;
+    return &result->moments[(result->n - 1) * run->settings.packets + packet];
 }
 
-static void report_run(const struct quantum_run *run, const struct quantum_result *result,
-                       struct report *report)
+static void report_run(const struct quantum_run *run, struct report *report)
 {
+    const struct qm_run_result *result = &run->result;
     const struct phys_scene *scene = run->system.scene;
-    const struct qm_slice *slice = &run->slice;
+    const struct qm_slice *slice = &run->settings.slice;
     double t = result->t[result->n - 1];
     report_line(report,
                 "%s by %s (rule %s): %zu points from %g to %g, walls %s, to t = %g%s%s in %.3g s, "
                 "set up in %.3g s\n",
-                run->name, run->method->name, slice->rule->name, slice->grid.n, slice->grid.low,
-                slice->grid.high, wall_names[slice->walls], t, unit_blank(scene->time_unit),
-                unit_shown(scene->time_unit), result->setup_seconds + result->seconds,
-                result->setup_seconds);
+                run->name, run->settings.method->name, slice->rule->name, slice->grid.n,
+                slice->grid.low, slice->grid.high, wall_names[slice->walls], t,
+                unit_blank(scene->time_unit), unit_shown(scene->time_unit),
+                result->setup_seconds + result->seconds, result->setup_seconds);
     report_text(report, "scene", NULL, run->name);
-    report_text(report, "method", NULL, run->method->name);
+    report_text(report, "method", NULL, run->settings.method->name);
     report_text(report, "rule", NULL, slice->rule->name);
     report_text(report, "walls", NULL, wall_names[slice->walls]);
     report_number(report, "low", NULL, scene->unit, slice->grid.low);
@@ -52,47 +51,49 @@ static void report_packet(const struct quantum_run *run, const struct qm_moments
 }
 
 /* Without a number the text has the reason. */
-static void report_error(const struct quantum_run *run, const struct quantum_result *result,
-                         struct report *report)
+static void report_error(const struct quantum_run *run, struct report *report)
 {
+    const struct qm_run_result *result = &run->result;
     bool known = isfinite(result->error);
     report_number(report, "error", "error", NULL, known ? result->error : (double)NAN);
     report_text(report, "error_against", known ? "error against" : NULL, result->truth);
     if (!known)
         report_line(report, "  %-24s not measured: %s", "error",
                     run->options->no_reference ? "--no-reference"
-                    : result->interrupted      ? "interrupted"
+                    : result->stopped          ? "interrupted"
                                                : "the reference takes too many steps");
 }
 
-void quantum_report(const struct quantum_run *run, const struct quantum_result *result,
-                    struct report *report)
+static void report_packets(const void *context, struct report *report)
 {
-    report_run(run, result, report);
-    report_packet(run, last(run, result, 0), report);
+    const struct quantum_run *run = context;
+    const struct qm_run_result *result = &run->result;
+    report_run(run, report);
+    report_packet(run, last(run, 0), report);
     report_number(report, "classical_x", "a particle would be at", run->system.scene->unit,
                   result->classical[result->n - 1]);
     report_number(report, "aliasing", "phases alias above 1", NULL, run->aliasing.ratio);
-    report_error(run, result, report);
+    report_error(run, report);
     report_flag(report, "normalised", NULL, run->options->normalise);
     report->passing = true;
     report_number(report, "setup_seconds", NULL, "s", result->setup_seconds);
     report_number(report, "seconds", NULL, "s", result->setup_seconds + result->seconds);
     report->passing = false;
-    for (size_t p = 0; p < run->n_packets && run->n_packets > 1; p++) {
+    for (size_t p = 0; p < run->settings.packets && run->settings.packets > 1; p++) {
         report_item(report, "packets");
-        report_packet(run, last(run, result, p), report);
+        report_packet(run, last(run, p), report);
     }
     report_item(report, NULL);
 }
 
-void quantum_write_csv(const struct quantum_run *run, const struct quantum_result *result,
-                       FILE *out)
+void quantum_write_csv(const void *context, FILE *out)
 {
+    const struct quantum_run *run = context;
+    const struct qm_run_result *result = &run->result;
     fputs("t,packet,norm,mean_x,std_x,classical_x\n", out);
     for (size_t k = 0; k < result->n; k++)
-        for (size_t p = 0; p < run->n_packets; p++) {
-            const struct qm_moments *m = &result->moments[k * run->n_packets + p];
+        for (size_t p = 0; p < run->settings.packets; p++) {
+            const struct qm_moments *m = &result->moments[k * run->settings.packets + p];
             fprintf(out, "%.17g,%zu,%.17g,%.17g,%.17g,", result->t[k], p + 1, m->norm, m->mean_x,
                     m->std_x);
             if (p == 0 && !isnan(result->classical[k]))
@@ -101,13 +102,12 @@ void quantum_write_csv(const struct quantum_run *run, const struct quantum_resul
         }
 }
 
-enum ad_status quantum_file(const struct quantum_run *run, const struct quantum_result *result,
-                            const struct report *report, phys_runfile *file, struct ad_error *error)
+enum ad_status quantum_file(const void *context, phys_runfile *file, struct ad_error *error)
 {
+    const struct quantum_run *run = context;
+    const struct qm_run_result *result = &run->result;
     const struct phys_scene *scene = run->system.scene;
-    size_t n = run->slice.grid.n;
-    phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
-    phys_runfile_text(file, "/", "command", run->options->common.command);
+    size_t n = run->settings.slice.grid.n;
     phys_runfile_folder(file, "parameters");
     for (size_t k = 0; k < scene->n_params; k++)
         phys_runfile_number(file, "parameters", scene->params[k].name,
@@ -117,10 +117,14 @@ enum ad_status quantum_file(const struct quantum_run *run, const struct quantum_
     phys_runfile_text(file, "time", "unit", scene->time_unit);
     phys_runfile_write(file, "density", AD_F64, 2, (size_t[]){result->n, n}, result->density);
     phys_runfile_text(file, "density", "axes", "sample, point: |psi|^2 of the first packet");
-    phys_runfile_write(file, "moments", AD_F64, 3, (size_t[]){result->n, run->n_packets, 3},
+    phys_runfile_write(file, "moments", AD_F64, 3, (size_t[]){result->n, run->settings.packets, 3},
                        result->moments);
     phys_runfile_text(file, "moments", "axes", "sample, packet, (norm, mean, width)");
-    phys_runfile_write(file, "psi", AD_F64, 3, (size_t[]){n, run->n_packets, 2}, result->psi);
+    phys_runfile_write(file, "psi", AD_F64, 3, (size_t[]){n, run->settings.packets, 2},
+                       result->psi);
     phys_runfile_text(file, "psi", "axes", "point, packet, (real, imaginary): at the end");
-    return report_file(report, file, error);
+    return error->status;
 }
+
+const struct output_kind quantum_outputs = {report_packets, quantum_file, quantum_write_csv,
+                                            quantum_picture};
