@@ -5,6 +5,7 @@
 #include "tests/close.h"
 #include "apps/bench/exact.h"
 #include "apps/bench/motions.h"
+#include "physics/physics.h"
 #include "apps/bench/work_precision.h"
 
 #include <string.h>
