@@ -18,7 +18,7 @@ static const struct option general[] = {
     {"json", NULL, OPTION_FLAG, NULL, "one JSON object as the last line", AT(json)},
     {"quiet", NULL, OPTION_FLAG, NULL, "nothing but errors, and what was asked for", AT(quiet)},
     {"seed", "N", OPTION_SEED, "1", "of every random number", AT(seed)},
-    {"threads", "N", OPTION_COUNT, "1", "results do not depend on it", AT(threads)},
+    {"threads", "N", OPTION_SOME, "1", "results do not depend on it", AT(threads)},
     {"verbose", NULL, OPTION_FLAG, NULL, "or -v: say too what ran as machine code, and why not",
      AT(verbose)},
     {"no-native", NULL, OPTION_FLAG, NULL, "never compile long runs to machine code",
@@ -129,10 +129,18 @@ static enum ad_status add_text(struct texts *texts, const char *text, struct ad_
     return AD_OK;
 }
 
-static const char *const kinds[] = {
-    [OPTION_NUMBER] = "a number such as 0.5",
-    [OPTION_COUNT] = "a whole number such as 10",
-    [OPTION_SEED] = "a whole number such as 10",
+/* What the values of a kind are. */
+static const struct kind {
+    const char *form, *range; /* what is expected: of the word, of the number */
+    size_t least;
+} kinds[OPTION_SETTINGS + 1] = {
+    [OPTION_NUMBER] = {"a number such as 0.5", NULL, 0},
+    [OPTION_POSITIVE] = {"a number such as 0.5", "more than 0", 0},
+    [OPTION_SIZE] = {"a number such as 0.5", "at least 0", 0},
+    [OPTION_COUNT] = {"a whole number such as 10", NULL, 0},
+    [OPTION_SOME] = {"a whole number such as 10", "at least 1", 1},
+    [OPTION_SLICES] = {"a whole number such as 10", "at least 3", 3},
+    [OPTION_SEED] = {"a whole number such as 10", NULL, 0},
 };
 
 /* Stores `text` as the value of an option. */
@@ -140,8 +148,10 @@ static enum ad_status store(const struct option *option, const char *text, char 
                             struct ad_error *error)
 {
     void *at = values + option->offset;
+    const struct kind *kind = &kinds[option->kind];
     uint64_t whole = 0;
-    bool right = true;
+    double number = 0;
+    bool right = true, within = true;
     switch (option->kind) {
     case OPTION_FLAG:
         *(bool *)at = true;
@@ -153,10 +163,18 @@ static enum ad_status store(const struct option *option, const char *text, char 
         *(const char **)at = text;
         break;
     case OPTION_NUMBER:
-        right = options_number(text, at);
+    case OPTION_POSITIVE:
+    case OPTION_SIZE:
+        right = options_number(text, &number);
+        within = option->kind == OPTION_NUMBER || number > 0 ||
+                 (option->kind == OPTION_SIZE && number == 0);
+        *(double *)at = number;
         break;
     case OPTION_COUNT:
+    case OPTION_SOME:
+    case OPTION_SLICES:
         right = options_whole(text, OPTION_NO_COUNT - 1, &whole);
+        within = whole >= kind->least;
         *(size_t *)at = (size_t)whole;
         break;
     case OPTION_SEED:
@@ -167,10 +185,13 @@ static enum ad_status store(const struct option *option, const char *text, char 
     case OPTION_SETTINGS:
         return add_setting(at, text, error);
     }
-    if (right)
-        return AD_OK;
-    return ad_fail(error, AD_E_ARGUMENT, "--%s: expected %s, got '%s'", option->name,
-                   kinds[option->kind], text);
+    if (!right)
+        return ad_fail(error, AD_E_ARGUMENT, "--%s: expected %s, got '%s'", option->name,
+                       kind->form, text);
+    if (!within)
+        return ad_fail(error, AD_E_ARGUMENT, "--%s: expected %s, got %s", option->name, kind->range,
+                       text);
+    return AD_OK;
 }
 
 /* What an option holds until it is given. */
@@ -178,9 +199,9 @@ static void store_default(const struct option *option, char *values)
 {
     struct ad_error error = {0};
     void *at = values + option->offset;
-    if (option->kind == OPTION_NUMBER)
+    if (option->kind >= OPTION_NUMBER && option->kind <= OPTION_SIZE)
         *(double *)at = OPTION_NO_NUMBER;
-    if (option->kind == OPTION_COUNT)
+    if (option->kind >= OPTION_COUNT && option->kind <= OPTION_SLICES)
         *(size_t *)at = OPTION_NO_COUNT;
     if (option->fallback)
         store(option, option->fallback, values, &error);
@@ -300,8 +321,6 @@ static enum ad_status check_arguments(const struct command_line *line, const str
         if (line->arguments[k][0] != '[')
             return ad_fail(error, AD_E_ARGUMENT, "missing argument %s; expected: %s",
                            line->arguments[k], form);
-    if (common->threads == 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--threads: expected at least 1, got 0");
     return check_files(line, common, error);
 }
 

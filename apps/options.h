@@ -9,16 +9,20 @@
 #include <stdio.h>
 
 enum option_kind {
-    OPTION_FLAG,    /* bool */
-    OPTION_TEXT,    /* const char *; NULL if not given */
-    OPTION_INPUT,   /* the same: a file or folder to read, or a name that is none */
-    OPTION_OUTPUT,  /* the same: a file to write, which may not be an input; - is none */
-    OPTION_PICTURE, /* the same: a file to write by gnuplot */
-    OPTION_NUMBER,  /* double, finite; OPTION_NO_NUMBER (NaN) if not given */
-    OPTION_COUNT,   /* size_t; OPTION_NO_COUNT if not given */
-    OPTION_SEED,    /* uint64_t */
-    OPTION_TEXTS,   /* struct texts: repeatable */
-    OPTION_SETTINGS /* struct settings: NAME=VALUE, repeatable */
+    OPTION_FLAG,     /* bool */
+    OPTION_TEXT,     /* const char *; NULL if not given */
+    OPTION_INPUT,    /* the same: a file or folder to read, or a name that is none */
+    OPTION_OUTPUT,   /* the same: a file to write, which may not be an input; - is none */
+    OPTION_PICTURE,  /* the same: a file to write by gnuplot */
+    OPTION_NUMBER,   /* double, finite; OPTION_NO_NUMBER (NaN) if not given */
+    OPTION_POSITIVE, /* the same, more than 0 */
+    OPTION_SIZE,     /* the same, at least 0 */
+    OPTION_COUNT,    /* size_t; OPTION_NO_COUNT if not given */
+    OPTION_SOME,     /* the same, at least 1 */
+    OPTION_SLICES,   /* the same, at least 3 */
+    OPTION_SEED,     /* uint64_t */
+    OPTION_TEXTS,    /* struct texts: repeatable */
+    OPTION_SETTINGS  /* struct settings: NAME=VALUE, repeatable */
 };
 
 #define OPTION_NO_NUMBER ((double)NAN)

@@ -61,9 +61,6 @@ static enum ad_status find_span(const struct path_options *options, struct path_
     size_t first = run->first_epoch;
     if (options->days != OPTION_NO_COUNT)
         settings->slices = options->days;
-    if (settings->slices < 3)
-        return ad_fail(error, AD_E_ARGUMENT, "--days: expected at least 3, got %zu",
-                       settings->slices);
     if (first >= table->n || settings->slices > table->n - first)
         return ad_fail(error, AD_E_INPUT,
                        "%s: --days %zu from index %zu needs %zu epochs, there are %zu",

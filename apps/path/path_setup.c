@@ -125,33 +125,15 @@ static void choose_noise(const struct path_options *options, struct path_run *ru
     run->noise.sigma = option_number_or(options->noise, run->noise.sigma);
 }
 
-static enum ad_status check_settings(const struct path_options *options, const struct path_run *run,
-                                     struct ad_error *error)
+static enum ad_status check_settings(const struct path_run *run, struct ad_error *error)
 {
     const struct phys_path_settings *settings = &run->settings;
-    if (settings->slices < 3)
-        return ad_fail(error, AD_E_ARGUMENT, "--slices: expected at least 3, got %zu",
-                       settings->slices);
-    if (!(settings->dt > 0))
-        return ad_fail(error, AD_E_ARGUMENT, "--dt: expected more than 0, such as 0.01, got %g",
-                       settings->dt);
-    if (!(settings->learning_rate > 0))
-        return ad_fail(error, AD_E_ARGUMENT, "--lr: expected more than 0, such as 0.01, got %g",
-                       settings->learning_rate);
-    if (!(settings->tolerance >= 0))
-        return ad_fail(error, AD_E_ARGUMENT, "--grad-tol: expected at least 0, got %g",
-                       settings->tolerance);
-    if (!(run->noise.sigma >= 0))
-        return ad_fail(error, AD_E_ARGUMENT, "--noise: expected at least 0, got %g",
-                       run->noise.sigma);
     if (!(settings->momentum >= 0 && settings->momentum < 1))
         return ad_fail(error, AD_E_ARGUMENT, "--momentum: expected 0 or more, less than 1, got %g",
                        settings->momentum);
-    if (settings->hold < 1 || settings->hold > (settings->slices - 1) / 2)
+    if (settings->hold > (settings->slices - 1) / 2)
         return ad_fail(error, AD_E_ARGUMENT, "--hold: expected 1 to %zu, got %zu",
                        (settings->slices - 1) / 2, settings->hold);
-    if (options->every == 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--every: expected at least 1, got 0");
     return AD_OK;
 }
 
@@ -172,7 +154,7 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
     choose_noise(options, run);
     if (error->status != AD_OK || choose_energy_loss(options, run, error) != AD_OK ||
         path_ephemeris(options, run, &observed, error) != AD_OK ||
-        check_settings(options, run, error) != AD_OK ||
+        check_settings(run, error) != AD_OK ||
         (path_wants_tolerance(options) && path_check_tolerance(run, error) != AD_OK)) {
         free(observed);
         return error->status;

@@ -33,9 +33,6 @@ enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error 
         {options->hold != 1, "--hold: it chooses the slices"},
         {!isnan(options->grad_tolerance), "--grad-tol: every level is solved to rounding"},
     };
-    if (!(options->tolerance > 0))
-        return ad_fail(error, AD_E_ARGUMENT, "--tol: expected more than 0, such as 1e-6, got %g",
-                       options->tolerance);
     for (size_t k = 0; k < sizeof conflicts / sizeof *conflicts; k++)
         if (conflicts[k].given)
             return ad_fail(error, AD_E_ARGUMENT, "--tol does not go with %s", conflicts[k].why);

@@ -36,7 +36,7 @@ static void check(const struct command_line *line, const struct common *common, 
     for (size_t k = 0; k < options_rows(line); k++) {
         const struct option *option = options_row(line, k);
         const void *at = values + option->offset;
-        if (option->kind == OPTION_NUMBER)
+        if (option->kind >= OPTION_NUMBER && option->kind <= OPTION_SIZE)
             fuzz_require(!isinf(*(const double *)at));
         if (option->kind == OPTION_TEXT || option->kind == OPTION_INPUT)
             fuzz_require(!*(const char *const *)at || **(const char *const *)at);

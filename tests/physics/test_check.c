@@ -1,6 +1,7 @@
 /* The checks of a Lagrangian find what is wrong with it, and name where. */
 #include "tests/close.h"
 #include "tests/mentions.h"
+#include "physics/motion/checks.h"
 #include "physics/physics.h"
 
 enum { N = 7, DOF = 2 };
@@ -215,13 +216,37 @@ static void test_energies(void **state)
     }
 }
 
+/* All of them along the motion of a scene, and what is no scene to check. */
+static void a_scene_is_checked_along_its_motion(void **state)
+{
+    (void)state;
+    struct phys_system pendulum, closed = {0};
+    struct phys_checks c;
+    struct ad_error error = {0}, none = {0};
+    phys_system_open("pendulum", &pendulum, &error);
+    assert_int_equal(phys_check_scene(&pendulum, 1, 20, 0.1, 1e-6, 0, &c, &error), AD_OK);
+    assert_true(c.passed && c.gradient.passed && c.second.passed && c.locality.passed);
+    assert_int_equal(c.gradient.entries, 3 * 19); /* q, v and t at all slices but the last */
+    assert_close(c.mass_condition, 1, 1e-12, 0);
+    assert_int_equal(phys_check_scene(&pendulum, 1, 20, 0.1, 1e-300, 0, &c, &error), AD_OK);
+    assert_false(c.passed || c.gradient.passed);
+    assert_true(c.locality.passed && c.energies.status == AD_OK);
+    assert_int_equal(phys_check_scene(&pendulum, 1, 2, 0.1, 1e-6, 0, &c, &error), AD_E_ARGUMENT);
+    assert_int_equal(phys_check_scene(&closed, 1, 20, 0.1, 1e-6, 0, &c, &none), AD_E_ARGUMENT);
+    phys_system_close(&pendulum);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_locality),       cmocka_unit_test(test_gradient),
-        cmocka_unit_test(test_wrong_gradient), cmocka_unit_test(test_finite),
-        cmocka_unit_test(test_not_finite),     cmocka_unit_test(test_wrong_use),
+        cmocka_unit_test(test_locality),
+        cmocka_unit_test(test_gradient),
+        cmocka_unit_test(test_wrong_gradient),
+        cmocka_unit_test(test_finite),
+        cmocka_unit_test(test_not_finite),
+        cmocka_unit_test(test_wrong_use),
         cmocka_unit_test(test_energies),
+        cmocka_unit_test(a_scene_is_checked_along_its_motion),
     };
     return cmocka_run_group_tests(tests, fill, NULL);
 }

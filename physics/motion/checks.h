@@ -1,0 +1,30 @@
+/* Everything that can be checked of a scene's Lagrangian, along its motion. */
+#ifndef PHYSICS_MOTION_CHECKS_H
+#define PHYSICS_MOTION_CHECKS_H
+
+#include "physics/lagrangian/check.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct phys_checks {
+    bool passed;                /* all of them */
+    struct ad_error no_path;    /* why there is no motion; the points are then on a line */
+    struct ad_error not_finite; /* phys_check_finite; where it fails the rest is not looked at */
+    struct ad_error energies;   /* phys_check_energies */
+    struct ad_check gradient, second; /* phys_check_gradient of order 1 and 2 */
+    struct phys_locality locality;
+    double mass_condition; /* largest lower bound at the points; NaN where slices are not local */
+};
+/* At the slices but the last of the motion from the scene's start, dt apart, with velocities as the
+   rule left takes them. tolerance and entries as in phys_check_gradient. What a check finds is no
+   error: that is AD_E_ARGUMENT of under 3 slices, dt or tolerance, and AD_E_MEMORY. */
+enum ad_status phys_check_scene(const struct phys_system *system, uint64_t seed, size_t slices,
+                                double dt, double tolerance, size_t entries,
+                                struct phys_checks *checks, struct ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
