@@ -58,16 +58,6 @@ void inject_words(struct words *words, const char *line)
     words->word[words->n] = NULL;
 }
 
-void inject_enter(void)
-{
-    static const int caught[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGSYS}; /* by cmocka */
-    for (size_t k = 0; k < sizeof caught / sizeof *caught; k++)
-        signal(caught[k], SIG_DFL);
-    if (!freopen(shell_path("../out"), "w", stdout) ||
-        !freopen(shell_path("../err"), "w", stderr) || chdir(shell_path("")) != 0)
-        _exit(127);
-}
-
 size_t inject_step(size_t all)
 {
     const char *given = getenv("FAULTS");
@@ -197,7 +187,7 @@ int inject_run(const struct words *words, struct inject *inject)
     pid_t child = fork();
     if (child == 0) {
         struct words own = *words;
-        inject_enter();
+        shell_enter();
         omp_get_max_threads(); /* clang's runtime opens a file first, and aborts where it cannot */
         int listener = hand_over();
         char go;
@@ -227,7 +217,7 @@ int inject_without_rights(const struct words *words)
     pid_t child = fork();
     if (child == 0) {
         struct words own = *words;
-        inject_enter();
+        shell_enter();
         if (geteuid() == 0 && setuid(nobody) != 0)
             _exit(127);
         int done = command_main(own.n, own.word);

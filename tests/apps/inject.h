@@ -15,10 +15,6 @@ struct words {
 };
 void inject_words(struct words *words, const char *line);
 
-/* In a child: goes to the work folder of the shell, with the files of shell_out and shell_err for
-   its output. */
-void inject_enter(void);
-
 /* From one fault that is tried to the next, of `all` in a run: 6 are tried, or FAULTS of the
    environment. */
 size_t inject_step(size_t all);

@@ -14,7 +14,8 @@ int shell_teardown(void **state);
 int shell_empty(void **state);
 
 /* Runs a shell command line, in which $LA is the command and $ROOT the repository; returns the exit
-   status, or 128 + the signal. */
+   status, or 128 + the signal. A line of nothing but $LA and its words runs command_main in a child
+   of this process. */
 int shell(const char *format, ...)
 #if defined(__GNUC__)
     __attribute__((format(printf, 1, 2)))
@@ -39,6 +40,9 @@ double shell_number(const char *key);
 double shell_number_in(const char *object, const char *key);
 /* Entries of the work folder, hidden ones too. */
 size_t shell_files(void);
+/* For a child of the test that is to run command_main: in the work folder, output where shell_read
+   finds it, signals as they were before cmocka. */
+void shell_enter(void);
 /* Empties the work folder. */
 void shell_clean(void);
 /* Path of a file in the work folder (valid until the next call). */

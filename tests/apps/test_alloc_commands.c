@@ -29,7 +29,7 @@ static const char *const table[] = {
     "train data.csv --hidden 4 --steps 3 --test-fraction 0.2 --out a.h5 --log a.csv --quiet",
     "rollout model.h5 --x0 1,0 --time 1 --points 5 --truth spring --out a.h5 --csv a.csv --quiet",
     "field model.h5 --grid 3 --out a.h5 --csv a.csv --quiet",
-    "chart gradients --quick --out . --quiet",
+    "chart gas --quick --out . --quiet",
     "dump model.h5 --json",
     "manual path",
     "completion",
@@ -52,7 +52,7 @@ static int run(const char *line, size_t failing, bool all_after)
     inject_words(&words, line);
     pid_t child = fork();
     if (child == 0) {
-        inject_enter();
+        shell_enter();
         atexit(report);
         alloc = (struct alloc){.failing = failing, .all_after = all_after};
         exit(command_main(words.n, words.word));

@@ -40,13 +40,13 @@ static void test_default_is_the_table_s_path(void **state)
     } rows[] = {
         {real, "--rule gauss3", 2e7},
         {real, "", 2e9},
-        {real, "--rule gauss2 --from 100 --days 200", 2e7},
+        {real, "--rule gauss2 --from 100 --days 200 --bodies sun,mercury,venus", 2e7},
         {real, "--rule gauss3 --from 250 --days 90", 2e7},
         {real, "--rule gauss3 --from 2022-03-01 --days 30 --dims 2", 2e9},
         {real, "--rule gauss3 --days 40 --bodies sun,mercury", 2e7},
         {years, "--rule gauss3 --from 0 --days 65", 1e4},
         {years, "--rule gauss3 --from 500 --days 200", 1e6},
-        {years, "--rule gauss2 --from 30 --days 400", 1e7},
+        {years, "--rule gauss2 --from 30 --days 400 --bodies sun,mercury", 1e7},
         {years, "--from 700 --days 150 --dims 2", 5e9},
         {years, "--from 900 --days 197", 4e9},
     };

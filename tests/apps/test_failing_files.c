@@ -36,7 +36,7 @@ static const struct {
      {"a.h5", "a.csv"},
      false},
     {"field model.h5 --grid 3 --out a.h5 --csv a.csv --quiet", {"a.h5", "a.csv"}, false},
-    {"chart linear --quick --out . --quiet", {"linear.csv", "linear.svg"}, true},
+    {"chart gas --quick --out . --quiet", {"gas.csv", "gas.svg"}, true},
     {"dump model.h5 --dataset linear1.weight --csv a.csv --quiet", {"a.csv"}, false},
 };
 

@@ -166,15 +166,21 @@ static void check_gradient(int scene, const struct hand_kernel *k, double *x)
 {
     static double g[MAX_DOF * N];
     static const int slices[] = {0, 1, 2, 47, 95, 96, N - 3, N - 2, N - 1};
+    enum { SLICES = sizeof slices / sizeof *slices };
+    static double expected[HAND_N][SLICES][MAX_DOF]; /* the same for each build */
+    static bool known[HAND_N];
     double largest = 0;
     k->gradient(x, g);
     for (int at = 0; at < k->dof * N; at++)
         largest = fmax(largest, fabs(g[at]));
-    for (size_t s = 0; s < sizeof slices / sizeof *slices; s++)
+    for (size_t s = 0; s < SLICES; s++)
         for (int c = 0; c<k->dof; c += k->dof> 10 ? 7 : 1) {
             int at = c * N + slices[s];
-            assert_close(g[at], difference(scene, k, x, at), 1e-9, 1e-10 * largest);
+            if (!known[scene])
+                expected[scene][s][c] = difference(scene, k, x, at);
+            assert_close(g[at], expected[scene][s][c], 1e-9, 1e-10 * largest);
         }
+    known[scene] = true;
 }
 
 static void gradients_are_those_of_central_differences(void **state)

@@ -83,7 +83,7 @@ static enum ad_status grow(void)
     if (!tape)
         return AD_E_MEMORY;
     ad_var x = ad_input(tape, 5, 8, "x"), y = ad_scalar(tape, 0), g;
-    for (uint32_t k = 0; k < 1500; k++) {
+    for (uint32_t k = 0; k < 600; k++) {
         const uint32_t rows[] = {k % 5, k * k % 5};
         ad_var two = ad_label(ad_gather_rows(ad_mul(x, 1.0 + k), 2, rows), "two of five");
         y = ad_add(y, ad_sum(ad_mul(ad_row(x, k % 5), two)));

@@ -276,7 +276,7 @@ static void test_few_runs(void **state)
  */
 static void test_in_time(void **state)
 {
-    enum { N = 3000, MOST = 20000, TERMS = 200 };
+    enum { N = 3000, MOST = 20000, TERMS = 100 };
     (void)state;
     native_need_compiler();
     ad_tape *tape = ad_tape_new(AD_F64);

@@ -59,35 +59,37 @@ static void compare(const ad_program *p, const struct world *w, const struct wor
     }
 }
 
-static void values_of_program(enum ad_type type, uint64_t seed, double tolerance)
+/* One program, the values of its inputs and others. */
+static uint64_t subject_seed;
+static struct world subject, other;
+
+static void values_on_this_isa(void)
 {
-    struct world w = world(type, seed, 1, false), other = world(type, seed, 2, false);
-    size_t out[MAX_OUT], n_out = draw_outputs(&w, out);
-    ad_program *p = program_of(&w, n_out, out);
-    set_inputs(p, &w, &other);
+    const double tolerance = 1e-11;
+    size_t out[MAX_OUT], n_out = draw_outputs(&subject, out);
+    ad_program *p = program_of(&subject, n_out, out);
+    set_inputs(p, &subject, &other);
     ad_run(p);
-    compare(p, &w, &other, n_out, out, tolerance, seed);
-    set_inputs(p, &w, &w);
+    compare(p, &subject, &other, n_out, out, tolerance, subject_seed);
+    set_inputs(p, &subject, &subject);
     for (size_t threads = 1; threads < 4; threads++) {
         ad_set_threads(p, threads);
         ad_run(p);
-        compare(p, &w, &w, n_out, out, tolerance, seed);
+        compare(p, &subject, &subject, n_out, out, tolerance, subject_seed);
     }
     ad_program_free(p);
-    world_release(&w);
-    world_release(&other);
-}
-
-static void values_f64(void)
-{
-    for (uint64_t seed = 0; seed < 1500; seed++)
-        values_of_program(AD_F64, seed, 1e-11);
 }
 
 static void test_values_f64(void **state)
 {
     (void)state;
-    for_each_isa(values_f64);
+    for (subject_seed = 0; subject_seed < 1500; subject_seed++) {
+        subject = world(AD_F64, subject_seed, 1, false);
+        other = world(AD_F64, subject_seed, 2, false);
+        for_each_isa(values_on_this_isa);
+        world_release(&subject);
+        world_release(&other);
+    }
 }
 
 /* Rounding in f32 is 1e-7 an operation, and conditions of select may turn on it: a few seeds whose
