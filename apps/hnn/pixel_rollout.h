@@ -5,31 +5,7 @@
 
 #include "apps/output/outputs.h"
 #include "rollout.h"
-#include "hnn/pixels/latent.h"
 #include "hnn/pixels/pixel_energy.h"
-
-/* Frames of one motion, and what they show of its energy. */
-struct film_strip {
-    const char *name;
-    size_t n;       /* frames */
-    float *pixels;  /* [n x height x width] */
-    double *energy; /* [n], of the rod; NaN at both ends, and where it is not known */
-};
-
-/* A model and what it foresees. Measures are NaN where there is nothing to measure. */
-struct film_model {
-    const char *file;
-    hnn_model *model;
-    struct phys_ode ode;  /* its field, in the latent space */
-    struct hnn_path path; /* likewise */
-    struct film_strip strip;
-    struct hnn_rollout_info info;
-    double energy_mse, pixel_mse, conserved_drift;
-    double energy_before, energy_after; /* means before and after energy was added */
-    struct hnn_latent_motion motion;    /* of many starts: of the last, but for the worst verdict */
-    size_t outside;                     /* frame beyond the training; path.n: none */
-    char what[120];
-};
 
 struct film {
     const struct rollout_options *options;
@@ -40,7 +16,7 @@ struct film {
     struct film_strip truth;  /* of a source without a rod it may be shorter */
     double true_energy;       /* NaN: not known */
     size_t n_models;
-    struct film_model model[ROLLOUT_MODELS];
+    struct rollout_model model[ROLLOUT_MODELS];
 };
 
 /* Models, starts, outputs; takes `model`. Ends with film_free, whatever it returned. */
@@ -52,8 +28,6 @@ void film_free(struct film *film);
 enum ad_status film_run(void *film, struct ad_error *error);
 extern const struct output_kind film_outputs;
 
-/* "hnn" or "baseline". */
-const char *film_model_name(const struct film_model *model);
 enum ad_status film_picture(const void *film, struct plot *plot, struct ad_error *error);
 
 #endif

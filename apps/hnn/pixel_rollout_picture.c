@@ -21,8 +21,8 @@ struct drawing {
     size_t n_strips, n, height, width, area;
     struct film_strip strip[STRIPS]; /* truth, baseline, model */
     const char *colour[STRIPS];
-    const struct film_model *latent; /* whose path and H are shown */
-    struct range q, p;               /* of the grid */
+    const struct rollout_model *latent; /* whose path and H are shown */
+    struct range q, p;                  /* of the grid */
     size_t table, grid, path;
 };
 
@@ -38,7 +38,7 @@ static struct drawing choose(const struct film *film)
                         .latent = &film->model[0]};
     for (int kind = HNN_BASELINE; kind <= HNN_HAMILTONIAN; kind++)
         for (size_t k = 0; k < film->n_models; k++) {
-            const struct film_model *m = &film->model[k];
+            const struct rollout_model *m = &film->model[k];
             if ((int)hnn_model_settings(m->model)->kind != kind)
                 continue;
             d.colour[d.n_strips] = colours[kind];

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-static void report_motion(struct report *report, const struct film_model *m)
+static void report_motion(struct report *report, const struct rollout_model *m)
 {
     const struct hnn_latent_motion *motion = &m->motion;
     bool known = !isnan(motion->latent_data);
@@ -17,42 +17,30 @@ static void report_motion(struct report *report, const struct film_model *m)
             report,
             "\n%s: it %s: spread of the latent state %.3g, of the data's %.3g; of the frames "
             "%.3g, of the data's %.3g",
-            film_model_name(m), hnn_motion_names[motion->kind], motion->latent, motion->latent_data,
+            rollout_name(m), hnn_motion_names[motion->kind], motion->latent, motion->latent_data,
             motion->frames, motion->frames_data);
 }
 
 static void report_film(const void *context, struct report *report)
 {
     const struct film *film = context;
-#define AT(member) offsetof(struct film_model, member)
+#define AT(member) offsetof(struct rollout_model, member)
     static const struct rollout_row rows[] = {
         {"energy_mse", "energy of frames, MSE", AT(energy_mse)},
-        {"coordinate_mse", "pixels, MSE", AT(pixel_mse)},
+        {"coordinate_mse", "pixels, MSE", AT(coordinate_mse)},
         {"conserved_drift", "H, largest change", AT(conserved_drift)},
         {"reversal_error", "reversal error", AT(info.reversal_error)},
         {"energy_before", "energy before the change", AT(energy_before)},
         {"energy_after", "energy after it", AT(energy_after)},
     };
 #undef AT
-    struct rollout_outcome outcome[ROLLOUT_MODELS];
-    for (size_t k = 0; k < film->n_models; k++) {
-        const struct film_model *m = &film->model[k];
-        outcome[k] = (struct rollout_outcome){
-            m->file,
-            film_model_name(m),
-            m,
-            &m->info,
-            m->outside < m->path.n ? m->path.t[m->outside] : (double)NAN,
-            m->what,
-        };
-    }
     report_line(report, "%s, %zu frames", film->settings.integrator->name, film->settings.n - 1);
     report_text(report, "integrator", NULL, film->settings.integrator->name);
     report_count(report, "frames", NULL, film->settings.n - 1);
     report_number(report, "true_energy", "true energy", "J", film->true_energy);
     if (film->options->starts != OPTION_NO_COUNT)
         report_line(report, "  means of %zu starts", film->options->starts);
-    rollout_report_models(report, sizeof rows / sizeof *rows, rows, film->n_models, outcome);
+    rollout_report_models(report, sizeof rows / sizeof *rows, rows, film->n_models, film->model);
     for (size_t k = 0; k < film->n_models; k++) {
         report->object = k ? "against" : NULL;
         report_motion(report, &film->model[k]);
@@ -85,7 +73,7 @@ static void write_csv(const void *context, FILE *out)
         fprintf(out, "%zu", i);
         csv_number(i < film->truth.n ? film->truth.energy[i] : NAN, out);
         for (size_t k = 0; k < film->n_models; k++) {
-            const struct film_model *m = &film->model[k];
+            const struct rollout_model *m = &film->model[k];
             csv_number(m->strip.energy[i], out);
             csv_number(hnn_path_energy(&m->ode, &m->path, i), out);
             for (size_t c = 0; c < m->path.states; c++)
@@ -113,13 +101,13 @@ static enum ad_status write_file(const void *context, phys_runfile *file, struct
     static const char *const folder[ROLLOUT_MODELS] = {"model", "against"};
     write_strip(film, &film->truth, "truth", file);
     for (size_t k = 0; k < film->n_models; k++) {
-        const struct film_model *m = &film->model[k];
+        const struct rollout_model *m = &film->model[k];
         char name[64];
         write_strip(film, &m->strip, folder[k], file);
         snprintf(name, sizeof name, "%s/latent", folder[k]);
         phys_runfile_write(file, name, AD_F64, 2, (size_t[]){m->path.n, m->path.states}, m->path.x);
         if (k == 0)
-            phys_runfile_text(file, folder[k], "model", film_model_name(m));
+            phys_runfile_text(file, folder[k], "model", rollout_name(m));
     }
     return error->status;
 }

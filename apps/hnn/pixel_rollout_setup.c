@@ -35,29 +35,6 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
     return AD_OK;
 }
 
-/* ---- models ---- */
-
-/* `model`: that of the file, where it is loaded already. */
-static enum ad_status add_model(struct film *film, const char *file, hnn_model *model,
-                                struct ad_error *error)
-{
-    struct film_model *m = &film->model[film->n_models++];
-    m->file = file;
-    m->model = model;
-    m->energy_mse = m->pixel_mse = m->conserved_drift = m->energy_before = m->energy_after = NAN;
-    m->motion = (struct hnn_latent_motion){NAN, NAN, NAN, NAN, HNN_MOTION_AS_DATA};
-    if ((!model && hnn_model_load(file, &m->model, error) != AD_OK) ||
-        hnn_model_ode(m->model, &m->ode, error) != AD_OK)
-        return error->status;
-    size_t pixels = hnn_model_settings(m->model)->pixels;
-    size_t first = hnn_model_settings(film->model[0].model)->pixels;
-    if (pixels != first)
-        return ad_fail(error, AD_E_ARGUMENT, "--against %s: it sees %zu pixels, %s %zu", file,
-                       pixels, film->model[0].file, first);
-    m->strip.name = film_model_name(m);
-    return AD_OK;
-}
-
 /* ---- starts ---- */
 
 /* Three frames a trajectory, of which two are seen: the rest of the motion follows from the start
@@ -129,7 +106,8 @@ static enum ad_status choose_outputs(struct film *film, struct ad_error *error)
     film->truth.energy = malloc(s->n * sizeof *film->truth.energy);
     bool room = film->t && film->truth.pixels && film->truth.energy;
     for (size_t k = 0; k < film->n_models && room; k++) {
-        struct film_model *m = &film->model[k];
+        struct rollout_model *m = &film->model[k];
+        m->strip.name = rollout_name(m);
         m->strip.n = s->n;
         m->strip.pixels = malloc(s->n * area * sizeof *m->strip.pixels);
         m->strip.energy = malloc(s->n * sizeof *m->strip.energy);
@@ -145,30 +123,22 @@ enum ad_status film_setup(const struct rollout_options *options, hnn_model *mode
                           struct film *film, struct ad_error *error)
 {
     *film = (struct film){.options = options, .true_energy = NAN};
-    if (add_model(film, options->common.argument[0], model, error) != AD_OK ||
+    if (rollout_add_model(film->model, &film->n_models, options->common.argument[0], model,
+                          error) != AD_OK ||
         check_options(options, error) != AD_OK ||
         rollout_steps(options, &film->settings, error) != AD_OK ||
-        (options->against && add_model(film, options->against, NULL, error) != AD_OK) ||
+        (options->against &&
+         rollout_add_model(film->model, &film->n_models, options->against, NULL, error) != AD_OK) ||
         find_source(film, error) != AD_OK)
         return error->status;
     return choose_outputs(film, error);
 }
 
-static void strip_free(struct film_strip *strip)
-{
-    free(strip->pixels);
-    free(strip->energy);
-}
-
 void film_free(struct film *film)
 {
-    for (size_t k = 0; k < film->n_models; k++) {
-        strip_free(&film->model[k].strip);
-        hnn_path_free(&film->model[k].path);
-        phys_ode_free(&film->model[k].ode);
-        hnn_model_free(film->model[k].model);
-    }
-    strip_free(&film->truth);
+    rollout_free_models(film->n_models, film->model);
+    free(film->truth.pixels);
+    free(film->truth.energy);
     hnn_frames_free(&film->source);
     free(film->t);
 }

@@ -6,6 +6,7 @@
 #include "apps/options.h"
 #include "apps/output/outputs.h"
 #include "apps/output/report.h"
+#include "hnn/pixels/latent.h"
 #include "hnn/rollout/rollout.h"
 
 struct rollout_options {
@@ -16,6 +17,14 @@ struct rollout_options {
     bool reverse, skip_missing;
     size_t skip_rows;
     struct settings set;
+};
+
+/* Frames of one motion, and what they show of its energy. */
+struct film_strip {
+    const char *name;
+    size_t n;       /* frames */
+    float *pixels;  /* [n x height x width] */
+    double *energy; /* [n], of the rod; NaN at both ends, and where it is not known */
 };
 
 /* One model, where it went, and how far that is from the truth; NaN where there is none. */
@@ -29,6 +38,10 @@ struct rollout_model {
     struct hnn_score score; /* of --starts */
     size_t outside;         /* sample beyond the training; path.n: none */
     char what[120];
+    /* of pixels, whose state is the latent one and coordinate_mse that of pixels: */
+    struct film_strip strip;
+    double energy_before, energy_after; /* means before and after energy was added */
+    struct hnn_latent_motion motion;    /* of many starts: of the last, but for the worst verdict */
 };
 
 enum { ROLLOUT_MODELS = 2 }; /* MODEL, and that of --against */
@@ -76,21 +89,22 @@ enum ad_status rollout_picture(const void *run, struct plot *plot, struct ad_err
 
 /* ---- shared with rollouts of pixels ---- */
 
-/* A number of every model: a row of the report, its value `offset` bytes behind `values`. */
+/* A number of every model: a row of the report, its value at this offset of struct rollout_model.
+ */
 struct rollout_row {
     const char *key, *label;
     size_t offset;
 };
-/* One model in the report. */
-struct rollout_outcome {
-    const char *file, *name;
-    const void *values;
-    const struct hnn_rollout_info *info;
-    double outside_from; /* NaN: it stays inside its training */
-    const char *outside;
-};
 /* The first model's rows belong to the run, the second's to the object "against". */
 void rollout_report_models(struct report *report, size_t n_rows, const struct rollout_row rows[],
-                           size_t n, const struct rollout_outcome models[]);
+                           size_t n, const struct rollout_model models[]);
+
+/* Appends a model that fits the first one; `model`: that of the file, where it is loaded already.
+ */
+enum ad_status rollout_add_model(struct rollout_model models[], size_t *n, const char *file,
+                                 hnn_model *model, struct ad_error *error);
+void rollout_free_models(size_t n, struct rollout_model models[]);
+/* Says which of several failed. */
+enum ad_status rollout_name_cause(const char *what, struct ad_error *error);
 
 #endif

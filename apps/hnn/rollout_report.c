@@ -7,36 +7,38 @@
 /* ---- report ---- */
 
 void rollout_report_models(struct report *report, size_t n_rows, const struct rollout_row rows[],
-                           size_t n, const struct rollout_outcome models[])
+                           size_t n, const struct rollout_model models[])
 {
-    report_line(report, "\n  %-24s %14s %14s", "", models[0].name, n > 1 ? models[1].name : "");
+    report_line(report, "\n  %-24s %14s %14s", "", rollout_name(&models[0]),
+                n > 1 ? rollout_name(&models[1]) : "");
     for (size_t k = 0; k < n; k++) {
         report->object = k ? "against" : NULL;
         report_text(report, "file", NULL, models[k].file);
-        report_text(report, "model", NULL, models[k].name);
+        report_text(report, "model", NULL, rollout_name(&models[k]));
     }
     for (size_t r = 0; r < n_rows; r++)
         for (size_t k = 0; k < n; k++) {
-            const char *at = (const char *)models[k].values + rows[r].offset;
+            const char *at = (const char *)&models[k] + rows[r].offset;
             report->object = k ? "against" : NULL;
             report_number(report, rows[r].key, rows[r].label, NULL,
                           *(const double *)(const void *)at);
         }
     for (size_t k = 0; k < n; k++) {
         report->object = k ? "against" : NULL;
-        report_count(report, "evaluations", "evaluations", models[k].info->evaluations);
+        report_count(report, "evaluations", "evaluations", models[k].info.evaluations);
     }
     for (size_t k = 0; k < n; k++) {
-        const struct rollout_outcome *m = &models[k];
+        const struct rollout_model *m = &models[k];
+        double from = m->outside < m->path.n ? m->path.t[m->outside] : (double)NAN;
         report->object = k ? "against" : NULL;
         report->passing = true;
-        report_number(report, "seconds", NULL, "s", m->info->seconds);
+        report_number(report, "seconds", NULL, "s", m->info.seconds);
         report->passing = false;
-        report_number(report, "outside_from", NULL, NULL, m->outside_from);
-        report_text(report, "outside", NULL, isnan(m->outside_from) ? NULL : m->outside);
-        if (!isnan(m->outside_from))
-            report_line(report, "\n%s: outside its training from t = %.4g on: %s", m->name,
-                        m->outside_from, m->outside);
+        report_number(report, "outside_from", NULL, NULL, from);
+        report_text(report, "outside", NULL, isnan(from) ? NULL : m->what);
+        if (!isnan(from))
+            report_line(report, "\n%s: outside its training from t = %.4g on: %s", rollout_name(m),
+                        from, m->what);
     }
     report->object = NULL;
 }
@@ -55,20 +57,8 @@ static void report_run(const void *context, struct report *report)
     };
 #undef AT
     const struct hnn_rollout_settings *s = &run->settings;
-    struct rollout_outcome outcome[ROLLOUT_MODELS];
     double time = s->t[s->n - 1] - s->t[0];
     size_t starts = option_count_or(run->options->starts, 1);
-    for (size_t k = 0; k < run->n_models; k++) {
-        const struct rollout_model *m = &run->model[k];
-        outcome[k] = (struct rollout_outcome){
-            m->file,
-            rollout_name(m),
-            m,
-            &m->info,
-            m->outside < m->path.n ? run->t[m->outside] : (double)NAN,
-            m->what,
-        };
-    }
     report_line(report, "%s, %zu outputs over a time of %g, %zu start%s", s->integrator->name, s->n,
                 time, starts, starts > 1 ? "s: means" : "");
     report_text(report, "integrator", NULL, s->integrator->name);
@@ -76,7 +66,7 @@ static void report_run(const void *context, struct report *report)
     report_count(report, "starts", NULL, starts);
     report_count(report, "points", NULL, s->n);
     report_number(report, "time", NULL, NULL, time);
-    rollout_report_models(report, sizeof rows / sizeof *rows, rows, run->n_models, outcome);
+    rollout_report_models(report, sizeof rows / sizeof *rows, rows, run->n_models, run->model);
 }
 
 /* ---- CSV ---- */

@@ -21,8 +21,7 @@ size_t rollout_curves(const struct rollout_run *run, struct rollout_curve curve[
     return n;
 }
 
-/* Says which of several failed. */
-static enum ad_status name_cause(const char *what, struct ad_error *error)
+enum ad_status rollout_name_cause(const char *what, struct ad_error *error)
 {
     struct ad_error cause = *error;
     if (cause.status == AD_OK)
@@ -40,7 +39,7 @@ static enum ad_status follow_truth(struct rollout_run *run, struct ad_error *err
     s.rtol = truth_tolerance;
     s.reverse = false;
     hnn_rollout(&run->energy, &s, run->x0, &run->truth, &info, error);
-    return name_cause(run->options->truth, error);
+    return rollout_name_cause(run->options->truth, error);
 }
 
 /* Of a measured motion it was computed from the true energy. */
@@ -52,7 +51,7 @@ static enum ad_status measure_as_published(const struct rollout_run *run, struct
         hnn_task_published_mse(run->task, option_number_or(run->options->strength, 0), &m->ode,
                                &run->settings, &m->path, &run->truth,
                                &m->score.energy_mse_published, error);
-    return name_cause(m->file, error);
+    return rollout_name_cause(m->file, error);
 }
 
 static void measure_path(const struct rollout_run *run, struct rollout_model *m)
@@ -75,7 +74,7 @@ static enum ad_status follow_one_start(struct rollout_run *run, struct ad_error 
     for (size_t k = 0; k < run->n_models; k++) {
         struct rollout_model *m = &run->model[k];
         hnn_rollout(&m->ode, &run->settings, run->x0, &m->path, &m->info, error);
-        if (name_cause(m->file, error) != AD_OK)
+        if (rollout_name_cause(m->file, error) != AD_OK)
             return error->status;
         measure_path(run, m);
         if (measure_as_published(run, m, error) != AD_OK)
@@ -99,7 +98,7 @@ static enum ad_status average_starts(struct rollout_run *run, struct ad_error *e
     for (size_t k = 0; k < run->n_models; k++) {
         struct rollout_model *m = &run->model[k];
         hnn_task_trials(&m->ode, run->task, &trials, &m->score, error);
-        if (name_cause(m->file, error) != AD_OK)
+        if (rollout_name_cause(m->file, error) != AD_OK)
             return error->status;
         m->energy_mse = m->score.energy_mse;
         m->energy_mse_model = m->score.energy_mse_model;

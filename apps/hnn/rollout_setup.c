@@ -89,26 +89,41 @@ enum ad_status rollout_steps(const struct rollout_options *o, struct hnn_rollout
 
 /* ---- models ---- */
 
-/* `model`: that of the file, where it is loaded already. */
-static enum ad_status add_model(struct rollout_run *run, const char *file, hnn_model *model,
-                                struct ad_error *error)
+enum ad_status rollout_add_model(struct rollout_model models[], size_t *n, const char *file,
+                                 hnn_model *model, struct ad_error *error)
 {
-    struct rollout_model *m = &run->model[run->n_models++];
-    m->file = file;
-    m->model = model;
+    struct rollout_model *m = &models[(*n)++];
+    *m = (struct rollout_model){.file = file, .model = model};
     m->energy_mse = m->energy_mse_model = m->coordinate_mse = m->conserved_drift = NAN;
-    m->score.energy_mse_published = NAN;
+    m->score.energy_mse_published = m->energy_before = m->energy_after = NAN;
+    m->motion = (struct hnn_latent_motion){NAN, NAN, NAN, NAN, HNN_MOTION_AS_DATA};
     if ((!model && hnn_model_load(file, &m->model, error) != AD_OK) ||
         hnn_model_ode(m->model, &m->ode, error) != AD_OK)
         return error->status;
-    if (m->ode.n != run->model[0].ode.n)
+    size_t pixels = hnn_model_settings(m->model)->pixels;
+    size_t first = hnn_model_settings(models[0].model)->pixels;
+    if (m->ode.n != models[0].ode.n)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--against %s: its states have %zu components, those of %s %zu", file,
-                       m->ode.n, run->model[0].file, run->model[0].ode.n);
-    if (hnn_model_settings(m->model)->pixels)
+                       m->ode.n, models[0].file, models[0].ode.n);
+    if (pixels && !first)
         return ad_fail(error, AD_E_ARGUMENT, "--against %s: it sees pixels, %s states", file,
-                       run->model[0].file);
+                       models[0].file);
+    if (pixels != first)
+        return ad_fail(error, AD_E_ARGUMENT, "--against %s: it sees %zu pixels, %s %zu", file,
+                       pixels, models[0].file, first);
     return AD_OK;
+}
+
+void rollout_free_models(size_t n, struct rollout_model models[])
+{
+    for (struct rollout_model *m = models; m < models + n; m++) {
+        free(m->strip.pixels);
+        free(m->strip.energy);
+        hnn_path_free(&m->path);
+        phys_ode_free(&m->ode);
+        hnn_model_free(m->model);
+    }
 }
 
 /* ---- truth ---- */
@@ -264,10 +279,12 @@ enum ad_status rollout_setup(const struct rollout_options *options, hnn_model *m
                              struct rollout_run *run, struct ad_error *error)
 {
     *run = (struct rollout_run){.options = options};
-    if (add_model(run, options->common.argument[0], model, error) != AD_OK ||
+    if (rollout_add_model(run->model, &run->n_models, options->common.argument[0], model, error) !=
+            AD_OK ||
         check_options(options, error) != AD_OK ||
         rollout_steps(options, &run->settings, error) != AD_OK ||
-        (options->against && add_model(run, options->against, NULL, error) != AD_OK) ||
+        (options->against &&
+         rollout_add_model(run->model, &run->n_models, options->against, NULL, error) != AD_OK) ||
         find_truth(run, error) != AD_OK || choose_outputs(run, error) != AD_OK)
         return error->status;
     return options->starts == OPTION_NO_COUNT ? choose_start(run, error) : AD_OK;
@@ -275,11 +292,7 @@ enum ad_status rollout_setup(const struct rollout_options *options, hnn_model *m
 
 void rollout_free(struct rollout_run *run)
 {
-    for (size_t k = 0; k < run->n_models; k++) {
-        hnn_path_free(&run->model[k].path);
-        phys_ode_free(&run->model[k].ode);
-        hnn_model_free(run->model[k].model);
-    }
+    rollout_free_models(run->n_models, run->model);
     phys_ode_free(&run->energy);
     phys_system_close(&run->system);
     hnn_path_free(&run->truth);

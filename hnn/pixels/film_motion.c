@@ -7,19 +7,12 @@
 
 enum { FILMS = 4 };
 
-/* Mean energy that frames show; NaN where nothing tells. */
-static double mean_energy(const struct hnn_frames *f, const float *pixels, double *work,
+/* Mean energy that n frames show; NaN where nothing tells. */
+static double mean_energy(const struct hnn_frames *f, size_t n, const float *pixels, double *energy,
                           struct ad_error *error)
 {
-    size_t n = f->frames - 1;
-    double sum = 0, *angle = work, *energy = work + n;
-    if (!f->has_rod || n < 3 ||
-        hnn_rod_angles(&f->rod, f->height, f->width, n, pixels, angle, error) != AD_OK)
-        return NAN;
-    hnn_rod_energies(&f->rod, n, angle, energy);
-    for (size_t k = 0; k < n - 2; k++)
-        sum += energy[k] / (double)(n - 2);
-    return sum;
+    hnn_film_energies(f, n, pixels, energy, error);
+    return hnn_film_energy_mean(n, energy, 0, n, 0, 1);
 }
 
 /* A field that explodes on the way is one that runs away. */
@@ -47,8 +40,8 @@ static enum ad_status follow_film(hnn_model *model, const struct hnn_frames *f, 
         m->mean.latent_data += motion.latent_data;
         m->mean.frames += motion.frames;
         m->mean.frames_data += motion.frames_data;
-        m->energy += mean_energy(f, foreseen, work, error);
-        m->energy_data += mean_energy(f, frames, work, error);
+        m->energy += mean_energy(f, n, foreseen, work, error);
+        m->energy_data += mean_energy(f, n, frames, work, error);
         m->films++;
     }
     hnn_path_free(&path);
@@ -71,7 +64,7 @@ enum ad_status hnn_film_motion(hnn_model *model, const struct hnn_frames *f,
     size_t stride = films > FILMS ? films / FILMS : 1;
     *motion = (struct hnn_film_motion){0};
     float *foreseen = malloc(n * f->height * f->width * sizeof *foreseen);
-    double *work = malloc(2 * n * sizeof *work);
+    double *work = malloc(n * sizeof *work);
     if (!foreseen || !work)
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu frames", n);
     for (size_t k = 0; k < films && k < FILMS * stride && error->status == AD_OK; k += stride)

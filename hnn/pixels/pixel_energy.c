@@ -1,7 +1,10 @@
 /* The energy of a rod (pixel_energy.h) from states and from angles. */
 #include "pixel_energy.h"
+#include "hnn/model/internal.h"
 
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 /* E with the speed at the time of the angle. */
 static double shadow_energy(const struct hnn_rod *rod, double angle, double speed)
@@ -32,4 +35,64 @@ void hnn_rod_energies(const struct hnn_rod *rod, size_t n, const double *angle, 
             remainder(angle[k + 1] - angle[k], turn) + remainder(angle[k] - angle[k - 1], turn);
         energy[k - 1] = shadow_energy(rod, angle[k], moved / (2 * rod->dt));
     }
+}
+
+enum ad_status hnn_film_energies(const struct hnn_frames *film, size_t n, const float *pixels,
+                                 double *energy, struct ad_error *error)
+{
+    if (HNN_NEEDS(error, film, pixels, energy) != AD_OK)
+        return error->status;
+    for (size_t k = 0; k < n; k++)
+        energy[k] = NAN;
+    if (!film->has_rod || n < 3)
+        return AD_OK;
+    double *angle = malloc(n * sizeof *angle);
+    if (!angle)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu frames", n);
+    if (hnn_rod_angles(&film->rod, film->height, film->width, n, pixels, angle, error) == AD_OK)
+        hnn_rod_energies(&film->rod, n, angle, energy + 1);
+    free(angle);
+    return error->status;
+}
+
+double hnn_film_energy_mean(size_t n, const double *energy, size_t first, size_t end, double less,
+                            int power)
+{
+    double sum = 0;
+    first = first > 1 ? first : 1;
+    end = end < n ? end : n - 1;
+    if (!energy || n < 3 || first >= end)
+        return NAN;
+    for (size_t k = first; k < end; k++)
+        sum += pow(energy[k] - less, power);
+    return sum / (double)(end - first);
+}
+
+double hnn_film_mse(size_t n, size_t frame, const float *a, const float *b)
+{
+    double sum = 0;
+    if (!a || !b)
+        return NAN;
+    for (size_t k = 0; k < n * frame; k++)
+        sum += pow((double)a[k] - b[k], 2);
+    return sum / (double)(n * frame);
+}
+
+size_t hnn_film_begin(const struct hnn_frames *film, size_t trajectory, size_t n, float *pixels,
+                      double *energy)
+{
+    if (!film || !pixels || !energy)
+        return 0;
+    const size_t frame = film->height * film->width, first = trajectory * film->frames;
+    *energy = NAN;
+    if (!film->has_rod || !film->angle) {
+        n = n < film->frames ? n : film->frames;
+        memcpy(pixels, film->pixels + first * frame, n * frame * sizeof *pixels);
+        return n;
+    }
+    double angle = film->angle[first], speed = film->speed[first];
+    *energy = hnn_rod_energy(&film->rod, angle, speed);
+    for (size_t k = 0; k < n; k++, hnn_rod_step(&film->rod, &angle, &speed))
+        hnn_rod_draw(&film->rod, angle, film->height, film->width, pixels + k * frame);
+    return n;
 }

@@ -33,6 +33,24 @@ enum ad_status hnn_rod_angles(const struct hnn_rod *rod, size_t height, size_t w
 /* E at angles 1 ... n - 2 of n successive ones, whatever made them; energy [n - 2]. */
 void hnn_rod_energies(const struct hnn_rod *rod, size_t n, const double *angle, double *energy);
 
+/* ---- of films ---- */
+
+/* E of n successive frames, of the size and the rod of `film`: energy [n], NaN at both ends, and
+   everywhere where there is no rod or fewer than three frames. AD_E_MEMORY. */
+enum ad_status hnn_film_energies(const struct hnn_frames *film, size_t n, const float *pixels,
+                                 double *energy, struct ad_error *error);
+/* Mean of (E - less)^power over frames first ... end - 1 of n that are not the film's ends; NaN:
+   there are none. */
+double hnn_film_energy_mean(size_t n, const double *energy, size_t first, size_t end, double less,
+                            int power);
+/* Mean square of the difference of n frames [frame]. */
+double hnn_film_mse(size_t n, size_t frame, const float *a, const float *b);
+/* The first frames of a trajectory of `film`: n of them where the rod and its start are known,
+   drawn as far as needed, else as many of n as there are. Returns their number; *energy is that of
+   the rod, NaN: not known. */
+size_t hnn_film_begin(const struct hnn_frames *film, size_t trajectory, size_t n, float *pixels,
+                      double *energy);
+
 #ifdef __cplusplus
 }
 #endif

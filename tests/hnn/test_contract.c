@@ -178,6 +178,11 @@ static void test_null(void **state)
     REFUSED(hnn_show(model, NULL, 4, pixels, &error));
     assert_true(isnan(hnn_rod_energy(NULL, 0, 0)));
     hnn_rod_energies(NULL, 3, x, x);
+    REFUSED(hnn_film_energies(NULL, 3, pixels, x, &error));
+    REFUSED(hnn_film_energies(&frames, 3, NULL, x, &error));
+    assert_int_equal(hnn_film_begin(NULL, 0, 3, pixels, x), 0);
+    assert_true(isnan(hnn_film_energy_mean(3, NULL, 0, 3, 0, 1)));
+    assert_true(isnan(hnn_film_mse(1, 4, NULL, pixels)));
     REFUSED(hnn_frames_save(NULL, "x.h5", &error));
     REFUSED(hnn_frames_save(&frames, "x.h5", &error));
     hnn_frames_free(NULL);

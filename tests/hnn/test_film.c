@@ -204,6 +204,35 @@ static double energy_error(const struct hnn_frames *f, size_t trajectory, const 
     return worst;
 }
 
+/* A film drawn on from its start is the film, and its energies are those of the angles. */
+static void test_measures_of_films(void **state)
+{
+    (void)state;
+    enum { N = 102, FRAME = 28 * 28 };
+    struct hnn_frames f = film(2, acos(-1) / 6, 1, 1);
+    struct ad_error error = {0};
+    static float pixels[(N + 5) * FRAME];
+    double energy[N + 5], truth;
+    assert_int_equal(hnn_film_begin(&f, 1, N + 5, pixels, &truth), N + 5);
+    assert_close(truth, hnn_rod_energy(&f.rod, f.angle[N], f.speed[N]), 1e-14, 0);
+    assert_true(hnn_film_mse(N, FRAME, pixels, hnn_frames_pair(&f, N)) < 1e-12);
+    assert_int_equal(hnn_film_energies(&f, N + 5, pixels, energy, &error), AD_OK);
+    assert_true(isnan(energy[0]) && isnan(energy[N + 4]));
+    assert_close(hnn_film_energy_mean(N + 5, energy, 0, N + 5, 0, 1), truth, 1e-3, 0);
+    assert_true(hnn_film_energy_mean(N + 5, energy, 0, N + 5, truth, 2) < 1e-6 * truth * truth);
+    assert_close(hnn_film_energy_mean(N + 5, energy, 7, 8, 0, 1), energy[7], 1e-15, 0);
+    assert_true(isnan(hnn_film_energy_mean(N + 5, energy, 8, 8, 0, 1)));
+    pixels[0] += 1; /* one pixel of two frames */
+    assert_close(hnn_film_mse(2, FRAME, pixels, hnn_frames_pair(&f, N)), 1.0 / (2 * FRAME), 1e-6,
+                 0);
+    f.has_rod = false; /* what is filmed ends */
+    assert_int_equal(hnn_film_begin(&f, 1, N + 5, pixels, &truth), N);
+    assert_true(isnan(truth));
+    assert_int_equal(hnn_film_energies(&f, N, pixels, energy, &error), AD_OK);
+    assert_true(isnan(energy[3]));
+    hnn_frames_free(&f);
+}
+
 /* The measurement on true frames must read the energy within 1 %; it does so within the drift of
    the shadow energy, 6e-5, a hundred times better. */
 static void test_energy_of_true_frames(void **state)
@@ -326,6 +355,7 @@ int main(void)
         cmocka_unit_test(test_pairs_and_seed),
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_split),
+        cmocka_unit_test(test_measures_of_films),
         cmocka_unit_test(test_energy_of_true_frames),
         cmocka_unit_test(test_smooth_frames),
         cmocka_unit_test(test_energy_of_poor_frames),
