@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FIRST, SECOND, BACK, BACK_AGAIN, RUNS };
 enum { LOOKS = 1000 }; /* stretches of time, at least, in which a step ends */
 
 static const double tolerance = 1e-15;
@@ -18,75 +17,61 @@ static const double cut = 0.381966011250105;
 /* How often more than its rounding a run back may miss the start. */
 static const double alike = 10;
 
-/* One of the runs: its landings, `each` from sample to sample. */
-struct pass {
+/* How runs are made, and what they cost. */
+struct runs {
     const struct phys_ode *ode;
-    size_t dof, each, landed, kept, n;
-    double *times; /* [each (n-1)] */
-    double *x;     /* [n][2 dof] */
-    bool (*proceed)(void *context);
-    void *context;
-    struct phys_simulation_info info;
+    struct phys_simulation how;
+    bool interrupted;
+    double longest; /* step of the last run */
+    size_t evaluations;
 };
 
-static bool keep(void *context, double t, const double *y)
+/* The motion from row 0 of x [n][2 dof] to the other times, landing at equal parts of the stretches
+   between them, and at `share` (0: not) of each part. Returns how many rows are known. */
+static size_t run(struct runs *runs, size_t n, const double *times, double share, double *x,
+                  struct ad_error *lost)
 {
-    struct pass *p = context;
-    struct ad_error local = {0};
-    if (p->landed++ % p->each != 0)
-        return true;
-    double *x = p->x + 2 * p->kept * p->dof;
-    if (phys_ode_leave(p->ode, t, y, x, x + p->dof, &local) != AD_OK)
-        return false;
-    p->kept++;
-    return true;
-}
-
-static bool proceed(void *context)
-{
-    const struct pass *p = context;
-    return !p->proceed || p->proceed(p->context);
-}
-
-/* n times cut into `pieces` each, and these at `share` (0: not). Runs back keep no samples. */
-static enum ad_status fill_times(struct pass *p, const double *times, size_t pieces, double share,
-                                 struct ad_error *error)
-{
-    size_t parts = share > 0 ? 2 : 1, m = 0;
-    p->each = parts * pieces;
-    p->times = malloc(p->each * p->n * sizeof *p->times);
-    bool back = times[p->n - 1] < times[0];
-    p->x = back ? NULL : malloc(2 * p->dof * p->n * sizeof *p->x);
-    if (!p->times || (!back && !p->x))
-        return ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
-    for (size_t i = 1; i < p->n; i++) {
-        double from = times[i - 1], length = times[i] - from;
-        for (size_t j = 0; j < pieces; j++) {
-            if (share > 0)
-                p->times[m++] = from + length * ((double)j + share) / (double)pieces;
-            p->times[m++] =
-                j + 1 == pieces ? times[i] : from + length * (double)(j + 1) / (double)pieces;
-        }
+    struct phys_simulation how = runs->how;
+    struct phys_simulation_info info = {0};
+    size_t states = runs->ode->n, pieces = (LOOKS + n - 2) / (n - 1);
+    size_t each = share > 0 ? 2 * pieces : pieces, m = each * (n - 1), known;
+    double *landing = malloc((m + states + states * (m + 1)) * sizeof *landing);
+    if (!landing)
+        return ad_fail(lost, AD_E_MEMORY, "out of memory for the reference"), 0;
+    double *y = landing + m, *path = y + states;
+    for (size_t i = 0; i < m; i++) {
+        size_t from = i / each, j = i % each;
+        double part = share == 0 ? (double)(j + 1) : (double)(j / 2) + (j % 2 ? 1 : share);
+        landing[i] = j + 1 == each
+                         ? times[from + 1]
+                         : times[from] + (times[from + 1] - times[from]) * part / (double)pieces;
     }
-    return AD_OK;
+    memcpy(y, x, states * sizeof *y);
+    how.t0 = times[0];
+    how.t1 = times[n - 1];
+    how.n_samples = m;
+    how.times = landing;
+    phys_trajectory(&how, runs->ode, y, states, m + 1, path, &info, lost);
+    known = info.samples ? (info.samples - 1) / each + 1 : 0;
+    for (size_t i = 0; i < known; i++)
+        for (size_t k = 0; k < states; k++)
+            x[i * states + k] = path[k * (m + 1) + i * each];
+    runs->interrupted |= info.stop == PHYS_SIMULATION_INTERRUPTED;
+    runs->longest = info.max_step;
+    runs->evaluations += info.evaluations;
+    free(landing);
+    return known;
 }
 
-static enum ad_status follow(struct pass *p, const double *times, const double *scale, double *y,
-                             struct ad_error *error)
+/* A failure that says more than that the motion is lost. */
+static enum ad_status hand_on(const struct runs *runs, const struct ad_error *lost,
+                              struct ad_error *error)
 {
-    const struct phys_simulation settings = {.integrator = &phys_extrapolation,
-                                             .t0 = times[0],
-                                             .t1 = times[p->n - 1],
-                                             .rtol = tolerance,
-                                             .atol = tolerance,
-                                             .scale = scale,
-                                             .n_samples = p->each * (p->n - 1),
-                                             .times = p->times,
-                                             .land = true,
-                                             .sample = p->x ? keep : NULL,
-                                             .proceed = proceed,
-                                             .context = p};
-    return phys_simulate(&settings, p->ode, y, &p->info, error);
+    if (runs->interrupted)
+        return ad_fail(error, AD_E_ACCURACY, "interrupted");
+    if (lost->status != AD_OK && lost->status != AD_E_ACCURACY && lost->status != AD_E_NONFINITE)
+        return ad_fail(error, lost->status, "%s", lost->message);
+    return AD_OK;
 }
 
 /* b NULL: the origin. */
@@ -106,134 +91,115 @@ static void find_horizon(struct phys_reference *r, const double *times, double l
             r->horizon = times[i];
 }
 
-static void compare(const struct pass *second, const double *times, double lost,
+/* Of the first run from the second, of which some rows are known. */
+static void compare(const double *second, size_t known, const double *times, double lost,
                     struct phys_reference *r)
 {
     for (size_t i = 0; i < r->n; i++) {
-        size_t at = 2 * i * r->dof;
-        double rounding = DBL_EPSILON * apart(r->dof, r->x + at, NULL);
-        r->uncertainty[i] = i < second->kept ? rounding + apart(r->dof, r->x + at, second->x + at)
-                                             : (double)INFINITY;
+        const double *x = r->x + 2 * i * r->dof;
+        r->uncertainty[i] = i < known ? DBL_EPSILON * apart(r->dof, x, NULL) +
+                                            apart(r->dof, x, second + 2 * i * r->dof)
+                                      : (double)INFINITY;
     }
     find_horizon(r, times, lost);
 }
 
-/* Where a run back from the first run's sample `last` ends, q and v [2 dof]; false: nowhere. */
-static bool run_back(struct pass *p, struct phys_reference *r, size_t last, const double *times,
-                     double share, const double *scale, double *start, struct ad_error *error)
+/* Where a run back from row `last` ends: q and v [2 dof] behind the last row of x; false: nowhere.
+ */
+static bool run_back(struct runs *runs, const struct phys_reference *r, size_t last,
+                     const double *back, double share, double *x, struct ad_error *error)
 {
     struct ad_error lost = {0};
-    size_t n = p->n = last + 1, pieces = (LOOKS + last - 1) / last;
-    const double *from = r->x + 2 * last * r->dof;
-    double *back = malloc((n + 2 * r->dof) * sizeof *back), *y = back ? back + n : NULL;
-    bool arrived = false;
-    if (!back)
-        return ad_fail(error, AD_E_MEMORY, "out of memory for the reference"), false;
-    for (size_t i = 0; i < n; i++)
-        back[i] = times[last - i];
-    if (fill_times(p, back, pieces, share, error) == AD_OK &&
-        phys_ode_enter(p->ode, back[0], from, from + r->dof, y, &lost) == AD_OK &&
-        follow(p, back, scale, y, &lost) == AD_OK && p->info.stop == PHYS_SIMULATION_END)
-        arrived = phys_ode_leave(p->ode, times[0], y, start, start + r->dof, &lost) == AD_OK;
-    if (p->info.stop == PHYS_SIMULATION_INTERRUPTED)
-        ad_fail(error, AD_E_ACCURACY, "interrupted");
-    r->evaluations += p->info.evaluations;
-    free(back);
-    return arrived;
+    memcpy(x, r->x + 2 * last * r->dof, 2 * r->dof * sizeof *x);
+    size_t known = run(runs, last + 1, back, share, x, &lost);
+    return hand_on(runs, &lost, error) == AD_OK && lost.status == AD_OK && known == last + 1;
 }
 
 /* Back from where it is known to the start. What is missed there beyond the uncertainty so far is
    rounding that grows on the way back, and then another run back ends as far from this one, or an
-   error that both runs share: then all are as uncertain. */
-static enum ad_status reverse(struct pass *pass, const double *times, const double *scale,
-                              double lost, struct phys_reference *r, struct ad_error *error)
+   error that both runs share: then all are as uncertain. x, again: room as of r->x; back [n]. */
+static enum ad_status reverse(struct runs *runs, const double *times, double lost, double *x,
+                              double *again, double *back, struct phys_reference *r,
+                              struct ad_error *error)
 {
     size_t last = 0;
     double known = 0, grown = 0;
     while (last + 1 < r->n && times[last + 1] < r->horizon)
         known = fmax(known, r->uncertainty[++last]);
-    double *back = malloc(4 * r->dof * sizeof *back), *again = back ? back + 2 * r->dof : NULL;
-    if (!back)
-        return ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
-    r->reversal = (double)NAN;
-    if (last > 0 && run_back(&pass[BACK], r, last, times, 0, scale, back, error))
-        r->reversal = apart(r->dof, back, r->x);
+    for (size_t i = 0; i <= last; i++)
+        back[i] = times[last - i];
+    const double *end = x + 2 * last * r->dof, *end_again = again + 2 * last * r->dof;
+    if (last > 0 && run_back(runs, r, last, back, 0, x, error))
+        r->reversal = apart(r->dof, end, r->x);
     if (r->reversal > alike * known) {
-        if (run_back(&pass[BACK_AGAIN], r, last, times, cut, scale, again, error))
-            grown = apart(r->dof, back, again);
+        if (run_back(runs, r, last, back, cut, again, error))
+            grown = apart(r->dof, end, end_again);
         double share = r->reversal > alike * grown ? r->reversal / known : 1;
         for (size_t i = 0; i < r->n; i++)
             r->uncertainty[i] *= share;
         find_horizon(r, times, lost);
     }
-    free(back);
     return error->status;
 }
 
-static void pass_free(struct pass *p)
+/* Both runs from row 0 of r->x on, and back. */
+static enum ad_status measure(struct runs *runs, const double *times, double lost,
+                              struct phys_reference *r, struct ad_error *error)
 {
-    free(p->times);
-    free(p->x);
-}
-
-static enum ad_status all(struct pass pass[RUNS], const double *times, const double *scale,
-                          const double *start, double *y, double lost, struct phys_reference *r,
-                          struct ad_error *error)
-{
-    size_t n = pass[FIRST].ode->n, pieces = (LOOKS + r->n - 2) / (r->n - 1);
-    struct ad_error local = {0}; /* of the second: the motion is not known from there on */
-    memcpy(y, start, n * sizeof *y);
-    if (fill_times(&pass[FIRST], times, pieces, 0, error) != AD_OK ||
-        fill_times(&pass[SECOND], times, pieces, cut, error) != AD_OK ||
-        follow(&pass[FIRST], times, scale, y, error) != AD_OK)
-        return error->status;
-    memcpy(y, start, n * sizeof *y);
-    if (pass[FIRST].info.stop == PHYS_SIMULATION_END)
-        follow(&pass[SECOND], times, scale, y, &local);
-    if (pass[FIRST].info.stop != PHYS_SIMULATION_END ||
-        (local.status == AD_OK && pass[SECOND].info.stop != PHYS_SIMULATION_END))
-        return ad_fail(error, AD_E_ACCURACY, "interrupted");
-    if (local.status != AD_OK && local.status != AD_E_ACCURACY && local.status != AD_E_NONFINITE)
-        return ad_fail(error, local.status, "%s", local.message);
-    r->x = pass[FIRST].x;
-    pass[FIRST].x = NULL;
-    r->seen = pass[FIRST].info.max_step / (double)phys_extrapolation.order;
-    r->evaluations = pass[FIRST].info.evaluations + pass[SECOND].info.evaluations;
-    compare(&pass[SECOND], times, lost, r);
-    return reverse(pass, times, scale, lost, r, error);
+    size_t rows = 2 * r->dof * r->n;
+    struct ad_error lost_way = {0}; /* of the second: the motion is not known from there on */
+    double *second = malloc((2 * rows + r->n) * sizeof *second), *again = second + rows;
+    if (!second)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
+    memcpy(second, r->x, 2 * r->dof * sizeof *second);
+    run(runs, r->n, times, 0, r->x, error);
+    r->seen = runs->longest / (double)phys_extrapolation.order;
+    if (error->status == AD_OK) {
+        size_t known = run(runs, r->n, times, cut, second, &lost_way);
+        compare(second, known, times, lost, r);
+        if (hand_on(runs, &lost_way, error) == AD_OK)
+            reverse(runs, times, lost, second, again, again + rows, r, error);
+    }
+    r->evaluations = runs->evaluations;
+    free(second);
+    return error->status;
 }
 
 enum ad_status phys_reference(const struct phys_system *system, const double *q, const double *v,
                               size_t n, const double *times, double lost,
-                              bool (*go_on)(void *context), void *context,
+                              bool (*proceed)(void *context), void *context,
                               struct phys_reference *reference, struct ad_error *error)
 {
     struct phys_ode ode = {0};
     struct phys_reference *r = reference;
-    *r = (struct phys_reference){.n = n};
+    *r = (struct phys_reference){.n = n, .reversal = NAN};
     if (phys_lacks_scene(system, error) || phys_lacks(q, "coordinates", error) ||
         phys_lacks(v, "velocities", error) || phys_lacks(times, "times", error))
         return error->status;
-    r->dof = system->dof;
+    size_t states = 2 * (r->dof = system->dof);
     if (n < 2)
         return ad_fail(error, AD_E_ARGUMENT, "a reference at %zu times, expected at least 2", n);
-    double *y = malloc(3 * 2 * system->dof * sizeof *y);
-    struct pass pass[RUNS];
-    for (size_t k = 0; k < RUNS; k++)
-        pass[k] = (struct pass){
-            .ode = &ode, .dof = system->dof, .n = n, .proceed = go_on, .context = context};
-    if (!y || !(r->uncertainty = malloc(n * sizeof *r->uncertainty)))
+    double *scale = malloc(states * sizeof *scale);
+    r->x = malloc(states * n * sizeof *r->x);
+    r->uncertainty = malloc(n * sizeof *r->uncertainty);
+    struct runs runs = {.ode = &ode,
+                        .how = {.integrator = &phys_extrapolation,
+                                .rtol = tolerance,
+                                .atol = tolerance,
+                                .scale = scale,
+                                .land = true,
+                                .proceed = proceed,
+                                .context = context}};
+    if (!scale || !r->x || !r->uncertainty)
         ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
     else if (phys_ode_lagrangian(system, &ode, error) == AD_OK &&
-             phys_ode_enter(&ode, times[0], q, v, y + ode.n, error) == AD_OK &&
-             phys_typical_sizes(&ode, times[0], y + ode.n, y + 2 * ode.n, error) == AD_OK) {
-        r->size = y[2 * ode.n];
-        all(pass, times, y + 2 * ode.n, y + ode.n, y, lost, r, error);
+             phys_ode_enter(&ode, times[0], q, v, r->x, error) == AD_OK &&
+             phys_typical_sizes(&ode, times[0], r->x, scale, error) == AD_OK) {
+        r->size = scale[0];
+        measure(&runs, times, lost, r, error);
     }
-    for (size_t k = 0; k < RUNS; k++)
-        pass_free(&pass[k]);
     phys_ode_free(&ode);
-    free(y);
+    free(scale);
     if (error->status != AD_OK)
         phys_reference_free(r);
     return error->status;

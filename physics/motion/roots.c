@@ -5,6 +5,7 @@
    the root (Algorithms for Minimization without Derivatives, 1973, ch. 4). The proof is in
    docs/theory.md. */
 #include "roots.h"
+#include "physics/linear/linear.h"
 
 #include <float.h>
 #include <math.h>
@@ -30,37 +31,21 @@ static void basis(double x, double *B)
         B[j] = binomial[j] * pow(x, j) * pow(1 - x, N - 1 - j);
 }
 
-/* The inverse of the matrix of basis functions at the nodes, by elimination with pivots. */
-static void invert(double to[N][N])
-{
-    double a[N][2 * N] = {{0}};
-    for (int i = 0; i < N; i++) {
-        basis(node(i), a[i]);
-        a[i][N + i] = 1;
-    }
-    for (int c = 0; c < N; c++) {
-        int best = c;
-        for (int i = c + 1; i < N; i++)
-            best = fabs(a[i][c]) > fabs(a[best][c]) ? i : best;
-        for (int j = 0; j < 2 * N; j++) {
-            double swap = a[c][j];
-            a[c][j] = a[best][j];
-            a[best][j] = swap;
-        }
-        for (int i = 0; i < N; i++) {
-            double factor = i == c ? 0 : a[i][c] / a[c][c];
-            for (int j = 0; j < 2 * N; j++)
-                a[i][j] -= factor * a[c][j];
-        }
-    }
-    for (int i = 0; i < N; i++)
-        for (int j = 0; j < N; j++)
-            to[i][j] = a[i][N + j] / a[i][i];
-}
-
+/* The coefficients come from the inverse of the matrix of basis functions at the nodes. */
 void phys_roots_fill(struct phys_roots_table *table)
 {
-    invert(table->coefficient);
+    double matrix[N * N], column[N];
+    int pivots[N];
+    for (int i = 0; i < N; i++)
+        basis(node(i), matrix + i * N);
+    phys_lapack_lu_factor(N, matrix, pivots);
+    for (int j = 0; j < N; j++) {
+        for (int i = 0; i < N; i++)
+            column[i] = i == j;
+        phys_lapack_lu_solve(N, matrix, pivots, column);
+        for (int i = 0; i < N; i++)
+            table->coefficient[i][j] = column[i];
+    }
     for (int i = 0; i < CHECKS; i++)
         basis(extreme(i), table->value[i]);
 }
