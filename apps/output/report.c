@@ -418,6 +418,15 @@ enum ad_status report_file(const struct report *report, phys_runfile *file, stru
     return complete(report, error);
 }
 
+void report_parameters(const struct phys_system *system, phys_runfile *file)
+{
+    const struct phys_scene *scene = system->scene;
+    phys_runfile_folder(file, "parameters");
+    for (size_t k = 0; k < scene->n_params; k++)
+        phys_runfile_number(file, "parameters", scene->params[k].name,
+                            phys_system_get(system, scene->params[k].name), scene->params[k].unit);
+}
+
 enum ad_status report_show(struct report *report, const struct common *common,
                            struct ad_error *error)
 {

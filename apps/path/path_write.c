@@ -27,16 +27,6 @@ void path_write_csv(const struct path_run *run, FILE *out)
 
 /* ---- run file ---- */
 
-static void file_parameters(const struct path_run *run, phys_runfile *file)
-{
-    const struct phys_scene *scene = run->system.scene;
-    phys_runfile_folder(file, "parameters");
-    for (size_t k = 0; k < scene->n_params; k++)
-        phys_runfile_number(file, "parameters", scene->params[k].name,
-                            phys_system_get(&run->system, scene->params[k].name),
-                            scene->params[k].unit);
-}
-
 static void file_path(const struct path_run *run, phys_runfile *file, const char *name,
                       const double *path)
 {
@@ -71,7 +61,7 @@ enum ad_status path_file_begin(const struct path_run *run, phys_runfile *file,
     phys_runfile_number(file, "/", "learning_rate", settings->learning_rate, NULL);
     phys_runfile_number(file, "/", "energy_weight", settings->energy_weight, NULL);
     phys_runfile_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
-    file_parameters(run, file);
+    report_parameters(&run->system, file);
     if (run->reference)
         file_path(run, file, "reference", run->reference);
     phys_runfile_extendable(file, "step", AD_F64, 1, (size_t[]){0});

@@ -28,16 +28,6 @@ void simulate_write_csv(const struct simulate_run *run, FILE *out)
 
 /* ---- run file ---- */
 
-static void file_parameters(const struct simulate_run *run, phys_runfile *file)
-{
-    const struct phys_scene *scene = run->system.scene;
-    phys_runfile_folder(file, "parameters");
-    for (size_t k = 0; k < scene->n_params; k++)
-        phys_runfile_number(file, "parameters", scene->params[k].name,
-                            phys_system_get(&run->system, scene->params[k].name),
-                            scene->params[k].unit);
-}
-
 /* Half 0 (coordinates) or 1 (velocities) of the samples, as [dof x samples]. */
 static enum ad_status file_half(const struct phys_motion_solution *s, size_t half, const char *name,
                                 phys_runfile *file, struct ad_error *error)
@@ -95,7 +85,7 @@ enum ad_status simulate_file(const struct simulate_run *run, const struct report
     phys_runfile_text(file, "/", "command", run->options->common.command);
     phys_runfile_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
     report_file(report, file, error);
-    file_parameters(run, file);
+    report_parameters(&run->system, file);
     phys_runfile_write(file, "time", AD_F64, 1, &s->n, s->t);
     phys_runfile_text(file, "time", "unit", scene->time_unit);
     phys_runfile_write(file, "energy", AD_F64, 1, &s->n, s->energy);

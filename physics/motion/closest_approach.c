@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-struct phys_approach {
+struct phys_closest_approach {
     const struct phys_ode *ode;
     size_t bodies, dims;
     double *q, *v; /* [dof] each */
@@ -14,13 +14,13 @@ struct phys_approach {
     struct phys_events events;
 };
 
-static bool get_state(struct phys_approach *a, double t, const double *y)
+static bool get_state(struct phys_closest_approach *a, double t, const double *y)
 {
     struct ad_error ignored = {0}; /* of the same state the next step will complain */
     return phys_ode_leave(a->ode, t, y, a->q, a->v, &ignored) == AD_OK;
 }
 
-static double pair_product(const struct phys_approach *a, const double *u, const double *w,
+static double pair_product(const struct phys_closest_approach *a, const double *u, const double *w,
                            size_t i, size_t j)
 {
     double sum = 0;
@@ -32,14 +32,14 @@ static double pair_product(const struct phys_approach *a, const double *u, const
 
 static void values(void *context, double t, const double *y, double *g)
 {
-    struct phys_approach *a = context;
+    struct phys_closest_approach *a = context;
     bool known = get_state(a, t, y);
     for (size_t i = 0; i < a->bodies; i++)
         for (size_t j = i + 1; j < a->bodies; j++)
             *g++ = known ? pair_product(a, a->q, a->v, i, j) : 0;
 }
 
-static void keep(struct phys_approach *a, size_t i, size_t j, double t)
+static void keep(struct phys_closest_approach *a, size_t i, size_t j, double t)
 {
     double distance = sqrt(pair_product(a, a->q, a->q, i, j));
     if (distance < a->closest.distance)
@@ -48,7 +48,7 @@ static void keep(struct phys_approach *a, size_t i, size_t j, double t)
 
 static bool found(void *context, size_t k, double t, const double *y)
 {
-    struct phys_approach *a = context;
+    struct phys_closest_approach *a = context;
     size_t i = 0;
     for (; k >= a->bodies - 1 - i; i++)
         k -= a->bodies - 1 - i;
@@ -57,14 +57,15 @@ static bool found(void *context, size_t k, double t, const double *y)
     return true;
 }
 
-enum ad_status phys_approach_new(const struct phys_ode *ode, double t, const double *y,
-                                 struct phys_approach **approach, struct ad_error *error)
+enum ad_status phys_closest_approach_new(const struct phys_ode *ode, double t, const double *y,
+                                         struct phys_closest_approach **approach,
+                                         struct ad_error *error)
 {
     *approach = NULL;
     if (phys_lacks(ode, "ode", error) || phys_lacks(y, "state", error))
         return error->status;
     const struct phys_system *system = ode->system;
-    struct phys_approach *a = *approach = calloc(1, sizeof *a);
+    struct phys_closest_approach *a = *approach = calloc(1, sizeof *a);
     double *state = system ? malloc(2 * system->dof * sizeof *state) : NULL;
     if (!a || (system && !state)) {
         free(state);
@@ -92,17 +93,17 @@ enum ad_status phys_approach_new(const struct phys_ode *ode, double t, const dou
     return AD_OK;
 }
 
-const struct phys_events *phys_approach_events(const struct phys_approach *approach)
+const struct phys_events *phys_closest_approach_events(const struct phys_closest_approach *approach)
 {
     return approach ? &approach->events : NULL;
 }
 
-struct phys_closest phys_approach_closest(const struct phys_approach *approach)
+struct phys_closest phys_closest_approach_found(const struct phys_closest_approach *approach)
 {
     return approach ? approach->closest : (struct phys_closest){.distance = NAN};
 }
 
-void phys_approach_free(struct phys_approach *approach)
+void phys_closest_approach_free(struct phys_closest_approach *approach)
 {
     if (!approach)
         return;

@@ -153,14 +153,17 @@ struct phys_closest {
     double distance, t; /* distance INFINITY: fewer than two bodies */
     size_t first, second;
 };
-struct phys_approach;
-/* For an ode of a system; closest begins with the distances at y. Ends with phys_approach_free. */
-enum ad_status phys_approach_new(const struct phys_ode *ode, double t, const double *y,
-                                 struct phys_approach **approach, struct ad_error *error);
+struct phys_closest_approach;
+/* For an ode of a system; closest begins with the distances at y. Ends with
+ * phys_closest_approach_free. */
+enum ad_status phys_closest_approach_new(const struct phys_ode *ode, double t, const double *y,
+                                         struct phys_closest_approach **approach,
+                                         struct ad_error *error);
 /* What to hand to phys_simulate; and what was least so far. */
-const struct phys_events *phys_approach_events(const struct phys_approach *approach);
-struct phys_closest phys_approach_closest(const struct phys_approach *approach);
-void phys_approach_free(struct phys_approach *approach);
+const struct phys_events *
+phys_closest_approach_events(const struct phys_closest_approach *approach);
+struct phys_closest phys_closest_approach_found(const struct phys_closest_approach *approach);
+void phys_closest_approach_free(struct phys_closest_approach *approach);
 
 #ifdef __cplusplus
 #pragma GCC diagnostic pop

@@ -38,10 +38,10 @@ static enum ad_status begin(struct matrices *m, const struct phys_system *system
 {
     size_t n = system->dof;
     *m = (struct matrices){.system = system};
-    if (n > PHYS_SMALL_MOTION_DOF)
+    if (n > PHYS_NORMAL_MODES_DOF)
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s: frequencies of %zu coordinates, expected at most %d",
-                       system->scene->name, n, PHYS_SMALL_MOTION_DOF);
+                       system->scene->name, n, PHYS_NORMAL_MODES_DOF);
     m->tape = ad_tape_new(AD_F64);
     m->K = calloc(2 * n * n + 2 * n, sizeof *m->K);
     if (!m->tape || !m->K)
@@ -106,7 +106,7 @@ static size_t largest(size_t n, const double *x)
 }
 
 /* The eigenvalues of M^-1 K are squares of frequencies, or, negative, of rates of growth. */
-static enum ad_status compare(struct matrices *m, double t, struct phys_small_motion *motion,
+static enum ad_status compare(struct matrices *m, double t, struct phys_normal_modes *motion,
                               struct ad_error *error)
 {
     size_t n = m->system->dof;
@@ -127,12 +127,12 @@ static enum ad_status compare(struct matrices *m, double t, struct phys_small_mo
     return AD_OK;
 }
 
-enum ad_status phys_small_motion(const struct phys_system *system, size_t n, const double *x,
-                                 const double *t, struct phys_small_motion *motion,
+enum ad_status phys_normal_modes(const struct phys_system *system, size_t n, const double *x,
+                                 const double *t, struct phys_normal_modes *motion,
                                  struct ad_error *error)
 {
     struct matrices m;
-    *motion = (struct phys_small_motion){0};
+    *motion = (struct phys_normal_modes){0};
     if (phys_lacks_scene(system, error))
         return error->status;
     begin(&m, system, error);

@@ -11,23 +11,23 @@ extern "C" {
 #pragma GCC diagnostic ignored "-Wshadow"
 #endif
 
-/* ---- steps (small_motion.c, step_limit.c) ---- */
+/* ---- steps (normal_modes.c, step_stability.c) ---- */
 
-enum { PHYS_SMALL_MOTION_DOF = 1000 };
+enum { PHYS_NORMAL_MODES_DOF = 1000 };
 
 /* Small motions about a place, where M x'' = -K x with M = L_vv, K = -L_qq (what depends on
    velocities is left out): from the eigenvalues of M^-1 K. */
-struct phys_small_motion {
+struct phys_normal_modes {
     double frequency;  /* of the fastest oscillation, in radians; 0: there is none */
     double t;          /* where it is */
     size_t coordinate; /* that moves most in it */
     double growth;     /* fastest rate at which a place is left down a hillside; 0: none */
 };
 /* The fastest at n places x [n][2 dof], each q and then v, and times t [n]. AD_E_ARGUMENT for more
-   than PHYS_SMALL_MOTION_DOF coordinates or a mass matrix that is not positive; AD_E_NONFINITE
+   than PHYS_NORMAL_MODES_DOF coordinates or a mass matrix that is not positive; AD_E_NONFINITE
    names a coordinate. */
-enum ad_status phys_small_motion(const struct phys_system *system, size_t n, const double *x,
-                                 const double *t, struct phys_small_motion *motion,
+enum ad_status phys_normal_modes(const struct phys_system *system, size_t n, const double *x,
+                                 const double *t, struct phys_normal_modes *motion,
                                  struct ad_error *error);
 
 /* Limits of w h for a method with steps of length h on an oscillation of frequency w, found by
@@ -50,11 +50,11 @@ enum phys_step_verdict {
 };
 struct phys_step_advice {
     enum phys_step_verdict verdict;
-    struct phys_small_motion motion; /* the fastest */
+    struct phys_normal_modes motion; /* the fastest */
     double limit, resonance;         /* of dt there */
     char text[512];                  /* a warning and what to try; empty for good steps */
 };
-/* What to expect of steps dt of a method at n places, given as for phys_small_motion: the start, or
+/* What to expect of steps dt of a method at n places, given as for phys_normal_modes: the start, or
    all of a motion. */
 enum ad_status phys_step_advise(const struct phys_integrator *integrator,
                                 const struct phys_system *system, size_t n, const double *x,

@@ -140,7 +140,7 @@ enum ad_status phys_step_advise(const struct phys_integrator *integrator,
     struct phys_step_limits limits;
     *advice = (struct phys_step_advice){.limit = INFINITY, .resonance = INFINITY};
     if (phys_lacks_scene(system, error) || phys_step_limits(integrator, &limits, error) != AD_OK ||
-        phys_small_motion(system, n, x, t, &advice->motion, error) != AD_OK)
+        phys_normal_modes(system, n, x, t, &advice->motion, error) != AD_OK)
         return error->status;
     double w = advice->motion.frequency;
     if (w == 0)

@@ -153,14 +153,14 @@ static void test_work_and_precision(void **state)
 
 static struct phys_closest run_watched(struct motion *m, double tolerance, double t)
 {
-    struct phys_approach *approach;
-    assert_int_equal(phys_approach_new(&m->ode, 0, m->y, &approach, &m->error), AD_OK);
-    m->settings.events = phys_approach_events(approach);
+    struct phys_closest_approach *approach;
+    assert_int_equal(phys_closest_approach_new(&m->ode, 0, m->y, &approach, &m->error), AD_OK);
+    m->settings.events = phys_closest_approach_events(approach);
     m->settings.n_events = 1;
     m->settings.watch_energy = true;
     motion_run(m, "dop853", tolerance, t, AD_OK);
-    struct phys_closest closest = phys_approach_closest(approach);
-    phys_approach_free(approach);
+    struct phys_closest closest = phys_closest_approach_found(approach);
+    phys_closest_approach_free(approach);
     return closest;
 }
 

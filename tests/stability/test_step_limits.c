@@ -164,9 +164,9 @@ static void small_motions_of_a_saddle(void **state)
                                      .lagrangian = saddle};
     const struct phys_system system = {.scene = &scene, .dof = 2, .bodies = 2, .dims = 1};
     const double x[4] = {0.3, -0.2, 0.7, 0.1}, t = 1.5;
-    struct phys_small_motion motion;
+    struct phys_normal_modes motion;
     struct ad_error error = {0};
-    phys_small_motion(&system, 1, x, &t, &motion, &error);
+    phys_normal_modes(&system, 1, x, &t, &motion, &error);
     assert_int_equal(error.status, AD_OK);
     assert_close(motion.frequency, 2, 1e-14, 0);
     assert_close(motion.growth, 0.6, 1e-14, 0);
