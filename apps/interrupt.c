@@ -14,13 +14,13 @@
 /* One request may arrive twice: timeout(1) signals the process and then its group. */
 static const double ECHO = 0.5; /* s */
 
-enum { DEADLINE = 1 }; /* s, for a run to notice that it is asked to end */
+enum { DEADLINE = 1 }; /* s, for a run to look, and to look again, until it writes results */
 
 static const int orderly[] = {SIGINT, SIGTERM}, at_once[] = {SIGHUP, SIGPIPE, SIGQUIT, SIGXCPU};
 
 enum { N_ORDERLY = sizeof orderly / sizeof *orderly, N_AT_ONCE = sizeof at_once / sizeof *at_once };
 
-static volatile sig_atomic_t came, catching, looked;
+static volatile sig_atomic_t came, catching, looked, finishing;
 static volatile pid_t running;
 static char *_Atomic whole; /* names of the files that are */
 static struct timespec first;
@@ -111,16 +111,22 @@ void interrupt_start(void)
 
 void interrupt_catch(void)
 {
-    looked = 0;
+    looked = finishing = 0;
     catching = 1;
 }
 
 bool interrupted(void)
 {
     looked = 1;
-    if (came)
-        alarm(0);
+    if (came && !finishing)
+        alarm(DEADLINE);
     return came;
+}
+
+void interrupt_finish(void)
+{
+    finishing = 1;
+    alarm(0);
 }
 
 /* No signal comes between its start and the note of it. */

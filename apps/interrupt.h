@@ -2,7 +2,8 @@
    program started here does.
 
    SIGINT and SIGTERM end the process at once, unless a run is under way that stops in order: the
-   first then raises a flag, and ends the process where the run has not looked at it a second later;
+   first then raises a flag, and ends the process where the run does not look at it for a second
+   before it writes its results;
    one that comes half a second later or more ends it at once.
    SIGHUP, SIGPIPE, SIGQUIT and SIGXCPU end it at once. A file size limit (SIGXFSZ) is a failed
    write. */
@@ -21,6 +22,9 @@ void interrupt_start(void);
 void interrupt_catch(void);
 /* Whether one of them came. */
 bool interrupted(void);
+/* The run is over: what it has found when it was asked to end is written, however long that takes.
+ */
+void interrupt_finish(void);
 
 /* ad_process_start of a program that ends with this one, until interrupt_forget. */
 int interrupt_start_program(const char *const words[], int output, pid_t *child);

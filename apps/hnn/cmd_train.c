@@ -27,6 +27,7 @@ static int train(struct train_run *run, struct ad_error *error)
     progress_start(&run->progress, common->quiet);
     interrupt_catch();
     hnn_trainer_run(run->trainer, &stop, error);
+    interrupt_finish();
     progress_end(&run->progress);
     if (run->failed.status != AD_OK)
         ad_fail(error, run->failed.status, "%s", run->failed.message);

@@ -1,6 +1,7 @@
 /* The files a run was asked to write (outputs.h). */
 #include "outputs.h"
 #include "apps/command.h"
+#include "apps/interrupt.h"
 
 void outputs_abandon(struct outputs *outputs)
 {
@@ -50,6 +51,7 @@ enum ad_status outputs_run(const struct output_kind *kind, const struct common *
     if (outputs_begin(common, &outputs, error) != AD_OK)
         return error->status;
     if (!go || go(run, error) == AD_OK) {
+        interrupt_finish();
         kind->report(run, &report);
         if (outputs.file) {
             phys_runfile_text(outputs.file, "/", "program", "leastaction " LEASTACTION_VERSION);

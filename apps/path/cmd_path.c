@@ -38,6 +38,7 @@ static enum ad_status write_results(const struct path_run *run, const struct pat
                                     struct ad_error *error)
 {
     struct report report = {0};
+    interrupt_finish();
     path_report(run, result, &report);
     if (outputs->file)
         path_file_end(run, record, result, &report, outputs->file, error);

@@ -168,6 +168,7 @@ static enum ad_status write_results(const struct simulate_run *run, struct outpu
                                     struct ad_error *error)
 {
     struct report report = {0};
+    interrupt_finish();
     simulate_report(run, &report);
     if (outputs->file)
         simulate_file(run, &report, outputs->file, error);

@@ -26,7 +26,7 @@ struct phys_energy_sweep {
     double *level; /* heights that bound the motion, ascending; the last is the highest energy */
     size_t n_roots;
     struct phys_energy_root *root;
-    bool certified, limited, lost;
+    bool certified, limited, lost, ended;
 };
 
 /* Places and levels, from so many times the least number of samples of U. False: no memory, or U is

@@ -115,6 +115,12 @@ static void find_roots(struct phys_energy_sweep *s, struct phys_energy_root r, s
     }
 }
 
+static bool goes_on(struct phys_energy_sweep *s)
+{
+    s->ended = s->ended || (s->ask.proceed && !s->ask.proceed(s->ask.context));
+    return !s->ended;
+}
+
 /* Energies on one side of a level, up to a gap. */
 static bool sweep_side(struct phys_energy_sweep *s, double level, double side, double gap,
                        size_t density)
@@ -126,7 +132,7 @@ static bool sweep_side(struct phys_energy_sweep *s, double level, double side, d
     struct phys_energy_way w = {0};
     if (!x)
         return false;
-    for (size_t k = 0; k < n; k++) {
+    for (size_t k = 0; k < n && goes_on(s); k++) {
         x[k] = least + (most - least) * (double)k / (double)(n - 1);
         bool found = phys_energy_way_find(s, level + side * exp(x[k]), &w);
         for (size_t j = 0; j < functions; j++)
@@ -134,7 +140,7 @@ static bool sweep_side(struct phys_energy_sweep *s, double level, double side, d
                 found ? phys_energy_way_time(&w, j % 2 ? 1 : -1, j / 2) - s->ask.time : (double)NAN;
         s->lost = s->lost || !found;
     }
-    for (size_t j = 0; j < functions; j++) {
+    for (size_t j = 0; j < functions && goes_on(s); j++) {
         struct phys_energy_root r = {.level = level, .side = side};
         size_t before = s->n_roots;
         r.direction = j % 2 ? 1 : -1;
@@ -147,7 +153,7 @@ static bool sweep_side(struct phys_energy_sweep *s, double level, double side, d
     }
     free(w.knot);
     free(x);
-    return true;
+    return !s->ended;
 }
 
 static bool sweep(struct phys_energy_sweep *s, size_t density)

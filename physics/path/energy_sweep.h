@@ -10,6 +10,8 @@ struct phys_energy_question {
     double from, to, time;
     double span, speed; /* natural sizes: the search goes to a thousand times these */
     size_t most_turns;
+    bool (*proceed)(void *context); /* false ends it; or NULL */
+    void *context;
 };
 
 /* A motion: its energy is level + side * exp(log_gap). */
@@ -22,7 +24,8 @@ struct phys_energy_root {
 
 struct phys_energy_sweep;
 
-/* AD_OK and *sweep NULL: the question is not of this kind, or L_vv is not positive. `certified`:
+/* AD_OK and *sweep NULL: the question is not of this kind, L_vv is not positive, or it was ended.
+   `certified`:
    twice as many energies and places gave the same motions; `limited`: there are more of over
    most_turns turns. */
 enum ad_status phys_energy_sweep_new(const struct phys_system *system,

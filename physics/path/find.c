@@ -58,8 +58,16 @@ static enum ad_status find_kind(struct search *s, struct ad_error *error)
     s->found->stationary =
         s->newton && (stop == PHYS_STOP_ROUNDING ||
                       (stop == PHYS_STOP_TOLERANCE && s->settings->tolerance <= STATIONARY));
-    if (!s->found->stationary || phys_newton_spectrum(s->newton, s->path, spectrum, error) != AD_OK)
-        return error->status;
+    struct ad_error lost = {0};
+    if (!s->found->stationary)
+        return AD_OK;
+    if (phys_newton_spectrum(s->newton, s->path, spectrum, &lost) == AD_E_ACCURACY) {
+        s->found->info.stop = PHYS_STOP_INTERRUPTED; /* the path is found, and not its kind */
+        s->found->stationary = false;
+        return AD_OK;
+    }
+    if (lost.status != AD_OK)
+        return ad_fail(error, lost.status, "%s", lost.message);
     if (spectrum->n_conjugate > 0 || spectrum->legendre == PHYS_INDEFINITE)
         phys_path_conjugate(s->system, s->settings, s->path, spectrum, error);
     return error->status;

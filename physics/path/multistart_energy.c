@@ -59,7 +59,9 @@ bool phys_multistart_energies(struct phys_multistart *s, struct ad_error *error)
                                        .time = time,
                                        .span = s->span,
                                        .speed = fmax(speed, s->span / time),
-                                       .most_turns = m / NODES_OF_TURN + 2};
+                                       .most_turns = m / NODES_OF_TURN + 2,
+                                       .proceed = s->settings.proceed,
+                                       .context = s->settings.context};
     if (ask.most_turns > MOST_TURNS)
         ask.most_turns = MOST_TURNS;
     if (phys_energy_sweep_new(s->system, &ask, &sweep, error) != AD_OK || !sweep)

@@ -50,7 +50,7 @@ struct phys_path_settings {
     /* Called after step 0 (the start), and after every step; false stops the run cleanly. path is
        [s*dof x slices] for a rule of degree s; means are those of phys_action. May be NULL. */
     bool (*progress)(void *context, const struct phys_path_step *step);
-    /* Asked now and then within the steps of newton and in phys_path_all; false stops the run as
+    /* Asked now and then within the steps of newton, spectra and searches; false stops the run as
        progress does, at the last whole step. May be NULL. */
     bool (*proceed)(void *context);
     void *context; /* of both */

@@ -236,11 +236,8 @@ bool phys_newton_settle(struct phys_newton *s, double *path, struct phys_path_in
 enum ad_status phys_newton_spectrum(struct phys_newton *s, const double *path,
                                     struct phys_spectrum *spectrum, struct ad_error *error)
 {
-    s->hessian.proceed = NULL;
     s->hessian.stopped = false;
-    phys_hessian_spectrum(&s->hessian, path, spectrum, error);
-    s->hessian.proceed = s->settings.proceed;
-    return error->status;
+    return phys_hessian_spectrum(&s->hessian, path, spectrum, error);
 }
 
 static enum ad_status solve(const struct phys_system *system,

@@ -43,6 +43,12 @@ static bool is_known(struct phys_multistart *s, double energy, double action)
     return false;
 }
 
+static void solution_free(struct phys_solution *solution)
+{
+    free(solution->path);
+    phys_spectrum_free(&solution->spectrum);
+}
+
 enum ad_status phys_multistart_keep(struct phys_multistart *s, struct ad_error *error)
 {
     const struct phys_path_info *info = &s->info;
@@ -69,15 +75,16 @@ enum ad_status phys_multistart_keep(struct phys_multistart *s, struct ad_error *
     all->n++;
     for (size_t k = 0; k < s->dof * s->slices; k++)
         a->largest = fmax(a->largest, fabs(path[k]));
-    if (phys_newton_spectrum(&s->newton, path, &a->spectrum, error) == AD_OK)
+    struct ad_error lost = {0};
+    if (phys_newton_spectrum(&s->newton, path, &a->spectrum, &lost) == AD_OK)
         phys_path_grid_independent(s->system, &s->settings, path, &a->resolved, error);
-    return error->status;
-}
-
-static void solution_free(struct phys_solution *solution)
-{
-    free(solution->path);
-    phys_spectrum_free(&solution->spectrum);
+    if (lost.status == AD_E_ACCURACY) { /* a path of no known kind is none to list */
+        solution_free(a);
+        all->n--;
+        phys_multistart_goes_on(s);
+        return AD_OK;
+    }
+    return lost.status == AD_OK ? error->status : ad_fail(error, lost.status, "%s", lost.message);
 }
 
 static int by_energy(const void *a, const void *b)

@@ -15,7 +15,7 @@
 #include <string.h>
 
 struct chain {
-    const struct phys_hessian *hessian;
+    struct phys_hessian *hessian;
     size_t dof, inner, side; /* side: 2 dof of a condensed element, slice before and slice behind */
     double *K;               /* [inner][inner] inner block */
     double *C;               /* [2 dof][inner] coupling of inner nodes to slices, and solved */
@@ -130,7 +130,7 @@ static bool next_block(struct chain *c, double sigma)
 }
 
 /* Number of eigenvalues of the Hessian below sigma, in `total`, and conjugate points, if asked for.
-   False: sigma is an eigenvalue of some part to the last bit. */
+   False: sigma is an eigenvalue of some part to the last bit. Any number where it is stopped. */
 static bool eliminate_all(struct chain *c, double sigma, size_t *total,
                           struct phys_spectrum *spectrum)
 {
@@ -140,7 +140,7 @@ static bool eliminate_all(struct chain *c, double sigma, size_t *total,
     memset(c->X, 0, c->dof * c->dof * sizeof *c->X);
     if (spectrum)
         note_conjugate(c, 0, *total, spectrum);
-    for (size_t i = 1; i < c->hessian->elements; i++) {
+    for (size_t i = 1; i < c->hessian->elements && !phys_hessian_stopped(c->hessian); i++) {
         double *swap = c->before;
         c->before = c->S;
         c->S = swap;
@@ -177,7 +177,7 @@ static double largest_entry(const struct phys_hessian *h)
     return most;
 }
 
-static bool chain_new(struct chain *c, const struct phys_hessian *h)
+static bool chain_new(struct chain *c, struct phys_hessian *h)
 {
     size_t n = h->dof, m = (h->table.degree - 1) * n;
     *c = (struct chain){.hessian = h, .dof = n, .inner = m, .side = 2 * n};
@@ -225,11 +225,11 @@ static void set_masses(struct chain *c, bool integral)
 static double smallest(struct chain *c)
 {
     double low = -c->scale, high = c->scale;
-    while (count_below(c, low, NULL) > 0)
+    while (count_below(c, low, NULL) > 0 && !c->hessian->stopped)
         low *= 2;
-    while (count_below(c, high, NULL) == 0)
+    while (count_below(c, high, NULL) == 0 && !c->hessian->stopped)
         high *= 2;
-    while (high - low > 4 * DBL_EPSILON * c->scale) {
+    while (high - low > 4 * DBL_EPSILON * c->scale && !c->hessian->stopped) {
         double middle = 0.5 * (low + high);
         if (count_below(c, middle, NULL) > 0)
             high = middle;
@@ -265,6 +265,8 @@ static enum ad_status examine(struct phys_hessian *h, struct chain *c, const dou
                               struct phys_spectrum *spectrum, struct ad_error *error)
 {
     phys_hessian_at(h, path, 0);
+    if (h->stopped)
+        return ad_fail(error, AD_E_ACCURACY, "interrupted");
     spectrum->legendre = phys_hessian_definite(h, &spectrum->not_definite);
     if (spectrum->legendre == PHYS_NEGATIVE)
         negate(h);
@@ -276,7 +278,7 @@ static enum ad_status examine(struct phys_hessian *h, struct chain *c, const dou
         count_directions(c, spectrum);
     if (c->lost)
         return ad_fail(error, AD_E_MEMORY, "out of memory for conjugate points");
-    return AD_OK;
+    return h->stopped ? ad_fail(error, AD_E_ACCURACY, "interrupted") : AD_OK;
 }
 
 enum ad_status phys_hessian_spectrum(struct phys_hessian *h, const double *path,
@@ -298,14 +300,17 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
                                   const struct phys_path_settings *settings, const double *path,
                                   struct phys_spectrum *spectrum, struct ad_error *error)
 {
-    struct phys_hessian h;
+    struct phys_hessian h = {0};
     *spectrum = (struct phys_spectrum){.smallest = (double)NAN, .second_variation = (double)NAN};
     if (phys_lacks_scene(system, error) || phys_lacks(settings->rule, "action rule", error) ||
         phys_lacks(path, "path", error))
         return error->status;
     if (phys_hessian_new(&h, system, settings->rule, settings->slices, settings->dt, error) ==
-        AD_OK)
+        AD_OK) {
+        h.proceed = settings->proceed;
+        h.context = settings->context;
         phys_hessian_spectrum(&h, path, spectrum, error);
+    }
     phys_hessian_free(&h);
     return error->status;
 }

@@ -97,6 +97,25 @@ static void test_hanging_library(void **state)
     shell_works("! ls -A | grep '^\\.'");
 }
 
+/* B3: stages that do not end for minutes: sweeps of energies and spectra, levels of --tol, matrices
+   of a field. One signal ends them; nobody has to kill the process. */
+static void test_long_stages(void **state)
+{
+    (void)state;
+    static const char *const lines[] = {
+        "path pendulum --all --slices 20000 --dt 0.02 --rule gauss4",
+        "path dblpend --tol 1e-13 --slices 4000 --dt 0.5 --init ode --rule gauss4",
+        "path gas --slices 60 --rule gauss3",
+        "simulate dblpend --time 1e7 --horizon 1e-9 --no-reference --samples 2",
+    };
+    for (size_t k = 0; k < sizeof lines / sizeof *lines; k++) {
+        int status = shell("timeout -s TERM -k 30 0.4 $LA %s --csv a.csv --quiet", lines[k]);
+        assert_int_equal(status, 124);
+        shell_works("! ls -A | grep '^\\.'");
+        shell_clean();
+    }
+}
+
 /* A file size limit is a failed write, and what was there stays. (libomp itself needs 1 KiB.) */
 static void test_file_size_limit(void **state)
 {
@@ -120,6 +139,7 @@ int main(void)
         cmocka_unit_test_teardown(test_left_over, shell_empty),
         cmocka_unit_test_teardown(test_at_once, shell_empty),
         cmocka_unit_test_teardown(test_hanging_library, shell_empty),
+        cmocka_unit_test_teardown(test_long_stages, shell_empty),
         cmocka_unit_test_teardown(test_file_size_limit, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);

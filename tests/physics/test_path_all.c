@@ -72,6 +72,71 @@ static void the_energy_of_a_spring_is_that_of_its_recurrence(void **state)
     phys_system_close(&spring);
 }
 
+/* B3: a search and a path end wherever they are asked to: in the sweep of energies, within Newton's
+   steps, in the spectrum; and ask hardly again. */
+struct patience {
+    size_t asked, least; /* how often, and from when on the answer is no */
+};
+
+static bool go_on(void *context)
+{
+    struct patience *p = context;
+    return p->asked++ < p->least;
+}
+
+static void a_search_ends_where_it_is_asked_to(void **state)
+{
+    enum { SLICES = 21 };
+    (void)state;
+    struct phys_system pendulum;
+    struct ad_error error = {0};
+    phys_system_open("pendulum", &pendulum, &error);
+    phys_system_set(&pendulum, "l", 1, &error);
+    struct patience patience = {.least = SIZE_MAX};
+    struct phys_path_settings settings = {.rule = phys_rule_find("gauss2", &error),
+                                          .slices = SLICES,
+                                          .dt = 10. / (SLICES - 1),
+                                          .steps = 50,
+                                          .proceed = go_on,
+                                          .context = &patience};
+    struct phys_solutions all;
+    struct phys_path_found found;
+    struct phys_spectrum spectrum;
+    double path[2 * SLICES] = {0};
+    phys_path_all(&pendulum, &settings, path, 0, 1, &all, &error);
+    assert_false(all.interrupted);
+    size_t asks = patience.asked, n = all.n;
+    phys_solutions_free(&all);
+    assert_true(asks > 1000);
+    for (size_t k = 0; k < asks; k += asks / 5) {
+        patience = (struct patience){.least = k};
+        assert_int_equal(phys_path_all(&pendulum, &settings, path, 0, 1, &all, &error), AD_OK);
+        assert_true(all.interrupted && !all.exhaustive && all.n <= n);
+        assert_true(patience.asked < k + 12);
+        phys_solutions_free(&all);
+    }
+    size_t with_kind = 0;
+    for (size_t k = 0;; k += 1 + k / 4) {
+        patience = (struct patience){.least = k};
+        for (size_t i = 0; i < 2 * SLICES; i++)
+            path[i] = 0.1 * sin(0.7 * (double)i) * (i % SLICES && i % SLICES != SLICES - 1);
+        assert_int_equal(
+            phys_path_find(&phys_solver_newton, &pendulum, &settings, path, &found, &error), AD_OK);
+        bool stopped = found.info.stop == PHYS_STOP_INTERRUPTED;
+        assert_true(stopped == !found.stationary);
+        with_kind += found.stationary;
+        phys_path_found_free(&found);
+        if (patience.asked <= k)
+            break;
+    }
+    assert_true(with_kind > 0);
+    patience = (struct patience){.least = 20};
+    assert_int_equal(phys_path_spectrum(&pendulum, &settings, path, &spectrum, &error),
+                     AD_E_ACCURACY);
+    phys_spectrum_free(&spectrum);
+    phys_system_close(&pendulum);
+}
+
 /* A straight line is the only path of a free body. */
 static void one_answer_of_a_free_body(void **state)
 {
@@ -453,7 +518,7 @@ static void a_search_that_is_ended(void **state)
     struct ad_error error = {0};
     phys_system_open("pendulum", &pendulum, &error);
     phys_system_set(&pendulum, "l", 1, &error);
-    int left = 25;
+    int left = 20000; /* a spectrum asks at every slice */
     struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
                                           .slices = SLICES,
                                           .steps = 50,
@@ -514,6 +579,7 @@ int main(void)
         cmocka_unit_test(newton_refuses_what_does_not_fit),
         cmocka_unit_test(a_mass_that_depends_on_the_velocity),
         cmocka_unit_test(the_energy_of_a_spring_is_that_of_its_recurrence),
+        cmocka_unit_test(a_search_ends_where_it_is_asked_to),
         cmocka_unit_test(one_answer_of_a_free_body),
         cmocka_unit_test(two_ways_around_a_centre),
         cmocka_unit_test(paths_of_the_grid_alone_are_left_out),
