@@ -191,6 +191,31 @@ static void test_zeros_behind_branches(void **state)
     ad_tape_free(t);
 }
 
+/* Inputs of any size recorded behind y are of no concern to it. */
+static void test_inputs_behind(void **state)
+{
+    (void)state;
+    enum { ROWS = 500, COLS = 2000 };
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x[2] = {ad_input(t, 3, 1, NULL)}, y = ad_sum(ad_square(x[0]));
+    x[1] = ad_input(t, ROWS, COLS, NULL);
+    double *large = malloc(ROWS * COLS * sizeof *large), small[3] = {1, 2, 4}, value, g[3];
+    assert_non_null(large);
+    for (size_t k = 0; k < ROWS * COLS; k++)
+        large[k] = 7;
+    const double *at[2] = {small, large};
+    double *const gradient[2] = {g, large};
+    struct ad_error error = {0};
+    assert_int_equal(ad_evaluate(2, x, at, y, &value, &error), AD_OK);
+    assert_true(value == 21);
+    assert_int_equal(ad_gradient(2, x, at, y, &value, gradient, &error), AD_OK);
+    assert_true(value == 21 && g[0] == 2 && g[1] == 4 && g[2] == 8);
+    for (size_t k = 0; k < ROWS * COLS; k++)
+        assert_true(large[k] == 0);
+    free(large);
+    ad_tape_free(t);
+}
+
 static void test_refused(void **state)
 {
     (void)state;
@@ -220,11 +245,9 @@ static void test_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_random_programs),
-        cmocka_unit_test(test_every_operation),
-        cmocka_unit_test(test_long_chain),
-        cmocka_unit_test(test_recorded_further),
-        cmocka_unit_test(test_zeros_behind_branches),
+        cmocka_unit_test(test_inputs_behind),    cmocka_unit_test(test_random_programs),
+        cmocka_unit_test(test_every_operation),  cmocka_unit_test(test_long_chain),
+        cmocka_unit_test(test_recorded_further), cmocka_unit_test(test_zeros_behind_branches),
         cmocka_unit_test(test_refused),
     };
     return cmocka_run_group_tests_name("direct evaluation", tests, NULL, NULL);

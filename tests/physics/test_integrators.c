@@ -242,9 +242,47 @@ static void test_stages_are_carried_on(void **state)
     motion_close(&m);
 }
 
+/* Units change neither results nor work: a stiff pendulum whose coordinates are `unit` times as
+   large, in steps so long that implicit stages need Newton's method. */
+static enum ad_status pendulum_in(void *context, double t, const double *y, double *rate,
+                                  struct ad_error *error)
+{
+    const double unit = *(const double *)context;
+    (void)t, (void)error;
+    rate[0] = y[1];
+    rate[1] = -9 * unit * sin(y[0] / unit);
+    return AD_OK;
+}
+
+static void test_units(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"implicit-midpoint", "gauss2", "gauss3", "gauss4",
+                                          "gauss5"};
+    static const double units[] = {1, 0x1p-30, 0x1p40};
+    for (size_t k = 0; k < LENGTH(methods); k++) {
+        double end = 0;
+        size_t work = 0;
+        for (size_t i = 0; i < LENGTH(units); i++) {
+            double unit = units[i], y[2] = {1.1 * unit, 0.3 * unit};
+            struct phys_ode ode = {.n = 2, .field = pendulum_in, .context = &unit};
+            struct phys_simulation_info info;
+            struct ad_error error = {0};
+            struct phys_simulation s = {
+                .integrator = phys_integrator_find(methods[k], &error), .t1 = 9, .dt = 0.6};
+            if (phys_simulate(&s, &ode, y, &info, &error) != AD_OK)
+                fail_msg("%s, unit %g: %s", methods[k], unit, error.message);
+            if (i == 0)
+                end = y[0], work = info.evaluations;
+            assert_true(y[0] / unit == end && info.evaluations == work); /* powers of 2 */
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_units),
         cmocka_unit_test(test_order),
         cmocka_unit_test(test_symplectic),
         cmocka_unit_test(test_symplectic_double_pendulum),

@@ -207,6 +207,50 @@ static void test_events(void **state)
     }
 }
 
+/* A ball that passes a height within a step and comes back to it exactly where the step ends, where
+   the next step begins: x = -(t - 1)(t - 3)/2 in steps of 3, on which Verlet is exact. */
+static void height(void *context, double t, const double *y, double *g)
+{
+    (void)context, (void)t;
+    g[0] = y[0];
+}
+
+static bool keep_time(void *context, size_t k, double t, const double *y)
+{
+    struct roots *r = context;
+    (void)y;
+    r->which[r->n] = k;
+    r->t[r->n++] = t;
+    return true;
+}
+
+static void test_event_at_the_end_of_a_step(void **state)
+{
+    (void)state;
+    static const struct phys_setting thrown[] = {{"x0", -1.5}, {"v0", 2}, {"g", 1}, {NULL, 0}};
+    for (int direction = -1; direction <= 1; direction++) {
+        struct roots found = {0};
+        const struct phys_events events = {.n = 1,
+                                           .values = height,
+                                           .direction = direction,
+                                           .found = keep_time,
+                                           .context = &found};
+        struct motion m;
+        motion_open(&m, "freebody", false, thrown);
+        m.settings.events = &events;
+        m.settings.n_events = 1;
+        motion_run(&m, "verlet", 3, 9, AD_OK);
+        assert_true(m.info.steps == 3);
+        size_t i = 0;
+        if (direction >= 0)
+            assert_close(found.t[i++], 1, 1e-14, 0);
+        if (direction <= 0)
+            assert_close(found.t[i++], 3, 1e-14, 0);
+        assert_int_equal(found.n, i);
+        motion_close(&m);
+    }
+}
+
 /* Directions; backwards, what falls with time is met from the other side. */
 static void test_event_directions(void **state)
 {
@@ -312,6 +356,7 @@ int main(void)
         cmocka_unit_test(test_tolerance),
         cmocka_unit_test(test_events),
         cmocka_unit_test(test_event_directions),
+        cmocka_unit_test(test_event_at_the_end_of_a_step),
         cmocka_unit_test(test_users_field_that_ends),
         cmocka_unit_test(test_floor_and_most_steps),
         cmocka_unit_test(test_not_finite),
