@@ -3,7 +3,7 @@
 #ifndef APPS_WORK_H
 #define APPS_WORK_H
 
-#include "apps/output/plot.h"
+#include "apps/output/figure.h"
 
 enum { WORK_POINTS = 64, WORK_CURVES = 32 };
 
@@ -31,16 +31,12 @@ size_t work_best(size_t n, const struct work_curve curves[], double error, struc
    method of every decade, named. Errors under `doubt` (0: none) are marked as not to be trusted. */
 void work_draw(const char *title, size_t n, const struct work_curve curves[], double doubt,
                struct plot *plot);
-/* How a method looks in every picture: families by colour, members by shade and mark. */
-struct work_style {
-    const char *name, *colour;
-    int mark;
-    bool dashed;
-};
-struct work_style work_style_of(const char *name);
-/* A block of data, `error seconds evaluations`. Runs that err more than a coarser one, for rounding
-   or by accident, are nobody's choice: they are left out. */
-void work_write_curve(const struct work_curve *curve, FILE *out);
+/* An element of a method's curve with a block of data, `error seconds evaluations`, of which
+   columns such as "1:2" are drawn. Methods look the same in every picture: families by colour,
+   members by shade and mark. Runs that err more than a coarser one, for rounding or by accident,
+   are nobody's choice: they are left out. */
+void work_curve_element(struct figure *figure, const struct work_curve *curve, const char *columns,
+                        double width, double size, const char *title);
 /* The fastest at 1e-3, 1e-6, 1e-9 and 1e-12: setting, steps, seconds. */
 void work_print(FILE *out, const char *title, size_t n, const struct work_curve curves[]);
 

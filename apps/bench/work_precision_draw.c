@@ -10,7 +10,11 @@ enum { FIRST_DECADE = 1, LAST_DECADE = 13 }; /* errors 10^-k */
  */
 static const double a_tie = 0.15;
 
-static const struct work_style styles[] = {
+static const struct work_style {
+    const char *name, *colour;
+    int mark;
+    bool dashed;
+} styles[] = {
     {"euler", "#9a9a9a", 1, false},
     {"semi-implicit", "#6b6b6b", 2, false},
     {"verlet", "#8fc7e8", 7, false},
@@ -35,7 +39,7 @@ static const struct work_style styles[] = {
 
 enum { N_STYLES = sizeof styles / sizeof *styles };
 
-struct work_style work_style_of(const char *name)
+static struct work_style work_style_of(const char *name)
 {
     for (size_t k = 0; k < N_STYLES; k++)
         if (strcmp(styles[k].name, name) == 0)
@@ -45,7 +49,7 @@ struct work_style work_style_of(const char *name)
 
 /* ---- data: a block a curve, `error seconds evaluations` ---- */
 
-void work_write_curve(const struct work_curve *curve, FILE *out)
+static void write_curve(const struct work_curve *curve, FILE *out)
 {
     double best = INFINITY;
     fprintf(out, "# %s: error, seconds, evaluations\n", curve->name);
@@ -59,6 +63,18 @@ void work_write_curve(const struct work_curve *curve, FILE *out)
     if (curve->n == 0) /* gnuplot counts blocks that are there */
         fputs("NaN NaN NaN\n", out);
     fputs("\n\n", out);
+}
+
+void work_curve_element(struct figure *figure, const struct work_curve *curve, const char *columns,
+                        double width, double size, const char *title)
+{
+    struct work_style s = work_style_of(curve->name);
+    figure_element(figure, "data index %zu using %s ", figure->blocks++, columns);
+    style_write(
+        figure->plot->script,
+        &(const struct style){s.colour, s.mark, width, size, s.dashed ? "(8,3)" : NULL, NULL},
+        title);
+    write_curve(curve, figure->plot->data);
 }
 
 /* ---- the strip that names the fastest ---- */
@@ -127,52 +143,33 @@ static void strip(size_t n, const struct work_curve curves[], const struct decad
 
 /* ---- panels ---- */
 
-static void curve_elements(size_t n, const struct work_curve curves[], const struct decades *d,
-                           int column, bool titles, FILE *out)
+static void curve_elements(struct figure *figure, size_t n, const struct work_curve curves[],
+                           const struct decades *d, const char *columns, bool titles)
 {
-    fputs("plot ", out);
     for (size_t c = 0; c < n; c++) {
-        struct work_style s = work_style_of(curves[c].name);
+        char bold[64];
         bool best = wins(d, c);
-        fprintf(out,
-                "data index %zu using 1:%d with linespoints lw %g dt %s pt %d ps %g lc rgb '%s' ",
-                c, column, best ? 3 : 1.5, s.dashed ? "(8,3)" : "1", s.mark, best ? 0.9 : 0.6,
-                s.colour);
-        if (titles)
-            fprintf(out, "title '%s%s%s', \\\n    ", best ? "{/:Bold " : "", s.name,
-                    best ? "}" : "");
-        else
-            fputs("notitle, \\\n    ", out);
+        snprintf(bold, sizeof bold, best ? "{/:Bold %s}" : "%s", curves[c].name);
+        work_curve_element(figure, &curves[c], columns, best ? 3 : 1.5, best ? 0.9 : 0.6,
+                           titles ? bold : NULL);
     }
-    fputs("NaN notitle\n", out);
-}
-
-static double least(size_t n, const struct work_curve curves[], bool seconds)
-{
-    double low = INFINITY;
-    for (size_t c = 0; c < n; c++)
-        for (size_t k = 0; k < curves[c].n; k++)
-            if (curves[c].point[k].error < 0.3)
-                low = fmin(low,
-                           seconds ? curves[c].point[k].seconds : curves[c].point[k].evaluations);
-    return isfinite(low) ? low : 1;
-}
-
-static double greatest(size_t n, const struct work_curve curves[], bool seconds)
-{
-    double high = 0;
-    for (size_t c = 0; c < n; c++)
-        for (size_t k = 0; k < curves[c].n; k++)
-            high =
-                fmax(high, seconds ? curves[c].point[k].seconds : curves[c].point[k].evaluations);
-    return high > 0 ? high : 2;
+    figure_element(figure, "NaN notitle");
 }
 
 /* `room`: a share of the height, below all curves. */
-static void y_axis(size_t n, const struct work_curve curves[], bool seconds, double room, FILE *out)
+static void y_axis(size_t n, const struct work_curve curves[], bool seconds, double room,
+                   char range[48])
 {
-    double low = least(n, curves, seconds) / 1.3, high = greatest(n, curves, seconds) * 1.3;
-    fprintf(out, "set yrange [%.3g:%.3g]\n", low * pow(high / low, -room / (1 - room)), high);
+    double low = INFINITY, high = 0;
+    for (size_t c = 0; c < n; c++)
+        for (const struct work_point *p = curves[c].point; p < curves[c].point + curves[c].n; p++) {
+            double y = seconds ? p->seconds : p->evaluations;
+            low = p->error < 0.3 ? fmin(low, y) : low;
+            high = fmax(high, y);
+        }
+    low = (isfinite(low) ? low : 1) / 1.3;
+    high = (high > 0 ? high : 2) * 1.3;
+    snprintf(range, 48, "[%.3g:%.3g]", low * pow(high / low, -room / (1 - room)), high);
 }
 
 static void doubtful(double doubt, FILE *out)
@@ -189,35 +186,38 @@ static void doubtful(double doubt, FILE *out)
 void work_draw(const char *title, size_t n, const struct work_curve curves[], double doubt,
                struct plot *plot)
 {
-    FILE *out = plot->script;
+    static const struct layout layout = {1120, 540, NULL, 1, 2, 0.07, 0.79, 0.11, 0.92, 0, 0};
     struct decades d = fastest(n, curves);
-    plot->width = 1120;
-    plot->height = 540;
-    for (size_t c = 0; c < n; c++)
-        work_write_curve(&curves[c], plot->data);
-    fputs("set multiplot\nset title '", out);
-    fprintf(out,
-            "%s' font ',15' offset 0,0.3\nset logscale xy\nset xrange [0.5:1e-14]\n"
-            "set format y '10^{%%T}'\nset xtics ('10^{-1}' 1e-1, '10^{-3}' 1e-3, '10^{-5}' 1e-5, "
-            "'10^{-7}' 1e-7, '10^{-9}' 1e-9, '10^{-11}' 1e-11, '10^{-13}' 1e-13)\n"
-            "set grid xtics ytics lc rgb '#e6e6e6' lt 1\nset border 3\n"
-            "set tics nomirror\nset key off\nset xlabel 'error at the end, relative'\n",
-            title);
-    doubtful(doubt, out);
-    strip(n, curves, &d, out);
-    y_axis(n, curves, true, 0.11, out);
-    fputs("set lmargin at screen 0.07\nset rmargin at screen 0.5\n"
-          "set ylabel 'seconds of the processor' offset 1\n",
-          out);
-    curve_elements(n, curves, &d, 2, false, out);
-    fputs("unset object\nunset label\nset title 'field evaluations' font ',12'\nunset ylabel\n",
-          out);
-    y_axis(n, curves, false, 0, out);
-    fputs("set lmargin at screen 0.555\nset rmargin at screen 0.79\nset xtics ('10^{-3}' 1e-3, "
-          "'10^{-6}' 1e-6, '10^{-9}' 1e-9, '10^{-12}' 1e-12)\n"
-          "set key at screen 0.995, screen 0.93 right top Left reverse samplen 2.5 spacing 1.25 "
-          "font ',11'\n",
-          out);
-    curve_elements(n, curves, &d, 3, true, out);
-    fputs("unset multiplot\n", out);
+    struct figure figure;
+    char seconds[48], evaluations[48];
+    y_axis(n, curves, true, 0.11, seconds);
+    y_axis(n, curves, false, 0, evaluations);
+    figure_begin(&figure, plot, &layout);
+    figure_panel(&figure,
+                 &(struct panel){.title = title,
+                                 .x = "error at the end, relative",
+                                 .y = "CPU time (s)",
+                                 .log = "xy",
+                                 .x_range = "[0.5:1e-14]",
+                                 .x_tics = "('10^{-1}' 1e-1, '10^{-3}' 1e-3, '10^{-5}' 1e-5, "
+                                           "'10^{-7}' 1e-7, '10^{-9}' 1e-9, '10^{-11}' 1e-11, "
+                                           "'10^{-13}' 1e-13)",
+                                 .y_range = seconds,
+                                 .more = "set rmargin at screen 0.5\n"});
+    doubtful(doubt, plot->script);
+    strip(n, curves, &d, plot->script);
+    curve_elements(&figure, n, curves, &d, "1:2", false);
+    figure_panel(&figure, &(struct panel){
+                              .title = "field evaluations",
+                              .x = "error at the end, relative",
+                              .log = "xy",
+                              .x_range = "[0.5:1e-14]",
+                              .x_tics = "('10^{-3}' 1e-3, '10^{-6}' 1e-6, '10^{-9}' 1e-9, "
+                                        "'10^{-12}' 1e-12)",
+                              .y_range = evaluations,
+                              .key = "at screen 0.995, screen 0.93 right top Left reverse samplen "
+                                     "2.5 spacing 1.25 font ',11'",
+                              .more = "set lmargin at screen 0.555\n"});
+    curve_elements(&figure, n, curves, &d, "1:3", true);
+    figure_end(&figure);
 }

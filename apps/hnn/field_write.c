@@ -57,7 +57,7 @@ enum ad_status field_picture(const void *context, struct plot *plot, struct ad_e
     char text[32];
     plot->width = 560;
     plot->height = 500;
-    fputs("set border 3 lc rgb '#606060'\nset tics nomirror\nunset key\n", out);
+    fputs("unset key\n", out);
     name(f, f->plane.across, text);
     axis_set(out, "x", text, unit, f->plane.x, 0);
     name(f, f->plane.up, text);

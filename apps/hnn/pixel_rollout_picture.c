@@ -5,6 +5,7 @@
    The data file is binary, 4-byte floats: the frames of all strips, a row [time, energy of each
    strip] a frame, H on a grid, the latent path. */
 #include "apps/output/axes.h"
+#include "apps/output/figure.h"
 #include "pixel_rollout.h"
 
 #include <math.h>
@@ -170,9 +171,8 @@ static void energies(const struct drawing *d, const char *last, FILE *out)
         fprintf(out, "data binary skip=%zu record=%zu format='", 4 * d->table, d->n);
         for (size_t c = 0; c <= d->n_strips; c++)
             fputs("%float", out);
-        fprintf(out, "' using ($1 <= %s ? $1 : NaN):%zu with lines lw 2 lc rgb '%s' title ", last,
-                s + 2, d->colour[s]);
-        quote_gnuplot(out, d->strip[s].name);
+        fprintf(out, "' using ($1 <= %s ? $1 : NaN):%zu ", last, s + 2);
+        style_write(out, STYLE(d->colour[s], 0, 2, 0), d->strip[s].name);
         fputs(s + 1 < d->n_strips ? ", \\\n  " : "\n", out);
     }
 }
@@ -197,12 +197,10 @@ static void latent(const struct drawing *d, FILE *out)
     fputs("set xtics nomirror\nset ytics nomirror\nset border 3 lc rgb '#606060'\n", out);
     axis_set(out, "x", "latent q", "1", d->q, 0);
     axis_set(out, "y", "latent p", "1", d->p, 0);
-    fprintf(out,
-            "plot %sdata binary skip=%zu record=%zu format='%%float%%float' using 1:2 with lines "
-            "lw 1.5 lc rgb '%s' title ",
+    fprintf(out, "plot %sdata binary skip=%zu record=%zu format='%%float%%float' using 1:2 ",
             has_energy ? "$levels with lines lw 0.7 lc rgb '#b0b0b0' title 'H', " : "", 4 * d->path,
-            d->n, d->colour[d->n_strips - 1]);
-    quote_gnuplot(out, d->latent->strip.name);
+            d->n);
+    style_write(out, STYLE(d->colour[d->n_strips - 1], 0, 1.5, 0), d->latent->strip.name);
     fputc('\n', out);
 }
 

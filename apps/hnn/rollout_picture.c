@@ -3,6 +3,7 @@
    With more than one coordinate the motion is shown in the plane of bodies, or over time. */
 #include "field_arrows.h"
 #include "rollout.h"
+#include "apps/output/figure.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -65,15 +66,15 @@ static struct range span(const struct rollout_curve *curve, size_t n, size_t fir
     return range_with_margins(range, 0.12, 0.12);
 }
 
-static void line(FILE *out, const char *x, size_t y, const char *style, const char *hue,
+static void line(FILE *out, const char *x, size_t y, double width, const char *hue,
                  const char *title)
 {
-    fprintf(out, "data index 0 using %s:%zu with lines lw %s lc rgb '%s' title ", x, y, style, hue);
-    quote_gnuplot(out, title);
+    fprintf(out, "data index 0 using %s:%zu ", x, y);
+    style_write(out, STYLE(hue, 0, width, 0), title);
 }
 
 static void draw_motion(const struct rollout_run *run, enum view view, size_t c, const char *hue,
-                        const char *style, const char *title, FILE *out)
+                        double width, const char *title, FILE *out)
 {
     size_t dof = run->model[0].ode.n / 2;
     size_t n = view == PHASE_PLANE ? 1 : view == ORBITS ? dof / 2 : dof;
@@ -83,7 +84,7 @@ static void draw_motion(const struct rollout_run *run, enum view view, size_t c,
         if (view != OVER_TIME)
             snprintf(x, sizeof x, "%zu", column(run, c, k));
         fputs(k ? ", \\\n    " : "", out);
-        line(out, x, y, style, hue, k ? "" : title);
+        line(out, x, y, width, hue, k ? "" : title);
     }
 }
 
@@ -119,10 +120,10 @@ static void motion_panel(const struct rollout_run *run, const struct rollout_cur
                 "lc rgb '#a3b4c6' notitle, \\\n    ",
                 model + 1);
     if (run->truth.n) {
-        draw_motion(run, view, n - 1, truth_colour, "3.5", "truth", out);
+        draw_motion(run, view, n - 1, truth_colour, 3.5, "truth", out);
         fputs(", \\\n    ", out);
     }
-    draw_motion(run, view, model, colour[model], "1.3", rollout_name(&run->model[model]), out);
+    draw_motion(run, view, model, colour[model], 1.3, rollout_name(&run->model[model]), out);
     fputc('\n', out);
 }
 
@@ -143,7 +144,7 @@ static void time_panel(const struct rollout_run *run, const struct rollout_curve
         if (truth && !of_truth)
             continue;
         fputs(between, out);
-        line(out, "1", column(run, c, run->model[0].ode.n + quantity), truth ? "3.5" : "1.5",
+        line(out, "1", column(run, c, run->model[0].ode.n + quantity), truth ? 3.5 : 1.5,
              truth ? truth_colour : colour[c], truth ? "truth" : rollout_name(curve[c].model));
         between = ", \\\n    ";
     }
@@ -176,7 +177,7 @@ enum ad_status rollout_picture(const void *context, struct plot *plot, struct ad
     plot->height = 370;
     write_rows(run, curve, n, plot->data);
     fprintf(out,
-            "set border 3 lc rgb '#606060'\nset tics nomirror font ',11'\nunset key\n"
+            "set tics font ',11'\nunset key\n"
             "set bmargin 6\nset multiplot layout 1,%zu\n",
             panels);
     for (size_t k = run->n_models; k-- > 0;)

@@ -10,7 +10,7 @@ void figure_begin(struct figure *figure, struct plot *plot, const struct layout 
     *figure = (struct figure){.plot = plot, .layout = *layout};
     plot->width = layout->width;
     plot->height = layout->height;
-    fputs("set multiplot\nset border 3 lc rgb '#606060'\nset tics nomirror\n"
+    fputs("set multiplot\n"
           "set grid lt 1 lc rgb '#e6e6e6'\nset label 1 ",
           plot->script);
     quote_gnuplot(plot->script, layout->title ? layout->title : "");
@@ -75,6 +75,20 @@ void figure_element(struct figure *figure, const char *format, ...)
     va_end(values);
 }
 
+void style_write(FILE *out, const struct style *s, const char *title)
+{
+    if (s->axes)
+        fprintf(out, "axes %s ", s->axes);
+    fprintf(out, "with %s", s->width > 0 && s->mark ? "linespoints" : s->mark ? "points" : "lines");
+    if (s->width > 0)
+        fprintf(out, " lw %g dt %s", s->width, s->dash ? s->dash : "1");
+    if (s->mark)
+        fprintf(out, " pt %d ps %g", s->mark, s->size > 0 ? s->size : 0.6);
+    fprintf(out, " lc rgb '%s' %s", s->colour, title ? "title " : "notitle");
+    if (title)
+        quote_gnuplot(out, title);
+}
+
 static bool selected(const struct sheet *sheet, size_t row, va_list where)
 {
     va_list pairs;
@@ -92,18 +106,8 @@ void figure_curve(struct figure *figure, const struct sheet *sheet, const char *
     FILE *out = figure->plot->script, *data = figure->plot->data;
     bool any = false;
     va_list where;
-    figure_element(figure, "data index %zu using 1:2 %s%s with %s", figure->blocks++,
-                   s->axes ? "axes " : "", s->axes ? s->axes : "",
-                   s->width > 0 && s->mark ? "linespoints"
-                   : s->mark               ? "points"
-                                           : "lines");
-    if (s->width > 0)
-        fprintf(out, " lw %g dt %s", s->width, s->dash ? s->dash : "1");
-    if (s->mark)
-        fprintf(out, " pt %d ps %g", s->mark, s->size > 0 ? s->size : 0.6);
-    fprintf(out, " lc rgb '%s' %s", s->colour, title ? "title " : "notitle");
-    if (title)
-        quote_gnuplot(out, title);
+    figure_element(figure, "data index %zu using 1:2 ", figure->blocks++);
+    style_write(out, s, title);
     va_start(where, s);
     for (size_t r = 0; r < sheet->rows; r++) {
         double at = sheet_number(sheet, r, x), value = sheet_number(sheet, r, y);

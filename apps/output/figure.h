@@ -36,6 +36,15 @@ struct style {
     const char *axes;   /* NULL: the panel's; else x1y2 */
 };
 
+/* The words behind the data of an element: "with lines lw 2 ... title ..."; title NULL: none. */
+void style_write(FILE *out, const struct style *style, const char *title);
+#define STYLE(colour_, mark_, width_, size_)                                                       \
+    (&(const struct style){                                                                        \
+        .colour = (colour_), .mark = (mark_), .width = (width_), .size = (size_)})
+/* Of densities, white where there is nothing. */
+#define DENSITY_PALETTE                                                                            \
+    "set palette defined (0 '#ffffff', .15 '#cfe3f3', .4 '#62acd8', .75 '#0b4f8a', 1 '#06264a')\n"
+
 struct figure {
     struct plot *plot;
     struct layout layout;
@@ -51,9 +60,6 @@ void figure_panel(struct figure *figure, const struct panel *panel);
    the legend. */
 void figure_curve(struct figure *figure, const struct sheet *sheet, const char *x, const char *y,
                   const char *title, const struct style *style, ... /* NULL */);
-#define STYLE(colour_, mark_, width_, size_)                                                       \
-    (&(const struct style){                                                                        \
-        .colour = (colour_), .mark = (mark_), .width = (width_), .size = (size_)})
 /* Another element of the plot command: gnuplot's words after "plot". */
 void figure_element(struct figure *figure, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

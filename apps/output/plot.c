@@ -101,8 +101,11 @@ static bool write_script(const struct plot *plot, const char *data, const char *
     quote_gnuplot_file(out, picture);
     fputc('\n', out);
     const struct plot_format *format = plot->format;
-    fprintf(out, "set terminal %s size %.0f,%.0f %s\nset output picture\n", format->terminal,
-            plot->width * format->pixels, plot->height * format->pixels, format->options);
+    fprintf(out,
+            "set terminal %s size %.0f,%.0f %s\nset output picture\n"
+            "set border 3 lc rgb '#606060'\nset tics nomirror\n",
+            format->terminal, plot->width * format->pixels, plot->height * format->pixels,
+            format->options);
     fwrite(plot->script_text, 1, plot->script_length, out);
     return close_stream(&out);
 }

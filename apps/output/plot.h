@@ -6,8 +6,9 @@
        plot_commit(&plot, &drawn, error)         or plot_abandon(&plot)
 
    The commands find the name of the data file in the gnuplot variable `data`; terminal and output
-   are set. A string from outside reaches them through quote_gnuplot alone (quote.h). Where gnuplot
-   is missing, data and commands are kept as fig.svg.dat and fig.svg.gp. */
+   are set, and the axes are grey, at left and below. A string from outside reaches them through
+   quote_gnuplot alone (quote.h). Where gnuplot is missing, data and commands are kept as
+   fig.svg.dat and fig.svg.gp. */
 #ifndef APPS_PLOT_H
 #define APPS_PLOT_H
 

@@ -216,7 +216,7 @@ void path_picture(const struct path_run *run, const struct path_record *record,
     FILE *out = plot->script;
     struct curves curves = choose_curves(run);
     struct blocks blocks = write_data(run, record, plot->data);
-    fputs("set border 3 lc rgb '#606060'\nset tics nomirror\n"
+    fputs(""
           "set key outside top center horizontal samplen 1.5\nset samples 2\n",
           out);
     if (plot->animated) {

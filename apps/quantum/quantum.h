@@ -46,6 +46,12 @@ void quantum_write_csv(const void *run, FILE *out);
 enum ad_status quantum_file(const void *run, phys_runfile *file, struct ad_error *error);
 enum ad_status quantum_picture(const void *run, struct plot *plot, struct ad_error *error);
 
+/* Of pictures: a block t x density, a scan a sample; and over it the mean and, where it is there,
+   the particle, columns of block `motion`. */
+void quantum_density(size_t frames, size_t n, const double *t, const double *density, double low,
+                     double dx, FILE *out);
+void quantum_carpet(int density, int motion, bool particle, FILE *out);
+
 /* ---- runs of another kind; they return the exit status ---- */
 
 int quantum_paper(const struct quantum_options *options, struct ad_error *error);

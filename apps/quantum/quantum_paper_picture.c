@@ -1,6 +1,7 @@
 /* The picture of the published variant beside the right one: above the published, below the same
    scene done right; left the real part of the kernel, right the density over time. */
 #include "apps/output/axes.h"
+#include "apps/output/figure.h"
 #include "quantum_paper.h"
 
 #include <complex.h>
@@ -34,16 +35,6 @@ static void write_kernel(size_t n, const qm_complex *K, double low, double dx, F
     fputc('\n', out);
 }
 
-static void write_density(size_t frames, size_t n, const double *t, const double *density,
-                          double low, double dx, FILE *out)
-{
-    size_t skip = n / ACROSS + 1;
-    for (size_t k = 0; k < frames; k++, fputc('\n', out))
-        for (size_t a = 0; a < n; a += skip)
-            fprintf(out, "%.5g %.5g %.4g\n", t[k], low + (double)a * dx, density[k * n + a]);
-    fputc('\n', out);
-}
-
 /* Blocks 0, 1: the published kernel and density; 2, 3: the right ones; 4: published time and mean;
    5: time, mean, particle. */
 static void write_data(const struct qm_published *p, const struct quantum_run *run,
@@ -51,9 +42,10 @@ static void write_data(const struct qm_published *p, const struct quantum_run *r
 {
     const struct qm_grid *grid = &run->settings.slice.grid;
     write_kernel(p->grid.n, p->K, 0, qm_dx(&p->grid), out);
-    write_density(p->frames, p->grid.n, p->time, p->density, 0, qm_dx(&p->grid), out);
+    quantum_density(p->frames, p->grid.n, p->time, p->density, 0, qm_dx(&p->grid), out);
     write_kernel(grid->n, K, qm_x(grid, 0), qm_dx(grid), out);
-    write_density(result->n, grid->n, result->t, result->density, qm_x(grid, 0), qm_dx(grid), out);
+    quantum_density(result->n, grid->n, result->t, result->density, qm_x(grid, 0), qm_dx(grid),
+                    out);
     for (size_t k = 0; k < p->frames; k++)
         fprintf(out, "%.6g %.6g\n", p->time[k], p->mean[k]);
     fputs("\n\n", out);
@@ -76,16 +68,9 @@ static void density_panel(const char *title, int block, double end, bool particl
 {
     fprintf(out,
             "set title '%s'\nset size noratio\nset xlabel 't'\nset ylabel 'x'\nset xrange [0:%g]\n"
-            "set yrange [0:8]\nset cbrange [0:*]\nset palette defined (0 '#ffffff', .15 '#cfe3f3', "
-            ".4 '#62acd8', .75 '#0b4f8a', 1 '#06264a')\nset key top right opaque\n"
-            "plot data index %d using 1:2:3 with image, \\\n"
-            "    data index %d using 1:2 with lines lw 2 lc rgb '#e8743b' title 'mean'",
-            title, end, block, particle ? 5 : 4);
-    if (particle)
-        fputs(", \\\n    data index 5 using 1:3 with lines lw 1.5 dt (8,5) lc rgb '#303030' title "
-              "'particle'",
-              out);
-    fputc('\n', out);
+            "set yrange [0:8]\nset cbrange [0:*]\n" DENSITY_PALETTE "set key top right opaque\n",
+            title, end);
+    quantum_carpet(block, particle ? 5 : 4, particle, out);
 }
 
 enum ad_status paper_picture(const void *context, struct plot *plot, struct ad_error *error)
@@ -106,7 +91,7 @@ enum ad_status paper_picture(const void *context, struct plot *plot, struct ad_e
         write_data(p, run, result, K, plot->data);
     free(K);
     fprintf(out,
-            "set border 3 lc rgb '#606060'\nset tics nomirror\nunset colorbox\nset key "
+            "unset colorbox\nset key "
             "noautotitle\nset multiplot layout 2,2 title 'hbar = %.3g'\n",
             p->hbar);
     kernel_panel("as published: Re K", 0, out);

@@ -3,6 +3,7 @@
    GIF shows the right side moving. */
 #include "apps/output/axes.h"
 #include "quantum.h"
+#include "apps/output/figure.h"
 #include "apps/output/unit.h"
 
 #include <math.h>
@@ -10,22 +11,15 @@
 
 enum { FRAMES = 100, ACROSS = 400 };
 
-static const char *const style =
-    "set border 3 lc rgb '#606060'\nset tics nomirror\nset palette defined (0 '#ffffff', .15 "
-    "'#cfe3f3', .4 '#62acd8', .75 '#0b4f8a', 1 '#06264a')\n";
-
 /* Block 0: t x density, a scan a sample. Block 1: samples. Block 2: x, start, potential. Then a
    block a frame: x, density. */
 static void write_data(const struct quantum_run *run, const struct qm_run_result *result,
                        const double *V, size_t frames, FILE *out)
 {
     const struct qm_grid *grid = &run->settings.slice.grid;
-    size_t n = grid->n, skip = n / ACROSS + 1;
-    for (size_t k = 0; k < result->n; k++, fputc('\n', out))
-        for (size_t a = 0; a < n; a += skip)
-            fprintf(out, "%.6g %.6g %.4g\n", result->t[k], qm_x(grid, a),
-                    result->density[k * n + a]);
-    fputc('\n', out);
+    size_t n = grid->n;
+    quantum_density(result->n, n, result->t, result->density, grid->low + 0.5 * qm_dx(grid),
+                    qm_dx(grid), out);
     for (size_t k = 0; k < result->n; k++)
         fprintf(out, "%.6g %.6g %.6g\n", result->t[k],
                 result->moments[k * run->settings.packets].mean_x, result->classical[k]);
@@ -40,6 +34,28 @@ static void write_data(const struct quantum_run *run, const struct qm_run_result
     }
 }
 
+void quantum_density(size_t frames, size_t n, const double *t, const double *density, double low,
+                     double dx, FILE *out)
+{
+    size_t skip = n / ACROSS + 1;
+    for (size_t k = 0; k < frames; k++, fputc('\n', out))
+        for (size_t a = 0; a < n; a += skip)
+            fprintf(out, "%.6g %.6g %.4g\n", t[k], low + (double)a * dx, density[k * n + a]);
+    fputc('\n', out);
+}
+
+void quantum_carpet(int density, int motion, bool particle, FILE *out)
+{
+    fprintf(out, "plot data index %d using 1:2:3 with image, \\\n    data index %d using 1:2 ",
+            density, motion);
+    style_write(out, STYLE("#e8743b", 0, 2, 0), "mean");
+    if (particle) {
+        fprintf(out, ", \\\n    data index %d using 1:3 ", motion);
+        style_write(out, &(const struct style){"#303030", 0, 1.5, 0, "(8,5)", NULL}, "particle");
+    }
+    fputc('\n', out);
+}
+
 static void carpet(const struct quantum_run *run, const struct qm_run_result *result, FILE *out)
 {
     const struct phys_scene *scene = run->system.scene;
@@ -49,12 +65,9 @@ static void carpet(const struct quantum_run *run, const struct qm_run_result *re
     axis_set(out, "x", "t", scene->time_unit, (struct range){0, result->t[result->n - 1]}, 0);
     axis_set(out, "y", name, scene->unit, (struct range){grid->low, grid->high}, 0);
     fputs("set colorbox\nset cblabel 'density |psi|^2' noenhanced\nset key top right opaque "
-          "noautotitle\n"
-          "plot data index 0 using 1:2:3 with image, \\\n"
-          "    data index 1 using 1:2 with lines lw 2 lc rgb '#e8743b' title 'mean', \\\n"
-          "    data index 1 using 1:3 with lines lw 1.5 dt (8,5) lc rgb '#303030' title "
-          "'particle'\n",
+          "noautotitle\n",
           out);
+    quantum_carpet(0, 1, true, out);
 }
 
 /* The potential has an axis of its own, at the right. */
@@ -116,7 +129,7 @@ static void times(const struct qm_run_result *result, size_t frames, FILE *out)
 static void commands(const struct quantum_run *run, const struct qm_run_result *result,
                      const struct range *V, double most, size_t frames, FILE *out)
 {
-    fputs(style, out);
+    fputs(DENSITY_PALETTE, out);
     times(result, frames, out);
     fprintf(out, "do for [f = 0:%zu] {\n", frames - 1);
     fputs("set multiplot layout 1,2 title ", out);

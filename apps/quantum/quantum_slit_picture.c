@@ -2,6 +2,7 @@
    show beside the packet that made them; right the intensity along the screen over the closed form.
    A GIF shows the left side moving. */
 #include "apps/output/axes.h"
+#include "apps/output/figure.h"
 #include "quantum_slit.h"
 
 #include <math.h>
@@ -63,9 +64,7 @@ enum ad_status slit_picture(const void *run, struct plot *plot, struct ad_error 
     FILE *out = plot->script;
     size_t first = plot->animated ? 0 : s->frames - 1;
     write_data(s, first, plot->data);
-    fputs("set border 3 lc rgb '#606060'\nset tics nomirror\nset palette defined (0 '#ffffff', .12 "
-          "'#cfe3f3', .4 '#62acd8', .75 '#0b4f8a', 1 '#06264a')\n",
-          out);
+    fputs(DENSITY_PALETTE, out);
     fprintf(out, "do for [f = 0:%zu] {\n", s->frames - 1 - first);
     fprintf(out,
             "set multiplot layout 1,2 title 'two slits, %g apart and %g wide, hbar = %g: fringe "

@@ -87,7 +87,7 @@ static void write_script(const struct simulate_run *run, const struct frames *fr
 {
     const struct phys_motion_solution *s = &run->motion;
     double radius = 0.5 * phys_system_get(&run->system, "sigma");
-    fputs("set border 3 lc rgb '#606060'\nset tics nomirror\n"
+    fputs(""
           "set palette defined (0 '#d9d9d9', 1 '#f2c879', 2 '#f2b134', 3 '#e8743b', 4 '#8fc7e8', "
           "5 '#3c8dc5', 6 '#0b4f8a', 7 '#3f0a50') maxcolors 8\nset cbrange [-0.5:7.5]\n",
           out);

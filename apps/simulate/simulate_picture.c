@@ -115,7 +115,7 @@ void simulate_picture(const struct simulate_run *run, struct plot *plot)
     const struct phys_motion_solution *s = &run->motion;
     struct curves curves = choose_curves(run);
     write_data(&run->motion, plot->data);
-    fputs("set border 3 lc rgb '#606060'\nset tics nomirror\nset key outside top center horizontal "
+    fputs("set key outside top center horizontal "
           "samplen 1.5\n",
           out);
     fprintf(out, "name = ");
