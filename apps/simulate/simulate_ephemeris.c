@@ -120,12 +120,13 @@ enum ad_status simulate_ephemeris_compare(struct simulate_run *run, struct ad_er
     size_t dims = run->system.dims, dof = run->system.dof, days = run->tables.days;
     const struct phys_ephemeris_motion motion = {run->system, m->integrator, m->setting, m->start,
                                                  m->start + dof};
-    struct phys_ephemeris_track seen = {0}, tight = {0}, track = {0};
+    struct phys_ephemeris_track seen = {0}, tight = {0};
+    struct phys_ephemeris_track track = {.dims = dims, .row = 1, .column = 2 * dof, .x = m->x};
+    while (track.n < m->n && track.n <= days && fabs(m->t[track.n] - (double)track.n * DAY) < 1)
+        track.n++;
     if (!(m->distance = malloc(m->n * sizeof *m->distance)))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (phys_ephemeris_track_samples(dims, days, m->n, m->t, m->x, 2 * dof, &track, error) ==
-            AD_OK &&
-        phys_ephemeris_track_tables(&run->tables, dims, &seen, error) == AD_OK &&
+    if (phys_ephemeris_track_tables(&run->tables, dims, &seen, error) == AD_OK &&
         phys_ephemeris_follow_tightly(&motion, days, &tight, error) == AD_OK) {
         tight.n = track.n;
         run->off.known = true;
@@ -142,7 +143,6 @@ enum ad_status simulate_ephemeris_compare(struct simulate_run *run, struct ad_er
     }
     phys_ephemeris_track_free(&seen);
     phys_ephemeris_track_free(&tight);
-    phys_ephemeris_track_free(&track);
     return error->status;
 }
 

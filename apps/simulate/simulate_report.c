@@ -105,8 +105,8 @@ static void report_error(const struct simulate_run *run, double estimate, struct
     report_number(report, "max_step", "longest step", scene->time_unit, m->info.max_step);
 }
 
-static void report_closest(const struct simulate_run *run, const struct phys_closest *closest,
-                           struct report *report)
+static void report_closest(const struct simulate_run *run,
+                           const struct phys_closest_approach *closest, struct report *report)
 {
     const struct phys_scene *scene = run->system.scene;
     bool known = isfinite(closest->distance);

@@ -45,9 +45,10 @@ const char *phys_ephemeris_planet(size_t planet); /* its name */
 
 /* ---- tracks ---- */
 
-/* Coordinates of the Sun and the planets in m: x [5 dims x columns], of which n are known. */
+/* The Sun and the planets at n epochs: coordinate k at epoch i, in m, is x[k * row + i * column].
+ */
 struct phys_ephemeris_track {
-    size_t dims, n, columns;
+    size_t dims, n, row, column;
     double *x;
     size_t evaluations; /* of the forces */
     double seconds;
@@ -59,15 +60,10 @@ struct phys_ephemeris_distances {
     size_t worst_planet;
 };
 void phys_ephemeris_track_free(struct phys_ephemeris_track *track);
-/* Each ends with phys_ephemeris_track_free, whatever it returned. Of the tables; of n samples at
-   times t [n] whose coordinates are at x + i * stride, up to the first that is not at its epoch. */
+/* Ends with phys_ephemeris_track_free, whatever it returned, as all tracks that are filled. */
 enum ad_status phys_ephemeris_track_tables(const struct phys_ephemeris_tables *tables, size_t dims,
                                            struct phys_ephemeris_track *track,
                                            struct ad_error *error);
-enum ad_status phys_ephemeris_track_samples(size_t dims, size_t days, size_t n, const double *t,
-                                            const double *x, size_t stride,
-                                            struct phys_ephemeris_track *track,
-                                            struct ad_error *error);
 /* Distance of a planet in two tracks, in km. */
 double phys_ephemeris_apart(const struct phys_ephemeris_track *a,
                             const struct phys_ephemeris_track *b, size_t epoch, size_t planet);

@@ -1,5 +1,4 @@
-/* Coordinates of the Sun and the planets, a column an epoch: of tables, of samples, of a motion
-   (models.h). */
+/* Coordinates of the Sun and the planets: of tables, of a motion (models.h). */
 #include "models.h"
 
 #include <math.h>
@@ -14,7 +13,7 @@ static const double unseen_share = 0.01;
 static enum ad_status begin(size_t dims, size_t rows, size_t columns,
                             struct phys_ephemeris_track *track, struct ad_error *error)
 {
-    *track = (struct phys_ephemeris_track){.dims = dims, .columns = columns};
+    *track = (struct phys_ephemeris_track){.dims = dims, .row = columns, .column = 1};
     track->x = calloc(rows * columns, sizeof *track->x);
     return track->x ? AD_OK : ad_fail(error, AD_E_MEMORY, "out of memory for %zu epochs", columns);
 }
@@ -32,33 +31,18 @@ enum ad_status phys_ephemeris_track_tables(const struct phys_ephemeris_tables *t
     if (begin(dims, BODIES * dims, tables->days + 1, track, error) != AD_OK)
         return error->status;
     for (size_t k = 0; k < BODIES * dims; k++)
-        for (size_t i = 0; i < track->columns; i++)
-            track->x[k * track->columns + i] =
+        for (size_t i = 0; i <= tables->days; i++)
+            track->x[k * track->row + i] =
                 tables->table[k / dims].position[3 * (tables->first + i) + k % dims];
-    track->n = track->columns;
-    return AD_OK;
-}
-
-enum ad_status phys_ephemeris_track_samples(size_t dims, size_t days, size_t n, const double *t,
-                                            const double *x, size_t stride,
-                                            struct phys_ephemeris_track *track,
-                                            struct ad_error *error)
-{
-    if (begin(dims, BODIES * dims, days + 1, track, error) != AD_OK)
-        return error->status;
-    size_t i = 0;
-    for (; i < n && i <= days && fabs(t[i] - (double)i * DAY) < 1; i++)
-        for (size_t k = 0; k < BODIES * dims; k++)
-            track->x[k * track->columns + i] = x[i * stride + k];
-    track->n = i;
+    track->n = tables->days + 1;
     return AD_OK;
 }
 
 /* Coordinate k of a planet, seen from the Sun, which is the first body. */
 static double seen(const struct phys_ephemeris_track *track, size_t epoch, size_t planet, size_t k)
 {
-    const double *x = track->x + epoch;
-    return x[((planet + 1) * track->dims + k) * track->columns] - x[k * track->columns];
+    const double *x = track->x + epoch * track->column;
+    return x[((planet + 1) * track->dims + k) * track->row] - x[k * track->row];
 }
 
 double phys_ephemeris_apart(const struct phys_ephemeris_track *a,

@@ -6,107 +6,87 @@
 #include <math.h>
 #include <stdlib.h>
 
-struct phys_closest_approach {
-    const struct phys_ode *ode;
-    size_t bodies, dims;
-    double *q, *v; /* [dof] each */
-    struct phys_closest closest;
-    struct phys_events events;
-};
-
-static bool get_state(struct phys_closest_approach *a, double t, const double *y)
+static bool get_state(const struct phys_closest_approach *a, double t, const double *y)
 {
     struct ad_error ignored = {0}; /* of the same state the next step will complain */
-    return phys_ode_leave(a->ode, t, y, a->q, a->v, &ignored) == AD_OK;
+    return phys_ode_leave(a->ode, t, y, a->state, a->state + a->ode->n / 2, &ignored) == AD_OK;
 }
 
+/* (x_i - x_j) . (v_i - v_j), or, of x twice, the square of the distance. */
 static double pair_product(const struct phys_closest_approach *a, const double *u, const double *w,
                            size_t i, size_t j)
 {
+    size_t dims = a->ode->system->dims;
     double sum = 0;
-    for (size_t k = 0; k < a->dims; k++)
-        sum +=
-            (u[i * a->dims + k] - u[j * a->dims + k]) * (w[i * a->dims + k] - w[j * a->dims + k]);
+    for (size_t k = 0; k < dims; k++)
+        sum += (u[i * dims + k] - u[j * dims + k]) * (w[i * dims + k] - w[j * dims + k]);
     return sum;
 }
 
 static void values(void *context, double t, const double *y, double *g)
 {
-    struct phys_closest_approach *a = context;
+    const struct phys_closest_approach *a = context;
+    size_t bodies = a->ode->system->bodies;
+    const double *q = a->state, *v = q + a->ode->n / 2;
     bool known = get_state(a, t, y);
-    for (size_t i = 0; i < a->bodies; i++)
-        for (size_t j = i + 1; j < a->bodies; j++)
-            *g++ = known ? pair_product(a, a->q, a->v, i, j) : 0;
+    for (size_t i = 0; i < bodies; i++)
+        for (size_t j = i + 1; j < bodies; j++)
+            *g++ = known ? pair_product(a, q, v, i, j) : 0;
 }
 
 static void keep(struct phys_closest_approach *a, size_t i, size_t j, double t)
 {
-    double distance = sqrt(pair_product(a, a->q, a->q, i, j));
-    if (distance < a->closest.distance)
-        a->closest = (struct phys_closest){distance, t, i, j};
+    double distance = sqrt(pair_product(a, a->state, a->state, i, j));
+    if (distance >= a->distance)
+        return;
+    a->distance = distance;
+    a->t = t;
+    a->first = i;
+    a->second = j;
 }
 
 static bool found(void *context, size_t k, double t, const double *y)
 {
     struct phys_closest_approach *a = context;
-    size_t i = 0;
-    for (; k >= a->bodies - 1 - i; i++)
-        k -= a->bodies - 1 - i;
+    size_t i = 0, others = a->ode->system->bodies - 1;
+    for (; k >= others - i; i++)
+        k -= others - i;
     if (get_state(a, t, y))
         keep(a, i, i + 1 + k, t);
     return true;
 }
 
-enum ad_status phys_closest_approach_new(const struct phys_ode *ode, double t, const double *y,
-                                         struct phys_closest_approach **approach,
-                                         struct ad_error *error)
+enum ad_status phys_closest_approach_begin(const struct phys_ode *ode, double t, const double *y,
+                                           struct phys_closest_approach *closest,
+                                           struct ad_error *error)
 {
-    *approach = NULL;
+    *closest = (struct phys_closest_approach){.distance = INFINITY, .ode = ode};
     if (phys_lacks(ode, "ode", error) || phys_lacks(y, "state", error))
         return error->status;
     const struct phys_system *system = ode->system;
-    struct phys_closest_approach *a = *approach = calloc(1, sizeof *a);
-    double *state = system ? malloc(2 * system->dof * sizeof *state) : NULL;
-    if (!a || (system && !state)) {
-        free(state);
-        free(a);
-        *approach = NULL;
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    }
-    a->ode = ode;
-    a->closest.distance = INFINITY;
-    a->q = state;
-    if (!system || system->scene->picture != PHYS_PICTURE_PLANE ||
-        !get_state((a->v = state + system->dof, a), t, y))
+    if (!system || system->scene->picture != PHYS_PICTURE_PLANE)
         return AD_OK;
-    a->bodies = system->bodies;
-    a->dims = system->dims;
-    for (size_t i = 0; i < a->bodies; i++)
-        for (size_t j = i + 1; j < a->bodies; j++)
-            keep(a, i, j, t);
-    a->events = (struct phys_events){.n = a->bodies * (a->bodies - 1) / 2,
-                                     .values = values,
-                                     .direction = 1,
-                                     .found = found,
-                                     .context = a,
-                                     .coarse = true};
+    if (!(closest->state = malloc(ode->n * sizeof *closest->state)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (!get_state(closest, t, y))
+        return AD_OK;
+    for (size_t i = 0; i < system->bodies; i++)
+        for (size_t j = i + 1; j < system->bodies; j++)
+            keep(closest, i, j, t);
+    closest->events = (struct phys_events){.n = system->bodies * (system->bodies - 1) / 2,
+                                           .values = values,
+                                           .direction = 1,
+                                           .found = found,
+                                           .context = closest,
+                                           .coarse = true};
     return AD_OK;
 }
 
-const struct phys_events *phys_closest_approach_events(const struct phys_closest_approach *approach)
+void phys_closest_approach_end(struct phys_closest_approach *closest)
 {
-    return approach ? &approach->events : NULL;
-}
-
-struct phys_closest phys_closest_approach_found(const struct phys_closest_approach *approach)
-{
-    return approach ? approach->closest : (struct phys_closest){.distance = NAN};
-}
-
-void phys_closest_approach_free(struct phys_closest_approach *approach)
-{
-    if (!approach)
+    if (!closest)
         return;
-    free(approach->q);
-    free(approach);
+    free(closest->state);
+    closest->state = NULL;
+    closest->events = (struct phys_events){0};
 }

@@ -149,21 +149,19 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
 void phys_reference_free(struct phys_reference *reference); /* takes zero-initialised ones */
 
 /* Closest approach of two bodies: events that keep the least distance of all pairs. */
-struct phys_closest {
+struct phys_closest_approach {
     double distance, t; /* distance INFINITY: fewer than two bodies */
     size_t first, second;
+    struct phys_events events; /* for phys_simulate, until the end */
+    const struct phys_ode *ode;
+    double *state;
 };
-struct phys_closest_approach;
-/* For an ode of a system; closest begins with the distances at y. Ends with
- * phys_closest_approach_free. */
-enum ad_status phys_closest_approach_new(const struct phys_ode *ode, double t, const double *y,
-                                         struct phys_closest_approach **approach,
-                                         struct ad_error *error);
-/* What to hand to phys_simulate; and what was least so far. */
-const struct phys_events *
-phys_closest_approach_events(const struct phys_closest_approach *approach);
-struct phys_closest phys_closest_approach_found(const struct phys_closest_approach *approach);
-void phys_closest_approach_free(struct phys_closest_approach *approach);
+/* Of an ode of a system, from the distances at y on. Neither is copied while it goes on; ends with
+   phys_closest_approach_end, after which what was found stays. */
+enum ad_status phys_closest_approach_begin(const struct phys_ode *ode, double t, const double *y,
+                                           struct phys_closest_approach *closest,
+                                           struct ad_error *error);
+void phys_closest_approach_end(struct phys_closest_approach *closest);
 
 #ifdef __cplusplus
 #pragma GCC diagnostic pop

@@ -79,18 +79,17 @@ static enum ad_status forward(struct solving *s, double *y, struct ad_error *err
     struct phys_motion_solution *m = s->solution;
     const struct phys_motion_settings *settings = s->settings;
     size_t n = settings->n_crossings;
-    struct phys_closest_approach *approach = NULL;
     struct phys_simulation how = phys_simulation_of(m->integrator, m->setting, settings->time);
     struct phys_events *events = malloc((n + 1) * sizeof *events);
     struct crossing_watch *watches = malloc((n + 1) * sizeof *watches);
     if (!events || !watches)
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    else if (!has_few(m) || phys_closest_approach_new(&m->ode, 0, y, &approach, error) == AD_OK) {
+    else if (!has_few(m) ||
+             phys_closest_approach_begin(&m->ode, 0, y, &m->closest, error) == AD_OK) {
         phys_crossings_watch(s, watches, events);
-        if (approach)
-            events[n] = *phys_closest_approach_events(approach);
+        events[n] = m->closest.events;
         how.events = events;
-        how.n_events = n + (approach != NULL);
+        how.n_events = n + (m->closest.events.n > 0);
         how.every = settings->every;
         how.n_samples = settings->n_samples ? settings->n_samples
                         : has_few(m)        ? SAMPLES
@@ -101,9 +100,7 @@ static enum ad_status forward(struct solving *s, double *y, struct ad_error *err
         how.watch_energy = true;
         phys_simulate(&how, &m->ode, y, &m->info, error);
     }
-    if (approach)
-        m->closest = phys_closest_approach_found(approach);
-    phys_closest_approach_free(approach);
+    phys_closest_approach_end(&m->closest);
     free(watches);
     free(events);
     if (s->failed)

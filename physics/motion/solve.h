@@ -106,7 +106,7 @@ struct phys_motion_solution {
        on it is not known (INFINITY: it is all known; NaN: there is none), the longest time between
        two looks at the forces, size of the coordinates. */
     double reference_uncertainty, reference_reversal, known_until, seen, size;
-    struct phys_closest closest;
+    struct phys_closest_approach closest;
     struct phys_crossed crossed;
     bool keeps_energy;
     struct phys_conserved conserved;

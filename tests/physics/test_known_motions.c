@@ -151,16 +151,15 @@ static void test_work_and_precision(void **state)
 
 /* ---- several bodies ---- */
 
-static struct phys_closest run_watched(struct motion *m, double tolerance, double t)
+static struct phys_closest_approach run_watched(struct motion *m, double tolerance, double t)
 {
-    struct phys_closest_approach *approach;
-    assert_int_equal(phys_closest_approach_new(&m->ode, 0, m->y, &approach, &m->error), AD_OK);
-    m->settings.events = phys_closest_approach_events(approach);
+    struct phys_closest_approach closest;
+    assert_int_equal(phys_closest_approach_begin(&m->ode, 0, m->y, &closest, &m->error), AD_OK);
+    m->settings.events = &closest.events;
     m->settings.n_events = 1;
     m->settings.watch_energy = true;
     motion_run(m, "dop853", tolerance, t, AD_OK);
-    struct phys_closest closest = phys_closest_approach_found(approach);
-    phys_closest_approach_free(approach);
+    phys_closest_approach_end(&closest);
     return closest;
 }
 
@@ -172,7 +171,7 @@ static void test_figure_eight(void **state)
         double start[12];
         motion_open(&m, "figure8", canonical, NULL);
         memcpy(start, m.y, sizeof start);
-        struct phys_closest closest = run_watched(&m, 1e-13, 6.3259138908);
+        struct phys_closest_approach closest = run_watched(&m, 1e-13, 6.3259138908);
         for (size_t k = 0; k < 12; k++)
             assert_close(m.y[k], start[k], 0, 1e-9);
         assert_close(m.info.energy_start, -1.287142008, 5e-10, 0);
@@ -267,7 +266,7 @@ static void test_pythagorean(void **state)
     (void)state;
     struct motion m;
     motion_open(&m, "pythagorean", false, NULL);
-    struct phys_closest closest = run_watched(&m, 1e-13, 16);
+    struct phys_closest_approach closest = run_watched(&m, 1e-13, 16);
     assert_close(closest.distance, 4.138e-4, 1e-4, 0);
     assert_close(closest.t, 15.829920, 0, 1e-6);
     assert_int_equal(closest.first, 1);
