@@ -67,10 +67,12 @@ bool ad_cc_find(struct compiler *c, struct ad_error *note)
 
 /* As the kernels are compiled (see the Makefile), without -ffast-math. Products are contracted into
    sums, which rounds once instead of twice and takes a fifth off a pair law. The source says itself
-   what becomes a vector. */
+   what becomes a vector. gcc 12 writes some stores as an index without a pointer, takes that for
+   the null pointer, the function for free of effects, and leaves its call out: unless null may be
+   an address. */
 #define ALWAYS                                                                                     \
     "-O2", "-std=gnu11", "-w", "-shared", "-fPIC", "-ffp-contract=fast", "-fno-math-errno",        \
-        "-fno-trapping-math", "-fno-tree-vectorize"
+        "-fno-trapping-math", "-fno-tree-vectorize", "-fno-delete-null-pointer-checks"
 static const char *const base[] = {ALWAYS, NULL};
 static const char *const avx2[] = {ALWAYS, "-mavx2", "-mfma", NULL};
 static const char *const avx512[] = {ALWAYS,       "-mavx512f", "-mavx512dq", "-mavx512vl",
