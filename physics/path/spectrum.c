@@ -23,6 +23,7 @@ struct chain {
     double *D, *X, *Y;       /* [dof][dof] */
     double *work;
     int *pivots;
+    size_t *order; /* [inner + side] place in an element of inner nodes, slice before, behind */
     double mass[PHYS_RULE_MOST]; /* of a slice and of each inner node: sigma counts times it */
     double largest;              /* entry of any element ... */
     double scale;                /* ... and of the spectrum */
@@ -31,19 +32,11 @@ struct chain {
 
 /* ---- elements ---- */
 
-/* Node number of index k in the order inner nodes, slice before, slice behind. */
-static size_t node_of(size_t degree, size_t k)
-{
-    return k + 1 < degree ? k + 1 : k + 1 == degree ? 0 : degree;
-}
-
-/* Entry of an element's matrix in that order. */
+/* Entry of an element's matrix in the order inner nodes, slice before, slice behind. */
 static double entry(const struct chain *c, size_t e, size_t i, size_t j)
 {
     const struct phys_hessian *h = c->hessian;
-    size_t dof = c->dof, s = h->table.degree;
-    size_t a = node_of(s, i / dof) * dof + i % dof, b = node_of(s, j / dof) * dof + j % dof;
-    return h->element[(e * h->side + b) * h->side + a];
+    return h->element[(e * h->side + c->order[j]) * h->side + c->order[i]];
 }
 
 /* Puts the element without its inner nodes, shifted by -sigma there, into c->S. False: sigma is an
@@ -67,12 +60,10 @@ static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
         return false;
     *negative = phys_lapack_symmetric_inertia(m, c->K, c->pivots);
     double *solved = c->C + n * m;
-    memcpy(solved, c->C, n * m * sizeof *solved);
+    for (size_t k = 0; k < n * m; k++)
+        solved[k] = -c->C[k];
     phys_lapack_symmetric_solve(m, c->K, c->pivots, n, solved);
-    for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < n; i++)
-            for (size_t k = 0; k < m; k++)
-                c->S[j * n + i] -= c->C[i * m + k] * solved[j * m + k];
+    ad_blas_gemm(AD_F64, false, true, n, n, m, solved, m, c->C, m, true, c->S, n);
     return true;
 }
 
@@ -92,13 +83,8 @@ static void eliminate(struct chain *c)
         for (size_t i = 0; i < n; i++)
             c->Y[j * n + i] = block(c, c->S, 0, 1, i, j);
     phys_lapack_symmetric_solve(n, c->D, c->pivots, n, c->Y);
-    for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < n; i++) {
-            double sum = 0;
-            for (size_t k = 0; k < n; k++)
-                sum += block(c, c->S, 0, 1, k, i) * c->Y[j * n + k];
-            c->X[j * n + i] = sum;
-        }
+    ad_blas_gemm(AD_F64, false, true, n, n, n, c->Y, n, c->S + n * c->side, c->side, false, c->X,
+                 n);
 }
 
 /* `more` points conjugate to the start between slices i and i + 1. */
@@ -129,8 +115,9 @@ static bool next_block(struct chain *c, double sigma)
     return phys_lapack_symmetric_factor(n, c->D, c->pivots, c->work) == 0;
 }
 
-/* Number of eigenvalues of the Hessian below sigma, in `total`, and conjugate points, if asked for.
-   False: sigma is an eigenvalue of some part to the last bit. Any number where it is stopped. */
+/* Number of eigenvalues of the Hessian below sigma, in `total`, and conjugate points; without a
+   spectrum to keep those in it is enough to know whether there are any. False: sigma is an
+   eigenvalue of some part to the last bit. Any number where it is stopped. */
 static bool eliminate_all(struct chain *c, double sigma, size_t *total,
                           struct phys_spectrum *spectrum)
 {
@@ -151,6 +138,8 @@ static bool eliminate_all(struct chain *c, double sigma, size_t *total,
         if (spectrum)
             note_conjugate(c, i, more, spectrum);
         *total += more;
+        if (!spectrum && *total > 0)
+            break;
     }
     return true;
 }
@@ -184,8 +173,11 @@ static bool chain_new(struct chain *c, struct phys_hessian *h)
     size_t larger = m > n ? m : n;
     c->K = malloc((m * m + 4 * n * m + 8 * n * n + 3 * n * n + 64 * larger) * sizeof *c->K);
     c->pivots = malloc(larger * sizeof *c->pivots);
-    if (!c->K || !c->pivots)
+    c->order = malloc((m + 2 * n) * sizeof *c->order);
+    if (!c->K || !c->pivots || !c->order)
         return false;
+    for (size_t k = 0; k < m + 2 * n; k++)
+        c->order[k] = k < m ? n + k : k < m + n ? k - m : k;
     c->C = c->K + m * m;
     c->S = c->C + 4 * n * m;
     c->before = c->S + 4 * n * n;
@@ -201,6 +193,7 @@ static void chain_free(struct chain *c)
 {
     free(c->K);
     free(c->pivots);
+    free(c->order);
 }
 
 /* Masses that are 1 give the eigenvalues of the Hessian. Those of the second variation are measured

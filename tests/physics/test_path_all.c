@@ -179,7 +179,7 @@ static void two_ways_around_a_centre(void **state)
     }
     phys_rule_interpolate(settings.rule, 2, SLICES, path);
     struct phys_solutions all;
-    phys_path_all(&kepler, &settings, path, 100, 1, &all, &error);
+    phys_path_all(&kepler, &settings, path, 60, 1, &all, &error);
     assert_no_error(&error);
     size_t copies = 0;
     for (size_t k = 0; k < all.n; k++)
@@ -210,7 +210,7 @@ static void paths_of_the_grid_alone_are_left_out(void **state)
         path[SLICES + i] = 0;
     }
     struct phys_solutions all;
-    phys_path_all(&kepler, &settings, path, 200, 1, &all, &error);
+    phys_path_all(&kepler, &settings, path, 80, 1, &all, &error);
     assert_no_error(&error);
     assert_true(all.unresolved > 0);
     assert_true(all.n > 0);
