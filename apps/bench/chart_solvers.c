@@ -2,6 +2,7 @@
    distance over seconds; Newton's method beside the published descent and the paper's remedies. */
 #include "chart_jobs.h"
 #include "chart_paths.h"
+#include "physics/motion/motion.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -68,29 +69,20 @@ static bool take_energy(void *context, const struct phys_path_step *step)
 static enum ad_status find_reference(struct scene_run *run, struct ad_error *error)
 {
     const struct phys_preset *paper = run->system.scene->paper;
-    size_t dof = run->system.dof, slices = paper->slices;
-    double *q = malloc(2 * dof * sizeof *q);
-    phys_motion *motion = NULL;
+    size_t slices = paper->slices;
     struct phys_path_settings newton = run->settings;
     struct phys_path_info info;
     newton.rule = phys_rule_find("left", error);
     newton.steps = 50;
     newton.progress = take_energy;
     newton.context = run;
-    if (!q)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (phys_motion_new(&run->system, &motion, error) == AD_OK &&
-        run->system.scene->start(run->system.params, SEED, q, q + dof, error) == AD_OK &&
-        phys_first_slices(motion, q, q + dof, slices, paper->dt, paper->euler_start, run->reference,
-                          error) == AD_OK &&
-        phys_ode_path(motion, slices, paper->dt, 1, run->reference, error) == AD_OK) {
+    if (phys_published_path(&run->system, SEED, slices, paper->dt, paper->euler_start, 1, NULL,
+                            run->reference, error) == AD_OK) {
         memcpy(run->start, run->reference, run->n * sizeof *run->start);
         phys_noise_add(&paper->noise, &run->system, slices, SEED, run->start);
         phys_path_solve(phys_solver_find("newton", error), &run->system, &newton, run->reference,
                         &info, error);
     }
-    phys_motion_free(motion);
-    free(q);
     return error->status;
 }
 

@@ -34,7 +34,6 @@ struct path_run {
     const struct phys_preset *preset; /* NULL: none asked for */
     const struct phys_solver *solver;
     struct phys_path_settings settings;
-    double damping;                   /* of the ODE path; 1: none */
     struct phys_noise noise;          /* on the start; sigma 0: none */
     size_t every;                     /* steps from one stored path to the next */
     double *reference, *start, *path; /* reference NULL: there is none ... */
@@ -92,10 +91,8 @@ double path_estimate(const struct path_run *run);
 /* What was tried and chosen; nothing without --tol. */
 void path_report_levels(const struct path_run *run, struct report *report);
 
-/* How a motion is followed by steps whose relative error is under the tolerance. */
-struct phys_simulation path_tightly(double tolerance);
 /* The scene's motion, or its closed form, by steps whose relative error is under the tolerance:
-   path [dof x slices]. (path_motion.c) */
+   path [dof x slices]. (path_start.c) */
 enum ad_status path_motion(const struct path_run *run, size_t slices, double dt, double tolerance,
                            double *path, struct ad_error *error);
 /* ---- recording (path_record.c) ---- */

@@ -60,7 +60,6 @@ static void choose_settings(const struct path_options *options, struct path_run 
     settings->adam_steps = option_count_or(options->adam_steps, line ? 200 : 0);
     settings->threads = options->common.threads;
     settings->native = true;
-    run->damping = preset ? preset->damping : 1;
     run->every = option_count_or(options->every, (settings->steps + STORED - 1) / STORED);
     if (run->every == 0 && options->every == OPTION_NO_COUNT)
         run->every = 1; /* no steps at all: the start is stored */

@@ -1,6 +1,7 @@
 /* Where a path run starts and what it is held against (path.h): files, the scene's motion, what the
    tables say, or a line. */
 #include "path.h"
+#include "apps/interrupt.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -22,151 +23,57 @@ double *path_new(const struct path_run *run, struct ad_error *error)
     return path;
 }
 
-/* Columns 0 and 1 of `path`: from `given`, else from the scene's start. */
-static enum ad_status first_slices(const struct path_run *run, phys_motion *motion,
-                                   const double *given, double *path, struct ad_error *error)
+static bool go_on(void *context)
 {
-    const struct phys_system *system = &run->system;
-    size_t dof = system->dof, n = run->settings.slices;
-    for (size_t k = 0; given && k < dof; k++) {
-        path[k * n] = given[k * n];
-        path[k * n + 1] = given[k * n + 1];
-    }
-    if (given)
-        return AD_OK;
-    double *q = malloc(2 * dof * sizeof *q);
-    if (!q)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    bool euler = !run->preset || run->preset->euler_start;
-    if (system->scene->start(system->params, run->options->common.seed, q, q + dof, error) == AD_OK)
-        phys_first_slices(motion, q, q + dof, n, run->settings.dt, euler, path, error);
-    free(q);
-    return error->status;
+    (void)context;
+    return !interrupted();
 }
 
-/* For the left rules the equations of the discretised action march the published ODE path; other
-   rules, tables without the preset, and an error asked for, take the motion itself. */
-static enum ad_status integrate(const struct path_run *run, phys_motion *motion, double *path,
-                                struct ad_error *error)
+enum ad_status path_motion(const struct path_run *run, size_t slices, double dt, double tolerance,
+                           double *path, struct ad_error *error)
 {
-    size_t dof = run->system.dof, n = run->settings.slices;
-    double dt = run->settings.dt;
-    bool tables = run->n_tables && !path_from_file(run->options);
-    if (strncmp(run->settings.rule->name, "left", 4) == 0 && !path_wants_tolerance(run->options) &&
-        !(tables && !run->preset))
-        return phys_ode_path(motion, n, dt, run->damping, path, error);
-    double *q = malloc(2 * dof * sizeof *q), *v = q ? q + dof : NULL;
-    if (!q)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    for (size_t k = 0; k < dof; k++) {
-        q[k] = path[k * n];
-        v[k] = (path[k * n + 1] - path[k * n]) / dt;
-    }
-    if (tables) /* have velocities */
-        run->system.scene->start(run->system.params, run->options->common.seed, q, v, error);
-    phys_motion_path(&run->system, NULL, q, v, n, dt, path, error);
-    free(q);
-    return error->status;
+    const struct phys_simulation how = {
+        .rtol = tolerance, .max_steps = PHYS_MOTION_STEPS, .proceed = go_on};
+    return phys_scene_path(&run->system, run->options->common.seed, &how, slices, dt, path, error);
 }
 
-static const char same_grid[] = "the motion of this discretisation", tight[] = "the true motion";
-static const double led_away = 10; /* extents of the motion: what its discretisation may be off */
-
-/* Whether the motion of the discretisation is lost: further from the true one than that is wide. */
-static bool diverges(const struct path_run *run, const double *crude, const double *motion)
-{
-    size_t n = run->settings.slices, dof = run->system.dof;
-    double width = 0, distance = 0;
-    for (size_t k = 0; k < dof * n; k++) {
-        width = fmax(width, fabs(motion[k] - motion[k / n * n]));
-        if (!(fabs(crude[k] - motion[k]) <= distance))
-            distance = fabs(crude[k] - motion[k]);
-    }
-    return !(distance <= led_away * width);
-}
-
-/* Of a discretisation, by its own equations; `given` may be NULL. */
-static enum ad_status crude_motion(const struct path_run *run, const double *given, double *path,
-                                   struct ad_error *error)
-{
-    phys_motion *motion = NULL;
-    if (phys_motion_new(&run->system, &motion, error) == AD_OK &&
-        first_slices(run, motion, given, path, error) == AD_OK)
-        integrate(run, motion, path, error);
-    phys_motion_free(motion);
-    return error->status;
-}
-
-/* The scene's motion, which gives the ends: for the left rules, that of the same discretisation as
-   long as it is near the true one; for other rules the true one. */
+/* The scene's motion, which gives the ends; where an error is asked for, that is the true one. */
 static double *scene_motion(struct path_run *run, struct ad_error *error)
 {
-    const struct phys_path_settings *settings = &run->settings;
-    bool left = strncmp(settings->rule->name, "left", 4) == 0 &&
-                !path_wants_tolerance(run->options) && !run->system.scene->between;
-    struct ad_error lost = {0}, none = {0};
-    double *path = path_new(run, error), *crude = path && left ? path_new(run, error) : NULL;
-    if (error->status == AD_OK && run->preset && crude) { /* as published, whatever it is */
-        free(path);
-        run->reference_is = same_grid;
-        crude_motion(run, NULL, crude, error);
-        return crude;
-    }
-    run->reference_is = run->system.scene->between ? "the closed form" : tight;
-    if (error->status == AD_OK) {
-        path_motion(run, settings->slices, settings->dt, PATH_TIGHTEST, path, &lost);
-        if (crude && crude_motion(run, NULL, crude, &none) == AD_OK &&
-            (lost.status != AD_OK || !diverges(run, crude, path))) {
-            double *swap = path;
-            path = crude;
-            crude = swap;
-            run->reference_is = same_grid;
-        } else if (lost.status != AD_OK) {
-            ad_fail(error, lost.status, "%s", lost.message);
-        }
-        run->led_away = crude && run->reference_is == tight;
-        run->settings.compare_true = run->reference_is != same_grid;
-    }
-    free(crude);
-    if (error->status == AD_OK)
-        return path;
-    free(path);
-    return NULL;
+    static const char *const names[] = {
+        [PHYS_PATH_TRUE] = "the true motion",
+        [PHYS_PATH_CLOSED] = "the closed form",
+        [PHYS_PATH_GRID] = "the motion of this discretisation",
+        [PHYS_PATH_LOST] = "the true motion",
+    };
+    struct phys_path_settings settings = run->settings;
+    enum phys_motion_of which = PHYS_PATH_TRUE;
+    double *path = path_new(run, error);
+    if (path_wants_tolerance(run->options))
+        settings.rule = phys_rule_find("gauss2", error);
+    settings.proceed = go_on;
+    if (path)
+        phys_path_motion(&run->system, &settings, run->preset, run->options->common.seed, path,
+                         &which, error);
+    run->reference_is = names[which];
+    run->led_away = which == PHYS_PATH_LOST;
+    run->settings.compare_true = which != PHYS_PATH_GRID;
+    return path;
 }
 
-/* The motion from the first two slices of what was observed. */
+/* The motion from the first epoch of tables, as published with a preset. */
 static double *observed_motion(struct path_run *run, const double *observed, struct ad_error *error)
 {
+    const struct phys_path_settings *s = &run->settings;
+    uint64_t seed = run->options->common.seed;
     double *path = path_new(run, error);
-    run->reference_is = same_grid;
-    if (path && crude_motion(run, observed, path, error) == AD_OK)
-        return path;
-    free(path);
-    return NULL;
-}
-
-/* A straight line between the ends of `between`. */
-static void draw_line(const struct path_run *run, const double *between, double *path)
-{
-    size_t n = run->settings.slices;
-    for (size_t k = 0; k < run->system.dof; k++)
-        for (size_t i = 0; i < n; i++) {
-            double s = (double)i / (double)(n - 1);
-            path[k * n + i] = (1 - s) * between[k * n] + s * between[k * n + n - 1];
-        }
-}
-
-/* The motion from the first epoch of tables, and what it misses their last one by, in proportion to
-   the time: near the path between their ends. */
-static void bend(const struct path_run *run, const double *motion, const double *observed,
-                 double *path)
-{
-    size_t n = run->settings.slices;
-    for (size_t k = 0; k < run->system.dof; k++) {
-        double miss = observed[k * n + n - 1] - motion[k * n + n - 1];
-        for (size_t i = 0; i < n; i++)
-            path[k * n + i] = motion[k * n + i] + miss * (double)i / (double)(n - 1);
-    }
+    run->reference_is = "the motion of this discretisation";
+    if (path && run->preset && strncmp(s->rule->name, "left", 4) == 0)
+        phys_published_path(&run->system, seed, s->slices, s->dt, true, run->preset->damping,
+                            observed, path, error);
+    else if (path)
+        phys_scene_path(&run->system, seed, NULL, s->slices, s->dt, path, error);
+    return path;
 }
 
 /* The start, from the file that was read, the tables, the motion, or a line between the ends of
@@ -174,17 +81,19 @@ static void bend(const struct path_run *run, const double *motion, const double 
 static void make_start(struct path_run *run, const double *file, const double *motion,
                        const double *observed)
 {
-    size_t bytes = run->system.dof * run->settings.slices * sizeof(double);
+    size_t dof = run->system.dof, slices = run->settings.slices;
+    size_t bytes = dof * slices * sizeof(double);
     if (file)
         memcpy(run->start, file, bytes);
     else if (path_from_line(run->options) && !(run->led_away && !run->options->init))
-        draw_line(run, observed ? observed : motion, run->start);
+        phys_path_line(dof, slices, observed ? observed : motion, run->start);
     else if (path_from_tables(run->options))
         memcpy(run->start, observed, bytes);
-    else if (observed && !run->preset && run->solver != &phys_solver_march)
-        bend(run, motion, observed, run->start);
-    else
+    else {
         memcpy(run->start, motion, bytes);
+        if (observed && !run->preset && run->solver != &phys_solver_march)
+            phys_path_bend(dof, slices, observed, run->start);
+    }
     if (run->noise.sigma > 0)
         phys_noise_add(&run->noise, &run->system, run->settings.slices, run->options->common.seed,
                        run->start);
@@ -231,7 +140,7 @@ static enum ad_status choose_start(struct path_run *run, struct ad_error *error)
             run->settings.adam_steps = 0;
         return AD_OK;
     }
-    draw_line(run, run->reference, run->start);
+    phys_path_line(run->system.dof, settings.slices, run->reference, run->start);
     place_nodes(run);
     return AD_OK;
 }

@@ -11,7 +11,7 @@
 static void follow(const struct phys_system *system, const double *q, const double *v,
                    size_t slices, double dt, double *path, struct ad_error *no_path)
 {
-    const struct phys_simulation closely = {.rtol = 1e-10, .max_steps = 50000};
+    const struct phys_simulation closely = {.rtol = 1e-10, .max_steps = PHYS_MOTION_STEPS};
     struct ad_error lost = {0};
     phys_motion *motion = NULL;
     if (phys_motion_new(system, &motion, no_path) == AD_OK &&

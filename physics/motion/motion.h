@@ -100,6 +100,8 @@ enum ad_status phys_ode_for(const struct phys_system *system,
                             const struct phys_integrator *integrator, struct phys_ode *ode,
                             struct ad_error *error);
 
+enum { PHYS_MOTION_STEPS = 50000 }; /* what needs more between two slices has come to a collision */
+
 /* The samples of a simulation: path [rows x columns], the first `rows` components of y, sample 0
    the start; samples beyond the columns are dropped. y and info as in phys_simulate; how->sample is
    not called. AD_E_ACCURACY, too, where how->proceed returned false. */
@@ -117,6 +119,12 @@ enum ad_status phys_motion_path(const struct phys_system *system, const struct p
 enum ad_status phys_scene_path(const struct phys_system *system, uint64_t seed,
                                const struct phys_simulation *how, size_t slices, double dt,
                                double *path, struct ad_error *error);
+
+/* The published motion from the scene's start: phys_first_slices, then phys_ode_path. `given` NULL,
+   or a path [dof x slices] whose first two slices it begins with. */
+enum ad_status phys_published_path(const struct phys_system *system, uint64_t seed, size_t slices,
+                                   double dt, bool euler, double damping, const double *given,
+                                   double *path, struct ad_error *error);
 
 /* Typical sizes [n] of the components at y, one for each half: what `scale` may be when lengths
    and velocities differ by powers of ten. */

@@ -3,6 +3,7 @@
 #include "physics/ode/internal.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 static enum ad_status march(phys_motion *motion, size_t slices, double dt, double damping,
                             double *path, double *work, struct ad_error *error)
@@ -55,4 +56,27 @@ enum ad_status phys_first_slices(phys_motion *motion, const double *q, const dou
     }
     free(two);
     return status;
+}
+
+enum ad_status phys_published_path(const struct phys_system *system, uint64_t seed, size_t slices,
+                                   double dt, bool euler, double damping, const double *given,
+                                   double *path, struct ad_error *error)
+{
+    phys_motion *motion = NULL;
+    if (phys_lacks_scene(system, error) || phys_lacks(path, "room for a path", error))
+        return error->status;
+    size_t dof = system->dof;
+    double *q = malloc(2 * dof * sizeof *q);
+    if (!q)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; given && k < dof; k++)
+        memcpy(path + k * slices, given + k * slices, 2 * sizeof *path);
+    if (phys_motion_new(system, &motion, error) == AD_OK && !given &&
+        system->scene->start(system->params, seed, q, q + dof, error) == AD_OK)
+        phys_first_slices(motion, q, q + dof, slices, dt, euler, path, error);
+    if (error->status == AD_OK)
+        phys_ode_path(motion, slices, dt, damping, path, error);
+    phys_motion_free(motion);
+    free(q);
+    return error->status;
 }

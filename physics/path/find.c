@@ -20,7 +20,6 @@ static const double APART = 10;   /* errors of discretisation: a motion further 
 static const double CLEAR = 1e-3; /* of the extent: and as far at the least */
 static const double NEAR = 0.3;   /* of the extent: a finer path further away is another one */
 enum { DEGREE = 4, MOST = 160 };  /* of the finer rule, at least; coordinates in one element */
-enum { STEPS = 50000 };           /* of a motion at most: what needs more has come to a collision */
 
 struct search {
     const struct phys_system *system;
@@ -95,7 +94,7 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
 {
     const struct phys_path_settings *settings = s->settings;
     const struct phys_simulation loosely = {.rtol = LOOSE,
-                                            .max_steps = STEPS,
+                                            .max_steps = PHYS_MOTION_STEPS,
                                             .proceed = settings->proceed,
                                             .context = settings->context};
     struct phys_simulation tightly = loosely;

@@ -68,18 +68,6 @@ static double miss(const struct phys_multistart *s, size_t k)
     return s->path[last] - s->given[last];
 }
 
-/* Bends the motion in s->path so that it meets the second end. */
-static void bend(struct phys_multistart *s)
-{
-    for (size_t k = 0; k < s->dof; k++) {
-        double off = miss(s, k);
-        for (size_t i = 0; i < s->slices; i++)
-            s->path[k * s->slices + i] -= off * (double)i / (double)(s->slices - 1);
-        s->path[k * s->slices] = s->given[k * s->slices];
-        s->path[k * s->slices + s->slices - 1] = s->given[k * s->slices + s->slices - 1];
-    }
-}
-
 /* The motion that begins with s->v, bent; false if it is lost or ends far away. */
 static bool begin(struct phys_multistart *s)
 {
@@ -88,7 +76,7 @@ static bool begin(struct phys_multistart *s)
     for (size_t k = 0; k < s->dof; k++)
         if (!(fabs(miss(s, k)) <= MOST_DETOUR * s->span))
             return false;
-    bend(s);
+    phys_path_bend(s->dof, s->slices, s->given, s->path);
     return true;
 }
 

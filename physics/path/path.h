@@ -14,6 +14,27 @@ extern "C" {
 void phys_noise_add(const struct phys_noise *noise, const struct phys_system *system, size_t slices,
                     uint64_t seed, double *path);
 
+/* A straight line between the first and the last slice of `between`; both are [dof x slices]. */
+void phys_path_line(size_t dof, size_t slices, const double *between, double *path);
+/* Adds to a path what it misses the last slice of `between` by, in proportion to the time; both
+   begin at one place. */
+void phys_path_bend(size_t dof, size_t slices, const double *between, double *path);
+
+enum phys_motion_of {
+    PHYS_PATH_TRUE,   /* the scene's motion, to rounding */
+    PHYS_PATH_CLOSED, /* its closed form */
+    PHYS_PATH_GRID,   /* that of the discretisation: the published equations */
+    PHYS_PATH_LOST    /* the true one, for that of the discretisation is far from it */
+};
+struct phys_path_settings;
+/* The motion that a path is compared with and that gives its ends: path [dof x slices]. Rules left
+   and left+repeat take that of the discretisation as long as it is near the true one, or the
+   published one of a preset (NULL: none); others the true one. */
+enum ad_status phys_path_motion(const struct phys_system *system,
+                                const struct phys_path_settings *settings,
+                                const struct phys_preset *preset, uint64_t seed, double *path,
+                                enum phys_motion_of *which, struct ad_error *error);
+
 struct phys_path_figures {
     double action, action_mean, kinetic_mean, potential_mean, objective, grad_norm;
 };

@@ -6,6 +6,7 @@
 #include "tests/close.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { SLICES = 101, DEGREE = 4 };
@@ -193,6 +194,54 @@ static void errors_out_of_reach_are_told(void **state)
     phys_system_close(&spring);
 }
 
+static void motions_say_what_they_are(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *scene, *rule;
+        enum phys_motion_of is;
+    } cases[] = {{"pendulum", "left", PHYS_PATH_GRID},
+                 {"pendulum", "gauss2", PHYS_PATH_TRUE},
+                 {"brachistochrone", "left", PHYS_PATH_CLOSED},
+                 {"arenstorf", "left", PHYS_PATH_LOST}};
+    for (size_t c = 0; c < LENGTH(cases); c++) {
+        struct phys_system system = system_opened(cases[c].scene);
+        struct phys_path_settings settings = phys_path_defaults(&system);
+        struct ad_error error = {0};
+        enum phys_motion_of is;
+        size_t n = settings.slices, size = system.dof * n;
+        double *path = calloc(2 * size, sizeof *path), *other = path + size;
+        settings.rule = phys_rule_find(cases[c].rule, &error);
+        assert_int_equal(phys_path_motion(&system, &settings, NULL, 1, path, &is, &error), AD_OK);
+        assert_int_equal(is, cases[c].is);
+        if (is == PHYS_PATH_GRID) /* from where the path begins, too */
+            phys_published_path(&system, 1, n, settings.dt, false, 1, path, other, &error);
+        else
+            phys_scene_path(&system, 1, NULL, n, settings.dt, other, &error);
+        assert_no_error(&error);
+        for (size_t k = 0; k < size; k++)
+            assert_close(other[k], path[k], 1e-9, 1e-9);
+        free(path);
+        phys_system_close(&system);
+    }
+}
+
+/* A parabola bent to end at 5, and the line between its ends. */
+static void lines_and_bent_paths_have_the_ends(void **state)
+{
+    (void)state;
+    const double ends[] = {1, 0, 0, 5};
+    double bent[] = {1, 2, 5, 10}, line[4];
+    phys_path_line(1, 4, ends, line);
+    phys_path_bend(1, 4, ends, bent);
+    for (size_t i = 0; i < 4; i++) {
+        double t = (double)i;
+        assert_close(line[i], 1 + 4 * t / 3, 1e-15, 0);
+        assert_close(bent[i], 1 + t * t - 5 * t / 3, 0, 1e-15);
+    }
+    assert_true(line[3] == 5 && bent[3] == 5);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -201,6 +250,8 @@ int main(void)
         cmocka_unit_test(a_descent_has_no_verdict),
         cmocka_unit_test(the_coarsest_setting_that_meets_an_error),
         cmocka_unit_test(errors_out_of_reach_are_told),
+        cmocka_unit_test(motions_say_what_they_are),
+        cmocka_unit_test(lines_and_bent_paths_have_the_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

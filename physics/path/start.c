@@ -1,0 +1,85 @@
+/* Paths to start from and to compare with (path.h). */
+#include "internal.h"
+#include "physics/motion/motion.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double LOST = 10; /* extents of the motion: what that of a grid may be off */
+
+void phys_path_line(size_t dof, size_t slices, const double *between, double *path)
+{
+    for (size_t k = 0; k < dof; k++) {
+        double first = between[k * slices], last = between[k * slices + slices - 1];
+        for (size_t i = 0; i < slices; i++) {
+            double share = (double)i / (double)(slices - 1);
+            path[k * slices + i] = (1 - share) * first + share * last;
+        }
+    }
+}
+
+void phys_path_bend(size_t dof, size_t slices, const double *between, double *path)
+{
+    for (size_t k = 0; k < dof; k++) {
+        double *x = path + k * slices;
+        double miss = between[k * slices + slices - 1] - x[slices - 1];
+        for (size_t i = 0; i < slices; i++)
+            x[i] += miss * (double)i / (double)(slices - 1);
+        x[0] = between[k * slices];
+        x[slices - 1] = between[k * slices + slices - 1];
+    }
+}
+
+/* Whether the motion of a grid is further from the true one than that is wide. */
+static bool is_lost(size_t dof, size_t slices, const double *grid, const double *motion)
+{
+    double width = 0, distance = 0;
+    for (size_t k = 0; k < dof * slices; k++) {
+        width = fmax(width, fabs(motion[k] - motion[k / slices * slices]));
+        if (!(fabs(grid[k] - motion[k]) <= distance)) /* NaN, too */
+            distance = fabs(grid[k] - motion[k]);
+    }
+    return !(distance <= LOST * width);
+}
+
+enum ad_status phys_path_motion(const struct phys_system *system,
+                                const struct phys_path_settings *settings,
+                                const struct phys_preset *preset, uint64_t seed, double *path,
+                                enum phys_motion_of *which, struct ad_error *error)
+{
+    if (phys_lacks_scene(system, error) || phys_lacks(settings, "settings", error) ||
+        phys_lacks(settings->rule, "action rule", error) || phys_lacks(path, "path", error) ||
+        phys_lacks(which, "room for what it is", error))
+        return error->status;
+    const struct phys_simulation tightly = {.rtol = 1e-13,
+                                            .max_steps = PHYS_MOTION_STEPS,
+                                            .proceed = settings->proceed,
+                                            .context = settings->context};
+    struct ad_error lost = {0}, none = {0};
+    size_t n = settings->slices;
+    bool closed = system->scene->between != NULL;
+    *which = closed ? PHYS_PATH_CLOSED : PHYS_PATH_TRUE;
+    if (closed || strncmp(settings->rule->name, "left", 4) != 0)
+        return phys_scene_path(system, seed, &tightly, n, settings->dt, path, error);
+    if (preset) { /* as published, whatever it is */
+        *which = PHYS_PATH_GRID;
+        return phys_published_path(system, seed, n, settings->dt, preset->euler_start,
+                                   preset->damping, NULL, path, error);
+    }
+    double *grid = malloc(system->dof * n * sizeof *grid);
+    if (!grid)
+        return ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", n);
+    phys_scene_path(system, seed, &tightly, n, settings->dt, path, &lost);
+    if (phys_published_path(system, seed, n, settings->dt, true, 1, NULL, grid, &none) == AD_OK &&
+        (lost.status != AD_OK || !is_lost(system->dof, n, grid, path))) {
+        memcpy(path, grid, system->dof * n * sizeof *path);
+        *which = PHYS_PATH_GRID;
+    } else if (lost.status != AD_OK) {
+        ad_fail(error, lost.status, "%s", lost.message);
+    } else {
+        *which = PHYS_PATH_LOST;
+    }
+    free(grid);
+    return error->status;
+}
