@@ -47,5 +47,10 @@ FILE *chart_terminal(const struct chart *chart);
 #define CHART(name) enum ad_status chart_##name(struct chart *chart, struct ad_error *error);
 #include "charts.def"
 #undef CHART
+/* Parts of `integrators` and of `linear`: drift.csv, energy over many periods at equal work; and
+   threads.csv, gradients and a training step on one thread and on two, missed where a bit differs.
+ */
+enum ad_status chart_drift(struct chart *chart, struct ad_error *error);
+enum ad_status chart_threads(struct chart *chart, struct ad_error *error);
 
 #endif

@@ -1,6 +1,6 @@
-/* Energy over many periods at equal work (chart_drift.h): symplectic methods err by a bounded
+/* Energy over many periods at equal work (chart.h): symplectic methods err by a bounded
    amount, the others by more and more. */
-#include "chart_drift.h"
+#include "chart.h"
 #include "motions.h"
 
 #include <math.h>

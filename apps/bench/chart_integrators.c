@@ -1,5 +1,5 @@
 /* leastaction chart integrators: error against work, every method on every problem. */
-#include "chart_drift.h"
+#include "chart.h"
 #include "motions.h"
 #include "timing.h"
 #include "work_precision.h"

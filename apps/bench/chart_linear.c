@@ -1,6 +1,6 @@
 /* leastaction chart linear: time and memory of a gradient of the action over slices, and over pairs
    of bodies. Both grow in proportion, or the chart shows where they do not. */
-#include "chart_threads.h"
+#include "chart.h"
 #include "hand.h"
 #include "sized_gradient.h"
 #include "timing.h"

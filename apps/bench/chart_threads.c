@@ -1,10 +1,10 @@
-/* What a second thread buys (chart_threads.h): gradients of large actions and a training step of a
+/* What a second thread buys (chart.h): gradients of large actions and a training step of a
    large batch, one thread and two in turn, by the wall's clock; and whether both have the same
    bits, as they must.
 
    Times are the least of several: what else runs on the machine takes a processor away from two
    threads sooner than from one, and would be counted as their fault. */
-#include "chart_threads.h"
+#include "chart.h"
 #include "hand.h"
 #include "sized_gradient.h"
 #include "timing.h"

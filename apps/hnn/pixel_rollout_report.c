@@ -50,14 +50,6 @@ static void report_film(const void *context, struct report *report)
 
 /* ---- files ---- */
 
-static void csv_number(double value, FILE *out)
-{
-    if (isfinite(value))
-        fprintf(out, ",%.9g", value);
-    else
-        fputc(',', out);
-}
-
 static void write_csv(const void *context, FILE *out)
 {
     const struct film *film = context;
@@ -71,13 +63,13 @@ static void write_csv(const void *context, FILE *out)
     fputc('\n', out);
     for (size_t i = 0; i < film->settings.n; i++) {
         fprintf(out, "%zu", i);
-        csv_number(i < film->truth.n ? film->truth.energy[i] : NAN, out);
+        csv_number(out, 9, i < film->truth.n ? film->truth.energy[i] : NAN);
         for (size_t k = 0; k < film->n_models; k++) {
             const struct rollout_model *m = &film->model[k];
-            csv_number(m->strip.energy[i], out);
-            csv_number(hnn_path_energy(&m->ode, &m->path, i), out);
+            csv_number(out, 9, m->strip.energy[i]);
+            csv_number(out, 9, hnn_path_energy(&m->ode, &m->path, i));
             for (size_t c = 0; c < m->path.states; c++)
-                csv_number(m->path.x[i * m->path.states + c], out);
+                csv_number(out, 9, m->path.x[i * m->path.states + c]);
         }
         fputc('\n', out);
     }

@@ -99,7 +99,7 @@ static void cells(const struct rollout_run *run, const struct rollout_curve *c, 
     for (size_t k = 0; k < c->path->states; k++)
         fprintf(out, ",%.17g", c->path->x[i * c->path->states + k]);
     for (size_t k = 0; k < 2; k++)
-        fprintf(out, isnan(energy[k]) ? "," : ",%.17g", energy[k]);
+        csv_number(out, 17, energy[k]);
 }
 
 static void write_csv(const void *context, FILE *out)

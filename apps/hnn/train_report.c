@@ -1,15 +1,8 @@
 /* The results of a training: report, and the history as CSV. */
 #include "train.h"
+#include "apps/output/result.h"
 
 #include <math.h>
-
-static void cell(FILE *out, double value)
-{
-    if (isfinite(value))
-        fprintf(out, ",%.9g", value);
-    else
-        fputc(',', out);
-}
 
 /* Seconds of steps before a resume are not known any more: their cells are empty. */
 void train_write_log(const struct train_run *run, FILE *out)
@@ -19,9 +12,9 @@ void train_write_log(const struct train_run *run, FILE *out)
     fputs("step,train_loss,test_loss,seconds\n", out);
     for (size_t k = 0; k < n; k++) {
         fprintf(out, "%zu", row[k].step);
-        cell(out, row[k].train_loss);
-        cell(out, row[k].test_loss);
-        cell(out, row[k].seconds);
+        csv_number(out, 9, row[k].train_loss);
+        csv_number(out, 9, row[k].test_loss);
+        csv_number(out, 9, row[k].seconds);
         fputc('\n', out);
     }
 }

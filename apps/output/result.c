@@ -2,6 +2,7 @@
 #include "result.h"
 #include "apps/interrupt.h"
 
+#include <math.h>
 #include <string.h>
 
 enum ad_status result_begin(struct result *result, const char *target, struct ad_error *error)
@@ -42,4 +43,12 @@ void result_abandon(struct result *result)
         fclose(result->out);
     phys_whole_abandon(&result->file);
     result->out = NULL;
+}
+
+void csv_number(FILE *out, int digits, double value)
+{
+    if (isfinite(value))
+        fprintf(out, ",%.*g", digits, value);
+    else
+        fputc(',', out);
 }

@@ -16,4 +16,7 @@ enum ad_status result_begin(struct result *result, const char *target, struct ad
 enum ad_status result_commit(struct result *result, struct ad_error *error);
 void result_abandon(struct result *result);
 
+/* A comma and a number behind it, nothing where it is not finite. */
+void csv_number(FILE *out, int digits, double value);
+
 #endif

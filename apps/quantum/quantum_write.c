@@ -94,10 +94,9 @@ void quantum_write_csv(const void *context, FILE *out)
     for (size_t k = 0; k < result->n; k++)
         for (size_t p = 0; p < run->settings.packets; p++) {
             const struct qm_moments *m = &result->moments[k * run->settings.packets + p];
-            fprintf(out, "%.17g,%zu,%.17g,%.17g,%.17g,", result->t[k], p + 1, m->norm, m->mean_x,
+            fprintf(out, "%.17g,%zu,%.17g,%.17g,%.17g", result->t[k], p + 1, m->norm, m->mean_x,
                     m->std_x);
-            if (p == 0 && !isnan(result->classical[k]))
-                fprintf(out, "%.17g", result->classical[k]);
+            csv_number(out, 17, p == 0 ? result->classical[k] : (double)NAN);
             fputc('\n', out);
         }
 }
