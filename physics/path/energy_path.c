@@ -42,20 +42,25 @@ static bool lingers(const struct phys_energy_sweep *s, const struct phys_energy_
     return false;
 }
 
-/* Knots until the motion ends; `stay` at each place where it lingers. Returns how many there were.
- */
-static size_t follow(const struct phys_energy_sweep *s, const struct phys_energy_root *r,
+/* Knots until the motion ends; `stay` at each place where it lingers, half of it where it begins or
+   ends there. Returns how many stays there were. */
+static double follow(const struct phys_energy_sweep *s, const struct phys_energy_root *r,
                      const struct phys_energy_way *w, double stay, struct track *track)
 {
-    size_t at = 0, goal = 0, made = 0, visits = 0;
+    size_t at = 0, goal = 0, made = 0;
     int direction = r->direction;
-    double t = 0;
+    double t = 0, visits = 0;
     while (w->knot[at].q != s->ask.from)
         at++;
     while (w->knot[goal].q != s->ask.to)
         goal++;
     track->n = 0;
     add_knot(track, 0, w->knot[at].q);
+    if (lingers(s, w, at, r->level)) {
+        visits = 0.5;
+        if (stay > 0 && !add_knot(track, t = 0.5 * stay, w->knot[at].q))
+            return visits;
+    }
     for (;;) {
         if (made == r->turns && at == goal && (track->n > 1 || r->turns > 0))
             return visits;
@@ -72,8 +77,9 @@ static size_t follow(const struct phys_energy_sweep *s, const struct phys_energy
         if (!add_knot(track, t, w->knot[next].q))
             return visits;
         if (lingers(s, w, next, r->level)) {
-            visits++;
-            if (stay > 0 && !add_knot(track, t += stay, w->knot[next].q))
+            double share = made == r->turns && next == goal ? 0.5 : 1;
+            visits += share;
+            if (stay > 0 && !add_knot(track, t += share * stay, w->knot[next].q))
                 return visits;
         }
         at = next;
@@ -90,9 +96,9 @@ bool phys_energy_sweep_path(struct phys_energy_sweep *s, const struct phys_energ
     bool found = phys_energy_way_find(s, phys_energy_of(root), &w);
     s->width = coarse;
     if (found) {
-        size_t visits = follow(s, root, &w, 0, &track);
+        double visits = follow(s, root, &w, 0, &track);
         if (root->dwell > 0 && visits > 0)
-            follow(s, root, &w, root->dwell / (double)visits, &track);
+            follow(s, root, &w, root->dwell / visits, &track);
         found = track.n > 0;
         const struct knot *at = track.knot, *last = at + track.n - 1;
         double scale = found && last->t > 0 ? s->ask.time / last->t : 1;

@@ -29,8 +29,10 @@ static enum ad_status take_root(struct phys_multistart *s, struct phys_energy_sw
                                 const double *times, struct ad_error *error)
 {
     double *begun = nodes + m;
-    if (!phys_energy_sweep_path(sweep, root, m, times, nodes))
+    if (!phys_energy_sweep_path(sweep, root, m, times, nodes)) {
+        s->solutions->unresolved++;
         return AD_OK;
+    }
     place_nodes(s, nodes);
     memcpy(begun, s->path, s->slices * sizeof *begun);
     size_t led = s->led;

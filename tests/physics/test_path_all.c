@@ -72,6 +72,61 @@ static void the_energy_of_a_spring_is_that_of_its_recurrence(void **state)
     phys_system_close(&spring);
 }
 
+/* q'' = q - q^3 from the top of the hill between its wells, nearly at rest: motions that stay there
+   at the start half as long as where they come by again, and one that rests there and falls at
+   last. */
+static ad_var wells(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_sub(ad_mul(0.5, ad_square(v)), ad_mul(0.25, ad_square(ad_sub(ad_square(q), 1))));
+}
+
+static enum ad_status on_the_top(const void *params, uint64_t seed, double *q, double *v,
+                                 struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = v[0] = 0;
+    return AD_OK;
+}
+
+static void none_is_left_out_from_the_top(void **state)
+{
+    enum { SLICES = 81 };
+    static const double to[] = {-1.33, 0.7, 0};
+    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
+                                     .size = sizeof(struct phys_scene),
+                                     .name = "wells",
+                                     .what = "two wells",
+                                     .dof = 1,
+                                     .dims = 1,
+                                     .unit = "1",
+                                     .time_unit = "1",
+                                     .energy_unit = "1",
+                                     .lagrangian = wells,
+                                     .slices = SLICES,
+                                     .dt = 0.25,
+                                     .start = on_the_top};
+    struct phys_system system;
+    struct ad_error error = {0};
+    (void)state;
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    const struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+                                                .slices = SLICES,
+                                                .dt = 20. / (SLICES - 1),
+                                                .learning_rate = 1};
+    for (size_t k = 0; k < LENGTH(to); k++) {
+        double path[4 * SLICES] = {[SLICES - 1] = to[k]};
+        struct phys_solutions all;
+        phys_path_all(&system, &settings, path, 0, 1, &all, &error);
+        assert_no_error(&error);
+        print_message("to %g: %zu paths, %zu left out\n", to[k], all.n, all.unresolved);
+        assert_true(all.exhaustive);
+        assert_int_equal(all.unresolved, 0);
+        phys_solutions_free(&all);
+    }
+    phys_system_close(&system);
+}
+
 /* B3: a search and a path end wherever they are asked to: in the sweep of energies, within Newton's
    steps, in the spectrum; and ask hardly again. */
 struct patience {
@@ -579,6 +634,7 @@ int main(void)
         cmocka_unit_test(newton_refuses_what_does_not_fit),
         cmocka_unit_test(a_mass_that_depends_on_the_velocity),
         cmocka_unit_test(the_energy_of_a_spring_is_that_of_its_recurrence),
+        cmocka_unit_test(none_is_left_out_from_the_top),
         cmocka_unit_test(a_search_ends_where_it_is_asked_to),
         cmocka_unit_test(one_answer_of_a_free_body),
         cmocka_unit_test(two_ways_around_a_centre),
