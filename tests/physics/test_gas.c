@@ -5,6 +5,7 @@
 #include "physics/physics.h"
 #include "physics/gas/order.h"
 
+#include <malloc.h>
 #include <stdlib.h>
 
 /* A gas with its start. */
@@ -91,6 +92,22 @@ static void test_near_pairs_are_enough(void **state)
     compare_fields(&all, &near, all.y);
     gas_close(&all);
     gas_close(&near);
+}
+
+/* However often pairs are listed anew, no memory is left over. */
+static void test_lists_leave_nothing(void **state)
+{
+    const struct phys_setting cut[] = {
+        {"bodies", 90}, {"cutoff", 2.5}, {"spacing", 0.05}, {"speed", 2e-2}, {"walls", 0.05}};
+    struct gas_run g;
+    (void)state;
+    gas_open(&g, PHYS_GAS_NEAR, SETTINGS(cut));
+    gas_run_to(&g, "verlet", 0.1, 60);
+    size_t before = mallinfo2().uordblks; /* 0 where a sanitizer has its own malloc */
+    gas_run_to(&g, "verlet", 0.1, 120);
+    size_t after = mallinfo2().uordblks;
+    assert_in_range(after, 0, before + before / 4);
+    gas_close(&g);
 }
 
 /* The equations of motion of exp(friction t) (T - V), by the general way. */
@@ -232,6 +249,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_near_pairs_are_enough),
+        cmocka_unit_test(test_lists_leave_nothing),
         cmocka_unit_test(test_friction_is_in_the_lagrangian),
         cmocka_unit_test(test_free_flight_with_friction),
         cmocka_unit_test(test_order_with_friction),
