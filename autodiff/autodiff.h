@@ -230,6 +230,18 @@ ad_var ad_cumsum_cols(ad_var x);
 ad_var ad_matmul(ad_var a, bool transpose_a, ad_var b, bool transpose_b);
 ad_var ad_transpose(ad_var x); /* -> cols x rows */
 
+/* Small systems, one in each column: a has n*n rows, n up to 32, row i*n + j is element (i, j). LU
+   with pivoting, or Cholesky, which reads the lower triangle of a symmetric positive definite a
+   alone. A column whose matrix is singular, but for rounding, or not positive definite gives NaN
+   there, and an error that names it: in ad_program_error after a run, of ad_run_checked,
+   ad_evaluate and ad_gradient, and of ad_compile where the matrices are constants. */
+enum ad_factors { AD_LU, AD_CHOLESKY };
+/* x with a x = b; b has n*m rows, row i*m + k is element i of right side k. One column of a or b
+   stands for as many as the other has. */
+ad_var ad_solve(ad_var a, ad_var b, enum ad_factors factors);
+ad_var ad_inverse(ad_var a, enum ad_factors factors); /* -> n*n x cols */
+ad_var ad_logdet(ad_var a, enum ad_factors factors);  /* log |det a| -> 1 x cols */
+
 /* Views: no copy is made. Slices need first + count within the shape. */
 ad_var ad_row(ad_var x, size_t row);                        /* -> 1 x cols */
 ad_var ad_col(ad_var x, size_t col);                        /* -> rows x 1 */
@@ -277,7 +289,8 @@ enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[]);
    derivative of the sum of y's elements with respect to x[k]. Everything recorded up to y is
    evaluated, in the tape's type; memory for it stays with the tape: 16 bytes (f64) a scalar
    operation, 8 more where there are other shapes. What has an adjoint of exactly 0 sends none on.
-   AD_E_TAPE, AD_E_ARGUMENT for an x that is no input and for an input without a value, AD_E_MEMORY;
+   AD_E_TAPE, AD_E_ARGUMENT for an x that is no input and for an input without a value,
+   AD_E_NONFINITE for a singular column of ad_solve, AD_E_MEMORY;
    the error of the recording, if there is one. Nothing is kept in the tape's error. */
 enum ad_status ad_evaluate(size_t n, const ad_var x[], const double *const at[], ad_var y,
                            double *value, struct ad_error *error);
@@ -307,7 +320,8 @@ void ad_run(ad_program *program);
    AD_E_ARGUMENT, and nothing runs, before the first ad_run and where a held input was set since:
    ad_program_error says which. (What is written through ad_data is not seen.) */
 enum ad_status ad_rerun(ad_program *program);
-/* What was wrong with the last ad_rerun; status AD_OK if nothing. Lives as long as the program. */
+/* What was wrong with the last run: that of ad_rerun, or a singular column; status AD_OK if
+ * nothing. Lives as long as the program. */
 const struct ad_error *ad_program_error(const ad_program *program);
 /* As ad_run; returns the seconds of it spent in matrix products, inside OpenBLAS. */
 double ad_run_timed(ad_program *program);

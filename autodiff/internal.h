@@ -34,6 +34,8 @@
        cumsum          aux: CUMSUM_ROWS, CUMSUM_REVERSED
        place           aux: part list in `lists` (count, then id, row, column of each)
        diff(_adjoint)  aux: scale in `numbers`; in[2]: repeat
+       factor, solve, logdet
+                       aux: side of the matrices, SYSTEM_CHOLESKY, SYSTEM_TRANSPOSED
        matmul          aux: bit 0 transposes a, bit 1 transposes b */
 struct node {
     uint16_t op;
@@ -44,6 +46,7 @@ struct node {
 };
 
 enum { CUMSUM_ROWS = 1, CUMSUM_REVERSED = 2 };
+enum { SYSTEM_SIDE = 63, SYSTEM_CHOLESKY = 64, SYSTEM_TRANSPOSED = 128 };
 enum { NODE_LABELLED = 1, NODE_HELD = 2 };
 
 struct label {
@@ -148,6 +151,7 @@ static inline bool ad_is_current(ad_var x)
     X(log_sum_exp_cols)                                                                            \
     X(softmax_rows)                                                                                \
     X(softmax_cols)                                                                                \
+    X(inverse)                                                                                     \
     X(mean)                                                                                        \
     X(dot)                                                                                         \
     X(hold)                                                                                        \
@@ -205,6 +209,13 @@ bool ad_simplify(enum ad_op op, ad_var a, ad_var b, ad_var *y);
 
 /* Cumulative sum, flags as in the node. */
 ad_var ad_cumulative(ad_var x, unsigned flags);
+
+/* Of small systems (systems.c), in each column: the solution by a factor that is there; a unit
+   matrix; u v', of n rows and m columns each; a x, a transposed or not. */
+ad_var ad_solve_factored(ad_var a, ad_var factor, ad_var b, uint32_t aux);
+ad_var ad_each_unit(ad_tape *tape, size_t n, size_t cols);
+ad_var ad_each_outer(ad_var u, ad_var v, size_t n, size_t m);
+ad_var ad_each_product(ad_var a, ad_var x, size_t n, size_t m, bool transposed);
 
 /* The value of a scalar constant; false if x is none. */
 bool ad_constant_value(ad_var x, double *value);

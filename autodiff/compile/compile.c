@@ -90,7 +90,10 @@ static bool plan_program(struct graph *g, ad_program *p)
                         .last = calloc(n, sizeof *plan.last),
                         .link = calloc(n, sizeof *plan.link),
                         .spot = calloc(n, sizeof *plan.spot)};
-    bool done = plan.last && plan.link && plan.spot && copy_labels(p, g) &&
+    p->singular = malloc(sizeof *p->singular);
+    if (p->singular)
+        p->singular->value = UINT32_MAX;
+    bool done = p->singular && plan.last && plan.link && plan.spot && copy_labels(p, g) &&
                 ad_plan_storage(&plan) && ad_plan_emit(&plan) && allocate_memory(p, &plan);
     free(plan.last);
     free(plan.link);
@@ -128,7 +131,10 @@ enum ad_status ad_compile(ad_tape *tape, size_t n_out, const ad_var out[], ad_pr
     if (done) {
         write_constants(p, tape);
         ad_execute(p, p->segments, 0, p->n_constant_segments, NULL);
-        *program = p;
+        if (ad_report_singular(p, &tape->error) == AD_OK)
+            *program = p;
+        else
+            ad_program_free(p);
     } else {
         ad_program_free(p);
         ad_fail(&tape->error, AD_E_MEMORY, "out of memory when compiling %zu nodes", tape->n_nodes);

@@ -35,6 +35,12 @@ static uint8_t kind_of(uint16_t op)
         return DO_SCATTER_COLS;
     case AD_OP_cumsum:
         return DO_CUMSUM;
+    case AD_OP_factor:
+        return DO_FACTOR;
+    case AD_OP_solve:
+        return DO_SOLVE;
+    case AD_OP_logdet:
+        return DO_LOGDET;
     default:
         return DO_TRANSPOSE;
     }
@@ -56,6 +62,10 @@ bool ad_plan_alone(struct plan *p, uint32_t id, struct segment s)
             return true; /* nothing left to do */
     } else {
         in.kind = kind_of(v->op);
+        if (v->op == AD_OP_solve || v->op == AD_OP_logdet) { /* of the factor */
+            in.loc[1] = v->in[1];
+            in.loc[2] = v->in[2];
+        }
         in.loc[3] |= v->flags & VALUE_ADDS ? MATMUL_ADDS : 0;
         p->program->has_matmul |= v->op == AD_OP_matmul;
     }

@@ -60,6 +60,9 @@ static const void *payload(const ad_tape *tape, const struct value *v, size_t *b
         return tape->lists + v->aux;
     case AD_OP_matmul:
     case AD_OP_cumsum:
+    case AD_OP_factor:
+    case AD_OP_solve:
+    case AD_OP_logdet:
         *bytes = sizeof v->aux;
         return &v->aux;
     default:

@@ -56,7 +56,8 @@ static inline bool is_stencil(uint16_t op) { return op == AD_OP_diff || op == AD
 static inline bool is_alone(uint16_t op)
 {
     return op == AD_OP_place || op == AD_OP_transpose || op == AD_OP_matmul ||
-           op == AD_OP_gather_cols || op == AD_OP_scatter_cols || op == AD_OP_cumsum;
+           op == AD_OP_gather_cols || op == AD_OP_scatter_cols || op == AD_OP_cumsum ||
+           op == AD_OP_factor || op == AD_OP_solve || op == AD_OP_logdet;
 }
 
 /* Nothing computes it: it is given, or seen in another's memory. */

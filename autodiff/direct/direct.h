@@ -13,6 +13,8 @@ struct ad_direct {
     size_t elements; /* of the nodes placed so far */
     size_t bytes;    /* of each array */
     void *value, *adjoint;
+    uint32_t singular; /* of the last sweep forward: the first factor with a singular column ... */
+    size_t column;     /* ... and that; 0: none */
 };
 
 static inline size_t direct_offset(const struct ad_direct *d, uint32_t id)

@@ -6,6 +6,7 @@
    another: through strides, 0 along what is broadcast. */
 #include "direct.h"
 #include "autodiff/blas.h"
+#include "autodiff/kernels/kernels.h"
 
 #include <math.h>
 #include <string.h>
@@ -285,6 +286,8 @@ static void matmul(const struct node *n, const struct node *a, const struct node
                      b->cols);
 }
 
+#include "systems.h"
+
 /* base: values forward, adjoints backward; both sweeps move the same elements, in opposite
    directions. */
 static void structure(const ad_tape *tape, struct ad_direct *d, uint32_t id, bool backward)
@@ -334,6 +337,16 @@ static void structure(const ad_tape *tape, struct ad_direct *d, uint32_t id, boo
         break;
     case AD_OP_diff_adjoint:
         diff(tape, n, n, in->cols, x, y, !backward);
+        break;
+    case AD_OP_factor:
+    case AD_OP_solve:
+    case AD_OP_logdet:
+        if (!backward)
+            system_forward(n, d, id, y);
+        else if (n->op == AD_OP_solve)
+            solve_backward(n, d, values + direct_offset(d, id), y);
+        else if (n->op == AD_OP_logdet)
+            logdet_backward(n, d, y);
         break;
     case AD_OP_matmul: {
         const size_t b = direct_offset(d, n->in[1]);

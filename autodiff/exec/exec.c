@@ -184,7 +184,9 @@ static void run(ad_program *p, bool again)
 {
     size_t first, last;
     const struct segment *segments = segments_of(p, again, &first, &last);
+    ad_forget_singular(p, again);
     ad_execute(p, segments, first, last, NULL);
+    ad_report_singular(p, &p->error);
 }
 
 void ad_run(ad_program *p)
@@ -199,7 +201,7 @@ enum ad_status ad_rerun(ad_program *p)
 {
     if (!p)
         return AD_E_ARGUMENT;
-    p->error = (struct ad_error){0};
+    p->error.status = AD_OK;
     if (!p->was_run)
         return ad_fail(&p->error, AD_E_ARGUMENT,
                        "ad_rerun before any ad_run: what depends on held inputs has no values");
@@ -207,7 +209,7 @@ enum ad_status ad_rerun(ad_program *p)
         return ad_fail(&p->error, AD_E_ARGUMENT,
                        "ad_rerun after a held input was set: ad_run comes first");
     run(p, true);
-    return AD_OK;
+    return p->error.status;
 }
 
 const struct ad_error *ad_program_error(const ad_program *p)
@@ -223,12 +225,14 @@ double ad_run_timed(ad_program *p)
     if (!p)
         return (double)NAN;
     const struct segment *segments = segments_of(p, false, &first, &last);
+    ad_forget_singular(p, false);
     for (size_t i = first; i < last; i++) {
         double began = ad_now();
         ad_execute(p, segments, i, i + 1, NULL);
         if (p->instructions[segments[i].first].kind == DO_MATMUL)
             products += ad_now() - began;
     }
+    ad_report_singular(p, &p->error);
     p->held_stand = p->was_run = true;
     return products;
 }

@@ -30,6 +30,11 @@ void ad_run_tile(const ad_program *program, const struct segment *segment, const
 void ad_run_instruction(const ad_program *program, const struct segment *segment,
                         const struct instruction *instruction, const struct tile *tile);
 void ad_run_alone(const ad_program *program, const struct segment *segment);
+/* Factors of small systems, solutions, log-determinants (systems.c). */
+void ad_run_system(const ad_program *program, const struct segment *segment);
+/* Forgets what was wrong before a run; keeps an error of what was singular in it. */
+void ad_forget_singular(ad_program *program, bool again);
+enum ad_status ad_report_singular(const ad_program *program, struct ad_error *error);
 /* Looks through what an instruction left in memory. */
 void ad_look_at_value(const ad_program *program, const struct instruction *instruction,
                       struct check *check);

@@ -61,13 +61,17 @@ enum instruction_kind {
     DO_MATMUL,
     DO_GATHER_COLS,
     DO_SCATTER_COLS,
-    DO_CUMSUM
+    DO_CUMSUM,
+    DO_FACTOR,
+    DO_SOLVE,
+    DO_LOGDET
 };
 
 /* loc[0]: result; loc[1..3]: operands. Sinks: loc[3] is their number. diff: loc[2] numbers its
    scale in `numbers`, loc[3] tells repeat. matmul: loc[3] holds the bits below. place: parts
    loc[1] .. loc[1]+loc[2]. gather and scatter of columns: loc[2] is 1 + their list's place in
-   `lists`. cumsum: loc[3] holds the bits of the node. */
+   `lists`. cumsum and small systems: loc[3] is aux of the node; solutions read
+   their factor at loc[1] and their right sides at loc[2]. */
 enum { MATMUL_TA = 1, MATMUL_TB = 2, MATMUL_ADDS = 4 };
 
 struct instruction {
@@ -134,6 +138,11 @@ struct back_end {
     void (*free)(void *state);
 };
 
+/* The first factor of a run that has a singular column; value UINT32_MAX: none. */
+struct singular {
+    uint32_t value, col;
+};
+
 struct ad_program {
     enum ad_type type;
     uint32_t recording; /* of the handles that name ports */
@@ -169,7 +178,8 @@ struct ad_program {
     bool has_matmul;
     bool was_run;
     bool held_stand;                 /* what held inputs decide is as they were set */
-    struct ad_error error;           /* of ad_rerun */
+    struct singular *singular;       /* what runs found */
+    struct ad_error error;           /* of the last run */
     const struct back_end *back_end; /* NULL: interpreted; its state: */
     void *back_end_state;
 };

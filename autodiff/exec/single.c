@@ -136,6 +136,11 @@ void ad_run_alone(const ad_program *p, const struct segment *g)
     case DO_CUMSUM:
         cumsum(p, g, in);
         break;
+    case DO_FACTOR:
+    case DO_SOLVE:
+    case DO_LOGDET:
+        ad_run_system(p, g);
+        break;
     default:
         p->kernels->transpose(g->cols, g->rows, p->memory + o->off, o->rs, p->memory + a->off,
                               a->rs);

@@ -131,7 +131,7 @@ static void sweep(struct sweep *s, uint32_t last)
         if (ad_ops[node->op].elementwise)
             ad_elementwise_rule(s, node, sweep_var(s, id), sweep_var(s, g));
         else
-            ad_structure_rule(s, node, sweep_var(s, g));
+            ad_structure_rule(s, node, sweep_var(s, id), sweep_var(s, g));
     }
 }
 

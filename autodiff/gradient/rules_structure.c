@@ -48,6 +48,28 @@ static void matmul_rule(struct sweep *s, const struct node *n, ad_var g)
     }
 }
 
+/* a x = b: b's adjoint is a'^-1 g, and a's is -b' x'; x = a^-T b the other way round. */
+static void solve_rule(struct sweep *s, const struct node *n, ad_var x, ad_var g)
+{
+    ad_var a = sweep_var(s, n->in[0]), f = sweep_var(s, n->in[1]);
+    size_t side = n->aux & SYSTEM_SIDE, m = n->rows / side;
+    bool transposed = n->aux & SYSTEM_TRANSPOSED;
+    ad_var b = ad_solve_factored(a, f, g, n->aux ^ SYSTEM_TRANSPOSED);
+    if (is_needed(s, n->in[2]))
+        ad_accumulate(s, n->in[2], b);
+    if (is_needed(s, n->in[0]))
+        ad_accumulate(s, n->in[0],
+                      ad_neg(ad_each_outer(transposed ? x : b, transposed ? b : x, side, m)));
+}
+
+/* a'^-1 */
+ad_var ad_logdet_slope(const struct node *n, ad_tape *tape)
+{
+    ad_var a = ad_at(tape, n->in[0]), f = ad_at(tape, n->in[1]);
+    return ad_solve_factored(a, f, ad_each_unit(tape, n->aux & SYSTEM_SIDE, n->cols),
+                             n->aux | SYSTEM_TRANSPOSED);
+}
+
 /* The part of g that a part of a place operation sees. */
 static ad_var window(ad_var g, uint32_t row, uint32_t col, const struct node *part)
 {
@@ -84,7 +106,7 @@ static ad_var indexed_adjoint(struct sweep *s, const struct node *n, ad_var g)
     return c;
 }
 
-void ad_structure_rule(struct sweep *s, const struct node *n, ad_var g)
+void ad_structure_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g)
 {
     const struct node *x = node_at(s->tape, n->in[0]);
     double scale =
@@ -127,6 +149,12 @@ void ad_structure_rule(struct sweep *s, const struct node *n, ad_var g)
         break;
     case AD_OP_matmul:
         matmul_rule(s, n, g);
+        break;
+    case AD_OP_solve:
+        solve_rule(s, n, y, full(g, n));
+        break;
+    case AD_OP_logdet:
+        ad_accumulate(s, n->in[0], ad_mul(g, ad_logdet_slope(n, s->tape)));
         break;
     default:
         break;

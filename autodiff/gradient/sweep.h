@@ -49,7 +49,9 @@ void ad_accumulate(struct sweep *s, uint32_t to, ad_var c);
 ad_var ad_reduce_to(ad_var c, const struct node *y, const struct node *x);
 /* Passes the adjoint g of node n on to its inputs. */
 void ad_elementwise_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g);
-void ad_structure_rule(struct sweep *s, const struct node *n, ad_var g);
+void ad_structure_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g);
+/* The gradient of a log-determinant with respect to its matrix. */
+ad_var ad_logdet_slope(const struct node *n, ad_tape *tape);
 /* The tangent of an elementwise y from those of its operands (id 0: none); id 0 where there is
  * none. */
 ad_var ad_elementwise_tangent(const struct node *n, ad_var y, const ad_var t[3], bool tainted);

@@ -26,6 +26,18 @@ static ad_var product(const struct forward *f, const struct node *n)
     return !by_a.id ? by_b : !by_b.id ? by_a : ad_add(by_a, by_b);
 }
 
+/* a dx = db - da x, or of a transposed. */
+static ad_var solution(const struct forward *f, const struct node *n, ad_var x, const ad_var t[3])
+{
+    size_t side = n->aux & SYSTEM_SIDE;
+    ad_var a = ad_at(f->tape, n->in[0]), factor = ad_at(f->tape, n->in[1]), right = t[2];
+    if (t[0].id) {
+        ad_var da = ad_each_product(t[0], x, side, n->rows / side, n->aux & SYSTEM_TRANSPOSED);
+        right = right.id ? ad_sub(right, da) : ad_neg(da);
+    }
+    return right.id ? ad_solve_factored(a, factor, right, n->aux) : right;
+}
+
 /* Of the parts that have a tangent. */
 static ad_var placed(const struct forward *f, const struct node *n)
 {
@@ -61,8 +73,12 @@ static ad_var derivative(const struct forward *f, uint32_t id)
         return product(f, &n);
     if (n.op == AD_OP_place)
         return placed(f, &n);
-    if (!t[0].id)
-        return t[0];
+    if (n.op == AD_OP_solve)
+        return solution(f, &n, ad_at(f->tape, id), t);
+    if (!t[0].id || n.op == AD_OP_factor)
+        return ad_at(f->tape, 0);
+    if (n.op == AD_OP_logdet)
+        return ad_sum_rows(ad_mul(t[0], ad_logdet_slope(&n, f->tape)));
     struct node same = n; /* linear in its one operand; lists and numbers serve both */
     same.in[0] = t[0].id;
     same.flags = 0;

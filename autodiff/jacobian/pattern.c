@@ -196,6 +196,18 @@ static void running(struct search *s, const struct node *n, uint32_t *result)
     }
 }
 
+/* Small systems: each element by all of its column's matrix and right sides. */
+static void solved(struct search *s, const struct node *n, uint32_t *result)
+{
+    for (size_t c = 0; c < n->cols; c++) {
+        uint32_t all = line(s, n->in[0], true, c);
+        if (n->op == AD_OP_solve)
+            all = ad_set_union(&s->sets, all, line(s, n->in[2], true, c));
+        for (size_t r = 0; r < n->rows; r++)
+            result[r * n->cols + c] = all;
+    }
+}
+
 /* ---- nodes ---- */
 
 static bool fill(struct search *s, const struct node *n, uint32_t *result)
@@ -213,6 +225,12 @@ static bool fill(struct search *s, const struct node *n, uint32_t *result)
         return product(s, n, result);
     case AD_OP_cumsum:
         running(s, n, result);
+        return true;
+    case AD_OP_solve:
+    case AD_OP_logdet:
+        solved(s, n, result);
+        return true;
+    case AD_OP_factor: /* derivatives go through what uses it */
         return true;
     default:
         break;

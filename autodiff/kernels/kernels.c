@@ -7,6 +7,7 @@
    argument and lose both vector versions. */
 #include "kernels.h"
 
+#include <float.h>
 #include <math.h>
 
 #ifdef AD_KERNEL_F32
@@ -192,6 +193,7 @@ static void to_double(size_t n, double *o, const void *pa)
 }
 
 #include "optim_step.h"
+#include "small_systems.h"
 
 extern const struct ad_kernels EXPAND(ad_kernels_, TYPE_NAME, _, AD_KERNEL_ISA);
 const struct ad_kernels EXPAND(ad_kernels_, TYPE_NAME, _, AD_KERNEL_ISA) = {
@@ -214,6 +216,9 @@ const struct ad_kernels EXPAND(ad_kernels_, TYPE_NAME, _, AD_KERNEL_ISA) = {
     .gather = gather,
     .scatter = scatter,
     .cumsum = cumsum,
+    .factor = factor,
+    .solve = solve,
+    .logdet = logdet,
     .from_double = from_double,
     .to_double = to_double,
     .sgd = sgd,

@@ -10,6 +10,8 @@ typedef void ad_kernel(size_t n, void *o, const void *a, const void *b, const vo
 /* Variants by which inputs are one number for all lanes: a bit each. */
 enum { VARIANT_A_NUMBER = 1, VARIANT_B_NUMBER = 2, VARIANT_C_NUMBER = 4, N_VARIANTS = 8 };
 
+enum { AD_MOST_SIDE = 32 }; /* of small systems */
+
 /* Factors of one step of an optimiser; the bias corrections of Adam are in rate and epsilon. */
 struct ad_step {
     double rate;     /* x -= rate * direction */
@@ -37,6 +39,14 @@ struct ad_kernels {
     void (*scatter)(size_t n, void *o, const void *a, const uint32_t *list);
     /* o[i] = a[0] + ... + a[i], or from the other end; added in double */
     void (*cumsum)(size_t n, void *o, const void *a, bool reversed);
+    /* Small systems, n x n in each column (small_systems.h); ldo, lda, ldf, ldb: row strides in
+       elements. factor returns the first singular column, SIZE_MAX: none, and makes it NaN. solve:
+       m right sides, row i*m + k is element i of side k. */
+    size_t (*factor)(size_t n, size_t cols, void *o, size_t ldo, const void *a, size_t lda,
+                     bool cholesky);
+    void (*solve)(size_t n, size_t m, size_t cols, void *o, size_t ldo, const void *f, size_t ldf,
+                  const void *b, size_t ldb, bool cholesky, bool transposed);
+    void (*logdet)(size_t n, size_t cols, void *o, const void *f, size_t ldf, bool cholesky);
     void (*from_double)(size_t n, void *o, const double *a);
     void (*to_double)(size_t n, double *o, const void *a);
     /* steps of the optimisers, optim_step.h; v, m: moments */

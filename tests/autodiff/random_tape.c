@@ -282,6 +282,36 @@ static void reductions(struct maker *m)
         keep(m, record[pick(m, sizeof record / sizeof *record)](x));
 }
 
+/* Small systems of matrices near 2, or 2 beside the diagonal, in each column. */
+static void systems(struct maker *m)
+{
+    ad_var x = any(m), b = any(m);
+    size_t n = 1 + pick(m, 4), sides = 1 + pick(m, 2), cols = ad_cols(x);
+    enum ad_factors factors = pick(m, 2) ? AD_CHOLESKY : AD_LU;
+    uint32_t list[LIST];
+    double unit[16] = {0};
+    if (n * n * cols > m->most || (ad_cols(b) != cols && ad_cols(b) != 1))
+        return;
+    for (size_t k = 0; k < LIST; k++)
+        list[k] = (uint32_t)pick(m, ad_rows(x));
+    for (size_t i = 0; i < n; i++)
+        unit[i * n + (factors == AD_LU ? (i + 1) % n : i)] = 2;
+    ad_var a = ad_add(ad_mul(0.2, ad_tanh(ad_gather_rows(x, n * n, list))),
+                      ad_const(m->r->tape, n * n, 1, unit));
+    for (size_t k = 0; k < LIST; k++)
+        list[k] = (uint32_t)pick(m, ad_rows(b));
+    switch (pick(m, 3)) {
+    case 0:
+        keep(m, ad_solve(a, ad_gather_rows(b, n * sides, list), factors));
+        break;
+    case 1:
+        keep(m, ad_inverse(a, factors));
+        break;
+    default:
+        keep(m, ad_logdet(a, factors));
+    }
+}
+
 /* A pair law: differences of gathered rows, brought back by a scatter. */
 static void pairs(struct maker *m)
 {
@@ -366,7 +396,7 @@ static const struct {
 } operations[] = {
     {elementwise, 14}, {chain, 14},    {sums, 5},    {scatter, 2},    {matmul, 1},    {slice, 3},
     {gather, 2},       {pairs, 1},     {reshape, 1}, {concat, 2},     {broadcast, 2}, {place, 1},
-    {difference, 3},   {transpose, 1}, {columns, 2}, {reductions, 2},
+    {difference, 3},   {transpose, 1}, {columns, 2}, {reductions, 2}, {systems, 1},
 };
 
 /* One of `smooth` operations, 0: any, may need a value whole: few of them make long segments. */

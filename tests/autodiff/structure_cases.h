@@ -1,6 +1,6 @@
 /* Operations that move or reduce values, each beside its definition, one element at a time:
-   structure_cases.c, and reduction_cases.c for largest values, softmax, cumulative sums and lists
-   of columns. */
+   structure_cases.c, reduction_cases.c for largest values, softmax, cumulative sums and lists of
+   columns, system_cases.c for small systems. */
 #ifndef TESTS_AUTODIFF_STRUCTURE_CASES_H
 #define TESTS_AUTODIFF_STRUCTURE_CASES_H
 
@@ -28,7 +28,19 @@ struct structure {
     enum nature nature;
 };
 
-extern const struct structure structure_cases[], reduction_cases[];
-extern const size_t structure_n_cases, reduction_n_cases;
+extern const struct structure structure_cases[], reduction_cases[], system_cases[];
+extern const size_t structure_n_cases, reduction_n_cases, system_n_cases;
+
+/* Of all three tables; NULL behind the last. */
+static inline const struct structure *structure_case(size_t k)
+{
+    if (k < structure_n_cases)
+        return &structure_cases[k];
+    k -= structure_n_cases;
+    if (k < reduction_n_cases)
+        return &reduction_cases[k];
+    k -= reduction_n_cases;
+    return k < system_n_cases ? &system_cases[k] : NULL;
+}
 
 #endif

@@ -109,9 +109,8 @@ static void test_every_structure(void **state)
     static const size_t seconds[][2] = {
         [SAME] = {5, 6},         [ONE_ROW] = {1, 6},   [ONE_COL] = {5, 1},     [COLS_BY_4] = {6, 4},
         [FOUR_BY_COLS] = {4, 6}, [ROWS_BY_4] = {5, 4}, [FOUR_BY_ROWS] = {4, 5}};
-    for (size_t k = 0; k < structure_n_cases + reduction_n_cases; k++) {
-        const struct structure *s =
-            k < structure_n_cases ? &structure_cases[k] : &reduction_cases[k - structure_n_cases];
+    for (size_t k = 0; structure_case(k); k++) {
+        const struct structure *s = structure_case(k);
         uint64_t random = 3 + k;
         ad_tape *t = ad_tape_new(AD_F64);
         size_t n = s->second == NONE ? 1 : 2;
@@ -213,11 +212,9 @@ static void assert_jacobian(ad_jacobian *J, ad_var y, size_t n, const ad_var x[]
 static void test_jacobian_of_structures(void **state)
 {
     (void)state;
-    for (size_t k = 0; k < structure_n_cases + reduction_n_cases; k++)
+    for (size_t k = 0; structure_case(k); k++)
         for (int type = 0; type < 2; type++) {
-            const struct structure *s = k < structure_n_cases
-                                            ? &structure_cases[k]
-                                            : &reduction_cases[k - structure_n_cases];
+            const struct structure *s = structure_case(k);
             if (s->second > SAME)
                 continue;
             uint64_t random = 3 + k;

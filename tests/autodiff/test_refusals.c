@@ -60,6 +60,12 @@ static ad_var op_gather_cols(ad_var x) { return ad_gather_cols(x, 1, (uint32_t[]
 
 static ad_var op_scatter_cols(ad_var x) { return ad_scatter_cols(x, (uint32_t[]){0, 0, 0, 0}, 1); }
 
+static ad_var op_solve(ad_var x) { return ad_solve(x, x, AD_LU); }
+
+static ad_var op_inverse(ad_var x) { return ad_inverse(x, AD_CHOLESKY); }
+
+static ad_var op_logdet(ad_var x) { return ad_logdet(x, AD_LU); }
+
 static ad_var op_concat_rows(ad_var x) { return ad_concat_rows(2, (ad_var[]){x, x}); }
 
 static ad_var op_concat_cols(ad_var x) { return ad_concat_cols(2, (ad_var[]){x, x}); }
@@ -96,6 +102,9 @@ static const struct {
     {"gather_cols", op_gather_cols},
     {"scatter_cols", op_scatter_cols},
     {"cumsum", ad_cumsum_rows},
+    {"solve", op_solve},
+    {"inverse", op_inverse},
+    {"logdet", op_logdet},
     {"cumsum", ad_cumsum_cols},
     {"max_rows", ad_max_rows},
     {"max_cols", ad_max_cols},

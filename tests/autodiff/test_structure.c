@@ -84,9 +84,8 @@ typedef void test(struct trial *t);
 
 static void for_each_case(test *f, enum ad_type type)
 {
-    for (size_t k = 0; k < structure_n_cases + reduction_n_cases; k++) {
-        const struct structure *s =
-            k < structure_n_cases ? &structure_cases[k] : &reduction_cases[k - structure_n_cases];
+    for (size_t k = 0; structure_case(k); k++) {
+        const struct structure *s = structure_case(k);
         for (size_t size = 0; size < N_SIZES; size++)
             if (sizes[size][1] >= s->min_cols) {
                 struct trial t = begin(s, k, size, type);
