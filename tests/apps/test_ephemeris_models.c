@@ -107,6 +107,21 @@ static void test_least_model(void **state)
     assert_mentions(shell_err(), "models");
 }
 
+/* The same by one call in C: as near with fewer forces is less, and none is a kilometre near. */
+static void test_least_in_c(void **state)
+{
+    struct ad_error error = {0};
+    struct phys_ephemeris_choice choice;
+    (void)state;
+    measure_all();
+    assert_int_equal(phys_ephemeris_least(&tables, 1e5, &choice, &error), AD_OK);
+    assert_string_equal(phys_ephemeris_models[choice.chosen].name, "3D Dormand-Prince 8");
+    assert_true(choice.off[choice.chosen].worst <= 1e5);
+    assert_close(choice.off[choice.chosen].km[2], most[choice.chosen][2], 1e-12, 0);
+    assert_int_equal(phys_ephemeris_least(&tables, 1, &choice, &error), AD_E_ACCURACY);
+    assert_int_equal(choice.n, PHYS_EPHEMERIS_MODELS);
+}
+
 /* A17: integration errs by less than a hundredth of the model, planet by planet, at every default:
    spans, dimensions, bodies, methods. */
 static void test_integration_is_small(void **state)
@@ -242,13 +257,10 @@ static int close_all(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_known_errors),
-        cmocka_unit_test(test_what_each_step_brings),
-        cmocka_unit_test(test_least_model),
-        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_integration_is_small),
-        cmocka_unit_test(test_split),
-        cmocka_unit_test(test_tolerance_of_a_given_model),
+        cmocka_unit_test(test_known_errors), cmocka_unit_test(test_what_each_step_brings),
+        cmocka_unit_test(test_least_model),  cmocka_unit_test(test_least_in_c),
+        cmocka_unit_test(test_refusals),     cmocka_unit_test(test_integration_is_small),
+        cmocka_unit_test(test_split),        cmocka_unit_test(test_tolerance_of_a_given_model),
         cmocka_unit_test(test_chart),
     };
     return cmocka_run_group_tests(tests, shell_setup, close_all);

@@ -179,12 +179,37 @@ static void test_no_order(void **state)
     assert_int_equal(order.state, PHYS_STATE_DENSE); /* many neighbours, but lying anyhow */
 }
 
+/* A gas that starts on a lattice: neighbours at one spacing, where g has its peak. */
+static void test_order_of_a_gas(void **state)
+{
+    (void)state;
+    const struct phys_setting set[] = {
+        {"bodies", 100}, {"jitter", 0}, {"sigma", 0.05}, {"spacing", 0.056}};
+    struct ad_error error = {0};
+    struct phys_system system;
+    struct phys_gas_order order;
+    assert_int_equal(phys_system_open("gas", &system, &error), AD_OK);
+    assert_int_equal(phys_system_set_all(&system, 4, set, &error), AD_OK);
+    double *q = malloc(2 * system.dof * sizeof *q);
+    system.scene->start(system.params, 1, q, q + system.dof, &error);
+    assert_int_equal(phys_gas_order(&system, q, &order, &error), AD_OK);
+    struct phys_order mean;
+    phys_order(system.bodies, q, phys_gas_shell(&system), NULL, NULL, &mean, &error);
+    assert_close(order.mean.neighbours, mean.neighbours, 0, 0);
+    assert_close(order.reach, 0.25, 1e-12, 0);
+    assert_true(fabs(order.peak_at - 0.056) <= 0.25 / PHYS_GAS_BINS);
+    for (size_t k = 0; k < PHYS_GAS_BINS; k++)
+        assert_true(order.g[k] <= order.peak);
+    free(q);
+    phys_system_close(&system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_near_pairs), cmocka_unit_test(test_nowhere),
         cmocka_unit_test(test_lattices),   cmocka_unit_test(test_ideal_gas),
-        cmocka_unit_test(test_no_order),
+        cmocka_unit_test(test_no_order),   cmocka_unit_test(test_order_of_a_gas),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
