@@ -329,11 +329,11 @@ double ad_run_timed(ad_program *program);
 /* Has the system's C compiler (CC, or cc) make machine code of the program, kept for the next time
    in the user's cache folder ($XDG_CACHE_HOME/leastaction, or ~/.cache/leastaction). `runs` is
    about how often ad_run will be called: where so many runs save less than compiling takes, 0.15
-   s, 0.2 ms an instruction, 1 ms a sum or segment and 10 ms a segment with gathers or scatters,
-   nothing is done; INFINITY asks for it in any case (of up to 65536 instructions). True if the
-   program now runs as machine code. False if it goes on being interpreted, with the reason in
-   `note` (may be NULL): it does not pay, there is no compiler or no safe folder, or
-   LEASTACTION_NATIVE=0 is in the environment. Values are the same to rounding. */
+   s and 6.5 s for a megabyte of source, 0.5 to 1 ms an instruction, nothing is done; INFINITY asks
+   for it in any case (of up to 65536 instructions). True if the program now runs as machine code.
+   False if it goes on being interpreted, with the reason in `note` (may be NULL): it does not pay,
+   there is no compiler or no safe folder, or LEASTACTION_NATIVE=0 is in the environment. Values are
+   the same to rounding. */
 bool ad_native(ad_program *program, double runs, struct ad_error *note);
 
 /* The same as soon as it pays, for programs of which nobody knows how often they will run: a later

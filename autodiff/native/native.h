@@ -21,6 +21,7 @@
 struct native {
     struct segment *segments;
     size_t n_segments, n_held; /* held: the first ones, that ad_rerun leaves out */
+    size_t bytes;              /* of the source of functions */
     void *library;
 };
 

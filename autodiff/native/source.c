@@ -90,10 +90,14 @@ char *ad_native_source(const ad_program *p, struct native *native)
     bool done = walks && native->segments && out;
     if (done) {
         write_vectors(out, p, n, walks);
+        fflush(out);
+        size_t vectors = bytes;
         fprintf(out, "#define SEGMENT static%s\n", is_long(n) ? " __attribute__((noinline))" : "");
         for (size_t i = 0; done && i < n; i++)
             done = !walks[i].segment.fused || ad_native_segment(out, p, &walks[i]);
         write_runs(out, p, n, walks, native);
+        fflush(out);
+        native->bytes = bytes - vectors;
     }
     if (out)
         done = fclose(out) == 0 && done;

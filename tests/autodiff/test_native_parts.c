@@ -1,9 +1,12 @@
 /* Segments that are too long for one function, against the interpreter: every way of walking them,
    values that are read long after they were computed, sums in the middle, chunks for threads. */
+#include "autodiff/native/native.h"
 #include "tests/native.h"
 #include "world.h"
 
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { LENGTH = 80, BODIES = 6, PAIRS = BODIES * (BODIES - 1) / 2 };
 
@@ -134,6 +137,88 @@ static void test_sums_on_the_way(void **state)
     }
 }
 
+/* ---- what compiling costs ---- */
+
+/* The logarithm of a mixture's likelihood, row by row, and its gradient. */
+static ad_program *mixture(size_t gaussians)
+{
+    enum { D = 10, CORNER = D * (D - 1) / 2, POINTS = 100 };
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, D, POINTS, "x"), in[] = {ad_input(tape, gaussians, 1, "weights"),
+                                                       ad_input(tape, gaussians * D, 1, "means"),
+                                                       ad_input(tape, gaussians * D, 1, "scales"),
+                                                       ad_input(tape, gaussians * CORNER, 1, "l")};
+    ad_var sum = ad_scalar(tape, 0), out[5];
+    for (size_t k = 0; k < gaussians; k++) {
+        ad_var z = ad_sub(x, ad_slice_rows(in[1], k * D, D)), square = ad_scalar(tape, 0);
+        for (size_t i = 0, at = k * CORNER; i < D; at += i++) {
+            ad_var y = ad_mul(ad_exp(ad_row(in[2], k * D + i)), ad_row(z, i));
+            if (i)
+                y = ad_add(
+                    y, ad_sum_rows(ad_mul(ad_slice_rows(in[3], at, i), ad_slice_rows(z, 0, i))));
+            square = ad_add(square, ad_square(y));
+        }
+        ad_var scales = ad_sum(ad_slice_rows(in[2], k * D, D));
+        sum = ad_add(sum, ad_exp(ad_sub(ad_add(ad_row(in[0], k), scales), ad_mul(0.5, square))));
+    }
+    out[0] = ad_sum(ad_log(sum));
+    assert_int_equal(ad_grad(out[0], 4, in, out + 1), AD_OK);
+    ad_program *p = compile(tape, 5, out);
+    ad_tape_free(tape);
+    return p;
+}
+
+static size_t longest_function(const char *source)
+{
+    size_t longest = 0;
+    for (const char *end; (end = strstr(source, "\n}\n")); source = end + 3)
+        longest = (size_t)(end - source) > longest ? (size_t)(end - source) : longest;
+    return longest;
+}
+
+/* C4: a compiler takes time by the length of what it reads, and more where functions are long. */
+static void test_source_is_linear(void **state)
+{
+    static const size_t gaussians[] = {5, 10, 20, 62};
+    double first = 0;
+    (void)state;
+    for (size_t k = 0; k < sizeof gaussians / sizeof *gaussians; k++) {
+        ad_program *p = mixture(gaussians[k]);
+        struct native native = {0};
+        char *source = ad_native_source(p, &native);
+        assert_non_null(source);
+        double each = (double)native.bytes / (double)ad_program_info(p).instructions;
+        first = k ? first : each;
+        assert_true(each > 40 && each < 1.1 * first && first < 180);
+        assert_true(longest_function(source) < 64 << 10);
+        assert_true(native.bytes < strlen(source));
+        free(source);
+        free(native.segments);
+        ad_program_free(p);
+    }
+}
+
+/* The price by which programs are compiled or not is that of their source. */
+static void test_price(void **state)
+{
+    (void)state;
+    native_need_compiler();
+    ad_program *p = mixture(5);
+    struct native native = {0};
+    free(ad_native_source(p, &native));
+    free(native.segments);
+    double expected = 0.15 + 6.5e-6 * (double)native.bytes, price = 0;
+    for (double runs = 1; price < 0.9 * expected; runs *= 1.2) {
+        struct ad_error note = {0};
+        assert_false(ad_native(p, runs, &note));
+        const char *about = strstr(note.message, "about ");
+        assert_non_null(about);
+        price = strtod(about + strlen("about "), NULL);
+    }
+    assert_true(price < 1.1 * expected);
+    ad_program_free(p);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -141,6 +226,8 @@ int main(void)
         cmocka_unit_test(test_chunks),
         cmocka_unit_test(test_pairs),
         cmocka_unit_test(test_sums_on_the_way),
+        cmocka_unit_test(test_source_is_linear),
+        cmocka_unit_test(test_price),
     };
     return cmocka_run_group_tests(tests, native_open_cache, native_remove_cache);
 }
