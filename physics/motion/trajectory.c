@@ -57,7 +57,7 @@ enum ad_status phys_trajectory(const struct phys_simulation *how, const struct p
                                double *y, size_t rows, size_t columns, double *path,
                                struct phys_simulation_info *info, struct ad_error *error)
 {
-    struct phys_simulation_info unwanted;
+    struct phys_simulation_info unwanted = {0};
     info = info ? info : &unwanted;
     struct collector collector = {how, rows, columns, 0, path};
     if (phys_lacks(how, "settings of a simulation", error) ||
