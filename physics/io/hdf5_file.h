@@ -1,5 +1,5 @@
 /* Run files and checkpoints: HDF5, readable with h5py, written whole or not at all, without
-   timestamps (two equal runs give the same bytes), and with a hash of all of it in front (seal.h),
+   timestamps (two equal runs give the same bytes), and with a hash of all of it in front (checksum.h),
    so that a damaged one is refused before HDF5 sees it.
 
    Writing is sticky, as recording on a tape is: the first failure is kept, later calls pass
