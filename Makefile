@@ -71,11 +71,16 @@ FUZZ_SECONDS ?= 10
 # 0: another one each time
 FUZZ_SEED ?= 0
 KILLS ?= 200
-PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/derivatives.h autodiff/ops.def autodiff/optim.h autodiff/lbfgs.h physics/physics.h physics/system/system.h \
-              physics/io/names.h physics/lagrangian/check.h physics/lagrangian/conserved.h physics/lagrangian/euler_lagrange.h physics/action/action.h \
-              physics/path/path.h physics/ephemeris/ephemeris.h \
-              physics/ephemeris/horizons.h physics/ephemeris/models.h physics/lagrangian/legendre.h physics/ode/ode.h physics/integrators/integrators.h physics/motion/motion.h physics/motion/solve.h physics/gas/order.h physics/stability/stability.h physics/stability/diagnostics.h hnn/hnn.h hnn/data/data.h \
-              hnn/pixels/latent.h hnn/pixels/pixels.h hnn/pixels/pixel_energy.h hnn/rollout/rollout.h quantum/quantum.h quantum/run.h quantum/slit.h quantum/published.h)
+PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/derivatives.h autodiff/ops.def autodiff/optim.h \
+              autodiff/lbfgs.h physics/physics.h physics/system/system.h physics/io/names.h \
+              physics/lagrangian/check.h physics/lagrangian/conserved.h physics/lagrangian/euler_lagrange.h \
+              physics/action/action.h physics/path/path.h physics/ephemeris/ephemeris.h \
+              physics/ephemeris/horizons.h physics/ephemeris/models.h physics/lagrangian/legendre.h \
+              physics/ode/ode.h physics/integrators/integrators.h physics/motion/checks.h \
+              physics/motion/motion.h physics/motion/solve.h physics/gas/order.h physics/stability/stability.h \
+              physics/stability/diagnostics.h hnn/hnn.h hnn/data/data.h hnn/pixels/latent.h \
+              hnn/pixels/pixels.h hnn/pixels/pixel_energy.h hnn/rollout/rollout.h quantum/quantum.h \
+              quantum/run.h quantum/slit.h quantum/published.h)
 
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so

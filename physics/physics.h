@@ -17,6 +17,7 @@
 #include "physics/lagrangian/conserved.h"
 #include "physics/lagrangian/euler_lagrange.h"
 #include "physics/lagrangian/legendre.h"
+#include "physics/motion/checks.h"
 #include "physics/motion/motion.h"
 #include "physics/motion/solve.h"
 #include "physics/ode/ode.h"
