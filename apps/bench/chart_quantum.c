@@ -66,7 +66,7 @@ static const struct column columns[] = {
 static const struct effort {
     size_t dense, sparse;
     double seconds;
-} thorough = {2048, 65536, 2}, quick = {600, 2048, 0.05};
+} thorough = {2048, 65536, 2}, quick = {600, 2048, 0.2};
 
 static enum ad_status open_problem(const struct quantum_problem *problem,
                                    struct phys_system *system, struct ad_error *error)
