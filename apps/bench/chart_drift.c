@@ -153,7 +153,7 @@ static void draw(size_t n, const struct drift *drifts, double periods, size_t la
         figure_curve(&figure, sheet, "periods", "error", NULL,
                      STYLE(drifts[m].integrator->symplectic ? "#1f5f99" : "#b8381b",
                            marks[m % (sizeof marks / sizeof *marks)], 1.6, 0.5),
-                     "method", drifts[m].integrator->name, NULL);
+                     "method", drifts[m].integrator->name);
     figure_element(&figure, "NaN with lines lw 3 lc rgb '#1f5f99' title 'symplectic'");
     figure_element(&figure, "NaN with lines lw 3 lc rgb '#b8381b' title 'not symplectic'");
     figure_end(&figure);

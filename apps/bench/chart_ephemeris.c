@@ -68,7 +68,7 @@ static void draw_planet(struct figure *figure, const struct sheet *sheet, size_t
     for (size_t m = 0; m < PHYS_EPHEMERIS_MODELS; m++)
         figure_curve(figure, sheet, "day", "km", phys_ephemeris_models[m].name,
                      STYLE(colours[m], 0, 2, 0), "model", phys_ephemeris_models[m].name, "planet",
-                     phys_ephemeris_planet(k), NULL);
+                     phys_ephemeris_planet(k));
 }
 
 static void draw(const struct sheet *sheet, size_t days, struct plot *plot)

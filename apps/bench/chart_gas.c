@@ -169,10 +169,9 @@ static void draw(const struct sheet *sizes, const struct sheet *cooling, struct 
                                           .y = "CPU time (s)",
                                           .log = "xy",
                                           .key = "top left"});
-    figure_curve(&figure, sizes, "bodies", "all_pairs_s", "all pairs", STYLE("#e8a33d", 7, 2, 0.6),
-                 NULL);
+    figure_curve(&figure, sizes, "bodies", "all_pairs_s", "all pairs", STYLE("#e8a33d", 7, 2, 0.6));
     figure_curve(&figure, sizes, "bodies", "near_pairs_s", "near pairs",
-                 STYLE("#1f4e79", 7, 2, 0.6), NULL);
+                 STYLE("#1f4e79", 7, 2, 0.6));
     snprintf(title, sizeof title, "Order of %d bodies that cool", COOLED);
     figure_panel(&figure, &(struct panel){.title = title,
                                           .x = "kT / depth of the well",
@@ -185,10 +184,10 @@ static void draw(const struct sheet *sizes, const struct sheet *cooling, struct 
                                           .more = "set y2range [0:1.05]\nset y2tics 0,0.2,1\nset "
                                                   "border 11\nset y2label 'hexatic order'\n"});
     figure_curve(&figure, cooling, "temperature", "neighbours", "neighbours",
-                 STYLE("#1f4e79", 7, 0, 0.7), NULL);
-    figure_curve(&figure, cooling, "temperature", "hexatic", "hexatic order",
-                 &(const struct style){.colour = "#c0392b", .mark = 7, .size = 0.7, .axes = "x1y2"},
-                 NULL);
+                 STYLE("#1f4e79", 7, 0, 0.7));
+    figure_curve(
+        &figure, cooling, "temperature", "hexatic", "hexatic order",
+        &(const struct style){.colour = "#c0392b", .mark = 7, .size = 0.7, .axes = "x1y2"});
     figure_end(&figure);
 }
 

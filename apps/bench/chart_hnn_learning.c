@@ -205,7 +205,7 @@ static void draw_panel(struct figure *figure, const struct sheet *sheet, size_t 
                      w->width);
             figure_curve(figure, sheet, "seconds", p > 1 ? "energy_mse" : "test_loss", title,
                          STYLE(colour_of(w), kind == HNN_BASELINE ? 5 : 7, 2, 0.5), "network",
-                         network_name(w, name), NULL);
+                         network_name(w, name));
         }
 }
 

@@ -225,7 +225,7 @@ static void draw_times(struct figure *figure, const struct sheet *sheet, const s
                  exponent(sheet, s->name, w->seconds, 0),
                  exponent(sheet, s->name, w->seconds, 0.099 * most_units(sheet, s->name)));
         figure_curve(figure, sheet, "units", w->ns, title, STYLE(w->colour, 7, 2, 0.6), "over",
-                     s->name, NULL);
+                     s->name);
     }
 }
 
@@ -239,9 +239,9 @@ static void draw_memory(struct figure *figure, const struct sheet *sheet, const 
                                          .y_range = "[10:1e4]",
                                          .key = "top right samplen 2"});
     figure_curve(figure, sheet, "units", "unit_program", "program", STYLE("#b8261b", 7, 2, 0.6),
-                 "over", s->name, NULL);
+                 "over", s->name);
     figure_curve(figure, sheet, "units", "unit_tape", "tape", STYLE("#f2b134", 7, 2, 0.6), "over",
-                 s->name, NULL);
+                 s->name);
 }
 
 static void draw(const struct sheet *sheet, struct plot *plot)

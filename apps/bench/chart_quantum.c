@@ -323,7 +323,7 @@ static void draw(const struct sheet *sheet, struct plot *plot)
         for (const struct way *w = ways; w < ways + WAYS; w++)
             figure_curve(&figure, sheet, "error", "seconds", w->name,
                          STYLE(w->colour, w->mark, 1.8, 0.8), "problem", problems[p].name, "method",
-                         w->name, NULL);
+                         w->name);
     }
     figure_end(&figure);
 }

@@ -215,10 +215,10 @@ static void draw_panel(struct figure *figure, const struct sheet *sheet, size_t 
                  order(sheet, boundaries[N_BOUNDARIES - 1].scene, (*rule)->name));
         figure_curve(figure, sheet, x, "error", title,
                      STYLE(colours[k % (sizeof colours / sizeof *colours)], 7, 1.8, 0.5), "scene",
-                     scene, "rule", (*rule)->name, NULL);
+                     scene, "rule", (*rule)->name);
     }
     figure_curve(figure, sheet, x, "error", "Adam as published", STYLE("#b8261b", 3, 0, 1.4),
-                 "scene", scene, "solver", "adam", NULL);
+                 "scene", scene, "solver", "adam");
 }
 
 enum ad_status chart_rules(struct chart *chart, struct ad_error *error)

@@ -300,7 +300,7 @@ static void draw_panel(struct figure *figure, const struct sheet *sheet, const c
                                          .key = p == 0 ? LEGEND_RIGHT : NULL});
     for (const struct solver *s = solvers; s < solvers + N_SOLVERS; s++)
         figure_curve(figure, sheet, "seconds", "drawn", s->name, STYLE(s->colour, 0, s->width, 0),
-                     "scene", scene, "solver", s->name, NULL);
+                     "scene", scene, "solver", s->name);
 }
 
 enum ad_status chart_solvers(struct chart *chart, struct ad_error *error)

@@ -100,8 +100,8 @@ static bool selected(const struct sheet *sheet, size_t row, va_list where)
     return all;
 }
 
-void figure_curve(struct figure *figure, const struct sheet *sheet, const char *x, const char *y,
-                  const char *title, const struct style *s, ...)
+void figure_curve_where(struct figure *figure, const struct sheet *sheet, const char *x,
+                        const char *y, const char *title, const struct style *s, ...)
 {
     FILE *out = figure->plot->script, *data = figure->plot->data;
     bool any = false;

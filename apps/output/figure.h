@@ -55,11 +55,12 @@ struct figure {
 
 void figure_begin(struct figure *figure, struct plot *plot, const struct layout *layout);
 void figure_panel(struct figure *figure, const struct panel *panel);
-/* A curve of the rows of a sheet in which each of some keys, pairs (key, name) ended by NULL, has
-   the name behind it: y over x. Rows without either number are left out. `title` NULL: it is not in
-   the legend. */
-void figure_curve(struct figure *figure, const struct sheet *sheet, const char *x, const char *y,
-                  const char *title, const struct style *style, ... /* NULL */);
+/* A curve of the rows of a sheet in which each of some keys, pairs (key, name) at the end of the
+   arguments, has the name behind it: y over x. Rows without either number are left out. `title`
+   NULL: it is not in the legend. */
+#define figure_curve(...) figure_curve_where(__VA_ARGS__, (const char *)NULL)
+void figure_curve_where(struct figure *figure, const struct sheet *sheet, const char *x,
+                        const char *y, const char *title, const struct style *style, ...);
 /* Another element of the plot command: gnuplot's words after "plot". */
 void figure_element(struct figure *figure, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

@@ -1,6 +1,6 @@
 /* Run files and checkpoints: HDF5, readable with h5py, written whole or not at all, without
-   timestamps (two equal runs give the same bytes), and with a hash of all of it in front (checksum.h),
-   so that a damaged one is refused before HDF5 sees it.
+   timestamps (two equal runs give the same bytes), and with a hash of all of it in front
+   (checksum.h), so that a damaged one is refused before HDF5 sees it.
 
    Writing is sticky, as recording on a tape is: the first failure is kept, later calls pass
    through, commit returns it. Names are paths inside the file ("parameters", "history/action");

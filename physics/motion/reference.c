@@ -148,9 +148,10 @@ static enum ad_status measure(struct runs *runs, const double *times, double los
 {
     size_t rows = 2 * r->dof * r->n;
     struct ad_error lost_way = {0}; /* of the second: the motion is not known from there on */
-    double *second = malloc((2 * rows + r->n) * sizeof *second), *again = second + rows;
+    double *second = malloc((2 * rows + r->n) * sizeof *second);
     if (!second)
         return ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
+    double *again = second + rows;
     memcpy(second, r->x, 2 * r->dof * sizeof *second);
     run(runs, r->n, times, 0, r->x, error);
     r->seen = runs->longest / (double)phys_extrapolation.order;

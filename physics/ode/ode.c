@@ -47,8 +47,10 @@ enum ad_status phys_ode_leave(const struct phys_ode *ode, double t, const double
 
 void phys_ode_component(const struct phys_ode *ode, size_t k, char *name, size_t size)
 {
-    if (!ode || !name)
-        snprintf(name, name ? size : 0, "?");
+    if (!name)
+        return;
+    if (!ode)
+        snprintf(name, size, "?");
     else if (ode->component)
         ode->component(ode->context, k, name, size);
     else if (ode->system)

@@ -137,8 +137,10 @@ double phys_system_get(const struct phys_system *system, const char *name)
 
 void phys_coordinate_name(const struct phys_system *system, size_t k, char *name, size_t size)
 {
-    if (!name || !system || k >= system->dof) {
-        snprintf(name, name ? size : 0, "?");
+    if (!name)
+        return;
+    if (!system || k >= system->dof) {
+        snprintf(name, size, "?");
         return;
     }
     const struct phys_scene *scene = system->scene;
