@@ -33,10 +33,12 @@ WARN = -Wall -Wextra -Wpedantic -Wshadow -Wstrict-prototypes -Wconversion $(if $
 MATH = -fno-math-errno -fno-trapping-math $(if $(CLANG),$(if $(X86),-fveclib=libmvec))
 ifdef SAN
 # By clang the fuzzers come of the same objects: they see which bytes lead where. The tape reads no
-# files, and its loops would take twice as long.
+# files, and its loops would take twice as long; those of the kernels, whose addresses ASan checks,
+# twice as long again by UBSan's checks of pointers.
 SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer $(COVERAGE)
 COVERAGE = $(if $(CLANG),-fsanitize=fuzzer-no-link)
 $(BUILD)/autodiff/%.o: COVERAGE =
+$(BUILD)/autodiff/kernels/%.o: COVERAGE = -fno-sanitize=pointer-overflow,null,alignment
 endif
 PKG_CFLAGS := $(patsubst -I%,-isystem %,$(filter-out -I/usr/include/$(MACHINE),$(shell pkg-config --cflags hdf5 openblas lapacke libpng zlib 2>/dev/null)))
 PKG_LIBS   := $(shell pkg-config --libs hdf5 openblas lapacke libpng zlib 2>/dev/null)
