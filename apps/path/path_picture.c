@@ -178,7 +178,7 @@ static void right(const struct path_run *run, const struct path_record *record,
     int power = range_exponent(values);
     fputs("set size noratio\n", out);
     axis_set(out, "x", "step", "1", steps, 0);
-    axis_set(out, "y", "mean a slice", run->system.scene->energy_unit, values, power);
+    axis_set(out, "y", "mean per slice", run->system.scene->energy_unit, values, power);
     fputs("plot ", out);
     for (size_t k = 0; k < 3 && run->reference; k++)
         fprintf(out, "%.9g with lines dt 2 lw 1 lc rgb '%s' notitle, \\\n    ",
