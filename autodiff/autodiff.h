@@ -234,7 +234,9 @@ ad_var ad_transpose(ad_var x); /* -> cols x rows */
    with pivoting, or Cholesky, which reads the lower triangle of a symmetric positive definite a
    alone. A column whose matrix is singular, but for rounding, or not positive definite gives NaN
    there, and an error that names it: in ad_program_error after a run, of ad_run_checked,
-   ad_evaluate and ad_gradient, and of ad_compile where the matrices are constants. */
+   ad_evaluate and ad_gradient, and of ad_compile where the matrices are constants. A matrix that is
+   nearly singular is no error: solutions have a relative error of up to its condition number times
+   the rounding unit, which is not computed. */
 enum ad_factors { AD_LU, AD_CHOLESKY };
 /* x with a x = b; b has n*m rows, row i*m + k is element i of right side k. One column of a or b
    stands for as many as the other has. */

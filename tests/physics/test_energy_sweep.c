@@ -2,7 +2,7 @@
    of none. It is 2 m K(k) + F(asin(sin(1/2)/k), k), k^2 = E/2, whose minimum over k is where the
    two meet. (All paths of longer times: test_path_all.c.) */
 #include "tests/close.h"
-#include "physics/path/energy_sweep.h"
+#include "physics/path/all/energy_sweep.h"
 
 static const double end = 1;
 

@@ -4,7 +4,7 @@
 #define PHYSICS_PATH_ENERGY_PARTS_H
 
 #include "energy_sweep.h"
-#include "potential.h"
+#include "physics/path/potential.h"
 
 #define PHYS_ENERGY_NEAREST 1e-11 /* to a height, of the potential's size */
 

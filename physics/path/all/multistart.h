@@ -3,7 +3,7 @@
 #ifndef PHYSICS_PATH_MULTISTART_H
 #define PHYSICS_PATH_MULTISTART_H
 
-#include "newton.h"
+#include "physics/path/newton.h"
 #include "physics/motion/motion.h"
 
 #define PHYS_MULTISTART_RANGE 1e3 /* of speeds, around the one that is natural */

@@ -1,5 +1,5 @@
 /* Stationary paths that a search has found, each once (multistart.h). */
-#include "grid_independence.h"
+#include "physics/path/grid_independence.h"
 #include "multistart.h"
 
 #include <math.h>

@@ -4,7 +4,7 @@
 #ifndef PHYSICS_PATH_ENERGY_SWEEP_H
 #define PHYSICS_PATH_ENERGY_SWEEP_H
 
-#include "internal.h"
+#include "physics/path/internal.h"
 
 struct phys_energy_question {
     double from, to, time;
