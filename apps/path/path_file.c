@@ -40,6 +40,20 @@ static void find_time(const struct path_run *run, struct path_file *f)
         f->time = f->columns;
 }
 
+/* A column of velocities, as simulate names them: no coordinates, whatever their order. */
+static const char *velocities(const struct path_run *run, const struct path_file *f)
+{
+    char name[32];
+    for (size_t k = 0; k < run->system.dof; k++) {
+        phys_coordinate_name(&run->system, k, name, sizeof name);
+        for (size_t c = 0; f->name && c < f->columns; c++)
+            if (f->name[c] && strncmp(f->name[c], "v_", 2) == 0 &&
+                strcmp(f->name[c] + 2, name) == 0)
+                return f->name[c];
+    }
+    return NULL;
+}
+
 /* Coordinates by their names, whatever else there is; where none has its name, the columns beside
    the time in their order, and no others. */
 static enum ad_status find_columns(const struct path_run *run, struct path_file *f,
@@ -62,6 +76,11 @@ static enum ad_status find_columns(const struct path_run *run, struct path_file 
     if (found > 0)
         return ad_fail(error, AD_E_INPUT, "%s: no column '%s'; expected all coordinates of %s",
                        f->file, lacking, run->system.scene->name);
+    const char *velocity = velocities(run, f);
+    if (velocity)
+        return ad_fail(error, AD_E_INPUT,
+                       "%s: no column '%s', got a column of velocities, '%s'; expected coordinates",
+                       f->file, lacking, velocity);
     size_t others = f->columns - (f->time < f->columns);
     if (others != dof)
         return ad_fail(

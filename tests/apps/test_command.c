@@ -262,9 +262,10 @@ static void test_found_path_as_start(void **state)
         assert_true(shell_number("action") == action);
     }
     static const char *const others[] = {
-        "sed 1d found.csv",               /* nothing says that the first is the time */
-        "cut -d, -f1,2 found.csv",        /* the time and one coordinate: not two */
-        "sed 's/t,x,y/a,x,b/' found.csv", /* a coordinate is missing */
+        "sed 1d found.csv",                   /* nothing says that the first is the time */
+        "cut -d, -f1,2 found.csv",            /* the time and one coordinate: not two */
+        "sed 's/t,x,y/a,x,b/' found.csv",     /* a coordinate is missing */
+        "sed 's/t,x,y/t,v_x,v_y/' found.csv", /* velocities are no coordinates */
         "sed 's/t,x,y/a,b,c/' found.csv"};
     for (size_t k = 0; k < LENGTH(others); k++)
         assert_int_equal(shell("%s >other.csv; $LA path kepler --steps 0 --solver adam --init "
