@@ -46,6 +46,58 @@ static void an_error_asked_for_is_met(void **state)
     end(&s);
 }
 
+/* Equations that err on the way forwards alone: two runs agree, the way back does not. */
+enum { ERRING_END = 2 };
+static const double ERRS = 1e-6;
+static bool on_the_way_back;
+
+static enum ad_status erring_field(void *context, double t, const double *y, double *rate,
+                                   struct ad_error *error)
+{
+    (void)context;
+    (void)error;
+    on_the_way_back = t >= ERRING_END || (on_the_way_back && t > 0);
+    rate[0] = y[1];
+    rate[1] = -y[0] + (on_the_way_back ? 0 : ERRS);
+    return AD_OK;
+}
+
+static enum ad_status erring_ode(const struct phys_system *system, struct phys_ode *ode,
+                                 struct ad_error *error)
+{
+    (void)error;
+    *ode = (struct phys_ode){.n = 2, .field = erring_field, .system = system};
+    return AD_OK;
+}
+
+static void an_error_that_both_runs_share_is_seen_on_the_way_back(void **state)
+{
+    (void)state;
+    struct phys_system spring = {0}, erring = {0};
+    struct phys_reference reference;
+    struct ad_error error = {0};
+    const double q = 1, v = 0, times[] = {0, 0.5, 1, 1.5, ERRING_END};
+    assert_int_equal(phys_system_open("spring", &spring, &error), AD_OK);
+    for (int errs = 0; errs < 2; errs++) {
+        struct phys_scene scene = *spring.scene;
+        scene.ode = errs ? erring_ode : NULL;
+        on_the_way_back = false;
+        assert_int_equal(phys_system_make(&scene, &erring, &error), AD_OK);
+        assert_int_equal(phys_reference(&erring, &q, &v, LENGTH(times), times, 0.1, NULL, NULL,
+                                        &reference, &error),
+                         AD_OK);
+        if (errs) {
+            assert_true(reference.reversal > 0.5 * ERRS && reference.reversal < 4 * ERRS);
+            assert_true(reference.uncertainty[4] >= 0.5 * reference.reversal &&
+                        reference.uncertainty[4] < 8 * ERRS);
+        } else
+            assert_true(reference.reversal < 1e-13 && reference.uncertainty[4] < 1e-13);
+        phys_reference_free(&reference);
+        phys_system_close(&erring);
+    }
+    phys_system_close(&spring);
+}
+
 static void defaults_follow_the_scenes_start_or_a_given_one(void **state)
 {
     (void)state;
@@ -181,6 +233,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_error_asked_for_is_met),
+        cmocka_unit_test(an_error_that_both_runs_share_is_seen_on_the_way_back),
         cmocka_unit_test(defaults_follow_the_scenes_start_or_a_given_one),
         cmocka_unit_test(crossings_are_found_in_their_order),
         cmocka_unit_test(texts_that_are_no_crossing_are_refused),
