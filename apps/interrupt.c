@@ -58,7 +58,7 @@ static void end(int number)
     struct sigaction action = {.sa_handler = SIG_DFL};
     sigset_t set;
     const char *names = whole;
-    bool unfinished = phys_whole_abandon_all();
+    bool unfinished = phys_atomic_file_abandon_all();
     ad_native_abandon();
     if (running)
         kill(running, SIGTERM);
@@ -144,7 +144,7 @@ int interrupt_start_program(const char *const words[], int output, pid_t *child)
 
 void interrupt_forget(void) { running = 0; }
 
-enum ad_status interrupt_commit(struct phys_whole *file, struct ad_error *error)
+enum ad_status interrupt_commit(struct phys_atomic_file *file, struct ad_error *error)
 {
     char *text = NULL, *earlier = whole;
     size_t length;
@@ -155,7 +155,7 @@ enum ad_status interrupt_commit(struct phys_whole *file, struct ad_error *error)
         fputc('\n', names);
         fclose(names);
     }
-    enum ad_status status = phys_whole_commit(file, error);
+    enum ad_status status = phys_atomic_file_commit(file, error);
     if (status == AD_OK && text) {
         whole = text;
         text = earlier;

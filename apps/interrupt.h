@@ -29,8 +29,8 @@ void interrupt_finish(void);
 /* ad_process_start of a program that ends with this one, until interrupt_forget. */
 int interrupt_start_program(const char *const words[], int output, pid_t *child);
 void interrupt_forget(void);
-/* phys_whole_commit. If a signal ends the process later, while other files are unfinished, standard
-   error says that this one is whole. */
-enum ad_status interrupt_commit(struct phys_whole *file, struct ad_error *error);
+/* phys_atomic_file_commit. If a signal ends the process later, while other files are unfinished,
+   standard error says that this one is whole. */
+enum ad_status interrupt_commit(struct phys_atomic_file *file, struct ad_error *error);
 
 #endif

@@ -89,7 +89,7 @@ bool options_number(const char *text, double *value)
     return end != text && *end == '\0' && isfinite(*value);
 }
 
-bool options_whole(const char *text, uint64_t most, uint64_t *value)
+bool options_integer(const char *text, uint64_t most, uint64_t *value)
 {
     if (*text == '\0' || strspn(text, "0123456789") != strlen(text))
         return false;
@@ -173,12 +173,12 @@ static enum ad_status store(const struct option *option, const char *text, char 
     case OPTION_COUNT:
     case OPTION_SOME:
     case OPTION_SLICES:
-        right = options_whole(text, OPTION_NO_COUNT - 1, &whole);
+        right = options_integer(text, OPTION_NO_COUNT - 1, &whole);
         within = whole >= kind->least;
         *(size_t *)at = (size_t)whole;
         break;
     case OPTION_SEED:
-        right = options_whole(text, UINT64_MAX, at);
+        right = options_integer(text, UINT64_MAX, at);
         break;
     case OPTION_TEXTS:
         return add_text(at, text, error);

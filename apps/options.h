@@ -102,6 +102,6 @@ size_t options_choose(const char *option, const char *given, size_t n, const cha
 /* A number, all of `text`: false for anything else, infinities and NaN. */
 bool options_number(const char *text, double *value);
 /* A whole number from 0 to `most`, in decimal digits alone. */
-bool options_whole(const char *text, uint64_t most, uint64_t *value);
+bool options_integer(const char *text, uint64_t most, uint64_t *value);
 
 #endif

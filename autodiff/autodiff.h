@@ -316,7 +316,7 @@ enum ad_status ad_get(const ad_program *program, ad_var x, double *values);
 /* The storage of an input or output, rows*cols contiguous elements of the tape's type, fixed for
    the life of the program; NULL if the program has no such input or output. */
 void *ad_data(ad_program *program, ad_var x);
-/* One pass over the program; allocates nothing, but where ad_native_in_time says so. */
+/* One pass over the program; allocates nothing, but where ad_native_lazy says so. */
 void ad_run(ad_program *program);
 /* The same without what depends on held inputs alone, which stays as the last ad_run had it.
    AD_E_ARGUMENT, and nothing runs, before the first ad_run and where a held input was set since:
@@ -341,7 +341,7 @@ bool ad_native(ad_program *program, double runs, struct ad_error *note);
 /* The same as soon as it pays, for programs of which nobody knows how often they will run: a later
    ad_run or ad_rerun compiles first, once those before it would have saved as much time as that
    takes. When that is depends on the program alone, so that the same work gives the same bits. */
-void ad_native_in_time(ad_program *program);
+void ad_native_lazy(ad_program *program);
 /* For a handler of a signal that ends the process: removes the files of compilations under way. */
 void ad_native_abandon(void);
 /* Why the program is interpreted; "" if it is not. Lives as long as the program. */

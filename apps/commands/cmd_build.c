@@ -135,7 +135,7 @@ static int run(const void *values, struct ad_error *error)
     const struct options *options = values;
     const char *source = options->common.argument[0];
     char *out = options->out ? strdup(options->out) : default_out(source), folder[PATH_MAX];
-    struct phys_whole file = {0};
+    struct phys_atomic_file file = {0};
     struct phys_system system = {0};
     if (!out)
         ad_fail(error, AD_E_MEMORY, "out of memory");
@@ -143,14 +143,14 @@ static int run(const void *values, struct ad_error *error)
                  2, (struct file_name[]){{"", "SCENE.c", source, false}, {"--", "out", out, true}},
                  error) == AD_OK &&
              (options->include || find_headers(folder, error) == AD_OK) &&
-             phys_whole_begin(&file, out, error) == AD_OK &&
+             phys_atomic_file_begin(&file, out, error) == AD_OK &&
              compile(source, options->include ? options->include : folder, file.temporary, error) ==
                  AD_OK &&
              try_scene(source, file.temporary, &system, error) == AD_OK &&
-             phys_whole_commit(&file, error) == AD_OK)
+             phys_atomic_file_commit(&file, error) == AD_OK)
         report(options, &system, out);
     phys_system_close(&system);
-    phys_whole_abandon(&file);
+    phys_atomic_file_abandon(&file);
     free(out);
     return command_status(error);
 }

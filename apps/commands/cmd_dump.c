@@ -16,7 +16,7 @@ struct options {
 
 /* ---- contents ---- */
 
-static void print_shape(FILE *out, const struct phys_runfile_item *item)
+static void print_shape(FILE *out, const struct phys_hdf5_item *item)
 {
     for (size_t k = 0; k < item->rank; k++)
         fprintf(out, "%s%zu", k ? " x " : "", item->dims[k]);
@@ -35,7 +35,7 @@ static void print_name(FILE *out, const char *attribute, const char *after)
     fputs(after, out);
 }
 
-static void list_text(void *context, const struct phys_runfile_item *item)
+static void list_text(void *context, const struct phys_hdf5_item *item)
 {
     struct text_listing *listing = context;
     size_t length = strlen(listing->number);
@@ -51,16 +51,16 @@ static void list_text(void *context, const struct phys_runfile_item *item)
     if (!item->attribute) {
         fputc('/', listing->out);
         quote_terminal(listing->out, item->object);
-        if (item->kind != PHYS_RUNFILE_FOLDER) {
-            fprintf(listing->out, "  %s [", phys_runfile_kind_name(item->kind));
+        if (item->kind != PHYS_HDF5_FOLDER) {
+            fprintf(listing->out, "  %s [", phys_hdf5_kind_name(item->kind));
             print_shape(listing->out, item);
             fputc(']', listing->out);
         }
         fputc('\n', listing->out);
-    } else if (item->kind == PHYS_RUNFILE_TEXT) {
+    } else if (item->kind == PHYS_HDF5_TEXT) {
         print_name(listing->out, item->attribute, " = ");
         quote_terminal_line(listing->out, "", item->text);
-    } else if (item->kind == PHYS_RUNFILE_OTHER) {
+    } else if (item->kind == PHYS_HDF5_OTHER) {
         print_name(listing->out, item->attribute, " (not shown)\n");
     } else {
         print_name(listing->out, item->attribute, " = ");
@@ -69,18 +69,18 @@ static void list_text(void *context, const struct phys_runfile_item *item)
     }
 }
 
-static void list_csv(void *context, const struct phys_runfile_item *item)
+static void list_csv(void *context, const struct phys_hdf5_item *item)
 {
     FILE *out = context;
     quote_csv_name(out, "/", item->object);
     fputc(',', out);
     quote_csv_name(out, "", item->attribute ? item->attribute : "");
-    fprintf(out, ",%s,", phys_runfile_kind_name(item->kind));
+    fprintf(out, ",%s,", phys_hdf5_kind_name(item->kind));
     print_shape(out, item);
     fputc(',', out);
     if (item->text)
         quote_csv(out, item->text);
-    else if (item->attribute && item->kind != PHYS_RUNFILE_OTHER)
+    else if (item->attribute && item->kind != PHYS_HDF5_OTHER)
         fprintf(out, "%.17g", item->number);
     fputc('\n', out);
 }
@@ -98,12 +98,12 @@ static void end_object(struct json_listing *listing)
     json_end_object(&listing->json);
 }
 
-static void list_json(void *context, const struct phys_runfile_item *item)
+static void list_json(void *context, const struct phys_hdf5_item *item)
 {
     struct json_listing *listing = context;
     struct json *json = &listing->json;
     if (item->attribute) {
-        if (item->kind == PHYS_RUNFILE_TEXT || item->kind == PHYS_RUNFILE_OTHER)
+        if (item->kind == PHYS_HDF5_TEXT || item->kind == PHYS_HDF5_OTHER)
             json_text(json, item->attribute, item->text);
         else
             json_number(json, item->attribute, item->number);
@@ -113,7 +113,7 @@ static void list_json(void *context, const struct phys_runfile_item *item)
     listing->open = true;
     json_object(json, NULL);
     json_text(json, "object", item->object);
-    json_text(json, "kind", phys_runfile_kind_name(item->kind));
+    json_text(json, "kind", phys_hdf5_kind_name(item->kind));
     json_array(json, "shape");
     for (size_t k = 0; k < item->rank; k++)
         json_count(json, NULL, item->dims[k]);
@@ -121,25 +121,25 @@ static void list_json(void *context, const struct phys_runfile_item *item)
     json_object(json, "attributes");
 }
 
-static enum ad_status contents(phys_runfile *file, const struct options *options, FILE *csv,
+static enum ad_status contents(phys_hdf5 *file, const struct options *options, FILE *csv,
                                struct ad_error *error)
 {
     if (csv) {
         fputs("object,attribute,kind,shape,value\n", csv);
-        phys_runfile_list(file, list_csv, csv, error);
+        phys_hdf5_list(file, list_csv, csv, error);
     }
     if (options->common.json) {
         struct json_listing listing = {0};
         json_open(&listing.json, stdout);
         json_text(&listing.json, "file", options->common.argument[0]);
         json_array(&listing.json, "contents");
-        phys_runfile_list(file, list_json, &listing, error);
+        phys_hdf5_list(file, list_json, &listing, error);
         end_object(&listing);
         json_end_array(&listing.json);
         json_close(&listing.json);
     } else if (!csv) {
         struct text_listing listing = {.out = stdout};
-        phys_runfile_list(file, list_text, &listing, error);
+        phys_hdf5_list(file, list_text, &listing, error);
         if (listing.number[0])
             fputc('\n', stdout);
     }
@@ -151,7 +151,7 @@ static enum ad_status contents(phys_runfile *file, const struct options *options
 /* Rows of the last dimension (one number a row where there is only one); with three dimensions and
    more, the indices of the others come first. */
 struct table {
-    const struct phys_runfile_item *item;
+    const struct phys_hdf5_item *item;
     size_t rows, columns; /* of one record */
     double *record;
 };
@@ -183,12 +183,12 @@ static void json_record(struct json *json, const struct table *table)
 }
 
 /* Record by record, so that a long history needs the memory of one. */
-static enum ad_status print_records(phys_runfile *file, const struct options *options,
+static enum ad_status print_records(phys_hdf5 *file, const struct options *options,
                                     const struct table *table, FILE *csv, struct json *json,
                                     struct ad_error *error)
 {
     for (size_t record = 0; record < table->item->dims[0]; record++) {
-        if (phys_runfile_read(file, options->dataset, record, 1, table->record, error) != AD_OK)
+        if (phys_hdf5_read(file, options->dataset, record, 1, table->record, error) != AD_OK)
             return error->status;
         if (json)
             json_record(json, table);
@@ -201,7 +201,7 @@ static enum ad_status print_records(phys_runfile *file, const struct options *op
     return AD_OK;
 }
 
-static enum ad_status print_dataset(phys_runfile *file, const struct options *options,
+static enum ad_status print_dataset(phys_hdf5 *file, const struct options *options,
                                     const struct table *table, FILE *csv, struct ad_error *error)
 {
     struct json json;
@@ -217,13 +217,13 @@ static enum ad_status print_dataset(phys_runfile *file, const struct options *op
     return status;
 }
 
-static enum ad_status dataset(phys_runfile *file, const struct options *options, FILE *csv,
+static enum ad_status dataset(phys_hdf5 *file, const struct options *options, FILE *csv,
                               struct ad_error *error)
 {
-    struct phys_runfile_item item;
+    struct phys_hdf5_item item;
     struct table table = {.item = &item, .rows = 1, .columns = 1};
     struct ad_error why = {0};
-    if (phys_runfile_shape(file, options->dataset, &item, &why) != AD_OK)
+    if (phys_hdf5_shape(file, options->dataset, &item, &why) != AD_OK)
         return ad_fail(error, why.status, "%s; leastaction dump %s lists all", why.message,
                        options->common.argument[0]);
     if (item.rank < 1 || item.rank > 3)
@@ -247,9 +247,9 @@ static enum ad_status dataset(phys_runfile *file, const struct options *options,
 static int run(const void *values, struct ad_error *error)
 {
     const struct options *options = values;
-    phys_runfile *file;
+    phys_hdf5 *file;
     struct result csv;
-    if (phys_runfile_open(options->common.argument[0], &file, error) != AD_OK)
+    if (phys_hdf5_open(options->common.argument[0], &file, error) != AD_OK)
         return command_status(error);
     if (result_begin(&csv, options->csv, error) == AD_OK) {
         if ((options->dataset ? dataset : contents)(file, options, csv.out, error) == AD_OK)
@@ -257,7 +257,7 @@ static int run(const void *values, struct ad_error *error)
         else
             result_abandon(&csv);
     }
-    phys_runfile_close(file);
+    phys_hdf5_close(file);
     return command_status(error);
 }
 

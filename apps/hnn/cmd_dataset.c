@@ -64,39 +64,39 @@ static char *joined_names(const struct hnn_observations *o)
 }
 
 static void write_settings(const struct hnn_task *task, const struct hnn_sampling *s,
-                           const struct common *common, phys_runfile *file)
+                           const struct common *common, phys_hdf5 *file)
 {
-    phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
-    phys_runfile_text(file, "/", "command", common->command);
-    phys_runfile_text(file, "/", "task", task->name);
-    phys_runfile_text(file, "/", "hamiltonian", task->what);
-    phys_runfile_integer(file, "/", "seed", (int64_t)common->seed, NULL);
-    phys_runfile_integer(file, "/", "trials", (int64_t)s->trials, NULL);
-    phys_runfile_integer(file, "/", "points", (int64_t)s->points, NULL);
-    phys_runfile_number(file, "/", "time", s->time, "1");
-    phys_runfile_number(file, "/", "noise", s->noise, "1");
-    phys_runfile_number(file, "/", "min_radius", s->radius_min, "1");
-    phys_runfile_number(file, "/", "max_radius", s->radius_max, "1");
-    phys_runfile_number(file, "/", "spread", s->spread, "1");
-    phys_runfile_number(file, "/", "strength", s->strength, "1");
+    phys_hdf5_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
+    phys_hdf5_text(file, "/", "command", common->command);
+    phys_hdf5_text(file, "/", "task", task->name);
+    phys_hdf5_text(file, "/", "hamiltonian", task->what);
+    phys_hdf5_integer(file, "/", "seed", (int64_t)common->seed, NULL);
+    phys_hdf5_integer(file, "/", "trials", (int64_t)s->trials, NULL);
+    phys_hdf5_integer(file, "/", "points", (int64_t)s->points, NULL);
+    phys_hdf5_number(file, "/", "time", s->time, "1");
+    phys_hdf5_number(file, "/", "noise", s->noise, "1");
+    phys_hdf5_number(file, "/", "min_radius", s->radius_min, "1");
+    phys_hdf5_number(file, "/", "max_radius", s->radius_max, "1");
+    phys_hdf5_number(file, "/", "spread", s->spread, "1");
+    phys_hdf5_number(file, "/", "strength", s->strength, "1");
 }
 
 static enum ad_status save_hdf5(const struct hnn_task *task, const struct hnn_sampling *s,
                                 const struct common *common, const struct hnn_observations *o,
                                 const char *name, struct ad_error *error)
 {
-    phys_runfile *file;
+    phys_hdf5 *file;
     char *columns = joined_names(o);
     if (!columns)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (phys_runfile_create(name, &file, error) == AD_OK) {
+    if (phys_hdf5_create(name, &file, error) == AD_OK) {
         write_settings(task, s, common, file);
-        phys_runfile_text(file, "/", "columns", columns);
+        phys_hdf5_text(file, "/", "columns", columns);
         for (size_t k = 0; k < o->cols; k++) {
-            phys_runfile_write(file, o->names[k], AD_F64, 1, &o->rows, o->values + k * o->rows);
-            phys_runfile_text(file, o->names[k], "unit", "1");
+            phys_hdf5_write(file, o->names[k], AD_F64, 1, &o->rows, o->values + k * o->rows);
+            phys_hdf5_text(file, o->names[k], "unit", "1");
         }
-        phys_runfile_commit(file, error);
+        phys_hdf5_commit(file, error);
     }
     free(columns);
     return error->status;
@@ -141,13 +141,13 @@ static enum ad_status show(const struct hnn_task *task, const struct hnn_samplin
 /* A file that cannot be written is found before anything is computed. */
 static enum ad_status check_out(const char *name, struct ad_error *error)
 {
-    struct phys_whole file;
+    struct phys_atomic_file file;
     if (!name)
         return ad_fail(error, AD_E_ARGUMENT,
                        "missing --out FILE.csv or FILE.h5; - is CSV on "
                        "standard output");
-    if (strcmp(name, "-") != 0 && phys_whole_begin(&file, name, error) == AD_OK)
-        phys_whole_abandon(&file);
+    if (strcmp(name, "-") != 0 && phys_atomic_file_begin(&file, name, error) == AD_OK)
+        phys_atomic_file_abandon(&file);
     return error->status;
 }
 

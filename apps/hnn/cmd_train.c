@@ -9,9 +9,9 @@
 /* A model that cannot be written is found before anything is computed. */
 static enum ad_status check_out(const char *name, struct ad_error *error)
 {
-    struct phys_whole file;
-    if (phys_whole_begin(&file, name, error) == AD_OK)
-        phys_whole_abandon(&file);
+    struct phys_atomic_file file;
+    if (phys_atomic_file_begin(&file, name, error) == AD_OK)
+        phys_atomic_file_abandon(&file);
     return error->status;
 }
 

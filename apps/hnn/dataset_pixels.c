@@ -71,17 +71,17 @@ static enum ad_status filming_of(const struct dataset_options *o, struct hnn_fil
 static enum ad_status save(const struct dataset_options *o, const struct hnn_filming *filming,
                            const struct hnn_frames *frames, struct ad_error *error)
 {
-    phys_runfile *file;
-    if (phys_runfile_create(o->out, &file, error) != AD_OK)
+    phys_hdf5 *file;
+    if (phys_hdf5_create(o->out, &file, error) != AD_OK)
         return error->status;
-    phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
-    phys_runfile_text(file, "/", "command", o->common.command);
-    phys_runfile_text(file, "/", "task", "pixels");
-    phys_runfile_integer(file, "/", "seed", (int64_t)o->common.seed, NULL);
-    phys_runfile_number(file, "/", "max_angle", filming->angle_max, "rad");
-    phys_runfile_number(file, "/", "max_speed", filming->speed_max, "rad/s");
+    phys_hdf5_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
+    phys_hdf5_text(file, "/", "command", o->common.command);
+    phys_hdf5_text(file, "/", "task", "pixels");
+    phys_hdf5_integer(file, "/", "seed", (int64_t)o->common.seed, NULL);
+    phys_hdf5_number(file, "/", "max_angle", filming->angle_max, "rad");
+    phys_hdf5_number(file, "/", "max_speed", filming->speed_max, "rad/s");
     hnn_frames_write(frames, file);
-    return phys_runfile_commit(file, error);
+    return phys_hdf5_commit(file, error);
 }
 
 static enum ad_status show(const struct dataset_options *o, const struct hnn_frames *f,

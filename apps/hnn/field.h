@@ -29,7 +29,7 @@ void field_free(struct field *field);
 
 /* A row a point: state, rates, H. */
 void field_write_csv(const void *field, FILE *out);
-enum ad_status field_write_file(const void *field, phys_runfile *file, struct ad_error *error);
+enum ad_status field_write_file(const void *field, phys_hdf5 *file, struct ad_error *error);
 /* Lines of equal H, where there is one, and arrows. */
 enum ad_status field_picture(const void *field, struct plot *plot, struct ad_error *error);
 

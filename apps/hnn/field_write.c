@@ -24,16 +24,16 @@ void field_write_csv(const void *context, FILE *out)
     }
 }
 
-enum ad_status field_write_file(const void *context, phys_runfile *file, struct ad_error *error)
+enum ad_status field_write_file(const void *context, phys_hdf5 *file, struct ad_error *error)
 {
     const struct field *f = context;
     size_t shape[] = {f->states, f->n, f->n};
-    phys_runfile_write(file, "state", AD_F64, 3, shape, f->x);
-    phys_runfile_write(file, "rate", AD_F64, 3, shape, f->rate);
-    phys_runfile_text(file, "state", "axes", "component, row, column of the grid");
-    phys_runfile_text(file, "rate", "axes", "component, row, column of the grid");
+    phys_hdf5_write(file, "state", AD_F64, 3, shape, f->x);
+    phys_hdf5_write(file, "rate", AD_F64, 3, shape, f->rate);
+    phys_hdf5_text(file, "state", "axes", "component, row, column of the grid");
+    phys_hdf5_text(file, "rate", "axes", "component, row, column of the grid");
     if (f->ode.energy)
-        phys_runfile_write(file, "H", AD_F64, 2, shape + 1, f->H);
+        phys_hdf5_write(file, "H", AD_F64, 2, shape + 1, f->H);
     return error->status;
 }
 

@@ -76,18 +76,18 @@ static void write_csv(const void *context, FILE *out)
 }
 
 static void write_strip(const struct film *film, const struct film_strip *strip, const char *folder,
-                        phys_runfile *file)
+                        phys_hdf5 *file)
 {
     const size_t dims[] = {strip->n, film->source.height, film->source.width};
     char name[64];
     snprintf(name, sizeof name, "%s/frames", folder);
-    phys_runfile_write(file, name, AD_F32, 3, dims, strip->pixels);
-    phys_runfile_text(file, name, "axes", "time, height, width");
+    phys_hdf5_write(file, name, AD_F32, 3, dims, strip->pixels);
+    phys_hdf5_text(file, name, "axes", "time, height, width");
     snprintf(name, sizeof name, "%s/energy", folder);
-    phys_runfile_write(file, name, AD_F64, 1, dims, strip->energy);
+    phys_hdf5_write(file, name, AD_F64, 1, dims, strip->energy);
 }
 
-static enum ad_status write_file(const void *context, phys_runfile *file, struct ad_error *error)
+static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad_error *error)
 {
     const struct film *film = context;
     static const char *const folder[ROLLOUT_MODELS] = {"model", "against"};
@@ -97,9 +97,9 @@ static enum ad_status write_file(const void *context, phys_runfile *file, struct
         char name[64];
         write_strip(film, &m->strip, folder[k], file);
         snprintf(name, sizeof name, "%s/latent", folder[k]);
-        phys_runfile_write(file, name, AD_F64, 2, (size_t[]){m->path.n, m->path.states}, m->path.x);
+        phys_hdf5_write(file, name, AD_F64, 2, (size_t[]){m->path.n, m->path.states}, m->path.x);
         if (k == 0)
-            phys_runfile_text(file, folder[k], "model", rollout_name(m));
+            phys_hdf5_text(file, folder[k], "model", rollout_name(m));
     }
     return error->status;
 }

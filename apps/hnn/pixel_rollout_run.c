@@ -36,8 +36,8 @@ static enum ad_status foresee(const struct film *film, struct rollout_model *m, 
     const struct hnn_frames *f = &film->source;
     size_t area = f->height * f->width;
     hnn_path_free(&m->path);
-    hnn_foresee(m->model, hnn_frames_pair(f, trajectory * f->frames), &film->settings, area,
-                &m->path, m->strip.pixels, &m->info, error);
+    hnn_pixels_predict(m->model, hnn_frames_pair(f, trajectory * f->frames), &film->settings, area,
+                       &m->path, m->strip.pixels, &m->info, error);
     return rollout_name_cause(m->file, error);
 }
 

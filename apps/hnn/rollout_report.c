@@ -121,14 +121,14 @@ static void write_csv(const void *context, FILE *out)
 /* ---- run file ---- */
 
 static void file_curve(const struct rollout_run *run, const struct rollout_curve *c, double *values,
-                       phys_runfile *file)
+                       phys_hdf5 *file)
 {
     static const char *const kind[] = {"H", "energy"};
     size_t n = c->path->n;
     char name[32];
     snprintf(name, sizeof name, "%sstate", c->prefix);
-    phys_runfile_write(file, name, AD_F64, 2, (size_t[]){n, c->path->states}, c->path->x);
-    phys_runfile_text(file, name, "axes", "output, component: coordinates, then momenta");
+    phys_hdf5_write(file, name, AD_F64, 2, (size_t[]){n, c->path->states}, c->path->x);
+    phys_hdf5_text(file, name, "axes", "output, component: coordinates, then momenta");
     for (size_t i = 0; i < n; i++) {
         double energy[2];
         energies(run, c, i, energy);
@@ -138,11 +138,11 @@ static void file_curve(const struct rollout_run *run, const struct rollout_curve
     for (size_t k = 0; k < 2; k++) {
         snprintf(name, sizeof name, "%s%s", c->prefix, kind[k]);
         if (!isnan(values[k * n]))
-            phys_runfile_write(file, name, AD_F64, 1, &n, values + k * n);
+            phys_hdf5_write(file, name, AD_F64, 1, &n, values + k * n);
     }
 }
 
-static enum ad_status write_file(const void *context, phys_runfile *file, struct ad_error *error)
+static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad_error *error)
 {
     const struct rollout_run *run = context;
     struct rollout_curve curve[ROLLOUT_MODELS + 1];
@@ -150,7 +150,7 @@ static enum ad_status write_file(const void *context, phys_runfile *file, struct
     double *values = malloc(2 * run->settings.n * sizeof *values);
     if (!values)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    phys_runfile_write(file, "time", AD_F64, 1, &run->settings.n, run->t);
+    phys_hdf5_write(file, "time", AD_F64, 1, &run->settings.n, run->t);
     for (size_t c = 0; c < n; c++)
         file_curve(run, &curve[c], values, file);
     free(values);

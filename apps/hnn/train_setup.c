@@ -138,7 +138,7 @@ static enum ad_status read_batch(const char *text, size_t *batch, struct ad_erro
     *batch = 0;
     if (strcmp(text, "full") == 0)
         return AD_OK;
-    if (!options_whole(text, SIZE_MAX, &n) || n == 0)
+    if (!options_integer(text, SIZE_MAX, &n) || n == 0)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--batch: expected 'full' or a number of samples, got '%s'", text);
     *batch = n;

@@ -5,7 +5,7 @@
 
 void outputs_abandon(struct outputs *outputs)
 {
-    phys_runfile_abandon(outputs->file);
+    phys_hdf5_abandon(outputs->file);
     outputs->file = NULL;
     result_abandon(&outputs->csv);
     plot_abandon(&outputs->plot);
@@ -15,7 +15,7 @@ enum ad_status outputs_begin(const struct common *common, struct outputs *output
                              struct ad_error *error)
 {
     *outputs = (struct outputs){0};
-    if ((common->out && phys_runfile_create(common->out, &outputs->file, error) != AD_OK) ||
+    if ((common->out && phys_hdf5_create(common->out, &outputs->file, error) != AD_OK) ||
         result_begin(&outputs->csv, common->csv, error) != AD_OK ||
         (common->plot && plot_begin(&outputs->plot, common->plot, error) != AD_OK))
         outputs_abandon(outputs);
@@ -24,7 +24,7 @@ enum ad_status outputs_begin(const struct common *common, struct outputs *output
 
 enum ad_status outputs_commit(struct outputs *outputs, struct ad_error *error)
 {
-    if (phys_runfile_commit(outputs->file, error) == AD_OK &&
+    if (phys_hdf5_commit(outputs->file, error) == AD_OK &&
         result_commit(&outputs->csv, error) == AD_OK)
         plot_commit(&outputs->plot, error);
     outputs->file = NULL; /* committing frees it, whatever it returns */
@@ -54,8 +54,8 @@ enum ad_status outputs_run(const struct output_kind *kind, const struct common *
         interrupt_finish();
         kind->report(run, &report);
         if (outputs.file) {
-            phys_runfile_text(outputs.file, "/", "program", "leastaction " LEASTACTION_VERSION);
-            phys_runfile_text(outputs.file, "/", "command", common->command);
+            phys_hdf5_text(outputs.file, "/", "program", "leastaction " LEASTACTION_VERSION);
+            phys_hdf5_text(outputs.file, "/", "command", common->command);
             if (report_file(&report, outputs.file, error) == AD_OK)
                 kind->file(run, outputs.file, error);
         }

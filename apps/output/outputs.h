@@ -9,7 +9,7 @@
 #include "result.h"
 
 struct outputs {
-    phys_runfile *file; /* NULL, or with .out or .script NULL: not asked for */
+    phys_hdf5 *file; /* NULL, or with .out or .script NULL: not asked for */
     struct result csv;
     struct plot plot;
 };
@@ -19,7 +19,7 @@ struct outputs {
 struct output_kind {
     void (*report)(const void *run, struct report *report);
     /* Datasets: program, command and the report are there already. */
-    enum ad_status (*file)(const void *run, phys_runfile *file, struct ad_error *error);
+    enum ad_status (*file)(const void *run, phys_hdf5 *file, struct ad_error *error);
     void (*csv)(const void *run, FILE *out);
     enum ad_status (*picture)(const void *run, struct plot *plot, struct ad_error *error);
 };

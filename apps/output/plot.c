@@ -32,14 +32,14 @@ static const struct plot_format *format_of(const char *target)
 }
 
 /* Begins the file of the target's name and another extension behind it: fig.svg.dat. */
-static enum ad_status begin_beside(struct phys_whole *file, const char *target,
+static enum ad_status begin_beside(struct phys_atomic_file *file, const char *target,
                                    const char *extension, struct ad_error *error)
 {
     char *name = malloc(strlen(target) + strlen(extension) + 1);
     if (!name)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     strcpy(stpcpy(name, target), extension);
-    enum ad_status status = phys_whole_begin(file, name, error);
+    enum ad_status status = phys_atomic_file_begin(file, name, error);
     free(name);
     return status;
 }
@@ -54,7 +54,7 @@ enum ad_status plot_begin(struct plot *plot, const char *target, struct ad_error
                        "got '%s'",
                        target);
     plot->animated = format->animated;
-    if (phys_whole_begin(&plot->picture_file, target, error) != AD_OK ||
+    if (phys_atomic_file_begin(&plot->picture_file, target, error) != AD_OK ||
         begin_beside(&plot->data_file, target, ".dat", error) != AD_OK ||
         begin_beside(&plot->script_file, target, ".gp", error) != AD_OK) {
         plot_abandon(plot);
@@ -83,9 +83,9 @@ void plot_abandon(struct plot *plot)
     close_stream(&plot->data);
     close_stream(&plot->script);
     free(plot->script_text);
-    phys_whole_abandon(&plot->picture_file);
-    phys_whole_abandon(&plot->data_file);
-    phys_whole_abandon(&plot->script_file);
+    phys_atomic_file_abandon(&plot->picture_file);
+    phys_atomic_file_abandon(&plot->data_file);
+    phys_atomic_file_abandon(&plot->script_file);
     *plot = (struct plot){0};
 }
 

@@ -25,7 +25,7 @@ struct plot {
     int width,
         height; /* 1040 x 440 where plot_begin's are left; a PNG has 1.5 times as many pixels */
     const struct plot_format *format;
-    struct phys_whole picture_file, data_file, script_file;
+    struct phys_atomic_file picture_file, data_file, script_file;
     char *script_text; /* behind `script` */
     size_t script_length;
 };

@@ -387,7 +387,7 @@ enum ad_status report_json(const struct report *report, FILE *out, struct ad_err
 
 /* ---- HDF5 ---- */
 
-enum ad_status report_file(const struct report *report, phys_runfile *file, struct ad_error *error)
+enum ad_status report_file(const struct report *report, phys_hdf5 *file, struct ad_error *error)
 {
     char object[96], name[192];
     for (size_t k = 0; k < report->n && !report->failed; k++) {
@@ -404,27 +404,27 @@ enum ad_status report_file(const struct report *report, phys_runfile *file, stru
         if (row->array || row->object) {
             snprintf(name, sizeof name, "%s/%s", object, row->key);
             if (is_first(report, k, true))
-                phys_runfile_folder(file, object);
+                phys_hdf5_folder(file, object);
         }
         if (row->kind == NUMBER)
-            phys_runfile_number(file, object, row->key, row->number, unit);
+            phys_hdf5_number(file, object, row->key, row->number, unit);
         else if (row->kind == COUNT || row->kind == FLAG)
-            phys_runfile_integer(file, object, row->key, (int64_t)row->n, NULL);
+            phys_hdf5_integer(file, object, row->key, (int64_t)row->n, NULL);
         else if ((row->kind == TEXT || row->kind == TEXTS) && row->text)
-            phys_runfile_text(file, object, row->key, row->text);
+            phys_hdf5_text(file, object, row->key, row->text);
         else if (row->kind == LIST)
-            phys_runfile_write(file, name, AD_F64, 1, &row->n, row->list);
+            phys_hdf5_write(file, name, AD_F64, 1, &row->n, row->list);
     }
     return complete(report, error);
 }
 
-void report_parameters(const struct phys_system *system, phys_runfile *file)
+void report_parameters(const struct phys_system *system, phys_hdf5 *file)
 {
     const struct phys_scene *scene = system->scene;
-    phys_runfile_folder(file, "parameters");
+    phys_hdf5_folder(file, "parameters");
     for (size_t k = 0; k < scene->n_params; k++)
-        phys_runfile_number(file, "parameters", scene->params[k].name,
-                            phys_system_get(system, scene->params[k].name), scene->params[k].unit);
+        phys_hdf5_number(file, "parameters", scene->params[k].name,
+                         phys_system_get(system, scene->params[k].name), scene->params[k].unit);
 }
 
 enum ad_status report_show(struct report *report, const struct common *common,

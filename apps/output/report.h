@@ -61,9 +61,9 @@ enum ad_status report_print(const struct report *report, FILE *out, struct ad_er
 enum ad_status report_json(const struct report *report, FILE *out, struct ad_error *error);
 /* Attributes of the file, lists as datasets, arrays as folders ARRAY/0, ARRAY/1, ..., an object as
    a folder. */
-enum ad_status report_file(const struct report *report, phys_runfile *file, struct ad_error *error);
+enum ad_status report_file(const struct report *report, phys_hdf5 *file, struct ad_error *error);
 /* The parameters of a system: attributes of the folder "parameters". */
-void report_parameters(const struct phys_system *system, phys_runfile *file);
+void report_parameters(const struct phys_system *system, phys_hdf5 *file);
 /* On standard output what the options ask for: JSON, text, or nothing; nothing, too, where `error`
    has something. Frees the report. */
 enum ad_status report_show(struct report *report, const struct common *common,

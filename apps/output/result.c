@@ -14,12 +14,12 @@ enum ad_status result_begin(struct result *result, const char *target, struct ad
         result->out = stdout;
         return AD_OK;
     }
-    if (phys_whole_begin(&result->file, target, error) != AD_OK)
+    if (phys_atomic_file_begin(&result->file, target, error) != AD_OK)
         return error->status;
     result->out = fopen(result->file.temporary, "w");
     if (result->out)
         return AD_OK;
-    phys_whole_abandon(&result->file);
+    phys_atomic_file_abandon(&result->file);
     return ad_fail(error, AD_E_IO, "%s: cannot be written", target);
 }
 
@@ -33,7 +33,7 @@ enum ad_status result_commit(struct result *result, struct ad_error *error)
     if (written)
         return interrupt_commit(&result->file, error);
     ad_fail(error, AD_E_IO, "%s: cannot be written whole", result->file.target);
-    phys_whole_abandon(&result->file);
+    phys_atomic_file_abandon(&result->file);
     return AD_E_IO;
 }
 
@@ -41,7 +41,7 @@ void result_abandon(struct result *result)
 {
     if (result->file.target)
         fclose(result->out);
-    phys_whole_abandon(&result->file);
+    phys_atomic_file_abandon(&result->file);
     result->out = NULL;
 }
 

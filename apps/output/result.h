@@ -8,7 +8,7 @@
 
 struct result {
     FILE *out; /* NULL: not asked for */
-    struct phys_whole file;
+    struct phys_atomic_file file;
 };
 
 /* `target` NULL: not asked for. A file that cannot be written is found here: AD_E_IO. */

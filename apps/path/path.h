@@ -100,7 +100,7 @@ enum ad_status path_motion(const struct path_run *run, size_t slices, double dt,
 /* History of a run, and paths on the way: to the run file as they come, a few for the picture. */
 struct path_record {
     const struct path_run *run;
-    phys_runfile *file; /* NULL: no --out */
+    phys_hdf5 *file; /* NULL: no --out */
     struct progress progress;
     size_t n, room;
     struct phys_path_figures *figures; /* [n], one a step, the start first */
@@ -111,7 +111,7 @@ struct path_record {
 };
 
 /* `pictures`: keep frames. `file` may be NULL. */
-void path_record_begin(struct path_record *record, const struct path_run *run, phys_runfile *file,
+void path_record_begin(struct path_record *record, const struct path_run *run, phys_hdf5 *file,
                        bool pictures);
 /* The progress callback of a solver; context is the record. */
 bool path_record_step(void *record, const struct phys_path_step *step);
@@ -159,11 +159,10 @@ void path_report(const struct path_run *run, const struct path_result *result,
 /* The found path, one row a slice under a line of names: t, then the coordinates. */
 void path_write_csv(const struct path_run *run, FILE *out);
 /* What is known before the run, and what is known after. Errors of HDF5 are kept in the file. */
-enum ad_status path_file_begin(const struct path_run *run, phys_runfile *file,
-                               struct ad_error *error);
+enum ad_status path_file_begin(const struct path_run *run, phys_hdf5 *file, struct ad_error *error);
 enum ad_status path_file_end(const struct path_run *run, const struct path_record *record,
                              const struct path_result *result, const struct report *report,
-                             phys_runfile *file, struct ad_error *error);
+                             phys_hdf5 *file, struct ad_error *error);
 /* Data and commands of the picture. */
 void path_picture(const struct path_run *run, const struct path_record *record,
                   const struct path_result *result, struct plot *plot);

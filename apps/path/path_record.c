@@ -12,7 +12,7 @@ static size_t path_size(const struct path_run *run)
     return run->system.dof * run->settings.slices;
 }
 
-void path_record_begin(struct path_record *record, const struct path_run *run, phys_runfile *file,
+void path_record_begin(struct path_record *record, const struct path_run *run, phys_hdf5 *file,
                        bool pictures)
 {
     *record = (struct path_record){.run = run, .file = file};
@@ -94,8 +94,8 @@ bool path_record_step(void *context, const struct phys_path_step *step)
         record->failed = true;
     if (record->file && step->step % record->run->every == 0) {
         double number = (double)step->step;
-        phys_runfile_append(record->file, "step", &number);
-        phys_runfile_append(record->file, "path", step->path);
+        phys_hdf5_append(record->file, "step", &number);
+        phys_hdf5_append(record->file, "path", step->path);
     }
     show(record, step);
     return !record->failed && !interrupted();

@@ -27,16 +27,15 @@ void path_write_csv(const struct path_run *run, FILE *out)
 
 /* ---- run file ---- */
 
-static void file_path(const struct path_run *run, phys_runfile *file, const char *name,
+static void file_path(const struct path_run *run, phys_hdf5 *file, const char *name,
                       const double *path)
 {
-    phys_runfile_write(file, name, AD_F64, 2, (size_t[]){run->system.dof, run->settings.slices},
-                       path);
-    phys_runfile_text(file, name, "unit", run->system.scene->unit);
-    phys_runfile_text(file, name, "axes", "coordinate, slice");
+    phys_hdf5_write(file, name, AD_F64, 2, (size_t[]){run->system.dof, run->settings.slices}, path);
+    phys_hdf5_text(file, name, "unit", run->system.scene->unit);
+    phys_hdf5_text(file, name, "axes", "coordinate, slice");
 }
 
-static enum ad_status file_times(const struct path_run *run, phys_runfile *file,
+static enum ad_status file_times(const struct path_run *run, phys_hdf5 *file,
                                  struct ad_error *error)
 {
     size_t n = run->settings.slices;
@@ -45,46 +44,44 @@ static enum ad_status file_times(const struct path_run *run, phys_runfile *file,
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     for (size_t i = 0; i < n; i++)
         time[i] = (double)i * run->settings.dt;
-    phys_runfile_write(file, "time", AD_F64, 1, &n, time);
-    phys_runfile_text(file, "time", "unit", run->system.scene->time_unit);
+    phys_hdf5_write(file, "time", AD_F64, 1, &n, time);
+    phys_hdf5_text(file, "time", "unit", run->system.scene->time_unit);
     free(time);
     return AD_OK;
 }
 
-enum ad_status path_file_begin(const struct path_run *run, phys_runfile *file,
-                               struct ad_error *error)
+enum ad_status path_file_begin(const struct path_run *run, phys_hdf5 *file, struct ad_error *error)
 {
     const struct phys_scene *scene = run->system.scene;
     const struct phys_path_settings *settings = &run->settings;
-    phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
-    phys_runfile_text(file, "/", "command", run->options->common.command);
-    phys_runfile_number(file, "/", "learning_rate", settings->learning_rate, NULL);
-    phys_runfile_number(file, "/", "energy_weight", settings->energy_weight, NULL);
-    phys_runfile_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
+    phys_hdf5_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
+    phys_hdf5_text(file, "/", "command", run->options->common.command);
+    phys_hdf5_number(file, "/", "learning_rate", settings->learning_rate, NULL);
+    phys_hdf5_number(file, "/", "energy_weight", settings->energy_weight, NULL);
+    phys_hdf5_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
     report_parameters(&run->system, file);
     if (run->reference)
         file_path(run, file, "reference", run->reference);
-    phys_runfile_extendable(file, "step", AD_F64, 1, (size_t[]){0});
-    phys_runfile_extendable(file, "path", AD_F64, 3,
-                            (size_t[]){0, run->system.dof, settings->slices});
-    phys_runfile_text(file, "path", "unit", scene->unit);
-    phys_runfile_text(file, "path", "axes", "stored step, coordinate, slice");
+    phys_hdf5_extendable(file, "step", AD_F64, 1, (size_t[]){0});
+    phys_hdf5_extendable(file, "path", AD_F64, 3, (size_t[]){0, run->system.dof, settings->slices});
+    phys_hdf5_text(file, "path", "unit", scene->unit);
+    phys_hdf5_text(file, "path", "axes", "stored step, coordinate, slice");
     return file_times(run, file, error);
 }
 
 /* One column of the history as a dataset. */
-static void file_column(const struct path_record *record, phys_runfile *file, const char *name,
+static void file_column(const struct path_record *record, phys_hdf5 *file, const char *name,
                         const char *unit, size_t offset, double *column)
 {
     for (size_t i = 0; i < record->n; i++)
         memcpy(&column[i], (const char *)&record->figures[i] + offset, sizeof *column);
-    phys_runfile_write(file, name, AD_F64, 1, &record->n, column);
+    phys_hdf5_write(file, name, AD_F64, 1, &record->n, column);
     if (unit)
-        phys_runfile_text(file, name, "unit", unit);
+        phys_hdf5_text(file, name, "unit", unit);
 }
 
 static enum ad_status file_history(const struct path_run *run, const struct path_record *record,
-                                   phys_runfile *file, struct ad_error *error)
+                                   phys_hdf5 *file, struct ad_error *error)
 {
     const char *energy = run->system.scene->energy_unit;
     double *column = malloc(record->n * sizeof *column);
@@ -106,13 +103,13 @@ static enum ad_status file_history(const struct path_run *run, const struct path
 
 enum ad_status path_file_end(const struct path_run *run, const struct path_record *record,
                              const struct path_result *result, const struct report *report,
-                             phys_runfile *file, struct ad_error *error)
+                             phys_hdf5 *file, struct ad_error *error)
 {
     if (result->found.info.steps % run->every !=
         0) { /* the found path is always the last one stored */
         double step = (double)result->found.info.steps;
-        phys_runfile_append(file, "step", &step);
-        phys_runfile_append(file, "path", run->path);
+        phys_hdf5_append(file, "step", &step);
+        phys_hdf5_append(file, "path", run->path);
     }
     return report_file(report, file, error) == AD_OK ? file_history(run, record, file, error)
                                                      : error->status;

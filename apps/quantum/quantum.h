@@ -43,7 +43,7 @@ void quantum_free(struct quantum_run *run);
 enum ad_status quantum_run(void *run, struct ad_error *error);
 extern const struct output_kind quantum_outputs;
 void quantum_write_csv(const void *run, FILE *out);
-enum ad_status quantum_file(const void *run, phys_runfile *file, struct ad_error *error);
+enum ad_status quantum_file(const void *run, phys_hdf5 *file, struct ad_error *error);
 enum ad_status quantum_picture(const void *run, struct plot *plot, struct ad_error *error);
 
 /* Of pictures: a block t x density, a scan a sample; and over it the mean and, where it is there,

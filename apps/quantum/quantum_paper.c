@@ -68,13 +68,13 @@ static void write_csv(const void *context, FILE *out)
     quantum_write_csv(&((const struct paper *)context)->run, out);
 }
 
-static enum ad_status write_file(const void *context, phys_runfile *file, struct ad_error *error)
+static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad_error *error)
 {
     const struct paper *paper = context;
     const struct qm_published *p = &paper->old;
-    phys_runfile_write(file, "published/density", AD_F64, 2, (size_t[]){p->frames, p->grid.n},
-                       p->density);
-    phys_runfile_write(file, "published/time", AD_F64, 1, &p->frames, p->time);
+    phys_hdf5_write(file, "published/density", AD_F64, 2, (size_t[]){p->frames, p->grid.n},
+                    p->density);
+    phys_hdf5_write(file, "published/time", AD_F64, 1, &p->frames, p->time);
     return quantum_file(&paper->run, file, error);
 }
 

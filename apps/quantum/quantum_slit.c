@@ -116,13 +116,12 @@ static void write_csv(const void *context, FILE *out)
         fprintf(out, "%.17g,%.17g,%.17g\n", qm_x(&s->y, b), s->screen[b], s->expected[b]);
 }
 
-static enum ad_status write_file(const void *context, phys_runfile *file, struct ad_error *error)
+static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad_error *error)
 {
     const struct qm_slit *s = &((const struct slit_run *)context)->slit;
-    phys_runfile_write(file, "time", AD_F64, 1, &s->frames, s->time);
-    phys_runfile_write(file, "density", AD_F64, 3, (size_t[]){s->frames, s->x.n, s->y.n},
-                       s->density);
-    phys_runfile_text(file, "density", "axes", "frame, x, y: |psi|^2");
+    phys_hdf5_write(file, "time", AD_F64, 1, &s->frames, s->time);
+    phys_hdf5_write(file, "density", AD_F64, 3, (size_t[]){s->frames, s->x.n, s->y.n}, s->density);
+    phys_hdf5_text(file, "density", "axes", "frame, x, y: |psi|^2");
     return error->status;
 }
 

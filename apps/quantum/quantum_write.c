@@ -101,27 +101,26 @@ void quantum_write_csv(const void *context, FILE *out)
         }
 }
 
-enum ad_status quantum_file(const void *context, phys_runfile *file, struct ad_error *error)
+enum ad_status quantum_file(const void *context, phys_hdf5 *file, struct ad_error *error)
 {
     const struct quantum_run *run = context;
     const struct qm_run_result *result = &run->result;
     const struct phys_scene *scene = run->system.scene;
     size_t n = run->settings.slice.grid.n;
-    phys_runfile_folder(file, "parameters");
+    phys_hdf5_folder(file, "parameters");
     for (size_t k = 0; k < scene->n_params; k++)
-        phys_runfile_number(file, "parameters", scene->params[k].name,
-                            phys_system_get(&run->system, scene->params[k].name),
-                            scene->params[k].unit);
-    phys_runfile_write(file, "time", AD_F64, 1, &result->n, result->t);
-    phys_runfile_text(file, "time", "unit", scene->time_unit);
-    phys_runfile_write(file, "density", AD_F64, 2, (size_t[]){result->n, n}, result->density);
-    phys_runfile_text(file, "density", "axes", "sample, point: |psi|^2 of the first packet");
-    phys_runfile_write(file, "moments", AD_F64, 3, (size_t[]){result->n, run->settings.packets, 3},
-                       result->moments);
-    phys_runfile_text(file, "moments", "axes", "sample, packet, (norm, mean, width)");
-    phys_runfile_write(file, "psi", AD_F64, 3, (size_t[]){n, run->settings.packets, 2},
-                       result->psi);
-    phys_runfile_text(file, "psi", "axes", "point, packet, (real, imaginary): at the end");
+        phys_hdf5_number(file, "parameters", scene->params[k].name,
+                         phys_system_get(&run->system, scene->params[k].name),
+                         scene->params[k].unit);
+    phys_hdf5_write(file, "time", AD_F64, 1, &result->n, result->t);
+    phys_hdf5_text(file, "time", "unit", scene->time_unit);
+    phys_hdf5_write(file, "density", AD_F64, 2, (size_t[]){result->n, n}, result->density);
+    phys_hdf5_text(file, "density", "axes", "sample, point: |psi|^2 of the first packet");
+    phys_hdf5_write(file, "moments", AD_F64, 3, (size_t[]){result->n, run->settings.packets, 3},
+                    result->moments);
+    phys_hdf5_text(file, "moments", "axes", "sample, packet, (norm, mean, width)");
+    phys_hdf5_write(file, "psi", AD_F64, 3, (size_t[]){n, run->settings.packets, 2}, result->psi);
+    phys_hdf5_text(file, "psi", "axes", "point, packet, (real, imaginary): at the end");
     return error->status;
 }
 

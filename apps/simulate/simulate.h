@@ -71,7 +71,7 @@ void simulate_ephemeris_report(const struct simulate_run *run, struct report *re
 /* A row a sample: t, coordinates, velocities. */
 void simulate_write_csv(const struct simulate_run *run, FILE *out);
 enum ad_status simulate_file(const struct simulate_run *run, const struct report *report,
-                             phys_runfile *file, struct ad_error *error);
+                             phys_hdf5 *file, struct ad_error *error);
 void simulate_picture(const struct simulate_run *run, struct plot *plot);
 /* Bodies by their number of neighbours; g at the start and at the end; order against time. */
 enum ad_status simulate_gas_picture(const struct simulate_run *run, struct plot *plot,

@@ -30,7 +30,7 @@ void simulate_write_csv(const struct simulate_run *run, FILE *out)
 
 /* Half 0 (coordinates) or 1 (velocities) of the samples, as [dof x samples]. */
 static enum ad_status file_half(const struct phys_motion_solution *s, size_t half, const char *name,
-                                phys_runfile *file, struct ad_error *error)
+                                phys_hdf5 *file, struct ad_error *error)
 {
     size_t dof = s->system->dof;
     double *values = malloc(dof * s->n * sizeof *values);
@@ -39,60 +39,59 @@ static enum ad_status file_half(const struct phys_motion_solution *s, size_t hal
     for (size_t k = 0; k < dof; k++)
         for (size_t i = 0; i < s->n; i++)
             values[k * s->n + i] = s->x[(2 * i + half) * dof + k];
-    phys_runfile_write(file, name, AD_F64, 2, (size_t[]){dof, s->n}, values);
-    phys_runfile_text(file, name, "axes", "coordinate, sample");
+    phys_hdf5_write(file, name, AD_F64, 2, (size_t[]){dof, s->n}, values);
+    phys_hdf5_text(file, name, "axes", "coordinate, sample");
     free(values);
     return AD_OK;
 }
 
-static void file_units(const struct phys_scene *scene, phys_runfile *file)
+static void file_units(const struct phys_scene *scene, phys_hdf5 *file)
 {
     const char *time = unit_shown(scene->time_unit);
     char speed[64];
     snprintf(speed, sizeof speed, "%s%s%s", scene->unit, *time ? "/" : "", time);
-    phys_runfile_text(file, "path", "unit", scene->unit);
-    phys_runfile_text(file, "velocity", "unit", speed);
+    phys_hdf5_text(file, "path", "unit", scene->unit);
+    phys_hdf5_text(file, "velocity", "unit", speed);
 }
 
 /* The folder "events": number of the question, time, state. */
-static void file_events(const struct simulate_run *run, phys_runfile *file)
+static void file_events(const struct simulate_run *run, phys_hdf5 *file)
 {
     const struct phys_crossed *c = &run->motion.crossed;
     if (run->settings.n_crossings == 0)
         return;
-    phys_runfile_folder(file, "events");
+    phys_hdf5_folder(file, "events");
     for (size_t k = 0; k < run->settings.n_crossings; k++) {
         char name[24];
         snprintf(name, sizeof name, "%zu", k + 1);
-        phys_runfile_text(file, "events", name, run->crossings[k].text);
+        phys_hdf5_text(file, "events", name, run->crossings[k].text);
     }
     if (c->n == 0)
         return;
-    phys_runfile_write(file, "events/number", AD_F64, 1, &c->n, c->which);
-    phys_runfile_write(file, "events/touch", AD_F64, 1, &c->n, c->touch);
-    phys_runfile_write(file, "events/time", AD_F64, 1, &c->n, c->t);
-    phys_runfile_write(file, "events/state", AD_F64, 2, (size_t[]){c->n, 2 * run->system.dof},
-                       c->x);
-    phys_runfile_text(file, "events/state", "axes", "event, coordinates and velocities");
+    phys_hdf5_write(file, "events/number", AD_F64, 1, &c->n, c->which);
+    phys_hdf5_write(file, "events/touch", AD_F64, 1, &c->n, c->touch);
+    phys_hdf5_write(file, "events/time", AD_F64, 1, &c->n, c->t);
+    phys_hdf5_write(file, "events/state", AD_F64, 2, (size_t[]){c->n, 2 * run->system.dof}, c->x);
+    phys_hdf5_text(file, "events/state", "axes", "event, coordinates and velocities");
 }
 
 enum ad_status simulate_file(const struct simulate_run *run, const struct report *report,
-                             phys_runfile *file, struct ad_error *error)
+                             phys_hdf5 *file, struct ad_error *error)
 {
     const struct phys_scene *scene = run->system.scene;
     const struct phys_motion_solution *s = &run->motion;
-    phys_runfile_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
-    phys_runfile_text(file, "/", "command", run->options->common.command);
-    phys_runfile_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
+    phys_hdf5_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
+    phys_hdf5_text(file, "/", "command", run->options->common.command);
+    phys_hdf5_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
     report_file(report, file, error);
     report_parameters(&run->system, file);
-    phys_runfile_write(file, "time", AD_F64, 1, &s->n, s->t);
-    phys_runfile_text(file, "time", "unit", scene->time_unit);
-    phys_runfile_write(file, "energy", AD_F64, 1, &s->n, s->energy);
-    phys_runfile_text(file, "energy", "unit", scene->energy_unit);
+    phys_hdf5_write(file, "time", AD_F64, 1, &s->n, s->t);
+    phys_hdf5_text(file, "time", "unit", scene->time_unit);
+    phys_hdf5_write(file, "energy", AD_F64, 1, &s->n, s->energy);
+    phys_hdf5_text(file, "energy", "unit", scene->energy_unit);
     if (s->distance) {
-        phys_runfile_write(file, "error", AD_F64, 1, &s->n, s->distance);
-        phys_runfile_text(file, "error", "unit", scene->unit);
+        phys_hdf5_write(file, "error", AD_F64, 1, &s->n, s->distance);
+        phys_hdf5_text(file, "error", "unit", scene->unit);
     }
     file_events(run, file);
     if (file_half(s, 0, "path", file, error) == AD_OK &&

@@ -14,7 +14,7 @@
 
 static bool is_adder(const struct value *v)
 {
-    return v->op == AD_OP_sum_rows || v->op == AD_OP_scatter || (v->flags & VALUE_MERGED);
+    return v->op == AD_OP_sum_rows || v->op == AD_OP_scatter || (v->flags & VALUE_ACCUMULATED);
 }
 
 /* How often each value is read. */
@@ -41,7 +41,7 @@ static bool is_term(const struct graph *g, const struct value *v, uint32_t x, co
 static bool same_segment(const struct graph *g, const struct value *v)
 {
     const struct value *a = &g->values[v->in[0]], *b = &g->values[v->in[1]];
-    bool subtracts_total = v->op == AD_OP_sub && (b->flags & VALUE_MERGED);
+    bool subtracts_total = v->op == AD_OP_sub && (b->flags & VALUE_ACCUMULATED);
     return is_adder(a) && is_adder(b) && g->group_of[v->in[0]] == g->group_of[v->in[1]] &&
            !subtracts_total;
 }
@@ -67,7 +67,7 @@ static void drop_merged(struct graph *g)
     for (size_t i = 0; i < g->n_groups; i++) {
         uint32_t *member = g->order + g->groups[i].first, kept = 0;
         for (uint32_t k = 0; k < g->groups[i].count; k++)
-            if (!(g->values[member[k]].flags & VALUE_MERGED))
+            if (!(g->values[member[k]].flags & VALUE_ACCUMULATED))
                 member[kept++] = member[k];
         g->groups[i].count = kept;
     }
@@ -85,11 +85,11 @@ static void merge(struct graph *g, uint32_t i)
         late->flags |= VALUE_ADDS;
     else if (v->op == AD_OP_sub)
         g->values[v->in[1]].flags |= VALUE_NEGATED;
-    v->flags |= VALUE_MERGED | VALUE_STORED;
+    v->flags |= VALUE_ACCUMULATED | VALUE_STORED;
     g->group_of[i] = a > b ? a : b;
 }
 
-bool ad_graph_merge(struct graph *g)
+bool ad_graph_accumulate(struct graph *g)
 {
     uint32_t *uses = calloc(g->n + 1, sizeof *uses);
     g->host = calloc(g->n + 1, sizeof *g->host);

@@ -121,7 +121,7 @@ enum ad_status ad_compile(ad_tape *tape, size_t n_out, const ad_var out[], ad_pr
         p->element = type_bytes(tape->type);
         p->kernels = ad_kernels_for(tape->type);
         done = ad_graph_build(&graph, tape, n_out, out) && ad_graph_find_views(&graph) &&
-               ad_graph_schedule(&graph) && ad_graph_merge(&graph) && plan_program(&graph, p);
+               ad_graph_schedule(&graph) && ad_graph_accumulate(&graph) && plan_program(&graph, p);
     }
     if (done) {
         take_arrays(p, &graph);

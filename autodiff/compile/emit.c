@@ -106,7 +106,7 @@ static bool find_sink(struct plan *p, const struct segment *s, uint32_t id, stru
     struct ad_program *program = p->program;
     uint32_t total = id;
     while ((g->values[total].flags & VALUE_BORROWED) &&
-           (g->values[g->host[total]].flags & VALUE_MERGED))
+           (g->values[g->host[total]].flags & VALUE_ACCUMULATED))
         total = g->host[total];
     if (total != id) { /* spot of a merged value: 1 + the sink all its terms share */
         *number = p->spot[total] - 1;

@@ -32,8 +32,8 @@ bool ad_graph_build(struct graph *graph, const ad_tape *tape, size_t n_out, cons
 bool ad_graph_find_views(struct graph *graph);
 bool ad_graph_schedule(struct graph *graph);
 /* Part of scheduling: moves values to later levels where they need no memory then. */
-bool ad_graph_postpone(const struct graph *graph, uint32_t *level);
-bool ad_graph_merge(struct graph *graph);
+bool ad_graph_sink(const struct graph *graph, uint32_t *level);
+bool ad_graph_accumulate(struct graph *graph);
 void ad_graph_release(struct graph *graph);
 
 /* ---- kinds of values ---- */
@@ -104,7 +104,7 @@ static inline bool reads_in_step(const struct graph *g, const struct value *v, s
         return false;
     const struct value *x = &g->values[v->in[k]];
     bool same = is_sink(v->op) || (x->rows == v->rows && x->cols == v->cols);
-    return same && !is_given(x) && !(x->flags & VALUE_MERGED) && !is_alone(x->op) &&
+    return same && !is_given(x) && !(x->flags & VALUE_ACCUMULATED) && !is_alone(x->op) &&
            !is_sink(x->op);
 }
 

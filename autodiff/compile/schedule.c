@@ -111,7 +111,7 @@ bool ad_graph_schedule(struct graph *g)
     bool done = level && members && g->order && g->group_of && g->groups;
     if (done)
         assign_levels(g, level);
-    done = done && ad_graph_postpone(g, level);
+    done = done && ad_graph_sink(g, level);
     for (uint32_t i = 0; done && i < g->n; i++) {
         g->group_of[i] = UINT32_MAX;
         if (!is_given(&g->values[i]))

@@ -67,7 +67,7 @@ static unsigned kept_alive(const struct graph *g, const struct value *v, uint32_
     return n;
 }
 
-bool ad_graph_postpone(const struct graph *g, uint32_t *level)
+bool ad_graph_sink(const struct graph *g, uint32_t *level)
 {
     struct uses *uses = calloc(g->n + 1, sizeof *uses);
     if (!uses)

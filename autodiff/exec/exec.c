@@ -91,7 +91,7 @@ static void collect_sinks(const ad_program *p, const struct segment *g, struct c
                 p->kernels->op[AD_OP_add][0](n, o, o, sink_copy(p, s, c), NULL);
         }
         if (check)
-            ad_look_at_value(p, in, check);
+            ad_inspect_value(p, in, check);
     }
 }
 
@@ -163,7 +163,7 @@ void ad_execute(const ad_program *p, const struct segment *segments, size_t firs
         } else {
             ad_run_alone(p, g);
             if (check)
-                ad_look_at_value(p, &p->instructions[g->first], check);
+                ad_inspect_value(p, &p->instructions[g->first], check);
         }
     }
     if (p->has_matmul)

@@ -36,7 +36,7 @@ void ad_run_system(const ad_program *program, const struct segment *segment);
 void ad_forget_singular(ad_program *program, bool again);
 enum ad_status ad_report_singular(const ad_program *program, struct ad_error *error);
 /* Looks through what an instruction left in memory. */
-void ad_look_at_value(const ad_program *program, const struct instruction *instruction,
+void ad_inspect_value(const ad_program *program, const struct instruction *instruction,
                       struct check *check);
 
 /* Writes the calls of segments of few tiles; false when out of memory. */

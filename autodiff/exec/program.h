@@ -11,13 +11,13 @@
 enum value_flags {
     VALUE_CONSTANT = 1, /* the same in every run */
     VALUE_OUTPUT = 2,
-    VALUE_VIEW = 4,      /* reads another value's memory; has none of its own */
-    VALUE_STORED = 8,    /* lies in memory, not in a tile */
-    VALUE_BORROWED = 16, /* lies in the memory of its host */
-    VALUE_MERGED = 32,   /* a sum whose terms add into its memory: nothing is left to do */
-    VALUE_NEGATED = 64,  /* a sink that subtracts */
-    VALUE_ADDS = 128,    /* a product that adds to what lies in its memory */
-    VALUE_HELD = 256     /* depends on held inputs and constants alone; so do all constants */
+    VALUE_VIEW = 4,         /* reads another value's memory; has none of its own */
+    VALUE_STORED = 8,       /* lies in memory, not in a tile */
+    VALUE_BORROWED = 16,    /* lies in the memory of its host */
+    VALUE_ACCUMULATED = 32, /* a sum whose terms add into its memory: nothing is left to do */
+    VALUE_NEGATED = 64,     /* a sink that subtracts */
+    VALUE_ADDS = 128,       /* a product that adds to what lies in its memory */
+    VALUE_HELD = 256        /* depends on held inputs and constants alone; so do all constants */
 };
 
 /* One live node; in[] and aux as in struct node, in[] renumbered. */

@@ -155,7 +155,7 @@ static void look(const ad_program *p, const struct instruction *in, const struct
     }
 }
 
-void ad_look_at_value(const ad_program *p, const struct instruction *in, struct check *check)
+void ad_inspect_value(const ad_program *p, const struct instruction *in, struct check *check)
 {
     const struct value *v = &p->values[in->value];
     const struct loc *o = &p->locs[in->value];

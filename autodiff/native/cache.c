@@ -75,7 +75,7 @@ char *ad_native_read(const char *path, size_t *bytes)
     return text;
 }
 
-bool ad_native_is_whole(const char *path, const char *source)
+bool ad_native_is_intact(const char *path, const char *source)
 {
     size_t bytes = 0, length = strlen(source);
     struct trailer t;
@@ -124,7 +124,7 @@ void *ad_native_load(const char *source, const char *isa, const struct compiler 
     size_t length = strlen(path);
     snprintf(path + length, PATH_MAX - length, "/%016llx.so",
              (unsigned long long)ad_hash(AD_HASH_BEGIN, source, strlen(source)));
-    if (ad_native_is_whole(path, source)) {
+    if (ad_native_is_intact(path, source)) {
         if ((library = open_functions(path, n, functions, reason, sizeof reason)))
             return library;
         unlink(path); /* and it is made again */

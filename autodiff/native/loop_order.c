@@ -39,7 +39,7 @@ static uint32_t lanes_of(size_t element, uint32_t extent, size_t bytes)
 /* Rows that meet need no copies of what they add into when columns are split, not rows. A chunk is
    at least two vectors wide: the last vector of a chunk is moved back to end with it, and stays
    inside. */
-static void split(const ad_program *p, struct walk *w)
+static void split(const ad_program *p, struct loop_order *w)
 {
     struct segment *g = &w->segment;
     bool sums_rows = false;
@@ -56,9 +56,9 @@ static void split(const ad_program *p, struct walk *w)
     g->tile_cols = w->lanes;
 }
 
-struct walk ad_native_walk(const ad_program *p, uint32_t number, size_t bytes)
+struct loop_order ad_native_loop_order(const ad_program *p, uint32_t number, size_t bytes)
 {
-    struct walk w = {.segment = p->segments[number], .number = number};
+    struct loop_order w = {.segment = p->segments[number], .number = number};
     const struct segment *g = &w.segment;
     w.along_rows = rows_are_lanes(p, g);
     for (uint32_t i = 0; i < g->count; i++)

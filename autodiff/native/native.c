@@ -204,7 +204,7 @@ bool ad_native(ad_program *p, double runs, struct ad_error *note)
             compile(p, state, worth);
         else
             note_too_few(p, least_to_compile(p), &state->why);
-        if (price == 0) /* ad_native_in_time was not called */
+        if (price == 0) /* ad_native_lazy was not called */
             state->price = 0;
     }
     if (!state->native && note)
@@ -212,7 +212,7 @@ bool ad_native(ad_program *p, double runs, struct ad_error *note)
     return state->native;
 }
 
-void ad_native_in_time(ad_program *p)
+void ad_native_lazy(ad_program *p)
 {
     struct state *state = p ? state_of(p) : NULL;
     if (!state || state->native || is_refused(p, &state->why))

@@ -28,7 +28,7 @@ struct native {
 void ad_native_free(struct native *native);
 
 /* How a segment is walked. */
-struct walk {
+struct loop_order {
     struct segment segment; /* with chunks of its own */
     uint32_t number;        /* of the program's segment */
     uint32_t lanes;         /* of a vector */
@@ -37,7 +37,7 @@ struct walk {
 };
 
 /* How segment `number` is best walked with vectors of `bytes`. */
-struct walk ad_native_walk(const ad_program *program, uint32_t number, size_t bytes);
+struct loop_order ad_native_loop_order(const ad_program *program, uint32_t number, size_t bytes);
 
 /* Bytes of a vector of the program's instruction set. */
 size_t ad_native_vector_bytes(const ad_program *program);
@@ -45,7 +45,7 @@ size_t ad_native_vector_bytes(const ad_program *program);
 void ad_native_vectors(FILE *out, const ad_program *program, uint32_t lanes);
 
 /* Function s<number>: the arguments are those of ad_segment_code. False when out of memory. */
-bool ad_native_segment(FILE *out, const ad_program *program, const struct walk *walk);
+bool ad_native_segment(FILE *out, const ad_program *program, const struct loop_order *walk);
 
 /* The source of a program, which the caller frees, and the segments that run it: the fused ones
    stand, in order, for its functions run0, run1, ... NULL when out of memory. */
@@ -56,7 +56,7 @@ size_t ad_native_functions(const struct native *native);
 bool ad_native_put(ad_program *program, struct native *native, ad_segment_code *const functions[]);
 
 /* A file of the cache is the user's own, holds this source, and is as it was written. */
-bool ad_native_is_whole(const char *path, const char *source);
+bool ad_native_is_intact(const char *path, const char *source);
 
 /* The shared object of this source and its functions run0 ... run<n - 1>: from the cache folder if
    it is there and unhurt, else compiled and kept there. NULL, with a reason in `note`, where that

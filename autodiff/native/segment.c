@@ -160,7 +160,7 @@ static void write_along_rows(struct writer *w)
     ad_native_say(w, "}\n");
 }
 
-bool ad_native_segment(FILE *out, const ad_program *p, const struct walk *walk)
+bool ad_native_segment(FILE *out, const ad_program *p, const struct loop_order *walk)
 {
     const struct segment *g = &walk->segment;
     struct writer w = {.out = out, .p = p, .walk = walk, .g = g};

@@ -9,21 +9,21 @@ enum { MOST_LANES = 64 };
 
 /* A segment of its own for the executor: what it does itself, what is split for threads, and where
    a run again begins. */
-static bool joins(const ad_program *p, const struct walk *before, const struct walk *w)
+static bool joins(const ad_program *p, const struct loop_order *before, const struct loop_order *w)
 {
     return before->segment.fused && before->segment.chunks == 1 && w->segment.fused &&
            w->segment.chunks == 1 && w->number != p->n_held_segments;
 }
 
-static struct walk *plan_walks(const ad_program *p, size_t *n)
+static struct loop_order *plan_walks(const ad_program *p, size_t *n)
 {
     *n = p->n_segments - p->n_constant_segments;
-    struct walk *walks = malloc((*n + 1) * sizeof *walks);
+    struct loop_order *walks = malloc((*n + 1) * sizeof *walks);
     for (size_t i = 0; walks && i < *n; i++) {
         uint32_t number = (uint32_t)(p->n_constant_segments + i);
         walks[i] = p->segments[number].fused
-                       ? ad_native_walk(p, number, ad_native_vector_bytes(p))
-                       : (struct walk){.segment = p->segments[number], .number = number};
+                       ? ad_native_loop_order(p, number, ad_native_vector_bytes(p))
+                       : (struct loop_order){.segment = p->segments[number], .number = number};
     }
     return walks;
 }
@@ -32,7 +32,7 @@ static struct walk *plan_walks(const ad_program *p, size_t *n)
    functions of their length do: worth it for few segments, of which a run is short. */
 static bool is_long(size_t n) { return n > 16; }
 
-static void write_vectors(FILE *out, const ad_program *p, size_t n, const struct walk walks[])
+static void write_vectors(FILE *out, const ad_program *p, size_t n, const struct loop_order walks[])
 {
     bool written[MOST_LANES + 1] = {false};
     ad_native_vectors(out, p, 1);
@@ -46,7 +46,7 @@ static void write_vectors(FILE *out, const ad_program *p, size_t n, const struct
     }
 }
 
-static void write_call(FILE *out, const struct walk *w)
+static void write_call(FILE *out, const struct loop_order *w)
 {
     const struct segment *g = &w->segment;
     if (g->chunks > 1)
@@ -56,7 +56,7 @@ static void write_call(FILE *out, const struct walk *w)
 }
 
 /* Functions that call segments one after the other; the executor's list of what is left. */
-static void write_runs(FILE *out, const ad_program *p, size_t n, const struct walk walks[],
+static void write_runs(FILE *out, const ad_program *p, size_t n, const struct loop_order walks[],
                        struct native *native)
 {
     size_t runs = 0;
@@ -84,7 +84,7 @@ char *ad_native_source(const ad_program *p, struct native *native)
 {
     size_t n, bytes;
     char *text = NULL;
-    struct walk *walks = plan_walks(p, &n);
+    struct loop_order *walks = plan_walks(p, &n);
     native->segments = malloc((n + 1) * sizeof *native->segments);
     FILE *out = open_memstream(&text, &bytes);
     bool done = walks && native->segments && out;

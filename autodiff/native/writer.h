@@ -28,7 +28,7 @@ struct array {
 struct writer {
     FILE *out;
     const ad_program *p;
-    const struct walk *walk;
+    const struct loop_order *walk;
     const struct segment *g;
     const struct instruction *first, *end;
     uint8_t *known;     /* per location: which of the rows side by side have a variable */

@@ -18,7 +18,7 @@ struct column {
 
 struct hdf5 {
     struct hnn_source source;
-    phys_runfile *file;
+    phys_hdf5 *file;
     struct column *column; /* [source.columns] */
     size_t rows, at, last; /* of the columns read; read so far; first of the last read */
     char *order;           /* the attribute "columns", or NULL */
@@ -38,7 +38,7 @@ static char *column_name(const char *array, size_t rank, size_t index)
     return name;
 }
 
-static bool add_column(struct hdf5 *h, const struct phys_runfile_item *item, size_t index)
+static bool add_column(struct hdf5 *h, const struct phys_hdf5_item *item, size_t index)
 {
     struct hnn_source *s = &h->source;
     size_t n = s->columns;
@@ -60,7 +60,7 @@ static bool add_column(struct hdf5 *h, const struct phys_runfile_item *item, siz
     return c.array && s->name[n];
 }
 
-static void add_array(struct hdf5 *h, const struct phys_runfile_item *item)
+static void add_array(struct hdf5 *h, const struct phys_hdf5_item *item)
 {
     size_t n = item->rank == 1 ? 1 : item->dims[1];
     for (size_t k = 0; k < n && n <= COLUMNS_MOST && !h->out_of_memory; k++)
@@ -71,9 +71,9 @@ static void add_array(struct hdf5 *h, const struct phys_runfile_item *item)
 static void turn_array(struct hdf5 *h, const char *array)
 {
     struct hnn_source *s = &h->source;
-    struct phys_runfile_item item;
+    struct phys_hdf5_item item;
     struct ad_error ignored = {0};
-    if (phys_runfile_shape(h->file, array, &item, &ignored) != AD_OK || item.rank != 2)
+    if (phys_hdf5_shape(h->file, array, &item, &ignored) != AD_OK || item.rank != 2)
         return;
     for (; s->columns && strcmp(h->column[s->columns - 1].array, array) == 0; s->columns--) {
         free(h->column[s->columns - 1].array);
@@ -94,19 +94,19 @@ static bool ends_with(const char *text, const char *end)
     return n >= m && strcmp(text + n - m, end) == 0;
 }
 
-static void visit(void *context, const struct phys_runfile_item *item)
+static void visit(void *context, const struct phys_hdf5_item *item)
 {
     struct hdf5 *h = context;
-    bool numbers = item->kind == PHYS_RUNFILE_F64 || item->kind == PHYS_RUNFILE_F32 ||
-                   item->kind == PHYS_RUNFILE_INTEGER;
+    bool numbers = item->kind == PHYS_HDF5_F64 || item->kind == PHYS_HDF5_F32 ||
+                   item->kind == PHYS_HDF5_INTEGER;
     if (h->out_of_memory)
         return;
     if (!item->attribute && numbers && (item->rank == 1 || item->rank == 2))
         add_array(h, item);
-    else if (item->attribute && item->kind == PHYS_RUNFILE_TEXT &&
+    else if (item->attribute && item->kind == PHYS_HDF5_TEXT &&
              strcmp(item->attribute, "axes") == 0 && ends_with(item->text, "sample"))
         turn_array(h, item->object);
-    else if (item->attribute && item->kind == PHYS_RUNFILE_TEXT && !*item->object &&
+    else if (item->attribute && item->kind == PHYS_HDF5_TEXT && !*item->object &&
              strcmp(item->attribute, "columns") == 0)
         h->out_of_memory = !(h->order = strdup(item->text));
 }
@@ -167,7 +167,7 @@ static enum ad_status read_column(struct hdf5 *h, size_t column, size_t rows, do
         first[0] = c->index, first[1] = h->at;
         count[0] = 1, count[1] = rows;
     }
-    if (phys_runfile_read_block(h->file, c->array, first, count, values, error) != AD_OK)
+    if (phys_hdf5_read_block(h->file, c->array, first, count, values, error) != AD_OK)
         return error->status;
     for (size_t i = 0; i < rows; i++)
         if (!isfinite(values[i]) && !(isnan(values[i]) && h->source.skip_missing))
@@ -204,7 +204,7 @@ static void hdf5_close(struct hnn_source *source)
     for (size_t k = 0; k < source->columns; k++)
         free(h->column[k].array);
     phys_fields_free(source->name, source->columns);
-    phys_runfile_close(h->file);
+    phys_hdf5_close(h->file);
     free(h->column);
     free(h->order);
     free(h);
@@ -218,8 +218,8 @@ enum ad_status hnn_hdf5_open(const char *file, struct hnn_source **source, struc
     if (!h)
         return ad_fail(error, AD_E_MEMORY, "%s: out of memory", file);
     h->source = (struct hnn_source){.kind = &hdf5_kind, .file = file};
-    if (phys_runfile_open(file, &h->file, error) == AD_OK &&
-        phys_runfile_list(h->file, visit, h, error) == AD_OK) {
+    if (phys_hdf5_open(file, &h->file, error) == AD_OK &&
+        phys_hdf5_list(h->file, visit, h, error) == AD_OK) {
         if (h->out_of_memory)
             ad_fail(error, AD_E_MEMORY, "%s: out of memory", file);
         else if (h->source.columns == 0)

@@ -11,7 +11,7 @@ static bool is_hdf5(const char *file)
     const char *dot = strrchr(file, '.');
     if (stat(file, &status) != 0 || !S_ISREG(status.st_mode))
         return false;
-    return (dot && (strcmp(dot, ".h5") == 0 || strcmp(dot, ".hdf5") == 0)) || phys_runfile_is(file);
+    return (dot && (strcmp(dot, ".h5") == 0 || strcmp(dot, ".hdf5") == 0)) || phys_hdf5_is(file);
 }
 
 enum ad_status hnn_source_open(const char *file, size_t skip, struct hnn_source **source,

@@ -39,7 +39,7 @@ static void widths_text(const struct hnn_settings *s, char text[WIDTHS_ROOM])
         end += (size_t)snprintf(text + end, WIDTHS_ROOM - end, "%s%zu", k ? "," : "", s->hidden[k]);
 }
 
-static void write_settings(const hnn_model *model, phys_runfile *file)
+static void write_settings(const hnn_model *model, phys_hdf5 *file)
 {
     const struct hnn_settings *s = &model->settings;
     struct choice choice[N_CHOICES];
@@ -47,67 +47,67 @@ static void write_settings(const hnn_model *model, phys_runfile *file)
     choices(s, choice);
     widths_text(s, text);
     snprintf(seed, sizeof seed, "%" PRIu64, s->seed);
-    phys_runfile_text(file, "/", "format", format);
-    phys_runfile_integer(file, "/", "version", VERSION, NULL);
+    phys_hdf5_text(file, "/", "format", format);
+    phys_hdf5_integer(file, "/", "version", VERSION, NULL);
     for (size_t k = 0; k < N_CHOICES; k++)
-        phys_runfile_text(file, "/", choice[k].name, choice[k].names[choice[k].index]);
-    phys_runfile_integer(file, "/", "dof", (int64_t)s->dof, NULL);
-    phys_runfile_integer(file, "/", "layers", (int64_t)s->layers, NULL);
-    phys_runfile_text(file, "/", "hidden", text);
-    phys_runfile_text(file, "/", "activation", s->activation);
-    phys_runfile_integer(file, "/", "separable", s->separable, NULL);
-    phys_runfile_integer(file, "/", "dissipation", s->dissipation, NULL);
-    phys_runfile_text(file, "/", "seed", seed);
+        phys_hdf5_text(file, "/", choice[k].name, choice[k].names[choice[k].index]);
+    phys_hdf5_integer(file, "/", "dof", (int64_t)s->dof, NULL);
+    phys_hdf5_integer(file, "/", "layers", (int64_t)s->layers, NULL);
+    phys_hdf5_text(file, "/", "hidden", text);
+    phys_hdf5_text(file, "/", "activation", s->activation);
+    phys_hdf5_integer(file, "/", "separable", s->separable, NULL);
+    phys_hdf5_integer(file, "/", "dissipation", s->dissipation, NULL);
+    phys_hdf5_text(file, "/", "seed", seed);
     if (s->pixels) {
-        phys_runfile_integer(file, "/", "pixels", (int64_t)s->pixels, NULL);
-        phys_runfile_integer(file, "/", "autoencoder", (int64_t)s->autoencoder, NULL);
+        phys_hdf5_integer(file, "/", "pixels", (int64_t)s->pixels, NULL);
+        phys_hdf5_integer(file, "/", "autoencoder", (int64_t)s->autoencoder, NULL);
     }
 }
 
-void hnn_model_write(const hnn_model *model, phys_runfile *file, const char *command)
+void hnn_model_write(const hnn_model *model, phys_hdf5 *file, const char *command)
 {
     const struct hnn_settings *s = &model->settings;
     const struct hnn_scaling *scaling = &model->scaling;
     write_settings(model, file);
     if (command)
-        phys_runfile_text(file, "/", "command", command);
-    phys_runfile_folder(file, "notes");
+        phys_hdf5_text(file, "/", "command", command);
+    phys_hdf5_folder(file, "notes");
     for (size_t k = 0; k < model->n_notes; k++)
-        phys_runfile_text(file, "notes", model->note[k].name, model->note[k].text);
+        phys_hdf5_text(file, "notes", model->note[k].name, model->note[k].text);
     for (size_t k = 0; k < model->n_blocks; k++) {
         const struct hnn_block *b = &model->block[k];
         const char *values =
             (const char *)model->parameters + b->offset * hnn_type_bytes(s->precision);
-        phys_runfile_write(file, b->name, s->precision, b->bias ? 1 : 2,
-                           (size_t[]){b->rows, b->cols}, values);
+        phys_hdf5_write(file, b->name, s->precision, b->bias ? 1 : 2, (size_t[]){b->rows, b->cols},
+                        values);
     }
     if (scaling->centre)
-        phys_runfile_write(file, "normalisation", AD_F64, 2, (size_t[]){3, hnn_states(model)},
-                           scaling->centre);
+        phys_hdf5_write(file, "normalisation", AD_F64, 2, (size_t[]){3, hnn_states(model)},
+                        scaling->centre);
     if (model->range) {
-        phys_runfile_write(file, "range", AD_F64, 2, (size_t[]){2, hnn_states(model) + 1},
-                           model->range);
-        phys_runfile_text(file, "range", "axes", "least and largest seen; state, then H");
+        phys_hdf5_write(file, "range", AD_F64, 2, (size_t[]){2, hnn_states(model) + 1},
+                        model->range);
+        phys_hdf5_text(file, "range", "axes", "least and largest seen; state, then H");
     }
 }
 
 enum ad_status hnn_model_save(const hnn_model *model, const char *name, const char *command,
                               struct ad_error *error)
 {
-    phys_runfile *file;
+    phys_hdf5 *file;
     if (HNN_NEEDS(error, model, name) != AD_OK)
         return error->status;
-    if (phys_runfile_create(name, &file, error) != AD_OK)
+    if (phys_hdf5_create(name, &file, error) != AD_OK)
         return error->status;
     hnn_model_write(model, file, command);
-    return phys_runfile_commit(file, error);
+    return phys_hdf5_commit(file, error);
 }
 
 /* ---- reading ---- */
 
 struct reading {
     const char *name; /* of the file */
-    phys_runfile *file;
+    phys_hdf5 *file;
     struct ad_error *error;
 };
 
@@ -117,14 +117,14 @@ static char *read_text(const struct reading *r, const char *name)
 {
     char *text = NULL;
     if (!failed(r))
-        phys_runfile_get_text(r->file, "/", name, &text, r->error);
+        phys_hdf5_get_text(r->file, "/", name, &text, r->error);
     return text;
 }
 
 static size_t read_count(const struct reading *r, const char *name, size_t most)
 {
     double value = 0;
-    if (failed(r) || phys_runfile_get(r->file, "/", name, &value, r->error) != AD_OK)
+    if (failed(r) || phys_hdf5_get(r->file, "/", name, &value, r->error) != AD_OK)
         return 0;
     if (!(value >= 0 && value <= (double)most) || value != (double)(size_t)value)
         ad_fail(r->error, AD_E_INPUT, "%s: attribute '%s' is %g, expected a number up to %zu",
@@ -136,7 +136,7 @@ static bool has(const struct reading *r, const char *name)
 {
     double value;
     struct ad_error none = {0};
-    return phys_runfile_get(r->file, "/", name, &value, &none) == AD_OK;
+    return phys_hdf5_get(r->file, "/", name, &value, &none) == AD_OK;
 }
 
 static size_t read_choice(const struct reading *r, const struct choice *choice)
@@ -154,7 +154,7 @@ static void read_format(const struct reading *r)
 {
     char *text = NULL;
     struct ad_error none = {0};
-    phys_runfile_get_text(r->file, "/", "format", &text, &none);
+    phys_hdf5_get_text(r->file, "/", "format", &text, &none);
     if (!text || strcmp(text, format) != 0)
         ad_fail(r->error, AD_E_INPUT,
                 "%s: not a model: expected a file that `leastaction train` wrote", r->name);
@@ -205,8 +205,8 @@ static void read_settings(const struct reading *r, struct hnn_settings *s)
 
 static void check_shape(const struct reading *r, const struct hnn_block *b)
 {
-    struct phys_runfile_item item;
-    if (failed(r) || phys_runfile_shape(r->file, b->name, &item, r->error) != AD_OK)
+    struct phys_hdf5_item item;
+    if (failed(r) || phys_hdf5_shape(r->file, b->name, &item, r->error) != AD_OK)
         return;
     if (item.rank != (b->bias ? 1 : 2) || item.dims[0] != b->rows ||
         (!b->bias && item.dims[1] != b->cols))
@@ -218,32 +218,32 @@ static void read_block(const struct reading *r, hnn_model *model, const struct h
                        double *values)
 {
     enum ad_type type = model->settings.precision;
-    if (!failed(r) && phys_runfile_read(r->file, b->name, 0, b->rows, values, r->error) == AD_OK)
+    if (!failed(r) && phys_hdf5_read(r->file, b->name, 0, b->rows, values, r->error) == AD_OK)
         hnn_from_double(type, b->rows * b->cols, values,
                         (char *)model->parameters + b->offset * hnn_type_bytes(type));
 }
 
 static void read_normalisation(const struct reading *r, hnn_model *model, double *values)
 {
-    struct phys_runfile_item item;
+    struct phys_hdf5_item item;
     struct ad_error none = {0}, why = {0};
     size_t m = hnn_states(model);
-    if (failed(r) || phys_runfile_shape(r->file, "normalisation", &item, &none) != AD_OK)
+    if (failed(r) || phys_hdf5_shape(r->file, "normalisation", &item, &none) != AD_OK)
         return;
     if (item.rank != 2 || item.dims[0] != 3 || item.dims[1] != m)
         ad_fail(r->error, AD_E_INPUT, "%s: 'normalisation' has another shape, expected 3 x %zu",
                 r->name, m);
-    else if (phys_runfile_read(r->file, "normalisation", 0, 3, values, r->error) == AD_OK &&
+    else if (phys_hdf5_read(r->file, "normalisation", 0, 3, values, r->error) == AD_OK &&
              hnn_model_normalise(model, values, values + m, values + 2 * m, &why) != AD_OK)
         ad_fail(r->error, AD_E_INPUT, "%s: damaged: %s", r->name, why.message);
 }
 
 static void read_range(const struct reading *r, hnn_model *model)
 {
-    struct phys_runfile_item item;
+    struct phys_hdf5_item item;
     struct ad_error none = {0};
     size_t width = hnn_states(model) + 1;
-    if (failed(r) || phys_runfile_shape(r->file, "range", &item, &none) != AD_OK)
+    if (failed(r) || phys_hdf5_shape(r->file, "range", &item, &none) != AD_OK)
         return;
     if (item.rank != 2 || item.dims[0] != 2 || item.dims[1] != width)
         ad_fail(r->error, AD_E_INPUT, "%s: 'range' has another shape, expected 2 x %zu", r->name,
@@ -251,7 +251,7 @@ static void read_range(const struct reading *r, hnn_model *model)
     else if (!(model->range = malloc(2 * width * sizeof *model->range)))
         ad_fail(r->error, AD_E_MEMORY, "out of memory");
     else
-        phys_runfile_read(r->file, "range", 0, 2, model->range, r->error);
+        phys_hdf5_read(r->file, "range", 0, 2, model->range, r->error);
 }
 
 struct note_reading {
@@ -259,10 +259,10 @@ struct note_reading {
     struct ad_error *error;
 };
 
-static void read_note(void *context, const struct phys_runfile_item *item)
+static void read_note(void *context, const struct phys_hdf5_item *item)
 {
     const struct note_reading *n = context;
-    if (item->attribute && strcmp(item->object, "notes") == 0 && item->kind == PHYS_RUNFILE_TEXT)
+    if (item->attribute && strcmp(item->object, "notes") == 0 && item->kind == PHYS_HDF5_TEXT)
         hnn_model_note(n->model, item->attribute, item->text, n->error);
 }
 
@@ -293,7 +293,7 @@ enum ad_status hnn_model_load(const char *name, hnn_model **model, struct ad_err
     if (HNN_NEEDS(error, name, model) != AD_OK)
         return error->status;
     struct reading r = {.name = name, .error = error};
-    if (phys_runfile_open(name, &r.file, error) != AD_OK)
+    if (phys_hdf5_open(name, &r.file, error) != AD_OK)
         return error->status;
     struct hnn_settings settings;
     struct ad_error why = {0};
@@ -307,9 +307,9 @@ enum ad_status hnn_model_load(const char *name, hnn_model **model, struct ad_err
     if (*model) {
         read_parameters(&r, *model);
         if (!failed(&r))
-            phys_runfile_list(r.file, read_note, &(struct note_reading){*model, error}, error);
+            phys_hdf5_list(r.file, read_note, &(struct note_reading){*model, error}, error);
     }
-    phys_runfile_close(r.file);
+    phys_hdf5_close(r.file);
     if (failed(&r)) {
         hnn_model_free(*model);
         *model = NULL;

@@ -110,5 +110,5 @@ enum ad_status hnn_range_energy(hnn_model *model, enum ad_type type, size_t n, c
 void hnn_evaluator_free(struct hnn_evaluator *evaluator);
 
 /* The model's part of a checkpoint (checkpoint.c). */
-void hnn_model_write(const hnn_model *model, phys_runfile *file, const char *command);
+void hnn_model_write(const hnn_model *model, phys_hdf5 *file, const char *command);
 #endif

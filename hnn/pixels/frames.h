@@ -11,7 +11,7 @@ enum ad_status hnn_frames_new(struct hnn_frames *f, size_t trajectories, size_t 
 enum ad_status hnn_frames_new_motion(struct hnn_frames *f, struct ad_error *error);
 
 /* What hnn_frames_save writes, to a file that has been begun. */
-void hnn_frames_write(const struct hnn_frames *frames, phys_runfile *file);
+void hnn_frames_write(const struct hnn_frames *frames, phys_hdf5 *file);
 
 /* The two kinds of source. */
 enum ad_status hnn_frames_read_hdf5(const char *file, struct hnn_frames *frames,

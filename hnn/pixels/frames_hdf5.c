@@ -29,52 +29,52 @@ static double *number_of(struct hnn_rod *rod, size_t k)
 
 /* ---- writing ---- */
 
-void hnn_frames_write(const struct hnn_frames *f, phys_runfile *file)
+void hnn_frames_write(const struct hnn_frames *f, phys_hdf5 *file)
 {
     const size_t dims[] = {f->trajectories, f->frames, f->height, f->width};
     struct hnn_rod rod = f->rod;
-    phys_runfile_write(file, "frames", AD_F32, 4, dims, f->pixels);
-    phys_runfile_text(file, "frames", "axes", "trajectory, time, height, width");
+    phys_hdf5_write(file, "frames", AD_F32, 4, dims, f->pixels);
+    phys_hdf5_text(file, "frames", "axes", "trajectory, time, height, width");
     if (f->angle && f->speed) {
-        phys_runfile_write(file, "angle", AD_F64, 2, dims, f->angle);
-        phys_runfile_text(file, "angle", "unit", "rad");
-        phys_runfile_write(file, "speed", AD_F64, 2, dims, f->speed);
-        phys_runfile_text(file, "speed", "unit", "rad/s");
+        phys_hdf5_write(file, "angle", AD_F64, 2, dims, f->angle);
+        phys_hdf5_text(file, "angle", "unit", "rad");
+        phys_hdf5_write(file, "speed", AD_F64, 2, dims, f->speed);
+        phys_hdf5_text(file, "speed", "unit", "rad/s");
     }
     for (size_t k = 0; k < LENGTH(rod_number) && f->has_rod; k++)
-        phys_runfile_number(file, "/", rod_number[k].name, *number_of(&rod, k), rod_number[k].unit);
+        phys_hdf5_number(file, "/", rod_number[k].name, *number_of(&rod, k), rod_number[k].unit);
     if (f->has_rod)
-        phys_runfile_text(file, "/", "filter", hnn_filters[rod.filter]);
+        phys_hdf5_text(file, "/", "filter", hnn_filters[rod.filter]);
 }
 
 enum ad_status hnn_frames_save(const struct hnn_frames *frames, const char *file,
                                struct ad_error *error)
 {
-    phys_runfile *out;
+    phys_hdf5 *out;
     if (!frames || !file || !frames->pixels)
         return ad_fail(error, AD_E_ARGUMENT, "frames: got no %s (NULL)",
                        frames && frames->pixels ? "name of a file" : "frames");
-    if (phys_runfile_create(file, &out, error) != AD_OK)
+    if (phys_hdf5_create(file, &out, error) != AD_OK)
         return error->status;
     hnn_frames_write(frames, out);
-    return phys_runfile_commit(out, error);
+    return phys_hdf5_commit(out, error);
 }
 
 /* ---- reading ---- */
 
 /* Arrays that could be frames. */
 struct search {
-    struct phys_runfile_item found; /* its object is `name` */
+    struct phys_hdf5_item found; /* its object is `name` */
     char *name;
     size_t candidates;
     bool by_name, angle, speed;
 };
 
-static void visit(void *context, const struct phys_runfile_item *item)
+static void visit(void *context, const struct phys_hdf5_item *item)
 {
     struct search *s = context;
-    bool numbers = item->kind == PHYS_RUNFILE_F64 || item->kind == PHYS_RUNFILE_F32 ||
-                   item->kind == PHYS_RUNFILE_INTEGER;
+    bool numbers = item->kind == PHYS_HDF5_F64 || item->kind == PHYS_HDF5_F32 ||
+                   item->kind == PHYS_HDF5_INTEGER;
     if (item->attribute || !numbers)
         return;
     bool named = strcmp(item->object, "frames") == 0;
@@ -90,10 +90,10 @@ static void visit(void *context, const struct phys_runfile_item *item)
 }
 
 /* Sizes of [trajectory, time, height, width], 1 trajectory where that is left out. */
-static enum ad_status choose(const char *path, phys_runfile *file, struct search *s, size_t size[4],
+static enum ad_status choose(const char *path, phys_hdf5 *file, struct search *s, size_t size[4],
                              struct ad_error *error)
 {
-    if (phys_runfile_list(file, visit, s, error) != AD_OK)
+    if (phys_hdf5_list(file, visit, s, error) != AD_OK)
         return error->status;
     if (s->candidates != 1)
         return ad_fail(error, AD_E_INPUT,
@@ -118,7 +118,7 @@ static enum ad_status choose(const char *path, phys_runfile *file, struct search
 static enum ad_status convert(const char *path, const struct search *s, const struct hnn_frames *f,
                               size_t trajectory, const double *values, struct ad_error *error)
 {
-    bool bytes = s->found.kind == PHYS_RUNFILE_INTEGER;
+    bool bytes = s->found.kind == PHYS_HDF5_INTEGER;
     double least = bytes ? 0 : -1, most = bytes ? 255 : 1;
     size_t area = f->height * f->width, n = f->frames * area;
     float *pixels = f->pixels + trajectory * n;
@@ -134,7 +134,7 @@ static enum ad_status convert(const char *path, const struct search *s, const st
     return AD_OK;
 }
 
-static enum ad_status read_pixels(const char *path, phys_runfile *file, const struct search *s,
+static enum ad_status read_pixels(const char *path, phys_hdf5 *file, const struct search *s,
                                   struct hnn_frames *f, struct ad_error *error)
 {
     bool one = s->found.rank == 3;
@@ -142,26 +142,25 @@ static enum ad_status read_pixels(const char *path, phys_runfile *file, const st
     if (!values)
         return ad_fail(error, AD_E_MEMORY, "%s: out of memory", path);
     for (size_t i = 0; i < f->trajectories && error->status == AD_OK; i++)
-        if (phys_runfile_read(file, s->name, one ? 0 : i, one ? f->frames : 1, values, error) ==
-            AD_OK)
+        if (phys_hdf5_read(file, s->name, one ? 0 : i, one ? f->frames : 1, values, error) == AD_OK)
             convert(path, s, f, i, values, error);
     free(values);
     return error->status;
 }
 
-static enum ad_status read_motion(const char *path, phys_runfile *file, const char *name,
+static enum ad_status read_motion(const char *path, phys_hdf5 *file, const char *name,
                                   const struct hnn_frames *f, double *values,
                                   struct ad_error *error)
 {
-    struct phys_runfile_item item;
+    struct phys_hdf5_item item;
     size_t n = f->trajectories * f->frames;
-    if (phys_runfile_shape(file, name, &item, error) != AD_OK)
+    if (phys_hdf5_shape(file, name, &item, error) != AD_OK)
         return error->status;
     if (item.rank != 2 || item.dims[0] != f->trajectories || item.dims[1] != f->frames)
         return ad_fail(error, AD_E_INPUT,
                        "%s: expected '%s' to be an array [%zu, %zu], one a frame", path, name,
                        f->trajectories, f->frames);
-    if (phys_runfile_read(file, name, 0, f->trajectories, values, error) != AD_OK)
+    if (phys_hdf5_read(file, name, 0, f->trajectories, values, error) != AD_OK)
         return error->status;
     for (size_t k = 0; k < n; k++)
         if (!isfinite(values[k]))
@@ -173,12 +172,12 @@ static enum ad_status read_motion(const char *path, phys_runfile *file, const ch
 }
 
 /* By area where the file has nothing to say. */
-static enum ad_status read_filter(const char *path, phys_runfile *file, struct hnn_rod *rod,
+static enum ad_status read_filter(const char *path, phys_hdf5 *file, struct hnn_rod *rod,
                                   struct ad_error *error)
 {
     char *text = NULL;
     struct ad_error none = {0}, why = {0};
-    if (phys_runfile_get_text(file, "/", "filter", &text, &none) == AD_OK &&
+    if (phys_hdf5_get_text(file, "/", "filter", &text, &none) == AD_OK &&
         hnn_filter_find(text, &rod->filter, &why) != AD_OK)
         ad_fail(error, AD_E_INPUT, "%s: %s", path, why.message);
     free(text);
@@ -186,22 +185,22 @@ static enum ad_status read_filter(const char *path, phys_runfile *file, struct h
 }
 
 /* All of its numbers, where the file has the one that nothing else is called. */
-static enum ad_status read_rod(const char *path, phys_runfile *file, struct hnn_frames *f,
+static enum ad_status read_rod(const char *path, phys_hdf5 *file, struct hnn_frames *f,
                                struct ad_error *error)
 {
     struct ad_error none = {0};
-    if (phys_runfile_get(file, "/", "shade", &f->rod.shade, &none) != AD_OK)
+    if (phys_hdf5_get(file, "/", "shade", &f->rod.shade, &none) != AD_OK)
         return AD_OK;
     if (read_filter(path, file, &f->rod, error) != AD_OK)
         return error->status;
     for (size_t k = 0; k < LENGTH(rod_number); k++)
-        if (phys_runfile_get(file, "/", rod_number[k].name, number_of(&f->rod, k), error) != AD_OK)
+        if (phys_hdf5_get(file, "/", rod_number[k].name, number_of(&f->rod, k), error) != AD_OK)
             return error->status;
     f->has_rod = hnn_rod_check(&f->rod, &none) == AD_OK;
     return f->has_rod ? AD_OK : ad_fail(error, AD_E_INPUT, "%s: %s", path, none.message);
 }
 
-static enum ad_status read_all(const char *path, phys_runfile *file, struct search *s,
+static enum ad_status read_all(const char *path, phys_hdf5 *file, struct search *s,
                                struct hnn_frames *f, struct ad_error *error)
 {
     size_t size[4] = {0};
@@ -219,11 +218,11 @@ static enum ad_status read_all(const char *path, phys_runfile *file, struct sear
 
 enum ad_status hnn_frames_read_hdf5(const char *path, struct hnn_frames *f, struct ad_error *error)
 {
-    phys_runfile *file;
+    phys_hdf5 *file;
     struct search search = {0};
-    if (phys_runfile_open(path, &file, error) == AD_OK)
+    if (phys_hdf5_open(path, &file, error) == AD_OK)
         read_all(path, file, &search, f, error);
     free(search.name);
-    phys_runfile_close(file);
+    phys_hdf5_close(file);
     return error->status;
 }

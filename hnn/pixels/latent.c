@@ -52,10 +52,10 @@ enum ad_status hnn_show(const hnn_model *model, const struct hnn_path *path, siz
     return error->status;
 }
 
-enum ad_status hnn_foresee(hnn_model *model, const float *observation,
-                           const struct hnn_rollout_settings *settings, size_t frame,
-                           struct hnn_path *path, float *frames, struct hnn_rollout_info *info,
-                           struct ad_error *error)
+enum ad_status hnn_pixels_predict(hnn_model *model, const float *observation,
+                                  const struct hnn_rollout_settings *settings, size_t frame,
+                                  struct hnn_path *path, float *frames,
+                                  struct hnn_rollout_info *info, struct ad_error *error)
 {
     if (path)
         *path = (struct hnn_path){0};

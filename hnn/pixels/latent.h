@@ -2,7 +2,7 @@
    model's field, and what it becomes is decoded.
 
        hnn_times(0, 300, 301, t);
-       hnn_foresee(model, pair, &(struct hnn_rollout_settings){.n = 301, .t = t}, 784, &path,
+       hnn_pixels_predict(model, pair, &(struct hnn_rollout_settings){.n = 301, .t = t}, 784, &path,
    frames, &info, &error);
 
    Time is counted in frames, as in the loss. */
@@ -23,10 +23,10 @@ extern "C" {
    first `frame` pixels of what is decoded at its times; info may be NULL. Of the settings all are
    used, energy in mid-flight too. AD_E_ARGUMENT: a model of states, or a frame larger than its
    observations. */
-enum ad_status hnn_foresee(hnn_model *model, const float *observation,
-                           const struct hnn_rollout_settings *settings, size_t frame,
-                           struct hnn_path *path, float *frames, struct hnn_rollout_info *info,
-                           struct ad_error *error);
+enum ad_status hnn_pixels_predict(hnn_model *model, const float *observation,
+                                  const struct hnn_rollout_settings *settings, size_t frame,
+                                  struct hnn_path *path, float *frames,
+                                  struct hnn_rollout_info *info, struct ad_error *error);
 /* Only the latent states x0 [2n] of an observation; and frames of a path that is known. */
 enum ad_status hnn_observe(const hnn_model *model, const float *observation, double *x0,
                            struct ad_error *error);

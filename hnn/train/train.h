@@ -163,7 +163,7 @@ struct hnn_trainer {
 };
 
 /* Makes the learner for these samples; its point from the model's parameters, owned by the trainer;
-   and the model's parameters from a point (train_dark.c). */
+   and the model's parameters from a point (active_pixels.c). */
 enum ad_status hnn_learner_new(hnn_trainer *trainer, const struct hnn_samples *samples,
                                struct ad_error *error);
 void hnn_learner_free(hnn_trainer *trainer);

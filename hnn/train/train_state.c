@@ -38,28 +38,28 @@ static void *method_state(hnn_trainer *t, size_t *n, enum ad_type *type)
 
 /* ---- writing ---- */
 
-static void write_random(const hnn_trainer *t, phys_runfile *file)
+static void write_random(const hnn_trainer *t, phys_hdf5 *file)
 {
     const uint64_t *w = t->train.epoch.state;
     char text[80];
     snprintf(text, sizeof text, "%016" PRIx64 " %016" PRIx64 " %016" PRIx64 " %016" PRIx64, w[0],
              w[1], w[2], w[3]);
-    phys_runfile_text(file, folder, "random", text);
-    phys_runfile_integer(file, folder, "position", (int64_t)t->train.position, NULL);
+    phys_hdf5_text(file, folder, "random", text);
+    phys_hdf5_integer(file, folder, "position", (int64_t)t->train.position, NULL);
 }
 
-static void write_history(const hnn_trainer *t, phys_runfile *file)
+static void write_history(const hnn_trainer *t, phys_hdf5 *file)
 {
-    phys_runfile_extendable(file, "training/history", AD_F64, 2, (size_t[]){0, 3});
-    phys_runfile_text(file, "training/history", "columns", "step,train_loss,test_loss");
+    phys_hdf5_extendable(file, "training/history", AD_F64, 2, (size_t[]){0, 3});
+    phys_hdf5_text(file, "training/history", "columns", "step,train_loss,test_loss");
     for (size_t k = 0; k < t->rows; k++) {
         const struct hnn_row *r = &t->history[k];
-        phys_runfile_append(file, "training/history",
-                            (double[]){(double)r->step, r->train_loss, r->test_loss});
+        phys_hdf5_append(file, "training/history",
+                         (double[]){(double)r->step, r->train_loss, r->test_loss});
     }
 }
 
-static void write_state(hnn_trainer *t, phys_runfile *file)
+static void write_state(hnn_trainer *t, phys_hdf5 *file)
 {
     char settings[TEXT_ROOM], data[HASH_ROOM];
     size_t n;
@@ -67,37 +67,37 @@ static void write_state(hnn_trainer *t, phys_runfile *file)
     const void *state = method_state(t, &n, &type);
     settings_text(t, settings);
     data_text(t, data);
-    phys_runfile_folder(file, folder);
-    phys_runfile_text(file, folder, "settings", settings);
-    phys_runfile_text(file, folder, "data", data);
-    phys_runfile_integer(file, folder, "step", (int64_t)t->step, NULL);
-    phys_runfile_integer(file, folder, "count", (int64_t)*t->settings.optimiser->count(t->method),
-                         NULL);
-    phys_runfile_number(file, folder, "loss_sum", t->loss_sum, NULL);
-    phys_runfile_integer(file, folder, "loss_count", (int64_t)t->loss_count, NULL);
-    phys_runfile_number(file, folder, "best_loss", t->best_loss, NULL);
-    phys_runfile_integer(file, folder, "best_step", (int64_t)t->best_step, NULL);
+    phys_hdf5_folder(file, folder);
+    phys_hdf5_text(file, folder, "settings", settings);
+    phys_hdf5_text(file, folder, "data", data);
+    phys_hdf5_integer(file, folder, "step", (int64_t)t->step, NULL);
+    phys_hdf5_integer(file, folder, "count", (int64_t)*t->settings.optimiser->count(t->method),
+                      NULL);
+    phys_hdf5_number(file, folder, "loss_sum", t->loss_sum, NULL);
+    phys_hdf5_integer(file, folder, "loss_count", (int64_t)t->loss_count, NULL);
+    phys_hdf5_number(file, folder, "best_loss", t->best_loss, NULL);
+    phys_hdf5_integer(file, folder, "best_step", (int64_t)t->best_step, NULL);
     write_random(t, file);
     write_history(t, file);
-    phys_runfile_write(file, "training/optimiser", type, 1, &n, state);
+    phys_hdf5_write(file, "training/optimiser", type, 1, &n, state);
     if (t->average)
-        phys_runfile_write(file, "training/average", AD_F64, 1, &t->problem.n, t->average);
+        phys_hdf5_write(file, "training/average", AD_F64, 1, &t->problem.n, t->average);
     if (t->average || t->best) /* the model's own are then the mean, or the best ones */
-        phys_runfile_write(file, "training/parameters", t->problem.type, 1, &t->problem.n,
-                           hnn_problem_point(&t->problem));
+        phys_hdf5_write(file, "training/parameters", t->problem.type, 1, &t->problem.n,
+                        hnn_problem_point(&t->problem));
 }
 
 enum ad_status hnn_trainer_save(hnn_trainer *t, const char *name, const char *command,
                                 struct ad_error *error)
 {
-    phys_runfile *file;
+    phys_hdf5 *file;
     if (HNN_NEEDS(error, t, name) != AD_OK)
         return error->status;
-    if (hnn_trainer_deliver(t, error) != AD_OK || phys_runfile_create(name, &file, error) != AD_OK)
+    if (hnn_trainer_deliver(t, error) != AD_OK || phys_hdf5_create(name, &file, error) != AD_OK)
         return error->status;
     hnn_model_write(t->model, file, command);
     write_state(t, file);
-    return phys_runfile_commit(file, error);
+    return phys_hdf5_commit(file, error);
 }
 
 /* ---- reading ---- */
@@ -105,7 +105,7 @@ enum ad_status hnn_trainer_save(hnn_trainer *t, const char *name, const char *co
 struct reading {
     hnn_trainer *t;
     const char *name;
-    phys_runfile *file;
+    phys_hdf5 *file;
     struct ad_error *error;
 };
 
@@ -125,7 +125,7 @@ static void expect_text(const struct reading *r, const char *attribute, const ch
                         const char *what)
 {
     char *text = NULL;
-    if (!failed(r) && phys_runfile_get_text(r->file, folder, attribute, &text, r->error) == AD_OK &&
+    if (!failed(r) && phys_hdf5_get_text(r->file, folder, attribute, &text, r->error) == AD_OK &&
         strcmp(text, expected) != 0) {
         const char *there = text + difference(text, expected);
         const char *now = expected + difference(text, expected);
@@ -141,7 +141,7 @@ static double read_number(const struct reading *r, const char *attribute)
 {
     double value = 0;
     if (!failed(r))
-        phys_runfile_get(r->file, folder, attribute, &value, r->error);
+        phys_hdf5_get(r->file, folder, attribute, &value, r->error);
     return value;
 }
 
@@ -160,8 +160,8 @@ static size_t read_count(const struct reading *r, const char *attribute)
 static void read_vector(const struct reading *r, const char *name, enum ad_type type, size_t n,
                         void *to)
 {
-    struct phys_runfile_item item;
-    if (failed(r) || phys_runfile_shape(r->file, name, &item, r->error) != AD_OK)
+    struct phys_hdf5_item item;
+    if (failed(r) || phys_hdf5_shape(r->file, name, &item, r->error) != AD_OK)
         return;
     double *values = malloc(n * sizeof *values + 1);
     if (!values)
@@ -169,16 +169,16 @@ static void read_vector(const struct reading *r, const char *name, enum ad_type 
     else if (item.rank != 1 || item.dims[0] != n)
         ad_fail(r->error, AD_E_INPUT, "%s: damaged: '%s' has another shape, expected %zu", r->name,
                 name, n);
-    else if (phys_runfile_read(r->file, name, 0, n, values, r->error) == AD_OK)
+    else if (phys_hdf5_read(r->file, name, 0, n, values, r->error) == AD_OK)
         hnn_from_double(type, n, values, to);
     free(values);
 }
 
 static void read_history(const struct reading *r)
 {
-    struct phys_runfile_item item;
+    struct phys_hdf5_item item;
     double record[3];
-    if (failed(r) || phys_runfile_shape(r->file, "training/history", &item, r->error) != AD_OK)
+    if (failed(r) || phys_hdf5_shape(r->file, "training/history", &item, r->error) != AD_OK)
         return;
     if (item.rank != 2 || item.dims[1] != 3) {
         ad_fail(r->error, AD_E_INPUT, "%s: damaged: 'training/history' has another shape", r->name);
@@ -186,7 +186,7 @@ static void read_history(const struct reading *r)
     }
     r->t->rows = 0;
     for (size_t k = 0; k < item.dims[0] && !failed(r); k++) {
-        if (phys_runfile_read(r->file, "training/history", k, 1, record, r->error) != AD_OK)
+        if (phys_hdf5_read(r->file, "training/history", k, 1, record, r->error) != AD_OK)
             return;
         if (!is_count(record[0])) {
             ad_fail(r->error, AD_E_INPUT, "%s: damaged: 'training/history' has step %g in row %zu",
@@ -203,7 +203,7 @@ static void read_random(const struct reading *r)
     char *text = NULL;
     size_t position = read_count(r, "position");
     if (failed(r) || !r->t->train.order ||
-        phys_runfile_get_text(r->file, folder, "random", &text, r->error) != AD_OK)
+        phys_hdf5_get_text(r->file, folder, "random", &text, r->error) != AD_OK)
         return;
     struct phys_random random = {{0}, 0, false};
     char *at = text;
@@ -283,8 +283,8 @@ enum ad_status hnn_trainer_resume(hnn_trainer *t, const char *name, struct ad_er
     else
         hnn_model_set_parameters(t->model, stored->parameters);
     hnn_model_free(stored);
-    if (!failed(&r) && phys_runfile_open(name, &r.file, error) == AD_OK)
+    if (!failed(&r) && phys_hdf5_open(name, &r.file, error) == AD_OK)
         read_state(&r);
-    phys_runfile_close(r.file);
+    phys_hdf5_close(r.file);
     return error->status;
 }

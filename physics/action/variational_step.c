@@ -22,10 +22,10 @@ struct phys_variational_step {
 
 enum ad_status phys_variational_step_new(const struct phys_system *system,
                                          const struct phys_rule *rule, double dt,
-                                         phys_variational_step **march, struct ad_error *error)
+                                         phys_variational_step **stepper, struct ad_error *error)
 {
     size_t n = rule->degree * system->dof;
-    phys_variational_step *m = *march = calloc(1, sizeof *m);
+    phys_variational_step *m = *stepper = calloc(1, sizeof *m);
     if (!m)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     m->system = system;
@@ -40,7 +40,7 @@ enum ad_status phys_variational_step_new(const struct phys_system *system,
         phys_hessian_new(&m->hessian, system, rule, 2, dt, error);
     if (error->status != AD_OK) {
         phys_variational_step_free(m);
-        *march = NULL;
+        *stepper = NULL;
         return error->status;
     }
     m->velocity = m->x + 2 * n;
@@ -50,26 +50,29 @@ enum ad_status phys_variational_step_new(const struct phys_system *system,
     return AD_OK;
 }
 
-void phys_variational_step_free(phys_variational_step *march)
+void phys_variational_step_free(phys_variational_step *stepper)
 {
-    if (!march)
+    if (!stepper)
         return;
-    phys_hessian_free(&march->hessian);
-    free(march->x);
-    free(march);
+    phys_hessian_free(&stepper->hessian);
+    free(stepper->x);
+    free(stepper);
 }
 
-const double *phys_variational_step_element(const phys_variational_step *march) { return march->x; }
-
-size_t phys_variational_step_evaluations(const phys_variational_step *march)
+const double *phys_variational_step_element(const phys_variational_step *stepper)
 {
-    return march->evaluations;
+    return stepper->x;
 }
 
-void phys_variational_step_go(phys_variational_step *march, double dt, const double *velocity)
+size_t phys_variational_step_evaluations(const phys_variational_step *stepper)
 {
-    march->hessian.dt = dt;
-    memcpy(march->velocity, velocity, march->dof * sizeof *velocity);
+    return stepper->evaluations;
+}
+
+void phys_variational_step_go(phys_variational_step *stepper, double dt, const double *velocity)
+{
+    stepper->hessian.dt = dt;
+    memcpy(stepper->velocity, velocity, stepper->dof * sizeof *velocity);
 }
 
 /* ---- solving ---- */
@@ -162,10 +165,11 @@ static void end_momentum(const phys_variational_step *m, double *p)
     memcpy(p, m->hessian.gradient + m->degree * m->dof, m->dof * sizeof *p);
 }
 
-enum ad_status phys_variational_step_start(phys_variational_step *march, double t, const double *q0,
-                                           const double *q1, double *p, struct ad_error *error)
+enum ad_status phys_variational_step_start(phys_variational_step *stepper, double t,
+                                           const double *q0, const double *q1, double *p,
+                                           struct ad_error *error)
 {
-    phys_variational_step *m = march;
+    phys_variational_step *m = stepper;
     size_t inner = (m->degree - 1) * m->dof;
     for (size_t d = 0; d < m->dof; d++)
         m->velocity[d] = (q1[d] - q0[d]) / m->hessian.dt;
@@ -179,10 +183,10 @@ enum ad_status phys_variational_step_start(phys_variational_step *march, double 
     return AD_OK;
 }
 
-enum ad_status phys_variational_step_next(phys_variational_step *march, double t, double *q,
+enum ad_status phys_variational_step_next(phys_variational_step *stepper, double t, double *q,
                                           double *p, struct ad_error *error)
 {
-    phys_variational_step *m = march;
+    phys_variational_step *m = stepper;
     place_nodes(m, q);
     if (solve(m, t, p, 0, m->dof, m->degree * m->dof, error) != AD_OK)
         return error->status;

@@ -13,22 +13,23 @@ typedef struct phys_variational_step phys_variational_step;
 /* For elements of length dt. The system must live longer. */
 enum ad_status phys_variational_step_new(const struct phys_system *system,
                                          const struct phys_rule *rule, double dt,
-                                         phys_variational_step **march, struct ad_error *error);
-void phys_variational_step_free(phys_variational_step *march);
+                                         phys_variational_step **stepper, struct ad_error *error);
+void phys_variational_step_free(phys_variational_step *stepper);
 
 /* Momentum p [dof] at the end of the element from q0 to q1 [dof] that begins at t. */
-enum ad_status phys_variational_step_start(phys_variational_step *march, double t, const double *q0,
-                                           const double *q1, double *p, struct ad_error *error);
+enum ad_status phys_variational_step_start(phys_variational_step *stepper, double t,
+                                           const double *q0, const double *q1, double *p,
+                                           struct ad_error *error);
 /* Elements of length dt from here on, the next one from about this velocity [dof]. */
-void phys_variational_step_go(phys_variational_step *march, double dt, const double *velocity);
+void phys_variational_step_go(phys_variational_step *stepper, double dt, const double *velocity);
 /* One element: q, p [dof] at t become those at t + dt; the guess is that the last element's
    velocity goes on. AD_E_NONFINITE where the equations have no solution near it, naming the
    coordinate. */
-enum ad_status phys_variational_step_next(phys_variational_step *march, double t, double *q,
+enum ad_status phys_variational_step_next(phys_variational_step *stepper, double t, double *q,
                                           double *p, struct ad_error *error);
 /* The element last solved: [degree*dof x 2], laid out as a path of two slices. */
-const double *phys_variational_step_element(const phys_variational_step *march);
+const double *phys_variational_step_element(const phys_variational_step *stepper);
 /* Elements whose gradient was evaluated so far. */
-size_t phys_variational_step_evaluations(const phys_variational_step *march);
+size_t phys_variational_step_evaluations(const phys_variational_step *stepper);
 
 #endif

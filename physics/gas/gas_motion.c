@@ -65,7 +65,7 @@ static enum ad_status record(struct context *c, struct ad_error *error)
     if (ad_grad(V, 1, &c->q, &gradient) == AD_OK) {
         c->acceleration = ad_label(ad_mul(-1 / c->gas->m, gradient), "acceleration");
         if (ad_compile(c->tape, 1, &c->acceleration, &c->for_acceleration) == AD_OK && !c->listed)
-            ad_native_in_time(c->for_acceleration);
+            ad_native_lazy(c->for_acceleration);
     }
     return phys_tape_status(c->tape, error);
 }

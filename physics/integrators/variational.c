@@ -1,5 +1,5 @@
-/* The variational integrator of an action rule: the discrete equations of its action, marched
-   element after element (variational_step.h). Marched so, the q are the stationary path of the rule
+/* The variational integrator of an action rule: the discrete equations of its action, solved
+   element after element (variational_step.h). Stepped so, the q are the stationary path of the rule
    whose first two slices are given. */
 #include "stepper.h"
 #include "physics/action/variational_step.h"
@@ -8,7 +8,7 @@
 #include <string.h>
 
 struct element {
-    phys_variational_step *march;
+    phys_variational_step *stepper;
     size_t dof;
     double last_h; /* 0: there was none */
 };
@@ -30,14 +30,14 @@ static enum ad_status begin(struct phys_stepper *s, struct ad_error *error)
     if (!e)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     e->dof = s->n / 2;
-    return phys_variational_step_new(s->ode->system, rule_of(s->integrator), 1, &e->march, error);
+    return phys_variational_step_new(s->ode->system, rule_of(s->integrator), 1, &e->stepper, error);
 }
 
 static void end(struct phys_stepper *s)
 {
     struct element *e = s->state;
     if (e)
-        phys_variational_step_free(e->march);
+        phys_variational_step_free(e->stepper);
     free(e);
 }
 
@@ -46,16 +46,16 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
 {
     struct element *e = s->state;
     struct ad_error lost = {0};
-    size_t before = phys_variational_step_evaluations(e->march);
+    size_t before = phys_variational_step_evaluations(e->stepper);
     if (e->last_h != h) {
         if (phys_stepper_need_rate(s, error) != AD_OK)
             return error->status;
-        phys_variational_step_go(e->march, h, s->rate);
+        phys_variational_step_go(e->stepper, h, s->rate);
         e->last_h = h;
     }
     memcpy(s->next, s->y, s->n * sizeof *s->next);
-    phys_variational_step_next(e->march, s->t, s->next, s->next + e->dof, &lost);
-    s->evaluations += phys_variational_step_evaluations(e->march) - before;
+    phys_variational_step_next(e->stepper, s->t, s->next, s->next + e->dof, &lost);
+    s->evaluations += phys_variational_step_evaluations(e->stepper) - before;
     return lost.status == AD_OK ? AD_OK : ad_fail(error, AD_E_ACCURACY, "%s", lost.message);
 }
 

@@ -28,7 +28,7 @@ static void replace(char *before, char *now)
     }
 }
 
-bool phys_whole_abandon_all(void)
+bool phys_atomic_file_abandon_all(void)
 {
     bool any = false;
     for (size_t k = 0; k < MOST_AT_ONCE; k++) {
@@ -80,7 +80,7 @@ static char *resolve(const char *target, mode_t *mode, const char **reason)
     return *reason ? NULL : realpath(target, NULL);
 }
 
-static void forget(struct phys_whole *file)
+static void forget(struct phys_atomic_file *file)
 {
     if (file->temporary) {
         replace(file->temporary, NULL);
@@ -88,14 +88,15 @@ static void forget(struct phys_whole *file)
     }
     free(file->target);
     free(file->temporary);
-    *file = (struct phys_whole){0};
+    *file = (struct phys_atomic_file){0};
 }
 
-enum ad_status phys_whole_begin(struct phys_whole *file, const char *target, struct ad_error *error)
+enum ad_status phys_atomic_file_begin(struct phys_atomic_file *file, const char *target,
+                                      struct ad_error *error)
 {
     const char *reason;
     mode_t mode;
-    *file = (struct phys_whole){.target = resolve(target, &mode, &reason)};
+    *file = (struct phys_atomic_file){.target = resolve(target, &mode, &reason)};
     if (reason)
         return refuse(error, target, reason);
     if (!file->target)
@@ -137,7 +138,7 @@ static int sync_folder(const char *name)
     return failed == EINVAL ? 0 : failed; /* file systems that cannot sync a folder say EINVAL */
 }
 
-enum ad_status phys_whole_commit(struct phys_whole *file, struct ad_error *error)
+enum ad_status phys_atomic_file_commit(struct phys_atomic_file *file, struct ad_error *error)
 {
     if (!file->target)
         return AD_OK;
@@ -146,7 +147,7 @@ enum ad_status phys_whole_commit(struct phys_whole *file, struct ad_error *error
         failed = errno;
     if (failed) {
         fail(error, file->target, strerror(failed));
-        phys_whole_abandon(file);
+        phys_atomic_file_abandon(file);
         return AD_E_IO;
     }
     failed = sync_folder(file->target);
@@ -155,7 +156,7 @@ enum ad_status phys_whole_commit(struct phys_whole *file, struct ad_error *error
     return status;
 }
 
-void phys_whole_abandon(struct phys_whole *file)
+void phys_atomic_file_abandon(struct phys_atomic_file *file)
 {
     if (file->temporary)
         unlink(file->temporary);

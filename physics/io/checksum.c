@@ -11,22 +11,22 @@ static const char format[] = "leastaction, sealed: fnv1a %016" PRIx64 " of %" PR
 enum { SAME = 20 }; /* characters of the format that every seal begins with */
 
 /* The seal of an open file, from what follows it. */
-static bool seal_of(FILE *in, char seal[PHYS_SEAL_BYTES])
+static bool seal_of(FILE *in, char seal[PHYS_CHECKSUM_BYTES])
 {
     unsigned char block[1 << 14];
     uint64_t hash = AD_HASH_BEGIN, n = 0;
-    if (fseek(in, PHYS_SEAL_BYTES, SEEK_SET) != 0)
+    if (fseek(in, PHYS_CHECKSUM_BYTES, SEEK_SET) != 0)
         return false;
     for (size_t read; (read = fread(block, 1, sizeof block, in)) > 0; n += read)
         hash = ad_hash(hash, block, read);
-    memset(seal, 0, PHYS_SEAL_BYTES);
-    snprintf(seal, PHYS_SEAL_BYTES, format, hash, n);
+    memset(seal, 0, PHYS_CHECKSUM_BYTES);
+    snprintf(seal, PHYS_CHECKSUM_BYTES, format, hash, n);
     return !ferror(in);
 }
 
-enum ad_status phys_seal_write(const char *file, const char *name, struct ad_error *error)
+enum ad_status phys_checksum_write(const char *file, const char *name, struct ad_error *error)
 {
-    char seal[PHYS_SEAL_BYTES];
+    char seal[PHYS_CHECKSUM_BYTES];
     FILE *out = fopen(file, "r+b");
     bool written = out && seal_of(out, seal) && fseek(out, 0, SEEK_SET) == 0 &&
                    fwrite(seal, 1, sizeof seal, out) == sizeof seal;
@@ -36,9 +36,9 @@ enum ad_status phys_seal_write(const char *file, const char *name, struct ad_err
                    : ad_fail(error, AD_E_IO, "%s: cannot be written: %s", name, strerror(errno));
 }
 
-enum ad_status phys_seal_check(const char *file, const char *name, struct ad_error *error)
+enum ad_status phys_checksum_check(const char *file, const char *name, struct ad_error *error)
 {
-    char seal[PHYS_SEAL_BYTES], found[PHYS_SEAL_BYTES] = "";
+    char seal[PHYS_CHECKSUM_BYTES], found[PHYS_CHECKSUM_BYTES] = "";
     FILE *in = fopen(file, "rb");
     if (!in)
         return AD_OK; /* whoever opens it says why it cannot be read */

@@ -6,12 +6,12 @@
 
 #include "autodiff/autodiff.h"
 
-enum { PHYS_SEAL_BYTES = 512 };
+enum { PHYS_CHECKSUM_BYTES = 512 };
 
-/* Writes the hash of all bytes after the first PHYS_SEAL_BYTES into those. `name` stands for the
-   file in messages. */
-enum ad_status phys_seal_write(const char *file, const char *name, struct ad_error *error);
+/* Writes the hash of all bytes after the first PHYS_CHECKSUM_BYTES into those. `name` stands for
+   the file in messages. */
+enum ad_status phys_checksum_write(const char *file, const char *name, struct ad_error *error);
 /* AD_E_INPUT if the file is sealed and not as it was then. Files without a seal pass. */
-enum ad_status phys_seal_check(const char *file, const char *name, struct ad_error *error);
+enum ad_status phys_checksum_check(const char *file, const char *name, struct ad_error *error);
 
 #endif

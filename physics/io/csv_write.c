@@ -34,8 +34,8 @@ static bool write_rows(FILE *stream, const char *header, size_t rows, size_t col
 enum ad_status phys_table_write(const char *file, const char *header, size_t rows, size_t cols,
                                 const double *values, struct ad_error *error)
 {
-    struct phys_whole whole;
-    enum ad_status status = phys_whole_begin(&whole, file, error);
+    struct phys_atomic_file whole;
+    enum ad_status status = phys_atomic_file_begin(&whole, file, error);
     if (status != AD_OK)
         return status;
     FILE *stream = fopen(whole.temporary, "w");
@@ -43,8 +43,8 @@ enum ad_status phys_table_write(const char *file, const char *header, size_t row
     if (stream && fclose(stream) != 0)
         written = false;
     if (written)
-        return phys_whole_commit(&whole, error);
+        return phys_atomic_file_commit(&whole, error);
     status = ad_fail(error, AD_E_IO, "%s: cannot be written: %s", file, strerror(errno));
-    phys_whole_abandon(&whole);
+    phys_atomic_file_abandon(&whole);
     return status;
 }

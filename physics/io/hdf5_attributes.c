@@ -16,8 +16,8 @@ static hid_t text_type(void)
 
 /* ---- writing ---- */
 
-static void put(phys_runfile *file, const char *object, const char *name, hid_t file_type,
-                hid_t type, const void *value)
+static void put(phys_hdf5 *file, const char *object, const char *name, hid_t file_type, hid_t type,
+                const void *value)
 {
     if (file->error.status != AD_OK)
         return;
@@ -32,31 +32,31 @@ static void put(phys_runfile *file, const char *object, const char *name, hid_t 
     H5Sclose(space);
 }
 
-void phys_runfile_text(phys_runfile *file, const char *object, const char *name, const char *text)
+void phys_hdf5_text(phys_hdf5 *file, const char *object, const char *name, const char *text)
 {
     hid_t type = text_type();
     put(file, object, name, type, type, &text);
     H5Tclose(type);
 }
 
-static void put_unit(phys_runfile *file, const char *object, const char *name, const char *unit)
+static void put_unit(phys_hdf5 *file, const char *object, const char *name, const char *unit)
 {
     char beside[128];
     if (!unit || !*unit)
         return;
     snprintf(beside, sizeof beside, "%s.unit", name);
-    phys_runfile_text(file, object, beside, unit);
+    phys_hdf5_text(file, object, beside, unit);
 }
 
-void phys_runfile_number(phys_runfile *file, const char *object, const char *name, double value,
-                         const char *unit)
+void phys_hdf5_number(phys_hdf5 *file, const char *object, const char *name, double value,
+                      const char *unit)
 {
     put(file, object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
     put_unit(file, object, name, unit);
 }
 
-void phys_runfile_integer(phys_runfile *file, const char *object, const char *name, int64_t value,
-                          const char *unit)
+void phys_hdf5_integer(phys_hdf5 *file, const char *object, const char *name, int64_t value,
+                       const char *unit)
 {
     put(file, object, name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
     put_unit(file, object, name, unit);
@@ -88,27 +88,27 @@ static bool read_text(hid_t id, char **text)
     return room;
 }
 
-bool phys_h5_attribute(hid_t id, struct phys_runfile_item *item, char **text)
+bool phys_h5_attribute(hid_t id, struct phys_hdf5_item *item, char **text)
 {
     hid_t type = H5Aget_type(id), space = H5Aget_space(id);
     bool room = true;
     *text = NULL;
-    item->kind = H5Sget_simple_extent_npoints(space) == 1 ? phys_h5_kind(type) : PHYS_RUNFILE_OTHER;
-    if (item->kind == PHYS_RUNFILE_TEXT)
+    item->kind = H5Sget_simple_extent_npoints(space) == 1 ? phys_h5_kind(type) : PHYS_HDF5_OTHER;
+    if (item->kind == PHYS_HDF5_TEXT)
         room = read_text(id, text);
     item->text = *text;
     if ((phys_h5_is_number(item->kind) && H5Aread(id, H5T_NATIVE_DOUBLE, &item->number) < 0) ||
-        (item->kind == PHYS_RUNFILE_TEXT && !*text))
-        item->kind = PHYS_RUNFILE_OTHER;
+        (item->kind == PHYS_HDF5_TEXT && !*text))
+        item->kind = PHYS_HDF5_OTHER;
     H5Sclose(space);
     H5Tclose(type);
     return room;
 }
 
-static enum ad_status get(phys_runfile *file, const char *object, const char *name,
-                          struct phys_runfile_item *item, char **text, struct ad_error *error)
+static enum ad_status get(phys_hdf5 *file, const char *object, const char *name,
+                          struct phys_hdf5_item *item, char **text, struct ad_error *error)
 {
-    *item = (struct phys_runfile_item){.object = object, .attribute = name};
+    *item = (struct phys_hdf5_item){.object = object, .attribute = name};
     hid_t id = H5Aopen_by_name(file->id, object, name, H5P_DEFAULT, H5P_DEFAULT);
     if (id < 0)
         return phys_h5_fail(error, AD_E_INPUT, file->name, "find attribute", name);
@@ -117,10 +117,10 @@ static enum ad_status get(phys_runfile *file, const char *object, const char *na
     return room ? AD_OK : ad_fail(error, AD_E_MEMORY, "%s: out of memory", file->name);
 }
 
-enum ad_status phys_runfile_get(phys_runfile *file, const char *object, const char *name,
-                                double *value, struct ad_error *error)
+enum ad_status phys_hdf5_get(phys_hdf5 *file, const char *object, const char *name, double *value,
+                             struct ad_error *error)
 {
-    struct phys_runfile_item item;
+    struct phys_hdf5_item item;
     char *text = NULL;
     enum ad_status status = get(file, object, name, &item, &text, error);
     free(text);
@@ -130,10 +130,10 @@ enum ad_status phys_runfile_get(phys_runfile *file, const char *object, const ch
     return status;
 }
 
-enum ad_status phys_runfile_get_text(phys_runfile *file, const char *object, const char *name,
-                                     char **text, struct ad_error *error)
+enum ad_status phys_hdf5_get_text(phys_hdf5 *file, const char *object, const char *name,
+                                  char **text, struct ad_error *error)
 {
-    struct phys_runfile_item item;
+    struct phys_hdf5_item item;
     *text = NULL;
     enum ad_status status = get(file, object, name, &item, text, error);
     if (status == AD_OK && !*text)

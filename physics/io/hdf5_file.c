@@ -43,7 +43,7 @@ enum ad_status phys_h5_fail(struct ad_error *error, enum ad_status status, const
     return ad_fail(error, status, "%s: cannot %s '%s': %s", file, what, item, last_reason().text);
 }
 
-void phys_h5_fail_write(phys_runfile *file, const char *what, const char *item)
+void phys_h5_fail_write(phys_hdf5 *file, const char *what, const char *item)
 {
     phys_h5_fail(&file->error, AD_E_IO, file->name, what, item);
 }
@@ -57,10 +57,10 @@ static void start_hdf5(void)
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
 }
 
-static phys_runfile *handle_new(const char *name, struct ad_error *error)
+static phys_hdf5 *handle_new(const char *name, struct ad_error *error)
 {
     start_hdf5();
-    phys_runfile *file = calloc(1, sizeof *file);
+    phys_hdf5 *file = calloc(1, sizeof *file);
     if (file && !(file->name = strdup(name))) {
         free(file);
         file = NULL;
@@ -70,7 +70,7 @@ static phys_runfile *handle_new(const char *name, struct ad_error *error)
     return file;
 }
 
-static void handle_free(phys_runfile *file)
+static void handle_free(phys_hdf5 *file)
 {
     free(file->name);
     free(file);
@@ -90,22 +90,22 @@ static hid_t file_access(void)
     return access;
 }
 
-enum ad_status phys_runfile_create(const char *target, phys_runfile **out, struct ad_error *error)
+enum ad_status phys_hdf5_create(const char *target, phys_hdf5 **out, struct ad_error *error)
 {
     *out = NULL;
-    phys_runfile *file = handle_new(target, error);
+    phys_hdf5 *file = handle_new(target, error);
     if (!file)
         return AD_E_MEMORY;
-    enum ad_status status = phys_whole_begin(&file->file, target, error);
+    enum ad_status status = phys_atomic_file_begin(&file->file, target, error);
     if (status == AD_OK) {
         hid_t sealed = H5Pcreate(H5P_FILE_CREATE);
-        H5Pset_userblock(sealed, PHYS_SEAL_BYTES);
+        H5Pset_userblock(sealed, PHYS_CHECKSUM_BYTES);
         hid_t access = file_access();
         file->id = H5Fcreate(file->file.temporary, H5F_ACC_TRUNC, sealed, access);
         H5Pclose(access);
         if (file->id < 0) {
             status = phys_h5_fail(error, AD_E_IO, target, "create", target);
-            phys_whole_abandon(&file->file);
+            phys_atomic_file_abandon(&file->file);
         }
         H5Pclose(sealed);
     }
@@ -116,48 +116,48 @@ enum ad_status phys_runfile_create(const char *target, phys_runfile **out, struc
     return status;
 }
 
-enum ad_status phys_runfile_commit(phys_runfile *file, struct ad_error *error)
+enum ad_status phys_hdf5_commit(phys_hdf5 *file, struct ad_error *error)
 {
     if (!file)
         return AD_OK;
     if (H5Fclose(file->id) < 0)
         phys_h5_fail_write(file, "close", file->name);
     if (file->error.status == AD_OK)
-        phys_seal_write(file->file.temporary, file->name, &file->error);
+        phys_checksum_write(file->file.temporary, file->name, &file->error);
     enum ad_status status = file->error.status;
     if (status == AD_OK) {
-        status = phys_whole_commit(&file->file, error);
+        status = phys_atomic_file_commit(&file->file, error);
     } else {
         ad_fail(error, status, "%s", file->error.message);
-        phys_whole_abandon(&file->file);
+        phys_atomic_file_abandon(&file->file);
     }
     handle_free(file);
     return status;
 }
 
-void phys_runfile_abandon(phys_runfile *file)
+void phys_hdf5_abandon(phys_hdf5 *file)
 {
     if (!file)
         return;
     H5Fclose(file->id);
-    phys_whole_abandon(&file->file);
+    phys_atomic_file_abandon(&file->file);
     handle_free(file);
 }
 
 /* ---- reading ---- */
 
-bool phys_runfile_is(const char *name)
+bool phys_hdf5_is(const char *name)
 {
     start_hdf5();
     return H5Fis_hdf5(name) > 0;
 }
 
-enum ad_status phys_runfile_open(const char *name, phys_runfile **out, struct ad_error *error)
+enum ad_status phys_hdf5_open(const char *name, phys_hdf5 **out, struct ad_error *error)
 {
     *out = NULL;
-    if (phys_seal_check(name, name, error) != AD_OK)
+    if (phys_checksum_check(name, name, error) != AD_OK)
         return AD_E_INPUT;
-    phys_runfile *file = handle_new(name, error);
+    phys_hdf5 *file = handle_new(name, error);
     if (!file)
         return AD_E_MEMORY;
     file->id = H5Fopen(name, H5F_ACC_RDONLY, H5P_DEFAULT);
@@ -170,14 +170,14 @@ enum ad_status phys_runfile_open(const char *name, phys_runfile **out, struct ad
                              last_reason().text);
     }
     if (phys_h5_walk(file, NULL, NULL, error) != AD_OK) {
-        phys_runfile_close(file);
+        phys_hdf5_close(file);
         return error->status;
     }
     *out = file;
     return AD_OK;
 }
 
-void phys_runfile_close(phys_runfile *file)
+void phys_hdf5_close(phys_hdf5 *file)
 {
     if (!file)
         return;
@@ -189,23 +189,23 @@ void phys_runfile_close(phys_runfile *file)
 
 static const char *const kind_names[] = {"folder", "f64", "f32", "integer", "text", "other"};
 
-const char *phys_runfile_kind_name(enum phys_runfile_kind kind) { return kind_names[kind]; }
+const char *phys_hdf5_kind_name(enum phys_hdf5_kind kind) { return kind_names[kind]; }
 
-enum phys_runfile_kind phys_h5_kind(hid_t type)
+enum phys_hdf5_kind phys_h5_kind(hid_t type)
 {
     switch (H5Tget_class(type)) {
     case H5T_FLOAT:
-        return H5Tget_size(type) == 4 ? PHYS_RUNFILE_F32 : PHYS_RUNFILE_F64;
+        return H5Tget_size(type) == 4 ? PHYS_HDF5_F32 : PHYS_HDF5_F64;
     case H5T_INTEGER:
-        return PHYS_RUNFILE_INTEGER;
+        return PHYS_HDF5_INTEGER;
     case H5T_STRING:
-        return PHYS_RUNFILE_TEXT;
+        return PHYS_HDF5_TEXT;
     default:
-        return PHYS_RUNFILE_OTHER;
+        return PHYS_HDF5_OTHER;
     }
 }
 
-bool phys_h5_is_number(enum phys_runfile_kind kind)
+bool phys_h5_is_number(enum phys_hdf5_kind kind)
 {
-    return kind == PHYS_RUNFILE_F64 || kind == PHYS_RUNFILE_F32 || kind == PHYS_RUNFILE_INTEGER;
+    return kind == PHYS_HDF5_F64 || kind == PHYS_HDF5_F32 || kind == PHYS_HDF5_INTEGER;
 }

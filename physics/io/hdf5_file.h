@@ -15,87 +15,86 @@
 extern "C" {
 #endif
 
-enum { PHYS_RUNFILE_RANK = 4 }; /* dimensions at most */
+enum { PHYS_HDF5_RANK = 4 }; /* dimensions at most */
 
-typedef struct phys_runfile phys_runfile;
+typedef struct phys_hdf5 phys_hdf5;
 
 /* ---- writing ---- */
 
 /* Starts a file for `target`; an unwritable target is found here: AD_E_IO. */
-enum ad_status phys_runfile_create(const char *target, phys_runfile **file, struct ad_error *error);
+enum ad_status phys_hdf5_create(const char *target, phys_hdf5 **file, struct ad_error *error);
 /* An n-dimensional dataset at once: values [dims[0] x ... x dims[rank-1]] of the element type. */
-void phys_runfile_write(phys_runfile *file, const char *name, enum ad_type type, size_t rank,
-                        const size_t dims[], const void *values);
+void phys_hdf5_write(phys_hdf5 *file, const char *name, enum ad_type type, size_t rank,
+                     const size_t dims[], const void *values);
 /* A dataset that grows along its first dimension: dims[0] is ignored, 0 records so far. */
-void phys_runfile_extendable(phys_runfile *file, const char *name, enum ad_type type, size_t rank,
-                             const size_t dims[]);
+void phys_hdf5_extendable(phys_hdf5 *file, const char *name, enum ad_type type, size_t rank,
+                          const size_t dims[]);
 /* Appends one record [dims[1] x ... x dims[rank-1]] to an extendable dataset. */
-void phys_runfile_append(phys_runfile *file, const char *name, const void *record);
+void phys_hdf5_append(phys_hdf5 *file, const char *name, const void *record);
 /* A folder; needed only where it carries attributes. */
-void phys_runfile_folder(phys_runfile *file, const char *name);
+void phys_hdf5_folder(phys_hdf5 *file, const char *name);
 /* Attributes of a dataset or folder ("/": of the file). A unit (may be NULL) goes beside the number
    as the attribute NAME.unit. */
-void phys_runfile_text(phys_runfile *file, const char *object, const char *name, const char *text);
-void phys_runfile_number(phys_runfile *file, const char *object, const char *name, double value,
-                         const char *unit);
-void phys_runfile_integer(phys_runfile *file, const char *object, const char *name, int64_t value,
-                          const char *unit);
+void phys_hdf5_text(phys_hdf5 *file, const char *object, const char *name, const char *text);
+void phys_hdf5_number(phys_hdf5 *file, const char *object, const char *name, double value,
+                      const char *unit);
+void phys_hdf5_integer(phys_hdf5 *file, const char *object, const char *name, int64_t value,
+                       const char *unit);
 /* Closes, syncs and renames to the target, and frees the handle, whatever happens; after an earlier
    failure nothing is left behind. NULL: nothing to do. */
-enum ad_status phys_runfile_commit(phys_runfile *file, struct ad_error *error);
+enum ad_status phys_hdf5_commit(phys_hdf5 *file, struct ad_error *error);
 /* Drops what was written, and the handle. NULL: nothing to do. */
-void phys_runfile_abandon(phys_runfile *file);
+void phys_hdf5_abandon(phys_hdf5 *file);
 
 /* ---- reading ---- */
 
-enum phys_runfile_kind {
-    PHYS_RUNFILE_FOLDER,
-    PHYS_RUNFILE_F64, /* dataset or attribute of numbers (f64, f32, or integers) ... */
-    PHYS_RUNFILE_F32,
-    PHYS_RUNFILE_INTEGER,
-    PHYS_RUNFILE_TEXT,
-    PHYS_RUNFILE_OTHER /* what this library does not write */
+enum phys_hdf5_kind {
+    PHYS_HDF5_FOLDER,
+    PHYS_HDF5_F64, /* dataset or attribute of numbers (f64, f32, or integers) ... */
+    PHYS_HDF5_F32,
+    PHYS_HDF5_INTEGER,
+    PHYS_HDF5_TEXT,
+    PHYS_HDF5_OTHER /* what this library does not write */
 };
 /* "folder", "f64", ... */
-const char *phys_runfile_kind_name(enum phys_runfile_kind kind);
+const char *phys_hdf5_kind_name(enum phys_hdf5_kind kind);
 
 /* One thing in a file: a folder, a dataset, or an attribute of one of these. */
-struct phys_runfile_item {
+struct phys_hdf5_item {
     const char *object;    /* path of the folder or dataset, without a leading slash; "" the file */
     const char *attribute; /* NULL: the object itself */
-    enum phys_runfile_kind kind;
-    size_t rank, dims[PHYS_RUNFILE_RANK]; /* of a dataset */
-    double number;                        /* of an attribute that is one number */
-    const char *text;                     /* of an attribute that is a text */
+    enum phys_hdf5_kind kind;
+    size_t rank, dims[PHYS_HDF5_RANK]; /* of a dataset */
+    double number;                     /* of an attribute that is one number */
+    const char *text;                  /* of an attribute that is a text */
 };
 
 /* The file is HDF5, damaged or not, as far as its first bytes tell. Not for pipes. */
-bool phys_runfile_is(const char *name);
+bool phys_hdf5_is(const char *name);
 /* AD_E_INPUT too for a file that leads out of itself, by external links, external or virtual
    storage, or filters that are not built in. */
-enum ad_status phys_runfile_open(const char *name, phys_runfile **file, struct ad_error *error);
+enum ad_status phys_hdf5_open(const char *name, phys_hdf5 **file, struct ad_error *error);
 /* Calls `visit` for everything in the file in the order of names, each object before its
    attributes, the file's own first. Strings live for the call only. */
-enum ad_status phys_runfile_list(phys_runfile *file,
-                                 void (*visit)(void *context, const struct phys_runfile_item *item),
-                                 void *context, struct ad_error *error);
+enum ad_status phys_hdf5_list(phys_hdf5 *file,
+                              void (*visit)(void *context, const struct phys_hdf5_item *item),
+                              void *context, struct ad_error *error);
 /* Kind and shape of a dataset; AD_E_INPUT if there is none of that name. */
-enum ad_status phys_runfile_shape(phys_runfile *file, const char *name,
-                                  struct phys_runfile_item *item, struct ad_error *error);
+enum ad_status phys_hdf5_shape(phys_hdf5 *file, const char *name, struct phys_hdf5_item *item,
+                               struct ad_error *error);
 /* Records first .. first+count-1 along the first dimension of a dataset of numbers, as doubles. */
-enum ad_status phys_runfile_read(phys_runfile *file, const char *name, size_t first, size_t count,
-                                 double *values, struct ad_error *error);
+enum ad_status phys_hdf5_read(phys_hdf5 *file, const char *name, size_t first, size_t count,
+                              double *values, struct ad_error *error);
 /* The block first[k] ... first[k]+count[k]-1 along every dimension k of a dataset of numbers. */
-enum ad_status phys_runfile_read_block(phys_runfile *file, const char *name, const size_t first[],
-                                       const size_t count[], double *values,
-                                       struct ad_error *error);
+enum ad_status phys_hdf5_read_block(phys_hdf5 *file, const char *name, const size_t first[],
+                                    const size_t count[], double *values, struct ad_error *error);
 /* One attribute that is a number; AD_E_INPUT if there is none. */
-enum ad_status phys_runfile_get(phys_runfile *file, const char *object, const char *name,
-                                double *value, struct ad_error *error);
+enum ad_status phys_hdf5_get(phys_hdf5 *file, const char *object, const char *name, double *value,
+                             struct ad_error *error);
 /* One attribute that is a text, which the caller frees; AD_E_INPUT if there is none. */
-enum ad_status phys_runfile_get_text(phys_runfile *file, const char *object, const char *name,
-                                     char **text, struct ad_error *error);
-void phys_runfile_close(phys_runfile *file); /* takes NULL */
+enum ad_status phys_hdf5_get_text(phys_hdf5 *file, const char *object, const char *name,
+                                  char **text, struct ad_error *error);
+void phys_hdf5_close(phys_hdf5 *file); /* takes NULL */
 
 #ifdef __cplusplus
 }

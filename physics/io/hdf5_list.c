@@ -4,10 +4,10 @@
 #include <stdlib.h>
 
 struct listing {
-    void (*visit)(void *context, const struct phys_runfile_item *item);
+    void (*visit)(void *context, const struct phys_hdf5_item *item);
     void *context;
     const char *object;
-    phys_runfile *file;
+    phys_hdf5 *file;
     struct ad_error *error;
 };
 
@@ -16,7 +16,7 @@ static herr_t list_attribute(hid_t object, const char *name, const H5A_info_t *i
     struct listing *listing = context;
     char *text;
     (void)info;
-    struct phys_runfile_item item = {.object = listing->object, .attribute = name};
+    struct phys_hdf5_item item = {.object = listing->object, .attribute = name};
     hid_t id = H5Aopen(object, name, H5P_DEFAULT);
     if (id < 0)
         return -1;
@@ -33,20 +33,20 @@ static herr_t list_attribute(hid_t object, const char *name, const H5A_info_t *i
 static int list_object(void *context, hid_t object, H5O_type_t type, const char *path)
 {
     struct listing *listing = context;
-    struct phys_runfile_item item = {.object = path};
+    struct phys_hdf5_item item = {.object = path};
     if (type == H5O_TYPE_DATASET)
         phys_h5_describe(object, &item);
     else if (type != H5O_TYPE_GROUP)
-        item.kind = PHYS_RUNFILE_OTHER;
+        item.kind = PHYS_HDF5_OTHER;
     listing->object = path;
     listing->visit(listing->context, &item);
     return H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, NULL, list_attribute, listing) < 0 ? -1
                                                                                               : 0;
 }
 
-enum ad_status phys_runfile_list(phys_runfile *file,
-                                 void (*visit)(void *context, const struct phys_runfile_item *item),
-                                 void *context, struct ad_error *error)
+enum ad_status phys_hdf5_list(phys_hdf5 *file,
+                              void (*visit)(void *context, const struct phys_hdf5_item *item),
+                              void *context, struct ad_error *error)
 {
     struct listing listing = {visit, context, "", file, error};
     return phys_h5_walk(file, list_object, &listing, error);

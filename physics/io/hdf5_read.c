@@ -1,13 +1,13 @@
 /* Arrays of a run file, read (runfile.h). */
 #include "hdf5_handles.h"
 
-void phys_h5_describe(hid_t id, struct phys_runfile_item *item)
+void phys_h5_describe(hid_t id, struct phys_hdf5_item *item)
 {
     hid_t type = H5Dget_type(id), space = H5Dget_space(id);
     int rank = H5Sget_simple_extent_ndims(space);
-    item->kind = rank >= 0 && rank <= PHYS_RUNFILE_RANK ? phys_h5_kind(type) : PHYS_RUNFILE_OTHER;
-    if (item->kind != PHYS_RUNFILE_OTHER) {
-        hsize_t size[PHYS_RUNFILE_RANK];
+    item->kind = rank >= 0 && rank <= PHYS_HDF5_RANK ? phys_h5_kind(type) : PHYS_HDF5_OTHER;
+    if (item->kind != PHYS_HDF5_OTHER) {
+        hsize_t size[PHYS_HDF5_RANK];
         item->rank = (size_t)rank;
         H5Sget_simple_extent_dims(space, size, NULL);
         for (size_t k = 0; k < item->rank; k++)
@@ -17,10 +17,10 @@ void phys_h5_describe(hid_t id, struct phys_runfile_item *item)
     H5Tclose(type);
 }
 
-static hid_t dataset_open(phys_runfile *file, const char *name, struct phys_runfile_item *item,
+static hid_t dataset_open(phys_hdf5 *file, const char *name, struct phys_hdf5_item *item,
                           struct ad_error *error)
 {
-    *item = (struct phys_runfile_item){.object = name};
+    *item = (struct phys_hdf5_item){.object = name};
     hid_t id = H5Dopen2(file->id, name, H5P_DEFAULT);
     if (id >= 0)
         phys_h5_describe(id, item);
@@ -29,8 +29,8 @@ static hid_t dataset_open(phys_runfile *file, const char *name, struct phys_runf
     return id;
 }
 
-enum ad_status phys_runfile_shape(phys_runfile *file, const char *name,
-                                  struct phys_runfile_item *item, struct ad_error *error)
+enum ad_status phys_hdf5_shape(phys_hdf5 *file, const char *name, struct phys_hdf5_item *item,
+                               struct ad_error *error)
 {
     hid_t id = dataset_open(file, name, item, error);
     if (id < 0)
@@ -39,7 +39,7 @@ enum ad_status phys_runfile_shape(phys_runfile *file, const char *name,
     return AD_OK;
 }
 
-static bool select_block(hid_t space, const struct phys_runfile_item *item, const hsize_t first[],
+static bool select_block(hid_t space, const struct phys_hdf5_item *item, const hsize_t first[],
                          const hsize_t count[])
 {
     for (size_t k = 0; k < item->rank; k++)
@@ -49,7 +49,7 @@ static bool select_block(hid_t space, const struct phys_runfile_item *item, cons
 }
 
 /* The arrays have the rank of the dataset. */
-static enum ad_status read_block(phys_runfile *file, hid_t id, const struct phys_runfile_item *item,
+static enum ad_status read_block(phys_hdf5 *file, hid_t id, const struct phys_hdf5_item *item,
                                  const hsize_t first[], const hsize_t count[], double *values,
                                  struct ad_error *error)
 {
@@ -63,7 +63,7 @@ static enum ad_status read_block(phys_runfile *file, hid_t id, const struct phys
     return status;
 }
 
-static hid_t numbers_open(phys_runfile *file, const char *name, struct phys_runfile_item *item,
+static hid_t numbers_open(phys_hdf5 *file, const char *name, struct phys_hdf5_item *item,
                           struct ad_error *error)
 {
     hid_t id = dataset_open(file, name, item, error);
@@ -74,14 +74,14 @@ static hid_t numbers_open(phys_runfile *file, const char *name, struct phys_runf
     return H5I_INVALID_HID;
 }
 
-enum ad_status phys_runfile_read(phys_runfile *file, const char *name, size_t first, size_t count,
-                                 double *values, struct ad_error *error)
+enum ad_status phys_hdf5_read(phys_hdf5 *file, const char *name, size_t first, size_t count,
+                              double *values, struct ad_error *error)
 {
-    struct phys_runfile_item item;
+    struct phys_hdf5_item item;
     hid_t id = numbers_open(file, name, &item, error);
     if (id < 0)
         return AD_E_INPUT;
-    hsize_t from[PHYS_RUNFILE_RANK] = {first}, size[PHYS_RUNFILE_RANK] = {count};
+    hsize_t from[PHYS_HDF5_RANK] = {first}, size[PHYS_HDF5_RANK] = {count};
     for (size_t k = 1; k < item.rank; k++)
         size[k] = item.dims[k];
     enum ad_status status = read_block(file, id, &item, from, size, values, error);
@@ -89,14 +89,14 @@ enum ad_status phys_runfile_read(phys_runfile *file, const char *name, size_t fi
     return status;
 }
 
-enum ad_status phys_runfile_read_block(phys_runfile *file, const char *name, const size_t first[],
-                                       const size_t count[], double *values, struct ad_error *error)
+enum ad_status phys_hdf5_read_block(phys_hdf5 *file, const char *name, const size_t first[],
+                                    const size_t count[], double *values, struct ad_error *error)
 {
-    struct phys_runfile_item item;
+    struct phys_hdf5_item item;
     hid_t id = numbers_open(file, name, &item, error);
     if (id < 0)
         return AD_E_INPUT;
-    hsize_t from[PHYS_RUNFILE_RANK], size[PHYS_RUNFILE_RANK];
+    hsize_t from[PHYS_HDF5_RANK], size[PHYS_HDF5_RANK];
     for (size_t k = 0; k < item.rank; k++) {
         from[k] = first[k];
         size[k] = count[k];

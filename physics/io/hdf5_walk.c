@@ -19,7 +19,7 @@ struct level {
 };
 
 struct walk {
-    phys_runfile *file;
+    phys_hdf5 *file;
     int (*visit)(void *context, hid_t object, H5O_type_t type, const char *path);
     void *context;
     struct level *level;
@@ -208,7 +208,7 @@ static void forget_met(struct walk *w)
     }
 }
 
-enum ad_status phys_h5_walk(phys_runfile *file,
+enum ad_status phys_h5_walk(phys_hdf5 *file,
                             int (*visit)(void *context, hid_t object, H5O_type_t type,
                                          const char *path),
                             void *context, struct ad_error *error)

@@ -18,7 +18,7 @@ static hid_t link_properties(void)
 }
 
 /* Makes a dataset without a timestamp, chunked unless `chunk` is NULL. */
-static hid_t dataset_new(phys_runfile *file, const char *name, enum ad_type type, size_t rank,
+static hid_t dataset_new(phys_hdf5 *file, const char *name, enum ad_type type, size_t rank,
                          const hsize_t size[], const hsize_t most[], const hsize_t *chunk)
 {
     hid_t space = H5Screate_simple((int)rank, size, most);
@@ -36,13 +36,13 @@ static hid_t dataset_new(phys_runfile *file, const char *name, enum ad_type type
     return id;
 }
 
-void phys_runfile_write(phys_runfile *file, const char *name, enum ad_type type, size_t rank,
-                        const size_t dims[], const void *values)
+void phys_hdf5_write(phys_hdf5 *file, const char *name, enum ad_type type, size_t rank,
+                     const size_t dims[], const void *values)
 {
-    assert(rank >= 1 && rank <= PHYS_RUNFILE_RANK);
+    assert(rank >= 1 && rank <= PHYS_HDF5_RANK);
     if (file->error.status != AD_OK)
         return;
-    hsize_t size[PHYS_RUNFILE_RANK];
+    hsize_t size[PHYS_HDF5_RANK];
     for (size_t k = 0; k < rank; k++)
         size[k] = dims[k];
     hid_t id = dataset_new(file, name, type, rank, size, NULL, NULL);
@@ -62,14 +62,14 @@ static hsize_t chunk_records(enum ad_type type, size_t rank, const size_t dims[]
     return bytes < 65536 ? (hsize_t)(65536 / bytes) : 1;
 }
 
-void phys_runfile_extendable(phys_runfile *file, const char *name, enum ad_type type, size_t rank,
-                             const size_t dims[])
+void phys_hdf5_extendable(phys_hdf5 *file, const char *name, enum ad_type type, size_t rank,
+                          const size_t dims[])
 {
-    assert(rank >= 1 && rank <= PHYS_RUNFILE_RANK);
+    assert(rank >= 1 && rank <= PHYS_HDF5_RANK);
     if (file->error.status != AD_OK)
         return;
-    hsize_t size[PHYS_RUNFILE_RANK] = {0}, most[PHYS_RUNFILE_RANK] = {H5S_UNLIMITED};
-    hsize_t chunk[PHYS_RUNFILE_RANK] = {chunk_records(type, rank, dims)};
+    hsize_t size[PHYS_HDF5_RANK] = {0}, most[PHYS_HDF5_RANK] = {H5S_UNLIMITED};
+    hsize_t chunk[PHYS_HDF5_RANK] = {chunk_records(type, rank, dims)};
     for (size_t k = 1; k < rank; k++)
         size[k] = most[k] = chunk[k] = dims[k];
     hid_t id = dataset_new(file, name, type, rank, size, most, chunk);
@@ -81,7 +81,7 @@ void phys_runfile_extendable(phys_runfile *file, const char *name, enum ad_type 
 static bool select_records(hid_t space, size_t rank, const hsize_t size[], hsize_t first,
                            hsize_t count)
 {
-    hsize_t start[PHYS_RUNFILE_RANK] = {first}, block[PHYS_RUNFILE_RANK] = {count};
+    hsize_t start[PHYS_HDF5_RANK] = {first}, block[PHYS_HDF5_RANK] = {count};
     for (size_t k = 1; k < rank; k++)
         block[k] = size[k];
     return first <= size[0] && count <= size[0] - first &&
@@ -91,13 +91,13 @@ static bool select_records(hid_t space, size_t rank, const hsize_t size[], hsize
 static bool append(hid_t id, const void *record)
 {
     hid_t space = H5Dget_space(id), type = H5Dget_type(id);
-    hsize_t size[PHYS_RUNFILE_RANK];
+    hsize_t size[PHYS_HDF5_RANK];
     int rank = H5Sget_simple_extent_dims(space, size, NULL);
     H5Sclose(space);
     size[0]++;
     bool done = rank > 0 && H5Dset_extent(id, size) >= 0;
     if (done) {
-        hsize_t one[PHYS_RUNFILE_RANK] = {1};
+        hsize_t one[PHYS_HDF5_RANK] = {1};
         for (int k = 1; k < rank; k++)
             one[k] = size[k];
         space = H5Dget_space(id);
@@ -113,7 +113,7 @@ static bool append(hid_t id, const void *record)
     return done;
 }
 
-void phys_runfile_append(phys_runfile *file, const char *name, const void *record)
+void phys_hdf5_append(phys_hdf5 *file, const char *name, const void *record)
 {
     if (file->error.status != AD_OK)
         return;
@@ -123,7 +123,7 @@ void phys_runfile_append(phys_runfile *file, const char *name, const void *recor
         phys_h5_fail_write(file, "append to", name);
 }
 
-void phys_runfile_folder(phys_runfile *file, const char *name)
+void phys_hdf5_folder(phys_hdf5 *file, const char *name)
 {
     if (file->error.status != AD_OK)
         return;

@@ -56,7 +56,7 @@ enum ad_status phys_curvature_new(struct phys_curvature *c, const struct phys_sy
     c->vv = c->qv + n * n;
     c->factor = c->vv + n * n;
     if (record(c, error) == AD_OK)
-        ad_native_in_time(c->program);
+        ad_native_lazy(c->program);
     return error->status;
 }
 

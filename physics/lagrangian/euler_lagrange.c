@@ -74,8 +74,8 @@ static enum ad_status record(phys_motion *m, struct ad_error *error)
     if (ad_compile(m->tape, 1, &m->force, &m->force_program) != AD_OK ||
         ad_compile(m->tape, 1, &m->mass, &m->mass_program) != AD_OK)
         return phys_tape_status(m->tape, error);
-    ad_native_in_time(m->force_program);
-    ad_native_in_time(m->mass_program);
+    ad_native_lazy(m->force_program);
+    ad_native_lazy(m->mass_program);
     return AD_OK;
 }
 

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static enum ad_status march(phys_motion *motion, size_t slices, double dt, double damping,
-                            double *path, double *work, struct ad_error *error)
+static enum ad_status step_path(phys_motion *motion, size_t slices, double dt, double damping,
+                                double *path, double *work, struct ad_error *error)
 {
     size_t n = phys_motion_system(motion)->dof;
     double *q = work, *v = work + n, *a = work + 2 * n;
@@ -32,7 +32,7 @@ enum ad_status phys_ode_path(phys_motion *motion, size_t slices, double dt, doub
     double *work = malloc(3 * phys_motion_system(motion)->dof * sizeof *work);
     if (!work)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    enum ad_status status = march(motion, slices, dt, damping, path, work, error);
+    enum ad_status status = step_path(motion, slices, dt, damping, path, work, error);
     free(work);
     return status;
 }

@@ -222,7 +222,7 @@ static enum ad_status advance(struct run *run, struct ad_error *error)
     return error->status;
 }
 
-static enum ad_status march(struct run *run, struct ad_error *error)
+static enum ad_status run_steps(struct run *run, struct ad_error *error)
 {
     const struct phys_simulation *s = run->settings;
     struct phys_stepper *m = &run->stepper;
@@ -278,7 +278,7 @@ enum ad_status phys_simulate(const struct phys_simulation *settings, const struc
     run.tolerance = (struct phys_tolerance){own.rtol, own.atol, own.scale};
     double before = ad_now();
     if (begin(&run, ode, y, error) == AD_OK)
-        march(&run, error);
+        run_steps(&run, error);
     info->seconds = ad_now() - before - run.away;
     if (run.stepper.memory) {
         memcpy(y, run.stepper.y, ode->n * sizeof *y);

@@ -115,9 +115,9 @@ static enum ad_status record(struct context *c, phys_hamiltonian *H, const void 
         ad_compile(c->tape, 1, &c->H, &c->for_energy);
     }
     if (phys_tape_status(c->tape, error) == AD_OK) {
-        ad_native_in_time(c->both);
-        ad_native_in_time(c->for_velocity);
-        ad_native_in_time(c->for_force);
+        ad_native_lazy(c->both);
+        ad_native_lazy(c->for_velocity);
+        ad_native_lazy(c->for_force);
     }
     return error->status;
 }

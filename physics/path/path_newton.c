@@ -60,8 +60,8 @@ enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *
     s->hessian.proceed = settings->proceed;
     s->hessian.context = settings->context;
     if (settings->native) {
-        ad_native_in_time(s->hessian.by_q);
-        ad_native_in_time(s->hessian.by_v);
+        ad_native_lazy(s->hessian.by_q);
+        ad_native_lazy(s->hessian.by_v);
     }
     s->gradient = malloc(3 * s->path.n * sizeof *s->gradient);
     if (!s->gradient)

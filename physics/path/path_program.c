@@ -91,7 +91,7 @@ enum ad_status phys_path_program_new(struct phys_path_program *p, const struct p
     p->x = ad_data(p->program, p->action.path);
     p->g = ad_data(p->program, p->gradient);
     if (settings->native)
-        ad_native_in_time(p->program);
+        ad_native_lazy(p->program);
     if (path)
         phys_path_program_start(p, path);
     return AD_OK;

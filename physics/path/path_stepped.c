@@ -1,5 +1,5 @@
 /* The path that begins with two given slices and goes on by the discrete equations of the rule: an
-   initial-value problem for any Lagrangian, marched slice by slice. */
+   initial-value problem for any Lagrangian, stepped slice by slice. */
 #include "physics/action/variational_step.h"
 #include "path_program.h"
 
@@ -7,10 +7,10 @@
 #include <string.h>
 
 /* Stores the element last solved as that of slice i. */
-static void store(const phys_variational_step *march, const struct phys_path_settings *settings,
+static void store(const phys_variational_step *stepper, const struct phys_path_settings *settings,
                   size_t dof, size_t i, double *path)
 {
-    const double *x = phys_variational_step_element(march);
+    const double *x = phys_variational_step_element(stepper);
     size_t slices = settings->slices;
     for (size_t k = 0; k < settings->rule->degree * dof; k++)
         path[k * slices + i] = x[2 * k];
@@ -18,9 +18,9 @@ static void store(const phys_variational_step *march, const struct phys_path_set
         path[d * slices + i + 1] = x[2 * d + 1];
 }
 
-static enum ad_status march_path(phys_variational_step *march,
-                                 const struct phys_path_settings *settings, size_t dof,
-                                 double *work, double *path, struct ad_error *error)
+static enum ad_status step_path(phys_variational_step *stepper,
+                                const struct phys_path_settings *settings, size_t dof, double *work,
+                                double *path, struct ad_error *error)
 {
     double *q = work, *p = work + dof, *before = work + 2 * dof;
     size_t slices = settings->slices;
@@ -28,13 +28,13 @@ static enum ad_status march_path(phys_variational_step *march,
         before[d] = path[d * slices];
         q[d] = path[d * slices + 1];
     }
-    if (phys_variational_step_start(march, 0, before, q, p, error) != AD_OK)
+    if (phys_variational_step_start(stepper, 0, before, q, p, error) != AD_OK)
         return error->status;
-    store(march, settings, dof, 0, path);
+    store(stepper, settings, dof, 0, path);
     for (size_t i = 1; i + 1 < slices; i++) {
-        if (phys_variational_step_next(march, (double)i * settings->dt, q, p, error) != AD_OK)
+        if (phys_variational_step_next(stepper, (double)i * settings->dt, q, p, error) != AD_OK)
             return error->status;
-        store(march, settings, dof, i, path);
+        store(stepper, settings, dof, i, path);
     }
     for (size_t k = dof; k < settings->rule->degree * dof; k++) /* not used, but finite */
         path[k * slices + slices - 1] = path[k % dof * slices + slices - 1];
@@ -46,15 +46,15 @@ static enum ad_status solve(const struct phys_system *system,
                             struct phys_path_info *info, struct ad_error *error)
 {
     struct phys_path_program program = {0};
-    phys_variational_step *march = NULL;
+    phys_variational_step *stepper = NULL;
     size_t n = settings->rule->degree * system->dof * settings->slices;
     double *work = malloc((n + 3 * system->dof) * sizeof *work);
     if (!work)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     memcpy(work, path, n * sizeof *work);
     if (phys_path_program_new(&program, system, settings, path, error) == AD_OK &&
-        phys_variational_step_new(system, settings->rule, settings->dt, &march, error) == AD_OK &&
-        march_path(march, settings, system->dof, work + n, work, error) == AD_OK) {
+        phys_variational_step_new(system, settings->rule, settings->dt, &stepper, error) == AD_OK &&
+        step_path(stepper, settings, system->dof, work + n, work, error) == AD_OK) {
         memcpy(program.x, work, n * sizeof *work);
         struct phys_path_step at = phys_path_program_run(&program, settings->slices - 2);
         if (phys_path_program_finite(&program, &at, error) == AD_OK) {
@@ -62,7 +62,7 @@ static enum ad_status solve(const struct phys_system *system,
             phys_path_program_end(&program, PHYS_STOP_STEPS, &at, path, info);
         }
     }
-    phys_variational_step_free(march);
+    phys_variational_step_free(stepper);
     phys_path_program_free(&program);
     free(work);
     return error->status;

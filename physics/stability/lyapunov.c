@@ -129,7 +129,7 @@ static void pass(struct passing *p, double growth, double threshold, double from
     p->log_growth += growth;
 }
 
-struct march {
+struct lyapunov_run {
     struct tangent *tangent;
     const struct phys_lyapunov_settings *settings;
     double tolerance;
@@ -138,8 +138,8 @@ struct march {
     struct most rate, size;
 };
 
-static enum ad_status measure_motion(struct march *m, double t, const double *y, double *by_rate,
-                                     double *by_size, struct ad_error *error)
+static enum ad_status measure_motion(struct lyapunov_run *m, double t, const double *y,
+                                     double *by_rate, double *by_size, struct ad_error *error)
 {
     struct tangent *c = m->tangent;
     if (c->ode->field(c->ode->context, t, y, c->rate, error) != AD_OK)
@@ -149,7 +149,8 @@ static enum ad_status measure_motion(struct march *m, double t, const double *y,
     return AD_OK;
 }
 
-static enum ad_status march(struct march *m, double *y, const double *scale, struct ad_error *error)
+static enum ad_status follow_tangents(struct lyapunov_run *m, double *y, const double *scale,
+                                      struct ad_error *error)
 {
     const struct phys_lyapunov_settings *s = m->settings;
     size_t n = m->tangent->ode->n;
@@ -188,7 +189,7 @@ static enum ad_status march(struct march *m, double *y, const double *scale, str
 }
 
 /* Adds one run to what is known of all: means, and from where to where they are. */
-static void gather(struct phys_lyapunov *result, const struct march *m, bool first)
+static void gather(struct phys_lyapunov *result, const struct lyapunov_run *m, bool first)
 {
     double span = m->settings->t1 - m->settings->t0, exponent = m->absolute.log_growth / span;
     /* at rest there is no motion to be chaotic */
@@ -226,15 +227,15 @@ enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
     struct tangent c = {ode, settings->scale, memory + 4 * n, memory + 5 * n};
     double *both = memory, *scale = memory + 2 * n;
     for (int run = 0; run < RUNS && error->status == AD_OK; run++, tolerance *= coarser) {
-        struct march m = {.tangent = &c,
-                          .settings = settings,
-                          .tolerance = tolerance,
-                          .absolute.at = INFINITY,
-                          .relative.at = INFINITY};
+        struct lyapunov_run m = {.tangent = &c,
+                                 .settings = settings,
+                                 .tolerance = tolerance,
+                                 .absolute.at = INFINITY,
+                                 .relative.at = INFINITY};
         memcpy(both, y, n * sizeof *y);
         begin_direction(&c, settings->direction, run, both + n);
         fill_scale(&c, tolerance, scale);
-        if (march(&m, both, scale, error) == AD_OK)
+        if (follow_tangents(&m, both, scale, error) == AD_OK)
             gather(result, &m, run == 0);
     }
     result->growth = exp(result->exponent * (settings->t1 - settings->t0));

@@ -33,7 +33,7 @@ enum ad_status phys_library_open(const char *file, void **library, const struct 
 void phys_library_close(void *library);
 /* The file is a shared object and as long as it says it is. To map more of a file than there is
    ends in a signal, and the system's loader does not look. */
-bool phys_library_is_whole(const char *file);
+bool phys_library_is_complete(const char *file);
 /* What is wrong with a scene from outside, or NULL. */
 const char *phys_scene_flaw(const struct phys_scene *scene);
 /* A system of a scene without flaw, with default parameters: the end of phys_system_open. */

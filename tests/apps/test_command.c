@@ -147,29 +147,29 @@ static void test_outputs_agree(void **state)
 {
     (void)state;
     struct ad_error error = {0};
-    phys_runfile *file;
+    phys_hdf5 *file;
     shell_works(
         "$LA path threebody --preset paper --steps 20 --every 7 --out run.h5 --csv found.csv "
         "--json");
     assert_int_equal(shell_files(), 2);
     double action = shell_number("action_mean");
-    assert_int_equal(phys_runfile_open(shell_path("run.h5"), &file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_open(shell_path("run.h5"), &file, &error), AD_OK);
     double steps[4], history[21], number;
-    assert_int_equal(phys_runfile_read(file, "step", 0, 4, steps, &error), AD_OK);
+    assert_int_equal(phys_hdf5_read(file, "step", 0, 4, steps, &error), AD_OK);
     assert_true(steps[0] == 0 && steps[1] == 7 && steps[2] == 14 && steps[3] == 20);
-    assert_int_equal(phys_runfile_read(file, "history/action_mean", 0, 21, history, &error), AD_OK);
+    assert_int_equal(phys_hdf5_read(file, "history/action_mean", 0, 21, history, &error), AD_OK);
     assert_true(history[20] == action && history[0] > action);
-    assert_int_equal(phys_runfile_get(file, "parameters", "m1", &number, &error), AD_OK);
+    assert_int_equal(phys_hdf5_get(file, "parameters", "m1", &number, &error), AD_OK);
     assert_true(number == 1);
     char *text;
-    assert_int_equal(phys_runfile_get_text(file, "/", "command", &text, &error), AD_OK);
+    assert_int_equal(phys_hdf5_get_text(file, "/", "command", &text, &error), AD_OK);
     assert_string_equal(text,
                         "leastaction path threebody --preset paper --steps 20 --every 7 --out "
                         "run.h5 --csv found.csv --json");
     free(text);
     double path[6 * 100];
-    assert_int_equal(phys_runfile_read(file, "path", 3, 1, path, &error), AD_OK);
-    phys_runfile_close(file);
+    assert_int_equal(phys_hdf5_read(file, "path", 3, 1, path, &error), AD_OK);
+    phys_hdf5_close(file);
     FILE *csv = fopen(shell_path("found.csv"), "r");
     assert_non_null(csv);
     assert_int_equal(fscanf(csv, "%*[^\n]"), 0); /* the line of names */

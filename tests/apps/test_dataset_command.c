@@ -55,20 +55,20 @@ static void test_hdf5_says_what_it_is(void **state)
 {
     (void)state;
     struct ad_error error = {0};
-    phys_runfile *file;
+    phys_hdf5 *file;
     char *text = NULL;
     double noise = 0;
     shell_works("$LA dataset pendulum --seed 5 --noise 0.25 --out p.h5");
-    assert_int_equal(phys_runfile_open(shell_path("p.h5"), &file, &error), AD_OK);
-    assert_int_equal(phys_runfile_get_text(file, "/", "command", &text, &error), AD_OK);
+    assert_int_equal(phys_hdf5_open(shell_path("p.h5"), &file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_get_text(file, "/", "command", &text, &error), AD_OK);
     assert_string_equal(text, "leastaction dataset pendulum --seed 5 --noise 0.25 --out p.h5");
     free(text);
-    assert_int_equal(phys_runfile_get_text(file, "dpdt", "unit", &text, &error), AD_OK);
+    assert_int_equal(phys_hdf5_get_text(file, "dpdt", "unit", &text, &error), AD_OK);
     assert_string_equal(text, "1");
     free(text);
-    assert_int_equal(phys_runfile_get(file, "/", "noise", &noise, &error), AD_OK);
+    assert_int_equal(phys_hdf5_get(file, "/", "noise", &noise, &error), AD_OK);
     assert_close(noise, 0.25, 0, 0);
-    phys_runfile_close(file);
+    phys_hdf5_close(file);
 }
 
 /* The same seed gives the same bytes, another one others; options reach the data. */

@@ -66,7 +66,7 @@ static bool is_whole(const char *name, const struct output *o)
     struct ad_error error = {0};
     if (strstr(name, ".h5"))
         return o->size > sizeof sealed && memcmp(o->bytes, sealed, sizeof sealed - 1) == 0 &&
-               phys_seal_check(shell_path(name), name, &error) == AD_OK;
+               phys_checksum_check(shell_path(name), name, &error) == AD_OK;
     return o->size > sizeof old && o->bytes[o->size - 1] == '\n';
 }
 

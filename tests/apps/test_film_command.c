@@ -38,9 +38,9 @@ static void test_as_from_c(void **state)
     assert_int_equal(hnn_model_load(shell_path("m.h5"), &model, &error), AD_OK);
     hnn_times(0, N - 1, N, t);
     size_t first = 2 * f.frames;
-    assert_int_equal(hnn_foresee(model, hnn_frames_pair(&f, first),
-                                 &(struct hnn_rollout_settings){.n = N, .t = t}, AREA, &path,
-                                 foreseen, &info, &error),
+    assert_int_equal(hnn_pixels_predict(model, hnn_frames_pair(&f, first),
+                                        &(struct hnn_rollout_settings){.n = N, .t = t}, AREA, &path,
+                                        foreseen, &info, &error),
                      AD_OK);
     double a = f.angle[first], w = f.speed[first], E = hnn_rod_energy(&f.rod, a, w);
     for (size_t k = 0; k < N; k++, hnn_rod_step(&f.rod, &a, &w))
@@ -97,7 +97,7 @@ static void test_filter_of_the_training(void **state)
     enum { SIDE = 8 };
     struct hnn_rod rod = hnn_rod_published();
     struct ad_error error = {0};
-    phys_runfile *file;
+    phys_hdf5 *file;
     double angle[3], frames[3 * SIDE * SIDE];
     float shown[3 * SIDE * SIDE], drawn[SIDE * SIDE];
     rod.filter = HNN_BILINEAR;
@@ -105,9 +105,9 @@ static void test_filter_of_the_training(void **state)
     shell_works(
         "$LA train s.h5 --model pixel-hnn --steps 1 --batch 2 --test-fraction 0 --out n.h5");
     shell_works("$LA rollout n.h5 --truth pixels --seed 2 --time 2 --out r.h5");
-    assert_int_equal(phys_runfile_open(shell_path("r.h5"), &file, &error), AD_OK);
-    assert_int_equal(phys_runfile_read(file, "truth/frames", 0, 3, frames, &error), AD_OK);
-    phys_runfile_close(file);
+    assert_int_equal(phys_hdf5_open(shell_path("r.h5"), &file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_read(file, "truth/frames", 0, 3, frames, &error), AD_OK);
+    phys_hdf5_close(file);
     for (size_t k = 0; k < LENGTH(frames); k++)
         shown[k] = (float)frames[k];
     assert_int_equal(hnn_rod_angles(&rod, SIDE, SIDE, 3, shown, angle, &error), AD_OK);
@@ -138,21 +138,21 @@ static void test_no_motion(void **state)
 static void test_files(void **state)
 {
     (void)state;
-    struct phys_runfile_item item;
+    struct phys_hdf5_item item;
     struct ad_error error = {0};
-    phys_runfile *file;
+    phys_hdf5 *file;
     shell_works("$LA rollout m.h5 --against b.h5 --truth pixels --time 7 --csv r.csv --out r.h5");
     assert_non_null(strstr(shell_out(), "energy of frames, MSE"));
     assert_int_equal(shell("head -n 1 r.csv; wc -l < r.csv"), 0);
     assert_string_equal(shell_out(), "frame,energy_truth,energy,H,z1,z2,against_energy,against_H,"
                                      "against_z1,against_z2\n9\n");
-    assert_int_equal(phys_runfile_open(shell_path("r.h5"), &file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_open(shell_path("r.h5"), &file, &error), AD_OK);
     static const char *const frames[] = {"truth/frames", "model/frames", "against/frames"};
     for (size_t k = 0; k < LENGTH(frames); k++) {
-        assert_int_equal(phys_runfile_shape(file, frames[k], &item, &error), AD_OK);
+        assert_int_equal(phys_hdf5_shape(file, frames[k], &item, &error), AD_OK);
         assert_true(item.rank == 3 && item.dims[0] == 8 && item.dims[1] == 8 && item.dims[2] == 8);
     }
-    phys_runfile_close(file);
+    phys_hdf5_close(file);
 }
 
 /* Frames of a user, of no rod: there is nothing to measure but pixels, as far as the film goes. */
@@ -162,12 +162,12 @@ static void test_frames_of_no_rod(void **state)
     const size_t dims[] = {5, 8, 8};
     double values[5 * 64];
     struct ad_error error = {0};
-    phys_runfile *file;
+    phys_hdf5 *file;
     for (size_t k = 0; k < LENGTH(values); k++)
         values[k] = sin(0.3 * (double)k) / 2;
-    assert_int_equal(phys_runfile_create(shell_path("u.h5"), &file, &error), AD_OK);
-    phys_runfile_write(file, "frames", AD_F64, 3, dims, values);
-    assert_int_equal(phys_runfile_commit(file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_create(shell_path("u.h5"), &file, &error), AD_OK);
+    phys_hdf5_write(file, "frames", AD_F64, 3, dims, values);
+    assert_int_equal(phys_hdf5_commit(file, &error), AD_OK);
     shell_works("$LA rollout m.h5 --truth u.h5 --time 9 --json");
     assert_true(isnan(shell_number("true_energy")) && isnan(shell_number("energy_mse")));
     assert_true(shell_number("coordinate_mse") > 0);

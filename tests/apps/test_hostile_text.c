@@ -221,17 +221,17 @@ static void test_dump(void **state)
 {
     (void)state;
     struct ad_error error = {0};
-    phys_runfile *file;
+    phys_hdf5 *file;
     const size_t one = 1;
     const double value = 7;
-    assert_int_equal(phys_runfile_create(shell_path("n.h5"), &file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_create(shell_path("n.h5"), &file, &error), AD_OK);
     for (size_t k = 0; k < N; k++)
         if (!strchr(hostile[k], '/')) {
-            phys_runfile_write(file, hostile[k], AD_F64, 1, &one, &value);
-            phys_runfile_text(file, hostile[k], hostile[k], hostile[k]);
-            phys_runfile_number(file, hostile[k], "number", 2, hostile[k]);
+            phys_hdf5_write(file, hostile[k], AD_F64, 1, &one, &value);
+            phys_hdf5_text(file, hostile[k], hostile[k], hostile[k]);
+            phys_hdf5_number(file, hostile[k], "number", 2, hostile[k]);
         }
-    assert_int_equal(phys_runfile_commit(file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_commit(file, &error), AD_OK);
     static const char *const forms[] = {"", "--json", "--csv -", "--dataset \"$S\" --json"};
     setenv("S", hostile[0], 1);
     for (size_t k = 0; k < sizeof forms / sizeof *forms; k++) {

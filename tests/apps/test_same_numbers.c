@@ -125,7 +125,7 @@ static void text_is_in_json(const char *run, const char *text, const char *json)
 
 struct file {
     const char *run;
-    phys_runfile *file;
+    phys_hdf5 *file;
     size_t compared;
 };
 
@@ -146,7 +146,7 @@ static void compare(struct file *f, const char *object, const char *key, double 
     if (is_passing(key))
         return;
     bool event = strncmp(object, "events/", 7) == 0;
-    enum ad_status status = event ? AD_OK : phys_runfile_get(f->file, object, key, &stored, &error);
+    enum ad_status status = event ? AD_OK : phys_hdf5_get(f->file, object, key, &stored, &error);
     if (event)
         stored = list_number(f, object, key, 0);
     if (isnan(value) ? status == AD_OK && !isnan(stored) : status != AD_OK || stored != value)
@@ -168,15 +168,15 @@ static double list_number(const struct file *f, const char *object, const char *
     struct ad_error error = {0};
     double row[2 * 64], stored = NAN;
     if (strncmp(object, "events/", 7) != 0) {
-        phys_runfile_read(f->file, key, k, 1, &stored, &error);
+        phys_hdf5_read(f->file, key, k, 1, &stored, &error);
         return stored;
     }
-    struct phys_runfile_item item;
+    struct phys_hdf5_item item;
     const char *name = strcmp(key, "t") == 0       ? "events/time"
                        : strcmp(key, "touch") == 0 ? "events/touch"
                                                    : "events/state";
-    assert_int_equal(phys_runfile_shape(f->file, name, &item, &error), AD_OK);
-    phys_runfile_read(f->file, name, strtoul(object + 7, NULL, 10), 1, row, &error);
+    assert_int_equal(phys_hdf5_shape(f->file, name, &item, &error), AD_OK);
+    phys_hdf5_read(f->file, name, strtoul(object + 7, NULL, 10), 1, row, &error);
     return row[strcmp(key, "v") == 0 ? item.dims[1] / 2 + k : k];
 }
 
@@ -236,10 +236,10 @@ static void json_is_in_file(const char *run, const char *json)
 {
     struct file f = {.run = run};
     struct ad_error error = {0};
-    assert_int_equal(phys_runfile_open(shell_path("run.h5"), &f.file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_open(shell_path("run.h5"), &f.file, &error), AD_OK);
     members(&f, json, "/");
     assert_true(f.compared > 0);
-    phys_runfile_close(f.file);
+    phys_hdf5_close(f.file);
 }
 
 static void compare_run(const char *run, bool file)

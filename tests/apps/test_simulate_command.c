@@ -114,11 +114,11 @@ static void test_files(void **state)
     assert_close(values[11 * 5], 3.14159265358979, 1e-14, 0);
     assert_close(values[11 * 5 + 1], -1.6, 1e-7, 0); /* apocentre after half a period */
     free(values);
-    phys_runfile *file;
-    assert_int_equal(phys_runfile_open(shell_path("k.h5"), &file, &error), AD_OK);
-    assert_int_equal(phys_runfile_read(file, "energy", 0, 12, energy, &error), AD_OK);
+    phys_hdf5 *file;
+    assert_int_equal(phys_hdf5_open(shell_path("k.h5"), &file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_read(file, "energy", 0, 12, energy, &error), AD_OK);
     assert_close(energy[11], -0.5, 1e-7, 0);
-    phys_runfile_close(file);
+    phys_hdf5_close(file);
     assert_true(shell_files() >= 3); /* without gnuplot: data and commands for the picture */
 }
 
@@ -143,13 +143,13 @@ static void test_events(void **state)
     assert_null(strstr(at, "v_theta<0"));
     double times[3], states[6];
     struct ad_error error = {0};
-    phys_runfile *file;
-    assert_int_equal(phys_runfile_open(shell_path("e.h5"), &file, &error), AD_OK);
-    assert_int_equal(phys_runfile_read(file, "events/time", 0, 3, times, &error), AD_OK);
-    assert_int_equal(phys_runfile_read(file, "events/state", 0, 3, states, &error), AD_OK);
+    phys_hdf5 *file;
+    assert_int_equal(phys_hdf5_open(shell_path("e.h5"), &file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_read(file, "events/time", 0, 3, times, &error), AD_OK);
+    assert_int_equal(phys_hdf5_read(file, "events/state", 0, 3, states, &error), AD_OK);
     assert_close(times[2], 3 * period, 1e-11, 0);
     assert_close(states[4], 1, 1e-12, 0);
-    phys_runfile_close(file);
+    phys_hdf5_close(file);
 
     snprintf(arguments, sizeof arguments, "%s --until theta=0 --csv e.csv", command);
     shell_works("$LA simulate %s", arguments);

@@ -97,7 +97,7 @@ static void test_programs(void **state)
     ad_program_free(program);
     ad_run(NULL);
     ad_set_threads(NULL, 2);
-    ad_native_in_time(NULL);
+    ad_native_lazy(NULL);
     ad_program_free(NULL);
     assert_null(ad_data(NULL, x));
     assert_true(isnan(ad_run_timed(NULL)) && ad_program_info(NULL).nodes == 0);

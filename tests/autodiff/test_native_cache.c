@@ -297,7 +297,7 @@ static void test_in_time(void **state)
     ad_set(interpreted, h, held);
     assert_true(ad_program_info(p).instructions > 1000);
     assert_mentions(ad_native_note(p), "nobody");
-    ad_native_in_time(p);
+    ad_native_lazy(p);
     assert_mentions(ad_native_note(p), "runs");
     size_t runs = 0, after = 0;
     for (; runs < MOST && after < 3; runs++) {

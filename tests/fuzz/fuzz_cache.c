@@ -26,8 +26,8 @@ int fuzz_cache(const uint8_t *data, size_t size)
     const char *file = fuzz_file(data, size);
     int whole = is_entry(data, size, source);
     chmod(file, 0600);
-    fuzz_require(ad_native_is_whole(file, source) == whole);
+    fuzz_require(ad_native_is_intact(file, source) == whole);
     chmod(file, 0620);
-    fuzz_require(!ad_native_is_whole(file, source));
+    fuzz_require(!ad_native_is_intact(file, source));
     return 0;
 }

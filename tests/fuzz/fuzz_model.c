@@ -15,25 +15,25 @@
 
 enum { MOST_NUMBERS = 4096 };
 
-static void attribute(phys_runfile *file, char *name, char *value)
+static void attribute(phys_hdf5 *file, char *name, char *value)
 {
     double number;
     char *slash = strchr(name, '/');
     const char *folder = slash ? "training" : "/";
     if (options_number(value, &number))
-        phys_runfile_number(file, folder, slash ? slash + 1 : name, number, NULL);
+        phys_hdf5_number(file, folder, slash ? slash + 1 : name, number, NULL);
     else
-        phys_runfile_text(file, folder, slash ? slash + 1 : name, value + (*value == '"'));
+        phys_hdf5_text(file, folder, slash ? slash + 1 : name, value + (*value == '"'));
 }
 
-static void dataset(phys_runfile *file, const char *name, const char *at)
+static void dataset(phys_hdf5 *file, const char *name, const char *at)
 {
     static double values[MOST_NUMBERS];
-    size_t dims[PHYS_RUNFILE_RANK], rank = 0, n = 1;
+    size_t dims[PHYS_HDF5_RANK], rank = 0, n = 1;
     char *end;
     for (size_t k = 0; k < MOST_NUMBERS; k++)
         values[k] = (double)(k % 7) - 2.5;
-    for (; rank < PHYS_RUNFILE_RANK; rank++, at = end) {
+    for (; rank < PHYS_HDF5_RANK; rank++, at = end) {
         dims[rank] = strtoul(at, &end, 10);
         if (end == at)
             break;
@@ -42,15 +42,15 @@ static void dataset(phys_runfile *file, const char *name, const char *at)
         n *= dims[rank];
     }
     if (rank > 0)
-        phys_runfile_write(file, name, AD_F64, rank, dims, values);
+        phys_hdf5_write(file, name, AD_F64, rank, dims, values);
 }
 
 static void write_file(const char *name, char *text)
 {
     struct ad_error error = {0};
-    phys_runfile *file;
-    fuzz_require(phys_runfile_create(name, &file, &error) == AD_OK);
-    phys_runfile_folder(file, "training");
+    phys_hdf5 *file;
+    fuzz_require(phys_hdf5_create(name, &file, &error) == AD_OK);
+    phys_hdf5_folder(file, "training");
     for (char *line; (line = strtok_r(text, "\n", &text));) {
         char *equals = strchr(line, '='), *space = strchr(line, ' ');
         if (equals) {
@@ -61,7 +61,7 @@ static void write_file(const char *name, char *text)
             dataset(file, line, space + 1);
         }
     }
-    if (phys_runfile_commit(file, &error) != AD_OK) /* what cannot be written is not what is read */
+    if (phys_hdf5_commit(file, &error) != AD_OK) /* what cannot be written is not what is read */
         unlink(name);
 }
 

@@ -68,14 +68,14 @@ static void test_hdf5(void **state)
     double values[5] = {1, 2, 4, 8, 16};
     struct path file = files_temporary("columns.h5");
     struct ad_error error = {0};
-    phys_runfile *out;
-    assert_int_equal(phys_runfile_create(file.text, &out, &error), AD_OK);
+    phys_hdf5 *out;
+    assert_int_equal(phys_hdf5_create(file.text, &out, &error), AD_OK);
     for (size_t k = 0; k < 4; k++)
-        phys_runfile_write(out, names[k], AD_F64, 1, (size_t[]){5}, values);
-    phys_runfile_write(out, "all", AD_F64, 2, (size_t[]){1, 5}, values);
-    phys_runfile_text(out, "all", "axes", "coordinate, sample");
-    phys_runfile_text(out, "/", "columns", "q,p,dqdt,dpdt");
-    assert_int_equal(phys_runfile_commit(out, &error), AD_OK);
+        phys_hdf5_write(out, names[k], AD_F64, 1, (size_t[]){5}, values);
+    phys_hdf5_write(out, "all", AD_F64, 2, (size_t[]){1, 5}, values);
+    phys_hdf5_text(out, "all", "axes", "coordinate, sample");
+    phys_hdf5_text(out, "/", "columns", "q,p,dqdt,dpdt");
+    assert_int_equal(phys_hdf5_commit(out, &error), AD_OK);
     assert_survives(read_hdf5, file.text, 30);
 }
 

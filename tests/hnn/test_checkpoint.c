@@ -78,17 +78,17 @@ static void test_foreign(void **state)
     (void)state;
     struct ad_error error = {0};
     struct path file = files_temporary("foreign.h5");
-    phys_runfile *run;
+    phys_hdf5 *run;
     refused(files_temporary("absent.h5").text, "absent.h5");
     refused(files_write_text("text.h5", "q,p\n1,2\n").text, "HDF5");
-    assert_int_equal(phys_runfile_create(file.text, &run, &error), AD_OK);
-    phys_runfile_text(run, "/", "scene", "pendulum");
-    assert_int_equal(phys_runfile_commit(run, &error), AD_OK);
+    assert_int_equal(phys_hdf5_create(file.text, &run, &error), AD_OK);
+    phys_hdf5_text(run, "/", "scene", "pendulum");
+    assert_int_equal(phys_hdf5_commit(run, &error), AD_OK);
     refused(file.text, "model");
-    assert_int_equal(phys_runfile_create(file.text, &run, &error), AD_OK);
-    phys_runfile_text(run, "/", "format", "leastaction model");
-    phys_runfile_integer(run, "/", "version", 2, NULL);
-    assert_int_equal(phys_runfile_commit(run, &error), AD_OK);
+    assert_int_equal(phys_hdf5_create(file.text, &run, &error), AD_OK);
+    phys_hdf5_text(run, "/", "format", "leastaction model");
+    phys_hdf5_integer(run, "/", "version", 2, NULL);
+    assert_int_equal(phys_hdf5_commit(run, &error), AD_OK);
     refused(file.text, "version");
 }
 

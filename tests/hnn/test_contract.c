@@ -173,7 +173,7 @@ static void test_null(void **state)
     rod.filter = (enum hnn_filter)7;
     hnn_rod_draw(&rod, 0, 4, 4, pixels);
     REFUSED(hnn_rod_angles(&rod, 4, 4, 1, pixels, x, &error));
-    REFUSED(hnn_foresee(NULL, pixels, &rollout, 4, &none, pixels, NULL, &error));
+    REFUSED(hnn_pixels_predict(NULL, pixels, &rollout, 4, &none, pixels, NULL, &error));
     REFUSED(hnn_observe(model, NULL, x, &error));
     REFUSED(hnn_show(model, NULL, 4, pixels, &error));
     assert_true(isnan(hnn_rod_energy(NULL, 0, 0)));

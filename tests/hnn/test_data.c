@@ -150,7 +150,7 @@ static struct path write_hdf5(size_t rows, bool broken)
     double *values = calloc(rows, 11 * sizeof *values);
     double *q = values, *p = q + rows, *wide = p + rows, *across = wide + 5 * rows;
     struct ad_error error = {0};
-    phys_runfile *out;
+    phys_hdf5 *out;
     for (size_t i = 0; i < rows; i++) {
         q[i] = across[i] = (double)i / 3;
         p[i] = across[rows + i] = -(double)i;
@@ -159,14 +159,14 @@ static struct path write_hdf5(size_t rows, bool broken)
     }
     if (broken)
         p[rows - 1] = (double)NAN;
-    assert_int_equal(phys_runfile_create(file.text, &out, &error), AD_OK);
-    phys_runfile_write(out, "motion/q", AD_F64, 1, &rows, q);
-    phys_runfile_write(out, "motion/p", AD_F64, 1, &rows, p);
-    phys_runfile_write(out, "rates", AD_F64, 2, (size_t[]){rows, 5}, wide);
-    phys_runfile_write(out, "all", AD_F64, 2, (size_t[]){4, rows}, across);
-    phys_runfile_text(out, "all", "axes", "coordinate, sample");
-    phys_runfile_write(out, "short", AD_F64, 1, (size_t[]){rows - 1}, q);
-    assert_int_equal(phys_runfile_commit(out, &error), AD_OK);
+    assert_int_equal(phys_hdf5_create(file.text, &out, &error), AD_OK);
+    phys_hdf5_write(out, "motion/q", AD_F64, 1, &rows, q);
+    phys_hdf5_write(out, "motion/p", AD_F64, 1, &rows, p);
+    phys_hdf5_write(out, "rates", AD_F64, 2, (size_t[]){rows, 5}, wide);
+    phys_hdf5_write(out, "all", AD_F64, 2, (size_t[]){4, rows}, across);
+    phys_hdf5_text(out, "all", "axes", "coordinate, sample");
+    phys_hdf5_write(out, "short", AD_F64, 1, (size_t[]){rows - 1}, q);
+    assert_int_equal(phys_hdf5_commit(out, &error), AD_OK);
     free(values);
     return file;
 }

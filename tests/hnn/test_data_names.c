@@ -163,26 +163,26 @@ static void test_refused(void **state)
 
 /* ---- C7: arrays of HDF5, which have no order ---- */
 
-static void write_array(phys_runfile *file, const char *name, size_t cols, double first)
+static void write_array(phys_hdf5 *file, const char *name, size_t cols, double first)
 {
     double values[12];
     for (size_t i = 0; i < 3; i++)
         for (size_t k = 0; k < cols; k++)
             values[i * cols + k] = first + (double)(10 * k + i);
-    phys_runfile_write(file, name, AD_F64, cols > 1 ? 2 : 1, (size_t[]){3, cols}, values);
+    phys_hdf5_write(file, name, AD_F64, cols > 1 ? 2 : 1, (size_t[]){3, cols}, values);
 }
 
 static struct path write_arrays(size_t n, const char *const names[], size_t cols)
 {
     struct path path = files_temporary("arrays.h5");
     struct ad_error error = {0};
-    phys_runfile *file;
-    assert_int_equal(phys_runfile_create(path.text, &file, &error), AD_OK);
+    phys_hdf5 *file;
+    assert_int_equal(phys_hdf5_create(path.text, &file, &error), AD_OK);
     if (strchr(names[0], '/'))
-        phys_runfile_folder(file, "run");
+        phys_hdf5_folder(file, "run");
     for (size_t k = 0; k < n; k++)
         write_array(file, names[k], cols, 100 * (double)k);
-    assert_int_equal(phys_runfile_commit(file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_commit(file, &error), AD_OK);
     return path;
 }
 

@@ -48,11 +48,11 @@ static struct hnn_frames accepted(struct path path)
 static struct path write_array(const char *name, const char *array, size_t rank,
                                const size_t dims[], const double *values)
 {
-    phys_runfile *file;
+    phys_hdf5 *file;
     struct path path = files_temporary(name);
-    assert_int_equal(phys_runfile_create(path.text, &file, &error), AD_OK);
-    phys_runfile_write(file, array, AD_F64, rank, dims, values);
-    assert_int_equal(phys_runfile_commit(file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_create(path.text, &file, &error), AD_OK);
+    phys_hdf5_write(file, array, AD_F64, rank, dims, values);
+    assert_int_equal(phys_hdf5_commit(file, &error), AD_OK);
     return path;
 }
 
@@ -162,28 +162,28 @@ static void test_damaged_motion(void **state)
     for (int damage = 0; damage < 5; damage++) {
         struct hnn_frames f;
         error = (struct ad_error){0};
-        phys_runfile *file;
+        phys_hdf5 *file;
         struct path path = files_temporary("motion.h5");
         static const char *const says[] = {"finite 'angle' trajectory 1 frame 3", "axle", "gravity",
                                            "'speed'", "'bilinea' 'bilinear'"};
         assert_int_equal(hnn_rod_film(&filming, 3, &f, &error), AD_OK);
-        assert_int_equal(phys_runfile_create(path.text, &file, &error), AD_OK);
+        assert_int_equal(phys_hdf5_create(path.text, &file, &error), AD_OK);
         double *speed = f.speed;
         if (damage == 0)
             f.angle[2] = NAN;
         if (damage == 1)
             f.rod.axle = 1;
         if (damage == 2 || damage == 4)
-            f.has_rod = false, phys_runfile_number(file, "/", "shade", 0.5, NULL);
+            f.has_rod = false, phys_hdf5_number(file, "/", "shade", 0.5, NULL);
         if (damage == 4)
-            phys_runfile_text(file, "/", "filter", "bilinea");
+            phys_hdf5_text(file, "/", "filter", "bilinea");
         if (damage == 3) {
-            phys_runfile_write(file, "angle", AD_F64, 2, (size_t[]){1, 4}, f.angle);
-            phys_runfile_write(file, "speed", AD_F64, 2, (size_t[]){2, 2}, f.speed);
+            phys_hdf5_write(file, "angle", AD_F64, 2, (size_t[]){1, 4}, f.angle);
+            phys_hdf5_write(file, "speed", AD_F64, 2, (size_t[]){2, 2}, f.speed);
             f.speed = NULL;
         }
         hnn_frames_write(&f, file);
-        assert_int_equal(phys_runfile_commit(file, &error), AD_OK);
+        assert_int_equal(phys_hdf5_commit(file, &error), AD_OK);
         f.speed = speed;
         hnn_frames_free(&f);
         refused(path, says[damage]);

@@ -40,7 +40,7 @@ static void test_foresee(void **state)
         observation(pixels);
         hnn_times(0, N - 1, N, t);
         struct hnn_rollout_settings s = {.n = N, .t = t};
-        assert_int_equal(hnn_foresee(model, pixels, &s, FRAME, &path, frames, &info, &error),
+        assert_int_equal(hnn_pixels_predict(model, pixels, &s, FRAME, &path, frames, &info, &error),
                          AD_OK);
         assert_true(path.n == N && path.states == 2 && info.evaluations > 0);
 
@@ -74,7 +74,7 @@ static void test_added_energy(void **state)
     observation(pixels);
     hnn_times(0, N - 1, N, t);
     struct hnn_rollout_settings s = {.n = N, .t = t, .add = 0.05, .add_at = 10};
-    if (hnn_foresee(model, pixels, &s, FRAME, &path, frames, &info, &error) != AD_OK)
+    if (hnn_pixels_predict(model, pixels, &s, FRAME, &path, frames, &info, &error) != AD_OK)
         fail_msg("%s", error.message);
     double H = hnn_model_energy(model, path.x);
     for (int i = 0; i < N; i++)
@@ -95,12 +95,13 @@ static void test_refusals(void **state)
     double t[2] = {0, 1};
     observation(pixels);
     struct hnn_rollout_settings s = {.n = 2, .t = t};
-    assert_int_equal(hnn_foresee(of_states, pixels, &s, FRAME, &path, frames, &info, &error),
+    assert_int_equal(hnn_pixels_predict(of_states, pixels, &s, FRAME, &path, frames, &info, &error),
                      AD_E_ARGUMENT);
     assert_mentions(error.message, "autoencoder");
     error = (struct ad_error){0};
-    assert_int_equal(hnn_foresee(model, pixels, &s, PIXELS + 1, &path, frames, &info, &error),
-                     AD_E_ARGUMENT);
+    assert_int_equal(
+        hnn_pixels_predict(model, pixels, &s, PIXELS + 1, &path, frames, &info, &error),
+        AD_E_ARGUMENT);
     assert_null(path.x);
     hnn_model_free(model);
     hnn_model_free(of_states);

@@ -87,10 +87,10 @@ static void test_leads_out(void **state)
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         struct path path = files_temporary("out.h5");
         struct ad_error error = {0}, of_model = {0};
-        phys_runfile *file;
+        phys_hdf5 *file;
         hnn_model *model;
         write_file(path.text, cases[k].fill);
-        assert_int_equal(phys_runfile_open(path.text, &file, &error), AD_E_INPUT);
+        assert_int_equal(phys_hdf5_open(path.text, &file, &error), AD_E_INPUT);
         assert_null(file);
         assert_mentions(error.message, cases[k].name);
         assert_int_equal(hnn_model_load(path.text, &model, &of_model), AD_E_INPUT);
@@ -109,7 +109,7 @@ struct seen {
     char names[200];
 };
 
-static void see(void *context, const struct phys_runfile_item *item)
+static void see(void *context, const struct phys_hdf5_item *item)
 {
     struct seen *seen = context;
     size_t length = strlen(item->object);
@@ -126,11 +126,11 @@ static struct seen seen_in(const char *name)
 {
     struct ad_error error = {0};
     struct seen seen = {0};
-    phys_runfile *file;
-    if (phys_runfile_open(name, &file, &error) != AD_OK)
+    phys_hdf5 *file;
+    if (phys_hdf5_open(name, &file, &error) != AD_OK)
         fail_msg("%s", error.message);
-    assert_int_equal(phys_runfile_list(file, see, &seen, &error), AD_OK);
-    phys_runfile_close(file);
+    assert_int_equal(phys_hdf5_list(file, see, &seen, &error), AD_OK);
+    phys_hdf5_close(file);
     return seen;
 }
 
@@ -161,12 +161,12 @@ static void test_links_inside(void **state)
     struct path path = files_temporary("in.h5");
     struct ad_error error = {0};
     double values[4] = {0};
-    phys_runfile *file;
+    phys_hdf5 *file;
     write_file(path.text, built_in);
     assert_string_equal(seen_in(path.text).names, ";b;b/q;");
-    assert_int_equal(phys_runfile_open(path.text, &file, &error), AD_OK);
-    assert_int_equal(phys_runfile_read(file, "a", 1, 3, values, &error), AD_OK);
-    phys_runfile_close(file);
+    assert_int_equal(phys_hdf5_open(path.text, &file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_read(file, "a", 1, 3, values, &error), AD_OK);
+    phys_hdf5_close(file);
     assert_true(values[0] == -2.5 && values[1] == 3.25 && values[2] == 0.125);
 }
 
@@ -196,42 +196,42 @@ static void test_nothing_stays_open(void **state)
     struct path path = files_temporary("attributes.h5");
     struct ad_error error = {0};
     struct seen seen = {0};
-    struct phys_runfile_item item;
-    phys_runfile *file;
+    struct phys_hdf5_item item;
+    phys_hdf5 *file;
     double number = 0, values[4];
     char *text;
     write_file(path.text, attributes);
-    assert_int_equal(phys_runfile_open(path.text, &file, &error), AD_OK);
-    assert_int_equal(phys_runfile_get(file, "/", "one", &number, &error), AD_OK);
+    assert_int_equal(phys_hdf5_open(path.text, &file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_get(file, "/", "one", &number, &error), AD_OK);
     assert_true(number == 2.5);
-    assert_int_equal(phys_runfile_get_text(file, "/", "fixed", &text, &error), AD_OK);
+    assert_int_equal(phys_hdf5_get_text(file, "/", "fixed", &text, &error), AD_OK);
     assert_string_equal(text, "abcde");
     free(text);
     static const char *const wrong[] = {"list", "fixed", "none"};
     for (size_t k = 0; k < 3; k++) {
         struct ad_error refused = {0};
-        assert_int_equal(phys_runfile_get(file, "/", wrong[k], &number, &refused), AD_E_INPUT);
+        assert_int_equal(phys_hdf5_get(file, "/", wrong[k], &number, &refused), AD_E_INPUT);
         assert_mentions(refused.message, wrong[k]);
     }
     static const char *const no_text[] = {"list", "one", "none"};
     for (size_t k = 0; k < 3; k++) {
         struct ad_error refused = {0};
-        assert_int_equal(phys_runfile_get_text(file, "/", no_text[k], &text, &refused), AD_E_INPUT);
+        assert_int_equal(phys_hdf5_get_text(file, "/", no_text[k], &text, &refused), AD_E_INPUT);
         assert_null(text);
     }
     struct ad_error missing = {0};
-    assert_int_equal(phys_runfile_shape(file, "q", &item, &missing), AD_E_INPUT);
+    assert_int_equal(phys_hdf5_shape(file, "q", &item, &missing), AD_E_INPUT);
     missing = (struct ad_error){0};
-    assert_int_equal(phys_runfile_read(file, "q", 0, 1, values, &missing), AD_E_INPUT);
-    assert_int_equal(phys_runfile_list(file, see, &seen, &error), AD_OK);
+    assert_int_equal(phys_hdf5_read(file, "q", 0, 1, values, &missing), AD_E_INPUT);
+    assert_int_equal(phys_hdf5_list(file, see, &seen, &error), AD_OK);
     assert_int_equal(seen.attributes, 3);
     assert_int_equal(H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL), 1);
-    phys_runfile_close(file);
+    phys_hdf5_close(file);
     assert_int_equal(H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL), 0);
     write_file(path.text, built_in);
     assert_int_equal(seen_in(path.text).objects, 3);
     write_file(path.text, external_link_below);
-    assert_int_equal(phys_runfile_open(path.text, &file, &error), AD_E_INPUT);
+    assert_int_equal(phys_hdf5_open(path.text, &file, &error), AD_E_INPUT);
     assert_int_equal(H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL), 0);
 }
 

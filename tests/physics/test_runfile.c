@@ -50,40 +50,40 @@ static int remove_folder(void **state)
 static const double matrix[2][3] = {{1.1, -2.25e-17, 3e300}, {0.1 + 0.2, -0.0, 5}};
 static const float singles[3] = {0.1f, -3.5e-30f, 7};
 
-static phys_runfile *written(void)
+static phys_hdf5 *written(void)
 {
     struct ad_error error = {0};
-    phys_runfile *file;
-    assert_int_equal(phys_runfile_create(target, &file, &error), AD_OK);
-    phys_runfile_text(file, "/", "scene", "Jupiter \xe2\x99\x83 'quoted'");
-    phys_runfile_number(file, "/", "dt", 1.0 / 3, "s");
-    phys_runfile_integer(file, "/", "seed", (int64_t)1 << 60, NULL);
-    phys_runfile_folder(file, "parameters");
-    phys_runfile_number(file, "parameters", "mass", 1.99e30, "kg");
-    phys_runfile_write(file, "deep/down/matrix", AD_F64, 2, (size_t[]){2, 3}, matrix);
-    phys_runfile_write(file, "singles", AD_F32, 1, (size_t[]){3}, singles);
-    phys_runfile_text(file, "singles", "unit", "m");
-    phys_runfile_extendable(file, "path", AD_F64, 3, (size_t[]){0, 2, 3});
+    phys_hdf5 *file;
+    assert_int_equal(phys_hdf5_create(target, &file, &error), AD_OK);
+    phys_hdf5_text(file, "/", "scene", "Jupiter \xe2\x99\x83 'quoted'");
+    phys_hdf5_number(file, "/", "dt", 1.0 / 3, "s");
+    phys_hdf5_integer(file, "/", "seed", (int64_t)1 << 60, NULL);
+    phys_hdf5_folder(file, "parameters");
+    phys_hdf5_number(file, "parameters", "mass", 1.99e30, "kg");
+    phys_hdf5_write(file, "deep/down/matrix", AD_F64, 2, (size_t[]){2, 3}, matrix);
+    phys_hdf5_write(file, "singles", AD_F32, 1, (size_t[]){3}, singles);
+    phys_hdf5_text(file, "singles", "unit", "m");
+    phys_hdf5_extendable(file, "path", AD_F64, 3, (size_t[]){0, 2, 3});
     for (int k = 0; k < 5; k++) {
         double record[2][3];
         for (int i = 0; i < 6; i++)
             record[i / 3][i % 3] = matrix[i / 3][i % 3] * (k + 1);
-        phys_runfile_append(file, "path", record);
+        phys_hdf5_append(file, "path", record);
     }
     return file;
 }
 
-static void commit(phys_runfile *file)
+static void commit(phys_hdf5 *file)
 {
     struct ad_error error = {0};
-    assert_int_equal(phys_runfile_commit(file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_commit(file, &error), AD_OK);
 }
 
-static phys_runfile *reopened(void)
+static phys_hdf5 *reopened(void)
 {
     struct ad_error error = {0};
-    phys_runfile *file;
-    assert_int_equal(phys_runfile_open(target, &file, &error), AD_OK);
+    phys_hdf5 *file;
+    assert_int_equal(phys_hdf5_open(target, &file, &error), AD_OK);
     return file;
 }
 
@@ -94,34 +94,34 @@ static void test_round_trip(void **state)
     double values[6], number;
     char *text;
     commit(written());
-    phys_runfile *file = reopened();
-    assert_int_equal(phys_runfile_read(file, "deep/down/matrix", 0, 2, values, &error), AD_OK);
+    phys_hdf5 *file = reopened();
+    assert_int_equal(phys_hdf5_read(file, "deep/down/matrix", 0, 2, values, &error), AD_OK);
     assert_memory_equal(values, matrix, sizeof matrix);
-    assert_int_equal(phys_runfile_read(file, "singles", 0, 3, values, &error), AD_OK);
+    assert_int_equal(phys_hdf5_read(file, "singles", 0, 3, values, &error), AD_OK);
     for (int k = 0; k < 3; k++)
         assert_true(values[k] == (double)singles[k]);
-    assert_int_equal(phys_runfile_read(file, "path", 3, 1, values, &error), AD_OK);
+    assert_int_equal(phys_hdf5_read(file, "path", 3, 1, values, &error), AD_OK);
     for (int k = 0; k < 6; k++)
         assert_true(values[k] == 4 * matrix[k / 3][k % 3]);
-    assert_int_equal(phys_runfile_get(file, "/", "dt", &number, &error), AD_OK);
+    assert_int_equal(phys_hdf5_get(file, "/", "dt", &number, &error), AD_OK);
     assert_true(number == 1.0 / 3);
-    assert_int_equal(phys_runfile_get(file, "parameters", "mass", &number, &error), AD_OK);
+    assert_int_equal(phys_hdf5_get(file, "parameters", "mass", &number, &error), AD_OK);
     assert_true(number == 1.99e30);
-    assert_int_equal(phys_runfile_get_text(file, "parameters", "mass.unit", &text, &error), AD_OK);
+    assert_int_equal(phys_hdf5_get_text(file, "parameters", "mass.unit", &text, &error), AD_OK);
     assert_string_equal(text, "kg");
     free(text);
-    assert_int_equal(phys_runfile_get_text(file, "/", "scene", &text, &error), AD_OK);
+    assert_int_equal(phys_hdf5_get_text(file, "/", "scene", &text, &error), AD_OK);
     assert_string_equal(text, "Jupiter \xe2\x99\x83 'quoted'");
     free(text);
-    phys_runfile_close(file);
+    phys_hdf5_close(file);
     assert_int_equal(empty_folder(), 1);
 }
 
-static void write_item(void *context, const struct phys_runfile_item *item)
+static void write_item(void *context, const struct phys_hdf5_item *item)
 {
     char **end = context;
     *end += sprintf(*end, "%s%s%s=%s", item->object, item->attribute ? "@" : "",
-                    item->attribute ? item->attribute : "", phys_runfile_kind_name(item->kind));
+                    item->attribute ? item->attribute : "", phys_hdf5_kind_name(item->kind));
     for (size_t k = 0; k < item->rank; k++)
         *end += sprintf(*end, "[%zu]", item->dims[k]);
     *end += sprintf(*end, "\n");
@@ -133,13 +133,13 @@ static void test_list(void **state)
     struct ad_error error = {0};
     char text[1024], *end = text;
     commit(written());
-    phys_runfile *file = reopened();
-    assert_int_equal(phys_runfile_list(file, write_item, &end, &error), AD_OK);
+    phys_hdf5 *file = reopened();
+    assert_int_equal(phys_hdf5_list(file, write_item, &end, &error), AD_OK);
     assert_string_equal(text, "=folder\n@dt=f64\n@dt.unit=text\n@scene=text\n@seed=integer\n"
                               "deep=folder\ndeep/down=folder\ndeep/down/matrix=f64[2][3]\n"
                               "parameters=folder\nparameters@mass=f64\nparameters@mass.unit=text\n"
                               "path=f64[5][2][3]\nsingles=f32[3]\nsingles@unit=text\n");
-    phys_runfile_close(file);
+    phys_hdf5_close(file);
     empty_folder();
 }
 
@@ -185,13 +185,13 @@ static void test_whole_or_not_at_all(void **state)
 {
     (void)state;
     struct stat status;
-    phys_runfile *file = written();
+    phys_hdf5 *file = written();
     assert_int_not_equal(stat(target, &status), 0);
-    phys_runfile_abandon(file);
+    phys_hdf5_abandon(file);
     assert_int_equal(empty_folder(), 0);
     commit(written());
-    phys_runfile_abandon(written()); /* leaves the older file alone */
-    phys_runfile_close(reopened());
+    phys_hdf5_abandon(written()); /* leaves the older file alone */
+    phys_hdf5_close(reopened());
     assert_int_equal(empty_folder(), 1);
 }
 
@@ -200,21 +200,21 @@ static void test_sticky_failure(void **state)
 {
     (void)state;
     struct ad_error error = {0};
-    phys_runfile *file = written();
-    phys_runfile_append(file, "nothing", matrix);
-    phys_runfile_write(file, "later", AD_F64, 2, (size_t[]){2, 3}, matrix);
-    assert_int_equal(phys_runfile_commit(file, &error), AD_E_IO);
+    phys_hdf5 *file = written();
+    phys_hdf5_append(file, "nothing", matrix);
+    phys_hdf5_write(file, "later", AD_F64, 2, (size_t[]){2, 3}, matrix);
+    assert_int_equal(phys_hdf5_commit(file, &error), AD_E_IO);
     assert_mentions(error.message, target);
     assert_mentions(error.message, "'nothing'");
     assert_int_equal(empty_folder(), 0);
-    assert_int_equal(phys_runfile_commit(NULL, &error), AD_OK);
+    assert_int_equal(phys_hdf5_commit(NULL, &error), AD_OK);
 }
 
 static void expect_unwritable(const char *name, const char *reason)
 {
     struct ad_error error = {0};
-    phys_runfile *file;
-    assert_int_equal(phys_runfile_create(name, &file, &error), AD_E_IO);
+    phys_hdf5 *file;
+    assert_int_equal(phys_hdf5_create(name, &file, &error), AD_E_IO);
     assert_null(file);
     assert_mentions(error.message, name);
     assert_mentions(error.message, reason);
@@ -238,27 +238,27 @@ static void test_symbolic_link(void **state)
     struct ad_error error = {0};
     struct stat status;
     char link[96];
-    phys_runfile *file;
+    phys_hdf5 *file;
     commit(written());
     snprintf(link, sizeof link, "%s/link.h5", folder);
     assert_int_equal(symlink(target, link), 0);
-    assert_int_equal(phys_runfile_create(link, &file, &error), AD_OK);
-    phys_runfile_number(file, "/", "new", 1, NULL);
+    assert_int_equal(phys_hdf5_create(link, &file, &error), AD_OK);
+    phys_hdf5_number(file, "/", "new", 1, NULL);
     commit(file);
     assert_int_equal(lstat(link, &status), 0);
     assert_true(S_ISLNK(status.st_mode));
     double value;
     file = reopened();
-    assert_int_equal(phys_runfile_get(file, "/", "new", &value, &error), AD_OK);
-    phys_runfile_close(file);
+    assert_int_equal(phys_hdf5_get(file, "/", "new", &value, &error), AD_OK);
+    phys_hdf5_close(file);
     assert_int_equal(empty_folder(), 2);
 }
 
 static void expect_unreadable(void)
 {
     struct ad_error error = {0};
-    phys_runfile *file;
-    assert_int_equal(phys_runfile_open(target, &file, &error), AD_E_INPUT);
+    phys_hdf5 *file;
+    assert_int_equal(phys_hdf5_open(target, &file, &error), AD_E_INPUT);
     assert_null(file);
     assert_mentions(error.message, target);
 }
@@ -286,15 +286,15 @@ static void test_wrong_reads(void **state)
     double values[6];
     char *text;
     commit(written());
-    phys_runfile *file = reopened();
-    assert_int_equal(phys_runfile_read(file, "nothing", 0, 1, values, &error), AD_E_INPUT);
+    phys_hdf5 *file = reopened();
+    assert_int_equal(phys_hdf5_read(file, "nothing", 0, 1, values, &error), AD_E_INPUT);
     assert_mentions(error.message, "'nothing'");
-    assert_int_equal(phys_runfile_read(file, "path", 5, 1, values, &error), AD_E_INPUT);
-    assert_int_equal(phys_runfile_read(file, "path", 1, SIZE_MAX, values, &error), AD_E_INPUT);
-    assert_int_equal(phys_runfile_get(file, "/", "scene", values, &error), AD_E_INPUT);
-    assert_int_equal(phys_runfile_get(file, "/", "nothing", values, &error), AD_E_INPUT);
-    assert_int_equal(phys_runfile_get_text(file, "/", "dt", &text, &error), AD_E_INPUT);
-    phys_runfile_close(file);
+    assert_int_equal(phys_hdf5_read(file, "path", 5, 1, values, &error), AD_E_INPUT);
+    assert_int_equal(phys_hdf5_read(file, "path", 1, SIZE_MAX, values, &error), AD_E_INPUT);
+    assert_int_equal(phys_hdf5_get(file, "/", "scene", values, &error), AD_E_INPUT);
+    assert_int_equal(phys_hdf5_get(file, "/", "nothing", values, &error), AD_E_INPUT);
+    assert_int_equal(phys_hdf5_get_text(file, "/", "dt", &text, &error), AD_E_INPUT);
+    phys_hdf5_close(file);
     empty_folder();
 }
 

@@ -12,20 +12,20 @@ static struct path sealed(void)
 {
     struct path file = files_temporary("sealed.h5");
     struct ad_error error = {0};
-    phys_runfile *run;
-    assert_int_equal(phys_runfile_create(file.text, &run, &error), AD_OK);
-    phys_runfile_text(run, "/", "scene", "pendulum");
-    phys_runfile_write(run, "x", AD_F64, 1, (size_t[]){3}, (double[]){1.5, -2.25, 1e-300});
-    assert_int_equal(phys_runfile_commit(run, &error), AD_OK);
+    phys_hdf5 *run;
+    assert_int_equal(phys_hdf5_create(file.text, &run, &error), AD_OK);
+    phys_hdf5_text(run, "/", "scene", "pendulum");
+    phys_hdf5_write(run, "x", AD_F64, 1, (size_t[]){3}, (double[]){1.5, -2.25, 1e-300});
+    assert_int_equal(phys_hdf5_commit(run, &error), AD_OK);
     return file;
 }
 
 static enum ad_status opened(const char *file, struct ad_error *error)
 {
-    phys_runfile *run;
+    phys_hdf5 *run;
     *error = (struct ad_error){0};
-    phys_runfile_open(file, &run, error);
-    phys_runfile_close(run);
+    phys_hdf5_open(file, &run, error);
+    phys_hdf5_close(run);
     return error->status;
 }
 
@@ -45,13 +45,13 @@ static void test_every_byte(void **state)
     struct path file = sealed();
     char *bytes = files_read(file.text, &size);
     assert_int_equal(opened(file.text, &error), AD_OK);
-    for (size_t at = PHYS_SEAL_BYTES; at < size; at += 1 + at % 7) {
+    for (size_t at = PHYS_CHECKSUM_BYTES; at < size; at += 1 + at % 7) {
         bytes[at] ^= 4;
         expect_damaged(bytes, size);
         bytes[at] ^= 4;
     }
     expect_damaged(bytes, size - 1);
-    expect_damaged(bytes, PHYS_SEAL_BYTES);
+    expect_damaged(bytes, PHYS_CHECKSUM_BYTES);
     expect_damaged(bytes, 100);
     bytes[40] ^= 1; /* in the seal itself */
     expect_damaged(bytes, size);
@@ -63,8 +63,8 @@ static void test_without_seal(void **state)
     (void)state;
     struct ad_error error = {0};
     struct path text = files_write_text("plain.txt", "leastaction, not sealed");
-    assert_int_equal(phys_seal_check(text.text, "plain", &error), AD_OK);
-    assert_int_equal(phys_seal_check("/nonexistent/file", "none", &error), AD_OK);
+    assert_int_equal(phys_checksum_check(text.text, "plain", &error), AD_OK);
+    assert_int_equal(phys_checksum_check("/nonexistent/file", "none", &error), AD_OK);
 }
 
 int main(void)

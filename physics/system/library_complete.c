@@ -40,7 +40,7 @@ static bool is_whole(FILE *in)
     return loaded > 0;
 }
 
-bool phys_library_is_whole(const char *file)
+bool phys_library_is_complete(const char *file)
 {
     FILE *in = fopen(file, "rb");
     bool whole = in && is_whole(in);
