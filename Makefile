@@ -61,16 +61,16 @@ LIB_SRC := $(filter-out $(KERNELS) $(SWEEPS),$(wildcard $(foreach d,autodiff phy
 LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) \
            $(if $(KERNELS),$(foreach t,f32 f64,$(foreach i,$(ISAS),$(BUILD)/autodiff/kernels/$(t)_$(i).o))) \
            $(if $(SWEEPS),$(foreach t,f32 f64,$(BUILD)/autodiff/direct/sweeps_$(t).o))
-HAND    := $(wildcard apps/bench/hand_kernels.c apps/bench/hand_hnn.c)
-APP_SRC := $(filter-out $(HAND),$(wildcard apps/*.c apps/*/*.c))
+HAND    := $(wildcard apps/bench/hand/hand_kernels.c apps/bench/hand/hand_hnn.c)
+APP_SRC := $(filter-out $(HAND),$(wildcard apps/*.c apps/*/*.c apps/*/*/*.c))
 APP_OBJ := $(filter-out $(BUILD)/apps/main.o,$(APP_SRC:%.c=$(BUILD)/%.o)) \
            $(foreach f,$(HAND:%.c=$(BUILD)/%),$(foreach i,$(ISAS),$(f)_$(i).o))
 TEST_DIRS ?= $(wildcard tests/*)
-TEST_SRC := $(wildcard $(addsuffix /test_*.c,$(TEST_DIRS)))
+TEST_SRC := $(wildcard $(foreach d,$(TEST_DIRS),$d/test_*.c $d/*/test_*.c))
 TESTS    := $(TEST_SRC:%.c=$(BUILD)/%)
 FUZZERS  := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
-HELP_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(filter-out $(wildcard tests/*/test_*.c tests/fuzz/*.c),\
-              $(wildcard tests/*.c tests/*/*.c)))
+HELP_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(filter-out $(wildcard tests/*/test_*.c tests/*/*/test_*.c tests/fuzz/*.c \
+              tests/apps/scenes/*.c),$(wildcard tests/*.c tests/*/*.c tests/*/*/*.c)))
 FUZZ_SECONDS ?= 10
 # 0: another one each time
 FUZZ_SEED ?= 0
@@ -277,7 +277,7 @@ lint:
 	@scripts/lint $(BUILD)
 
 format:
-	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff autodiff/* physics physics/* hnn hnn/* quantum apps apps/* tests tests/* tests/apps/scenes docs/examples))
+	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff autodiff/* physics physics/* hnn hnn/* quantum apps apps/* apps/*/* tests tests/* tests/*/* docs/examples))
 
 # Every test, then every fuzzer from its corpus on, by clang, whose libFuzzer gcc has not. OpenBLAS keeps
 # to one thread: its own may end while LeakSanitizer looks at them. LeakSanitizer guesses the size of
@@ -299,14 +299,14 @@ test-o1:
 # Random programs against a plain evaluation. A failure is repeated by PROGRAMS=1 SEED=its seed.
 PROGRAMS ?= 1000
 SEED ?= 1
-fuzz-native: $(BUILD)/tests/autodiff/test_native_fuzz
+fuzz-native: $(BUILD)/tests/autodiff/native/test_native_fuzz
 	@for cc in gcc clang; do \
 	    if command -v $$cc >/dev/null; then echo "by $$cc"; CC=$$cc $< $(PROGRAMS) $(SEED) || exit; \
 	    else echo "$$cc: skipped, not installed"; fi; \
 	done
-	@$(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 $(BUILD)/o1/tests/autodiff/test_native_fuzz
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 $(BUILD)/o1/tests/autodiff/native/test_native_fuzz
 	@echo 'interpreted, kernels at -O1'; \
-	    FUZZ_INTERPRETED=1 $(BUILD)/o1/tests/autodiff/test_native_fuzz $(PROGRAMS) $(SEED)
+	    FUZZ_INTERPRETED=1 $(BUILD)/o1/tests/autodiff/native/test_native_fuzz $(PROGRAMS) $(SEED)
 
 # -O1, so that lines are still those of the source; tests run side by side, so counts are atomic.
 coverage:
@@ -333,7 +333,7 @@ faults: all $(BUILD)/tests/apps/test_failing_files $(BUILD)/tests/apps/test_allo
 	@FAULTS=100000 LEASTACTION_BUILD=$(BUILD) scripts/run-tests $(filter %/test_failing_files %/test_alloc_commands,$^)
 
 # By clang: its OpenMP tells the sanitizer of barriers and locks (libarcher), gcc's does not.
-THREADED = autodiff/test_threads autodiff/test_native hnn/test_batches
+THREADED = autodiff/test_threads autodiff/native/test_native hnn/test_batches
 run-threaded: $(THREADED:%=$(BUILD)/tests/%)
 	@TSAN_OPTIONS=ignore_noninstrumented_modules=1 OPENBLAS_NUM_THREADS=1 scripts/run-tests $^
 tsan:

@@ -1,7 +1,7 @@
 /* Energy over many periods at equal work (chart.h): symplectic methods err by a bounded
    amount, the others by more and more. */
 #include "chart.h"
-#include "motions.h"
+#include "apps/bench/measure/motions.h"
 
 #include <math.h>
 #include <stdlib.h>

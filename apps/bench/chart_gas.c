@@ -1,7 +1,7 @@
 /* leastaction chart gas: what near pairs save against all pairs, and how order grows in a gas that
    cools. */
 #include "chart.h"
-#include "timing.h"
+#include "apps/bench/measure/timing.h"
 #include "physics/gas/order.h"
 #include "physics/motion/motion.h"
 

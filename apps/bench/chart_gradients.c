@@ -1,8 +1,8 @@
 /* leastaction chart gradients: first and second derivatives of the action, nanoseconds and ratio to
    hand-written C. */
 #include "chart.h"
-#include "hand.h"
-#include "gradient_benchmark.h"
+#include "apps/bench/hand/hand.h"
+#include "apps/bench/measure/gradient_benchmark.h"
 
 #include <stdio.h>
 

@@ -1,7 +1,7 @@
 /* Test loss and energy error against seconds of training (chart_hnn.h). The data are a pendulum's
    without noise: with it all losses end at the noise, whatever the network. */
 #include "chart_hnn.h"
-#include "timing.h"
+#include "apps/bench/measure/timing.h"
 #include "hnn/rollout/rollout.h"
 
 #include <math.h>

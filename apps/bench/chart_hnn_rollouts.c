@@ -1,7 +1,7 @@
 /* How exactly integrators follow a network, over evaluations of its field (chart_hnn.h). The
    weights are the same in f64 and in f32; what differs is the arithmetic of the field. */
 #include "chart_hnn.h"
-#include "work_precision.h"
+#include "apps/bench/measure/work_precision.h"
 #include "hnn/data/data.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* Milliseconds of a training step beside its floor, and microseconds of a field (chart_hnn.h). */
 #include "chart_hnn.h"
-#include "training_speed.h"
+#include "apps/bench/measure/training_speed.h"
 
 #include <math.h>
 

@@ -1,8 +1,8 @@
 /* leastaction chart integrators: error against work, every method on every problem. */
 #include "chart.h"
-#include "motions.h"
-#include "timing.h"
-#include "work_precision.h"
+#include "apps/bench/measure/motions.h"
+#include "apps/bench/measure/timing.h"
+#include "apps/bench/measure/work_precision.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #include "chart.h"
 #include "chart_jobs.h"
 #include "quantum/published.h"
-#include "timing.h"
+#include "apps/bench/measure/timing.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
    thread, until training ends; the error is that of the energy along motions from other starts. */
 #include "chart_hnn.h"
 #include "chart_jobs.h"
-#include "timing.h"
+#include "apps/bench/measure/timing.h"
 
 #include <math.h>
 

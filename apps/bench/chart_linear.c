@@ -1,9 +1,9 @@
 /* leastaction chart linear: time and memory of a gradient of the action over slices, and over pairs
    of bodies. Both grow in proportion, or the chart shows where they do not. */
 #include "chart.h"
-#include "hand.h"
-#include "sized_gradient.h"
-#include "timing.h"
+#include "apps/bench/hand/hand.h"
+#include "apps/bench/measure/sized_gradient.h"
+#include "apps/bench/measure/timing.h"
 
 #include <math.h>
 #include <stdlib.h>

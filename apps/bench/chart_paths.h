@@ -3,8 +3,8 @@
 #define APPS_BENCH_CHART_PATHS_H
 
 #include "chart.h"
-#include "exact.h"
-#include "timing.h"
+#include "apps/bench/measure/exact.h"
+#include "apps/bench/measure/timing.h"
 #include "physics/physics.h"
 
 /* Rules: error of the stationary path against the motion, over slices and over CPU time. */

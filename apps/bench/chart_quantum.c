@@ -3,7 +3,7 @@
    product that it is. */
 #include "chart.h"
 #include "chart_quantum.h"
-#include "timing.h"
+#include "apps/bench/measure/timing.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -5,9 +5,9 @@
    Times are the least of several: what else runs on the machine takes a processor away from two
    threads sooner than from one, and would be counted as their fault. */
 #include "chart.h"
-#include "hand.h"
-#include "sized_gradient.h"
-#include "timing.h"
+#include "apps/bench/hand/hand.h"
+#include "apps/bench/measure/sized_gradient.h"
+#include "apps/bench/measure/timing.h"
 #include "hnn/hnn.h"
 #include "hnn/train/train_speed.h"
 

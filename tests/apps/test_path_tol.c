@@ -2,7 +2,7 @@
    true to a factor of ten, and the error is what was asked for. */
 #include "tests/close.h"
 #include "shell.h"
-#include "apps/bench/exact.h"
+#include "apps/bench/measure/exact.h"
 #include "physics/io/csv.h"
 #include "tests/mentions.h"
 

@@ -1,6 +1,6 @@
 /* Direct evaluation against compiled programs: values and gradients of random programs and of every
    operation of the table, what it refuses, zeros behind branches, and programs of scalars. */
-#include "world.h"
+#include "tests/autodiff/programs/world.h"
 
 #include <stdlib.h>
 #include <string.h>

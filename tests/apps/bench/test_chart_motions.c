@@ -1,12 +1,12 @@
 /* Charts of motions and paths: what they write has the columns, rows and numbers that are promised,
    and the numbers are those of the methods. Nothing here asserts a time. */
 #include "chart_table.h"
-#include "shell.h"
+#include "tests/apps/shell.h"
 #include "tests/close.h"
-#include "apps/bench/exact.h"
-#include "apps/bench/motions.h"
+#include "apps/bench/measure/exact.h"
+#include "apps/bench/measure/motions.h"
 #include "physics/physics.h"
-#include "apps/bench/work_precision.h"
+#include "apps/bench/measure/work_precision.h"
 
 #include <string.h>
 

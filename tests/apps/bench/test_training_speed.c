@@ -1,7 +1,7 @@
 /* The instrument behind the chart of training: what it measures is there and hangs together.
    Nothing here asserts a time. */
 #include "tests/close.h"
-#include "apps/bench/training_speed.h"
+#include "apps/bench/measure/training_speed.h"
 
 static struct training_speed measure(enum hnn_kind kind, enum ad_type type, size_t threads)
 {

@@ -1,6 +1,6 @@
 /* A trainer takes steps while the floor runs on arrays of the same size. */
 #include "training_speed.h"
-#include "hand_training.h"
+#include "apps/bench/hand/hand_training.h"
 #include "autodiff/blas.h"
 #include "hnn/train/train_speed.h"
 

@@ -1,6 +1,6 @@
 /* Stationary paths by Adam: the published results, from the published starts and from our own
    noise; held ends, clean stops, values that are not finite. */
-#include "published.h"
+#include "tests/physics/published.h"
 #include "tests/close.h"
 #include "tests/mentions.h"
 

@@ -2,7 +2,7 @@
 #include "plain.h"
 
 #include "autodiff/internal.h"
-#include "references.h"
+#include "tests/autodiff/references.h"
 
 #include <float.h>
 #include <stdio.h>

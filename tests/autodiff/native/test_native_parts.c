@@ -2,7 +2,7 @@
    values that are read long after they were computed, sums in the middle, chunks for threads. */
 #include "autodiff/native/native.h"
 #include "tests/native.h"
-#include "world.h"
+#include "tests/autodiff/programs/world.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* Several stationary paths between the same ends: the swings of a pendulum. */
 #include "physics/path/internal.h"
-#include "published.h"
+#include "tests/physics/published.h"
 #include "tests/close.h"
 
 #include <math.h>

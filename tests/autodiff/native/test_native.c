@@ -1,7 +1,7 @@
 /* The compiled back end against the interpreter: every operation, random programs, segments that
    are split for threads, runs again. */
 #include "tests/native.h"
-#include "world.h"
+#include "tests/autodiff/programs/world.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -2,7 +2,7 @@
    soon as it is recorded, and scaled where it is large. */
 #include "random_tape.h"
 
-#include "support.h"
+#include "tests/autodiff/support.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* A step of a descent allocates nothing; an allocation that fails anywhere gives a status, never a
    crash, and nothing leaks. The linker sends the allocations of the library here. */
-#include "published.h"
+#include "tests/physics/published.h"
 #include "physics/physics.h"
 #include "tests/alloc.h"
 #include "tests/close.h"

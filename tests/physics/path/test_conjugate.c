@@ -2,7 +2,7 @@
    forms, and against the determinant of ends by differences of the start velocity. */
 #include "physics/path/internal.h"
 #include "physics/physics.h"
-#include "published.h"
+#include "tests/physics/published.h"
 #include "tests/close.h"
 
 #include <math.h>

@@ -2,7 +2,7 @@
    by hand; and all of the Hessian, the blocks of neighbouring slices, as Newton's method takes it.
  */
 #include "gradient_benchmark.h"
-#include "hand.h"
+#include "apps/bench/hand/hand.h"
 #include "physics/action/hessian.h"
 
 #include <math.h>

@@ -1,8 +1,8 @@
 /* One call gives a path, its kind and its distances: the swings of a pendulum, g = l = 1, from 0
    back to 0 in 10. */
 #include "physics/motion/motion.h"
-#include "published.h"
-#include "systems.h"
+#include "tests/physics/published.h"
+#include "tests/physics/systems.h"
 #include "tests/close.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
 /* Descents of the action and what is offered to help them: they find minima and lose saddles. */
-#include "published.h"
+#include "tests/physics/published.h"
 #include "tests/close.h"
 
 #include <math.h>

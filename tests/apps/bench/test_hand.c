@@ -1,7 +1,7 @@
 /* The hand-written gradients, in every build this machine can run, against the Lagrangians written
    down plainly and their central differences. */
 #include "tests/close.h"
-#include "apps/bench/hand.h"
+#include "apps/bench/hand/hand.h"
 
 #include <stdlib.h>
 #include <string.h>

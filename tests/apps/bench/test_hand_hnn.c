@@ -1,6 +1,6 @@
 /* The training step written by hand, in every build this machine can run, against the tape. */
 #include "tests/close.h"
-#include "apps/bench/hand_training.h"
+#include "apps/bench/hand/hand_training.h"
 
 #include <stdlib.h>
 

@@ -1,6 +1,6 @@
 /* Tables and pictures of charts (chart_table.h). */
 #include "chart_table.h"
-#include "shell.h"
+#include "tests/apps/shell.h"
 #include "tests/close.h"
 #include "tests/files.h"
 

@@ -1,7 +1,7 @@
 /* The gradient of the action by the tape and by hand-written C, one thread, f64, in one process and
    in turn; beside it the value alone, and a whole step of Adam. */
 #include "gradient_benchmark.h"
-#include "hand.h"
+#include "apps/bench/hand/hand.h"
 
 #include <math.h>
 #include <stdlib.h>

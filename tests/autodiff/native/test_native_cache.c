@@ -1,7 +1,7 @@
 /* When a program becomes machine code, when it stays interpreted and why; and a cache folder that
    was tampered with. */
 #include "tests/native.h"
-#include "world.h"
+#include "tests/autodiff/programs/world.h"
 #include "tests/mentions.h"
 
 #include <fcntl.h>

@@ -4,7 +4,7 @@
 #ifndef TESTS_AUTODIFF_WORLD_H
 #define TESTS_AUTODIFF_WORLD_H
 
-#include "support.h"
+#include "tests/autodiff/support.h"
 
 enum { MAX_NODES = 96, MAX_INPUTS = 4 };
 

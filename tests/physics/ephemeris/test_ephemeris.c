@@ -1,7 +1,7 @@
 /* The ephemeris: the choice of bodies, and what it takes from tables of Horizons. */
 #include "physics/ephemeris/horizons.h"
-#include "published.h"
-#include "systems.h"
+#include "tests/physics/published.h"
+#include "tests/physics/systems.h"
 #include "tests/close.h"
 #include "tests/mentions.h"
 

@@ -1,5 +1,5 @@
 /* Paths whose end time is free, and paths of a given energy. */
-#include "published.h"
+#include "tests/physics/published.h"
 #include "tests/close.h"
 
 #include <math.h>

@@ -8,7 +8,7 @@
    A failure names its seed: test_native_fuzz 1 SEED shows it again. Where FUZZ_INTERPRETED is set
    nothing is compiled: for kernels that were built otherwise. */
 #include "native_batch.h"
-#include "random_tape.h"
+#include "tests/autodiff/programs/random_tape.h"
 #include "tests/native.h"
 
 #include <math.h>

@@ -1,9 +1,9 @@
 /* Charts of derivatives, whole jobs and networks: what they write has the columns, rows and numbers
    that are promised. Nothing here asserts a time. */
 #include "chart_table.h"
-#include "shell.h"
+#include "tests/apps/shell.h"
 #include "tests/close.h"
-#include "apps/bench/hand.h"
+#include "apps/bench/hand/hand.h"
 #include "tests/mentions.h"
 
 #include <string.h>

@@ -1,6 +1,6 @@
 /* Damped Newton steps: (H - i m) x = b by block elimination, put back into the equations. */
 #include "physics/path/newton_system.h"
-#include "published.h"
+#include "tests/physics/published.h"
 #include "tests/close.h"
 
 #include <complex.h>

@@ -1,6 +1,6 @@
 /* Gradients of actions of any size (sized_gradient.h). */
 #include "sized_gradient.h"
-#include "hand.h"
+#include "apps/bench/hand/hand.h"
 
 #include <math.h>
 #include <stdlib.h>
