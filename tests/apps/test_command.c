@@ -279,70 +279,6 @@ static void test_found_path_as_start(void **state)
         assert_int_equal(shell("$LA path kepler --solver adam --steps 0 %s", wrong[k]), 2);
 }
 
-static void test_dump(void **state)
-{
-    (void)state;
-    shell_works(
-        "$LA path pendulum --solver adam --steps 2 --every 1 --slices 8 --out run.h5 --quiet");
-    shell_works("$LA dump run.h5");
-    assert_non_null(strstr(shell_out(), "\n    dt = 1 s\n"));
-    assert_non_null(strstr(shell_out(), "\n/path  f64 [3 x 1 x 8]\n"));
-    shell_works("$LA dump run.h5 --csv -");
-    assert_non_null(strstr(shell_out(), "\n/path,,f64,3 x 1 x 8,\n"));
-    shell_works("$LA dump run.h5 --json");
-    assert_non_null(strstr(shell_last_line(), "\"object\": \"path\", \"kind\": \"f64\", \"shape\": "
-                                              "[3, 1, 8], \"attributes\": {"));
-    shell_works("$LA dump run.h5 --dataset step --csv step.csv && cat step.csv");
-    assert_string_equal(shell_out(), "0\n1\n2\n");
-    shell_works("$LA dump run.h5 --dataset step --json");
-    assert_non_null(strstr(shell_out(), "\"values\": [0, 1, 2]}"));
-    shell_works("$LA dump run.h5 --dataset path --csv - | cut -d, -f1,2,3");
-    assert_non_null(strstr(shell_out(), "2,0,1.57079632"));
-    assert_int_equal(shell("$LA dump run.h5 --dataset pth"), 2);
-    assert_mentions(shell_err(), "'pth'");
-}
-
-/* E5: a file that leads to another one is refused, and nothing of that one is said or written. */
-static void test_dump_of_links(void **state)
-{
-    (void)state;
-    static const char *const lines[] = {"dump out.h5", "dump out.h5 --json",
-                                        "dump out.h5 --dataset q --csv q.csv",
-                                        "train out.h5 --state q,q --steps 1 --out m.h5",
-                                        "rollout out.h5 --time 1 --x0 1,0 --csv q.csv"};
-    const double other[] = {1234.5, 1234.5};
-    const hsize_t two = 2;
-    for (int storage = 0; storage < 2; storage++) {
-        FILE *bytes = fopen(shell_path("other.bin"), "wb");
-        assert_true(bytes && fwrite(other, sizeof *other, 2, bytes) == 2 && fclose(bytes) == 0);
-        hid_t second = H5Fcreate(shell_path("other.h5"), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-        hid_t space = H5Screate_simple(1, &two, NULL), how = H5Pcreate(H5P_DATASET_CREATE);
-        hid_t q = H5Dcreate2(second, "q", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, how, H5P_DEFAULT);
-        H5Dwrite(q, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, other);
-        H5Dclose(q);
-        H5Fclose(second);
-        hid_t file = H5Fcreate(shell_path("out.h5"), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-        if (storage) {
-            H5Pset_external(how, shell_path("other.bin"), 0, sizeof other);
-            H5Dclose(
-                H5Dcreate2(file, "q", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, how, H5P_DEFAULT));
-        } else {
-            H5Lcreate_external("other.h5", "/q", file, "q", H5P_DEFAULT, H5P_DEFAULT);
-        }
-        H5Pclose(how);
-        H5Sclose(space);
-        H5Fclose(file);
-        for (size_t k = 0; k < LENGTH(lines); k++) {
-            assert_int_equal(shell("$LA %s", lines[k]), 2);
-            assert_mentions(shell_err(), storage ? "'q'" : "'/q'");
-            assert_null(strstr(shell_out(), "1234.5"));
-            assert_null(strstr(shell_err(), "1234.5"));
-            shell_works("! ls q.csv m.h5 2>/dev/null");
-        }
-        shell_clean();
-    }
-}
-
 /* ---- runs that do not reach what was asked ---- */
 
 static void test_not_converged(void **state)
@@ -397,51 +333,6 @@ static void test_interrupted(void **state)
     assert_string_equal(shell_out(), "    stop = interrupted\n");
 }
 
-/* ---- check ---- */
-
-static void build_scene(const char *name)
-{
-    shell_works("${CC:-cc} -std=c11 -shared -fPIC -I$ROOT $ROOT/tests/apps/scenes/%s.c -o %s.so",
-                name, name);
-}
-
-static void test_check(void **state)
-{
-    (void)state;
-    static const struct {
-        const char *name;
-        int status;
-        const char *says;
-    } cases[] = {
-        {"good", 0, "locality ok"}, {"nonlocal", 1, "FAILED slice 0 x1 1"},
-        {"jump", 1, "x1 slice 0"},  {"nonfinite", 1, "log \"depth\""},
-        {"magnetic", 1, "v y1"}, /* F6 */
-        {"shape", 2, ""},
-    };
-    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        build_scene(cases[k].name);
-        assert_int_equal(shell("$LA check ./%s.so", cases[k].name), cases[k].status);
-        assert_mentions(shell_out(), cases[k].says);
-        assert_int_equal(shell("$LA check %s.so --json", cases[k].name), cases[k].status);
-        if (cases[k].status < 2)
-            assert_non_null(strstr(shell_last_line(),
-                                   cases[k].status ? "\"passed\": false" : "\"passed\": true"));
-    }
-    assert_mentions(shell_err(), "leastaction check: mass Lagrangian 1 x 11");
-    shell_works("$LA path good.so --solver adam --steps 5 --json");
-    assert_non_null(strstr(shell_last_line(), "\"scene\": \"mass\""));
-}
-
-static void test_check_built_in(void **state)
-{
-    (void)state;
-    static const char *const names[] = {"freebody",  "pendulum", "dblpend", "threebody",
-                                        "ephemeris", "spring",   "kepler"};
-    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
-        shell_works("$LA check %s", names[k]);
-    shell_works("$LA check gas --set bodies=9");
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -449,22 +340,18 @@ int main(void)
         cmocka_unit_test_teardown(test_json_keys, shell_empty),
         cmocka_unit_test_teardown(test_every_scene_runs, shell_empty),
         cmocka_unit_test_teardown(test_start_on_the_answer, shell_empty),
-        cmocka_unit_test_teardown(test_why_interpreted, shell_empty),
         cmocka_unit_test_teardown(test_rules_with_nodes, shell_empty),
         cmocka_unit_test_teardown(test_set_and_preset, shell_empty),
+        cmocka_unit_test_teardown(test_why_interpreted, shell_empty),
         cmocka_unit_test_teardown(test_outputs_agree, shell_empty),
         cmocka_unit_test_teardown(test_csv_on_standard_output, shell_empty),
         cmocka_unit_test_teardown(test_quiet, shell_empty),
         cmocka_unit_test_teardown(test_units_that_are_none, shell_empty),
         cmocka_unit_test_teardown(test_found_path_as_start, shell_empty),
-        cmocka_unit_test_teardown(test_dump, shell_empty),
-        cmocka_unit_test_teardown(test_dump_of_links, shell_empty),
         cmocka_unit_test_teardown(test_not_converged, shell_empty),
+        cmocka_unit_test_teardown(test_energy_that_no_path_has, shell_empty),
         cmocka_unit_test_teardown(test_not_finite, shell_empty),
         cmocka_unit_test_teardown(test_interrupted, shell_empty),
-        cmocka_unit_test_teardown(test_energy_that_no_path_has, shell_empty),
-        cmocka_unit_test_teardown(test_check, shell_empty),
-        cmocka_unit_test_teardown(test_check_built_in, shell_empty),
         cmocka_unit_test_teardown(test_equal_runs_equal_files, shell_empty),
     };
     return cmocka_run_group_tests(tests, first_run, shell_teardown);

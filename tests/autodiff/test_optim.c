@@ -1,6 +1,5 @@
 /* Optimisers against their published formulas written out one element at a time, and against
    numbers worked out by hand; both types, weight decay in both forms, checkpoints. */
-#include "autodiff/lbfgs.h"
 #include "autodiff/optim.h"
 #include "support.h"
 #include "tests/mentions.h"
@@ -388,121 +387,13 @@ static void test_what_only_decays(void **state)
     for_each_isa(decays_to_zero);
 }
 
-static void test_null_and_too_large(void **state)
-{
-    (void)state;
-    struct ad_optimiser_settings s = ad_optimiser_defaults(AD_ADAM);
-    ad_optimiser_free(NULL);
-    assert_null(ad_optimiser_new(&s, AD_F64, SIZE_MAX / 8, NULL));
-}
-
-/* G7: what is left out of an initialiser is as usual; a gradient of 0 moves nothing. */
-static void test_settings_left_out(void **state)
-{
-    (void)state;
-    for (int method = AD_SGD; method <= AD_ADAM; method++) {
-        struct ad_optimiser_settings s = {.method = (enum ad_optimiser_method)method,
-                                          .learning_rate = 0.1},
-                                     usual = ad_optimiser_defaults(s.method);
-        usual.learning_rate = 0.1;
-        ad_optimiser *o = ad_optimiser_new(&s, AD_F64, 3, NULL),
-                     *same = ad_optimiser_new(&usual, AD_F64, 3, NULL);
-        double x[3] = {1, -2, 3}, y[3] = {1, -2, 3};
-        const double none[3] = {0}, g[3] = {0.5, 0, -7};
-        ad_optimiser_step(o, x, none);
-        assert_true(x[0] == 1 && x[1] == -2 && x[2] == 3);
-        ad_optimiser_step(o, x, g);
-        ad_optimiser_step(same, y, none);
-        ad_optimiser_step(same, y, g);
-        assert_memory_equal(x, y, sizeof x);
-        assert_true(x[0] < 1 && x[1] == -2 && x[2] > 3);
-        ad_optimiser_free(o);
-        ad_optimiser_free(same);
-    }
-}
-
-/* G7 */
-static void test_settings_out_of_range(void **state)
-{
-    (void)state;
-    static const double wrong[] = {-0.5, NAN, INFINITY, -INFINITY};
-    for (size_t k = 0; k < 7; k++)
-        for (size_t w = 0; w < 4; w++) {
-            struct ad_optimiser_settings s = ad_optimiser_defaults(AD_ADAM);
-            double *const field[] = {&s.learning_rate, &s.momentum,     &s.beta1, &s.beta2,
-                                     &s.epsilon,       &s.weight_decay, &s.least};
-            static const char *const names[] = {"learning rate", "momentum",     "beta1", "beta2",
-                                                "epsilon",       "weight decay", "least"};
-            struct ad_error error = {0};
-            *field[k] = wrong[w];
-            assert_null(ad_optimiser_new(&s, AD_F64, 3, &error));
-            assert_int_equal(error.status, AD_E_ARGUMENT);
-            assert_mentions(error.message, names[k]);
-        }
-    struct ad_optimiser_settings s = ad_optimiser_defaults(AD_ADAM);
-    struct ad_error error = {0};
-    s.beta2 = 1;
-    assert_null(ad_optimiser_new(&s, AD_F64, 3, &error));
-    assert_int_equal(error.status, AD_E_ARGUMENT);
-    error = (struct ad_error){0};
-    s = (struct ad_optimiser_settings){.method = (enum ad_optimiser_method)7};
-    assert_null(ad_optimiser_new(&s, AD_F64, 3, &error));
-    assert_int_equal(error.status, AD_E_ARGUMENT);
-    error = (struct ad_error){0};
-    assert_null(ad_optimiser_new(NULL, AD_F64, 3, &error));
-    assert_int_equal(error.status, AD_E_ARGUMENT);
-    ad_fail(&error, AD_E_INPUT, "another");
-    assert_null(ad_optimiser_new(NULL, AD_F64, 3, NULL));
-}
-
-/* ---- L-BFGS ---- */
-
-static double rosenbrock(void *context, double *x, double *g)
-{
-    ++*(int *)context;
-    double a = 1 - x[0], b = x[1] - x[0] * x[0];
-    g[0] = -2 * a - 400 * x[0] * b;
-    g[1] = 200 * b;
-    return a * a + 100 * b * b;
-}
-
-/* Every step keeps the strong Wolfe conditions (Nocedal, Wright: c1 = 1e-4, c2 = 0.9), and the last
-   comes to rest at the minimum. */
-static void test_wolfe_conditions(void **state)
-{
-    (void)state;
-    double x[2] = {-1.2, 1}, g[2], before[2], slope;
-    int evaluations = 0, steps = 0;
-    double value = rosenbrock(&evaluations, x, g), old = value;
-    ad_lbfgs *method = ad_lbfgs_new(2);
-    memcpy(before, x, sizeof x);
-    double before_g[2] = {g[0], g[1]};
-    while (hypot(g[0], g[1]) > 1e-9 && steps < 200 &&
-           ad_lbfgs_step(method, rosenbrock, &evaluations, 1, x, g, &value)) {
-        double s[2] = {x[0] - before[0], x[1] - before[1]};
-        slope = before_g[0] * s[0] + before_g[1] * s[1];
-        assert_true(slope < 0 && value <= old + 1e-4 * slope + 1e-15);
-        assert_true(fabs(g[0] * s[0] + g[1] * s[1]) <= 0.9 * fabs(slope) + 1e-15);
-        memcpy(before, x, sizeof x);
-        memcpy(before_g, g, sizeof g);
-        old = value;
-        steps++;
-    }
-    assert_true(steps > 10 && steps < 60 && evaluations < 2 * steps);
-    assert_close(x[0], 1, 0, 1e-8);
-    assert_close(x[1], 1, 0, 1e-8);
-    ad_lbfgs_free(method);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_wolfe_conditions),      cmocka_unit_test(test_published_formulas),
-        cmocka_unit_test(test_in_every_isa),          cmocka_unit_test(test_adam_by_hand),
+        cmocka_unit_test(test_published_formulas),    cmocka_unit_test(test_adam_by_hand),
         cmocka_unit_test(test_the_two_weight_decays), cmocka_unit_test(test_sgd_by_hand),
-        cmocka_unit_test(test_resuming_is_bitwise),   cmocka_unit_test(test_what_only_decays),
-        cmocka_unit_test(test_order_of_the_state),    cmocka_unit_test(test_null_and_too_large),
-        cmocka_unit_test(test_settings_left_out),     cmocka_unit_test(test_settings_out_of_range),
+        cmocka_unit_test(test_in_every_isa),          cmocka_unit_test(test_resuming_is_bitwise),
+        cmocka_unit_test(test_order_of_the_state),    cmocka_unit_test(test_what_only_decays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
