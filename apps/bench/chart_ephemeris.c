@@ -73,7 +73,8 @@ static void draw_planet(struct figure *figure, const struct sheet *sheet, size_t
 
 static void draw(const struct sheet *sheet, size_t days, struct plot *plot)
 {
-    static const struct layout layout = {1040, 640, NULL, 2, 2, 0.07, 0.99, 0.21, 0.95, 0.05, 0.09};
+    static const struct layout layout = {1040, 640,  NULL, 2,    2,    0.07, 0.99,
+                                         0.21, 0.95, 0.05, 0.09, NULL, 0};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (size_t k = 0; k < PHYS_EPHEMERIS_PLANETS; k++)

@@ -160,7 +160,8 @@ static enum ad_status measure_cooling(struct sheet *sheet, bool brief, struct ad
 
 static void draw(const struct sheet *sizes, const struct sheet *cooling, struct plot *plot)
 {
-    static const struct layout layout = {1040, 400, NULL, 1, 2, 0.07, 0.93, 0.14, 0.9, 0.09, 0};
+    static const struct layout layout = {1040, 400, NULL, 1, 2,    0.07, 0.93,
+                                         0.14, 0.9, 0.09, 0, NULL, 0};
     struct figure figure;
     char title[64];
     figure_begin(&figure, plot, &layout);

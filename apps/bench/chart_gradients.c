@@ -130,6 +130,8 @@ static void draw(const struct race races[HAND_N], struct plot *plot)
                                          0.11,
                                          0.8,
                                          0.06,
+                                         0,
+                                         NULL,
                                          0};
     static const char *const names[] = {"interpreted", "compiled", "by hand"};
     static const char *const colours[] = {"#1f4e79", "#3f9b6e", "#e8a33d"};

@@ -212,8 +212,8 @@ static void draw_panel(struct figure *figure, const struct sheet *sheet, size_t 
 static void draw(const struct sheet *sheet, size_t n, const struct network networks[],
                  struct plot *plot)
 {
-    static const struct layout layout = {1080, 640,  NULL, 2,    2,    0.075,
-                                         0.82, 0.11, 0.94, 0.05, 0.075};
+    static const struct layout layout = {1080, 640,  NULL, 2,     2,    0.075, 0.82,
+                                         0.11, 0.94, 0.05, 0.075, NULL, 0};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (int p = 0; p < 4; p++)

@@ -250,7 +250,8 @@ static void draw_panel(struct figure *figure, const struct rollouts *r, size_t t
 
 static void draw(const struct rollouts *r, struct plot *plot)
 {
-    static const struct layout layout = {1040, 480, NULL, 1, 2, 0.08, 0.8, 0.12, 0.92, 0.05, 0};
+    static const struct layout layout = {1040, 480,  NULL, 1, 2,    0.08, 0.8,
+                                         0.12, 0.92, 0.05, 0, NULL, 0};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (size_t t = 0; t < ROLLOUT_TYPES; t++)

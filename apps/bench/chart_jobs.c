@@ -122,8 +122,8 @@ static void draw_panel(struct figure *figure, const struct panel *panel, int pub
 
 static void draw(size_t n, const struct job jobs[], struct plot *plot)
 {
-    const struct layout layout = {1000, 170 + 27 * (int)n, NULL, 1, 2, 0.19, 0.985, 0.14, 0.8, 0.04,
-                                  0};
+    const struct layout layout = {
+        1000, 170 + 27 * (int)n, NULL, 1, 2, 0.19, 0.985, 0.14, 0.8, 0.04, 0, NULL, 0};
     char range[32];
     struct figure figure;
     struct panel panel = {.title = "CPU time of the whole job (s)",

@@ -246,7 +246,8 @@ static void draw_memory(struct figure *figure, const struct sheet *sheet, const 
 
 static void draw(const struct sheet *sheet, struct plot *plot)
 {
-    static const struct layout layout = {960, 600, NULL, 2, 2, 0.08, 0.985, 0.115, 0.94, 0.1, 0.09};
+    static const struct layout layout = {960,   600,  NULL, 2,    2,    0.08, 0.985,
+                                         0.115, 0.94, 0.1,  0.09, NULL, 0};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (size_t s = 0; s < N_SERIES; s++)

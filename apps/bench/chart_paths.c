@@ -1,7 +1,8 @@
 /* leastaction chart paths: its two parts. */
 #include "chart_paths.h"
 
-const struct layout figure_of_six = {1120, 640, NULL, 2, 3, 0.06, 0.78, 0.08, 0.94, 0.045, 0.1};
+const struct layout figure_of_six = {1120, 640,  NULL,  2,   3,    0.06, 0.78,
+                                     0.08, 0.94, 0.045, 0.1, NULL, 0};
 
 enum ad_status chart_paths(struct chart *chart, struct ad_error *error)
 {

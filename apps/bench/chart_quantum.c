@@ -305,8 +305,8 @@ static void report(struct chart *chart, const struct sheet *sheet, const char *p
 /* A panel a problem: CPU time against error. */
 static void draw(const struct sheet *sheet, struct plot *plot)
 {
-    static const struct layout layout = {1040,  440,  NULL, 1,     PROBLEMS, 0.07,
-                                         0.985, 0.14, 0.92, 0.045, 0};
+    static const struct layout layout = {1040, 440,  NULL,  1, PROBLEMS, 0.07, 0.985,
+                                         0.14, 0.92, 0.045, 0, NULL,     0};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (size_t p = 0; p < PROBLEMS; p++) {

@@ -2,7 +2,7 @@
 #ifndef APPS_FIELD_ARROWS_H
 #define APPS_FIELD_ARROWS_H
 
-#include "apps/output/axes.h"
+#include "apps/output/figure.h"
 #include "hnn/hnn.h"
 
 /* Where a field is looked at: components `across` and `up` of the state vary over their ranges, the

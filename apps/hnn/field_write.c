@@ -53,31 +53,38 @@ enum ad_status field_picture(const void *context, struct plot *plot, struct ad_e
 {
     const struct field *f = context;
     const char *unit = hnn_model_noted(f->model, "unit");
-    FILE *out = plot->script;
-    char text[32];
-    plot->width = 560;
-    plot->height = 500;
-    fputs("unset key\n", out);
-    name(f, f->plane.across, text);
-    axis_set(out, "x", text, unit, f->plane.x, 0);
-    name(f, f->plane.up, text);
-    axis_set(out, "y", text, unit, f->plane.y, 0);
+    struct layout layout = {.width = 560,
+                            .height = 500,
+                            .rows = 1,
+                            .columns = 1,
+                            .left = 0.14,
+                            .right = f->ode.energy ? 0.82 : 0.97,
+                            .bottom = 0.12,
+                            .top = 0.92};
+    struct figure figure;
+    char across[32], up[32];
+    name(f, f->plane.across, across);
+    name(f, f->plane.up, up);
     if (f->ode.energy) {
         write_levels(f, plot->data);
-        fprintf(
-            out,
-            "set title 'contours of H, and the vector field'\nset contour base\nset cblabel 'H'\n"
-            "set cntrparam levels auto %d\nunset surface\nset table $levels\n"
-            "splot data index 0 using 1:2:3\nunset table\n"
-            "set palette defined (0 '#1f4e79', 0.5 '#8aa9a0', 1 '#d9a441')\n"
-            "plot $levels using 1:2:3 with lines lw 1.6 palette, \\\n    ",
-            LEVELS);
-    } else {
-        fputs("set title 'the vector field'\nplot ", out);
+        fprintf(plot->script,
+                "set contour base\nset cblabel 'H'\nset cntrparam levels auto %d\n"
+                "unset surface\nset table $levels\nsplot data index 0 using 1:2:3\nunset table\n"
+                "set palette defined (0 '#1f4e79', 0.5 '#8aa9a0', 1 '#d9a441')\n",
+                LEVELS);
     }
-    fprintf(out,
-            "data index %d using 1:2:3:4 with vectors head size screen 0.012,20 filled lw 0.9 "
-            "lc rgb '#707070'\n",
-            f->ode.energy ? 1 : 0);
+    figure_begin(&figure, plot, &layout);
+    figure_panel(&figure,
+                 &(struct panel){.title = f->ode.energy ? "contours of H, and the vector field"
+                                                        : "the vector field",
+                                 .across = {across, unit, f->plane.x, 0},
+                                 .up = {up, unit, f->plane.y, 0}});
+    if (f->ode.energy)
+        figure_element(&figure, "$levels using 1:2:3 with lines lw 1.6 palette");
+    figure_element(&figure,
+                   "data index %d using 1:2:3:4 with vectors head size screen 0.012,20 filled lw "
+                   "0.9 lc rgb '#707070'",
+                   f->ode.energy ? 1 : 0);
+    figure_end(&figure);
     return field_arrows(f->model, &f->plane, ARROWS, plot->data, error);
 }

@@ -4,12 +4,12 @@
 
    The data file is binary, 4-byte floats: the frames of all strips, a row [time, energy of each
    strip] a frame, H on a grid, the latent path. */
-#include "apps/output/axes.h"
 #include "apps/output/figure.h"
 #include "pixel_rollout.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { STRIPS = ROLLOUT_MODELS + 1, SNAPSHOTS = 12, GRID = 61, GIF_FRAMES = 150, ROW = 84 };
 
@@ -110,74 +110,7 @@ static enum ad_status write_latent(struct drawing *d, FILE *out, struct ad_error
 
 /* ---- gnuplot ---- */
 
-/* Begins a panel, in parts of the picture's width and height from the lower left. */
-static void panel(double left, double right, double bottom, double top, FILE *out)
-{
-    fprintf(out,
-            "set lmargin at screen %.4f\nset rmargin at screen %.4f\nset bmargin at screen %.4f\n"
-            "set tmargin at screen %.4f\n",
-            left, right, bottom, top);
-}
-
-static void settings(const struct drawing *d, FILE *out)
-{
-    float peak = 0;
-    for (size_t k = 0; k < d->strip[0].n * d->area; k++)
-        peak = fmaxf(peak, d->strip[0].pixels[k]);
-    fprintf(out,
-            "set palette gray\nunset colorbox\nset cbrange [0:%g]\nn = %zu\nw = %zu\nh = %zu\n"
-            "frame(s, i) = 4 * w * h * (s * n + i)\n"
-            "set border 0\nset key at graph 0.5,1.15 center top horizontal samplen 1.5\n",
-            peak > 0 ? peak : 1, d->n, d->width, d->height);
-}
-
-static void image_axes(double columns, FILE *out)
-{
-    fprintf(out,
-            "unset tics\nunset xlabel\nunset ylabel\nset size noratio\n"
-            "set xrange [-0.5:%g*(w+1)-1.5]\nset yrange [-0.5:h-0.5]\n",
-            columns);
-}
-
-/* One frame; s and i are gnuplot's expressions. */
-static void image(const struct drawing *d, size_t strip, const char *frame, const char *column,
-                  FILE *out)
-{
-    fprintf(out,
-            "data binary skip=frame(%zu,%s) array=(%zu,%zu) format='%%float' flipy "
-            "origin=(%s*(w+1),0) with image notitle",
-            strip, frame, d->width, d->height, column);
-}
-
-static void time_axes(const struct drawing *d, FILE *out)
-{
-    struct range energy = {INFINITY, -INFINITY}, time = {0, (double)d->n - 1};
-    for (size_t s = 0; s < d->n_strips; s++)
-        for (size_t i = 0; i < d->strip[s].n; i++)
-            if (isfinite(d->strip[s].energy[i]))
-                range_widen(&energy, d->strip[s].energy[i]);
-    fputs("set xtics nomirror\nset ytics nomirror\nset border 3 lc rgb '#606060'\n", out);
-    if (energy.low > energy.high)
-        energy = (struct range){0, 1};
-    axis_set(out, "x", "frame", "1", time, 0);
-    axis_set(out, "y", "energy of the frames", "J", range_with_margins(energy, 0.1, 0.1), 0);
-}
-
-/* Energies up to the frame that gnuplot's expression `last` names. */
-static void energies(const struct drawing *d, const char *last, FILE *out)
-{
-    fputs("plot ", out);
-    for (size_t s = 0; s < d->n_strips; s++) {
-        fprintf(out, "data binary skip=%zu record=%zu format='", 4 * d->table, d->n);
-        for (size_t c = 0; c <= d->n_strips; c++)
-            fputs("%float", out);
-        fprintf(out, "' using ($1 <= %s ? $1 : NaN):%zu ", last, s + 2);
-        style_write(out, STYLE(d->colour[s], 0, 2, 0), d->strip[s].name);
-        fputs(s + 1 < d->n_strips ? ", \\\n  " : "\n", out);
-    }
-}
-
-/* Contours are lines in a table, made before the axes' own ticks are: splot has others. */
+/* Contours are lines in a table, made before the axes are: splot has others. */
 static void contours(const struct drawing *d, FILE *out)
 {
     double dq = (d->q.high - d->q.low) / (GRID - 1), dp = (d->p.high - d->p.low) / (GRID - 1);
@@ -189,67 +122,112 @@ static void contours(const struct drawing *d, FILE *out)
             4 * d->grid, GRID, GRID, d->q.low, d->p.low, dq, dp);
 }
 
-static void latent(const struct drawing *d, FILE *out)
+static void settings(const struct drawing *d, size_t stride, FILE *out)
+{
+    float peak = 0;
+    for (size_t k = 0; k < d->strip[0].n * d->area; k++)
+        peak = fmaxf(peak, d->strip[0].pixels[k]);
+    fprintf(out,
+            "set palette gray\nunset colorbox\nset cbrange [0:%g]\nn = %zu\nw = %zu\nh = %zu\n"
+            "stride = %zu\nshots = %d\nframe(s, i) = 4 * w * h * (s * n + i)\n",
+            peak > 0 ? peak : 1, d->n, d->width, d->height, stride, SNAPSHOTS);
+    if (hnn_model_settings(d->latent->model)->kind == HNN_HAMILTONIAN)
+        contours(d, out);
+}
+
+/* A strip of frames: without axes. */
+static void strip_panel(struct figure *figure, const char *title, int columns, struct place place)
+{
+    figure_panel(figure, &(struct panel){.title = title, .place = place});
+    fprintf(figure->plot->script,
+            "unset tics\nset border 0\nset xrange [-0.5:%d*(w+1)-1.5]\nset yrange [-0.5:h-0.5]\n",
+            columns);
+}
+
+/* The axes of what is below the strips. */
+static const char axes[] = "set border 3\nset xtics nomirror\nset ytics nomirror\n";
+
+/* One frame; `each`: before the plot's words; frame and column are gnuplot's expressions. */
+static void image(struct figure *figure, const struct drawing *d, const char *each, size_t strip,
+                  const char *frame, const char *column)
+{
+    figure_element(figure,
+                   "%sdata binary skip=frame(%zu,%s) array=(%zu,%zu) format='%%float' flipy "
+                   "origin=(%s*(w+1),0) with image notitle",
+                   each, strip, frame, d->width, d->height, column);
+}
+
+/* Energies up to the frame that gnuplot's expression `last` names. */
+static void energies(struct figure *figure, const struct drawing *d, const char *last,
+                     struct panel panel)
+{
+    struct range energy = {INFINITY, -INFINITY};
+    char columns[8 * (STRIPS + 1)] = "";
+    for (size_t s = 0; s < d->n_strips; s++)
+        for (size_t i = 0; i < d->strip[s].n; i++)
+            if (isfinite(d->strip[s].energy[i]))
+                range_widen(&energy, d->strip[s].energy[i]);
+    if (energy.low > energy.high)
+        energy = (struct range){0, 1};
+    panel.across = (struct axis){"frame", NULL, {0, (double)d->n - 1}, 0};
+    panel.up.range = range_with_margins(energy, 0.1, 0.1);
+    panel.more = axes;
+    figure_panel(figure, &panel);
+    for (size_t c = 0; c <= d->n_strips; c++)
+        strcat(columns, "%float");
+    for (size_t s = 0; s < d->n_strips; s++)
+        figure_draw(figure, STYLE(d->colour[s], 0, 2, 0), d->strip[s].name,
+                    "data binary skip=%zu record=%zu format='%s' using ($1 <= %s ? $1 : NaN):%zu",
+                    4 * d->table, d->n, columns, last, s + 2);
+}
+
+static void latent(struct figure *figure, const struct drawing *d, struct place place)
 {
     bool has_energy = hnn_model_settings(d->latent->model)->kind == HNN_HAMILTONIAN;
+    figure_panel(figure, &(struct panel){.place = place,
+                                         .across = {"latent q", NULL, d->q, 0},
+                                         .up = {"latent p", NULL, d->p, 0},
+                                         .key = KEY_ABOVE,
+                                         .more = axes});
     if (has_energy)
-        contours(d, out);
-    fputs("set xtics nomirror\nset ytics nomirror\nset border 3 lc rgb '#606060'\n", out);
-    axis_set(out, "x", "latent q", "1", d->q, 0);
-    axis_set(out, "y", "latent p", "1", d->p, 0);
-    fprintf(out, "plot %sdata binary skip=%zu record=%zu format='%%float%%float' using 1:2 ",
-            has_energy ? "$levels with lines lw 0.7 lc rgb '#b0b0b0' title 'H', " : "", 4 * d->path,
-            d->n);
-    style_write(out, STYLE(d->colour[d->n_strips - 1], 0, 1.5, 0), d->latent->strip.name);
-    fputc('\n', out);
+        figure_draw(figure, STYLE("#b0b0b0", 0, 0.7, 0), "H", "$levels");
+    figure_draw(figure, STYLE(d->colour[d->n_strips - 1], 0, 1.5, 0), d->latent->strip.name,
+                "data binary skip=%zu record=%zu format='%%float%%float' using 1:2", 4 * d->path,
+                d->n);
 }
 
 /* ---- pictures ---- */
 
 /* Heights are in pixels from below, of a picture that many high. */
-static void still(const struct drawing *d, double height, FILE *out)
+static void still(struct figure *figure, const struct drawing *d, double height)
 {
-    fprintf(out, "set multiplot\nshots = %d\n", SNAPSHOTS);
     for (size_t s = 0; s < d->n_strips; s++) {
         double bottom = (height - 8 - ROW * (double)(s + 1)) / height;
         double top = bottom + (ROW - 4) / height;
-        panel(0.1, 0.99, bottom, top, out);
-        image_axes(SNAPSHOTS, out);
-        fputs("set label 1 ", out);
-        quote_gnuplot(out, d->strip[s].name);
-        fprintf(out, " at screen 0.09,%.4f right\nplot for [j=0:shots-1] ", (bottom + top) / 2);
-        image(d, s, "int((n - 1) * j / (shots - 1.0))", "j", out);
-        fputc('\n', out);
+        strip_panel(figure, NULL, SNAPSHOTS, (struct place){0.1, 0.99, bottom, top});
+        fputs("set label 1 ", figure->plot->script);
+        quote_gnuplot(figure->plot->script, d->strip[s].name);
+        fprintf(figure->plot->script, " at screen 0.09,%.4f right\n", (bottom + top) / 2);
+        image(figure, d, "for [j=0:shots-1] ", s, "int((n - 1) * j / (shots - 1.0))", "j");
     }
-    fputs("unset label 1\n", out);
-    panel(0.08, 0.40, 60 / height, 250 / height, out);
-    latent(d, out);
-    panel(0.51, 0.98, 60 / height, 250 / height, out);
-    time_axes(d, out);
-    energies(d, "n", out);
-    fputs("unset multiplot\n", out);
+    latent(figure, d, (struct place){0.08, 0.40, 60 / height, 250 / height});
+    energies(figure, d, "n",
+             (struct panel){.place = {0.51, 0.98, 60 / height, 250 / height},
+                            .up = {.name = "energy of the frames", .unit = "J"},
+                            .key = KEY_ABOVE});
 }
 
-static void animation(const struct drawing *d, FILE *out)
+static void animation(struct figure *figure, const struct drawing *d)
 {
-    size_t stride = (d->n + GIF_FRAMES - 1) / GIF_FRAMES;
-    fprintf(out, "do for [f = 0:n-1:%zu] {\nset multiplot\n", stride);
     for (size_t s = 0; s < d->n_strips; s++) {
         double width = 1 / (double)d->n_strips, left = width * (double)s;
-        panel(left + 0.04 * width, left + 0.96 * width, 0.5, 0.94, out);
-        image_axes(1, out);
-        fputs("set title ", out);
-        quote_gnuplot(out, d->strip[s].name);
-        fprintf(out, " offset 0,-0.7 textcolor rgb '%s'\nplot ", d->colour[s]);
-        image(d, s, "f", "0", out);
-        fputc('\n', out);
+        strip_panel(figure, d->strip[s].name, 1,
+                    (struct place){left + 0.04 * width, left + 0.96 * width, 0.5, 0.94});
+        image(figure, d, "", s, "f * stride", "0");
     }
-    panel(0.13, 0.96, 0.11, 0.42, out);
-    time_axes(d, out);
-    fputs("set title 'energy of the frames / J' textcolor rgb 'black'\nunset ylabel\nunset key\n",
-          out);
-    energies(d, "f", out);
-    fputs("unset multiplot\n}\n", out);
+    energies(
+        figure, d, "f * stride",
+        (struct panel){.place = {0.13, 0.96, 0.11, 0.42}, .title = "energy of the frames / J"});
 }
 
 enum ad_status film_picture(const void *film, struct plot *plot, struct ad_error *error)
@@ -258,14 +236,19 @@ enum ad_status film_picture(const void *film, struct plot *plot, struct ad_error
     write_frames(&d, plot->data);
     if (write_latent(&d, plot->data, error) != AD_OK)
         return error->status;
-    settings(&d, plot->script);
-    if (plot->animated) {
-        plot->width = 220 * (int)d.n_strips;
-        plot->height = 480;
-        animation(&d, plot->script);
-    } else {
-        plot->height = 300 + ROW * (int)d.n_strips;
-        still(&d, plot->height, plot->script);
-    }
+    size_t stride = (d.n + GIF_FRAMES - 1) / GIF_FRAMES;
+    int strips = (int)d.n_strips;
+    struct layout layout = {.height = 300 + ROW * strips};
+    struct figure figure;
+    if (plot->animated)
+        layout = (struct layout){
+            .width = 220 * strips, .height = 480, .frames = (d.n + stride - 1) / stride};
+    settings(&d, stride, plot->script);
+    figure_begin(&figure, plot, &layout);
+    if (plot->animated)
+        animation(&figure, &d);
+    else
+        still(&figure, &d, layout.height);
+    figure_end(&figure);
     return AD_OK;
 }

@@ -66,89 +66,69 @@ static struct range span(const struct rollout_curve *curve, size_t n, size_t fir
     return range_with_margins(range, 0.12, 0.12);
 }
 
-static void line(FILE *out, const char *x, size_t y, double width, const char *hue,
-                 const char *title)
-{
-    fprintf(out, "data index 0 using %s:%zu ", x, y);
-    style_write(out, STYLE(hue, 0, width, 0), title);
-}
-
-static void draw_motion(const struct rollout_run *run, enum view view, size_t c, const char *hue,
-                        double width, const char *title, FILE *out)
+static void draw_motion(struct figure *figure, const struct rollout_run *run, enum view view,
+                        size_t c, const char *hue, double width, const char *title)
 {
     size_t dof = run->model[0].ode.n / 2;
     size_t n = view == PHASE_PLANE ? 1 : view == ORBITS ? dof / 2 : dof;
-    for (size_t k = 0; k < n; k++) {
-        char x[24] = "1";
-        size_t y = column(run, c, view == PHASE_PLANE ? 1 : view == ORBITS ? dof / 2 + k : k);
-        if (view != OVER_TIME)
-            snprintf(x, sizeof x, "%zu", column(run, c, k));
-        fputs(k ? ", \\\n    " : "", out);
-        line(out, x, y, width, hue, k ? "" : title);
-    }
+    for (size_t k = 0; k < n; k++)
+        figure_draw(figure, STYLE(hue, 0, width, 0), k ? NULL : title, "data index 0 using %zu:%zu",
+                    view == OVER_TIME ? 1 : column(run, c, k),
+                    column(run, c,
+                           view == PHASE_PLANE ? 1
+                           : view == ORBITS    ? dof / 2 + k
+                                               : k));
 }
 
 /* ---- panels ---- */
 
-static void motion_axes(const struct rollout_run *run, const struct rollout_curve *curve, size_t n,
-                        enum view view, FILE *out)
-{
-    size_t dof = run->model[0].ode.n / 2;
-    const char *unit = hnn_model_noted(run->model[0].model, "unit");
-    struct range x = view == OVER_TIME     ? (struct range){run->t[0], run->t[run->settings.n - 1]}
-                     : view == PHASE_PLANE ? span(curve, n, 0, 1)
-                                           : span(curve, n, 0, dof / 2);
-    struct range y = view == OVER_TIME     ? span(curve, n, 0, dof)
-                     : view == PHASE_PLANE ? span(curve, n, 1, 2)
-                                           : span(curve, n, dof / 2, dof);
-    axis_set(out, "x", view == OVER_TIME ? "t" : view == ORBITS ? "x" : "q", unit, x, 0);
-    axis_set(out, "y", view == OVER_TIME ? "q" : view == ORBITS ? "y" : "p", unit, y, 0);
-    fprintf(out, "set size %s\n", view == ORBITS ? "ratio -1" : "noratio");
-}
-
-static void motion_panel(const struct rollout_run *run, const struct rollout_curve *curve, size_t n,
-                         size_t model, FILE *out)
+static void motion_panel(struct figure *figure, const struct rollout_run *run,
+                         const struct rollout_curve *curve, size_t n, size_t model)
 {
     enum view view = view_of(run);
-    motion_axes(run, curve, n, view, out);
-    fputs("set title ", out);
-    quote_gnuplot(out, rollout_name(&run->model[model]));
-    fputs("\nplot ", out);
-    if (view == PHASE_PLANE)
-        fprintf(out,
-                "data index %zu using 1:2:3:4 with vectors head size screen 0.005,20 filled lw 0.8 "
-                "lc rgb '#a3b4c6' notitle, \\\n    ",
-                model + 1);
-    if (run->truth.n) {
-        draw_motion(run, view, n - 1, truth_colour, 3.5, "truth", out);
-        fputs(", \\\n    ", out);
+    size_t dof = run->model[0].ode.n / 2, half = view == ORBITS ? dof / 2 : 1;
+    const char *unit = hnn_model_noted(run->model[0].model, "unit");
+    const char *name = rollout_name(&run->model[model]);
+    struct panel panel = {.title = name,
+                          .across = {"t", unit, {run->t[0], run->t[run->settings.n - 1]}, 0},
+                          .up = {"q", unit, span(curve, n, 0, dof), 0},
+                          .equal = view == ORBITS};
+    if (view != OVER_TIME) {
+        panel.across = (struct axis){view == ORBITS ? "x" : "q", unit, span(curve, n, 0, half), 0};
+        panel.up =
+            (struct axis){view == ORBITS ? "y" : "p", unit, span(curve, n, half, 2 * half), 0};
     }
-    draw_motion(run, view, model, colour[model], 1.3, rollout_name(&run->model[model]), out);
-    fputc('\n', out);
+    figure_panel(figure, &panel);
+    if (view == PHASE_PLANE)
+        figure_element(figure,
+                       "data index %zu using 1:2:3:4 with vectors head size screen 0.005,20 filled "
+                       "lw 0.8 lc rgb '#a3b4c6' notitle",
+                       model + 1);
+    if (run->truth.n)
+        draw_motion(figure, run, view, n - 1, truth_colour, 3.5, "truth");
+    draw_motion(figure, run, view, model, colour[model], 1.3, name);
 }
 
 /* A quantity over time, of all curves that have it. */
-static void time_panel(const struct rollout_run *run, const struct rollout_curve *curve, size_t n,
-                       const char *title, size_t quantity, bool of_truth, FILE *out)
+static void time_panel(struct figure *figure, const struct rollout_run *run,
+                       const struct rollout_curve *curve, size_t n, const char *title,
+                       size_t quantity, bool of_truth)
 {
-    struct range time = {run->t[0], run->t[run->settings.n - 1]};
-    const char *between = "plot ";
-    fprintf(out, "set title '%s'\nset size noratio\nset yrange [*:*]\nunset ylabel\n", title);
-    if (of_truth) /* all curves: one legend for all panels */
-        fputs("set key at screen 0.5,0.05 center horizontal reverse Left samplen 1.5 width 1 "
-              "font ',11'\n",
-              out);
-    axis_set(out, "x", "t", NULL, time, 0);
+    figure_panel(figure,
+                 &(struct panel){
+                     .title = title,
+                     .across = {"t", NULL, {run->t[0], run->t[run->settings.n - 1]}, 0},
+                     .key = of_truth /* all curves: one legend for all panels */
+                                ? "at screen 0.5,0.05 center horizontal reverse Left samplen 1.5 "
+                                  "width 1 font ',11'"
+                                : NULL});
     for (size_t c = n; c-- > 0;) {
         bool truth = !curve[c].model;
-        if (truth && !of_truth)
-            continue;
-        fputs(between, out);
-        line(out, "1", column(run, c, run->model[0].ode.n + quantity), truth ? 3.5 : 1.5,
-             truth ? truth_colour : colour[c], truth ? "truth" : rollout_name(curve[c].model));
-        between = ", \\\n    ";
+        if (!truth || of_truth)
+            figure_draw(figure, STYLE(truth ? truth_colour : colour[c], 0, truth ? 3.5 : 1.5, 0),
+                        truth ? "truth" : rollout_name(curve[c].model), "data index 0 using 1:%zu",
+                        column(run, c, run->model[0].ode.n + quantity));
     }
-    fputc('\n', out);
 }
 
 /* ---- the figure ---- */
@@ -171,23 +151,29 @@ enum ad_status rollout_picture(const void *context, struct plot *plot, struct ad
     struct rollout_curve curve[ROLLOUT_MODELS + 1];
     size_t n = rollout_curves(run, curve);
     bool H = run->model[0].ode.energy, energy = run->truth.n && run->energy.n;
-    FILE *out = plot->script;
-    size_t panels = run->n_models + (run->truth.n > 0) + H + energy;
-    plot->width = (int)panels * PANEL_WIDTH;
-    plot->height = 370;
+    int panels = (int)run->n_models + (run->truth.n > 0) + H + energy;
+    double share = 1.0 / panels;
+    struct layout layout = {.width = panels * PANEL_WIDTH,
+                            .height = 370,
+                            .rows = 1,
+                            .columns = panels,
+                            .left = 0.2 * share,
+                            .right = 1 - 0.05 * share,
+                            .bottom = 0.24,
+                            .top = 0.9,
+                            .gap_x = 0.22 * share};
+    struct figure figure;
     write_rows(run, curve, n, plot->data);
-    fprintf(out,
-            "set tics font ',11'\nunset key\n"
-            "set bmargin 6\nset multiplot layout 1,%zu\n",
-            panels);
+    fputs("set tics font ',11'\n", plot->script);
+    figure_begin(&figure, plot, &layout);
     for (size_t k = run->n_models; k-- > 0;)
-        motion_panel(run, curve, n, k, out);
+        motion_panel(&figure, run, curve, n, k);
     if (run->truth.n)
-        time_panel(run, curve, n, "state, mean square error", 0, false, out);
+        time_panel(&figure, run, curve, n, "state, mean square error", 0, false);
     if (H)
-        time_panel(run, curve, n, "H of the first model", 1, true, out);
+        time_panel(&figure, run, curve, n, "H of the first model", 1, true);
     if (energy)
-        time_panel(run, curve, n, "true energy", 2, true, out);
-    fputs("unset multiplot\n", out);
+        time_panel(&figure, run, curve, n, "true energy", 2, true);
+    figure_end(&figure);
     return write_arrows(run, curve, n, plot->data, error);
 }

@@ -3,24 +3,60 @@
        figure_begin(&figure, plot, &layout);
        figure_panel(&figure, &panel);          the next place, row by row
        figure_curve(&figure, sheet, ...);          ... any number of them
-       figure_end(&figure); */
+       figure_end(&figure);
+
+   Other commands go to plot->script: before figure_begin what holds for the whole picture, between
+   a panel and its first curve what holds for that panel. */
 #ifndef APPS_OUTPUT_FIGURE_H
 #define APPS_OUTPUT_FIGURE_H
 
 #include "plot.h"
 #include "sheet.h"
 
-/* Places of panels, in shares of the picture. */
+struct range {
+    double low, high;
+};
+
+/* Takes a value in; a range begins as {INFINITY, -INFINITY}. */
+void range_widen(struct range *range, double value);
+/* With margins in units of its span. */
+struct range range_with_margins(struct range range, double below, double above);
+/* The power of ten that an axis is labelled in; 0 where plain numbers are short. */
+int range_exponent(struct range range);
+
+/* An axis of a scene: "x / 10^{11} m". Name and unit may hold any text; pure numbers have the unit
+   1. */
+struct axis {
+    const char *name, *unit;
+    struct range range; /* both 0: gnuplot's own */
+    int power;          /* the values are in units of 10^power */
+};
+
+/* A rectangle, in shares of the picture from the left and below. */
+struct place {
+    double left, right, bottom, top;
+};
+
+/* Places of panels, in the same shares. */
 struct layout {
-    int width, height; /* of the picture */
+    int width, height; /* of the picture; 0: as it is */
     const char *title; /* above all panels; NULL: none */
     int rows, columns;
-    double left, right, bottom, top; /* margins of all panels together, from the left and below */
+    double left, right, bottom, top; /* margins of all panels together */
     double gap_x, gap_y;
+    const char *expression; /* the title as an expression of gnuplot's */
+    size_t frames; /* of an animation, in which commands know the frame as f, from 0; 0: a still */
 };
+
+/* Two panels side by side, with room for legends above them (KEY_ABOVE). */
+extern const struct layout figure_pair;
+#define KEY_ABOVE "at graph 0.5,1.01 center bottom horizontal samplen 1.5 width 0"
 
 struct panel {
     const char *title, *x, *y; /* of the axes; NULL: none */
+    struct axis across, up;    /* or these */
+    struct place place;        /* all 0: the next of the layout */
+    bool equal;                /* units of both axes are equally long; they have ranges */
     const char *log;           /* axes with powers of ten: "x", "y", "xy"; NULL: none */
     const char *x_range, *y_range, *x_tics,
         *y_tics;      /* as gnuplot's set takes them; NULL: its own */
@@ -36,11 +72,11 @@ struct style {
     const char *axes;   /* NULL: the panel's; else x1y2 */
 };
 
-/* The words behind the data of an element: "with lines lw 2 ... title ..."; title NULL: none. */
-void style_write(FILE *out, const struct style *style, const char *title);
 #define STYLE(colour_, mark_, width_, size_)                                                       \
     (&(const struct style){                                                                        \
         .colour = (colour_), .mark = (mark_), .width = (width_), .size = (size_)})
+/* Of curves that differ in nothing but their number. */
+extern const char *const figure_colours[8];
 /* Of densities, white where there is nothing. */
 #define DENSITY_PALETTE                                                                            \
     "set palette defined (0 '#ffffff', .15 '#cfe3f3', .4 '#62acd8', .75 '#0b4f8a', 1 '#06264a')\n"
@@ -64,6 +100,9 @@ void figure_curve_where(struct figure *figure, const struct sheet *sheet, const 
 /* Another element of the plot command: gnuplot's words after "plot". */
 void figure_element(struct figure *figure, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
+/* The same in a style; title NULL: none. */
+void figure_draw(struct figure *figure, const struct style *style, const char *title,
+                 const char *format, ...) __attribute__((format(printf, 4, 5)));
 void figure_end(struct figure *figure);
 
 #endif

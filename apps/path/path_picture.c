@@ -1,24 +1,14 @@
 /* The picture of a path run (path.h), as in the paper: left the reference path, the start, some
    paths on the way and the one found; right S, T and V over the steps. A GIF shows the path deform.
  */
-#include "apps/output/axes.h"
+#include "apps/output/coordinates.h"
 #include "path.h"
 
 #include <math.h>
 
-/* Blocks of the data file, in gnuplot's numbering: the reference, the frames (the start first), the
-   path found, the history. */
-struct blocks {
-    size_t frames, found, history;
-};
-
-/* Columns of a path block: time, then the coordinates; which of them make the curves. */
-struct curves {
-    size_t n;              /* curves: coordinates against time, or bodies in the plane */
-    size_t x, y;           /* columns of the first curve */
-    size_t x_step, y_step; /* from one curve to the next */
-    int x_power, y_power;  /* powers of ten of the axes */
-};
+/* Blocks of the data file: the reference, the frames (the start first), the path found, the
+   history. */
+enum { FIRST_FRAME = 1, HOLD = 15 }; /* HOLD: frames of an animation that show the end */
 
 /* ---- data ---- */
 
@@ -35,8 +25,7 @@ static void write_path(const struct path_run *run, const char *name, const doubl
     fputs("\n\n", out);
 }
 
-static struct blocks write_data(const struct path_run *run, const struct path_record *record,
-                                FILE *out)
+static void write_data(const struct path_run *run, const struct path_record *record, FILE *out)
 {
     size_t size = run->system.dof * run->settings.slices;
     char name[48];
@@ -50,34 +39,6 @@ static struct blocks write_data(const struct path_run *run, const struct path_re
     for (size_t i = 0; i < record->n; i++)
         fprintf(out, "%zu %.9g %.9g %.9g\n", i, record->figures[i].action_mean,
                 record->figures[i].kinetic_mean, record->figures[i].potential_mean);
-    return (struct blocks){1, 1 + record->n_frames, 2 + record->n_frames};
-}
-
-/* ---- what is drawn ---- */
-
-static struct curves choose_curves(const struct path_run *run)
-{
-    size_t dof = run->system.dof, bodies = run->system.bodies, dims = run->system.dims;
-    if (run->system.scene->picture == PHYS_PICTURE_PLANE && dims >= 2)
-        return (struct curves){.n = bodies, .x = 2, .y = 3, .x_step = dims, .y_step = dims};
-    return (struct curves){.n = dof, .x = 1, .y = 2, .y_step = 1};
-}
-
-/* Range of a column of the curves (1: time) over the reference, the start and the path found, so
-   that all frames of an animation share one. */
-static struct range column_range(const struct path_run *run, size_t column, size_t step, size_t n)
-{
-    struct range range = {INFINITY, -INFINITY};
-    size_t slices = run->settings.slices;
-    const double *const paths[] = {run->reference ? run->reference : run->path, run->start,
-                                   run->path};
-    if (column == 1)
-        return (struct range){0, (double)(slices - 1) * run->settings.dt};
-    for (size_t p = 0; p < 3; p++)
-        for (size_t c = 0; c < n; c++)
-            for (size_t i = 0; i < slices; i++)
-                range_widen(&range, paths[p][(column - 2 + c * step) * slices + i]);
-    return range_with_margins(range, 0.04, 0.04);
 }
 
 /* The first steps may tower above the rest by powers of ten: they may leave the picture. */
@@ -94,77 +55,56 @@ static struct range history_range(const struct path_record *record,
     return range_with_margins(range, 0.3, 1);
 }
 
-/* Sets the axes of the left side, and the curves' scales. */
-static void left_axes(const struct path_run *run, struct curves *curves, FILE *out)
-{
-    const struct phys_scene *scene = run->system.scene;
-    struct range x = column_range(run, curves->x, curves->x_step, curves->n);
-    struct range y = column_range(run, curves->y, curves->y_step, curves->n);
-    bool plane = curves->x != 1;
-    curves->x_power = range_exponent(x);
-    curves->y_power = range_exponent(y);
-    if (plane)
-        curves->x_power = curves->y_power =
-            curves->x_power > curves->y_power ? curves->x_power : curves->y_power;
-    fprintf(out, "set size %s\n", plane ? "ratio -1" : "noratio");
-    axis_set(out, "x", plane ? "x" : "t", plane ? scene->unit : scene->time_unit, x,
-             curves->x_power);
-    axis_set(out, "y",
-             plane                                   ? "y"
-             : scene->picture == PHYS_PICTURE_ANGLES ? "angle"
-                                                     : "coordinate",
-             scene->unit, y, curves->y_power);
-}
-
 /* Plot elements of one path block, one a curve, the first with a title. */
-static void elements(const struct curves *curves, const char *block, const char *style,
-                     const char *title, FILE *out)
+static void elements(struct figure *figure, const struct coordinates *view, const char *block,
+                     const struct style *style, const char *title)
 {
-    for (size_t c = 0; c < curves->n; c++)
-        fprintf(out, "data index %s using ($%zu/1e%d):($%zu/1e%d) %s %s%s%s, \\\n    ", block,
-                curves->x + c * curves->x_step, curves->x_power, curves->y + c * curves->y_step,
-                curves->y_power, style, c == 0 && title ? "title '" : "notitle",
-                c == 0 && title ? title : "", c == 0 && title ? "'" : "");
+    for (size_t c = 0; c < view->n; c++)
+        coordinates_draw(view, figure, c, block, style, c == 0 ? title : NULL);
 }
 
-/* Left of a still picture: with the frames nearest to steps 1/64, 1/16, 1/4 of the run. */
-static void left_still(const struct path_run *run, const struct curves *curves,
-                       const struct blocks *blocks, const struct path_record *record, FILE *out)
+/* Of a still picture: with the frames nearest to steps 1/64, 1/16, 1/4 of the run. */
+static void left_still(struct figure *figure, const struct coordinates *view,
+                       const struct path_record *record)
 {
     char block[32];
-    fputs("plot ", out);
-    if (run->reference)
-        elements(curves, "0", "with lines lw 6 lc rgb '#c8c8c8'", "reference", out);
-    elements(curves, "1", "with linespoints lw 0.5 pt 7 ps 0.25 lc rgb '#e8a33d'", "start", out);
+    elements(figure, view, "index 1", STYLE("#e8a33d", 7, 0.5, 0.25), "start");
     size_t last = 0;
     for (size_t part = 64; part >= 4; part /= 4) {
         size_t frame = record->n_frames / part;
         if (frame == last)
             continue;
-        snprintf(block, sizeof block, "%zu", blocks->frames + frame);
-        elements(curves, block, "with lines lw 1 lc rgb '#7db3d9'", last ? NULL : "on the way",
-                 out);
+        snprintf(block, sizeof block, "index %zu", FIRST_FRAME + frame);
+        elements(figure, view, block, STYLE("#7db3d9", 0, 1, 0), last ? NULL : "on the way");
         last = frame;
     }
-    snprintf(block, sizeof block, "%zu", blocks->found);
-    elements(curves, block, "with lines lw 1.8 lc rgb '#1f4e79'", "found", out);
-    fputs("NaN notitle\n", out);
+    snprintf(block, sizeof block, "index %zu", FIRST_FRAME + record->n_frames);
+    elements(figure, view, block, STYLE("#1f4e79", 0, 1.8, 0), "found");
 }
 
-static void left_frame(const struct path_run *run, const struct curves *curves, FILE *out)
+static void left(struct figure *figure, const struct path_run *run,
+                 const struct path_record *record)
 {
-    fputs("plot ", out);
+    struct coordinates view;
+    size_t n = run->settings.slices;
+    coordinates_begin(&view, &run->system, (struct range){0, (double)(n - 1) * run->settings.dt});
+    const double *const paths[] = {run->reference ? run->reference : run->path, run->start,
+                                   run->path};
+    for (size_t p = 0; p < 3; p++) /* all frames of an animation share the axes */
+        coordinates_widen(&view, n, paths[p], n, 1);
+    coordinates_panel(&view, figure);
     if (run->reference)
-        elements(curves, "0", "with lines lw 5 lc rgb '#c8c8c8'", "reference", out);
-    elements(curves, "frame", "with lines lw 2 lc rgb '#1f4e79'", "path", out);
-    fputs("NaN notitle\n", out);
+        elements(figure, &view, "index 0", STYLE("#c8c8c8", 0, 6, 0), "reference");
+    if (figure->layout.frames)
+        elements(figure, &view, "index frame(f)", STYLE("#1f4e79", 0, 2, 0), "path");
+    else
+        left_still(figure, &view, record);
 }
 
-/* Right: S, T, V over the steps; dashed what they are on the reference path. `every` limits the
-   history to what an animation has reached. */
-static void right(const struct path_run *run, const struct path_record *record,
-                  const struct path_result *result, const struct blocks *blocks, const char *every,
-                  FILE *out)
+/* S, T, V over the steps; dashed what they are on the reference path. An animation shows the
+   history up to its frame. */
+static void right(struct figure *figure, const struct path_run *run,
+                  const struct path_record *record, const struct path_result *result)
 {
     const struct phys_path_figures *r = &result->found.info.compared;
     const struct {
@@ -173,61 +113,45 @@ static void right(const struct path_run *run, const struct path_record *record,
     } rows[] = {{"S", "#1f4e79", r->action_mean},
                 {"T", "#c0392b", r->kinetic_mean},
                 {"V", "#27823b", r->potential_mean}};
-    struct range steps = {0, result->found.info.steps ? (double)result->found.info.steps : 1};
+    size_t steps = result->found.info.steps;
     struct range values = history_range(record, r);
     int power = range_exponent(values);
-    fputs("set size noratio\n", out);
-    axis_set(out, "x", "step", "1", steps, 0);
-    axis_set(out, "y", "mean per slice", run->system.scene->energy_unit, values, power);
-    fputs("plot ", out);
+    figure_panel(
+        figure,
+        &(struct panel){.across = {"step", NULL, {0, steps ? (double)steps : 1}, 0},
+                        .up = {"mean per slice", run->system.scene->energy_unit, values, power},
+                        .key = KEY_ABOVE});
     for (size_t k = 0; k < 3 && run->reference; k++)
-        fprintf(out, "%.9g with lines dt 2 lw 1 lc rgb '%s' notitle, \\\n    ",
-                rows[k].reference / pow(10, power), rows[k].colour);
+        figure_draw(figure, &(struct style){.colour = rows[k].colour, .width = 1, .dash = "2"},
+                    NULL, "%.9g", rows[k].reference / pow(10, power));
     for (size_t k = 0; k < 3; k++)
-        fprintf(out,
-                "data index %zu%s using 1:($%zu/1e%d) with lines lw 2 lc rgb '%s' title '%s'%s",
-                blocks->history, every, k + 2, power, rows[k].colour, rows[k].name,
-                k < 2 ? ", \\\n    " : "\n");
-}
-
-/* One multiplot a frame, the last one held. */
-static void animate(const struct path_run *run, const struct path_record *record,
-                    const struct path_result *result, struct curves *curves,
-                    const struct blocks *blocks, FILE *out)
-{
-    enum { HOLD = 15 };
-    fprintf(out, "every = %zu\nlast = %zu\nname = ", record->frame_every, result->found.info.steps);
-    quote_gnuplot(out, run->system.scene->name);
-    fprintf(out, "\ndo for [f = %zu:%zu] {\n", blocks->frames, blocks->found + HOLD);
-    fprintf(out, "frame = f < %zu ? f : %zu\n", blocks->found, blocks->found);
-    fprintf(out, "step = f < %zu ? (f - 1) * every : last\n", blocks->found);
-    fputs("set multiplot layout 1,2 title sprintf('%s: step %d of %d', name, step, last) "
-          "noenhanced\n",
-          out);
-    left_axes(run, curves, out);
-    left_frame(run, curves, out);
-    right(run, record, result, blocks, " every ::0::step", out);
-    fputs("unset multiplot\n}\n", out);
+        figure_draw(figure, STYLE(rows[k].colour, 0, 2, 0), rows[k].name,
+                    "data index %zu%s using 1:($%zu/1e%d)", FIRST_FRAME + record->n_frames + 1,
+                    figure->layout.frames ? " every ::0::step(f)" : "", k + 2, power);
 }
 
 void path_picture(const struct path_run *run, const struct path_record *record,
                   const struct path_result *result, struct plot *plot)
 {
     FILE *out = plot->script;
-    struct curves curves = choose_curves(run);
-    struct blocks blocks = write_data(run, record, plot->data);
-    fputs(""
-          "set key outside top center horizontal samplen 1.5\nset samples 2\n",
-          out);
+    size_t frames = record->n_frames, found = FIRST_FRAME + frames;
+    struct layout layout = figure_pair;
+    struct figure figure;
+    write_data(run, record, plot->data);
+    fputs("set samples 2\nname = ", out);
+    quote_gnuplot_label(out, run->system.scene->name);
+    fputc('\n', out);
+    layout.expression = "name";
     if (plot->animated) {
-        animate(run, record, result, &curves, &blocks, out);
-        return;
+        layout.frames = frames + 1 + HOLD;
+        layout.expression = "sprintf('%s: step %d of %d', name, step(f), last)";
+        fprintf(out,
+                "last = %zu\nframe(f) = f < %zu ? f + %d : %zu\n"
+                "step(f) = f < %zu ? f * %zu : last\n",
+                result->found.info.steps, frames, FIRST_FRAME, found, frames, record->frame_every);
     }
-    fputs("set multiplot layout 1,2 title ", out);
-    quote_gnuplot(out, run->system.scene->name);
-    fputs(" noenhanced\n", out);
-    left_axes(run, &curves, out);
-    left_still(run, &curves, &blocks, record, out);
-    right(run, record, result, &blocks, "", out);
-    fputs("unset multiplot\n", out);
+    figure_begin(&figure, plot, &layout);
+    left(&figure, run, record);
+    right(&figure, run, record, result);
+    figure_end(&figure);
 }

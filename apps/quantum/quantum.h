@@ -50,7 +50,8 @@ enum ad_status quantum_picture(const void *run, struct plot *plot, struct ad_err
    the particle, columns of block `motion`. */
 void quantum_density(size_t frames, size_t n, const double *t, const double *density, double low,
                      double dx, FILE *out);
-void quantum_carpet(int density, int motion, bool particle, FILE *out);
+struct figure;
+void quantum_carpet(struct figure *figure, int density, int motion, bool particle);
 
 /* ---- runs of another kind; they return the exit status ---- */
 

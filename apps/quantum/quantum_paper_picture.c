@@ -1,6 +1,5 @@
 /* The picture of the published variant beside the right one: above the published, below the same
    scene done right; left the real part of the kernel, right the density over time. */
-#include "apps/output/axes.h"
 #include "apps/output/figure.h"
 #include "quantum_paper.h"
 
@@ -54,23 +53,27 @@ static void write_data(const struct qm_published *p, const struct quantum_run *r
                 result->classical[k]);
 }
 
-static void kernel_panel(const char *title, int block, FILE *out)
+static void kernel_panel(struct figure *figure, const char *title, int block)
 {
-    fprintf(out,
-            "set title '%s'\nset xlabel 'from x'\nset ylabel 'to x'\nset xrange [0:8]\nset yrange "
-            "[0:8]\nset cbrange [-1:1]\nset palette defined (-1 '#b8261b', 0 '#ffffff', 1 "
-            "'#0b4f8a')\nset size ratio -1\n"
-            "plot data index %d using 1:2:3 with image\n",
-            title, block);
+    figure_panel(figure, &(struct panel){.title = title,
+                                         .across = {"from x", NULL, {0, 8}, 0},
+                                         .up = {"to x", NULL, {0, 8}, 0},
+                                         .equal = true,
+                                         .more = "set cbrange [-1:1]\nset palette defined "
+                                                 "(-1 '#b8261b', 0 '#ffffff', 1 '#0b4f8a')\n"});
+    figure_element(figure, "data index %d using 1:2:3 with image", block);
 }
 
-static void density_panel(const char *title, int block, double end, bool particle, FILE *out)
+static void density_panel(struct figure *figure, const char *title, int block, double end,
+                          bool particle)
 {
-    fprintf(out,
-            "set title '%s'\nset size noratio\nset xlabel 't'\nset ylabel 'x'\nset xrange [0:%g]\n"
-            "set yrange [0:8]\nset cbrange [0:*]\n" DENSITY_PALETTE "set key top right opaque\n",
-            title, end);
-    quantum_carpet(block, particle ? 5 : 4, particle, out);
+    figure_panel(figure, &(struct panel){.title = title,
+                                         .across = {"t", NULL, {0, end}, 0},
+                                         .y = "x",
+                                         .y_range = "[0:8]",
+                                         .key = "top right opaque",
+                                         .more = "set cbrange [0:*]\n" DENSITY_PALETTE});
+    quantum_carpet(figure, block, particle ? 5 : 4, particle);
 }
 
 enum ad_status paper_picture(const void *context, struct plot *plot, struct ad_error *error)
@@ -83,25 +86,30 @@ enum ad_status paper_picture(const void *context, struct plot *plot, struct ad_e
     qm_complex *K = malloc(n * n * sizeof *K);
     if (!K)
         return ad_fail(error, AD_E_MEMORY, "out of memory for a kernel of %zu x %zu", n, n);
-    FILE *out = plot->script;
     double end = fmax(result->t[result->n - 1], p->time[p->frames - 1]);
-    char title[160];
-    plot->height = 900;
+    char hbar[32], title[160];
+    struct layout layout = figure_pair;
+    struct figure figure;
     if (qm_kernel(&run->settings.slice, K, error) == AD_OK)
         write_data(p, run, result, K, plot->data);
     free(K);
-    fprintf(out,
-            "unset colorbox\nset key "
-            "noautotitle\nset multiplot layout 2,2 title 'hbar = %.3g'\n",
-            p->hbar);
-    kernel_panel("as published: Re K", 0, out);
+    snprintf(hbar, sizeof hbar, "hbar = %.3g", p->hbar);
+    plot->height = 900;
+    layout.title = hbar;
+    layout.rows = 2;
+    layout.bottom = 0.07;
+    layout.top = 0.92;
+    layout.gap_y = 0.12;
+    fputs("unset colorbox\n", plot->script);
+    figure_begin(&figure, plot, &layout);
+    kernel_panel(&figure, "as published: Re K", 0);
     snprintf(title, sizeof title,
              "as published: aliased (%.3g rad), renormalised, no potential acts", p->phases);
-    density_panel(title, 1, end, false, out);
-    kernel_panel("done right: Re K between walls", 2, out);
+    density_panel(&figure, title, 1, end, false);
+    kernel_panel(&figure, "done right: Re K between walls", 2);
     snprintf(title, sizeof title, "done right: %.3g rad, norm 1 - %.1g", M_PI * run->aliasing.ratio,
              fabs(1 - result->moments[result->n - 1].norm / result->moments[0].norm));
-    density_panel(title, 3, end, true, out);
-    fputs("unset multiplot\n", out);
+    density_panel(&figure, title, 3, end, true);
+    figure_end(&figure);
     return error->status;
 }

@@ -1,7 +1,6 @@
 /* The picture of a wave packet (quantum.h): left its density over place and time, with the mean and
    the particle of the same Lagrangian; right the density now, over the start and the potential. A
    GIF shows the right side moving. */
-#include "apps/output/axes.h"
 #include "quantum.h"
 #include "apps/output/figure.h"
 #include "apps/output/unit.h"
@@ -44,64 +43,54 @@ void quantum_density(size_t frames, size_t n, const double *t, const double *den
     fputc('\n', out);
 }
 
-void quantum_carpet(int density, int motion, bool particle, FILE *out)
+void quantum_carpet(struct figure *figure, int density, int motion, bool particle)
 {
-    fprintf(out, "plot data index %d using 1:2:3 with image, \\\n    data index %d using 1:2 ",
-            density, motion);
-    style_write(out, STYLE("#e8743b", 0, 2, 0), "mean");
-    if (particle) {
-        fprintf(out, ", \\\n    data index %d using 1:3 ", motion);
-        style_write(out, &(const struct style){"#303030", 0, 1.5, 0, "(8,5)", NULL}, "particle");
-    }
-    fputc('\n', out);
+    figure_element(figure, "data index %d using 1:2:3 with image notitle", density);
+    figure_draw(figure, STYLE("#e8743b", 0, 2, 0), "mean", "data index %d using 1:2", motion);
+    if (particle)
+        figure_draw(figure,
+                    &(const struct style){.colour = "#303030", .width = 1.5, .dash = "(8,5)"},
+                    "particle", "data index %d using 1:3", motion);
 }
 
-static void carpet(const struct quantum_run *run, const struct qm_run_result *result, FILE *out)
+static void carpet(struct figure *figure, const struct quantum_run *run, const struct axis *x)
 {
-    const struct phys_scene *scene = run->system.scene;
-    const struct qm_grid *grid = &run->settings.slice.grid;
-    char name[48];
-    phys_coordinate_name(&run->system, 0, name, sizeof name);
-    axis_set(out, "x", "t", scene->time_unit, (struct range){0, result->t[result->n - 1]}, 0);
-    axis_set(out, "y", name, scene->unit, (struct range){grid->low, grid->high}, 0);
-    fputs("set colorbox\nset cblabel 'density |psi|^2' noenhanced\nset key top right opaque "
-          "noautotitle\n",
-          out);
-    quantum_carpet(0, 1, true, out);
+    const struct qm_run_result *result = &run->result;
+    figure_panel(
+        figure, &(struct panel){
+                    .across = {"t", run->system.scene->time_unit, {0, result->t[result->n - 1]}, 0},
+                    .up = *x,
+                    .key = "top right opaque",
+                    .more = "set cblabel 'density |psi|^2' noenhanced\n"});
+    quantum_carpet(figure, 0, 1, true);
 }
 
 /* The potential has an axis of its own, at the right. */
-static void density_now(const struct quantum_run *run, const struct range *V, double most,
-                        FILE *out)
+static void density_now(struct figure *figure, const struct quantum_run *run, const struct axis *x,
+                        const struct range *V, double most)
 {
-    const struct phys_scene *scene = run->system.scene;
-    const struct qm_grid *grid = &run->settings.slice.grid;
-    char name[48], energy[64];
-    phys_coordinate_name(&run->system, 0, name, sizeof name);
-    snprintf(energy, sizeof energy, "potential%s%.40s%s",
-             *unit_shown(scene->energy_unit) ? " (" : "", unit_shown(scene->energy_unit),
-             *unit_shown(scene->energy_unit) ? ")" : "");
-    axis_set(out, "x", name, scene->unit, (struct range){grid->low, grid->high}, 0);
-    fprintf(out,
-            "set yrange [0:%.6g]\nset ylabel 'density'\nset y2range [%.6g:%.6g]\nset key top right "
-            "noopaque\n",
-            1.15 * most, V->low, V->high);
+    FILE *out = figure->plot->script;
+    const char *unit = unit_shown(run->system.scene->energy_unit);
+    char energy[64];
+    figure_panel(figure, &(struct panel){.across = *x,
+                                         .up = {"density", NULL, {0, 1.15 * most}, 0},
+                                         .key = "top right noopaque"});
     if (V->high > V->low) {
-        fputs("set y2tics\nset y2label ", out);
+        snprintf(energy, sizeof energy, "potential%s%.40s%s", *unit ? " (" : "", unit,
+                 *unit ? ")" : "");
+        fprintf(out, "set y2range [%.6g:%.6g]\nset y2tics\nset format y2 '%%g'\nset y2label ",
+                V->low, V->high);
         quote_gnuplot(out, energy);
         fputs(" noenhanced\n", out);
+        figure_draw(figure, &(struct style){.colour = "#8a8a8a", .width = 1.5, .axes = "x1y2"},
+                    "potential", "data index 2 using 1:3");
     }
-    fprintf(out, "plot ");
-    if (V->high > V->low)
-        fputs("data index 2 using 1:3 axes x1y2 with lines lw 1.5 lc rgb '#8a8a8a' title "
-              "'potential', \\\n    ",
-              out);
-    fputs("data index 2 using 1:2 with lines lw 1.2 dt (4,4) lc rgb '#62acd8' title 'start', \\\n"
-          "    data index 3+f using 1:2 with filledcurves y1=0 fs transparent solid .35 lc rgb "
-          "'#0b4f8a' notitle, \\\n"
-          "    data index 3+f using 1:2 with lines lw 1.8 lc rgb '#0b4f8a' title sprintf('t = "
-          "%.4g', times[f+1])\n",
-          out);
+    figure_draw(figure, &(struct style){.colour = "#62acd8", .width = 1.2, .dash = "(4,4)"},
+                "start", "data index 2 using 1:2");
+    figure_element(figure, "data index 3+f using 1:2 with filledcurves y1=0 fs transparent solid "
+                           ".35 lc rgb '#0b4f8a' notitle");
+    figure_element(figure, "data index 3+f using 1:2 with lines lw 1.8 lc rgb '#0b4f8a' title "
+                           "sprintf('t = %%.4g', times[f+1])");
 }
 
 /* Of the potential where the wave has been, with some room above. */
@@ -126,22 +115,32 @@ static void times(const struct qm_run_result *result, size_t frames, FILE *out)
     }
 }
 
-static void commands(const struct quantum_run *run, const struct qm_run_result *result,
-                     const struct range *V, double most, size_t frames, FILE *out)
+static void draw(const struct quantum_run *run, const struct range *V, double most, size_t frames,
+                 struct plot *plot)
 {
-    fputs(DENSITY_PALETTE, out);
-    times(result, frames, out);
-    fprintf(out, "do for [f = 0:%zu] {\n", frames - 1);
-    fputs("set multiplot layout 1,2 title ", out);
-    quote_gnuplot(out,
-                  run->name[0] == '.' || run->name[0] == '/' ? run->system.scene->name : run->name);
-    fprintf(out, ".\", hbar = %g%s\" noenhanced\n", run->settings.slice.hbar,
+    const struct qm_grid *grid = &run->settings.slice.grid;
+    bool file = run->name[0] == '.' || run->name[0] == '/';
+    char name[48];
+    struct axis x = {name, run->system.scene->unit, {grid->low, grid->high}, 0};
+    struct layout layout = figure_pair;
+    struct figure figure;
+    FILE *out = plot->script;
+    phys_coordinate_name(&run->system, 0, name, sizeof name);
+    fputs(DENSITY_PALETTE "name = ", out);
+    quote_gnuplot_label(out, file ? run->system.scene->name : run->name);
+    fprintf(out, ".\", hbar = %g%s\"\n", run->settings.slice.hbar,
             run->aliasing.ratio > 1 + 1e-9 && run->settings.method->aliases(&run->settings.slice)
                 ? ": ALIASED, run by force"
                 : "");
-    carpet(run, result, out);
-    density_now(run, V, most, out);
-    fputs("unset multiplot\nunset y2tics\nunset y2label\n}\n", out);
+    times(&run->result, frames, out);
+    layout.right = 0.9;
+    layout.gap_x = 0.16;
+    layout.expression = "name";
+    layout.frames = frames;
+    figure_begin(&figure, plot, &layout);
+    carpet(&figure, run, &x);
+    density_now(&figure, run, &x, V, most);
+    figure_end(&figure);
 }
 
 enum ad_status quantum_picture(const void *context, struct plot *plot, struct ad_error *error)
@@ -162,7 +161,7 @@ enum ad_status quantum_picture(const void *context, struct plot *plot, struct ad
         if (k < n || plot->animated || k >= (result->n - 1) * n)
             most = fmax(most, result->density[k]);
     write_data(run, result, V, frames, plot->data);
-    commands(run, result, &range, most, frames, plot->script);
+    draw(run, &range, most, frames, plot);
     free(V);
     return AD_OK;
 }

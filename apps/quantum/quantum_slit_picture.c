@@ -1,7 +1,6 @@
 /* The picture of the double slit: left the density in the plane, square root, so that the fringes
    show beside the packet that made them; right the intensity along the screen over the closed form.
    A GIF shows the left side moving. */
-#include "apps/output/axes.h"
 #include "apps/output/figure.h"
 #include "quantum_slit.h"
 
@@ -24,55 +23,58 @@ static void write_data(const struct qm_slit *s, size_t first, FILE *out)
     }
 }
 
-static void plane(const struct qm_slit *s, FILE *out)
+static void plane(struct figure *figure, const struct qm_slit *s)
 {
-    axis_set(out, "x", "x", "1", (struct range){s->x.low, s->x.high}, 0);
-    axis_set(out, "y", "y", "1", (struct range){s->y.low, s->y.high}, 0);
-    fputs("unset key\nset colorbox\nset cblabel 'square root of the density'\nunset object\nunset "
-          "arrow\n",
-          out);
+    FILE *out = figure->plot->script;
     double edges[] = {s->y.low, -s->setup.apart / 2, s->setup.apart / 2, s->y.high};
+    double screen = s->setup.speed * s->setup.flight;
+    figure_panel(figure, &(struct panel){.across = {"x", NULL, {s->x.low, s->x.high}, 0},
+                                         .up = {"y", NULL, {s->y.low, s->y.high}, 0},
+                                         .more = "set cblabel 'square root of the density'\n"
+                                                 "set cbrange [0:*]\n"});
     for (size_t k = 0; k < 3; k++) /* between the slits and beyond them */
         fprintf(out, "set arrow from 0,%g to 0,%g nohead lw 4 lc rgb '#303030' front\n",
                 edges[k] + (k > 0 ? 1.5 * s->setup.sigma : 0),
                 edges[k + 1] - (k < 2 ? 1.5 * s->setup.sigma : 0));
     fprintf(out, "set arrow from %g,%g to %g,%g nohead lw 1.5 dt (6,4) lc rgb '#e8743b' front\n",
-            s->setup.speed * s->setup.flight, s->y.low, s->setup.speed * s->setup.flight,
-            s->y.high);
-    fprintf(out, "set cbrange [0:*]\nplot data index 1+f using 1:2:3 with image, NaN notitle\n"
-                 "unset arrow\n");
+            screen, s->y.low, screen, s->y.high);
+    figure_element(figure, "data index 1+f using 1:2:3 with image");
 }
 
-static void screen(const struct qm_slit *s, FILE *out)
+static void screen(struct figure *figure, const struct qm_slit *s)
 {
-    double most = 0;
+    char title[48];
+    struct range most = {0, 0};
     for (size_t b = 0; b < s->y.n; b++)
-        most = fmax(most, s->screen[b]);
-    axis_set(out, "x", "y along the screen", "1", (struct range){s->y.low, s->y.high}, 0);
-    fprintf(out,
-            "set yrange [0:%g]\nset ylabel 'intensity'\nset key top right\n"
-            "plot data index 0 using 1:3 with lines lw 4 lc rgb '#f2c9ae' title 'thin slits (outer "
-            "lobes arrive later)', \\\n"
-            "    data index 0 using 1:2 with lines lw 1.8 lc rgb '#0b4f8a' title 'screen, fringe "
-            "%.4g'\n",
-            1.25 * most, s->fringe);
+        range_widen(&most, 1.25 * s->screen[b]);
+    figure_panel(figure,
+                 &(struct panel){.across = {"y along the screen", NULL, {s->y.low, s->y.high}, 0},
+                                 .up = {"intensity", NULL, most, 0},
+                                 .key = "top right"});
+    figure_draw(figure, STYLE("#f2c9ae", 0, 4, 0), "thin slits (outer lobes arrive later)",
+                "data index 0 using 1:3");
+    snprintf(title, sizeof title, "screen, fringe %.4g", s->fringe);
+    figure_draw(figure, STYLE("#0b4f8a", 0, 1.8, 0), title, "data index 0 using 1:2");
 }
 
 enum ad_status slit_picture(const void *run, struct plot *plot, struct ad_error *error)
 {
     const struct qm_slit *s = &((const struct slit_run *)run)->slit;
-    FILE *out = plot->script;
+    char title[160];
     size_t first = plot->animated ? 0 : s->frames - 1;
+    struct layout layout = figure_pair;
+    struct figure figure;
     write_data(s, first, plot->data);
-    fputs(DENSITY_PALETTE, out);
-    fprintf(out, "do for [f = 0:%zu] {\n", s->frames - 1 - first);
-    fprintf(out,
-            "set multiplot layout 1,2 title 'two slits, %g apart and %g wide, hbar = %g: fringe "
-            "%.4g, of "
-            "thin slits %.4g'\n",
-            s->setup.apart, s->setup.sigma, s->setup.hbar, s->fringe, s->closed);
-    plane(s, out);
-    screen(s, out);
-    fputs("unset multiplot\n}\n", out);
+    snprintf(title, sizeof title,
+             "two slits, %g apart and %g wide, hbar = %g: fringe %.4g, of thin slits %.4g",
+             s->setup.apart, s->setup.sigma, s->setup.hbar, s->fringe, s->closed);
+    fputs(DENSITY_PALETTE, plot->script);
+    layout.gap_x = 0.2;
+    layout.title = title;
+    layout.frames = s->frames - first;
+    figure_begin(&figure, plot, &layout);
+    plane(&figure, s);
+    screen(&figure, s);
+    figure_end(&figure);
     return error->status;
 }

@@ -1,6 +1,6 @@
 /* The picture of a gas (simulate.h). Data: a block of bodies a frame, then the pair
    distributions, then the order of all samples. */
-#include "apps/output/axes.h"
+#include "apps/output/figure.h"
 #include "simulate.h"
 
 #include <math.h>
@@ -69,59 +69,80 @@ static enum ad_status write_orders(const struct phys_motion_solution *s, FILE *o
 }
 
 /* All frames share one square. */
-static void bodies_axes(const struct phys_motion_solution *s, const struct frames *frames,
-                        FILE *out)
+static void draw_bodies(struct figure *figure, const struct simulate_run *run,
+                        const struct frames *frames)
 {
+    const struct phys_motion_solution *s = &run->motion;
     struct range x = {INFINITY, -INFINITY}, y = x;
     for (size_t f = 0; f < frames->n; f++)
         for (size_t k = 0; k < s->system->dof; k += 2) {
             range_widen(&x, s->x[2 * frames->sample[f] * s->system->dof + k]);
             range_widen(&y, s->x[2 * frames->sample[f] * s->system->dof + k + 1]);
         }
-    fputs("set size ratio -1\n", out);
-    axis_set(out, "x", "x", "1", range_with_margins(x, 0.03, 0.03), 0);
-    axis_set(out, "y", "y", "1", range_with_margins(y, 0.03, 0.03), 0);
+    figure_panel(figure, &(struct panel){.place = {0.07, 0.4, 0.15, 0.87},
+                                         .across = {"x", NULL, range_with_margins(x, .03, .03), 0},
+                                         .up = {"y", NULL, range_with_margins(y, .03, .03), 0},
+                                         .equal = true});
+    figure_element(figure,
+                   "data index f using 1:2:(%.6g):3 with circles fs solid noborder lc palette "
+                   "notitle",
+                   0.5 * phys_system_get(&run->system, "sigma"));
 }
 
-static void write_script(const struct simulate_run *run, const struct frames *frames, FILE *out)
+static void draw_distributions(struct figure *figure, size_t block)
+{
+    figure_panel(figure, &(struct panel){.place = {0.6, 0.93, 0.54, 0.91},
+                                         .x = "r / {/Symbol s}",
+                                         .y = "g(r)",
+                                         .x_range = "[0:5]",
+                                         .y_range = "[0:*]",
+                                         .key = "top right"});
+    figure_element(figure, "1 lc rgb '#b0b0b0' dt 2 notitle");
+    figure_draw(figure, STYLE("#e8a33d", 0, 1.5, 0), "start", "data index %zu using 1:2", block);
+    figure_draw(figure, STYLE("#1f4e79", 0, 1.8, 0), "end", "data index %zu using 3:4", block);
+}
+
+/* The grey line is the time of the frame. */
+static void draw_orders(struct figure *figure, const struct phys_motion_solution *s, size_t block)
+{
+    figure_panel(figure, &(struct panel){.place = {0.6, 0.93, 0.1, 0.44},
+                                         .across = {"t", NULL, {0, s->t[s->n - 1]}, 0},
+                                         .y = "neighbours",
+                                         .y_range = "[0:6.3]",
+                                         .y_tics = "0,1,6",
+                                         .key = "at graph 0.98,0.36",
+                                         .more = "set y2range [0:1.05]\nset y2tics 0,0.2,1\n"
+                                                 "set y2label 'hexatic order'\n"});
+    figure_draw(figure, STYLE("#1f4e79", 0, 1.8, 0), "neighbours", "data index %zu using 1:2",
+                block);
+    figure_draw(figure, &(struct style){.colour = "#c0392b", .width = 1.8, .axes = "x1y2"},
+                "hexatic order", "data index %zu using 1:3", block);
+    figure_element(figure, "'+' using (time[f + 1]):(0):(0):(6.3) every ::0::0 with vectors nohead "
+                           "lc rgb '#b0b0b0' notitle");
+}
+
+static void draw(const struct simulate_run *run, const struct frames *frames, struct plot *plot)
 {
     const struct phys_motion_solution *s = &run->motion;
-    double radius = 0.5 * phys_system_get(&run->system, "sigma");
-    fputs(""
-          "set palette defined (0 '#d9d9d9', 1 '#f2c879', 2 '#f2b134', 3 '#e8743b', 4 '#8fc7e8', "
-          "5 '#3c8dc5', 6 '#0b4f8a', 7 '#3f0a50') maxcolors 8\nset cbrange [-0.5:7.5]\n",
+    char title[128];
+    struct layout layout = {.height = 520, .expression = title, .frames = frames->n};
+    struct figure figure;
+    FILE *out = plot->script;
+    snprintf(title, sizeof title, "sprintf('gas: %zu bodies, friction %g, t = %%g', time[f + 1])",
+             run->system.bodies, phys_system_get(&run->system, "friction"));
+    fputs("set palette defined (0 '#d9d9d9', 1 '#f2c879', 2 '#f2b134', 3 '#e8743b', 4 '#8fc7e8', "
+          "5 '#3c8dc5', 6 '#0b4f8a', 7 '#3f0a50') maxcolors 8\nset cbrange [-0.5:7.5]\n"
+          "set cblabel 'neighbours' offset 0.5\nset cbtics 0,1,7\n",
           out);
     fprintf(out, "array time[%zu] = [", frames->n);
     for (size_t f = 0; f < frames->n; f++)
         fprintf(out, "%s%.6g", f ? "," : "", s->t[frames->sample[f]]);
-    fprintf(out,
-            "]\ndo for [f = 0:%zu] {\n"
-            "set multiplot title sprintf('gas: %zu bodies, friction %g, t = %%g', time[f + 1])\n"
-            "set origin 0,0\nset size 0.54,0.94\nset lmargin 8\nset rmargin 11\n"
-            "set cblabel 'neighbours' offset 0.5\nset cbtics 0,1,7\nunset key\n",
-            frames->n - 1, run->system.bodies, phys_system_get(&run->system, "friction"));
-    bodies_axes(s, frames, out);
-    fprintf(
-        out,
-        "plot data index f using 1:2:(%.6g):3 with circles fs solid noborder lc palette notitle\n"
-        "set size noratio\nset size 0.46,0.47\nset origin 0.54,0.47\nset rmargin 9\n"
-        "set xrange [0:5]\nset yrange [0:*]\nset xlabel 'r / {/Symbol s}' offset 0,0.5\n"
-        "set ylabel 'g(r)'\nset key inside top right\n"
-        "plot 1 lc rgb '#b0b0b0' dt 2 notitle, \\\n"
-        "    data index %zu using 1:2 with lines lw 1.5 lc rgb '#e8a33d' title 'start', \\\n"
-        "    data index %zu using 3:4 with lines lw 1.8 lc rgb '#1f4e79' title 'end'\n",
-        radius, frames->n, frames->n);
-    fprintf(out,
-            "set origin 0.54,0\nset xrange [0:%.9g]\nset yrange [0:6.3]\nset y2range [0:1.05]\n"
-            "set ytics 0,1,6\nset y2tics 0,0.2,1\nset border 11\nset xlabel 't' offset 0,0.5\n"
-            "set ylabel 'neighbours'\nset y2label 'hexatic order'\nset key at graph 0.98,0.36\n"
-            "plot data index %zu using 1:2 with lines lw 1.8 lc rgb '#1f4e79' title 'neighbours', "
-            "\\\n    data index %zu using 1:3 axes x1y2 with lines lw 1.8 lc rgb '#c0392b' title "
-            "'hexatic order', \\\n    '+' using (time[f + 1]):(0):(0):(6.3) every ::0::0 with "
-            "vectors nohead lc rgb '#b0b0b0' notitle\n"
-            "unset y2tics\nunset y2label\nset border 3\nset ytics autofreq\n"
-            "unset multiplot\n}\n",
-            s->t[s->n - 1], frames->n + 1, frames->n + 1);
+    fputs("]\n", out);
+    figure_begin(&figure, plot, &layout);
+    draw_bodies(&figure, run, frames);
+    draw_distributions(&figure, frames->n);
+    draw_orders(&figure, s, frames->n + 1);
+    figure_end(&figure);
 }
 
 enum ad_status simulate_gas_picture(const struct simulate_run *run, struct plot *plot,
@@ -129,14 +150,13 @@ enum ad_status simulate_gas_picture(const struct simulate_run *run, struct plot 
 {
     const struct phys_motion_solution *s = &run->motion;
     struct frames frames;
-    plot->height = 520;
     if (!choose_frames(s, plot->animated, &frames))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     for (size_t f = 0; f < frames.n && error->status == AD_OK; f++)
         write_bodies(&run->system, s->x + 2 * frames.sample[f] * s->system->dof, plot->data, error);
     write_distributions(run, plot->data);
     if (error->status == AD_OK && write_orders(s, plot->data, error) == AD_OK)
-        write_script(run, &frames, plot->script);
+        draw(run, &frames, plot);
     free(frames.sample);
     return error->status;
 }

@@ -69,11 +69,10 @@ void work_curve_element(struct figure *figure, const struct work_curve *curve, c
                         double width, double size, const char *title)
 {
     struct work_style s = work_style_of(curve->name);
-    figure_element(figure, "data index %zu using %s ", figure->blocks++, columns);
-    style_write(
-        figure->plot->script,
+    figure_draw(
+        figure,
         &(const struct style){s.colour, s.mark, width, size, s.dashed ? "(8,3)" : NULL, NULL},
-        title);
+        title, "data index %zu using %s", figure->blocks++, columns);
     write_curve(curve, figure->plot->data);
 }
 
@@ -186,7 +185,8 @@ static void doubtful(double doubt, FILE *out)
 void work_draw(const char *title, size_t n, const struct work_curve curves[], double doubt,
                struct plot *plot)
 {
-    static const struct layout layout = {1120, 540, NULL, 1, 2, 0.07, 0.79, 0.11, 0.92, 0, 0};
+    static const struct layout layout = {1120, 540,  NULL, 1, 2,    0.07, 0.79,
+                                         0.11, 0.92, 0,    0, NULL, 0};
     struct decades d = fastest(n, curves);
     struct figure figure;
     char seconds[48], evaluations[48];
