@@ -42,9 +42,10 @@ $(BUILD)/autodiff/kernels/%.o: COVERAGE = -fno-sanitize=pointer-overflow,null,al
 endif
 PKG_CFLAGS := $(patsubst -I%,-isystem %,$(filter-out -I/usr/include/$(MACHINE),$(shell pkg-config --cflags hdf5 openblas lapacke libpng zlib 2>/dev/null)))
 PKG_LIBS   := $(shell pkg-config --libs hdf5 openblas lapacke libpng zlib 2>/dev/null)
-ALL_CFLAGS = -std=c11 -D_XOPEN_SOURCE=700 -I. $(PKG_CFLAGS) $(WARN) -fPIC -fopenmp $(MATH) \
+ALL_CFLAGS = -std=c11 -D_XOPEN_SOURCE=700 -I. -I$(BUILD) $(PKG_CFLAGS) $(WARN) -fPIC -fopenmp $(MATH) \
              $(if $(X86),,-DAD_ONLY_BASE) $(CFLAGS) $(SANITIZE)
-LIBS = $(PKG_LIBS) -lm -ldl
+# HDF5 and OpenBLAS are loaded on first use (autodiff/lazy.h): only tests that call them link them.
+LIBS = -Wl,--as-needed $(PKG_LIBS) -lm -ldl
 
 # Vector code: one source compiled for each element type and instruction set, chosen at run time.
 SIMD = $(if $(O1),-O1 -fno-openmp -fno-tree-vectorize -Wno-unknown-pragmas,-O3) \
@@ -132,6 +133,14 @@ $(BUILD)/flags: FORCE
 	@$(if $(PKG_LIBS),,echo 'libraries, or pkg-config, are missing: scripts/install-deps installs them' >&2; exit 1)
 	@mkdir -p $(@D)
 	@echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' | cmp -s - $@ || echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' > $@
+
+# The names by which the dynamic loader knows the libraries of lazy.h.
+$(BUILD)/libraries.h: $(BUILD)/flags
+	@$(CC) -shared -x c /dev/null -Wl,--no-as-needed $(PKG_LIBS) -o $@.so
+	@readelf -d $@.so | sed -nE 's/.*NEEDED.*\[lib(hdf5|openblas)(.*)\]/#define AD_LIBRARY_\1 "lib\1\2"/p' > $@
+
+LAZY := autodiff/blas autodiff/lazy physics/linear/linear $(basename $(wildcard physics/io/hdf5_*.c))
+$(LAZY:%=$(BUILD)/%.o): $(BUILD)/libraries.h
 
 compile = $(CC) $(ALL_CFLAGS) -MMD -MP -c $< -o $@
 

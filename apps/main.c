@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <sys/resource.h>
 
 enum { STACK_KIB = 256 };
@@ -30,5 +31,7 @@ int main(int argc, char *argv[])
     interrupt_start();
     if (!has_stack())
         return WRONG_USE;
+    /* Idle threads of OpenBLAS sleep; by default each spins for 30 ms first. */
+    setenv("OPENBLAS_THREAD_TIMEOUT", "4", 0);
     return command_main(argc, argv);
 }

@@ -1,12 +1,41 @@
 /* The one file of the tape that calls OpenBLAS. */
 #include "blas.h"
+#include "lazy.h"
 
 #include <cblas.h>
+
+#define cblas_dgemm AD_LAZY(ad_blas_load, cblas_dgemm)
+#define cblas_sgemm AD_LAZY(ad_blas_load, cblas_sgemm)
+#define openblas_get_num_threads AD_LAZY(load, openblas_get_num_threads)
+#define openblas_set_num_threads AD_LAZY(load, openblas_set_num_threads)
+
+#define MULTIPLY(T)                                                                                \
+    {                                                                                              \
+        const T *x = a, *y = b;                                                                    \
+        T *z = c;                                                                                  \
+        for (size_t i = 0; i < m; i++)                                                             \
+            for (size_t j = 0; j < n; j++) {                                                       \
+                T sum = add ? z[i * ldc + j] : 0;                                                  \
+                for (size_t l = 0; l < k; l++)                                                     \
+                    sum += x[i * row_a + l * col_a] * y[l * row_b + j * col_b];                    \
+                z[i * ldc + j] = sum;                                                              \
+            }                                                                                      \
+    }
 
 void ad_blas_gemm(enum ad_type type, bool transpose_a, bool transpose_b, size_t m, size_t n,
                   size_t k, const void *a, size_t lda, const void *b, size_t ldb, bool add, void *c,
                   size_t ldc)
 {
+    /* A call of OpenBLAS takes as long as this many multiplications. */
+    if ((double)m * (double)n * (double)k <= 256) {
+        size_t row_a = transpose_a ? 1 : lda, col_a = transpose_a ? lda : 1;
+        size_t row_b = transpose_b ? 1 : ldb, col_b = transpose_b ? ldb : 1;
+        if (type == AD_F32)
+            MULTIPLY(float)
+        else
+            MULTIPLY(double)
+        return;
+    }
     enum CBLAS_TRANSPOSE ta = transpose_a ? CblasTrans : CblasNoTrans;
     enum CBLAS_TRANSPOSE tb = transpose_b ? CblasTrans : CblasNoTrans;
     if (type == AD_F32)
@@ -17,23 +46,44 @@ void ad_blas_gemm(enum ad_type type, bool transpose_a, bool transpose_b, size_t 
                     b, (blasint)ldb, add, c, (blasint)ldc);
 }
 
+static void *load(void **slot, const char *name)
+{
+    return ad_lazy_load(slot, AD_LIBRARY_openblas, name);
+}
+
 /* The number of threads is OpenBLAS's own global. Programs may run side by side: the first to come
-   sets it, the last to leave puts it back. */
-static int users, threads_before;
+   sets it, the last to leave puts it back. Where OpenBLAS is not loaded yet, loading it does. */
+static int users, threads_before = 1;
+static bool loaded;
+
+static void keep_to_one_thread(void)
+{
+    threads_before = openblas_get_num_threads();
+    if (threads_before != 1)
+        openblas_set_num_threads(1);
+}
+
+void *ad_blas_load(void **slot, const char *name)
+{
+#pragma omp critical(ad_blas)
+    {
+        if (!loaded && users > 0)
+            keep_to_one_thread();
+        loaded = true;
+    }
+    return load(slot, name);
+}
 
 void ad_blas_single_thread(void)
 {
 #pragma omp critical(ad_blas)
-    if (users++ == 0) {
-        threads_before = openblas_get_num_threads();
-        if (threads_before != 1)
-            openblas_set_num_threads(1);
-    }
+    if (users++ == 0 && loaded)
+        keep_to_one_thread();
 }
 
 void ad_blas_threads(void)
 {
 #pragma omp critical(ad_blas)
-    if (--users == 0 && threads_before != 1)
+    if (--users == 0 && loaded && threads_before != 1)
         openblas_set_num_threads(threads_before);
 }

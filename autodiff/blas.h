@@ -9,6 +9,9 @@ void ad_blas_gemm(enum ad_type type, bool transpose_a, bool transpose_b, size_t 
                   size_t k, const void *a, size_t lda, const void *b, size_t ldb, bool add, void *c,
                   size_t ldc);
 
+/* For other functions of OpenBLAS, by AD_LAZY (lazy.h). */
+void *ad_blas_load(void **slot, const char *name);
+
 /* Between these two OpenBLAS runs on one thread: programs split products themselves, in the same
    pieces whatever the number of threads. In pairs, from any thread. */
 void ad_blas_single_thread(void);

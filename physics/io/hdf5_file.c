@@ -10,6 +10,11 @@
 #include <string.h>
 #include <unistd.h>
 
+void *phys_hdf5_load(void **slot, const char *name)
+{
+    return ad_lazy_load(slot, AD_LIBRARY_hdf5, name);
+}
+
 /* ---- errors ---- */
 
 /* HDF5's innermost reason for its last failure. */

@@ -1,11 +1,35 @@
-/* Linear algebra by LAPACK (linear.h): the one file that calls it. */
+/* Linear algebra by the LAPACK inside OpenBLAS (linear.h): the one file that calls it. */
 #include "linear.h"
+#include "autodiff/blas.h"
+#include "autodiff/lazy.h"
 
 #include <cblas.h>
-#include <lapacke.h>
+#include <lapack.h>
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
+
+#define cblas_zcopy AD_LAZY(ad_blas_load, cblas_zcopy)
+#define cblas_zgemm AD_LAZY(ad_blas_load, cblas_zgemm)
+#define cblas_zgemv AD_LAZY(ad_blas_load, cblas_zgemv)
+#define cblas_ztrsm AD_LAZY(ad_blas_load, cblas_ztrsm)
+#define dgbtrf_ AD_LAZY(ad_blas_load, dgbtrf_)
+#define dgbtrs_ AD_LAZY(ad_blas_load, dgbtrs_)
+#define dgeqrf_ AD_LAZY(ad_blas_load, dgeqrf_)
+#define dgetrf_ AD_LAZY(ad_blas_load, dgetrf_)
+#define dgetrs_ AD_LAZY(ad_blas_load, dgetrs_)
+#define dorgqr_ AD_LAZY(ad_blas_load, dorgqr_)
+#define dstevr_ AD_LAZY(ad_blas_load, dstevr_)
+#define dsygv_ AD_LAZY(ad_blas_load, dsygv_)
+#define dsytrf_ AD_LAZY(ad_blas_load, dsytrf_)
+#define dsytrs_ AD_LAZY(ad_blas_load, dsytrs_)
+#define zgbtrf_ AD_LAZY(ad_blas_load, zgbtrf_)
+#define zgbtrs_ AD_LAZY(ad_blas_load, zgbtrs_)
+#define zgetrf_ AD_LAZY(ad_blas_load, zgetrf_)
+#define zgetrs_ AD_LAZY(ad_blas_load, zgetrs_)
+#define zgttrf_ AD_LAZY(ad_blas_load, zgttrf_)
+#define zgttrs_ AD_LAZY(ad_blas_load, zgttrs_)
+#define zlaswp_ AD_LAZY(ad_blas_load, zlaswp_)
 
 void phys_lapack_gemm_complex(bool transpose_b, size_t m, size_t n, size_t k, const double *a,
                               const double *b, double *c)
@@ -20,28 +44,92 @@ void phys_lapack_gemm_complex(bool transpose_b, size_t m, size_t n, size_t k, co
 }
 
 _Static_assert(sizeof(lapack_int) == sizeof(int), "pivots are int");
+static const lapack_int one = 1;
 
-/* By columns it is the transpose that is factored. */
+/* ---- LU ---- */
+
+/* Narrow systems are solved here: that costs less than a call of LAPACK, and far less than loading
+   it. Element (i, j) is a[i * row + j * column], up to `width` below and 2 width above the
+   diagonal, of which pivoting fills the upper half. */
+enum { NARROW = 16 };
+struct narrow {
+    size_t n, width, row, column;
+};
+
+static size_t least(size_t a, size_t b) { return a < b ? a : b; }
+
+static int narrow_factor(struct narrow s, double *a, int *pivots)
+{
+    int info = 0;
+    for (size_t k = s.width + 1; k < s.n; k++)
+        for (size_t i = k - least(k, 2 * s.width); i + s.width < k; i++)
+            a[i * s.row + k * s.column] = 0;
+    for (size_t j = 0; j < s.n; j++) {
+        const size_t below = least(s.n - 1, j + s.width), right = least(s.n - 1, j + 2 * s.width);
+        double *column = a + j * s.column;
+        size_t p = j;
+        for (size_t i = j + 1; i <= below; i++)
+            if (fabs(column[i * s.row]) > fabs(column[p * s.row]))
+                p = i;
+        pivots[j] = (int)p;
+        const double pivot = column[p * s.row];
+        if (pivot == 0) {
+            info = info ? info : (int)j + 1;
+            continue;
+        }
+        column[p * s.row] = column[j * s.row];
+        column[j * s.row] = pivot;
+        for (size_t i = j + 1; i <= below; i++)
+            column[i * s.row] /= pivot;
+        for (size_t k = j + 1; k <= right; k++) {
+            double *to = a + k * s.column, above = to[p * s.row];
+            to[p * s.row] = to[j * s.row];
+            to[j * s.row] = above;
+            for (size_t i = j + 1; i <= below; i++)
+                to[i * s.row] -= column[i * s.row] * above;
+        }
+    }
+    return info;
+}
+
+static void narrow_solve(struct narrow s, const double *a, const int *pivots, double *b)
+{
+    for (size_t j = 0; j < s.n; j++) {
+        const size_t p = (size_t)pivots[j], below = least(s.n - 1, j + s.width);
+        const double x = b[p];
+        b[p] = b[j];
+        b[j] = x;
+        for (size_t i = j + 1; i <= below; i++)
+            b[i] -= a[i * s.row + j * s.column] * x;
+    }
+    for (size_t j = s.n; j-- > 0;) {
+        b[j] /= a[j * (s.row + s.column)];
+        for (size_t i = j - least(j, 2 * s.width); i < j; i++)
+            b[i] -= a[i * s.row + j * s.column] * b[j];
+    }
+}
+
+/* By columns it is the transpose that LAPACK factors. */
 int phys_lapack_lu_factor(size_t n, double *a, int *pivots)
 {
-    lapack_int size = (lapack_int)n;
-    return LAPACKE_dgetrf_work(LAPACK_COL_MAJOR, size, size, a, size, pivots);
+    if (n <= NARROW)
+        return narrow_factor((struct narrow){n, n - 1, n, 1}, a, pivots);
+    lapack_int size = (lapack_int)n, info;
+    LAPACK_dgetrf(&size, &size, a, &size, pivots, &info);
+    return info;
 }
 
 void phys_lapack_lu_solve(size_t n, const double *a, const int *pivots, double *b)
 {
-    lapack_int size = (lapack_int)n;
-    LAPACKE_dgetrs_work(LAPACK_COL_MAJOR, 'T', size, 1, a, size, pivots, b, size);
+    lapack_int size = (lapack_int)n, info;
+    if (n <= NARROW)
+        narrow_solve((struct narrow){n, n - 1, n, 1}, a, pivots, b);
+    else
+        LAPACK_dgetrs("T", &size, &one, a, &size, pivots, b, &size, &info);
 }
 
 int phys_lapack_lu_solve_once(size_t n, double *a, double *b)
 {
-    if (n == 1) {
-        if (a[0] == 0)
-            return 1;
-        b[0] /= a[0];
-        return 0;
-    }
     int pivots[128], *many = NULL, *p = pivots;
     if (n > sizeof pivots / sizeof *pivots) {
         many = malloc(n * sizeof *many);
@@ -56,94 +144,114 @@ int phys_lapack_lu_solve_once(size_t n, double *a, double *b)
     return info;
 }
 
+/* A narrow band, whose element (0, 0) has 2 width numbers before it. */
+static struct narrow banded(size_t n, size_t width)
+{
+    return (struct narrow){n, width, 1, PHYS_BAND_ROWS(width) - 1};
+}
+
 int phys_lapack_band_factor(size_t n, size_t width, double *band, int *pivots)
 {
-    lapack_int w = (lapack_int)width, size = (lapack_int)n;
-    return LAPACKE_dgbtrf_work(LAPACK_COL_MAJOR, size, size, w, w, band, PHYS_BAND_ROWS(w), pivots);
+    if (width <= NARROW)
+        return narrow_factor(banded(n, width), band + 2 * width, pivots);
+    lapack_int w = (lapack_int)width, size = (lapack_int)n, rows = PHYS_BAND_ROWS(w), info;
+    LAPACK_dgbtrf(&size, &size, &w, &w, band, &rows, pivots, &info);
+    return info;
 }
 
 void phys_lapack_band_solve(size_t n, size_t width, const double *band, const int *pivots,
                             double *b)
 {
-    lapack_int w = (lapack_int)width, size = (lapack_int)n;
-    LAPACKE_dgbtrs_work(LAPACK_COL_MAJOR, 'N', size, w, w, 1, band, PHYS_BAND_ROWS(w), pivots, b,
-                        size);
+    lapack_int w = (lapack_int)width, size = (lapack_int)n, rows = PHYS_BAND_ROWS(w), info;
+    if (width <= NARROW)
+        narrow_solve(banded(n, width), band + 2 * width, pivots, b);
+    else
+        LAPACK_dgbtrs("N", &size, &w, &w, &one, band, &rows, pivots, b, &size, &info);
 }
 
 int phys_lapack_band_factor_complex(size_t n, size_t width, double *band, int *pivots)
 {
-    lapack_int size = (lapack_int)n, w = (lapack_int)width;
-    return LAPACKE_zgbtrf_work(LAPACK_COL_MAJOR, size, size, w, w, (lapack_complex_double *)band,
-                               PHYS_BAND_ROWS(w), pivots);
+    lapack_int w = (lapack_int)width, size = (lapack_int)n, rows = PHYS_BAND_ROWS(w), info;
+    LAPACK_zgbtrf(&size, &size, &w, &w, (lapack_complex_double *)band, &rows, pivots, &info);
+    return info;
 }
 
 void phys_lapack_band_solve_complex(size_t n, size_t width, const double *band, const int *pivots,
                                     double *b)
 {
-    lapack_int size = (lapack_int)n, w = (lapack_int)width;
-    LAPACKE_zgbtrs_work(LAPACK_COL_MAJOR, 'N', size, w, w, 1, (const lapack_complex_double *)band,
-                        PHYS_BAND_ROWS(w), pivots, (lapack_complex_double *)b, size);
+    lapack_int w = (lapack_int)width, size = (lapack_int)n, rows = PHYS_BAND_ROWS(w), info;
+    LAPACK_zgbtrs("N", &size, &w, &w, &one, (const lapack_complex_double *)band, &rows, pivots,
+                  (lapack_complex_double *)b, &size, &info);
 }
 
 int phys_lapack_complex_factor(size_t n, double *a, int *pivots)
 {
-    lapack_int size = (lapack_int)n;
-    return LAPACKE_zgetrf_work(LAPACK_COL_MAJOR, size, size, (lapack_complex_double *)a, size,
-                               pivots);
+    lapack_int size = (lapack_int)n, info;
+    LAPACK_zgetrf(&size, &size, (lapack_complex_double *)a, &size, pivots, &info);
+    return info;
 }
 
 void phys_lapack_complex_solve(size_t n, const double *a, const int *pivots, size_t m, double *b)
 {
-    lapack_int size = (lapack_int)n;
-    LAPACKE_zgetrs_work(LAPACK_COL_MAJOR, 'N', size, (lapack_int)m,
-                        (const lapack_complex_double *)a, size, pivots, (lapack_complex_double *)b,
-                        size);
+    lapack_int size = (lapack_int)n, columns = (lapack_int)m, info;
+    LAPACK_zgetrs("N", &size, &columns, (const lapack_complex_double *)a, &size, pivots,
+                  (lapack_complex_double *)b, &size, &info);
 }
 
 void phys_lapack_complex_eliminate(size_t n, const double *a, const int *pivots, size_t k, size_t m,
                                    double *b, double *work, double *c)
 {
-    const double one[] = {1, 0}, minus_one[] = {-1, 0};
+    const double unit[] = {1, 0}, minus_unit[] = {-1, 0};
     const size_t at = n - k;
     blasint size = (blasint)n, columns = (blasint)m, last = (blasint)k;
     cblas_zcopy((blasint)(n * m), b, 1, work, 1);
-    LAPACKE_zlaswp_work(LAPACK_COL_MAJOR, columns, (lapack_complex_double *)work, size, 1, size,
-                        pivots, 1);
-    cblas_ztrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasUnit, size, columns, one,
+    LAPACK_zlaswp(&columns, (lapack_complex_double *)work, &size, &one, &size, pivots, &one);
+    cblas_ztrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasUnit, size, columns, unit,
                 a, size, work, size);
-    cblas_ztrsm(CblasColMajor, CblasLeft, CblasUpper, CblasTrans, CblasNonUnit, last, columns, one,
+    cblas_ztrsm(CblasColMajor, CblasLeft, CblasUpper, CblasTrans, CblasNonUnit, last, columns, unit,
                 a + 2 * (at * n + at), size, b + 2 * at, size);
-    cblas_zgemm(CblasColMajor, CblasTrans, CblasNoTrans, columns, columns, last, minus_one,
-                b + 2 * at, size, work + 2 * at, size, one, c, columns);
+    cblas_zgemm(CblasColMajor, CblasTrans, CblasNoTrans, columns, columns, last, minus_unit,
+                b + 2 * at, size, work + 2 * at, size, unit, c, columns);
 }
 
 int phys_lapack_tridiagonal_factor_complex(size_t n, double *below, double *diagonal, double *above,
                                            double *second, int *pivots)
 {
-    return LAPACKE_zgttrf_work((lapack_int)n, (lapack_complex_double *)below,
-                               (lapack_complex_double *)diagonal, (lapack_complex_double *)above,
-                               (lapack_complex_double *)second, pivots);
+    lapack_int size = (lapack_int)n, info;
+    LAPACK_zgttrf(&size, (lapack_complex_double *)below, (lapack_complex_double *)diagonal,
+                  (lapack_complex_double *)above, (lapack_complex_double *)second, pivots, &info);
+    return info;
 }
 
 void phys_lapack_tridiagonal_solve_complex(size_t n, const double *below, const double *diagonal,
                                            const double *above, const double *second,
                                            const int *pivots, size_t m, double *b)
 {
-    LAPACKE_zgttrs_work(
-        LAPACK_COL_MAJOR, 'N', (lapack_int)n, (lapack_int)m, (const lapack_complex_double *)below,
-        (const lapack_complex_double *)diagonal, (const lapack_complex_double *)above,
-        (const lapack_complex_double *)second, pivots, (lapack_complex_double *)b, (lapack_int)n);
+    lapack_int size = (lapack_int)n, columns = (lapack_int)m, info;
+    LAPACK_zgttrs("N", &size, &columns, (const lapack_complex_double *)below,
+                  (const lapack_complex_double *)diagonal, (const lapack_complex_double *)above,
+                  (const lapack_complex_double *)second, pivots, (lapack_complex_double *)b, &size,
+                  &info);
+}
+
+static bool any_nan(size_t n, const double *x)
+{
+    for (size_t k = 0; k < n; k++)
+        if (isnan(x[k]))
+            return true;
+    return false;
 }
 
 int phys_lapack_tridiagonal_eigenvectors(size_t n, double *diagonal, double *off, size_t count,
                                          double *values, double *vectors)
 {
-    lapack_int found, *support = malloc(2 * n * sizeof *support);
-    double *all = malloc(n * sizeof *all); /* LAPACK wants room for every one of them */
-    int info = LAPACK_WORK_MEMORY_ERROR;
-    if (support && all)
-        info = LAPACKE_dstevr(LAPACK_COL_MAJOR, 'V', 'I', (lapack_int)n, diagonal, off, 0, 0, 1,
-                              (lapack_int)count, 0, &found, all, vectors, (lapack_int)n, support);
+    lapack_int size = (lapack_int)n, last = (lapack_int)count, found, info = -1;
+    lapack_int room = 20 * size, pivots = 10 * size, *support = malloc(12 * n * sizeof *support);
+    double *all = malloc(21 * n * sizeof *all); /* LAPACK wants room for every eigenvalue */
+    const double zero = 0;
+    if (support && all && !any_nan(n, diagonal) && !any_nan(n - 1, off))
+        LAPACK_dstevr("V", "I", &size, diagonal, off, &zero, &zero, &one, &last, &zero, &found, all,
+                      vectors, &size, support, all + n, &room, support + 2 * n, &pivots, &info);
     for (size_t k = 0; info == 0 && k < count; k++)
         values[k] = all[k];
     free(support);
@@ -153,12 +261,13 @@ int phys_lapack_tridiagonal_eigenvectors(size_t n, double *diagonal, double *off
 
 int phys_lapack_symmetric_factor(size_t n, double *a, int *pivots, double *work)
 {
-    lapack_int size = (lapack_int)n;
+    lapack_int size = (lapack_int)n, room = 64 * size, info;
     if (n == 1) {
         pivots[0] = 1;
         return a[0] == 0;
     }
-    return LAPACKE_dsytrf_work(LAPACK_COL_MAJOR, 'L', size, a, size, pivots, work, 64 * size);
+    LAPACK_dsytrf("L", &size, a, &size, pivots, work, &room, &info);
+    return info;
 }
 
 size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivots)
@@ -178,30 +287,37 @@ size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivot
 
 void phys_lapack_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b)
 {
-    lapack_int size = (lapack_int)n;
+    lapack_int size = (lapack_int)n, columns = (lapack_int)m, info;
     if (n == 1)
         for (size_t k = 0; k < m; k++)
             b[k] /= a[0];
     else
-        LAPACKE_dsytrs_work(LAPACK_COL_MAJOR, 'L', size, (lapack_int)m, a, size, pivots, b, size);
+        LAPACK_dsytrs("L", &size, &columns, a, &size, pivots, b, &size, &info);
 }
 
 int phys_lapack_eigenvectors(size_t n, double *a, double *b, double *values)
 {
-    lapack_int size = (lapack_int)n;
-    return LAPACKE_dsygv(LAPACK_COL_MAJOR, 1, 'V', 'L', size, a, size, b, size, values);
+    lapack_int size = (lapack_int)n, room = 66 * size, info = -1;
+    double *work = malloc((size_t)room * sizeof *work);
+    if (work && !any_nan(n * n, a) && !any_nan(n * n, b))
+        LAPACK_dsygv(&one, "V", "L", &size, a, &size, b, &size, values, work, &room, &info);
+    free(work);
+    return info;
 }
 
 /* By columns the rows are a matrix that is factored as Q R; the signs are those of a positive R. */
 bool phys_lapack_orthonormal_rows(size_t n, size_t length, double *a, double *work)
 {
-    lapack_int columns = (lapack_int)n, size = (lapack_int)length;
-    double *sign = work + n;
-    if (LAPACKE_dgeqrf(LAPACK_COL_MAJOR, size, columns, a, size, work) != 0)
-        return false;
-    for (size_t k = 0; k < n; k++)
+    lapack_int columns = (lapack_int)n, size = (lapack_int)length, room = 64 * columns, info = -1;
+    double *sign = work + n, *blocks = malloc((size_t)room * sizeof *blocks);
+    if (blocks)
+        LAPACK_dgeqrf(&size, &columns, a, &size, work, blocks, &room, &info);
+    for (size_t k = 0; info == 0 && k < n; k++)
         sign[k] = a[k * length + k] < 0 ? -1 : 1;
-    if (LAPACKE_dorgqr(LAPACK_COL_MAJOR, size, columns, columns, a, size, work) != 0)
+    if (info == 0)
+        LAPACK_dorgqr(&size, &columns, &columns, a, &size, work, blocks, &room, &info);
+    free(blocks);
+    if (info != 0)
         return false;
     for (size_t k = 0; k < n * length; k++)
         a[k] *= sign[k / length];

@@ -31,6 +31,17 @@ static void test_help(void **state)
     assert_string_equal(shell_out(), "leastaction " LEASTACTION_VERSION "\n");
 }
 
+/* The dynamic loader lists what it loads before the command starts. */
+static void test_large_libraries_are_loaded_on_use(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"hdf5", "blas", "lapack"};
+    shell_works("LD_TRACE_LOADED_OBJECTS=1 $LA --version");
+    assert_non_null(strstr(shell_out(), "libc.so"));
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        assert_null(strstr(shell_out(), names[k]));
+}
+
 /* ---- JSON ---- */
 
 static void test_json_keys(void **state)
@@ -337,6 +348,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_help, shell_empty),
+        cmocka_unit_test_teardown(test_large_libraries_are_loaded_on_use, shell_empty),
         cmocka_unit_test_teardown(test_json_keys, shell_empty),
         cmocka_unit_test_teardown(test_every_scene_runs, shell_empty),
         cmocka_unit_test_teardown(test_start_on_the_answer, shell_empty),

@@ -1,0 +1,104 @@
+/* Real LU, dense and banded, on either side of the size where LAPACK takes over. */
+#include "tests/close.h"
+#include "physics/linear/linear.h"
+
+#include <float.h>
+
+enum { MOST = 40 };
+
+/* Reproducible numbers in [-1, 1], so that most columns need pivoting. */
+static double number(unsigned *seed)
+{
+    *seed = *seed * 1664525u + 1013904223u;
+    return (double)*seed / 2147483648.0 - 1;
+}
+
+/* Largest component of a x - b in units of |a| |x|, for the rows of a [n x n]. */
+static double residual(size_t n, const double *a, const double *x, const double *b)
+{
+    double worst = 0;
+    for (size_t i = 0; i < n; i++) {
+        double sum = -b[i], size = fabs(b[i]);
+        for (size_t j = 0; j < n; j++) {
+            sum += a[i * n + j] * x[j];
+            size += fabs(a[i * n + j] * x[j]);
+        }
+        worst = fmax(worst, fabs(sum) / size);
+    }
+    return worst;
+}
+
+static void test_dense(void **state)
+{
+    (void)state;
+    double a[MOST * MOST], factor[MOST * MOST], b[MOST], x[MOST], once[MOST];
+    int pivots[MOST];
+    unsigned seed = 1;
+    for (size_t n = 1; n <= MOST; n++) {
+        for (size_t k = 0; k < n * n; k++)
+            factor[k] = a[k] = number(&seed);
+        for (size_t k = 0; k < n; k++)
+            once[k] = x[k] = b[k] = number(&seed);
+        assert_int_equal(phys_lapack_lu_factor(n, factor, pivots), 0);
+        phys_lapack_lu_solve(n, factor, pivots, x);
+        assert_true(residual(n, a, x, b) < 1e-12);
+        for (size_t k = 0; k < n * n; k++)
+            factor[k] = a[k];
+        assert_int_equal(phys_lapack_lu_solve_once(n, factor, once), 0);
+        assert_memory_equal(once, x, n * sizeof *x);
+    }
+}
+
+/* The part of a band that factors fill holds anything before. */
+static void test_band(void **state)
+{
+    (void)state;
+    static double a[MOST * MOST], band[MOST * PHYS_BAND_ROWS(MOST)], b[MOST], x[MOST];
+    int pivots[MOST];
+    unsigned seed = 2;
+    for (size_t n = 1; n <= MOST; n += 3)
+        for (size_t width = 0; width < n; width++) {
+            for (size_t k = 0; k < n * PHYS_BAND_ROWS(width); k++)
+                band[k] = NAN;
+            for (size_t i = 0; i < n; i++) {
+                x[i] = b[i] = number(&seed);
+                for (size_t j = 0; j < n; j++) {
+                    bool inside = i <= j + width && j <= i + width;
+                    a[i * n + j] = inside ? number(&seed) : 0;
+                    if (inside)
+                        band[PHYS_BAND(width, i, j)] = a[i * n + j];
+                }
+            }
+            assert_int_equal(phys_lapack_band_factor(n, width, band, pivots), 0);
+            phys_lapack_band_solve(n, width, band, pivots, x);
+            assert_true(residual(n, a, x, b) < 1e-12);
+        }
+}
+
+/* The first zero pivot is named, factors are complete, and no index leads astray. */
+static void test_singular(void **state)
+{
+    (void)state;
+    for (size_t n = 2; n <= MOST; n += 19) {
+        double a[MOST * MOST] = {0}, x[MOST];
+        int pivots[MOST];
+        for (size_t k = 0; k < n; k++) {
+            a[k * n + k] = k == 1 ? 0 : 2;
+            x[k] = 4;
+        }
+        assert_int_equal(phys_lapack_lu_factor(n, a, pivots), 2);
+        phys_lapack_lu_solve(n, a, pivots, x);
+        const bool finite = fabs(x[1]) <= DBL_MAX;
+        assert_false(finite);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_dense),
+        cmocka_unit_test(test_band),
+        cmocka_unit_test(test_singular),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
