@@ -15,7 +15,6 @@ struct phys_newton {
     double unit;                      /* action in units of the objective */
     double damping;
     bool lengthened; /* the last step */
-    size_t slow;     /* steps, up to the last */
 };
 
 /* Of the settings `reference` is ignored. Ends with phys_newton_free, whatever it returned. */

@@ -131,8 +131,8 @@ static bool try_step(struct phys_newton *s, double from, size_t number, struct p
     return true;
 }
 
-/* One step, damped as much as it needs. False if none makes the gradient smaller. */
-static bool improve(struct phys_newton *s, struct phys_path_step *at)
+/* One step, damped as much as it needs. False if none makes the gradient smaller. `slow` counts. */
+static bool improve(struct phys_newton *s, struct phys_path_step *at, size_t *slow)
 {
     size_t number = at->step + 1;
     phys_hessian_at(&s->hessian, s->path.x, 0);
@@ -151,7 +151,7 @@ static bool improve(struct phys_newton *s, struct phys_path_step *at)
         s->damping /= DAMPING_FACTOR * DAMPING_FACTOR;
     if (s->damping < LEAST_DAMPING)
         s->damping = 0;
-    s->slow = norm(s) > SLOW * from ? s->slow + 1 : 0;
+    *slow = norm(s) > SLOW * from ? *slow + 1 : 0;
     return true;
 }
 
@@ -163,13 +163,15 @@ static bool at_rounding(struct phys_newton *s)
 static enum phys_stop follow(struct phys_newton *s, struct phys_path_step *at)
 {
     enum phys_stop stop = phys_path_program_report(&s->path, at);
+    size_t slow = 0;
+    s->damping = 0;
     while (!stop) {
-        bool moved = improve(s, at);
+        bool moved = improve(s, at, &slow);
         if (moved)
             stop = phys_path_program_report(&s->path, at);
         if (!stop && s->hessian.stopped)
             stop = PHYS_STOP_INTERRUPTED;
-        else if (!stop && (!moved || s->slow >= PATIENCE))
+        else if (!stop && (!moved || slow >= PATIENCE))
             stop = at_rounding(s) ? PHYS_STOP_ROUNDING : PHYS_STOP_STALLED;
     }
     return stop;
@@ -194,8 +196,6 @@ static enum ad_status iterate(struct phys_newton *s, double *path, struct phys_p
     enum phys_stop stop = follow(s, &at);
     if (stop == PHYS_STOP_STALLED && s->path.settings->adam_steps > 0) {
         memcpy(s->path.x, path, s->path.n * sizeof *path);
-        s->damping = 0;
-        s->slow = 0;
         at = phys_path_program_run(&s->path, at.step + 1);
         stop = follow(s, &at);
     }
@@ -206,8 +206,6 @@ static enum ad_status iterate(struct phys_newton *s, double *path, struct phys_p
 enum ad_status phys_newton_solve(struct phys_newton *s, double *path, struct phys_path_info *info,
                                  struct ad_error *error)
 {
-    s->damping = 0;
-    s->slow = 0;
     s->hessian.stopped = false;
     phys_path_program_start(&s->path, path);
     if (s->settings.adam_steps == 0 || begins_at_rounding(s) ||

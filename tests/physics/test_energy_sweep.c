@@ -75,8 +75,40 @@ static void pairs_are_found_where_they_begin(void **state)
     phys_system_close(&pendulum);
 }
 
+/* K at the complementary modulus k' by the arithmetic-geometric mean. */
+static double complete(double k1)
+{
+    double a = 1, b = k1;
+    while (fabs(a - b) > 1e-15 * a) {
+        double mean = (a + b) / 2;
+        b = sqrt(a * b);
+        a = mean;
+    }
+    return M_PI / (a + b);
+}
+
+/* A turn just below the top, where the time is a logarithm of the gap: its height is found between
+   the places that are looked at. */
+static void energies_just_below_the_top(void **state)
+{
+    (void)state;
+    struct phys_system pendulum;
+    struct ad_error error = {0};
+    assert_int_equal(phys_system_open("pendulum", &pendulum, &error), AD_OK);
+    phys_system_set(&pendulum, "g", 1, &error);
+    phys_system_set(&pendulum, "l", 1, &error);
+    for (double gap = 1e-4; gap > 1e-10; gap /= 10) {
+        double k = sqrt(1 - gap / 2), E[8] = {0};
+        double time = 2 * complete(sqrt(gap / 2)) + elliptic(asin(sin(end / 2) / k), k);
+        assert_int_equal(energies(&pendulum, 1, time, E), 1);
+        assert_close(2 - E[0], gap, 1e-6, 1e-13);
+    }
+    phys_system_close(&pendulum);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(pairs_are_found_where_they_begin)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(pairs_are_found_where_they_begin),
+                                       cmocka_unit_test(energies_just_below_the_top)};
     return cmocka_run_group_tests_name("energy sweep", tests, NULL, NULL);
 }
