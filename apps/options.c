@@ -25,6 +25,10 @@ static const struct option general[] = {
      AT(no_native)},
 };
 
+static const struct option scene[] = {
+    {"set", "NAME=VALUE", OPTION_SETTINGS, NULL, "a parameter of the scene; repeatable", AT(set)},
+};
+
 static const struct option outputs[] = {
     {"out", "FILE.h5", OPTION_OUTPUT, NULL, "everything, as HDF5", AT(out)},
     {"csv", "FILE", OPTION_OUTPUT, NULL, "the result as CSV; - is standard output", AT(csv)},
@@ -39,26 +43,52 @@ enum { FILES_MOST = 16 }; /* arguments and options of a subcommand that name fil
 
 size_t options_rows(const struct command_line *line)
 {
-    return line->n_options + COUNT(general) + (line->outputs ? COUNT(outputs) : 0);
+    return line->n_options + (line->scene ? COUNT(scene) : 0) +
+           (line->outputs ? COUNT(outputs) : 0) + COUNT(general);
 }
 
 const struct option *options_row(const struct command_line *line, size_t k)
 {
-    if (k < line->n_options)
-        return &line->options[k];
-    k -= line->n_options;
-    if (!line->outputs)
-        return &general[k];
-    return k < COUNT(outputs) ? &outputs[k] : &general[k - COUNT(outputs)];
+    const struct {
+        const struct option *row;
+        size_t n;
+    } part[] = {{line->options, line->n_options},
+                {scene, line->scene ? COUNT(scene) : 0},
+                {outputs, line->outputs ? COUNT(outputs) : 0},
+                {general, COUNT(general)}};
+    size_t p = 0;
+    while (k >= part[p].n)
+        k -= part[p++].n;
+    return &part[p].row[k];
 }
 
-static const struct option *find(const struct command_line *line, const char *name, size_t length)
+/* The row of an option; as many as there are if there is none. */
+static size_t find(const struct command_line *line, const char *name, size_t length)
 {
-    for (size_t k = 0; k < options_rows(line); k++)
-        if (strlen(options_row(line, k)->name) == length &&
-            strncmp(options_row(line, k)->name, name, length) == 0)
-            return options_row(line, k);
-    return NULL;
+    size_t k = 0;
+    while (k < options_rows(line) && (strlen(options_row(line, k)->name) != length ||
+                                      strncmp(options_row(line, k)->name, name, length) != 0))
+        k++;
+    return k;
+}
+
+enum ad_status options_refuse(const struct common *common, const char *names, const char *what,
+                              struct ad_error *error)
+{
+    for (size_t length; *names; names += length + (names[length] == ' ')) {
+        length = strcspn(names, " ");
+        if (common->given >> find(common->line, names, length) & 1)
+            return ad_fail(error, AD_E_ARGUMENT, "--%.*s %s", (int)length, names, what);
+    }
+    return AD_OK;
+}
+
+enum ad_status options_conflicts(size_t n, const struct conflict rows[], struct ad_error *error)
+{
+    for (size_t k = 0; k < n; k++)
+        if (rows[k].wrong)
+            return ad_fail(error, AD_E_ARGUMENT, "%s", rows[k].what);
+    return AD_OK;
 }
 
 static enum ad_status unknown(const struct command_line *line, const char *name, size_t length,
@@ -139,6 +169,7 @@ static const struct kind {
     [OPTION_SIZE] = {"a number such as 0.5", "at least 0", 0},
     [OPTION_COUNT] = {"a whole number such as 10", NULL, 0},
     [OPTION_SOME] = {"a whole number such as 10", "at least 1", 1},
+    [OPTION_TWO] = {"a whole number such as 10", "at least 2", 2},
     [OPTION_SLICES] = {"a whole number such as 10", "at least 3", 3},
     [OPTION_SEED] = {"a whole number such as 10", NULL, 0},
 };
@@ -172,6 +203,7 @@ static enum ad_status store(const struct option *option, const char *text, char 
         break;
     case OPTION_COUNT:
     case OPTION_SOME:
+    case OPTION_TWO:
     case OPTION_SLICES:
         right = options_integer(text, OPTION_NO_COUNT - 1, &whole);
         within = whole >= kind->least;
@@ -237,9 +269,11 @@ static enum ad_status parse_option(const struct command_line *line, int argc, ch
 {
     const char *name = argv[*word] + 2, *equals = strchr(name, '=');
     size_t length = equals ? (size_t)(equals - name) : strlen(name);
-    const struct option *option = find(line, name, length);
-    if (!option)
+    size_t row = find(line, name, length);
+    if (row == options_rows(line))
         return unknown(line, name, length, error);
+    const struct option *option = options_row(line, row);
+    ((struct common *)(void *)values)->given |= UINT64_C(1) << row;
     if (option->kind == OPTION_FLAG) {
         if (equals)
             return ad_fail(error, AD_E_ARGUMENT, "--%s takes no value, got '%s'; give it alone",
@@ -329,6 +363,7 @@ enum ad_status options_parse(const struct command_line *line, int argc, char *co
 {
     struct common *common = values;
     enum ad_status status = AD_OK;
+    common->line = line;
     for (size_t k = 0; k < options_rows(line); k++)
         store_default(options_row(line, k), values);
     for (int k = 0; k < argc && status == AD_OK; k++) {

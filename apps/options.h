@@ -19,6 +19,7 @@ enum option_kind {
     OPTION_SIZE,     /* the same, at least 0 */
     OPTION_COUNT,    /* size_t; OPTION_NO_COUNT if not given */
     OPTION_SOME,     /* the same, at least 1 */
+    OPTION_TWO,      /* the same, at least 2 */
     OPTION_SLICES,   /* the same, at least 3 */
     OPTION_SEED,     /* uint64_t */
     OPTION_TEXTS,    /* struct texts: repeatable */
@@ -54,9 +55,12 @@ struct common {
     uint64_t seed;
     size_t threads;
     const char *out, *csv, *plot; /* where the subcommand has results to write */
+    struct settings set;          /* where it opens a scene */
     const char *argument[2];      /* what is not an option, in order; NULL beyond the last */
     size_t n_arguments;
     const char *command; /* the whole command line, quoted for a shell; set by main */
+    const struct command_line *line;
+    uint64_t given; /* bit k: row k of the line */
 };
 
 /* The command line of one subcommand. */
@@ -64,6 +68,7 @@ struct command_line {
     const char *name, *what;  /* "path", "stationary path between two ends" */
     const char *arguments[2]; /* placeholders: "SCENE" is needed, "[SCENE]" optional */
     bool names;               /* the arguments are names, never files to read */
+    bool scene;               /* takes --set */
     bool outputs;             /* takes --out, --csv and --plot */
     const struct option *options;
     size_t n_options;
@@ -93,6 +98,18 @@ static inline size_t option_count_or(size_t given, size_t otherwise)
 {
     return given == OPTION_NO_COUNT ? otherwise : given;
 }
+
+/* AD_E_ARGUMENT, "--NAME WHAT", for the first that was given of these options, names apart by
+   blanks. */
+enum ad_status options_refuse(const struct common *common, const char *names, const char *what,
+                              struct ad_error *error);
+
+/* AD_E_ARGUMENT for the first of some rows that is wrong. */
+struct conflict {
+    bool wrong;
+    const char *what;
+};
+enum ad_status options_conflicts(size_t n, const struct conflict rows[], struct ad_error *error);
 
 /* Index of the value of an option that is one of names[0..n-1]; n, and an AD_E_ARGUMENT that lists
    them, if it is none. */

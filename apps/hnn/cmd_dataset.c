@@ -203,27 +203,16 @@ static const struct option table[] = {
     {"max-speed", "W", OPTION_NUMBER, NULL, "of starts, rad/s [1]", AT(max_speed)},
 };
 
-/* Rows of the table that one kind of task alone takes. */
-enum { COMMON_ROWS = 3, MOTION_ROWS = 9, ALL_ROWS = sizeof table / sizeof *table };
-
-static bool given(const struct dataset_options *options, const struct option *o)
-{
-    const char *at = (const char *)options + o->offset;
-    return o->kind == OPTION_NUMBER ? !isnan(*(const double *)(const void *)at)
-                                    : *(const char *const *)(const void *)at != NULL;
-}
-
 /* An option that would do nothing is refused. */
 static enum ad_status check_options(const struct dataset_options *options, bool pixels,
                                     struct ad_error *error)
 {
-    size_t first = pixels ? COMMON_ROWS : MOTION_ROWS, end = pixels ? MOTION_ROWS : ALL_ROWS;
-    for (size_t k = first; k < end; k++)
-        if (given(options, &table[k]))
-            return ad_fail(error, AD_E_ARGUMENT, "--%s is %s", table[k].name,
-                           pixels ? "not for pixels; leave it out"
-                                  : "for pixels alone; leave it out");
-    return AD_OK;
+    return pixels
+               ? options_refuse(&options->common,
+                                "time noise min-radius max-radius spread strength",
+                                "is not for pixels; leave it out", error)
+               : options_refuse(&options->common, "size filter rows columns dt max-angle max-speed",
+                                "is for pixels alone; leave it out", error);
 }
 
 static int run(const void *values, struct ad_error *error)

@@ -24,7 +24,7 @@ static void field_report(const void *context, struct report *report)
 }
 
 static const struct output_kind outputs = {field_report, field_write_file, field_write_csv,
-                                           field_picture};
+                                           field_picture, NULL};
 
 static int run(const void *values, struct ad_error *error)
 {

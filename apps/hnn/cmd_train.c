@@ -125,7 +125,7 @@ static const struct option table[] = {
     {"out", "FILE.h5", OPTION_OUTPUT, "model.h5", "the model, and all that --resume needs",
      AT(common.out)},
     {"log", "FILE", OPTION_OUTPUT, NULL, "losses as CSV; - is standard output", AT(log)},
-    {"checkpoint", "SECONDS", OPTION_NUMBER, "10", "between writes of --out on the way",
+    {"checkpoint", "SECONDS", OPTION_SIZE, "10", "between writes of --out on the way",
      AT(checkpoint)},
     {"resume", NULL, OPTION_FLAG, NULL, "go on from --out, if it is there", AT(resume)},
 };

@@ -104,4 +104,4 @@ static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad
     return error->status;
 }
 
-const struct output_kind film_outputs = {report_film, write_file, write_csv, film_picture};
+const struct output_kind film_outputs = {report_film, write_file, write_csv, film_picture, NULL};

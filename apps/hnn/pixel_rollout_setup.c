@@ -10,10 +10,7 @@ enum { FRAMES = 300 };
 static enum ad_status check_options(const struct rollout_options *o, struct ad_error *error)
 {
     bool many = o->starts != OPTION_NO_COUNT, adds = !isnan(o->add_energy);
-    const struct {
-        bool wrong;
-        const char *what;
-    } rule[] = {
+    const struct conflict rows[] = {
         {o->x0 || o->state || o->time_column || o->energy || !isnan(o->strength) ||
              !isnan(o->from) || o->skip_missing || o->skip_rows,
          "--x0, --state, --time-column, --from, --energy, --strength, --skip-missing and "
@@ -27,12 +24,8 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
         {many &&
              (adds || o->reverse || o->trial || o->common.out || o->common.csv || o->common.plot),
          "--starts: expected no --trial, --reverse, --add-energy, --out, --csv or --plot"},
-        {o->starts == 0, "--starts: expected at least 1, got 0"},
     };
-    for (size_t k = 0; k < sizeof rule / sizeof *rule; k++)
-        if (rule[k].wrong)
-            return ad_fail(error, AD_E_ARGUMENT, "%s", rule[k].what);
-    return AD_OK;
+    return options_conflicts(sizeof rows / sizeof *rows, rows, error);
 }
 
 /* ---- starts ---- */

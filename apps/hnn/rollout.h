@@ -16,7 +16,6 @@ struct rollout_options {
     size_t points, starts;
     bool reverse, skip_missing;
     size_t skip_rows;
-    struct settings set;
 };
 
 /* Frames of one motion, and what they show of its energy. */

@@ -157,4 +157,5 @@ static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad
     return AD_OK;
 }
 
-const struct output_kind rollout_outputs = {report_run, write_file, write_csv, rollout_picture};
+const struct output_kind rollout_outputs = {report_run, write_file, write_csv, rollout_picture,
+                                            NULL};

@@ -13,34 +13,11 @@ static const double default_time = 20;
 
 /* ---- what goes with what ---- */
 
-static enum ad_status check_numbers(const struct rollout_options *o, struct ad_error *error)
-{
-    const struct {
-        const char *name;
-        double value, example;
-    } positive[] = {{"time", o->time, 20},
-                    {"dt", o->dt, 0.01},
-                    {"rtol", o->rtol, 1e-9},
-                    {"strength", o->strength, 1}};
-    for (size_t k = 0; k < sizeof positive / sizeof *positive; k++)
-        if (!isnan(positive[k].value) && !(positive[k].value > 0))
-            return ad_fail(error, AD_E_ARGUMENT, "--%s: expected more than 0, such as %g, got %g",
-                           positive[k].name, positive[k].example, positive[k].value);
-    if (o->points < 2)
-        return ad_fail(error, AD_E_ARGUMENT, "--points: expected at least 2, got %zu", o->points);
-    if (o->starts == 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--starts: expected at least 1, got 0");
-    return AD_OK;
-}
-
 static enum ad_status check_options(const struct rollout_options *o, struct ad_error *error)
 {
     const struct common *c = &o->common;
     bool many = o->starts != OPTION_NO_COUNT, adds = !isnan(o->add_energy);
-    const struct {
-        bool wrong;
-        const char *what;
-    } rule[] = {
+    const struct conflict rows[] = {
         {adds != !isnan(o->at), "--add-energy DE and --at T: expected both or none"},
         {!isnan(o->dt) && !isnan(o->rtol),
          "--dt and --rtol: expected one of them; leave the other out"},
@@ -58,10 +35,7 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
          "which they choose from"},
         {!isnan(o->strength) && !o->truth, "--strength needs --truth TASK, whose potential it is"},
     };
-    for (size_t k = 0; k < sizeof rule / sizeof *rule; k++)
-        if (rule[k].wrong)
-            return ad_fail(error, AD_E_ARGUMENT, "%s", rule[k].what);
-    return check_numbers(o, error);
+    return options_conflicts(sizeof rows / sizeof *rows, rows, error);
 }
 
 enum ad_status rollout_steps(const struct rollout_options *o, struct hnn_rollout_settings *s,
@@ -173,7 +147,7 @@ static enum ad_status use_scene(struct rollout_run *run, struct ad_error *error)
         return ad_fail(error, unknown.status, "--truth: %s%s",
                        unknown.status == AD_E_ARGUMENT ? "no such file or task, and " : "",
                        unknown.message);
-    if (phys_system_set_all(&run->system, o->set.n, o->set.setting, error) != AD_OK)
+    if (phys_system_set_all(&run->system, o->common.set.n, o->common.set.setting, error) != AD_OK)
         return error->status;
     if (2 * run->system.dof != run->model[0].ode.n)
         return ad_fail(error, AD_E_ARGUMENT,
@@ -197,17 +171,13 @@ static enum ad_status find_truth(struct rollout_run *run, struct ad_error *error
         return AD_OK;
     run->task = hnn_task_find(o->truth, &not_one);
     bool data = !run->task && is_data(o->truth), scene = !run->task && !data;
-    const struct {
-        bool wrong;
-        const char *what;
-    } rule[] = {
+    const struct conflict rows[] = {
         {!run->task && o->starts != OPTION_NO_COUNT,
          "--starts needs --truth TASK, whose starts they are"},
-        {!scene && o->set.n, "--set needs --truth SCENE, whose parameter it is"},
+        {!scene && o->common.set.n, "--set needs --truth SCENE, whose parameter it is"},
     };
-    for (size_t k = 0; k < sizeof rule / sizeof *rule; k++)
-        if (rule[k].wrong)
-            return ad_fail(error, AD_E_ARGUMENT, "%s", rule[k].what);
+    if (options_conflicts(sizeof rows / sizeof *rows, rows, error) != AD_OK)
+        return error->status;
     if (!data && o->energy)
         return ad_fail(error, AD_E_ARGUMENT, "--energy: %s has its own; leave it out", o->truth);
     return run->task ? use_energy(run, o->truth, error)

@@ -6,21 +6,13 @@
 /* Options that speak of columns, or of rates that are known. */
 static enum ad_status check_options(const struct train_options *o, struct ad_error *error)
 {
-    const struct {
-        const char *name;
-        bool given;
-    } option[] = {{"state", o->state},         {"rate", o->rate},
-                  {"time", o->time},           {"trial", o->trial},
-                  {"test", o->test},           {"unit", o->unit},
-                  {"normalise", o->normalise}, {"dt", !isnan(o->dt)},
-                  {"rollout", o->rollout},     {"skip-missing", o->skip_missing},
-                  {"skip-rows", o->skip_rows}};
-    for (size_t k = 0; k < sizeof option / sizeof *option; k++)
-        if (option[k].given)
-            return ad_fail(error, AD_E_ARGUMENT,
-                           "--%s is for models of states, not for --model %s; leave it out",
-                           option[k].name, o->model);
-    return AD_OK;
+    char what[96];
+    snprintf(what, sizeof what, "is for models of states, not for --model %s; leave it out",
+             o->model);
+    return options_refuse(&o->common,
+                          "state rate time trial test unit normalise dt rollout skip-missing "
+                          "skip-rows",
+                          what, error);
 }
 
 enum ad_status train_read_frames(struct train_run *run, struct ad_error *error)

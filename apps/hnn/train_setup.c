@@ -167,9 +167,6 @@ static enum ad_status training_settings(struct train_run *run, struct ad_error *
     s->threads = o->common.threads;
     s->progress = train_after_step;
     s->context = run;
-    if (!(o->checkpoint >= 0))
-        return ad_fail(error, AD_E_ARGUMENT, "--checkpoint: expected at least 0, got %g",
-                       o->checkpoint);
     if (error->status == AD_OK && o->batch)
         read_batch(o->batch, &s->batch, error);
     return error->status;

@@ -3,7 +3,7 @@
 #include "apps/command.h"
 #include "apps/interrupt.h"
 
-void outputs_abandon(struct outputs *outputs)
+static void abandon(struct outputs *outputs)
 {
     phys_hdf5_abandon(outputs->file);
     outputs->file = NULL;
@@ -11,35 +11,25 @@ void outputs_abandon(struct outputs *outputs)
     plot_abandon(&outputs->plot);
 }
 
-enum ad_status outputs_begin(const struct common *common, struct outputs *outputs,
-                             struct ad_error *error)
+static enum ad_status begin(const struct common *common, struct outputs *outputs,
+                            struct ad_error *error)
 {
     *outputs = (struct outputs){0};
     if ((common->out && phys_hdf5_create(common->out, &outputs->file, error) != AD_OK) ||
         result_begin(&outputs->csv, common->csv, error) != AD_OK ||
         (common->plot && plot_begin(&outputs->plot, common->plot, error) != AD_OK))
-        outputs_abandon(outputs);
+        abandon(outputs);
     return error->status;
 }
 
-enum ad_status outputs_commit(struct outputs *outputs, struct ad_error *error)
+static enum ad_status commit(struct outputs *outputs, struct ad_error *error)
 {
     if (phys_hdf5_commit(outputs->file, error) == AD_OK &&
         result_commit(&outputs->csv, error) == AD_OK)
         plot_commit(&outputs->plot, error);
     outputs->file = NULL; /* committing frees it, whatever it returns */
-    outputs_abandon(outputs);
+    abandon(outputs);
     return error->status;
-}
-
-enum ad_status outputs_finish(struct outputs *outputs, const struct common *common,
-                              struct report *report, struct ad_error *error)
-{
-    if (error->status == AD_OK)
-        outputs_commit(outputs, error);
-    else
-        outputs_abandon(outputs);
-    return report_show(report, common, error);
 }
 
 enum ad_status outputs_run(const struct output_kind *kind, const struct common *common, void *run,
@@ -48,9 +38,10 @@ enum ad_status outputs_run(const struct output_kind *kind, const struct common *
 {
     struct outputs outputs;
     struct report report = {0};
-    if (outputs_begin(common, &outputs, error) != AD_OK)
+    if (begin(common, &outputs, error) != AD_OK)
         return error->status;
-    if (!go || go(run, error) == AD_OK) {
+    if ((!kind->begin || kind->begin(run, &outputs, error) == AD_OK) &&
+        (!go || go(run, error) == AD_OK)) {
         interrupt_finish();
         kind->report(run, &report);
         if (outputs.file) {
@@ -64,5 +55,9 @@ enum ad_status outputs_run(const struct output_kind *kind, const struct common *
         if (outputs.plot.script && error->status == AD_OK)
             kind->picture(run, &outputs.plot, error);
     }
-    return outputs_finish(&outputs, common, &report, error);
+    if (error->status == AD_OK)
+        commit(&outputs, error);
+    else
+        abandon(&outputs);
+    return report_show(&report, common, error); /* nothing where a file cannot be written */
 }

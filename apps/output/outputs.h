@@ -22,22 +22,12 @@ struct output_kind {
     enum ad_status (*file)(const void *run, phys_hdf5 *file, struct ad_error *error);
     void (*csv)(const void *run, FILE *out);
     enum ad_status (*picture)(const void *run, struct plot *plot, struct ad_error *error);
+    /* Before the run, with the files begun; NULL: nothing. */
+    enum ad_status (*begin)(void *run, struct outputs *outputs, struct ad_error *error);
 };
 /* Begins the files, runs, writes and shows. `go` NULL: it has run. */
 enum ad_status outputs_run(const struct output_kind *kind, const struct common *common, void *run,
                            enum ad_status (*go)(void *run, struct ad_error *error),
                            struct ad_error *error);
-
-/* ---- its parts ---- */
-
-enum ad_status outputs_begin(const struct common *common, struct outputs *outputs,
-                             struct ad_error *error);
-/* All of them appear, up to the first that fails. */
-enum ad_status outputs_commit(struct outputs *outputs, struct ad_error *error);
-void outputs_abandon(struct outputs *outputs);
-/* Commits the files, or abandons them where `error` has something; then shows the report, and frees
-   it: nothing is printed of a run whose files cannot be written. */
-enum ad_status outputs_finish(struct outputs *outputs, const struct common *common,
-                              struct report *report, struct ad_error *error);
 
 #endif

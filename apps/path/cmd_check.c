@@ -10,7 +10,6 @@ struct options {
     struct common common;
     size_t slices, entries;
     double dt, tolerance;
-    struct settings set;
 };
 
 /* "q theta" for row k of q over v over t. */
@@ -109,7 +108,8 @@ static int run(const void *values, struct ad_error *error)
     struct phys_system system;
     struct phys_checks checks = {0};
     if (phys_system_open(options->common.argument[0], &system, error) == AD_OK &&
-        phys_system_set_all(&system, options->set.n, options->set.setting, error) == AD_OK &&
+        phys_system_set_all(&system, options->common.set.n, options->common.set.setting, error) ==
+            AD_OK &&
         phys_check_scene(&system, options->common.seed,
                          option_count_or(options->slices, system.scene->slices),
                          option_number_or(options->dt, system.scene->dt), options->tolerance,
@@ -133,13 +133,13 @@ static const struct option table[] = {
     {"tol", "E", OPTION_POSITIVE, "1e-6", "error of a derivative, relative to the largest",
      AT(tolerance)},
     {"entries", "N", OPTION_COUNT, "200", "compared with differences; 0: all", AT(entries)},
-    {"set", "NAME=VALUE", OPTION_SETTINGS, NULL, "a parameter of the scene; repeatable", AT(set)},
 };
 
 const struct command command_check = {
     .line = {.name = "check",
              .what = "gradient, second order, slice locality and energies of a Lagrangian",
              .arguments = {"SCENE|SCENE.so"},
+             .scene = true,
              .options = table,
              .n_options = sizeof table / sizeof *table},
     .bytes = sizeof(struct options),

@@ -4,64 +4,58 @@
 #include "apps/output/outputs.h"
 #include "path.h"
 
-#include <stdlib.h>
 #include <string.h>
 
-static enum ad_status solve(struct path_run *run, struct path_record *record,
-                            struct path_result *result, struct ad_error *error)
+/* --tol, and what the files begin with. */
+static enum ad_status begin(void *context, struct outputs *outputs, struct ad_error *error)
 {
-    if (error->status != AD_OK)
+    struct path_run *run = context;
+    if (path_wants_tolerance(run->options) && path_refine(run, error) != AD_OK)
         return error->status;
+    path_record_begin(&run->record, run, outputs->file, outputs->plot.script != NULL);
+    return outputs->file ? path_file_begin(run, outputs->file, error) : AD_OK;
+}
+
+static enum ad_status solve(void *context, struct ad_error *error)
+{
+    struct path_run *run = context;
+    struct path_record *record = &run->record;
     run->settings.progress = path_record_step;
     run->settings.proceed = path_record_proceed;
     run->settings.context = record;
     run->settings.compare = run->reference;
     interrupt_catch();
-    if (path_wants_all(run->options) && path_find_all(run, result, error) != AD_OK)
-        return error->status;
-    if (run->system.scene->free_time && !path_wants_all(run->options)) {
-        if (phys_path_free_time(&run->system, &run->settings, 0, run->path, &result->found.info,
-                                error) != AD_OK)
-            return error->status;
+    if (path_wants_all(run->options)) {
+        path_find_all(run, error);
+    } else if (run->system.scene->free_time) {
+        phys_path_free_time(&run->system, &run->settings, 0, run->path, &run->found.info, error);
         run->settings.adam_steps = 0; /* the path is found */
     }
-    phys_path_find(run->solver, &run->system, &run->settings, run->path, &result->found, error);
+    if (error->status == AD_OK)
+        phys_path_find(run->solver, &run->system, &run->settings, run->path, &run->found, error);
     progress_end(&record->progress);
     if (record->failed)
         ad_fail(error, AD_E_MEMORY, "out of memory for the history of the run");
+    path_diagnose_lost(run, error);
     return error->status;
 }
 
-/* The files, then the report: nothing is printed of a run whose files cannot be written. */
-static enum ad_status write_results(const struct path_run *run, const struct path_record *record,
-                                    const struct path_result *result, struct outputs *outputs,
-                                    struct ad_error *error)
-{
-    struct report report = {0};
-    interrupt_finish();
-    path_report(run, result, &report);
-    if (outputs->file)
-        path_file_end(run, record, result, &report, outputs->file, error);
-    if (outputs->csv.out)
-        path_write_csv(run, outputs->csv.out);
-    if (outputs->plot.script)
-        path_picture(run, record, result, &outputs->plot);
-    return outputs_finish(outputs, &run->options->common, &report, error);
-}
+static const struct output_kind outputs = {path_report, path_file, path_write_csv, path_picture,
+                                           begin};
 
 /* Newton's method always has a target, a descent where --grad-tol gives one. */
-static bool converged(const struct path_run *run, const struct path_result *result)
+static bool converged(const struct path_run *run)
 {
-    enum phys_stop stop = result->found.info.stop;
+    enum phys_stop stop = run->found.info.stop;
     bool asked = run->settings.tolerance > 0 || strcmp(run->solver->name, "newton") == 0;
     return !asked || run->solver == &phys_solver_march || stop == PHYS_STOP_TOLERANCE ||
            stop == PHYS_STOP_ROUNDING;
 }
 
 /* What to try where a solver did not converge. */
-static const char *advice(const struct path_run *run, const struct path_result *result)
+static const char *advice(const struct path_run *run)
 {
-    if (result->found.info.stop == PHYS_STOP_STEPS)
+    if (run->found.info.stop == PHYS_STOP_STEPS)
         return "; try more --steps";
     if (strcmp(run->solver->name, "newton") != 0)
         return "";
@@ -77,69 +71,44 @@ static const char *advice(const struct path_run *run, const struct path_result *
 }
 
 /* Whether the run reached what was asked. */
-static int judge(const struct path_run *run, const struct path_result *result,
-                 struct ad_error *error)
+static int judge(const struct path_run *run, struct ad_error *error)
 {
-    if (result->found.info.stop == PHYS_STOP_INTERRUPTED)
+    if (run->found.info.stop == PHYS_STOP_INTERRUPTED)
         ad_fail(error, AD_E_ACCURACY, "interrupted after step %zu of %zu; results are those so far",
-                result->found.info.steps, run->settings.steps);
-    else if (!converged(run, result))
+                run->found.info.steps, run->settings.steps);
+    else if (!converged(run))
         ad_fail(error, AD_E_ARGUMENT, "not converged: %s, |gradient| %.3g after %zu steps%s",
-                path_stop_name(result->found.info.stop), result->found.info.grad_norm,
-                result->found.info.steps, advice(run, result));
+                path_stop_name(run->found.info.stop), run->found.info.grad_norm,
+                run->found.info.steps, advice(run));
     else if (path_wants_tolerance(run->options) &&
-             result->found.discretisation > run->options->tolerance)
+             run->found.discretisation > run->options->tolerance)
         ad_fail(
             error, AD_E_ACCURACY,
             "--tol %g is not met: a rule of higher order is %.2g away, for an estimate of %.2g; "
             "allow a larger error or take another --rule",
-            run->options->tolerance, result->found.discretisation, path_estimate(run));
-    else if (run->options->reference && result->found.another && !path_wants_all(run->options))
+            run->options->tolerance, run->found.discretisation, path_estimate(run));
+    else if (run->options->reference && run->found.another && !path_wants_all(run->options))
         ad_fail(error, AD_E_ACCURACY,
                 "--reference %s leads to another stationary path between the same ends, up to %.3g "
                 "away; try --init %s, or --all for several",
-                run->options->reference, result->found.reference_distance, run->options->reference);
+                run->options->reference, run->found.reference_distance, run->options->reference);
     else
         path_ephemeris_judge(run, error);
     return error->status == AD_OK ? DONE : NOT_REACHED;
 }
 
-static int run_path(struct path_run *run, struct ad_error *error)
-{
-    const struct common *common = &run->options->common;
-    struct path_record record;
-    struct path_result result = {0};
-    struct outputs outputs;
-    if (outputs_begin(common, &outputs, error) != AD_OK)
-        return command_status(error);
-    int status = NOT_REACHED;
-    path_record_begin(&record, run, outputs.file, common->plot != NULL);
-    if (outputs.file)
-        path_file_begin(run, outputs.file, error);
-    if (solve(run, &record, &result, error) != AD_OK) {
-        path_diagnose_lost(run, record.n == 0, error);
-        status = command_status(error);
-        outputs_abandon(&outputs);
-    } else if (write_results(run, &record, &result, &outputs, error) == AD_OK) {
-        path_diagnose(run, &result);
-        status = judge(run, &result, error);
-    }
-    path_record_free(&record);
-    phys_solutions_free(&result.solutions);
-    phys_path_found_free(&result.found);
-    return status;
-}
-
 static int run(const void *options, struct ad_error *error)
 {
-    struct path_run path_run;
-    int status = WRONG_USE;
-    if (path_setup(options, &path_run, error) == AD_OK &&
-        (!path_wants_tolerance(options) || path_refine(&path_run, error) == AD_OK))
-        status = run_path(&path_run, error);
-    else
+    struct path_run run;
+    int status;
+    if (path_setup(options, &run, error) == AD_OK &&
+        outputs_run(&outputs, &run.options->common, &run, solve, error) == AD_OK) {
+        path_diagnose(&run);
+        status = judge(&run, error);
+    } else {
         status = command_status(error);
-    path_run_free(&path_run);
+    }
+    path_run_free(&run);
     return status;
 }
 
@@ -188,7 +157,6 @@ static const struct option table[] = {
      AT(noise)},
     {"reference", "FILE.csv", OPTION_INPUT, NULL, "errors are against this path [see below]",
      AT(reference)},
-    {"set", "NAME=VALUE", OPTION_SETTINGS, NULL, "a parameter of the scene; repeatable", AT(set)},
     {"preset", "paper", OPTION_TEXT, NULL, "the published setting of the scene, all of it",
      AT(preset)},
     {"every", "K", OPTION_SOME, NULL, "steps between paths stored by --out [about 200 in all]",
@@ -206,6 +174,7 @@ const struct command command_path = {
         {.name = "path",
          .what = "stationary path between two ends",
          .arguments = {"SCENE"},
+         .scene = true,
          .outputs = true,
          .options = table,
          .n_options = sizeof table / sizeof *table,

@@ -8,7 +8,6 @@
 #include "apps/output/plot.h"
 #include "apps/output/progress.h"
 #include "apps/output/report.h"
-#include "apps/output/result.h"
 #include "physics/ephemeris/horizons.h"
 #include "physics/motion/motion.h"
 #include "physics/physics.h"
@@ -23,11 +22,23 @@ struct path_options {
     const char *energy_loss, *ends;
     bool stop_at_reference, all;
     double energy;
-    struct settings set;
 };
 
-/* A run made definite. Paths are [degree of the rule * dof x slices], the slices first: what is
-   said of a path [dof x slices] holds for its first rows. */
+/* History of a run, and paths on the way: to the run file as they come, a few for the picture. */
+struct path_record {
+    const struct path_run *run;
+    phys_hdf5 *file; /* NULL: no --out */
+    struct progress progress;
+    size_t n, room;
+    struct phys_path_figures *figures; /* [n], one a step, the start first */
+    size_t frame_every, n_frames, frame_room;
+    size_t *frame_step;
+    double *frames; /* [n_frames x dof x slices] */
+    bool failed;    /* out of memory */
+};
+
+/* A run made definite, and what it found. Paths are [degree of the rule * dof x slices], the slices
+   first: what is said of a path [dof x slices] holds for its first rows. */
 struct path_run {
     const struct path_options *options;
     struct phys_system system;
@@ -43,6 +54,10 @@ struct path_run {
     struct phys_horizons *tables;
     size_t first_epoch;
     struct phys_refined refined; /* --tol; none else */
+    struct path_record record;
+    struct phys_path_found found;
+    struct phys_solutions solutions; /* --all, --energy; none else */
+    size_t chosen;
 };
 
 /* Everything up to the start: scene, parameters, rule, solver, span, reference path, start.
@@ -97,19 +112,6 @@ enum ad_status path_motion(const struct path_run *run, size_t slices, double dt,
                            double *path, struct ad_error *error);
 /* ---- recording (path_record.c) ---- */
 
-/* History of a run, and paths on the way: to the run file as they come, a few for the picture. */
-struct path_record {
-    const struct path_run *run;
-    phys_hdf5 *file; /* NULL: no --out */
-    struct progress progress;
-    size_t n, room;
-    struct phys_path_figures *figures; /* [n], one a step, the start first */
-    size_t frame_every, n_frames, frame_room;
-    size_t *frame_step;
-    double *frames; /* [n_frames x dof x slices] */
-    bool failed;    /* out of memory */
-};
-
 /* `pictures`: keep frames. `file` may be NULL. */
 void path_record_begin(struct path_record *record, const struct path_run *run, phys_hdf5 *file,
                        bool pictures);
@@ -119,33 +121,24 @@ bool path_record_step(void *record, const struct phys_path_step *step);
 bool path_record_proceed(void *record);
 void path_record_free(struct path_record *record);
 
-struct path_result {
-    struct phys_path_found found;
-    struct phys_solutions solutions; /* --all, --energy; none else */
-    size_t chosen;
-};
-
 /* What kind of path it is (path_verdict.c). */
-void path_report_kind(const struct path_run *run, const struct path_result *result,
-                      struct report *report);
+void path_report_kind(const struct path_run *run, struct report *report);
 
 /* ---- several solutions (path_solutions.c) ---- */
 
 /* Whether --all or --energy was given. */
 bool path_wants_all(const struct path_options *options);
 /* Fills solutions, and run->path with the chosen one. */
-enum ad_status path_find_all(struct path_run *run, struct path_result *result,
-                             struct ad_error *error);
-void path_report_solutions(const struct path_run *run, const struct path_result *result,
-                           struct report *report);
+enum ad_status path_find_all(struct path_run *run, struct ad_error *error);
+void path_report_solutions(const struct path_run *run, struct report *report);
 
 /* ---- judging (path_diagnostics.c) ---- */
 
 /* Warns, on standard error unless --quiet, of a descent that moves away from the stationary path.
  */
-void path_diagnose(const struct path_run *run, const struct path_result *result);
+void path_diagnose(const struct path_run *run);
 /* Adds to an error what to try where values ceased to be finite, or are not finite at the start. */
-void path_diagnose_lost(const struct path_run *run, bool at_start, struct ad_error *error);
+void path_diagnose_lost(const struct path_run *run, struct ad_error *error);
 
 /* ---- writing ---- */
 
@@ -153,18 +146,13 @@ void path_diagnose_lost(const struct path_run *run, bool at_start, struct ad_err
 double path_mse(const struct path_run *run, const double *path);
 /* The name of a reason to stop. */
 const char *path_stop_name(enum phys_stop stop);
-/* Everything that text, JSON and the attributes of the run file say (path_report.c). */
-void path_report(const struct path_run *run, const struct path_result *result,
-                 struct report *report);
-/* The found path, one row a slice under a line of names: t, then the coordinates. */
-void path_write_csv(const struct path_run *run, FILE *out);
-/* What is known before the run, and what is known after. Errors of HDF5 are kept in the file. */
+/* Of a struct path_run, for outputs_run. The CSV has a row a slice under a line of names: t, then
+   the coordinates. */
+void path_report(const void *run, struct report *report);
+void path_write_csv(const void *run, FILE *out);
+enum ad_status path_picture(const void *run, struct plot *plot, struct ad_error *error);
+/* What is known before the run; the rest, after it. */
 enum ad_status path_file_begin(const struct path_run *run, phys_hdf5 *file, struct ad_error *error);
-enum ad_status path_file_end(const struct path_run *run, const struct path_record *record,
-                             const struct path_result *result, const struct report *report,
-                             phys_hdf5 *file, struct ad_error *error);
-/* Data and commands of the picture. */
-void path_picture(const struct path_run *run, const struct path_record *record,
-                  const struct path_result *result, struct plot *plot);
+enum ad_status path_file(const void *run, phys_hdf5 *file, struct ad_error *error);
 
 #endif

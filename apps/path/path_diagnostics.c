@@ -5,18 +5,18 @@
 
 /* Far from the reference the gradient alone says little: it may grow on the way to a stiff valley.
  */
-static bool moved_away(const struct path_run *run, const struct path_result *result)
+static bool moved_away(const struct path_run *run)
 {
-    return !(result->found.info.grad_norm <= result->found.info.start.grad_norm) &&
+    return !(run->found.info.grad_norm <= run->found.info.start.grad_norm) &&
            !(path_mse(run, run->path) <= path_mse(run, run->start));
 }
 
-void path_diagnose_lost(const struct path_run *run, bool at_start, struct ad_error *error)
+void path_diagnose_lost(const struct path_run *run, struct ad_error *error)
 {
     size_t length = strlen(error->message), room = sizeof error->message - length;
     if (error->status != AD_E_NONFINITE)
         return;
-    if (at_start)
+    if (run->record.n == 0)
         snprintf(error->message + length, room,
                  "; the path begins there: try another --init, or --set");
     else
@@ -26,17 +26,17 @@ void path_diagnose_lost(const struct path_run *run, bool at_start, struct ad_err
                  run->solver->name, run->settings.learning_rate);
 }
 
-void path_diagnose(const struct path_run *run, const struct path_result *result)
+void path_diagnose(const struct path_run *run)
 {
     struct phys_spectrum spectrum;
     struct ad_error none = {0};
     if (run->options->common.quiet || run->solver == &phys_solver_march ||
-        strcmp(run->solver->name, "newton") == 0 || !moved_away(run, result))
+        strcmp(run->solver->name, "newton") == 0 || !moved_away(run))
         return;
     fprintf(stderr,
             "leastaction path: warning: %s moves away from the stationary path: |gradient| grew "
             "from %.3g to %.3g; ",
-            run->solver->name, result->found.info.start.grad_norm, result->found.info.grad_norm);
+            run->solver->name, run->found.info.start.grad_norm, run->found.info.grad_norm);
     if (phys_path_spectrum(&run->system, &run->settings, run->path, &spectrum, &none) == AD_OK &&
         spectrum.legendre == PHYS_POSITIVE && spectrum.index > 0)
         fprintf(stderr,

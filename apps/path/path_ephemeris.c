@@ -13,24 +13,14 @@ enum { PAPER_DAY = 148, PAPER_YEAR = 365, DAY = 86400 };
 static enum ad_status refuse(const struct path_options *options, bool ephemeris,
                              struct ad_error *error)
 {
-    const struct {
-        const char *name;
-        bool given, needs_data;
-    } rows[] = {
-        {"data", options->data != NULL, false},
-        {"from", options->from != NULL, true},
-        {"days", options->days != OPTION_NO_COUNT, true},
-        {"dims", options->dims != OPTION_NO_COUNT, false},
-        {"bodies", options->bodies != NULL, false},
-    };
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
-        if (rows[k].given && !ephemeris)
-            return ad_fail(error, AD_E_ARGUMENT,
-                           "--%s is for the scene ephemeris alone; leave it out", rows[k].name);
-        if (rows[k].given && rows[k].needs_data && !options->data)
-            return ad_fail(error, AD_E_ARGUMENT,
-                           "--%s needs --data DIR, a folder of Horizons tables", rows[k].name);
-    }
+    if (!ephemeris &&
+        options_refuse(&options->common, "data from days dims bodies",
+                       "is for the scene ephemeris alone; leave it out", error) != AD_OK)
+        return error->status;
+    if (!options->data &&
+        options_refuse(&options->common, "from days",
+                       "needs --data DIR, a folder of Horizons tables", error) != AD_OK)
+        return error->status;
     if (options->dims != OPTION_NO_COUNT && options->dims != 2 && options->dims != 3)
         return ad_fail(error, AD_E_ARGUMENT, "--dims: expected 2 or 3, got %zu", options->dims);
     if (options->days != OPTION_NO_COUNT && options->slices != OPTION_NO_COUNT &&

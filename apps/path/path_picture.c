@@ -25,29 +25,30 @@ static void write_path(const struct path_run *run, const char *name, const doubl
     fputs("\n\n", out);
 }
 
-static void write_data(const struct path_run *run, const struct path_record *record, FILE *out)
+static void write_data(const struct path_run *run, FILE *out)
 {
     size_t size = run->system.dof * run->settings.slices;
     char name[48];
     write_path(run, "reference", run->reference ? run->reference : run->path, out);
-    for (size_t f = 0; f < record->n_frames; f++) {
-        snprintf(name, sizeof name, "step %zu", record->frame_step[f]);
-        write_path(run, name, record->frames + f * size, out);
+    for (size_t f = 0; f < run->record.n_frames; f++) {
+        snprintf(name, sizeof name, "step %zu", run->record.frame_step[f]);
+        write_path(run, name, run->record.frames + f * size, out);
     }
     write_path(run, "found", run->path, out);
     fputs("# history: step, S, T, V\n", out);
-    for (size_t i = 0; i < record->n; i++)
-        fprintf(out, "%zu %.9g %.9g %.9g\n", i, record->figures[i].action_mean,
-                record->figures[i].kinetic_mean, record->figures[i].potential_mean);
+    for (size_t i = 0; i < run->record.n; i++)
+        fprintf(out, "%zu %.9g %.9g %.9g\n", i, run->record.figures[i].action_mean,
+                run->record.figures[i].kinetic_mean, run->record.figures[i].potential_mean);
 }
 
 /* The first steps may tower above the rest by powers of ten: they may leave the picture. */
-static struct range history_range(const struct path_record *record,
-                                  const struct phys_path_figures *reference)
+static struct range history_range(const struct path_run *run)
 {
+    const struct phys_path_figures *reference = &run->found.info.compared;
     struct range range = {INFINITY, -INFINITY};
-    for (size_t i = record->n / 4; i < record->n + (isnan(reference->action_mean) ? 0 : 1); i++) {
-        const struct phys_path_figures *f = i < record->n ? &record->figures[i] : reference;
+    for (size_t i = run->record.n / 4; i < run->record.n + (isnan(reference->action_mean) ? 0 : 1);
+         i++) {
+        const struct phys_path_figures *f = i < run->record.n ? &run->record.figures[i] : reference;
         range_widen(&range, f->action_mean);
         range_widen(&range, f->kinetic_mean);
         range_widen(&range, f->potential_mean);
@@ -65,25 +66,24 @@ static void elements(struct figure *figure, const struct coordinates *view, cons
 
 /* Of a still picture: with the frames nearest to steps 1/64, 1/16, 1/4 of the run. */
 static void left_still(struct figure *figure, const struct coordinates *view,
-                       const struct path_record *record)
+                       const struct path_run *run)
 {
     char block[32];
     elements(figure, view, "index 1", STYLE("#e8a33d", 7, 0.5, 0.25), "start");
     size_t last = 0;
     for (size_t part = 64; part >= 4; part /= 4) {
-        size_t frame = record->n_frames / part;
+        size_t frame = run->record.n_frames / part;
         if (frame == last)
             continue;
         snprintf(block, sizeof block, "index %zu", FIRST_FRAME + frame);
         elements(figure, view, block, STYLE("#7db3d9", 0, 1, 0), last ? NULL : "on the way");
         last = frame;
     }
-    snprintf(block, sizeof block, "index %zu", FIRST_FRAME + record->n_frames);
+    snprintf(block, sizeof block, "index %zu", FIRST_FRAME + run->record.n_frames);
     elements(figure, view, block, STYLE("#1f4e79", 0, 1.8, 0), "found");
 }
 
-static void left(struct figure *figure, const struct path_run *run,
-                 const struct path_record *record)
+static void left(struct figure *figure, const struct path_run *run)
 {
     struct coordinates view;
     size_t n = run->settings.slices;
@@ -98,23 +98,22 @@ static void left(struct figure *figure, const struct path_run *run,
     if (figure->layout.frames)
         elements(figure, &view, "index frame(f)", STYLE("#1f4e79", 0, 2, 0), "path");
     else
-        left_still(figure, &view, record);
+        left_still(figure, &view, run);
 }
 
 /* S, T, V over the steps; dashed what they are on the reference path. An animation shows the
    history up to its frame. */
-static void right(struct figure *figure, const struct path_run *run,
-                  const struct path_record *record, const struct path_result *result)
+static void right(struct figure *figure, const struct path_run *run)
 {
-    const struct phys_path_figures *r = &result->found.info.compared;
+    const struct phys_path_figures *r = &run->found.info.compared;
     const struct {
         const char *name, *colour;
         double reference;
     } rows[] = {{"S", "#1f4e79", r->action_mean},
                 {"T", "#c0392b", r->kinetic_mean},
                 {"V", "#27823b", r->potential_mean}};
-    size_t steps = result->found.info.steps;
-    struct range values = history_range(record, r);
+    size_t steps = run->found.info.steps;
+    struct range values = history_range(run);
     int power = range_exponent(values);
     figure_panel(
         figure,
@@ -126,18 +125,18 @@ static void right(struct figure *figure, const struct path_run *run,
                     NULL, "%.9g", rows[k].reference / pow(10, power));
     for (size_t k = 0; k < 3; k++)
         figure_draw(figure, STYLE(rows[k].colour, 0, 2, 0), rows[k].name,
-                    "data index %zu%s using 1:($%zu/1e%d)", FIRST_FRAME + record->n_frames + 1,
+                    "data index %zu%s using 1:($%zu/1e%d)", FIRST_FRAME + run->record.n_frames + 1,
                     figure->layout.frames ? " every ::0::step(f)" : "", k + 2, power);
 }
 
-void path_picture(const struct path_run *run, const struct path_record *record,
-                  const struct path_result *result, struct plot *plot)
+enum ad_status path_picture(const void *context, struct plot *plot, struct ad_error *error)
 {
+    const struct path_run *run = context;
     FILE *out = plot->script;
-    size_t frames = record->n_frames, found = FIRST_FRAME + frames;
+    size_t frames = run->record.n_frames, found = FIRST_FRAME + frames;
     struct layout layout = figure_pair;
     struct figure figure;
-    write_data(run, record, plot->data);
+    write_data(run, plot->data);
     fputs("set samples 2\nname = ", out);
     quote_gnuplot_label(out, run->system.scene->name);
     fputc('\n', out);
@@ -148,10 +147,11 @@ void path_picture(const struct path_run *run, const struct path_record *record,
         fprintf(out,
                 "last = %zu\nframe(f) = f < %zu ? f + %d : %zu\n"
                 "step(f) = f < %zu ? f * %zu : last\n",
-                result->found.info.steps, frames, FIRST_FRAME, found, frames, record->frame_every);
+                run->found.info.steps, frames, FIRST_FRAME, found, frames, run->record.frame_every);
     }
     figure_begin(&figure, plot, &layout);
-    left(&figure, run, record);
-    right(&figure, run, record, result);
+    left(&figure, run);
+    right(&figure, run);
     figure_end(&figure);
+    return error->status;
 }

@@ -35,12 +35,11 @@ static void report_tables(const struct path_run *run, struct report *report)
     report_item(report, NULL);
 }
 
-static void report_run(const struct path_run *run, const struct path_result *result,
-                       struct report *report)
+static void report_run(const struct path_run *run, struct report *report)
 {
     const struct phys_scene *scene = run->system.scene;
     const struct phys_path_settings *settings = &run->settings;
-    const struct phys_path_info *info = &result->found.info;
+    const struct phys_path_info *info = &run->found.info;
     const char *time = unit_shown(scene->time_unit);
     report_line(report, "%s: %zu slices of %g%s%s, rule %s, %s, %zu step%s in %.3g s%s, %s\n",
                 scene->name, settings->slices, settings->dt, unit_blank(time), time,
@@ -99,16 +98,15 @@ static void report_figures(const struct path_run *run, const struct phys_path_in
                           *(const double *)((const char *)column[c] + rows[k].at));
 }
 
-static void report_energy(const struct path_run *run, const struct path_result *result,
-                          struct report *report)
+static void report_energy(const struct path_run *run, struct report *report)
 {
-    const struct phys_path_info *info = &result->found.info;
+    const struct phys_path_info *info = &run->found.info;
     report_number(report, "energy", "energy, mean", run->system.scene->energy_unit,
                   info->energy_mean);
-    report_flag(report, "energy_conserved", NULL, result->found.keeps_energy);
+    report_flag(report, "energy_conserved", NULL, run->found.keeps_energy);
     report_number(report, "energy_drift", "energy drift", "of the start",
-                  result->found.keeps_energy ? info->energy_drift : (double)NAN);
-    if (!result->found.keeps_energy)
+                  run->found.keeps_energy ? info->energy_drift : (double)NAN);
+    if (!run->found.keeps_energy)
         report_line(report, "  L depends on time itself, which changes the energy: no drift");
 }
 
@@ -121,8 +119,7 @@ double path_mse(const struct path_run *run, const double *path)
     return run->reference ? sum / (double)n : (double)NAN;
 }
 
-static void report_distances(const struct path_run *run, const struct path_result *result,
-                             struct report *report)
+static void report_distances(const struct path_run *run, struct report *report)
 {
     const char *length = unit_shown(run->system.scene->unit), *blank = *length ? " " : "";
     char square[64];
@@ -132,37 +129,37 @@ static void report_distances(const struct path_run *run, const struct path_resul
     report_number(report, "mse_initial", "MSE of the start", square, path_mse(run, run->start));
     report_number(report, "mse_final", "MSE", square, path_mse(run, run->path));
     report_number(report, "max_error", "from the reference", length,
-                  result->found.another ? (double)NAN : result->found.reference_distance);
-    report_number(report, "reference_distance", NULL, length, result->found.reference_distance);
-    report_flag(report, "another_path", NULL, result->found.another);
-    if (result->found.another)
+                  run->found.another ? (double)NAN : run->found.reference_distance);
+    report_number(report, "reference_distance", NULL, length, run->found.reference_distance);
+    report_flag(report, "another_path", NULL, run->found.another);
+    if (run->found.another)
         report_line(
             report,
             "  another stationary path between these ends than the reference, up to %.6g%s%s "
             "from it;\n  %s--all finds several",
-            result->found.reference_distance, blank, length,
+            run->found.reference_distance, blank, length,
             path_from_line(run->options) ? "--init ode starts from the reference, " : "");
     report_number(report, "true_distance", "from the true motion", length,
-                  result->found.true_distance);
-    report_number(report, "true_known", "  which is known to", length, result->found.true_known);
-    if (*result->found.no_motion)
-        report_line(report, "  no distance from the true motion: %s", result->found.no_motion);
+                  run->found.true_distance);
+    report_number(report, "true_known", "  which is known to", length, run->found.true_known);
+    if (*run->found.no_motion)
+        report_line(report, "  no distance from the true motion: %s", run->found.no_motion);
     report_number(report, "discretisation_error", "discretisation error", length,
-                  result->found.discretisation);
-    if (result->found.stationary && isnan(result->found.discretisation))
+                  run->found.discretisation);
+    if (run->found.stationary && isnan(run->found.discretisation))
         report_line(report,
                     "  discretisation error unknown: no path of a finer rule was found near");
 }
 
-void path_report(const struct path_run *run, const struct path_result *result,
-                 struct report *report)
+void path_report(const void *context, struct report *report)
 {
+    const struct path_run *run = context;
     report_tables(run, report);
     path_report_levels(run, report);
-    report_run(run, result, report);
-    report_figures(run, &result->found.info, report);
-    path_report_kind(run, result, report);
-    report_distances(run, result, report);
-    report_energy(run, result, report);
-    path_report_solutions(run, result, report);
+    report_run(run, report);
+    report_figures(run, &run->found.info, report);
+    path_report_kind(run, report);
+    report_distances(run, report);
+    report_energy(run, report);
+    path_report_solutions(run, report);
 }

@@ -30,7 +30,8 @@ static enum ad_status set_parameters(const struct path_options *options, struct 
     if (run->preset &&
         phys_system_set_all(&run->system, run->preset->n_set, run->preset->set, error) != AD_OK)
         return error->status;
-    return phys_system_set_all(&run->system, options->set.n, options->set.setting, error);
+    return phys_system_set_all(&run->system, options->common.set.n, options->common.set.setting,
+                               error);
 }
 
 /* ---- settings ---- */
@@ -167,6 +168,9 @@ void path_run_free(struct path_run *run)
         phys_horizons_free(&run->tables[k]);
     free(run->tables);
     phys_refined_free(&run->refined);
+    path_record_free(&run->record);
+    phys_solutions_free(&run->solutions);
+    phys_path_found_free(&run->found);
     free(run->reference);
     free(run->start);
     free(run->path);

@@ -33,16 +33,15 @@ static size_t nearest(const struct phys_solutions *all, double energy)
 }
 
 /* The answer of the energy asked for, else the first. */
-static enum ad_status choose(const struct path_run *run, struct path_result *result,
-                             struct ad_error *error)
+static enum ad_status choose(struct path_run *run, struct ad_error *error)
 {
-    const struct phys_solutions *all = &result->solutions;
+    const struct phys_solutions *all = &run->solutions;
     double energy = run->options->energy, tolerance = energy_tolerance(all, energy);
     char list[160] = "";
     if (isnan(energy))
         return AD_OK;
-    result->chosen = nearest(all, energy);
-    double found = all->solution[result->chosen].energy;
+    run->chosen = nearest(all, energy);
+    double found = all->solution[run->chosen].energy;
     if (fabs(found - energy) <= tolerance)
         return AD_OK;
     size_t n = 0, k = 0;
@@ -54,11 +53,10 @@ static enum ad_status choose(const struct path_run *run, struct path_result *res
                    energy, tolerance, found, list, k < all->n ? " ... (see --all)" : "");
 }
 
-enum ad_status path_find_all(struct path_run *run, struct path_result *result,
-                             struct ad_error *error)
+enum ad_status path_find_all(struct path_run *run, struct ad_error *error)
 {
     size_t rows = run->settings.rule->degree * run->system.dof;
-    struct phys_solutions *solutions = &result->solutions;
+    struct phys_solutions *solutions = &run->solutions;
     const double *first = run->options->init ? run->start : run->reference; /* the motion is one */
     if (phys_path_all(&run->system, &run->settings, first, STARTS, run->options->common.seed,
                       solutions, error) != AD_OK)
@@ -70,9 +68,9 @@ enum ad_status path_find_all(struct path_run *run, struct path_result *result,
                        solutions->unresolved ? " that finer grids have, too; try --rule gauss4"
                                                " or a smaller --dt"
                                              : "; try --init ode, or --rule gauss4");
-    if (choose(run, result, error) != AD_OK)
+    if (choose(run, error) != AD_OK)
         return error->status;
-    memcpy(run->path, solutions->solution[result->chosen].path,
+    memcpy(run->path, solutions->solution[run->chosen].path,
            rows * run->settings.slices * sizeof *run->path);
     return AD_OK;
 }
@@ -122,10 +120,9 @@ static void units(const struct phys_scene *scene, char *text, size_t size)
              *length ? "; coordinates in " : "", length);
 }
 
-void path_report_solutions(const struct path_run *run, const struct path_result *result,
-                           struct report *report)
+void path_report_solutions(const struct path_run *run, struct report *report)
 {
-    const struct phys_solutions *all = &result->solutions;
+    const struct phys_solutions *all = &run->solutions;
     const struct phys_scene *scene = run->system.scene;
     bool many = run->system.dof > PHYS_SHOOTING_DOF;
     char text[160];
@@ -145,7 +142,7 @@ void path_report_solutions(const struct path_run *run, const struct path_result 
         report_number(report, "largest", "largest", scene->unit, a->largest);
         report_count(report, "copies", "copies", a->copies);
         report_flag(report, "confirmed", many ? "confirmed" : NULL, a->resolved);
-        report_flag(report, "result", "the result", k == result->chosen);
+        report_flag(report, "result", "the result", k == run->chosen);
     }
     report_item(report, NULL);
     if (!isnan(run->options->energy)) {
@@ -154,7 +151,7 @@ void path_report_solutions(const struct path_run *run, const struct path_result 
                     run->options->energy, tolerance);
         report_number(report, "energy_tolerance", NULL, scene->energy_unit, tolerance);
     }
-    report_count(report, "chosen", NULL, result->chosen);
+    report_count(report, "chosen", NULL, run->chosen);
     report_count(report, "unresolved", NULL, all->unresolved);
     report_completeness(run, all, report);
     if (many)

@@ -17,25 +17,23 @@ double path_estimate(const struct path_run *run)
 enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error *error)
 {
     const struct path_options *options = run->options;
-    const struct {
-        bool given;
-        const char *why;
-    } conflicts[] = {
-        {options->preset != NULL, "--preset: its slices are fixed"},
-        {path_wants_all(options), "--all, --energy: it refines one path"},
-        {strcmp(options->ends, "both") != 0, "--ends start: it needs both ends"},
-        {run->system.scene->free_time, "a free end time"},
-        {options->data != NULL,
-         "--data: observations have slices of their own; simulate ephemeris --data DIR --tol KM "
-         "finds the least model"},
-        {options->reference != NULL,
-         "--reference: the rows of the file are slices of their own; compare the --csv of the run"},
-        {options->hold != 1, "--hold: it chooses the slices"},
-        {!isnan(options->grad_tolerance), "--grad-tol: every level is solved to rounding"},
+    const struct conflict rows[] = {
+        {options->preset != NULL, "--tol does not go with --preset: its slices are fixed"},
+        {path_wants_all(options), "--tol does not go with --all, --energy: it refines one path"},
+        {strcmp(options->ends, "both") != 0,
+         "--tol does not go with --ends start: it needs both ends"},
+        {run->system.scene->free_time, "--tol does not go with a free end time"},
+        {options->data != NULL, "--tol does not go with --data: observations have slices of their "
+                                "own; simulate ephemeris --data DIR --tol KM "
+                                "finds the least model"},
+        {options->reference != NULL, "--tol does not go with --reference: the rows of the file are "
+                                     "slices of their own; compare the --csv of the run"},
+        {options->hold != 1, "--tol does not go with --hold: it chooses the slices"},
+        {!isnan(options->grad_tolerance),
+         "--tol does not go with --grad-tol: every level is solved to rounding"},
     };
-    for (size_t k = 0; k < sizeof conflicts / sizeof *conflicts; k++)
-        if (conflicts[k].given)
-            return ad_fail(error, AD_E_ARGUMENT, "--tol does not go with %s", conflicts[k].why);
+    if (options_conflicts(sizeof rows / sizeof *rows, rows, error) != AD_OK)
+        return error->status;
     if (strcmp(run->solver->name, "newton") != 0)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--tol needs --solver newton, got %s; leave out --solver",

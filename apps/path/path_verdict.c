@@ -9,16 +9,15 @@
 #include <string.h>
 
 /* Why there is no Morse index of S. */
-static void reason(const struct path_run *run, const struct path_result *result, char *text,
-                   size_t size)
+static void reason(const struct path_run *run, char *text, size_t size)
 {
-    const struct phys_spectrum *s = &result->found.spectrum;
+    const struct phys_spectrum *s = &run->found.spectrum;
     if (strcmp(run->solver->name, "newton") != 0)
         snprintf(text, size, "%s does not make the path stationary to rounding; newton does",
                  run->solver->name);
-    else if (!result->found.stationary)
+    else if (!run->found.stationary)
         snprintf(text, size, "the path is not stationary: %s, |gradient| %.3g",
-                 path_stop_name(result->found.info.stop), result->found.info.grad_norm);
+                 path_stop_name(run->found.info.stop), run->found.info.grad_norm);
     else if (s->legendre == PHYS_NEGATIVE)
         snprintf(text, size, "L_vv is negative definite: of -S it is %zu, %s of the action",
                  s->index, s->index ? "a saddle" : "a maximum");
@@ -74,12 +73,11 @@ static void report_conjugate(const struct path_run *run, const struct phys_spect
                     s->n_conjugate, s->index);
 }
 
-void path_report_kind(const struct path_run *run, const struct path_result *result,
-                      struct report *report)
+void path_report_kind(const struct path_run *run, struct report *report)
 {
-    const struct phys_spectrum *s = &result->found.spectrum;
+    const struct phys_spectrum *s = &run->found.spectrum;
     char why[160];
-    if (result->found.stationary && s->legendre == PHYS_POSITIVE) {
+    if (run->found.stationary && s->legendre == PHYS_POSITIVE) {
         report_line(report, "\n  Morse index %zu: %s of the action", s->index,
                     s->index ? "a saddle" : "a minimum");
         report_count(report, "morse_index", NULL, s->index);
@@ -87,12 +85,12 @@ void path_report_kind(const struct path_run *run, const struct path_result *resu
         report_number(report, "second_variation", "of the second variation", NULL,
                       s->second_variation);
     } else {
-        reason(run, result, why, sizeof why);
+        reason(run, why, sizeof why);
         if (strcmp(run->solver->name, "newton") == 0)
             report_line(report, "\n  no Morse index: %s", why);
         report_text(report, "morse_index", NULL, NULL);
         report_text(report, "no_morse_index", NULL, why);
     }
-    if (result->found.stationary)
+    if (run->found.stationary)
         report_conjugate(run, s, report);
 }

@@ -1,14 +1,14 @@
 /* Files of a path run (path.h): CSV and run file. */
 #include "path.h"
-#include "apps/command.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 /* ---- CSV ---- */
 
-void path_write_csv(const struct path_run *run, FILE *out)
+void path_write_csv(const void *context, FILE *out)
 {
+    const struct path_run *run = context;
     size_t dof = run->system.dof, n = run->settings.slices;
     char name[32];
     fputc('t', out);
@@ -54,8 +54,6 @@ enum ad_status path_file_begin(const struct path_run *run, phys_hdf5 *file, stru
 {
     const struct phys_scene *scene = run->system.scene;
     const struct phys_path_settings *settings = &run->settings;
-    phys_hdf5_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
-    phys_hdf5_text(file, "/", "command", run->options->common.command);
     phys_hdf5_number(file, "/", "learning_rate", settings->learning_rate, NULL);
     phys_hdf5_number(file, "/", "energy_weight", settings->energy_weight, NULL);
     phys_hdf5_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
@@ -70,26 +68,26 @@ enum ad_status path_file_begin(const struct path_run *run, phys_hdf5 *file, stru
 }
 
 /* One column of the history as a dataset. */
-static void file_column(const struct path_record *record, phys_hdf5 *file, const char *name,
+static void file_column(const struct path_run *run, phys_hdf5 *file, const char *name,
                         const char *unit, size_t offset, double *column)
 {
-    for (size_t i = 0; i < record->n; i++)
-        memcpy(&column[i], (const char *)&record->figures[i] + offset, sizeof *column);
-    phys_hdf5_write(file, name, AD_F64, 1, &record->n, column);
+    for (size_t i = 0; i < run->record.n; i++)
+        memcpy(&column[i], (const char *)&run->record.figures[i] + offset, sizeof *column);
+    phys_hdf5_write(file, name, AD_F64, 1, &run->record.n, column);
     if (unit)
         phys_hdf5_text(file, name, "unit", unit);
 }
 
-static enum ad_status file_history(const struct path_run *run, const struct path_record *record,
-                                   phys_hdf5 *file, struct ad_error *error)
+static enum ad_status file_history(const struct path_run *run, phys_hdf5 *file,
+                                   struct ad_error *error)
 {
     const char *energy = run->system.scene->energy_unit;
-    double *column = malloc(record->n * sizeof *column);
+    double *column = malloc(run->record.n * sizeof *column);
     if (!column)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
 #define COLUMN(member, unit)                                                                       \
-    file_column(record, file, "history/" #member, unit,                                            \
-                offsetof(struct phys_path_figures, member), column)
+    file_column(run, file, "history/" #member, unit, offsetof(struct phys_path_figures, member),   \
+                column)
     COLUMN(action, NULL);
     COLUMN(action_mean, energy);
     COLUMN(kinetic_mean, energy);
@@ -101,16 +99,14 @@ static enum ad_status file_history(const struct path_run *run, const struct path
     return AD_OK;
 }
 
-enum ad_status path_file_end(const struct path_run *run, const struct path_record *record,
-                             const struct path_result *result, const struct report *report,
-                             phys_hdf5 *file, struct ad_error *error)
+enum ad_status path_file(const void *context, phys_hdf5 *file, struct ad_error *error)
 {
-    if (result->found.info.steps % run->every !=
+    const struct path_run *run = context;
+    if (run->found.info.steps % run->every !=
         0) { /* the found path is always the last one stored */
-        double step = (double)result->found.info.steps;
+        double step = (double)run->found.info.steps;
         phys_hdf5_append(file, "step", &step);
         phys_hdf5_append(file, "path", run->path);
     }
-    return report_file(report, file, error) == AD_OK ? file_history(run, record, file, error)
-                                                     : error->status;
+    return file_history(run, file, error);
 }

@@ -67,7 +67,6 @@ static const struct option table[] = {
      "free gravity harmonic pendulum double-well double-slit, or another of one coordinate, "
      "FILE.so",
      AT(scene)},
-    {"set", "NAME=VALUE", OPTION_SETTINGS, NULL, "a parameter of the scene; repeatable", AT(set)},
     {"points", "N", OPTION_COUNT, NULL, "of the grid [the scene's]", AT(points)},
     {"box", "A,B", OPTION_TEXT, NULL, "where the walls are [the scene's]", AT(box)},
     {"dt", "DT", OPTION_NUMBER, NULL, "length of a slice [the scene's]", AT(dt)},
@@ -82,7 +81,7 @@ static const struct option table[] = {
     {"walls", "KIND", OPTION_TEXT, NULL, "open, reflect or ring [the scene's]", AT(walls)},
     {"absorb", "WIDTH", OPTION_NUMBER, "0", "of layers at both ends that swallow what comes",
      AT(absorb)},
-    {"every", "K", OPTION_COUNT, NULL, "slices from sample to sample [200 samples]", AT(every)},
+    {"every", "K", OPTION_SOME, NULL, "slices from sample to sample [200 samples]", AT(every)},
     {"normalise", NULL, OPTION_FLAG, NULL, "force the norm to 1 after every slice", AT(normalise)},
     {"force", NULL, OPTION_FLAG, NULL, "run what aliases, or takes hours, with a warning",
      AT(force)},
@@ -98,6 +97,7 @@ const struct command command_quantum = {
     .line =
         {.name = "quantum",
          .what = "wave packets, by the same Lagrangian",
+         .scene = true,
          .outputs = true,
          .options = table,
          .n_options = sizeof table / sizeof *table,

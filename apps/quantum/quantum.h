@@ -17,7 +17,6 @@ struct quantum_options {
     double hbar, dt, absorb, scale, tolerance;
     size_t points, steps, every, power;
     bool normalise, force, no_reference;
-    struct settings set;
 };
 
 /* A run made definite. */

@@ -78,7 +78,8 @@ static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad
     return quantum_file(&paper->run, file, error);
 }
 
-static const struct output_kind outputs = {report_paper, write_file, write_csv, paper_picture};
+static const struct output_kind outputs = {report_paper, write_file, write_csv, paper_picture,
+                                           NULL};
 
 static enum ad_status both(void *context, struct ad_error *error)
 {

@@ -64,7 +64,8 @@ static enum ad_status open_scene(const struct preset *preset, struct quantum_run
         return mention_presets(name, error);
     for (size_t k = 0; k < 2 && preset->set[k].name; k++)
         phys_system_set(&run->system, preset->set[k].name, preset->set[k].value, error);
-    return phys_system_set_all(&run->system, options->set.n, options->set.setting, error);
+    return phys_system_set_all(&run->system, options->common.set.n, options->common.set.setting,
+                               error);
 }
 
 static enum ad_status read_packets(const struct preset *preset, struct quantum_run *run,
@@ -123,8 +124,6 @@ static enum ad_status make_slice(const struct preset *preset, struct quantum_run
     };
     run->settings.steps = option_count_or(options->steps, preset->steps);
     run->settings.every = option_count_or(options->every, run->settings.steps / 200 + 1);
-    if (run->settings.every == 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--every: expected at least 1, got 0");
     run->settings.leap = options->power != OPTION_NO_COUNT;
     run->settings.power = options->power;
     run->settings.normalise = options->normalise;

@@ -29,18 +29,9 @@ static enum ad_status read_settings(const struct settings *set, struct qm_slit_s
 
 static enum ad_status refuse_others(const struct quantum_options *options, struct ad_error *error)
 {
-    const struct {
-        const char *name;
-        bool given;
-    } others[] = {{"box", options->box},
-                  {"walls", options->walls},
-                  {"packet", options->packets.n > 0},
-                  {"power", options->power != OPTION_NO_COUNT},
-                  {"normalise", options->normalise}};
-    for (size_t k = 0; k < sizeof others / sizeof *others; k++)
-        if (others[k].given)
-            return ad_fail(error, AD_E_ARGUMENT, "--%s: not for the double slit; see --set",
-                           others[k].name);
+    if (options_refuse(&options->common, "box walls packet power normalise",
+                       "is not for the double slit; see --set", error) != AD_OK)
+        return error->status;
     if (strcmp(options->method, "kernel") != 0)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--method: expected kernel for the double slit, got '%s'", options->method);
@@ -56,7 +47,7 @@ static enum ad_status prepare(const struct quantum_options *options, struct qm_s
     setup.steps = option_count_or(options->steps, setup.steps);
     setup.threads = options->common.threads;
     if (refuse_others(options, error) == AD_OK &&
-        read_settings(&options->set, &setup, error) == AD_OK)
+        read_settings(&options->common.set, &setup, error) == AD_OK)
         qm_slit_new(&setup, slit, error);
     return error->status;
 }
@@ -125,7 +116,7 @@ static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad
     return error->status;
 }
 
-static const struct output_kind outputs = {report_slit, write_file, write_csv, slit_picture};
+static const struct output_kind outputs = {report_slit, write_file, write_csv, slit_picture, NULL};
 
 int quantum_slit(const struct quantum_options *options, struct ad_error *error)
 {

@@ -125,4 +125,4 @@ enum ad_status quantum_file(const void *context, phys_hdf5 *file, struct ad_erro
 }
 
 const struct output_kind quantum_outputs = {report_packets, quantum_file, quantum_write_csv,
-                                            quantum_picture};
+                                            quantum_picture, NULL};

@@ -12,38 +12,23 @@
 
 static enum ad_status check(const struct simulate_options *options, struct ad_error *error)
 {
-    const struct {
-        const char *name;
-        double value, example;
-    } positive[] = {{"dt", options->dt, 0.01},
-                    {"tol", options->tolerance, 1e-9},
-                    {"time", options->time, 10},
-                    {"horizon", options->horizon, 1e-6}};
-    for (size_t k = 0; k < sizeof positive / sizeof *positive; k++)
-        if (!isnan(positive[k].value) && !(positive[k].value > 0))
-            return ad_fail(error, AD_E_ARGUMENT, "--%s: expected more than 0, such as %g, got %g",
-                           positive[k].name, positive[k].example, positive[k].value);
     if (options->horizon >= PHYS_MOTION_LOST)
         return ad_fail(error, AD_E_ARGUMENT, "--horizon: expected less than %g, got %g",
                        PHYS_MOTION_LOST, options->horizon);
-    if (!isnan(options->dt) && !isnan(options->tolerance))
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "--dt and --tol: expected one of them; leave the other out");
-    if (!isnan(options->dt) && !options->integrator)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "--dt needs --integrator NAME, one with fixed steps such as rk4");
-    if (options->every != OPTION_NO_COUNT && options->samples != OPTION_NO_COUNT)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "--every and --samples: expected one of them; leave the other out");
-    if (!options->data && (options->from || options->rough || options->days != OPTION_NO_COUNT))
-        return ad_fail(error, AD_E_ARGUMENT, "--%s needs --data DIR, a folder of Horizons tables",
-                       options->from    ? "from"
-                       : options->rough ? "rough"
-                                        : "days");
-    if (options->every == 0 || options->samples == 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--%s: expected at least 1, got 0",
-                       options->every == 0 ? "every" : "samples");
-    return AD_OK;
+    bool fixed = !isnan(options->dt);
+    const struct conflict conflicts[] = {
+        {fixed && !isnan(options->tolerance),
+         "--dt and --tol: expected one of them; leave the other out"},
+        {fixed && !options->integrator,
+         "--dt needs --integrator NAME, one with fixed steps such as rk4"},
+        {options->every != OPTION_NO_COUNT && options->samples != OPTION_NO_COUNT,
+         "--every and --samples: expected one of them; leave the other out"},
+    };
+    if (options_conflicts(sizeof conflicts / sizeof *conflicts, conflicts, error) == AD_OK &&
+        !options->data)
+        options_refuse(&options->common, "from rough days",
+                       "needs --data DIR, a folder of Horizons tables", error);
+    return error->status;
 }
 
 static enum ad_status read_crossings(struct simulate_run *run, struct ad_error *error)
@@ -93,7 +78,7 @@ static enum ad_status setup(const struct simulate_options *o, struct simulate_ru
     *run = (struct simulate_run){.options = o};
     if (check(o, error) != AD_OK ||
         phys_system_open(o->common.argument[0], &run->system, error) != AD_OK ||
-        phys_system_set_all(&run->system, o->set.n, o->set.setting, error) != AD_OK)
+        phys_system_set_all(&run->system, o->common.set.n, o->common.set.setting, error) != AD_OK)
         return error->status;
     const struct phys_scene *scene = run->system.scene;
     run->settings = (struct phys_motion_settings){
@@ -142,12 +127,14 @@ static enum ad_status measure_order(struct simulate_run *run, struct ad_error *e
     return error->status;
 }
 
-static void follow(struct simulate_run *run, struct ad_error *error)
+static enum ad_status follow(void *context, struct ad_error *error)
 {
+    struct simulate_run *run = context;
     const struct common *common = &run->options->common;
     struct watch w = {.time = run->settings.time};
     struct ad_error cause = {0};
     progress_start(&w.progress, common->quiet);
+    interrupt_catch();
     run->settings.progress = watch;
     run->settings.context = &w;
     phys_motion_solve(&run->system, &run->settings, &run->motion, &cause);
@@ -162,28 +149,11 @@ static void follow(struct simulate_run *run, struct ad_error *error)
                          &run->diagnosis, error);
     for (size_t k = 0; k < run->diagnosis.n_warnings && !common->quiet; k++)
         fprintf(stderr, "leastaction simulate: warning: %s\n", run->diagnosis.warning[k]);
+    return error->status;
 }
 
-static enum ad_status write_results(const struct simulate_run *run, struct outputs *outputs,
-                                    struct ad_error *error)
-{
-    struct report report = {0};
-    interrupt_finish();
-    simulate_report(run, &report);
-    if (outputs->file)
-        simulate_file(run, &report, outputs->file, error);
-    if (outputs->csv.out)
-        simulate_write_csv(run, outputs->csv.out);
-    if (outputs->plot.script && run->has_order)
-        simulate_gas_picture(run, &outputs->plot, error);
-    else if (outputs->plot.script)
-        simulate_picture(run, &outputs->plot);
-    if (error->status == AD_OK)
-        outputs_commit(outputs, error);
-    else
-        outputs_abandon(outputs);
-    return report_show(&report, &run->options->common, error);
-}
+static const struct output_kind outputs = {simulate_report, simulate_file, simulate_write_csv,
+                                           simulate_picture, NULL};
 
 /* What was asked and missed. */
 static enum ad_status judge(const struct simulate_run *run, struct ad_error *error)
@@ -202,25 +172,12 @@ static enum ad_status judge(const struct simulate_run *run, struct ad_error *err
     return error->status;
 }
 
-static enum ad_status simulate(struct simulate_run *run, struct ad_error *error)
-{
-    struct outputs outputs;
-    if (outputs_begin(&run->options->common, &outputs, error) != AD_OK)
-        return error->status;
-    interrupt_catch();
-    follow(run, error);
-    if (error->status != AD_OK)
-        outputs_abandon(&outputs);
-    else if (write_results(run, &outputs, error) == AD_OK)
-        judge(run, error);
-    return error->status;
-}
-
 static int run(const void *options, struct ad_error *error)
 {
     struct simulate_run run;
-    if (setup(options, &run, error) == AD_OK)
-        simulate(&run, error);
+    if (setup(options, &run, error) == AD_OK &&
+        outputs_run(&outputs, &run.options->common, &run, follow, error) == AD_OK)
+        judge(&run, error);
     release(&run);
     return command_status(error);
 }
@@ -230,26 +187,25 @@ static int run(const void *options, struct ad_error *error)
 static const struct option table[] = {
     {"integrator", "NAME", OPTION_TEXT, NULL, "see below [dop853; with --tol: dop853 or gauss5]",
      AT(integrator)},
-    {"dt", "DT", OPTION_NUMBER, NULL, "length of fixed steps [the scene's]", AT(dt)},
-    {"tol", "E", OPTION_NUMBER, NULL, "error, see below [1e-9]", AT(tolerance)},
-    {"time", "T", OPTION_NUMBER, NULL, "when to stop [the scene's span]", AT(time)},
+    {"dt", "DT", OPTION_POSITIVE, NULL, "length of fixed steps [the scene's]", AT(dt)},
+    {"tol", "E", OPTION_POSITIVE, NULL, "error, see below [1e-9]", AT(tolerance)},
+    {"time", "T", OPTION_POSITIVE, NULL, "when to stop [the scene's span]", AT(time)},
     {"event", "QUANTITY=VALUE", OPTION_TEXTS, NULL, "when it crosses it, see below; repeatable",
      AT(events)},
     {"until", "QUANTITY=VALUE", OPTION_TEXT, NULL, "the same, and the run ends there", AT(until)},
-    {"every", "K", OPTION_COUNT, NULL, "steps from sample to sample", AT(every)},
-    {"samples", "N", OPTION_COUNT, NULL, "equal intervals of time between samples [1000]",
+    {"every", "K", OPTION_SOME, NULL, "steps from sample to sample", AT(every)},
+    {"samples", "N", OPTION_SOME, NULL, "equal intervals of time between samples [1000]",
      AT(samples)},
-    {"set", "NAME=VALUE", OPTION_SETTINGS, NULL, "a parameter of the scene; repeatable", AT(set)},
     {"data", "DIR", OPTION_INPUT, NULL, "ephemeris: start and reference from Horizons tables",
      AT(data)},
     {"from", "DATE|INDEX", OPTION_TEXT, NULL, "of the tables: first epoch [the published one]",
      AT(from)},
-    {"days", "N", OPTION_COUNT, NULL, "of the tables: how many [65]", AT(days)},
+    {"days", "N", OPTION_SOME, NULL, "of the tables: how many [65]", AT(days)},
     {"rough", "BODIES", OPTION_TEXT, NULL, "besides, without a table: jupiter,saturn,moon",
      AT(rough)},
     {"reverse", NULL, OPTION_FLAG, NULL, "run back, too: how far from the start does it end?",
      AT(reverse)},
-    {"horizon", "E", OPTION_NUMBER, NULL,
+    {"horizon", "E", OPTION_POSITIVE, NULL,
      "how long does a difference E of the start, in units of its size, stay under 0.1?",
      AT(horizon)},
     {"no-reference", NULL, OPTION_FLAG, NULL, "leave out the reference run, and the error",
@@ -261,6 +217,7 @@ const struct command command_simulate = {
         {.name = "simulate",
          .what = "the motion from a start",
          .arguments = {"SCENE"},
+         .scene = true,
          .outputs = true,
          .options = table,
          .n_options = sizeof table / sizeof *table,

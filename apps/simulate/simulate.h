@@ -7,7 +7,6 @@
 #include "apps/options.h"
 #include "apps/output/plot.h"
 #include "apps/output/report.h"
-#include "apps/output/result.h"
 #include "physics/ephemeris/models.h"
 #include "physics/gas/order.h"
 #include "physics/io/hdf5_file.h"
@@ -21,7 +20,6 @@ struct simulate_options {
     double dt, tolerance, time, horizon;
     size_t every, samples, days;
     bool no_reference, reverse;
-    struct settings set;
 };
 
 /* A run: what is asked, and what was found. */
@@ -64,15 +62,16 @@ enum ad_status simulate_ephemeris_judge(const struct simulate_run *run, struct a
 
 /* ---- writing ---- */
 
-void simulate_report(const struct simulate_run *run, struct report *report);
+/* Of a struct simulate_run, for outputs_run. The CSV has a row a sample: t, coordinates,
+ * velocities.
+ */
+void simulate_report(const void *run, struct report *report);
+void simulate_write_csv(const void *run, FILE *out);
+enum ad_status simulate_file(const void *run, phys_hdf5 *file, struct ad_error *error);
+enum ad_status simulate_picture(const void *run, struct plot *plot, struct ad_error *error);
 /* The models that --data --tol tried; distances from the tables. */
 void simulate_ephemeris_report_models(const struct simulate_run *run, struct report *report);
 void simulate_ephemeris_report(const struct simulate_run *run, struct report *report);
-/* A row a sample: t, coordinates, velocities. */
-void simulate_write_csv(const struct simulate_run *run, FILE *out);
-enum ad_status simulate_file(const struct simulate_run *run, const struct report *report,
-                             phys_hdf5 *file, struct ad_error *error);
-void simulate_picture(const struct simulate_run *run, struct plot *plot);
 /* Bodies by their number of neighbours; g at the start and at the end; order against time. */
 enum ad_status simulate_gas_picture(const struct simulate_run *run, struct plot *plot,
                                     struct ad_error *error);

@@ -9,24 +9,13 @@ enum { DAY = 86400, DAYS = 65 };
 static enum ad_status check(const struct simulate_run *run, struct ad_error *error)
 {
     const struct simulate_options *o = run->options;
-    const struct {
-        const char *name;
-        bool given;
-        const char *instead;
-    } rows[] = {
-        {"time", !isnan(o->time), "give --days"},
-        {"samples", o->samples != OPTION_NO_COUNT, "there is one a day"},
-        {"every", o->every != OPTION_NO_COUNT, "there is one sample a day"},
-    };
     if (strcmp(run->system.scene->name, "ephemeris") != 0)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--data is for the scene ephemeris alone; leave it out");
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
-        if (rows[k].given)
-            return ad_fail(error, AD_E_ARGUMENT, "--%s with --data: %s", rows[k].name,
-                           rows[k].instead);
-    if (o->days == 0)
-        return ad_fail(error, AD_E_ARGUMENT, "--days: expected at least 1, got 0");
+    if (options_refuse(&o->common, "time", "with --data: give --days", error) != AD_OK ||
+        options_refuse(&o->common, "samples every", "with --data: there is one sample a day",
+                       error) != AD_OK)
+        return error->status;
     if (!isnan(o->dt) && fabs(remainder(DAY, o->dt)) > 1e-9 * DAY)
         return ad_fail(error, AD_E_ARGUMENT, "--dt %g: expected a whole part of a day, %d s", o->dt,
                        DAY);
@@ -77,7 +66,7 @@ enum ad_status simulate_ephemeris(struct simulate_run *run, struct ad_error *err
     const struct simulate_options *options = run->options;
     struct phys_motion_settings *s = &run->settings;
     struct phys_ephemeris_tables *tables = &run->tables;
-    bool given = options->integrator || options->rough || options->set.n > 0;
+    bool given = options->integrator || options->rough || options->common.set.n > 0;
     size_t days = option_count_or(options->days, DAYS);
     struct ad_error cause = {0};
     if (check(run, error) != AD_OK)

@@ -56,12 +56,15 @@ static void right(struct figure *figure, const struct phys_motion_solution *s)
                     "data using 1:($%zu > 0 ? $%zu : NaN)", column + 1, column + 1);
 }
 
-void simulate_picture(const struct simulate_run *run, struct plot *plot)
+enum ad_status simulate_picture(const void *context, struct plot *plot, struct ad_error *error)
 {
+    const struct simulate_run *run = context;
     FILE *out = plot->script;
     const struct phys_motion_solution *s = &run->motion;
     struct layout layout = figure_pair;
     struct figure figure;
+    if (run->has_order)
+        return simulate_gas_picture(run, plot, error);
     layout.frames = plot->animated ? FRAMES : 1;
     write_data(s, plot->data);
     fputs("name = ", out);
@@ -74,4 +77,5 @@ void simulate_picture(const struct simulate_run *run, struct plot *plot)
     left(&figure, s);
     right(&figure, s);
     figure_end(&figure);
+    return error->status;
 }

@@ -246,8 +246,9 @@ static void report_diagnosis(const struct simulate_run *run, struct report *repo
     report_texts(report, "warnings", d->n_warnings, warnings);
 }
 
-void simulate_report(const struct simulate_run *run, struct report *report)
+void simulate_report(const void *context, struct report *report)
 {
+    const struct simulate_run *run = context;
     simulate_ephemeris_report_models(run, report);
     double estimate = report_trials(run, report);
     report_run(run, report);

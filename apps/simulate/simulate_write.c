@@ -1,14 +1,14 @@
 /* Files of a simulation (simulate.h): CSV and run file. */
 #include "simulate.h"
-#include "apps/command.h"
 #include "apps/output/unit.h"
 
 #include <stdlib.h>
 
 /* ---- CSV ---- */
 
-void simulate_write_csv(const struct simulate_run *run, FILE *out)
+void simulate_write_csv(const void *context, FILE *out)
 {
+    const struct simulate_run *run = context;
     const struct phys_motion_solution *s = &run->motion;
     size_t dof = run->system.dof;
     char name[64];
@@ -75,15 +75,12 @@ static void file_events(const struct simulate_run *run, phys_hdf5 *file)
     phys_hdf5_text(file, "events/state", "axes", "event, coordinates and velocities");
 }
 
-enum ad_status simulate_file(const struct simulate_run *run, const struct report *report,
-                             phys_hdf5 *file, struct ad_error *error)
+enum ad_status simulate_file(const void *context, phys_hdf5 *file, struct ad_error *error)
 {
+    const struct simulate_run *run = context;
     const struct phys_scene *scene = run->system.scene;
     const struct phys_motion_solution *s = &run->motion;
-    phys_hdf5_text(file, "/", "program", "leastaction " LEASTACTION_VERSION);
-    phys_hdf5_text(file, "/", "command", run->options->common.command);
     phys_hdf5_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
-    report_file(report, file, error);
     report_parameters(&run->system, file);
     phys_hdf5_write(file, "time", AD_F64, 1, &s->n, s->t);
     phys_hdf5_text(file, "time", "unit", scene->time_unit);
