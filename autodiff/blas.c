@@ -1,4 +1,4 @@
-/* The one file of the tape that calls OpenBLAS. */
+/* Matrix products (blas.h), and the number of threads of OpenBLAS. */
 #include "blas.h"
 #include "lazy.h"
 
@@ -51,8 +51,8 @@ static void *load(void **slot, const char *name)
     return ad_lazy_load(slot, AD_LIBRARY_openblas, name);
 }
 
-/* The number of threads is OpenBLAS's own global. Programs may run side by side: the first to come
-   sets it, the last to leave puts it back. Where OpenBLAS is not loaded yet, loading it does. */
+/* The number of threads is global to OpenBLAS. Programs may run at the same time: the first sets it
+   to 1, the last restores it; if OpenBLAS is not loaded yet, loading it sets it. */
 static int users, threads_before = 1;
 static bool loaded;
 

@@ -1,4 +1,4 @@
-/* The door of the tape to OpenBLAS: products. Matrices are row-major. */
+/* Matrix products by OpenBLAS, the only BLAS calls of the tape. Matrices are row-major. */
 #ifndef AUTODIFF_BLAS_H
 #define AUTODIFF_BLAS_H
 
@@ -12,8 +12,8 @@ void ad_blas_gemm(enum ad_type type, bool transpose_a, bool transpose_b, size_t 
 /* For other functions of OpenBLAS, by AD_LAZY (lazy.h). */
 void *ad_blas_load(void **slot, const char *name);
 
-/* Between these two OpenBLAS runs on one thread: programs split products themselves, in the same
-   pieces whatever the number of threads. In pairs, from any thread. */
+/* Between these two calls OpenBLAS runs on one thread: programs split products themselves, into the
+   same pieces whatever the number of threads. Calls come in pairs, from any thread. */
 void ad_blas_single_thread(void);
 void ad_blas_threads(void);
 

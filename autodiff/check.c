@@ -1,7 +1,7 @@
-/* Gradients on the tape against central differences, extrapolated to step zero.
-   C. J. F. Ridders, "Accurate computation of F'(x) and F'(x)F''(x)", Adv. Eng. Softw. 4 (1982) 75:
-   the error of a central difference is a series in h^2, so Neville's scheme on halved steps removes
-   one order a row, and neighbouring entries of the table say where rounding takes over. */
+/* Compares gradients on the tape with central differences extrapolated to step zero. C. J. F.
+   Ridders, "Accurate computation of F'(x) and F'(x)F''(x)", Adv. Eng. Softw. 4 (1982) 75: the error
+   of a central difference is a series in h^2, so each row of Neville's scheme on halved steps
+   removes one order, and neighbouring entries of the table show where rounding dominates. */
 #include "internal.h"
 
 #include <math.h>
@@ -19,8 +19,8 @@ static double central_difference(const struct ad_section *p, double h)
     return (y_hi - y_lo) / (hi - lo);
 }
 
-/* The entry of Neville's table with the smallest estimate of its error, truncation and rounding of
-   y over the step; stops at `good_enough`. */
+/* The entry of Neville's table with the smallest estimated error: truncation plus the rounding of y
+   divided by the step. Stops at `good_enough`. */
 static double extrapolate(const struct ad_section *p, double h, double good_enough)
 {
     double above[LEVELS], best = NAN, best_error = INFINITY;
@@ -45,8 +45,8 @@ static double extrapolate(const struct ad_section *p, double h, double good_enou
     return best;
 }
 
-/* Across a pole or a kink differences may seem to converge: one that is off is taken again nearer.
- */
+/* Near a pole or a kink the differences may converge to a wrong value; those that disagree with the
+   tape are computed again with smaller steps. */
 static double nearest(const struct ad_section *p, double h, double tape, double tolerance)
 {
     double good_enough = 1e-3 * tolerance, far = extrapolate(p, h, good_enough);
@@ -87,8 +87,9 @@ static void note(struct ad_check *r, double error, size_t input, size_t row, siz
     r->kink = kink;
 }
 
-/* The scale of the errors has a floor: differences cannot resolve slopes below rounding of y. The
-   first step is a share of the entry itself, or of its neighbours where it is near zero. */
+/* The scale of the errors has a lower bound: differences cannot resolve slopes below the rounding
+   of y. The first step is a fraction of the entry, or of its neighbours where the entry is near
+   zero. */
 static void compare_input(const struct comparison *c, size_t k, ad_var x, ad_var g,
                           const double *at)
 {

@@ -1,4 +1,4 @@
-/* The time since some moment, in seconds, of a clock that is never set back. */
+/* Seconds of a monotonic clock, from an arbitrary origin. */
 #ifndef AUTODIFF_CLOCK_H
 #define AUTODIFF_CLOCK_H
 

@@ -1,5 +1,5 @@
-/* FNV-1a of 64 bits (G. Fowler, L. Noll, P. Vo): tells data apart; against accidents, not malice.
- */
+/* FNV-1a hash of 64 bits (G. Fowler, L. Noll, P. Vo). It detects accidental changes, not malicious
+   ones. */
 #ifndef AUTODIFF_HASH_H
 #define AUTODIFF_HASH_H
 
@@ -8,7 +8,7 @@
 
 #define AD_HASH_BEGIN UINT64_C(0xcbf29ce484222325)
 
-/* The hash of what was hashed so far, AD_HASH_BEGIN if nothing, and of n bytes behind it. */
+/* Extends a hash, AD_HASH_BEGIN for the first data, by n bytes. */
 static inline uint64_t ad_hash(uint64_t hash, const void *bytes, size_t n)
 {
     for (const unsigned char *b = bytes, *end = b + n; b < end; b++)

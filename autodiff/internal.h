@@ -1,24 +1,21 @@
-/* Inside of autodiff, in the order in which it reads; each folder has one header of its own.
+/* Internals of autodiff, folder by folder in reading order; each folder has one header.
 
-       autodiff.h, ops.def     what a user sees; the one table of operations
-       tape/       internal.h  operations append nodes: record.c, simplify.c, structure.c, place.c;
-                               what they refuse, and how they say so: refuse.c
-       gradient/   sweep.h     a reverse sweep appends adjoints, by the rules of the table; a
-                               forward one tangents (tangent.c)
-       compile/    graph.h     what the outputs need (graph.c), cut into groups: views.c,
-                               schedule.c, sink.c, accumulate.c
-                   plan.h      given memory (storage.c), tiles and instructions (tiles.c, emit.c);
-                               compile.c has all passes one after the other
-       exec/       program.h   what comes out: segments of instructions over a block of memory
-                   exec.h      runs them tile by tile (exec.c, tile.c); program.c is the outside
-       direct/     direct.h    or all of that is left out: values and adjoints node by node
-       jacobian/   jacobian.h  sparse Jacobians: their pattern, found on the tape, and their program
-       kernels/    kernels.h   the loops over lanes, for each type and instruction set
-       native/     native.h    fused segments as machine code, by the system's C compiler
+          autodiff.h, ops.def     the public interface; the table of operations
+          tape/       internal.h  recording appends nodes: record.c, simplify.c, structure.c,
+   place.c; refuse.c makes the error messages gradient/   sweep.h     a reverse sweep appends
+   adjoints by the rules of the table, a forward one tangents (tangent.c) compile/    graph.h the
+   graph of what the outputs need (graph.c), grouped into segments: views.c, schedule.c, sink.c,
+   accumulate.c plan.h      memory (storage.c), tiles and instructions (tiles.c, emit.c); compile.c
+   runs all passes exec/       program.h   the compiled program: segments of instructions over a
+   block of memory exec.h      runs it tile by tile (exec.c, tile.c); program.c: public functions
+          direct/     direct.h    evaluates a recording node by node, without compiling
+          jacobian/   jacobian.h  sparse Jacobians: their pattern, and their program
+          kernels/    kernels.h   the loops over lanes, for each type and instruction set
+          native/     native.h    fused segments as machine code, by the system's C compiler
 
-   Beside that road: check.c, kink.c (differences), optim/ (descent), blas.c (OpenBLAS and LAPACK).
+   Also: check.c, kink.c (comparison with differences), optim/ (descent), blas.c (OpenBLAS).
 
-   Here: the tape's memory, shared by recording, gradient and compiler. */
+   This header declares the tape's memory, shared by recording, gradient and compiler. */
 #ifndef AUTODIFF_INTERNAL_H
 #define AUTODIFF_INTERNAL_H
 
@@ -59,7 +56,7 @@ struct label {
 
 struct ad_tape {
     enum ad_type type;
-    uint32_t recording; /* its number, in handles */
+    uint32_t recording; /* number of the recording, kept in handles */
     struct ad_error error;
     struct node **blocks;
     size_t n_nodes, n_blocks, max_blocks;
@@ -74,7 +71,8 @@ struct ad_tape {
     struct ad_direct *direct; /* memory of direct evaluation; NULL before the first */
 };
 
-/* What direct evaluation keeps with the tape (direct/): forgets the nodes; frees all. Take NULL. */
+/* Direct evaluation's memory of a tape (direct/): forgets the nodes; frees everything. Take NULL.
+ */
 void ad_direct_reset(struct ad_direct *direct);
 void ad_direct_free(struct ad_direct *direct);
 
@@ -90,7 +88,7 @@ static inline size_t type_bytes(enum ad_type type)
     return type == AD_F32 ? sizeof(float) : sizeof(double);
 }
 
-/* Of memory that vectors read: the widest vector, a cache line. */
+/* Alignment of memory that vectors read: the widest vector, one cache line. */
 enum { ALIGNMENT = 64 };
 
 static inline size_t aligned(size_t bytes)
@@ -105,7 +103,7 @@ struct op_info {
 };
 extern const struct op_info ad_ops[AD_N_OPS];
 
-/* The nodes a node reads: those of place operations are in their list. */
+/* The inputs of a node; those of place operations are in a list. */
 static inline size_t n_inputs(const ad_tape *tape, const struct node *n)
 {
     return n->op == AD_OP_place ? tape->lists[n->aux] : ad_ops[n->op].arity;
@@ -119,7 +117,7 @@ static inline uint32_t input_of(const ad_tape *tape, const struct node *n, size_
 /* Makes room for `more` further elements of `size` bytes; false when memory is exhausted. */
 bool ad_reserve(void **array, size_t n, size_t *max, size_t more, size_t size);
 
-/* A copy of a recording whose handles name the same values on it; NULL when out of memory. */
+/* A copy of a tape on which the same node numbers name the same values; NULL when out of memory. */
 ad_tape *ad_tape_copy(const ad_tape *tape);
 
 /* The handle of a node. */
@@ -127,17 +125,18 @@ static inline ad_var ad_at(ad_tape *tape, uint32_t id)
 {
     return (ad_var){tape, id, tape->recording};
 }
-/* What an operation returns that the tape, if there is one, keeps an error of. */
+/* The handle that a refused operation returns: node 0 of the tape that keeps the error, if any. */
 static inline ad_var ad_refused(ad_tape *tape) { return tape ? ad_at(tape, 0) : (ad_var){0}; }
-/* x is of what its tape records now. */
+/* x belongs to the current recording of its tape. */
 static inline bool ad_is_current(ad_var x)
 {
     return x.tape && x.recording == x.tape->recording && x.id < x.tape->n_nodes;
 }
 
-/* ---- refusing (refuse.c) ---- */
+/* ---- errors of recording (refuse.c) ---- */
 
-/* Recorded as other operations, refused by their own names: numbered after enum ad_op. */
+/* Functions that are recorded as other operations but named in errors; numbered after enum ad_op.
+ */
 #define AD_COMPOSITES(X)                                                                           \
     X(concat_rows)                                                                                 \
     X(concat_cols)                                                                                 \
@@ -166,12 +165,12 @@ static inline bool ad_is_current(ad_var x)
 enum { AD_COMPOSITES_FOLLOW = AD_N_OPS - 1, AD_COMPOSITES(AD_COMPOSITE) };
 #undef AD_COMPOSITE
 
-/* Whether op can be recorded on x[0..n-1]: all current, of one tape without an error. If not, the
+/* True if op can be recorded on x[0..n-1]: all current, on one tape without an error. Otherwise the
    tape keeps an error, and *none is the handle to return. */
 bool ad_operands(unsigned op, size_t n, const ad_var x[], ad_var *none);
-/* Whether x[0..n-1], called `what` in the error kept if not, are of what the tape records now. */
+/* True if x[0..n-1], called `what` in the error, belong to the tape's current recording. */
 bool ad_all_on(ad_tape *tape, unsigned op, const char *what, size_t n, const ad_var x[]);
-/* Keeps an error of op in the tape, with the place in the recording and the operands x[0..n-1]. */
+/* Keeps an error of op in the tape, with its place in the recording and its operands x[0..n-1]. */
 ad_var ad_refuse_operands(ad_tape *tape, enum ad_status status, unsigned op, size_t n,
                           const ad_var x[], const char *format, ...)
     __attribute__((format(printf, 6, 7)));
@@ -182,36 +181,34 @@ static inline bool ad_is_shape(size_t rows, size_t cols)
     return rows && cols && rows <= INT32_MAX && cols <= INT32_MAX &&
            (uint64_t)rows * cols <= (uint64_t)1 << 46;
 }
-/* Whether op on x[0..n-1] may have this shape; keeps an error in the tape if not. */
+/* True if op on x[0..n-1] may have this shape; otherwise keeps an error in the tape. */
 bool ad_shape_fits(ad_tape *tape, unsigned op, size_t n, const ad_var x[], size_t rows,
                    size_t cols);
-/* The shape x[0..n-1] broadcast to; false, and an error of op, where they do not. */
+/* The common shape of x[0..n-1]; false, with an error of op, if they do not broadcast. */
 bool ad_broadcasts(unsigned op, size_t n, const ad_var x[], uint32_t *rows, uint32_t *cols);
 
 /* ---- recording ---- */
 
-/* Appends a node whose shape is checked here; on failure the error is kept and the handle of node 0
- * returned. */
+/* Appends a node after checking its shape; on failure keeps an error and returns node 0. */
 ad_var ad_append(ad_tape *tape, struct node node);
-/* Appends numbers or list entries; returns the offset of the first, UINT32_MAX when out of memory.
- */
+/* Append numbers or list entries; return the offset of the first, UINT32_MAX when out of memory. */
 uint32_t ad_append_numbers(ad_tape *tape, size_t n, const double *values);
 uint32_t ad_append_list(ad_tape *tape, size_t n, const uint32_t *values);
 
-/* Records op of n arguments of one tape, as it is. */
+/* Records op on n arguments of one tape without simplification. */
 ad_var ad_elementwise(ad_tape *tape, enum ad_op op, size_t n, const ad_var *in);
-/* c x, with factors of factors multiplied into one. */
+/* c x, with nested constant factors folded. */
 ad_var ad_scale(ad_var x, double c);
-/* A shorter form of a binary operation, in *y; false where there is none. Of numbers, constants on
-   the tape among them, and one value at most; then of any two values. */
+/* A simplified form of a binary operation in *y; false if there is none. The first for numbers,
+   constants on the tape included, and at most one value; the second for any two values. */
 bool ad_simplify_numbers(ad_tape *tape, enum ad_op op, ad_arg a, ad_arg b, ad_var *y);
 bool ad_simplify(enum ad_op op, ad_var a, ad_var b, ad_var *y);
 
 /* Cumulative sum, flags as in the node. */
 ad_var ad_cumulative(ad_var x, unsigned flags);
 
-/* Of small systems (systems.c), in each column: the solution by a factor that is there; a unit
-   matrix; u v', of n rows and m columns each; a x, a transposed or not. */
+/* Small linear systems (systems.c), per column: the solution from a given factor; a unit matrix; u
+   v^T with n rows and m columns; a x, a transposed or not. */
 ad_var ad_solve_factored(ad_var a, ad_var factor, ad_var b, uint32_t aux);
 ad_var ad_each_unit(ad_tape *tape, size_t n, size_t cols);
 ad_var ad_each_outer(ad_var u, ad_var v, size_t n, size_t m);
@@ -229,9 +226,10 @@ struct ad_section {
     double *x;
 };
 
-/* y at x, which is put back. */
+/* y at x; x is restored. */
 double ad_section_value(const struct ad_section *section, double x);
-/* Whether the slope of y jumps within h of x, by more than `least`; *mean is then that over h. */
+/* True if the slope of y jumps by more than `least` within h of x; *mean is the mean slope there.
+ */
 bool ad_kink_near(const struct ad_section *section, double h, double least, double *mean);
 
 #endif

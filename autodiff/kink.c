@@ -1,5 +1,6 @@
-/* Kinks beside a point. Differences across one converge to a mean of the two slopes until their
-   step is below its distance, and a gradient that is right at the point is wrong next to it. */
+/* Finds kinks near a point. Central differences across a kink converge to the mean of the two
+   slopes until their step is below its distance; a gradient that is right at the point is wrong
+   beside it. */
 #include "internal.h"
 
 #include <math.h>
@@ -15,7 +16,7 @@ double ad_section_value(const struct ad_section *s, double x)
     return *s->y;
 }
 
-/* Errors of central differences fall by four where their step is halved, if y is smooth. */
+/* The error of a central difference falls by four when the step is halved, if y is smooth. */
 static bool is_smooth(const struct ad_section *s, double h, double floor)
 {
     double x = *s->x, before = NAN, change = NAN;
@@ -52,8 +53,8 @@ static double zoom(const struct ad_section *s, double *at, double *step, double 
     return change[most];
 }
 
-/* A smooth slope changes by half as much over half the interval, one beside a pole by more; that of
-   a kink by the same. */
+/* Over half the interval a smooth slope changes by half as much, one near a pole by more, and that
+   of a kink by the same. */
 bool ad_kink_near(const struct ad_section *s, double h, double least, double *mean)
 {
     double x = *s->x, at = x - h, step = h / 2, y[5], first = 0, last = 0;

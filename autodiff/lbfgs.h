@@ -1,5 +1,5 @@
 /* Limited-memory BFGS descent in f64: J. Nocedal, S. Wright, Numerical Optimization, 2nd ed.,
-   algorithms 7.4 and 7.5, the strong Wolfe conditions found by bracketing. */
+   algorithms 7.4 and 7.5, with a bracketing search for the strong Wolfe conditions. */
 #ifndef AUTODIFF_LBFGS_H
 #define AUTODIFF_LBFGS_H
 
@@ -9,24 +9,25 @@
 extern "C" {
 #endif
 
-/* The objective at x [n], its gradient to g [n]. May round x to what it was evaluated at. */
+/* Returns the objective at x [n] and writes its gradient to g [n]. May round x to the point at
+   which it was evaluated. */
 typedef double ad_objective(void *context, double *x, double *g);
 
 typedef struct ad_lbfgs ad_lbfgs;
 
-/* Of n variables. NULL when memory is exhausted. */
+/* A descent of n variables. NULL when memory is exhausted. */
 ad_lbfgs *ad_lbfgs_new(size_t n);
 void ad_lbfgs_free(ad_lbfgs *method); /* takes NULL */
 
-/* One step from x [n], where the gradient is g [n] and the objective *value: all three become those
-   of the new point, the last that was evaluated. `first` bounds the move of each variable in the
-   first step, which has no scale yet. False, and all three as they were, if the objective falls no
-   further along the direction. */
+/* One step from x [n], where the gradient is g [n] and the objective *value; all three become those
+   of the new point, which was evaluated last. `first` bounds the change of each variable in the
+   first step, which has no scale yet. Returns false, with all three unchanged, if the objective
+   does not decrease along the direction. */
 bool ad_lbfgs_step(ad_lbfgs *method, ad_objective *evaluate, void *context, double first, double *x,
                    double *g, double *value);
 
-/* State for checkpoints: pairs taken so far, and [size] numbers, owned by the method. Writing both
-   back resumes bitwise. */
+/* State for checkpoints: the number of pairs so far, and [size] numbers, owned by the method.
+   Writing both back resumes bitwise. */
 uint64_t *ad_lbfgs_pairs(ad_lbfgs *method);
 double *ad_lbfgs_state(ad_lbfgs *method, size_t *size);
 

@@ -1,4 +1,4 @@
-/* Compiling: from a tape to a program, pass by pass. */
+/* Compiles a tape into a program: runs all passes in order. */
 #include "autodiff/exec/exec.h"
 #include "plan.h"
 
@@ -38,7 +38,7 @@ static bool copy_labels(ad_program *p, const struct graph *g)
     return true;
 }
 
-/* Hands over what the graph and the program share. */
+/* Moves the arrays that graph and program share into the program. */
 static void take_arrays(ad_program *p, struct graph *g)
 {
     p->values = g->values;
@@ -73,7 +73,7 @@ static void *trimmed(void *array, size_t n, size_t size)
     return smaller ? smaller : array;
 }
 
-/* Arrays grew in steps; a program keeps only what it uses. */
+/* Trims the arrays, which grew in steps, to their final size. */
 static void trim(ad_program *p, const struct graph *g)
 {
     p->instructions = trimmed(p->instructions, p->n_instructions, sizeof *p->instructions);
@@ -86,7 +86,8 @@ static bool plan_program(struct graph *g, ad_program *p)
     size_t n = g->n + 1;
     struct plan plan = {.graph = g,
                         .program = p,
-                        .memory = ALIGNMENT, /* compiled code reads a lane before and behind */
+                        .memory =
+                            ALIGNMENT, /* compiled code reads one lane before and one behind */
                         .last = calloc(n, sizeof *plan.last),
                         .link = calloc(n, sizeof *plan.link),
                         .spot = calloc(n, sizeof *plan.spot)};

@@ -1,4 +1,4 @@
-/* From groups of values to segments of instructions over tiles. */
+/* Writes the segments of a program: instructions over tiles, one segment per group of values. */
 #include "plan.h"
 
 #include <string.h>
@@ -16,7 +16,7 @@ static bool same_loc(const struct loc *a, const struct loc *b)
            a->base == b->base && a->cs == b->cs;
 }
 
-/* The number of a spread location: as before, if its value was last read from the same one. */
+/* The index of a broadcast location; reused if the value was last read from the same one. */
 static bool number_loc(struct plan *p, struct loc l, uint32_t *index)
 {
     uint32_t *before = &p->link[l.root];
@@ -29,7 +29,7 @@ static bool number_loc(struct plan *p, struct loc l, uint32_t *index)
     return true;
 }
 
-/* The location of operand k of v, spread over a rows x cols space. */
+/* The location of operand k of v, broadcast over a rows x cols space. */
 static bool place_operand(struct plan *p, const struct value *v, uint32_t k, uint32_t rows,
                           uint32_t cols, uint32_t *index)
 {
@@ -57,7 +57,7 @@ static bool place_operand(struct plan *p, const struct value *v, uint32_t k, uin
 
 /* ---- instructions ---- */
 
-/* A tile of this location is contiguous, or one number. */
+/* True if a tile at this location is contiguous, or one number. */
 static bool tile_is_flat(const struct loc *l, const struct segment *s)
 {
     if (ad_is_number(l) || l->base == BASE_TILE)
@@ -98,7 +98,7 @@ static bool emit_stencil(struct plan *p, uint32_t id)
            append_instruction(p, in);
 }
 
-/* The sink of this segment that adds into the same memory, or a new one. */
+/* The sink of this segment that accumulates into the same memory, or a new one. */
 static bool find_sink(struct plan *p, const struct segment *s, uint32_t id, struct sink sink,
                       uint32_t *number)
 {
@@ -108,13 +108,13 @@ static bool find_sink(struct plan *p, const struct segment *s, uint32_t id, stru
     while ((g->values[total].flags & VALUE_BORROWED) &&
            (g->values[g->host[total]].flags & VALUE_ACCUMULATED))
         total = g->host[total];
-    if (total != id) { /* spot of a merged value: 1 + the sink all its terms share */
+    if (total != id) { /* link of an accumulated value: 1 + the sink shared by all its terms */
         *number = p->spot[total] - 1;
         if (p->spot[total])
             return true;
         p->spot[total] = (uint32_t)program->n_sinks + 1;
     }
-    /* private copies of the chunks: sums in double, added rows only where chunks split rows */
+    /* private copies of the chunks: sums in double; rows only where chunks split rows */
     size_t copies = s->chunks;
     if (sink.kind == DO_ADD_ROWS) {
         copies = s->by_rows && s->chunks > 1 ? s->chunks : 0;
@@ -182,7 +182,7 @@ static bool emit_fused(struct plan *p, const struct group *group, struct segment
 
 /* ---- segments in order ---- */
 
-/* Where the segments of constants and of what is held end, before those of a group. */
+/* Records where the constant and the held segments end, before those of a group. */
 static void mark_stages(struct plan *p, size_t group)
 {
     if (group == p->graph->n_constant_groups)

@@ -1,5 +1,5 @@
-/* Operations that stand alone, each a segment of one instruction: products, transposition, and the
-   parts of what is placed that are not computed there already. */
+/* Writes segments of one instruction: products, transposition, and placing of parts that are not
+   already computed in place. */
 #include "plan.h"
 
 static bool emit_place(struct plan *p, uint32_t id, struct instruction *in, struct segment *s)

@@ -1,11 +1,12 @@
-/* What the outputs need, while it is made into a program: graph.c builds it, views.c finds what is
-   only a view, schedule.c cuts it into groups, merge.c and the files of plan.h place it. */
+/* The graph of values that the outputs need. graph.c builds it, views.c finds views, schedule.c and
+   sink.c group values into segments, accumulate.c sums in place; the files of plan.h assign memory.
+ */
 #ifndef AUTODIFF_GRAPH_H
 #define AUTODIFF_GRAPH_H
 
 #include "autodiff/exec/program.h"
 
-/* A run of values that one segment computes. */
+/* Values that one segment computes, consecutive in `order`. */
 struct group {
     uint32_t first, count; /* in `order` */
 };
@@ -14,7 +15,7 @@ struct graph {
     const ad_tape *tape;
     struct value *values;
     size_t n;
-    struct loc *locs; /* per value, then copies' sources and broadcast operands */
+    struct loc *locs; /* one per value, then sources of copies and broadcast operands */
     size_t n_locs, max_locs;
     struct port *ports;
     size_t n_ports;
@@ -22,16 +23,16 @@ struct graph {
     size_t n_lists, max_lists;
     uint32_t *renumber; /* node -> value; UINT32_MAX: no output needs it */
     uint32_t *order, *group_of;
-    uint32_t *host; /* of borrowed values: whose memory they lie in */
+    uint32_t *host; /* for borrowed values: the value whose memory holds them */
     struct group *groups;
-    size_t n_groups, n_constant_groups, n_held_groups; /* held: constants among them */
+    size_t n_groups, n_constant_groups, n_held_groups; /* held: includes the constant ones */
 };
 
-/* The passes, in their order; each false when out of memory. */
+/* The passes, in this order; each returns false when out of memory. */
 bool ad_graph_build(struct graph *graph, const ad_tape *tape, size_t n_out, const ad_var out[]);
 bool ad_graph_find_views(struct graph *graph);
 bool ad_graph_schedule(struct graph *graph);
-/* Part of scheduling: moves values to later levels where they need no memory then. */
+/* Part of scheduling: sinks values to the level of their first use where that needs no memory. */
 bool ad_graph_sink(const struct graph *graph, uint32_t *level);
 bool ad_graph_accumulate(struct graph *graph);
 void ad_graph_release(struct graph *graph);
@@ -43,7 +44,7 @@ static inline bool is_leaf(const struct value *v)
     return v->op == AD_OP_input || v->op == AD_OP_constant;
 }
 
-/* Sums and scatters: they end a segment's tile program by adding into memory. */
+/* Sums and scatters: they end the instructions of a tile by accumulating into memory. */
 static inline bool is_sink(uint16_t op)
 {
     return op == AD_OP_sum || op == AD_OP_sum_rows || op == AD_OP_sum_cols || op == AD_OP_scatter;
@@ -52,7 +53,7 @@ static inline bool is_sink(uint16_t op)
 /* Reads neighbouring columns. */
 static inline bool is_stencil(uint16_t op) { return op == AD_OP_diff || op == AD_OP_diff_adjoint; }
 
-/* Alone in its segment. */
+/* Forms a segment of its own. */
 static inline bool is_alone(uint16_t op)
 {
     return op == AD_OP_place || op == AD_OP_transpose || op == AD_OP_matmul ||
@@ -60,7 +61,7 @@ static inline bool is_alone(uint16_t op)
            op == AD_OP_factor || op == AD_OP_solve || op == AD_OP_logdet;
 }
 
-/* Nothing computes it: it is given, or seen in another's memory. */
+/* No instruction computes it: a leaf or a view. */
 static inline bool is_given(const struct value *v) { return is_leaf(v) || (v->flags & VALUE_VIEW); }
 
 /* ---- operands ---- */
@@ -81,23 +82,23 @@ static inline uint32_t operand(const struct graph *g, const struct value *v, siz
     return v->op == AD_OP_place ? g->renumber[place_part(g, v, k)[0]] : v->in[k];
 }
 
-/* The location operand k of v is read from: before broadcasting. */
+/* The location operand k of v is read from, before broadcasting. */
 static inline const struct loc *operand_loc(const struct graph *g, const struct value *v, size_t k)
 {
     bool copied_view = v->op == AD_OP_copy && v->in[1];
     return &g->locs[copied_view ? v->in[1] : operand(g, v, k)];
 }
 
-/* Adds a location of no value: a copy's source, an operand broadcast. */
+/* Adds a location that belongs to no value: the source of a copy, a broadcast operand. */
 bool ad_graph_add_loc(struct graph *graph, struct loc loc, uint32_t *index);
 
-/* x lies at l as a matrix of its own would. */
+/* x at l is contiguous and row-major. */
 static inline bool is_contiguous(const struct value *x, const struct loc *l)
 {
     return !l->list && (l->cs == 1 || x->cols == 1) && (l->rs == x->cols || x->rows == 1);
 }
 
-/* Operand k of v is a value of v's own iteration space, read lane by lane. */
+/* Operand k of v has v's iteration space and is read lane by lane. */
 static inline bool reads_in_step(const struct graph *g, const struct value *v, size_t k)
 {
     if (is_alone(v->op) || is_stencil(v->op) || (v->op == AD_OP_copy && v->in[1]))

@@ -1,4 +1,5 @@
-/* Between schedule and program: where values lie (storage.c), what is executed (emit.c). */
+/* From schedule to program: memory of values (storage.c), tiles (tiles.c), instructions (emit.c).
+ */
 #ifndef AUTODIFF_PLAN_H
 #define AUTODIFF_PLAN_H
 
@@ -10,14 +11,15 @@ struct plan {
     size_t memory; /* bytes of values so far */
     /* per value, while planning */
     uint32_t *last; /* last group that reads it */
-    uint32_t *link; /* lists of dying and of free memory; emit: 1 + last spread location */
-    uint32_t *spot; /* emit: last reader within the segment; of merged values: their sink */
+    uint32_t
+        *link; /* storage: lists of expiring and free memory; emit: 1 + last broadcast location */
+    uint32_t *spot; /* emit: last reader within the segment; for accumulated values: their sink */
     /* growth of the program's arrays */
     size_t max_instructions, max_segments, max_sinks, max_parts, max_numbers;
     size_t tile_bytes;
 };
 
-/* The parts follow each other along rows or columns and fill the result. */
+/* The parts are adjacent along rows or columns and fill the result. */
 bool ad_place_tiles(const struct graph *graph, const struct value *v);
 
 /* One number for a whole space. */
@@ -26,11 +28,12 @@ static inline bool ad_is_number(const struct loc *l)
     return l->cs == 0 && l->rs == 0 && !l->list;
 }
 
-/* Slots on tiles for a group's values; tiles, chunks for its segment (rows, cols, count set). */
+/* Assigns slots to a group's values, and tiles and chunks to its segment (rows, cols, count are
+   set). */
 bool ad_plan_tiles(struct plan *plan, const struct group *group, struct segment *segment);
-/* Gives every stored value its memory and turns all locations into byte offsets. */
+/* Assigns memory to stored values and turns all locations into byte offsets. */
 bool ad_plan_storage(struct plan *plan);
-/* Room for `copies` times `bytes` more, at *offset; false where addresses would wrap. */
+/* Reserves `copies` times `bytes` at *offset; false if the size overflows. */
 static inline bool ad_plan_memory(struct plan *plan, size_t copies, size_t bytes, size_t *offset)
 {
     *offset = plan->memory;
@@ -39,7 +42,7 @@ static inline bool ad_plan_memory(struct plan *plan, size_t copies, size_t bytes
     plan->memory += aligned(copies * bytes);
     return true;
 }
-/* Writes the instructions and segments; and those of a value that stands alone. */
+/* Writes all instructions and segments; the second, those of a value with a segment of its own. */
 bool ad_plan_emit(struct plan *plan);
 bool ad_plan_alone(struct plan *plan, uint32_t id, struct segment segment);
 

@@ -1,16 +1,17 @@
-/* Which values one segment computes together.
+/* Groups values into segments. A segment is a set of elementwise operations of one shape that read
+   each other lane by lane.
 
-   A segment is a set of elementwise operations of one shape that read each other lane by lane.
-   Every value gets the earliest level at which its operands are ready: the level of an operand it
-   reads in step with, one more where it needs the operand whole. Some then wait for a later one
-   (postpone.c). Values of one level and shape make a segment; what stands alone is one itself. */
+   Each value gets the earliest level at which its operands are available: the level of an operand
+   it reads lane by lane, or one more where it needs the complete operand. sink.c then moves some to
+   a later level. Values of one level and shape form a segment; operations that cannot be fused form
+   one each. */
 #include "graph.h"
 
 #include <stdlib.h>
 
 /* ---- levels ---- */
 
-/* Constants, what held inputs fix, and the rest are scheduled one after the other. */
+/* Constants, values fixed by held inputs, and the rest are scheduled one after the other. */
 enum { STAGES = 3 };
 
 static int stage(const struct value *v)
@@ -32,7 +33,7 @@ static uint32_t earliest(const struct graph *g, const struct value *v, const uin
     return earliest;
 }
 
-/* Levels of constants come first, whose segments run once, when compiling. */
+/* Constants take the first levels; their segments run once, at compile time. */
 static void assign_levels(const struct graph *g, uint32_t *level)
 {
     uint32_t end[STAGES] = {0};
@@ -53,11 +54,11 @@ static void assign_levels(const struct graph *g, uint32_t *level)
 
 /* ---- groups ---- */
 
-/* What the values of a group have in common, and one of them. */
+/* What the values of a group have in common. */
 struct member {
-    uint32_t level, rows, cols; /* of the space its segment runs over */
-    uint32_t alone;             /* 1 + the value, where it stands alone: last of its level, so that
-                                   a product can add itself to what is there */
+    uint32_t level, rows, cols; /* of the segment's iteration space */
+    uint32_t alone; /* 1 + the value if it forms its own segment: last of its level, so that a
+                       product can accumulate onto values of that level */
     uint32_t value;
 };
 

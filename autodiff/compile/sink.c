@@ -1,21 +1,22 @@
-/* Values are scheduled as early as they can be; some had better wait. One that is read lane by lane
-   in later segments alone is computed in the first of these, where that keeps no more values in
-   memory than it saves: it never goes through memory itself. In a gradient these are the factors of
-   the chain rule that depend on the forward pass alone.
+/* Sinks values to a later level: one that is read lane by lane only in later segments is computed
+   in the first of these, unless that keeps more values in memory than it saves. It then never
+   passes through memory. In a gradient these are the factors of the chain rule that depend on the
+   forward pass alone.
 
-   Gradients are as fast without; the product of a gas's Hessian with a vector, some seventy values
-   of pairs x slices, takes 1.8 times as long, and compiled, out of registers, 16 times. */
+   First-order gradients gain nothing; the product of a gas's Hessian with a vector, with some
+   seventy values of pairs x slices, is 1.8 times as fast, compiled (where it would run out of
+   registers) 16 times. */
 #include "graph.h"
 
 #include <stdlib.h>
 
-enum { DEPTH = 6 }; /* of operands of operands that are looked at */
+enum { DEPTH = 6 }; /* depth of operands of operands that are considered */
 
 struct uses {
-    uint32_t first; /* level of the first use, after postponing */
-    uint32_t last;  /* of the last one, before */
+    uint32_t first; /* level of the first use, after sinking */
+    uint32_t last;  /* of the last use, before sinking */
     uint32_t count;
-    bool whole; /* read otherwise than lane by lane, by another stage, or by a sum in place */
+    bool whole; /* read otherwise than lane by lane, by another stage, or by an accumulated sum */
 };
 
 static bool is_product(const struct graph *g, uint32_t i)
@@ -23,7 +24,7 @@ static bool is_product(const struct graph *g, uint32_t i)
     return g->values[i].op == AD_OP_matmul;
 }
 
-/* What value i says of those it reads. */
+/* Records what value i requires of its operands. */
 static void note_uses(const struct graph *g, uint32_t i, const uint32_t *level, struct uses *uses)
 {
     const struct value *v = &g->values[i];
@@ -45,9 +46,9 @@ static bool can_wait(const struct graph *g, uint32_t i, const struct uses *u)
     return ad_ops[v->op].elementwise && !(v->flags & VALUE_OUTPUT) && !u->whole;
 }
 
-/* How many values of v's size would live until `level` for v's sake, up to a few. What only v reads
-   can wait with it, and then what that reads lives on instead: to a depth, so that the time stays
-   linear in the program. */
+/* How many values of v's size would have to live until `level` for v, counted up to a few. An
+   operand read by v alone can be sunk with it, which extends its own operands instead; the depth of
+   this search is bounded, so that the time stays linear in the program. */
 static unsigned kept_alive(const struct graph *g, const struct value *v, uint32_t level,
                            const struct uses *uses, int depth)
 {

@@ -1,13 +1,13 @@
-/* Memory of values: only what crosses segments is stored, and memory of the dead is used again.
-   The parts of a concatenation are computed straight into its memory: 5 to 18 % of the gradient of
-   a scene that writes its coordinates row by row. */
+/* Assigns memory to the values that cross segments, and reuses the memory of expired ones. The
+   parts of a concatenation are computed in its memory: that saves 5 to 18 % of the gradient of a
+   scene that builds its coordinates row by row. */
 #include "plan.h"
 
 #include <stdlib.h>
 
 enum { N_CLASSES = 400 };
 
-/* ---- what is stored, and until when ---- */
+/* ---- what is stored, and its lifetime ---- */
 
 static void use(struct plan *p, uint32_t root, uint32_t group, bool in_step)
 {
@@ -60,7 +60,7 @@ bool ad_place_tiles(const struct graph *g, const struct value *v)
     return tiles_along(g, v, 0) || tiles_along(g, v, 1);
 }
 
-/* A part that can be computed in place: all of a value, contiguous here as there. */
+/* A part that can be computed in place: a complete value, contiguous in both places. */
 static bool can_borrow(const struct graph *g, const struct value *v, const struct value *part,
                        const struct loc *l)
 {
@@ -73,7 +73,7 @@ static bool can_borrow(const struct graph *g, const struct value *v, const struc
            !((root->flags ^ v->flags) & (VALUE_CONSTANT | VALUE_HELD));
 }
 
-/* Until hosts have memory, a borrower's offset counts elements within its host. */
+/* Until hosts have memory, the offset of a borrower counts elements within its host. */
 static void lend(struct plan *p, uint32_t i)
 {
     struct graph *g = p->graph;
@@ -97,7 +97,7 @@ static void lend(struct plan *p, uint32_t i)
 
 /* ---- allocation ---- */
 
-/* Size classes an eighth of an octave apart: freed memory fits its class again. */
+/* Size classes an eighth of an octave apart, so that freed memory fits its class again. */
 static size_t size_class(size_t bytes, unsigned *number)
 {
     size_t units = (bytes + ALIGNMENT - 1) / ALIGNMENT;
@@ -115,7 +115,7 @@ static size_t value_bytes(const struct plan *p, uint32_t i)
     return (size_t)v->rows * v->cols * p->program->element;
 }
 
-/* `free_list` NULL: memory for good. */
+/* `free_list` NULL: memory that is never reused. */
 static bool allocate(struct plan *p, uint32_t i, uint32_t *free_list)
 {
     unsigned number;
@@ -143,7 +143,7 @@ static void release(struct plan *p, uint32_t i, uint32_t *free_list)
     free_list[number] = i + 1;
 }
 
-/* Memory of what group g computes; `placed` marks values that have theirs. */
+/* Memory for the results of group g; `placed` marks values that have theirs. */
 static bool allocate_group(struct plan *p, uint32_t group, uint8_t *placed, uint32_t *free_list)
 {
     const struct graph *g = p->graph;
@@ -200,7 +200,7 @@ bool ad_plan_storage(struct plan *p)
             lend(p, i);
     if (!allocate_all(p))
         return false;
-    for (uint32_t i = (uint32_t)g->n; i-- > 0;) /* hosts come after their borrowers */
+    for (uint32_t i = (uint32_t)g->n; i-- > 0;) /* hosts have higher numbers than their borrowers */
         if (g->values[i].flags & VALUE_BORROWED)
             g->locs[i].off = g->locs[g->host[i]].off + g->locs[i].off * p->program->element;
     for (uint32_t i = 0; i < g->n_locs; i++) {

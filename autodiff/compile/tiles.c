@@ -1,22 +1,23 @@
-/* How a segment's values share tiles: slots by lifetime, the shape of a tile, chunks for threads.
+/* Tiles of a segment: slots by lifetime, tile shape, and chunks for threads.
 
-   Where it can, a space is walked as one long row: vectors of machine code then fill whatever the
-   number of columns is, two to five times faster at three to seven columns. */
+   Where operands allow, the iteration space is flattened to one long row, which fills the vectors
+   of machine code whatever the number of columns: two to five times as fast at three to seven
+   columns. */
 #include "plan.h"
 
 #include <stdlib.h>
 
 enum {
-    CACHE_BYTES = 48 << 10, /* what the tiles of a segment may take: measured, a little over the
+    CACHE_BYTES = 48 << 10, /* bytes for the tiles of a segment: measured, a little above the
                                first-level cache */
     MIN_TILE = 128,
     MAX_TILE = 1024,
     PARALLEL_WORK = 1 << 19, /* elements times instructions worth splitting */
     MAX_CHUNKS = 32,
-    ROW_CHUNKS = 4 /* copies of results that rows are added into: few */
+    ROW_CHUNKS = 4 /* most private copies of results into which rows are accumulated */
 };
 
-/* The space can be walked as one long row: all operands contiguous or numbers. */
+/* The space can be flattened: all operands are contiguous or numbers. */
 static bool is_flat(const struct plan *p, const struct group *group)
 {
     const struct graph *g = p->graph;
@@ -50,8 +51,7 @@ static bool in_tile(const struct graph *g, const struct value *v, uint32_t k)
     return reads_in_step(g, v, k) && !(g->values[v->in[k]].flags & VALUE_STORED);
 }
 
-/* Gives the group's values that are not stored slots in the tile, as few as their lifetimes allow.
- */
+/* Gives slots to the group's unstored values, as few as their lifetimes allow. */
 static bool assign_slots(struct plan *p, const struct group *group, uint32_t *n_slots)
 {
     struct graph *g = p->graph;
@@ -112,7 +112,7 @@ static void split_chunks(struct segment *s)
     }
 }
 
-/* What is not stored lies on tiles, one behind the other. */
+/* Unstored values lie on tiles, one behind the other. */
 static void lay_on_tiles(struct plan *p, const struct group *group, const struct segment *s,
                          uint32_t n_slots)
 {

@@ -1,6 +1,6 @@
-/* Which values are only views of others: slices, gathers, reshapes and broadcasts are read where
-   their operand lies, by strides and lists of rows. One becomes a copy where that cannot be: as an
-   output, and as an operand of what needs plain memory. */
+/* Finds the values that are views of others: slices, gathers, reshapes and broadcasts are read from
+   their operand's memory by strides and row lists. A view that is an output, or an operand of an
+   operation that needs contiguous memory, becomes a copy. */
 #include "graph.h"
 
 #include <stdlib.h>
@@ -20,7 +20,7 @@ bool ad_graph_add_loc(struct graph *g, struct loc loc, uint32_t *index)
     return true;
 }
 
-/* Turns a view into a copy of what it sees; in[1] numbers where from. */
+/* Turns a view into a copy of its source; in[1] is the number of the source's location. */
 static bool make_copy(struct graph *g, uint32_t i)
 {
     struct value *v = &g->values[i];
@@ -45,7 +45,7 @@ static uint32_t copy_list(struct graph *g, uint32_t at)
     return (uint32_t)(g->n_lists - list[0]) + 1;
 }
 
-/* Where v lies, from where its operand x does. */
+/* The location of v, given that of its operand x. */
 static bool look_through(struct graph *g, const struct value *v, const struct value *x,
                          struct loc *l)
 {
@@ -104,7 +104,7 @@ static bool has_list(uint16_t op)
     return op == AD_OP_scatter || op == AD_OP_gather_cols || op == AD_OP_scatter_cols;
 }
 
-/* Operands that the operation cannot read through any view; what places its parts can. */
+/* Copies views that the operation cannot read; place reads its parts through any view. */
 static bool copy_unreadable(struct graph *g, const struct value *v)
 {
     if (v->op == AD_OP_place || !(is_alone(v->op) || is_stencil(v->op)))

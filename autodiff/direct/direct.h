@@ -1,6 +1,6 @@
-/* Direct evaluation: a recording is run over its own nodes, values forward and adjoints backward,
-   without being compiled. evaluate.c is the outside; sweeps.c, compiled for f32 and f64,
-   has the two sweeps, with formulas and derivatives from ops.def. */
+/* Direct evaluation: runs a recording over its own nodes, values forward and adjoints backward,
+   without compiling it. evaluate.c has the public functions; sweeps.c, compiled for f32 and f64,
+   the two sweeps, with formulas and derivatives from ops.def. */
 #ifndef AUTODIFF_DIRECT_H
 #define AUTODIFF_DIRECT_H
 

@@ -1,4 +1,4 @@
-/* Values and gradients of a recording at once (direct.h). */
+/* Public functions of direct evaluation (direct.h): memory, inputs, results. */
 #include "direct.h"
 
 #include <stdlib.h>

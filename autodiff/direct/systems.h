@@ -1,4 +1,4 @@
-/* Small systems in direct evaluation, for sweeps.c. */
+/* Small linear systems in direct evaluation, for sweeps.c. */
 
 static void system_forward(const struct node *n, struct ad_direct *d, uint32_t id, R *y)
 {

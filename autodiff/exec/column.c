@@ -1,12 +1,12 @@
-/* Tiles one column wide. Rows that lists pick from all over memory are single numbers then: they
-   are brought together, so that one kernel call takes a tile instead of one call a row: pair laws
-   at one time are 1.4 (50 bodies) to 2.5 times (300) as fast. */
+/* Tiles one column wide. Rows picked by index lists are single numbers there; they are gathered
+   into a contiguous buffer, so that one kernel call serves a tile instead of a row. Pair laws at
+   one time are 1.4 (50 bodies) to 2.5 times (300) as fast. */
 #include "exec.h"
 
 enum { MOST_ROWS = 1024 }; /* of a tile, as tiles.c has it */
 
-/* Cursors by value: what is written through a pointer to char might be theirs otherwise, and they
-   would be read again for each row. */
+/* The cursors are passed by value: a store through char * might alias them, and they would be
+   reloaded for each row. */
 static void pack(enum ad_type type, struct cursor c, uint32_t rows, double *to)
 {
     if (type == AD_F64)

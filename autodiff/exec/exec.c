@@ -1,8 +1,8 @@
-/* The executor: walks each segment tile by tile, one kernel call an instruction and tile.
+/* The executor: runs each segment tile by tile, one kernel call per instruction and tile.
 
-   Large segments are split into chunks whose number and borders depend on sizes alone; each chunk
-   adds into a private copy of the sums, and the copies are added in order. Threads only decide who
-   runs which chunk, so they change no bit of the result. */
+   Large segments are split into chunks whose number and bounds depend on sizes alone. Each chunk
+   accumulates into a private copy of the sums, and the copies are added in order: the number of
+   threads decides who runs which chunk, and changes no bit of the result. */
 #include "autodiff/blas.h"
 #include "autodiff/clock.h"
 #include "exec.h"
@@ -33,7 +33,7 @@ static struct tile extent(const struct segment *g, uint32_t chunk)
     return t;
 }
 
-/* Zero what the chunk adds into. */
+/* Zeroes the memory that the chunk accumulates into. */
 static void clear_sinks(const ad_program *p, const struct segment *g, const struct tile *chunk)
 {
     for (uint32_t k = 0; k < g->n_sinks; k++) {
@@ -123,7 +123,7 @@ static void run_code(const ad_program *p, const struct segment *g)
 {
     if (g->chunks == 1) {
         run_code_chunk(p, g, 0);
-        return; /* whole segments leave their sums where they belong */
+        return; /* unsplit segments accumulate into the result itself */
     }
 #pragma omp parallel for num_threads((int)p->threads) schedule(static, 1) if (p->threads > 1)
     for (uint32_t c = 0; c < g->chunks; c++)
@@ -170,8 +170,7 @@ void ad_execute(const ad_program *p, const struct segment *segments, size_t firs
         ad_blas_threads();
 }
 
-/* What each run goes through, or each run again, from the first to before the last: without what
-   held inputs alone decide. */
+/* Segments to run, [*first, *last). A rerun skips those that depend only on held inputs. */
 static const struct segment *segments_of(ad_program *p, bool again, size_t *first, size_t *last)
 {
     *first = again ? p->n_held_segments : p->n_constant_segments;

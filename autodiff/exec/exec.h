@@ -1,16 +1,16 @@
-/* Inside of the executor: one tile, one operation that stands alone, one segment. */
+/* Internals of the executor: tiles of fused segments, segments of one operation. */
 #ifndef AUTODIFF_EXEC_H
 #define AUTODIFF_EXEC_H
 
 #include "program.h"
 
-/* Where a value first was not finite; value UINT32_MAX: nowhere. */
+/* The first value that is not finite; value UINT32_MAX: none. */
 struct check {
     uint32_t value, row, col;
     double found;
 };
 
-/* A window of a segment's iteration space, and the memory its locations count from. */
+/* A window of a segment's iteration space, and the base of its locations. */
 struct tile {
     uint32_t row, rows, col, cols;
     char *base[2];
@@ -32,10 +32,11 @@ void ad_run_instruction(const ad_program *program, const struct segment *segment
 void ad_run_alone(const ad_program *program, const struct segment *segment);
 /* Factors of small systems, solutions, log-determinants (systems.c). */
 void ad_run_system(const ad_program *program, const struct segment *segment);
-/* Forgets what was wrong before a run; keeps an error of what was singular in it. */
+/* Clears the error before a run; afterwards keeps an error for a singular column, if there was one.
+ */
 void ad_forget_singular(ad_program *program, bool again);
 enum ad_status ad_report_singular(const ad_program *program, struct ad_error *error);
-/* Looks through what an instruction left in memory. */
+/* Checks the stored result of an instruction for values that are not finite. */
 void ad_inspect_value(const ad_program *program, const struct instruction *instruction,
                       struct check *check);
 
@@ -68,8 +69,8 @@ static inline char *cursor_row(const struct cursor *c, uint32_t r)
     return c->start + (c->list ? c->list[r] : r) * c->step;
 }
 
-/* A tile one column wide (column.c): an elementwise instruction in one kernel call; false
-   where that cannot be. Adding its rows, times 1 or -1, into others. */
+/* A tile one column wide (column.c): runs an elementwise instruction in one kernel call, false
+   where that is impossible; accumulates its rows, times 1 or -1, into others. */
 bool ad_run_column(const ad_program *program, const struct instruction *instruction,
                    const struct tile *tile);
 void ad_add_column(const ad_program *program, const struct cursor *to, const struct cursor *from,
@@ -87,13 +88,13 @@ static inline double element_at(const ad_program *p, const char *row, size_t i)
                              : ((const double *)(const void *)row)[i];
 }
 
-/* Private copy of a sink's result that a chunk adds into. */
+/* The private copy of a sink's result that a chunk accumulates into. */
 static inline double *sink_copy(const ad_program *p, const struct sink *s, uint32_t chunk)
 {
     return (double *)(void *)(p->memory + s->partial + chunk * s->stride);
 }
 
-/* Location of the rows that a chunk's sink adds into. */
+/* Location of the rows that a chunk's sink accumulates into. */
 static inline struct loc sink_rows(const ad_program *p, const struct segment *g,
                                    const struct instruction *in, uint32_t chunk)
 {

@@ -1,4 +1,4 @@
-/* A program from outside: threads, inputs and outputs, reports. */
+/* Public functions of programs: threads, inputs and outputs, checked runs, reports. */
 #include "exec.h"
 
 #include <math.h>
@@ -38,7 +38,7 @@ void ad_set_threads(ad_program *p, size_t threads)
     threads = threads < 1 ? 1 : threads > 1024 ? 1024 : threads;
     char *more = threads > 1 ? aligned_alloc(ALIGNMENT, (threads - 1) * p->tile_bytes) : NULL;
     if (threads > 1 && !more)
-        return; /* goes on with the threads it has */
+        return; /* keeps the threads it has */
     free(p->more_tiles);
     p->more_tiles = more;
     p->threads = threads;

@@ -1,5 +1,5 @@
-/* A compiled program: segments of instructions, and the memory they work on. compile/ makes it,
-   exec/ runs it, or a back end that was put into it: native/. */
+/* A compiled program: segments of instructions, and the memory they work on. compile/ makes it;
+   exec/ interprets it, or a back end that registers itself (native/) runs it. */
 #ifndef AUTODIFF_PROGRAM_H
 #define AUTODIFF_PROGRAM_H
 
@@ -11,13 +11,14 @@
 enum value_flags {
     VALUE_CONSTANT = 1, /* the same in every run */
     VALUE_OUTPUT = 2,
-    VALUE_VIEW = 4,         /* reads another value's memory; has none of its own */
-    VALUE_STORED = 8,       /* lies in memory, not in a tile */
-    VALUE_BORROWED = 16,    /* lies in the memory of its host */
-    VALUE_ACCUMULATED = 32, /* a sum whose terms add into its memory: nothing is left to do */
-    VALUE_NEGATED = 64,     /* a sink that subtracts */
-    VALUE_ADDS = 128,       /* a product that adds to what lies in its memory */
-    VALUE_HELD = 256        /* depends on held inputs and constants alone; so do all constants */
+    VALUE_VIEW = 4,      /* reads another value's memory; has none of its own */
+    VALUE_STORED = 8,    /* lies in memory, not in a tile */
+    VALUE_BORROWED = 16, /* lies in the memory of its host */
+    VALUE_ACCUMULATED =
+        32, /* a sum whose terms accumulate into its memory: no instruction of its own */
+    VALUE_NEGATED = 64, /* a sink that subtracts */
+    VALUE_ADDS = 128,   /* a product that accumulates onto its memory */
+    VALUE_HELD = 256    /* depends on held inputs and constants only; set for constants too */
 };
 
 /* One live node; in[] and aux as in struct node, in[] renumbered. */
@@ -41,13 +42,13 @@ struct loc {
 
 enum { BASE_MEMORY, BASE_TILE };
 
-/* Names an input or output; sorted by node. */
+/* An input or output; sorted by node. */
 struct port {
     uint32_t node, value;
     bool input;
 };
 
-/* ---- what is executed ---- */
+/* ---- instructions ---- */
 
 enum instruction_kind {
     DO_ELEMENTWISE,
@@ -55,7 +56,7 @@ enum instruction_kind {
     DO_DIFF_ADJOINT,
     DO_SUM, /* partial sums in double */
     DO_SUM_COLS,
-    DO_ADD_ROWS, /* adds tile rows into rows of the result: sums over rows, scatters */
+    DO_ADD_ROWS, /* accumulates tile rows into rows of the result: sums over rows, scatters */
     DO_PLACE,
     DO_TRANSPOSE,
     DO_MATMUL,
@@ -78,7 +79,7 @@ struct instruction {
     ad_kernel *run;
     uint8_t kind, n_in;
     bool flat;      /* a tile is contiguous for every operand */
-    uint32_t value; /* which one it computes */
+    uint32_t value; /* the value it computes */
     uint32_t loc[4];
 };
 
@@ -92,11 +93,11 @@ struct sink {
 
 struct part {
     uint32_t loc, rows, cols;
-    uint32_t row, col; /* where it goes */
+    uint32_t row, col; /* position in the result */
 };
 
-/* Code of a back end for rows [row, row_end), columns [col, col_end) of a fused segment, of chunk
-   number `chunk`. */
+/* Code of a back end for rows [row, row_end), columns [col, col_end) of a fused segment; `chunk` is
+   the number of the chunk. */
 typedef void ad_segment_code(char *memory, const uint32_t *lists, size_t chunk, size_t row,
                              size_t row_end, size_t col, size_t col_end);
 
@@ -105,15 +106,15 @@ struct segment {
     uint32_t first, count; /* instructions */
     uint32_t rows, cols;   /* iteration space */
     uint32_t tile_rows, tile_cols;
-    uint32_t chunks; /* fixed by the sizes alone, so that threads change no result */
+    uint32_t chunks; /* depends on sizes alone, so that threads change no result */
     bool by_rows;    /* chunks split rows, else columns */
     bool fused;
-    bool clear; /* place: parts do not cover the result */
+    bool clear; /* place: the parts do not cover the result */
     uint32_t first_sink, n_sinks;
-    uint32_t first_call, n_calls; /* segments of few tiles */
+    uint32_t first_call, n_calls; /* for segments of few tiles */
 };
 
-/* A kernel call with all addresses known; run NULL: a is the instruction to run, on the tile that
+/* A kernel call with precomputed addresses. run NULL: a is an instruction to run on the tile that
    begins at row n. */
 struct call {
     ad_kernel *run;
@@ -122,7 +123,7 @@ struct call {
     const void *a, *b, *c;
 };
 
-/* Values of a segment that share its tiles lie in slots of so many bytes. */
+/* Size of the slots that hold the values of a segment's tiles. */
 static inline size_t ad_slot_bytes(size_t element, const struct segment *s)
 {
     return aligned((size_t)s->tile_rows * s->tile_cols * element);
@@ -130,22 +131,22 @@ static inline size_t ad_slot_bytes(size_t element, const struct segment *s)
 
 struct check;
 
-/* Another way to run a program's segments. A program has none until one puts itself there. */
+/* Another way to run a program's segments; a program has none until a back end registers itself. */
 struct back_end {
-    /* Before a run from segment *first to before *last: the segments to run instead, and in *first
-       and *last which; NULL, and they stand: the program's own. */
+    /* Called before segments [*first, *last) run: returns the segments to run instead, and sets
+     *first and *last; NULL: run the program's own. */
     const struct segment *(*prepare)(ad_program *program, bool again, size_t *first, size_t *last);
     void (*free)(void *state);
 };
 
-/* The first factor of a run that has a singular column; value UINT32_MAX: none. */
+/* The first factor of a run with a singular column; value UINT32_MAX: none. */
 struct singular {
     uint32_t value, col;
 };
 
 struct ad_program {
     enum ad_type type;
-    uint32_t recording; /* of the handles that name ports */
+    uint32_t recording; /* number of the recording whose handles name the ports */
     size_t element;
     const struct ad_kernels *kernels;
     struct value *values; /* shapes and operations, for reports */
@@ -171,21 +172,21 @@ struct ad_program {
     uint32_t *label_values;
     size_t n_labels;
     char *memory; /* values */
-    char *tiles;  /* of the first thread, and of the others */
+    char *tiles;  /* of the first thread; of the others */
     char *more_tiles;
     size_t memory_bytes, tile_bytes;
     size_t threads;
     bool has_matmul;
     bool was_run;
-    bool held_stand;                 /* what held inputs decide is as they were set */
-    struct singular *singular;       /* what runs found */
+    bool held_stand;                 /* values that depend on held inputs are up to date */
+    struct singular *singular;       /* result of the last run */
     struct ad_error error;           /* of the last run */
     const struct back_end *back_end; /* NULL: interpreted; its state: */
     void *back_end_state;
 };
 
-/* Runs segments [first, last), the program's own or those that stand for them; with `check`, keeps
-   the earliest value that is not finite. */
+/* Runs segments [first, last), the program's own or a back end's. With `check`, records the
+   earliest value that is not finite. */
 void ad_execute(const ad_program *program, const struct segment *segments, size_t first,
                 size_t last, struct check *check);
 

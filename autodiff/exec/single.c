@@ -1,19 +1,19 @@
-/* Operations that stand alone in their segment: products, transposition, placing, lists of columns,
-   cumulative sums. */
+/* Operations that form their own segment: products, transposition, placing, gathers and scatters of
+   columns, cumulative sums. */
 #include "autodiff/blas.h"
 #include "exec.h"
 
 #include <string.h>
 
-/* Row stride as BLAS wants it: a single row may be a view of a repeated one, of stride 0. */
+/* Row stride as BLAS requires it: a single row may be a view with stride 0. */
 static size_t row_stride(const struct value *v, const struct loc *l)
 {
     return v->rows == 1 ? v->cols : l->rs;
 }
 
-/* Products are cut in the same pieces whatever the number of threads: BLAS gives other last bits
-   for other shapes. Every piece packs one factor anew, so pieces are few: of this many products and
-   sums each, and no narrower than two tiles of BLAS's kernels. */
+/* Products are split into the same pieces whatever the number of threads, because BLAS rounds
+   differently for other shapes. Each piece packs one factor again, so pieces are few: this many
+   multiply-adds each, and no narrower than two tiles of BLAS's kernels. */
 enum { TILE = 48, PIECE = 2 * TILE, MAX_PIECES = 16 };
 static const double PIECE_WORK = 1.5e7;
 
@@ -25,7 +25,7 @@ static size_t pieces_of(size_t extent, double work)
     return pieces ? pieces : 1;
 }
 
-/* Where piece i begins: at whole vectors and tiles, of either type. */
+/* Start of piece i: a multiple of vectors and tiles, of either type. */
 static size_t cut(size_t extent, size_t i, size_t pieces)
 {
     return i == pieces ? extent : extent / TILE * i / pieces * TILE;
@@ -51,7 +51,8 @@ static void multiply(const ad_program *p, const struct segment *g, const struct 
                  p->memory + o->off + from * (by_rows ? o->rs : 1) * e, o->rs);
 }
 
-/* A parallel region of one thread takes as long as a small product: there is none then. */
+/* A parallel region of one thread costs as much as a small product, so there is none for one piece.
+ */
 static void matmul(const ad_program *p, const struct segment *g, const struct instruction *in)
 {
     const struct value *a = &p->values[in->loc[1]];

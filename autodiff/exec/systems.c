@@ -1,4 +1,5 @@
-/* Small systems, one in each column: in chunks of columns, so that threads change no result. */
+/* Small linear systems, one per column, in chunks of columns, so that the number of threads changes
+   no result. */
 #include "exec.h"
 
 #include <stdlib.h>
@@ -11,7 +12,7 @@ static void note(const ad_program *p, uint32_t value, size_t col)
         *p->singular = (struct singular){value, (uint32_t)col};
 }
 
-/* Columns [from, from + n) of the segment; the first singular one. */
+/* Columns [from, from + n) of the segment; returns the first singular one. */
 static size_t run_columns(const ad_program *p, const struct segment *g,
                           const struct instruction *in, size_t from, size_t n)
 {

@@ -1,5 +1,5 @@
-/* The instructions of a fused segment over one tile: a kernel call each, or one a row where the
-   tile is not contiguous for some operand. */
+/* Runs the instructions of a fused segment over one tile: one kernel call each, or one per row
+   where an operand is not contiguous within the tile. */
 #include "exec.h"
 
 static void elementwise(const ad_program *p, const struct instruction *in, const struct tile *t)
@@ -140,7 +140,7 @@ void ad_run_instruction(const ad_program *p, const struct segment *g, const stru
     }
 }
 
-/* ---- looking for values that are not finite ---- */
+/* ---- values that are not finite ---- */
 
 static void look(const ad_program *p, const struct instruction *in, const struct tile *t,
                  struct check *check)

@@ -1,12 +1,12 @@
-/* The gradient: one reverse sweep over the recorded nodes, appending operations.
+/* The gradient: one reverse sweep over the recorded nodes, which appends operations.
 
-   Adjoints may be smaller than the value they belong to (a scalar or row standing for a broadcast
-   of itself): the adjoint of a sum costs nothing. Slices of one value add their adjoints as parts
-   of one place operation, so that taking a value apart row by row costs no more than its size.
+   An adjoint may be smaller than its value (a scalar or row that stands for its own broadcast): the
+   adjoint of a sum costs nothing. Slices of one value collect their adjoints as the parts of one
+   place operation, so that splitting a value row by row costs no more than its size.
 
-   Zeros behind branches. select, min, max, relu, abs send an exact zero along what they do not
-   take. Behind them 0 * inf would make NaN, so there the chain rule multiplies with mul0, which
-   keeps a zero whatever the other factor is. */
+   Zeros behind branches: select, min, max, relu and abs send an exact zero to the branch not taken.
+   Behind them 0 * inf would give NaN, so the chain rule multiplies with mul0 there, which keeps a
+   zero whatever the other factor. */
 #include "autodiff/derivatives.h"
 #include "sweep.h"
 
@@ -54,7 +54,7 @@ static bool same_place(const struct adjoint_part *p, const struct adjoint_part *
     return p->row == q->row && p->col == q->col && p->rows == q->rows && p->cols == q->cols;
 }
 
-/* One place operation out of all parts of a value, those at the same place added up first. */
+/* One place operation from all parts of a value; parts at the same place are added first. */
 static ad_var collect_parts(struct sweep *s, uint32_t id)
 {
     size_t n = 0, distinct = 0;
@@ -91,7 +91,7 @@ done:
     return y;
 }
 
-/* The adjoint of a value, complete once every later node was treated; 0: none. */
+/* The adjoint of a value, complete once every later node has been processed; 0: none. */
 static uint32_t finish(struct sweep *s, uint32_t id)
 {
     if (s->first[id]) {
@@ -103,7 +103,7 @@ static uint32_t finish(struct sweep *s, uint32_t id)
     return s->adjoint[id];
 }
 
-/* Marks what depends on an x. */
+/* Marks the nodes that depend on an x. */
 static void mark(struct sweep *s, uint32_t last, size_t n, const ad_var x[])
 {
     for (size_t k = 0; k < n; k++)
@@ -135,7 +135,7 @@ static void sweep(struct sweep *s, uint32_t last)
     }
 }
 
-/* Whether op can take derivatives of y by x[0..n-1]; *tape is the one to keep an error in. */
+/* True if op can differentiate y by x[0..n-1]; *tape is the tape that keeps an error. */
 static bool can_derive(unsigned op, ad_var y, size_t n, const ad_var x[], const void *g,
                        ad_tape **tape)
 {

@@ -19,15 +19,15 @@ static void add_part(struct sweep *s, uint32_t to, ad_var g, uint32_t row, uint3
         s->flags[to] |= TAINTED;
 }
 
-/* A vector as a column or a row; a number stands for itself repeated. */
+/* A vector as a column or a row; a scalar stands for its own broadcast. */
 static ad_var along(ad_var x, bool column)
 {
     size_t n = ad_rows(x) * ad_cols(x);
     return n == 1 ? x : ad_reshape(x, column ? n : 1, column ? 1 : n);
 }
 
-/* Where y has one column or row, a product with its adjoint is an outer one: elementwise, and with
-   nothing to compute where g stands for its own broadcast: 3 to 5 % of a step of training. */
+/* Where y has one column or row, a product with its adjoint is an outer product: elementwise, and
+   free where g stands for its own broadcast. That saves 3 to 5 % of a training step. */
 static void matmul_rule(struct sweep *s, const struct node *n, ad_var g)
 {
     ad_var a = sweep_var(s, n->in[0]), b = sweep_var(s, n->in[1]), whole = full(g, n), c;
@@ -48,7 +48,8 @@ static void matmul_rule(struct sweep *s, const struct node *n, ad_var g)
     }
 }
 
-/* a x = b: b's adjoint is a'^-1 g, and a's is -b' x'; x = a^-T b the other way round. */
+/* For a x = b: the adjoint of b is b' = a^-T g, that of a is -b' x^T; for a^T x = b with a
+   transposed. */
 static void solve_rule(struct sweep *s, const struct node *n, ad_var x, ad_var g)
 {
     ad_var a = sweep_var(s, n->in[0]), f = sweep_var(s, n->in[1]);
@@ -62,7 +63,7 @@ static void solve_rule(struct sweep *s, const struct node *n, ad_var x, ad_var g
                       ad_neg(ad_each_outer(transposed ? x : b, transposed ? b : x, side, m)));
 }
 
-/* a'^-1 */
+/* a^-T */
 ad_var ad_logdet_slope(const struct node *n, ad_tape *tape)
 {
     ad_var a = ad_at(tape, n->in[0]), f = ad_at(tape, n->in[1]);
@@ -70,7 +71,7 @@ ad_var ad_logdet_slope(const struct node *n, ad_tape *tape)
                              n->aux | SYSTEM_TRANSPOSED);
 }
 
-/* The part of g that a part of a place operation sees. */
+/* The block of g under part k of a place operation. */
 static ad_var window(ad_var g, uint32_t row, uint32_t col, const struct node *part)
 {
     return ad_slice_cols(ad_slice_rows(g, row, part->rows), col, part->cols);
@@ -79,14 +80,16 @@ static ad_var window(ad_var g, uint32_t row, uint32_t col, const struct node *pa
 static void place_rule(struct sweep *s, const struct node *n, ad_var g)
 {
     for (size_t k = 0; k < s->tape->lists[n->aux]; k++) {
-        const uint32_t *part = s->tape->lists + n->aux + 1 + 3 * k; /* lists may move: look again */
+        const uint32_t *part =
+            s->tape->lists + n->aux + 1 + 3 * k; /* recording may move the lists */
         uint32_t id = part[0];
         if (is_needed(s, id))
             ad_accumulate(s, id, window(g, part[1], part[2], node_at(s->tape, id)));
     }
 }
 
-/* Gather and scatter are each other's adjoint; the list is recorded again as the array may move. */
+/* Gather and scatter are adjoint to each other. The list is recorded again, because recording may
+   move the array. */
 static ad_var indexed_adjoint(struct sweep *s, const struct node *n, ad_var g)
 {
     const uint32_t *list = s->tape->lists + n->aux;

@@ -1,4 +1,4 @@
-/* Inside of the gradient: the state of one reverse sweep, and the rules it applies. */
+/* Internals of the gradient: the state of one reverse sweep, and its rules. */
 #ifndef AUTODIFF_SWEEP_H
 #define AUTODIFF_SWEEP_H
 
@@ -25,35 +25,35 @@ static inline ad_var sweep_var(const struct sweep *s, uint32_t id) { return ad_a
 
 static inline bool is_needed(const struct sweep *s, uint32_t id) { return s->flags[id] & NEEDED; }
 
-/* What derivatives of x broadcast to: as many rows and columns, or one. */
+/* The shape that the derivatives of x broadcast to in each dimension: that of x, or 1. */
 static inline bool ad_fits(ad_var d, ad_var x)
 {
     return (ad_rows(d) == ad_rows(x) || ad_rows(d) == 1) &&
            (ad_cols(d) == ad_cols(x) || ad_cols(d) == 1);
 }
 
-/* The sweeps of ad_vjp and ad_jvp, whose arguments are as they should be. `tainted`: factors of
-   exactly 0 stay 0 whatever they are multiplied by, so that an infinite derivative in one direction
-   is no NaN in another. */
+/* The sweeps of ad_vjp and ad_jvp; arguments have been checked. `tainted`: factors of exactly 0
+   stay 0 whatever they are multiplied by, so that an infinite derivative in one direction makes no
+   NaN in another. */
 enum ad_status ad_sweep_back(ad_var y, ad_var seed, bool tainted, size_t n, const ad_var x[],
                              ad_var g[]);
 enum ad_status ad_sweep_forward(ad_var y, bool tainted, size_t n, const ad_var x[],
                                 const ad_var dx[], ad_var *dy);
 
-/* Operations that send an exact zero along what they do not take. */
+/* Operations that send an exact zero to the branch not taken. */
 bool ad_branches(uint16_t op);
 /* Adds c to the adjoint of node `to`. */
 void ad_accumulate(struct sweep *s, uint32_t to, ad_var c);
-/* Sums dimensions in which y was broadcast from x; a dimension the adjoint left implicit counts as
-   often as it repeats. */
+/* Sums the dimensions in which x was broadcast to y; a dimension that the adjoint leaves implicit
+   counts as often as it repeats. */
 ad_var ad_reduce_to(ad_var c, const struct node *y, const struct node *x);
 /* Passes the adjoint g of node n on to its inputs. */
 void ad_elementwise_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g);
 void ad_structure_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g);
 /* The gradient of a log-determinant with respect to its matrix. */
 ad_var ad_logdet_slope(const struct node *n, ad_tape *tape);
-/* The tangent of an elementwise y from those of its operands (id 0: none); id 0 where there is
- * none. */
+/* The tangent of an elementwise y from those of its operands (id 0: none); id 0 if there is none.
+ */
 ad_var ad_elementwise_tangent(const struct node *n, ad_var y, const ad_var t[3], bool tainted);
 /* A bit for each operand on which the derivative of an elementwise operation is not always 0. */
 unsigned ad_derivative_operands(uint16_t op);

@@ -1,5 +1,6 @@
-/* The derivative in a direction: one sweep forward over the recorded nodes, appending operations. A
-   tangent always has the shape of its value, so that what is linear is the same operation on it. */
+/* The derivative in a direction: one forward sweep over the recorded nodes, which appends
+   operations. A tangent always has the shape of its value, so that linear operations apply to it
+   unchanged. */
 #include "autodiff/derivatives.h"
 #include "sweep.h"
 
@@ -8,7 +9,7 @@
 struct forward {
     ad_tape *tape;
     uint32_t *tangent; /* per node: the id of its tangent, 0 none */
-    uint8_t *tainted;  /* it came through a branch: its zeros stay zeros */
+    uint8_t *tainted;  /* the tangent passed a branch: its exact zeros stay zeros */
 };
 
 static ad_var tangent_of(const struct forward *f, uint32_t id)
@@ -26,7 +27,7 @@ static ad_var product(const struct forward *f, const struct node *n)
     return !by_a.id ? by_b : !by_b.id ? by_a : ad_add(by_a, by_b);
 }
 
-/* a dx = db - da x, or of a transposed. */
+/* a dx = db - da x, or with a transposed. */
 static ad_var solution(const struct forward *f, const struct node *n, ad_var x, const ad_var t[3])
 {
     size_t side = n->aux & SYSTEM_SIDE;
@@ -79,7 +80,7 @@ static ad_var derivative(const struct forward *f, uint32_t id)
         return ad_at(f->tape, 0);
     if (n.op == AD_OP_logdet)
         return ad_sum_rows(ad_mul(t[0], ad_logdet_slope(&n, f->tape)));
-    struct node same = n; /* linear in its one operand; lists and numbers serve both */
+    struct node same = n; /* linear in its one operand, with the same lists and numbers */
     same.in[0] = t[0].id;
     same.flags = 0;
     return ad_append(f->tape, same);

@@ -1,11 +1,12 @@
-/* Columns of a sparse matrix that are computed together: of one colour, none in a row of another of
-   them (A. R. Curtis, M. J. D. Powell, J. K. Reid, IMA J. Appl. Math. 13, 117, 1974), greedily. */
+/* Colours the columns of a sparse matrix such that columns of one colour share no row and can be
+   computed together (A. R. Curtis, M. J. D. Powell, J. K. Reid, IMA J. Appl. Math. 13, 117, 1974);
+   greedy. */
 #include "jacobian.h"
 
 #include <stdlib.h>
 
-/* Beyond so many steps each column gets a colour of its own: there are then about as many anyway.
- */
+/* Beyond this many steps each column gets a colour of its own: a matrix that dense needs about as
+   many. */
 static const double MOST_STEPS = 4e9;
 
 static bool is_dense(const struct pattern *p)
@@ -33,7 +34,7 @@ size_t ad_colour_columns(const struct pattern *p, const struct pattern *t, uint3
     size_t *taken = calloc(p->cols + 1, sizeof *taken); /* per colour: 1 + the column it met last */
     for (size_t c = 0; taken && c < p->cols; c++) {
         if (t->start[c] == t->start[c + 1])
-            continue; /* nothing depends on it */
+            continue; /* an empty column */
         for (size_t i = t->start[c]; i < t->start[c + 1]; i++)
             for (size_t k = p->start[t->col[i]]; k < p->start[t->col[i] + 1]; k++)
                 if (colour[p->col[k]] != UINT32_MAX)
@@ -46,5 +47,5 @@ size_t ad_colour_columns(const struct pattern *p, const struct pattern *t, uint3
     }
     bool done = taken;
     free(taken);
-    return done && !n ? 1 : n; /* one run where there is nothing to compute */
+    return done && !n ? 1 : n; /* at least one run */
 }

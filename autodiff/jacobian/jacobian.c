@@ -1,5 +1,5 @@
-/* Jacobians as programs (derivatives.h): a run for each colour, whose seed is 1 for the columns, or
-   rows, of that colour. All runs but the first go over what depends on the seed alone. */
+/* Jacobians as programs (derivatives.h): one run per colour, whose seed is 1 for the columns, or
+   rows, of that colour. All runs but the first recompute only what depends on the seed. */
 #include "autodiff/derivatives.h"
 #include "autodiff/gradient/sweep.h"
 #include "jacobian.h"
@@ -13,7 +13,7 @@ struct vector {
     size_t size;
 };
 
-/* Element `element` of the vectors, one after the other, and the entry of the matrix it is. */
+/* An element of the concatenated vectors, and the matrix entry it gives. */
 struct place {
     size_t element, entry;
 };
@@ -49,7 +49,7 @@ static struct vector *vectors(ad_program *program, size_t n, const ad_var x[])
     return v;
 }
 
-/* All inputs are held but for a seed for each x (forward), or for y. */
+/* All inputs are held, except one seed per x (forward) or one for y (backward). */
 static bool record(ad_jacobian *J, ad_var y, size_t n, const ad_var x[], bool forward)
 {
     size_t n_seeds = forward ? n : 1, n_results = forward ? 1 : n;
@@ -73,7 +73,7 @@ static bool record(ad_jacobian *J, ad_var y, size_t n, const ad_var x[], bool fo
     return done && J->seed && J->result;
 }
 
-/* ---- what each run computes ---- */
+/* ---- contents of each run ---- */
 
 static void count(size_t n, const uint32_t *colour, size_t *first)
 {
@@ -118,7 +118,7 @@ static bool plan(ad_jacobian *J, const uint32_t *colour, bool forward)
     return true;
 }
 
-/* The way of fewer runs. */
+/* Chooses the direction with fewer runs. */
 static bool choose(ad_jacobian *J, uint32_t **colour, bool *forward)
 {
     struct pattern t;
@@ -240,7 +240,7 @@ size_t ad_jacobian_runs(const ad_jacobian *J) { return J ? J->runs : 0; }
 
 const struct ad_sparse *ad_jacobian_matrix(const ad_jacobian *J) { return J ? &J->matrix : NULL; }
 
-/* The vector that has this element, and its first element: from where the last one was. */
+/* The vector that holds this element, and its first element; searched from the previous one on. */
 static const struct vector *find(const struct vector *v, size_t element, size_t *first)
 {
     for (; element - *first >= v->size; v++)

@@ -1,5 +1,6 @@
-/* Jacobians: which entries there can be (pattern.c, over sets of columns in sets.c), which columns
-   or rows go together (colours.c), and the program that computes them (jacobian.c). */
+/* Internals of sparse Jacobians: their sparsity pattern (pattern.c, over sets of columns in
+   sets.c), the colouring of columns or rows (colours.c), and the program that computes them
+   (jacobian.c). */
 #ifndef AUTODIFF_JACOBIAN_H
 #define AUTODIFF_JACOBIAN_H
 
@@ -12,22 +13,22 @@ struct pattern {
     uint32_t *col;
 };
 
-/* Sets of numbers below `limit`, ascending, that are never changed: number 0 is the empty one. */
+/* Immutable sets of numbers below `limit`, ascending; number 0 is the empty set. */
 struct sets {
     size_t limit;
-    size_t *start; /* set k is items[start[k]] to before items[start[k + 1]] */
+    size_t *start; /* set k is items[start[k]] up to items[start[k + 1] - 1] */
     uint32_t *items;
     size_t n, max_sets, max_items;
     struct known_union {
         uint32_t a, b, both;
-    } * known;              /* a cache, by hash */
-    uint32_t *stamp, epoch; /* per number: the last union of many that had it */
+    } * known;              /* hash table of unions */
+    uint32_t *stamp, epoch; /* per number: the last union of many sets that contained it */
     bool failed;            /* out of memory */
 };
 
 bool ad_sets_init(struct sets *sets, size_t limit);
 void ad_sets_free(struct sets *sets);
-/* Each returns the number of a set; 0 where memory is out. */
+/* Each returns the number of a set, 0 when out of memory. */
 uint32_t ad_set_single(struct sets *sets, uint32_t item);
 uint32_t ad_set_union(struct sets *sets, uint32_t a, uint32_t b);
 uint32_t ad_set_union_all(struct sets *sets, size_t n, const uint32_t of[]);
@@ -37,8 +38,8 @@ bool ad_pattern_find(struct pattern *pattern, ad_var y, size_t n, const ad_var x
 bool ad_pattern_transpose(const struct pattern *pattern, struct pattern *transposed);
 void ad_pattern_free(struct pattern *pattern);
 
-/* Colours of the columns such that no row has a colour twice; `rows` is the transpose. Returns how
-   many, 0 when out of memory. */
+/* Colours the columns such that no row has a colour twice; `rows` is the transpose. Returns the
+   number of colours, 0 when out of memory. */
 size_t ad_colour_columns(const struct pattern *pattern, const struct pattern *transposed,
                          uint32_t *colour);
 

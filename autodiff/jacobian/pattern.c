@@ -1,5 +1,5 @@
-/* Which elements of a recorded value depend on which elements of others: node by node, a set of
-   columns for each element. Values do not matter: what depends somewhere counts. */
+/* The sparsity pattern of a Jacobian, found node by node: for each element of a value, the set of
+   columns it depends on. It is independent of the values at which the Jacobian is taken. */
 #include "autodiff/gradient/sweep.h"
 #include "jacobian.h"
 
@@ -9,7 +9,8 @@
 struct search {
     const ad_tape *tape;
     struct sets sets;
-    uint32_t **of;  /* per node: a set for each element, row-major; NULL: none depends */
+    uint32_t *
+        *of; /* per node: a set for each element, row-major; NULL: no element depends on an x */
     uint32_t *room; /* for the terms of a union */
     size_t max_room;
 };
@@ -90,7 +91,7 @@ static bool add_up(struct search *s, const struct terms *t, size_t size, uint32_
     return done;
 }
 
-/* Where element (r, c) of the operand of a sum goes. */
+/* The element of the result that element (r, c) of a sum's operand is added to. */
 static size_t goes_to(const struct search *s, const struct node *n, size_t r, size_t c)
 {
     const uint32_t *list = s->tape->lists ? s->tape->lists + n->aux + 1 : NULL;
@@ -164,7 +165,7 @@ static bool product(struct search *s, const struct node *n, uint32_t *result)
     return true;
 }
 
-/* Column c of a difference, or of the adjoint of one: both neighbours, as far as there are. */
+/* Column c of a difference or of its adjoint: the union of the neighbours that exist. */
 static uint32_t neighbours(struct search *s, const struct node *n, size_t r, size_t c)
 {
     size_t width = node_at(s->tape, n->in[0])->cols, from, to;
@@ -196,7 +197,7 @@ static void running(struct search *s, const struct node *n, uint32_t *result)
     }
 }
 
-/* Small systems: each element by all of its column's matrix and right sides. */
+/* Small systems: each element depends on all of its column's matrix and right sides. */
 static void solved(struct search *s, const struct node *n, uint32_t *result)
 {
     for (size_t c = 0; c < n->cols; c++) {
@@ -230,7 +231,7 @@ static bool fill(struct search *s, const struct node *n, uint32_t *result)
     case AD_OP_logdet:
         solved(s, n, result);
         return true;
-    case AD_OP_factor: /* derivatives go through what uses it */
+    case AD_OP_factor: /* derivatives pass through its operands */
         return true;
     default:
         break;
@@ -244,7 +245,7 @@ static bool fill(struct search *s, const struct node *n, uint32_t *result)
     return true;
 }
 
-/* Sets of node id: those it has as one of the x, and those of its operands. */
+/* Sets of node id: its own, if it is one of the x, united with those of its operands. */
 static bool visit(struct search *s, uint32_t id)
 {
     const struct node *n = node_at(s->tape, id);

@@ -1,5 +1,5 @@
-/* Sets of columns (jacobian.h). Most unions are of a set with itself or with a part of itself, and
-   make no new one. */
+/* Sets of columns (jacobian.h). Most unions are of a set with itself or a subset, and make no new
+   set. */
 #include "jacobian.h"
 
 #include <stdlib.h>

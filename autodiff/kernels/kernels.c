@@ -1,10 +1,10 @@
 /* The loops over lanes. The build compiles this file once per element type and instruction set:
    AD_KERNEL_F32 or AD_KERNEL_F64, and AD_KERNEL_ISA (base, avx2, avx512).
 
-   glibc declares its vector mathematics only under -ffast-math, so the functions are declared here
-   again as having vector variants (sin and the like take 1 to 2 ns a value that way, with errors
-   of up to 4 ulp). Each function stands in a loop of its own: gcc would fuse sin and cos of one
-   argument and lose both vector versions. */
+   glibc declares its vector functions only under -ffast-math, so they are declared here again as
+   having vector variants (sin and the like take 1 to 2 ns per value that way, with errors of up to
+   4 ulp). Each function has a loop of its own: gcc would fuse sin and cos of one argument and lose
+   both vector versions. */
 #include "kernels.h"
 
 #include <float.h>
@@ -63,7 +63,7 @@ static inline R power(R a, R b)
 
 #define LANES _Pragma("omp simd") for (size_t i = 0; i < n; i++)
 
-/* An operand is read EACH lane, or is ONE number for all. */
+/* An operand has a value for EACH lane, or ONE for all. */
 #define BEFORE_EACH(x, p) const R *each_##x = p;
 #define BEFORE_ONE(x, p) const R x = *(const R *)(p);
 #define LANE_EACH(x) const R x = each_##x[i];

@@ -7,10 +7,10 @@
 /* o[i] = f(a[i], b[i], c[i]) for n lanes. o may be one of the inputs, no other overlap. */
 typedef void ad_kernel(size_t n, void *o, const void *a, const void *b, const void *c);
 
-/* Variants by which inputs are one number for all lanes: a bit each. */
+/* Variants, one bit per input that is a single number for all lanes. */
 enum { VARIANT_A_NUMBER = 1, VARIANT_B_NUMBER = 2, VARIANT_C_NUMBER = 4, N_VARIANTS = 8 };
 
-enum { AD_MOST_SIDE = 32 }; /* of small systems */
+enum { AD_MOST_SIDE = 32 }; /* largest n of small systems, n x n */
 
 /* Factors of one step of an optimiser; the bias corrections of Adam are in rate and epsilon. */
 struct ad_step {
@@ -40,8 +40,8 @@ struct ad_kernels {
     /* o[i] = a[0] + ... + a[i], or from the other end; added in double */
     void (*cumsum)(size_t n, void *o, const void *a, bool reversed);
     /* Small systems, n x n in each column (small_systems.h); ldo, lda, ldf, ldb: row strides in
-       elements. factor returns the first singular column, SIZE_MAX: none, and makes it NaN. solve:
-       m right sides, row i*m + k is element i of side k. */
+       elements. factor fills the factor of a singular matrix with NaN and returns the first such
+       column, SIZE_MAX if none. solve: m right sides, row i*m + k is element i of side k. */
     size_t (*factor)(size_t n, size_t cols, void *o, size_t ldo, const void *a, size_t lda,
                      bool cholesky);
     void (*solve)(size_t n, size_t m, size_t cols, void *o, size_t ldo, const void *f, size_t ldf,
@@ -55,7 +55,7 @@ struct ad_kernels {
 };
 
 /* The fastest set this machine runs; LEASTACTION_ISA=base|avx2|avx512 in the environment asks for a
-   lesser one (for tests). */
+   lesser one (used by tests). */
 const struct ad_kernels *ad_kernels_for(enum ad_type type);
 
 #endif

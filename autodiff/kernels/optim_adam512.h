@@ -1,11 +1,11 @@
-/* The step of Adam for f64 and AVX-512. Root and quotient share the divider, 5 cycles an element at
-   any vector width, and for a few hundred coordinates that is a third of their gradient. Here the
-   multipliers take the root from the 14 bits of vrsqrt14pd; the divider keeps the quotient. A loop
-   the compiler vectorises cannot name that instruction. */
+/* The Adam step for f64 and AVX-512. Square root and quotient share the divider, at 5 cycles an
+   element whatever the vector width; for a few hundred coordinates that is a third of the time of
+   their gradient. Here the square root comes from vrsqrt14pd (14 bits) refined by multiplications,
+   and only the quotient uses the divider. Vectorised C loops cannot name that instruction. */
 #include <immintrin.h>
 
-/* sqrt(v) = v y (1 - r)^(-1/2) with r = 1 - v y^2 below 2^-13: the binomial series to r^3 leaves
-   6e-17. Zero and infinity, where y is no number of use, are their own roots. */
+/* sqrt(v) = v y (1 - r)^(-1/2) with r = 1 - v y^2 below 2^-13: the binomial series to r^3 leaves an
+   error of 6e-17. Zero and infinity are their own roots; y is unusable there. */
 static inline __m512d root512(__m512d v)
 {
     __m512d y = _mm512_rsqrt14_pd(v), s = _mm512_mul_pd(v, y);
@@ -32,7 +32,8 @@ static inline void move(double *x, __mmask8 lanes, __m512d keep, __m512d least, 
     _mm512_mask_storeu_pd(x, lanes, flush512(_mm512_fmadd_pd(keep, q.x, change), least));
 }
 
-/* Eight elements move after the root of the next eight: neither waits for the other. */
+/* Eight elements are updated after the root of the next eight is started, so that neither waits for
+   the other. */
 static void adam(size_t n, void *px, const void *pg, void *pm, void *pv, const struct ad_step *step)
 {
     const __m512d rate = _mm512_set1_pd(-step->rate), keep = _mm512_set1_pd(step->keep);

@@ -1,4 +1,4 @@
-/* One step of each optimiser over all elements. Included by kernels.c alone, and so built for every
+/* One step of each optimiser over all elements. Included by kernels.c only, and so built for every
    element type R and instruction set. */
 #include <math.h>
 

@@ -1,9 +1,9 @@
-/* Factors and solutions of small systems, one per column, for kernels.c: blocks of columns that
-   fill vectors, each column with pivots of its own.
+/* Factors and solutions of small linear systems, one per column, for kernels.c: blocks of columns
+   fill the vectors, and each column has pivots of its own.
 
    The factor of a matrix of n*n rows (row i*n + j is element (i, j)) has, in the same rows, L below
-   the diagonal, U above, and the reciprocals of U's diagonal (LU), or L with the reciprocals of its
-   diagonal (Cholesky); n rows behind them have the pivots of LU. */
+   the diagonal, U above it and the reciprocals of U's diagonal on it (LU), or L with the
+   reciprocals of its diagonal (Cholesky); n more rows hold the pivots of LU. */
 
 enum { BLOCK = 64 / sizeof(R) }; /* columns */
 
@@ -19,9 +19,9 @@ enum { BLOCK = 64 / sizeof(R) }; /* columns */
 
 typedef R block[BLOCK];
 
-/* A pivot that is no larger than what rounding makes of the terms it is the difference of, n units
-   of
-   their sum, has no correct digit; nor may it, or its reciprocal, be infinite or NaN. */
+/* A pivot no larger than the rounding of the terms it is the difference of, n units of their sum,
+   has no correct digit and counts as 0; so does one that is, or whose reciprocal is, infinite or
+   NaN. */
 static void check_pivot(size_t n, const block terms, const block pivot, block reciprocal, block bad)
 {
     EACH_COLUMN
@@ -98,7 +98,7 @@ static void cholesky_block(size_t n, block *m, block bad)
 static void load(size_t rows, size_t w, block *to, const R *from, size_t ld)
 {
     for (size_t i = 0; i < rows; i++)
-        for (size_t l = 0; l < BLOCK; l++) /* behind the last column that one again */
+        for (size_t l = 0; l < BLOCK; l++) /* the last column is repeated to fill the block */
             to[i][l] = from[i * ld + (l < w ? l : w - 1)];
 }
 
@@ -139,7 +139,7 @@ static inline void eliminate(block x, const block f, const block with)
 
 static inline void scale(block x, const block f) { EACH_COLUMN x[l] *= f[l]; }
 
-/* LU: L below the diagonal, of which its own is 1, U above; or the other way round, transposed. */
+/* LU: L below the diagonal, with unit diagonal, and U above; transposed, the other way round. */
 static void solve_block(size_t n, block *f, block *x, bool cholesky, bool transposed)
 {
     const block *pivot = (const block *)f + n * n;
@@ -169,7 +169,7 @@ static void solve(size_t n, size_t m, size_t cols, void *o, size_t ldo, const vo
     for (size_t c = 0; c < cols; c += BLOCK) {
         size_t w = cols - c < BLOCK ? cols - c : BLOCK;
         load(n * n + (cholesky ? 0 : n), w, factors, (const R *)f + c, ldf);
-        for (size_t k = 0; k < m; k++) { /* right sides one at a time: any number of them */
+        for (size_t k = 0; k < m; k++) { /* right sides one at a time, so that any number will do */
             load(n, w, x, (const R *)b + k * ldb + c, m * ldb);
             solve_block(n, factors, x, cholesky, transposed);
             store(n, w, (R *)o + k * ldo + c, m * ldo, x);

@@ -1,4 +1,4 @@
-/* Which set of kernels this machine runs. */
+/* Selects the set of kernels for this machine. */
 #include "kernels.h"
 
 #include <stdlib.h>

@@ -1,7 +1,7 @@
-/* Writing a file of the cache. The source goes to PATH.XXXXXX, which is new and locked (flock) for
-   as long as its process lives; the object to PATH.XXXXXX.so, which gets source and trailer and is
-   renamed to PATH. Both are removed in the end, or by a signal's handler (ad_native_abandon), or,
-   where the process was killed, by the next that builds anything: nobody holds the lock. */
+/* Writes a file of the cache. The source goes to PATH.XXXXXX, which is new and locked (flock) while
+   its process lives; the object to PATH.XXXXXX.so, which gets source and trailer appended and is
+   renamed to PATH. Both are removed at the end, by the signal handler (ad_native_abandon), or,
+   after a killed process, by the next build, which finds them unlocked. */
 #include "cache.h"
 
 #include <dirent.h>
@@ -23,7 +23,7 @@ struct making {
     _Atomic pid_t compiler;
 };
 
-/* ---- what a signal's handler removes ---- */
+/* ---- removal by a signal handler ---- */
 
 enum { MOST_AT_ONCE = 16 };
 
@@ -52,9 +52,9 @@ void ad_native_abandon(void)
     }
 }
 
-/* ---- what processes that were killed left ---- */
+/* ---- files left by killed processes ---- */
 
-/* Of a name HASH.so.XXXXXX: 22 letters; HASH.so.XXXXXX.so: 25. */
+/* HASH.so.XXXXXX has 22 characters, HASH.so.XXXXXX.so 25. */
 enum { HASH_LETTERS = 16, SOURCE_LETTERS = HASH_LETTERS + 10, OBJECT_LETTERS = SOURCE_LETTERS + 3 };
 
 static bool is_temporary(const char *name)
@@ -66,7 +66,7 @@ static bool is_temporary(const char *name)
             (length == OBJECT_LETTERS && strcmp(name + SOURCE_LETTERS, ".so") == 0));
 }
 
-/* Objects are removed before their sources: one without is nobody's. */
+/* Objects are removed before their sources: an object without a source belongs to no process. */
 static void remove_if_left(int folder, const char *name)
 {
     char source[SOURCE_LETTERS + 1];
@@ -113,7 +113,7 @@ static bool write_all(int file, const void *data, size_t n)
     return true;
 }
 
-/* Source and trailer behind the object. */
+/* Appends source and trailer to the object. */
 static bool seal(const char *object, const char *source)
 {
     size_t bytes = 0;
@@ -129,8 +129,8 @@ static bool seal(const char *object, const char *source)
     return done;
 }
 
-/* A new source file, locked. Between making and locking one another process may take it for left
-   and remove it: then it has no name, and there is another. */
+/* A new, locked source file. Between creation and locking another process may remove it as left
+   over; its name is then gone, and another is made. */
 static bool begin(struct making *m, const char *path)
 {
     struct stat s = {0};

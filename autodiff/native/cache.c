@@ -1,11 +1,11 @@
-/* Compiled programs are kept: in $XDG_CACHE_HOME/leastaction, or ~/.cache/leastaction, one file a
-   program. Code is loaded from there, so the folder and its files must be the user's own and closed
-   to others' writing.
+/* The cache of compiled programs: $XDG_CACHE_HOME/leastaction or ~/.cache/leastaction, one file per
+   program. Code is loaded from it, so the folder and its files must belong to the user and be
+   writable by nobody else.
 
-   A file is the shared object, then the source it was made from, then their lengths and a checksum.
-   It is named by a hash of the source and loaded only if source and checksum agree: two sources of
-   one hash, or half a file, cost a compilation and nothing else. Files appear by renaming, whole;
-   of two processes that write the same one, the later wins, and either file is right. */
+   A file is the shared object, followed by its source, both lengths and a checksum. It is named by
+   a hash of the source and loaded only if source and checksum agree: a hash collision or a
+   truncated file costs one compilation. Files are put in place by renaming; if two processes write
+   the same one, the later wins, and either is right. */
 #include "cache.h"
 
 #include <dlfcn.h>
@@ -38,7 +38,7 @@ static bool cache_folder(char path[PATH_MAX], struct ad_error *note)
         ad_fail(note, AD_E_IO, "no cache folder: its path is too long");
         return false;
     }
-    mkdir(path, 0700); /* one that cannot be made is found out about below */
+    mkdir(path, 0700); /* errors are found below */
     strcat(path, "/leastaction");
     mkdir(path, 0700);
     struct stat s;
@@ -93,7 +93,7 @@ bool ad_native_is_intact(const char *path, const char *source)
 
 /* ---- loading ---- */
 
-/* The object at `path` if it can be loaded and has the functions run0 ... run<n - 1>. */
+/* The object at `path`, if it loads and has the functions run0 ... run<n - 1>. */
 static void *open_functions(const char *path, size_t n, ad_segment_code *functions[], char *reason,
                             size_t room)
 {
@@ -104,7 +104,8 @@ static void *open_functions(const char *path, size_t n, ad_segment_code *functio
         char name[32];
         snprintf(name, sizeof name, "run%zu", k);
         void *symbol = dlsym(library, name);
-        memcpy(&functions[k], &symbol, sizeof symbol); /* C has no cast from data to function */
+        memcpy(&functions[k], &symbol,
+               sizeof symbol); /* ISO C has no cast from object to function pointers */
         if (symbol)
             continue;
         snprintf(reason, room, "%s has no function %s", path, name);
@@ -127,7 +128,7 @@ void *ad_native_load(const char *source, const char *isa, const struct compiler 
     if (ad_native_is_intact(path, source)) {
         if ((library = open_functions(path, n, functions, reason, sizeof reason)))
             return library;
-        unlink(path); /* and it is made again */
+        unlink(path); /* and compile it again */
     }
     if (!ad_native_build(path, source, isa, c, note))
         return NULL;

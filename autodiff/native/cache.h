@@ -1,19 +1,19 @@
-/* Files of the cache folder: what reading (cache.c) and writing them (build.c) share. */
+/* Files of the cache, shared by reading (cache.c) and writing (build.c). */
 #ifndef AUTODIFF_CACHE_H
 #define AUTODIFF_CACHE_H
 
 #include "autodiff/hash.h"
 #include "native.h"
 
-/* Behind object and source. */
+/* Appended after object and source. */
 struct trailer {
     uint64_t object_bytes, source_bytes, checksum;
 };
 
-/* All of a file of the user's own; NULL if it is not that. The caller frees. */
+/* The contents of a file that the user owns, freed by the caller; NULL otherwise. */
 char *ad_native_read(const char *path, size_t *bytes);
 
-/* Compiles a source to the file `path`, which appears whole or not at all. */
+/* Compiles a source to `path`, which is replaced atomically. */
 bool ad_native_build(const char *path, const char *source, const char *isa,
                      const struct compiler *compiler, struct ad_error *note);
 

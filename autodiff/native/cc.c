@@ -1,5 +1,4 @@
-/* The system's C compiler: which one, with what flags, and a run of it. No shell comes in between.
- */
+/* Runs the system's C compiler: which one, its flags, its exit status. No shell is involved. */
 #include "cc.h"
 #include "process.h"
 
@@ -12,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* ---- which ---- */
+/* ---- which compiler ---- */
 
 /* "ccache gcc" is two words. */
 static size_t split_words(struct compiler *c)
@@ -24,7 +23,7 @@ static size_t split_words(struct compiler *c)
     return n;
 }
 
-/* An executable file of this name, along PATH unless it names a folder. */
+/* An executable file of this name, searched along PATH unless the name has a slash. */
 static bool find_program(const char *name, char path[PATH_MAX])
 {
     const char *search = getenv("PATH");
@@ -40,7 +39,7 @@ static bool find_program(const char *name, char path[PATH_MAX])
     return false;
 }
 
-/* Another compiler, or another version of it, is another file: faster to ask than the compiler. */
+/* Identifies the compiler by its file, which changes with its version: faster than running it. */
 static bool identify(const char *path, struct compiler *c)
 {
     struct stat s;
@@ -63,13 +62,13 @@ bool ad_cc_find(struct compiler *c, struct ad_error *note)
     return true;
 }
 
-/* ---- how ---- */
+/* ---- flags and runs ---- */
 
-/* As the kernels are compiled (see the Makefile), without -ffast-math. Products are contracted into
-   sums, which rounds once instead of twice and takes a fifth off a pair law. The source says itself
-   what becomes a vector. gcc 12 writes some stores as an index without a pointer, takes that for
-   the null pointer, the function for free of effects, and leaves its call out: unless null may be
-   an address. */
+/* The flags of the kernels (see the Makefile), without -ffast-math. Multiply-adds are contracted,
+   which rounds once instead of twice and saves a fifth of a pair law. The source vectorises
+   explicitly. gcc 12 writes some stores as an index without a pointer, takes that for the null
+   pointer and the function for free of effects, and omits its call, unless null may be an address.
+ */
 #define ALWAYS                                                                                     \
     "-O2", "-std=gnu11", "-w", "-shared", "-fPIC", "-ffp-contract=fast", "-fno-math-errno",        \
         "-fno-trapping-math", "-fno-tree-vectorize", "-fno-delete-null-pointer-checks"
@@ -77,7 +76,7 @@ static const char *const base[] = {ALWAYS, NULL};
 static const char *const avx2[] = {ALWAYS, "-mavx2", "-mfma", NULL};
 static const char *const avx512[] = {ALWAYS,       "-mavx512f", "-mavx512dq", "-mavx512vl",
                                      "-mavx512bw", "-mavx2",    "-mfma",      NULL};
-/* After the source. */
+/* Appended after the source. */
 static const char *const libraries[] = {
 #if defined(__GLIBC__) && defined(__x86_64__)
     "-lmvec",
@@ -98,7 +97,7 @@ static void append(const char *to[], size_t *n, const char *const *words)
 
 enum { MAX_ARGUMENTS = 32 };
 
-/* Its exit status, or -1. While it runs, its number is in `running`. */
+/* Exit status, or -1. `running` is the process id while it runs. */
 static int run_compiler(const struct compiler *c, const char *const *arguments, bool silent,
                         _Atomic pid_t *running)
 {

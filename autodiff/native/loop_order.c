@@ -1,5 +1,5 @@
-/* How compiled code walks a segment: what becomes the lanes of a vector, which loop is inside, and
-   where chunks are cut. */
+/* Loop order of a compiled segment: which dimension fills the vectors, which loop is the inner one,
+   and where chunks are split. */
 #include "native.h"
 
 static bool meets_rows(const ad_program *p, const struct instruction *in)
@@ -12,7 +12,7 @@ static bool meets_rows(const ad_program *p, const struct instruction *in)
     return false;
 }
 
-/* Results lie one after the other, and nothing reads neighbouring columns. */
+/* Results are contiguous, and no operand reads neighbouring columns. */
 static bool rows_are_lanes(const ad_program *p, const struct segment *g)
 {
     for (const struct instruction *in = p->instructions + g->first, *end = in + g->count; in < end;
@@ -26,7 +26,7 @@ static bool rows_are_lanes(const ad_program *p, const struct segment *g)
     return g->cols == 1 && g->rows > 1;
 }
 
-/* The widest vector that the extent fills: whole registers, or else single numbers. */
+/* The widest vector that the extent fills: complete registers, or single numbers. */
 static uint32_t lanes_of(size_t element, uint32_t extent, size_t bytes)
 {
     enum { SMALLEST_VECTOR = 16 };
@@ -36,8 +36,8 @@ static uint32_t lanes_of(size_t element, uint32_t extent, size_t bytes)
     return 1;
 }
 
-/* Rows that meet need no copies of what they add into when columns are split, not rows. A chunk is
-   at least two vectors wide: the last vector of a chunk is moved back to end with it, and stays
+/* Accumulated rows need no private copies when columns are split instead of rows. A chunk is at
+   least two vectors wide: its last vector is moved back to end with the chunk, and must stay
    inside. */
 static void split(const ad_program *p, struct loop_order *w)
 {

@@ -1,4 +1,4 @@
-/* The compiled back end: when it pays, and putting it in place of the interpreter. */
+/* The native back end: decides when compiling pays, and replaces the interpreter. */
 #include "native.h"
 
 #include <dlfcn.h>
@@ -7,7 +7,8 @@
 
 /* ---- source ---- */
 
-/* The name of a cached file comes from the text: whatever the machine code depends on is in it. */
+/* The name of a cached file is a hash of this text, so the text contains everything that the
+   machine code depends on. */
 static char *full_source(const ad_program *p, const struct compiler *c, struct native *native)
 {
     char *body = ad_native_source(p, native), *text = NULL;
@@ -29,7 +30,7 @@ static char *full_source(const ad_program *p, const struct compiler *c, struct n
     return text;
 }
 
-/* ---- in place of the interpreter ---- */
+/* ---- replacing the interpreter ---- */
 
 size_t ad_native_functions(const struct native *native)
 {
@@ -39,10 +40,11 @@ size_t ad_native_functions(const struct native *native)
     return n;
 }
 
-/* What a program keeps of this back end. */
+/* State of the back end in a program. */
 struct state {
     struct native *native; /* NULL: interpreted */
-    double saved, price;   /* seconds, by what ran so far; 0: no matter */
+    double saved, price;   /* seconds: saved by machine code so far, cost of compiling; price 0:
+                              ad_native_lazy was not called */
     struct ad_error why;   /* interpreted */
 };
 
@@ -50,7 +52,7 @@ static const struct segment *prepare(ad_program *p, bool again, size_t *first, s
 static void free_state(void *state);
 static const struct back_end machine_code = {prepare, free_state};
 
-/* The state of a program, which from now on has one; NULL when out of memory. */
+/* The state of a program, made if there is none; NULL when out of memory. */
 static struct state *state_of(ad_program *p)
 {
     if (!p->back_end && (p->back_end_state = calloc(1, sizeof(struct state))))
@@ -102,7 +104,7 @@ static void free_state(void *of)
     free(state);
 }
 
-/* ---- when ---- */
+/* ---- when it pays ---- */
 
 static bool turned_off(void)
 {
@@ -110,11 +112,11 @@ static bool turned_off(void)
     return wanted && strcmp(wanted, "0") == 0;
 }
 
-/* A quarter of a minute for the compiler. */
+/* 15 s of compiling at most. */
 enum { MOST_INSTRUCTIONS = 1 << 16 };
 
-/* Seconds that machine code saves in a run, and that compiling takes: measured on one machine once,
-   not here, so that the same work gives the same bits every time. */
+/* Seconds that machine code saves per run, and that compiling takes: a model fitted on one machine,
+   not a measurement at run time, so that the same work always gives the same bits. */
 static double seconds_saved(const ad_program *p, size_t first)
 {
     static const double AN_ELEMENT = 1e-10, AN_INSTRUCTION = 5e-9;
@@ -127,9 +129,9 @@ static double seconds_saved(const ad_program *p, size_t first)
     return saved;
 }
 
-/* Compiling takes time by what is written, where rows that meet, sums and loops count for more than
-   instructions. Measured with gcc 12, -O2, on programs of 60 to 10500 instructions: within a third
-   from 0.3 s on. Before that is written: not less. */
+/* Compile time grows with the length of the source, in which gathered rows, sums and loops count
+   more than instructions. Measured with gcc 12, -O2, on programs of 60 to 10500 instructions: right
+   within a third from 0.3 s on. Before the source is written this is a lower bound. */
 static const double START = 0.15, A_BYTE = 6.5e-6, AN_INSTRUCTION = 2e-4;
 
 static double least_to_compile(const ad_program *p)
@@ -162,7 +164,7 @@ static void install(ad_program *p, double worth, const struct compiler *compiler
         ad_native_free(native);
 }
 
-/* Keeps why compiling is out of the question. */
+/* Records why the program cannot be compiled. */
 static bool is_refused(const ad_program *p, struct ad_error *why)
 {
     *why = (struct ad_error){0};
@@ -174,8 +176,7 @@ static bool is_refused(const ad_program *p, struct ad_error *why)
     return why->status != AD_OK;
 }
 
-/* Compiles where that takes less than the seconds it is worth; else state->price is what it takes.
- */
+/* Compiles if that takes less than the seconds it saves; otherwise state->price is its cost. */
 static void compile(ad_program *p, struct state *state, double worth)
 {
     struct compiler compiler = {.identity = ""};
@@ -221,7 +222,7 @@ void ad_native_lazy(ad_program *p)
     note_too_few(p, state->price, &state->why);
 }
 
-/* Adds what machine code would have saved, and compiles where that has become enough. */
+/* Adds the seconds that machine code would have saved, and compiles once they exceed the cost. */
 static const struct segment *prepare(ad_program *p, bool again, size_t *first, size_t *last)
 {
     struct state *state = p->back_end_state;

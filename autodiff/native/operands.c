@@ -1,4 +1,4 @@
-/* Operands of compiled operations: loaded once, as far outside of the loops as they may be. */
+/* Operands of compiled instructions: each is loaded once, as far outside the loops as possible. */
 #include "writer.h"
 
 #include <stdarg.h>
@@ -18,7 +18,7 @@ void ad_native_say(const struct writer *w, const char *format, ...)
             fputc(*c, w->out);
 }
 
-/* ---- where things lie ---- */
+/* ---- locations ---- */
 
 /* List b is list a with a constant added. */
 static bool same_list(const struct writer *w, uint32_t a, uint32_t b)
@@ -39,7 +39,7 @@ static void find_list(struct writer *w, const struct loc *l)
         w->lists[w->n_lists++] = l->list - 1;
 }
 
-/* The coordinates of one body are neighbours: one number finds them all. */
+/* The coordinates of one body are adjacent: one index serves all of them. */
 void ad_native_find_lists(struct writer *w)
 {
     for (const struct instruction *in = w->first; in < w->end; in++) {
@@ -50,7 +50,7 @@ void ad_native_find_lists(struct writer *w)
     }
 }
 
-/* The number in a list for row r, by the list that it differs from by a constant. */
+/* The index of row r in a list, from the list that it differs from by a constant. */
 static void write_listed(const struct writer *w, uint32_t list)
 {
     const uint32_t *lists = w->p->lists;
@@ -97,7 +97,7 @@ static enum scope scope_of(const struct writer *w, const struct loc *l)
     return (w->walk->rows_inside ? same_row : !l->cs) ? OUTER : INNER;
 }
 
-/* ---- rows by number ---- */
+/* ---- gathered rows ---- */
 
 static struct array *array_of(struct writer *w, const struct loc *l)
 {
@@ -124,7 +124,7 @@ static void count_rows(struct writer *w, const struct loc *l)
     }
 }
 
-/* Rows that are read several times each, and few enough for the cache, are brought together. */
+/* Rows that are read several times each, and few enough for the cache, are gathered first. */
 void ad_native_find_arrays(struct writer *w)
 {
     for (const struct instruction *in = w->first; in < w->end; in++)

@@ -1,7 +1,7 @@
-/* Expressions of compiled operations: those of the table, and time differences. */
+/* Expressions of compiled instructions: those of ops.def, and time differences. */
 #include "writer.h"
 
-/* The exponent of a whole power, where it is a constant. */
+/* The exponent of an integer power, where it is a constant. */
 static bool whole_exponent(const struct writer *w, const struct loc *l, int *exponent)
 {
     double b;
@@ -20,7 +20,7 @@ static enum ad_op op_of(const struct writer *w, const struct instruction *in)
     return (enum ad_op)w->p->values[in->value].op;
 }
 
-/* The first sine or cosine of the argument of this one, if there are both; or NULL. */
+/* The first sine or cosine of this one's argument, if both occur; else NULL. */
 static const struct instruction *first_of_both(const struct writer *w, const struct instruction *in)
 {
     const struct instruction *first = NULL;
@@ -73,8 +73,8 @@ static void elementwise(const struct writer *w, const struct instruction *in)
     ad_native_say(w, ")");
 }
 
-/* scale*(x[i+1] - x[i]); the last column, repeated, is the one before. `at` numbers the columns of
-   a vector that holds a special one. */
+/* scale*(x[i+1] - x[i]); a repeated last column is the one before. `at` numbers the columns of a
+   vector that contains such a column. */
 static void diff(const struct writer *w, const struct instruction *in)
 {
     uint32_t last = w->g->cols - 1;
@@ -90,7 +90,8 @@ static void diff(const struct writer *w, const struct instruction *in)
     ad_native_say(w, "(R)%a * (next - here); })", w->p->numbers[in->loc[2]]);
 }
 
-/* scale*(u[i-1] - u[i]), where u is zero outside and a repeated column counts to the one before. */
+/* scale*(u[i-1] - u[i]), where u is zero outside and a repeated column is added to the one before.
+ */
 static void diff_adjoint(const struct writer *w, const struct instruction *in)
 {
     uint32_t last = w->g->cols - 1;

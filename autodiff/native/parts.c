@@ -1,10 +1,10 @@
-/* Segments too long for one function: what a compiler takes for a function grows faster than its
-   length, as which values may share a register is a question of pairs. The body of the loops
-   becomes several functions, called one after the other for each vector, which do all instructions
-   in their order: values and sums. They share a structure: the sums (sums.c), and x, one vector for
-   each slot of the interpreter's tiles. A value that one part computes and another reads goes
-   through x; the slots stay in the first-level cache, and one is free when it is written, as slots
-   were given by the same order of instructions (compile/tiles.c). */
+/* Splits segments that are too long for one function, because compile time grows faster than the
+   length of a function (register allocation is quadratic). The loop body becomes several functions,
+   called in turn for each vector; together they do all instructions in order, values and sums. They
+   share a structure of the sums (sums.c) and of x, one vector per slot of the interpreter's tiles.
+   A value that one part computes and another reads passes through x, which stays in the first-level
+   cache; a slot is free when it is written, because slots were assigned in the same order of
+   instructions (compile/tiles.c). */
 #include "writer.h"
 
 #include <stdlib.h>
@@ -19,7 +19,7 @@ static const struct instruction *part_begin(const struct writer *w, uint32_t par
     return w->first + (uint64_t)w->g->count * part / n_parts(w);
 }
 
-/* Values on tiles that are read by another part than their own. */
+/* Values on tiles that another part reads. */
 static bool find_crossing(struct writer *w)
 {
     uint32_t *home = calloc(w->n_known, sizeof *home);

@@ -1,7 +1,7 @@
-/* A loop over rows in which divisions and square roots of the next row begin before the rest of
-   this one: the processor looks ahead over some hundred operations only, and a row after its
-   division fills them with what waits for it. The head of a row is what its slow operations need.
- */
+/* Software pipelining of a loop over rows: divisions and square roots of the next row start before
+   the rest of this one. A processor looks only some hundred operations ahead, and a row fills that
+   window with operations that wait for its own division. The head of a row holds what its slow
+   operations need. */
 #include "writer.h"
 
 #include <stdlib.h>
@@ -20,7 +20,7 @@ static bool is_slow(const ad_program *p, const struct instruction *in)
            (op == AD_OP_div || op == AD_OP_recip || op == AD_OP_recip0 || op == AD_OP_sqrt);
 }
 
-/* False if nothing is slow. */
+/* False if there is no slow operation. */
 static bool find_head(struct pipeline *l)
 {
     const struct writer *w = l->w;

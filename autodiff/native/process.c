@@ -1,4 +1,4 @@
-/* Other programs (process.h). */
+/* Starts other programs and waits for them (process.h). */
 #include "process.h"
 
 #include <errno.h>

@@ -1,14 +1,14 @@
-/* One segment as a C function: what the interpreter does tile by tile, kernel by kernel, in one
-   loop over vectors, with every value of a tile in a variable.
+/* Writes one segment as a C function: what the interpreter does tile by tile, kernel by kernel,
+   becomes one loop over vectors, with a variable for every value of a tile.
 
-       rows outside      for each row, for each vector of columns
-       rows inside       for each vector of columns, for each row: where gathers and sums bring rows
-                         together. What they take from and add into lies in arrays that hold one
-                         vector of every row, so that a pair law runs in the cache
-       along rows        for each vector of rows, of a single column
+          rows outside      for each row, for each vector of columns
+          rows inside       for each vector of columns, for each row: where gathers and sums combine
+                            rows. The rows they read and accumulate into lie in arrays that hold one
+                            vector of each, so that a pair law runs in the cache
+          along rows        for each vector of rows, of a single column
 
-   The last vector of a loop is moved back to end with the data: it computes lanes again, and `on`
-   keeps those from being summed twice. */
+   The last vector of a loop is moved back to end with the data: it computes some lanes again, and
+   `on` excludes these from sums. */
 #include "writer.h"
 
 #include <stdlib.h>
@@ -16,8 +16,8 @@
 
 enum {
     MAX_LITERAL_ROWS = 16,
-    MAX_LITERAL = 256,           /* instructions when rows are written one by one */
-    MAX_INSTRUCTIONS_BESIDE = 24 /* of a row; longer ones keep the machine busy alone */
+    MAX_LITERAL = 256,           /* instructions at most when rows are unrolled */
+    MAX_INSTRUCTIONS_BESIDE = 24 /* of a row; a longer row fills the processor by itself */
 };
 
 static uint32_t count_known(const struct writer *w)
@@ -60,7 +60,7 @@ void ad_native_forget_rows(struct writer *w)
         w->known[i] &= EVERY_ROW;
 }
 
-/* All instructions, of `beside` rows side by side. */
+/* All instructions, for `beside` rows interleaved. */
 static void write_instructions(struct writer *w, uint32_t beside)
 {
     if (w->crosses) {
@@ -92,7 +92,7 @@ static void open_vectors(const struct writer *w)
                       extent, lane);
 }
 
-/* Few rows are written one by one: where they lie is known, and sums stay in registers. */
+/* A few rows are unrolled: their addresses are constants, and sums stay in registers. */
 static void write_literal_rows(struct writer *w)
 {
     w->literal = true;

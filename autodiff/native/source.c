@@ -1,5 +1,5 @@
-/* The source of a whole program: the vectors it needs, a function for every fused segment, and one
-   for every run of them that is left to call. */
+/* The source of a program: vector types, a function for every fused segment, and one for every
+   sequence of them between calls of the executor. */
 #include "native.h"
 
 #include <stdlib.h>
@@ -7,8 +7,8 @@
 
 enum { MOST_LANES = 64 };
 
-/* A segment of its own for the executor: what it does itself, what is split for threads, and where
-   a run again begins. */
+/* Starts a new segment of the executor: one it runs itself, one split for threads, or the first of
+   a rerun. */
 static bool joins(const ad_program *p, const struct loop_order *before, const struct loop_order *w)
 {
     return before->segment.fused && before->segment.chunks == 1 && w->segment.fused &&
@@ -28,8 +28,8 @@ static struct loop_order *plan_walks(const ad_program *p, size_t *n)
     return walks;
 }
 
-/* A compiler would put segments that are called once into one function, which takes it longer than
-   functions of their length do: worth it for few segments, of which a run is short. */
+/* The compiler would inline segments that are called once into one function, which takes longer to
+   compile than functions of their length: worth it only for a few segments, of short runs. */
 static bool is_long(size_t n) { return n > 16; }
 
 static void write_vectors(FILE *out, const ad_program *p, size_t n, const struct loop_order walks[])
@@ -55,7 +55,7 @@ static void write_call(FILE *out, const struct loop_order *w)
         fprintf(out, "s%u(m, l, 0, 0, %u, 0, %u);\n", w->number, g->rows, g->cols);
 }
 
-/* Functions that call segments one after the other; the executor's list of what is left. */
+/* Functions that call consecutive segments, and the list of segments left to the executor. */
 static void write_runs(FILE *out, const ad_program *p, size_t n, const struct loop_order walks[],
                        struct native *native)
 {

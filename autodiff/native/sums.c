@@ -1,10 +1,10 @@
 /* Sums of compiled segments. a<number of the sink> is, for a sum over everything, a vector of
    doubles; for a sum over columns, the same for one row, or, where the loop over rows is inside,
-   the doubles of all rows in memory; for added rows, a vector of columns, or an array with one of
-   every row, that is stored when the rows are through. Where such an array is too large, rows are
-   added in memory.
+   the doubles of all rows in memory; for accumulated rows, a vector of columns, or an array with
+   one for every row, stored after the loop over rows. Where such an array is too large, rows
+   accumulate in memory.
 
-   These are variables of the segment's function; of a segment written in parts, members of a
+   These are local variables of the segment's function; in a segment of several parts, members of a
    structure that the parts share. */
 #include "writer.h"
 
@@ -19,7 +19,7 @@ bool ad_native_find_scatters(struct writer *w)
     return w->scattered;
 }
 
-/* Rows are added into rows by number. */
+/* The target row comes from an index list. */
 static bool scatters(const struct writer *w, uint32_t sink)
 {
     return w->scattered[sink - w->g->first_sink];
@@ -38,7 +38,7 @@ static size_t row_bytes(const struct writer *w, uint32_t sink)
     return w->p->sinks[sink].cols * w->p->element;
 }
 
-/* The first byte of the rows that are added into: the chunk's own copy, or the result. */
+/* Start of the rows that are accumulated into: the chunk's private copy, or the result. */
 static void write_rows(const struct writer *w, uint32_t sink)
 {
     const struct sink *s = &w->p->sinks[sink];
@@ -61,7 +61,7 @@ static bool kept_for_columns(const struct writer *w, uint32_t sink)
            (in_array(w, sink) || !scatters(w, sink));
 }
 
-/* A sum over the columns of the row that the outer loop is at. */
+/* A sum over the columns of the outer loop's row. */
 static bool of_one_row(const struct writer *w, uint32_t sink)
 {
     return w->p->sinks[sink].kind == DO_SUM_COLS && !w->walk->along_rows && !w->walk->rows_inside;
@@ -110,7 +110,7 @@ static void open_sink(const struct writer *w, uint32_t sink)
     }
 }
 
-/* Chunks leave their sums for the executor to collect; a segment that is not split, the result. */
+/* Chunks leave their sums to the executor; an unsplit segment stores the result. */
 static void close_sink(const struct writer *w, uint32_t sink)
 {
     const struct sink *s = &w->p->sinks[sink];
@@ -199,7 +199,7 @@ static const struct {
     [CLOSE_COLUMNS] = {close_columns, "close_columns", "0, c"},
 };
 
-enum { MOST_SUMS = 64 }; /* of a function, where there are parts */
+enum { MOST_SUMS = 64 }; /* of a function, where the segment has parts */
 
 static uint32_t n_blocks(const struct writer *w) { return (w->g->n_sinks - 1) / MOST_SUMS + 1; }
 
@@ -239,9 +239,9 @@ void ad_native_sums(const struct writer *w, enum moment moment)
                       w->walk->number, moments[moment].name, b, moments[moment].row_column);
 }
 
-/* ---- adding ---- */
+/* ---- accumulating ---- */
 
-/* The value that is added: without the lanes that the vector before had. */
+/* The value to add, without the lanes that the previous vector already had. */
 static void write_new_lanes(const struct writer *w, uint32_t loc)
 {
     ad_native_say(w, w->ragged ? "only@(on, " : "(");
@@ -271,7 +271,7 @@ static void add_to_row_sums(const struct writer *w, const struct instruction *in
     ad_native_say(w, "));\n");
 }
 
-/* The row that is added into. A sum over rows that shares its memory with scatters has one row. */
+/* The target row. A sum over rows that shares its memory with scatters has one row. */
 static void write_target(const struct writer *w, const struct instruction *in)
 {
     const struct loc *o = &w->p->locs[in->loc[0]];
@@ -281,7 +281,7 @@ static void write_target(const struct writer *w, const struct instruction *in)
         ad_native_say(w, "0");
 }
 
-/* Lanes are rows, each of which goes to a row of its own, or all to one. */
+/* Lanes are rows: each has a target row of its own, or all have the same. */
 static void scatter_lanes(const struct writer *w, const struct instruction *in, char sign)
 {
     const struct loc *o = &w->p->locs[in->loc[0]];

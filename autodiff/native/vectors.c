@@ -1,10 +1,10 @@
-/* The beginning of every compiled program: vectors of so many lanes, as gcc and clang have them as
-   types of their own, and the operations on them.
+/* The beginning of every compiled program: vector types of `lanes` elements, as gcc and clang
+   provide them, and the operations on them.
 
-   Operations come from the one table, as text, and mean for vectors what they mean for numbers;
-   those that choose between two values lane by lane are written again here, as vectors have no
-   ?: in C. Mathematical functions are those of glibc's libmvec, as in kernels.c, called by name. In
-   the texts @ stands for the number of lanes, one lane being a plain number. */
+   Operations are the expressions of ops.def, as text; those that choose between two values are
+   written again here, because ?: does not work lane by lane in C. Mathematical functions are those
+   of glibc's libmvec, as in kernels.c, called by name. In these texts @ stands for the number of
+   lanes; one lane is a plain number. */
 #include "native.h"
 
 #include <math.h>
@@ -14,7 +14,8 @@ static const char for_all[] =
     "#define PASTE(a, b) a##b\n"
     "#define JOIN(a, b) PASTE(a, b)\n"
     "#define COPY __builtin_memcpy\n"
-    /* an index the compiler knows nothing of: one register for all addresses; loops stay loops */
+    /* an index opaque to the compiler: one register for all addresses, and loops are not unrolled
+     */
     "#define OPAQUE(c) __asm__(\"\" : \"+r\"(c))\n"
     "typedef unsigned u32;\n"
     "typedef __SIZE_TYPE__ size_t;\n";
@@ -49,7 +50,8 @@ static const char for_vectors[] =
     "static inline D@ wide@(V@ v) { return __builtin_convertvector(v, D@); }\n"
     "static inline double across@(D@ v) { double s = 0; for (int l = 0; l < @; l++) s += v[l];"
     " return s; }\n"
-    /* for code outside of the loop over vectors: of hundreds, inlined, a compiler takes seconds */
+    /* for code outside the loop over vectors: inlining hundreds of these takes the compiler seconds
+     */
     "static __attribute__((noinline)) double total@(D@ v) { return across@(v); }\n"
     "static inline V@ rows@(const char *p, const u32 *list, size_t step) { V@ v;"
     " for (int l = 0; l < @; l++) COPY((R *)&v + l, p + list[l] * step, sizeof(R)); return v; }\n"
@@ -105,8 +107,8 @@ static const char whole_power[] = "static inline V@ whole_@(V@ a, int n) {"
 
 /* ---- operations ---- */
 
-/* Texts of the table that are C only for numbers. PICK, ONLY, ONE: lane by lane
-   c ? a : b, c ? a : 0, c ? 1 : 0. */
+/* Expressions of ops.def that are C for scalars only. PICK, ONLY, ONE: lane by lane c ? a : b, c ?
+   a : 0, c ? 1 : 0. */
 static const struct {
     enum ad_op op;
     const char *value;
@@ -175,7 +177,7 @@ static const struct function functions[] = {
     {"cosh", 1, NEWER}, {"tanh", 1, NEWER},  {"atan2", 2, NEWER}, {"hypot", 2, NEWER},
 };
 
-/* The letter that glibc gives the instruction set whose registers are so long; 0: no functions. */
+/* glibc's letter for the instruction set with registers of this size; 0: no functions. */
 static char vector_letter(const ad_program *p, size_t bytes)
 {
 #if defined(__GLIBC__) && defined(__x86_64__)
@@ -215,10 +217,10 @@ static void write_function(FILE *out, const ad_program *p, const struct function
 
 /* ---- sine and cosine together ---- */
 
-/* Both of one argument share its reduction to [-pi/4, pi/4], x - k pi/2 with pi/2 in three parts
-   (Cody, Waite), and take two thirds of the time of one after the other. The polynomials are those
-   of fdlibm (Sun Microsystems, 1993: k_sin.c, k_cos.c). Errors, found on 2e7 arguments: 1.5 ulp up
-   to 1000, 2.4 up to 1e5, where libmvec has 3.4; beyond, libmvec does it. */
+/* Sine and cosine of one argument share its reduction to [-pi/4, pi/4], x - k pi/2 with pi/2 in
+   three parts (Cody, Waite), and take two thirds of the time of separate calls. The polynomials are
+   those of fdlibm (Sun Microsystems, 1993: k_sin.c, k_cos.c). Errors measured on 2e7 arguments: 1.5
+   ulp up to 1000, 2.4 up to 1e5, where libmvec has 3.4; larger arguments go to libmvec. */
 static const char sine_and_cosine[] =
     "struct both@ { V@ sin, cos; };\n"
     "typedef signed char B@ __attribute__((vector_size(@)));\n"
@@ -241,7 +243,7 @@ static const char sine_and_cosine[] =
     "return (struct both@){(V@)((I@)pick@(odd, c, s) ^ ((n & 2) << 62)),"
     " (V@)((I@)pick@(odd, s, c) ^ (((n + 1) & 2) << 62))};\n}\n";
 
-/* ---- all of it ---- */
+/* ---- the prologue ---- */
 
 static void fill_in(FILE *out, const char *text, uint32_t lanes)
 {

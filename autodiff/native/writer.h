@@ -1,8 +1,8 @@
-/* Inside of the emission of one segment: names, places, and what is written where.
+/* Internals of writing one segment: names, locations, and where each statement is written.
 
-   A variable v<location> holds a vector of a value; v<location>_<k> that of the k-th of several
-   rows that are written side by side: their chains of operations do not wait for each other, so
-   that a division of one row runs beside the sums of another. */
+   Variable v<location> holds a vector of a value; v<location>_<k> that of the k-th of several
+   interleaved rows: their dependency chains are independent, so that a division of one row overlaps
+   the sums of another. */
 #ifndef AUTODIFF_NATIVE_WRITER_H
 #define AUTODIFF_NATIVE_WRITER_H
 
@@ -11,15 +11,15 @@
 enum {
     MAX_ARRAYS = 16,
     MAX_LISTS = 8,
-    MAX_ARRAY_BYTES = 64 << 10, /* what stays in the cache beside the rest */
-    MAX_BESIDE = 4,             /* rows side by side: registers end there */
+    MAX_ARRAY_BYTES = 64 << 10, /* bytes that stay in the cache beside the rest */
+    MAX_BESIDE = 4,             /* rows interleaved at most: registers run out beyond */
     EVERY_ROW = 1 << 7          /* of `known`: a variable for all rows */
 };
 
 /* Where a variable is declared: before the loops, between the two, or where it is used. */
 enum scope { FUNCTION, OUTER, INNER };
 
-/* Rows of a value in memory that are read by number: one vector of each lies in q<k>. */
+/* Gathered rows of a value in memory: q<k> holds one vector of each. */
 struct array {
     size_t off;
     uint32_t stride, rows, uses;
@@ -31,18 +31,18 @@ struct writer {
     const struct loop_order *walk;
     const struct segment *g;
     const struct instruction *first, *end;
-    uint8_t *known;     /* per location: which of the rows side by side have a variable */
-    uint8_t *crosses;   /* per location: read by several parts; NULL where the segment is whole */
-    uint8_t *scattered; /* per sink of the segment: rows are added into rows by number */
+    uint8_t *known;     /* per location: which interleaved rows have a variable */
+    uint8_t *crosses;   /* per location: read by several parts; NULL in an unsplit segment */
+    uint8_t *scattered; /* per sink of the segment: the target row comes from an index list */
     uint32_t n_known;
     struct array arrays[MAX_ARRAYS];
     size_t n_arrays;
-    uint32_t lists[MAX_LISTS]; /* of row numbers: the first of those that differ by a constant */
+    uint32_t lists[MAX_LISTS]; /* per index list: the first of those that differ by a constant */
     size_t n_lists;
-    bool ragged;     /* the last vector is moved back over the one before */
-    bool halves;     /* a row is written in two halves, that share no more than they must */
-    bool literal;    /* rows are numbers: `row` the first of those side by side */
-    uint32_t row, k; /* k: which of them is written */
+    bool ragged;     /* the last vector overlaps the one before */
+    bool halves;     /* a row is written in two halves that share as little as possible */
+    bool literal;    /* row numbers are constants: `row` is the first of the interleaved ones */
+    uint32_t row, k; /* which interleaved row is being written */
 };
 
 /* Writes; @ becomes the number of lanes. */
@@ -68,12 +68,12 @@ static inline bool reads_lanes(const struct instruction *in)
     return in->kind != DO_DIFF && in->kind != DO_DIFF_ADJOINT;
 }
 
-/* Adds up, instead of computing a value. */
+/* A sum: accumulates instead of computing a value. */
 static inline bool is_sum(const struct instruction *in) { return in->kind > DO_DIFF_ADJOINT; }
 
 /* ---- operations: operations.c ---- */
 
-/* What must stand before it, and the expression of an instruction that is no sum. */
+/* The statements an instruction needs before it, and its expression if it is no sum. */
 void ad_native_prepare(const struct writer *w, const struct instruction *in);
 void ad_native_operation(const struct writer *w, const struct instruction *in);
 
@@ -81,7 +81,7 @@ void ad_native_operation(const struct writer *w, const struct instruction *in);
 
 bool ad_native_find_scatters(struct writer *w); /* false when out of memory */
 void ad_native_declare_sums(const struct writer *w);
-/* What sums need before and after all loops, the columns of one row, the rows of one vector of
+/* Code of the sums before and after all loops, the columns of one row, the rows of one vector of
    columns. */
 enum moment { OPEN_SEGMENT, CLOSE_SEGMENT, OPEN_ROW, CLOSE_ROW, OPEN_COLUMNS, CLOSE_COLUMNS };
 void ad_native_sums(const struct writer *w, enum moment moment);
@@ -92,21 +92,21 @@ void ad_native_add(const struct writer *w, const struct instruction *in);
 /* ---- statements: segment.c ---- */
 
 void ad_native_instruction(struct writer *w, const struct instruction *in);
-/* Another row begins, or another block of the text: no variable of one row is declared. */
+/* Another row or block of text begins: no variable of a row is declared. */
 void ad_native_forget_rows(struct writer *w);
 
 /* ---- parts.c ---- */
 
-/* Writes the parts of a segment that is long, and sets `crosses`. False when out of memory. */
+/* Writes the parts of a long segment and sets `crosses`; false when out of memory. */
 bool ad_native_parts(struct writer *w);
-/* Stands for the instructions of a row. */
+/* Written in place of the instructions of a row. */
 void ad_native_call_parts(struct writer *w);
-/* Which vector of x a value on a tile goes through. */
+/* The vector of x that a value on a tile passes through. */
 uint32_t ad_native_slot(const struct writer *w, uint32_t loc);
 
 /* ---- pipeline.c ---- */
 
-/* Writes the loop over rows if there is something slow in it; false when out of memory. */
+/* Writes the loop over rows if it has slow operations; false when out of memory. */
 bool ad_native_pipeline(struct writer *w, bool *written);
 
 #endif

@@ -1,4 +1,4 @@
-/* Limited-memory BFGS (lbfgs.h). */
+/* Limited-memory BFGS (autodiff/lbfgs.h). */
 #include "autodiff/lbfgs.h"
 
 #include <math.h>
@@ -82,7 +82,7 @@ static void find_direction(ad_lbfgs *m, const double *g)
     }
 }
 
-/* Finds a length between one that is too short and one that is too long; doubles until there is. */
+/* Bisects between a step that is too short and one that is too long; doubles until there is one. */
 static bool search(ad_lbfgs *m, ad_objective *evaluate, void *context, double length, double *x,
                    double *g, double *value)
 {

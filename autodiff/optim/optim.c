@@ -1,6 +1,6 @@
-/* First-order optimisers.
-   Adam: D. P. Kingma, J. Ba, "Adam: a method for stochastic optimization", ICLR 2015, algorithm 1;
-   AdamW: I. Loshchilov, F. Hutter, "Decoupled weight decay regularization", ICLR 2019. */
+/* First-order optimisers (autodiff/optim.h). Adam: D. P. Kingma, J. Ba, "Adam: a method for
+   stochastic optimization", ICLR 2015, algorithm 1; AdamW: I. Loshchilov, F. Hutter, "Decoupled
+   weight decay regularization", ICLR 2019. */
 #include "autodiff/internal.h"
 #include "autodiff/kernels/kernels.h"
 #include "autodiff/optim.h"
@@ -24,7 +24,7 @@ struct ad_optimiser_settings ad_optimiser_defaults(enum ad_optimiser_method meth
         .method = method, .learning_rate = 1e-3, .beta1 = 0.9, .beta2 = 0.999, .epsilon = 1e-8};
 }
 
-/* What is 0 and must not be takes its default. */
+/* Replaces zeros by defaults. */
 static struct ad_optimiser_settings with_defaults(const struct ad_optimiser_settings *settings)
 {
     struct ad_optimiser_settings s = *settings, usual = ad_optimiser_defaults(s.method);
@@ -101,9 +101,9 @@ void ad_optimiser_free(ad_optimiser *optimiser)
     free(optimiser);
 }
 
-/* Goes on to the next step. beta^steps is one product a step, so the bits depend on the number of
-   steps alone: after a checkpoint was written back it is made again from the start. It ends at
-   zero: 1 - beta^steps was 1 long before, and products of subnormal numbers are slow. */
+/* Counts a step. beta^steps is one product a step, so that its bits depend on the number of steps
+   alone; after a checkpoint is restored it is computed again from the start. It is set to zero once
+   1 - beta^steps is 1, because products of subnormal numbers are slow. */
 static void count_step(ad_optimiser *o)
 {
     if (o->counted != o->steps) {
@@ -119,8 +119,8 @@ static void count_step(ad_optimiser *o)
     }
 }
 
-/* m/c1 / (sqrt(v/c2) + epsilon) with c = 1 - beta^t is
-   sqrt(c2)/c1 m / (sqrt(v) + epsilon sqrt(c2)): the corrections cost nothing per element. */
+/* m/c1 / (sqrt(v/c2) + epsilon) with c = 1 - beta^t equals sqrt(c2)/c1 m / (sqrt(v) + epsilon
+   sqrt(c2)): the bias corrections cost nothing per element. */
 static void correct_bias(struct ad_step *step, const ad_optimiser *o)
 {
     double root2 = sqrt(1 - o->power2);

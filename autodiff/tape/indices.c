@@ -1,4 +1,4 @@
-/* Recording of what moves rows or columns by a list of their numbers. */
+/* Records operations that move rows or columns by index lists. */
 #include "autodiff/internal.h"
 
 static bool is_of_columns(enum ad_op op)
@@ -51,7 +51,7 @@ ad_var ad_scatter_rows(ad_var x, const uint32_t rows[], size_t height)
     if (!ad_operands(AD_OP_scatter, 1, &x, &none))
         return none;
     const struct node *n = node_at(x.tape, x.id);
-    if (n->op == AD_OP_neg) /* adding up first leaves less to negate */
+    if (n->op == AD_OP_neg) /* scatter first: fewer elements to negate */
         return ad_neg(ad_scatter_rows(ad_at(x.tape, n->in[0]), rows, height));
     return indexed(x, AD_OP_scatter, ad_rows(x), rows, height, height);
 }

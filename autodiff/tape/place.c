@@ -1,5 +1,5 @@
-/* Recording of values made of parts: each at its place, zero elsewhere, adding up where they
-   overlap. The list of a node has the number of parts, then id, row and column of each. */
+/* Records place operations: parts added at given positions of a zero matrix. The list of a node is
+   the number of parts, then id, row and column of each. */
 #include "autodiff/internal.h"
 
 /* Room for the places of n parts, to be filled; NULL when out of memory. */
@@ -58,7 +58,7 @@ ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var 
     return append(tape, rows, cols, list);
 }
 
-/* Parts that follow each other: below (rows) or beside each other. */
+/* Adjacent parts, one below the other (rows) or side by side. */
 static ad_var concat(unsigned op, size_t n, const ad_var parts[])
 {
     bool rows = op == AD_COMPOSITE_concat_rows;

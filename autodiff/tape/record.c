@@ -1,4 +1,4 @@
-/* Recording of elementwise operations: broadcasting, and what simplify.c knows. */
+/* Records elementwise operations: broadcasting, and the identities of simplify.c. */
 #include "autodiff/internal.h"
 
 #include <limits.h>
@@ -39,7 +39,7 @@ ad_var ad_elementwise(ad_tape *tape, enum ad_op op, size_t n, const ad_var *in)
     return ad_append(tape, node);
 }
 
-/* Whether op takes these arguments: elementwise, n of them, whose variables are of one tape. */
+/* True if op is elementwise, takes n arguments, and their variables are of one tape. */
 static bool takes(enum ad_op op, size_t n, const ad_arg args[], ad_var *none)
 {
     ad_var vars[3];
@@ -64,15 +64,15 @@ static bool takes(enum ad_op op, size_t n, const ad_arg args[], ad_var *none)
     return false;
 }
 
-/* A scalar that no identity of simplify.c looks into. */
+/* A scalar to which no identity of simplify.c applies. */
 static bool is_plain(const struct node *n)
 {
     return n->rows == 1 && n->cols == 1 && n->op != AD_OP_constant && n->op != AD_OP_neg &&
            n->op != AD_OP_square && n->op != AD_OP_tanh_slope;
 }
 
-/* The shortest way for most operations of a program of numbers: one of arity n on plain scalars of
-   one tape without an error. Whatever else there is to say, the longer way says it. */
+/* Fast path for scalar programs: an operation on plain scalars of one tape without an error.
+   Everything else, errors included, takes the general path. */
 static bool record_plain(enum ad_op op, uint8_t n, ad_var a, ad_var b, ad_var *y)
 {
     ad_tape *tape = a.tape;
@@ -87,7 +87,7 @@ static bool record_plain(enum ad_op op, uint8_t n, ad_var a, ad_var b, ad_var *y
     return true;
 }
 
-/* A power by products takes a whole number that is known when recording. */
+/* powi needs an integer exponent that is known when recording. */
 static bool is_whole_power(ad_arg b)
 {
     double value = b.value;
@@ -125,7 +125,7 @@ ad_var ad_binary(enum ad_op op, ad_arg a, ad_arg b)
     if (ad_simplify_numbers(tape, op, a, b, &y))
         return y;
     ad_var in[] = {as_var(tape, a), as_var(tape, b)};
-    uint32_t rows, cols; /* a shorter form would be refused by another name */
+    uint32_t rows, cols; /* a simplified form would be refused under another name */
     if (!ad_broadcasts(op, 2, in, &rows, &cols))
         return ad_at(tape, 0);
     return ad_simplify(op, in[0], in[1], &y) ? y : ad_elementwise(tape, op, 2, in);

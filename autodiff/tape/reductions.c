@@ -1,4 +1,4 @@
-/* Reductions recorded as other operations: largest and smallest values, where they lie,
+/* Records reductions as other operations: largest and smallest values, their positions,
    log-sum-exp, softmax. */
 #include "autodiff/internal.h"
 
@@ -12,8 +12,8 @@ static ad_var part(ad_var x, bool rows, size_t first, size_t count)
     return rows ? ad_slice_rows(x, first, count) : ad_slice_cols(x, first, count);
 }
 
-/* One half with the other, as often as it takes: log2(n) passes over n elements in all. What is
-   left over of odd numbers comes last. */
+/* Combines one half with the other until one row is left: log2(n) passes over n elements in all.
+   The remainder of odd numbers comes last. */
 static ad_var extreme(ad_var x, enum ad_op op, bool rows)
 {
     ad_var rest = {0};
@@ -56,7 +56,7 @@ static ad_var numbers(ad_tape *tape, size_t n, bool rows)
     return y;
 }
 
-/* The least number of what equals the largest value, or is NaN as that is then. */
+/* The first position at which x equals the largest value, or is NaN if that is NaN. */
 static ad_var arg_max(unsigned name, ad_var x, bool rows)
 {
     ad_var none;
@@ -80,8 +80,8 @@ ad_var ad_arg_max_cols(ad_var x) { return arg_max(AD_COMPOSITE_arg_max_cols, x, 
 
 static ad_var sum(ad_var x, bool rows) { return rows ? ad_sum_rows(x) : ad_sum_cols(x); }
 
-/* exp(x - m) and its sum, where m is the largest x, or 0 where that is not finite. No gradient goes
-   through m: it would be multiplied by 0, but for rounding. */
+/* exp(x - m) and its sum, where m is the largest x, or 0 if that is not finite. m is detached: its
+   gradient vanishes but for rounding. */
 static ad_var shifted_exp(ad_var x, ad_var largest, bool rows, ad_var *total)
 {
     double most = x.tape->type == AD_F32 ? (double)FLT_MAX : DBL_MAX;
@@ -91,8 +91,8 @@ static ad_var shifted_exp(ad_var x, ad_var largest, bool rows, ad_var *total)
     return e;
 }
 
-/* Where all x are -inf the sum is 0. The logarithm is then taken of 1, so that the gradient is 0
-   and not 0/0; the value is -inf by the largest x. */
+/* Where all x are -inf the sum is 0. Then the logarithm is taken of 1, so that the gradient is 0
+   instead of 0/0; the value is -inf through m. */
 static ad_var log_sum_exp(unsigned name, ad_var x, bool rows)
 {
     ad_var none, total;

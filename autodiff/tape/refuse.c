@@ -1,5 +1,5 @@
-/* What an operation refuses, and how it says so: its name, its place in the recording, and its
-   operands by label, or by the nearest label recorded before them. */
+/* Errors of recording: which operands an operation refuses, and the message: the operation, its
+   number, and its operands by label or by the nearest label recorded before them. */
 #include "autodiff/internal.h"
 
 #include <stdarg.h>
@@ -39,7 +39,7 @@ static void append(struct text *t, const char *format, ...)
     va_end(list);
 }
 
-/* The label of the value nearest before node `last`, or its own; NULL where there is none. */
+/* The label of node `last`, or the nearest one before it; NULL if there is none. */
 static const struct label *nearest_label(const ad_tape *tape, size_t last)
 {
     const struct label *nearest = NULL;
@@ -49,7 +49,7 @@ static const struct label *nearest_label(const ad_tape *tape, size_t last)
     return nearest;
 }
 
-/* Returns whether it has, or comes after, a label. */
+/* Returns whether a label was found. */
 static bool append_operand(struct text *t, const ad_tape *tape, uint32_t id)
 {
     const struct node *n = node_at(tape, id);
@@ -65,7 +65,7 @@ static bool append_operand(struct text *t, const ad_tape *tape, uint32_t id)
     return name;
 }
 
-/* The operands that are there; failing them, the last label recorded. */
+/* The operands that exist; if there are none, the last label recorded. */
 static void append_operands(struct text *t, const ad_tape *tape, size_t n, const ad_var x[])
 {
     const struct label *label = nearest_label(tape, tape->n_nodes);
@@ -98,7 +98,7 @@ ad_var ad_refuse_operands(ad_tape *tape, enum ad_status status, unsigned op, siz
 
 /* ---- operands ---- */
 
-/* A handle of no tape remembers the operation that had none to keep an error in. */
+/* A handle without a tape carries the operation that could not record its error. */
 static ad_var nowhere(unsigned op, size_t n, const ad_var x[])
 {
     for (size_t k = 0; k < n; k++)

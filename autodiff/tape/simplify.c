@@ -1,15 +1,15 @@
-/* The few identities worth knowing when recording: numbers that are neutral or meet other numbers,
-   powers that are products, signs that move into sums, and what makes gradients short.
+/* Algebraic identities applied when recording: neutral elements, constant folding, powers as
+   products, signs moved into sums, and forms with shorter gradients.
 
-   Their rules come back in every gradient, so a node less here is two or more less there. What they
-   buy, of the gradient of an action: signs 15 to 30 %, scaling up to half, cubes and quotients 10 %
-   of a Lennard-Jones gas, slopes of tanh 4 % of a step of training. */
+   Each node saved here saves two or more in every gradient. Measured on gradients of actions: signs
+   save 15 to 30 %, scaling up to half, cubes and quotients 10 % of a Lennard-Jones gas, slopes of
+   tanh 4 % of a training step. */
 #include "autodiff/internal.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-/* ---- of a value and a number ---- */
+/* ---- of a value and a constant ---- */
 
 ad_var ad_scale(ad_var x, double c)
 {
@@ -32,7 +32,7 @@ static bool is_power_of_two(double c)
     return isfinite(c) && fabs(frexp(c, &exponent)) == 0.5 && abs(exponent) < 100;
 }
 
-/* x^c; false where only pow itself will do. */
+/* x^c; false where it has to stay pow. */
 static bool power(ad_var x, double c, ad_var *y)
 {
     if (c == 0)
@@ -137,7 +137,7 @@ static bool signs(enum ad_op op, ad_var a, ad_var b, ad_var *y)
     return false;
 }
 
-/* x^2 x is one operation: its gradient has one path to x instead of two. */
+/* x^2 x becomes cube(x), whose gradient has one path to x instead of two. */
 static bool cube(enum ad_op op, ad_var a, ad_var b, ad_var *y)
 {
     const struct node *na = node_at(a.tape, a.id), *nb = node_at(b.tape, b.id);
@@ -149,7 +149,7 @@ static bool cube(enum ad_op op, ad_var a, ad_var b, ad_var *y)
     return true;
 }
 
-/* c/x for a constant c of any shape: the gradient needs 1/x as well. */
+/* c/x for a constant c of any shape becomes c recip(x): the gradient needs 1/x as well. */
 static bool quotient(enum ad_op op, ad_var a, ad_var b, ad_var *y)
 {
     if (op != AD_OP_div || node_at(a.tape, a.id)->op != AD_OP_constant)
@@ -158,7 +158,7 @@ static bool quotient(enum ad_op op, ad_var a, ad_var b, ad_var *y)
     return true;
 }
 
-/* A factor 1 - t^2 with tanh t is one operation with its product: nothing is stored for it. */
+/* g (1 - t^2) with t = tanh x becomes one operation, so that the slope is never stored. */
 static bool slope(enum ad_op op, ad_var a, ad_var b, ad_var *y)
 {
     const struct node *na = node_at(a.tape, a.id), *nb = node_at(b.tape, b.id);

@@ -1,4 +1,4 @@
-/* Sticky errors: the first one is the cause, whatever follows is its consequence. */
+/* Sticky errors: only the first is kept, because later ones follow from it. */
 #include "autodiff/internal.h"
 
 #include <stdarg.h>

@@ -1,6 +1,6 @@
-/* Recording of what moves or reduces values: leaves, sums, matmul, views, time difference. Each
-   passes a failure of its arguments through. Lists of rows and columns are in indices.c, largest
-   values and softmax in reductions.c. */
+/* Records operations that move or reduce values: leaves, sums, matmul, views, time differences.
+   Errors of arguments are passed on. Index lists are in indices.c, extrema and softmax in
+   reductions.c. */
 #include "autodiff/internal.h"
 
 #include <math.h>

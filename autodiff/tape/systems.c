@@ -1,5 +1,5 @@
-/* Recording of small systems, one in each column. The factor of a matrix is a value of its own: its
-   solutions, its determinant and their gradients share it. */
+/* Records small linear systems, one per column. The factor of a matrix is a value of its own,
+   shared by its solutions, its determinant and their gradients. */
 #include "autodiff/internal.h"
 #include "autodiff/kernels/kernels.h"
 
@@ -7,7 +7,7 @@
 
 enum { ROOM = AD_MOST_SIDE * AD_MOST_SIDE };
 
-/* Side of the matrices in the columns of a; 0: refused. */
+/* Size n of the n x n matrices in the columns of a; 0: refused. */
 static size_t side_of(unsigned op, ad_var a, enum ad_factors factors)
 {
     size_t n = 1;
@@ -36,7 +36,7 @@ static ad_var symmetric(ad_var a, size_t n)
     return ad_gather_rows(a, n * n, list);
 }
 
-/* The factor of *a, which becomes symmetric for Cholesky. */
+/* Records the factor of *a; for Cholesky *a becomes symmetric. */
 static ad_var factor(ad_var *a, size_t n, enum ad_factors factors, uint32_t *aux)
 {
     *aux = (uint32_t)n | (factors == AD_CHOLESKY ? SYSTEM_CHOLESKY : 0);

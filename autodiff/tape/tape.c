@@ -1,4 +1,4 @@
-/* The tape: growing memory for recorded nodes, constants, lists and labels. */
+/* The tape: growing arrays of nodes, constants, lists and labels. */
 #include "autodiff/internal.h"
 
 #include <stdatomic.h>
@@ -37,7 +37,7 @@ static enum ad_status out_of_memory(ad_tape *tape)
     return ad_fail(&tape->error, AD_E_MEMORY, "out of memory after %zu nodes", tape->n_nodes);
 }
 
-/* Node 0 is the constant 0: what failed operations return, so that handles stay valid. */
+/* Node 0 is the constant 0, which failed operations return, so that handles stay valid. */
 static bool record_zero(ad_tape *tape)
 {
     uint32_t number = ad_append_numbers(tape, 1, &(double){0});
@@ -47,8 +47,8 @@ static bool record_zero(ad_tape *tape)
     return tape->error.status == AD_OK;
 }
 
-/* Recordings of all tapes are numbered, from 1 on: a program, which outlives its tape, then knows
-   its variables from those of a tape that took the same memory. */
+/* Recordings of all tapes are numbered from 1 on, so that a program, which outlives its tape,
+   distinguishes its variables from those of a later tape at the same address. */
 static uint32_t next_recording(void)
 {
     static atomic_uint_least32_t last;
@@ -117,7 +117,7 @@ void ad_tape_reset(ad_tape *tape)
     tape->recording = next_recording();
     tape->n_nodes = tape->n_numbers = tape->n_lists = tape->n_labels = tape->n_texts = 0;
     ad_direct_reset(tape->direct);
-    record_zero(tape); /* fits: it did before */
+    record_zero(tape); /* cannot fail: the memory was kept */
 }
 
 void ad_tape_free(ad_tape *tape)
