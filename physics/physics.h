@@ -1,6 +1,5 @@
-/* Physics on the tape: a Lagrangian written once gives the action of a discretised path, its
-   gradient, the stationary path between two ends, and the motion from a start. All public headers
-   of this folder. */
+/* Physics on the tape, all public headers: from one Lagrangian come the action of a discretised
+   path, its gradient, the stationary path between two ends, and the motion from a start. */
 #ifndef PHYSICS_H
 #define PHYSICS_H
 

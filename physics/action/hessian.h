@@ -1,7 +1,6 @@
-/* Second derivatives of the discretised action, element by element: the Hessian of
-       S = dt sum over points of weight L(q, v, t)
-   is a sum of small symmetric matrices, one an element (from slice to slice), which couple the
-   nodes of that element alone. */
+/* The Hessian of the discretised action, element by element. S = dt sum over points of weight L(q,
+   v, t) is a sum over elements, so its Hessian is a sum of small symmetric matrices, one per
+   element, which couple the nodes of that element alone. */
 #ifndef PHYSICS_HESSIAN_H
 #define PHYSICS_HESSIAN_H
 

@@ -1,4 +1,4 @@
-/* For the rooms of physics alone: the action rules, rules.def lists them. */
+/* For physics/ only: the table of action rules (rules.def). */
 #ifndef PHYSICS_ACTION_INTERNAL_H
 #define PHYSICS_ACTION_INTERNAL_H
 

@@ -1,4 +1,4 @@
-/* The table of action rules, and where a rule looks at a path. */
+/* The table of action rules, and the points at which a rule evaluates a path. */
 #include "internal.h"
 
 #include <stdlib.h>

@@ -1,8 +1,8 @@
-/* The motion by the discrete equations of an action rule, element after element: a variational
-   integrator, in position-momentum form (Marsden, West, Acta Numerica 2001, section 1.5). With the
-   action S of one element as a function of its nodes X_0 ... X_s,
-       p = -dS/dX_0,   0 = dS/dX_k (0 < k < s),   p' = dS/dX_s
-   give the nodes and the momentum behind from position and momentum before. */
+/* The variational integrator of an action rule: solves its discrete equations element by element,
+   in position-momentum form (Marsden, West, Acta Numerica 2001, section 1.5). With the action S of
+   one element as a function of its nodes X_0 ... X_s,
+          p = -dS/dX_0,   0 = dS/dX_k (0 < k < s),   p' = dS/dX_s
+   give the nodes and the final momentum p' from position and momentum at the start. */
 #ifndef PHYSICS_VARIATIONAL_STEP_H
 #define PHYSICS_VARIATIONAL_STEP_H
 
@@ -20,16 +20,16 @@ void phys_variational_step_free(phys_variational_step *stepper);
 enum ad_status phys_variational_step_start(phys_variational_step *stepper, double t,
                                            const double *q0, const double *q1, double *p,
                                            struct ad_error *error);
-/* Elements of length dt from here on, the next one from about this velocity [dof]. */
+/* Sets the length of the elements from here on, and a guess of the next velocity [dof]. */
 void phys_variational_step_go(phys_variational_step *stepper, double dt, const double *velocity);
-/* One element: q, p [dof] at t become those at t + dt; the guess is that the last element's
-   velocity goes on. AD_E_NONFINITE where the equations have no solution near it, naming the
+/* Solves one element: q, p [dof] at t become those at t + dt; the first guess is the velocity of
+   the last element. AD_E_NONFINITE where the equations have no solution near it, naming the
    coordinate. */
 enum ad_status phys_variational_step_next(phys_variational_step *stepper, double t, double *q,
                                           double *p, struct ad_error *error);
-/* The element last solved: [degree*dof x 2], laid out as a path of two slices. */
+/* The last element solved: [degree*dof x 2], laid out as a path of two slices. */
 const double *phys_variational_step_element(const phys_variational_step *stepper);
-/* Elements whose gradient was evaluated so far. */
+/* Number of element gradients evaluated so far. */
 size_t phys_variational_step_evaluations(const phys_variational_step *stepper);
 
 #endif

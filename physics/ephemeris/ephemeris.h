@@ -22,8 +22,8 @@ enum ad_status phys_ephemeris_choose(struct phys_system *system, const char *bod
 enum ad_status phys_ephemeris_use(struct phys_system *system, size_t n,
                                   const struct phys_horizons *tables, size_t first, size_t slices,
                                   size_t dims, double *reference, struct ad_error *error);
-/* Adds such roughly known bodies to a system whose bodies are chosen: the Sun is there for jupiter
-   and saturn, the Earth for the moon. jd: Julian date TDB of its start. */
+/* Adds bodies with approximate orbits to a system whose bodies are chosen: jupiter and saturn need
+   the Sun, the moon the Earth. jd: Julian date TDB of the system's start. */
 enum ad_status phys_ephemeris_add(struct phys_system *system, const char *bodies, double jd,
                                   struct ad_error *error);
 

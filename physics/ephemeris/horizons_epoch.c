@@ -1,5 +1,5 @@
-/* Julian dates and calendar dates (Meeus, Astronomical Algorithms, chapter 7, with floor instead of
-   truncation, which carries it to dates before -4712). */
+/* Julian dates and calendar dates (Meeus, Astronomical Algorithms, chapter 7, with floor in place
+   of truncation, which extends it to dates before -4712). */
 #include "horizons.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* Horizons tables of several bodies from one folder (horizons.h). Every file is opened once and
-   read forward: its header says whether its records are wanted. */
+/* Reads the Horizons tables of several bodies from one folder (horizons.h). Every file is opened
+   once and read forward; its header decides whether its records are read. */
 #include "horizons_reader.h"
 
 #include <ctype.h>

@@ -1,5 +1,5 @@
-/* Header of a Horizons table: who, about what, in which frame and units, GM, and the columns. What
-   stands between is free text of any length and is passed over. */
+/* Reads the header of a Horizons table: target, centre, frame, units, GM, and the columns. Free
+   text between these lines is skipped. */
 #include "horizons_reader.h"
 #include "physics/io/numbers.h"
 

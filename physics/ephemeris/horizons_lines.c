@@ -1,4 +1,4 @@
-/* Lines of a Horizons file (horizons_reader.h), from anything that can be read forward. */
+/* Reads lines of a Horizons file (horizons_reader.h) from any stream that can be read forward. */
 #include "horizons_reader.h"
 #include "physics/io/numbers.h"
 

@@ -1,4 +1,4 @@
-/* Is this the table of that body? (horizons_reader.h) */
+/* Matches a body's name or id with the target of a table (horizons_reader.h). */
 #include "horizons_reader.h"
 
 #include <stdlib.h>

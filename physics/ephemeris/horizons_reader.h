@@ -1,4 +1,4 @@
-/* Inside of the Horizons reader: a table on its way in. */
+/* Internals of the Horizons reader: the state of a table being read. */
 #ifndef PHYSICS_HORIZONS_READER_H
 #define PHYSICS_HORIZONS_READER_H
 

@@ -1,4 +1,5 @@
-/* Models of the inner planets' motion, and the least of them that is near enough (models.h). */
+/* Models of the motion of the inner planets, and the choice of the simplest one that is accurate
+   enough (models.h). */
 #include "models.h"
 #include "ephemeris.h"
 #include "physics/lagrangian/euler_lagrange.h"

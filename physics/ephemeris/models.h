@@ -1,14 +1,15 @@
-/* Models of the inner planets' motion, coarse to fine, and how far each stays from Horizons tables:
+/* Models of the motion of the inner planets, from coarse to fine, and the distance of each from
+   Horizons tables:
 
-       struct phys_ephemeris_tables tables;
-       struct phys_ephemeris_choice choice;
-       phys_ephemeris_tables_read("horizons", NULL, 65, &tables, &error);
-       phys_ephemeris_least(&tables, 1000, &choice, &error);   the least model that errs under 1000
+          struct phys_ephemeris_tables tables;
+          struct phys_ephemeris_choice choice;
+          phys_ephemeris_tables_read("horizons", NULL, 65, &tables, &error);
+          phys_ephemeris_least(&tables, 1000, &choice, &error);     the simplest model within 1000
    km
-       ... phys_ephemeris_models[choice.chosen].name, choice.off[choice.chosen].worst ...
-       phys_ephemeris_tables_free(&tables);
+          ... phys_ephemeris_models[choice.chosen].name, choice.off[choice.chosen].worst ...
+          phys_ephemeris_tables_free(&tables);
 
-   Planets are seen from the Sun, at epochs a day apart. */
+   Positions are relative to the Sun, at epochs a day apart. */
 #ifndef PHYSICS_EPHEMERIS_MODELS_H
 #define PHYSICS_EPHEMERIS_MODELS_H
 

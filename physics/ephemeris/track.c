@@ -1,4 +1,4 @@
-/* Coordinates of the Sun and the planets: of tables, of a motion (models.h). */
+/* Positions of the Sun and the planets over time, from tables or from a motion (models.h). */
 #include "models.h"
 
 #include <math.h>

@@ -1,6 +1,7 @@
-/* Near pairs by a grid of cells no smaller than the reach (cells.h): a body's partners are in its
-   own cell and the eight around it (Allen and Tildesley, Computer Simulation of Liquids, section
-   5.3.2). Half of these neighbours are looked at, so that each pair is met once. */
+/* Pairs of near bodies by a grid of cells no smaller than the reach (cell_list.h): the partners of
+   a body lie in its own cell and the eight around it (Allen and Tildesley, Computer Simulation of
+   Liquids, section 5.3.2). Half of these neighbours are searched, so that each pair is found once.
+ */
 #include "cell_list.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* Which bodies in the plane are near to each other, in time proportional to their number. */
+/* Pairs of near bodies in the plane, found in time proportional to the number of bodies. */
 #ifndef PHYSICS_CELLS_H
 #define PHYSICS_CELLS_H
 

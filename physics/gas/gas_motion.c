@@ -1,7 +1,7 @@
-/* The motion of many bodies of a gas in y = (q, v). The tape gives the accelerations from the pairs
-   that can be nearer than the cutoff before anyone has moved by half the skin: only then are pairs
-   listed (cells.h) and the program recorded again. Without a cutoff, or with few bodies, it is
-   recorded once over all pairs. */
+/* The equations of motion of a gas of many bodies in y = (q, v). Accelerations come from a list of
+   the pairs that can come nearer than the cutoff before any body has moved by half the skin; then
+   the list is made anew (cell_list.h) and the program recorded again. Without a cutoff, or with few
+   bodies, it is recorded once over all pairs. */
 #include "cell_list.h"
 #include "physics/motion/motion.h"
 #include "physics/lagrangian/internal.h"

@@ -1,4 +1,4 @@
-/* How bodies in the plane lie: anyhow as in a gas, or in the hexagons of a crystal. */
+/* Measures of order in the plane: disordered like a gas, or in the hexagons of a crystal. */
 #ifndef PHYSICS_ORDER_H
 #define PHYSICS_ORDER_H
 
@@ -20,19 +20,19 @@ enum phys_state {
 struct phys_order {
     double neighbours; /* others within the first shell; 6 inside a crystal, less at its edge */
     /* |sum over neighbours of exp(6 i angle)| / max(6, their number): 1 in a perfect crystal, small
-       where there are few or they lie anyhow. */
+       where neighbours are few or disordered. */
     double hexatic;
     enum phys_state state;
 };
-/* Of x [bodies][2], neighbours being nearer than `shell`. neighbours and hexatic [bodies]: the same
-   of each body, or NULL. */
+/* Order of x [bodies][2], where bodies nearer than `shell` are neighbours. neighbours and hexatic
+   [bodies]: the values of each body, or NULL. */
 enum ad_status phys_order(size_t bodies, const double *x, double shell, uint32_t *neighbours,
                           double *hexatic, struct phys_order *order, struct ad_error *error);
 const char *phys_state_text(enum phys_state state); /* "gas-like", ... */
 
-/* The pair distribution g [bins]: pairs at distances from k reach/bins to (k + 1) reach/bins, over
-   those that bodies thrown at random into a rectangle of these sides would have there; so g is 1
-   for them up to the edge. reach: at most the shorter side. AD_E_ARGUMENT. */
+/* The pair distribution g [bins]: the number of pairs at distances k reach/bins to (k + 1)
+   reach/bins, divided by that expected of random points in a rectangle of these sides; g is thus 1
+   for random points, edges included. reach: at most the shorter side. AD_E_ARGUMENT. */
 enum ad_status phys_pair_distribution(size_t bodies, const double *x, const double sides[2],
                                       double reach, size_t bins, double *g, struct ad_error *error);
 
@@ -44,12 +44,12 @@ struct phys_gas_order {
     struct phys_order mean;
     double reach;            /* of g: 5 sigma or the side of the rectangle if that is less */
     double g[PHYS_GAS_BINS]; /* in the rectangle that holds the bodies */
-    double peak, peak_at;    /* its highest value, and at which distance */
+    double peak, peak_at;    /* the largest value of g, and its distance */
 };
-/* Bodies nearer than this are neighbours: halfway, by factors, from the first to the second shell
-   of a crystal whose bodies are where their pair's energy is least. */
+/* Bodies nearer than this are neighbours: the geometric mean of the first and the second shell of a
+   crystal at the distance of least pair energy. */
 double phys_gas_shell(const struct phys_system *system);
-/* Of a system of the scene gas with its bodies at q [dof]. */
+/* Order of a system of the scene gas with its bodies at q [dof]. */
 enum ad_status phys_gas_order(const struct phys_system *system, const double *q,
                               struct phys_gas_order *order, struct ad_error *error);
 

@@ -1,10 +1,10 @@
 /* Collocation at the Gauss points: s implicit stages, order 2 s, symplectic and symmetric (Hairer,
    Lubich, Wanner, Geometric Numerical Integration, section II.1.3).
 
-   The stage slopes solve F_i = f(t + c_i h, y + h sum_j a_ij F_j). They are iterated as they stand,
-   from the last step's polynomial carried on; where that contracts slowly or not at all, by
-   Newton's method (stages.c). Both go on until rounding stops them, because what is left over would
-   be the drift of the energy. */
+   The stage slopes F_i = f(t + c_i h, y + h sum_j a_ij F_j) are solved by fixed-point iteration
+   from the extrapolated polynomial of the last step; where that converges slowly or not at all, by
+   Newton's method (stages.c). Both iterate down to rounding, because the remaining error would make
+   the energy drift. */
 #include "stages.h"
 #include "physics/action/internal.h"
 

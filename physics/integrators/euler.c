@@ -1,4 +1,4 @@
-/* Explicit Euler: for comparison alone; an oscillator gains energy in every step. */
+/* Explicit Euler, for comparison only: an oscillator gains energy in every step. */
 #include "stepper.h"
 
 static const double b[] = {1}, c[] = {0};

@@ -1,8 +1,8 @@
-/* The explicit midpoint rule extrapolated to steps of length zero (Gragg, Bulirsch, Stoer; Hairer,
-   Norsett, Wanner, Solving Ordinary Differential Equations I, section II.9): with 2, 4, 6 and 8
-   substeps, whose errors are series in h^2, order 8. It shares no coefficients with the other
-   methods, so references are made with it. More columns would amplify rounding more: the weights
-   of four sum to 6 in size, those of six to 27. */
+/* Extrapolation of the explicit midpoint rule (Gragg, Bulirsch, Stoer; Hairer, Norsett, Wanner,
+   Solving Ordinary Differential Equations I, section II.9): 2, 4, 6 and 8 substeps, whose errors
+   are series in h^2, give order 8. It shares no coefficients with the other methods, so references
+   are computed with it. More columns would amplify rounding: the weights of four sum to 6 in
+   magnitude, those of six to 27. */
 #include "stepper.h"
 
 enum { COLUMNS = 4 };

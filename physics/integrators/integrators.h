@@ -1,4 +1,4 @@
-/* Methods that follow an initial-value problem. */
+/* Integrators: methods for initial-value problems, by name. */
 #ifndef PHYSICS_INTEGRATORS_H
 #define PHYSICS_INTEGRATORS_H
 
@@ -10,7 +10,7 @@ extern "C" {
 #pragma GCC diagnostic ignored "-Wshadow"
 #endif
 
-struct phys_scheme; /* how a family of methods takes a step */
+struct phys_scheme; /* the step of a family of methods */
 
 /* A method: one file, one const struct, one line in the table. What each takes:
        euler rk4 dopri5 dop853                              any field
@@ -23,7 +23,7 @@ struct phys_scheme; /* how a family of methods takes a step */
 struct phys_integrator {
     const char *name, *what;
     size_t order;
-    bool adaptive;   /* has an error estimate, chooses its steps */
+    bool adaptive;   /* estimates its error and chooses its steps */
     bool symplectic; /* in canonical halves; semi-implicit: in those that separate */
     bool symmetric;  /* a step of -h undoes a step of h */
     bool separable;  /* needs phys_ode.kick */
@@ -31,7 +31,7 @@ struct phys_integrator {
     const struct phys_scheme *scheme;
     const void *coefficients;
 };
-/* What a step may err: component k by atol s_k + rtol |y_k|; scale s [n], NULL: ones. */
+/* Tolerance of a step: component k may err by atol s_k + rtol |y_k|; scale s [n], NULL: ones. */
 struct phys_tolerance {
     double rtol, atol;
     const double *scale;

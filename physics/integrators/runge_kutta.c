@@ -1,4 +1,4 @@
-/* Explicit Runge-Kutta methods from their tables: steps, error norms, dense output. */
+/* Explicit Runge-Kutta methods from their coefficient tables: steps, error norms, dense output. */
 #include "stepper.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
 /* Semi-implicit Euler as published: v += a dt, then x += v dt. Its positions are the stationary
-   path of the action rule `left` where L separates. */
+   path of the action rule `left` for separable L. */
 #include "stepper.h"
 
 static const double drift[] = {0, 1}, kick[] = {1, 0};

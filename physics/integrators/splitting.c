@@ -1,5 +1,5 @@
-/* Drifts q += d_i h v and kicks p += k_i h F(q, t) in turn. Where H = T(p) + V(q, t) each of them
-   is the exact motion of one term, so that any sequence is symplectic (Hairer, Lubich, Wanner,
+/* Alternating drifts q += d_i h v and kicks p += k_i h F(q, t). For H = T(p) + V(q, t) each is the
+   exact motion of one term, so that any composition is symplectic (Hairer, Lubich, Wanner,
    Geometric Numerical Integration, section II.5). */
 #include "stepper.h"
 

@@ -1,8 +1,8 @@
-/* The stage equations (stages.h) by Newton's method. Its Jacobians, one a stage, are taken again
-   where it converges slowly. Where it diverges the step is reached from shorter ones (continuation
-   in h, E. L. Allgower and K. Georg, Introduction to Numerical Continuation Methods, 1990): from
-   h = 0, where the slopes are the rate, the solution goes with h on one branch, which is the one
-   that approximates the motion. Where that branch turns back the step has no stages. */
+/* Solves the stage equations (stages.h) by Newton's method. Its Jacobians, one per stage, are
+   computed again where it converges slowly. Where it diverges, the step is reached by continuation
+   in h (E. L. Allgower and K. Georg, Introduction to Numerical Continuation Methods, 1990): from h
+   = 0, where the slopes equal the rate, the solution follows one branch, the one that approximates
+   the motion. Where that branch turns back, the step has no stages. */
 #include "stages.h"
 #include "physics/linear/linear.h"
 

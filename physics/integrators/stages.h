@@ -1,4 +1,4 @@
-/* The stage equations of collocation, F_i = f(t + c_i h, y + h sum_j a_ij F_j), solved. */
+/* Solution of the stage equations of collocation, F_i = f(t + c_i h, y + h sum_j a_ij F_j). */
 #ifndef PHYSICS_STAGES_H
 #define PHYSICS_STAGES_H
 

@@ -1,4 +1,5 @@
-/* A method at work on one problem: memory, rates, and the polynomial between the ends of a step. */
+/* The state of a method on one problem: memory, rates, and the interpolating polynomial of a step.
+ */
 #include "stepper.h"
 
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-/* Shared by the integrators and the driver: a method at work on one problem. */
+/* The state of a method on one problem, shared by the integrators and the driver. */
 #ifndef PHYSICS_STEPPER_H
 #define PHYSICS_STEPPER_H
 

@@ -1,6 +1,6 @@
-/* The variational integrator of an action rule: the discrete equations of its action, solved
-   element after element (variational_step.h). Stepped so, the q are the stationary path of the rule
-   whose first two slices are given. */
+/* The variational integrator of an action rule as an integrator: solves the discrete equations
+   element by element (variational_step.h). Its q are the stationary path of the rule with the same
+   first two slices. */
 #include "stepper.h"
 #include "physics/action/variational_step.h"
 

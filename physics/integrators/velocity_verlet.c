@@ -1,5 +1,5 @@
-/* Stoermer-Verlet in the form kick, drift, kick: positions and velocities of the same times, as
-   most programs of molecular dynamics have it. Each step asks for the force at both of its ends. */
+/* Stoermer-Verlet in the form kick, drift, kick: positions and velocities at the same times, as in
+   most programs of molecular dynamics. Each step evaluates the force at both ends. */
 #include "stepper.h"
 
 static const double drift[] = {0, 1}, kick[] = {0.5, 0.5};

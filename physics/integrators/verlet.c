@@ -1,5 +1,5 @@
-/* Stoermer-Verlet in the form drift, kick, drift: one force a step. From the pericentre of an
-   ellipse the error of this form is a fifth of that of kick, drift, kick. */
+/* Stoermer-Verlet in the form drift, kick, drift: one force per step. Started at the pericentre of
+   an ellipse, its error is a fifth of that of kick, drift, kick. */
 #include "stepper.h"
 
 static const double drift[] = {0.5, 0.5}, kick[] = {1, 0};

@@ -1,5 +1,5 @@
 /* Composition of order 4: Verlet steps of lengths w_i h that cancel the errors of lower order
-   (Yoshida, Phys. Lett. A 150, 1990: the triple jump). Meeting half drifts are one. */
+   (Yoshida, Phys. Lett. A 150, 1990: the triple jump). Adjacent half drifts are merged. */
 #include "stepper.h"
 
 /* w1 = 1 / (2 - 2^(1/3)), w0 = 1 - 2 w1 */

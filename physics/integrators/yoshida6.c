@@ -1,5 +1,5 @@
 /* Composition of order 6: Verlet steps of lengths w_i h that cancel the errors of lower order
-   (Yoshida, Phys. Lett. A 150, 1990, solution A). Meeting half drifts are one. */
+   (Yoshida, Phys. Lett. A 150, 1990, solution A). Adjacent half drifts are merged. */
 #include "stepper.h"
 
 #define W1 (-1.17767998417887100694641568096431573)

@@ -1,5 +1,5 @@
-/* Files that appear whole or not at all (atomic_file.h). The order of syncing is what survives a
-   crash: contents, then the name, then the folder that holds the name. */
+/* Atomic replacement of files (atomic_file.h). The contents are synced before the renaming, and the
+   folder after it, so that a crash leaves the old or the new file. */
 #include "atomic_file.h"
 #include "temporary_file.h"
 

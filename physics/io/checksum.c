@@ -1,4 +1,4 @@
-/* Checksums of files (checksum.h), by FNV-1a: against accidents, not against malice. */
+/* Checksums of files (checksum.h), by FNV-1a. */
 #include "checksum.h"
 #include "autodiff/hash.h"
 

@@ -1,6 +1,6 @@
-/* Seals: a file's own hash in its first bytes, which HDF5 leaves to us (its user block). HDF5
-   checks little of what it reads, and may crash on a file with a changed byte; a sealed file is
-   looked at before it gets there. */
+/* A file's own checksum in its first bytes, which HDF5 leaves to the user (the user block). HDF5
+   checks little of what it reads and may crash on a file with a changed byte; the checksum is
+   verified before HDF5 reads the file. It detects accidental changes, not malicious ones. */
 #ifndef PHYSICS_SEAL_H
 #define PHYSICS_SEAL_H
 
@@ -8,10 +8,10 @@
 
 enum { PHYS_CHECKSUM_BYTES = 512 };
 
-/* Writes the hash of all bytes after the first PHYS_CHECKSUM_BYTES into those. `name` stands for
-   the file in messages. */
+/* Writes the hash of all bytes after the first PHYS_CHECKSUM_BYTES into those. `name` is the file's
+   name in messages. */
 enum ad_status phys_checksum_write(const char *file, const char *name, struct ad_error *error);
-/* AD_E_INPUT if the file is sealed and not as it was then. Files without a seal pass. */
+/* AD_E_INPUT if the file has a checksum that does not match. Files without one pass. */
 enum ad_status phys_checksum_check(const char *file, const char *name, struct ad_error *error);
 
 #endif

@@ -1,5 +1,4 @@
-/* Rows of a table of text (csv.h): one pass over each line, in which a field ends where its number
-   does. */
+/* Reads the rows of a CSV file (csv.h) in one pass over each line. */
 #include "csv_head.h"
 #include "numbers.h"
 

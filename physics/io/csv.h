@@ -1,7 +1,8 @@
-/* Tables of numbers as text: paths [slices x dof], data sets, anything a spreadsheet writes, plain
-   or compressed by gzip, in files and pipes. One row a line; fields between commas, semicolons,
-   tabs or blanks; blank lines, comments from # or % to the end of the line, quotes around fields,
-   CRLF and a byte order mark are understood. Numbers are rounded correctly, in any locale. */
+/* Tables of numbers as text: paths [slices x dof], data sets, exports of spreadsheets; plain or
+   compressed by gzip, from files and pipes. One row per line; fields separated by commas,
+   semicolons, tabs or blanks. Blank lines, comments from # or % to the end of the line, quoted
+   fields, CRLF and a byte order mark are understood. Numbers are rounded correctly, in any locale.
+ */
 #ifndef PHYSICS_IO_CSV_H
 #define PHYSICS_IO_CSV_H
 
@@ -10,19 +11,20 @@
 
 /* ---- a whole matrix ---- */
 
-/* Reads a matrix; a line of column names first is passed over, and blanks separate beside commas,
-   too. `values` [rows x cols], row-major, belongs to the caller (free); untouched on failure.
-   AD_E_INPUT names file, line and column (in characters) and what was expected there: text, NaN and
-   infinities, an empty field, a row of another length, no rows at all. AD_E_IO: cannot be read. */
+/* Reads a matrix; a first line of column names is skipped, and blanks separate as well as commas.
+   `values` [rows x cols], row-major, is freed by the caller; unchanged on failure. AD_E_INPUT names
+   file, line and column (in characters) and what was expected there: text, NaN or infinity, an
+   empty field, a row of another length, no rows. AD_E_IO: cannot be read. */
 enum ad_status phys_table_read(const char *file, size_t *rows, size_t *cols, double **values,
                                struct ad_error *error);
 
-/* The same with the names of the columns [cols], NULL where there are none; phys_fields_free. */
+/* As phys_table_read, with the names of the columns [cols], NULL where there are none; free them by
+   phys_fields_free. */
 enum ad_status phys_table_read_named(const char *file, size_t *rows, size_t *cols, double **values,
                                      char ***names, struct ad_error *error);
 
 /* Writes a matrix as CSV with 17 significant digits, so that reading it gives the same doubles,
-   under a line of column names (NULL: none). The file appears complete or not at all. */
+   below a line of column names (NULL: none). The file is replaced atomically. */
 enum ad_status phys_table_write(const char *file, const char *header, size_t rows, size_t cols,
                                 const double *values, struct ad_error *error);
 

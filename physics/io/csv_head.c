@@ -1,4 +1,4 @@
-/* The head of a table of text: names of columns, units, and what separates fields (csv.h). */
+/* Reads the header of a CSV file: names of columns, units, and the separator (csv.h). */
 #include "csv_head.h"
 #include "numbers.h"
 

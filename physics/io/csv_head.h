@@ -1,4 +1,4 @@
-/* What the files of the CSV reader share (csv.h): lines, and the head above the first row. */
+/* Internals of the CSV reader: lines, and the header above the first row. */
 #ifndef PHYSICS_IO_CSV_HEAD_H
 #define PHYSICS_IO_CSV_HEAD_H
 

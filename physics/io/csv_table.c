@@ -1,4 +1,4 @@
-/* A table of text as one matrix (csv.h). */
+/* Reads a CSV file as one matrix (csv.h). */
 #include "csv.h"
 
 #include <stdint.h>

@@ -1,4 +1,4 @@
-/* Matrices to CSV, whole or not at all (table.h, whole.h). */
+/* Writes a matrix as CSV, atomically (csv.h). */
 #include "csv.h"
 #include "atomic_file.h"
 

@@ -1,4 +1,4 @@
-/* Fields of a line of text: what separates them, and those that are names. */
+/* Splits a line of text into fields, and recognises names and missing values. */
 #include "fields.h"
 #include "numbers.h"
 

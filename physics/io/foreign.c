@@ -1,4 +1,4 @@
-/* What is given for text and is none: known by its first bytes, and named. */
+/* Recognises files of other formats by their first bytes, so that messages can name them. */
 #include "lines.h"
 
 #include <string.h>

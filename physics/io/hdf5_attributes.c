@@ -1,4 +1,4 @@
-/* Attributes of a run file: numbers and texts of its folders and arrays (runfile.h). */
+/* Attributes of an HDF5 file: numbers and texts of its groups and datasets (hdf5_file.h). */
 #include "hdf5_handles.h"
 
 #include <stdio.h>

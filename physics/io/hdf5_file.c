@@ -1,6 +1,6 @@
-/* Run files (runfile.h): the file itself, begun and ended, and the reasons HDF5 gives. HDF5 is
-   called by the files runfile*.c alone. Its handles are released where they were opened; H5Xclose
-   of an invalid handle is avoided, since it would hide the first reason. */
+/* HDF5 files (hdf5_file.h): opening, closing, and HDF5's reasons for failures. Only the files
+   hdf5_*.c call HDF5. Each function closes the handles that it opened; H5Xclose of an invalid
+   handle is avoided, because it would replace the first reason. */
 #include "hdf5_walk.h"
 #include "checksum.h"
 

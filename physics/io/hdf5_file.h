@@ -1,11 +1,11 @@
-/* Run files and checkpoints: HDF5, readable with h5py, written whole or not at all, without
-   timestamps (two equal runs give the same bytes), and with a hash of all of it in front
-   (checksum.h), so that a damaged one is refused before HDF5 sees it.
+/* Run files and checkpoints: HDF5, readable with h5py, written atomically, without timestamps
+   (equal runs give equal bytes), and preceded by a checksum of the file (checksum.h), so that a
+   damaged one is refused before HDF5 reads it.
 
-   Writing is sticky, as recording on a tape is: the first failure is kept, later calls pass
-   through, commit returns it. Names are paths inside the file ("parameters", "history/action");
-   folders on the way are made. HDF5 is called from one thread at a time, and its own printing of
-   errors is switched off for the thread that opens a file. */
+   Errors of writing are sticky, as those of a tape: the first one is kept, later calls do nothing,
+   and commit returns it. Names are paths inside the file ("parameters", "history/action"); missing
+   groups are created. Call from one thread at a time. HDF5's own error messages are switched off
+   for the thread that opens a file. */
 #ifndef PHYSICS_RUNFILE_H
 #define PHYSICS_RUNFILE_H
 

@@ -1,4 +1,4 @@
-/* What the files runfile*.c share. They alone call HDF5, and they alone include this. */
+/* Internals shared by the files hdf5_*.c, the only ones that call HDF5. */
 #ifndef PHYSICS_RUNFILE_H5_H
 #define PHYSICS_RUNFILE_H5_H
 

@@ -1,4 +1,4 @@
-/* Everything in a run file, in order (hdf5_file.h). */
+/* Lists the contents of an HDF5 file, in order (hdf5_file.h). */
 #include "hdf5_walk.h"
 
 #include <stdlib.h>

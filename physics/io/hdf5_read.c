@@ -1,4 +1,4 @@
-/* Arrays of a run file, read (runfile.h). */
+/* Reads datasets of an HDF5 file (hdf5_file.h). */
 #include "hdf5_handles.h"
 
 void phys_h5_describe(hid_t id, struct phys_hdf5_item *item)

@@ -1,5 +1,5 @@
-/* Every object of an HDF5 file (hdf5_walk.h): depth first, with a stack of our own, so that neither
-   the depth of groups nor links in a circle matter. */
+/* Walks all objects of an HDF5 file (hdf5_walk.h), depth first with an explicit stack, so that deep
+   groups and circular links are harmless. */
 #include "hdf5_walk.h"
 
 #include <search.h>

@@ -1,4 +1,4 @@
-/* Every object of an HDF5 file, once, in the order of names, each group before what is in it. */
+/* Walk over all objects of an HDF5 file: each once, by name, a group before its contents. */
 #ifndef PHYSICS_HDF5_WALK_H
 #define PHYSICS_HDF5_WALK_H
 

@@ -1,4 +1,4 @@
-/* Arrays and folders of a run file, written (runfile.h). */
+/* Writes datasets and groups of an HDF5 file (hdf5_file.h). */
 #include "hdf5_handles.h"
 
 #include <assert.h>

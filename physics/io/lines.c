@@ -1,5 +1,5 @@
-/* A file as lines, in a buffer that holds the longest line and no more of the file. zlib reads it:
-   what is compressed by gzip is unpacked, all else passes through. */
+/* Reads a file line by line (lines.h) through zlib, which decompresses gzip and passes other files
+   unchanged. */
 #include "lines.h"
 
 #include <errno.h>

@@ -1,5 +1,5 @@
-/* A text file as lines. gzip is unpacked; any other file is read as it is, pipes too. Memory: a
-   buffer that holds the longest line. */
+/* A text file, plain or gzip, or a pipe, read line by line. Memory is one buffer that holds the
+   longest line. */
 #ifndef PHYSICS_IO_LINES_H
 #define PHYSICS_IO_LINES_H
 

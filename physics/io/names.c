@@ -1,4 +1,4 @@
-/* Finding something by name in one of the tables, and saying what there is when it is not there. */
+/* Finds an entry of a table by name; the error lists the names or the nearest one. */
 #include "names.h"
 
 #include <stdio.h>

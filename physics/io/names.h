@@ -1,4 +1,4 @@
-/* Names among names: the one that is meant, or the nearest. */
+/* Looking up names in tables, with the nearest name for errors. */
 #ifndef PHYSICS_NAMES_H
 #define PHYSICS_NAMES_H
 

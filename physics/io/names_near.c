@@ -1,5 +1,5 @@
-/* "Did you mean": the nearest of a few names, by optimal string alignment (insertion, deletion,
-   substitution, swap of neighbours), letter case ignored. */
+/* "Did you mean": the nearest of several names by optimal string alignment (insertion, deletion,
+   substitution, transposition), ignoring case. */
 #include "names.h"
 
 #include <ctype.h>

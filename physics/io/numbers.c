@@ -1,10 +1,10 @@
 /* Decimal text to double, correctly rounded and independent of the locale.
 
-   Nearly all numbers that programs print have at most 19 significant digits w and a small exponent,
-   w 10^q with |q| <= 27: then w 5^|q| is a product or quotient of 64-bit integers, its 128-bit
-   result is exact or known with a sticky bit, and one conversion rounds it. Where w and 10^|q| are
-   doubles themselves, one product or quotient of doubles does it. The rest goes, slower,
-   to strtod, as digits without a decimal point: what the locale has for one is not known here. */
+   Nearly all printed numbers have at most 19 significant digits w and a small exponent, w 10^q with
+   |q| <= 27: then w 5^|q| is a product or quotient of 64-bit integers whose 128-bit result is exact
+   or has a sticky bit, and one conversion rounds it. Where w and 10^|q| are exact doubles, one
+   double product or quotient suffices. All other numbers go to strtod, which is slower, as digits
+   without a decimal point, because the locale's decimal point is unknown. */
 #include "numbers.h"
 
 #include <float.h>

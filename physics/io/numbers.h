@@ -1,4 +1,4 @@
-/* What the readers of text files share: numbers, and quoting what was found instead of one. */
+/* Parsing numbers in text files, and quoting the text that was found instead of one. */
 #ifndef PHYSICS_TEXT_H
 #define PHYSICS_TEXT_H
 

@@ -1,5 +1,5 @@
-/* xoshiro256** 1.0 (D. Blackman, S. Vigna, ACM Trans. Math. Softw. 47, 2021), its state filled from
-   the seed by splitmix64 as its authors advise; normal numbers by Marsaglia's polar method. */
+/* xoshiro256** 1.0 (D. Blackman, S. Vigna, ACM Trans. Math. Softw. 47, 2021), seeded by splitmix64
+   as its authors advise; normal numbers by Marsaglia's polar method. */
 #include "random.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* Random numbers that are the same everywhere for one seed. */
+/* Random numbers that depend on the seed alone, on every machine. */
 #ifndef PHYSICS_RANDOM_H
 #define PHYSICS_RANDOM_H
 

@@ -1,5 +1,5 @@
-/* Temporary files beside their targets (temporary_file.h). Process ids say nothing between
-   containers that share a folder; a lock is held by the file's own process, wherever it runs. */
+/* Temporary files beside their targets (temporary_file.h). Ownership is decided by locks instead of
+   process ids, which are ambiguous between containers that share a folder. */
 #include "temporary_file.h"
 
 #include <dirent.h>

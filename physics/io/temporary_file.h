@@ -1,4 +1,4 @@
-/* Temporary files beside their targets: the names, and whose they are (atomic_file.h says how). */
+/* Temporary files beside their targets: creation and removal of abandoned ones (atomic_file.h). */
 #ifndef PHYSICS_TEMPORARY_FILE_H
 #define PHYSICS_TEMPORARY_FILE_H
 

@@ -1,4 +1,4 @@
-/* Which bytes of a text are characters that can be shown (utf8.h). */
+/* Printable characters of UTF-8 text (utf8.h). */
 #include "utf8.h"
 
 size_t phys_utf8_length(const char *text)

@@ -1,4 +1,4 @@
-/* Which bytes of a text are characters that can be shown. */
+/* Printable characters of UTF-8 text. */
 #ifndef PHYSICS_UTF8_H
 #define PHYSICS_UTF8_H
 

@@ -1,4 +1,4 @@
-/* Checks of a scene's Lagrangian: values finite, gradient right, slices independent. */
+/* Checks of a scene's Lagrangian (check.h): finite values, correct gradient, independent slices. */
 #include "internal.h"
 
 #include <math.h>

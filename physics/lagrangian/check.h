@@ -1,4 +1,4 @@
-/* Checks of a user's Lagrangian: finite, gradients against differences, slice by slice. */
+/* Checks of a Lagrangian: finite values, gradients against differences, independence of slices. */
 #ifndef PHYSICS_CHECK_H
 #define PHYSICS_CHECK_H
 
@@ -10,18 +10,20 @@ extern "C" {
 #pragma GCC diagnostic ignored "-Wshadow"
 #endif
 
-/* Where a Lagrangian is looked at: n slices of coordinates, velocities and time. */
+/* The points of a check: n slices of coordinates, velocities and time. */
 struct phys_points {
     size_t n;
     const double *q, *v; /* [dof x n] */
     const double *t;     /* [1 x n] */
 };
 
-/* L and its gradient are finite there; AD_E_NONFINITE names the first operation that is not. */
+/* Checks that L and its gradient are finite; AD_E_NONFINITE names the first operation that is not.
+ */
 enum ad_status phys_check_finite(const struct phys_system *system, const struct phys_points *at,
                                  struct ad_error *error);
-/* Where the scene has kinetic and potential energy: V does not depend on v, T - V is L, and T + V
-   is the energy v L_v - L, to 1e-9 of the larger. AD_E_ARGUMENT says which is not so. */
+/* For scenes with kinetic and potential energy: checks that V does not depend on v, that T - V is
+   L, and that T + V is the energy v L_v - L, to 1e-9 of the larger. AD_E_ARGUMENT names the one
+   that fails. */
 enum ad_status phys_check_energies(const struct phys_system *system, const struct phys_points *at,
                                    struct ad_error *error);
 /* The gradient of the sum of L over the slices (order 1), or its second derivatives (order 2),
@@ -32,13 +34,13 @@ enum ad_status phys_check_gradient(const struct phys_system *system, const struc
                                    int order, double tolerance, size_t entries,
                                    struct ad_check *report, struct ad_error *error);
 
-/* Whether slice i of L depends on slice i of q, v and t alone. */
+/* Result of phys_check_locality: slice i of L must depend on slice i of q, v and t only. */
 struct phys_locality {
     bool passed;
-    size_t slice, moved; /* L of `slice` reacts to slice `moved` ... */
+    size_t slice, moved; /* L at `slice` changed with slice `moved` ... */
     size_t row;          /* ... of q (row < dof), v (< 2 dof) or t (2 dof); SIZE_MAX: several */
 };
-/* Moves one slice after the other and compares the bits of L at the rest: at 2 slices or more. */
+/* Changes one slice after the other and compares L at the others bit by bit. Needs 2 slices. */
 enum ad_status phys_check_locality(const struct phys_system *system, const struct phys_points *at,
                                    struct phys_locality *report, struct ad_error *error);
 

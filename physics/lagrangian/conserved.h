@@ -1,6 +1,6 @@
-/* What a Lagrangian keeps constant: energy where it does not depend on time itself, momentum where
-   moving all bodies together does not change it, angular momentum where turning them does not
-   (Noether's theorem). */
+/* Quantities conserved by a Lagrangian (Noether's theorem): energy if L does not depend on time
+   explicitly, momentum if it is invariant under translation of all bodies, angular momentum if
+   under rotation. */
 #ifndef PHYSICS_CONSERVED_H
 #define PHYSICS_CONSERVED_H
 
@@ -12,18 +12,18 @@ extern "C" {
 #pragma GCC diagnostic ignored "-Wshadow"
 #endif
 
-/* L does not depend on time itself: its energy is constant, and a change of it is an error. False
-   where that cannot be found out, and for a term in t that has a factor of 0. */
+/* True if L does not depend on time explicitly: the energy is constant, and a change of it is an
+   error. False also where that cannot be decided, and for a term in t with a factor of 0. */
 bool phys_keeps_energy(const struct phys_system *system);
 
 struct phys_conserved {
-    bool bodies;                            /* in the plane or in space; else the rest is not set */
-    bool momentum, angular;                 /* constant along any motion near these states */
-    double momentum_change, angular_change; /* largest along the states, absolute */
+    bool bodies;            /* bodies in the plane or in space; otherwise the rest is unset */
+    bool momentum, angular; /* constant along any motion near these states */
+    double momentum_change, angular_change; /* largest magnitude along the states */
 };
-/* At n states x [n][2 dof] (q, then v) of a motion at the times t. A total is constant where its
-   rate, the sum of the forces or torques L_q, is zero but for rounding: there, and at places beside
-   the motion, so that one at rest in an outer field is not taken for free. */
+/* Evaluates n states x [n][2 dof] (q, then v) of a motion at the times t. A total is constant if
+   its rate, the sum of the forces or torques L_q, vanishes to rounding, both at the states and at
+   points beside the motion: a system at rest in an external field does not count as free. */
 enum ad_status phys_conserved(const struct phys_system *system, size_t n, const double *x,
                               const double *t, struct phys_conserved *conserved,
                               struct ad_error *error);

@@ -1,6 +1,7 @@
-/* All second derivatives of a Lagrangian at one place, in one run over dof lanes of the same state:
-   the gradient of sum_j L_vj(lane j) with respect to the lanes' v has column j of L_vv in column j,
-   that with respect to their q column j of L_qv, and that with respect to their t L_vt. */
+/* All second derivatives of a Lagrangian at one point, in one run over dof lanes with the same
+   state: the gradient of sum_j L_vj(lane j) with respect to the lanes' v has column j of L_vv in
+   column j, that with respect to their q column j of L_qv, and that with respect to their t L_vt.
+ */
 #include "curvature.h"
 #include "physics/linear/linear.h"
 

@@ -1,4 +1,4 @@
-/* All second derivatives of a Lagrangian at one place. */
+/* All second derivatives of a Lagrangian at one point. */
 #ifndef PHYSICS_LAGRANGIAN_CURVATURE_H
 #define PHYSICS_LAGRANGIAN_CURVATURE_H
 

@@ -1,9 +1,9 @@
 /* Accelerations of any Lagrangian. With p = L_v the Euler-Lagrange equation dp/dt = L_q is
-       M a = L_q - L_vq v - L_vt,   M = L_vv.
-   The right side is one gradient more than L_q: second derivatives commute, so with w = v held
-   fixed L_vq v + L_vt = d/dv (L_q . w + L_t). M comes from dof lanes of the same state: column j of
-   the gradient of sum_j p_j(lane j) with respect to the lanes' v is column j of M, all of it in one
-   run. Where M is constant it folds away when compiled, and is evaluated and factored once. */
+          M a = L_q - L_vq v - L_vt,   M = L_vv.
+   The right side needs one gradient more than L_q: second derivatives commute, so with w = v held
+   fixed L_vq v + L_vt = d/dv (L_q . w + L_t). M comes from one run over dof lanes with the same
+   state: column j of the gradient of sum_j p_j(lane j) with respect to the lanes' v is column j of
+   M. A constant M is folded at compile time, and is evaluated and factored once. */
 #include "internal.h"
 #include "mass.h"
 #include "physics/linear/linear.h"

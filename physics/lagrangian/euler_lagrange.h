@@ -1,4 +1,4 @@
-/* Accelerations of a Lagrangian, and paths that follow them on equal slices. */
+/* Accelerations of a Lagrangian, and the published paths that follow them on equal slices. */
 #ifndef PHYSICS_EULER_LAGRANGE_H
 #define PHYSICS_EULER_LAGRANGE_H
 
@@ -12,7 +12,7 @@ extern "C" {
 
 /* Accelerations of any Lagrangian from the tape: M(q,v) a = L_q - L_vq v - L_vt, M = L_vv. */
 typedef struct phys_motion phys_motion;
-/* The system must outlive it. What its callbacks do wrong is returned: AD_E_SHAPE, AD_E_MEMORY. */
+/* The system must outlive it. Errors of its callbacks are returned: AD_E_SHAPE, AD_E_MEMORY. */
 enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **motion,
                                struct ad_error *error);
 void phys_motion_free(phys_motion *motion); /* takes NULL */
@@ -21,8 +21,8 @@ void phys_motion_free(phys_motion *motion); /* takes NULL */
 enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, const double *v,
                                         double t, double *a, struct ad_error *error);
 
-/* Columns 0 and 1 of path [dof x slices] from q and v at t = 0: the second is q + v dt as published
-   (`euler`), or where the motion is after dt. */
+/* Columns 0 and 1 of path [dof x slices] from q and v [dof] at t = 0. Column 1 is q + v dt as
+   published (`euler`), or the motion at dt. */
 enum ad_status phys_first_slices(phys_motion *motion, const double *q, const double *v,
                                  size_t slices, double dt, bool euler, double *path,
                                  struct ad_error *error);

@@ -1,4 +1,4 @@
-/* Whether a value depends on others at all, from what compiling leaves of its derivatives. */
+/* Decides whether a value is independent of others: its compiled derivative then folds to zero. */
 #include "internal.h"
 
 #include <math.h>

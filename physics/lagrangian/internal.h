@@ -1,4 +1,4 @@
-/* For the rooms of physics alone: what a Lagrangian is asked beside its public functions. */
+/* For physics/ only: further properties of a Lagrangian. */
 #ifndef PHYSICS_LAGRANGIAN_INTERNAL_H
 #define PHYSICS_LAGRANGIAN_INTERNAL_H
 

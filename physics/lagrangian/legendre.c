@@ -1,4 +1,5 @@
-/* From a Lagrangian to momenta p = L_v, energy v p - L, and back to velocities. */
+/* The Legendre transformation of a Lagrangian: momenta p = L_v, energy v p - L, and velocities from
+   momenta. */
 #include "mass.h"
 #include "internal.h"
 #include "physics/linear/linear.h"

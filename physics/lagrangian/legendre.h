@@ -1,4 +1,4 @@
-/* From a Lagrangian to momenta and energy: Legendre's transformation. */
+/* The Legendre transformation: momenta and energy of a Lagrangian. */
 #ifndef PHYSICS_LEGENDRE_H
 #define PHYSICS_LEGENDRE_H
 
@@ -15,20 +15,21 @@ typedef struct phys_legendre phys_legendre;
 enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre **legendre,
                                  struct ad_error *error);
 void phys_legendre_free(phys_legendre *legendre); /* takes NULL */
-/* v . L_v - L, right for any L. */
+/* The energy v . L_v - L of any Lagrangian; q, v [dof]. */
 double phys_legendre_energy(phys_legendre *legendre, const double *q, const double *v, double t);
 /* p [dof] = L_v, and force [dof] = L_q; either may be NULL. */
 void phys_legendre_momentum(phys_legendre *legendre, const double *q, const double *v, double t,
                             double *p, double *force);
-/* v [dof] with L_v(q, v, t) = p. AD_E_NONFINITE names the coordinate where there is none. */
+/* v [dof] that solves L_v(q, v, t) = p. AD_E_NONFINITE names the coordinate where there is no
+   solution. */
 enum ad_status phys_legendre_velocity(phys_legendre *legendre, const double *q, const double *p,
                                       double t, double *v, struct ad_error *error);
 
-/* A lower bound of the condition number of the mass matrix L_vv: as many digits of the
-   accelerations are lost to rounding. Beyond 1e12 L is refused as degenerate. */
+/* A lower bound of the condition number of the mass matrix L_vv; its decimal digits are lost from
+   the accelerations. Beyond 1e12 L is refused as degenerate. */
 double phys_legendre_condition(phys_legendre *legendre, const double *q, const double *v, double t);
 
-/* What a system of bodies has in total; zero where it has none (scenes not drawn in the plane). */
+/* Totals of a system of bodies; zero for scenes without bodies (not drawn in the plane). */
 struct phys_totals {
     double energy;
     double momentum[3], angular[3], centre[3];

@@ -1,4 +1,4 @@
-/* How well a mass matrix can be solved with (mass.h). */
+/* Condition of the mass matrix (mass.h). */
 #include "mass.h"
 
 #include <math.h>

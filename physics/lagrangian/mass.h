@@ -1,4 +1,4 @@
-/* How well a mass matrix L_vv can be solved with. */
+/* Condition of the mass matrix L_vv: how accurately it can be solved with. */
 #ifndef PHYSICS_MASS_H
 #define PHYSICS_MASS_H
 

@@ -1,6 +1,5 @@
-/* Linear algebra of small and banded systems: what physics and quantum ask of LAPACK, and the one
-   product of OpenBLAS that the tape has no use for. Matrices are row-major unless said otherwise.
- */
+/* Linear algebra for physics/ and quantum/: LAPACK on small and banded systems, and a complex
+   matrix product. Matrices are row-major unless stated otherwise. */
 #ifndef PHYSICS_LINEAR_H
 #define PHYSICS_LINEAR_H
 

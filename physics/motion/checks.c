@@ -1,4 +1,4 @@
-/* The checks of a Lagrangian along the motion of its scene (checks.h). */
+/* All checks of a Lagrangian along the motion of its scene (checks.h). */
 #include "checks.h"
 #include "motion.h"
 #include "physics/ode/internal.h"

@@ -1,7 +1,7 @@
-/* A setting that meets an error (solving.h). A run is judged by its distance from a finer one; from
-   two such the setting that meets the error is predicted, so that the search costs about three runs
-   of the answer (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.4).
-   It goes on as long as finer runs come nearer. */
+/* Chooses a method and a step that meet an error (solving.h). The error of a run is its distance
+   from a finer one; from two such errors the setting is predicted, so that the search costs about
+   three times the final run (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I,
+   section II.4). The search continues as long as finer runs reduce the error. */
 #include "solving.h"
 
 #include <math.h>

@@ -1,4 +1,5 @@
-/* Values that a quantity of the motion crosses: read, watched, kept (solve.h). */
+/* Events at which a quantity of the motion crosses a value (solve.h): parsing, detection, storage.
+ */
 #include "solving.h"
 #include "physics/system/internal.h"
 #include "physics/io/numbers.h"

@@ -1,13 +1,13 @@
-/* Motion: an initial-value problem y' = f(t, y), and the methods that follow it.
+/* Motion: solution of an initial-value problem y' = f(t, y) by a given method.
 
-       struct phys_ode ode;
-       phys_ode_lagrangian(&system, &ode, error);                     y = (q, v)
-       struct phys_simulation s = {.integrator = phys_integrator_find("dop853", error),
-                                   .t1 = 10, .rtol = 1e-10, .atol = 1e-10};
-       phys_simulate(&s, &ode, y, &info, error);                      y: from t0 to t1, in place
-       phys_ode_free(&ode);
+          struct phys_ode ode;
+          phys_ode_lagrangian(&system, &ode, error);                     y = (q, v)
+          struct phys_simulation s = {.integrator = phys_integrator_find("dop853", error),
+                                      .t1 = 10, .rtol = 1e-10, .atol = 1e-10};
+          phys_simulate(&s, &ode, y, &info, error);                      y: from t0 to t1, in place
+          phys_ode_free(&ode);
 
-   Fields: physics/ode/ode.h; methods: physics/integrators/integrators.h. */
+   Vector fields: physics/ode/ode.h; methods: physics/integrators/integrators.h. */
 #ifndef PHYSICS_INTEGRATE_H
 #define PHYSICS_INTEGRATE_H
 
@@ -22,18 +22,19 @@ extern "C" {
 
 /* ---- simulation (simulate.c) ---- */
 
-/* Functions g_k(t, y) whose roots are wanted. */
+/* Functions g_k(t, y) whose roots are events. */
 struct phys_events {
     size_t n;
     void (*values)(void *context, double t, const double *y, double *g); /* g [n] */
     int direction; /* +1: roots where g rises, -1: falls, 0: both */
-    /* A root of g_k; false ends the simulation there. */
+    /* Called at a root of g_k; returning false ends the simulation there. */
     bool (*found)(void *context, size_t k, double t, const double *y);
     void *context;
-    /* An extremum of g_k that is 0 but for rounding; the same. NULL: not asked for. */
+    /* Called at an extremum of g_k that is 0 to rounding, likewise. NULL: such extrema are ignored.
+     */
     bool (*touched)(void *context, size_t k, double t, const double *y);
-    /* Roots are looked for between a few points of a step where the sign changes, which is cheaper;
-       else every root of a step is isolated. */
+    /* Search a few points of each step for changes of sign, which is cheaper; otherwise every root
+       of a step is isolated. */
     bool coarse;
 };
 
@@ -43,33 +44,33 @@ enum phys_simulation_stop {
     PHYS_SIMULATION_INTERRUPTED /* sample or proceed returned false */
 };
 
-/* Zero is a default wherever it is possible. */
+/* Zero means the default wherever there is one. */
 struct phys_simulation {
     const struct phys_integrator *integrator;
     double t0, t1; /* t1 < t0 runs backwards */
     /* Fixed steps: their length, shortened a little where whole steps do not fill the time.
        Adaptive: the first step; 0: from the field. */
     double dt;
-    /* Adaptive: a step's error e_k is held under atol s_k + rtol |y_k|; scale s [n], NULL: ones.
-       atol 0: as rtol, and scale NULL then means phys_typical_sizes of the start. */
+    /* Adaptive: the error e_k of a step is kept below atol s_k + rtol |y_k|; scale s [n], NULL:
+       ones. atol 0: equal to rtol, and scale NULL then means phys_typical_sizes of the start. */
     double rtol, atol;
     const double *scale;
-    /* A smaller step ends the simulation: AD_E_ACCURACY, naming time and component. 0: where the
-       clock's last digits end, 10 epsilon |t|. */
+    /* A smaller step ends the simulation: AD_E_ACCURACY, naming time and component. 0: the
+       resolution of t, 10 epsilon |t|. */
     double min_step;
-    size_t max_steps; /* AD_E_ACCURACY beyond; 0: any number */
-    /* Samples: at the start and every so many steps, or, `every` 0, at n_samples equal intervals
-       of time up to t1 (fixed steps: at the nearest steps; adaptive: by dense output); and where an
+    size_t max_steps; /* AD_E_ACCURACY beyond; 0: no limit */
+    /* Samples: at the start and every `every` steps, or, `every` 0, at n_samples equal intervals of
+       time up to t1 (fixed steps: at the nearest steps; adaptive: by dense output); and where an
        event ends the simulation. */
     size_t every, n_samples;
-    const double *times; /* adaptive: the n_samples times instead, in their order; or NULL */
+    const double *times; /* adaptive: ascending times of the n_samples instead; or NULL */
     bool (*sample)(void *context, double t, const double *y);
     void *context;
     bool watch_energy; /* after every step, where the ode has an energy */
     const struct phys_events *events;
     size_t n_events;
     bool land; /* adaptive: steps end at the samples, which are then not interpolated */
-    /* Asked before every step; false ends the simulation as interrupted. NULL: go on. */
+    /* Called before every step; false interrupts the simulation. NULL: never. */
     bool (*proceed)(void *context);
 };
 
@@ -77,45 +78,46 @@ struct phys_simulation_info {
     enum phys_simulation_stop stop;
     double t;               /* reached */
     size_t samples;         /* given */
-    size_t steps, rejected; /* steps taken, steps whose error was too large */
-    size_t evaluations;     /* of the field, or of the forces, by the method */
-    size_t interpolations;  /* and for what lies between steps: samples, events */
-    double seconds;         /* of stepping, without callbacks */
+    size_t steps, rejected; /* steps taken, steps rejected */
+    size_t evaluations;     /* evaluations of the field, or of the forces, by the method */
+    size_t interpolations;  /* evaluations for output between steps: samples, events */
+    double seconds;         /* seconds of stepping, without callbacks */
     double min_step, max_step;
     double energy_start, energy_drift; /* max |E - E0| / |E0|; absolute where E0 is 0 */
 };
 
-/* Follows the motion from y [n] at t0, in place. y and info are what was reached on failure too:
+/* Follows the motion from y [n] at t0 to t1, in place. On failure y and info are what was reached:
    AD_E_NONFINITE and AD_E_ACCURACY name step, time and component. */
 enum ad_status phys_simulate(const struct phys_simulation *settings, const struct phys_ode *ode,
                              double *y, struct phys_simulation_info *info, struct ad_error *error);
 
-/* From t = 0 to t1 by steps of dt, or of chosen length within a tolerance, whichever a method
- * takes. */
+/* A simulation from t = 0 to t1: steps of dt, or adaptive within a tolerance, whichever the method
+   takes. */
 struct phys_simulation phys_simulation_of(const struct phys_integrator *integrator, double setting,
                                           double t1);
-/* The vector field of a system in the form that suits a method: y = (q, p) for those that are
-   symplectic in conjugate coordinates where the system does not separate, else (q, v). */
+/* The vector field of a system in the form that suits a method: y = (q, p) for methods that are
+   symplectic in conjugate coordinates, unless the system separates; else (q, v). */
 enum ad_status phys_ode_for(const struct phys_system *system,
                             const struct phys_integrator *integrator, struct phys_ode *ode,
                             struct ad_error *error);
 
-enum { PHYS_MOTION_STEPS = 50000 }; /* what needs more between two slices has come to a collision */
+enum { PHYS_MOTION_STEPS = 50000 }; /* more steps than this between two slices mean a collision */
 
-/* The samples of a simulation: path [rows x columns], the first `rows` components of y, sample 0
-   the start; samples beyond the columns are dropped. y and info as in phys_simulate; how->sample is
-   not called. AD_E_ACCURACY, too, where how->proceed returned false. */
+/* Stores the samples of a simulation: path [rows x columns] receives the first `rows` components of
+   y, sample 0 the start; samples beyond the columns are dropped. y and info as in phys_simulate;
+   how->sample is ignored. AD_E_ACCURACY also where how->proceed returned false. */
 enum ad_status phys_trajectory(const struct phys_simulation *how, const struct phys_ode *ode,
                                double *y, size_t rows, size_t columns, double *path,
                                struct phys_simulation_info *info, struct ad_error *error);
 /* The motion of a Lagrangian from q and v [dof] at t = 0, at slices dt apart: path [dof x slices].
-   Of `how` integrator (NULL: dop853), dt, tolerances, max_steps, proceed and its context count;
-   how NULL: relative errors of 1e-13 a step. */
+   Of `how`, integrator (NULL: dop853), dt, tolerances, max_steps, proceed and its context are used;
+   how NULL: relative errors of 1e-13 per step. */
 enum ad_status phys_motion_path(const struct phys_system *system, const struct phys_simulation *how,
                                 const double *q, const double *v, size_t slices, double dt,
                                 double *path, struct ad_error *error);
 
-/* The same from the scene's start; of a scene without one, the closed form between its ends. */
+/* As phys_motion_path, from the scene's start; for a scene without one, the closed form between its
+   ends. */
 enum ad_status phys_scene_path(const struct phys_system *system, uint64_t seed,
                                const struct phys_simulation *how, size_t slices, double dt,
                                double *path, struct ad_error *error);
@@ -148,15 +150,15 @@ struct phys_reference {
     double size; /* of the coordinates, what phys_typical_sizes says of the start */
     size_t evaluations;
 };
-/* At n increasing times, from q and v [dof] at times[0] on. proceed: as in phys_simulation.
-   AD_E_ACCURACY if it returned false. Ends with phys_reference_free. */
+/* The reference motion at n increasing times, from q and v [dof] at times[0]. proceed as in
+   phys_simulation: AD_E_ACCURACY if it returned false. Free with phys_reference_free. */
 enum ad_status phys_reference(const struct phys_system *system, const double *q, const double *v,
                               size_t n, const double *times, double lost,
                               bool (*proceed)(void *context), void *context,
                               struct phys_reference *reference, struct ad_error *error);
 void phys_reference_free(struct phys_reference *reference); /* takes zero-initialised ones */
 
-/* Closest approach of two bodies: events that keep the least distance of all pairs. */
+/* Closest approach of two bodies: events that keep the least distance of any pair. */
 struct phys_closest_approach {
     double distance, t; /* distance INFINITY: fewer than two bodies */
     size_t first, second;
@@ -164,8 +166,8 @@ struct phys_closest_approach {
     const struct phys_ode *ode;
     double *state;
 };
-/* Of an ode of a system, from the distances at y on. Neither is copied while it goes on; ends with
-   phys_closest_approach_end, after which what was found stays. */
+/* Begins with the distances at y, for the ode of a system. Neither is copied: both must live until
+   phys_closest_approach_end, after which the result stays valid. */
 enum ad_status phys_closest_approach_begin(const struct phys_ode *ode, double t, const double *y,
                                            struct phys_closest_approach *closest,
                                            struct ad_error *error);

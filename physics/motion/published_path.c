@@ -1,4 +1,4 @@
-/* The published path of an initial-value problem: semi-implicit Euler of first order. */
+/* The published path of an initial-value problem, by semi-implicit Euler of first order. */
 #include "motion.h"
 #include "physics/ode/internal.h"
 

@@ -1,5 +1,5 @@
-/* The motion as well as double precision knows it (motion.h): two runs, whose distance tells how
-   rounding grows, and one back to the start, which tells of errors that both have in common. */
+/* The reference motion, accurate to double precision (motion.h): two runs, whose distance shows how
+   rounding grows, and a run back to the start, which shows errors that both have in common. */
 #include "motion.h"
 #include "physics/integrators/stepper.h"
 #include "physics/ode/internal.h"

@@ -1,8 +1,8 @@
-/* Isolation by subdivision (roots.h). On an interval f is interpolated at the eight Chebyshev
-   points and compared with the polynomial where the error of interpolation is extreme. In the
-   Bernstein basis the coefficients bound the polynomial, their differences its slope: an interval
-   without a root or with a monotonic f is settled, all others are halved. Brent's method then finds
-   the root (Algorithms for Minimization without Derivatives, 1973, ch. 4). The proof is in
+/* Isolates roots by subdivision (roots.h). On an interval f is interpolated at the eight Chebyshev
+   points and compared with the polynomial where the interpolation error is extreme. In the
+   Bernstein basis the coefficients bound the polynomial, and their differences its slope: an
+   interval without a root or with a monotonic f is done, all others are halved. Brent's method then
+   finds the root (Algorithms for Minimization without Derivatives, 1973, ch. 4). The proof is in
    docs/theory.md. */
 #include "roots.h"
 #include "physics/linear/linear.h"

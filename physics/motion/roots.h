@@ -21,8 +21,8 @@ struct phys_root {
 
 typedef double phys_root_function(void *context, double x);
 
-/* Roots inside (a, b), in their order, at most PHYS_ROOTS_MOST; returns how many. Nothing where
-   values are not finite. */
+/* Roots inside (a, b), ascending, at most PHYS_ROOTS_MOST; returns their number. 0 where values are
+   not finite. */
 size_t phys_roots(const struct phys_roots_table *table, phys_root_function *f, void *context,
                   double a, double b, struct phys_root roots[]);
 

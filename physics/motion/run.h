@@ -1,4 +1,4 @@
-/* Inside of a simulation: its run, its steps (simulate_step.c), its events (simulate_events.c). */
+/* Internals of a simulation: its state, steps (simulate_step.c), and events (simulate_events.c). */
 #ifndef PHYSICS_SIMULATE_H
 #define PHYSICS_SIMULATE_H
 

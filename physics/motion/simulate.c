@@ -1,4 +1,4 @@
-/* The driver: steps, events, samples and energy, one step after the other. */
+/* The driver of a simulation: steps, events, samples and energy. */
 #include "run.h"
 #include "autodiff/clock.h"
 #include "physics/ode/internal.h"

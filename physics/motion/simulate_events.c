@@ -1,6 +1,6 @@
-/* Events within a step. Those that ask for it (`coarse`) are looked for at a few points of the
-   step; of all others every root is isolated (roots.h), on the step's polynomial where that follows
-   the motion, else on a finer run within the step (simulate_within.c). */
+/* Finds events within a step. Coarse events are searched at a few points of the step. For the
+   others every root is isolated (roots.h), on the interpolating polynomial where that is accurate,
+   else on a finer run within the step (simulate_within.c). */
 #include "run.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
-/* Steps under control: of one length, or as long as the error allows (Hairer, Norsett, Wanner,
-   Solving Ordinary Differential Equations I, section II.4; the controller of Gustafsson for order
-   5, the plain one for order 8, as in their codes DOPRI5 and DOP853). */
+/* Step size control: fixed steps, or as long as the tolerance allows (Hairer, Norsett, Wanner,
+   Solving Ordinary Differential Equations I, section II.4; Gustafsson's controller for order 5 and
+   the plain one for order 8, as in their codes DOPRI5 and DOP853). */
 #include "run.h"
 
 #include <float.h>

@@ -1,5 +1,6 @@
-/* Events within a step of fixed length that the step's polynomial does not resolve, of many periods
-   say: on a run of dop853 from the start of the step, moved so that it ends where the step does. */
+/* Events within a fixed step that its polynomial does not resolve, for example a step of many
+   periods: they are found on a dop853 run over the step, corrected so that it ends at the step's
+   end. */
 #include "run.h"
 
 #include <stdlib.h>

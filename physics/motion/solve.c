@@ -1,4 +1,4 @@
-/* A motion followed and measured (solve.h). */
+/* Solves for a motion and measures its error (solve.h). */
 #include "solving.h"
 #include "physics/system/internal.h"
 

@@ -1,13 +1,13 @@
-/* A motion as asked for: from its start to a time, by a method and steps that are chosen where none
-   are given, with its error measured and the events on the way:
+/* A complete motion: from its start to a time, by a method and steps chosen where none are given,
+   with its measured error and the events on the way:
 
-       struct phys_motion_settings settings = {.time = 10, .error = 1e-9};
-       struct phys_motion_solution motion;
-       phys_motion_solve(&system, &settings, &motion, &error);
-       ... motion.x[2 * dof * i + k] at motion.t[i], known to motion.error ...
-       phys_motion_solution_free(&motion);
+          struct phys_motion_settings settings = {.time = 10, .error = 1e-9};
+          struct phys_motion_solution motion;
+          phys_motion_solve(&system, &settings, &motion, &error);
+          ... motion.x[2 * dof * i + k] at motion.t[i], known to motion.error ...
+          phys_motion_solution_free(&motion);
 
-   phys_motion_diagnose (physics/stability/diagnostics.h) says how far it is to be believed. */
+   phys_motion_diagnose (physics/stability/diagnostics.h) judges how reliable it is. */
 #ifndef PHYSICS_MOTION_SOLVE_H
 #define PHYSICS_MOTION_SOLVE_H
 
@@ -22,72 +22,74 @@ extern "C" {
 
 enum {
     PHYS_MOTION_TRIALS = 2,
-    PHYS_MOTION_FEW = 100 /* bodies; with more, what costs the square of their number is left out:
-                             the reference, the closest approach, momenta */
+    PHYS_MOTION_FEW = 100 /* most bodies; beyond, quadratic costs are omitted: the reference, the
+                             closest approach, momenta */
 };
 
-/* Where a difference, in units of the motion's size, is too large to speak of a prediction. */
+/* Beyond this difference, in units of the motion's size, the motion is unpredictable. */
 #define PHYS_MOTION_LOST 0.1
 
 /* ---- events (crossings.c) ---- */
 
-/* A value that a quantity of the motion crosses, such as theta=0, "v_x<0.1", distance:1,2=0.5. */
+/* The crossing of a value by a quantity of the motion, such as theta=0, "v_x<0.1",
+   distance:1,2=0.5. */
 struct phys_crossing {
     const char *text; /* not copied */
     const struct phys_quantity *quantity;
-    size_t which[2]; /* coordinate; or two bodies, the second that of no body: from the origin */
+    size_t which[2]; /* a coordinate; or two bodies, where the second may be none: distance from the
+                        origin */
     double value;
     int direction; /* +1: it rises through the value, -1: it falls */
-    bool last;     /* ends the motion; false as read */
+    bool last;     /* ends the motion; parsing sets false */
 };
-/* QUANTITY=VALUE, or > where it rises and < where it falls; the quantities are a coordinate, v_ and
-   a coordinate, energy, and of bodies in the plane or in space distance:A or distance:A,B.
-   AD_E_ARGUMENT says what the scene has. */
+/* Parses QUANTITY=VALUE, or > for rising and < for falling crossings; quantities are a coordinate,
+   v_ and a coordinate, energy, and, for bodies in the plane or in space, distance:A or
+   distance:A,B. AD_E_ARGUMENT lists what the scene has. */
 enum ad_status phys_crossing_read(const struct phys_system *system, const char *text,
                                   struct phys_crossing *crossing, struct ad_error *error);
 
-/* Crossings found, n of them, in their order. */
+/* Crossings found, n of them, in order of time. */
 struct phys_crossed {
     size_t n, room;
     double *which; /* [n] number of the crossing, from 1 */
-    double *touch; /* [n] 1: it touches the value and turns back */
+    double *touch; /* [n] 1: touches the value without crossing it */
     double *t;     /* [n] */
     double *x;     /* [n][2 dof]: q, then v */
 };
 
 /* ---- the motion (solve.c) ---- */
 
-/* Zero is a default everywhere but for the time. */
+/* Zero means the default, except for the time. */
 struct phys_motion_settings {
     const double *q, *v; /* [dof] at t = 0; NULL: the scene's start of this seed */
     uint64_t seed;
     double time;
-    double error; /* asked of the whole motion: the largest distance of the coordinates */
-    /* NULL: dop853; with an error asked for, dop853, or gauss5 where its rounding stops it. */
+    double error; /* required error of the whole motion: the largest distance of the coordinates */
+    /* NULL: dop853; with a required error dop853, or gauss5 where rounding stops dop853. */
     const struct phys_integrator *integrator;
-    double dt;               /* of fixed steps; 0: as the error asks, or the scene's */
-    double tolerance;        /* of chosen steps; 0: as the error asks, or 1e-9 */
+    double dt;               /* fixed steps; 0: by the required error, or the scene's */
+    double tolerance;        /* adaptive steps; 0: by the required error, or 1e-9 */
     size_t every, n_samples; /* as in struct phys_simulation; both 0: 1000, of many bodies 200 */
     size_t n_crossings;
     const struct phys_crossing *crossings;
-    bool reverse;      /* run back, too */
-    bool no_reference; /* the error is not measured */
-    /* Asked before every step; told of every sample; false interrupts, NULL: go on. */
+    bool reverse;      /* also run back to the start */
+    bool no_reference; /* do not measure the error */
+    /* proceed is called before every step, sample at every sample; false interrupts. NULL: none. */
     bool (*proceed)(void *context);
     bool (*progress)(void *context, double t);
     void *context;
 };
 
-/* A method tried for an error. */
+/* A setting tried for a required error. */
 struct phys_motion_trial {
     const struct phys_integrator *integrator;
     double setting;               /* dt, or the tolerance of a step */
-    double estimate;              /* of the largest error over the run; NaN: unknown */
-    size_t evaluations, searched; /* of the setting; of all other runs */
+    double estimate;              /* estimate of the largest error over the run; NaN: unknown */
+    size_t evaluations, searched; /* evaluations of this setting; of all other runs */
     bool chosen;
 };
 
-/* Errors are distances of coordinates from the reference plus its uncertainty; NaN: not known. */
+/* Errors are distances of the coordinates from the reference plus its uncertainty; NaN: unknown. */
 struct phys_motion_solution {
     const struct phys_system *system;
     const struct phys_integrator *integrator;
@@ -102,9 +104,9 @@ struct phys_motion_solution {
     double *distance; /* [n] from the reference; NULL: there is none */
     double error, error_end;
     double reversal; /* distance from the start after running back */
-    /* Of the reference: largest uncertainty, distance from the start after running back, from when
-       on it is not known (INFINITY: it is all known; NaN: there is none), the longest time between
-       two looks at the forces, size of the coordinates. */
+    /* Of the reference: largest uncertainty; distance from the start after running back; time from
+       which it is unknown (INFINITY: known throughout; NaN: no reference); longest time between two
+       evaluations of the forces; size of the coordinates. */
     double reference_uncertainty, reference_reversal, known_until, seen, size;
     struct phys_closest_approach closest;
     struct phys_crossed crossed;
@@ -114,15 +116,15 @@ struct phys_motion_solution {
     struct phys_motion_trial trial[PHYS_MOTION_TRIALS];
 };
 
-/* Follows the motion. The error asked for may be missed, see phys_motion_met. AD_E_ACCURACY where
-   it is out of reach or the motion is lost, AD_E_NONFINITE: the solution has what was reached. An
-   interruption is no error (info.stop). The system must outlive the solution, which ends with
-   phys_motion_solution_free, whatever was returned. */
+/* Follows the motion. The required error may be missed: see phys_motion_met. On AD_E_ACCURACY (out
+   of reach, or the motion is lost) and AD_E_NONFINITE the solution has what was reached. An
+   interruption is not an error (info.stop). The system must outlive the solution; free it with
+   phys_motion_solution_free in any case. */
 enum ad_status phys_motion_solve(const struct phys_system *system,
                                  const struct phys_motion_settings *settings,
                                  struct phys_motion_solution *solution, struct ad_error *error);
 void phys_motion_solution_free(struct phys_motion_solution *solution);
-/* AD_E_ACCURACY where the method was chosen for an error and the measured one is more. */
+/* AD_E_ACCURACY if the method was chosen for an error and the measured error is larger. */
 enum ad_status phys_motion_met(const struct phys_motion_settings *settings,
                                const struct phys_motion_solution *solution, struct ad_error *error);
 

@@ -1,4 +1,4 @@
-/* Shared by the files that solve a motion (solve.h). */
+/* Internals shared by the files that solve for a motion (solve.h). */
 #ifndef PHYSICS_MOTION_SOLVING_H
 #define PHYSICS_MOTION_SOLVING_H
 

@@ -1,4 +1,4 @@
-/* Simulations kept as paths on equal slices (motion.h). */
+/* Simulations stored as paths on equal slices (motion.h). */
 #include "motion.h"
 #include "physics/ode/internal.h"
 

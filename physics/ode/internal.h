@@ -1,4 +1,4 @@
-/* For the rooms of physics alone: names of the components of a state. */
+/* For physics/ only: names of the components of a state. */
 #ifndef PHYSICS_ODE_INTERNAL_H
 #define PHYSICS_ODE_INTERNAL_H
 

@@ -1,4 +1,4 @@
-/* What all vector fields share. */
+/* Functions common to all vector fields. */
 #include "internal.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* Initial-value problems y' = f(t, y): the vector field of a Lagrangian, of a Hamiltonian, or a
-   callback of the user's. */
+/* Initial-value problems y' = f(t, y): the vector field of a Lagrangian, of a Hamiltonian, or of a
+   user's callback. */
 #ifndef PHYSICS_ODE_H
 #define PHYSICS_ODE_H
 
@@ -16,19 +16,20 @@ extern "C" {
 typedef enum ad_status phys_field(void *context, double t, const double *y, double *rate,
                                   struct ad_error *error);
 
-/* A first-order system. Those with halves have y = (q, v) or (q, p), n/2 numbers each. */
+/* A first-order system. One with halves has y = (q, v) or (q, p), n/2 numbers each. */
 struct phys_ode {
-    const char *name; /* of what moves, for messages; NULL: "the motion" */
+    const char *name; /* names the moving thing in messages; NULL: "the motion" */
     size_t n;         /* length of y */
     phys_field *field;
-    /* Of systems that separate, else NULL. kick: rate [n/2] of the second half from the first half
-       and t alone; drift: of the first half from the second half alone, NULL if they are equal. */
+    /* For systems that separate, else NULL. kick: rate [n/2] of the second half, from the first
+       half and t alone; drift: rate of the first half, from the second half alone; NULL if the two
+       are equal. */
     phys_field *kick, *drift;
-    /* Where there is a kick: the second half falls by this share in a unit of time, too (a friction
-       proportional to the masses). `field` has it; methods that drift and kick take it exactly. */
+    /* With a kick: rate of exponential decay of the second half (friction proportional to the
+       masses). `field` includes it; splitting methods treat it exactly. */
     double friction;
-    /* The halves are conjugate (up to a constant linear map): what a symplectic method preserves
-       in y is the form of mechanics. */
+    /* The halves are conjugate (up to a constant linear map), so that symplectic methods preserve
+       the symplectic form of mechanics. */
     bool canonical;
     /* Each may be NULL. energy: E(t, y). enter, leave: y [n] from (q, v) and back, where y is not
        (q, v) itself. component: the name of component k of y. */
@@ -40,18 +41,18 @@ struct phys_ode {
     void (*component)(const void *context, size_t k, char *name, size_t size);
     /* Why the field is interpreted, "" where it runs as machine code (ad_native_note). */
     const char *(*interpreted)(const void *context);
-    const struct phys_system *system; /* what moves, n = 2 dof; NULL: not made of a system */
+    const struct phys_system *system; /* the system, n = 2 dof; NULL: not made from one */
     void *context;
     void (*free)(void *context); /* or NULL */
 };
 
-/* The Euler-Lagrange equations of any Lagrangian in y = (q, v). Separates where the masses are
+/* The Euler-Lagrange equations of any Lagrangian in y = (q, v). They separate if the masses are
    constant and the accelerations depend on q and t alone. The system must outlive the ode. */
 enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys_ode *ode,
                                    struct ad_error *error);
-/* The same motion in y = (q, p), p = L_v, where q' = v(q, p) and p' = L_q: canonical for any
+/* The same motion in y = (q, p), p = L_v, with q' = v(q, p) and p' = L_q: canonical for any
    Lagrangian with a regular mass matrix L_vv. v is found by Newton's method; where L is quadratic
-   in v the first step is the answer. */
+   in v the first step is exact. */
 enum ad_status phys_ode_canonical(const struct phys_system *system, struct phys_ode *ode,
                                   struct ad_error *error);
 
@@ -59,7 +60,7 @@ enum ad_status phys_ode_canonical(const struct phys_system *system, struct phys_
    the friction apart, and, with a cutoff, from the pairs that are near. phys_ode_lagrangian takes
    them, too. The energy is that of the bodies, T + V. */
 enum phys_gas_pairs {
-    PHYS_GAS_AUTO, /* what is faster */
+    PHYS_GAS_AUTO, /* whichever is faster */
     PHYS_GAS_ALL,
     PHYS_GAS_NEAR /* needs a cutoff */
 };
@@ -68,8 +69,8 @@ enum ad_status phys_ode_gas(const struct phys_system *system, enum phys_gas_pair
 
 /* H for all samples at once. q, p: [dof x n], t: [1 x n]; returns [1 x n]. */
 typedef ad_var phys_hamiltonian(ad_var q, ad_var p, ad_var t, const void *params);
-/* Hamilton's equations q' = H_p, p' = -H_q by the tape, in y = (q, p). Separates where H = T(p) +
-   V(q, t). params are read now and not kept. */
+/* Hamilton's equations q' = H_p, p' = -H_q by the tape, in y = (q, p). They separate if H = T(p) +
+   V(q, t). params are read during the call and not kept. */
 enum ad_status phys_ode_hamiltonian(phys_hamiltonian *H, size_t dof, const void *params,
                                     struct phys_ode *ode, struct ad_error *error);
 /* Takes zero-initialised and failed ones too. */
@@ -80,7 +81,7 @@ enum ad_status phys_ode_enter(const struct phys_ode *ode, double t, const double
                               const double *v, double *y, struct ad_error *error);
 enum ad_status phys_ode_leave(const struct phys_ode *ode, double t, const double *y, double *q,
                               double *v, struct ad_error *error);
-/* The name of component k of y: "x of earth", "the velocity of ...", or "y3" where nobody knows. */
+/* The name of component k of y: "x of earth", "the velocity of ...", or "y3" if it has none. */
 void phys_ode_component(const struct phys_ode *ode, size_t k, char *name, size_t size);
 
 #ifdef __cplusplus

@@ -1,4 +1,4 @@
-/* Hamilton's equations q' = H_p, p' = -H_q of a callback, in y = (q, p), by the tape. */
+/* Hamilton's equations q' = H_p, p' = -H_q of a callback H, in y = (q, p), by the tape. */
 #include "internal.h"
 
 #include <math.h>

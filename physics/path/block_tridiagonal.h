@@ -1,6 +1,6 @@
-/* Levenberg's step of a path: H - i m over the nodes that move, H the sum of the element matrices,
-   by block elimination in the order of time. Block e holds the nodes of its element but the first,
-   which is the last of block e - 1; so blocks are coupled through one slice. */
+/* Levenberg's step of a path: solves H - i m over the free nodes, H being the sum of the element
+   matrices, by block elimination in order of time. Block e holds all nodes of its element but the
+   first, which is the last of block e - 1; adjacent blocks are coupled through one slice. */
 #ifndef PHYSICS_BLOCK_TRIDIAGONAL_H
 #define PHYSICS_BLOCK_TRIDIAGONAL_H
 

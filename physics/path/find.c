@@ -1,7 +1,6 @@
-/* A path found, and how far it is to be believed (path.h): what kind of stationary path it is, and
-   its distances from what is not of its own making: the motion from its start by an adaptive
-   method, the path between its ends by a rule of higher order, and the stationary path at the one
-   given. */
+/* Finds a path and verifies it (path.h): its kind of stationary point, and its distances from
+   independent results: the motion from its start by an adaptive method, the path of a rule of
+   higher order, and the stationary path at the given reference. */
 #include "newton.h"
 #include "physics/lagrangian/conserved.h"
 #include "physics/motion/motion.h"

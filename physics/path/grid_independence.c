@@ -1,8 +1,8 @@
-/* Whether a stationary path is one of the action, and not of the grid alone: the motion through its
-   ends, tightly integrated (shooting.h), is found from it and stays near. Grids too coarse for a
-   motion have stationary paths of their own, which fly past a centre in one step; finer grids of
-   the same kind may have them, too. With many coordinates shooting is too expensive: there the
-   motion is integrated over each slice alone, and what it misses the next slice by is summed. */
+/* Checks that a stationary path belongs to the action rather than to the grid: the motion through
+   its ends, integrated accurately (shooting.h), must exist near it. Coarse grids have spurious
+   stationary paths, which pass a centre of attraction in one step, and finer grids may have them
+   too. With many coordinates shooting is too expensive: the motion is integrated over each slice
+   separately, and the defects are summed. */
 #include "grid_independence.h"
 #include "path_nodes.h"
 #include "physics/motion/motion.h"

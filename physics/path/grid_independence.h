@@ -1,4 +1,4 @@
-/* Whether the motion has the same stationary path as a grid. */
+/* Whether the motion has the same stationary path as the grid. */
 #ifndef PHYSICS_GRID_INDEPENDENCE_H
 #define PHYSICS_GRID_INDEPENDENCE_H
 

@@ -1,4 +1,4 @@
-/* For the room of paths alone: the solvers, solvers.def lists them. */
+/* For physics/path/ only: the solvers listed in solvers.def. */
 #ifndef PHYSICS_PATH_INTERNAL_H
 #define PHYSICS_PATH_INTERNAL_H
 

@@ -1,7 +1,7 @@
-/* Legendre's condition: the Morse index counts directions only where L_vv is positive definite
-   along the path (Gelfand, Fomin, Calculus of Variations, sections 25 to 29); where it is
-   indefinite the second variation has infinitely many directions of either sign, and the Hessian of
-   a grid as many as the grid has room for. */
+/* Legendre's condition: the Morse index is meaningful only where L_vv is positive definite along
+   the path (Gelfand, Fomin, Calculus of Variations, sections 25 to 29). Where it is indefinite, the
+   second variation has infinitely many directions of either sign, and the Hessian of a grid as many
+   as the grid has nodes. */
 #include "spectrum.h"
 
 #include <math.h>

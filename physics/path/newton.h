@@ -1,5 +1,5 @@
-/* Newton's method on one grid: action, gradient and Hessian are recorded once for any number of
-   paths and for what is asked of them. */
+/* Newton's method on one grid: action, gradient and Hessian are recorded once, for any number of
+   paths and evaluations. */
 #ifndef PHYSICS_PATH_NEWTON_H
 #define PHYSICS_PATH_NEWTON_H
 

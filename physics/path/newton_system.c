@@ -1,10 +1,10 @@
 /* Newton and Levenberg steps by banded LU (newton_system.h), or, where the band would be as wide as
-   an element, the damped ones by blocks.
+   an element, damped steps by blocks.
 
    Levenberg's step for |g|^2 solves (H^2 + m^2) x = -H g. H^2 has twice the bandwidth and the
-   square of the condition, but for symmetric H (H^2 + m^2)^-1 H = Re (H - i m)^-1, so that one
-   complex elimination of H - i m gives it. D measures each coordinate by its kinetic stiffness, so
-   that a sun does not count for more than a planet. */
+   square of the condition number, but for symmetric H (H^2 + m^2)^-1 H = Re (H - i m)^-1, so one
+   complex elimination of H - i m gives it. D scales each coordinate by its kinetic stiffness, so
+   that a sun weighs no more than a planet. */
 #include "newton_system.h"
 #include "autodiff/blas.h"
 #include "physics/linear/linear.h"

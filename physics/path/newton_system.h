@@ -1,6 +1,6 @@
-/* The Newton step: the Hessian's element matrices as one band matrix over the nodes that move, in
-   the order of time, and its solution by LAPACK's banded LU; damped steps by blocks
-   (block_tridiagonal.h) where the band is no narrower by coordinate. */
+/* The Newton step: the element matrices of the Hessian as one band matrix over the free nodes, in
+   order of time, solved by LAPACK's banded LU; damped steps by blocks (block_tridiagonal.h) where
+   ordering by coordinate gives no narrower band. */
 #ifndef PHYSICS_NEWTON_SYSTEM_H
 #define PHYSICS_NEWTON_SYSTEM_H
 

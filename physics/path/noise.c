@@ -1,4 +1,4 @@
-/* Noisy starts, drawn as the published code draws them (physics.h: struct phys_noise). */
+/* Noisy starts, drawn as in the published code (struct phys_noise). */
 #include "internal.h"
 #include "physics/io/random.h"
 

@@ -1,4 +1,4 @@
-/* Stationary paths: the table of solvers, and what is asked of them all. */
+/* Stationary paths: the table of solvers, and the checks of settings common to them. */
 #include "path_program.h"
 
 #include <math.h>

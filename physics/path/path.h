@@ -1,4 +1,4 @@
-/* Stationary paths between two ends: solvers, verdicts, all of several. */
+/* Stationary paths between two ends: solvers, verification, search for all of them. */
 #ifndef PHYSICS_PATH_H
 #define PHYSICS_PATH_H
 
@@ -10,14 +10,14 @@ extern "C" {
 #pragma GCC diagnostic ignored "-Wshadow"
 #endif
 
-/* Adds noise to `path` [dof x slices] in place; the same numbers for one seed on every machine. */
+/* Adds noise to `path` [dof x slices] in place; a seed gives the same numbers on every machine. */
 void phys_noise_add(const struct phys_noise *noise, const struct phys_system *system, size_t slices,
                     uint64_t seed, double *path);
 
 /* A straight line between the first and the last slice of `between`; both are [dof x slices]. */
 void phys_path_line(size_t dof, size_t slices, const double *between, double *path);
-/* Adds to a path what it misses the last slice of `between` by, in proportion to the time; both
-   begin at one place. */
+/* Adds a linear function of time to a path so that it meets the last slice of `between`; both [dof
+   x slices] have the same first slice. */
 void phys_path_bend(size_t dof, size_t slices, const double *between, double *path);
 
 enum phys_motion_of {
@@ -27,9 +27,9 @@ enum phys_motion_of {
     PHYS_PATH_LOST    /* the true one, for that of the discretisation is far from it */
 };
 struct phys_path_settings;
-/* The motion that a path is compared with and that gives its ends: path [dof x slices]. Rules left
-   and left+repeat take that of the discretisation as long as it is near the true one, or the
-   published one of a preset (NULL: none); others the true one. */
+/* The motion that gives a path its ends and that it is compared with: path [dof x slices]. For the
+   rules left and left+repeat it is that of the discretisation as long as that is near the true one,
+   or the published one of a preset (NULL: none); for others the true one. */
 enum ad_status phys_path_motion(const struct phys_system *system,
                                 const struct phys_path_settings *settings,
                                 const struct phys_preset *preset, uint64_t seed, double *path,
@@ -51,56 +51,56 @@ struct phys_path_settings {
     const struct phys_rule *rule;
     size_t slices, steps;
     double dt;
-    double learning_rate; /* adam, sgd, and adam_steps */
-    double momentum;      /* sgd */
-    double tolerance;     /* stop when |gradient| falls below tolerance * its start; 0: never */
-    double energy_weight; /* descents alone: a penalty on the change of energy ... */
-    bool energy_local;    /* ... from slice to slice, not against that of the start */
-    size_t hold;          /* slices held at either end; 0 means 1 */
-    size_t adam_steps;    /* newton, lbfgs: steps of adam before; newton that stalls then tries
-                             without */
-    const double
-        *reference;         /* [dof x slices]: descents end at the step nearest to it, once the
-                               distance has not fallen for PHYS_PATIENCE steps; NULL: they do not */
-    const double *compare;  /* [s*dof x slices]: a path whose figures are wanted, too; or NULL */
-    bool compare_true;      /* it is a motion of the system, not of a grid (phys_path_find) */
-    double *start_momentum; /* [dof]: becomes -dS/dq at the first slice of the path found, a
-                               momentum of the order of the rule; or NULL */
+    double learning_rate;    /* adam, sgd, and adam_steps */
+    double momentum;         /* sgd */
+    double tolerance;        /* stop when |gradient| falls below tolerance * its start; 0: never */
+    double energy_weight;    /* descents only: penalty on the change of energy ... */
+    bool energy_local;       /* ... between slices instead of from the start */
+    size_t hold;             /* slices held at either end; 0 means 1 */
+    size_t adam_steps;       /* newton, lbfgs: Adam steps before; if newton then stalls it is tried
+                                without them */
+    const double *reference; /* [dof x slices]: descents end at the step nearest to it, once the
+                                distance has not decreased for PHYS_PATIENCE steps; or NULL */
+    const double *compare;   /* [s*dof x slices]: a path to be measured as well; or NULL */
+    bool compare_true;       /* it is a motion of the system, not of the grid (phys_path_find) */
+    double *start_momentum;  /* [dof]: receives -dS/dq at the first slice of the path found, a
+                                momentum of the order of the rule; or NULL */
     size_t threads;
-    bool native; /* what runs long enough to pay for it runs as machine code (ad_native) */
-    /* Called after step 0 (the start), and after every step; false stops the run cleanly. path is
-       [s*dof x slices] for a rule of degree s; means are those of phys_action. May be NULL. */
+    bool native; /* use machine code where it pays (ad_native) */
+    /* Called after step 0 (the start) and every step; false stops the run. path is [s*dof x slices]
+       for a rule of degree s; means are those of phys_action. May be NULL. */
     bool (*progress)(void *context, const struct phys_path_step *step);
-    /* Asked now and then within the steps of newton, spectra and searches; false stops the run as
-       progress does, at the last whole step. May be NULL. */
+    /* Called repeatedly within the steps of newton, spectra and searches; false stops the run, as
+       progress does, at the last complete step. May be NULL. */
     bool (*proceed)(void *context);
     void *context; /* of both */
 };
 
-/* Rule left, the scene's slices and time step, 500 steps at a learning rate of 1e-2, for a scene of
-   the paper its steps and rate; all else 0. */
+/* Defaults: rule left, the scene's slices and time step, 500 steps at a learning rate of 1e-2, or
+   the steps and rate of a scene of the paper; all else 0. */
 struct phys_path_settings phys_path_defaults(const struct phys_system *system);
 
 enum phys_stop {
     PHYS_STOP_STEPS = 1,   /* all steps taken */
     PHYS_STOP_TOLERANCE,   /* the gradient is small enough */
     PHYS_STOP_INTERRUPTED, /* progress returned false */
-    PHYS_STOP_ROUNDING,    /* the gradient is zero but for rounding */
-    PHYS_STOP_STALLED,     /* no step makes the gradient (newton) or objective (lbfgs) smaller */
+    PHYS_STOP_ROUNDING,    /* the gradient is zero to rounding */
+    PHYS_STOP_STALLED,     /* no step reduces the gradient (newton) or objective (lbfgs) */
     PHYS_STOP_REFERENCE    /* the path nearest to settings->reference */
 };
 
 struct phys_path_info {
     enum phys_stop stop;
     size_t steps;
-    double seconds; /* of the solver alone */
+    double seconds; /* seconds of the solver */
     double action, action_mean, kinetic_mean, potential_mean, grad_norm;
-    struct phys_path_figures start;    /* of the path given, before any step ... */
+    struct phys_path_figures start;    /* of the given path, before any step ... */
     struct phys_path_figures compared; /* ... and of settings->compare; NaN: there is none */
     double energy_mean;                /* of v L_v - L over the elements of the path found */
-    double energy_drift;   /* its largest change from the first point of the rule, relative to it */
-    bool native;           /* the action and its gradient ran as machine code at the end ... */
-    char interpreted[312]; /* ... or why they did not */
+    double energy_drift;   /* its largest change from the first point of the rule, relative to its
+                              value there */
+    bool native;           /* action and gradient ran as machine code at the end ... */
+    char interpreted[312]; /* ... or the reason why they did not */
 };
 
 /* A solver: one file, one const struct, one line in the table. */
@@ -112,35 +112,35 @@ struct phys_solver {
     bool rated; /* always needs settings->learning_rate */
 };
 extern const struct phys_solver *const phys_solvers[]; /* NULL-terminated */
-/* Not one of them: only the first two slices are given, and the discrete equations of the rule are
-   marched from slice to slice. Its steps are the slices found; all other settings are ignored. */
+/* Not in the table: only the first two slices are given, and the discrete equations of the rule are
+   solved slice by slice. Its steps are the slices found; all other settings are ignored. */
 extern const struct phys_solver phys_solver_march;
 /* By name; NULL and AD_E_ARGUMENT, naming the nearest, if there is none. */
 const struct phys_solver *phys_solver_find(const char *name, struct ad_error *error);
 
-/* The stationary path between the first and the last slice of path [s*dof x slices] (s: degree of
-   the rule), in place, by solver->solve after a look at the settings (AD_E_ARGUMENT). A value that
-   is not finite stops it with AD_E_NONFINITE, naming step, operation and the first coordinate in
-   order of slices; path is then as it was. */
+/* Finds the stationary path between the first and last slice of path [s*dof x slices] (s: degree of
+   the rule), in place. Settings are checked first (AD_E_ARGUMENT). A value that is not finite ends
+   it with AD_E_NONFINITE, naming step, operation and the first coordinate in order of slices; path
+   is then unchanged. */
 enum ad_status phys_path_solve(const struct phys_solver *solver, const struct phys_system *system,
                                const struct phys_path_settings *settings, double *path,
                                struct phys_path_info *info, struct ad_error *error);
 
-/* The stationary path that has an energy (0: the one whose end time is free) and the time it takes:
-   from settings->dt on, which becomes that time a slice. Newton's method inside. AD_E_ACCURACY
-   where there is none. */
+/* Finds the stationary path of a given energy (0: free end time) and its duration, starting from
+   settings->dt, which is replaced by that duration per slice. Uses Newton's method. AD_E_ACCURACY
+   if there is none. */
 enum ad_status phys_path_free_time(const struct phys_system *system,
                                    struct phys_path_settings *settings, double energy, double *path,
                                    struct phys_path_info *info, struct ad_error *error);
 
-/* A rule and the slices it works on, one more than elements. */
+/* A rule and its number of slices, one more than elements. */
 struct phys_grid {
     const struct phys_rule *rule;
     size_t slices;
     double dt;
 };
-/* A path on the grid `to`, from the polynomials of its elements on the grid `from`, of the same
-   time: [degree*dof x slices], for the caller to free. NULL: out of memory, or no path. */
+/* A path on the grid `to`, interpolated from the grid `from` over the same time: [degree*dof x
+   slices], freed by the caller. NULL: out of memory, or no path. */
 double *phys_path_resample(const struct phys_grid *from, const double *path,
                            const struct phys_grid *to, size_t dof, struct ad_error *error);
 
@@ -148,85 +148,85 @@ double *phys_path_resample(const struct phys_grid *from, const double *path,
 struct phys_level {
     const struct phys_rule *rule;
     size_t elements;
-    bool found;      /* a stationary path */
-    double estimate; /* of its error; NaN: nothing to compare it with */
+    bool found;      /* Newton's method found a stationary path */
+    double estimate; /* estimated error; NaN: no level to compare with */
     double seconds;
 };
 enum { PHYS_LEVELS = 20 }; /* at most */
 struct phys_refined {
-    size_t n; /* levels, coarse to fine; the last is the one taken */
+    size_t n; /* levels, coarse to fine; the last is the result */
     struct phys_level level[PHYS_LEVELS];
-    struct phys_path_settings settings; /* those given, with its rule, slices, dt and adam_steps */
-    double *start, *path; /* [degree*dof x slices] of these: what it began with, and its path */
-    bool unsettled;       /* AD_E_ACCURACY, because levels do not agree on a path */
+    struct phys_path_settings
+        settings; /* the settings given, with rule, slices, dt and adam_steps of the result */
+    double *start, *path; /* [degree*dof x slices] each: its start, and the path */
+    bool unsettled;       /* AD_E_ACCURACY because levels converge to different paths */
 };
-/* A path whose coordinates err by less than `tolerance`, by the coarsest setting that does:
-   elements of settings->rule (NULL: of gauss2, then of gauss4) are doubled, over the time of
-   settings->slices and dt, until the estimated error is less. guess [dof x slices] is the start,
-   and its ends, known to ends_error, are the ends. Newton's method inside, after
-   settings->adam_steps. AD_E_ACCURACY where there is no such setting, or settings->proceed said no.
-   Ends with phys_refined_free, whatever it returned. */
+/* Finds a path with an error below `tolerance` by the coarsest setting that has one: elements of
+   settings->rule (NULL: gauss2, then gauss4) are doubled, over the time of settings->slices and dt,
+   until the estimated error is small enough. guess [dof x slices] is the start, and its ends, known
+   to ends_error, are the ends. Uses Newton's method after settings->adam_steps. AD_E_ACCURACY if
+   there is no such setting, or settings->proceed returned false. Free with phys_refined_free in any
+   case. */
 enum ad_status phys_path_refine(const struct phys_system *system,
                                 const struct phys_path_settings *settings, const double *guess,
                                 double ends_error, double tolerance, struct phys_refined *refined,
                                 struct ad_error *error);
 void phys_refined_free(struct phys_refined *refined);
 
-/* L_vv over a path (Legendre's condition): indefinite where it is singular, too. */
+/* L_vv along a path (Legendre's condition); singular counts as indefinite. */
 enum phys_definite { PHYS_INDEFINITE, PHYS_POSITIVE, PHYS_NEGATIVE };
 
-/* A point conjugate to the start, and what its time may be off by. */
+/* A point conjugate to the start, and the error bound of its time. */
 struct phys_conjugate {
     double time, error;
 };
 
-/* What kind of stationary point a path is. */
+/* The kind of a stationary path. */
 struct phys_spectrum {
     enum phys_definite legendre;
-    double not_definite; /* when L_vv first is neither positive nor negative definite, or changes */
-    /* Where L_vv is positive definite, of S; where it is negative definite, of -S; else none. */
-    size_t index;            /* Morse index: negative eigenvalues of the Hessian; 0 is a minimum */
-    double smallest;         /* eigenvalue; NaN where many coordinates make it expensive */
-    double second_variation; /* its smallest eigenvalue against the integral of x^2, which tends to
-                                that of the operator; NaN likewise */
+    double not_definite; /* time at which L_vv first is indefinite or changes sign */
+    /* Of S where L_vv is positive definite, of -S where it is negative definite; else unset. */
+    size_t index;    /* Morse index: negative eigenvalues of the Hessian; 0 is a minimum */
+    double smallest; /* eigenvalue; NaN where the number of coordinates makes it expensive */
+    double second_variation; /* its smallest eigenvalue relative to the integral of x^2, which
+                                converges to that of the operator; NaN likewise */
     size_t n_conjugate;
-    struct phys_conjugate *conjugate; /* in the order of time; between which slices at first */
-    bool of_motion;                   /* they are those of the motion: phys_path_conjugate */
+    struct phys_conjugate *conjugate; /* in order of time; the intervals of slices until refined */
+    bool of_motion;                   /* they are those of the motion: see phys_path_conjugate */
 };
-/* Of the action S itself between fixed first and last slices, at a stationary path [s*dof x
-   slices]; of the settings rule, slices and dt matter. Ends with phys_spectrum_free, whatever it
-   returned. */
+/* The spectrum of the action S between fixed first and last slices, at a stationary path [s*dof x
+   slices]; of the settings rule, slices and dt are used. Free with phys_spectrum_free in any case.
+ */
 enum ad_status phys_path_spectrum(const struct phys_system *system,
                                   const struct phys_path_settings *settings, const double *path,
                                   struct phys_spectrum *spectrum, struct ad_error *error);
-/* Replaces the conjugate points by those of the motion between the ends of the path, from the
-   Jacobi fields along it, each as often as the fields lose rank there. They stay as they are where
-   no motion is found near the path, and with more than PHYS_SHOOTING_DOF coordinates. Where L_vv is
-   indefinite they are the changes of sign of the Jacobi fields' determinant. */
+/* Replaces the conjugate points by those of the motion between the ends of the path, found from the
+   Jacobi fields along it; each counts as often as the fields lose rank there. They are unchanged
+   where no motion is found near the path, and with more than PHYS_SHOOTING_DOF coordinates. Where
+   L_vv is indefinite they are the sign changes of the Jacobi fields' determinant. */
 enum { PHYS_SHOOTING_DOF = 40 };
 enum ad_status phys_path_conjugate(const struct phys_system *system,
                                    const struct phys_path_settings *settings, const double *path,
                                    struct phys_spectrum *spectrum, struct ad_error *error);
 void phys_spectrum_free(struct phys_spectrum *spectrum);
 
-/* A path, what kind it is, and how far it is to be believed. Distances are the largest of a
-   coordinate at a slice; NaN: not known. */
+/* A path, its kind, and its distances from independent results. A distance is the largest
+   difference of a coordinate at a slice; NaN: unknown. */
 struct phys_path_found {
     struct phys_path_info info;
-    bool keeps_energy; /* L does not depend on time itself */
+    bool keeps_energy; /* L does not depend on time explicitly */
     bool stationary;   /* found by newton, to rounding or a tolerance of 1e-6 or less: then ... */
     struct phys_spectrum spectrum; /* ... its kind, with the conjugate points of the motion */
-    double discretisation; /* distance from the path of a rule of higher order; NaN: none near */
-    double true_distance;  /* from the motion from the path's own start, by another method ... */
-    double true_known;     /* ... and what that motion is known to */
-    char no_motion[160];   /* why it cannot be had */
+    double discretisation;         /* from the path of a rule of higher order; NaN: none nearby */
+    double true_distance; /* from the motion from the path's own start, by another method ... */
+    double true_known;    /* ... and the uncertainty of that motion */
+    char no_motion[160];  /* why there is no such motion */
     double reference_distance; /* from settings->compare; NaN: there is none */
-    bool
-        another; /* settings->compare is, or leads to, another stationary path between these ends */
+    bool another; /* settings->compare is, or converges to, another stationary path between these
+                     ends */
 };
-/* phys_path_solve, and all that is said of its path, by one recording of the action.
-   settings->proceed is asked within the motions, too. Ends with phys_path_found_free, whatever it
-   returned. */
+/* Runs phys_path_solve and measures its result, with one recording of the action. settings->proceed
+   is called within the motions, too. Free with phys_path_found_free in any case. */
 enum ad_status phys_path_find(const struct phys_solver *solver, const struct phys_system *system,
                               const struct phys_path_settings *settings, double *path,
                               struct phys_path_found *found, struct ad_error *error);
@@ -234,40 +234,41 @@ void phys_path_found_free(struct phys_path_found *found);
 
 /* One of several stationary paths between the same ends. */
 struct phys_solution {
-    double *path;  /* [s*dof x slices] */
-    double *copy;  /* the last one found of the same energy and action: a mirror image, say */
-    size_t copies; /* how many such there are, this one included */
+    double *path; /* [s*dof x slices] */
+    double
+        *copy; /* the last one found with the same energy and action, for example a mirror image */
+    size_t copies; /* number of such paths, this one included */
     double energy; /* mean over the path */
     double action;
     double largest; /* coordinate at a slice */
     struct phys_spectrum spectrum;
-    size_t hits;   /* starts that led to it or to one like it */
-    bool resolved; /* the motion, tightly integrated, is near; others are left out, ... */
-    /* ... but not with more than PHYS_SHOOTING_DOF coordinates, where the motion's defect over each
-       slice, summed, is compared with the path and proves less. */
+    size_t hits;   /* starts that led to it or to an equivalent one */
+    bool resolved; /* the accurately integrated motion is near; other paths are rejected, ... */
+    /* ... but with more than PHYS_SHOOTING_DOF coordinates only the summed defect of the motion
+       over each slice is compared with the path, which proves less. */
 };
 struct phys_solutions {
     size_t n;
-    struct phys_solution *solution; /* by energy, smallest first */
-    size_t unresolved; /* how many were left out: of the grid alone, or not on the grid */
-    bool interrupted;  /* settings->proceed ended the search: these are those so far */
-    /* One coordinate, L without explicit time: every motion between the ends is among these that
-       begins slower than `fastest` and turns at most so often; `limited`: there are more that turn
-       more often. False where a search twice as dense found others, too. */
+    struct phys_solution *solution; /* ascending by energy */
+    size_t unresolved; /* number rejected: of the grid alone, or not resolved by the grid */
+    bool interrupted;  /* settings->proceed ended the search; the solutions are those so far */
+    /* One coordinate, L without explicit time: these are all motions between the ends that begin
+       slower than `fastest` with at most the given number of turns; `limited`: there are more with
+       more turns. False where a search twice as dense found others. */
     bool exhaustive, limited;
     size_t most_turns;
     double fastest;
-    size_t starts, led; /* several coordinates: random starts, and how many of them led to a path */
-    /* Several coordinates: chance that another start finds another one, from the paths that were
-       seen once, and what it is under with a chance of 95 %; else NaN. What no start leads to is
-       not counted. */
+    size_t starts, led; /* several coordinates: random starts, and how many led to a path */
+    /* Several coordinates: probability that another start finds a new path, from the number of
+       paths seen once, and its upper bound at 95 % confidence; else NaN. Paths that no start leads
+       to are not included. */
     double unseen, unseen_limit;
 };
-/* Stationary paths between the ends of path [s*dof x slices], itself the first start. With one
-   coordinate all of them, where L does not depend on the time, else those that a sweep of
-   velocities at the first end finds; with more, those that random velocities lead to: `starts` of
-   them at most, and fewer once another would hardly find a new one. End with
-   phys_solutions_free, and are empty on failure. */
+/* Finds stationary paths between the ends of path [s*dof x slices], which is the first start. With
+   one coordinate all of them if L does not depend on time, else those found by sweeping the
+   velocity at the first end; with several coordinates those found from random velocities: at most
+   `starts`, fewer once a new path has become unlikely. Free with phys_solutions_free; empty on
+   failure. */
 enum ad_status phys_path_all(const struct phys_system *system,
                              const struct phys_path_settings *settings, const double *path,
                              size_t starts, uint64_t seed, struct phys_solutions *solutions,

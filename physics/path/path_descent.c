@@ -1,7 +1,7 @@
-/* Descent of the action along its gradient: Adam (Kingma, Ba, ICLR 2015), as published, and plain
-   descent with momentum. The ends are held by a gradient of zero there, everything else moves. A
-   step is one run of the program and one step of the optimiser on the program's own storage; it
-   allocates nothing. A descent finds minima, and the true path often is none (Morse index > 0). */
+/* Descent of the action along its gradient: Adam (Kingma, Ba, ICLR 2015), as published, and
+   gradient descent with momentum. The gradient is zero at the held ends. A step is one run of the
+   program and one step of the optimiser on the program's storage, and allocates nothing. Descents
+   find minima, and the true path often is none (Morse index > 0). */
 #include "autodiff/optim.h"
 #include "path_program.h"
 

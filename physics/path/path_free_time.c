@@ -1,6 +1,6 @@
-/* Stationary paths whose end time is free: dS/dT = -E, so that they are those of energy zero; more
-   generally, the path between two ends that has a given energy, and the time that it takes. The
-   secant method on the logarithm of the time, each trial a Newton solution from the one before. */
+/* Stationary paths with free end time: dS/dT = -E, so these have energy zero; more generally, the
+   path of given energy between two ends, and its duration. Secant method on the logarithm of the
+   time; each trial is a Newton solution started from the one before. */
 #include "internal.h"
 
 #include <float.h>

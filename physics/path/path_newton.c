@@ -1,7 +1,7 @@
 /* Newton's method for stationary paths, minima or saddles of the action: H x = -g with the exact
-   Hessian. A step is taken when it makes the gradient smaller; otherwise it is damped as Levenberg
-   does for |g|^2 (Levenberg, Q. Appl. Math. 2, 1944; newton_system.c), which tends to a short step
-   down |g|^2 whatever the signs of H. */
+   Hessian. A step is accepted if it reduces the gradient; otherwise it is damped by Levenberg's
+   method for |g|^2 (Levenberg, Q. Appl. Math. 2, 1944; newton_system.c), which tends to a short
+   step down |g|^2 whatever the signs of H. */
 #include "newton.h"
 #include "spectrum.h"
 

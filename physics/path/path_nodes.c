@@ -1,4 +1,4 @@
-/* A path between its slices (path_nodes.h), and on another grid (path.h). */
+/* Interpolation of a path between its slices (path_nodes.h), and on another grid (path.h). */
 #include "path_nodes.h"
 
 #include <math.h>

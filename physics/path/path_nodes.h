@@ -1,4 +1,4 @@
-/* A path between its slices: the polynomials of its rule, or cubics through the slices. */
+/* Interpolation of a path between its slices: the polynomials of its rule, or cubics. */
 #ifndef PHYSICS_PATH_NODES_H
 #define PHYSICS_PATH_NODES_H
 

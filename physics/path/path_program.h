@@ -1,5 +1,5 @@
-/* What every solver of stationary paths works with: the action and its gradient as a program, the
-   caller's progress function, and the reasons to stop that all solvers share. */
+/* The common base of all path solvers: the action and its gradient as a program, the caller's
+   progress function, and the reasons to stop. */
 #ifndef PHYSICS_PATH_PROGRAM_H
 #define PHYSICS_PATH_PROGRAM_H
 

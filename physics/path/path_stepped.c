@@ -1,5 +1,5 @@
-/* The path that begins with two given slices and goes on by the discrete equations of the rule: an
-   initial-value problem for any Lagrangian, stepped slice by slice. */
+/* The solver `march`: the path from two given first slices by the discrete equations of the rule,
+   slice by slice; an initial-value problem for any Lagrangian. */
 #include "physics/action/variational_step.h"
 #include "path_program.h"
 

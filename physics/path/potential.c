@@ -1,5 +1,5 @@
 /* The potential of one coordinate (potential.h). The energy grows with the speed where L_vv > 0,
-   d(v L_v - L)/dv = v L_vv, so that a direction and an energy leave one speed. */
+   d(v L_v - L)/dv = v L_vv, so direction and energy determine the speed. */
 #include "potential.h"
 
 #include <float.h>

@@ -1,4 +1,4 @@
-/* The potential of one coordinate, U(q) = -L(q, 0), and the speed that an energy leaves. */
+/* The potential of one coordinate, U(q) = -L(q, 0), and the speed at a given energy. */
 #ifndef PHYSICS_PATH_POTENTIAL_H
 #define PHYSICS_PATH_POTENTIAL_H
 

@@ -1,10 +1,10 @@
-/* The coarsest setting that meets an error (path.h). Elements are doubled, between the same ends
-   and over the same time; what a path errs is estimated from its distance to the one before, at the
-   slices of both.
+/* Finds the coarsest setting that meets an error (path.h) by doubling elements, with the same ends
+   and time. The error of a path is estimated from its distance to the previous one, at the slices
+   of both.
 
-   With d that distance and d' the one before it, errors fall by r = d'/d a level, at most by 2^p of
-   a rule of order p; the finer path then errs d/(r - 1). Where r says nothing yet, d itself is
-   taken: the error of the coarser path. */
+   With d that distance and d' the one before it, errors fall by r = d'/d per level, at most by 2^p
+   for a rule of order p; the error of the finer path is then d/(r - 1). Where r is not yet
+   meaningful, d itself is used, which is the error of the coarser path. */
 #include "internal.h"
 
 #include <float.h>

@@ -1,10 +1,9 @@
 /* Multiple shooting (Stoer, Bulirsch, Introduction to Numerical Analysis, section 7.3.5): the
-   states s_i at nodes t_i are moved until the motion from each meets the next, f_i(s_i) = s_i+1,
-   with q given at the first and the last. Newton's method: F_i ds_i - ds_i+1 = s_i+1 - f_i(s_i),
-   where F_i is the flow of the linearised equations in (q, p), dq' = dv = L_vv^-1 (dp - L_vq dq),
-   dp' = L_qq dq + L_qv dv. The nodes are so close that no motion grows much from one to the next,
-   and none comes back to where it left: a long unstable path is found to rounding, where one shot
-   would lose it. */
+   states s_i at nodes t_i are changed until the motion from each meets the next, f_i(s_i) = s_i+1,
+   with q given at the first and the last. Newton's method solves F_i ds_i - ds_i+1 = s_i+1 -
+   f_i(s_i), where F_i is the flow of the linearised equations in (q, p), dq' = dv = L_vv^-1 (dp -
+   L_vq dq), dp' = L_qq dq + L_qv dv. Nodes are close enough that variations grow little from one to
+   the next: a long unstable path is found to rounding, where single shooting would lose it. */
 #include "shooting.h"
 #include "path_nodes.h"
 #include "autodiff/blas.h"

@@ -1,5 +1,5 @@
-/* The motion through the two ends of a path, tightly integrated, by multiple shooting; and the flow
-   of small variations along it. It knows nothing of rules and grids. */
+/* The motion through the two ends of a path, integrated accurately, by multiple shooting; and the
+   flow of small variations along it. Independent of rules and grids. */
 #ifndef PHYSICS_PATH_SHOOTING_H
 #define PHYSICS_PATH_SHOOTING_H
 

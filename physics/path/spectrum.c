@@ -1,10 +1,11 @@
 /* Morse index, conjugate points and smallest eigenvalue of the action's Hessian, by elimination in
-   the order of time (Sylvester's law of inertia). An element's inner nodes go first, which leaves a
-   chain over the slices with blocks A_i and couplings B_i; then
-       D_1 = A_1,   D_i+1 = A_i+1 - B_i^T D_i^-1 B_i,
-   and as many eigenvalues of the Hessian are negative as of all D_i and inner blocks together. The
-   count after D_i is the index of the path up to slice i + 1: where it grows there is a point
-   conjugate to the start (Morse; Gelfand, Fomin, Calculus of Variations, section 29). */
+   order of time (Sylvester's law of inertia). Eliminating the inner nodes of each element leaves a
+   block tridiagonal matrix over the slices with blocks A_i and couplings B_i; then
+          D_1 = A_1,   D_i+1 = A_i+1 - B_i^T D_i^-1 B_i,
+   and the number of negative eigenvalues of the Hessian is that of all D_i and inner blocks
+   together. The count up to D_i is the index of the path up to slice i + 1: where it increases
+   there is a point conjugate to the start (Morse; Gelfand, Fomin, Calculus of Variations, section
+   29). */
 #include "spectrum.h"
 #include "autodiff/blas.h"
 #include "physics/linear/linear.h"

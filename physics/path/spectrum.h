@@ -1,4 +1,4 @@
-/* The spectrum of a path from its Hessian. */
+/* The spectrum of a path, from its Hessian. */
 #ifndef PHYSICS_PATH_SPECTRUM_H
 #define PHYSICS_PATH_SPECTRUM_H
 

@@ -1,4 +1,4 @@
-/* Paths to start from and to compare with (path.h). */
+/* Initial and reference paths (path.h). */
 #include "internal.h"
 #include "physics/motion/motion.h"
 

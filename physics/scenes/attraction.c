@@ -1,4 +1,4 @@
-/* Point masses that attract each other as 1/r (attraction.h). */
+/* Point masses under 1/r attraction (attraction.h). */
 #include "attraction.h"
 
 #include <stdlib.h>

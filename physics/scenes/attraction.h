@@ -1,4 +1,4 @@
-/* Point masses that attract each other as 1/r, without softening. */
+/* Point masses under 1/r attraction, without softening. */
 #ifndef PHYSICS_SCENES_ATTRACTION_H
 #define PHYSICS_SCENES_ATTRACTION_H
 

@@ -1,11 +1,11 @@
-/* The curve of quickest descent under gravity, its time free. With u the square root of the drop
-   below the start, Fermat's time along a curve, the integral of ds / speed, is the length in the
+/* The curve of quickest descent under gravity, with free end time. With u the square root of the
+   drop below the start, the time along a curve, the integral of ds / speed, is the length in the
    metric (4 u'^2 + x'^2 / u^2) / 2g. Its geodesics are the stationary paths of
-       L = (4 u'^2 + x'^2 / u^2) / 4g + 1/2,
-   and where the end time is free, that is of energy 0, they are run through in true time: S is the
-   time of the descent. In the drop itself the metric would have a pole; u begins like t. The second
-   coordinate is w = x / u, x from the start on, so that a straight line of (u, w) is a straight
-   chute, and x' / u = w' + w u' / u. */
+          L = (4 u'^2 + x'^2 / u^2) / 4g + 1/2,
+   and for free end time, hence energy 0, they are traversed in true time: S is the time of descent.
+   In the drop itself the metric would have a pole; u begins like t. The second coordinate is w = x
+   / u, x measured from the start, so that a straight line of (u, w) is a straight chute, and x' / u
+   = w' + w u' / u. */
 #include "scenes.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* An oscillator with a cubic term, V = k x^2/2 + a x^3/3: the simplest one in which a step can be
-   in resonance with the motion. */
+/* An oscillator with a cubic term, V = k x^2/2 + a x^3/3: the simplest one whose steps can be in
+   resonance with the motion. */
 #include "scenes.h"
 
 struct cubic {

@@ -1,4 +1,4 @@
-/* Two pendulums, one hanging from the other; chaotic at this energy. Angles from the vertical. */
+/* The double pendulum, chaotic at this energy. Angles are from the vertical. */
 #include "scenes.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* Two bodies under the law of Lennard-Jones, V = 4 epsilon ((sigma/r)^12 - (sigma/r)^6), without a
-   cap: the steep wall is what limits the step. */
+/* Two bodies under a Lennard-Jones potential, V = 4 epsilon ((sigma/r)^12 - (sigma/r)^6), without a
+   cap: the steep wall limits the step. */
 #include "scenes.h"
 
 struct dimer {

@@ -1,5 +1,5 @@
-/* Two wells side by side, V = height ((x/a)^2 - 1)^2. A particle of less energy than the barrier
-   stays in its well; a quantum one tunnels. */
+/* A double well, V = height ((x/a)^2 - 1)^2. A particle of less energy than the barrier stays in
+   its well; a quantum particle tunnels. */
 #include "scenes.h"
 
 struct double_well {

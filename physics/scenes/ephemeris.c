@@ -1,6 +1,6 @@
-/* Sun and planets under Newton's law, V = -sum over pairs of G m_i m_j / r, in SI units, and, where
-   asked, what relativity adds. A mass is GM over G with GM as measured, to ten digits where G
-   itself is known to five, unless it is set. */
+/* Sun and planets under Newton's law, V = -sum over pairs of G m_i m_j / r, in SI units, and,
+   optionally, relativistic corrections. A mass is the measured GM over G, unless it is set: GM is
+   known to ten digits, G to five. */
 #include "scenes.h"
 #include "ephemeris.h"
 #include "post_newtonian.h"

@@ -1,4 +1,5 @@
-/* Parameters of the ephemeris scene, for the functions that choose its bodies (../ephemeris.c). */
+/* Parameters of the ephemeris scene, for the functions that choose its bodies (physics/ephemeris/).
+ */
 #ifndef PHYS_SCENES_EPHEMERIS_H
 #define PHYS_SCENES_EPHEMERIS_H
 

@@ -1,4 +1,4 @@
-/* A planet on its mean ellipse (ephemeris_rough.h). */
+/* The position of a planet from mean Kepler elements (ephemeris_rough.h). */
 #include "ephemeris_rough.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* The Moon about the Earth (ephemeris_rough.h) by the low-precision series of The Astronomical
    Almanac, page D22 (after E. W. Brown): 0.3 degrees in longitude, 0.2 in latitude, 0.003 in
-   parallax. Angles are in degrees and of the ecliptic of date; what the equinox has moved since
-   J2000 is taken off the longitude. */
+   parallax. Angles are in degrees and of the ecliptic of date; the precession since J2000 is
+   subtracted from the longitude. */
 #include "ephemeris_rough.h"
 
 #include <math.h>

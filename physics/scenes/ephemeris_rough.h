@@ -1,4 +1,4 @@
-/* Bodies that come without a table: where they are at any date, roughly. */
+/* Bodies without a table: approximate positions at any date. */
 #ifndef PHYSICS_EPHEMERIS_ROUGH_H
 #define PHYSICS_EPHEMERIS_ROUGH_H
 

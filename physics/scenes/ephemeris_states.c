@@ -1,5 +1,6 @@
-/* 2022-Jul-14 00:00 TDB (ephemeris_states.h). The digits are those that Horizons prints, in km and
-   km/s; KM makes them SI with the one rounding that the reader of the tables makes too. */
+/* State vectors at 2022-Jul-14 00:00 TDB (ephemeris_states.h). The digits are those printed by
+   Horizons, in km and km/s; KM converts to SI with the same single rounding as the reader of
+   tables. */
 #include "ephemeris_states.h"
 
 #define KM 1e3

@@ -1,5 +1,4 @@
-/* The Sun and the inner planets at one epoch: what the ephemeris scene starts from without a table.
- */
+/* The Sun and the inner planets at one epoch: the start of the ephemeris scene without a table. */
 #ifndef PHYSICS_EPHEMERIS_STATES_H
 #define PHYSICS_EPHEMERIS_STATES_H
 

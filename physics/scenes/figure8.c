@@ -1,5 +1,5 @@
-/* Three equal masses that chase each other along one figure eight (Chenciner, Montgomery, Annals of
-   Mathematics 152, 2000; numbers of Simo). With m = G = 1 the period is 6.3259138908. */
+/* Three equal masses that follow each other along one figure eight (Chenciner, Montgomery, Annals
+   of Mathematics 152, 2000; initial values by Simo). With m = G = 1 the period is 6.3259138908. */
 #include "attraction.h"
 #include "scenes.h"
 

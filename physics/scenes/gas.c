@@ -1,14 +1,14 @@
-/* A gas of Lennard-Jones bodies in the plane, all of the same mass:
-       V = strength sum over pairs of (s/r)^12 - (s/r)^6,  r^2 = d^2 + softening.
-   It starts from a jittered lattice, thin and cold enough that no two bodies meet: beyond a
-   collision the true path is a saddle of the action, which no descent holds. The published one
-   starts at rest from random positions, some of them overlapping, cuts V off at a clamp and adds a
-   line below cap_radius instead: both break the law and its gradient, and are off unless set.
+/* A gas of Lennard-Jones bodies of equal mass in the plane:
+          V = strength sum over pairs of (s/r)^12 - (s/r)^6,  r^2 = d^2 + softening.
+   It starts from a jittered lattice, dilute and cold enough that no two bodies meet: beyond a
+   collision the true path is a saddle of the action, which no descent finds. The published scene
+   starts at rest from random, partly overlapping positions, and replaces V by a clamped value and a
+   line below cap_radius; both change the law and its gradient, and are off unless set.
 
-   Friction. No V makes bodies lose energy, but a factor that grows with time does: the motion of
-       L = exp(friction t) (T - V)   is   m a = -V_q - friction m v
-   (Caldirola and Kanai), so that damped paths are stationary paths, too.
-   Walls are springs: V = walls/2 times the squares of how far bodies are outside the square. */
+   Friction: dissipative motion follows from a Lagrangian with a growing factor (Caldirola and
+   Kanai), so damped paths are stationary, too:
+          L = exp(friction t) (T - V)   gives   m a = -V_q - friction m v.
+   Walls are springs: V = walls/2 times the squared distances of bodies outside the square. */
 #include "gas.h"
 #include "scenes.h"
 #include "physics/io/random.h"

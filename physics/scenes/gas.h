@@ -1,5 +1,4 @@
-/* Parameters and energy of the gas scene, for the functions that follow many bodies
-   (../gas_motion.c). */
+/* Parameters and energy of the gas scene, for physics/gas/. */
 #ifndef PHYS_SCENES_GAS_H
 #define PHYS_SCENES_GAS_H
 

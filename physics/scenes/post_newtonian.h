@@ -1,4 +1,4 @@
-/* What general relativity adds to Newton's law at the first order. */
+/* Relativistic corrections to Newton's law at first order (1/c^2). */
 #ifndef PHYSICS_SCENES_POST_NEWTONIAN_H
 #define PHYSICS_SCENES_POST_NEWTONIAN_H
 

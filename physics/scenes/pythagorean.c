@@ -1,6 +1,6 @@
-/* Burrau's problem: masses 3, 4, 5 at rest in the corners of a triangle with these sides, each
-   opposite its side. They nearly collide many times until two of them leave as a pair (Szebehely,
-   Peters, Astronomical Journal 72, 1967). */
+/* Burrau's problem: masses 3, 4, 5 at rest at the corners of a 3-4-5 triangle, each opposite the
+   side of its number. They pass close to each other many times until two of them leave as a pair
+   (Szebehely, Peters, Astronomical Journal 72, 1967). */
 #include "attraction.h"
 #include "scenes.h"
 

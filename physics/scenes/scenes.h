@@ -1,4 +1,4 @@
-/* The built-in scenes, each the const struct of a file: scenes.def lists them. */
+/* The built-in scenes listed in scenes.def, one const struct per file. */
 #ifndef PHYSICS_SCENES_H
 #define PHYSICS_SCENES_H
 

@@ -1,5 +1,5 @@
-/* How far a motion is to be believed: steps that are too long, energy that is not kept, masses that
-   are nearly singular, an error as large as the motion, and the horizon of a chaotic one. */
+/* Reliability of a motion: steps that are too long, energy not conserved, nearly singular masses,
+   an error as large as the motion, and the horizon of predictability of a chaotic one. */
 #ifndef PHYSICS_STABILITY_DIAGNOSTICS_H
 #define PHYSICS_STABILITY_DIAGNOSTICS_H
 
@@ -21,13 +21,13 @@ struct phys_diagnosis {
     double error_before; /* largest distance from the reference before the horizon; NaN: unknown */
 };
 
-/* Of a motion that phys_motion_solve found or lost on the way; *error is then what it said, and
-   stays. known: size of a difference of the start whose growth is followed until it is
-   PHYS_MOTION_LOST sizes of the motion; 0: it is not. */
+/* Diagnoses a motion that phys_motion_solve returned, complete or not; *error is its error, and
+   unchanged. known: size of an initial difference whose growth is followed until it reaches
+   PHYS_MOTION_LOST sizes of the motion; 0: not followed. */
 enum ad_status phys_motion_diagnose(const struct phys_motion_settings *settings,
                                     const struct phys_motion_solution *solution, double known,
                                     struct phys_diagnosis *diagnosis, struct ad_error *error);
-/* As many digits of x as a spread leaves: the last is where the spread begins. */
+/* x printed with as many digits as a spread leaves significant. */
 double phys_known_digits(double x, double spread);
 
 #ifdef __cplusplus

@@ -1,12 +1,12 @@
-/* Chaos measured: a small difference w follows the linearised field, w' = f_y(y) w, and its length
-   is set back to one at equal intervals (Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15,
-   1980). f_y w is a central difference of the field along w, which serves every field. Growth
-   depends on the direction of w for a time, and a chaotic motion is soon not known: several
-   directions are followed, each at a tolerance of its own, and where they part digits end.
+/* Lyapunov exponents: a small difference w follows the linearised field, w' = f_y(y) w, and is
+   renormalised at equal intervals (Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15, 1980). f_y
+   w is a central difference of the field along w, which works for every field. The growth depends
+   on the initial direction for a while, and a chaotic motion soon loses its digits: several
+   directions are followed, each at its own tolerance, and where they disagree the digits end.
 
-   Growth alone is no chaos: on a hillside, q'' = q, differences grow as fast as the motion does.
-   How the motion itself grows its rate f(y) tells, which in an autonomous system follows the same
-   linearised field. Chaotic is growth beyond that of f. */
+   Growth alone is not chaos: on a hillside, q'' = q, differences grow as fast as the motion. The
+   growth of the motion itself is that of its rate f(y), which in an autonomous system obeys the
+   same linearised field. Chaos is growth beyond that of f. */
 #include "stability.h"
 #include "physics/ode/internal.h"
 

@@ -1,4 +1,4 @@
-/* The frequencies of small motions about a place, from the second derivatives of L on the tape. */
+/* Frequencies of small oscillations about a point, from the second derivatives of L on the tape. */
 #include "stability.h"
 #include "physics/ode/internal.h"
 #include "physics/linear/linear.h"

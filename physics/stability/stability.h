@@ -1,5 +1,5 @@
-/* Where methods fail, known before they do: the longest step that an oscillation allows, and the
-   time after which a chaotic motion has forgotten its start. */
+/* Limits of methods, known before they fail: the longest stable step on an oscillation, and the
+   time after which a chaotic motion is unpredictable. */
 #ifndef PHYSICS_STABILITY_H
 #define PHYSICS_STABILITY_H
 
@@ -15,31 +15,31 @@ extern "C" {
 
 enum { PHYS_NORMAL_MODES_DOF = 1000 };
 
-/* Small motions about a place, where M x'' = -K x with M = L_vv, K = -L_qq (what depends on
-   velocities is left out): from the eigenvalues of M^-1 K. */
+/* Small oscillations about a point, where M x'' = -K x with M = L_vv, K = -L_qq (terms in the
+   velocities are ignored): from the eigenvalues of M^-1 K. */
 struct phys_normal_modes {
     double frequency;  /* of the fastest oscillation, in radians; 0: there is none */
-    double t;          /* where it is */
-    size_t coordinate; /* that moves most in it */
-    double growth;     /* fastest rate at which a place is left down a hillside; 0: none */
+    double t;          /* the point it belongs to */
+    size_t coordinate; /* coordinate of its largest amplitude */
+    double growth;     /* largest exponential rate of leaving an unstable point; 0: none */
 };
-/* The fastest at n places x [n][2 dof], each q and then v, and times t [n]. AD_E_ARGUMENT for more
-   than PHYS_NORMAL_MODES_DOF coordinates or a mass matrix that is not positive; AD_E_NONFINITE
+/* The fastest over n points x [n][2 dof], each q and then v, and times t [n]. AD_E_ARGUMENT for
+   more than PHYS_NORMAL_MODES_DOF coordinates or a mass matrix that is not positive; AD_E_NONFINITE
    names a coordinate. */
 enum ad_status phys_normal_modes(const struct phys_system *system, size_t n, const double *x,
                                  const double *t, struct phys_normal_modes *motion,
                                  struct ad_error *error);
 
-/* Limits of w h for a method with steps of length h on an oscillation of frequency w, found by
-   taking steps with it; INFINITY where there is none. */
+/* Limits of w h for a method with steps h on an oscillation of frequency w, measured on the
+   method's own steps; INFINITY where there is none. */
 struct phys_step_limits {
     double stability; /* beyond, amplitudes grow: 2 for verlet, 2 sqrt 2 for rk4, 0 for euler */
-    /* A step turns the phase by a third of a circle. There nonlinear forces push a symplectic
+    /* A step advances the phase by a third of a circle. There nonlinear forces drive a symplectic
        method off any orbit, however small: sqrt 3 for verlet, 2 sqrt 3 for implicit-midpoint
        (Skeel, Zhang, Schlick, SIAM J. Sci. Comput. 18, 1997). INFINITY for other methods. */
     double resonance;
 };
-/* Not for adaptive methods: AD_E_ARGUMENT. */
+/* AD_E_ARGUMENT for adaptive methods. */
 enum ad_status phys_step_limits(const struct phys_integrator *integrator,
                                 struct phys_step_limits *limits, struct ad_error *error);
 
@@ -54,8 +54,8 @@ struct phys_step_advice {
     double limit, resonance;         /* of dt there */
     char text[512];                  /* a warning and what to try; empty for good steps */
 };
-/* What to expect of steps dt of a method at n places, given as for phys_normal_modes: the start, or
-   all of a motion. */
+/* Stability of steps dt of a method at n points, given as for phys_normal_modes: the start, or a
+   whole motion. */
 enum ad_status phys_step_advise(const struct phys_integrator *integrator,
                                 const struct phys_system *system, size_t n, const double *x,
                                 const double *t, double dt, struct phys_step_advice *advice,
@@ -75,20 +75,22 @@ struct phys_lyapunov_settings {
 };
 
 struct phys_lyapunov {
-    double exponent;    /* log of the growth of a small difference, per time: a mean of runs */
-    double least, most; /* of them, which begin in other directions and are rounded otherwise */
-    double time;        /* its inverse: growth by e; INFINITY where nothing grows */
+    double exponent;    /* logarithmic growth rate of a small difference: mean over the runs */
+    double least, most; /* over the runs, which differ in direction and rounding */
+    double time;        /* the inverse of the exponent; INFINITY where nothing grows */
     double growth;      /* from t0 to t1 */
     /* Mean exponential growth of nearby orbits (Cincotta, Simo, Astron. Astrophys. Suppl. 147,
        2000): 2 on regular motions whose frequency depends on the amplitude, where differences grow
        in proportion to time; 0 on isochronous ones (the spring); exponent * time / 2 on chaotic
        ones. */
     double megno;
-    /* The same of the growth beyond that of the motion itself says so: differences of an unstable
-       linear motion grow with it, and an equilibrium does not move. A short span cannot tell. */
+    /* True if this still holds for growth beyond that of the motion itself: differences of an
+       unstable linear motion grow with it, and an equilibrium does not move. A short time span
+       cannot decide. */
     bool chaotic;
-    /* When a difference `known` has become `lost`: first and last of the runs; INFINITY: not before
-       t1. Where the motion is not chaotic, in units of the largest size it had until then. */
+    /* Times at which a difference `known` has grown to `lost`: first and last of the runs;
+       INFINITY: not before t1. Where the motion is not chaotic, in units of its largest size until
+       then. */
     double horizon, latest;
 };
 

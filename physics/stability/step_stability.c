@@ -1,7 +1,6 @@
-/* How long the steps of a method may be on an oscillation. The method is asked itself: a step from
-   (1, 0) and one from (0, 1) of the oscillator q'' = -q are the columns of its matrix, whose
-   eigenvalues tell growth and turn of a step (Hairer, Lubich, Wanner, Geometric Numerical
-   Integration, section I.5.2, example of Verlet). */
+/* The longest stable step of a method on an oscillation. A step from (1, 0) and one from (0, 1) of
+   q'' = -q are the columns of its matrix, whose eigenvalues give growth and phase per step (Hairer,
+   Lubich, Wanner, Geometric Numerical Integration, section I.5.2, example of Verlet). */
 #include "stability.h"
 #include "physics/ode/internal.h"
 

@@ -1,4 +1,4 @@
-/* For the rooms of physics alone: refusals, scenes from shared objects. */
+/* For physics/ only: argument checks, scenes from shared objects. */
 #ifndef PHYSICS_SYSTEM_INTERNAL_H
 #define PHYSICS_SYSTEM_INTERNAL_H
 
@@ -7,15 +7,14 @@
 
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
-/* Hands a tape's error, if it has one, on to `error`. */
+/* Copies a tape's error, if it has one, to `error`. */
 static inline enum ad_status phys_tape_status(const ad_tape *tape, struct ad_error *error)
 {
     const struct ad_error *e = ad_tape_error(tape);
     return e->status == AD_OK ? AD_OK : ad_fail(error, e->status, "%s", e->message);
 }
 
-/* Refuses what was not given: an argument of NULL, or what a search that failed returned. An error
-   that is already held stays. */
+/* Refuses a NULL argument, or the NULL of a failed search; an error already held is kept. */
 static inline bool phys_lacks(const void *given, const char *what, struct ad_error *error)
 {
     return !given && ad_fail(error, AD_E_ARGUMENT, "got no %s (NULL)", what) != AD_OK;
@@ -31,12 +30,12 @@ static inline bool phys_lacks_scene(const struct phys_system *system, struct ad_
 enum ad_status phys_library_open(const char *file, void **library, const struct phys_scene **scene,
                                  struct ad_error *error);
 void phys_library_close(void *library);
-/* The file is a shared object and as long as it says it is. To map more of a file than there is
-   ends in a signal, and the system's loader does not look. */
+/* True if the file is a complete shared object. Mapping beyond the end of a truncated one would
+   raise a signal, and the system's loader does not check. */
 bool phys_library_is_complete(const char *file);
-/* What is wrong with a scene from outside, or NULL. */
+/* The defect of a scene from outside, or NULL. */
 const char *phys_scene_flaw(const struct phys_scene *scene);
-/* A system of a scene without flaw, with default parameters: the end of phys_system_open. */
+/* A system of a checked scene with default parameters: the end of phys_system_open. */
 enum ad_status phys_system_begin(struct phys_system *system, const struct phys_scene *scene,
                                  struct ad_error *error);
 

@@ -1,4 +1,4 @@
-/* L and the energies of a system on a tape, from whichever callbacks its scene has. */
+/* L and the energies of a system on a tape, from the callbacks that its scene has. */
 #include "internal.h"
 
 /* One value a slice, or a refusal that names the callback's mistake. */

@@ -1,5 +1,5 @@
-/* Scenes from outside: a shared object that exports leastaction_scene. The one file that loads
-   code. Everything a scene must have is looked at here, so that the rest may rely on it. */
+/* Scenes from shared objects that export leastaction_scene; the only file that loads scene code.
+   Everything a scene needs is checked here. */
 #include "internal.h"
 #include "physics/io/utf8.h"
 

@@ -1,4 +1,4 @@
-/* Shared objects that are as long as they say (internal.h): the header and the program headers of
+/* Checks that a shared object is not truncated (internal.h), by the header and program headers of
    the Executable and Linkable Format, System V ABI, chapters 4 and 5. */
 #include "internal.h"
 

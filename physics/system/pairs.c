@@ -1,4 +1,4 @@
-/* Pair laws without a node per pair: pairs of bodies as the rows of one value. */
+/* Pairs of bodies as the rows of one value, so that pair laws need no node per pair. */
 #include "system.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* Scenes by name, and their parameters. */
+/* Opens scenes by name, and sets their parameters. */
 #include "internal.h"
 
 #include <math.h>

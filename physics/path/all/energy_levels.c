@@ -1,5 +1,5 @@
-/* The shape of the potential of one coordinate (energy_parts.h): its maxima and minima, and the
-   heights between which times are smooth functions of the energy. */
+/* The shape of the potential of one coordinate (energy_parts.h): its extrema, and the energies
+   between which times are smooth functions of the energy. */
 #include "energy_parts.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* What the parts of energy_sweep.h share: the shape of the potential (energy_levels.c), the times
-   of motions (energy_time.c), roots (energy_sweep.c) and paths (energy_path.c). */
+/* Internals of energy_sweep.h: the shape of the potential (energy_levels.c), times of motions
+   (energy_time.c), roots (energy_sweep.c) and paths (energy_path.c). */
 #ifndef PHYSICS_PATH_ENERGY_PARTS_H
 #define PHYSICS_PATH_ENERGY_PARTS_H
 

@@ -1,11 +1,11 @@
-/* Every motion of one coordinate between two places in a given time (energy_sweep.h).
+/* Every motion of one coordinate between two positions in a given time (energy_sweep.h).
 
-   With direction, energy and number of turns a motion is given, and its time is a sum of integrals
-   of dq / v between turning points. As a function of the energy it is smooth between the heights of
-   the maxima of U that bound the motion; near such a height it grows like -log|E - height|. So
-   energies are taken at equal steps of that logarithm, from either side. Roots are where the sign
-   of T(E) - time changes, or where its size has a minimum that reaches zero; nearer to a height
-   than rounding lets U tell, T grows on as that logarithm, and there is one root more, or none. */
+   Direction, energy and number of turns determine a motion, and its time is a sum of integrals of
+   dq / v between turning points. As a function of the energy it is smooth between the maxima of U
+   that bound the motion; near such a maximum it grows like -log|E - height|. Energies are therefore
+   sampled at equal steps of that logarithm, from either side. Roots lie where the sign of T(E) -
+   time changes, or where its magnitude has a minimum that reaches zero; closer to a maximum than
+   the rounding of U, T keeps growing as that logarithm, which leaves one more root or none. */
 #include "energy_parts.h"
 #include "physics/lagrangian/conserved.h"
 

@@ -1,6 +1,5 @@
-/* Every motion of one coordinate between two places in a given time, where L does not depend on the
-   time: they are the roots of T(E) = time, one function for each direction of the start and each
-   number of turns. */
+/* Every motion of one coordinate between two positions in a given time, for L without explicit
+   time: the roots of T(E) = time, one function for each initial direction and number of turns. */
 #ifndef PHYSICS_PATH_ENERGY_SWEEP_H
 #define PHYSICS_PATH_ENERGY_SWEEP_H
 

@@ -1,4 +1,4 @@
-/* How long a motion of one coordinate takes at an energy (energy_parts.h): integrals of dq / v
+/* The time of a motion of one coordinate at a given energy (energy_parts.h): integrals of dq / v
    between turning points and ends. */
 #include "energy_parts.h"
 

@@ -1,11 +1,11 @@
-/* Several stationary paths between the same two ends: a question that gives no energy can have many
-   solutions. With one coordinate and no explicit time all of them are known from the times of
-   motions as functions of the energy (energy_sweep.h). Else starts are motions from the first end
-   with many velocities, bent so that they meet the second; Newton's method makes each stationary.
-   One coordinate is swept, and wherever the miss of the second end changes sign the velocity is
-   first bisected; with more, velocities are drawn at random until another start would hardly find a
-   new path: of N that led somewhere, those whose path was seen but once are about the share that
-   the next has of finding an unseen one (Good, Biometrika 40, 1953). */
+/* Searches for several stationary paths between the same ends: a problem that does not fix the
+   energy can have many solutions. With one coordinate and no explicit time all are found from times
+   as functions of the energy (energy_sweep.h). Otherwise starts are motions from the first end with
+   many velocities, bent to meet the second end, and Newton's method makes each stationary. For one
+   coordinate the initial velocity is swept and bisected wherever the miss of the second end changes
+   sign; for several, velocities are drawn at random until another start is unlikely to find a new
+   path: after N successful starts the probability of an unseen path is about the fraction of paths
+   seen once (Good, Biometrika 40, 1953). */
 #include "multistart.h"
 #include "physics/io/random.h"
 

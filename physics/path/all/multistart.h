@@ -1,5 +1,5 @@
-/* A search for several stationary paths, and its parts: starts (multistart.c), motions of one
-   coordinate by their energies (multistart_energy.c), and what was found (solutions.c). */
+/* Internals of the search for several stationary paths: starts (multistart.c), motions of one
+   coordinate by energy (multistart_energy.c), solutions (solutions.c). */
 #ifndef PHYSICS_PATH_MULTISTART_H
 #define PHYSICS_PATH_MULTISTART_H
 

@@ -1,6 +1,5 @@
 /* Stationary paths of one coordinate from the motions of all energies (multistart.h,
- * energy_sweep.h).
- */
+   energy_sweep.h). */
 #include "energy_sweep.h"
 #include "multistart.h"
 

@@ -1,4 +1,4 @@
-/* Stationary paths that a search has found, each once (multistart.h). */
+/* The solutions of a search, without duplicates (multistart.h). */
 #include "physics/path/grid_independence.h"
 #include "multistart.h"
 
