@@ -1,13 +1,13 @@
 /* Hamiltonian neural networks: a network gives a scalar H(q, p), and the field is its symplectic
-   gradient, taken in the graph (S. Greydanus, M. Dzamba, J. Yosinski, "Hamiltonian Neural
-   Networks", NeurIPS 2019, arXiv 1906.01563). A baseline predicts the rates themselves.
+   gradient, recorded on the tape (S. Greydanus, M. Dzamba, J. Yosinski, "Hamiltonian Neural
+   Networks", NeurIPS 2019, arXiv 1906.01563). A baseline predicts the rates directly.
 
-       hnn_model *model;
-       if (hnn_model_load("pendulum.h5", &model, &error) == AD_OK)
-           hnn_model_field(model, (double[]){1, 0}, rate);           dq/dt, dp/dt at q = 1, p = 0
-       hnn_model_free(model);
+          hnn_model *model;
+          if (hnn_model_load("pendulum.h5", &model, &error) == AD_OK)
+              hnn_model_field(model, (double[]){1, 0}, rate);           dq/dt, dp/dt at q = 1, p = 0
+          hnn_model_free(model);
 
-   Columns are samples: states x and rates are [2n x samples], row-major, n rows of q first, then n
+   Columns are samples: states x and rates are [2n x samples], row-major, n rows of q followed by n
    of p. Handles share nothing; one handle is used by one thread at a time. */
 #ifndef HNN_H
 #define HNN_H
@@ -25,14 +25,14 @@ enum hnn_kind {
     HNN_HAMILTONIAN /* the network is H; dq/dt = H_p, dp/dt = -H_q */
 };
 
-/* Of a Hamiltonian model: which gradients of its scalars make the field. */
+/* Which gradients of its scalars form the field of a Hamiltonian model. */
 enum hnn_field_type {
     HNN_SYMPLECTIC,   /* (H_p, -H_q) */
     HNN_CONSERVATIVE, /* the plain gradient (F_q, F_p) of one scalar */
     HNN_BOTH          /* their sum, F and H being two outputs of one network */
 };
 
-/* How weights begin; biases begin uniform within 1/sqrt(inputs), as in the published code. */
+/* Initial weights; biases are uniform within 1/sqrt(inputs), as in the published code. */
 enum hnn_start {
     HNN_ORTHOGONAL, /* rows or columns orthonormal, whichever are fewer */
     HNN_XAVIER,     /* normal, variance 2/(inputs + outputs) */
@@ -48,27 +48,27 @@ struct hnn_settings {
     size_t hidden[HNN_LAYERS_MOST - 1]; /* width after each but the last */
     const char *activation;             /* a name from hnn_activations; copied */
     enum hnn_field_type field;
-    bool separable;         /* H = T(p) + V(q), a network each; symplectic fields alone */
+    bool separable;         /* H = T(p) + V(q), with a network each; symplectic fields only */
     bool dissipation;       /* a second network D: the field is (H_p, -H_q) - (D_q, D_p) */
-    enum ad_type precision; /* of the parameters, and of training */
+    enum ad_type precision; /* of the initial parameters, and of training */
     enum hnn_start start;
     uint64_t seed;
-    /* Of what is observed in place of states, such as two frames; an autoencoder finds the state.
-       0: states are observed. */
+    /* Size of an observation in place of a state, such as two frames, for models with an
+       autoencoder. 0: states are observed. */
     size_t pixels;
     size_t autoencoder; /* width of its hidden layers */
 };
 
 /* As published: 200 and 200 units, tanh, orthogonal, symplectic, f32, seed 0. */
 struct hnn_settings hnn_defaults(enum hnn_kind kind, size_t dof);
-/* The same on a latent q and p behind an autoencoder 200 wide. */
+/* The same on a latent q and p, with an autoencoder of width 200. */
 struct hnn_settings hnn_pixel_defaults(enum hnn_kind kind, size_t pixels);
 
-/* Names as on the command line and in files; NULL-terminated, in the order of the enums. */
+/* Names used on the command line and in files; NULL-terminated, in the order of the enums. */
 extern const char *const hnn_kinds[], *const hnn_field_types[], *const hnn_starts[],
                                                                     *const hnn_precisions[];
 
-/* A function applied to every unit. */
+/* An activation function, applied elementwise. */
 struct hnn_activation {
     const char *name;
     ad_var (*record)(ad_var x);
@@ -77,61 +77,64 @@ extern const struct hnn_activation hnn_activations[]; /* ends with a NULL name *
 
 typedef struct hnn_model hnn_model;
 
-/* Everywhere below: what is NULL and must not be is AD_E_ARGUMENT (or NaN, 0, NULL where a function
-   has no status); what `error` holds on entry is returned again, as that of a name not found. */
+/* In all functions below a NULL that is not allowed gives AD_E_ARGUMENT (or NaN, 0, NULL where a
+   function returns no status); an error already in `error`, such as that of a failed look-up, is
+   returned unchanged. */
 
-/* Settings out of range or at odds: AD_E_ARGUMENT, saying which. They are copied. */
+/* A new model with random parameters. AD_E_ARGUMENT names settings that are out of range or
+   contradict each other. Settings are copied. */
 enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **model,
                              struct ad_error *error);
-void hnn_model_free(hnn_model *model);                                 /* takes NULL */
-const struct hnn_settings *hnn_model_settings(const hnn_model *model); /* lives as the model does */
+void hnn_model_free(hnn_model *model); /* takes NULL */
+const struct hnn_settings *
+hnn_model_settings(const hnn_model *model); /* lives as long as the model */
 
-/* All parameters, one after another in one flat vector of the model's precision, which lives as the
-   model does and changes in place; set: a copy. */
+/* All parameters as one flat vector of the model's precision, which lives as long as the model and
+   changes in place; set copies its argument. */
 size_t hnn_model_size(const hnn_model *model);
 const void *hnn_model_parameters(const hnn_model *model);
 void hnn_model_set_parameters(hnn_model *model, const void *parameters);
 
 /* One matrix or vector of the parameters: "linear1.weight" [out x in], "linear1.bias" [out x 1];
-   "kinetic.", "potential." or "dissipation." stand before where there are several networks. The
-   last map has no bias. Behind an autoencoder all these begin with "hnn."; its own maps are
+   with the prefix "kinetic.", "potential." or "dissipation." where there are several networks. The
+   last map has no bias. With an autoencoder all these have the prefix "hnn."; its own maps are
    "autoencoder.linear1" to "autoencoder.linear4", which encode, and 5 to 8, which decode. */
 struct hnn_block {
     char name[40];
     bool bias;
     size_t rows, cols, offset; /* offset: in elements of the flat vector */
 };
-/* Those of a model, *n of them, in the order of the flat vector; they live as the model does. */
+/* The *n blocks of a model, in the order of the flat vector; they live as long as the model. */
 const struct hnn_block *hnn_model_blocks(const hnn_model *model, size_t *n);
 
-/* Lets the networks see (x - centre)/scale, and brings their outputs to the size of `rate`;
-   [2n] each, positive but for the centre. Part of the model from now on; the field stays that of
-   a Hamiltonian in x. Losses are then of rates in units of `rate`. */
+/* Normalises the networks: their input becomes (x - centre)/scale, their output is scaled to the
+   size of `rate`; [2n] each, positive except centre. It is part of the model from then on; the
+   field is still that of a Hamiltonian in x. Losses are then of rates in units of `rate`. */
 enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const double *scale,
                                    const double *rate, struct ad_error *error);
 
-/* What a model has seen: the least and the largest value of every component of the state, and of H
-   (NaN where the model has none). */
+/* The range of training: least and largest value of every component of the state, and of H (NaN
+   where the model has none). */
 struct hnn_range {
     const double *low, *high; /* [2n + 1], H last */
 };
-/* From states x [2n x n]; those of H from some thousands of them. Training does this itself; of
-   pixels, from the latent states of some thousands of its observations. Part of the model from now
-   on. AD_E_MEMORY. */
+/* Sets the range from states x [2n x n], that of H from some thousands of them. Training does this
+   itself; for pixels from the latent states of some thousands of its observations. Part of the
+   model from then on. AD_E_MEMORY. */
 enum ad_status hnn_model_see(hnn_model *model, size_t n, const double *x, struct ad_error *error);
-/* low NULL: nothing was seen. Valid until the model sees anew or is freed. */
+/* The range; low is NULL if there is none. Valid until hnn_model_see or the model is freed. */
 struct hnn_range hnn_model_range(const hnn_model *model);
 
-/* A remark that goes with the model into its file, as an attribute of that name: names of columns,
-   units, where the data come from. Both are copied; a NULL text removes it. At most 16: AD_E_MEMORY
-   beyond. */
+/* A note stored with the model, as an attribute of that name: names of columns, units, the origin
+   of the data. Both strings are copied; a NULL text removes the note. AD_E_MEMORY beyond 16 notes.
+ */
 enum ad_status hnn_model_note(hnn_model *model, const char *name, const char *text,
                               struct ad_error *error);
-/* NULL: no such remark. Valid until that remark changes. */
+/* NULL: no such note. Valid until that note changes. */
 const char *hnn_model_noted(const hnn_model *model, const char *name);
 
-/* Name of component k of the state: that of its column, where the remark "state" tells plain names,
-   commas between; else q1, q2, ..., p1, ... */
+/* The name of component k of the state: its column's, if the note "state" has plain names separated
+   by commas; else q1, q2, ..., p1, ... */
 void hnn_model_component(const hnn_model *model, size_t k, char *name, size_t size);
 
 /* ---- a model on a tape ---- */
@@ -145,10 +148,10 @@ struct hnn_record {
    any precision. Errors stay in the tape. */
 struct hnn_record hnn_model_record(const hnn_model *model, ad_var parameters, ad_var x);
 
-/* ---- using a model ---- */
+/* ---- evaluating a model ---- */
 
-/* Precision of the evaluations below; AD_F64 unless set, whatever the parameters are. A type that
-   there is not changes nothing. */
+/* Precision of the evaluations below; AD_F64 unless set, whatever the precision of the parameters.
+   An unknown type changes nothing. */
 void hnn_model_evaluate_in(hnn_model *model, enum ad_type type);
 /* rate [2n] at one state x [2n]. AD_E_MEMORY, AD_E_ARGUMENT. */
 enum ad_status hnn_model_field(hnn_model *model, const double *x, double *rate);
@@ -157,37 +160,36 @@ double hnn_model_energy(hnn_model *model, const double *x);
 /* rate [2n x samples] and H [1 x samples] at x [2n x samples]; either may be NULL. */
 enum ad_status hnn_model_evaluate(hnn_model *model, size_t samples, const double *x, double *rate,
                                   double *energy, struct ad_error *error);
-/* The model as a vector field for phys_simulate, y = (q, p): canonical where the field is
-   symplectic, with kick and drift where H separates. The model must outlive it. */
+/* The model as a vector field for phys_simulate, y = (q, p): canonical if the field is symplectic,
+   with kick and drift if H separates. The model must outlive it. */
 enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_error *error);
 
-/* ---- the autoencoder of a model of pixels (its x above is the latent state) ---- */
+/* ---- the autoencoder of a model of pixels (x above is its latent state) ---- */
 
-/* On a tape: states [2n x samples] of observations [samples x pixels], one after another as frames
-   lie in memory, and back. */
+/* On a tape: states [2n x samples] from observations [samples x pixels], contiguous as frames are
+   in memory, and back. */
 ad_var hnn_record_encode(const hnn_model *model, ad_var parameters, ad_var pixels);
 ad_var hnn_record_decode(const hnn_model *model, ad_var parameters, ad_var x);
-/* The same for arrays. AD_E_ARGUMENT: the model has none. */
+/* The same on arrays. AD_E_ARGUMENT if the model has no autoencoder. */
 enum ad_status hnn_model_encode(const hnn_model *model, size_t samples, const double *pixels,
                                 double *x, struct ad_error *error);
 enum ad_status hnn_model_decode(const hnn_model *model, size_t samples, const double *x,
                                 double *pixels, struct ad_error *error);
 
-/* ---- files (HDF5, readable with h5py; written whole or not at all) ---- */
+/* ---- files (HDF5, readable with h5py; replaced atomically) ---- */
 
-/* `command` is kept as an attribute; NULL: none. */
+/* Saves the model; `command` is stored as an attribute; NULL: none. */
 enum ad_status hnn_model_save(const hnn_model *model, const char *file, const char *command,
                               struct ad_error *error);
-/* A damaged file, or one that is no model: AD_E_INPUT, saying what was expected. */
+/* Loads a model, for hnn_model_free. AD_E_INPUT if the file is damaged or not a model. */
 enum ad_status hnn_model_load(const char *file, hnn_model **model, struct ad_error *error);
 
 /* ---- training ---- */
 
-/* What to learn from: states x [2n x n] and rates [2n x n]; or, for the loss on rollouts of K
-   steps, targets [K*2n x n], rows (k-1)*2n ... being the state k steps after x, each step as long
-   as `steps` [K x n] says; NULL: as hnn_training.dt.
-   Models of pixels learn from frames that lie one behind the other, each of `frame` pixels: sample
-   k is the observation that begins with frame first[k], its target the one a frame later. */
+/* Training samples: states x [2n x n] and rates [2n x n]; or, for the loss on rollouts of K steps,
+   targets [K*2n x n], rows (k-1)*2n ... being the state k steps after x, with step lengths `steps`
+   [K x n]; NULL: hnn_training.dt. Models of pixels learn from contiguous frames of `frame` pixels:
+   sample k is the observation that begins with frame first[k], its target the one a frame later. */
 struct hnn_samples {
     size_t n;
     const double *x, *target, *steps;
@@ -199,7 +201,7 @@ struct hnn_samples {
 struct hnn_optimiser;
 struct hnn_schedule;
 
-/* How the learning rate changes: factor(step of steps) times learning_rate. */
+/* Schedule of the learning rate: factor(step of steps) times learning_rate. */
 struct hnn_schedule {
     const char *name, *what;
     double (*factor)(size_t step, size_t steps);
@@ -218,75 +220,73 @@ struct hnn_training {
     const struct hnn_optimiser *optimiser;
     const struct hnn_schedule *schedule;
     size_t steps;
-    size_t batch; /* samples of a step, by seeded permutations; 0: all of them */
+    size_t batch; /* samples per step, by seeded permutations; 0: all of them */
     double learning_rate, weight_decay;
     double momentum; /* sgd */
-    double average;  /* the model has the mean of the parameters over about this last share of the
-                        steps, 0 ... 1; 0, and always by lbfgs: those after the last step */
-    size_t rollout;  /* K: loss on K Runge-Kutta steps; 0: on the rates */
+    double
+        average; /* the model gets the mean of the parameters over about this last fraction of the
+                    steps, 0 ... 1; 0, and always with lbfgs: the parameters of the last step */
+    size_t rollout;  /* K: loss on K Runge-Kutta steps; 0: loss on the rates */
     double dt;       /* their length, where the samples have no `steps` */
     size_t every;    /* steps between losses on the test set, and rows of the history; 0: 10 */
-    size_t patience; /* stop when the test loss has not fallen for so many steps, and go back to
-                        where it was least; 0: never */
+    size_t patience; /* stop when the test loss has not decreased for this many steps, and return to
+                        its minimum; 0: never */
     uint64_t seed;   /* of the permutations */
     size_t threads;
-    /* Called after every step; false stops cleanly. May call hnn_trainer_save. */
+    /* Called after every step; false stops the training. May call hnn_trainer_save. */
     bool (*progress)(void *context, hnn_trainer *trainer);
     void *context;
 };
-/* As published: adam, constant, 2000 steps, full batch, rate 1e-3, weight decay 1e-4; but for the
-   average over the last tenth of the steps, where published models have their last weights. */
+/* As published: adam, constant, 2000 steps, full batch, rate 1e-3, weight decay 1e-4; except for
+   the average over the last tenth of the steps, where published models have their last weights. */
 struct hnn_training hnn_training_defaults(void);
-/* The same for models of pixels: 10000 steps of batches of 200, weight decay 1e-5, no
-   average, every 200. */
+/* The same for models of pixels: 10000 steps of batches of 200, weight decay 1e-5, no average,
+   losses every 200 steps. */
 struct hnn_training hnn_pixel_training_defaults(void);
 
 enum hnn_stop {
     HNN_STOP_STEPS = 1,   /* all steps taken */
-    HNN_STOP_PATIENCE,    /* the test loss falls no more */
+    HNN_STOP_PATIENCE,    /* the test loss no longer decreases */
     HNN_STOP_INTERRUPTED, /* progress returned false */
-    HNN_STOP_STALLED      /* no step makes the loss smaller (lbfgs) */
+    HNN_STOP_STALLED      /* no step reduces the loss (lbfgs) */
 };
 
-/* One row of the history: the mean loss of the steps since the row before, the test loss (NaN
-   without test samples), and the seconds of training so far (NaN: taken before a resume). */
+/* A row of the history: the mean loss of the steps since the previous row, the test loss (NaN
+   without test samples), and the seconds of training so far (NaN: before a resume). */
 struct hnn_row {
     size_t step;
     double train_loss, test_loss, seconds;
 };
 
-/* A model, what it learns from, and all that a next step depends on. The loss is the mean square
-   of (field - rate) over components and samples, or of the states along rollouts; of models of
-   pixels, where x is the latent state and rates are per frame, see train_pixels.c; what they weigh
-   of pixels that are dark in every frame to train on never acts, and is 0 after training: frames
-   that show something there are read as if they did not. The
-   model is kept by reference and must outlive the trainer; samples and settings are copied. `test`
-   may be NULL or have n 0. */
+/* A trainer: a model, its samples, and the state of the method. The loss is the mean square of
+   (field - rate) over components and samples, or of the states along rollouts; for models of
+   pixels, where x is the latent state and rates are per frame, see train_pixels.c. Weights of
+   pixels that are dark in every training frame are 0 after training. The model is referenced and
+   must outlive the trainer; samples and settings are copied. `test` may be NULL or have n 0. */
 enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *training,
                                const struct hnn_samples *train, const struct hnn_samples *test,
                                hnn_trainer **trainer, struct ad_error *error);
 void hnn_trainer_free(hnn_trainer *trainer); /* takes NULL */
-/* Trains up to settings.steps. `stop` may be NULL. The model has the result, also after an
-   interruption. AD_E_NONFINITE: the loss is not finite, naming the step; the model is then as it
-   was. */
+/* Trains up to settings.steps. `stop` may be NULL. The model gets the result, also after an
+   interruption. AD_E_NONFINITE, naming the step, if the loss is not finite; the model is then
+   unchanged. */
 enum ad_status hnn_trainer_run(hnn_trainer *trainer, enum hnn_stop *stop, struct ad_error *error);
 
-size_t hnn_trainer_step(const hnn_trainer *trainer);      /* steps taken */
-double hnn_trainer_seconds(const hnn_trainer *trainer);   /* of them, since trainer_new */
+size_t hnn_trainer_step(const hnn_trainer *trainer);    /* steps taken */
+double hnn_trainer_seconds(const hnn_trainer *trainer); /* seconds of training since trainer_new */
 size_t hnn_trainer_steps_now(const hnn_trainer *trainer); /* taken since trainer_new */
 /* Valid until the next step. */
 const struct hnn_row *hnn_trainer_history(const hnn_trainer *trainer, size_t *rows);
-/* Losses over all samples: inside `progress` those after the last
-   step (of the mean over steps, where `average` asks for it), which the model does not have yet;
-   else those of the model. */
+/* Losses over all samples. Inside `progress` they are those after the last step (of the mean, with
+   `average`), which the model does not have yet; elsewhere those of the model. */
 double hnn_trainer_train_loss(hnn_trainer *trainer);
 double hnn_trainer_test_loss(hnn_trainer *trainer);
 
-/* The model together with the state of its training; a trainer made the same way and resumed from
-   that file goes on to the last bit. */
+/* Saves the model with the state of its training; a trainer made with the same arguments and
+   resumed from that file continues to the last bit. */
 enum ad_status hnn_trainer_save(hnn_trainer *trainer, const char *file, const char *command,
                                 struct ad_error *error);
-/* AD_E_INPUT where the file is damaged, or of another model, data, or way of training. */
+/* AD_E_INPUT if the file is damaged, or of another model, data, or settings. */
 enum ad_status hnn_trainer_resume(hnn_trainer *trainer, const char *file, struct ad_error *error);
 
 #ifdef __cplusplus

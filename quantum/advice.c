@@ -1,4 +1,4 @@
-/* What suits a run, before it starts (run.h). */
+/* Suitable box, dt and grid for a run, before it starts (run.h). */
 #include "run.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
-/* How much the phases of neighbouring paths differ (quantum.h). The kinetic part is largest from
-   one end of the box to the other, the potential's where it is steepest: paths to a few points all
-   over the grid, from all points, show both. */
+/* Phase differences of neighbouring paths (quantum.h). The kinetic phase is largest from one end of
+   the box to the other, the potential's where it is steepest: paths from all points to a few points
+   across the grid show both. */
 #include "internal.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* The particle that starts as a packet's mean, between the same walls (quantum.h). */
+/* The classical particle that starts at a packet's mean, between the same walls (quantum.h). */
 #include "internal.h"
 #include "physics/motion/motion.h"
 

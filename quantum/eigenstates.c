@@ -1,4 +1,4 @@
-/* The lowest states of Schroedinger's equation by differences of second order: the Hamiltonian is
+/* The lowest eigenstates of Schroedinger's equation by second-order differences: the Hamiltonian is
    tridiagonal on the grid. */
 #include "internal.h"
 #include "physics/linear/linear.h"

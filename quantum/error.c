@@ -1,5 +1,5 @@
-/* The error of packets (quantum.h): against closed forms, Schroedinger's equation, or finer slices
-   of an L that has no potential to itself. */
+/* The error of packets (quantum.h): against closed forms, Schroedinger's equation, or, for an L
+   without a separate potential, finer slices. */
 #include "internal.h"
 
 #include <complex.h>

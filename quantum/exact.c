@@ -1,4 +1,4 @@
-/* Exact answers for V = m (curvature x^2/2 + gravity x). All follow from two solutions of the
+/* Exact solutions for V = m (curvature x^2/2 + gravity x). All follow from two solutions of the
    classical equation, C'' = -curvature C with C(0) = 1, C'(0) = 0 and S with S(0) = 0, S'(0) = 1,
    and their integrals A = int S = (1 - C)/curvature, B = int A = (t - S)/curvature. */
 #include "internal.h"

@@ -1,6 +1,6 @@
-/* Stockham's transform: radix 2, sorted without bit reversal, every pass from one pair of arrays
-   to the other (Van Loan, Computational Frameworks for the Fast Fourier Transform, 1992, section
-   1.7). Real and imaginary parts stand apart, so that the inner loops are plain vectors. */
+/* Stockham's FFT: radix 2, sorted without bit reversal, each pass from one pair of arrays to the
+   other (Van Loan, Computational Frameworks for the Fast Fourier Transform, 1992, section 1.7).
+   Real and imaginary parts are separate, so the inner loops vectorise. */
 #include "fft.h"
 
 #include <math.h>

@@ -1,6 +1,5 @@
-/* Discrete Fourier transforms of a power of two, for convolutions. The fast libraries that Debian
-   packages in double precision are GPL, the permissive ones single: these are the hundred lines
-   needed here. */
+/* Discrete Fourier transforms of power-of-two length, for convolutions. Of the fast libraries that
+   Debian packages, those in double precision are GPL and the permissive ones single precision. */
 #ifndef QUANTUM_FFT_H
 #define QUANTUM_FFT_H
 

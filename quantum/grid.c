@@ -1,4 +1,4 @@
-/* Points of a grid. */
+/* Points of the grid. */
 #include "internal.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* Shared by the files of this folder alone. */
+/* Internals shared by the files of quantum/. */
 #ifndef QUANTUM_INTERNAL_H
 #define QUANTUM_INTERNAL_H
 

@@ -1,5 +1,5 @@
 /* The matrix of amplitudes exp(i S_ab / hbar) (quantum.h). Real and imaginary parts are nodes of
-   the program that gives the actions; it runs over a few rows at a time, which stay in cache. */
+   the program that computes the actions; it runs over a few rows at a time, which stay in cache. */
 #include "internal.h"
 #include "physics/linear/linear.h"
 

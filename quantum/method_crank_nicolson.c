@@ -1,6 +1,7 @@
-/* Schroedinger's equation by differences: (1 + i H dt / 2 hbar) psi' = (1 - i H dt / 2 hbar) psi
-   (Crank, Nicolson, Proc. Camb. Phil. Soc. 43, 1947), unitary, of second order in dt and dx, and
-   independent of any sum over paths. H is tridiagonal: LAPACK's zgttrf once, zgttrs every slice. */
+/* Crank-Nicolson: Schroedinger's equation by differences, (1 + i H dt / 2 hbar) psi' = (1 - i H dt
+   / 2 hbar) psi (Crank, Nicolson, Proc. Camb. Phil. Soc. 43, 1947); unitary, of second order in dt
+   and dx, and independent of sums over paths. H is tridiagonal: LAPACK's zgttrf once, zgttrs for
+   every slice. */
 #include "internal.h"
 #include "physics/linear/linear.h"
 

@@ -1,6 +1,7 @@
-/* Where S_ab = D (x_a - x_b)^2/2 + f(a) + g(b), and that is every L = m v^2/2 - V(q) under a rule
-   that looks at ends of paths, K is a Toeplitz matrix between two diagonal ones, and multiplying
-   with it a convolution: n log n instead of n^2. The numbers are those of the matrix. */
+/* Propagation by FFT. If S_ab = D (x_a - x_b)^2/2 + f(a) + g(b), as for every L = m v^2/2 - V(q)
+   under a rule that evaluates L at the ends of paths, K is a Toeplitz matrix between two diagonal
+   ones, and its product a convolution: n log n instead of n^2, with the same numbers as the matrix.
+ */
 #include "internal.h"
 #include "fft.h"
 

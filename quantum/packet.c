@@ -1,4 +1,4 @@
-/* Gaussian packets, and what is seen of a wave function. */
+/* Gaussian packets, and moments of a wave function. */
 #include "internal.h"
 
 #include <complex.h>

@@ -1,4 +1,4 @@
-/* Two coordinates at once, where the kernel is a product: psi -> Kx psi Ky^T costs N^3, not N^4. */
+/* Two coordinates with a product kernel: psi -> Kx psi Ky^T costs N^3 instead of N^4. */
 #include "internal.h"
 #include "physics/linear/linear.h"
 

@@ -1,4 +1,4 @@
-/* The potential and the mass of L = m v^2/2 - V(q), read off the Lagrangian, for methods that start
+/* Potential and mass of L = m v^2/2 - V(q), derived from the Lagrangian, for methods that start
    from Schroedinger's equation. */
 #include "internal.h"
 

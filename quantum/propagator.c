@@ -1,4 +1,4 @@
-/* The table of methods, and a handle on one at work. */
+/* The table of propagation methods, and the handle of one in use. */
 #include "internal.h"
 
 #include <stdlib.h>

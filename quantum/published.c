@@ -1,4 +1,4 @@
-/* The published matrix, and the scene done right (published.h). */
+/* The published matrix, and the same scene with a correct kernel (published.h). */
 #include "published.h"
 
 #include <complex.h>

@@ -1,27 +1,26 @@
-/* Wave packets from the Lagrangian that gives the classical path.
+/* Propagation of wave packets by the Lagrangian that gives the classical path.
 
-   In a time dt a particle at x_b goes to x_a with the amplitude exp(i S_ab / hbar), S_ab the action
-   of the straight path between them (Feynman, Rev. Mod. Phys. 20, 1948). On a grid this is a
-   matrix, and a wave function is moved on by multiplying with it:
+   In a time dt a particle at x_b moves to x_a with the amplitude exp(i S_ab / hbar), S_ab being the
+   action of the straight path between them (Feynman, Rev. Mod. Phys. 20, 1948). On a grid this is a
+   matrix, by which a wave function is multiplied:
 
-       struct qm_slice slice = {.system = &system, .grid = {-10, 10, 256}, .dt = .5, .hbar = 1};
-       qm_propagator *propagator;
-       qm_packet(&slice.grid, slice.hbar, &(struct qm_gaussian){-2, .5, 1}, 1, 0, psi);
-       qm_propagator_new(&qm_method_kernel, &slice, &propagator, &error);
-       qm_propagate(propagator, 1, psi, &error);          psi [256] is where it is dt later
-       qm_propagator_free(propagator);
+          struct qm_slice slice = {.system = &system, .grid = {-10, 10, 256}, .dt = .5, .hbar = 1};
+          qm_propagator *propagator;
+          qm_packet(&slice.grid, slice.hbar, &(struct qm_gaussian){-2, .5, 1}, 1, 0, psi);
+          qm_propagator_new(&qm_method_kernel, &slice, &propagator, &error);
+          qm_propagate(propagator, 1, psi, &error);          psi [256] is the wave dt later
+          qm_propagator_free(propagator);
 
-   Any scene of one coordinate whose L does not depend on time will do. Units are the scene's; hbar
-   is in units of its action. No function normalises psi: its norm is the first measure of the
+   Any scene of one coordinate whose L does not depend on time can be used. Units are the scene's;
+   hbar is in units of its action. No function normalises psi: its norm is the first measure of the
    error.
 
-   Arrays are the caller's, row by row: psi [n x packets] has point a of packet p at
-   psi[a * packets + p]. Functions that return a status refuse NULL, sizes of 0 and numbers that
-   make no sense with AD_E_ARGUMENT, L that is not finite with AD_E_NONFINITE, and return
-   AD_E_MEMORY where there is none; outputs are then undefined. The others return NaN, and leave
-   NaN in an array that they were given, or do nothing where there is none. What *slice and *system
-   point to is read during the call alone, by qm_propagator_new also until qm_propagator_free.
-   Functions may run at the same time on different data. */
+   Arrays are the caller's, row-major: psi [n x packets] has point a of packet p at psi[a * packets
+   + p]. Functions that return a status refuse NULL, sizes of 0 and invalid numbers with
+   AD_E_ARGUMENT, an L that is not finite with AD_E_NONFINITE, and return AD_E_MEMORY when out of
+   memory; outputs are then undefined. Functions without a status return NaN, fill the arrays given
+   with NaN, or do nothing. *slice and *system are read during the call only, by qm_propagator_new
+   also until qm_propagator_free. Functions may run concurrently on different data. */
 #ifndef QUANTUM_H
 #define QUANTUM_H
 
@@ -52,7 +51,7 @@ enum qm_walls {
     QM_RING     /* low and high are the same place: windings are added */
 };
 
-/* ---- one slice of time ---- */
+/* ---- one time slice ---- */
 
 struct qm_slice {
     const struct phys_system *system; /* of one coordinate */
@@ -65,9 +64,8 @@ struct qm_slice {
     size_t threads;  /* 0 means 1; results are bit for bit the same with any number */
 };
 
-/* A sum over the paths from grid points is right while the phases of neighbouring paths differ by
-   less than pi. Beyond that it also has maxima at ghosts, 2 pi hbar dt / (m dx) away from the wave.
- */
+/* A sum over paths on grid points is accurate while the phases of neighbouring paths differ by less
+   than pi. Beyond that it also has maxima at ghosts, 2 pi hbar dt / (m dx) away from the wave. */
 struct qm_aliasing {
     double ratio;    /* largest difference between neighbours, in units of pi */
     double ghost;    /* distance of the first ghost */
@@ -75,11 +73,10 @@ struct qm_aliasing {
     double dx_most;  /* largest dx of this box, at this dt */
     double box_most; /* longest box of this dx, at this dt */
 };
-/* From the paths of all points to 33 of them. AD_E_ARGUMENT for more than one coordinate, an L that
-   depends on time, rules other than left, midpoint and trapezoid, and a dt for which straight paths
-   are too crude to have an amplitude: D = -d2S / dx_a dx_b is not positive. The message has D of
-   the slice and of two slices of half the length. How accurate an admitted slice is tells qm_error.
- */
+/* Uses the paths from all points to 33 of them. AD_E_ARGUMENT for more than one coordinate, an L
+   that depends on time, rules other than left, midpoint and trapezoid, and a dt too long for
+   straight paths: D = -d2S / dx_a dx_b is not positive; the message has D of this slice and of two
+   slices of half the length. qm_error measures the accuracy of an admitted slice. */
 enum ad_status qm_aliasing(const struct qm_slice *slice, struct qm_aliasing *aliasing,
                            struct ad_error *error);
 
@@ -103,8 +100,8 @@ enum ad_status qm_kernel_square(size_t n, size_t times, qm_complex *K, struct ad
 void qm_kernel_apply(size_t n, const qm_complex *K, size_t packets, const qm_complex *psi,
                      qm_complex *out);
 
-/* V [n] on the grid and *mass of a scene whose L is m v^2/2 - V(q), read off L and its derivatives
-   at two velocities; AD_E_ARGUMENT for another L. */
+/* V [n] on the grid and *mass of a scene whose L is m v^2/2 - V(q), derived from L and its
+   derivatives at two velocities; AD_E_ARGUMENT for another L. */
 enum ad_status qm_potential(const struct phys_system *system, const struct qm_grid *grid, double *V,
                             double *mass, struct ad_error *error);
 
@@ -116,7 +113,7 @@ enum ad_status qm_eigenstates(const struct phys_system *system, const struct qm_
 
 /* ---- propagation ---- */
 
-/* What a run will cost, estimated before it starts. */
+/* Estimated cost of a run. */
 struct qm_cost {
     double bytes;
     double setup, step; /* floating-point operations: once; per packet and slice */
@@ -125,10 +122,10 @@ struct qm_cost {
 /* A propagation method: one file, one const struct, one line in qm_methods. */
 struct qm_method {
     const char *name, *what;
-    bool (*aliases)(const struct qm_slice *slice); /* it sums over paths: see qm_aliasing */
+    bool (*aliases)(const struct qm_slice *slice); /* sums over paths: see qm_aliasing */
     void (*cost)(const struct qm_slice *slice, struct qm_cost *cost);
     enum ad_status (*open)(const struct qm_slice *slice, void **state, struct ad_error *error);
-    /* psi [n x packets], in place; state is the one of open. */
+    /* advances psi [n x packets] by a slice, in place; state is that of open */
     enum ad_status (*step)(void *state, size_t packets, qm_complex *psi, struct ad_error *error);
     void (*close)(void *state); /* takes NULL */
 };
@@ -138,16 +135,16 @@ struct qm_method {
    paths. */
 extern const struct qm_method qm_method_kernel, qm_method_fft, qm_method_crank_nicolson;
 extern const struct qm_method *const qm_methods[]; /* NULL-terminated */
-/* NULL where there is none of this name, and AD_E_ARGUMENT with the nearest one in *error. */
+/* By name; NULL and AD_E_ARGUMENT, naming the nearest, if there is none. */
 const struct qm_method *qm_method_find(const char *name, struct ad_error *error);
 
 typedef struct qm_propagator qm_propagator;
-/* AD_E_ARGUMENT, with the reason, where the method does not suit the slice; not for aliasing.
- *propagator is then NULL, else for qm_propagator_free. */
+/* AD_E_ARGUMENT, with the reason, if the method does not suit the slice; aliasing is no error. On
+   failure *propagator is NULL; free it with qm_propagator_free. */
 enum ad_status qm_propagator_new(const struct qm_method *method, const struct qm_slice *slice,
                                  qm_propagator **propagator, struct ad_error *error);
 void qm_propagator_free(qm_propagator *propagator); /* takes NULL */
-/* psi [n x packets] becomes what it is one slice later. */
+/* Advances psi [n x packets] by one slice. */
 enum ad_status qm_propagate(qm_propagator *propagator, size_t packets, qm_complex *psi,
                             struct ad_error *error);
 
@@ -177,7 +174,7 @@ struct qm_moments qm_moments(const struct qm_grid *grid, size_t stride, const qm
 qm_complex qm_overlap(const struct qm_grid *grid, size_t stride, const qm_complex *a,
                       const qm_complex *b);
 
-/* ---- exact answers (exact.c) ---- */
+/* ---- exact solutions (exact.c) ---- */
 
 /* V = mass (curvature x^2/2 + gravity x): free, falling, oscillating. Gaussian packets stay
  * Gaussian.
@@ -199,13 +196,13 @@ qm_complex qm_exact_kernel(const struct qm_quadratic *scene, double hbar, double
 
 struct qm_reference {
     double uncertainty; /* estimate of sqrt(int |psi - truth|^2 dx); INFINITY: none was found */
-    double norm;        /* of the whole wave, inside and outside of an open box */
+    double norm;        /* norm of the whole wave, inside and outside an open box */
 };
 /* psi [n] at time t of a packet in the box of a slice by Schroedinger's equation, split in Fourier
-   space, with steps and points of its own: independent of any sum over paths and of the slice's dt
-   and n. Refined until `uncertainty` is at most `wanted` or the work too much. Open and absorbing
-   ends are taken for none: the box is widened until nothing reaches the ends. AD_E_ARGUMENT where L
-   is not m v^2/2 - V(q). */
+   space, with its own steps and points: independent of any sum over paths and of the slice's dt and
+   n. Refined until `uncertainty` is at most `wanted` or the work is too much. Open and absorbing
+   ends are removed: the box is widened until nothing reaches its ends. AD_E_ARGUMENT where L is not
+   m v^2/2 - V(q). */
 enum ad_status qm_reference(const struct qm_slice *slice, const struct qm_gaussian *packet,
                             double t, double wanted, qm_complex *psi,
                             struct qm_reference *reference, struct ad_error *error);
@@ -225,9 +222,9 @@ enum ad_status qm_error(const struct qm_method *method, const struct qm_slice *s
                         const qm_complex *psi, double *off, const char **against,
                         struct ad_error *error);
 
-/* x [n]: where the particle is at the times t [n], ascending from 0 on, that starts with a packet's
-   mean position and momentum and is thrown back by reflecting walls. NaN from where it leaves an
-   open box, or cannot be followed. */
+/* x [n]: position at times t [n], ascending from 0, of the particle that starts with a packet's
+   mean position and momentum and is reflected by reflecting walls. NaN after it leaves an open box,
+   or where it cannot be followed. */
 enum ad_status qm_classical(const struct qm_slice *slice, const struct qm_gaussian *packet,
                             size_t n, const double *t, double *x, struct ad_error *error);
 

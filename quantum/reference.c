@@ -1,7 +1,7 @@
-/* A packet by Schroedinger's equation alone, to compare sums over paths with: the potential in half
-   steps, the kinetic energy between them in Fourier space (Feit, Fleck, Steiger, J. Comput. Phys.
-   47, 1982). Steps are halved until two Richardson extrapolations agree, the grid is refined until
-   the highest wave numbers are empty, and open boxes are widened until their ends are. */
+/* A packet by Schroedinger's equation alone, as a reference for sums over paths: Strang splitting
+   with the kinetic energy in Fourier space (Feit, Fleck, Steiger, J. Comput. Phys. 47, 1982). Steps
+   are halved until two Richardson extrapolations agree, the grid is refined until the highest wave
+   numbers are empty, and open boxes are widened until their ends are empty. */
 #include "fft.h"
 #include "internal.h"
 

@@ -1,4 +1,4 @@
-/* Whole runs of wave packets (run.h). */
+/* Complete runs of wave packets (run.h). */
 #include "run.h"
 #include "autodiff/clock.h"
 

@@ -1,5 +1,5 @@
-/* Whole runs of wave packets: a box that holds them, what the phases of a slice need, and samples
-   on the way, with the error at the end. */
+/* Complete runs of wave packets: a suitable box, limits against aliasing, and samples on the way,
+   with the error at the end. */
 #ifndef QM_RUN_H
 #define QM_RUN_H
 
@@ -9,16 +9,17 @@
 extern "C" {
 #endif
 
-/* ---- before ---- */
+/* ---- before a run ---- */
 
-/* A box that holds the motion of a packet: outwards until the potential turns it back or, where
-   nothing does, 46 sigma away. Where L has no potential of its own, 4 sigma and some. */
+/* A box that holds the motion of a packet: it extends to where the potential turns the packet back
+   or, if nothing does, to 46 sigma. For an L without a separate potential, somewhat over 4 sigma.
+ */
 void qm_box(const struct phys_system *system, double hbar, const struct qm_gaussian *packet,
             double *low, double *high);
-/* The share of a packet inside of a box, 0 to 1. */
+/* The fraction of a packet inside a box, 0 to 1. */
 double qm_inside(const struct qm_grid *box, const struct qm_gaussian *packet);
 
-/* Limits within which an aliased slice would not be, rounded to four digits to the safe side. */
+/* Limits within which the slice does not alias, rounded to four digits to the safe side. */
 struct qm_advice {
     double dt, points, box; /* at least, NaN: none found; at least; at most */
 };
@@ -42,20 +43,20 @@ struct qm_run_settings {
 };
 
 struct qm_run_result {
-    size_t n; /* samples: the start, every so many slices, the end */
+    size_t n; /* samples: the start, every `every` slices, the end */
     double *t;
     struct qm_moments *moments;    /* [n x packets] */
     double *density;               /* [n x points] |psi|^2 of the first packet */
     double *classical;             /* [n] see qm_classical */
     qm_complex *psi;               /* [points x packets] at the end */
-    double error;                  /* qm_error; NaN: not asked for, or stopped */
-    const char *truth;             /* what the error is against */
-    double seconds, setup_seconds; /* of propagating; of building what propagates */
+    double error;                  /* qm_error; NaN: not requested, or stopped */
+    const char *truth;             /* the truth that the error is against */
+    double seconds, setup_seconds; /* seconds of propagating; of building the propagator */
     bool stopped;                  /* by progress */
 };
 
-/* Runs and measures. AD_E_ARGUMENT, AD_E_MEMORY and what qm_propagator_new, qm_classical and
-   qm_error return. Ends with qm_run_free, whatever it returned. */
+/* Runs and measures. AD_E_ARGUMENT, AD_E_MEMORY and the errors of qm_propagator_new, qm_classical
+   and qm_error. Free with qm_run_free in any case. */
 enum ad_status qm_run(const struct qm_run_settings *settings, struct qm_run_result *result,
                       struct ad_error *error);
 void qm_run_free(struct qm_run_result *result); /* takes zero-initialised ones too */

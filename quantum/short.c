@@ -1,6 +1,6 @@
-/* A slice of a free particle that is too short for the grid. The sum over paths aliases there: what
-   is slow enough to tell apart does not come far enough to interfere. But a long slice back is the
-   inverse of one forth, so that K(dt) = K(T)^H K(T + dt), both of which the grid can hold. */
+/* A slice of a free particle that is too short for the grid, whose sum over paths would alias. A
+   long slice backwards is the inverse of one forwards, so K(dt) = K(T)^H K(T + dt), and the grid
+   resolves both factors. */
 #include "internal.h"
 #include "physics/linear/linear.h"
 

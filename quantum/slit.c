@@ -1,6 +1,6 @@
 /* The double slit (slit.h). The kernel is a product, psi -> Kx psi Ky^T; the barrier is an
-   imaginary potential -i hbar kappa(x) u(y) whose integral along a crossing leaves exp(-u), two
-   Gaussian slits. */
+   imaginary potential -i hbar kappa(x) u(y) whose integral along a crossing gives the factor
+   exp(-u): two Gaussian slits. */
 #include "slit.h"
 
 #include <complex.h>

@@ -17,8 +17,8 @@
 extern "C" {
 #endif
 
-/* Lengths are in units in which waves behind slits of width sigma spread; x crosses the barrier at
-   0, y runs along it. Everything is above 0. */
+/* Lengths are in units of the spreading of waves behind slits of width sigma; x crosses the barrier
+   at 0, y runs along it. All values are positive. */
 struct qm_slit_setup {
     double apart, sigma;  /* distance of the slits, centre to centre, and their width */
     double speed, flight; /* of the packet; time from the slits to the screen */
@@ -37,20 +37,22 @@ struct qm_slit {
     size_t frames;
     double *density;  /* [frames x x.n x y.n] |psi|^2 */
     double *time;     /* [frames] */
-    double *screen;   /* [y.n] |psi|^2 at the screen when the packet is there */
+    double *screen;   /* [y.n] |psi|^2 on the screen when the packet arrives */
     double *expected; /* [y.n] of thin slits, with the same maximum */
     double norm;      /* at the end */
-    double fringe;    /* distance of bright fringes: between the dark lines beside the middle */
+    double fringe;    /* distance of bright fringes, from the dark lines beside the middle */
     double closed;    /* the same of thin slits, qm_exact_fringe */
 };
 
-/* Kernels, barrier and packet, up to the first slice; ends with qm_slit_free, whatever it returned.
-   AD_E_ARGUMENT for a grid that does not hold the waves and slices that step over the barrier. */
+/* Prepares kernels, barrier and packet, up to the first slice; free with qm_slit_free in any case.
+   AD_E_ARGUMENT for a grid that cannot represent the waves, and for slices that step over the
+   barrier. */
 enum ad_status qm_slit_new(const struct qm_slit_setup *setup, struct qm_slit *slit,
                            struct ad_error *error);
-/* On to the next frame; false at the end. */
+/* Advances to the next frame; false at the end. */
 bool qm_slit_advance(struct qm_slit *slit);
-/* The screen, fringe and norm of what psi is now; fringe is NaN where no dark lines are found. */
+/* Measures the screen, fringe and norm of the present psi; fringe is NaN if no dark lines are
+   found. */
 void qm_slit_measure(struct qm_slit *slit);
 void qm_slit_free(struct qm_slit *slit);
 

@@ -1,4 +1,5 @@
-/* What comes to the screen of the double slit, beside thin slits in closed form (slit.h). */
+/* The intensity on the screen of the double slit, beside the closed form for thin slits (slit.h).
+ */
 #include "slit.h"
 
 #include <complex.h>

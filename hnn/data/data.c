@@ -1,5 +1,5 @@
-/* Data sets from files (data.h): a table is read, rows are assigned to training and test, and
-   become samples. */
+/* Reads data sets (data.h): a table is read, its rows are divided into training and test and become
+   samples. */
 #include "data_table.h"
 
 #include <math.h>

@@ -30,41 +30,42 @@ enum hnn_differences {
     HNN_CENTRAL  /* slope at t_i of the parabola through three states, second order */
 };
 
-/* Which samples are kept apart for the test. */
+/* Which samples are reserved for the test. */
 enum hnn_split {
     HNN_SPLIT_TAIL,   /* the last ones of the file */
-    HNN_SPLIT_RANDOM, /* any, by the seed */
-    HNN_SPLIT_TRIAL   /* all those of some trajectories, by the seed */
+    HNN_SPLIT_RANDOM, /* random ones, by the seed */
+    HNN_SPLIT_TRIAL   /* all of some random trajectories, by the seed */
 };
 
 /* Names as on the command line; NULL-terminated, in the order of the enums. */
 extern const char *const hnn_differences_names[], *const hnn_split_names[];
 
-/* Zero is a default everywhere but for `file`. */
+/* Zero means the default, except for `file`. */
 struct hnn_dataset_settings {
     const char *file;
-    /* Coordinates, then as many momenta: "q,p". NULL: every column X that has a column dXdt; or,
-       where there is none, all but time and trial. Names tell momenta from coordinates then (q1 and
-       p1, x and px, theta and p_theta); two columns alone are in the order of the file. */
+    /* Coordinates, then as many momenta: "q,p". NULL: every column X that has a column dXdt; or, if
+       there is none, all but time and trial. Names then distinguish momenta from coordinates (q1
+       and p1, x and px, theta and p_theta); two columns alone are in the order of the file. */
     const char *state;
-    /* Their rates of change in that order, or in any if all are named dXdt: "dqdt,dpdt". NULL: by
-       differences where there is a `time`, else the columns dXdt. */
+    /* Their rates in that order, or in any order if all are named dXdt: "dqdt,dpdt". NULL: by
+       differences if there is a `time`, else the columns dXdt. */
     const char *rate;
     const char *time;
     enum hnn_differences differences;
-    /* Rows of one trajectory follow each other with one number in this column. NULL: the column
-       named trial, if there is one, else a time that goes back begins the next; "": all rows are
-       one trajectory. Differences and rollouts cross neither its ends nor gaps: steps of time over
+    /* Rows of one trajectory are consecutive and have the same number in this column. NULL: the
+       column named trial, if there is one, else a time that decreases begins the next; "": all rows
+       are one trajectory. Differences and rollouts cross neither its ends nor gaps: time steps over
        three times the median. */
     const char *trial;
     /* K > 0: targets are the next K states instead of rates, in the steps of `time`, or of `dt`
        where there is no such column. */
     size_t rollout;
     double dt;
-    bool skip_missing; /* leave out rows whose chosen columns lack a value, which is refused else */
-    size_t skip_rows;  /* lines of text left out at the beginning of every file */
-    const char *test_file; /* another file with these columns, all of it for the test; or ... */
-    double test_fraction;  /* ... of the samples (of the trajectories), 0 <= f < 1 */
+    bool skip_missing; /* skip rows in which a chosen column lacks a value, instead of refusing them
+                        */
+    size_t skip_rows;  /* lines of text skipped at the beginning of every file */
+    const char *test_file; /* another file with these columns, used for the test; or ... */
+    double test_fraction;  /* ... this fraction of the samples (or trajectories), 0 <= f < 1 */
     enum hnn_split split;
     uint64_t seed;
 };
@@ -76,26 +77,26 @@ struct hnn_dataset {
     double *rate;                   /* [2n]: root mean squares of the rates; NULL for rollouts */
     double dt;                      /* of a rollout's steps, the median */
     size_t trials;                  /* trajectories in the file */
-    bool trials_by_time;            /* told apart by a time that goes back */
-    size_t gaps;                    /* steps of time left out, over `longest`; of all files */
+    bool trials_by_time;            /* distinguished by a time that decreases */
+    size_t gaps;                    /* time steps skipped, over `longest`; of all files */
     double longest;
-    size_t missing;    /* rows left out, of all files */
-    size_t units_line; /* left out below the names; 0: none */
-    /* Of the columns, commas between: names, else numbers from 1. Coordinates and momenta are the
-       halves of the state; rate_names "" for differences and rollouts. */
+    size_t missing;    /* rows skipped, of all files */
+    size_t units_line; /* line skipped below the names; 0: none */
+    /* Names of the columns, else numbers from 1, separated by commas. Coordinates and momenta are
+       the halves of the state; rate_names is "" for differences and rollouts. */
     char *state_names, *coordinates, *momenta, *rate_names;
-    double *values; /* what all the arrays point into */
+    double *values; /* owns the memory of all arrays */
 };
 
-/* Reads a data set. Memory: that of the chosen columns and of one more. AD_E_INPUT names file,
-   line, column (in characters) and what was expected there: a column that is not there, with the
-   nearest that is; text, NaN and infinities; rows of another length; times that do not increase.
-   AD_E_ARGUMENT: settings at odds. Ends with hnn_dataset_free, whatever it returned. */
+/* Reads a data set. Memory: that of the chosen columns and one more. AD_E_INPUT names file, line,
+   column (in characters) and what was expected: a missing column, with the nearest that exists;
+   text, NaN and infinity; rows of another length; times that do not increase. AD_E_ARGUMENT for
+   contradictory settings. Free with hnn_dataset_free in any case. */
 enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
                                 struct hnn_dataset *dataset, struct ad_error *error);
 void hnn_dataset_free(struct hnn_dataset *dataset); /* takes zero-initialised ones too */
-/* hnn_model_normalise by the means, deviations and rates of the training samples; of rollouts by
-   the rates in their first step. */
+/* hnn_model_normalise with means, deviations and rates of the training samples; for rollouts with
+   the rates of their first step. */
 enum ad_status hnn_dataset_normalise(const struct hnn_dataset *dataset, hnn_model *model,
                                      struct ad_error *error);
 
@@ -103,7 +104,7 @@ enum ad_status hnn_dataset_normalise(const struct hnn_dataset *dataset, hnn_mode
 
 /* Systems and settings of S. Greydanus et al., arXiv 1906.01563, appendix A. */
 
-/* How trajectories of a system are sampled. */
+/* Sampling of the trajectories of a system. */
 struct hnn_sampling {
     size_t trials, points;         /* trajectories, and observations of each, both ends included */
     double time;                   /* from 0 */
@@ -115,7 +116,7 @@ struct hnn_sampling {
 
 struct phys_random;
 
-/* One system: H(q, p), how its motion starts, and how it was sampled as published. */
+/* A published system: H(q, p), its random starts, and its published sampling. */
 struct hnn_task {
     const char *name, *what;
     size_t dof;
@@ -124,30 +125,31 @@ struct hnn_task {
     /* y [2 dof] = (q, p) at time 0 */
     void (*start)(struct phys_random *random, const struct hnn_sampling *sampling, double *y);
     struct hnn_sampling published;
-    /* How the published energy errors were computed: from other starts, NULL: as the data; not from
-       H, NULL: H; over a time of the models longer than the true one by a factor, 0: 1. */
+    /* How the published energy errors were computed: starts drawn otherwise than the data's (NULL:
+       alike); an energy other than H (NULL: H); the models' time longer than the true one by a
+       factor (0: 1). */
     void (*published_start)(struct phys_random *random, const struct hnn_sampling *sampling,
                             double *y);
     phys_hamiltonian *published_energy;
     double time_stretch;
 };
 extern const struct hnn_task *const hnn_tasks[]; /* NULL-terminated */
-/* AD_E_ARGUMENT names the nearest. */
+/* By name; NULL and AD_E_ARGUMENT, naming the nearest, if there is none. */
 const struct hnn_task *hnn_task_find(const char *name, struct ad_error *error);
 /* One random start y [2 dof]; strength 0: as published. */
 void hnn_task_start(const struct hnn_task *task, double strength, uint64_t seed, double *y);
-/* Its equations of motion, y = (q, p), strength 0: as published. Ends with phys_ode_free. */
+/* The equations of motion, y = (q, p); strength 0: as published. Free with phys_ode_free. */
 enum ad_status hnn_task_ode(const struct hnn_task *task, double strength, struct phys_ode *ode,
                             struct ad_error *error);
 
-/* Samples in rows, as files have them: states, rates, trial, time. */
+/* Samples in rows, as in files: states, rates, trial, time. */
 struct hnn_observations {
     size_t dof, rows, cols; /* cols = 4 dof + 2 */
     double *values;         /* [cols x rows] */
     char **names;           /* [cols] */
 };
-/* Follows the motion from random starts with dop853 at 1e-10. AD_E_ARGUMENT: a sampling out of
-   range. Ends with hnn_observations_free, whatever it returned. */
+/* Observes the motion from random starts, followed by dop853 at 1e-10. AD_E_ARGUMENT for a sampling
+   out of range. Free with hnn_observations_free in any case. */
 enum ad_status hnn_task_observe(const struct hnn_task *task, const struct hnn_sampling *sampling,
                                 uint64_t seed, struct hnn_observations *observations,
                                 struct ad_error *error);

@@ -1,4 +1,4 @@
-/* Columns chosen by name, or by number from 1. */
+/* Chooses columns by name, or by number from 1. */
 #include "data_source.h"
 
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* What columns are, where nothing but their names tells. */
+/* Infers the roles of columns from their names. */
 #include "data_table.h"
 
 #include <stdio.h>

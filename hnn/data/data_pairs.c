@@ -1,5 +1,4 @@
-/* Which columns belong together, by their names: a momentum to its coordinate, a rate to the column
-   whose rate it is. */
+/* Pairs columns by their names: a momentum with its coordinate, a rate with its column. */
 #include "data_table.h"
 
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-/* Which column is what: as asked for, or from the names alone. */
+/* Assigns a role to each column: as given, or inferred from the names. */
 #include "data_table.h"
 
 #include <stdio.h>

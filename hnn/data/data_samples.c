@@ -1,5 +1,5 @@
-/* Rows of a table become samples, component by component (data_table.h). A column is freed after
-   its last use, so that the table and the samples are never both in memory. */
+/* Turns the rows of a table into samples, component by component (data_table.h). A column is freed
+   after its last use, so that table and samples are never both in memory. */
 #include "data_table.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* Which kind of file it is. */
+/* Opens a file by its kind: text or HDF5. */
 #include "data_source.h"
 
 #include <string.h>

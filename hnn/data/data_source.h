@@ -1,4 +1,4 @@
-/* Columns of numbers from a file of any kind, some rows at a time, as data sets read them. */
+/* Columns of numbers from a file of any kind, read in blocks of rows. */
 #ifndef HNN_DATA_SOURCE_H
 #define HNN_DATA_SOURCE_H
 

@@ -1,7 +1,7 @@
-/* Which rows have a target, and which of those are kept for the test.
+/* Selects the rows that have a target, and divides them into training and test.
 
-   Random choices are by selection sampling (D. E. Knuth, The Art of Computer Programming 2, 3.4.2,
-   Algorithm S): exactly as many as asked for, every choice equally likely, rows in their order. */
+   Random choices use selection sampling (D. E. Knuth, The Art of Computer Programming 2, 3.4.2,
+   Algorithm S): exactly the requested number, every choice equally likely, rows in order. */
 #include "data_table.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* The chosen columns of a file, grown as rows come; times and trials are looked at on the way,
-   while it is known in which line they stand. */
+/* Stores the chosen columns of a file as rows arrive; times and trials are checked at the same
+   time, while line numbers are known. */
 #include "data_table.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* A data set on its way from a file: the plan, the chosen columns, and what becomes of each row. */
+/* A data set being read: the plan, the chosen columns, and the use of each row. */
 #ifndef HNN_DATA_TABLE_H
 #define HNN_DATA_TABLE_H
 

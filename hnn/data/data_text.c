@@ -1,4 +1,4 @@
-/* Columns of text (physics/io/csv.h) as a source of data sets. */
+/* Columns of a CSV file (physics/io/csv.h) as a source of data sets. */
 #include "data_source.h"
 
 #include <stdio.h>

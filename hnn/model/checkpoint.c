@@ -1,5 +1,5 @@
-/* Models in files: settings as attributes, every block of parameters as a dataset of its name.
-   Damage is found by the file's seal (physics/io/checksum.h) before anything is read. */
+/* Reads and writes model files: settings as attributes, each block of parameters as a dataset of
+   its name. The file's checksum (physics/io/checksum.h) is verified first. */
 #include "internal.h"
 
 #include <inttypes.h>

@@ -1,5 +1,5 @@
-/* Evaluations of a model: programs of their own, compiled when first needed. Their precision is
-   not that of training: integrators with small tolerances need a field without the noise of f32. */
+/* Evaluates a model by programs of its own, compiled when first needed. They have their own
+   precision: integrators with small tolerances need a field without the rounding of f32. */
 #include "internal.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* A model on a tape: networks, their scalars, and the field made of these. Parameters are cut from
-   one flat vector by views, so their gradient is one flat vector too. */
+/* Records a model on a tape: networks, their scalars, and the field derived from these. Parameters
+   are views of one flat vector, so their gradient is one flat vector, too. */
 #include "internal.h"
 
 #include <stdlib.h>

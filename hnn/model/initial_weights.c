@@ -1,7 +1,6 @@
-/* How parameters begin.
-   Orthogonal: A. Saxe, J. McClelland, S. Ganguli, ICLR 2014; by the Q of a QR factorisation of
-   normal vectors, which leaves no direction preferred. X. Glorot, Y. Bengio, AISTATS 2010; K. He,
-   X. Zhang, S. Ren, J. Sun, ICCV 2015. */
+/* Initial weights. Orthogonal: A. Saxe, J. McClelland, S. Ganguli, ICLR 2014; by the Q of a QR
+   factorisation of normal vectors, which prefers no direction. X. Glorot, Y. Bengio, AISTATS 2010;
+   K. He, X. Zhang, S. Ren, J. Sun, ICCV 2015. */
 #include "internal.h"
 #include "autodiff/blas.h"
 #include "physics/linear/linear.h"

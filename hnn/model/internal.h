@@ -1,7 +1,6 @@
-/* A model from the inside, for the folders of hnn. What lives here: settings, layout of the
-   parameters, networks on a tape, evaluation, the range of training, model files. Other programs
-   use hnn/hnn.h. Folders include in one direction: model < data < tasks < rollout < pixels, and
-   model < train. */
+/* Internals of a model, for the folders of hnn: settings, layout of the parameters, networks on a
+   tape, evaluation, range of training, model files. Other programs use hnn/hnn.h. Folders include
+   in one direction: model < data < tasks < rollout < pixels, and model < train. */
 #ifndef HNN_INTERNAL_H
 #define HNN_INTERNAL_H
 

@@ -1,4 +1,4 @@
-/* Where each parameter lies in the flat vector: networks, layers, weight before bias. */
+/* Layout of the parameters in the flat vector: by network and layer, weight before bias. */
 #include "internal.h"
 
 #include <stdio.h>

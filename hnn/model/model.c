@@ -1,4 +1,4 @@
-/* A model: settings, parameters, remarks. */
+/* A model: settings, parameters, notes. */
 #include "internal.h"
 
 #include <math.h>

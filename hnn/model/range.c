@@ -1,4 +1,4 @@
-/* The states and energies that a model was trained on: beyond them a network knows nothing. */
+/* The range of states and energies in training; a network extrapolates beyond it. */
 #include "internal.h"
 
 #include <math.h>

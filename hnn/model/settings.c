@@ -1,4 +1,4 @@
-/* Settings of a model: defaults, names, and what they may be. */
+/* Settings of a model: defaults, names, and checks. */
 #include "internal.h"
 
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* Whether a model of pixels moves as the films it was trained on (latent.h). */
+/* Compares the motion of a model of pixels with the films it was trained on (latent.h). */
 #include "latent.h"
 #include "pixel_energy.h"
 

@@ -1,7 +1,7 @@
-/* From what the rod covers to the pixels of a frame: by area, or by the triangle that Pillow's
-   "bilinear" is where it makes pictures smaller (P. Heckbert, "Fundamentals of texture mapping and
-   image warping", 1989, 3.5): a pixel sees what is nearer than a pixel's width both ways, with the
-   weights 1 - |x|, 1 - |y| of the distances in widths, over their sum within the frame. */
+/* Renders coverage to the pixels of a frame: by area, or by the triangle filter that Pillow's
+   "bilinear" uses when reducing pictures (P. Heckbert, "Fundamentals of texture mapping and image
+   warping", 1989, 3.5): a pixel averages what lies within one pixel width in either direction, with
+   weights 1 - |x|, 1 - |y| of the distances in widths, normalised within the frame. */
 #include "hnn/model/internal.h"
 #include "render.h"
 

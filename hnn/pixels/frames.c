@@ -1,4 +1,4 @@
-/* Frames in memory, and which of their pairs are for the test. */
+/* Frames in memory, and the division of their pairs into training and test. */
 #include "frames.h"
 #include "hnn/data/data_table.h"
 

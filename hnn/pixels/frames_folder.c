@@ -1,4 +1,4 @@
-/* Frames from a folder of pictures, or from its folders, one a trajectory. */
+/* Reads frames from a folder of pictures, or from its subfolders, one per trajectory. */
 #include "frames.h"
 
 #include <ctype.h>

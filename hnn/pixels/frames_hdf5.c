@@ -1,4 +1,4 @@
-/* Frames in HDF5: ours, and any array [trajectory, time, height, width]. */
+/* Reads and writes frames in HDF5: our files, and any array [trajectory, time, height, width]. */
 #include "frames.h"
 
 #include <math.h>

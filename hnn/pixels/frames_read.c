@@ -1,4 +1,4 @@
-/* Frames from either kind of source. */
+/* Reads frames from either kind of source. */
 #include "frames.h"
 
 #include <errno.h>

@@ -1,4 +1,4 @@
-/* One grey picture of 8 bits from a PGM or PNG file. This is the one file that calls libpng. */
+/* Reads a grey picture of 8 bits from a PGM or PNG file; the only file that calls libpng. */
 #include "frames.h"
 
 #include <ctype.h>

@@ -1,4 +1,5 @@
-/* Whether a model of pixels moves as what it was shown does (latent.h). */
+/* Classifies the motion of a model of pixels beside the observed one: moves, stands, runs away
+   (latent.h). */
 #include "latent.h"
 #include "hnn/model/internal.h"
 

@@ -1,9 +1,9 @@
-/* The angle of a rod in a frame: a drawn rod of angle phi and brightness a is fitted to it.
+/* The angle of a rod in a frame: a rendered rod of angle phi and brightness a is fitted to it.
 
-   Where |f - a r(phi)|^2 is least over a, it is |f|^2 - <f,r>^2/<r,r>. The best of evenly spaced
-   angles begins a Gauss-Newton iteration in phi with a always at its least (variable projection:
-   G. Golub, V. Pereyra, SIAM J. Numer. Anal. 10, 413, 1973). It ends where <f - a r, r'> = 0, so
-   that a frame which is a drawn one gives its very angle, however rough the r' by differences. */
+   The minimum over a of |f - a r(phi)|^2 is |f|^2 - <f,r>^2/<r,r>. The best of evenly spaced angles
+   starts a Gauss-Newton iteration in phi with a at its minimum (variable projection: G. Golub, V.
+   Pereyra, SIAM J. Numer. Anal. 10, 413, 1973). It ends where <f - a r, r'> = 0, so a rendered
+   frame gives its exact angle, although r' is a difference. */
 #include "hnn/model/internal.h"
 #include "pixel_energy.h"
 

@@ -1,9 +1,9 @@
-/* The part of a pixel that the rod covers, exactly.
+/* The exact fraction of a pixel that the rod covers.
 
-   A rod with round ends is three pieces side by side: a half disc, a rectangle, a half disc. In
-   coordinates along and across the rod a pixel is a rotated rectangle; cut by two lines across the
-   rod it falls into three convex polygons, and each of them meets one piece alone: the inner one
-   is cut by the rod's two sides, the outer ones meet a whole disc. */
+   A rod with round ends is three adjacent pieces: a half disc, a rectangle, a half disc. In
+   coordinates along and across the rod a pixel is a rotated rectangle; two lines across the rod cut
+   it into three convex polygons, each of which meets one piece: the inner one is clipped by the
+   rod's two sides, the outer ones meet a complete disc. */
 #include "render.h"
 
 #include <math.h>

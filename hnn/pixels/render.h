@@ -1,4 +1,4 @@
-/* The rod of pixels.h in a grid of pixels (render.c), for what is made of it (filter.c). */
+/* Geometry of the rod of pixels.h in a grid of pixels (render.c), for the filters (filter.c). */
 #ifndef HNN_RENDER_H
 #define HNN_RENDER_H
 

@@ -1,5 +1,5 @@
 /* The pendulum of pixels.h: Pendulum-v0 of OpenAI Gym (G. Brockman et al., arXiv 1606.01540)
-   without torque and without its limit of the speed, which starts near hanging do not reach. */
+   without torque and without its speed limit, which starts near hanging do not reach. */
 #include "hnn/model/internal.h"
 #include "pixels.h"
 

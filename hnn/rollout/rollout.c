@@ -1,6 +1,6 @@
-/* Rollouts (rollout.h). Fixed steps go from output to output in whole steps, so that outputs are
-   steps, and the way back takes the same ones; chosen steps ignore outputs, which come from their
-   polynomials. */
+/* Follows a model's motion (rollout.h). Fixed steps divide the intervals between outputs evenly, so
+   that outputs are steps and the way back takes the same ones; adaptive steps ignore outputs, which
+   are interpolated. */
 #include "rollout.h"
 #include "hnn/model/internal.h"
 

@@ -1,12 +1,12 @@
-/* Motion by a model, and how far it is from the truth.
+/* Motion by a model, and its distance from the truth.
 
-       hnn_model_ode(model, &ode, &error);
-       hnn_rollout(&ode, &(struct hnn_rollout_settings){.n = 100, .t = t}, x0, &path, &info,
+          hnn_model_ode(model, &ode, &error);
+          hnn_rollout(&ode, &(struct hnn_rollout_settings){.n = 100, .t = t}, x0, &path, &info,
    &error); hnn_task_trials(&ode, task, &(struct hnn_trials){.starts = 15}, &score, &error);
 
-   A rollout needs a vector field y' = f(t, y), y = (q, p), and, for what concerns energy, E(t, y):
-   a struct phys_ode. A model gives one (hnn_model_ode), a published system (hnn_task_ode), and any
-   other model over states of a latent space, say, whose callbacks are its own. */
+   A rollout needs a struct phys_ode: a vector field y' = f(t, y), y = (q, p), and, for energies,
+   E(t, y). A model gives one (hnn_model_ode), so does a published system (hnn_task_ode); any other
+   model can be given as callbacks. */
 #ifndef HNN_ROLLOUT_H
 #define HNN_ROLLOUT_H
 
@@ -18,7 +18,7 @@ extern "C" {
 
 /* ---- paths ---- */
 
-/* A motion at n times. Ends with hnn_path_free. */
+/* A motion at n times. Free with hnn_path_free. */
 struct hnn_path {
     size_t states, n;
     double *t; /* [n] */
@@ -29,49 +29,48 @@ void hnn_path_free(struct hnn_path *path); /* takes zero-initialised ones too */
 /* n >= 2 equally spaced times, both ends included. */
 void hnn_times(double t0, double t1, size_t n, double *t);
 
-/* One measured trajectory of a file: the columns `state` and `time` of the settings (a time is
-   needed), `file`, `trial`, `skip_missing` and `skip_rows`; the rest of them is not looked at. Rows
-   from the first one at or after `from` (-INFINITY: of the file) for as long as `time` (INFINITY:
-   to the end), of the trajectory there: AD_E_INPUT where it ends before. Without a column that
-   tells trajectories apart, a gap in time (see data.h) ends one, too. */
+/* Reads one measured trajectory of a file: of the settings the columns `state` and `time`
+   (required), `file`, `trial`, `skip_missing` and `skip_rows` are used. Rows start at or after the
+   time `from` (-INFINITY: the file's first) and span `time` (INFINITY: to the end) of the
+   trajectory there: AD_E_INPUT where it ends before. Without a column that distinguishes
+   trajectories, a gap in time (see data.h) ends one, too. */
 enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double from, double time,
                              struct hnn_path *path, struct ad_error *error);
 
 /* ---- rollouts ---- */
 
-/* Zero is a default everywhere but for n and t. */
+/* Zero means the default, except for n and t. */
 struct hnn_rollout_settings {
     const struct phys_integrator *integrator; /* NULL: dop853 */
-    double dt;   /* of fixed steps; shortened where whole steps do not lead to the next output */
-    double rtol; /* of chosen steps: error relative to the state, component by component where that
-                    is larger than the typical sizes at the start; 0: 1e-9 */
-    size_t n;    /* outputs, the start at t[0] included */
+    double dt;       /* fixed steps; shortened to divide the time to the next output evenly */
+    double rtol;     /* tolerance of adaptive steps: error relative to the state, by component where
+                        that is larger than the typical sizes at the start; 0: 1e-9 */
+    size_t n;        /* outputs, the start at t[0] included */
     const double *t; /* [n], increasing */
-    /* Energy added at t = add_at, all at once: the motion leaves its level along the gradient of
-       the energy, which is its rate turned by 90 degrees (arXiv 1906.01563, section 6), until the
-       energy has risen by `add`. Needs an energy and a canonical field. An output at add_at is
-       before it. */
+    /* Energy added at t = add_at at once: the state moves along the gradient of the energy, which
+       is its rate turned by 90 degrees (arXiv 1906.01563, section 6), until the energy has risen by
+       `add`. Needs an energy and a canonical field. An output at add_at precedes it. */
     double add, add_at;
-    bool reverse; /* run back, too */
+    bool reverse; /* also run back to the start */
 };
 
 struct hnn_rollout_info {
-    size_t evaluations; /* of the field */
+    size_t evaluations; /* evaluations of the field */
     double seconds;
-    double reversal_error; /* distance from the start after the way back; NaN: not asked for */
+    double reversal_error; /* distance from the start after running back; NaN: not requested */
 };
 
-/* Follows the motion from x0 [ode->n]; info may be NULL. path has memory of its own, also on
-   failure, when it is empty: AD_E_NONFINITE and AD_E_ACCURACY name time and component,
-   AD_E_ARGUMENT an integrator that the field does not suit. */
+/* Follows the motion from x0 [ode->n]; info may be NULL. path owns its memory and is empty on
+   failure: AD_E_NONFINITE and AD_E_ACCURACY name time and component, AD_E_ARGUMENT an integrator
+   that does not suit the field. */
 enum ad_status hnn_rollout(const struct phys_ode *ode, const struct hnn_rollout_settings *settings,
                            const double *x0, struct hnn_path *path, struct hnn_rollout_info *info,
                            struct ad_error *error);
 
 /* ---- measures ---- */
 
-/* Mean over components of (a - b)^2 at sample i; and over all samples. NaN where their shapes
-   differ, or there is no such sample: so all measures of two paths. */
+/* Mean over components of (a - b)^2 at sample i; and over all samples. As all measures of two
+   paths, NaN where their shapes differ or there is no such sample. */
 double hnn_path_square(const struct hnn_path *a, const struct hnn_path *b, size_t i);
 double hnn_path_mse(const struct hnn_path *a, const struct hnn_path *b);
 /* E at sample i; NaN where the ode has none. */
@@ -80,27 +79,27 @@ double hnn_path_energy(const struct phys_ode *ode, const struct hnn_path *path, 
    the motion by the model and b the true motion. */
 double hnn_energy_mse(const struct phys_ode *ode, const struct hnn_path *a,
                       const struct hnn_path *b);
-/* The same as it was computed for the published table: of the published energy of a system, the
-   model followed over the published time from the same start (hnn_task.published_energy,
-   time_stretch). `path` and `truth` are of `settings`, whose times begin at 0; strength 0: as
+/* The error of the published table, as its code computed it: of the published energy of a system,
+   with the model followed over the published time from the same start (hnn_task.published_energy,
+   time_stretch). `path` and `truth` belong to `settings`, whose times begin at 0; strength 0: as
    published. */
 enum ad_status hnn_task_published_mse(const struct hnn_task *task, double strength,
                                       const struct phys_ode *model,
                                       const struct hnn_rollout_settings *settings,
                                       const struct hnn_path *path, const struct hnn_path *truth,
                                       double *mse, struct ad_error *error);
-/* Largest change of E from its start, less what was added, in units of E: the energy of a model is
-   known up to a constant, so that no ratio means anything. */
+/* The largest change of E from its start, less the energy added, in units of E: the energy of a
+   model is known up to a constant, so a ratio would be meaningless. */
 double hnn_energy_drift(const struct phys_ode *ode, const struct hnn_path *path,
                         const struct hnn_rollout_settings *settings);
 
-/* The first sample outside what the model has seen in its training, energies first, with words for
-   it in `what`; path->n where there is none, or where it is not known what it has seen. */
+/* The first sample outside the model's range of training, energies first, described in `what`;
+   path->n if there is none or the range is unknown. */
 size_t hnn_path_outside(hnn_model *model, const struct hnn_path *path, char *what, size_t size);
 
 /* ---- trials ---- */
 
-/* A model beside a published system, from random starts as published. Zero: as published. */
+/* Trials of a model against a published system from random starts. Zero: as published. */
 struct hnn_trials {
     size_t starts, points; /* 0: 15; outputs of each, both ends included, 0: 100 */
     double time;           /* 0: 20 */
@@ -113,14 +112,14 @@ struct hnn_trials {
 /* Means over starts. */
 struct hnn_score {
     double energy_mse;       /* true energy, true time */
-    double energy_mse_model; /* the model's own H, of its motion and of the true one; or NaN */
+    double energy_mse_model; /* the model's own H of its motion and of the true one; or NaN */
     /* As the published code computed it (hnn_task.published_energy, time_stretch). */
     double energy_mse_published;
     double coordinate_mse, conserved_drift; /* the latter NaN likewise */
     size_t evaluations;
     double seconds;
 };
-/* The truth is followed by dop853 at 1e-12. */
+/* Follows both from each start, the truth by dop853 at 1e-12, and averages the errors. */
 enum ad_status hnn_task_trials(const struct phys_ode *model, const struct hnn_task *task,
                                const struct hnn_trials *trials, struct hnn_score *score,
                                struct ad_error *error);

@@ -1,4 +1,4 @@
-/* Where a motion leaves the states and energies that its model was trained on (rollout.h). */
+/* Finds where a motion leaves the states and energies that its model was trained on (rollout.h). */
 #include "rollout.h"
 
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* Paths, and what is measured of them (rollout.h). */
+/* Paths, and measures of them (rollout.h). */
 #include "rollout.h"
 #include "hnn/data/data_table.h"
 

@@ -1,5 +1,5 @@
-/* Energy errors as the table of arXiv 1906.01563 has them: models and truth from the same random
-   starts (rollout.h). */
+/* Energy errors as in the table of arXiv 1906.01563: model and truth from the same random starts
+   (rollout.h). */
 #include "rollout.h"
 #include "hnn/model/internal.h"
 #include "hnn/tasks/task.h"

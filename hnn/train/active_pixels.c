@@ -1,8 +1,8 @@
-/* Pixels that are dark in every frame of the training: half of them, where a rod swings. What they
-   weigh in the encoder's first map never acts, its gradient is exactly 0, and all that the
-   published training does with it is to let it decay to 0. Trained is therefore a model without
-   these columns, which takes as many products less; in the model that is delivered they are 0. What
-   other frames show there is ignored, as it is where the weights have decayed. */
+/* Removes pixels that are dark in every training frame: half of them, for a swinging rod. Their
+   weights in the encoder's first map have gradient 0, and the published training only lets them
+   decay to 0. The trained model therefore lacks these columns, and takes as many products less; in
+   the final model they are 0. Other frames' values there are ignored, as they are after the weights
+   have decayed. */
 #include "train.h"
 
 #include <assert.h>

@@ -1,5 +1,5 @@
-/* Training: a step is one program, forward, in-graph gradient, loss and backward, run over the
-   blocks of a batch, and one step of an optimiser on the flat parameters. */
+/* Training: each step runs one program (forward, gradient in the graph, loss, backward) over the
+   blocks of a batch, then one step of an optimiser on the flat parameters. */
 #include "train.h"
 #include "train_speed.h"
 #include "autodiff/clock.h"

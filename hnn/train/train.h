@@ -1,7 +1,7 @@
-/* Training from the inside, for this folder alone. What lives here: samples and their order
-   (train_data), losses and their gradients by blocks of samples (train_loss, train_step),
-   optimisers, schedules and averages, checkpoints and resumption (train_state). Other folders use
-   the trainer of hnn/hnn.h, and measurements hnn/train/train_speed.h. */
+/* Internals of training, for this folder: samples and their order (train_data), losses and their
+   gradients by blocks of samples (train_loss, train_step), optimisers, schedules and averages,
+   checkpoints and resumption (train_state). Other folders use the trainer of hnn/hnn.h, and for
+   measurements of speed hnn/train/train_speed.h. */
 #ifndef HNN_TRAIN_H
 #define HNN_TRAIN_H
 

@@ -1,12 +1,12 @@
-/* The mean of the parameters over the last steps of a training. Steps of one length never come to
-   rest: the parameters go on about a minimum, and their mean is nearer to it than any of them (B.
-   Polyak, A. Juditsky, "Acceleration of stochastic approximation by averaging", SIAM J. Control
-   Optim. 30, 1992). The first steps, far from it, must be forgotten: with the weight 1/(f k) at
-   step k those of about the last share f count, however long the training is to be (O. Shamir, T.
-   Zhang, "Stochastic gradient descent for non-smooth optimization", ICML 2013).
+/* Averages the parameters over the last steps of a training. With a constant step the parameters
+   keep fluctuating about a minimum, and their mean is nearer to it than any of them (B. Polyak, A.
+   Juditsky, "Acceleration of stochastic approximation by averaging", SIAM J. Control Optim. 30,
+   1992). The first steps must be forgotten: with weight 1/(f k) at step k, about the last fraction
+   f of the steps counts, however long the training is (O. Shamir, T. Zhang, "Stochastic gradient
+   descent for non-smooth optimization", ICML 2013).
 
-   The mean is in f64 whatever the parameters are: of a small weight times a small difference f32
-   would lose all. */
+   The mean is in f64 whatever the type of the parameters: in f32 a small weight times a small
+   difference would be lost. */
 #include "train.h"
 
 #include <math.h>

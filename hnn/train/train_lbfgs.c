@@ -1,5 +1,5 @@
-/* Limited-memory BFGS on the full batch (autodiff/lbfgs.h). Directions are in f64 whatever the
-   parameters are. Weight decay is the term decay/2 |x|^2 of what is minimised. */
+/* Limited-memory BFGS on the full batch (autodiff/lbfgs.h). Directions are in f64 whatever the type
+   of the parameters. Weight decay is the term decay/2 |x|^2 of the objective. */
 #include "train.h"
 #include "autodiff/lbfgs.h"
 

@@ -1,5 +1,5 @@
-/* The loss on a tape, for every sample the mean square of what the model says less what was
-   measured; and over all samples. */
+/* Records the loss: for each sample the mean square of the difference between prediction and
+   target; and evaluates it over all samples. */
 #include "train.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* The table of methods, and those of first order (optim.h). */
+/* The table of training methods, and those of first order (autodiff/optim.h). */
 #include "train.h"
 
 #include <float.h>

@@ -1,5 +1,4 @@
-/* The latent states that a model of pixels was trained on: those of its observations, by the
-   encoder at the end. */
+/* The latent range of a model of pixels: the encoded observations at the end of training. */
 #include "train.h"
 
 #include <stdlib.h>

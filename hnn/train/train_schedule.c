@@ -1,4 +1,4 @@
-/* How the learning rate changes over a training. */
+/* Learning-rate schedules. */
 #include "train.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* Trainings in files: with the model, all that a next step depends on. Nothing there tells one run
-   from another that went the same way: a resumed run writes what the uninterrupted one does. */
+/* Saves and resumes trainings: with the model, everything that the next step depends on. The file
+   contains nothing else, so that a resumed run writes the same bytes as an uninterrupted one. */
 #include "train.h"
 
 #include <inttypes.h>

@@ -1,9 +1,8 @@
 /* Loss and gradient of one batch, in blocks of columns: one recording, compiled, run block after
-   block. What a block needs stays in the second-level cache from the forward pass to the end of the
-   backward one, where whole batches go through memory for every operation; and blocks are what
-   threads share out. The last block may have fewer samples: what stands behind them, samples of a
-   block before or zeros, has no weight. Blocks are cut and added up in the same way whatever the
-   number of threads. */
+   block. A block's data stay in the second-level cache from the forward to the end of the backward
+   pass, where whole batches would go through memory for every operation; threads share out the
+   blocks. The last block may be padded by samples of weight 0. Blocks are cut and summed in the
+   same way whatever the number of threads. */
 #include "train.h"
 
 #include <stdlib.h>
