@@ -1,4 +1,4 @@
-/* Files of a run that must be different ones (file_names.h). */
+/* Checks that the files of a run are different ones (file_names.h). */
 #include "file_names.h"
 
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* Files of a run that must be different ones: an output replaces what has its name. */
+/* Checks that the files of a run are different ones, because an output replaces its target. */
 #ifndef APPS_FILE_NAMES_H
 #define APPS_FILE_NAMES_H
 

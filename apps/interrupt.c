@@ -1,5 +1,5 @@
-/* Signals that ask the program to end (interrupt.h). A signal handler reaches nothing but statics,
-   and calls only what POSIX calls safe there. */
+/* Signals that end the program (interrupt.h). Handlers use static variables and async-signal-safe
+   functions only. */
 #include "interrupt.h"
 #include "quote.h"
 #include "autodiff/native/process.h"

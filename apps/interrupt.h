@@ -1,12 +1,10 @@
-/* Signals that ask the program to end. No temporary file outlives one that can be caught, and no
-   program started here does.
+/* Signals that end the program. None that can be caught leaves temporary files or child processes
+   behind.
 
-   SIGINT and SIGTERM end the process at once, unless a run is under way that stops in order: the
-   first then raises a flag, and ends the process where the run does not look at it for a second
-   before it writes its results;
-   one that comes half a second later or more ends it at once.
-   SIGHUP, SIGPIPE, SIGQUIT and SIGXCPU end it at once. A file size limit (SIGXFSZ) is a failed
-   write. */
+   SIGINT and SIGTERM end the process at once, unless a run is active that stops in order: the first
+   signal then sets a flag, and ends the process if the run has not checked it for a second before
+   it writes its results; a second one, half a second later or more, ends it at once. SIGHUP,
+   SIGPIPE, SIGQUIT and SIGXCPU end it at once. A file size limit (SIGXFSZ) is a failed write. */
 #ifndef APPS_INTERRUPT_H
 #define APPS_INTERRUPT_H
 

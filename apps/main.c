@@ -1,4 +1,4 @@
-/* The program around command_main, which tests call without it. */
+/* The program: calls command_main, which tests call directly. */
 #include "command.h"
 #include "interrupt.h"
 

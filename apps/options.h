@@ -1,5 +1,6 @@
-/* Command lines from tables: one row an option, from which parsing, --help and the error messages
-   come. A subcommand's options land in a struct of its own that begins with struct common. */
+/* Command lines from tables: one row per option, from which parsing, --help and the error messages
+   are derived. A subcommand's options are stored in a struct of its own that begins with struct
+   common. */
 #ifndef APPS_OPTIONS_H
 #define APPS_OPTIONS_H
 

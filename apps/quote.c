@@ -1,4 +1,4 @@
-/* Text from outside, quoted for who reads it next (quote.h). */
+/* Quoting of text from outside (quote.h). */
 #include "quote.h"
 #include "physics/io/utf8.h"
 

@@ -1,5 +1,5 @@
-/* Text from outside, quoted for who reads it next. Names of files, units, notes of models and
-   attributes of run files may hold any byte; none of them may act as a command. */
+/* Quoting of text from outside. File names, units, notes of models and attributes of run files may
+   contain any byte; none may act as a command. */
 #ifndef APPS_QUOTE_H
 #define APPS_QUOTE_H
 

@@ -1,4 +1,4 @@
-/* Files of a chart (chart.h). */
+/* Files of a chart: CSV, pictures, JSON (chart.h). */
 #include "chart.h"
 #include "apps/command.h"
 

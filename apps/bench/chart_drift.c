@@ -1,5 +1,5 @@
-/* Energy over many periods at equal work (chart.h): symplectic methods err by a bounded
-   amount, the others by more and more. */
+/* leastaction chart drift: energy error over many periods at equal work; bounded for symplectic
+   methods, growing for the others. */
 #include "chart.h"
 #include "apps/bench/measure/motions.h"
 

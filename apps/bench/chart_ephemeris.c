@@ -1,4 +1,4 @@
-/* leastaction chart ephemeris: how far each step of the model brings it. */
+/* leastaction chart ephemeris: the distance from Horizons tables, model by model. */
 #include "chart.h"
 #include "apps/options.h"
 #include "physics/ephemeris/models.h"

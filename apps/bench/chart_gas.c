@@ -1,5 +1,5 @@
-/* leastaction chart gas: what near pairs save against all pairs, and how order grows in a gas that
-   cools. */
+/* leastaction chart gas: the time saved by lists of near pairs, and the growth of order in a
+   cooling gas. */
 #include "chart.h"
 #include "apps/bench/measure/timing.h"
 #include "physics/gas/order.h"

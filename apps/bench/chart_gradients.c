@@ -1,5 +1,5 @@
-/* leastaction chart gradients: first and second derivatives of the action, nanoseconds and ratio to
-   hand-written C. */
+/* leastaction chart gradients: first and second derivatives of the action, in nanoseconds and
+   relative to hand-written C. */
 #include "chart.h"
 #include "apps/bench/hand/hand.h"
 #include "apps/bench/measure/gradient_benchmark.h"

@@ -1,4 +1,4 @@
-/* leastaction chart hnn: its parts. */
+/* leastaction chart hnn: runs its parts. */
 #include "chart_hnn.h"
 
 size_t networks_of_chart(bool quick, struct network networks[NETWORKS_MOST])

@@ -1,5 +1,5 @@
 /* Test loss and energy error against seconds of training (chart_hnn.h). The data are a pendulum's
-   without noise: with it all losses end at the noise, whatever the network. */
+   without noise: with noise all losses end at its level, whatever the network. */
 #include "chart_hnn.h"
 #include "apps/bench/measure/timing.h"
 #include "hnn/rollout/rollout.h"

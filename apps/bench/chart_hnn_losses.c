@@ -1,5 +1,5 @@
-/* The first losses of a training from weights and on samples that a formula gives, so that peers
-   can do the same (chart_hnn.h, scripts/peers/training.py). */
+/* The first losses of a training from weights and samples given by a formula, so that peers can
+   reproduce them (chart_hnn.h, scripts/peers/training.py). */
 #include "chart_hnn.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* How exactly integrators follow a network, over evaluations of its field (chart_hnn.h). The
-   weights are the same in f64 and in f32; what differs is the arithmetic of the field. */
+/* Accuracy of integrators on a network against evaluations of its field (chart_hnn.h). The weights
+   are the same in f64 and f32; the arithmetic of the field differs. */
 #include "chart_hnn.h"
 #include "apps/bench/measure/work_precision.h"
 #include "hnn/data/data.h"

@@ -1,5 +1,5 @@
-/* leastaction chart jobs: seconds and what is left of the error at the end of whole jobs, with the
-   published settings and with ours. */
+/* leastaction chart jobs: time and remaining error of complete jobs, with the published settings
+   and with ours. */
 #include "chart.h"
 #include "chart_jobs.h"
 #include "quantum/published.h"

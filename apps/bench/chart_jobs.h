@@ -1,4 +1,4 @@
-/* Whole jobs of chart_jobs.c, as published and as we do them, both by this library. */
+/* Complete jobs for chart_jobs.c, with published settings and with ours, both by this library. */
 #ifndef APPS_CHART_JOBS_H
 #define APPS_CHART_JOBS_H
 

@@ -1,5 +1,5 @@
 /* Training jobs of chart jobs (chart_jobs.h): Hamiltonian networks on the published tasks, f32, one
-   thread, until training ends; the error is that of the energy along motions from other starts. */
+   thread, complete trainings; the error is that of the energy along motions from other starts. */
 #include "chart_hnn.h"
 #include "chart_jobs.h"
 #include "apps/bench/measure/timing.h"

@@ -1,5 +1,5 @@
-/* leastaction chart linear: time and memory of a gradient of the action over slices, and over pairs
-   of bodies. Both grow in proportion, or the chart shows where they do not. */
+/* leastaction chart linear: time and memory of a gradient of the action against the number of
+   slices and of pairs of bodies; the chart shows any departure from proportional growth. */
 #include "chart.h"
 #include "apps/bench/hand/hand.h"
 #include "apps/bench/measure/sized_gradient.h"

@@ -1,4 +1,4 @@
-/* leastaction chart paths: its two parts. */
+/* leastaction chart paths: runs its two parts. */
 #include "chart_paths.h"
 
 const struct layout figure_of_six = {1120, 640,  NULL,  2,   3,    0.06, 0.78,

@@ -1,6 +1,6 @@
-/* leastaction chart quantum: what a wave packet costs at which error, by the kernel under three
-   rules, by Fourier transforms and by Crank-Nicolson; and what a slice costs beside the matrix
-   product that it is. */
+/* leastaction chart quantum: cost of a wave packet against its error, by the kernel under three
+   rules, by Fourier transforms and by Crank-Nicolson; and the cost of a slice relative to its
+   matrix product. */
 #include "chart.h"
 #include "chart_quantum.h"
 #include "apps/bench/measure/timing.h"

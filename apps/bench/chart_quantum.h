@@ -1,4 +1,4 @@
-/* What the errors of `leastaction chart quantum` are against. */
+/* Truths for the errors of `leastaction chart quantum`. */
 #ifndef APPS_CHART_QUANTUM_H
 #define APPS_CHART_QUANTUM_H
 

@@ -1,4 +1,4 @@
-/* What the errors of chart quantum are against: a closed form, or qm_reference. */
+/* Truths for chart quantum: a closed form, or qm_reference. */
 #include "chart_quantum.h"
 
 #include <complex.h>

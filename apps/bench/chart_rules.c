@@ -1,5 +1,5 @@
-/* Rules of the action by their order (chart_paths.h): the path between two points of a motion,
-   found by Newton's method, against the motion; and what the published descent reaches there. */
+/* Rules of the action by order (chart_paths.h): the path between two points of a motion by Newton's
+   method, compared with the motion; and the error that the published descent reaches there. */
 #include "chart_paths.h"
 #include "physics/motion/motion.h"
 

@@ -1,5 +1,5 @@
-/* Solvers of paths (chart_paths.h): from the published noise to the stationary path of rule `left`,
-   distance over seconds; Newton's method beside the published descent and the paper's remedies. */
+/* Path solvers (chart_paths.h): distance from the stationary path of rule `left` over time, from
+   the published noise; Newton's method beside the published descent and the paper's remedies. */
 #include "chart_jobs.h"
 #include "chart_paths.h"
 #include "physics/motion/motion.h"

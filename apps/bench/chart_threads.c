@@ -1,9 +1,9 @@
-/* What a second thread buys (chart.h): gradients of large actions and a training step of a
-   large batch, one thread and two in turn, by the wall's clock; and whether both have the same
-   bits, as they must.
+/* leastaction chart threads: the speed-up by a second thread for gradients of large actions and a
+   training step of a large batch, in wall-clock time; one and two threads alternate, and their
+   results are compared bit by bit.
 
-   Times are the least of several: what else runs on the machine takes a processor away from two
-   threads sooner than from one, and would be counted as their fault. */
+   Times are the minimum of several: other processes take a processor from two threads more often
+   than from one. */
 #include "chart.h"
 #include "apps/bench/hand/hand.h"
 #include "apps/bench/measure/sized_gradient.h"

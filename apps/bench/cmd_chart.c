@@ -1,4 +1,4 @@
-/* leastaction chart: measurements that make a chart, one function each (chart.h). */
+/* leastaction chart: runs a measurement that makes a chart (chart.h). */
 #include "chart.h"
 #include "apps/command.h"
 #include "physics/physics.h"

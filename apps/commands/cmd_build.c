@@ -1,5 +1,4 @@
-/* leastaction build: a Lagrangian of a user's own, from C to a scene that every subcommand takes.
- */
+/* leastaction build: compiles a user's Lagrangian in C to a scene for all subcommands. */
 #include "apps/command.h"
 #include "apps/file_names.h"
 #include "apps/quote.h"

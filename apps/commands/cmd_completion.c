@@ -1,4 +1,4 @@
-/* leastaction completion: lets bash complete subcommands, options and scenes, from their tables. */
+/* leastaction completion: bash completion of subcommands, options and scenes, from their tables. */
 #include "apps/command.h"
 #include "physics/physics.h"
 

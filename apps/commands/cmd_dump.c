@@ -1,4 +1,4 @@
-/* leastaction dump: what is in a file of ours, as text, CSV or JSON. */
+/* leastaction dump: prints the contents of a run file as text, CSV or JSON. */
 #include "apps/command.h"
 #include "apps/output/json.h"
 #include "apps/quote.h"

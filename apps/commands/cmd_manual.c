@@ -1,4 +1,4 @@
-/* leastaction manual: the pages of man(1), from the tables that --help prints. */
+/* leastaction manual: man(1) pages, from the tables that --help prints. */
 #include "apps/command.h"
 
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* leastaction scenes: what there is to run, with every parameter, its unit and default. */
+/* leastaction scenes: lists the scenes, with every parameter, its unit and default. */
 #include "apps/command.h"
 #include "apps/output/json.h"
 #include "apps/output/unit.h"

@@ -1,5 +1,5 @@
-/* leastaction dataset: observations of the systems that Hamiltonian neural networks were published
-   with; dataset_pixels.c has the frames. */
+/* leastaction dataset: observations of the systems of the published Hamiltonian neural networks;
+   dataset_pixels.c renders frames. */
 #include "apps/command.h"
 #include "dataset.h"
 #include "apps/output/result.h"

@@ -1,4 +1,4 @@
-/* leastaction rollout: motion by a trained model. */
+/* leastaction rollout: the motion by a trained model. */
 #include "apps/command.h"
 #include "pixel_rollout.h"
 #include "apps/output/outputs.h"

@@ -1,4 +1,4 @@
-/* leastaction train: a Hamiltonian neural network, or a baseline, from measured motion. */
+/* leastaction train: trains a Hamiltonian neural network, or a baseline, on measured motion. */
 #include "apps/command.h"
 #include "apps/interrupt.h"
 #include "apps/output/result.h"

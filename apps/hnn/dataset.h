@@ -1,4 +1,4 @@
-/* What the two kinds of data set share on the command line: motions (cmd_dataset.c) and frames
+/* Options shared by the two kinds of data set: motions (cmd_dataset.c) and frames
    (dataset_pixels.c). */
 #ifndef APPS_DATASET_H
 #define APPS_DATASET_H

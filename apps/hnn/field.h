@@ -1,4 +1,4 @@
-/* The parts of `leastaction field`: the grid made definite and evaluated (field_setup), and written
+/* The parts of `leastaction field`: setup and evaluation on a grid (field_setup), output
    (field_write). */
 #ifndef APPS_FIELD_H
 #define APPS_FIELD_H

@@ -1,4 +1,4 @@
-/* The field of a model on a grid (field.h). */
+/* Sets up the grid of `leastaction field` and evaluates the model on it (field.h). */
 #include "field.h"
 #include "apps/numbers.h"
 

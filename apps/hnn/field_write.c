@@ -1,4 +1,4 @@
-/* The field of a model on a grid, as CSV, run file and picture (field.h). */
+/* Writes the field of a model on a grid as CSV, run file and picture (field.h). */
 #include "field.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* `leastaction rollout` of models of pixels: what they foresee from the first two frames of a film,
-   beside the film itself. Time is counted in frames. */
+/* `leastaction rollout` for models of pixels: prediction from the first two frames of a film,
+   compared with the film. Time is counted in frames. */
 #ifndef APPS_FILM_H
 #define APPS_FILM_H
 

@@ -1,6 +1,6 @@
-/* The picture of a foreseen film (pixel_rollout.h): above, a row of frames of the truth and of each
-   model; below, the latent motion on contours of H, and the energy that the frames show. A GIF
-   plays the frames side by side, with the energy under them.
+/* The picture of a predicted film (pixel_rollout.h): above, a row of frames of the truth and of
+   each model; below, the latent motion on contours of H, and the energy measured on the frames. A
+   GIF plays the frames side by side, with the energy below.
 
    The data file is binary, 4-byte floats: the frames of all strips, a row [time, energy of each
    strip] a frame, H on a grid, the latent path. */

@@ -1,4 +1,4 @@
-/* The results of a rollout of pixels (pixel_rollout.h): report, CSV, run file. */
+/* Results of a rollout of pixels (pixel_rollout.h): report, CSV, run file. */
 #include "pixel_rollout.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* Films foreseen from one start or many, and their errors (pixel_rollout.h). */
+/* Predicts films from one start or many, and measures their errors (pixel_rollout.h). */
 #include "pixel_rollout.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* A film to be foreseen, made definite (pixel_rollout.h). */
+/* Sets up the prediction of a film from the options (pixel_rollout.h). */
 #include "pixel_rollout.h"
 
 #include <math.h>

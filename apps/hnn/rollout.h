@@ -1,5 +1,5 @@
-/* The parts of `leastaction rollout`: what is asked made definite (rollout_setup), followed and
-   measured (rollout_run), and written (rollout_report, rollout_picture). */
+/* The parts of `leastaction rollout`: setup from the options (rollout_setup), computation and
+   errors (rollout_run), output (rollout_report, rollout_picture). */
 #ifndef APPS_ROLLOUT_H
 #define APPS_ROLLOUT_H
 

@@ -1,4 +1,4 @@
-/* The results of a rollout (rollout.h): report, CSV, run file. */
+/* Results of a rollout (rollout.h): report, CSV, run file. */
 #include "rollout.h"
 
 #include <math.h>

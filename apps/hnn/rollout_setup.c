@@ -1,4 +1,4 @@
-/* A rollout made definite (rollout.h). */
+/* Sets up a rollout from the options (rollout.h). */
 #include "apps/numbers.h"
 #include "rollout.h"
 

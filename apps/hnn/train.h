@@ -1,5 +1,5 @@
-/* The parts of `leastaction train`: samples, model and way of training from options (train_setup),
-   checkpoints on the way (train_watch), and what it came to (train_report). */
+/* The parts of `leastaction train`: setup of samples, model and method from the options
+   (train_setup), progress and checkpoints (train_watch), output (train_report). */
 #ifndef APPS_TRAIN_H
 #define APPS_TRAIN_H
 

@@ -1,4 +1,4 @@
-/* The results of a training: report, and the history as CSV. */
+/* Results of a training: report, and the history as CSV. */
 #include "train.h"
 #include "apps/output/result.h"
 

@@ -1,4 +1,4 @@
-/* A training made definite: samples, model, method, and the checkpoint it goes on from. */
+/* Sets up a training from the options: samples, model, method, and the checkpoint to resume. */
 #include "train.h"
 #include "apps/numbers.h"
 

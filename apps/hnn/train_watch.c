@@ -1,4 +1,4 @@
-/* What happens between the steps of a training: a line on the terminal, and checkpoints. */
+/* Between the steps of a training: the progress line, and checkpoints. */
 #include "train.h"
 #include "apps/interrupt.h"
 

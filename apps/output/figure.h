@@ -1,4 +1,4 @@
-/* A picture of panels with curves, by gnuplot (plot.h): one look for all charts.
+/* A picture of panels with curves, by gnuplot (plot.h), in one style for all charts.
 
        figure_begin(&figure, plot, &layout);
        figure_panel(&figure, &panel);          the next place, row by row

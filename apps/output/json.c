@@ -1,4 +1,4 @@
-/* One JSON object, written as it comes (json.h). */
+/* Writes one JSON object as a stream (json.h). */
 #include "json.h"
 #include "apps/quote.h"
 

@@ -1,4 +1,4 @@
-/* One JSON object, written as it comes (RFC 8259). Keys are literals of the caller. */
+/* A JSON object written as a stream (RFC 8259). Keys are string literals. */
 #ifndef APPS_JSON_H
 #define APPS_JSON_H
 

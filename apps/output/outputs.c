@@ -1,4 +1,4 @@
-/* The files a run was asked to write (outputs.h). */
+/* The output files of a run (outputs.h). */
 #include "outputs.h"
 #include "apps/command.h"
 #include "apps/interrupt.h"

@@ -1,5 +1,5 @@
-/* The files a run was asked to write, all begun before it starts, so that one that cannot be
-   written is found before anything is computed. */
+/* The output files of a run. All are begun before it starts, so that an unwritable one is detected
+   before anything is computed. */
 #ifndef APPS_OUTPUTS_H
 #define APPS_OUTPUTS_H
 

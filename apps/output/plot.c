@@ -1,5 +1,4 @@
-/* Pictures by gnuplot (plot.h): commands and data go to temporary files, gnuplot draws to a third.
- */
+/* Pictures by gnuplot (plot.h): commands and data go to temporary files, gnuplot writes a third. */
 #include "plot.h"
 #include "apps/interrupt.h"
 #include "autodiff/native/process.h"

@@ -1,14 +1,13 @@
 /* Pictures by gnuplot: SVG, PNG, or animated GIF by the extension of the target.
 
-       struct plot plot;
-       plot_begin(&plot, "fig.svg", error)
-       ... the numbers to plot.data, gnuplot commands to plot.script ...
-       plot_commit(&plot, &drawn, error)         or plot_abandon(&plot)
+          struct plot plot;
+          plot_begin(&plot, "fig.svg", error)
+          ... the numbers to plot.data, gnuplot commands to plot.script ...
+          plot_commit(&plot, &drawn, error)         or plot_abandon(&plot)
 
-   The commands find the name of the data file in the gnuplot variable `data`; terminal and output
-   are set, and the axes are grey, at left and below. A string from outside reaches them through
-   quote_gnuplot alone (quote.h). Where gnuplot is missing, data and commands are kept as
-   fig.svg.dat and fig.svg.gp. */
+   The gnuplot variable `data` is the name of the data file; terminal and output are set, and the
+   axes are grey, left and below. Strings from outside must pass through quote_gnuplot (quote.h).
+   Without gnuplot, data and commands are kept as fig.svg.dat and fig.svg.gp. */
 #ifndef APPS_PLOT_H
 #define APPS_PLOT_H
 

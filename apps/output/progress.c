@@ -1,4 +1,4 @@
-/* A line that says how far a run is (progress.h). */
+/* A progress line (progress.h). */
 #include "progress.h"
 #include "autodiff/clock.h"
 

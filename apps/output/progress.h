@@ -1,4 +1,4 @@
-/* A line that says how far a run is: on a terminal one that is replaced, elsewhere one a minute. */
+/* A progress line: updated in place on a terminal, one line a minute elsewhere. */
 #ifndef APPS_PROGRESS_H
 #define APPS_PROGRESS_H
 

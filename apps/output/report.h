@@ -1,16 +1,16 @@
-/* What a run found, in one table that text, JSON and HDF5 are written from, so that all of them say
-   the same. A row has a key (in JSON and, as an attribute, in HDF5), a label (in the text), a unit
-   and a value; a row without a label is not in the text. Rows of one label that follow each other
-   stand on one line of the text. Rows after report_item belong to the next object of an array.
+/* The results of a run as one table, from which text, JSON and HDF5 are written, so that all three
+   agree. A row has a key (in JSON and, as an attribute, in HDF5), a label (in the text), a unit and
+   a value; a row without a label is omitted from the text. Consecutive rows of one label share one
+   line of the text. Rows after report_item belong to the next object of an array.
 
-       struct report report = {0};
-       report_number(&report, "action", "action", "J s", 1.5);
-       report_json(&report, stdout);
-       report_free(&report);
+          struct report report = {0};
+          report_number(&report, "action", "action", "J s", 1.5);
+          report_json(&report, stdout);
+          report_free(&report);
 
-   Adding rows is sticky: the first one that finds no memory is kept, and report_print, report_json
-   and report_file return it. Units and texts are copied, keys and labels are not. Numbers that are
-   not finite are null in JSON, NaN in HDF5, and a blank in the text. */
+   Errors of adding rows are sticky: the first failed allocation is kept, and report_print,
+   report_json and report_file return it. Units and texts are copied, keys and labels are not.
+   Numbers that are not finite are null in JSON, NaN in HDF5, and blank in the text. */
 #ifndef APPS_REPORT_H
 #define APPS_REPORT_H
 

@@ -1,4 +1,4 @@
-/* Text results (result.h). */
+/* Text results for --csv (result.h). */
 #include "result.h"
 #include "apps/interrupt.h"
 

@@ -1,4 +1,4 @@
-/* Text results for --csv: a file that appears whole or not at all, or standard output for "-". */
+/* Text results for --csv: a file that is replaced atomically, or standard output for "-". */
 #ifndef APPS_RESULT_H
 #define APPS_RESULT_H
 

@@ -1,4 +1,4 @@
-/* Rows of measurements (sheet.h). */
+/* Tables of measurements (sheet.h). */
 #include "sheet.h"
 
 #include <assert.h>

@@ -1,4 +1,4 @@
-/* Units in what people read. */
+/* Units as printed. */
 #ifndef APPS_UNIT_H
 #define APPS_UNIT_H
 

@@ -1,4 +1,5 @@
-/* leastaction check: is a scene's Lagrangian finite, differentiated rightly, and local in time? */
+/* leastaction check: checks a scene's Lagrangian for finite values, correct derivatives, and
+   locality in time. */
 #include "apps/command.h"
 #include "apps/output/report.h"
 #include "physics/motion/checks.h"

@@ -1,6 +1,5 @@
-/* The parts of `leastaction path`: what is asked (options), made definite (path_setup, and where an
-   error is asked for path_refine), run and recorded (path_record), and written (path_write,
-   path_picture). */
+/* The parts of `leastaction path`: options, setup (path_setup, and path_tolerance for --tol), run
+   and record (path_record), output (path_write, path_picture). */
 #ifndef APPS_PATH_H
 #define APPS_PATH_H
 

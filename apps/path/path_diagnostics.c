@@ -1,4 +1,4 @@
-/* How far a path is to be believed: descents that move away from it. */
+/* Warns about descents that move away from the reference path. */
 #include "path.h"
 
 #include <string.h>

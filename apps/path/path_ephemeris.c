@@ -1,4 +1,4 @@
-/* The ephemeris scene, from Horizons tables or from its own state vectors (path.h). */
+/* Sets up the ephemeris scene from Horizons tables or its own state vectors (path.h). */
 #include "path.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* Paths from files of text, --init and --reference (path.h): coordinates and time by their names.
- */
+/* Reads paths from text files, --init and --reference (path.h), with columns of coordinates and
+   time by name. */
 #include "path.h"
 #include "physics/io/csv.h"
 

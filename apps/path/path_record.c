@@ -1,4 +1,4 @@
-/* Recording of a path run (path.h). */
+/* Records the steps of a path run (path.h). */
 #include "path.h"
 #include "apps/interrupt.h"
 

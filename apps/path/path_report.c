@@ -1,4 +1,4 @@
-/* What a path run found, as one table (path.h). */
+/* The results of a path run, as one table (path.h). */
 #include "path.h"
 #include "apps/output/unit.h"
 

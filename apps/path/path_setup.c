@@ -1,4 +1,4 @@
-/* A path run made definite (path.h): options, else the preset, else the scene say what is run. */
+/* Sets up a path run (path.h) from the options, else the preset, else the scene. */
 #include "path.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* Where a path run starts and what it is held against (path.h): files, the scene's motion, what the
-   tables say, or a line. */
+/* The start and the reference of a path run (path.h): from files, the scene's motion, tables, or a
+   line. */
 #include "path.h"
 #include "apps/interrupt.h"
 

@@ -1,4 +1,4 @@
-/* leastaction path --tol E: what it goes with, and what it tried (path.h). */
+/* leastaction path --tol E: compatible options, and the levels tried (path.h). */
 #include "path.h"
 #include "apps/interrupt.h"
 

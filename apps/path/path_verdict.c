@@ -1,6 +1,5 @@
-/* What kind of stationary path was found, and which points are conjugate to its start (path.h). A
-   verdict needs a path that is stationary and an L_vv that is definite along it; else it is said
-   why there is none. */
+/* Reports the kind of stationary path found and its conjugate points (path.h). That needs a path
+   that is stationary and an L_vv that is definite along it; otherwise the reason is reported. */
 #include "path.h"
 #include "apps/output/unit.h"
 

@@ -1,4 +1,4 @@
-/* Files of a path run (path.h): CSV and run file. */
+/* Output files of a path run (path.h): CSV and run file. */
 #include "path.h"
 
 #include <stdlib.h>

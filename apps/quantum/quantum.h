@@ -1,6 +1,6 @@
-/* The parts of `leastaction quantum`: what is asked made definite (quantum_setup), run and measured
-   (quantum_run), written and drawn (quantum_write, quantum_picture); the published
-   variant beside the right one (quantum_paper) and two dimensions (quantum_slit). */
+/* The parts of `leastaction quantum`: setup (quantum_setup), run and errors (quantum_run), output
+   (quantum_write, quantum_picture); the published variant beside the correct one (quantum_paper),
+   and two dimensions (quantum_slit). */
 #ifndef APPS_QUANTUM_H
 #define APPS_QUANTUM_H
 

@@ -1,4 +1,4 @@
-/* leastaction quantum --preset paper: a packet in a box as published, and done right
+/* leastaction quantum --preset paper: a packet in a box as published, and with a correct kernel
    (quantum/published.h). */
 #include "apps/command.h"
 #include "apps/interrupt.h"

@@ -1,4 +1,4 @@
-/* The published variant beside the same scene done right: run (quantum_paper.c), drawn
+/* The published variant beside the same scene with a correct kernel: run (quantum_paper.c), picture
    (quantum_paper_picture.c). */
 #ifndef APPS_QUANTUM_PAPER_H
 #define APPS_QUANTUM_PAPER_H

@@ -1,4 +1,4 @@
-/* A wave packet's run (quantum.h). */
+/* Runs a wave packet (quantum.h). */
 #include "apps/interrupt.h"
 #include "quantum.h"
 

@@ -1,4 +1,4 @@
-/* A wave packet's run made definite (quantum.h). */
+/* Sets up a wave packet's run from the options (quantum.h). */
 #include "quantum.h"
 #include "apps/numbers.h"
 #include "physics/stability/stability.h"

@@ -1,5 +1,5 @@
-/* leastaction quantum --scene double-slit: a packet meets a barrier with two slits, and what comes
-   to the screen behind them is compared with the closed form (quantum/slit.h). */
+/* leastaction quantum --scene double-slit: a packet meets a barrier with two slits; the intensity
+   on the screen behind is compared with the closed form (quantum/slit.h). */
 #include "apps/command.h"
 #include "apps/interrupt.h"
 #include "apps/output/progress.h"

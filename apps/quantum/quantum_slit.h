@@ -1,4 +1,4 @@
-/* The double slit as a command: run (quantum_slit.c), drawn (quantum_slit_picture.c). */
+/* The double slit as a command: run (quantum_slit.c), picture (quantum_slit_picture.c). */
 #ifndef APPS_QUANTUM_SLIT_H
 #define APPS_QUANTUM_SLIT_H
 

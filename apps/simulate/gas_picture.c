@@ -1,4 +1,4 @@
-/* The picture of a gas (simulate.h). Data: a block of bodies a frame, then the pair
+/* The picture of a gas (simulate.h). Data: a block of bodies per frame, then the pair
    distributions, then the order of all samples. */
 #include "apps/output/figure.h"
 #include "simulate.h"

@@ -1,6 +1,5 @@
-/* The parts of `leastaction simulate`: what is asked (cmd_simulate, simulate_ephemeris), and how
-   what the library finds is written (simulate_report, simulate_write, simulate_picture,
-   gas_picture). */
+/* The parts of `leastaction simulate`: setup (cmd_simulate, simulate_ephemeris), output
+   (simulate_report, simulate_write, simulate_picture, gas_picture). */
 #ifndef APPS_SIMULATE_H
 #define APPS_SIMULATE_H
 

@@ -1,4 +1,4 @@
-/* The ephemeris from and against Horizons tables (simulate.h). */
+/* The ephemeris from Horizons tables, and its distance from them (simulate.h). */
 #include "simulate.h"
 
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-/* What a simulation found, as one table (simulate.h). */
+/* The results of a simulation, as one table (simulate.h). */
 #include "simulate.h"
 #include "apps/output/unit.h"
 

@@ -1,4 +1,4 @@
-/* Files of a simulation (simulate.h): CSV and run file. */
+/* Output files of a simulation (simulate.h): CSV and run file. */
 #include "simulate.h"
 #include "apps/output/unit.h"
 

@@ -1,4 +1,4 @@
-/* Chooses among the builds of what is written by hand those that this machine can run. */
+/* Chooses the build of the hand-written kernels that this machine can run. */
 #include "hand.h"
 #include "hand_hnn.h"
 

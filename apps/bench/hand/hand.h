@@ -1,5 +1,5 @@
-/* Gradients of the action written by hand: what a program without automatic differentiation would
-   run, and so the yardstick of `leastaction chart gradients`.
+/* Gradients of the action written by hand, as a program without automatic differentiation would
+   have them: the baseline of `leastaction chart gradients`.
 
    Each kernel is the objective of one scene at its defaults under the rule left+repeat: the mean of
    T - V over slices (and bodies, where there are any). Paths are [dof x HAND_SLICES], row-major,

@@ -1,8 +1,8 @@
-/* The ephemeris, for hand_kernels.c: a part of it, no header of its own.
+/* The ephemeris kernel, included by hand_kernels.c only.
 
-   Energies are in units of 1/G, where masses are GM. The square root and the division of each pair
-   are what the time goes into. Loops over coordinates and pairs must be unrolled before the one
-   over slices can become vectors. */
+   Energies are in units of 1/G, where masses are GM. Square root and division of each pair take
+   most of the time. Loops over coordinates and pairs must be unrolled before the one over slices
+   can be vectorised. */
 #define EPHEMERIS_DT 86400.0
 #define EPHEMERIS_G 6.67430e-11
 

@@ -1,4 +1,4 @@
-/* The pair loop of the gas for LANES slices; included for each width, no header of its own. */
+/* The pair loop of the gas for LANES slices; included once for each width. */
 #define GAS_JOIN(a, b) a##_##b
 #define GAS_NAME(a, b) GAS_JOIN(a, b)
 #define lanes GAS_NAME(lanes, LANES)

@@ -1,5 +1,5 @@
-/* A training step of the published Hamiltonian network written by hand: what a program without
-   automatic differentiation would run, and so the yardstick of `leastaction chart hnn`.
+/* A training step of the published Hamiltonian network written by hand, as a program without
+   automatic differentiation would have it: the baseline of `leastaction chart hnn`.
 
    H(q, p) = w3 . tanh(W2 tanh(W1 x + b1) + b2), x = (q, p), in f32; the loss is the mean square of
    (H_p, -H_q) less the rates. Arrays are those of the library: x and rates [2 x batch], row-major,

@@ -1,6 +1,6 @@
 /* Second derivatives of the actions of hand_kernels.c times a vector: the derivative of each
-   gradient along u. Included there once, behind the gradients. The kinetic part is linear in x but
-   for the double pendulum, and so is its own derivative. */
+   gradient along u. Included by hand_kernels.c only. Except for the double pendulum the kinetic
+   part is linear in x and its own derivative. */
 
 /* The part of a pair in the derivative of its force f d, f = k w^2 / r, w = 1 / (r + eps):
    df = -f (2 w + 1/r) dr, dr = d . u / r. Leaves it in place of u. */

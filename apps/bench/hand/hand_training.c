@@ -1,4 +1,4 @@
-/* Training by hand (hand_training.h). */
+/* Hand-written training (hand_training.h). */
 #include "hand_training.h"
 
 #include <stdlib.h>

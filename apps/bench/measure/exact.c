@@ -1,4 +1,5 @@
-/* Known answers (exact.h), in long double, so that rounding here does not count. */
+/* Motions with exact solutions (exact.h), in long double, so that their own rounding is negligible.
+ */
 #include "exact.h"
 
 #include <math.h>

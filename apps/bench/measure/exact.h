@@ -1,4 +1,4 @@
-/* Motions with known answers, to the last digits of a double. */
+/* Motions with exact solutions, to the last digits of a double. */
 #ifndef APPS_EXACT_H
 #define APPS_EXACT_H
 

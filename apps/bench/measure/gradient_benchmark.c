@@ -1,5 +1,5 @@
-/* The gradient of the action by the tape and by hand-written C, one thread, f64, in one process and
-   in turn; beside it the value alone, and a whole step of Adam. */
+/* Times the gradient of the action by the tape and by hand-written C, one thread, f64, alternating
+   in one process; also the value alone, and a complete Adam step. */
 #include "gradient_benchmark.h"
 #include "apps/bench/hand/hand.h"
 

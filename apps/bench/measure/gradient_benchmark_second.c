@@ -1,6 +1,6 @@
-/* Second derivatives of the action: Hessian times a vector by the tape (the gradient of <g, u>) and
-   by hand; and all of the Hessian, the blocks of neighbouring slices, as Newton's method takes it.
- */
+/* Times second derivatives of the action: Hessian times vector by the tape (the gradient of <g, u>)
+   and by hand-written C; and the complete Hessian, blocks of neighbouring slices, as Newton's
+   method uses it. */
 #include "gradient_benchmark.h"
 #include "apps/bench/hand/hand.h"
 #include "physics/action/hessian.h"

@@ -1,4 +1,4 @@
-/* Problems for integrators (motions.h). */
+/* Test problems for integrators (motions.h). */
 #include "motions.h"
 #include "timing.h"
 #include "exact.h"

@@ -1,4 +1,4 @@
-/* Problems on which integrators are measured: a scene, a time, and where it is then. */
+/* Test problems for integrators: a scene, a time, and the exact or reference state then. */
 #ifndef APPS_MOTIONS_H
 #define APPS_MOTIONS_H
 

@@ -1,5 +1,5 @@
-/* Many batches; a batch is long enough for the clock and short enough to miss most interruptions.
- */
+/* Timing of short jobs (timing.h), in many batches, each long enough for the clock and short enough
+   to avoid most interruptions. */
 #include "timing.h"
 #include "autodiff/autodiff.h"
 #include "autodiff/clock.h"

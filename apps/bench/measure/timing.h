@@ -1,4 +1,4 @@
-/* How long short jobs take, measured side by side. */
+/* Timing of short jobs, alternating between them. */
 #ifndef APPS_TIMING_H
 #define APPS_TIMING_H
 

@@ -1,4 +1,4 @@
-/* A trainer takes steps while the floor runs on arrays of the same size. */
+/* Times trainer steps alternating with the floor on arrays of the same size (training_speed.h). */
 #include "training_speed.h"
 #include "apps/bench/hand/hand_training.h"
 #include "autodiff/blas.h"

@@ -1,4 +1,4 @@
-/* Work against accuracy (work_precision.h). */
+/* Work-precision curves (work_precision.h). */
 #include "work_precision.h"
 
 #include <math.h>

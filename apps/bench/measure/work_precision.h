@@ -1,5 +1,5 @@
-/* Work against accuracy: curves of measured runs, one a method; which is fastest at an accuracy,
-   and the picture that says so. */
+/* Work-precision curves: measured runs, one curve per method; the fastest method at each accuracy,
+   and the picture. */
 #ifndef APPS_WORK_H
 #define APPS_WORK_H
 

@@ -1,4 +1,4 @@
-/* The picture of work against accuracy (work_precision.h). */
+/* The picture of work-precision curves (work_precision.h). */
 #include "work_precision.h"
 
 #include <math.h>
