@@ -233,9 +233,9 @@ ad_var ad_transpose(ad_var x); /* -> cols x rows */
    j). LU with partial pivoting, or Cholesky, which reads only the lower triangle of a symmetric
    positive definite a. A column whose matrix is singular to rounding, or not positive definite,
    gives NaN, and an error that names it: in ad_program_error after a run, and from ad_run_checked,
-   ad_evaluate, ad_gradient, and ad_compile where the matrices are constants. A nearly singular
-   matrix is no error: solutions then have a relative error of up to its condition number, which is
-   not computed, times the rounding unit. */
+   ad_evaluate, ad_gradient, and ad_compile where the matrices are constants. Singular to rounding
+   is a condition number over 2e15 (f32: 4e6), which leaves no digit, with rows and columns scaled
+   to a largest element of 1: bad scaling alone is no error. See ad_program_condition. */
 enum ad_factors { AD_LU, AD_CHOLESKY };
 /* The solution x of a x = b; b has n*m rows, and row i*m + k is element i of right side k. A single
    column of a or b is broadcast to the columns of the other. */
@@ -323,6 +323,12 @@ enum ad_status ad_rerun(ad_program *program);
 /* The error of the last run: a refused ad_rerun or a singular column; status AD_OK if none. Lives
    as long as the program. */
 const struct ad_error *ad_program_error(const ad_program *program);
+/* The largest condition number of the regular matrices of ad_solve, ad_inverse and ad_logdet in the
+   last run, scaled as above: an estimate from below, mostly within a factor of 3. Times 2e-16 (f32:
+   1e-7) it is the relative error to expect of the largest unknown. 0 if all are certainly below
+   5e11 (f32: 1.5e5), which leaves a quarter of the digits; INFINITY if the scales exceed the range
+   of numbers. */
+double ad_program_condition(const ad_program *program);
 /* As ad_run; returns the seconds spent in matrix products, inside OpenBLAS. */
 double ad_run_timed(ad_program *program);
 

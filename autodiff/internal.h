@@ -207,9 +207,11 @@ bool ad_simplify(enum ad_op op, ad_var a, ad_var b, ad_var *y);
 /* Cumulative sum, flags as in the node. */
 ad_var ad_cumulative(ad_var x, unsigned flags);
 
-/* Small linear systems (systems.c), per column: the solution from a given factor; a unit matrix; u
-   v^T with n rows and m columns; a x, a transposed or not. */
+/* Small linear systems (systems.c), per column: the solution from a given factor; the error of a
+   singular column of a factor; a unit matrix; u v^T with n rows and m columns; a x, a transposed or
+   not. */
 ad_var ad_solve_factored(ad_var a, ad_var factor, ad_var b, uint32_t aux);
+enum ad_status ad_name_singular(struct ad_error *error, uint32_t node, uint32_t aux, size_t col);
 ad_var ad_each_unit(ad_tape *tape, size_t n, size_t cols);
 ad_var ad_each_outer(ad_var u, ad_var v, size_t n, size_t m);
 ad_var ad_each_product(ad_var a, ad_var x, size_t n, size_t m, bool transposed);

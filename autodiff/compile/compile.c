@@ -91,10 +91,7 @@ static bool plan_program(struct graph *g, ad_program *p)
                         .last = calloc(n, sizeof *plan.last),
                         .link = calloc(n, sizeof *plan.link),
                         .spot = calloc(n, sizeof *plan.spot)};
-    p->singular = malloc(sizeof *p->singular);
-    if (p->singular)
-        p->singular->value = UINT32_MAX;
-    bool done = p->singular && plan.last && plan.link && plan.spot && copy_labels(p, g) &&
+    bool done = plan.last && plan.link && plan.spot && copy_labels(p, g) &&
                 ad_plan_storage(&plan) && ad_plan_emit(&plan) && allocate_memory(p, &plan);
     free(plan.last);
     free(plan.link);
@@ -132,7 +129,7 @@ enum ad_status ad_compile(ad_tape *tape, size_t n_out, const ad_var out[], ad_pr
     if (done) {
         write_constants(p, tape);
         ad_execute(p, p->segments, 0, p->n_constant_segments, NULL);
-        if (ad_report_singular(p, &tape->error) == AD_OK)
+        if (!ad_report_singular(p, &tape->error))
             *program = p;
         else
             ad_program_free(p);

@@ -66,6 +66,12 @@ bool ad_plan_alone(struct plan *p, uint32_t id, struct segment s)
             in.loc[1] = v->in[1];
             in.loc[2] = v->in[2];
         }
+        if (v->op == AD_OP_factor) {
+            in.loc[2] = (uint32_t)p->program->n_factors;
+            struct factor f = {id, {.singular = SIZE_MAX}};
+            if (!APPEND(p->program->factors, p->program->n_factors, p->max_factors, f))
+                return false;
+        }
         in.loc[3] |= v->flags & VALUE_ADDS ? MATMUL_ADDS : 0;
         p->program->has_matmul |= v->op == AD_OP_matmul;
     }

@@ -15,7 +15,7 @@ struct plan {
         *link; /* storage: lists of expiring and free memory; emit: 1 + last broadcast location */
     uint32_t *spot; /* emit: last reader within the segment; for accumulated values: their sink */
     /* growth of the program's arrays */
-    size_t max_instructions, max_segments, max_sinks, max_parts, max_numbers;
+    size_t max_instructions, max_segments, max_sinks, max_parts, max_numbers, max_factors;
     size_t tile_bytes;
 };
 

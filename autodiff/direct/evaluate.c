@@ -145,11 +145,7 @@ static enum ad_status run(size_t n, const ad_var x[], const double *const at[], 
     d->singular = 0;
     (wide ? ad_forward_f64 : ad_forward_f32)(tape, d, end);
     if (d->singular)
-        return ad_fail(error, AD_E_NONFINITE, "node %u (%s): the matrix of column %zu is %s",
-                       d->singular, ad_op_name((enum ad_op)node_at(tape, d->singular)->op),
-                       d->column,
-                       node_at(tape, d->singular)->aux & SYSTEM_CHOLESKY ? "not positive definite"
-                                                                         : "singular");
+        return ad_name_singular(error, d->singular, node_at(tape, d->singular)->aux, d->column);
     const size_t y_at = direct_offset(d, y.id), y_size = node_size(node_at(tape, y.id));
     if (value)
         get(tape, d->value, y_at, y_size, value);

@@ -7,7 +7,8 @@ static void system_forward(const struct node *n, struct ad_direct *d, uint32_t i
     const bool cholesky = n->aux & SYSTEM_CHOLESKY;
     const R *v = d->value;
     if (n->op == AD_OP_factor) {
-        size_t bad = k->factor(side, cols, y, cols, v + direct_offset(d, n->in[0]), cols, cholesky);
+        size_t bad =
+            k->factor(side, cols, y, cols, v + direct_offset(d, n->in[0]), cols, cholesky).singular;
         if (bad != SIZE_MAX && !d->singular) {
             d->singular = id;
             d->column = bad;

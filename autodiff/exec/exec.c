@@ -183,7 +183,6 @@ static void run(ad_program *p, bool again)
 {
     size_t first, last;
     const struct segment *segments = segments_of(p, again, &first, &last);
-    ad_forget_singular(p, again);
     ad_execute(p, segments, first, last, NULL);
     ad_report_singular(p, &p->error);
 }
@@ -224,7 +223,6 @@ double ad_run_timed(ad_program *p)
     if (!p)
         return (double)NAN;
     const struct segment *segments = segments_of(p, false, &first, &last);
-    ad_forget_singular(p, false);
     for (size_t i = first; i < last; i++) {
         double began = ad_now();
         ad_execute(p, segments, i, i + 1, NULL);

@@ -32,10 +32,8 @@ void ad_run_instruction(const ad_program *program, const struct segment *segment
 void ad_run_alone(const ad_program *program, const struct segment *segment);
 /* Factors of small systems, solutions, log-determinants (systems.c). */
 void ad_run_system(const ad_program *program, const struct segment *segment);
-/* Clears the error before a run; afterwards keeps an error for a singular column, if there was one.
- */
-void ad_forget_singular(ad_program *program, bool again);
-enum ad_status ad_report_singular(const ad_program *program, struct ad_error *error);
+/* The first factor with a singular column, which *error names; NULL, and status AD_OK: none. */
+const struct factor *ad_report_singular(const ad_program *program, struct ad_error *error);
 /* Checks the stored result of an instruction for values that are not finite. */
 void ad_inspect_value(const ad_program *program, const struct instruction *instruction,
                       struct check *check);

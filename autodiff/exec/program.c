@@ -24,7 +24,7 @@ void ad_program_free(ad_program *p)
     free(p->lists);
     free(p->ports);
     free(p->calls);
-    free(p->singular);
+    free(p->factors);
     free(p->memory);
     free(p->tiles);
     free(p->more_tiles);
@@ -123,12 +123,12 @@ enum ad_status ad_run_checked(ad_program *p, struct ad_error *error)
     struct check check = {.value = UINT32_MAX};
     if (!p)
         return ad_fail(error, AD_E_ARGUMENT, "no program (NULL)");
-    ad_forget_singular(p, false);
     ad_execute(p, p->segments, 0, p->n_segments, &check);
     p->held_stand = p->was_run = true;
     look_at_leaves(p, &check);
-    if (check.value == UINT32_MAX || check.value == p->singular->value)
-        return ad_report_singular(p, error);
+    const struct factor *singular = ad_report_singular(p, &p->error);
+    if (check.value == UINT32_MAX || (singular && check.value == singular->value))
+        return singular ? ad_fail(error, p->error.status, "%s", p->error.message) : AD_OK;
     const struct value *v = &p->values[check.value];
     const char *label = label_of(p, check.value);
     check.row += check.col / v->cols; /* flat segments run all rows as one */

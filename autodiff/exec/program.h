@@ -71,8 +71,8 @@ enum instruction_kind {
 /* loc[0]: result; loc[1..3]: operands. Sinks: loc[3] is their number. diff: loc[2] numbers its
    scale in `numbers`, loc[3] tells repeat. matmul: loc[3] holds the bits below. place: parts
    loc[1] .. loc[1]+loc[2]. gather and scatter of columns: loc[2] is 1 + their list's place in
-   `lists`. cumsum and small systems: loc[3] is aux of the node; solutions read
-   their factor at loc[1] and their right sides at loc[2]. */
+   `lists`. cumsum and small systems: loc[3] is aux of the node; factors are numbered in loc[2];
+   solutions read their factor at loc[1] and their right sides at loc[2]. */
 enum { MATMUL_TA = 1, MATMUL_TB = 2, MATMUL_ADDS = 4 };
 
 struct instruction {
@@ -139,9 +139,10 @@ struct back_end {
     void (*free)(void *state);
 };
 
-/* The first factor of a run with a singular column; value UINT32_MAX: none. */
-struct singular {
-    uint32_t value, col;
+/* A factor of small systems and the result of its last run. */
+struct factor {
+    uint32_t value;
+    struct ad_factored found;
 };
 
 struct ad_program {
@@ -178,8 +179,9 @@ struct ad_program {
     size_t threads;
     bool has_matmul;
     bool was_run;
-    bool held_stand;                 /* values that depend on held inputs are up to date */
-    struct singular *singular;       /* result of the last run */
+    bool held_stand; /* values that depend on held inputs are up to date */
+    struct factor *factors;
+    size_t n_factors;
     struct ad_error error;           /* of the last run */
     const struct back_end *back_end; /* NULL: interpreted; its state: */
     void *back_end_state;

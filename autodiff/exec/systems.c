@@ -2,19 +2,13 @@
    no result. */
 #include "exec.h"
 
-#include <stdlib.h>
+#include <math.h>
 
 enum { CHUNK = 256 }; /* columns */
 
-static void note(const ad_program *p, uint32_t value, size_t col)
-{
-    if (p->singular->value == UINT32_MAX || value < p->singular->value)
-        *p->singular = (struct singular){value, (uint32_t)col};
-}
-
-/* Columns [from, from + n) of the segment; returns the first singular one. */
-static size_t run_columns(const ad_program *p, const struct segment *g,
-                          const struct instruction *in, size_t from, size_t n)
+/* Columns [from, from + n) of the segment. */
+static struct ad_factored run_columns(const ad_program *p, const struct segment *g,
+                                      const struct instruction *in, size_t from, size_t n)
 {
     const struct loc *o = &p->locs[in->loc[0]], *a = &p->locs[in->loc[1]],
                      *b = &p->locs[in->loc[2]];
@@ -30,7 +24,7 @@ static size_t run_columns(const ad_program *p, const struct segment *g,
                           b->rs, cholesky, aux & SYSTEM_TRANSPOSED);
     else
         p->kernels->logdet(side, n, y, x, a->rs, cholesky);
-    return SIZE_MAX;
+    return (struct ad_factored){.singular = SIZE_MAX};
 }
 
 void ad_run_system(const ad_program *p, const struct segment *g)
@@ -38,36 +32,41 @@ void ad_run_system(const ad_program *p, const struct segment *g)
     const struct instruction *in = &p->instructions[g->first];
     const size_t chunks = (g->cols - 1) / CHUNK + 1;
     size_t first = SIZE_MAX;
-#pragma omp parallel for num_threads((int)p->threads) schedule(static, 1)                          \
-    reduction(min                                                                                  \
-              : first) if (p->threads > 1 && chunks > 1)
+    double condition = 0;
+#pragma omp parallel for num_threads((int)p->threads) schedule(static, 1) reduction(min            \
+                                                                                    : first)       \
+    reduction(max                                                                                  \
+              : condition) if (p->threads > 1 && chunks > 1)
     for (size_t k = 0; k < chunks; k++) {
         size_t from = k * CHUNK, n = g->cols - from < CHUNK ? g->cols - from : CHUNK;
-        size_t bad = run_columns(p, g, in, from, n);
-        if (bad != SIZE_MAX && from + bad < first)
-            first = from + bad;
+        struct ad_factored found = run_columns(p, g, in, from, n);
+        if (found.singular != SIZE_MAX && from + found.singular < first)
+            first = from + found.singular;
+        condition = found.condition > condition ? found.condition : condition;
     }
-    if (first != SIZE_MAX)
-        note(p, in->value, first);
+    if (in->kind == DO_FACTOR)
+        p->factors[in->loc[2]].found = (struct ad_factored){first, condition};
 }
 
-void ad_forget_singular(ad_program *p, bool again)
+const struct factor *ad_report_singular(const ad_program *p, struct ad_error *error)
 {
-    uint32_t value = p->singular->value;
-    bool stands = value != UINT32_MAX && again && (p->values[value].flags & VALUE_HELD);
-    if (!stands)
-        p->singular->value = UINT32_MAX;
-    p->error.status = AD_OK;
-    p->error.message[0] = '\0';
+    const struct factor *first = NULL;
+    for (size_t k = 0; k < p->n_factors; k++)
+        if (p->factors[k].found.singular != SIZE_MAX &&
+            (!first || p->factors[k].value < first->value))
+            first = &p->factors[k];
+    error->status = AD_OK;
+    error->message[0] = '\0';
+    if (first)
+        ad_name_singular(error, p->values[first->value].node, p->values[first->value].aux,
+                         first->found.singular);
+    return first;
 }
 
-enum ad_status ad_report_singular(const ad_program *p, struct ad_error *error)
+double ad_program_condition(const ad_program *p)
 {
-    uint32_t value = p->singular->value;
-    if (value == UINT32_MAX)
-        return AD_OK;
-    const struct value *v = &p->values[value];
-    return ad_fail(error, AD_E_NONFINITE, "node %u (%s): the matrix of column %u is %s", v->node,
-                   ad_op_name((enum ad_op)v->op), p->singular->col,
-                   v->aux & SYSTEM_CHOLESKY ? "not positive definite" : "singular");
+    double most = 0;
+    for (size_t k = 0; p && k < p->n_factors; k++)
+        most = fmax(most, p->factors[k].found.condition);
+    return p ? most : (double)NAN;
 }

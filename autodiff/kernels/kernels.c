@@ -9,6 +9,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #ifdef AD_KERNEL_F32
 typedef float R;

@@ -12,6 +12,13 @@ enum { VARIANT_A_NUMBER = 1, VARIANT_B_NUMBER = 2, VARIANT_C_NUMBER = 4, N_VARIA
 
 enum { AD_MOST_SIDE = 32 }; /* largest n of small systems, n x n */
 
+/* The first singular column, SIZE_MAX if none, and the largest condition number of the others (see
+   ad_program_condition). */
+struct ad_factored {
+    size_t singular;
+    double condition;
+};
+
 /* Factors of one step of an optimiser; the bias corrections of Adam are in rate and epsilon. */
 struct ad_step {
     double rate;     /* x -= rate * direction */
@@ -40,10 +47,10 @@ struct ad_kernels {
     /* o[i] = a[0] + ... + a[i], or from the other end; added in double */
     void (*cumsum)(size_t n, void *o, const void *a, bool reversed);
     /* Small systems, n x n in each column (small_systems.h); ldo, lda, ldf, ldb: row strides in
-       elements. factor fills the factor of a singular matrix with NaN and returns the first such
-       column, SIZE_MAX if none. solve: m right sides, row i*m + k is element i of side k. */
-    size_t (*factor)(size_t n, size_t cols, void *o, size_t ldo, const void *a, size_t lda,
-                     bool cholesky);
+       elements. factor fills the factor of a singular matrix with NaN. solve: m right sides, row
+       i*m + k is element i of side k. */
+    struct ad_factored (*factor)(size_t n, size_t cols, void *o, size_t ldo, const void *a,
+                                 size_t lda, bool cholesky);
     void (*solve)(size_t n, size_t m, size_t cols, void *o, size_t ldo, const void *f, size_t ldf,
                   const void *b, size_t ldb, bool cholesky, bool transposed);
     void (*logdet)(size_t n, size_t cols, void *o, const void *f, size_t ldf, bool cholesky);

@@ -82,6 +82,14 @@ ad_var ad_solve(ad_var a, ad_var b, enum ad_factors factors)
     return ad_solve_factored(a, f, b, aux);
 }
 
+enum ad_status ad_name_singular(struct ad_error *error, uint32_t node, uint32_t aux, size_t col)
+{
+    return ad_fail(error, AD_E_NONFINITE, "node %u (%s): the matrix of column %zu is %s", node,
+                   ad_op_name(AD_OP_factor), col,
+                   aux & SYSTEM_CHOLESKY ? "not positive definite, or singular to rounding"
+                                         : "singular to rounding");
+}
+
 ad_var ad_each_unit(ad_tape *tape, size_t n, size_t cols)
 {
     double unit[ROOM] = {0};
