@@ -1,17 +1,21 @@
 /* Internals of autodiff, folder by folder in reading order; each folder has one header.
 
-          autodiff.h, ops.def     the public interface; the table of operations
-          tape/       internal.h  recording appends nodes: record.c, simplify.c, structure.c,
-   place.c; refuse.c makes the error messages gradient/   sweep.h     a reverse sweep appends
-   adjoints by the rules of the table, a forward one tangents (tangent.c) compile/    graph.h the
-   graph of what the outputs need (graph.c), grouped into segments: views.c, schedule.c, sink.c,
-   accumulate.c plan.h      memory (storage.c), tiles and instructions (tiles.c, emit.c); compile.c
-   runs all passes exec/       program.h   the compiled program: segments of instructions over a
-   block of memory exec.h      runs it tile by tile (exec.c, tile.c); program.c: public functions
-          direct/     direct.h    evaluates a recording node by node, without compiling
-          jacobian/   jacobian.h  sparse Jacobians: their pattern, and their program
-          kernels/    kernels.h   the loops over lanes, for each type and instruction set
-          native/     native.h    fused segments as machine code, by the system's C compiler
+       autodiff.h, ops.def     the public interface; the table of operations
+       tape/       internal.h  recording appends nodes: record.c, simplify.c, structure.c, place.c;
+                               refuse.c makes the error messages
+       gradient/   sweep.h     a reverse sweep appends adjoints by the rules of the table, a
+                               forward one tangents (tangent.c)
+       compile/    graph.h     the graph of what the outputs need (graph.c), grouped into segments:
+                               views.c, schedule.c, sink.c, accumulate.c
+                   plan.h      memory (storage.c), tiles and instructions (tiles.c, emit.c);
+                               compile.c runs all passes
+       exec/       program.h   the compiled program: segments of instructions over memory
+                   exec.h      runs it tile by tile (exec.c, tile.c); program.c: public functions
+       direct/     direct.h    evaluates a recording node by node, without compiling
+       series/     internal.h  power series of a recording, by the same table
+       jacobian/   jacobian.h  sparse Jacobians: their pattern, and their program
+       kernels/    kernels.h   the loops over lanes, for each type and instruction set
+       native/     native.h    fused segments as machine code, by the system's C compiler
 
    Also: check.c, kink.c (comparison with differences), optim/ (descent), blas.c (OpenBLAS).
 
@@ -159,6 +163,7 @@ static inline bool ad_is_current(ad_var x)
     X(vjp)                                                                                         \
     X(jvp)                                                                                         \
     X(jacobian)                                                                                    \
+    X(series)                                                                                      \
     X(compile)                                                                                     \
     X(check)
 #define AD_COMPOSITE(name) AD_COMPOSITE_##name,

@@ -15,6 +15,7 @@ struct phys_scheme; /* the step of a family of methods */
 /* A method: one file, one const struct, one line in the table. What each takes:
        euler rk4 dopri5 dop853                              any field
        implicit-midpoint gauss2 ... gauss5                  any field
+       taylor                                               a Lagrangian without kinks
        semi-implicit                                        halves
        verlet velocity-verlet yoshida4 yoshida6             halves that separate: a kick
        variational-RULE                                     a Lagrangian
@@ -22,7 +23,7 @@ struct phys_scheme; /* the step of a family of methods */
    than it takes refuses: AD_E_ARGUMENT, with what to take instead. */
 struct phys_integrator {
     const char *name, *what;
-    size_t order;
+    size_t order;    /* 0: chosen by the tolerance */
     bool adaptive;   /* estimates its error and chooses its steps */
     bool symplectic; /* in canonical halves; semi-implicit: in those that separate */
     bool symmetric;  /* a step of -h undoes a step of h */

@@ -27,6 +27,10 @@ static enum ad_status check(const struct phys_integrator *integrator, const stru
                        "%s needs a Lagrangian; %s has none: take gauss2, implicit-midpoint or "
                        "dop853",
                        integrator->name, name);
+    if (integrator->scheme == &phys_power_series && !ode->series)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s needs the power series of a Lagrangian; %s has none: take dop853",
+                       integrator->name, name);
     return AD_OK;
 }
 
@@ -110,6 +114,8 @@ void phys_stepper_accept(struct phys_stepper *s, double t)
 static enum ad_status prepare(struct phys_stepper *s, size_t *wanted, struct ad_error *error)
 {
     const struct phys_scheme *scheme = s->integrator->scheme;
+    if (scheme->whole)
+        return scheme->dense(s, s->dense, error);
     if (phys_stepper_need_rate(s, error) != AD_OK || phys_stepper_need_next_rate(s, error) != AD_OK)
         return error->status;
     if (scheme->uses_rate)

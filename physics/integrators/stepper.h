@@ -31,13 +31,17 @@ struct phys_scheme {
     size_t (*extra)(const struct phys_integrator *integrator);
     enum ad_status (*begin)(struct phys_stepper *s, struct ad_error *error); /* or NULL */
     void (*end)(struct phys_stepper *s);                                     /* or NULL */
+    /* The step that meets the tolerance, where the method knows it beforehand, or NULL. */
+    enum ad_status (*longest)(struct phys_stepper *s, const struct phys_tolerance *tolerance,
+                              double *h, struct ad_error *error);
     /* next, at t + h; next_rate where it comes for free. */
     enum ad_status (*step)(struct phys_stepper *s, double h, struct ad_error *error);
     /* Error of the step just taken in units of what is allowed: under 1 is good. */
     enum ad_status (*error_norm)(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                                  double *norm, struct ad_error *error);
-    /* The extra rows of the dense polynomial. */
+    /* The extra rows of the dense polynomial; or, `whole`, all of them. */
     enum ad_status (*dense)(struct phys_stepper *s, double *rows, struct ad_error *error);
+    bool whole;
 };
 
 enum ad_status phys_stepper_begin(struct phys_stepper *s, const struct phys_integrator *integrator,
@@ -72,7 +76,8 @@ static inline double phys_allowed(const struct phys_tolerance *tolerance, size_t
 
 /* ---- families and methods ---- */
 
-extern const struct phys_scheme phys_runge_kutta, phys_splitting, phys_collocation;
+extern const struct phys_scheme phys_runge_kutta, phys_power_series, phys_splitting,
+    phys_collocation;
 
 /* Explicit Runge-Kutta method. Row i of `a` has i entries, packed. Weights of errors and of dense
    output run over the stages and then f(t + h, next); those of dense output then over the extra

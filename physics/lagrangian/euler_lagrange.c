@@ -11,6 +11,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 struct phys_motion {
     const struct phys_system *system;
@@ -230,3 +231,14 @@ const char *phys_motion_interpreted(const phys_motion *motion)
 }
 
 const struct phys_system *phys_motion_system(const phys_motion *motion) { return motion->system; }
+
+bool phys_motion_recorded(const phys_motion *motion, ad_var x[4], ad_var y[2])
+{
+    const ad_var inputs[] = {motion->q, motion->v, motion->w, motion->t};
+    memcpy(x, inputs, sizeof inputs);
+    y[0] = motion->force;
+    y[1] = motion->mass;
+    return !motion->mass_program;
+}
+
+void phys_motion_solve_constant(const phys_motion *motion, double *b) { solve(motion, b); }

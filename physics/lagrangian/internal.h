@@ -14,6 +14,20 @@ const struct phys_system *phys_motion_system(const phys_motion *motion);
 bool phys_motion_separates(phys_motion *motion);
 /* Why its forces are interpreted (ad_native_note). */
 const char *phys_motion_interpreted(const phys_motion *motion);
+/* Its recording: x = q, v, v held fixed [dof x 1 each], t; y = the force [dof x 1], the mass matrix
+   [dof x dof]. True where that is constant, and then solved with in place. */
+bool phys_motion_recorded(const phys_motion *motion, ad_var x[4], ad_var y[2]);
+void phys_motion_solve_constant(const phys_motion *motion, double *b);
+
+/* Taylor coefficients of the motion (motion_series.c), which must outlive this: c [order + 1][2
+   dof] of (q, v) about t, the first given, up to `order`, which is at most that of _new. What has
+   no series, or kinks, is refused: AD_E_ARGUMENT; AD_E_NONFINITE as for accelerations. */
+struct phys_motion_series;
+enum ad_status phys_motion_series_new(phys_motion *motion, size_t order,
+                                      struct phys_motion_series **series, struct ad_error *error);
+void phys_motion_series_free(struct phys_motion_series *series); /* takes NULL */
+enum ad_status phys_motion_series(struct phys_motion_series *series, size_t order, double t,
+                                  double *c, struct ad_error *error);
 /* L_vv [dof x dof] at q, v [dof x 1] and t. */
 ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t);
 

@@ -6,7 +6,8 @@
 #include <float.h>
 #include <math.h>
 
-/* What the controller does for a method of some order. */
+/* What the controller does for a method of some order; one that chooses it chooses its steps, too,
+   and is corrected here alone. */
 struct control {
     double beta;        /* weight of the error before */
     double exponent;    /* of the error now */
@@ -15,8 +16,8 @@ struct control {
 
 static struct control control_of(size_t order)
 {
-    double p = (double)order;
-    if (order < 8)
+    double p = order ? (double)order : PHYS_SERIES_MOST;
+    if (order && order < 8)
         return (struct control){0.04, 1 / p - 0.03, 0.2, 10};
     return (struct control){0, 1 / p, 1.0 / 3, 6};
 }
@@ -87,6 +88,11 @@ static enum ad_status adaptive(struct run *run, struct ad_error *error)
     double norm;
     run->target = target(run);
     double left = run->target - m->t;
+    if (m->integrator->scheme->longest) {
+        if (m->integrator->scheme->longest(m, &run->tolerance, &run->h, error) != AD_OK)
+            return error->status;
+        run->h *= run->direction;
+    }
     for (;;) {
         bool last = fabs(run->h) * 1.01 >= fabs(left);
         double h = last ? left : run->h;
@@ -142,6 +148,8 @@ static double norm(const struct run *run, const double *x, const double *y)
 enum ad_status phys_run_first_step(struct run *run, struct ad_error *error)
 {
     struct phys_stepper *m = &run->stepper;
+    if (m->integrator->scheme->longest)
+        return AD_OK;
     double span = fabs(run->settings->t1 - run->settings->t0);
     if (phys_stepper_need_rate(m, error) != AD_OK)
         return error->status;

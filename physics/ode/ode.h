@@ -16,6 +16,8 @@ extern "C" {
 typedef enum ad_status phys_field(void *context, double t, const double *y, double *rate,
                                   struct ad_error *error);
 
+enum { PHYS_SERIES_MOST = 30 };
+
 /* A first-order system. One with halves has y = (q, v) or (q, p), n/2 numbers each. */
 struct phys_ode {
     const char *name; /* names the moving thing in messages; NULL: "the motion" */
@@ -28,6 +30,10 @@ struct phys_ode {
     /* With a kick: rate of exponential decay of the second half (friction proportional to the
        masses). `field` includes it; splitting methods treat it exactly. */
     double friction;
+    /* Taylor coefficients c [order + 1][n] of the motion about t, c[0..n-1] = y given, order at
+       most PHYS_SERIES_MOST; NULL: not known. */
+    enum ad_status (*series)(void *context, size_t order, double t, double *c,
+                             struct ad_error *error);
     /* The halves are conjugate (up to a constant linear map), so that symplectic methods preserve
        the symplectic form of mechanics. */
     bool canonical;

@@ -8,6 +8,7 @@ struct context {
     const struct phys_system *system;
     phys_motion *motion;
     phys_legendre *legendre;
+    struct phys_motion_series *series; /* NULL until it is asked for */
     double *still; /* [dof] zeros: velocities where accelerations do not ask for them */
 };
 
@@ -27,6 +28,16 @@ static enum ad_status kick(void *context, double t, const double *q, double *rat
     return phys_motion_acceleration(c->motion, q, c->still, t, rate, error);
 }
 
+static enum ad_status series(void *context, size_t order, double t, double *c,
+                             struct ad_error *error)
+{
+    struct context *x = context;
+    if (!x->series &&
+        phys_motion_series_new(x->motion, PHYS_SERIES_MOST, &x->series, error) != AD_OK)
+        return error->status;
+    return phys_motion_series(x->series, order, t, c, error);
+}
+
 static double energy(void *context, double t, const double *y)
 {
     const struct context *c = context;
@@ -42,6 +53,7 @@ static const char *interpreted(const void *context)
 static void release(void *context)
 {
     struct context *c = context;
+    phys_motion_series_free(c->series);
     phys_motion_free(c->motion);
     phys_legendre_free(c->legendre);
     free(c->still);
@@ -70,6 +82,7 @@ enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys
     if (phys_motion_separates(c->motion))
         ode->kick = kick;
     ode->canonical = ode->kick != NULL;
+    ode->series = series;
     ode->energy = energy;
     ode->interpreted = interpreted;
     ode->system = system;

@@ -45,6 +45,8 @@ static void test_order(void **state)
     for (size_t k = 0; k <= n_methods; k++) { /* and the one that makes references */
         struct phys_integrator fixed = *(k < n_methods ? phys_integrators[k] : &phys_extrapolation);
         fixed.adaptive = false;
+        if (fixed.order == 0) /* chosen by the tolerance: test_taylor */
+            continue;
         size_t n = steps_for[fixed.order].coarse, N = steps_for[fixed.order].fine;
         double coarse = ring_error(&fixed, n), fine = ring_error(&fixed, N);
         double order = log(coarse / fine) / log((double)N / (double)n);
@@ -96,7 +98,7 @@ static void test_symplectic(void **state)
         print_message("%-18s %.1e\n", fixed.name, error);
         if (fixed.symplectic)
             assert_true(error < 1e-9);
-        else if (fixed.order < 8) /* at order 8 the step is too short to tell */
+        else if (fixed.order && fixed.order < 8) /* at order 8 the step is too short to tell */
             assert_true(error > 1e-7);
     }
 }

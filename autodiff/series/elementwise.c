@@ -1,0 +1,205 @@
+/* Elementwise operations on series. Products, quotients and powers have recurrences of their own
+   (Griewank and Walther, Evaluating Derivatives, 2nd edition, section 13.2); what is piecewise
+   takes the branch at the point; of all others k y_k = sum_j j x_j d_(k-j), where d is the series
+   of the local derivative in ops.def. Its expressions are recorded operations elsewhere; here they
+   are read as series. */
+#include "internal.h"
+
+#include <math.h>
+
+typedef double R;
+#define F(name) name
+#define power pow
+
+double jet_value(enum ad_op op, double a, double b, double c)
+{
+    const double x = a;
+    (void)x, (void)b, (void)c;
+    switch (op) {
+#define AD_UNARY(name, value, dx, lo, hi)                                                          \
+    case AD_OP_##name:                                                                             \
+        return value;
+#define AD_BINARY(name, value, da, db, lo, hi)                                                     \
+    case AD_OP_##name:                                                                             \
+        return value;
+#define AD_TERNARY(name, value, da, db, dc, lo, hi)                                                \
+    case AD_OP_##name:                                                                             \
+        return value;
+#include "autodiff/ops.def"
+    default:
+        return 0;
+    }
+}
+
+/* ---- derivative expressions of the table, as series of the builder `to` ---- */
+
+static jet of_number(struct jet_builder *to, double number) { return jet_number(to, number); }
+static jet of_jet(struct jet_builder *to, jet x)
+{
+    (void)to;
+    return x;
+}
+#define J(e) _Generic((e), double : of_number, jet : of_jet)(to, e)
+
+static jet unary(struct jet_builder *to, enum ad_op op, jet x)
+{
+    return jet_elementwise(to, op, (jet[3]){x, x, x});
+}
+static jet binary(struct jet_builder *to, enum ad_op op, jet x, jet y)
+{
+    return jet_elementwise(to, op, (jet[3]){x, y, y});
+}
+
+#undef ad_add
+#undef ad_sub
+#undef ad_mul
+#undef ad_pow
+#undef ad_hypot
+#undef ad_lt
+#undef ad_le
+#undef ad_eq
+#undef ad_ne
+#define ad_add(x, y) jet_add(to, J(x), J(y))
+#define ad_sub(x, y) jet_sub(to, J(x), J(y))
+#define ad_mul(x, y) jet_mul(to, J(x), J(y))
+#define ad_hypot(x, y) binary(to, AD_OP_hypot, x, y)
+#define ad_lt(x, y) binary(to, AD_OP_lt, J(x), J(y))
+#define ad_le(x, y) binary(to, AD_OP_le, J(x), J(y))
+#define ad_eq(x, y) binary(to, AD_OP_eq, J(x), J(y))
+#define ad_ne(x, y) binary(to, AD_OP_ne, J(x), J(y))
+#define ad_neg(x) jet_scale(to, -1, x)
+#define ad_square(x) jet_square(to, x)
+#define ad_recip(x) unary(to, AD_OP_recip, x)
+#define ad_recip0(x) unary(to, AD_OP_recip0, x)
+#define ad_sign(x) unary(to, AD_OP_sign, x)
+#define ad_step(x) unary(to, AD_OP_step, x)
+#define ad_sqrt(x) unary(to, AD_OP_sqrt, x)
+#define ad_exp(x) unary(to, AD_OP_exp, x)
+#define ad_sin(x) unary(to, AD_OP_sin, x)
+#define ad_cos(x) unary(to, AD_OP_cos, x)
+#define ad_sinh(x) unary(to, AD_OP_sinh, x)
+#define ad_cosh(x) unary(to, AD_OP_cosh, x)
+#define ad_sigmoid(x) unary(to, AD_OP_sigmoid, x)
+#define ad_tanh_slope(x) unary(to, AD_OP_tanh_slope, x)
+/* of powers, whose recurrences need no derivative */
+#define ad_pow(x, c) (x)
+#define pow_base(x, y) (x)
+#define pow_exponent(x, y) (x)
+
+/* What a unary operation y of x, or a binary one of a and b, changes by. */
+static void derivatives(struct jet_builder *to, enum ad_op op, jet a, jet b, jet y, jet d[2])
+{
+    const jet x = a;
+    (void)x, (void)b, (void)y;
+    switch (op) {
+#define AD_UNARY(name, value, dx, lo, hi)                                                          \
+    case AD_OP_##name:                                                                             \
+        d[0] = J(dx);                                                                              \
+        break;
+#define AD_BINARY(name, value, da, db, lo, hi)                                                     \
+    case AD_OP_##name:                                                                             \
+        d[0] = J(da);                                                                              \
+        d[1] = J(db);                                                                              \
+        break;
+#include "autodiff/ops.def"
+    default:
+        break;
+    }
+}
+
+/* ---- rules ---- */
+
+/* An operand of the kind, or for what has no recurrence of its own, the integral. */
+static jet node_of(struct jet_builder *to, enum jet_kind kind, enum ad_op op, const jet x[3])
+{
+    const size_t arity = ad_ops[op].arity;
+    struct jet *jets;
+    bool is_new;
+    jet y = jet_make(to,
+                     (struct jet){.kind = (uint16_t)kind,
+                                  .op = (uint16_t)op,
+                                  .a = x[0].id,
+                                  .b = arity > 1 ? x[1].id : JET_NONE,
+                                  .da = JET_NONE,
+                                  .db = JET_NONE},
+                     &is_new);
+    if (!is_new || kind != JET_INTEGRAL)
+        return y;
+    /* the derivative may contain y and what is under way: sine and cosine */
+    jet d[2] = {{JET_NONE}, {JET_NONE}};
+    derivatives(to, op, x[0], x[1], y, d);
+    jets = to->series->jets;
+    jets[y.id].da = d[0].id;
+    jets[y.id].db = arity > 1 ? d[1].id : JET_NONE;
+    return y;
+}
+
+static jet numbers(struct jet_builder *to, enum ad_op op, const double c[3])
+{
+    return jet_number(to, jet_value(op, c[0], c[1], c[2]));
+}
+
+/* Kinds of their own, for those without one here; the rest are integrals. */
+static const uint8_t kinds[AD_N_OPS] = {
+    [AD_OP_mul0] = JET_PRODUCT0,  [AD_OP_recip] = JET_RECIP,    [AD_OP_recip0] = JET_RECIP0,
+    [AD_OP_sign] = JET_PIECEWISE, [AD_OP_step] = JET_PIECEWISE, [AD_OP_lt] = JET_PIECEWISE,
+    [AD_OP_le] = JET_PIECEWISE,   [AD_OP_eq] = JET_PIECEWISE,   [AD_OP_ne] = JET_PIECEWISE,
+};
+
+jet jet_elementwise(struct jet_builder *to, enum ad_op op, const jet in[3])
+{
+    const jet x = in[0], y = in[1];
+    double c[3] = {0};
+    bool all = true;
+    for (size_t k = 0; k < ad_ops[op].arity; k++)
+        all = jet_is_number(to, in[k], &c[k]) && all;
+    if (all)
+        return numbers(to, op, c);
+    switch (op) {
+    case AD_OP_copy:
+    case AD_OP_detach:
+        return x;
+    case AD_OP_neg:
+        return jet_scale(to, -1, x);
+    case AD_OP_add:
+        return jet_add(to, x, y);
+    case AD_OP_sub:
+        return jet_sub(to, x, y);
+    case AD_OP_mul:
+        return jet_mul(to, x, y);
+    case AD_OP_div:
+        return jet_div(to, x, y);
+    case AD_OP_square:
+        return jet_square(to, x);
+    case AD_OP_cube:
+        return jet_power(to, x, 3);
+    case AD_OP_sqrt:
+        return jet_power(to, x, 0.5);
+    case AD_OP_tanh_slope:
+        return jet_sub(to, jet_number(to, 1), jet_square(to, x));
+    case AD_OP_mul_tanh_slope:
+        return jet_mul(to, x, unary(to, AD_OP_tanh_slope, y));
+    case AD_OP_mul0:
+        if (jet_is_number(to, x, c) || jet_is_number(to, y, c))
+            return jet_mul(to, x, y);
+        break;
+    case AD_OP_pow:
+    case AD_OP_powi:
+        if (jet_is_number(to, y, c))
+            return jet_power(to, x, c[0]);
+        return ad_exp(jet_mul(to, y, unary(to, AD_OP_log, x)));
+    case AD_OP_abs:
+        return jet_select(to, ad_step(x), x, jet_scale(to, -1, x));
+    case AD_OP_relu:
+        return jet_select(to, ad_step(x), x, jet_number(to, 0));
+    case AD_OP_min:
+        return jet_select(to, ad_le(x, y), x, y);
+    case AD_OP_max:
+        return jet_select(to, ad_le(y, x), x, y);
+    case AD_OP_select:
+        return jet_select(to, x, y, in[2]);
+    default:
+        break;
+    }
+    return node_of(to, kinds[op] ? kinds[op] : JET_INTEGRAL, op, in);
+}

@@ -1,0 +1,83 @@
+/* Power series of a recording: its elements become jets (build.c; elementwise.c has the rules, from
+   ops.def; structure.c what moves and sums), which are carried on order by order (advance.c).
+   series.c is the outside. */
+#ifndef AUTODIFF_SERIES_INTERNAL_H
+#define AUTODIFF_SERIES_INTERNAL_H
+
+#include "autodiff/internal.h"
+#include "autodiff/series.h"
+
+/* How coefficient k of a jet y follows from those of a and b, and of da and db below k. */
+enum jet_kind {
+    JET_NUMBER,    /* number */
+    JET_INPUT,     /* set by the caller */
+    JET_COMBINE,   /* a + number b */
+    JET_SCALE,     /* number a */
+    JET_SHIFT,     /* a + number */
+    JET_PRODUCT,   /* a b */
+    JET_PRODUCT0,  /* the same, 0 where either coefficient is */
+    JET_SQUARE,    /* a a */
+    JET_QUOTIENT,  /* a / b */
+    JET_RECIP,     /* 1 / a */
+    JET_RECIP0,    /* the same, 0 where a is */
+    JET_ROOT,      /* square root of a */
+    JET_POWER,     /* a to the number */
+    JET_INTEGRAL,  /* op(a, b), whose derivative is da a' + db b' */
+    JET_PIECEWISE, /* op(a, b), constant but for jumps */
+    JET_SELECT     /* da where a is not 0, else db */
+};
+
+enum { JET_NONE = UINT32_MAX };
+
+struct jet {
+    uint16_t kind, op;
+    uint32_t a, b, da, db;
+    double number;
+};
+
+struct ad_series {
+    size_t order, stride; /* coefficients of jet i are those from i stride on */
+    struct jet *jets;
+    size_t n, max;
+    double *coefficients;
+    size_t *first_input; /* [n_x]: inputs are the first jets */
+    uint32_t *output;    /* the jets of all elements of y, those of y[k] from first_output[k] on */
+    size_t *first_output, n_output;
+    size_t branches;
+};
+
+/* A series being built. */
+struct jet_builder {
+    struct ad_series *series;
+    uint32_t *table; /* of hashes; 0 is free, else 1 + a jet */
+    size_t room;     /* a power of two */
+    bool failed;     /* out of memory */
+};
+
+typedef struct {
+    uint32_t id;
+} jet;
+
+/* Each returns the jet that is there, if there is one. */
+jet jet_number(struct jet_builder *b, double number);
+jet jet_add(struct jet_builder *b, jet x, jet y);
+jet jet_sub(struct jet_builder *b, jet x, jet y);
+jet jet_scale(struct jet_builder *b, double c, jet x);
+jet jet_mul(struct jet_builder *b, jet x, jet y);
+jet jet_square(struct jet_builder *b, jet x);
+jet jet_div(struct jet_builder *b, jet x, jet y);
+jet jet_power(struct jet_builder *b, jet x, double exponent);
+jet jet_select(struct jet_builder *b, jet condition, jet x, jet y);
+/* Any other kind, of one or two operands; y of one is {JET_NONE}. *made: it was not there. */
+jet jet_make(struct jet_builder *b, struct jet jet, bool *made);
+bool jet_is_number(const struct jet_builder *b, jet x, double *number);
+
+/* An elementwise operation (elementwise.c), and its value. */
+jet jet_elementwise(struct jet_builder *b, enum ad_op op, const jet x[3]);
+double jet_value(enum ad_op op, double a, double b, double c);
+/* What a structural operation makes of its operands' elements; false if there is no rule. at[id]:
+   the elements of a node. */
+bool jet_structure(struct jet_builder *b, const ad_tape *tape, const struct node *n,
+                   jet *const at[], jet *y);
+
+#endif

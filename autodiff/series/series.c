@@ -1,0 +1,279 @@
+/* Series of a recording: what is needed of it, element by element (series.h). */
+#include "internal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* The nodes on the way from x to y. */
+struct builder {
+    const ad_tape *tape;
+    struct jet_builder jets;
+    uint32_t end;
+    bool *needed;
+    jet **at; /* elements of the nodes, into `elements` */
+    jet *elements;
+};
+
+static bool mark(struct builder *b, size_t n_y, const ad_var y[])
+{
+    b->end = 0;
+    for (size_t k = 0; k < n_y; k++)
+        b->end = y[k].id + 1 > b->end ? y[k].id + 1 : b->end;
+    b->needed = calloc(b->end, sizeof *b->needed);
+    b->at = calloc(b->end, sizeof *b->at);
+    if (!b->needed || !b->at)
+        return false;
+    for (size_t k = 0; k < n_y; k++)
+        b->needed[y[k].id] = true;
+    size_t elements = 0;
+    for (uint32_t id = b->end; id-- > 0;) {
+        const struct node *n = node_at(b->tape, id);
+        for (size_t k = 0; b->needed[id] && k < n_inputs(b->tape, n); k++)
+            b->needed[input_of(b->tape, n, k)] = true;
+        elements += b->needed[id] ? node_size(n) : 0;
+    }
+    b->elements = malloc((elements + 1) * sizeof *b->elements);
+    jet *at = b->elements;
+    for (uint32_t id = 0; b->elements && id < b->end; id++)
+        if (b->needed[id]) {
+            b->at[id] = at;
+            at += node_size(node_at(b->tape, id));
+        }
+    return b->elements;
+}
+
+/* Inputs are the first jets, all of them, in the order of x. */
+static enum ad_status put_inputs(struct builder *b, size_t n_x, const ad_var x[])
+{
+    struct ad_series *s = b->jets.series;
+    ad_tape *tape = x[0].tape;
+    bool is_new;
+    for (size_t k = 0; k < n_x; k++) {
+        const struct node *n = node_at(tape, x[k].id);
+        if (n->op != AD_OP_input)
+            return ad_refuse(tape, AD_E_ARGUMENT, "series: x[%zu] is no input", k), AD_E_ARGUMENT;
+        s->first_input[k] = s->n;
+        for (size_t i = 0; i < node_size(n); i++) {
+            jet made = jet_make(&b->jets,
+                                (struct jet){.kind = JET_INPUT,
+                                             .a = JET_NONE,
+                                             .b = JET_NONE,
+                                             .da = JET_NONE,
+                                             .db = JET_NONE,
+                                             .number = (double)s->n},
+                                &is_new);
+            if (x[k].id < b->end && b->at[x[k].id])
+                b->at[x[k].id][i] = made;
+        }
+        if (x[k].id < b->end)
+            b->needed[x[k].id] = false;
+    }
+    return AD_OK;
+}
+
+static void put_elementwise(struct builder *b, const struct node *n, jet *y)
+{
+    for (size_t r = 0; r < n->rows; r++)
+        for (size_t c = 0; c < n->cols; c++) {
+            jet in[3];
+            for (size_t k = 0; k < ad_ops[n->op].arity; k++) {
+                const struct node *x = node_at(b->tape, n->in[k]);
+                in[k] = b->at[n->in[k]][(x->rows == 1 ? 0 : r) * x->cols + (x->cols == 1 ? 0 : c)];
+            }
+            y[r * n->cols + c] = jet_elementwise(&b->jets, (enum ad_op)n->op, in);
+        }
+}
+
+static enum ad_status put_nodes(struct builder *b, ad_tape *tape)
+{
+    for (uint32_t id = 0; id < b->end; id++) {
+        const struct node *n = node_at(tape, id);
+        if (!b->needed[id])
+            continue;
+        if (n->op == AD_OP_input)
+            return ad_refuse(tape, AD_E_ARGUMENT,
+                             "series: y depends on input %u, which is not among x", id),
+                   AD_E_ARGUMENT;
+        if (ad_ops[n->op].elementwise)
+            put_elementwise(b, n, b->at[id]);
+        else if (!jet_structure(&b->jets, tape, n, b->at, b->at[id]))
+            return ad_refuse(tape, AD_E_ARGUMENT, "series: node %u (%s) has no rule", id,
+                             ad_op_name((enum ad_op)n->op)),
+                   AD_E_ARGUMENT;
+    }
+    return AD_OK;
+}
+
+static enum ad_status put_outputs(struct builder *b, size_t n_y, const ad_var y[])
+{
+    struct ad_series *s = b->jets.series;
+    for (size_t k = 0; k < n_y; k++) {
+        s->first_output[k] = s->n_output;
+        s->n_output += node_size(node_at(b->tape, y[k].id));
+    }
+    s->output = malloc(s->n_output * sizeof *s->output);
+    for (size_t k = 0; s->output && k < n_y; k++)
+        for (size_t i = 0; i < node_size(node_at(b->tape, y[k].id)); i++)
+            s->output[s->first_output[k] + i] = b->at[y[k].id][i].id;
+    return s->output ? AD_OK : AD_E_MEMORY;
+}
+
+static uint32_t *operand(struct jet *it, size_t k)
+{
+    return k == 0 ? &it->a : k == 1 ? &it->b : k == 2 ? &it->da : &it->db;
+}
+
+/* Marks what the first jets, inputs, and the outputs need: a derivative may come after what needs
+   it. */
+static void mark_jets(struct ad_series *s, size_t inputs, uint32_t *marked, uint32_t *stack)
+{
+    size_t depth = 0;
+    for (size_t k = 0; k < inputs; k++)
+        marked[k] = 1;
+    for (size_t k = 0; k < s->n_output || depth;) {
+        uint32_t x = JET_NONE;
+        if (!depth) {
+            x = s->output[k++];
+            if (!marked[x]) {
+                marked[x] = 1;
+                stack[depth++] = x;
+            }
+            continue;
+        }
+        struct jet *it = &s->jets[stack[--depth]];
+        for (size_t j = 0; j < 4; j++) {
+            x = *operand(it, j);
+            if (x != JET_NONE && !marked[x]) {
+                marked[x] = 1;
+                stack[depth++] = x;
+            }
+        }
+    }
+}
+
+/* Leaves out what no output needs. */
+static enum ad_status sweep(struct ad_series *s, size_t inputs)
+{
+    uint32_t *to = calloc(s->n, sizeof *to), *stack = malloc(s->n * sizeof *stack), n = 0;
+    if (to && stack) {
+        mark_jets(s, inputs, to, stack);
+        for (size_t k = 0; k < s->n; k++)
+            if (to[k]) {
+                s->jets[n] = s->jets[k];
+                to[k] = n++;
+            }
+        for (size_t k = 0; k < n; k++)
+            for (size_t j = 0; j < 4; j++) {
+                uint32_t *x = operand(&s->jets[k], j);
+                *x = *x == JET_NONE ? JET_NONE : to[*x];
+            }
+        for (size_t k = 0; k < s->n_output; k++)
+            s->output[k] = to[s->output[k]];
+        s->n = n;
+    }
+    free(stack);
+    free(to);
+    return to && stack ? AD_OK : AD_E_MEMORY;
+}
+
+/* Memory of the coefficients; those of numbers are set for good. */
+static enum ad_status allocate(struct ad_series *s)
+{
+    s->stride = s->order + 1;
+    if (s->n > SIZE_MAX / sizeof(double) / s->stride)
+        return AD_E_MEMORY;
+    s->coefficients = calloc(s->n * s->stride, sizeof *s->coefficients);
+    for (size_t k = 0; s->coefficients && k < s->n; k++) {
+        const struct jet *it = &s->jets[k];
+        if (it->kind == JET_NUMBER)
+            s->coefficients[k * s->stride] = it->number;
+        s->branches += it->kind == JET_PIECEWISE && it->op != AD_OP_eq && it->op != AD_OP_ne;
+    }
+    return s->coefficients ? AD_OK : AD_E_MEMORY;
+}
+
+static enum ad_status build(struct builder *b, size_t n_y, const ad_var y[], size_t n_x,
+                            const ad_var x[])
+{
+    struct ad_series *s = b->jets.series;
+    ad_tape *tape = y[0].tape;
+    s->first_input = calloc(n_x + 1, sizeof *s->first_input);
+    s->first_output = calloc(n_y, sizeof *s->first_output);
+    if (!s->first_input || !s->first_output || !mark(b, n_y, y))
+        return AD_E_MEMORY;
+    if (put_inputs(b, n_x, x) != AD_OK)
+        return tape->error.status;
+    const size_t inputs = s->n;
+    if (put_nodes(b, tape) != AD_OK)
+        return tape->error.status;
+    if (b->jets.failed || put_outputs(b, n_y, y) != AD_OK || sweep(s, inputs) != AD_OK)
+        return AD_E_MEMORY;
+    return allocate(s);
+}
+
+enum ad_status ad_series_new(size_t n_y, const ad_var y[], size_t n_x, const ad_var x[],
+                             size_t order, ad_series **series)
+{
+    *series = NULL;
+    ad_tape *tape = n_y && y ? y[0].tape : NULL;
+    if (!tape)
+        return AD_E_ARGUMENT;
+    if (!ad_all_on(tape, AD_COMPOSITE_series, "y", n_y, y) ||
+        !ad_all_on(tape, AD_COMPOSITE_series, "x", n_x, x))
+        return tape->error.status;
+    if (tape->type != AD_F64)
+        return ad_refuse(tape, AD_E_ARGUMENT, "series: a tape of f32; expected f64"), AD_E_ARGUMENT;
+    struct builder b = {.tape = tape, .jets.series = calloc(1, sizeof(struct ad_series))};
+    enum ad_status status = AD_E_MEMORY;
+    if (b.jets.series) {
+        b.jets.series->order = order;
+        status = build(&b, n_y, y, n_x, x);
+    }
+    free(b.needed);
+    free(b.at);
+    free(b.elements);
+    free(b.jets.table);
+    if (status != AD_OK) {
+        ad_series_free(b.jets.series);
+        if (status == AD_E_MEMORY)
+            ad_refuse(tape, status, "series: out of memory");
+        return status;
+    }
+    *series = b.jets.series;
+    return AD_OK;
+}
+
+void ad_series_free(ad_series *series)
+{
+    if (!series)
+        return;
+    free(series->jets);
+    free(series->coefficients);
+    free(series->first_input);
+    free(series->output);
+    free(series->first_output);
+    free(series);
+}
+
+double *ad_series_input(ad_series *series, size_t k, size_t i)
+{
+    return series->coefficients + (series->first_input[k] + i) * series->stride;
+}
+
+static uint32_t output(const ad_series *series, size_t k, size_t i)
+{
+    return series->output[series->first_output[k] + i];
+}
+
+const double *ad_series_output(const ad_series *series, size_t k, size_t i)
+{
+    return series->coefficients + output(series, k, i) * series->stride;
+}
+
+bool ad_series_is_number(const ad_series *series, size_t k, size_t i)
+{
+    return series->jets[output(series, k, i)].kind == JET_NUMBER;
+}
+
+size_t ad_series_branches(const ad_series *series) { return series->branches; }
+size_t ad_series_size(const ad_series *series) { return series->n; }

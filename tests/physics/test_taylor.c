@@ -1,0 +1,279 @@
+/* Taylor series of motions: against closed forms, another method, and themselves backwards. */
+#include "motion.h"
+#include "tests/close.h"
+#include "physics/lagrangian/internal.h"
+#include "physics/physics.h"
+
+#include <float.h>
+#include <string.h>
+
+static const char *const taylor = "taylor";
+
+static void test_kepler_returns(void **state)
+{
+    (void)state;
+    const double eccentricities[] = {0, 0.6, 0.9, 0.99};
+    for (size_t k = 0; k < LENGTH(eccentricities); k++) {
+        const struct phys_setting set[] = {{"e", eccentricities[k]}, {NULL, 0}};
+        struct motion m;
+        double start[4];
+        motion_open(&m, "kepler", false, set);
+        memcpy(start, m.y, sizeof start);
+        m.settings.watch_energy = true;
+        motion_run(&m, taylor, 1e-15, 2 * M_PI, AD_OK);
+        /* a relative change of the speed at the start moves the period by 6 pi / (1 - e) times as
+           much, and the velocity there by that times 1 / (1 - e)^2 */
+        double growth = 6 * M_PI / pow(1 - eccentricities[k], 3);
+        for (size_t i = 0; i < 4; i++)
+            assert_close(m.y[i], start[i], 0, 4 * DBL_EPSILON * growth);
+        /* T and V cancel near the centre */
+        assert_true(m.info.energy_drift < 16 * DBL_EPSILON / (1 - eccentricities[k]));
+        motion_close(&m);
+    }
+}
+
+/* Each tolerance is kept within what a step's error grows to, and asks fewer steps the larger it
+   is, or a higher order. */
+static void test_tolerances(void **state)
+{
+    (void)state;
+    double exact[4], before = INFINITY;
+    struct motion m;
+    motion_open(&m, "dblpend", false, NULL);
+    motion_run(&m, "dop853", 1e-15, 3, AD_OK);
+    memcpy(exact, m.y, sizeof exact);
+    motion_close(&m);
+    for (double tol = 1e-3; tol > 1e-15; tol *= 1e-3) {
+        motion_open(&m, "dblpend", false, NULL);
+        motion_run(&m, taylor, tol, 3, AD_OK);
+        double error = 0;
+        for (size_t i = 0; i < 4; i++)
+            error = fmax(error, fabs(m.y[i] - exact[i]));
+        print_message("%.0e: error %.1e in %zu steps\n", tol, error, m.info.steps);
+        assert_true(error < fmax(10 * tol, 2e-12));
+        assert_true(error < before || error < 2e-12);
+        before = error;
+        motion_close(&m);
+    }
+}
+
+struct samples {
+    size_t n;
+    double y[64][4];
+};
+
+static bool keep(void *context, double t, const double *y)
+{
+    struct samples *s = context;
+    (void)t;
+    memcpy(s->y[s->n++], y, sizeof *s->y);
+    return true;
+}
+
+/* Between the steps the series itself is the motion: samples against steps that end there. */
+static void test_between_steps(void **state)
+{
+    (void)state;
+    struct samples landed = {0}, between = {0};
+    for (int pass = 0; pass < 2; pass++) {
+        struct motion m;
+        motion_open(&m, "kepler", false, NULL);
+        m.settings.n_samples = 50;
+        m.settings.land = pass == 0;
+        m.settings.sample = keep;
+        m.settings.context = pass == 0 ? &landed : &between;
+        motion_run(&m, taylor, 1e-13, 7, AD_OK);
+        motion_close(&m);
+    }
+    assert_int_equal(landed.n, 51);
+    assert_int_equal(between.n, 51);
+    for (size_t i = 0; i < 51; i++)
+        for (size_t k = 0; k < 4; k++)
+            assert_close(between.y[i][k], landed.y[i][k], 0, 1e-11);
+}
+
+static void test_there_and_back(void **state)
+{
+    (void)state;
+    const char *const scenes[] = {"dblpend", "figure8", "arenstorf", "dimer"};
+    for (size_t k = 0; k < LENGTH(scenes); k++) {
+        struct motion m;
+        double start[2 * MOTION_DOF];
+        motion_open(&m, scenes[k], false, NULL);
+        memcpy(start, m.y, sizeof start);
+        motion_run(&m, taylor, 1e-14, 1, AD_OK);
+        m.settings.t0 = 1;
+        motion_run(&m, taylor, 1e-14, 0, AD_OK);
+        for (size_t i = 0; i < m.ode.n; i++)
+            assert_close(m.y[i], start[i], 1e-11, 1e-11);
+        motion_close(&m);
+    }
+}
+
+/* ---- Lagrangians of its own ---- */
+
+static ad_var driven(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params;
+    return ad_add(ad_mul(0.5, ad_square(v)),
+                  ad_sub(ad_mul(q, ad_cos(ad_mul(2.0, t))), ad_mul(0.5, ad_square(q))));
+}
+static ad_var bounce(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params, (void)t;
+    return ad_sub(ad_mul(0.5, ad_square(v)), ad_abs(q));
+}
+/* a bead whose mass depends on where it is and when: L = (1 + q^2 + t) v^2 / 2 */
+static ad_var heavy(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params;
+    return ad_mul(ad_mul(0.5, ad_square(v)), ad_add(t, ad_add(1.0, ad_square(q))));
+}
+static enum ad_status begin(const void *params, uint64_t seed, double *q, double *v,
+                            struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = 0.5;
+    v[0] = 0.25;
+    return AD_OK;
+}
+
+static struct phys_scene scene_of(phys_lagrangian *lagrangian)
+{
+    return (struct phys_scene){.version = PHYS_SCENE_VERSION,
+                               .size = sizeof(struct phys_scene),
+                               .name = "own",
+                               .what = "own",
+                               .dof = 1,
+                               .dims = 1,
+                               .unit = "",
+                               .time_unit = "",
+                               .energy_unit = "",
+                               .lagrangian = lagrangian,
+                               .slices = 11,
+                               .dt = 0.1,
+                               .start = begin};
+}
+
+static enum ad_status follow(const struct phys_scene *scene, const char *method, double t,
+                             double y[2])
+{
+    struct phys_system system;
+    struct phys_ode ode;
+    struct ad_error error = {0};
+    struct phys_simulation_info info;
+    struct phys_simulation how = {
+        .integrator = phys_integrator_find(method, &error), .t1 = t, .rtol = 1e-14, .atol = 1e-14};
+    assert_int_equal(phys_system_make(scene, &system, &error), AD_OK);
+    assert_int_equal(phys_ode_lagrangian(&system, &ode, &error), AD_OK);
+    y[0] = 0.5;
+    y[1] = 0.25;
+    phys_simulate(&how, &ode, y, &info, &error);
+    phys_ode_free(&ode);
+    phys_system_close(&system);
+    return error.status;
+}
+
+/* q'' + q = cos 2t: q = (q0 + 1/3) cos t + v0 sin t - cos(2t) / 3. */
+static void test_time_in_the_lagrangian(void **state)
+{
+    (void)state;
+    struct phys_scene scene = scene_of(driven);
+    double y[2], t = 20;
+    assert_int_equal(follow(&scene, taylor, t, y), AD_OK);
+    assert_close(y[0], (0.5 + 1.0 / 3) * cos(t) + 0.25 * sin(t) - cos(2 * t) / 3, 0, 1e-13);
+}
+
+static void test_masses_that_vary(void **state)
+{
+    (void)state;
+    struct phys_scene scene = scene_of(heavy);
+    double y[2], other[2];
+    assert_int_equal(follow(&scene, taylor, 5, y), AD_OK);
+    assert_int_equal(follow(&scene, "dop853", 5, other), AD_OK);
+    assert_close(y[0], other[0], 1e-13, 0);
+    assert_close(y[1], other[1], 1e-13, 0);
+}
+
+/* A series knows one side of a kink alone. */
+static void test_kinks_are_refused(void **state)
+{
+    (void)state;
+    struct phys_scene scene = scene_of(bounce);
+    double y[2];
+    assert_int_equal(follow(&scene, taylor, 5, y), AD_E_ARGUMENT);
+    assert_int_equal(follow(&scene, "dop853", 0.1, y), AD_OK);
+}
+
+static enum ad_status decay(void *context, double t, const double *y, double *rate,
+                            struct ad_error *error)
+{
+    (void)context, (void)t, (void)error;
+    rate[0] = -y[0];
+    return AD_OK;
+}
+
+static void test_fields_without_a_series_are_refused(void **state)
+{
+    (void)state;
+    struct ad_error error = {0};
+    struct phys_simulation_info info;
+    struct phys_ode ode = {.n = 1, .field = decay};
+    struct phys_simulation how = {
+        .integrator = phys_integrator_find(taylor, &error), .t1 = 1, .rtol = 1e-9};
+    double y = 1;
+    assert_int_equal(phys_simulate(&how, &ode, &y, &info, &error), AD_E_ARGUMENT);
+}
+
+/* A pulse too thin for the series to see from where the step begins: the slope at its end gives it
+   away where the step ends inside, and a barrier that does not is left to the reference. */
+static ad_var wall(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params, (void)t;
+    ad_var x = ad_mul(ad_sub(q, 1.0), 20.0);
+    return ad_sub(ad_mul(0.5, ad_square(v)), ad_exp(ad_neg(ad_square(x))));
+}
+
+static void test_a_wall_turns_it_around(void **state)
+{
+    (void)state;
+    struct phys_scene scene = scene_of(wall);
+    double y[2], other[2];
+    assert_int_equal(follow(&scene, taylor, 2.1, y), AD_OK); /* met about t = 1.8 */
+    assert_int_equal(follow(&scene, "dop853", 2.1, other), AD_OK);
+    assert_close(y[0], other[0], 1e-10, 0);
+    assert_close(y[1], other[1], 1e-10, 0);
+}
+
+/* Coefficients themselves: of q = cos t, v = -sin t. */
+static void test_coefficients(void **state)
+{
+    (void)state;
+    struct motion m;
+    motion_open(&m, "spring", false, NULL);
+    double c[9][2] = {{1, 0}}, factorial = 1;
+    assert_int_equal(m.ode.series(m.ode.context, 8, 0, c[0], &m.error), AD_OK);
+    for (size_t k = 0; k <= 8; factorial *= (double)++k) {
+        const double cosine[] = {1, 0, -1, 0}, sine[] = {0, -1, 0, 1};
+        assert_close(c[k][0], cosine[k % 4] / factorial, 1e-15, 0);
+        assert_close(c[k][1], sine[k % 4] / factorial, 1e-15, 0);
+    }
+    motion_close(&m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_kepler_returns),
+        cmocka_unit_test(test_tolerances),
+        cmocka_unit_test(test_between_steps),
+        cmocka_unit_test(test_there_and_back),
+        cmocka_unit_test(test_time_in_the_lagrangian),
+        cmocka_unit_test(test_masses_that_vary),
+        cmocka_unit_test(test_kinks_are_refused),
+        cmocka_unit_test(test_fields_without_a_series_are_refused),
+        cmocka_unit_test(test_a_wall_turns_it_around),
+        cmocka_unit_test(test_coefficients),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
