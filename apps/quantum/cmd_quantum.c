@@ -5,6 +5,17 @@
 #include <math.h>
 #include <string.h>
 
+/* At the end, of any packet. */
+static double least_norm(const struct quantum_run *run)
+{
+    const struct qm_run_result *result = &run->result;
+    size_t packets = run->settings.packets;
+    double least = INFINITY;
+    for (size_t k = 0; k < packets; k++)
+        least = fmin(least, result->moments[(result->n - 1) * packets + k].norm);
+    return least;
+}
+
 static int run_packets(struct quantum_run *run, struct ad_error *error)
 {
     const struct qm_run_result *result = &run->result;
@@ -16,10 +27,11 @@ static int run_packets(struct quantum_run *run, struct ad_error *error)
                 "the error is not known: %s takes too many steps to t = %g; try fewer --steps",
                 result->truth, end);
     else if (result->error > run->options->tolerance)
-        ad_fail(error, AD_E_ACCURACY,
-                "--tol %g: the error is %.2g, against %s; try more --points and a shorter --dt, a "
-                "larger --box, or --method fft",
-                run->options->tolerance, result->error, result->truth);
+        ad_fail(error, AD_E_ACCURACY, "--tol %g: the error is %.2g, against %s; try %s",
+                run->options->tolerance, result->error, result->truth,
+                least_norm(run) < 0.5
+                    ? "a larger --box or a shorter time: most of a packet has left"
+                    : "more --points and a shorter --dt, a larger --box, or --method fft");
     else if (result->stopped)
         ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are those so far", end);
     return command_status(error);

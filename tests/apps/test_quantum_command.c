@@ -157,6 +157,10 @@ static void test_errors_are_known(void **state)
             fail_msg("%s: %d, %s %s", cases[k].arguments, status, shell_last_line(), shell_err());
         assert_in_doubles(number("error"), cases[k].least, cases[k].most, cases[k].arguments);
     }
+    /* What left no slice brings back. */
+    assert_int_equal(shell("$LA quantum --power 60 --points 128 --dt 1"), 1);
+    assert_null(strstr(shell_err(), "--dt"));
+    assert_non_null(strstr(shell_err(), "--box"));
 }
 
 /* A20: packets that are not in the box, and boxes that nobody gave. */
