@@ -261,8 +261,9 @@ struct hnn_row {
 /* A trainer: a model, its samples, and the state of the method. The loss is the mean square of
    (field - rate) over components and samples, or of the states along rollouts; for models of
    pixels, where x is the latent state and rates are per frame, see train_pixels.c. Weights of
-   pixels that are dark in every training frame are 0 after training. The model is referenced and
-   must outlive the trainer; samples and settings are copied. `test` may be NULL or have n 0. */
+   pixels that are dark in every training frame are 0 after training. Model and the arrays of
+   samples are referenced and must outlive the trainer; settings are copied. `test` may be NULL or
+   have n 0. */
 enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *training,
                                const struct hnn_samples *train, const struct hnn_samples *test,
                                hnn_trainer **trainer, struct ad_error *error);

@@ -103,7 +103,7 @@ void hnn_from_double(enum ad_type type, size_t n, const double *from, void *to);
    any type, with the present parameters (range.c). */
 enum ad_status hnn_range_states(hnn_model *model, size_t n, const double *x,
                                 struct ad_error *error);
-enum ad_status hnn_range_energy(hnn_model *model, enum ad_type type, size_t n, const void *x,
+enum ad_status hnn_range_energy(hnn_model *model, size_t n, const double *x,
                                 struct ad_error *error);
 
 void hnn_evaluator_free(struct hnn_evaluator *evaluator);

@@ -27,19 +27,16 @@ enum ad_status hnn_range_states(hnn_model *model, size_t n, const double *x, str
     return AD_OK;
 }
 
-enum ad_status hnn_range_energy(hnn_model *model, enum ad_type type, size_t n, const void *x,
-                                struct ad_error *error)
+enum ad_status hnn_range_energy(hnn_model *model, size_t n, const double *x, struct ad_error *error)
 {
     size_t states = hnn_states(model), few = n < ENERGIES ? n : ENERGIES, stride = n / few;
-    size_t bytes = hnn_type_bytes(type);
     double *some = malloc((states + 1) * few * sizeof *some), *low = model->range + states;
     if (!some)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     double *energy = some + states * few;
     for (size_t k = 0; k < states; k++)
         for (size_t i = 0; i < few; i++)
-            hnn_to_double(type, 1, (const char *)x + (k * n + i * stride) * bytes,
-                          &some[k * few + i]);
+            some[k * few + i] = x[k * n + i * stride];
     if (hnn_model_evaluate(model, few, some, NULL, energy, error) == AD_OK)
         widen(energy, few, low, low + states + 1);
     free(some);
@@ -53,7 +50,7 @@ enum ad_status hnn_model_see(hnn_model *model, size_t n, const double *x, struct
     if (n == 0)
         return ad_fail(error, AD_E_ARGUMENT, "what a model has seen: expected states, got none");
     if (hnn_range_states(model, n, x, error) == AD_OK)
-        hnn_range_energy(model, AD_F64, n, x, error);
+        hnn_range_energy(model, n, x, error);
     return error->status;
 }
 

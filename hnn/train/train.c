@@ -97,9 +97,8 @@ static enum ad_status prepare_data(hnn_trainer *t, const struct hnn_samples *tra
     enum ad_type type = t->model->settings.precision;
     size_t x_rows = hnn_x_rows(t->learner, &t->settings),
            rows = hnn_target_rows(t->learner, &t->settings);
-    if (hnn_data_new(&t->train, type, &t->settings, train, &t->lit, x_rows, rows, error) != AD_OK ||
-        hnn_data_new(&t->test, type, &t->settings, test, &t->lit, x_rows, rows, error) != AD_OK)
-        return error->status;
+    hnn_data_new(&t->train, type, &t->settings, train, &t->lit, x_rows, rows);
+    hnn_data_new(&t->test, type, &t->settings, test, &t->lit, x_rows, rows);
     if (!t->model->settings.pixels &&
         hnn_range_states(t->model, train->n, train->x, error) != AD_OK)
         return error->status;
@@ -143,9 +142,8 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
     t->settings.every = training->every ? training->every : 10;
     t->best_loss = INFINITY;
     t->delivered = true;
-    size_t batch = t->settings.batch ? t->settings.batch : train->n;
     if (hnn_learner_new(t, train, error) != AD_OK || prepare_data(t, train, test, error) != AD_OK ||
-        hnn_problem_new(&t->problem, t->learner, &t->settings, batch, error) != AD_OK ||
+        hnn_problem_new(&t->problem, t->learner, &t->settings, &t->train, error) != AD_OK ||
         hnn_loss_evaluator_new(&t->train_loss, t->learner, &t->settings, &t->train, error) !=
             AD_OK ||
         hnn_loss_evaluator_new(&t->test_loss, t->learner, &t->settings, &t->test, error) != AD_OK ||
@@ -153,8 +151,6 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
         hnn_trainer_free(t);
         return error->status;
     }
-    if (!t->settings.batch)
-        hnn_data_copy(&t->train, 0, batch, t->problem.x, t->problem.target);
     *out = t;
     return AD_OK;
 }
@@ -223,7 +219,7 @@ enum ad_status hnn_trainer_deliver(hnn_trainer *t, struct ad_error *error)
     hnn_learner_deliver(t, best ? t->best : hnn_trainer_outcome(t));
     if (t->model->settings.pixels)
         return hnn_range_latents(t, error);
-    return hnn_range_energy(t->model, t->train.type, t->train.n, t->train.x, error);
+    return hnn_range_energy(t->model, t->train.n, t->train.samples.x, error);
 }
 
 /* ---- running ---- */
@@ -273,7 +269,7 @@ static enum ad_status take_step(hnn_trainer *t, bool *stalled, struct ad_error *
     struct hnn_problem *p = &t->problem;
     double rate = s->learning_rate * s->schedule->factor(t->step, s->steps), loss;
     if (s->batch)
-        hnn_data_draw(&t->train, s->batch, p->x, p->target);
+        hnn_data_draw(&t->train, s->batch, p->drawn);
     t->delivered = false;
     *stalled = !s->optimiser->step(t->method, p, rate, &loss);
     t->step++;

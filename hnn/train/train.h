@@ -14,37 +14,36 @@ struct hnn_lit {
 
 /* ---- samples (train_data.c) ---- */
 
-/* Samples in the element type of training, and the order in which batches take them. They are
-   columns of x [x_rows x n] and target [target_rows x n]; or they are windows of frames that lie in
-   memory once, and sample k begins with frame first[k]. Batches and blocks of these are matrices of
-   rows: copied whole, in the order in which they lie. */
+/* Samples, by reference, and the order in which batches take them; they become elements of the
+   type of training where they are copied to a program. Those of columns are columns there, windows
+   of frames are rows. */
 struct hnn_data {
     enum ad_type type;
-    size_t n, x_rows, target_rows;
-    void *values; /* what x and target point into */
-    const void *x, *target;
-    size_t *first;                /* [n] or NULL: columns */
-    size_t x_frame, target_frame; /* elements of a frame */
-    uint64_t hash;                /* of all of it */
-    uint32_t *order;              /* [n], the present permutation; NULL: batches are not drawn */
-    size_t position;              /* taken from it */
+    size_t n, x_rows, target_rows, rollout;
+    double dt; /* of rollouts without steps of their own */
+    struct hnn_samples samples;
+    const struct hnn_lit *lit; /* of frames */
+    uint64_t hash;             /* of all of it */
+    uint32_t *order;           /* [n], the present permutation; NULL: batches are not drawn */
+    size_t position;           /* taken from it */
     struct phys_random random, epoch; /* now, and before the present permutation was drawn */
 };
 /* Of rollouts, training->rollout, the last rows of the target are the lengths of their steps. */
-enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
-                            const struct hnn_training *training, const struct hnn_samples *samples,
-                            const struct hnn_lit *lit, size_t x_rows, size_t target_rows,
-                            struct ad_error *error);
+void hnn_data_new(struct hnn_data *data, enum ad_type type, const struct hnn_training *training,
+                  const struct hnn_samples *samples, const struct hnn_lit *lit, size_t x_rows,
+                  size_t target_rows);
 void hnn_data_free(struct hnn_data *data);
 /* Draws batches from now on, by permutations from `seed`. */
 enum ad_status hnn_data_shuffle(struct hnn_data *data, uint64_t seed, struct ad_error *error);
 /* The permutation that begins with `epoch`, `position` numbers of it taken. */
 void hnn_data_return(struct hnn_data *data, const struct phys_random *epoch, size_t position);
-/* Copies the next `count` samples of the order to x [x_rows x count], [count x x_rows] of frames,
-   and target; permutations follow each other, so that every sample is taken equally often. */
-void hnn_data_draw(struct hnn_data *data, size_t count, void *x, void *target);
-/* Copies samples first ...; beyond the last one the last is repeated. */
-void hnn_data_copy(const struct hnn_data *data, size_t first, size_t count, void *x, void *target);
+/* The next `count` samples of the order; permutations follow each other, so that every sample is
+   taken equally often. */
+void hnn_data_draw(struct hnn_data *data, size_t count, uint32_t *drawn);
+/* Copies samples picked[first] ..., or, where that is NULL, first ..., beyond the last one that
+   again, to x [x_rows x cols] and target [target_rows x cols]; frames: [cols x x_rows] ... */
+void hnn_data_copy(const struct hnn_data *data, const uint32_t *picked, size_t first, size_t count,
+                   size_t cols, void *x, void *target);
 
 /* ---- the loss (train_loss.c) ---- */
 
@@ -83,16 +82,16 @@ struct hnn_block_program {
 struct hnn_problem {
     enum ad_type type;
     size_t n; /* parameters */
-    size_t batch, blocks, x_rows, target_rows;
-    bool by_rows;
-    void *x, *target; /* [x_rows x batch], [target_rows x batch], or by rows: set before an
-                         evaluation; those of the program where there is one block */
-    void *gradient;   /* [n], likewise */
-    void *weight;     /* of every sample in the loss, [blocks x columns]; 0 behind the last one */
+    size_t batch, blocks;
+    const struct hnn_data *data;
+    uint32_t *drawn; /* [batch] samples of the batch, set before an evaluation; NULL: all of them */
+    void *gradient;  /* [n]; that of the program where there is one block */
+    void *weight;    /* of every sample in the loss, [blocks x columns]; 0 behind the last one */
     struct hnn_block_program block;
 };
+/* For batches of training->batch, 0: all samples. */
 enum ad_status hnn_problem_new(struct hnn_problem *problem, const hnn_model *model,
-                               const struct hnn_training *training, size_t batch,
+                               const struct hnn_training *training, const struct hnn_data *data,
                                struct ad_error *error);
 void hnn_problem_free(struct hnn_problem *problem);
 /* The present point and the gradient there, [n] of the type. */

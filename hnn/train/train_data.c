@@ -5,109 +5,43 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void float_frames(enum ad_type type, size_t n, const float *from, void *to)
+/* What tells these samples from others. */
+static uint64_t hash_of(const struct hnn_data *data)
 {
-    if (type == AD_F32)
-        memcpy(to, from, n * sizeof *from);
-    else
-        for (size_t k = 0; k < n; k++)
-            ((double *)to)[k] = (double)from[k];
-}
-
-/* Only the lit pixels of frames [n x frame]. */
-static void pick(enum ad_type type, const struct hnn_lit *lit, size_t n, size_t frame,
-                 const void *from, void *to)
-{
-    size_t bytes = hnn_type_bytes(type);
-    const char *source = from;
-    char *goal = to;
-    for (size_t i = 0; i < n; i++, source += frame * bytes)
-        for (size_t k = 0; k < lit->n; k++, goal += bytes)
-            memcpy(goal, source + lit->pixel[k] * bytes, bytes);
-}
-
-/* All frames from the first to the last that a sample needs: a target is an observation, x the lit
-   pixels of it and of the frame behind it. */
-static bool copy_frames(struct hnn_data *data, const struct hnn_samples *samples,
-                        const struct hnn_lit *lit)
-{
-    size_t low = SIZE_MAX, high = 0, frame = samples->frame;
-    for (size_t k = 0; k < samples->n; k++) {
-        low = samples->first[k] < low ? samples->first[k] : low;
-        high = samples->first[k] > high ? samples->first[k] : high;
+    const struct hnn_samples *s = &data->samples;
+    size_t states = data->target_rows - data->rollout, low = SIZE_MAX, high = 0;
+    if (!s->frames) {
+        uint64_t hash = ad_hash(AD_HASH_BEGIN, s->x, data->x_rows * s->n * sizeof *s->x);
+        hash = ad_hash(hash, s->target, states * s->n * sizeof *s->target);
+        return s->steps ? ad_hash(hash, s->steps, data->rollout * s->n * sizeof *s->steps)
+                        : ad_hash(hash, &data->dt, sizeof data->dt);
     }
-    size_t size = (high - low + 1) * frame + data->target_rows, count = size / frame;
-    size_t bytes = hnn_type_bytes(data->type);
-    data->values = malloc((size + (lit->pixel ? count * lit->n : 0)) * bytes);
-    data->first = malloc(samples->n * sizeof *data->first);
-    if (!data->values || !data->first)
-        return false;
-    float_frames(data->type, size, samples->frames + low * frame, data->values);
-    for (size_t k = 0; k < samples->n; k++)
-        data->first[k] = samples->first[k] - low;
-    data->x = data->target = data->values;
-    data->x_frame = data->target_frame = frame;
-    if (lit->pixel) {
-        char *picked = (char *)data->values + size * bytes;
-        pick(data->type, lit, count, frame, data->values, picked);
-        data->x = picked;
-        data->x_frame = lit->n;
+    for (size_t k = 0; k < s->n; k++) {
+        low = s->first[k] < low ? s->first[k] : low;
+        high = s->first[k] > high ? s->first[k] : high;
     }
-    data->hash = ad_hash(data->hash, data->values, size * bytes);
-    data->hash = ad_hash(data->hash, data->first, samples->n * sizeof *data->first);
-    return true;
+    return ad_hash(ad_hash(AD_HASH_BEGIN, s->first, s->n * sizeof *s->first),
+                   s->frames + low * s->frame,
+                   ((high - low) * s->frame + data->target_rows) * sizeof *s->frames);
 }
 
-/* Behind the targets of rollouts stand their steps, [K x n]. */
-static void copy_steps(const struct hnn_data *data, const struct hnn_samples *samples,
-                       const struct hnn_training *training, void *to)
+void hnn_data_new(struct hnn_data *data, enum ad_type type, const struct hnn_training *training,
+                  const struct hnn_samples *samples, const struct hnn_lit *lit, size_t x_rows,
+                  size_t target_rows)
 {
-    if (samples->steps) {
-        hnn_from_double(data->type, training->rollout * data->n, samples->steps, to);
-        return;
-    }
-    for (size_t k = 0; k < training->rollout * data->n; k++)
-        hnn_from_double(data->type, 1, &training->dt, (char *)to + k * hnn_type_bytes(data->type));
-}
-
-static bool copy_columns(struct hnn_data *data, const struct hnn_samples *samples,
-                         const struct hnn_training *training)
-{
-    size_t x = data->x_rows * data->n, target = data->target_rows * data->n;
-    size_t states = target - training->rollout * data->n;
-    size_t bytes = hnn_type_bytes(data->type);
-    char *values = data->values = malloc((x + target) * bytes);
-    if (!values)
-        return false;
-    hnn_from_double(data->type, x, samples->x, values);
-    hnn_from_double(data->type, states, samples->target, values + x * bytes);
-    copy_steps(data, samples, training, values + (x + states) * bytes);
-    data->x = values;
-    data->target = values + x * bytes;
-    data->hash = ad_hash(data->hash, values, (x + target) * bytes);
-    return true;
-}
-
-enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
-                            const struct hnn_training *training, const struct hnn_samples *samples,
-                            const struct hnn_lit *lit, size_t x_rows, size_t target_rows,
-                            struct ad_error *error)
-{
-    size_t n = samples->n;
-    *data = (struct hnn_data){.type = type, .n = n, .x_rows = x_rows, .target_rows = target_rows};
-    if (n == 0)
-        return AD_OK;
-    data->hash = AD_HASH_BEGIN;
-    if (!(samples->frames ? copy_frames(data, samples, lit)
-                          : copy_columns(data, samples, training)))
-        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu samples", n);
-    return AD_OK;
+    *data = (struct hnn_data){.type = type,
+                              .n = samples->n,
+                              .x_rows = x_rows,
+                              .target_rows = target_rows,
+                              .rollout = training->rollout,
+                              .dt = training->dt,
+                              .samples = *samples,
+                              .lit = lit};
+    data->hash = data->n ? hash_of(data) : 0;
 }
 
 void hnn_data_free(struct hnn_data *data)
 {
-    free(data->values);
-    free(data->first);
     free(data->order);
     *data = (struct hnn_data){0};
 }
@@ -147,38 +81,61 @@ void hnn_data_return(struct hnn_data *data, const struct phys_random *epoch, siz
     data->position = position;
 }
 
-/* Sample k becomes column `col` of to [rows x cols], or row `col` of to [cols x rows]. */
-static void copy_sample(const struct hnn_data *data, size_t rows, const void *from, size_t frame,
-                        size_t k, void *to, size_t cols, size_t col)
+void hnn_data_draw(struct hnn_data *data, size_t count, uint32_t *drawn)
 {
-    size_t bytes = hnn_type_bytes(data->type);
-    const char *source = from;
-    char *goal = to;
-    if (data->first)
-        memcpy(goal + col * rows * bytes, source + data->first[k] * frame * bytes, rows * bytes);
-    else
-        for (size_t r = 0; r < rows; r++)
-            memcpy(goal + (r * cols + col) * bytes, source + (r * data->n + k) * bytes, bytes);
-}
-
-static void copy_both(const struct hnn_data *data, size_t k, size_t cols, size_t col, void *x,
-                      void *target)
-{
-    copy_sample(data, data->x_rows, data->x, data->x_frame, k, x, cols, col);
-    copy_sample(data, data->target_rows, data->target, data->target_frame, k, target, cols, col);
-}
-
-void hnn_data_draw(struct hnn_data *data, size_t count, void *x, void *target)
-{
-    for (size_t col = 0; col < count; col++) {
+    for (size_t k = 0; k < count; k++) {
         if (data->position == data->n)
             permute(data);
-        copy_both(data, data->order[data->position++], count, col, x, target);
+        drawn[k] = data->order[data->position++];
     }
 }
 
-void hnn_data_copy(const struct hnn_data *data, size_t first, size_t count, void *x, void *target)
+static void put(enum ad_type type, double value, void *to, size_t at)
 {
-    for (size_t col = 0; col < count; col++)
-        copy_both(data, first + col < data->n ? first + col : data->n - 1, count, col, x, target);
+    if (type == AD_F32)
+        ((float *)to)[at] = (float)value;
+    else
+        ((double *)to)[at] = value;
+}
+
+/* Rows of column k of from [rows x n] to column `col` of to [... x cols]. */
+static void copy_column(const struct hnn_data *data, size_t rows, const double *from, size_t k,
+                        void *to, size_t cols, size_t col)
+{
+    for (size_t r = 0; r < rows; r++)
+        put(data->type, from[r * data->n + k], to, r * cols + col);
+}
+
+/* A window of frames, or their lit pixels alone, to row `row`. */
+static void copy_window(const struct hnn_data *data, size_t size, const float *from,
+                        const struct hnn_lit *lit, void *to, size_t row)
+{
+    if (lit && lit->pixel)
+        for (size_t k = 0; k < size; k++)
+            put(data->type, (double)from[k / lit->n * data->samples.frame + lit->pixel[k % lit->n]],
+                to, row * size + k);
+    else
+        for (size_t k = 0; k < size; k++)
+            put(data->type, (double)from[k], to, row * size + k);
+}
+
+void hnn_data_copy(const struct hnn_data *data, const uint32_t *picked, size_t first, size_t count,
+                   size_t cols, void *x, void *target)
+{
+    const struct hnn_samples *s = &data->samples;
+    size_t states = data->target_rows - data->rollout;
+    for (size_t col = 0; col < count; col++) {
+        size_t k = picked ? picked[first + col] : first + col < data->n ? first + col : data->n - 1;
+        if (s->frames) {
+            const float *window = s->frames + s->first[k] * s->frame;
+            copy_window(data, data->x_rows, window, data->lit, x, col);
+            copy_window(data, data->target_rows, window, NULL, target, col);
+            continue;
+        }
+        copy_column(data, data->x_rows, s->x, k, x, cols, col);
+        copy_column(data, states, s->target, k, target, cols, col);
+        for (size_t r = 0; r < data->rollout; r++)
+            put(data->type, s->steps ? s->steps[r * data->n + k] : data->dt, target,
+                (states + r) * cols + col);
+    }
 }

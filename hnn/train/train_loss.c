@@ -153,7 +153,8 @@ enum ad_status hnn_loss_evaluator_new(struct hnn_loss_evaluator *s, const hnn_mo
         return error->status;
     ad_set_threads(s->program, training->threads ? training->threads : 1);
     if (s->piece == data->n)
-        hnn_data_copy(data, 0, data->n, ad_data(s->program, s->x), ad_data(s->program, s->target));
+        hnn_data_copy(data, NULL, 0, data->n, data->n, ad_data(s->program, s->x),
+                      ad_data(s->program, s->target));
     return AD_OK;
 }
 
@@ -185,7 +186,7 @@ double hnn_evaluate_loss(const struct hnn_loss_evaluator *s, const void *point, 
     for (size_t first = 0; first < data->n; first += s->piece) {
         size_t count = data->n - first < s->piece ? data->n - first : s->piece;
         if (s->piece < data->n)
-            hnn_data_copy(data, first, s->piece, ad_data(s->program, s->x),
+            hnn_data_copy(data, NULL, first, s->piece, s->piece, ad_data(s->program, s->x),
                           ad_data(s->program, s->target));
         ad_run(s->program);
         sum += sum_losses(s, count);

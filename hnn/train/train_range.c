@@ -10,7 +10,6 @@ enum ad_status hnn_range_latents(hnn_trainer *t, struct ad_error *error)
     const struct hnn_data *d = &t->train;
     size_t pixels = t->model->settings.pixels, states = hnn_states(t->model);
     size_t stride = (d->n + OBSERVATIONS - 1) / OBSERVATIONS, n = (d->n + stride - 1) / stride;
-    size_t bytes = hnn_type_bytes(d->type);
     double *seen = malloc(PIECE * (pixels + states) * sizeof *seen);
     double *x = malloc(states * n * sizeof *x);
     if (!seen || !x)
@@ -18,11 +17,11 @@ enum ad_status hnn_range_latents(hnn_trainer *t, struct ad_error *error)
     for (size_t first = 0; first < n && error->status == AD_OK; first += PIECE) {
         size_t count = n - first < PIECE ? n - first : PIECE;
         double *latent = seen + PIECE * pixels;
-        for (size_t i = 0; i < count; i++)
-            hnn_to_double(d->type, pixels,
-                          (const char *)d->target +
-                              d->first[(first + i) * stride] * d->target_frame * bytes,
-                          seen + i * pixels);
+        for (size_t k = 0; k < count * pixels; k++)
+            seen[k] =
+                (double)d->samples
+                    .frames[d->samples.first[(first + k / pixels) * stride] * d->samples.frame +
+                            k % pixels];
         if (hnn_model_encode(t->model, count, seen, latent, error) == AD_OK)
             for (size_t i = 0; i < count; i++)
                 for (size_t k = 0; k < states; k++)

@@ -18,8 +18,9 @@ static void record(struct hnn_problem *p, const hnn_model *model,
 {
     struct hnn_block_program *b = &p->block;
     b->parameters = ad_input(b->tape, 1, p->n, "parameters");
-    b->x = hnn_record_samples(b->tape, p->by_rows, p->x_rows, b->columns, "x");
-    b->target = hnn_record_samples(b->tape, p->by_rows, p->target_rows, b->columns, "target");
+    bool by_rows = hnn_by_rows(model, training);
+    b->x = hnn_record_samples(b->tape, by_rows, p->data->x_rows, b->columns, "x");
+    b->target = hnn_record_samples(b->tape, by_rows, p->data->target_rows, b->columns, "target");
     b->weight = ad_input(b->tape, 1, b->columns, "weight");
     ad_var losses = hnn_record_losses(model, training, b->parameters, b->x, b->target);
     b->loss = ad_label(ad_dot(b->weight, losses), "loss");
@@ -45,7 +46,7 @@ static enum ad_status make(struct hnn_problem *p, size_t columns, size_t workers
     return hnn_tape_status(b->tape, error);
 }
 
-static bool allocate(struct hnn_problem *p, size_t columns)
+static bool allocate(struct hnn_problem *p, size_t columns, bool all)
 {
     size_t bytes = hnn_type_bytes(p->type);
     const double share = 1 / (double)p->batch;
@@ -53,19 +54,26 @@ static bool allocate(struct hnn_problem *p, size_t columns)
         return false;
     for (size_t k = 0; k < p->batch; k++)
         hnn_from_double(p->type, 1, &share, (char *)p->weight + k * bytes);
-    if (p->blocks == 1)
-        return true;
-    p->gradient = calloc(p->n, bytes);
-    p->x = calloc(p->x_rows * p->batch, bytes);
-    p->target = calloc(p->target_rows * p->batch, bytes);
-    return p->gradient && p->x && p->target;
+    if (!all)
+        p->drawn = malloc(p->batch * sizeof *p->drawn);
+    if (p->blocks > 1)
+        p->gradient = calloc(p->n, bytes);
+    return (all || p->drawn) && (p->blocks == 1 || p->gradient);
+}
+
+static void copy_block(const struct hnn_problem *p, ad_program *program, size_t first)
+{
+    size_t columns = p->block.columns;
+    hnn_data_copy(p->data, p->drawn, first, p->batch - first < columns ? p->batch - first : columns,
+                  columns, ad_data(program, p->block.x), ad_data(program, p->block.target));
 }
 
 enum ad_status hnn_problem_new(struct hnn_problem *p, const hnn_model *model,
-                               const struct hnn_training *training, size_t batch,
+                               const struct hnn_training *training, const struct hnn_data *data,
                                struct ad_error *error)
 {
     size_t threads = training->threads ? training->threads : 1;
+    size_t batch = training->batch ? training->batch : data->n;
     size_t blocks = batch <= WHOLE ? 1 : (batch + COLUMNS - 1) / COLUMNS, columns = batch;
     if (blocks > 1)
         columns = ((batch + blocks - 1) / blocks + VECTOR - 1) / VECTOR * VECTOR;
@@ -73,20 +81,18 @@ enum ad_status hnn_problem_new(struct hnn_problem *p, const hnn_model *model,
                               .n = model->size,
                               .batch = batch,
                               .blocks = blocks,
-                              .by_rows = hnn_by_rows(model, training),
-                              .x_rows = hnn_x_rows(model, training),
-                              .target_rows = hnn_target_rows(model, training)};
+                              .data = data};
     size_t workers = threads < blocks ? threads : blocks;
-    if (!allocate(p, columns))
+    if (!allocate(p, columns, training->batch == 0))
         return ad_fail(error, AD_E_MEMORY, "out of memory for a batch of %zu samples", batch);
     if (make(p, columns, workers, model, training, error) != AD_OK)
         return error->status;
     if (blocks == 1) {
-        p->x = ad_data(p->block.program[0], p->block.x);
-        p->target = ad_data(p->block.program[0], p->block.target);
         p->gradient = ad_data(p->block.program[0], p->block.gradient);
         ad_set_threads(p->block.program[0], threads);
     }
+    if (blocks == 1 && !p->drawn)
+        copy_block(p, p->block.program[0], 0);
     return AD_OK;
 }
 
@@ -102,11 +108,9 @@ void hnn_problem_free(struct hnn_problem *p)
 {
     release(&p->block);
     free(p->weight);
-    if (p->blocks > 1) {
-        free(p->x);
-        free(p->target);
+    free(p->drawn);
+    if (p->blocks > 1)
         free(p->gradient);
-    }
     *p = (struct hnn_problem){0};
 }
 
@@ -117,19 +121,6 @@ void *hnn_problem_point(const struct hnn_problem *p)
 
 const void *hnn_problem_gradient(const struct hnn_problem *p) { return p->gradient; }
 
-/* Samples first ... of a [rows x batch] matrix, or of one by rows, to a block. */
-static void copy_samples(const struct hnn_problem *p, size_t rows, const void *from, size_t first,
-                         void *to)
-{
-    size_t bytes = hnn_type_bytes(p->type), columns = p->block.columns;
-    size_t count = p->batch - first < columns ? p->batch - first : columns;
-    if (p->by_rows)
-        memcpy(to, (const char *)from + first * rows * bytes, count * rows * bytes);
-    for (size_t r = 0; r < rows && !p->by_rows; r++)
-        memcpy((char *)to + r * columns * bytes,
-               (const char *)from + (r * p->batch + first) * bytes, count * bytes);
-}
-
 static void run_block(const struct hnn_problem *p, ad_program *program, size_t first,
                       double *products)
 {
@@ -139,10 +130,8 @@ static void run_block(const struct hnn_problem *p, ad_program *program, size_t f
     const void *point = hnn_problem_point(p);
     if (parameters != point)
         memcpy(parameters, point, p->n * bytes);
-    if (p->blocks > 1) {
-        copy_samples(p, p->x_rows, p->x, first, ad_data(program, b->x));
-        copy_samples(p, p->target_rows, p->target, first, ad_data(program, b->target));
-    }
+    if (p->blocks > 1 || p->drawn)
+        copy_block(p, program, first);
     memcpy(ad_data(program, b->weight), (const char *)p->weight + first * bytes,
            b->columns * bytes);
     if (products)

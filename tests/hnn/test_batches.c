@@ -30,6 +30,7 @@ static void test_batches(void **state)
     (void)state;
     enum { N = 7, BATCH = 3 };
     double x[N], target[N], drawn[BATCH], with[BATCH];
+    uint32_t picked[BATCH];
     int times[N] = {0};
     for (int k = 0; k < N; k++) {
         x[k] = k;
@@ -37,13 +38,12 @@ static void test_batches(void **state)
     }
     struct hnn_data data;
     struct ad_error error = {0};
-    assert_int_equal(hnn_data_new(&data, AD_F64, &(struct hnn_training){0},
-                                  &(struct hnn_samples){.n = N, .x = x, .target = target}, NULL, 1,
-                                  1, &error),
-                     AD_OK);
+    hnn_data_new(&data, AD_F64, &(struct hnn_training){0},
+                 &(struct hnn_samples){.n = N, .x = x, .target = target}, NULL, 1, 1);
     assert_int_equal(hnn_data_shuffle(&data, 3, &error), AD_OK);
     for (int k = 0; k < N; k++) {
-        hnn_data_draw(&data, BATCH, drawn, with);
+        hnn_data_draw(&data, BATCH, picked);
+        hnn_data_copy(&data, picked, 0, BATCH, BATCH, drawn, with);
         for (int j = 0; j < BATCH; j++) {
             times[(int)drawn[j]]++;
             assert_true(with[j] == 10 * drawn[j]);
@@ -83,11 +83,12 @@ static void check_blocks(enum ad_type type, double tolerance)
 
     for (size_t threads = 1; threads <= 3; threads++) {
         struct hnn_problem problem;
+        struct hnn_data data;
         training.threads = threads;
-        assert_int_equal(hnn_problem_new(&problem, model, &training, N, &error), AD_OK);
+        training.batch = 0;
+        hnn_data_new(&data, type, &training, &train, NULL, 2, 2);
+        assert_int_equal(hnn_problem_new(&problem, model, &training, &data, &error), AD_OK);
         assert_true(problem.blocks == 4 && problem.blocks * problem.block.columns > N);
-        hnn_from_double(type, 2 * N, train.x, problem.x);
-        hnn_from_double(type, 2 * N, train.target, problem.target);
         memcpy(hnn_problem_point(&problem), hnn_model_parameters(model), bytes);
         loss[1] = hnn_problem_evaluate(&problem);
         assert_close(loss[1], loss[0], tolerance, 0);
