@@ -146,6 +146,10 @@ enum ad_op {
    op is not elementwise or takes another number of arguments. */
 ad_var ad_unary(enum ad_op op, ad_var x);
 ad_var ad_binary(enum ad_op op, ad_arg a, ad_arg b);
+/* The same of two variables, or of one and a number; quicker for programs of scalars. */
+ad_var ad_binary_vars(enum ad_op op, ad_var a, ad_var b);
+ad_var ad_binary_right(enum ad_op op, ad_var a, double b);
+ad_var ad_binary_left(enum ad_op op, double a, ad_var b);
 ad_var ad_ternary(enum ad_op op, ad_arg a, ad_arg b, ad_arg c);
 const char *ad_op_name(enum ad_op op); /* "matmul", as in messages; "?" if unknown */
 
@@ -164,9 +168,38 @@ const char *ad_op_name(enum ad_op op); /* "matmul", as in messages; "?" if unkno
 static inline ad_arg ad_to_arg(ad_var x) { return ad_arg_var(x); }
 static inline ad_arg ad_to_arg(double x) { return ad_arg_number(x); }
 #define AD_ARG(x) ad_to_arg(x)
+static inline ad_var ad_binary_args(ad_op op, ad_var a, ad_var b)
+{
+    return ad_binary_vars(op, a, b);
+}
+static inline ad_var ad_binary_args(ad_op op, ad_var a, double b)
+{
+    return ad_binary_right(op, a, b);
+}
+static inline ad_var ad_binary_args(ad_op op, double a, ad_var b)
+{
+    return ad_binary_left(op, a, b);
+}
+static inline ad_var ad_binary_args(ad_op op, double a, double b)
+{
+    return ad_binary(op, ad_arg_number(a), ad_arg_number(b));
+}
 extern "C" {
 #else
 #define AD_ARG(x) _Generic((x), ad_var : ad_arg_var, default : ad_arg_number)(x)
+static inline ad_var ad_binary_numbers(enum ad_op op, double a, double b)
+{
+    return ad_binary(op, ad_arg_number(a), ad_arg_number(b));
+}
+#define ad_binary_args(op, a, b)                                                                   \
+    _Generic((a), ad_var                                                                           \
+             : _Generic((b), ad_var                                                                \
+                        : ad_binary_vars, default                                                  \
+                        : ad_binary_right),                                                        \
+               default                                                                             \
+             : _Generic((b), ad_var                                                                \
+                        : ad_binary_left, default                                                  \
+                        : ad_binary_numbers))(op, a, b)
 #endif
 
 /* Binary operations: a variable or a number on either side (at least one variable), broadcasting.
@@ -175,21 +208,21 @@ extern "C" {
    the exponent at base 0 is 0. Comparisons give 1 or 0 and have gradient 0. Constants are folded
    when recording: an integer exponent of up to 32 becomes products, c1*(c2*x) one product, c/x a
    reciprocal times c (also for a matrix of constants). Each may change the last bit. */
-#define ad_add(a, b) ad_binary(AD_OP_add, AD_ARG(a), AD_ARG(b))
-#define ad_sub(a, b) ad_binary(AD_OP_sub, AD_ARG(a), AD_ARG(b))
-#define ad_mul(a, b) ad_binary(AD_OP_mul, AD_ARG(a), AD_ARG(b))
-#define ad_div(a, b) ad_binary(AD_OP_div, AD_ARG(a), AD_ARG(b))
-#define ad_pow(a, b) ad_binary(AD_OP_pow, AD_ARG(a), AD_ARG(b))
-#define ad_atan2(y, x) ad_binary(AD_OP_atan2, AD_ARG(y), AD_ARG(x))
-#define ad_hypot(a, b) ad_binary(AD_OP_hypot, AD_ARG(a), AD_ARG(b))
-#define ad_min(a, b) ad_binary(AD_OP_min, AD_ARG(a), AD_ARG(b))
-#define ad_max(a, b) ad_binary(AD_OP_max, AD_ARG(a), AD_ARG(b))
-#define ad_lt(a, b) ad_binary(AD_OP_lt, AD_ARG(a), AD_ARG(b))
-#define ad_le(a, b) ad_binary(AD_OP_le, AD_ARG(a), AD_ARG(b))
-#define ad_gt(a, b) ad_binary(AD_OP_lt, AD_ARG(b), AD_ARG(a))
-#define ad_ge(a, b) ad_binary(AD_OP_le, AD_ARG(b), AD_ARG(a))
-#define ad_eq(a, b) ad_binary(AD_OP_eq, AD_ARG(a), AD_ARG(b))
-#define ad_ne(a, b) ad_binary(AD_OP_ne, AD_ARG(a), AD_ARG(b))
+#define ad_add(a, b) ad_binary_args(AD_OP_add, a, b)
+#define ad_sub(a, b) ad_binary_args(AD_OP_sub, a, b)
+#define ad_mul(a, b) ad_binary_args(AD_OP_mul, a, b)
+#define ad_div(a, b) ad_binary_args(AD_OP_div, a, b)
+#define ad_pow(a, b) ad_binary_args(AD_OP_pow, a, b)
+#define ad_atan2(y, x) ad_binary_args(AD_OP_atan2, y, x)
+#define ad_hypot(a, b) ad_binary_args(AD_OP_hypot, a, b)
+#define ad_min(a, b) ad_binary_args(AD_OP_min, a, b)
+#define ad_max(a, b) ad_binary_args(AD_OP_max, a, b)
+#define ad_lt(a, b) ad_binary_args(AD_OP_lt, a, b)
+#define ad_le(a, b) ad_binary_args(AD_OP_le, a, b)
+#define ad_gt(a, b) ad_binary_args(AD_OP_lt, b, a)
+#define ad_ge(a, b) ad_binary_args(AD_OP_le, b, a)
+#define ad_eq(a, b) ad_binary_args(AD_OP_eq, a, b)
+#define ad_ne(a, b) ad_binary_args(AD_OP_ne, a, b)
 
 /* Elementwise c != 0 ? a : b. A NaN or infinity of the branch not taken never reaches the value or
    a gradient of any order: a zero adjoint stays zero whatever it is multiplied by. */

@@ -28,6 +28,7 @@
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
 /* One recorded operation. What in[] and aux mean beyond inputs:
+       input           in[0]: the input before it; 0: none
        constant        aux: first of its rows*cols doubles in `numbers`
        slice           in[1], in[2]: first row, first column
        gather, scatter, gather_cols, scatter_cols
@@ -48,7 +49,9 @@ struct node {
 
 enum { CUMSUM_ROWS = 1, CUMSUM_REVERSED = 2 };
 enum { SYSTEM_SIDE = 63, SYSTEM_CHOLESKY = 64, SYSTEM_TRANSPOSED = 128 };
-enum { NODE_LABELLED = 1, NODE_HELD = 2 };
+/* NODE_PLAIN: a scalar that no identity of simplify.c looks into. NODE_NUMBER: a scalar constant
+   that came as a number, shared by all operations that take it. */
+enum { NODE_LABELLED = 1, NODE_HELD = 2, NODE_PLAIN = 4, NODE_NUMBER = 8 };
 
 struct label {
     uint32_t id;
@@ -57,11 +60,17 @@ struct label {
 
 #define BLOCK_BITS 12 /* nodes come in blocks: growing never copies them */
 #define BLOCK_SIZE (1u << BLOCK_BITS)
+/* The first ones singly, the others by 2 MB: the first of each group owns its memory. */
+enum { SINGLE_BLOCKS = 16, GROUPED_BLOCKS = (1 << 21) / (sizeof(struct node) << BLOCK_BITS) };
+
+enum { RECENT_NUMBERS = 64 };
 
 struct ad_tape {
     enum ad_type type;
     uint32_t recording; /* number of the recording, kept in handles */
     struct ad_error error;
+    uint32_t n_scalars;  /* nodes before the first of another shape */
+    uint32_t last_input; /* 0: none */
     struct node **blocks;
     size_t n_nodes, n_blocks, max_blocks;
     double *numbers; /* constants */
@@ -72,7 +81,8 @@ struct ad_tape {
     size_t n_labels, max_labels;
     char *texts;
     size_t n_texts, max_texts;
-    struct ad_direct *direct; /* memory of direct evaluation; NULL before the first */
+    uint32_t recent[RECENT_NUMBERS]; /* nodes of numbers, by a hash; any id where there is none */
+    struct ad_direct *direct;        /* memory of direct evaluation; NULL before the first */
 };
 
 /* Direct evaluation's memory of a tape (direct/): forgets the nodes; frees everything. Take NULL.
@@ -120,6 +130,9 @@ static inline uint32_t input_of(const ad_tape *tape, const struct node *n, size_
 
 /* Makes room for `more` further elements of `size` bytes; false when memory is exhausted. */
 bool ad_reserve(void **array, size_t n, size_t *max, size_t more, size_t size);
+
+/* malloc, for arrays of many megabytes that are written from end to end. */
+void *ad_allocate_large(size_t bytes);
 
 /* A copy of a tape on which the same node numbers name the same values; NULL when out of memory. */
 ad_tape *ad_tape_copy(const ad_tape *tape);
@@ -196,6 +209,8 @@ bool ad_broadcasts(unsigned op, size_t n, const ad_var x[], uint32_t *rows, uint
 
 /* Appends a node after checking its shape; on failure keeps an error and returns node 0. */
 ad_var ad_append(ad_tape *tape, struct node node);
+/* A scalar constant without a handle: one node serves many operations. */
+ad_var ad_number(ad_tape *tape, double value);
 /* Append numbers or list entries; return the offset of the first, UINT32_MAX when out of memory. */
 uint32_t ad_append_numbers(ad_tape *tape, size_t n, const double *values);
 uint32_t ad_append_list(ad_tape *tape, size_t n, const uint32_t *values);

@@ -8,7 +8,8 @@
 
 /* Values and adjoints of the nodes of a tape. */
 struct ad_direct {
-    size_t *offset; /* of each node, in elements; NULL while all are scalars: the node's number */
+    uint32_t n_scalars; /* nodes before the first of another shape: offsets are their numbers */
+    size_t *offset;     /* of each node, in elements, once there is another shape */
     size_t n_offsets, max_offsets;
     size_t elements; /* of the nodes placed so far */
     size_t bytes;    /* of each array */
@@ -19,7 +20,7 @@ struct ad_direct {
 
 static inline size_t direct_offset(const struct ad_direct *d, uint32_t id)
 {
-    return d->offset ? d->offset[id] : id;
+    return id < d->n_scalars ? id : d->offset[id];
 }
 
 /* Values of nodes [0, end), whose inputs are set. */

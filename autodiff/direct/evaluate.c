@@ -4,26 +4,25 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Places of the nodes recorded since the last time. All scalars need no places: node k is element
-   k. */
+/* Places of the nodes recorded since the last time. Scalars before the first other shape need no
+   places: node k is element k. */
 static bool place_nodes(const ad_tape *tape, struct ad_direct *d, uint32_t end)
 {
-    for (uint32_t id = (uint32_t)d->n_offsets; id < end; id++) {
-        const struct node *n = node_at(tape, id);
-        if (!d->offset && (n->rows != 1 || n->cols != 1)) {
-            if (!ad_reserve((void **)&d->offset, 0, &d->max_offsets, end, sizeof *d->offset))
-                return false;
-            for (uint32_t k = 0; k < id; k++)
-                d->offset[k] = k;
-        }
-        if (d->offset &&
-            !ad_reserve((void **)&d->offset, id, &d->max_offsets, 1, sizeof *d->offset))
-            return false;
-        if (d->offset)
-            d->offset[id] = d->elements;
-        d->elements += node_size(n);
-        d->n_offsets++;
+    d->n_scalars = tape->n_scalars;
+    if (end <= d->n_scalars) {
+        d->elements = d->elements < end ? end : d->elements;
+        return true;
     }
+    if (end > d->n_offsets && !ad_reserve((void **)&d->offset, d->n_offsets, &d->max_offsets,
+                                          end - d->n_offsets, sizeof *d->offset))
+        return false;
+    for (; d->n_offsets < end; d->n_offsets++) {
+        const size_t id = d->n_offsets;
+        const struct node *n = node_at(tape, (uint32_t)id - (id > 0));
+        d->offset[id] = id ? d->offset[id - 1] + node_size(n) : 0;
+    }
+    const size_t last = d->n_offsets - 1;
+    d->elements = d->offset[last] + node_size(node_at(tape, (uint32_t)last));
     return true;
 }
 
@@ -39,11 +38,11 @@ static bool reserve(const ad_tape *tape, struct ad_direct *d, uint32_t end, bool
         free(d->value);
         free(d->adjoint);
         d->adjoint = NULL;
-        d->value = malloc(bytes);
+        d->value = ad_allocate_large(bytes);
         d->bytes = d->value ? bytes : 0;
     }
     if (adjoints && d->value && !d->adjoint)
-        d->adjoint = malloc(d->bytes);
+        d->adjoint = ad_allocate_large(d->bytes);
     return d->value && (!adjoints || d->adjoint);
 }
 
@@ -86,11 +85,11 @@ static void get(const ad_tape *tape, const void *array, size_t at, size_t n, dou
 static bool all_given(const ad_tape *tape, uint32_t end, size_t n, const ad_var x[],
                       struct ad_error *error)
 {
-    size_t next = 0;
-    for (uint32_t id = 0; id < end; id++) {
-        if (node_at(tape, id)->op != AD_OP_input)
+    size_t next = n;
+    for (uint32_t id = tape->last_input; id; id = node_at(tape, id)->in[0]) {
+        if (id >= end)
             continue;
-        size_t k = next;
+        size_t k = next - 1;
         for (size_t tried = 0; tried < n && (k >= n || x[k].id != id); tried++)
             k = tried;
         if (k >= n || x[k].id != id) {
@@ -98,7 +97,7 @@ static bool all_given(const ad_tape *tape, uint32_t end, size_t n, const ad_var 
                     "recorded as operation ", id);
             return false;
         }
-        next = k + 1;
+        next = k;
     }
     return true;
 }

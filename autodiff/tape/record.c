@@ -12,7 +12,7 @@ static uint32_t broadcast_dim(uint32_t a, uint32_t b)
 
 static ad_var as_var(ad_tape *tape, ad_arg a)
 {
-    return a.is_number ? ad_scalar(tape, a.value) : a.var;
+    return a.is_number ? ad_number(tape, a.value) : a.var;
 }
 
 bool ad_broadcasts(unsigned op, size_t n, const ad_var x[], uint32_t *rows, uint32_t *cols)
@@ -64,26 +64,58 @@ static bool takes(enum ad_op op, size_t n, const ad_arg args[], ad_var *none)
     return false;
 }
 
-/* A scalar to which no identity of simplify.c applies. */
-static bool is_plain(const struct node *n)
+/* Whether x is a scalar of this tape to which no identity of simplify.c applies. */
+static inline bool is_plain(const ad_tape *tape, ad_var x)
 {
-    return n->rows == 1 && n->cols == 1 && n->op != AD_OP_constant && n->op != AD_OP_neg &&
-           n->op != AD_OP_square && n->op != AD_OP_tanh_slope;
+    return x.tape == tape && ad_is_current(x) && (node_at(tape, x.id)->flags & NODE_PLAIN);
+}
+
+/* ad_append of a scalar, written where it stays, field by field: a copy of a whole node would wait
+   for its parts. */
+static inline ad_var push_scalar(ad_tape *tape, enum ad_op op, uint32_t a, uint32_t b)
+{
+    if (tape->n_nodes == tape->n_blocks * BLOCK_SIZE)
+        return ad_append(tape,
+                         (struct node){.op = (uint16_t)op, .rows = 1, .cols = 1, .in = {a, b}});
+    const uint32_t id = (uint32_t)tape->n_nodes++;
+    struct node *n = node_at(tape, id);
+    n->op = (uint16_t)op;
+    n->flags = op == AD_OP_square || op == AD_OP_tanh_slope ? 0 : NODE_PLAIN;
+    n->rows = n->cols = 1;
+    n->in[0] = a;
+    n->in[1] = b;
+    n->in[2] = n->aux = 0;
+    tape->n_scalars += tape->n_scalars == id;
+    return ad_at(tape, id);
 }
 
 /* Fast path for scalar programs: an operation on plain scalars of one tape without an error.
    Everything else, errors included, takes the general path. */
-static bool record_plain(enum ad_op op, uint8_t n, ad_var a, ad_var b, ad_var *y)
+static inline bool record_plain(enum ad_op op, uint8_t n, ad_var a, ad_var b, ad_var *y)
 {
     ad_tape *tape = a.tape;
-    if (!ad_is_current(a) || b.tape != tape || !ad_is_current(b) || tape->error.status != AD_OK ||
+    if (!is_plain(tape, a) || !is_plain(tape, b) || tape->error.status != AD_OK ||
         (unsigned)op >= AD_N_OPS || !ad_ops[op].elementwise || ad_ops[op].arity != n ||
-        op == AD_OP_neg || op == AD_OP_powi || !is_plain(node_at(tape, a.id)) ||
-        !is_plain(node_at(tape, b.id)))
+        op == AD_OP_neg || op == AD_OP_powi)
         return false;
-    *y = ad_append(
-        tape,
-        (struct node){.op = (uint16_t)op, .rows = 1, .cols = 1, .in = {a.id, n > 1 ? b.id : 0}});
+    *y = push_scalar(tape, op, a.id, n > 1 ? b.id : 0);
+    return true;
+}
+
+/* The same of a plain scalar and a number that simplify.c makes nothing of: no neutral one, no
+   factor of a product, no divisor. */
+static inline bool record_number(enum ad_op op, ad_var x, double c, bool left, ad_var *y)
+{
+    ad_tape *tape = x.tape;
+    if (!is_plain(tape, x) || tape->error.status != AD_OK)
+        return false;
+    const bool product = op == AD_OP_mul;
+    if (product ? fabs(c) == 1 || node_at(tape, x.id)->op == AD_OP_mul
+                : c == 0 || (op != AD_OP_add && op != AD_OP_sub))
+        return false;
+    const uint32_t number = ad_number(tape, c).id;
+    left = left && op == AD_OP_sub;
+    *y = push_scalar(tape, op, left ? number : x.id, left ? x.id : number);
     return true;
 }
 
@@ -111,11 +143,27 @@ ad_var ad_unary(enum ad_op op, ad_var x)
     return ad_elementwise(x.tape, op, 1, &x);
 }
 
+ad_var ad_binary_vars(enum ad_op op, ad_var a, ad_var b)
+{
+    ad_var y;
+    return record_plain(op, 2, a, b, &y) ? y : ad_binary(op, ad_arg_var(a), ad_arg_var(b));
+}
+
+ad_var ad_binary_right(enum ad_op op, ad_var a, double b)
+{
+    ad_var y;
+    return record_number(op, a, b, false, &y) ? y : ad_binary(op, ad_arg_var(a), ad_arg_number(b));
+}
+
+ad_var ad_binary_left(enum ad_op op, double a, ad_var b)
+{
+    ad_var y;
+    return record_number(op, b, a, true, &y) ? y : ad_binary(op, ad_arg_number(a), ad_arg_var(b));
+}
+
 ad_var ad_binary(enum ad_op op, ad_arg a, ad_arg b)
 {
     ad_var none, y;
-    if (!a.is_number && !b.is_number && record_plain(op, 2, a.var, b.var, &y))
-        return y;
     if (!takes(op, 2, (ad_arg[]){a, b}, &none))
         return none;
     ad_tape *tape = none.tape;

@@ -23,7 +23,7 @@ ad_var ad_scale(ad_var x, double c)
         return x;
     if (c == -1)
         return ad_neg(x);
-    return ad_elementwise(x.tape, AD_OP_mul, 2, (ad_var[]){x, ad_scalar(x.tape, c)});
+    return ad_elementwise(x.tape, AD_OP_mul, 2, (ad_var[]){x, ad_number(x.tape, c)});
 }
 
 static bool is_power_of_two(double c)
@@ -48,7 +48,7 @@ static bool power(ad_var x, double c, ad_var *y)
     else if (c == 0.5)
         *y = ad_sqrt(x);
     else if (c == floor(c) && fabs(c) <= 32)
-        *y = ad_elementwise(x.tape, AD_OP_powi, 2, (ad_var[]){x, ad_scalar(x.tape, c)});
+        *y = ad_elementwise(x.tape, AD_OP_powi, 2, (ad_var[]){x, ad_number(x.tape, c)});
     else
         return false;
     return true;

@@ -3,7 +3,9 @@
    reductions.c. */
 #include "autodiff/internal.h"
 
+#include <assert.h>
 #include <math.h>
+#include <string.h>
 
 /* ---- leaves ---- */
 
@@ -11,8 +13,11 @@ ad_var ad_input(ad_tape *tape, size_t rows, size_t cols, const char *label)
 {
     if (!ad_shape_fits(tape, AD_OP_input, 0, NULL, rows, cols))
         return ad_refused(tape);
-    ad_var x = ad_append(
-        tape, (struct node){.op = AD_OP_input, .rows = (uint32_t)rows, .cols = (uint32_t)cols});
+    ad_var x = ad_append(tape, (struct node){.op = AD_OP_input,
+                                             .rows = (uint32_t)rows,
+                                             .cols = (uint32_t)cols,
+                                             .in = {tape->last_input}});
+    tape->last_input = tape->error.status == AD_OK ? x.id : tape->last_input;
     return ad_label(x, label);
 }
 
@@ -43,6 +48,25 @@ ad_var ad_const(ad_tape *tape, size_t rows, size_t cols, const double *values)
 }
 
 ad_var ad_scalar(ad_tape *tape, double value) { return ad_const(tape, 1, 1, &value); }
+
+ad_var ad_number(ad_tape *tape, double value)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    uint32_t *recent = &tape->recent[bits * 0x9e3779b97f4a7c15u >> 58];
+    static_assert(RECENT_NUMBERS == 1 << (64 - 58), "six bits of the hash");
+    if (*recent < tape->n_nodes) {
+        const struct node *n = node_at(tape, *recent);
+        if ((n->flags & NODE_NUMBER) && !memcmp(&tape->numbers[n->aux], &value, sizeof value))
+            return ad_at(tape, *recent);
+    }
+    ad_var x = ad_scalar(tape, value);
+    if (tape->error.status == AD_OK) {
+        node_at(tape, x.id)->flags |= NODE_NUMBER;
+        *recent = x.id;
+    }
+    return x;
+}
 
 /* ---- sums ---- */
 

@@ -82,6 +82,28 @@ static void *copy_of(const void *array, size_t bytes, bool *done)
     return copy;
 }
 
+/* How many blocks the one that follows `n` others is allocated with; 0: it lies in the group of one
+   of those. */
+static size_t blocks_from(size_t n)
+{
+    if (n < SINGLE_BLOCKS)
+        return 1;
+    return (n - SINGLE_BLOCKS) % GROUPED_BLOCKS ? 0 : GROUPED_BLOCKS;
+}
+
+static bool add_block(ad_tape *tape)
+{
+    const size_t n = tape->n_blocks, count = blocks_from(n);
+    if (!ad_reserve((void **)&tape->blocks, n, &tape->max_blocks, 1, sizeof *tape->blocks))
+        return false;
+    struct node *block = count ? ad_allocate_large(count * BLOCK_SIZE * sizeof *block)
+                               : tape->blocks[n - 1] + BLOCK_SIZE;
+    if (!block)
+        return false;
+    tape->blocks[tape->n_blocks++] = block;
+    return true;
+}
+
 ad_tape *ad_tape_copy(const ad_tape *tape)
 {
     bool done = true;
@@ -89,20 +111,19 @@ ad_tape *ad_tape_copy(const ad_tape *tape)
     if (!copy)
         return NULL;
     copy->direct = NULL;
-    copy->max_blocks = tape->n_blocks;
+    copy->blocks = NULL;
+    copy->n_blocks = copy->max_blocks = 0;
     copy->max_numbers = tape->n_numbers;
     copy->max_lists = tape->n_lists;
     copy->max_labels = tape->n_labels;
     copy->max_texts = tape->n_texts;
-    copy->blocks = copy_of(tape->blocks, tape->n_blocks * sizeof *tape->blocks, &done);
     copy->numbers = copy_of(tape->numbers, tape->n_numbers * sizeof *tape->numbers, &done);
     copy->lists = copy_of(tape->lists, tape->n_lists * sizeof *tape->lists, &done);
     copy->labels = copy_of(tape->labels, tape->n_labels * sizeof *tape->labels, &done);
     copy->texts = copy_of(tape->texts, tape->n_texts, &done);
-    for (size_t k = 0; copy->blocks && k < tape->n_blocks; k++)
-        copy->blocks[k] = copy_of(tape->blocks[k], BLOCK_SIZE * sizeof(struct node), &done);
-    if (!copy->blocks)
-        copy->n_blocks = 0;
+    for (size_t k = 0; done && k < tape->n_blocks; k++)
+        if ((done = add_block(copy)))
+            memcpy(copy->blocks[k], tape->blocks[k], BLOCK_SIZE * sizeof(struct node));
     if (done)
         return copy;
     ad_tape_free(copy);
@@ -115,6 +136,7 @@ void ad_tape_reset(ad_tape *tape)
         return;
     tape->error = (struct ad_error){0};
     tape->recording = next_recording();
+    tape->n_scalars = tape->last_input = 0;
     tape->n_nodes = tape->n_numbers = tape->n_lists = tape->n_labels = tape->n_texts = 0;
     ad_direct_reset(tape->direct);
     record_zero(tape); /* cannot fail: the memory was kept */
@@ -125,7 +147,8 @@ void ad_tape_free(ad_tape *tape)
     if (!tape)
         return;
     for (size_t i = 0; i < tape->n_blocks; i++)
-        free(tape->blocks[i]);
+        if (blocks_from(i))
+            free(tape->blocks[i]);
     free(tape->blocks);
     free(tape->numbers);
     free(tape->lists);
@@ -153,16 +176,10 @@ size_t ad_tape_bytes(const ad_tape *tape)
            tape->max_texts;
 }
 
-static bool add_block(ad_tape *tape)
+static bool is_plain(const struct node *n)
 {
-    if (!ad_reserve((void **)&tape->blocks, tape->n_blocks, &tape->max_blocks, 1,
-                    sizeof *tape->blocks))
-        return false;
-    struct node *block = malloc(BLOCK_SIZE * sizeof *block);
-    if (!block)
-        return false;
-    tape->blocks[tape->n_blocks++] = block;
-    return true;
+    return n->rows == 1 && n->cols == 1 && n->op != AD_OP_constant && n->op != AD_OP_neg &&
+           n->op != AD_OP_square && n->op != AD_OP_tanh_slope;
 }
 
 ad_var ad_append(ad_tape *tape, struct node node)
@@ -177,7 +194,10 @@ ad_var ad_append(ad_tape *tape, struct node node)
         out_of_memory(tape);
         return zero;
     }
+    if (is_plain(&node))
+        node.flags |= NODE_PLAIN;
     uint32_t id = (uint32_t)tape->n_nodes++;
+    tape->n_scalars += tape->n_scalars == id && node.rows == 1 && node.cols == 1;
     *node_at(tape, id) = node;
     return ad_at(tape, id);
 }

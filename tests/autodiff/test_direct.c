@@ -1,5 +1,6 @@
 /* Direct evaluation against compiled programs: values and gradients of random programs and of every
    operation of the table, what it refuses, zeros behind branches, and programs of scalars. */
+#include "autodiff/internal.h"
 #include "tests/autodiff/programs/world.h"
 
 #include <stdlib.h>
@@ -176,6 +177,69 @@ static void test_recorded_further(void **state)
     ad_tape_free(t);
 }
 
+static double value_at(ad_var y, ad_var x, double at, double *slope)
+{
+    double value;
+    struct ad_error error = {0};
+    assert_int_equal(
+        ad_gradient(1, &x, (const double *[]){&at}, y, &value, (double *[]){slope}, &error), AD_OK);
+    return value;
+}
+
+/* A number is recorded once however often it is used; a constant of the caller's is a value of its
+   own, and after a reset nothing is left of either. */
+static void test_numbers(void **state)
+{
+    (void)state;
+    double slope;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, 1, "x"), y = ad_sin(x);
+    size_t before = ad_tape_size(t);
+    for (int k = 0; k < 10; k++)
+        y = ad_max(ad_sub(2.5, ad_add(ad_mul(y, -0.75), 2.5)), -0.75); /* two numbers */
+    assert_int_equal(ad_tape_size(t), before + 2 + 4 * 10);
+    assert_close(value_at(y, x, 0.5, &slope), pow(0.75, 10) * sin(0.5), 1e-14, 0);
+    assert_close(slope, pow(0.75, 10) * cos(0.5), 1e-14, 0);
+    ad_var c = ad_scalar(t, 2.5), g;
+    assert_int_equal(ad_grad(ad_max(ad_add(ad_sin(x), 2.5), c), 1, &c, &g), AD_OK);
+    assert_true(value_at(g, x, -0.5, &slope) == 1);
+    ad_tape_reset(t);
+    x = ad_input(t, 1, 1, "x");
+    for (int k = 0; k < 10; k++)
+        ad_scalar(t, 7); /* where numbers were */
+    y = ad_sub(ad_mul(ad_sin(x), -0.75), 2.5);
+    assert_close(value_at(y, x, 0.5, &slope), -0.75 * sin(0.5) - 2.5, 1e-14, 0);
+    /* zeros of both signs are two numbers */
+    ad_var up = ad_atan2(0.0, ad_sin(x)), down = ad_atan2(-0.0, ad_sin(x));
+    assert_true(value_at(up, x, -0.5, &slope) > 3 && value_at(down, x, -0.5, &slope) < -3);
+    ad_tape_free(t);
+}
+
+/* Long recordings take their nodes by groups of blocks: so does a copy, and one after a reset. */
+static void test_many_blocks(void **state)
+{
+    (void)state;
+    enum { LENGTH = 250000 };
+    ad_tape *t = ad_tape_new(AD_F64);
+    for (int round = 0; round < 2; round++) {
+        double slope, is = 0.9;
+        ad_var x = ad_input(t, 1, 1, "x"), y = x;
+        for (int k = 0; k < LENGTH; k++) {
+            y = k % 2 ? ad_cos(y) : ad_add(y, 0.5);
+            is = k % 2 ? cos(is) : is + 0.5;
+        }
+        assert_true(ad_tape_bytes(t) < 40 * ad_tape_size(t));
+        ad_tape *copy = ad_tape_copy(t);
+        assert_non_null(copy);
+        assert_close(value_at(y, x, 0.9, &slope), is, 1e-14, 0);
+        x.tape = y.tape = copy;
+        assert_close(value_at(ad_add(y, 1.0), x, 0.9, &slope), is + 1, 1e-14, 0);
+        ad_tape_free(copy);
+        ad_tape_reset(t);
+    }
+    ad_tape_free(t);
+}
+
 /* sqrt(0) behind a branch that is not taken. */
 static void test_zeros_behind_branches(void **state)
 {
@@ -248,7 +312,8 @@ int main(void)
         cmocka_unit_test(test_inputs_behind),    cmocka_unit_test(test_random_programs),
         cmocka_unit_test(test_every_operation),  cmocka_unit_test(test_long_chain),
         cmocka_unit_test(test_recorded_further), cmocka_unit_test(test_zeros_behind_branches),
-        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_refused),          cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_many_blocks),
     };
     return cmocka_run_group_tests_name("direct evaluation", tests, NULL, NULL);
 }
