@@ -94,19 +94,27 @@ static bool commutes(uint16_t op)
     return op == AD_OP_add || op == AD_OP_mul || op == AD_OP_eq || op == AD_OP_ne;
 }
 
-/* Hash table of values, open addressing: 1 + their number. */
+/* Hash table of values, open addressing: 1 + their number, and half of their hash, so that a probe
+   rarely reads another value. */
 struct known {
-    uint32_t *table;
+    struct known_value {
+        uint32_t number, hash;
+    } * table;
     size_t mask;
 };
 
-/* The slot of a value equal to v, or the free slot where it belongs. */
-static uint32_t *look_up(const struct graph *g, const struct value *v, const struct known *known)
+/* The slot of a value equal to v, or the free slot where it belongs, with its hash. */
+static struct known_value *look_up(const struct graph *g, const struct value *v,
+                                   const struct known *known)
 {
-    size_t slot = hash(g->tape, v) & known->mask;
-    while (known->table[slot] && !equal(g->tape, &g->values[known->table[slot] - 1], v))
-        slot = (slot + 1) & known->mask;
-    return &known->table[slot];
+    uint64_t full = hash(g->tape, v);
+    uint32_t half = (uint32_t)(full >> 32);
+    struct known_value *slot = &known->table[full & known->mask];
+    while (slot->number && (slot->hash != half || !equal(g->tape, &g->values[slot->number - 1], v)))
+        slot = slot == &known->table[known->mask] ? known->table : slot + 1;
+    if (!slot->number)
+        slot->hash = half;
+    return slot;
 }
 
 /* Gradients of roots need recip0(x), and potentials have already divided by x: selecting that
@@ -115,7 +123,7 @@ static void reuse_reciprocal(const struct graph *g, struct value *v, const struc
 {
     struct value reciprocal = *v;
     reciprocal.op = AD_OP_recip;
-    uint32_t found = v->op == AD_OP_recip0 ? *look_up(g, &reciprocal, known) : 0;
+    uint32_t found = v->op == AD_OP_recip0 ? look_up(g, &reciprocal, known)->number : 0;
     if (!found)
         return;
     v->op = AD_OP_select;
@@ -130,12 +138,12 @@ static uint32_t share(struct graph *g, struct value v, const struct known *known
         return v.in[0];
     bool single = v.op == AD_OP_input || v.op == AD_OP_place;
     reuse_reciprocal(g, &v, known);
-    uint32_t *slot = single ? NULL : look_up(g, &v, known);
-    if (slot && *slot)
-        return *slot - 1;
+    struct known_value *slot = single ? NULL : look_up(g, &v, known);
+    if (slot && slot->number)
+        return slot->number - 1;
     g->values[g->n++] = v;
     if (slot)
-        *slot = (uint32_t)g->n;
+        slot->number = (uint32_t)g->n;
     return (uint32_t)g->n - 1;
 }
 

@@ -8,6 +8,7 @@
 #include "graph.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* ---- levels ---- */
 
@@ -86,6 +87,36 @@ static int by_group_and_value(const void *a, const void *b)
     return order ? order : (p->value > q->value) - (p->value < q->value);
 }
 
+/* Members by group, in time linear in their number: they come by value and go by level, most of
+   which are of one shape and then in order. */
+static bool sort_members(size_t n, struct member members[])
+{
+    size_t levels = 0;
+    for (size_t i = 0; i < n; i++)
+        levels = members[i].level < levels ? levels : (size_t)members[i].level + 1;
+    size_t *end = calloc(levels + 1, sizeof *end);
+    struct member *sorted = malloc((n + 1) * sizeof *sorted);
+    bool done = end && sorted;
+    for (size_t i = 0; done && i < n; i++)
+        end[members[i].level + 1]++;
+    for (size_t k = 1; done && k < levels; k++)
+        end[k + 1] += end[k];
+    for (size_t i = 0; done && i < n; i++)
+        sorted[end[members[i].level]++] = members[i];
+    for (size_t first = 0, last; done && first < n; first = last) {
+        bool ordered = true;
+        for (last = first + 1; last < n && sorted[last].level == sorted[first].level; last++)
+            ordered = ordered && by_group_and_value(&sorted[last - 1], &sorted[last]) < 0;
+        if (!ordered)
+            qsort(sorted + first, last - first, sizeof *sorted, by_group_and_value);
+    }
+    if (done)
+        memcpy(members, sorted, n * sizeof *sorted);
+    free(end);
+    free(sorted);
+    return done;
+}
+
 static void cut_groups(struct graph *g, size_t n, const struct member members[])
 {
     for (size_t i = 0; i < n; i++) {
@@ -118,10 +149,9 @@ bool ad_graph_schedule(struct graph *g)
         if (!is_given(&g->values[i]))
             members[n++] = member_of(g, i, level[i]);
     }
-    if (done) {
-        qsort(members, n, sizeof *members, by_group_and_value);
+    done = done && sort_members(n, members);
+    if (done)
         cut_groups(g, n, members);
-    }
     free(level);
     free(members);
     return done;
