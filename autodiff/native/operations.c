@@ -1,6 +1,8 @@
 /* Expressions of compiled instructions: those of ops.def, and time differences. */
 #include "writer.h"
 
+#include <string.h>
+
 /* The exponent of an integer power, where it is a constant. */
 static bool whole_exponent(const struct writer *w, const struct loc *l, int *exponent)
 {
@@ -43,8 +45,57 @@ static bool is_of_both(const struct writer *w, const struct instruction *in)
     return (op == AD_OP_sin || op == AD_OP_cos) && first_of_both(w, in);
 }
 
+/* ---- reciprocals and square roots by Newton's method ---- */
+
+static bool is_of(const struct writer *w, const struct instruction *in, enum ad_op op)
+{
+    return in->kind == DO_ELEMENTWISE && in->loc[0] == in->value && op_of(w, in) == op;
+}
+
+static bool is_recip(const struct writer *w, const struct instruction *in)
+{
+    return is_of(w, in, AD_OP_recip) || is_of(w, in, AD_OP_recip0);
+}
+
+/* A division takes 16 cycles, beside which 32 other operations run; its 7 corrections are as many
+   more of these. */
+bool ad_native_newton(const struct writer *w)
+{
+    enum { BESIDE = 32, CORRECTIONS = 7 };
+    size_t slow = 0, others = 0;
+    for (const struct instruction *in = w->first; in < w->end; in++)
+        (is_recip(w, in) || is_of(w, in, AD_OP_sqrt) ? &slow : &others)[0]++;
+    return w->p->type == AD_F64 && w->walk->lanes > 1 && !w->crosses &&
+           strcmp(w->p->kernels->isa, "avx512") == 0 && slow * (BESIDE - CORRECTIONS) > others;
+}
+
+/* Its reciprocal is 0 where the root is. */
+static bool is_zero_inverted(const struct writer *w, uint32_t root)
+{
+    for (const struct instruction *in = w->first; in < w->end; in++)
+        if (in->loc[1] == root && is_of(w, in, AD_OP_recip0))
+            return true;
+    return false;
+}
+
+/* The root that an instruction is, or is the reciprocal of: computed together. */
+static bool root_of(const struct writer *w, const struct instruction *in, uint32_t *root)
+{
+    *root = in->loc[is_of(w, in, AD_OP_sqrt) ? 0 : 1];
+    for (const struct instruction *r = w->first; w->newton && r < w->end; r++)
+        if (is_of(w, r, AD_OP_sqrt) && r->loc[0] == *root)
+            return r == in || is_of(w, in, is_zero_inverted(w, *root) ? AD_OP_recip0 : AD_OP_recip);
+    return false;
+}
+
 void ad_native_prepare(const struct writer *w, const struct instruction *in)
 {
+    uint32_t root;
+    if (is_of(w, in, AD_OP_sqrt) && root_of(w, in, &root)) {
+        ad_native_say(w, "const struct roots@ y%u_%u = newton_roots@(", root, w->k);
+        ad_native_name(w, in->loc[1]);
+        ad_native_say(w, ", %d);\n", is_zero_inverted(w, root));
+    }
     if (in->kind != DO_ELEMENTWISE || !is_of_both(w, in) || first_of_both(w, in) != in)
         return;
     ad_native_say(w, "const struct both@ b%u_%u = sincos@(", in->loc[1], w->k);
@@ -57,9 +108,20 @@ void ad_native_prepare(const struct writer *w, const struct instruction *in)
 static void elementwise(const struct writer *w, const struct instruction *in)
 {
     enum ad_op op = op_of(w, in);
+    uint32_t root;
     int exponent = 0;
     if (is_of_both(w, in)) {
         ad_native_say(w, "b%u_%u.%s", in->loc[1], w->k, ad_op_name(op));
+        return;
+    }
+    if (root_of(w, in, &root)) {
+        ad_native_say(w, "y%u_%u.%s", root, w->k, op == AD_OP_sqrt ? "root" : "recip");
+        return;
+    }
+    if (w->newton && is_recip(w, in)) {
+        ad_native_say(w, "newton_recip@(");
+        ad_native_name(w, in->loc[1]);
+        ad_native_say(w, ", %d)", op == AD_OP_recip0);
         return;
     }
     bool whole = op == AD_OP_powi && whole_exponent(w, &w->p->locs[in->loc[2]], &exponent);

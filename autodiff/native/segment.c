@@ -177,6 +177,7 @@ bool ad_native_segment(FILE *out, const ad_program *p, const struct loop_order *
     bool done = ad_native_parts(&w);
     if (!w.crosses)
         ad_native_find_arrays(&w);
+    w.newton = ad_native_newton(&w);
     ad_native_say(
         &w,
         "SEGMENT void s%u(char *m, const u32 *l, size_t chunk, size_t row, size_t row_end,"

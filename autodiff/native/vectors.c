@@ -23,7 +23,10 @@ static const char for_all[] =
 static const char for_f64[] = "typedef double R;\n"
                               "typedef long long I;\n"
                               "#define LIBM(name) name\n"
-                              "#define SQRT \"sqrtpd\"\n";
+                              "#define SQRT \"sqrtpd\"\n"
+                              "#if defined __AVX512DQ__ && defined __AVX512VL__\n"
+                              "#define NEWTON \"=@ccnz\" /* output of flags */\n"
+                              "#endif\n";
 static const char for_f32[] = "typedef float R;\n"
                               "typedef int I;\n"
                               "#define LIBM(name) name##f\n"
@@ -104,6 +107,52 @@ static const char whole_power[] = "static inline V@ whole_@(V@ a, int n) {"
                                   " for (int bit = 0; bit < 6; bit++)"
                                   " { if (m >> bit & 1) y *= s; s *= s; }"
                                   " return n < 0 ? 1 / y : y; }\n";
+
+/* ---- reciprocals and square roots ---- */
+
+/* Any lane of x that is not below the limit. */
+static const char compared[] =
+    "#ifdef NEWTON\n"
+    "static inline int not_below@(V@ x, V@ limit) { int any;"
+    " __asm__(\"vcmppd $0x15, %2, %1, %%k1\\n\\tkortestb %%k1, %%k1\" : NEWTON(any)"
+    " : \"v\"(x), \"v\"(limit) : \"k1\"); return any; }\n"
+    "#else\n"
+    "typedef signed char B@ __attribute__((vector_size(@)));\n"
+    "static inline int not_below@(V@ x, V@ limit) { const B@ not ="
+    " __builtin_convertvector(~(x < limit), B@); long long any = 0;"
+    " COPY(&any, &not, sizeof not); return any != 0; }\n"
+    "#endif\n";
+
+/* AVX-512 has 1/x and 1/sqrt(x) to 14 bits, and correcting them takes a third of the time of a
+   division: e, what is left of 1 - x y, is at most 2^-13, or large or NaN where x is 0, infinite or
+   so large or small that 1/x is not normal. A root is corrected by its exact remainder, the
+   reciprocal of a root by that of the root as rounded. Errors in
+   tests/autodiff/native/test_newton.c. Arguments beyond are left to the instructions for division
+   and root. */
+static const char newton[] =
+    "#ifdef NEWTON\n"
+    "struct roots@ { V@ root, recip; };\n"
+    "static inline V@ divide@(V@ x) { V@ y; const V@ one = all@(1); __asm__ volatile("
+    "\"vdivpd %2, %1, %0\" : \"=v\"(y) : \"v\"(one), \"v\"(x)); return y; }\n"
+    "static inline V@ newton_recip@(V@ x, int zero) { V@ y;"
+    " __asm__(\"vrcp14pd %1, %0\" : \"=v\"(y) : \"v\"(x));"
+    " const V@ e = 1 - x * y, q = e * e, p = e + q;"
+    " V@ r = y + y * (p + p * q);"
+    " if (__builtin_expect(not_below@(q, all@(0x1p-26)), 0))"
+    " r = zero ? only@(x != 0, divide@(x)) : divide@(x); return r; }\n"
+    "static inline int not_between@(I@ x, I@ least, I@ most) { int any; x -= least; most -= least;"
+    " __asm__(\"vpcmpuq $6, %2, %1, %%k1\\n\\tkortestb %%k1, %%k1\" : NEWTON(any)"
+    " : \"v\"(x), \"v\"(most) : \"k1\"); return any; }\n"
+    "static inline struct roots@ newton_roots@(V@ x, int zero) { V@ y;"
+    " __asm__(\"vrsqrt14pd %1, %0\" : \"=v\"(y) : \"v\"(x));"
+    " const V@ g = x * y, e = 1 - g * y, near = y + y * e * (0.5 + 0.375 * e), root = x * near;"
+    " struct roots@ s; s.root = root + (x - root * root) * (0.5 * near);"
+    " s.recip = near + near * (1 - s.root * near);"
+    " if (__builtin_expect(not_between@((I@)x, (I@)all@(0x1p-900), (I@)all@(0x1p1000)), 0)) {"
+    " __asm__ volatile(\"vsqrtpd %1, %0\" : \"=v\"(s.root) : \"v\"(x));"
+    " s.recip = divide@(s.root); if (zero) s.recip = only@(s.root != 0, s.recip); }"
+    " return s; }\n"
+    "#endif\n";
 
 /* ---- operations ---- */
 
@@ -218,27 +267,34 @@ static void write_function(FILE *out, const ad_program *p, const struct function
 /* ---- sine and cosine together ---- */
 
 /* Sine and cosine of one argument share its reduction to [-pi/4, pi/4], x - k pi/2 with pi/2 in
-   three parts (Cody, Waite), and take two thirds of the time of separate calls. The polynomials are
-   those of fdlibm (Sun Microsystems, 1993: k_sin.c, k_cos.c). Errors measured on 2e7 arguments: 1.5
-   ulp up to 1000, 2.4 up to 1e5, where libmvec has 3.4; larger arguments go to libmvec. */
+   three parts (Cody, Waite), whose products but the last are exact; what rounding loses is carried
+   on in `low`. The polynomials are those of fdlibm (Sun Microsystems, 1993: k_sin.c, k_cos.c).
+   Below 1 ulp up to 1e5 (tests/autodiff/native/test_newton.c), where libmvec has 3.4; beyond,
+   libmvec does it. */
 static const char sine_and_cosine[] =
     "struct both@ { V@ sin, cos; };\n"
-    "typedef signed char B@ __attribute__((vector_size(@)));\n"
     "static inline struct both@ sincos@(V@ x)\n{\n"
-    "const B@ far = __builtin_convertvector(~(fabs_@(x) < 1e5), B@);\n"
-    "long long any = 0;\nCOPY(&any, &far, sizeof far);\n"
-    "if (__builtin_expect(any != 0, 0)) return (struct both@){sin_@(x), cos_@(x)};\n"
+    "if (__builtin_expect(not_below@(fabs_@(x), all@(1e5)), 0))"
+    " return (struct both@){sin_@(x), cos_@(x)};\n"
     "const V@ up = all@(0x1.8p52), t = x * 0x1.45f306dc9c883p-1 + up, k = t - up;\n"
     "const I@ n = (I@)t;\n"
-    "const V@ near = x - k * 0x1.921fb544p0 - k * 0x1.0b4611a6p-34;\n"
-    "const V@ r = near - k * 0x1.3198a2e037073p-69, z = r * r, h = 0.5 * z, w = 1 - h;\n"
-    "const V@ s = r + r * z * (-1.66666666666666324348e-01 + z * (8.33333333332248946124e-03"
+    "#ifdef __FMA__\n"
+    "const V@ near = x - k * 0x1.921fb54442d18p0, r = near - k * 0x1.1a626331p-54;\n"
+    "const V@ low = near - r - k * 0x1.1a626331p-54 - k * 0x1.1701b839a252p-88;\n"
+    "#else\n"
+    "const V@ far = x - k * 0x1.921fb544p0, near = far - k * 0x1.0b4611a6p-34;\n"
+    "const V@ rest = k * 0x1.3198a2e037073p-69, r = near - rest;\n"
+    "const V@ low = near - r - rest + (far - near - k * 0x1.0b4611a6p-34);\n"
+    "#endif\n"
+    "const V@ z = r * r, v = z * r, h = 0.5 * z, w = 1 - h;\n"
+    "const V@ s = r - (z * (0.5 * low - v * (8.33333333332248946124e-03"
     " + z * (-1.98412698298579493134e-04 + z * (2.75573137070700676789e-06"
-    " + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))));\n"
-    "const V@ c = w + ((1 - w) - h + z * z * (4.16666666666666019037e-02"
+    " + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10))))) - low"
+    " - v * -1.66666666666666324348e-01);\n"
+    "const V@ c = w + ((1 - w) - h + (z * z * (4.16666666666666019037e-02"
     " + z * (-1.38888888888741095749e-03 + z * (2.48015872894767294178e-05"
     " + z * (-2.75573143513506633035e-07 + z * (2.08757232129817482790e-09"
-    " + z * -1.13596475577881948265e-11))))));\n"
+    " + z * -1.13596475577881948265e-11))))) - r * low));\n"
     "const I@ odd = -(n & 1);\n"
     "return (struct both@){(V@)((I@)pick@(odd, c, s) ^ ((n & 2) << 62)),"
     " (V@)((I@)pick@(odd, s, c) ^ (((n + 1) & 2) << 62))};\n}\n";
@@ -263,6 +319,10 @@ void ad_native_vectors(FILE *out, const ad_program *p, uint32_t lanes)
         fill_in(out, whole_power, 1);
     } else {
         fill_in(out, for_vectors, lanes);
+        if (p->type == AD_F64) {
+            fill_in(out, compared, lanes);
+            fill_in(out, newton, lanes);
+        }
         fill_in(out, whole_power, lanes);
     }
     fill_in(out,

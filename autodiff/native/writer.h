@@ -41,6 +41,7 @@ struct writer {
     size_t n_lists;
     bool ragged;     /* the last vector overlaps the one before */
     bool halves;     /* a row is written in two halves that share as little as possible */
+    bool newton;     /* reciprocals and roots are corrected guesses */
     bool literal;    /* row numbers are constants: `row` is the first of the interleaved ones */
     uint32_t row, k; /* which interleaved row is being written */
 };
@@ -73,6 +74,8 @@ static inline bool is_sum(const struct instruction *in) { return in->kind > DO_D
 
 /* ---- operations: operations.c ---- */
 
+/* Whether corrected guesses pay in this segment. */
+bool ad_native_newton(const struct writer *w);
 /* The statements an instruction needs before it, and its expression if it is no sum. */
 void ad_native_prepare(const struct writer *w, const struct instruction *in);
 void ad_native_operation(const struct writer *w, const struct instruction *in);

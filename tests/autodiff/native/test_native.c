@@ -121,50 +121,6 @@ static void test_every_operation(void **state)
     for_each_isa(operations_on_this_isa);
 }
 
-/* ---- sine and cosine of one argument: code of our own ---- */
-
-static void both_on_this_isa(void)
-{
-    enum { N = 4001 };
-    static const double scales[] = {1e-300, 1e-8, 0.1, 1, 10, 1000, 99000, 1e9, 1e300};
-    enum { N_SCALES = sizeof scales / sizeof *scales };
-    double *x = malloc(3 * N * sizeof *x), *s = x + N, *c = s + N;
-    uint64_t state = 3;
-    assert_non_null(x);
-    for (size_t i = 0; i < N; i++)
-        x[i] = scales[i * N_SCALES / N] * uniform(&state, -1, 1);
-    x[7] = INFINITY;
-    x[8] = NAN;
-    x[9] = -0.0;
-    ad_tape *tape = ad_tape_new(AD_F64);
-    ad_var at = ad_input(tape, 1, N, "x"), out[] = {ad_sin(at), ad_cos(at)};
-    ad_program *p = compile(tape, 2, out);
-    native_make(p);
-    ad_set(p, at, x);
-    ad_run(p);
-    ad_get(p, out[0], s);
-    ad_get(p, out[1], c);
-    for (size_t i = 0; i < N; i++) {
-        if (!isfinite(x[i])) {
-            assert_true(isnan(s[i]) && isnan(c[i]));
-            continue;
-        }
-        assert_close(s[i], sin(x[i]), 8e-16, 0);
-        assert_close(c[i], cos(x[i]), 8e-16, 0);
-    }
-    assert_true(signbit(s[9]));
-    free(x);
-    ad_program_free(p);
-    ad_tape_free(tape);
-}
-
-static void test_sine_and_cosine(void **state)
-{
-    (void)state;
-    native_need_compiler();
-    for_each_isa(both_on_this_isa);
-}
-
 /* ---- random programs ---- */
 
 static const size_t widths[] = {1, 2, 3, 7, 31, 64, 100, 129, 600, 2000};
@@ -387,7 +343,6 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_operation),
-        cmocka_unit_test(test_sine_and_cosine),
         cmocka_unit_test(test_random_programs),
         cmocka_unit_test(test_pairs),
         cmocka_unit_test(test_sums_and_scatters),
