@@ -250,7 +250,8 @@ struct phys_solution {
 struct phys_solutions {
     size_t n;
     struct phys_solution *solution; /* ascending by energy */
-    size_t unresolved; /* number rejected: of the grid alone, or not resolved by the grid */
+    size_t unresolved; /* paths rejected, of the grid alone, and motions that the grid does not
+                          resolve: one of its paths stands for several, or none is near */
     bool interrupted;  /* settings->proceed ended the search; the solutions are those so far */
     /* One coordinate, L without explicit time: these are all motions between the ends that begin
        slower than `fastest` with at most the given number of turns; `limited`: there are more with

@@ -86,6 +86,18 @@ static void touch(struct phys_energy_sweep *s, struct phys_energy_root r, const 
     }
 }
 
+/* A motion that rests at its start or end has two names: with the turn there, and without. */
+static bool has_other_name(const struct phys_energy_sweep *s, const struct phys_energy_root *r)
+{
+    for (size_t k = 0; k < s->n_roots; k++) {
+        const struct phys_energy_root *a = &s->root[k];
+        if (a->level == r->level && a->side == r->side && a->log_gap == r->log_gap &&
+            a->dwell == 0 && (a->turns == r->turns + 1 || r->turns == a->turns + 1))
+            return true;
+    }
+    return false;
+}
+
 /* Roots of one function from its values at equal steps of the logarithm, nearest to the level
  * first.
  */
@@ -101,7 +113,8 @@ static void find_roots(struct phys_energy_sweep *s, struct phys_energy_root r, s
         r.dwell = 0;
     } else if (fabs(f[0]) < 1e-5 * s->ask.time) { /* at the level itself: a start or end at rest */
         r.log_gap = x[0];
-        add_root(s, &r);
+        if (!has_other_name(s, &r))
+            add_root(s, &r);
     }
     for (size_t k = 0; k + 1 < n; k++) {
         if (!isfinite(f[k]) || !isfinite(f[k + 1]))

@@ -49,6 +49,30 @@ static enum ad_status take_root(struct phys_multistart *s, struct phys_energy_sw
     return phys_multistart_keep(s, error);
 }
 
+static bool moves(const struct phys_multistart *s, const double *path)
+{
+    double most = 0;
+    for (size_t i = 0; i < s->slices; i++)
+        most = fmax(most, fabs(path[i] - path[0]));
+    return most > NEAR * s->span;
+}
+
+/* Counts motions that share a path of the grid with another. The first solutions were found before,
+   from starts that are no motions, `had` times; one to which no motion led is one of those not
+   found, unless it rests. */
+static void count_lost(struct phys_multistart *s, size_t n_had, const size_t *had)
+{
+    struct phys_solutions *all = s->solutions;
+    size_t lost = all->unresolved, found = 0;
+    for (size_t k = 0; k < all->n; k++) {
+        const struct phys_solution *a = &all->solution[k];
+        size_t motions = a->hits - (k < n_had ? had[k] : 0);
+        lost += motions > a->copies ? motions - a->copies : 0;
+        found += motions == 0 && a->resolved && moves(s, a->path);
+    }
+    all->unresolved = lost > found ? lost - found : 0;
+}
+
 bool phys_multistart_energies(struct phys_multistart *s, struct ad_error *error)
 {
     size_t degree = s->settings.rule->degree, m = degree * (s->slices - 1) + 1, n;
@@ -76,9 +100,14 @@ bool phys_multistart_energies(struct phys_multistart *s, struct ad_error *error)
     if (!nodes) {
         ad_fail(error, AD_E_MEMORY, "out of memory for another path");
     } else {
+        enum { BEGUN = 2 }; /* the path given, and rest */
+        size_t had[BEGUN], n_had = s->solutions->n;
+        for (size_t k = 0; k < n_had && k < BEGUN; k++)
+            had[k] = s->solutions->solution[k].hits;
         phys_rule_nodes(s->settings.rule, 1, s->slices, s->settings.dt, s->given, x, times);
         for (size_t k = 0; k < n && error->status == AD_OK && phys_multistart_goes_on(s); k++)
             take_root(s, sweep, &roots[k], m, nodes, times, error);
+        count_lost(s, n_had, had);
         s->solutions->exhaustive = s->solutions->exhaustive && phys_multistart_goes_on(s);
     }
     free(nodes);

@@ -99,11 +99,12 @@ void phys_multistart_sort(struct phys_multistart *s)
     struct phys_solutions *all = s->solutions;
     size_t kept = 0;
     for (size_t k = 0; k < all->n; k++)
-        if (all->solution[k].resolved || s->dof > PHYS_SHOOTING_DOF)
+        if (all->solution[k].resolved || s->dof > PHYS_SHOOTING_DOF) {
             all->solution[kept++] = all->solution[k];
-        else
+        } else {
+            all->unresolved += all->solution[k].copies;
             solution_free(&all->solution[k]);
-    all->unresolved += all->n - kept;
+        }
     all->n = kept;
     if (kept)
         qsort(all->solution, kept, sizeof *all->solution, by_energy);

@@ -352,6 +352,67 @@ static void every_path_of_the_pendulum(void **state)
     phys_system_close(&pendulum);
 }
 
+/* F(phi, k) by Simpson's rule. */
+static double elliptic(double phi, double k)
+{
+    enum { N = 400 };
+    double sum = 0;
+    for (int i = 0; i <= N; i++) {
+        double s = k * sin(phi * i / N);
+        sum += (i == 0 || i == N ? 1 : i % 2 ? 4 : 2) / sqrt(1 - s * s);
+    }
+    return sum * phi / N / 3;
+}
+
+static double time_of_one_turn(double k)
+{
+    return 2 * elliptic(M_PI / 2, k) + elliptic(asin(sin(0.5) / k), k);
+}
+
+/* No motion is lost on a coarse grid: what its paths do not stand for is counted, also where two
+   motions lead to one of them. From 0 to 1, g = l = 1: the direct motion, and two that turn once,
+   which have just met: the time is the least of 2 K(k) + F(asin(sin(1/2)/k), k), and a part in
+   1e8. */
+static void every_motion_is_a_path_or_counted(void **state)
+{
+    static const char *const rules[] = {"left", "trapezoid", "midpoint", "gauss2"};
+    enum { SLICES = 31, MOTIONS = 3 };
+    (void)state;
+    struct phys_system pendulum;
+    struct ad_error error = {0};
+    phys_system_open("pendulum", &pendulum, &error);
+    phys_system_set(&pendulum, "l", 1, &error);
+    double a = 0.5, b = 0.95;
+    while (b - a > 1e-7) {
+        double x = a + (b - a) / 3, y = b - (b - a) / 3;
+        *(time_of_one_turn(x) < time_of_one_turn(y) ? &b : &a) =
+            time_of_one_turn(x) < time_of_one_turn(y) ? y : x;
+    }
+    const double least = time_of_one_turn(a);
+    for (size_t c = 0; c < LENGTH(rules); c++) {
+        const struct phys_path_settings settings = {.rule = phys_rule_find(rules[c], &error),
+                                                    .slices = SLICES,
+                                                    .dt = least * (1 + 1e-8) / (SLICES - 1),
+                                                    .learning_rate = 1};
+        double path[2 * SLICES];
+        size_t found = 0;
+        for (size_t i = 0; i < SLICES; i++)
+            path[i] = (double)i / (SLICES - 1);
+        phys_rule_interpolate(settings.rule, 1, SLICES, path);
+        struct phys_solutions all;
+        phys_path_all(&pendulum, &settings, path, 0, 1, &all, &error);
+        assert_no_error(&error);
+        assert_true(all.exhaustive && !all.limited);
+        for (size_t k = 0; k < all.n; k++)
+            found += all.solution[k].copies;
+        print_message("%s: %zu of %d motions, %zu not\n", rules[c], found, MOTIONS, all.unresolved);
+        assert_int_equal(found + all.unresolved, MOTIONS);
+        assert_true(found < MOTIONS);
+        phys_solutions_free(&all);
+    }
+    phys_system_close(&pendulum);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -364,6 +425,7 @@ int main(void)
         cmocka_unit_test(paths_of_the_grid_alone_are_left_out),
         cmocka_unit_test(a_false_path_of_many_nodes_is_left_out),
         cmocka_unit_test(every_path_of_the_pendulum),
+        cmocka_unit_test(every_motion_is_a_path_or_counted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
