@@ -148,44 +148,30 @@ static enum ad_status prepare(const struct hnn_task *task, const struct hnn_samp
     return AD_OK;
 }
 
-/* Where the next observation goes. */
-struct observer {
-    struct hnn_observations *to;
-    const struct phys_ode *ode;
-    size_t trial, row;
-    struct ad_error *error;
-};
-
-static bool observe_row(void *context, double t, const double *y)
+/* States, and their rates, of one trial; the observations behind it are not there yet. */
+static enum ad_status follow_trial(const struct hnn_sampling *s, const struct phys_ode *ode,
+                                   size_t trial, double *y, struct hnn_observations *o,
+                                   struct ad_error *error)
 {
-    struct observer *o = context;
-    struct hnn_observations *to = o->to;
-    size_t states = 2 * to->dof;
-    double rate[HNN_TASK_STATES_MOST];
-    if (o->ode->field(o->ode->context, t, y, rate, o->error) != AD_OK)
-        return false;
-    for (size_t k = 0; k < states; k++) {
-        to->values[k * to->rows + o->row] = y[k];
-        to->values[(states + k) * to->rows + o->row] = rate[k];
+    const struct phys_simulation simulation = {.integrator = phys_integrator_find("dop853", error),
+                                               .t1 = s->time,
+                                               .rtol = accuracy,
+                                               .atol = smallest,
+                                               .n_samples = s->points - 1};
+    size_t states = 2 * o->dof, first = trial * s->points;
+    double rate[HNN_TASK_STATES_MOST], *at = o->values + first;
+    phys_trajectory(&simulation, ode, y, states, o->rows, at, NULL, error);
+    for (size_t i = 0; i < s->points && error->status == AD_OK; i++, at++) {
+        double t = i + 1 < s->points ? s->time * (double)i / (double)(s->points - 1) : s->time;
+        for (size_t k = 0; k < states; k++)
+            y[k] = at[k * o->rows];
+        ode->field(ode->context, t, y, rate, error);
+        for (size_t k = 0; k < states; k++)
+            at[(states + k) * o->rows] = rate[k];
+        at[(o->cols - 2) * o->rows] = (double)trial;
+        at[(o->cols - 1) * o->rows] = t;
     }
-    to->values[(to->cols - 2) * to->rows + o->row] = (double)o->trial;
-    to->values[(to->cols - 1) * to->rows + o->row] = t;
-    o->row++;
-    return true;
-}
-
-static enum ad_status follow_trajectory(const struct hnn_sampling *s, struct observer *o, double *y,
-                                        struct ad_error *error)
-{
-    struct phys_simulation simulation = {.integrator = phys_integrator_find("dop853", error),
-                                         .t1 = s->time,
-                                         .rtol = accuracy,
-                                         .atol = smallest,
-                                         .n_samples = s->points - 1,
-                                         .sample = observe_row,
-                                         .context = o};
-    struct phys_simulation_info info;
-    return phys_simulate(&simulation, o->ode, y, &info, error);
+    return error->status;
 }
 
 static void add_noise(struct hnn_observations *o, double noise, struct phys_random *random,
@@ -206,16 +192,15 @@ enum ad_status hnn_task_observe(const struct hnn_task *task, const struct hnn_sa
     if (HNN_NEEDS(error, task, sampling, observations) != AD_OK)
         return error->status;
     *observations = (struct hnn_observations){0};
-    struct observer o = {.to = observations, .ode = &ode, .error = error};
+    size_t points = sampling->points;
     phys_random_seed(&random, seed);
     if (check_sampling(sampling, error) == AD_OK &&
         prepare(task, sampling, observations, error) == AD_OK)
         hnn_task_ode(task, sampling->strength, &ode, error);
-    for (; o.trial < sampling->trials && error->status == AD_OK; o.trial++) {
-        size_t first = o.row;
+    for (size_t trial = 0; trial < sampling->trials && error->status == AD_OK; trial++) {
         task->start(&random, sampling, y);
-        if (follow_trajectory(sampling, &o, y, error) == AD_OK)
-            add_noise(observations, sampling->noise, &random, first, o.row);
+        if (follow_trial(sampling, &ode, trial, y, observations, error) == AD_OK)
+            add_noise(observations, sampling->noise, &random, trial * points, (trial + 1) * points);
     }
     phys_ode_free(&ode);
     return error->status;
