@@ -54,19 +54,13 @@ static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,
 }
 
 const struct phys_scene phys_scene_arenstorf = {
-    .version = PHYS_SCENE_VERSION,
-    .size = sizeof(struct phys_scene),
+    PHYS_SCENE_OF(struct arenstorf),
     .name = "arenstorf",
     .what = "a satellite near earth and moon, in the turning frame",
     .dof_of = dof_of,
     .dims = 2,
     .coordinates = (const char *const[]){"x", "y"},
-    .unit = "1",
-    .time_unit = "1",
-    .energy_unit = "1",
-    .params = params,
-    .n_params = LENGTH(params),
-    .params_bytes = sizeof(struct arenstorf),
+    PHYS_PURE_NUMBERS,
     .lagrangian = lagrangian,
     .slices = 401,
     .dt = 17.0652165601579625588917206249 / 400, /* a period */

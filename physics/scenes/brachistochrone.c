@@ -87,8 +87,7 @@ static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,
 }
 
 const struct phys_scene phys_scene_brachistochrone = {
-    .version = PHYS_SCENE_VERSION,
-    .size = sizeof(struct phys_scene),
+    PHYS_SCENE_OF(struct brachistochrone),
     .name = "brachistochrone",
     .what = "the curve of quickest descent, its time free",
     .dof_of = dof_of,
@@ -97,9 +96,6 @@ const struct phys_scene phys_scene_brachistochrone = {
     .unit = "m^1/2",
     .time_unit = "s",
     .energy_unit = "1",
-    .params = params,
-    .n_params = LENGTH(params),
-    .params_bytes = sizeof(struct brachistochrone),
     .lagrangian = lagrangian,
     .slices = 21,
     .dt = 0.1,

@@ -63,8 +63,7 @@ static const struct phys_preset paper = {
 };
 
 const struct phys_scene phys_scene_dblpend = {
-    .version = PHYS_SCENE_VERSION,
-    .size = sizeof(struct phys_scene),
+    PHYS_SCENE_OF(struct double_pendulum),
     .name = "dblpend",
     .what = "a double pendulum",
     .dof = 2,
@@ -73,9 +72,6 @@ const struct phys_scene phys_scene_dblpend = {
     .unit = "rad",
     .time_unit = "s",
     .energy_unit = "J",
-    .params = params,
-    .n_params = LENGTH(params),
-    .params_bytes = sizeof(struct double_pendulum),
     .kinetic = kinetic,
     .potential = potential,
     .slices = 200,

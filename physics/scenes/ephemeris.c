@@ -123,8 +123,7 @@ static const struct phys_preset paper = {
 };
 
 const struct phys_scene phys_scene_ephemeris = {
-    .version = PHYS_SCENE_VERSION,
-    .size = sizeof(struct phys_scene),
+    PHYS_SCENE_OF(struct ephemeris),
     .name = "ephemeris",
     .what = "the Sun and the inner planets from " PHYS_EPHEMERIS_DATE ", or bodies from tables",
     .dof_of = dof_of,
@@ -133,9 +132,6 @@ const struct phys_scene phys_scene_ephemeris = {
     .unit = "m",
     .time_unit = "s",
     .energy_unit = "J",
-    .params = params,
-    .n_params = LENGTH(params),
-    .params_bytes = sizeof(struct ephemeris),
     .lagrangian = lagrangian,
     .kinetic = kinetic,
     .potential = potential,

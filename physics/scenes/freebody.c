@@ -47,8 +47,7 @@ static const struct phys_preset paper = {
 };
 
 const struct phys_scene phys_scene_freebody = {
-    .version = PHYS_SCENE_VERSION,
-    .size = sizeof(struct phys_scene),
+    PHYS_SCENE_OF(struct freebody),
     .name = "freebody",
     .what = "a body in constant gravity",
     .dof = 1,
@@ -57,9 +56,6 @@ const struct phys_scene phys_scene_freebody = {
     .unit = "m",
     .time_unit = "s",
     .energy_unit = "J",
-    .params = params,
-    .n_params = LENGTH(params),
-    .params_bytes = sizeof(struct freebody),
     .kinetic = kinetic,
     .potential = potential,
     .slices = 60,

@@ -151,18 +151,12 @@ static const struct phys_preset paper = {
 };
 
 const struct phys_scene phys_scene_gas = {
-    .version = PHYS_SCENE_VERSION,
-    .size = sizeof(struct phys_scene),
+    PHYS_SCENE_OF(struct gas),
     .name = "gas",
     .what = "a gas of Lennard-Jones bodies in the plane",
     .dof_of = dof_of,
     .dims = DIMS,
-    .unit = "1",
-    .time_unit = "1",
-    .energy_unit = "1",
-    .params = params,
-    .n_params = LENGTH(params),
-    .params_bytes = sizeof(struct gas),
+    PHYS_PURE_NUMBERS,
     .lagrangian = lagrangian,
     .kinetic = kinetic,
     .potential = potential,

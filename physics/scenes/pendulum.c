@@ -52,8 +52,7 @@ static const struct phys_preset paper = {
 };
 
 const struct phys_scene phys_scene_pendulum = {
-    .version = PHYS_SCENE_VERSION,
-    .size = sizeof(struct phys_scene),
+    PHYS_SCENE_OF(struct pendulum),
     .name = "pendulum",
     .what = "a pendulum of any amplitude",
     .dof = 1,
@@ -62,9 +61,6 @@ const struct phys_scene phys_scene_pendulum = {
     .unit = "rad",
     .time_unit = "s",
     .energy_unit = "J",
-    .params = params,
-    .n_params = LENGTH(params),
-    .params_bytes = sizeof(struct pendulum),
     .kinetic = kinetic,
     .potential = potential,
     .slices = 100,

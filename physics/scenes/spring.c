@@ -37,8 +37,7 @@ static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,
 }
 
 const struct phys_scene phys_scene_spring = {
-    .version = PHYS_SCENE_VERSION,
-    .size = sizeof(struct phys_scene),
+    PHYS_SCENE_OF(struct spring),
     .name = "spring",
     .what = "a mass on a spring",
     .dof = 1,
@@ -47,9 +46,6 @@ const struct phys_scene phys_scene_spring = {
     .unit = "m",
     .time_unit = "s",
     .energy_unit = "J",
-    .params = params,
-    .n_params = LENGTH(params),
-    .params_bytes = sizeof(struct spring),
     .kinetic = kinetic,
     .potential = potential,
     .slices = 100,

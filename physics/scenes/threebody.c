@@ -77,18 +77,12 @@ static const struct phys_preset paper = {
 };
 
 const struct phys_scene phys_scene_threebody = {
-    .version = PHYS_SCENE_VERSION,
-    .size = sizeof(struct phys_scene),
+    PHYS_SCENE_OF(struct threebody),
     .name = "threebody",
     .what = "three bodies that attract each other in the plane",
     .dof = BODIES * DIMS,
     .dims = DIMS,
-    .unit = "1",
-    .time_unit = "1",
-    .energy_unit = "1",
-    .params = params,
-    .n_params = LENGTH(params),
-    .params_bytes = sizeof(struct threebody),
+    PHYS_PURE_NUMBERS,
     .kinetic = kinetic,
     .potential = potential,
     .slices = 100,
