@@ -28,11 +28,21 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Around the declarations of every header. */
 #ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
+#define AD_HEADER_BEGIN                                                                            \
+    extern "C" {                                                                                   \
+    _Pragma("GCC diagnostic push") /* C has a struct and a function of one name */                 \
+        _Pragma("GCC diagnostic ignored \"-Wshadow\"")
+#define AD_HEADER_END                                                                              \
+    _Pragma("GCC diagnostic pop")                                                                  \
+    }
+#else
+#define AD_HEADER_BEGIN
+#define AD_HEADER_END
 #endif
+
+AD_HEADER_BEGIN
 
 /* ---- status ---- */
 
@@ -430,8 +440,5 @@ enum ad_status ad_check_gradient(ad_var y, size_t n, const ad_var x[], const dou
 enum ad_status ad_check_second(ad_var y, size_t n, const ad_var x[], const double *const at[],
                                double tolerance, size_t entries, struct ad_check *report);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

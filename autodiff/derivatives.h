@@ -9,9 +9,7 @@
 
 #include "autodiff/autodiff.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 /* ---- directional derivatives, recorded ---- */
 
@@ -60,7 +58,5 @@ const struct ad_sparse *ad_jacobian_matrix(const ad_jacobian *jacobian);
 /* Copies the matrix to rows x cols doubles, row-major, with its zeros. */
 void ad_jacobian_dense(const ad_jacobian *jacobian, double *values);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

@@ -5,9 +5,7 @@
 
 #include "autodiff.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 /* Returns the objective at x [n] and writes its gradient to g [n]. May round x to the point at
    which it was evaluated. */
@@ -31,7 +29,5 @@ bool ad_lbfgs_step(ad_lbfgs *method, ad_objective *evaluate, void *context, doub
 uint64_t *ad_lbfgs_pairs(ad_lbfgs *method);
 double *ad_lbfgs_state(ad_lbfgs *method, size_t *size);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

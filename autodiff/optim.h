@@ -5,9 +5,7 @@
 
 #include "autodiff.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 enum ad_optimiser_method { AD_SGD, AD_ADAM };
 
@@ -47,7 +45,5 @@ void ad_optimiser_set_rate(ad_optimiser *optimiser, double learning_rate);
 uint64_t *ad_optimiser_steps(ad_optimiser *optimiser);
 void *ad_optimiser_state(ad_optimiser *optimiser, size_t *bytes);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

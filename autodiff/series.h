@@ -16,9 +16,7 @@
 
 #include "autodiff/autodiff.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 typedef struct ad_series ad_series;
 
@@ -49,7 +47,5 @@ size_t ad_series_branches(const ad_series *series);
 /* Values carried, each a series. */
 size_t ad_series_size(const ad_series *series);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

@@ -14,9 +14,7 @@
 
 #include "physics/physics.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 /* ---- models ---- */
 
@@ -290,7 +288,5 @@ enum ad_status hnn_trainer_save(hnn_trainer *trainer, const char *file, const ch
 /* AD_E_INPUT if the file is damaged, or of another model, data, or settings. */
 enum ad_status hnn_trainer_resume(hnn_trainer *trainer, const char *file, struct ad_error *error);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

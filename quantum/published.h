@@ -7,9 +7,7 @@
 
 #include "quantum/quantum.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 struct qm_published {
     struct qm_grid grid; /* its points: low + a dx */
@@ -41,7 +39,5 @@ enum ad_status qm_published_right(double scale, struct phys_system *system, stru
                                   struct qm_gaussian *packet, size_t *steps,
                                   struct ad_error *error);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

@@ -26,11 +26,7 @@
 
 #include "physics/physics.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 __extension__ typedef double _Complex qm_complex;
 
@@ -232,8 +228,5 @@ enum ad_status qm_classical(const struct qm_slice *slice, const struct qm_gaussi
    a time t after a plane wave met them. */
 double qm_exact_fringe(double mass, double hbar, double apart, double sigma, double t);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

@@ -5,9 +5,7 @@
 
 #include "quantum/quantum.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 /* ---- before a run ---- */
 
@@ -61,7 +59,5 @@ enum ad_status qm_run(const struct qm_run_settings *settings, struct qm_run_resu
                       struct ad_error *error);
 void qm_run_free(struct qm_run_result *result); /* takes zero-initialised ones too */
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

@@ -13,9 +13,7 @@
 
 #include "quantum/quantum.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 /* Lengths are in units of the spreading of waves behind slits of width sigma; x crosses the barrier
    at 0, y runs along it. All values are positive. */
@@ -56,7 +54,5 @@ bool qm_slit_advance(struct qm_slit *slit);
 void qm_slit_measure(struct qm_slit *slit);
 void qm_slit_free(struct qm_slit *slit);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

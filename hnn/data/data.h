@@ -18,9 +18,7 @@
 
 #include "hnn/hnn.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 /* ---- from a file ---- */
 
@@ -155,7 +153,5 @@ enum ad_status hnn_task_observe(const struct hnn_task *task, const struct hnn_sa
                                 struct ad_error *error);
 void hnn_observations_free(struct hnn_observations *observations);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

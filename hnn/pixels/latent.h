@@ -12,11 +12,7 @@
 #include "hnn/rollout/rollout.h"
 #include "pixels.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 /* Predicts the motion from an observation [pixels of the model]. `path` is the latent motion, for
    hnn_path_free, empty on failure; frames [settings->n x frame] are the first `frame` pixels of the
@@ -67,8 +63,5 @@ enum ad_status hnn_film_motion(hnn_model *model, const struct hnn_frames *frames
                                const struct hnn_split_pairs *pairs, struct hnn_film_motion *motion,
                                struct ad_error *error);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

@@ -17,9 +17,7 @@
 
 #include "pixels.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 /* E of a state of hnn_rod_step, whose speed belongs to half a step before its angle. */
 double hnn_rod_energy(const struct hnn_rod *rod, double angle, double speed);
@@ -49,7 +47,5 @@ double hnn_film_mse(size_t n, size_t frame, const float *a, const float *b);
 size_t hnn_film_begin(const struct hnn_frames *film, size_t trajectory, size_t n, float *pixels,
                       double *energy);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

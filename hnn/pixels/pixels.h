@@ -19,9 +19,7 @@
 
 #include "hnn/hnn.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 /* ---- the pendulum ---- */
 
@@ -119,7 +117,5 @@ struct hnn_filming hnn_filming_published(void);
 enum ad_status hnn_rod_film(const struct hnn_filming *filming, uint64_t seed,
                             struct hnn_frames *frames, struct ad_error *error);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

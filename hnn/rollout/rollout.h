@@ -12,9 +12,7 @@
 
 #include "hnn/data/data.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 /* ---- paths ---- */
 
@@ -124,7 +122,5 @@ enum ad_status hnn_task_trials(const struct phys_ode *model, const struct hnn_ta
                                const struct hnn_trials *trials, struct hnn_score *score,
                                struct ad_error *error);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

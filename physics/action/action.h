@@ -4,11 +4,7 @@
 
 #include "physics/system/system.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 enum { PHYS_RULE_MOST = 24 }; /* largest degree, and number of points, of a rule */
 
@@ -77,8 +73,5 @@ enum ad_status phys_action_record(ad_tape *tape, const struct phys_system *syste
    slices. */
 void phys_action_hold_energy(struct phys_action *action, double weight);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

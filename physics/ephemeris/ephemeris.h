@@ -4,9 +4,7 @@
 
 #include "physics/system/system.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 struct phys_horizons;
 
@@ -27,7 +25,5 @@ enum ad_status phys_ephemeris_use(struct phys_system *system, size_t n,
 enum ad_status phys_ephemeris_add(struct phys_system *system, const char *bodies, double jd,
                                   struct ad_error *error);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

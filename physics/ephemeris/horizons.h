@@ -18,9 +18,7 @@
 
 #include <limits.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 enum { PHYS_HORIZONS_NO_ID = INT_MIN };
 
@@ -67,7 +65,5 @@ enum ad_status phys_horizons_epoch(const struct phys_horizons *table, const char
 /* Calendar date of a Julian date, YYYY-MM-DD, in the same calendar. */
 void phys_horizons_date(double jd, char *date, size_t size);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

@@ -16,11 +16,7 @@
 #include "horizons.h"
 #include "physics/motion/motion.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 enum { PHYS_EPHEMERIS_PLANETS = 4, PHYS_EPHEMERIS_MODELS = 8 };
 
@@ -132,8 +128,5 @@ struct phys_ephemeris_choice {
 enum ad_status phys_ephemeris_least(const struct phys_ephemeris_tables *tables, double km,
                                     struct phys_ephemeris_choice *choice, struct ad_error *error);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

@@ -4,11 +4,7 @@
 
 #include "physics/system/system.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 enum phys_state {
     PHYS_STATE_GAS,   /* fewer than two neighbours */
@@ -53,8 +49,5 @@ double phys_gas_shell(const struct phys_system *system);
 enum ad_status phys_gas_order(const struct phys_system *system, const double *q,
                               struct phys_gas_order *order, struct ad_error *error);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

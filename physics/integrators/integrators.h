@@ -4,11 +4,7 @@
 
 #include "physics/ode/ode.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 struct phys_scheme; /* the step of a family of methods */
 
@@ -42,8 +38,5 @@ extern const struct phys_integrator *const phys_integrators[]; /* NULL-terminate
 /* By name; NULL and AD_E_ARGUMENT, naming the nearest, if there is none. */
 const struct phys_integrator *phys_integrator_find(const char *name, struct ad_error *error);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

@@ -11,9 +11,7 @@
 
 #include "autodiff/autodiff.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 enum { PHYS_HDF5_RANK = 4 }; /* dimensions at most */
 
@@ -96,7 +94,5 @@ enum ad_status phys_hdf5_get_text(phys_hdf5 *file, const char *object, const cha
                                   char **text, struct ad_error *error);
 void phys_hdf5_close(phys_hdf5 *file); /* takes NULL */
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

@@ -4,9 +4,7 @@
 
 #include "autodiff/autodiff.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 /* The name in names[0..n-1] nearest to `name` by edit distance; NULL if none is near. */
 const char *phys_nearest(const char *name, size_t n, const char *const names[]);
@@ -15,7 +13,5 @@ const char *phys_nearest(const char *name, size_t n, const char *const names[]);
 size_t phys_find(const char *what, const char *name, size_t n, const char *const names[],
                  struct ad_error *error);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

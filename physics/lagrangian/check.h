@@ -4,11 +4,7 @@
 
 #include "physics/system/system.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 /* The points of a check: n slices of coordinates, velocities and time. */
 struct phys_points {
@@ -44,8 +40,5 @@ struct phys_locality {
 enum ad_status phys_check_locality(const struct phys_system *system, const struct phys_points *at,
                                    struct phys_locality *report, struct ad_error *error);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

@@ -6,11 +6,7 @@
 
 #include "physics/system/system.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 /* True if L does not depend on time explicitly: the energy is constant, and a change of it is an
    error. False also where that cannot be decided, and for a term in t with a factor of 0. */
@@ -28,8 +24,5 @@ enum ad_status phys_conserved(const struct phys_system *system, size_t n, const 
                               const double *t, struct phys_conserved *conserved,
                               struct ad_error *error);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

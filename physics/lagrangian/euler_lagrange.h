@@ -4,11 +4,7 @@
 
 #include "physics/system/system.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 /* Accelerations of any Lagrangian from the tape: M(q,v) a = L_q - L_vq v - L_vt, M = L_vv. */
 typedef struct phys_motion phys_motion;
@@ -30,8 +26,5 @@ enum ad_status phys_first_slices(phys_motion *motion, const double *q, const dou
    two slices: path [dof x slices], columns 0 and 1 given, the rest written. */
 enum ad_status phys_ode_path(phys_motion *motion, size_t slices, double dt, double damping,
                              double *path, struct ad_error *error);
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

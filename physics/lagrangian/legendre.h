@@ -4,11 +4,7 @@
 
 #include "physics/system/system.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 typedef struct phys_legendre phys_legendre;
 /* The system must outlive it. */
@@ -39,8 +35,5 @@ struct phys_totals {
 void phys_totals(phys_legendre *legendre, const double *q, const double *v, double t,
                  struct phys_totals *totals);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

@@ -4,9 +4,7 @@
 
 #include "physics/lagrangian/check.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 struct phys_checks {
     bool passed;                      /* all checks passed */
@@ -24,7 +22,5 @@ enum ad_status phys_check_scene(const struct phys_system *system, uint64_t seed,
                                 double dt, double tolerance, size_t entries,
                                 struct phys_checks *checks, struct ad_error *error);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

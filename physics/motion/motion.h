@@ -14,11 +14,7 @@
 #include "physics/integrators/integrators.h"
 #include "physics/lagrangian/legendre.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 /* ---- simulation (simulate.c) ---- */
 
@@ -173,8 +169,5 @@ enum ad_status phys_closest_approach_begin(const struct phys_ode *ode, double t,
                                            struct ad_error *error);
 void phys_closest_approach_end(struct phys_closest_approach *closest);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

@@ -14,11 +14,7 @@
 #include "motion.h"
 #include "physics/lagrangian/conserved.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 enum {
     PHYS_MOTION_TRIALS = 2,
@@ -128,8 +124,5 @@ void phys_motion_solution_free(struct phys_motion_solution *solution);
 enum ad_status phys_motion_met(const struct phys_motion_settings *settings,
                                const struct phys_motion_solution *solution, struct ad_error *error);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

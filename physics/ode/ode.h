@@ -5,11 +5,7 @@
 
 #include "physics/system/system.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 /* rate [n] = f(t, y [n]). A failure ends the simulation with its message; a method with error
    control first tries a smaller step after AD_E_NONFINITE. */
@@ -90,8 +86,5 @@ enum ad_status phys_ode_leave(const struct phys_ode *ode, double t, const double
 /* The name of component k of y: "x of earth", "the velocity of ...", or "y3" if it has none. */
 void phys_ode_component(const struct phys_ode *ode, size_t k, char *name, size_t size);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

@@ -4,11 +4,7 @@
 
 #include "physics/action/action.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 /* Adds noise to `path` [dof x slices] in place; a seed gives the same numbers on every machine. */
 void phys_noise_add(const struct phys_noise *noise, const struct phys_system *system, size_t slices,
@@ -276,8 +272,5 @@ enum ad_status phys_path_all(const struct phys_system *system,
                              struct ad_error *error);
 void phys_solutions_free(struct phys_solutions *solutions);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

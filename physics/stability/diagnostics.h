@@ -6,9 +6,7 @@
 #include "physics/motion/solve.h"
 #include "stability.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+AD_HEADER_BEGIN
 
 enum { PHYS_DIAGNOSIS_WARNINGS = 7 };
 
@@ -30,7 +28,5 @@ enum ad_status phys_motion_diagnose(const struct phys_motion_settings *settings,
 /* x printed with as many digits as a spread leaves significant. */
 double phys_known_digits(double x, double spread);
 
-#ifdef __cplusplus
-}
-#endif
+AD_HEADER_END
 #endif

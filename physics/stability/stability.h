@@ -5,11 +5,7 @@
 
 #include "physics/motion/motion.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 /* ---- steps (normal_modes.c, step_stability.c) ---- */
 
@@ -99,8 +95,5 @@ enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
                              const struct phys_lyapunov_settings *settings,
                              struct phys_lyapunov *result, struct ad_error *error);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif

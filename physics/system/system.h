@@ -6,11 +6,7 @@
 
 #include "autodiff/autodiff.h"
 
-#ifdef __cplusplus
-extern "C" {
-#pragma GCC diagnostic push /* C has a struct and a function of one name */
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
+AD_HEADER_BEGIN
 
 /* L for all time slices at once. q, v: [dof x n] (row k is coordinate k), t: [1 x n]; returns
    [1 x n]. Slice i of the result may depend on slice i of the inputs only. */
@@ -160,8 +156,5 @@ ad_var phys_system_lagrangian(const struct phys_system *system, ad_var q, ad_var
 void phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
                           ad_var *kinetic, ad_var *potential);
 
-#ifdef __cplusplus
-#pragma GCC diagnostic pop
-}
-#endif
+AD_HEADER_END
 #endif
