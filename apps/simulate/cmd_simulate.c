@@ -185,7 +185,7 @@ static int run(const void *options, struct ad_error *error)
 #define AT(member) offsetof(struct simulate_options, member)
 
 static const struct option table[] = {
-    {"integrator", "NAME", OPTION_TEXT, NULL, "see below [dop853; with --tol: dop853 or gauss5]",
+    {"integrator", "NAME", OPTION_TEXT, NULL, "see below [dop853; with --tol: taylor]",
      AT(integrator)},
     {"dt", "DT", OPTION_POSITIVE, NULL, "length of fixed steps [the scene's]", AT(dt)},
     {"tol", "E", OPTION_POSITIVE, NULL, "error, see below [1e-9]", AT(tolerance)},
@@ -231,7 +231,8 @@ const struct command command_simulate = {
              "taylor, the series of the motion, for L without kinks; with them --tol is the error "
              "of a step, relative to the coordinates. Without\n"
              "--integrator, or with fixed steps, --tol is the error of the whole motion in\n"
-             "units of the coordinates: dop853, or gauss5 where rounding stops it, or the method\n"
+             "units of the coordinates: taylor, or dop853 where L has kinks or many bodies, and\n"
+             "gauss5 where rounding stops them; or the method\n"
              "named is refined until its estimate is under it; the exit status is 1 if the\n"
              "reported error is not. That is the largest distance of the coordinates from a\n"
              "reference, run by extrapolation at a tolerance of 1e-15, there twice and back, plus\n"

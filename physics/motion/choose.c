@@ -3,6 +3,7 @@
    three times the final run (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I,
    section II.4). The search continues as long as finer runs reduce the error. */
 #include "solving.h"
+#include "physics/integrators/stepper.h"
 
 #include <math.h>
 
@@ -22,8 +23,10 @@ static const double least_tol = 1e-16;  /* of a step */
 static const double finer_tol = 0.3162; /* of a run, for the one it is judged by */
 static const double near = 1e-3;        /* sizes of the motion: a longer run is worth it */
 
-/* First the method for high accuracy; where its rounding stops it, one whose steps are few. */
-static const char *const candidates[PHYS_MOTION_TRIALS] = {"dop853", "gauss5"};
+/* First the series, of what has one and is small; then the method for high accuracy; where its
+   rounding stops it, one whose steps are few. */
+static const char *const candidates[PHYS_MOTION_TRIALS] = {"taylor", "dop853", "gauss5"};
+enum { SERIES_DOF = 32 }; /* beyond, dop853 costs less: the series of every pair of bodies */
 
 /* A method being refined. */
 struct candidate {
@@ -167,12 +170,14 @@ static enum ad_status refine(struct candidate *c, double setting, struct ad_erro
     return error->status;
 }
 
-/* From a tenth of the error in units of the motion on, or from the coarsest steps. */
+/* From a share of the error in units of the motion on, or from the coarsest steps. */
 static enum ad_status try_candidate(struct candidate *c, struct ad_error *error)
 {
     const struct phys_motion_solution *m = c->solving->solution;
     const struct phys_motion_settings *settings = c->solving->settings;
     const struct phys_integrator *method = c->trial->integrator;
+    /* more digits of a series cost little, another round of the search as much as an answer */
+    const double share = method->scheme == &phys_power_series ? 1e-3 : 0.1;
     size_t n = 2 * m->system->dof;
     double *y = malloc(2 * n * sizeof *y);
     if (!y)
@@ -182,13 +187,31 @@ static enum ad_status try_candidate(struct candidate *c, struct ad_error *error)
         phys_typical_sizes(&c->ode, 0, y, y + n, error) == AD_OK) {
         c->size = y[n];
         refine(c,
-               method->adaptive ? fmin(fmax(0.1 * settings->error / c->size, 100 * least_tol), 1e-2)
-                                : settings->time / POINTS,
+               method->adaptive
+                   ? fmin(fmax(share * settings->error / c->size, 100 * least_tol), 1e-2)
+                   : settings->time / POINTS,
                error);
     }
     phys_ode_free(&c->ode);
     free(y);
     return error->status;
+}
+
+/* Whether the motion has a Taylor series, and a small one; L may have kinks. */
+static bool has_series(const struct solving *s)
+{
+    const struct phys_motion_solution *m = s->solution;
+    const size_t dof = m->system->dof;
+    struct phys_ode ode;
+    struct ad_error none = {0};
+    double c[2][2 * SERIES_DOF];
+    if (dof > SERIES_DOF)
+        return false;
+    bool has = phys_ode_lagrangian(m->system, &ode, &none) == AD_OK && ode.series &&
+               phys_ode_enter(&ode, 0, m->start, m->start + dof, c[0], &none) == AD_OK &&
+               ode.series(ode.context, 1, 0, c[0], &none) == AD_OK;
+    phys_ode_free(&ode);
+    return has;
 }
 
 static enum ad_status out_of_reach(const struct solving *s, struct ad_error *error)
@@ -217,8 +240,9 @@ enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error)
     struct candidate c = {.solving = s};
     const struct phys_integrator *given = m->integrator;
     struct phys_motion_trial *chosen = NULL;
-    for (size_t k = 0; k < PHYS_MOTION_TRIALS && !chosen; k++) {
-        bool rounding = k == 0 || m->trial[0].estimate <= near * c.size;
+    const size_t first = given || (!s->blind && has_series(s)) ? 0 : 1;
+    for (size_t k = first; k < PHYS_MOTION_TRIALS && !chosen; k++) {
+        bool rounding = k == first || m->trial[0].estimate <= near * c.size;
         if (!rounding || (given && k > 0))
             break;
         c.trial = &m->trial[m->n_trials++];
@@ -237,9 +261,35 @@ enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error)
     return AD_OK;
 }
 
-bool phys_motion_tighten(struct solving *s, double missed)
+/* A series knows the motion from one point, and may step over a thin barrier, at every tolerance.
+ */
+static bool is_blind(const struct phys_motion_trial *trial, double missed)
+{
+    const double grossly = 100;
+    return trial->chosen && trial->integrator->scheme == &phys_power_series &&
+           missed > grossly * trial->estimate;
+}
+
+static enum ad_status choose_another(struct solving *s, struct phys_motion_trial *trial,
+                                     struct ad_error *error)
 {
     struct phys_motion_solution *m = s->solution;
+    trial->chosen = false;
+    trial->searched += trial->evaluations;
+    s->blind = true;
+    m->integrator = NULL;
+    phys_ode_free(&m->ode);
+    if (phys_motion_choose(s, error) != AD_OK)
+        return error->status;
+    return phys_ode_for(m->system, m->integrator, &m->ode, error);
+}
+
+bool phys_motion_tighten(struct solving *s, double missed, struct ad_error *error)
+{
+    struct phys_motion_solution *m = s->solution;
+    const bool given = s->settings->integrator != NULL;
+    if (!given && m->n_trials > 0 && is_blind(&m->trial[0], missed))
+        return choose_another(s, &m->trial[0], error) == AD_OK;
     for (size_t k = 0; k < m->n_trials; k++) {
         struct phys_motion_trial *trial = &m->trial[k];
         double next = predict(s, trial->integrator, trial->setting, missed);

@@ -260,7 +260,7 @@ enum ad_status phys_motion_solve(const struct phys_system *system,
     for (int k = 0; follow(&s, error) == AD_OK && k + 1 < TRIES; k++) {
         struct ad_error missed = {0};
         if (phys_motion_met(settings, m, &missed) == AD_OK || isnan(m->error) ||
-            !phys_motion_tighten(&s, m->error))
+            !phys_motion_tighten(&s, m->error, error))
             break;
         forget_samples(m);
     }

@@ -17,7 +17,7 @@
 AD_HEADER_BEGIN
 
 enum {
-    PHYS_MOTION_TRIALS = 2,
+    PHYS_MOTION_TRIALS = 3,
     PHYS_MOTION_FEW = 100 /* most bodies; beyond, quadratic costs are omitted: the reference, the
                              closest approach, momenta */
 };

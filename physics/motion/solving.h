@@ -12,6 +12,7 @@ struct solving {
     struct phys_motion_solution *solution;
     double *state; /* [2 dof] for crossings */
     bool interrupted, failed;
+    bool blind; /* the series stepped over something: it is not tried again */
 };
 
 /* The callback of phys_simulation; its context is struct solving. */
@@ -32,9 +33,9 @@ static inline bool solving_widen(double **x, size_t count)
 }
 
 /* Finds a method and a setting for the error asked for, or a tighter setting than the one that
-   erred by `missed`, false if there is none (choose.c). */
+   erred by `missed`, or another method; false if there is none (choose.c). */
 enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error);
-bool phys_motion_tighten(struct solving *s, double missed);
+bool phys_motion_tighten(struct solving *s, double missed, struct ad_error *error);
 
 /* The crossings as the integrators ask for them (crossings.c): watches and events [n_crossings]. */
 struct crossing_watch {
