@@ -317,6 +317,40 @@ ad_var ad_diff(ad_var x, double scale, bool repeat);
 /* The adjoint of ad_diff; the result has `cols` columns. */
 ad_var ad_diff_adjoint(ad_var u, double scale, bool repeat, size_t cols);
 
+/* ---- loops ---- */
+
+/* One step of a loop, recorded on a tape of its own, whose inputs are all named here, each once. */
+struct ad_body {
+    ad_tape *tape;
+    /* Carried from step to step: state[k] as a step finds it, next[k], of its shape, as it leaves
+       it. */
+    size_t n_state;
+    const ad_var *state, *next;
+    size_t n_in; /* inputs that have another value in each step, */
+    const ad_var *in;
+    size_t n_shared; /* and the same in all */
+    const ad_var *shared;
+    size_t n_out; /* results that are kept of each step */
+    const ad_var *out;
+    /* States stored for the gradient, of `steps`; the others are computed again from these, by the
+       binomial schedule: with s of them, C(s + r, s) steps take at most r runs forward each. Values
+       do not depend on it, to the last bit. 0: as many as 32 MB hold. */
+    size_t checkpoints;
+};
+
+/* A loop of so many steps, whose compile time and program do not depend on how many they are. The
+   body is copied: its tape may go on, be reset or freed. start[k] has the shape of state[k], or
+   broadcasts to it, and so has shared[k]. Where an input of a step has c columns, in[k] has
+   steps*c: step t reads columns t*c to (t+1)*c - 1, and so it is with out[k]. last[k] is the state
+   after the last step. 0 steps are for loops without inputs and outputs of steps. Gradients to any
+   order are loops, too; adjoints of shared values are summed from the last step to the first, in
+   double, whatever the number of threads and checkpoints. Compiled, what depends on shared inputs
+   alone is computed once. An error of a step, a singular column (and of ad_run_checked a value that
+   is not finite), names the step and the node of the body. Returns the tape's status. */
+enum ad_status ad_scan(ad_tape *tape, const struct ad_body *body, size_t steps,
+                       const ad_var start[], const ad_var in[], const ad_var shared[],
+                       ad_var last[], ad_var out[]);
+
 /* ---- gradient ---- */
 
 /* Appends the gradient of the sum of y's elements with respect to x[0..n-1]; g[k] has the shape of

@@ -9,6 +9,7 @@
                                views.c, schedule.c, sink.c, accumulate.c
                    plan.h      memory (storage.c), tiles and instructions (tiles.c, emit.c);
                                compile.c runs all passes
+       scan/       scan.h      loops: one step, compiled and run over and over; back by checkpoints
        exec/       program.h   the compiled program: segments of instructions over memory
                    exec.h      runs it tile by tile (exec.c, tile.c); program.c: public functions
        direct/     direct.h    evaluates a recording node by node, without compiling
@@ -38,7 +39,11 @@
        diff(_adjoint)  aux: scale in `numbers`; in[2]: repeat
        factor, solve, logdet
                        aux: side of the matrices, SYSTEM_CHOLESKY, SYSTEM_TRANSPOSED
-       matmul          aux: bit 0 transposes a, bit 1 transposes b */
+       matmul          aux: bit 0 transposes a, bit 1 transposes b
+       scan(_adjoint)  in[1]: number of the loop; aux: operand list in `lists` (count, then of each
+                       id, whether its adjoint is wanted, 0): those of the loop; and of the adjoint
+                       the scan, and the seed of its value. The value is a row: one result, or
+                       wanted adjoint, after the other */
 struct node {
     uint16_t op;
     uint16_t flags;
@@ -56,6 +61,18 @@ enum { NODE_LABELLED = 1, NODE_HELD = 2, NODE_PLAIN = 4, NODE_NUMBER = 8 };
 struct label {
     uint32_t id;
     uint32_t text; /* offset in `texts` */
+};
+
+/* A loop: its body, a copy of a recording, and what nodes of the body are. */
+struct loop {
+    ad_tape *body;
+    size_t steps, checkpoints; /* 0: as many as the default memory holds */
+    uint32_t n_state, n_in, n_shared, n_out;
+    uint32_t *ids;       /* states, ins, shared; then next states, outs */
+    uint32_t tangent_of; /* 1 + the loop it was made from, ... */
+    uint8_t *along;      /* ... along these operands of that loop */
+    struct scan *run;    /* direct evaluation */
+    struct scan_adjoint *adjoint;
 };
 
 #define BLOCK_BITS 12 /* nodes come in blocks: growing never copies them */
@@ -83,12 +100,17 @@ struct ad_tape {
     size_t n_texts, max_texts;
     uint32_t recent[RECENT_NUMBERS]; /* nodes of numbers, by a hash; any id where there is none */
     struct ad_direct *direct;        /* memory of direct evaluation; NULL before the first */
+    struct loop *loops;
+    size_t n_loops, max_loops;
 };
 
 /* Direct evaluation's memory of a tape (direct/): forgets the nodes; frees everything. Take NULL.
  */
 void ad_direct_reset(struct ad_direct *direct);
 void ad_direct_free(struct ad_direct *direct);
+/* And with its loops (scan/). */
+void ad_scan_free(struct scan *scan);
+void ad_scan_adjoint_free(struct scan_adjoint *adjoint);
 
 static inline struct node *node_at(const ad_tape *tape, uint32_t id)
 {
@@ -117,15 +139,21 @@ struct op_info {
 };
 extern const struct op_info ad_ops[AD_N_OPS];
 
-/* The inputs of a node; those of place operations are in a list. */
+/* What an operation reads is in its list: three numbers each, an id first. */
+static inline bool has_operand_list(uint16_t op)
+{
+    return op == AD_OP_place || op == AD_OP_scan || op == AD_OP_scan_adjoint;
+}
+
+/* The inputs of a node. */
 static inline size_t n_inputs(const ad_tape *tape, const struct node *n)
 {
-    return n->op == AD_OP_place ? tape->lists[n->aux] : ad_ops[n->op].arity;
+    return has_operand_list(n->op) ? tape->lists[n->aux] : ad_ops[n->op].arity;
 }
 
 static inline uint32_t input_of(const ad_tape *tape, const struct node *n, size_t k)
 {
-    return n->op == AD_OP_place ? tape->lists[n->aux + 1 + 3 * k] : n->in[k];
+    return has_operand_list(n->op) ? tape->lists[n->aux + 1 + 3 * k] : n->in[k];
 }
 
 /* Makes room for `more` further elements of `size` bytes; false when memory is exhausted. */
@@ -223,6 +251,38 @@ ad_var ad_scale(ad_var x, double c);
    constants on the tape included, and at most one value; the second for any two values. */
 bool ad_simplify_numbers(ad_tape *tape, enum ad_op op, ad_arg a, ad_arg b, ad_var *y);
 bool ad_simplify(enum ad_op op, ad_var a, ad_var b, ad_var *y);
+
+/* ---- loops (tape/scan.c) ---- */
+
+static inline uint32_t loop_operands(const struct loop *l)
+{
+    return l->n_state + l->n_in + l->n_shared;
+}
+static inline uint32_t loop_results(const struct loop *l) { return l->n_state + l->n_out; }
+/* Shape outside the body of what ids[k] is inside: as many blocks of columns as there are steps, or
+   one. */
+static inline uint32_t loop_rows(const struct loop *l, uint32_t k)
+{
+    return node_at(l->body, l->ids[k])->rows;
+}
+static inline size_t loop_cols(const struct loop *l, uint32_t k)
+{
+    bool in = k >= l->n_state && k < l->n_state + l->n_in;
+    bool out = k >= loop_operands(l) + l->n_state;
+    return node_at(l->body, l->ids[k])->cols * (in || out ? l->steps : 1);
+}
+static inline size_t loop_size(const struct loop *l, uint32_t k)
+{
+    return loop_rows(l, k) * loop_cols(l, k);
+}
+/* Adds a loop to the tape, which takes it, or frees it when out of memory; its number, or
+   UINT32_MAX. What depends on shared inputs alone is marked to be computed once. */
+uint32_t ad_append_loop(ad_tape *tape, struct loop loop);
+/* Records op, scan or scan_adjoint, of loop number `loop`; `wanted` (NULL: none) as in the node. */
+ad_var ad_append_scan(ad_tape *tape, enum ad_op op, uint32_t loop, size_t n,
+                      const ad_var operands[], const uint8_t wanted[]);
+void ad_loops_free(ad_tape *tape);
+bool ad_loops_copy(ad_tape *copy, const ad_tape *tape);
 
 /* Cumulative sum, flags as in the node. */
 ad_var ad_cumulative(ad_var x, unsigned flags);

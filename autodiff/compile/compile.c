@@ -124,12 +124,12 @@ enum ad_status ad_compile(ad_tape *tape, size_t n_out, const ad_var out[], ad_pr
     if (done) {
         take_arrays(p, &graph);
         trim(p, &graph);
-        done = ad_resolve_calls(p);
+        done = ad_resolve_calls(p) && ad_make_scans(p, tape, graph.renumber);
     }
     if (done) {
         write_constants(p, tape);
         ad_execute(p, p->segments, 0, p->n_constant_segments, NULL);
-        if (!ad_report_singular(p, &tape->error))
+        if (ad_report_run(p, &tape->error) == UINT32_MAX)
             *program = p;
         else
             ad_program_free(p);

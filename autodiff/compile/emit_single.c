@@ -60,6 +60,9 @@ bool ad_plan_alone(struct plan *p, uint32_t id, struct segment s)
             return false;
         if (!in.loc[2] && !s.clear)
             return true; /* nothing left to do */
+    } else if (v->op == AD_OP_scan || v->op == AD_OP_scan_adjoint) {
+        in.kind = DO_SCAN;
+        in.loc[1] = (uint32_t)p->program->n_scans++; /* made by ad_make_scans */
     } else {
         in.kind = kind_of(v->op);
         if (v->op == AD_OP_solve || v->op == AD_OP_logdet) { /* of the factor */

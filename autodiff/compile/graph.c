@@ -136,7 +136,7 @@ static uint32_t share(struct graph *g, struct value v, const struct known *known
 {
     if (v.op == AD_OP_detach)
         return v.in[0];
-    bool single = v.op == AD_OP_input || v.op == AD_OP_place;
+    bool single = v.op == AD_OP_input || has_operand_list(v.op);
     reuse_reciprocal(g, &v, known);
     struct known_value *slot = single ? NULL : look_up(g, &v, known);
     if (slot && slot->number)
@@ -161,7 +161,7 @@ static struct value renumbered(const struct graph *g, const struct node *n, uint
     for (size_t k = 0; k < n_inputs(g->tape, n); k++) {
         uint32_t x = g->renumber[input_of(g->tape, n, k)];
         fixed &= g->values[x].flags;
-        if (n->op != AD_OP_place)
+        if (!has_operand_list(n->op))
             v.in[k] = x;
     }
     if (commutes(v.op) && v.in[0] > v.in[1]) {

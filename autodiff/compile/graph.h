@@ -58,7 +58,8 @@ static inline bool is_alone(uint16_t op)
 {
     return op == AD_OP_place || op == AD_OP_transpose || op == AD_OP_matmul ||
            op == AD_OP_gather_cols || op == AD_OP_scatter_cols || op == AD_OP_cumsum ||
-           op == AD_OP_factor || op == AD_OP_solve || op == AD_OP_logdet;
+           op == AD_OP_factor || op == AD_OP_solve || op == AD_OP_logdet || op == AD_OP_scan ||
+           op == AD_OP_scan_adjoint;
 }
 
 /* No instruction computes it: a leaf or a view. */
@@ -66,7 +67,7 @@ static inline bool is_given(const struct value *v) { return is_leaf(v) || (v->fl
 
 /* ---- operands ---- */
 
-/* Part k of place operation v: its node, row and column. */
+/* Entry k of the operand list of v. Of a place operation: its node, row and column. */
 static inline const uint32_t *place_part(const struct graph *g, const struct value *v, size_t k)
 {
     return g->tape->lists + v->aux + 1 + 3 * k;
@@ -74,12 +75,12 @@ static inline const uint32_t *place_part(const struct graph *g, const struct val
 
 static inline size_t n_operands(const struct graph *g, const struct value *v)
 {
-    return v->op == AD_OP_place ? g->tape->lists[v->aux] : ad_ops[v->op].arity;
+    return has_operand_list(v->op) ? g->tape->lists[v->aux] : ad_ops[v->op].arity;
 }
 
 static inline uint32_t operand(const struct graph *g, const struct value *v, size_t k)
 {
-    return v->op == AD_OP_place ? g->renumber[place_part(g, v, k)[0]] : v->in[k];
+    return has_operand_list(v->op) ? g->renumber[place_part(g, v, k)[0]] : v->in[k];
 }
 
 /* The location operand k of v is read from, before broadcasting. */

@@ -109,12 +109,12 @@ static bool copy_unreadable(struct graph *g, const struct value *v)
 {
     if (v->op == AD_OP_place || !(is_alone(v->op) || is_stencil(v->op)))
         return true;
-    for (uint32_t k = 0; k < ad_ops[v->op].arity; k++) {
-        const struct loc *l = &g->locs[v->in[k]];
-        const struct value *x = &g->values[v->in[k]];
+    for (size_t k = 0; k < n_operands(g, v); k++) {
+        const struct loc *l = &g->locs[operand(g, v, k)];
+        const struct value *x = &g->values[operand(g, v, k)];
         bool repeats_cols = l->cs == 0 && x->cols > 1, repeats_rows = l->rs == 0 && x->rows > 1;
         bool unreadable = repeats_cols || (is_alone(v->op) && (l->list || repeats_rows));
-        if (unreadable && !make_copy(g, v->in[k]))
+        if (unreadable && !make_copy(g, operand(g, v, k)))
             return false;
     }
     return true;

@@ -16,6 +16,7 @@ struct ad_direct {
     void *value, *adjoint;
     uint32_t singular; /* of the last sweep forward: the first factor with a singular column ... */
     size_t column;     /* ... and that; 0: none */
+    struct ad_error error; /* of a loop */
 };
 
 static inline size_t direct_offset(const struct ad_direct *d, uint32_t id)
@@ -23,6 +24,9 @@ static inline size_t direct_offset(const struct ad_direct *d, uint32_t id)
     return id < d->n_scalars ? id : d->offset[id];
 }
 
+/* A loop, or its adjoint: its value; adjoints of what it reads. Errors are kept in d->error. */
+void ad_direct_scan(const ad_tape *tape, struct ad_direct *d, uint32_t id);
+void ad_direct_scan_back(const ad_tape *tape, struct ad_direct *d, uint32_t id);
 /* Values of nodes [0, end), whose inputs are set. */
 void ad_forward_f32(const ad_tape *tape, struct ad_direct *d, uint32_t end);
 void ad_forward_f64(const ad_tape *tape, struct ad_direct *d, uint32_t end);

@@ -142,9 +142,12 @@ static enum ad_status run(size_t n, const ad_var x[], const double *const at[], 
             put(tape, d->value, direct_offset(d, x[k].id), node_size(node_at(tape, x[k].id)),
                 at[k]);
     d->singular = 0;
+    d->error = (struct ad_error){0};
     (wide ? ad_forward_f64 : ad_forward_f32)(tape, d, end);
     if (d->singular)
         return ad_name_singular(error, d->singular, node_at(tape, d->singular)->aux, d->column);
+    if (d->error.status != AD_OK)
+        return ad_fail(error, d->error.status, "%s", d->error.message);
     const size_t y_at = direct_offset(d, y.id), y_size = node_size(node_at(tape, y.id));
     if (value)
         get(tape, d->value, y_at, y_size, value);
@@ -154,6 +157,8 @@ static enum ad_status run(size_t n, const ad_var x[], const double *const at[], 
     for (size_t k = 0; k < y_size; k++)
         put(tape, d->adjoint, y_at + k, 1, &(double){1});
     (wide ? ad_backward_f64 : ad_backward_f32)(tape, d, end);
+    if (d->error.status != AD_OK)
+        return ad_fail(error, d->error.status, "%s", d->error.message);
     for (size_t k = 0; k < n; k++) {
         const size_t size = node_size(node_at(tape, x[k].id));
         if (gradient[k] && x[k].id < end)

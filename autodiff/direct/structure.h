@@ -161,6 +161,10 @@ static void structure(const ad_tape *tape, struct ad_direct *d, uint32_t id, boo
     case AD_OP_diff_adjoint:
         diff(tape, n, n, in->cols, x, y, !backward);
         break;
+    case AD_OP_scan:
+    case AD_OP_scan_adjoint:
+        (backward ? ad_direct_scan_back : ad_direct_scan)(tape, d, id);
+        break;
     case AD_OP_factor:
     case AD_OP_solve:
     case AD_OP_logdet:

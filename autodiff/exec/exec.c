@@ -160,6 +160,8 @@ void ad_execute(const ad_program *p, const struct segment *segments, size_t firs
             run_code(p, g);
         } else if (g->fused) {
             run_fused(p, g, check);
+        } else if (p->instructions[g->first].kind == DO_SCAN) {
+            ad_run_scan(p, &p->instructions[g->first], check);
         } else {
             ad_run_alone(p, g);
             if (check)
@@ -184,7 +186,7 @@ static void run(ad_program *p, bool again)
     size_t first, last;
     const struct segment *segments = segments_of(p, again, &first, &last);
     ad_execute(p, segments, first, last, NULL);
-    ad_report_singular(p, &p->error);
+    ad_report_run(p, &p->error);
 }
 
 void ad_run(ad_program *p)
@@ -229,7 +231,7 @@ double ad_run_timed(ad_program *p)
         if (p->instructions[segments[i].first].kind == DO_MATMUL)
             products += ad_now() - began;
     }
-    ad_report_singular(p, &p->error);
+    ad_report_run(p, &p->error);
     p->held_stand = p->was_run = true;
     return products;
 }

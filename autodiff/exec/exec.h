@@ -30,6 +30,16 @@ void ad_run_tile(const ad_program *program, const struct segment *segment, const
 void ad_run_instruction(const ad_program *program, const struct segment *segment,
                         const struct instruction *instruction, const struct tile *tile);
 void ad_run_alone(const ad_program *program, const struct segment *segment);
+/* The first value of the last run that went wrong, a factor or a loop, which *error names;
+   UINT32_MAX and status AD_OK: none. */
+uint32_t ad_report_run(const ad_program *program, struct ad_error *error);
+/* Loops (scans.c): those of the tape, for the values that its nodes became; false, with an error,
+   where they cannot be made. Running one; freeing all; bytes of all. */
+bool ad_make_scans(ad_program *program, ad_tape *tape, const uint32_t *renumber);
+void ad_run_scan(const ad_program *program, const struct instruction *instruction,
+                 struct check *check);
+void ad_free_scans(ad_program *program);
+size_t ad_scans_bytes(const ad_program *program);
 /* Factors of small systems, solutions, log-determinants (systems.c). */
 void ad_run_system(const ad_program *program, const struct segment *segment);
 /* The first factor with a singular column, which *error names; NULL, and status AD_OK: none. */

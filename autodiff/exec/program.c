@@ -25,6 +25,7 @@ void ad_program_free(ad_program *p)
     free(p->ports);
     free(p->calls);
     free(p->factors);
+    ad_free_scans(p);
     free(p->memory);
     free(p->tiles);
     free(p->more_tiles);
@@ -42,6 +43,8 @@ void ad_set_threads(ad_program *p, size_t threads)
     free(p->more_tiles);
     p->more_tiles = more;
     p->threads = threads;
+    for (size_t k = 0; k < p->n_scans; k++)
+        ad_set_threads(ad_step_program(p, k), threads);
 }
 
 /* ---- inputs and outputs ---- */
@@ -126,9 +129,10 @@ enum ad_status ad_run_checked(ad_program *p, struct ad_error *error)
     ad_execute(p, p->segments, 0, p->n_segments, &check);
     p->held_stand = p->was_run = true;
     look_at_leaves(p, &check);
-    const struct factor *singular = ad_report_singular(p, &p->error);
-    if (check.value == UINT32_MAX || (singular && check.value == singular->value))
-        return singular ? ad_fail(error, p->error.status, "%s", p->error.message) : AD_OK;
+    uint32_t wrong = ad_report_run(p, &p->error);
+    if (check.value == UINT32_MAX || wrong <= check.value)
+        return wrong != UINT32_MAX ? ad_fail(error, p->error.status, "%s", p->error.message)
+                                   : AD_OK;
     const struct value *v = &p->values[check.value];
     const char *label = label_of(p, check.value);
     check.row += check.col / v->cols; /* flat segments run all rows as one */
@@ -145,7 +149,8 @@ struct ad_program_info ad_program_info(const ad_program *p)
         return (struct ad_program_info){0};
     struct ad_program_info info = {.nodes = p->n_values,
                                    .segments = p->n_segments - p->n_constant_segments,
-                                   .value_bytes = p->memory_bytes + p->threads * p->tile_bytes};
+                                   .value_bytes = p->memory_bytes + p->threads * p->tile_bytes +
+                                                  ad_scans_bytes(p)};
     for (size_t i = 0; i < p->n_values; i++)
         info.constants += (p->values[i].flags & VALUE_CONSTANT) != 0;
     for (size_t i = p->n_constant_segments; i < p->n_segments; i++)

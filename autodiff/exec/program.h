@@ -65,14 +65,16 @@ enum instruction_kind {
     DO_CUMSUM,
     DO_FACTOR,
     DO_SOLVE,
-    DO_LOGDET
+    DO_LOGDET,
+    DO_SCAN /* a loop, or back through one */
 };
 
 /* loc[0]: result; loc[1..3]: operands. Sinks: loc[3] is their number. diff: loc[2] numbers its
    scale in `numbers`, loc[3] tells repeat. matmul: loc[3] holds the bits below. place: parts
    loc[1] .. loc[1]+loc[2]. gather and scatter of columns: loc[2] is 1 + their list's place in
    `lists`. cumsum and small systems: loc[3] is aux of the node; factors are numbered in loc[2];
-   solutions read their factor at loc[1] and their right sides at loc[2]. */
+   solutions read their factor at loc[1] and their right sides at loc[2]. scan: loc[1] is its number
+   in `scans`. */
 enum { MATMUL_TA = 1, MATMUL_TB = 2, MATMUL_ADDS = 4 };
 
 struct instruction {
@@ -145,6 +147,17 @@ struct factor {
     struct ad_factored found;
 };
 
+/* A loop of a program, or the way back through one that comes before. */
+struct program_scan {
+    uint32_t value;
+    struct scan *scan;            /* its own, or */
+    struct scan_adjoint *adjoint; /* NULL in a loop */
+    uint32_t of;                  /* the number of the loop this is the way back through */
+    uint32_t n_operands;
+    uint32_t *operand; /* values */
+    struct matrix_at *z;
+};
+
 struct ad_program {
     enum ad_type type;
     uint32_t recording; /* number of the recording whose handles name the ports */
@@ -163,6 +176,8 @@ struct ad_program {
     size_t n_parts;
     struct call *calls;
     size_t n_calls;
+    struct program_scan *scans;
+    size_t n_scans;
     double *numbers;
     size_t n_numbers;
     uint32_t *lists;
@@ -186,6 +201,10 @@ struct ad_program {
     const struct back_end *back_end; /* NULL: interpreted; its state: */
     void *back_end_state;
 };
+
+/* The program of a step of loop number k, and how many steps the loop has. */
+ad_program *ad_step_program(const ad_program *program, size_t k);
+size_t ad_step_count(const ad_program *program, size_t k);
 
 /* Runs segments [first, last), the program's own or a back end's. With `check`, records the
    earliest value that is not finite. */

@@ -104,21 +104,21 @@ static uint32_t finish(struct sweep *s, uint32_t id)
 }
 
 /* Marks the nodes that depend on an x. */
-static void mark(struct sweep *s, uint32_t last, size_t n, const ad_var x[])
+static void mark(struct sweep *s, uint32_t end, size_t n, const ad_var x[])
 {
     for (size_t k = 0; k < n; k++)
-        if (x[k].id <= last)
+        if (x[k].id < end)
             s->flags[x[k].id] |= NEEDED;
-    for (uint32_t id = 1; id <= last; id++) {
+    for (uint32_t id = 1; id < end; id++) {
         const struct node *node = node_at(s->tape, id);
         for (size_t k = 0; k < n_inputs(s->tape, node); k++)
             s->flags[id] |= s->flags[input_of(s->tape, node, k)];
     }
 }
 
-static void sweep(struct sweep *s, uint32_t last)
+static void sweep(struct sweep *s, uint32_t end)
 {
-    for (uint32_t id = last; id > 0 && s->tape->error.status == AD_OK; id--) {
+    for (uint32_t id = end - 1; id > 0 && s->tape->error.status == AD_OK; id--) {
         if (!is_needed(s, id))
             continue;
         const struct node *node = node_at(s->tape, id);
@@ -152,25 +152,25 @@ static bool can_derive(unsigned op, ad_var y, size_t n, const ad_var x[], const 
            ad_all_on(*tape, op, "x", n, x);
 }
 
-enum ad_status ad_sweep_back(ad_var y, ad_var seed, bool tainted, size_t n, const ad_var x[],
-                             ad_var g[])
+enum ad_status ad_sweep_back(ad_tape *tape, size_t m, const ad_var y[], const ad_var seed[],
+                             bool tainted, size_t n, const ad_var x[], ad_var g[])
 {
-    ad_tape *tape = y.tape;
-    size_t size = (size_t)y.id + 1;
+    const uint32_t end = ad_end_of(m, y);
     struct sweep s = {.tape = tape,
-                      .adjoint = calloc(size, sizeof *s.adjoint),
-                      .first = calloc(size, sizeof *s.first),
-                      .flags = calloc(size, sizeof *s.flags)};
+                      .adjoint = calloc(end, sizeof *s.adjoint),
+                      .first = calloc(end, sizeof *s.first),
+                      .flags = calloc(end, sizeof *s.flags),
+                      .tainted = tainted};
     if (!s.adjoint || !s.first || !s.flags) {
         ad_fail(&tape->error, AD_E_MEMORY, "out of memory in the gradient");
     } else {
-        mark(&s, y.id, n, x);
-        s.adjoint[y.id] = seed.id;
-        s.flags[y.id] |= tainted ? TAINTED : 0;
-        sweep(&s, y.id);
+        mark(&s, end, n, x);
+        for (size_t k = 0; k < m; k++)
+            ad_accumulate(&s, y[k].id, seed[k]);
+        sweep(&s, end);
     }
     for (size_t k = 0; k < n && tape->error.status == AD_OK; k++) {
-        uint32_t id = x[k].id <= y.id ? finish(&s, x[k].id) : 0; /* node 0 is the constant 0 */
+        uint32_t id = x[k].id < end ? finish(&s, x[k].id) : 0; /* node 0 is the constant 0 */
         g[k] = ad_broadcast(ad_at(tape, id), ad_rows(x[k]), ad_cols(x[k]));
     }
     free(s.adjoint);
@@ -191,9 +191,11 @@ enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[])
     ad_tape *tape;
     bool can = can_derive(AD_COMPOSITE_grad, y, n, x, g, &tape);
     set_none(tape, n, g);
-    return can    ? ad_sweep_back(y, ad_scalar(tape, 1), false, n, x, g)
-           : tape ? tape->error.status
-                  : AD_E_TAPE;
+    if (can) {
+        ad_var one = ad_scalar(tape, 1);
+        return ad_sweep_back(tape, 1, &y, &one, false, n, x, g);
+    }
+    return tape ? tape->error.status : AD_E_TAPE;
 }
 
 enum ad_status ad_vjp(ad_var y, ad_var seed, size_t n, const ad_var x[], ad_var g[])
@@ -208,5 +210,7 @@ enum ad_status ad_vjp(ad_var y, ad_var seed, size_t n, const ad_var x[], ad_var 
                            "the seed does not broadcast to y");
         can = false;
     }
-    return can ? ad_sweep_back(y, seed, false, n, x, g) : tape ? tape->error.status : AD_E_TAPE;
+    return can    ? ad_sweep_back(tape, 1, &y, &seed, false, n, x, g)
+           : tape ? tape->error.status
+                  : AD_E_TAPE;
 }

@@ -156,6 +156,10 @@ void ad_structure_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g
     case AD_OP_solve:
         solve_rule(s, n, y, full(g, n));
         break;
+    case AD_OP_scan:
+    case AD_OP_scan_adjoint:
+        ad_scan_rule(s, n, y, full(g, n));
+        break;
     case AD_OP_logdet:
         ad_accumulate(s, n->in[0], ad_mul(g, ad_logdet_slope(n, s->tape)));
         break;

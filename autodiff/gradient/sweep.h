@@ -32,13 +32,21 @@ static inline bool ad_fits(ad_var d, ad_var x)
            (ad_cols(d) == ad_cols(x) || ad_cols(d) == 1);
 }
 
-/* The sweeps of ad_vjp and ad_jvp; arguments have been checked. `tainted`: factors of exactly 0
-   stay 0 whatever they are multiplied by, so that an infinite derivative in one direction makes no
-   NaN in another. */
-enum ad_status ad_sweep_back(ad_var y, ad_var seed, bool tainted, size_t n, const ad_var x[],
-                             ad_var g[]);
-enum ad_status ad_sweep_forward(ad_var y, bool tainted, size_t n, const ad_var x[],
-                                const ad_var dx[], ad_var *dy);
+/* The sweeps of ad_vjp and ad_jvp, of m values; arguments have been checked. `tainted`: factors of
+   exactly 0 stay 0 whatever they are multiplied by, so that an infinite derivative in one direction
+   makes no NaN in another. */
+enum ad_status ad_sweep_back(ad_tape *tape, size_t m, const ad_var y[], const ad_var seed[],
+                             bool tainted, size_t n, const ad_var x[], ad_var g[]);
+enum ad_status ad_sweep_forward(ad_tape *tape, bool tainted, size_t n, const ad_var x[],
+                                const ad_var dx[], size_t m, const ad_var y[], ad_var dy[]);
+/* One past the last of the nodes x[0..n-1]. */
+static inline uint32_t ad_end_of(size_t n, const ad_var x[])
+{
+    uint32_t end = 1;
+    for (size_t k = 0; k < n; k++)
+        end = x[k].id < end ? end : x[k].id + 1;
+    return end;
+}
 
 /* Operations that send an exact zero to the branch not taken. */
 bool ad_branches(uint16_t op);
@@ -50,11 +58,17 @@ ad_var ad_reduce_to(ad_var c, const struct node *y, const struct node *x);
 /* Passes the adjoint g of node n on to its inputs. */
 void ad_elementwise_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g);
 void ad_structure_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g);
+void ad_scan_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g);
 /* The gradient of a log-determinant with respect to its matrix. */
 ad_var ad_logdet_slope(const struct node *n, ad_tape *tape);
 /* The tangent of an elementwise y from those of its operands (id 0: none); id 0 if there is none.
  */
 ad_var ad_elementwise_tangent(const struct node *n, ad_var y, const ad_var t[3], bool tainted);
+/* The tangent of a loop, or of its adjoint, from those of all nodes (0: none); id 0: none. */
+ad_var ad_scan_tangent(const struct node *n, ad_var y, const uint32_t *tangent);
+/* The loop of a loop and its derivative along its states and the other operands that `along` marks:
+   all states, then their tangents, inputs and tangents of those marked, and so on. Its number. */
+uint32_t ad_tangent_loop(ad_tape *tape, uint32_t loop, const uint8_t *along);
 /* A bit for each operand on which the derivative of an elementwise operation is not always 0. */
 unsigned ad_derivative_operands(uint16_t op);
 

@@ -76,6 +76,8 @@ static ad_var derivative(const struct forward *f, uint32_t id)
         return placed(f, &n);
     if (n.op == AD_OP_solve)
         return solution(f, &n, ad_at(f->tape, id), t);
+    if (n.op == AD_OP_scan || n.op == AD_OP_scan_adjoint)
+        return ad_scan_tangent(&n, ad_at(f->tape, id), f->tangent);
     if (!t[0].id || n.op == AD_OP_factor)
         return ad_at(f->tape, 0);
     if (n.op == AD_OP_logdet)
@@ -96,9 +98,9 @@ static void add(struct forward *f, uint32_t id, ad_var t)
     f->tangent[id] = f->tangent[id] ? ad_add(tangent_of(f, id), t).id : t.id;
 }
 
-static void sweep(struct forward *f, uint32_t last)
+static void sweep(struct forward *f, uint32_t end)
 {
-    for (uint32_t id = 1; id <= last && f->tape->error.status == AD_OK; id++) {
+    for (uint32_t id = 1; id < end && f->tape->error.status == AD_OK; id++) {
         const struct node *n = node_at(f->tape, id);
         bool any = false;
         for (size_t k = 0; k < n_inputs(f->tape, n); k++) {
@@ -112,23 +114,23 @@ static void sweep(struct forward *f, uint32_t last)
     }
 }
 
-enum ad_status ad_sweep_forward(ad_var y, bool tainted, size_t n, const ad_var x[],
-                                const ad_var dx[], ad_var *dy)
+enum ad_status ad_sweep_forward(ad_tape *tape, bool tainted, size_t n, const ad_var x[],
+                                const ad_var dx[], size_t m, const ad_var y[], ad_var dy[])
 {
-    ad_tape *tape = y.tape;
-    struct forward f = {.tape = tape,
-                        .tangent = calloc((size_t)y.id + 1, sizeof *f.tangent),
-                        .tainted = calloc((size_t)y.id + 1, 1)};
+    const uint32_t end = ad_end_of(m, y);
+    struct forward f = {
+        .tape = tape, .tangent = calloc(end, sizeof *f.tangent), .tainted = calloc(end, 1)};
     if (!f.tangent || !f.tainted) {
         ad_fail(&tape->error, AD_E_MEMORY, "out of memory in the derivative");
     } else {
         for (size_t k = 0; k < n; k++)
-            if (x[k].id <= y.id) {
+            if (x[k].id < end) {
                 add(&f, x[k].id, dx[k]);
                 f.tainted[x[k].id] |= tainted;
             }
-        sweep(&f, y.id);
-        *dy = ad_broadcast(tangent_of(&f, y.id), ad_rows(y), ad_cols(y));
+        sweep(&f, end);
+        for (size_t k = 0; k < m; k++)
+            dy[k] = ad_broadcast(tangent_of(&f, y[k].id), ad_rows(y[k]), ad_cols(y[k]));
     }
     free(f.tangent);
     free(f.tainted);
@@ -159,5 +161,5 @@ enum ad_status ad_jvp(ad_var y, size_t n, const ad_var x[], const ad_var dx[], a
                                "direction %zu does not broadcast to its variable", k);
             return tape->error.status;
         }
-    return ad_sweep_forward(y, false, n, x, dx, dy);
+    return ad_sweep_forward(tape, false, n, x, dx, 1, &y, dy);
 }

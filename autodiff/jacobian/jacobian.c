@@ -61,8 +61,8 @@ static bool record(ad_jacobian *J, ad_var y, size_t n, const ad_var x[], bool fo
         seed[k] = ad_input(y.tape, ad_rows(of), ad_cols(of), "seed");
     }
     done = done && y.tape->error.status == AD_OK &&
-           (forward ? ad_sweep_forward(y, true, n, x, seed, result)
-                    : ad_sweep_back(y, seed[0], true, n, x, result)) == AD_OK &&
+           (forward ? ad_sweep_forward(y.tape, true, n, x, seed, 1, &y, result)
+                    : ad_sweep_back(y.tape, 1, &y, seed, true, n, x, result)) == AD_OK &&
            ad_compile(y.tape, n_results, result, &J->program) == AD_OK;
     if (done) {
         J->seed = vectors(J->program, n_seeds, seed);

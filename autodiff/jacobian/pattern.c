@@ -209,6 +209,19 @@ static void solved(struct search *s, const struct node *n, uint32_t *result)
     }
 }
 
+/* Loops: each element by all operands. */
+static void looped(struct search *s, const struct node *n, uint32_t *result)
+{
+    uint32_t all = 0;
+    for (size_t k = 0; k < n_inputs(s->tape, n); k++) {
+        const uint32_t x = input_of(s->tape, n, k);
+        for (size_t r = 0; r < node_at(s->tape, x)->rows; r++)
+            all = ad_set_union(&s->sets, all, line(s, x, false, r));
+    }
+    for (size_t k = 0; k < node_size(n); k++)
+        result[k] = all;
+}
+
 /* ---- nodes ---- */
 
 static bool fill(struct search *s, const struct node *n, uint32_t *result)
@@ -230,6 +243,10 @@ static bool fill(struct search *s, const struct node *n, uint32_t *result)
     case AD_OP_solve:
     case AD_OP_logdet:
         solved(s, n, result);
+        return true;
+    case AD_OP_scan:
+    case AD_OP_scan_adjoint:
+        looped(s, n, result);
         return true;
     case AD_OP_factor: /* derivatives pass through its operands */
         return true;

@@ -186,8 +186,19 @@ static void compile(ad_program *p, struct state *state, double worth)
         install(p, worth, &compiler, state);
 }
 
+/* Whether the steps of a loop run as machine code. */
+static bool has_native_steps(const ad_program *p)
+{
+    for (size_t k = 0; k < p->n_scans; k++)
+        if (!*ad_native_note(ad_step_program(p, k)))
+            return true;
+    return false;
+}
+
 bool ad_native(ad_program *p, double runs, struct ad_error *note)
 {
+    for (size_t k = 0; p && k < p->n_scans; k++)
+        ad_native(ad_step_program(p, k), runs * (double)ad_step_count(p, k), NULL);
     struct state *state = p ? state_of(p) : NULL;
     struct ad_error none = {0};
     if (!state) {
@@ -208,13 +219,16 @@ bool ad_native(ad_program *p, double runs, struct ad_error *note)
         if (price == 0) /* ad_native_lazy was not called */
             state->price = 0;
     }
-    if (!state->native && note)
+    bool native = state->native || has_native_steps(p);
+    if (!native && note)
         *note = state->why;
-    return state->native;
+    return native;
 }
 
 void ad_native_lazy(ad_program *p)
 {
+    for (size_t k = 0; p && k < p->n_scans; k++)
+        ad_native_lazy(ad_step_program(p, k));
     struct state *state = p ? state_of(p) : NULL;
     if (!state || state->native || is_refused(p, &state->why))
         return;
@@ -241,8 +255,8 @@ static const struct segment *prepare(ad_program *p, bool again, size_t *first, s
 const char *ad_native_note(const ad_program *p)
 {
     const struct state *state = p ? p->back_end_state : NULL;
-    return !p                             ? ad_program_error(NULL)->message
-           : state && state->native       ? ""
-           : state && *state->why.message ? state->why.message
-                                          : "nobody asked for machine code";
+    return !p                                                ? ad_program_error(NULL)->message
+           : (state && state->native) || has_native_steps(p) ? ""
+           : state && *state->why.message                    ? state->why.message
+                                                             : "nobody asked for machine code";
 }

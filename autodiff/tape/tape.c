@@ -111,6 +111,8 @@ ad_tape *ad_tape_copy(const ad_tape *tape)
     if (!copy)
         return NULL;
     copy->direct = NULL;
+    copy->loops = NULL;
+    copy->n_loops = copy->max_loops = 0;
     copy->blocks = NULL;
     copy->n_blocks = copy->max_blocks = 0;
     copy->max_numbers = tape->n_numbers;
@@ -124,6 +126,7 @@ ad_tape *ad_tape_copy(const ad_tape *tape)
     for (size_t k = 0; done && k < tape->n_blocks; k++)
         if ((done = add_block(copy)))
             memcpy(copy->blocks[k], tape->blocks[k], BLOCK_SIZE * sizeof(struct node));
+    done = done && ad_loops_copy(copy, tape);
     if (done)
         return copy;
     ad_tape_free(copy);
@@ -139,6 +142,7 @@ void ad_tape_reset(ad_tape *tape)
     tape->n_scalars = tape->last_input = 0;
     tape->n_nodes = tape->n_numbers = tape->n_lists = tape->n_labels = tape->n_texts = 0;
     ad_direct_reset(tape->direct);
+    ad_loops_free(tape);
     record_zero(tape); /* cannot fail: the memory was kept */
 }
 
@@ -155,6 +159,8 @@ void ad_tape_free(ad_tape *tape)
     free(tape->labels);
     free(tape->texts);
     ad_direct_free(tape->direct);
+    ad_loops_free(tape);
+    free(tape->loops);
     free(tape);
 }
 
@@ -170,7 +176,10 @@ size_t ad_tape_bytes(const ad_tape *tape)
 {
     if (!tape)
         return 0;
-    return sizeof *tape + tape->n_blocks * BLOCK_SIZE * sizeof(struct node) +
+    size_t bodies = tape->max_loops * sizeof *tape->loops;
+    for (size_t k = 0; k < tape->n_loops; k++)
+        bodies += ad_tape_bytes(tape->loops[k].body);
+    return sizeof *tape + bodies + tape->n_blocks * BLOCK_SIZE * sizeof(struct node) +
            tape->max_blocks * sizeof *tape->blocks + tape->max_numbers * sizeof *tape->numbers +
            tape->max_lists * sizeof *tape->lists + tape->max_labels * sizeof *tape->labels +
            tape->max_texts;
