@@ -192,7 +192,7 @@ $(BUILD)/leastaction.map: $(PUBLIC)
 
 $(SO): $(LIB_OBJ) $(BUILD)/leastaction.map
 	$(call say,LD,$@)
-	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -shared -Wl,-soname,libleastaction.so.0 \
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -shared -Wl,-soname,libleastaction.so.0,-z,nodelete \
 	    -Wl,--version-script=$(BUILD)/leastaction.map $(filter %.o,$^) $(LIBS) -o $@
 
 $(BUILD)/apps.a: $(APP_OBJ)

@@ -6,6 +6,7 @@
 #include "autodiff/blas.h"
 #include "autodiff/clock.h"
 #include "exec.h"
+#include "pool.h"
 
 #include <math.h>
 #include <string.h>
@@ -119,32 +120,46 @@ static void run_code_chunk(const ad_program *p, const struct segment *g, uint32_
     g->code(p->memory, p->lists, number, t.row, t.row + t.rows, t.col, t.col + t.cols);
 }
 
+/* A chunk of a segment, for the pool. */
+struct piece {
+    const ad_program *p;
+    const struct segment *g;
+};
+
+static void run_code_piece(void *context, size_t thread, size_t number)
+{
+    const struct piece *of = context;
+    (void)thread;
+    run_code_chunk(of->p, of->g, (uint32_t)number);
+}
+
+static void run_fused_piece(void *context, size_t thread, size_t number)
+{
+    const struct piece *of = context;
+    const ad_program *p = of->p;
+    run_chunk(p, of->g, (uint32_t)number,
+              thread ? p->more_tiles + (thread - 1) * p->tile_bytes : p->tiles, NULL);
+}
+
 static void run_code(const ad_program *p, const struct segment *g)
 {
     if (g->chunks == 1) {
         run_code_chunk(p, g, 0);
-        return; /* unsplit segments accumulate into the result itself */
+        return; /* whole segments leave their sums where they belong */
     }
-#pragma omp parallel for num_threads((int)p->threads) schedule(static, 1) if (p->threads > 1)
-    for (uint32_t c = 0; c < g->chunks; c++)
-        run_code_chunk(p, g, c);
+    ad_parallel(p->threads, g->chunks, run_code_piece, &(struct piece){p, g});
     collect_sinks(p, g, NULL);
 }
 
 static void run_fused(const ad_program *p, const struct segment *g, struct check *check)
 {
-    if (g->n_calls && !check) {
+    if (g->n_calls && !check)
         run_calls(p, g);
-    } else if (g->chunks == 1 || p->threads == 1 || check) {
+    else if (check)
         for (uint32_t c = 0; c < g->chunks; c++)
             run_chunk(p, g, c, p->tiles, check);
-    } else {
-#pragma omp parallel for num_threads((int)p->threads) schedule(static, 1)
-        for (size_t thread = 0; thread < p->threads; thread++)
-            for (size_t c = thread; c < g->chunks; c += p->threads)
-                run_chunk(p, g, (uint32_t)c,
-                          thread ? p->more_tiles + (thread - 1) * p->tile_bytes : p->tiles, NULL);
-    }
+    else
+        ad_parallel(p->threads, g->chunks, run_fused_piece, &(struct piece){p, g});
     if (g->n_sinks)
         collect_sinks(p, g, check);
 }

@@ -2,6 +2,7 @@
    columns, cumulative sums. */
 #include "autodiff/blas.h"
 #include "exec.h"
+#include "pool.h"
 
 #include <string.h>
 
@@ -51,21 +52,26 @@ static void multiply(const ad_program *p, const struct segment *g, const struct 
                  p->memory + o->off + from * (by_rows ? o->rs : 1) * e, o->rs);
 }
 
-/* A parallel region of one thread costs as much as a small product, so there is none for one piece.
- */
+struct product {
+    const ad_program *p;
+    const struct segment *g;
+    const struct instruction *in;
+    size_t pieces;
+};
+
+static void multiply_piece(void *context, size_t thread, size_t i)
+{
+    const struct product *of = context;
+    (void)thread;
+    multiply(of->p, of->g, of->in, i, of->pieces);
+}
+
 static void matmul(const ad_program *p, const struct segment *g, const struct instruction *in)
 {
     const struct value *a = &p->values[in->loc[1]];
     double work = (double)a->rows * a->cols * g->cols;
     size_t pieces = pieces_of(g->rows > g->cols ? g->rows : g->cols, work);
-    if (pieces == 1 || p->threads == 1) {
-        for (size_t i = 0; i < pieces; i++)
-            multiply(p, g, in, i, pieces);
-        return;
-    }
-#pragma omp parallel for num_threads((int)p->threads) schedule(static, 1)
-    for (size_t i = 0; i < pieces; i++)
-        multiply(p, g, in, i, pieces);
+    ad_parallel(p->threads, pieces, multiply_piece, &(struct product){p, g, in, pieces});
 }
 
 static void place(const ad_program *p, const struct segment *g, const struct instruction *in)

@@ -1,6 +1,7 @@
 /* Small linear systems, one per column, in chunks of columns, so that the number of threads changes
    no result. */
 #include "exec.h"
+#include "pool.h"
 
 #include <math.h>
 
@@ -27,25 +28,35 @@ static struct ad_factored run_columns(const ad_program *p, const struct segment 
     return (struct ad_factored){.singular = SIZE_MAX};
 }
 
+struct columns {
+    const ad_program *p;
+    const struct segment *g;
+    struct ad_factored found; /* the first singular column, the largest condition */
+};
+
+static void run_piece(void *context, size_t thread, size_t k)
+{
+    struct columns *of = context;
+    const size_t from = k * CHUNK, left = of->g->cols - from;
+    struct ad_factored found = run_columns(of->p, of->g, &of->p->instructions[of->g->first], from,
+                                           left < CHUNK ? left : CHUNK);
+    (void)thread;
+#pragma omp critical(ad_system)
+    {
+        if (found.singular != SIZE_MAX && from + found.singular < of->found.singular)
+            of->found.singular = from + found.singular;
+        if (found.condition > of->found.condition)
+            of->found.condition = found.condition;
+    }
+}
+
 void ad_run_system(const ad_program *p, const struct segment *g)
 {
     const struct instruction *in = &p->instructions[g->first];
-    const size_t chunks = (g->cols - 1) / CHUNK + 1;
-    size_t first = SIZE_MAX;
-    double condition = 0;
-#pragma omp parallel for num_threads((int)p->threads) schedule(static, 1) reduction(min            \
-                                                                                    : first)       \
-    reduction(max                                                                                  \
-              : condition) if (p->threads > 1 && chunks > 1)
-    for (size_t k = 0; k < chunks; k++) {
-        size_t from = k * CHUNK, n = g->cols - from < CHUNK ? g->cols - from : CHUNK;
-        struct ad_factored found = run_columns(p, g, in, from, n);
-        if (found.singular != SIZE_MAX && from + found.singular < first)
-            first = from + found.singular;
-        condition = found.condition > condition ? found.condition : condition;
-    }
+    struct columns all = {p, g, {.singular = SIZE_MAX}};
+    ad_parallel(p->threads, (g->cols - 1) / CHUNK + 1, run_piece, &all);
     if (in->kind == DO_FACTOR)
-        p->factors[in->loc[2]].found = (struct ad_factored){first, condition};
+        p->factors[in->loc[2]].found = all.found;
 }
 
 const struct factor *ad_report_singular(const ad_program *p, struct ad_error *error)

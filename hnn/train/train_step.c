@@ -4,6 +4,7 @@
    blocks. The last block may be padded by samples of weight 0. Blocks are cut and summed in the
    same way whatever the number of threads. */
 #include "train.h"
+#include "autodiff/exec/pool.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -172,15 +173,30 @@ static void add_block(const struct hnn_problem *p, ad_program *program, size_t b
         add_gradient(p, ad_data(program, b->gradient));
 }
 
+struct round {
+    const struct hnn_problem *p;
+    double *products;
+    size_t first; /* block of the first worker */
+};
+
+static void run_worker(void *context, size_t thread, size_t k)
+{
+    const struct round *round = context;
+    const struct hnn_problem *p = round->p;
+    (void)thread;
+    run_block(p, p->block.program[k], (round->first + k) * p->block.columns, round->products);
+}
+
+/* As many blocks at once as there are workers; sums in the order of blocks. */
 static double evaluate(const struct hnn_problem *p, size_t workers, double *products)
 {
     double loss = 0;
-#pragma omp parallel for ordered schedule(static, 1) num_threads((int)workers) if (workers > 1)
-    for (size_t block = 0; block < p->blocks; block++) {
-        ad_program *program = p->block.program[block % workers];
-        run_block(p, program, block * p->block.columns, products);
-#pragma omp ordered
-        add_block(p, program, block, &loss);
+    struct round round = {p, products, 0};
+    for (; round.first < p->blocks; round.first += workers) {
+        const size_t left = p->blocks - round.first, n = left < workers ? left : workers;
+        ad_parallel(n, n, run_worker, &round);
+        for (size_t k = 0; k < n; k++)
+            add_block(p, p->block.program[k], round.first + k, &loss);
     }
     return loss;
 }

@@ -1,11 +1,16 @@
 /* Results do not depend on the number of threads, to the last bit: elementwise, sums, pair laws,
    matmul, and gradients of them, large enough to be split. */
 #include "support.h"
+#include "autodiff/exec/pool.h"
 #include "tests/mentions.h"
 
 #include <cblas.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
 
 enum { MAX_OUT = 8 };
 
@@ -196,6 +201,96 @@ static void test_check_mode(void **state)
     ad_tape_free(t);
 }
 
+/* The child of a process that has computed by threads has none of them, and computes the same. */
+static void test_after_fork(void **state)
+{
+    (void)state;
+    enum { N = 400000, THREADS = 4 };
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, N, NULL), y = ad_sum(ad_sin(ad_exp(x)));
+    ad_program *p = compile(t, 1, &y);
+    double *v = malloc(N * sizeof *v), before, after;
+    assert_non_null(v);
+    for (size_t i = 0; i < N; i++)
+        v[i] = (double)(i % 1000) / 1000;
+    ad_set(p, x, v);
+    ad_set_threads(p, THREADS);
+    for (int k = 0; k < 20; k++)
+        ad_run(p);
+    ad_get(p, y, &before);
+    pid_t child = fork();
+    if (child == 0) {
+        for (int k = 0; k < 20; k++)
+            ad_run(p);
+        ad_get(p, y, &after);
+        _exit(after == before ? 0 : 1);
+    }
+    int status;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_int_equal(status, 0);
+    ad_run(p);
+    ad_get(p, y, &after);
+    assert_memory_equal(&after, &before, sizeof after);
+    free(v);
+    ad_program_free(p);
+    ad_tape_free(t);
+}
+
+enum { PARTS = 1000 };
+
+static void count_part(void *context, size_t thread, size_t k)
+{
+    int *times = context;
+    (void)thread;
+    times[k]++;
+}
+
+static void count_again(void *context, size_t thread, size_t k)
+{
+    int *times = context;
+    (void)thread;
+    ad_parallel(8, PARTS, count_part, times + k * PARTS);
+}
+
+/* Also where a part is a job itself. */
+static void test_each_part_once(void **state)
+{
+    (void)state;
+    enum { OUTER = 50 };
+    static int times[OUTER * PARTS];
+    for (int job = 1; job <= 20; job++) {
+        ad_parallel((size_t)job, OUTER, count_again, times);
+        for (size_t k = 0; k < OUTER * PARTS; k++)
+            assert_int_equal(times[k], job);
+    }
+}
+
+/* One part is all of the work: who waits for it does not spin. */
+static void work_alone(void *context, size_t thread, size_t k)
+{
+    volatile double *sum = context;
+    (void)thread;
+    for (int i = 0; k == 0 && i < 30000000; i++)
+        *sum += 1;
+}
+
+static double seconds_of_work(size_t threads)
+{
+    double sum = 0, least = INFINITY;
+    for (int try = 0; try < 3; try++) {
+        clock_t from = clock(); /* of all threads */
+        ad_parallel(threads, 2, work_alone, &sum);
+        least = fmin(least, (double)(clock() - from));
+    }
+    return least;
+}
+
+static void test_waiting_is_asleep(void **state)
+{
+    (void)state;
+    assert_true(seconds_of_work(2) < 1.5 * seconds_of_work(1));
+}
+
 /* G10: OpenBLAS has one number of threads for the process; a run leaves the one it found. */
 static void test_threads_of_openblas(void **state)
 {
@@ -219,6 +314,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_threads_of_openblas),
+        cmocka_unit_test(test_after_fork),
+        cmocka_unit_test(test_each_part_once),
+        cmocka_unit_test(test_waiting_is_asleep),
         cmocka_unit_test(test_elementwise),
         cmocka_unit_test(test_sums),
         cmocka_unit_test(test_pair_law),
