@@ -46,7 +46,7 @@ static sigset_t all_signals(void)
 /* Writes what it can: there is nothing to be done about the rest. */
 static void say(const char *names)
 {
-    static const char before[] = "leastaction: ended by a signal; these files are whole:";
+    static const char before[] = "leastaction: ended by a signal; these files are complete:";
     if (write(STDERR_FILENO, before, sizeof before - 1) < 0 ||
         write(STDERR_FILENO, names, strlen(names)) < 0)
         return;

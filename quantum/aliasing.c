@@ -134,7 +134,7 @@ enum ad_status qm_aliasing(const struct qm_slice *slice, struct qm_aliasing *ali
 {
     struct sample sample = {0};
     if (!aliasing)
-        return ad_fail(error, AD_E_ARGUMENT, "aliasing: expected a place for it, got NULL");
+        return ad_fail(error, AD_E_ARGUMENT, "aliasing: expected an output pointer, got NULL");
     *aliasing = (struct qm_aliasing){0};
     if (qm_slice_check(slice, error) != AD_OK || sample_new(&slice->grid, &sample, error) != AD_OK)
         return error->status;

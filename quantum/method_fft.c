@@ -128,8 +128,8 @@ static enum ad_status take_apart(const struct qm_slice *slice, struct convolutio
         *kinetic = D[0];
         if (!is_toeplitz(slice, share, S, D))
             ad_fail(error, AD_E_ARGUMENT,
-                    "fft: K of %s does not depend on the difference of positions but for its "
-                    "ends; expected rule left or trapezoid, else method kernel",
+                    "fft: K of %s is not a function of the difference of positions and of each "
+                    "end; expected rule left or trapezoid, else method kernel",
                     slice->system->scene->name);
         for (size_t k = 0; k < n; k++) {
             c->after[k] = cexp(I * (share * S[k] / slice->hbar));

@@ -79,9 +79,10 @@ static enum ad_status check_rule(const struct qm_slice *slice, const struct phys
                        "trapezoid",
                        rule->name);
     if (slice->walls != QM_OPEN && !ends_alone(table))
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "rule %s looks where mirrored paths are folded; expected left or trapezoid",
-                       rule->name);
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "rule %s evaluates L where mirrored paths are folded; expected left or trapezoid",
+            rule->name);
     return AD_OK;
 }
 

@@ -24,7 +24,7 @@ enum ad_status qm_propagator_new(const struct qm_method *method, const struct qm
                                  qm_propagator **propagator, struct ad_error *error)
 {
     if (!propagator)
-        return ad_fail(error, AD_E_ARGUMENT, "propagator: expected a place for it, got NULL");
+        return ad_fail(error, AD_E_ARGUMENT, "propagator: expected an output pointer, got NULL");
     qm_propagator *p = *propagator = NULL;
     if (!method) /* qm_method_find has said why */
         return error->status != AD_OK

@@ -142,7 +142,7 @@ static void fill_packet(struct qm_published *p)
 enum ad_status qm_published_new(double scale, struct qm_published *p, struct ad_error *error)
 {
     if (!p)
-        return ad_fail(error, AD_E_ARGUMENT, "published: expected a place for it, got NULL");
+        return ad_fail(error, AD_E_ARGUMENT, "published: expected an output pointer, got NULL");
     *p = (struct qm_published){0};
     if (check_scale(scale, error) != AD_OK)
         return error->status;

@@ -17,9 +17,10 @@ static enum ad_status check_free(const struct qm_slice *slice, double *mass, str
     if (qm_potential(slice->system, &slice->grid, V, mass, error) == AD_OK)
         for (size_t a = 1; a < n; a++)
             if (V[a] != V[0])
-                ad_fail(error, AD_E_ARGUMENT,
-                        "%s: a slice shorter than its grid allows is known of free particles alone",
-                        slice->system->scene->name);
+                ad_fail(
+                    error, AD_E_ARGUMENT,
+                    "%s: a slice shorter than its grid allows is defined for free particles only",
+                    slice->system->scene->name);
     free(V);
     return error->status;
 }
@@ -28,7 +29,7 @@ enum ad_status qm_kernel_short(const struct qm_slice *slice, qm_complex *K, stru
 {
     double mass;
     if (!K)
-        return ad_fail(error, AD_E_ARGUMENT, "kernel: expected room for it, got NULL");
+        return ad_fail(error, AD_E_ARGUMENT, "kernel: expected an output array, got NULL");
     if (qm_slice_check(slice, error) != AD_OK)
         return error->status;
     size_t n = slice->grid.n;

@@ -112,8 +112,8 @@ static enum ad_status check_waves(const struct qm_slit *s, struct ad_error *erro
     double points = fmax((s->x.high - s->x.low) / dx, (s->y.high - s->y.low) / dy);
     if ((double)s->x.n < points)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "points: %zu do not hold waves this short; expected %.0f or more", s->x.n,
-                       ceil(points));
+                       "points: %zu are too few for the shortest waves; expected %.0f or more",
+                       s->x.n, ceil(points));
     return AD_OK;
 }
 
@@ -164,7 +164,7 @@ enum ad_status qm_slit_new(const struct qm_slit_setup *setup, struct qm_slit *s,
                            struct ad_error *error)
 {
     if (!s)
-        return ad_fail(error, AD_E_ARGUMENT, "slit: expected a place for it, got NULL");
+        return ad_fail(error, AD_E_ARGUMENT, "slit: expected an output pointer, got NULL");
     *s = (struct qm_slit){0};
     if (!setup)
         return ad_fail(error, AD_E_ARGUMENT, "setup of a double slit: expected one, got NULL");

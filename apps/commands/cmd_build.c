@@ -51,8 +51,8 @@ static enum ad_status find_headers(char folder[PATH_MAX], struct ad_error *error
             return AD_OK;
     }
     return ad_fail(error, AD_E_INPUT,
-                   "physics/physics.h is not near the command; expected --include FOLDER, which "
-                   "has it");
+                   "physics/physics.h is not installed beside the command; expected --include "
+                   "FOLDER that contains it");
 }
 
 /* my_scene.c becomes my_scene.so; the caller frees. */
@@ -86,7 +86,7 @@ static enum ad_status compile_paths(const char *source, const char *name, const 
     if (!ad_cc_find(&compiler, error))
         return error->status;
     if (ad_cc_run(&compiler, words, false) != 0)
-        ad_fail(error, AD_E_INPUT, "%s: %s does not compile it, for the reasons above", source,
+        ad_fail(error, AD_E_INPUT, "%s: %s failed to compile it; see its messages above", source,
                 compiler.words[0]);
     return error->status;
 }
@@ -126,7 +126,7 @@ static void report(const struct options *options, const struct phys_system *syst
     printf(": %s, %zu coordinate%s; leastaction check %s", system->scene->what, system->dof,
            system->dof == 1 ? "" : "s", strchr(out, '/') ? "" : "./");
     quote_terminal(stdout, out);
-    puts(" looks whether it is right");
+    puts(" checks it");
 }
 
 static int run(const void *values, struct ad_error *error)
@@ -158,7 +158,7 @@ static int run(const void *values, struct ad_error *error)
 
 static const struct option table[] = {
     {"out", "FILE.so", OPTION_OUTPUT, NULL, "the scene [SCENE.so]", AT(out)},
-    {"include", "FOLDER", OPTION_TEXT, NULL, "with physics/physics.h in it [beside the command]",
+    {"include", "FOLDER", OPTION_TEXT, NULL, "that contains physics/physics.h [beside the command]",
      AT(include)},
 };
 

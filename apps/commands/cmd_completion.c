@@ -54,7 +54,7 @@ static int run(const void *options, struct ad_error *error)
 
 const struct command command_completion = {
     .line = {.name = "completion",
-             .what = "what bash needs to complete a command line",
+             .what = "bash completion script",
              .more = "source <(leastaction completion)"},
     .bytes = sizeof(struct common),
     .run = run,

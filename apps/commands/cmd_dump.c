@@ -264,14 +264,13 @@ static int run(const void *values, struct ad_error *error)
 #define AT(member) offsetof(struct options, member)
 
 static const struct option table[] = {
-    {"dataset", "NAME", OPTION_TEXT, NULL, "the numbers of this one; else what there is",
-     AT(dataset)},
+    {"dataset", "NAME", OPTION_TEXT, NULL, "print its numbers [list the contents]", AT(dataset)},
     {"csv", "FILE", OPTION_OUTPUT, NULL, "as CSV; - is standard output", AT(csv)},
 };
 
 const struct command command_dump = {
     .line = {.name = "dump",
-             .what = "what is in a file of ours, as text, CSV or JSON",
+             .what = "the contents of a run file as text, CSV or JSON",
              .arguments = {"FILE.h5"},
              .options = table,
              .n_options = sizeof table / sizeof *table},

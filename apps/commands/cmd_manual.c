@@ -101,7 +101,7 @@ static int run(const void *options, struct ad_error *error)
 
 const struct command command_manual = {
     .line = {.name = "manual",
-             .what = "its manual pages, for man(1)",
+             .what = "manual pages, for man(1)",
              .arguments = {"[SUBCOMMAND]"},
              .more = "leastaction manual path | man -l -"},
     .bytes = sizeof(struct common),

@@ -195,7 +195,7 @@ static const struct option table[] = {
     {"strength", "K", OPTION_NUMBER, NULL, "of the potential [published]", AT(strength)},
     {"size", "N", OPTION_TEXT, NULL, "of frames, in pixels: N, or HEIGHT,WIDTH [28]", AT(size)},
     {"filter", "NAME", OPTION_TEXT, NULL,
-     "what a pixel shows: area, its own; or bilinear, as published, smoother [area]", AT(filter)},
+     "filter of a pixel: area (exact), or bilinear (smoother, as published) [area]", AT(filter)},
     {"rows", "A,B", OPTION_TEXT, NULL, "that frames show of a screen of 500 [220,390]", AT(rows)},
     {"columns", "A,B", OPTION_TEXT, NULL, "likewise [165,335]", AT(columns)},
     {"dt", "DT", OPTION_NUMBER, NULL, "seconds between frames [0.05]", AT(dt)},
@@ -212,7 +212,7 @@ static enum ad_status check_options(const struct dataset_options *options, bool 
                                 "time noise min-radius max-radius spread strength",
                                 "is not for pixels; leave it out", error)
                : options_refuse(&options->common, "size filter rows columns dt max-angle max-speed",
-                                "is for pixels alone; leave it out", error);
+                                "is for pixels only; leave it out", error);
 }
 
 static int run(const void *values, struct ad_error *error)
@@ -227,7 +227,7 @@ static int run(const void *values, struct ad_error *error)
 
 const struct command command_dataset = {
     .line = {.name = "dataset",
-             .what = "observed motion to train networks on",
+             .what = "observed motion for training",
              .arguments = {"TASK"},
              .names = true,
              .options = table,

@@ -56,10 +56,10 @@ static const struct option table[] = {
      AT(state)},
     {"time-column", "COLUMN", OPTION_TEXT, NULL, "of the file", AT(time_column)},
     {"trial", "COLUMN", OPTION_TEXT, NULL,
-     "of the file [trial, if there is one; else a time that goes back]; of frames: which "
+     "of the file [trial, if there is one; else a time that decreases]; of frames: which "
      "trajectory [1]",
      AT(trial)},
-    {"skip-missing", NULL, OPTION_FLAG, NULL, "of the file: leave out rows that lack a value",
+    {"skip-missing", NULL, OPTION_FLAG, NULL, "of the file: skip rows that lack a value",
      AT(skip_missing)},
     {"skip-rows", "N", OPTION_COUNT, "0", "of the file: lines before the names, or the first row",
      AT(skip_rows)},
@@ -71,7 +71,7 @@ static const struct option table[] = {
      AT(against)},
     {"starts", "N", OPTION_SOME, NULL, "random starts of the task instead: means over them",
      AT(starts)},
-    {"reverse", NULL, OPTION_FLAG, NULL, "run back, too: how far from the start does it end?",
+    {"reverse", NULL, OPTION_FLAG, NULL, "also run back: how far from the start does it end?",
      AT(reverse)},
     {"add-energy", "DE", OPTION_NUMBER, NULL, "raise H by DE, along its gradient ...",
      AT(add_energy)},

@@ -36,7 +36,7 @@ static enum ad_status choose_range(const char *option, const char *text, const s
     } else if (seen.low && seen.low[component] < seen.high[component]) {
         *range = (struct range){seen.low[component], seen.high[component]};
     } else {
-        ad_fail(error, AD_E_ARGUMENT, "missing --%s A,B: the model does not know what it has seen",
+        ad_fail(error, AD_E_ARGUMENT, "missing --%s A,B: the model has no range of training",
                 option);
     }
     return error->status;

@@ -71,7 +71,7 @@ static enum ad_status find_source(struct film *film, struct ad_error *error)
         return error->status;
     if (2 * f->height * f->width != pixels)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "--truth %s: two frames of %zu x %zu are %zu pixels, the model sees %zu",
+                       "--truth %s: two frames of %zu x %zu are %zu pixels, the model has %zu",
                        o->truth, f->height, f->width, 2 * f->height * f->width, pixels);
     if (o->starts != OPTION_NO_COUNT && o->starts > f->trajectories)
         return ad_fail(error, AD_E_ARGUMENT,

@@ -37,8 +37,8 @@ void rollout_report_models(struct report *report, size_t n_rows, const struct ro
         report_number(report, "outside_from", NULL, NULL, from);
         report_text(report, "outside", NULL, isnan(from) ? NULL : m->what);
         if (!isnan(from))
-            report_line(report, "\n%s: outside its training from t = %.4g on: %s", rollout_name(m),
-                        from, m->what);
+            report_line(report, "\n%s: outside its range of training from t = %.4g on: %s",
+                        rollout_name(m), from, m->what);
     }
     report->object = NULL;
 }

@@ -23,7 +23,7 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
          "--dt and --rtol: expected one of them; leave the other out"},
         {!isnan(o->dt) && !o->integrator,
          "--dt needs --integrator NAME, one with fixed steps such as rk4"},
-        {many && !o->truth, "--starts needs --truth TASK, whose starts they are"},
+        {many && !o->truth, "--starts needs --truth TASK"},
         {many && (o->x0 || o->reverse || adds || c->out || c->csv || c->plot),
          "--starts: expected no --x0, --reverse, --add-energy, --out, --csv or --plot"},
         {o->energy && !o->truth, "--energy needs --truth FILE"},
@@ -31,9 +31,8 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
           o->skip_rows) &&
              !o->truth,
          "--state, --time-column, --trial, --from, --skip-missing and --skip-rows need --truth "
-         "FILE, "
-         "which they choose from"},
-        {!isnan(o->strength) && !o->truth, "--strength needs --truth TASK, whose potential it is"},
+         "FILE"},
+        {!isnan(o->strength) && !o->truth, "--strength needs --truth TASK"},
     };
     return options_conflicts(sizeof rows / sizeof *rows, rows, error);
 }
@@ -48,8 +47,7 @@ enum ad_status rollout_steps(const struct rollout_options *o, struct hnn_rollout
     if (!isnan(o->dt) && s->integrator->adaptive)
         return ad_fail(error, AD_E_ARGUMENT, "--dt: %s chooses its steps; give --rtol E", name);
     if (!isnan(o->rtol) && !s->integrator->adaptive)
-        return ad_fail(error, AD_E_ARGUMENT, "--rtol: %s has steps of one length; give --dt DT",
-                       name);
+        return ad_fail(error, AD_E_ARGUMENT, "--rtol: %s has fixed steps; give --dt DT", name);
     if (isnan(o->dt) && !s->integrator->adaptive)
         return ad_fail(error, AD_E_ARGUMENT, "--integrator %s needs --dt DT, such as --dt 0.01",
                        name);
@@ -81,10 +79,10 @@ enum ad_status rollout_add_model(struct rollout_model models[], size_t *n, const
                        "--against %s: its states have %zu components, those of %s %zu", file,
                        m->ode.n, models[0].file, models[0].ode.n);
     if (pixels && !first)
-        return ad_fail(error, AD_E_ARGUMENT, "--against %s: it sees pixels, %s states", file,
-                       models[0].file);
+        return ad_fail(error, AD_E_ARGUMENT, "--against %s: is a model of pixels, %s of states",
+                       file, models[0].file);
     if (pixels != first)
-        return ad_fail(error, AD_E_ARGUMENT, "--against %s: it sees %zu pixels, %s %zu", file,
+        return ad_fail(error, AD_E_ARGUMENT, "--against %s: has %zu pixels, %s has %zu", file,
                        pixels, models[0].file, first);
     return AD_OK;
 }
@@ -172,9 +170,8 @@ static enum ad_status find_truth(struct rollout_run *run, struct ad_error *error
     run->task = hnn_task_find(o->truth, &not_one);
     bool data = !run->task && is_data(o->truth), scene = !run->task && !data;
     const struct conflict rows[] = {
-        {!run->task && o->starts != OPTION_NO_COUNT,
-         "--starts needs --truth TASK, whose starts they are"},
-        {!scene && o->common.set.n, "--set needs --truth SCENE, whose parameter it is"},
+        {!run->task && o->starts != OPTION_NO_COUNT, "--starts needs --truth TASK"},
+        {!scene && o->common.set.n, "--set needs --truth SCENE"},
     };
     if (options_conflicts(sizeof rows / sizeof *rows, rows, error) != AD_OK)
         return error->status;

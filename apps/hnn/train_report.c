@@ -38,12 +38,12 @@ static void report_columns(const struct train_run *run, struct report *report)
                     run->settings.rollout ? "none, rollouts" : "by differences over time");
     report_count(report, "trajectories", d->trials_by_time ? "trajectories by time" : NULL,
                  d->trials);
-    report_count(report, "gaps", d->gaps ? "steps of time left out" : NULL, d->gaps);
+    report_count(report, "gaps", d->gaps ? "gaps in time" : NULL, d->gaps);
     report_count(report, "missing", d->missing ? "rows left out" : NULL, d->missing);
     if (d->gaps)
-        report_line(report, "  a step of time over three times the median is a gap");
+        report_line(report, "  a time step over three times the median is a gap");
     if (d->units_line)
-        report_line(report, "  the line of units is left out");
+        report_line(report, "  the line of units is skipped");
 }
 
 static void report_motion(const struct hnn_film_motion *m, struct report *report)
@@ -56,7 +56,7 @@ static void report_motion(const struct hnn_film_motion *m, struct report *report
     report_number(report, "frame_energy", "energy of frames", NULL, m->energy);
     report_number(report, "frame_energy_data", "  of the data", NULL, m->energy_data);
     if (m->kind != HNN_MOTION_AS_DATA)
-        report_line(report, "  the frames it foresees are no motion of the data: train longer, on "
+        report_line(report, "  the predicted frames do not move as the data do: train longer, on "
                             "more films, or with another --seed");
 }
 

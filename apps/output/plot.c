@@ -213,7 +213,7 @@ enum ad_status plot_commit(struct plot *plot, struct ad_error *error)
             status = ad_fail(error, AD_E_IO, "%s: gnuplot failed: %s", picture, line);
         else if (!is_whole(plot))
             status = ad_fail(error, AD_E_IO,
-                             "%s: cannot be written whole: gnuplot left a part; is the disk full?",
+                             "%s: cannot be written: gnuplot wrote only a part; is the disk full?",
                              picture);
         else
             status = interrupt_commit(&plot->picture_file, error);

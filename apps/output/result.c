@@ -32,7 +32,7 @@ enum ad_status result_commit(struct result *result, struct ad_error *error)
     result->out = NULL;
     if (written)
         return interrupt_commit(&result->file, error);
-    ad_fail(error, AD_E_IO, "%s: cannot be written whole", result->file.target);
+    ad_fail(error, AD_E_IO, "%s: cannot be written completely", result->file.target);
     phys_atomic_file_abandon(&result->file);
     return AD_E_IO;
 }

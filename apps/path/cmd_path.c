@@ -74,7 +74,7 @@ static const char *advice(const struct path_run *run)
 static int judge(const struct path_run *run, struct ad_error *error)
 {
     if (run->found.info.stop == PHYS_STOP_INTERRUPTED)
-        ad_fail(error, AD_E_ACCURACY, "interrupted after step %zu of %zu; results are those so far",
+        ad_fail(error, AD_E_ACCURACY, "interrupted after step %zu of %zu; results are partial",
                 run->found.info.steps, run->settings.steps);
     else if (!converged(run))
         ad_fail(error, AD_E_ARGUMENT, "not converged: %s, |gradient| %.3g after %zu steps%s",
@@ -116,8 +116,7 @@ static int run(const void *options, struct ad_error *error)
 
 static const struct option table[] = {
     {"solver", "NAME", OPTION_TEXT, NULL,
-     "how the path is found [newton; with --preset, --lr or options of descents: adam]",
-     AT(solver)},
+     "solver [newton; with --preset, --lr or options of descents: adam]", AT(solver)},
     {"rule", "NAME", OPTION_TEXT, NULL, "action rule [left; paper: left+repeat]", AT(rule)},
     {"slices", "N", OPTION_SLICES, NULL, "points of the path, both ends included [the scene's]",
      AT(slices)},
@@ -128,8 +127,7 @@ static const struct option table[] = {
     {"ends", "WHICH", OPTION_TEXT, "both",
      "what is given: both ends, or start: the first two slices, and the motion follows", AT(ends)},
     {"all", NULL, OPTION_FLAG, NULL,
-     "newton: several stationary paths between the ends, by energy; the first is the result",
-     AT(all)},
+     "newton: all stationary paths between the ends, by energy; the first is the result", AT(all)},
     {"energy", "E", OPTION_NUMBER, NULL,
      "the same, and the one of this energy, to 0.2%, is the result", AT(energy)},
     {"adam-steps", "K", OPTION_COUNT, NULL,
@@ -155,8 +153,8 @@ static const struct option table[] = {
      AT(init)},
     {"noise", "SIGMA", OPTION_SIZE, NULL, "on the start [none; paper: as published with ode]",
      AT(noise)},
-    {"reference", "FILE.csv", OPTION_INPUT, NULL, "errors are against this path [see below]",
-     AT(reference)},
+    {"reference", "FILE.csv", OPTION_INPUT, NULL,
+     "path that errors are measured against [see below]", AT(reference)},
     {"preset", "paper", OPTION_TEXT, NULL, "the published setting of the scene, all of it",
      AT(preset)},
     {"every", "K", OPTION_SOME, NULL, "steps between paths stored by --out [about 200 in all]",

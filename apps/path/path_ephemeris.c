@@ -15,7 +15,7 @@ static enum ad_status refuse(const struct path_options *options, bool ephemeris,
 {
     if (!ephemeris &&
         options_refuse(&options->common, "data from days dims bodies",
-                       "is for the scene ephemeris alone; leave it out", error) != AD_OK)
+                       "is for the scene ephemeris only; leave it out", error) != AD_OK)
         return error->status;
     if (!options->data &&
         options_refuse(&options->common, "from days",

@@ -9,7 +9,7 @@ const char *path_stop_name(enum phys_stop stop)
 {
     static const char *const names[] = {
         [PHYS_STOP_STEPS] = "all steps taken",   [PHYS_STOP_TOLERANCE] = "tolerance reached",
-        [PHYS_STOP_INTERRUPTED] = "interrupted", [PHYS_STOP_ROUNDING] = "zero but for rounding",
+        [PHYS_STOP_INTERRUPTED] = "interrupted", [PHYS_STOP_ROUNDING] = "zero to rounding",
         [PHYS_STOP_STALLED] = "stalled",         [PHYS_STOP_REFERENCE] = "nearest to the reference",
     };
     return names[stop];
@@ -107,7 +107,8 @@ static void report_energy(const struct path_run *run, struct report *report)
     report_number(report, "energy_drift", "energy drift", "of the start",
                   run->found.keeps_energy ? info->energy_drift : (double)NAN);
     if (!run->found.keeps_energy)
-        report_line(report, "  L depends on time itself, which changes the energy: no drift");
+        report_line(report,
+                    "  L depends on time explicitly, so the energy is not conserved: no drift");
 }
 
 double path_mse(const struct path_run *run, const double *path)

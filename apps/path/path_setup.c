@@ -80,7 +80,7 @@ static enum ad_status choose_solver(const struct path_options *options, struct p
                        options->all ? "all" : "energy", run->system.scene->name);
     if (path_wants_all(options) && start)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "--all: with --ends start there is one answer; leave out one of them");
+                       "--all: with --ends start there is one solution; leave out one of them");
     if (start && options->init && strcmp(options->init, "line") == 0)
         return ad_fail(
             error, AD_E_ARGUMENT,

@@ -105,8 +105,8 @@ static void report_completeness(const struct path_run *run, const struct phys_so
     }
     if (all->unresolved)
         report_line(report,
-                    "  %zu more are left out: the motion and the grid do not agree on them; "
-                    "--rule gauss4\n  or a smaller --dt may tell more",
+                    "  %zu more are rejected: the motion and the grid disagree; "
+                    "--rule gauss4\n  or a smaller --dt may help",
                     all->unresolved);
 }
 

@@ -61,7 +61,7 @@ static void report_conjugate(const struct path_run *run, const struct phys_spect
     if (s->n_conjugate == 0)
         return;
     if (!s->of_motion)
-        report_line(report, "  (+-%.2g: between which slices; no motion was found near the path)",
+        report_line(report, "  (+-%.2g: between two slices; no motion was found near the path)",
                     s->conjugate[0].error);
     else if (s->legendre == PHYS_INDEFINITE)
         report_line(report, "  (changes of sign of the Jacobi fields' determinant, for L_vv is "

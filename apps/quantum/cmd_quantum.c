@@ -33,7 +33,7 @@ static int run_packets(struct quantum_run *run, struct ad_error *error)
                     ? "a larger --box or a shorter time: most of a packet has left"
                     : "more --points and a shorter --dt, a larger --box, or --method fft");
     else if (result->stopped)
-        ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are those so far", end);
+        ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are partial", end);
     return command_status(error);
 }
 
@@ -58,7 +58,7 @@ static int run(const void *values, struct ad_error *error)
                    ? quantum_paper(options, error)
                    : WRONG_USE;
     if (options->scale != 1) {
-        ad_fail(error, AD_E_ARGUMENT, "--scale needs --preset paper, whose scale it is");
+        ad_fail(error, AD_E_ARGUMENT, "--scale needs --preset paper");
         return WRONG_USE;
     }
     if (strcmp(options->scene, "double-slit") == 0)
@@ -80,35 +80,32 @@ static const struct option table[] = {
      "FILE.so",
      AT(scene)},
     {"points", "N", OPTION_COUNT, NULL, "of the grid [the scene's]", AT(points)},
-    {"box", "A,B", OPTION_TEXT, NULL, "where the walls are [the scene's]", AT(box)},
+    {"box", "A,B", OPTION_TEXT, NULL, "positions of the walls [the scene's]", AT(box)},
     {"dt", "DT", OPTION_NUMBER, NULL, "length of a slice [the scene's]", AT(dt)},
     {"steps", "K", OPTION_COUNT, NULL, "slices [the scene's]", AT(steps)},
     {"power", "K", OPTION_COUNT, NULL, "one slice of 2^K instead, by squaring", AT(power)},
     {"packet", "X0,SIGMA,P", OPTION_TEXTS, NULL,
-     "place, width and momentum; repeatable, moved together [the scene's]", AT(packets)},
+     "position, width and momentum; repeatable, moved together [the scene's]", AT(packets)},
     {"hbar", "H", OPTION_NUMBER, "1", "in units of the scene's action", AT(hbar)},
     {"method", "NAME", OPTION_TEXT, "kernel", "kernel, fft or crank-nicolson", AT(method)},
     {"rule", "NAME", OPTION_TEXT, "trapezoid", "of the action: left, midpoint or trapezoid",
      AT(rule)},
     {"walls", "KIND", OPTION_TEXT, NULL, "open, reflect or ring [the scene's]", AT(walls)},
-    {"absorb", "WIDTH", OPTION_NUMBER, "0", "of layers at both ends that swallow what comes",
-     AT(absorb)},
+    {"absorb", "WIDTH", OPTION_NUMBER, "0", "of absorbing layers at both ends", AT(absorb)},
     {"every", "K", OPTION_SOME, NULL, "slices from sample to sample [200 samples]", AT(every)},
     {"normalise", NULL, OPTION_FLAG, NULL, "force the norm to 1 after every slice", AT(normalise)},
-    {"force", NULL, OPTION_FLAG, NULL, "run what aliases, or takes hours, with a warning",
+    {"force", NULL, OPTION_FLAG, NULL, "run even if it aliases or takes hours, with a warning",
      AT(force)},
-    {"tol", "E", OPTION_NUMBER, "1e-2", "largest error that is exit status 0", AT(tolerance)},
-    {"no-reference", NULL, OPTION_FLAG, NULL, "leave out what the error is held against",
-     AT(no_reference)},
-    {"preset", "paper", OPTION_TEXT, NULL, "the published variant, and the same done right",
-     AT(preset)},
+    {"tol", "E", OPTION_NUMBER, "1e-2", "largest error with exit status 0", AT(tolerance)},
+    {"no-reference", NULL, OPTION_FLAG, NULL, "do not measure the error", AT(no_reference)},
+    {"preset", "paper", OPTION_TEXT, NULL, "the published variant, and a correct one", AT(preset)},
     {"scale", "S", OPTION_NUMBER, "1", "of the preset, 0.25 to 2: 1 / hbar", AT(scale)},
 };
 
 const struct command command_quantum = {
     .line =
         {.name = "quantum",
-         .what = "wave packets, by the same Lagrangian",
+         .what = "wave packets from a Lagrangian",
          .scene = true,
          .outputs = true,
          .options = table,

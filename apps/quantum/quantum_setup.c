@@ -80,7 +80,7 @@ static enum ad_status read_packets(const struct preset *preset, struct quantum_r
     packet[0] = preset->packet;
     for (size_t k = 0; k < given->n; k++) {
         double x[3];
-        if (numbers_read("packet", given->text[k], 3, "place, width and momentum", x, error) !=
+        if (numbers_read("packet", given->text[k], 3, "position, width and momentum", x, error) !=
             AD_OK)
             return error->status;
         if (!(x[1] > 0))
@@ -111,7 +111,7 @@ static enum ad_status make_slice(const struct preset *preset, struct quantum_run
     double box[2] = {preset->low, preset->high};
     struct qm_slice *slice = &run->settings.slice;
     if (options->box &&
-        numbers_read("box", options->box, 2, "where the walls are", box, error) != AD_OK)
+        numbers_read("box", options->box, 2, "positions of the walls", box, error) != AD_OK)
         return error->status;
     *slice = (struct qm_slice){
         .system = &run->system,
@@ -149,7 +149,7 @@ static enum ad_status check_box(const struct preset *preset, const struct quantu
         double low, high;
         qm_box(&run->system, run->settings.slice.hbar, run->settings.packet, &low, &high);
         return ad_fail(error, AD_E_ARGUMENT,
-                       "--box: %s has none of its own; expected A,B, where the walls are; try "
+                       "--box: %s has none of its own; expected A,B, positions of the walls; try "
                        "--box=%.3g,%.3g",
                        run->name, low, high);
     }
@@ -187,11 +187,11 @@ static enum ad_status look_for_aliasing(struct quantum_run *run, struct ad_error
     if (!isnan(such.dt))
         snprintf(longer, sizeof longer, "--dt %.4g or more, ", such.dt);
     snprintf(text, sizeof text,
-             "phases of neighbouring paths differ by up to %.3g (limit: 3.14), a ghost stands %.3g "
+             "phases of neighbouring paths differ by up to %.3g (limit: 3.14), and a ghost is %.3g "
              "away; expected %s--points %.0f or more, or a box of %.4g",
              M_PI * a->ratio, a->ghost, longer, such.points, such.box);
     if (!run->options->force)
-        return ad_fail(error, AD_E_ARGUMENT, "%s (--force runs it all the same)", text);
+        return ad_fail(error, AD_E_ARGUMENT, "%s (--force runs it anyway)", text);
     fprintf(stderr, "leastaction quantum: warning: %s\n", text);
     return AD_OK;
 }
@@ -220,7 +220,7 @@ static enum ad_status look_for_cost(const struct quantum_run *run, struct ad_err
     if (seconds > patience && !run->options->force)
         return ad_fail(error, AD_E_ARGUMENT,
                        "this takes about %.0f hours; expected fewer --points or --steps (--force "
-                       "runs it all the same)",
+                       "runs it anyway)",
                        ceil(seconds / 3600));
     return AD_OK;
 }

@@ -126,7 +126,7 @@ int quantum_slit(const struct quantum_options *options, struct ad_error *error)
         run.setup_seconds = ad_now() - from;
         outputs_run(&outputs, &options->common, &run, follow, error);
         if (error->status == AD_OK && run.interrupted)
-            ad_fail(error, AD_E_ACCURACY, "interrupted; results are those so far");
+            ad_fail(error, AD_E_ACCURACY, "interrupted; results are partial");
     }
     qm_slit_free(&run.slit);
     return command_status(error);

@@ -160,8 +160,7 @@ static enum ad_status judge(const struct simulate_run *run, struct ad_error *err
 {
     const struct phys_simulation_info *info = &run->motion.info;
     if (info->stop == PHYS_SIMULATION_INTERRUPTED)
-        return ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are those so far",
-                       info->t);
+        return ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are partial", info->t);
     if (run->options->until && info->stop == PHYS_SIMULATION_END)
         return ad_fail(error, AD_E_ACCURACY, "--until %s: not before t = %g; try a longer --time",
                        run->options->until, info->t);
@@ -201,15 +200,13 @@ static const struct option table[] = {
     {"from", "DATE|INDEX", OPTION_TEXT, NULL, "of the tables: first epoch [the published one]",
      AT(from)},
     {"days", "N", OPTION_SOME, NULL, "of the tables: how many [65]", AT(days)},
-    {"rough", "BODIES", OPTION_TEXT, NULL, "besides, without a table: jupiter,saturn,moon",
+    {"rough", "BODIES", OPTION_TEXT, NULL, "further bodies, without a table: jupiter,saturn,moon",
      AT(rough)},
-    {"reverse", NULL, OPTION_FLAG, NULL, "run back, too: how far from the start does it end?",
+    {"reverse", NULL, OPTION_FLAG, NULL, "also run back: how far from the start does it end?",
      AT(reverse)},
     {"horizon", "E", OPTION_POSITIVE, NULL,
-     "how long does a difference E of the start, in units of its size, stay under 0.1?",
-     AT(horizon)},
-    {"no-reference", NULL, OPTION_FLAG, NULL, "leave out the reference run, and the error",
-     AT(no_reference)},
+     "time until a difference E of the start, in units of its size, has grown to 0.1", AT(horizon)},
+    {"no-reference", NULL, OPTION_FLAG, NULL, "no reference run, and no error", AT(no_reference)},
 };
 
 const struct command command_simulate = {

@@ -11,7 +11,7 @@ static enum ad_status check(const struct simulate_run *run, struct ad_error *err
     const struct simulate_options *o = run->options;
     if (strcmp(run->system.scene->name, "ephemeris") != 0)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "--data is for the scene ephemeris alone; leave it out");
+                       "--data is for the scene ephemeris only; leave it out");
     if (options_refuse(&o->common, "time", "with --data: give --days", error) != AD_OK ||
         options_refuse(&o->common, "samples every", "with --data: there is one sample a day",
                        error) != AD_OK)

@@ -78,7 +78,8 @@ static void report_energy(const struct simulate_run *run, struct report *report)
     report_number(report, "energy_change", kept ? NULL : "change of energy", scene->energy_unit,
                   change);
     if (!kept && !isnan(info->energy_drift))
-        report_line(report, "    not conserved: the time enters L (a drive, or friction)");
+        report_line(report,
+                    "    not conserved: L depends on time explicitly (a drive, or friction)");
 }
 
 static void report_error(const struct simulate_run *run, double estimate, struct report *report)
@@ -131,8 +132,8 @@ static void report_total(struct report *report, const struct simulate_run *run, 
     report_flag(report, angular ? "angular_momentum_conserved" : "momentum_conserved", NULL, kept);
     if (!kept)
         report_line(report, "    not conserved: %s",
-                    angular ? "L changes when all bodies are turned about the origin"
-                            : "L changes when all bodies are moved (a force from outside)");
+                    angular ? "L changes under rotation about the origin"
+                            : "L changes under translation of all bodies (an external force)");
 }
 
 /* ---- events ---- */

@@ -130,6 +130,6 @@ bool ad_cc_compile(const struct compiler *c, const char *isa, const char *source
     append(words, &n, libraries);
     if (run_compiler(c, words, true, running) == 0)
         return true;
-    ad_fail(note, AD_E_IO, "%s does not compile what the program became", c->words[0]);
+    ad_fail(note, AD_E_IO, "%s failed to compile the generated code", c->words[0]);
     return false;
 }

@@ -141,8 +141,7 @@ static double least_to_compile(const ad_program *p)
 
 static void note_too_few(const ad_program *p, double seconds, struct ad_error *why)
 {
-    ad_fail(why, AD_E_ARGUMENT,
-            "so few runs do not pay for compiling %zu instructions, about %.2g s",
+    ad_fail(why, AD_E_ARGUMENT, "too few runs to pay for compiling %zu instructions, about %.2g s",
             p->n_instructions, seconds);
 }
 
@@ -258,5 +257,5 @@ const char *ad_native_note(const ad_program *p)
     return !p                                                ? ad_program_error(NULL)->message
            : (state && state->native) || has_native_steps(p) ? ""
            : state && *state->why.message                    ? state->why.message
-                                                             : "nobody asked for machine code";
+                                                             : "machine code was not requested";
 }

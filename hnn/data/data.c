@@ -30,9 +30,7 @@ static enum ad_status check_settings(const struct hnn_dataset_settings *s, struc
         return ad_fail(error, AD_E_ARGUMENT,
                        "a loss on rollouts needs the time column, or the time step");
     if (s->rollout && !s->time && s->skip_missing)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "rollouts across rows left out need their times: expected the time column "
-                       "beside skipped rows");
+        return ad_fail(error, AD_E_ARGUMENT, "rollouts with skipped rows need the time column");
     return AD_OK;
 }
 
@@ -121,10 +119,10 @@ static enum ad_status assign(const struct hnn_dataset_settings *s, struct hnn_ta
 {
     size_t usable = hnn_roles_usable(s, table);
     if (usable == 0)
-        return ad_fail(error, AD_E_INPUT,
-                       "%s: %zu rows of %zu trajectories give no samples: expected more rows to "
-                       "follow each other",
-                       table->file, table->rows, table->trials);
+        return ad_fail(
+            error, AD_E_INPUT,
+            "%s: %zu rows of %zu trajectories give no samples: expected more consecutive rows",
+            table->file, table->rows, table->trials);
     if (s->rollout && find_step(s, table, &dataset->dt, error) != AD_OK)
         return error->status;
     return s->test_fraction > 0 ? hnn_roles_split(s, table, usable, error) : AD_OK;

@@ -56,7 +56,7 @@ enum ad_status hnn_guess_state(const struct hnn_source *s, struct hnn_plan *plan
     const struct listing list = listing_of(s, n, plan->state);
     if (n == 0 && s->mixed_line)
         return ad_fail(error, AD_E_INPUT,
-                       "%s:%zu: half a line of names? expected names or numbers alone, or a choice "
+                       "%s:%zu: names and numbers are mixed; expected one kind, or a choice "
                        "of the state by number from 1 to %zu",
                        s->file, s->mixed_line, s->columns);
     if (n == 0)
@@ -70,7 +70,7 @@ enum ad_status hnn_guess_state(const struct hnn_source *s, struct hnn_plan *plan
         return error->status;
     if (n % 2 == 0)
         return ad_fail(error, AD_E_INPUT,
-                       "%s: which columns are coordinates, which momenta? %s do not tell by name "
+                       "%s: which columns are coordinates, which momenta? the names %s do not tell "
                        "(as q1, p1 or x, px do)%s; expected a choice of the state: coordinates, "
                        "then momenta",
                        s->file, list.text,

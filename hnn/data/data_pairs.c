@@ -232,7 +232,7 @@ enum ad_status hnn_rates_match(const struct hnn_source *s, size_t n, const size_
         return AD_OK;
     if (matched < n)
         return ad_fail(error, AD_E_INPUT,
-                       "%s: rate: '%s' is the rate of '%s' by name, and stands at another's place; "
+                       "%s: rate: '%s' is the rate of '%s' by name, but in another position; "
                        "expected rates in the order of the state",
                        s->file, s->name[hnn_rate_of(s, state[moved])], s->name[state[moved]]);
     for (size_t k = 0; k < n; k++)

@@ -144,8 +144,7 @@ static enum ad_status look_at_trials(const struct hnn_table *table, struct ad_er
     qsort(starts, n, sizeof *starts, by_value);
     for (size_t k = 1; k < n && error->status == AD_OK; k++)
         if (starts[k] == starts[k - 1])
-            ad_fail(error, AD_E_INPUT,
-                    "%s: expected the rows of a trial to follow each other, those of %.9g do not",
+            ad_fail(error, AD_E_INPUT, "%s: the rows of trial %.9g are not consecutive",
                     table->file, starts[k]);
     free(starts);
     return error->status;

@@ -33,13 +33,13 @@ enum ad_status hnn_rod_check(const struct hnn_rod *r, struct ad_error *error)
         {r->mass > 0 && isfinite(r->mass), "a mass over 0"},
         {r->length > 0 && isfinite(r->length), "a length over 0"},
         {r->dt > 0 && r->dt * r->dt * 1.5 * r->gravity / r->length < 4,
-         "a time step over 0 and under 2/sqrt(3 g/(2 l)), where the motion explodes"},
+         "a time step over 0 and under 2/sqrt(3 g/(2 l)), where the scheme becomes unstable"},
         {r->radius > 0 && isfinite(r->radius), "a radius over 0"},
         {r->axle >= 0 && r->axle <= r->radius, "an axle not wider than the rod"},
         {r->shade > 0 && r->shade <= 1, "a shade over 0 and at most 1"},
         {r->filter == HNN_AREA || r->filter == HNN_BILINEAR, "a filter that there is"},
-        {r->left < r->right && isfinite(r->right - r->left), "columns in rising order"},
-        {r->bottom < r->top && isfinite(r->top - r->bottom), "rows in rising order"},
+        {r->left < r->right && isfinite(r->right - r->left), "left below right"},
+        {r->bottom < r->top && isfinite(r->top - r->bottom), "bottom below top"},
     };
     for (size_t k = 0; k < LENGTH(rule); k++)
         if (!rule[k].holds)

@@ -138,9 +138,7 @@ static enum ad_status check(const struct phys_ode *ode, const struct hnn_rollout
                            s->t[k - 1], s->t[k]);
     if (s->add != 0 && !(ode->canonical && ode->energy))
         return ad_fail(error, AD_E_ARGUMENT,
-                       "energy is added along the gradient of H, which is the field turned: %s has "
-                       "no field that is symplectic and nothing else",
-                       ode->name);
+                       "adding energy needs a purely symplectic field, which %s lacks", ode->name);
     if (s->add != 0 && !(s->add_at >= s->t[0] && s->add_at <= s->t[s->n - 1]))
         return ad_fail(error, AD_E_ARGUMENT,
                        "energy is to be added at t = %g, expected a time from %g to %g", s->add_at,

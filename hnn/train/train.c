@@ -76,7 +76,8 @@ static enum ad_status check(const hnn_model *model, const struct hnn_training *s
                        s->momentum);
     if (!(s->average >= 0 && s->average <= 1))
         return ad_fail(error, AD_E_ARGUMENT,
-                       "share of the steps to average over: expected 0 to 1, got %g", s->average);
+                       "fraction of the steps to average over: expected 0 to 1, got %g",
+                       s->average);
     if (s->rollout && !(steps_are_positive(s, train) && steps_are_positive(s, test)))
         return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs positive time steps");
     if (s->optimiser->full_batch && s->batch && s->batch != train->n)

@@ -226,7 +226,7 @@ static void read_state(const struct reading *r)
     void *state = method_state(t, &n, &type), *point = hnn_problem_point(&t->problem);
     settings_text(t, settings);
     data_text(t, data);
-    expect_text(r, "settings", settings, "was trained in another way");
+    expect_text(r, "settings", settings, "was trained with other settings");
     expect_text(r, "data", data, "was trained on other data");
     t->step = read_count(r, "step");
     *t->settings.optimiser->count(t->method) = read_count(r, "count");
@@ -275,11 +275,10 @@ enum ad_status hnn_trainer_resume(hnn_trainer *t, const char *name, struct ad_er
     if (hnn_model_load(name, &stored, error) != AD_OK)
         return error->status;
     if (!same_settings(&stored->settings, &t->model->settings) || !same_scaling(stored, t->model))
-        ad_fail(
-            error, AD_E_INPUT,
-            "%s: is a model of other settings, which `leastaction dump` shows; expected those, or "
-            "another file",
-            name);
+        ad_fail(error, AD_E_INPUT,
+                "%s: has other model settings (see `leastaction dump`); expected the same, or "
+                "another file",
+                name);
     else
         hnn_model_set_parameters(t->model, stored->parameters);
     hnn_model_free(stored);

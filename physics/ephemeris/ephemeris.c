@@ -82,7 +82,7 @@ static enum ad_status find_body(const struct ephemeris *chosen, const char *name
         phys_ephemeris_place(rough, jd, centre, body);
         return AD_OK;
     }
-    phys_find("body without a table", name, n, names, error);
+    phys_find("approximate body", name, n, names, error);
     return AD_E_ARGUMENT;
 }
 

@@ -13,8 +13,8 @@ static enum ad_status check(const struct phys_integrator *integrator, const stru
     const char *name = ode->name ? ode->name : "the motion";
     if (integrator->separable && !ode->kick)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "%s kicks and drifts in turn, which needs accelerations that depend on "
-                       "positions and time alone; those of %s do not: take gauss2, "
+                       "%s needs accelerations that depend on positions and time only; those of %s "
+                       "do not; try gauss2, "
                        "implicit-midpoint or dop853",
                        integrator->name, name);
     if (integrator->scheme == &phys_splitting && !ode->kick && !ode->canonical && !ode->system)

@@ -45,7 +45,8 @@ enum ad_status phys_checksum_check(const char *file, const char *name, struct ad
     bool sealed = fread(found, 1, sizeof found, in) > 0 && strncmp(found, format, SAME) == 0;
     bool whole = !sealed || (seal_of(in, seal) && memcmp(seal, found, sizeof seal) == 0);
     fclose(in);
-    return whole ? AD_OK
-                 : ad_fail(error, AD_E_INPUT,
-                           "%s: damaged: not as it was written; expected a whole copy of it", name);
+    return whole
+               ? AD_OK
+               : ad_fail(error, AD_E_INPUT,
+                         "%s: damaged: its checksum does not match; expected an intact copy", name);
 }

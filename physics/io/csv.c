@@ -37,7 +37,7 @@ static enum ad_status refuse_number(const struct phys_csv *csv, size_t column,
                         : csv->matrix                 ? ""
                         : phys_field_missing(f->text, f->end)
                             ? " (missing? such rows can be skipped)"
-                        : csv->lines.line == csv->mixed_line ? " (half a line of names?)"
+                        : csv->lines.line == csv->mixed_line ? " (names and numbers mixed?)"
                                                              : "";
     return PHYS_CSV_REFUSE(csv, f->text, "expected %s in column %s, found %s%s%s%s", expected,
                            label_of(csv, column).text, found.text, tail < f->end ? " and " : "",

@@ -69,7 +69,7 @@ static enum ad_status fill(struct phys_lines *lines, struct ad_error *error)
     if (status == Z_MEM_ERROR)
         return ad_fail(error, AD_E_MEMORY, "%s: out of memory", lines->file);
     if (status != Z_OK && status != Z_STREAM_END)
-        return ad_fail(error, AD_E_INPUT, "%s: damaged gzip, or cut short; expected a whole file",
+        return ad_fail(error, AD_E_INPUT, "%s: damaged or truncated gzip; expected a complete file",
                        lines->file);
     return first ? phys_lines_identify(lines, error) : AD_OK;
 }

@@ -224,14 +224,13 @@ static enum ad_status out_of_reach(const struct solving *s, struct ad_error *err
     }
     if (!nearest)
         return ad_fail(error, AD_E_ACCURACY,
-                       "an error of %g: no method gets through t = %g: a collision, or a motion "
+                       "an error of %g: no method gets beyond t = %g: a collision, or a motion "
                        "that ends before; try a shorter time",
                        s->settings->error, s->settings->time);
-    return ad_fail(
-        error, AD_E_ACCURACY,
-        "an error of %g is out of reach: %s comes to %.2g, where rounding, chaos or work "
-        "take over; allow a larger one or take a shorter time",
-        s->settings->error, nearest->integrator->name, nearest->estimate);
+    return ad_fail(error, AD_E_ACCURACY,
+                   "an error of %g is out of reach: %s reaches %.2g, limited by rounding, chaos or "
+                   "work; allow a larger one or take a shorter time",
+                   s->settings->error, nearest->integrator->name, nearest->estimate);
 }
 
 enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error)

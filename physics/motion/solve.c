@@ -275,7 +275,7 @@ enum ad_status phys_motion_met(const struct phys_motion_settings *settings,
         return AD_OK;
     if (isfinite(m->known_until))
         return ad_fail(error, AD_E_ACCURACY,
-                       "an error of %g: not known to be met, the reference is lost at t = %.6g; "
+                       "an error of %g: cannot be verified, the reference is lost at t = %.6g; "
                        "try a shorter time",
                        settings->error, m->known_until);
     return ad_fail(error, AD_E_ACCURACY,

@@ -116,8 +116,8 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
         found->true_known = largest(motion, check, n);
         if (found->true_known >
             fmax(KNOWN * found->true_distance, SAME * extent(motion, s->dof, s->slices))) {
-            snprintf(lost.message, sizeof lost.message,
-                     "small differences grow on it: it is known to %.2g alone", found->true_known);
+            snprintf(lost.message, sizeof lost.message, "it is unstable and known to %.2g only",
+                     found->true_known);
             found->true_distance = NAN;
         }
     }

@@ -50,9 +50,8 @@ enum ad_status phys_path_free_time(const struct phys_system *system,
         before = here;
         at += fmax(-MOST_CHANGE, fmin(MOST_CHANGE, step));
     }
-    return ad_fail(
-        error, AD_E_ACCURACY,
-        "no time for which the path has energy %g: %g a slice leave %g too much; try more "
-        "slices, more --adam-steps before, or another --dt",
-        energy, settings->dt, before);
+    return ad_fail(error, AD_E_ACCURACY,
+                   "no time for which the path has energy %g: %g per slice leaves an excess of %g; "
+                   "try more slices, more --adam-steps before, or another --dt",
+                   energy, settings->dt, before);
 }

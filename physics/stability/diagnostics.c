@@ -113,8 +113,8 @@ static void compare_before(const struct phys_motion_solution *m, struct phys_dia
                  1 / c->least);
     snprintf(more(d), sizeof *d->warning,
              "%sa difference of the start reaches %g of the motion's size at t = %.6g at the "
-             "earliest; later nothing is predicted, and a comparison there says nothing of the "
-             "method",
+             "earliest; later the motion is unpredictable, and a comparison there says nothing "
+             "about the method",
              lyapunov, PHYS_MOTION_LOST, horizon_known(c));
 }
 
@@ -132,8 +132,8 @@ static void judge_error(const struct phys_motion_solution *m, struct phys_diagno
 {
     if (isfinite(m->known_until))
         snprintf(more(d), sizeof *d->warning,
-                 "no error from t = %.6g on: two runs at a tolerance of 1e-15 part there; the "
-                 "motion is chaotic (a horizon tells), or something acts on it for less than %.2g",
+                 "no error from t = %.6g on: two runs at a tolerance of 1e-15 diverge there; the "
+                 "motion is chaotic (see its horizon), or a force acts on it for less than %.2g",
                  m->known_until, m->seen);
     else if (known_distance(m) > too_much * m->size && !m->n_trials)
         snprintf(more(d), sizeof *d->warning, "the error %.3g is as large as the motion: try %s",

@@ -82,8 +82,7 @@ enum ad_status phys_library_open(const char *file, void **library, const struct 
         return ad_fail(error, AD_E_INPUT, "%s: cannot be read: %s; expected a scene in a .so", file,
                        strerror(errno));
     if (!phys_library_is_complete(path))
-        return ad_fail(error, AD_E_INPUT,
-                       "%s: not a scene: expected a shared object, this is none or cut short",
+        return ad_fail(error, AD_E_INPUT, "%s: not a scene: expected a complete shared object",
                        file);
     *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!*library)

@@ -59,7 +59,7 @@ enum ad_status phys_system_begin(struct phys_system *system, const struct phys_s
     for (size_t k = 0; k < scene->n_params; k++)
         *value_of(system, k) = scene->params[k].value;
     if (!measure(system))
-        return ad_fail(error, AD_E_INPUT, "%s: the default parameters make no system", scene->name);
+        return ad_fail(error, AD_E_INPUT, "%s: the default parameters are invalid", scene->name);
     return AD_OK;
 }
 
@@ -114,8 +114,8 @@ enum ad_status phys_system_set(struct phys_system *system, const char *name, dou
     if (measure(system))
         return AD_OK;
     *value_of(system, k) = before;
-    return ad_fail(error, AD_E_ARGUMENT, "%s: %s = %g makes no system (%s)", scene->name, name,
-                   value, scene->params[k].what);
+    return ad_fail(error, AD_E_ARGUMENT, "%s: invalid %s = %g (%s)", scene->name, name, value,
+                   scene->params[k].what);
 }
 
 enum ad_status phys_system_set_all(struct phys_system *system, size_t n,

@@ -141,13 +141,13 @@ static void test_why_interpreted(void **state)
 {
     (void)state;
     shell_works("$LA path pendulum --solver adam --steps 3 -v");
-    assert_non_null(strstr(shell_out(), "interpreted: so few runs"));
+    assert_non_null(strstr(shell_out(), "interpreted: too few runs"));
     shell_works("$LA path pendulum --solver adam --steps 3 --verbose --no-native");
     assert_non_null(strstr(shell_out(), "interpreted: LEASTACTION_NATIVE=0"));
     shell_works("$LA path pendulum --solver adam --steps 3");
     assert_null(strstr(shell_out(), "interpreted"));
     shell_works("$LA simulate kepler --time 1 -v");
-    assert_non_null(strstr(shell_out(), "interpreted: so few runs"));
+    assert_non_null(strstr(shell_out(), "interpreted: too few runs"));
     shell_works("$LA simulate gas --set cutoff=3 --time 1 -v --no-native");
     assert_non_null(strstr(shell_out(), "interpreted: lists of near pairs"));
 }

@@ -101,8 +101,8 @@ static void test_refusals(void **state)
         const char *arguments, *says;
     } cases[] = {
         {"--scene dblpend", "coordinates"},
-        {"--box 1", "--box 1: expected where the walls are: 2 numbers"},
-        {"--packet 1,2", "--packet 1,2: expected place, width and momentum: 3 numbers"},
+        {"--box 1", "--box 1: expected positions of the walls: 2 numbers"},
+        {"--packet 1,2", "--packet 1,2: expected position, width and momentum: 3 numbers"},
         {"--packet 1,-2,0", "width 0"},
         {"--walls soft", "open reflect ring"},
         {"--rule gauss2", "straight"},

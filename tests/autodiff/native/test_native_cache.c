@@ -306,7 +306,7 @@ static void test_in_time(void **state)
     ad_set(p, h, held);
     ad_set(interpreted, h, held);
     assert_true(ad_program_info(p).instructions > 1000);
-    assert_mentions(ad_native_note(p), "nobody");
+    assert_mentions(ad_native_note(p), "requested");
     ad_native_lazy(p);
     assert_mentions(ad_native_note(p), "runs");
     size_t runs = 0, after = 0;
