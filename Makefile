@@ -1,7 +1,7 @@
-# leastaction. `make help` lists the targets; objects go to $(BUILD), nothing else is touched.
+# leastaction. `make help` lists the targets. Objects go to $(BUILD); nothing else is written.
 #
-#   make CC=clang CFLAGS='-O2 -g' BUILD=build-clang V=1      what can be chosen
-#   make O1=1 BUILD=build-o1                                 kernels scalar at -O1: the oracle
+#   make CC=clang CFLAGS='-O2 -g' BUILD=build-clang V=1      variables
+#   make O1=1 BUILD=build-o1                                 scalar kernels at -O1: the oracle
 #   make WERROR=1 SAN=1                                      warnings are errors; ASan and UBSan
 
 BUILD  ?= build
@@ -19,7 +19,7 @@ say = $(if $(V),@:,@printf '  %-5s %s\n' $(1) $(2))
 MACHINE := $(shell $(CC) -dumpmachine 2>/dev/null)
 CLANG   := $(findstring clang,$(shell $(CC) --version 2>/dev/null))
 X86     := $(filter x86_64%,$(MACHINE))
-# What the compiler, with its flags, compiles for: pointer8, and libc with or without glibc.
+# The target of the compiler with its flags: pointer8, and libc with or without glibc.
 TARGET  := $(shell { $(CC) $(CFLAGS) -E -dM -x c /dev/null; \
              printf '\043include <limits.h>\n' | $(CC) $(CFLAGS) -E -dM -x c -; } 2>/dev/null | \
              sed -n 's/.define __SIZEOF_POINTER__ /pointer/p; s/.define CHAR_BIT .*/libc/p; s/.define __GLIBC__ .*/glibc/p')
@@ -32,9 +32,9 @@ WARN = -Wall -Wextra -Wpedantic -Wshadow -Wstrict-prototypes -Wconversion $(if $
 # what vector loops need. clang finds glibc's vector functions by -fveclib, gcc by declarations.
 MATH = -fno-math-errno -fno-trapping-math $(if $(CLANG),$(if $(X86),-fveclib=libmvec))
 ifdef SAN
-# By clang the fuzzers come of the same objects: they see which bytes lead where. The tape reads no
-# files, and its loops would take twice as long; those of the kernels, whose addresses ASan checks,
-# twice as long again by UBSan's checks of pointers.
+# With clang the objects are instrumented for the fuzzers, except the tape, which reads no files and whose
+# loops would take twice as long. UBSan's pointer checks would double the time of the kernels again, whose
+# addresses ASan checks already.
 SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer $(COVERAGE)
 COVERAGE = $(if $(CLANG),-fsanitize=fuzzer-no-link)
 $(BUILD)/autodiff/%.o: COVERAGE =
@@ -101,27 +101,27 @@ help:
 	@echo 'make [TARGET] [BUILD=build] [CC=gcc] [CFLAGS=...] [PREFIX=/usr/local] [DESTDIR=] [V=1]'
 	@echo
 	@echo '  all        library (.a, .so) and the command ./leastaction'
-	@echo '  test       install what is missing, build, run every test'
-	@echo '  check      the same without installing; TEST_DIRS=tests/autodiff for a part'
+	@echo '  test       install missing packages, build, run all tests'
+	@echo '  check      build and run all tests; TEST_DIRS=tests/autodiff: those of a folder'
 	@echo '  demo       install, build, one result of each front end, pictures in demo/'
 	@echo '  charts     speed against accuracy, in charts/ (QUICK=1: a smaller range; HORIZONS=DIR: tables)'
-	@echo '  docs-pictures  draws the pictures of README.md again'
-	@echo '  hnn-table  trains the published Hamiltonian neural networks: published, ours (PIXELS=3: from frames, too)'
+	@echo '  docs-pictures  draw the pictures of README.md again'
+	@echo '  hnn-table  train the published Hamiltonian neural networks: published and our results (PIXELS=3: also from frames)'
 	@echo '  peers      the same jobs in SciPy, PyTorch, JAX, where installed (PYTHON=python3)'
-	@echo '  bench      gradients by the tape against hand-written C; fails if slower than before'
-	@echo '  lint       warnings are errors (gcc, clang), cppcheck, format, exported names'
-	@echo '  format     clang-format everything'
-	@echo '  sanitize   every test under ASan and UBSan, every parser against libFuzzer for 2 s (clang)'
-	@echo '  test-o1    tests of the tape with kernels compiled plainly: the oracle'
+	@echo '  bench      gradients by the tape against hand-written C; fails if slower than the stored baseline'
+	@echo '  lint       warnings as errors (gcc, clang), cppcheck, format, exported names, dependencies between folders'
+	@echo '  format     clang-format all files'
+	@echo '  sanitize   all tests under ASan and UBSan, each parser under libFuzzer for 2 s (clang)'
+	@echo '  test-o1    tests of the tape with scalar kernels at -O1, the oracle'
 	@echo '  fuzz-native  PROGRAMS=1000 random programs from SEED=1 on: machine code (gcc, clang), interpreter, kernels at -O1'
-	@echo '  coverage   lines that the tests run, by gcov: folder by folder, and files under 90 %'
+	@echo '  coverage   line coverage by gcov: each folder, and files under 90 %'
 	@echo '  matrix     the runs of docs/accuracy.md, by gcc and clang, -O0 to -O3, with and without AVX, 1 and 2 threads'
-	@echo '  mutants    a flipped sign in any gradient rule must fail a test; LINES=60: random lines of the libraries'
-	@echo '  torture    kills runs at random moments: files stay whole, training resumes'
-	@echo '  recipes    follows docs/recipes.md in a copy of the tree: minutes'
-	@echo '  faults     every call on files and every allocation of a run fails, for each subcommand'
-	@echo '  tsan       what runs on threads, under the thread sanitizer (clang)'
-	@echo '  fuzz       every parser against libFuzzer (clang), FUZZ_SECONDS=10 each; check tries its corpus'
+	@echo '  mutants    tests must fail for each flipped sign in a gradient rule; LINES=60: for random changed lines'
+	@echo '  torture    kill runs at random moments: files stay intact, training resumes'
+	@echo '  recipes    follow docs/recipes.md in a copy of the tree (minutes)'
+	@echo '  faults     fail each file call and each allocation of a run, for each subcommand'
+	@echo '  tsan       multithreaded tests under the thread sanitizer (clang)'
+	@echo '  fuzz       each parser under libFuzzer (clang), FUZZ_SECONDS=10 each; check runs the corpus'
 	@echo '  install uninstall clean'
 
 # ---- compile ----
@@ -134,7 +134,7 @@ $(BUILD)/flags: FORCE
 	@mkdir -p $(@D)
 	@echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' | cmp -s - $@ || echo '$(CC) $(ALL_CFLAGS) $(SIMD) $(LDFLAGS)' > $@
 
-# The names by which the dynamic loader knows the libraries of lazy.h.
+# Sonames of the libraries of lazy.h.
 $(BUILD)/libraries.h: $(BUILD)/flags
 	@$(CC) -shared -x c /dev/null -Wl,--no-as-needed $(PKG_LIBS) -o $@.so
 	@readelf -d $@.so | sed -nE 's/.*NEEDED.*\[lib(hdf5|openblas)(.*)\]/#define AD_LIBRARY_\1 "lib\1\2"/p' > $@
@@ -203,7 +203,7 @@ $(BUILD)/tests/helpers.a: $(HELP_OBJ)
 	@mkdir -p $(@D)
 	$(Q)$(archive)
 
-# All of the library goes in, and its names are exported: a scene's shared object finds them here.
+# The command links the whole library and exports its names, for scenes in shared objects.
 $(BUILD)/leastaction: $(BUILD)/apps/main.o $(BUILD)/apps.a $(A)
 	$(call say,LD,$@)
 	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -rdynamic $< $(BUILD)/apps.a \
@@ -236,7 +236,7 @@ objects: $(LIB_OBJ) $(APP_OBJ) $(BUILD)/apps/main.o $(TESTS:%=%.o) $(HELP_OBJ) $
 
 # ---- run ----
 
-# Installing comes before a second make, which then finds compiler and libraries.
+# Packages are installed before a second make, which then finds compiler and libraries.
 test:
 	@scripts/install-deps
 	@scripts/install-deps --optional python3-h5py locales
@@ -269,7 +269,7 @@ charts: all
 docs-pictures: all
 	@scripts/docs-pictures $(BUILD)/leastaction
 
-# Other tools on the same jobs, those that $(PYTHON) can import, beside our charts.
+# Peers, those that $(PYTHON) can import, on the jobs of our charts.
 peers: all
 	@for kind in gradients integrators hnn quantum; do \
 	    test -f charts/$$kind.csv || test -f charts/$$kind-losses.csv || \
@@ -288,9 +288,9 @@ lint:
 format:
 	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff autodiff/* physics physics/* hnn hnn/* quantum apps apps/* apps/*/* tests tests/* tests/*/* docs/examples))
 
-# Every test, then every fuzzer from its corpus on, by clang, whose libFuzzer gcc has not. OpenBLAS keeps
-# to one thread: its own may end while LeakSanitizer looks at them. LeakSanitizer guesses the size of
-# dynamic thread-local blocks from their allocator's header, and at times crashes on the guess.
+# All tests, then each fuzzer from its corpus, by clang, because gcc has no libFuzzer. OpenBLAS uses one thread,
+# because its threads may end while LeakSanitizer scans them. intercept_tls_get_addr=0: LeakSanitizer guesses the
+# size of dynamic thread-local blocks from their allocator's header, and sometimes crashes on the guess.
 SANITIZED = --no-print-directory BUILD=$(BUILD)/sanitize CC=clang SAN=1 CFLAGS='-O1 -g -Wno-pass-failed' \
             $(if $(shell command -v ld.lld),LDFLAGS=-fuse-ld=lld)
 sanitize:
@@ -317,7 +317,7 @@ fuzz-native: $(BUILD)/tests/autodiff/native/test_native_fuzz
 	@echo 'interpreted, kernels at -O1'; \
 	    FUZZ_INTERPRETED=1 $(BUILD)/o1/tests/autodiff/native/test_native_fuzz $(PROGRAMS) $(SEED)
 
-# -O1, so that lines are still those of the source; tests run side by side, so counts are atomic.
+# -O1 keeps the lines of the source; counts are atomic because tests run in parallel.
 coverage:
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/coverage CC=gcc \
 	    CFLAGS='-O1 -g --coverage -fprofile-update=atomic' check
@@ -326,7 +326,7 @@ coverage:
 matrix:
 	+@scripts/matrix $(BUILD)
 
-# LINES=60 changes as many random lines of the libraries instead: hours, and by another SEED each time.
+# LINES=60 changes that many random lines of the libraries instead (hours), with a new SEED each time.
 mutants: $(A)
 	+@CC='$(CC)' $(if $(LINES),scripts/mutate-lines $(LINES) '$(if $(findstring command,$(origin SEED)),$(SEED))' $(BUILD),\
 	    scripts/mutants $(BUILD))
@@ -337,11 +337,11 @@ torture: all
 recipes: all
 	@FULL=1 scripts/check-docs $(BUILD) docs/recipes.md
 
-# Every call on files and every allocation of a run, of which the tests try a few.
+# Fails each file call and each allocation of a run; the tests try only a few.
 faults: all $(BUILD)/tests/apps/test_failing_files $(BUILD)/tests/apps/test_alloc_commands
 	@FAULTS=100000 LEASTACTION_BUILD=$(BUILD) scripts/run-tests $(filter %/test_failing_files %/test_alloc_commands,$^)
 
-# By clang: its OpenMP tells the sanitizer of barriers and locks (libarcher), gcc's does not.
+# By clang, whose OpenMP reports barriers and locks to the sanitizer (libarcher); gcc's does not.
 THREADED = autodiff/test_threads autodiff/native/test_native hnn/test_batches
 run-threaded: $(THREADED:%=$(BUILD)/tests/%)
 	@TSAN_OPTIONS=ignore_noninstrumented_modules=1 OPENBLAS_NUM_THREADS=1 scripts/run-tests $^
