@@ -131,6 +131,7 @@ typedef struct ad_arg {
     bool is_number; /* `value`; else `var` */
 } ad_arg;
 
+/* The conversions that AD_ARG selects. */
 static inline ad_arg ad_arg_var(ad_var x)
 {
     ad_arg a = {x, 0, false};

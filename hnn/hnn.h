@@ -102,7 +102,7 @@ struct hnn_block {
     bool bias;
     size_t rows, cols, offset; /* offset: in elements of the flat vector */
 };
-/* The *n blocks of a model, in the order of the flat vector; they live as long as the model. */
+/* The blocks [*n] of a model, in the order of the flat vector; they live as long as the model. */
 const struct hnn_block *hnn_model_blocks(const hnn_model *model, size_t *n);
 
 /* Normalises the networks: their input becomes (x - centre)/scale, their output is scaled to the
@@ -153,7 +153,7 @@ struct hnn_record hnn_model_record(const hnn_model *model, ad_var parameters, ad
 void hnn_model_evaluate_in(hnn_model *model, enum ad_type type);
 /* rate [2n] at one state x [2n]. AD_E_MEMORY, AD_E_ARGUMENT. */
 enum ad_status hnn_model_field(hnn_model *model, const double *x, double *rate);
-/* H at one state; NaN where the model has none. */
+/* H at one state x [2n]; NaN if the model has none. */
 double hnn_model_energy(hnn_model *model, const double *x);
 /* rate [2n x samples] and H [1 x samples] at x [2n x samples]; either may be NULL. */
 enum ad_status hnn_model_evaluate(hnn_model *model, size_t samples, const double *x, double *rate,

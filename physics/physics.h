@@ -1,5 +1,12 @@
 /* Physics on the tape, all public headers: from one Lagrangian come the action of a discretised
-   path, its gradient, the stationary path between two ends, and the motion from a start. */
+   path, its gradient, the stationary path between two ends, and the motion from a start.
+
+   Conventions. Coordinates, times and energies are in the scene's units. A function with a status
+   returns AD_E_ARGUMENT for a NULL that is not allowed and for arguments out of range,
+   AD_E_NONFINITE where L or a state is not finite, AD_E_ACCURACY where an accuracy is out of reach
+   or a callback stopped it, AD_E_MEMORY when out of memory, and the errors of what it calls;
+   *error, zero-initialised by the caller, gets the message. What is to be freed in any case is
+   freed after a failure, too. */
 #ifndef PHYSICS_H
 #define PHYSICS_H
 

@@ -24,7 +24,7 @@ struct hnn_path {
 };
 void hnn_path_free(struct hnn_path *path); /* takes zero-initialised ones too */
 
-/* n >= 2 equally spaced times, both ends included. */
+/* Fills t [n], n >= 2, with equally spaced times, both ends included. */
 void hnn_times(double t0, double t1, size_t n, double *t);
 
 /* Reads one measured trajectory of a file: of the settings the columns `state` and `time`

@@ -57,7 +57,8 @@ struct phys_ephemeris_distances {
     size_t worst_planet;
 };
 void phys_ephemeris_track_free(struct phys_ephemeris_track *track);
-/* Ends with phys_ephemeris_track_free, whatever it returned, as all tracks that are filled. */
+/* Positions from tables. Free *track with phys_ephemeris_track_free in any case, as every filled
+   track. */
 enum ad_status phys_ephemeris_track_tables(const struct phys_ephemeris_tables *tables, size_t dims,
                                            struct phys_ephemeris_track *track,
                                            struct ad_error *error);
@@ -69,8 +70,8 @@ struct phys_ephemeris_distances phys_ephemeris_compare(const struct phys_ephemer
 
 /* ---- motions ---- */
 
-/* An ephemeris system at its start and how it is followed: setting is dt in s, or the tolerance of
-   a step. */
+/* An ephemeris system at its start, and its integration; setting is dt in s, or the tolerance of a
+   step. */
 struct phys_ephemeris_motion {
     struct phys_system system;
     const struct phys_integrator *integrator;
@@ -79,13 +80,14 @@ struct phys_ephemeris_motion {
 };
 enum ad_status phys_ephemeris_follow(const struct phys_ephemeris_motion *motion, size_t days,
                                      struct phys_ephemeris_track *track, struct ad_error *error);
-/* The same by another kind of method, so finely that its error is that of rounding. */
+/* Follow a motion over a number of days; the second by another kind of method, so finely that only
+   rounding remains. Free *track with phys_ephemeris_track_free in any case. */
 enum ad_status phys_ephemeris_follow_tightly(const struct phys_ephemeris_motion *motion,
                                              size_t days, struct phys_ephemeris_track *track,
                                              struct ad_error *error);
-/* motion->setting of fixed steps: halves a day until integration errs by less than km, or, NaN, by
-   less than a hundredth of what the model errs against the tables; or until half of it would cost
-   too much. */
+/* Chooses the step motion->setting of a method with fixed steps: a day is halved until the
+   integration error is under km, or (NaN) under a hundredth of the model's own error, or half the
+   step would cost too much. */
 enum ad_status phys_ephemeris_choose_step(struct phys_ephemeris_motion *motion,
                                           const struct phys_ephemeris_tables *tables, double km,
                                           struct ad_error *error);
@@ -100,31 +102,33 @@ struct phys_ephemeris_model {
     const char *rough; /* bodies without a table, or NULL */
     bool relativity;
 };
-/* By what they take into account; from the third on each errs less than the one before. */
+/* By increasing number of effects; from the third on each is more accurate than the one before. */
 extern const struct phys_ephemeris_model phys_ephemeris_models[PHYS_EPHEMERIS_MODELS];
 
-/* A model at the start of the tables' span. Ends with phys_ephemeris_motion_close. */
+/* Opens a model at the start of the tables' span. Free with phys_ephemeris_motion_close in any
+   case. */
 enum ad_status phys_ephemeris_motion_open(const struct phys_ephemeris_model *model,
                                           const struct phys_ephemeris_tables *tables,
                                           struct phys_ephemeris_motion *motion,
                                           struct ad_error *error);
 void phys_ephemeris_motion_close(struct phys_ephemeris_motion *motion);
 
-/* Follows a model; how far it is from the tables. Ends with phys_ephemeris_track_free. */
+/* Follows a model over the tables' span and measures its distance from them. Free *track with
+   phys_ephemeris_track_free in any case. */
 enum ad_status phys_ephemeris_measure(const struct phys_ephemeris_model *model,
                                       const struct phys_ephemeris_tables *tables,
                                       struct phys_ephemeris_track *track,
                                       struct phys_ephemeris_distances *off, struct ad_error *error);
 
-/* The models up to the least one whose error is at most km: with the fewest bodies and effects, and
-   of those with the same the one that asks for fewer forces. */
+/* The models tried, up to the first with an error of at most km: the fewest bodies and effects, and
+   among equals the fewest evaluations of the forces. */
 struct phys_ephemeris_choice {
     size_t n;      /* tried */
     size_t chosen; /* n: none is good enough */
     struct phys_ephemeris_distances off[PHYS_EPHEMERIS_MODELS];
     size_t evaluations[PHYS_EPHEMERIS_MODELS]; /* of the forces */
 };
-/* AD_E_ACCURACY names the best where none is near enough. */
+/* Tries models until one is accurate to km. AD_E_ACCURACY, naming the best, if none is. */
 enum ad_status phys_ephemeris_least(const struct phys_ephemeris_tables *tables, double km,
                                     struct phys_ephemeris_choice *choice, struct ad_error *error);
 

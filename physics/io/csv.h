@@ -52,8 +52,8 @@ struct phys_csv {
     struct phys_separator separator;
     const char *start, *stop; /* of the present line; NULL: none yet, or no more */
 };
-/* Reads up to the first row; the first `skip` lines are left out. `file` must outlive it. Ends with
-   phys_csv_close, whatever it returned. */
+/* Opens a file and reads up to its first row, skipping the first `skip` lines. AD_E_INPUT, AD_E_IO
+   as phys_table_read. `file` must outlive it. Close with phys_csv_close in any case. */
 enum ad_status phys_csv_open(struct phys_csv *csv, const char *file, size_t skip,
                              struct ad_error *error);
 /* The next rows, at most `room` and PHYS_CSV_ROWS, 0 at the end: row i of column c goes to

@@ -19,7 +19,8 @@ typedef struct phys_hdf5 phys_hdf5;
 
 /* ---- writing ---- */
 
-/* Starts a file for `target`; an unwritable target is found here: AD_E_IO. */
+/* Starts a file for `target`, to be ended by phys_hdf5_commit or phys_hdf5_abandon. AD_E_IO for an
+   unwritable target. */
 enum ad_status phys_hdf5_create(const char *target, phys_hdf5 **file, struct ad_error *error);
 /* An n-dimensional dataset at once: values [dims[0] x ... x dims[rank-1]] of the element type. */
 void phys_hdf5_write(phys_hdf5 *file, const char *name, enum ad_type type, size_t rank,

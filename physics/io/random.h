@@ -11,6 +11,7 @@ struct phys_random {
     bool has_spare;
 };
 
+/* Starts the sequence of a seed. */
 void phys_random_seed(struct phys_random *random, uint64_t seed);
 /* In [0, 1), 53 random bits. */
 double phys_random_uniform(struct phys_random *random);

@@ -7,7 +7,8 @@
 AD_HEADER_BEGIN
 
 typedef struct phys_legendre phys_legendre;
-/* The system must outlive it. */
+/* Momenta and energy of a system, which must outlive it. AD_E_SHAPE for a mistake of its callbacks.
+ */
 enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre **legendre,
                                  struct ad_error *error);
 void phys_legendre_free(phys_legendre *legendre); /* takes NULL */
