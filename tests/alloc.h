@@ -1,5 +1,6 @@
-/* Allocations of the library and the command, counted, failing on request. For tests named
-   test_alloc*: the linker sends them here (--wrap), those of other libraries go their own way. */
+/* Counts the allocations of the library and the command, and fails them on request. For tests named
+   test_alloc*: the linker redirects these allocations (--wrap); those of other libraries are
+   unaffected. */
 #ifndef TESTS_ALLOC_H
 #define TESTS_ALLOC_H
 

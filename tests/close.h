@@ -1,7 +1,7 @@
-/* The one comparison of doubles in the tests: assert_close(a, b, rtol, atol) holds when
-   |a - b| <= atol + rtol |b|, where b is what was expected. NaN is close to nothing, an infinity
-   only to itself. A failure prints both values with all digits, and their difference. LENGTH(a) is
-   the number of elements of an array. */
+/* assert_close(a, b, rtol, atol), the comparison of doubles in all tests: |a - b| <= atol + rtol
+   |b|, where b is the expected value. NaN is close to nothing, an infinity only to itself. A
+   failure prints both values with all digits, and their difference. LENGTH(a) is the number of
+   elements of an array. */
 #ifndef TESTS_CLOSE_H
 #define TESTS_CLOSE_H
 

@@ -1,4 +1,4 @@
-/* Files for tests: a folder of their own, and the reference data in tests/data. */
+/* Helpers for files: a private folder, and the reference data in tests/data. */
 #ifndef TESTS_FILES_H
 #define TESTS_FILES_H
 

@@ -1,8 +1,8 @@
-/* assert_mentions(message, "file.csv:2:3: 'x' 7"): each of the names, which blanks separate, stands
-   in the message as a word of its own: 7 is neither in 17 nor in 7.5 or 1e7, but
-   3.14* is in 3.14159. Tests name what a user
-   needs to find the mistake: option, file and place, column, coordinate, number; the wording is in
-   docs/errors.md alone. A failure prints the message and the name. */
+/* assert_mentions(message, "file.csv:2:3: 'x' 7"): each of the names, separated by blanks, occurs
+   in the message as a separate word: 7 is neither in 17 nor in 7.5 or 1e7, but 3.14* is in 3.14159.
+   Tests check what a user needs to find the mistake: option, file and position, column, coordinate,
+   number; the wording is checked by docs/errors.md alone. A failure prints the message and the
+   name. */
 #ifndef TESTS_MENTIONS_H
 #define TESTS_MENTIONS_H
 

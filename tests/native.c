@@ -1,3 +1,4 @@
+/* Helpers for tests of machine code (native.h). */
 #include "native.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* What the tests of machine code share: a cache folder of their own, and programs to compare. */
+/* Helpers for tests of machine code: a private cache folder, and programs to compare. */
 #ifndef TESTS_NATIVE_H
 #define TESTS_NATIVE_H
 

@@ -1,5 +1,5 @@
-/* A pendulum whose pivot shakes up and down by a cos(w t), so that L depends on time. Upside down
-   it is stable where a w > sqrt(2 g l) (Kapitza 1951). */
+/* A pendulum whose pivot oscillates vertically by a cos(w t), so that L depends on time. The
+   inverted pendulum is stable for a w > sqrt(2 g l) (Kapitza 1951). */
 #include <physics/physics.h>
 #include <stddef.h>
 

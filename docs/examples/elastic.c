@@ -1,5 +1,5 @@
-/* A weight on a spring that swings. Without gravity, and started at rest, it stays on its ray and
-   oscillates there: r = l + a cos(sqrt(k/m) t). */
+/* A weight on a spring, free to swing. Without gravity, and started at rest, it stays on its ray
+   and oscillates there: r = l + a cos(sqrt(k/m) t). */
 #include <physics/physics.h>
 #include <stddef.h>
 

@@ -1,6 +1,6 @@
-/* A bead on a hoop that turns about its vertical diameter. What v L_v - L conserves is not the
-   energy (the motor works). Above w^2 = g/R the bead rests at cos theta = g/(R w^2), about which it
-   swings with frequency w sin theta. */
+/* A bead on a hoop that rotates about its vertical diameter. The conserved quantity v L_v - L is
+   not the energy, because the motor does work. Above w^2 = g/R the bead is at equilibrium at cos
+   theta = g/(R w^2), about which it oscillates with frequency w sin theta. */
 #include <physics/physics.h>
 #include <math.h>
 #include <stddef.h>

@@ -1,5 +1,6 @@
-/* A charge in the plane, across a uniform magnetic field: L depends on the velocity, and on a gauge
-   that no motion may show. It turns in circles of radius m v/(q B), once in 2 pi m/(q B). */
+/* A charge in the plane, in a uniform perpendicular magnetic field: L depends on the velocity, and
+   on a gauge that does not affect the motion. It moves in circles of radius m v/(q B), with period
+   2 pi m/(q B). */
 #include <physics/physics.h>
 #include <stddef.h>
 

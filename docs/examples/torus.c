@@ -1,5 +1,5 @@
-/* Straightest lines on a torus: L = v^2/2 in its metric, with a mass matrix that changes from place
-   to place. Speed is constant, and so is (R + r cos w)^2 du/dt (Clairaut). */
+/* Geodesics on a torus: L = v^2/2 in its metric, with a mass matrix that depends on position. The
+   speed is constant, and so is (R + r cos w)^2 du/dt (Clairaut). */
 #include <physics/physics.h>
 #include <stddef.h>
 

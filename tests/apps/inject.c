@@ -1,6 +1,6 @@
-/* Faults of files (inject.h). The kernel hands the calls that change files to this process, which
-   lets them pass or answers in their place: seccomp's user notification, seccomp_unotify(2), Linux
-   5.6. So buffered streams, HDF5, and the programs that the command starts are all reached. */
+/* File faults (inject.h). The kernel notifies this process of the calls that change files
+   (seccomp_unotify(2), Linux 5.6), which lets them pass or returns an error. This reaches buffered
+   streams, HDF5, and programs started by the command. */
 #define _GNU_SOURCE
 #include "inject.h"
 

@@ -1,5 +1,5 @@
-/* Runs the command in a child of this process whose system calls on files fail on request: a full
-   disk, a cable pulled, at any moment of a run. */
+/* Runs the command in a child process whose file system calls fail on request: a full disk or a
+   lost device at any moment of a run. */
 #ifndef TESTS_APPS_INJECT_H
 #define TESTS_APPS_INJECT_H
 

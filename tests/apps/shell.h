@@ -1,4 +1,4 @@
-/* Runs the command under test as a user would: through a shell, in an empty folder. */
+/* Runs the command under test as a user would: by a shell, in an empty folder. */
 #ifndef TESTS_APPS_SHELL_H
 #define TESTS_APPS_SHELL_H
 

@@ -1,6 +1,6 @@
-/* An allocation that fails, alone or with all after it, at any moment of one run of each
-   subcommand: an error of one line, or a run that did without; never a crash. Some of each run are
-   tried; with FAULTS=100000 in the environment all of them. */
+/* A failing allocation, alone or with all later ones, at any moment of one run of each subcommand
+   gives an error of one line, or a run that did not need it; never a crash. Some allocations of
+   each run are tried; with FAULTS=100000 in the environment all of them. */
 #define _DEFAULT_SOURCE /* MAP_ANONYMOUS */
 #include "tests/alloc.h"
 #include "tests/close.h"

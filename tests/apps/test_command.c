@@ -1,5 +1,4 @@
-/* The command, from outside: what it prints, and what it leaves behind. Wrong uses: test_errors.c.
- */
+/* The command from outside: output and files. Wrong use: test_errors.c. */
 #include "tests/close.h"
 #include "shell.h"
 #include "apps/command.h"

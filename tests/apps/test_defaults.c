@@ -1,5 +1,4 @@
-/* Every scene by its defaults: the path between its ends, the motion, and the checks of its
-   Lagrangian end well, with nothing but the name given. */
+/* Every scene with its defaults: path, motion and checks succeed. */
 #include "tests/close.h"
 #include "shell.h"
 #include "physics/physics.h"

@@ -1,5 +1,6 @@
-/* Models of the inner planets against Horizons tables: the errors are those computed independently,
-   each model is nearer than the one before, and --tol takes the least that is near enough. */
+/* Models of the inner planets against Horizons tables: their errors agree with independent ones,
+   each model is more accurate than the one before, and --tol takes the simplest one that is
+   accurate enough. */
 #include "tests/close.h"
 #include "tests/files.h"
 #include "shell.h"

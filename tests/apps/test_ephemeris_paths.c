@@ -1,5 +1,5 @@
-/* A18: paths between two epochs of Horizons tables are those of the tables' motion, at every
-   window, or the exit status is not 0. */
+/* A18: for every window, the path between two epochs of Horizons tables is that of the tables'
+   motion, or the exit status is not 0. */
 #include "shell.h"
 #include "tests/close.h"
 #include "tests/mentions.h"

@@ -1,5 +1,5 @@
-/* docs/errors.md is the catalogue of messages, and the table of this test: every command line in it
-   is run, and must say exactly what stands there, with the exit status of its section. */
+/* Runs every command of docs/errors.md, the catalogue of messages; each must print exactly the
+   message given there, with the exit status of its section. */
 #include "tests/close.h"
 #include "shell.h"
 #include "apps/command.h"

@@ -1,5 +1,5 @@
-/* The Lagrangians of docs/examples, built as a reader would build them: each checks, and moves as
-   its closed form says. */
+/* Builds the Lagrangians of docs/examples as a reader would; each passes its checks and moves by
+   its closed form. */
 #include "tests/close.h"
 #include "tests/files.h"
 #include "shell.h"

@@ -1,7 +1,7 @@
-/* A full disk, a write, sync, close or rename that fails, at every such call of one run of each
-   subcommand that writes, and a folder that is read only: an error of one line, or a run that did
-   without; earlier files stay byte for byte until a whole one takes their place; nothing temporary
-   is left. A few calls of each run are tried; with FAULTS=100000 in the environment all of them. */
+/* A full disk, a failing write, sync, close or rename at each such call of one run of each writing
+   subcommand, and a read-only folder: an error of one line, or a run that did not need it; existing
+   files are unchanged until they are replaced by complete ones; no temporary file remains. A few
+   calls of each run are tried; with FAULTS=100000 in the environment all of them. */
 #include "tests/close.h"
 #include "tests/files.h"
 #include "inject.h"

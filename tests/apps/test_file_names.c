@@ -1,5 +1,5 @@
-/* B1: an output that is an input, by whatever name, is refused before anything is opened, and the
-   input stays; so are two outputs that are one file. */
+/* B1: an output that is an input, under any name, is refused before anything is opened, and the
+   input is unchanged; so are two outputs that are one file. */
 #include "tests/close.h"
 #include "tests/files.h"
 #include "shell.h"

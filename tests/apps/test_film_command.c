@@ -1,5 +1,5 @@
-/* leastaction rollout of models of pixels, from outside. The model is a small one that learned for
-   a moment: what it foresees is poor, what is reported of it is exact. */
+/* leastaction rollout for models of pixels, from outside. The model is small and hardly trained:
+   its predictions are poor, but the report on them must be exact. */
 #include "hnn/pixels/latent.h"
 #include "hnn/pixels/pixel_energy.h"
 #include "physics/io/hdf5_file.h"

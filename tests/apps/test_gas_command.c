@@ -1,4 +1,4 @@
-/* The gas from outside: states told apart, pictures drawn, what cannot be refused in words. */
+/* The gas from outside: states distinguished, pictures drawn, wrong parameters refused. */
 #include "tests/close.h"
 #include "shell.h"
 #include "tests/mentions.h"

@@ -1,5 +1,5 @@
-/* E1: strings from outside reach gnuplot, terminals, JSON and compilers as text, whatever is in
-   them: no command in them runs, no control character comes through, and the picture is drawn. */
+/* E1: strings from outside reach gnuplot, terminals, JSON and compilers as text, whatever they
+   contain: no command in them runs, no control character is printed, and the picture is drawn. */
 #include "tests/close.h"
 #include "shell.h"
 #include "physics/io/hdf5_file.h"

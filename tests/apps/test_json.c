@@ -1,4 +1,4 @@
-/* JSON as it is written: one line, every digit, every byte escaped that must be. */
+/* JSON output: one line, all digits, all bytes escaped that must be. */
 #include "tests/close.h"
 #include "apps/output/json.h"
 

@@ -1,5 +1,5 @@
-/* Manual pages and completion come from the tables of options: no subcommand and no option is left
-   out, and no page has a line that troff would read as a request. */
+/* Manual pages and completion come from the tables of options: every subcommand and option is
+   included, and no line of a page looks like a troff request. */
 #include "tests/close.h"
 #include "apps/command.h"
 #include "shell.h"

@@ -1,4 +1,4 @@
-/* What a path is held against (A2, A4, A5, H6, H8): never itself, never a motion that diverges. */
+/* What a path is compared with (A2, A4, A5, H6, H8): never itself, never a diverging motion. */
 #include "tests/close.h"
 #include "shell.h"
 

@@ -1,5 +1,5 @@
-/* leastaction path --tol, from outside: on motions with known answers the estimate of the error is
-   true to a factor of ten, and the error is what was asked for. */
+/* leastaction path --tol, from outside: on motions with known solutions the estimated error is true
+   to a factor of ten, and the error is what was asked for. */
 #include "tests/close.h"
 #include "shell.h"
 #include "apps/bench/measure/exact.h"

@@ -1,4 +1,4 @@
-/* Pictures: gnuplot draws them, is not there, or leaves half of one. */
+/* Pictures: gnuplot draws them, is missing, or leaves a partial file. */
 #include "tests/close.h"
 #include "shell.h"
 #include "tests/mentions.h"

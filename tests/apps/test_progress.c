@@ -1,4 +1,4 @@
-/* C12: off a terminal a run prints a line now and then, and none where it is to be quiet. */
+/* C12: without a terminal a run prints a progress line from time to time, and none with --quiet. */
 #include "apps/output/progress.h"
 #include "tests/close.h"
 

@@ -1,5 +1,4 @@
-/* leastaction quantum from outside: what it measures, what it refuses and suggests, what it leaves.
- */
+/* leastaction quantum from outside: measurements, refusals and suggestions, files. */
 #include "tests/close.h"
 #include "shell.h"
 #include "tests/mentions.h"

@@ -1,6 +1,6 @@
-/* Text, JSON and HDF5 of one run say the same numbers: every number of the text is, to its printed
-   digits, in the JSON, and every number of the JSON is, to the last bit, in the file under the same
-   name. A3: |gradient| was another one in each. */
+/* Text, JSON and HDF5 of one run agree: every number of the text is, to its printed digits, in the
+   JSON, and every number of the JSON is, to the last bit, in the file under the same name. A3:
+   |gradient| differed between them. */
 #include "tests/close.h"
 #include "shell.h"
 #include "physics/io/hdf5_file.h"

@@ -1,5 +1,5 @@
-/* Two processes that write the same files at once: both end well, each file is the whole one of
-   either, and nothing else is left. */
+/* Two processes that write the same files at once: both succeed, each file is a complete one of
+   either, and nothing else remains. */
 #include "tests/close.h"
 #include "shell.h"
 

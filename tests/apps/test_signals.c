@@ -1,5 +1,5 @@
-/* B2, E2, E6, E8: signals leave no temporary file; runs that write one file at once do not mix;
-   what killed ones left is removed, and nothing else is. */
+/* B2, E2, E6, E8: signals leave no temporary file; concurrent runs that write one file do not mix;
+   files left by killed processes are removed, and nothing else is. */
 #include "tests/close.h"
 #include "shell.h"
 

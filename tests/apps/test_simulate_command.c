@@ -1,4 +1,4 @@
-/* leastaction simulate, from outside: what it reports, chooses, writes and refuses. */
+/* leastaction simulate from outside: reports, choices, files, refusals. */
 #include "tests/close.h"
 #include "shell.h"
 #include "physics/physics.h"

@@ -1,5 +1,5 @@
-/* What leastaction simulate says of its own error: against another method, never 0 by construction,
-   nothing where nothing is known, and exit status 1 where it is more than was asked. */
+/* The error that leastaction simulate reports: measured by another method, never 0 by construction,
+   unknown where it cannot be known, with exit status 1 where it exceeds what was asked. */
 #include "tests/close.h"
 #include "shell.h"
 

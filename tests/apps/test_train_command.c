@@ -1,4 +1,4 @@
-/* The command `leastaction train`: what it writes and says, runs killed and resumed, bad input. */
+/* leastaction train from outside: output, killed and resumed runs, bad input. */
 #include "shell.h"
 #include "tests/close.h"
 #include "hnn/pixels/pixels.h"

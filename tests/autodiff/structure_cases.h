@@ -1,6 +1,6 @@
-/* Operations that move or reduce values, each beside its definition, one element at a time:
-   structure_cases.c, reduction_cases.c for largest values, softmax, cumulative sums and lists of
-   columns, system_cases.c for small systems. */
+/* Operations that move or reduce values, each with its definition element by element:
+   structure_cases.c; reduction_cases.c for extrema, softmax, cumulative sums and index lists of
+   columns; system_cases.c for small systems. */
 #ifndef TESTS_AUTODIFF_STRUCTURE_CASES_H
 #define TESTS_AUTODIFF_STRUCTURE_CASES_H
 

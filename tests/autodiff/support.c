@@ -1,3 +1,4 @@
+/* Helpers for tests of the tape (support.h). */
 #include "support.h"
 
 #include <float.h>

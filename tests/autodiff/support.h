@@ -1,4 +1,4 @@
-/* What the tests of the tape share: reproducible values, one-call evaluation, checks of a gradient.
+/* Helpers for tests of the tape: reproducible values, evaluation in one call, checks of a gradient.
  */
 #ifndef TESTS_AUTODIFF_SUPPORT_H
 #define TESTS_AUTODIFF_SUPPORT_H

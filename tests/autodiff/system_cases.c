@@ -1,4 +1,4 @@
-/* Small systems of structure_cases.h: 3 x 3 in each column, with pivots beside the diagonal for LU,
+/* Small systems of structure_cases.h: 3 x 3 in each column, with pivots off the diagonal for LU,
    symmetric for Cholesky. */
 #include "structure_cases.h"
 

@@ -1,5 +1,5 @@
-/* A failing allocation at every point of record, gradient, compile, run and check: a status, never
-   a crash, and nothing leaks. The linker sends the allocations of the library here. */
+/* A failing allocation at every point of record, gradient, compile, run and check gives a status,
+   never a crash or a leak. The linker redirects the library's allocations here. */
 #include "autodiff/optim.h"
 #include "support.h"
 #include "tests/alloc.h"

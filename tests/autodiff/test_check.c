@@ -1,5 +1,5 @@
-/* The checks of gradients, on right gradients and on a rule that is deliberately wrong: this file
-   compiles the gradient and the checks once more with the sign of one rule flipped. */
+/* Checks of gradients, on correct gradients and on a wrong rule: this file compiles the gradient
+   and the checks again with the sign of one rule flipped. */
 #include "autodiff/internal.h"
 #include "support.h"
 

@@ -1,5 +1,5 @@
-/* What compiling makes of a tape: it drops what no output needs, shares equal nodes, folds
-   constants, cuts into segments, and keeps values no longer than they are used. */
+/* Results of compiling: dead nodes removed, equal nodes shared, constants folded, segments formed,
+   and values kept no longer than they are used. */
 #include "support.h"
 
 #include <stdlib.h>

@@ -1,6 +1,6 @@
-/* Derivatives in directions against each other, Jacobians and Hessians against gradients one by
-   one; and where they could be wrong without an error: branches, infinite slopes beside others,
-   variables twice, of which nothing depends, or that are no inputs. */
+/* Directional derivatives against each other, Jacobians and Hessians against gradients; and cases
+   that could be wrong without an error: branches, infinite slopes beside others, repeated
+   variables, variables without dependents or that are no inputs. */
 #include "autodiff/derivatives.h"
 #include "structure_cases.h"
 #include "support.h"

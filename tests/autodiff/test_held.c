@@ -1,4 +1,4 @@
-/* Held inputs: what ad_rerun gives is what ad_run gives, to the last bit. */
+/* Held inputs: ad_rerun gives what ad_run gives, to the last bit. */
 #include "autodiff/autodiff.h"
 #include "autodiff/exec/program.h"
 #include "tests/close.h"

@@ -1,5 +1,4 @@
-/* G2: what is NULL and must not be, is an error or nothing at all, in every function of the tape.
- */
+/* G2: a NULL that is not allowed is an error or ignored, in every function of the tape. */
 #include "tests/close.h"
 #include "autodiff/autodiff.h"
 #include "autodiff/lbfgs.h"

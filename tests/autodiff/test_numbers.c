@@ -1,5 +1,5 @@
-/* Numbers as arguments, which recording simplifies: powers, either side of every binary operation,
-   factors of factors. Values and derivatives must not show it. */
+/* Constant arguments, which recording simplifies: powers, either side of every binary operation,
+   nested factors. Values and derivatives must be unaffected. */
 #include "references.h"
 #include "support.h"
 

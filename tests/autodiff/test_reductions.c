@@ -1,6 +1,5 @@
-/* Largest values, log-sum-exp, softmax, detach and cumulative sums where they could be wrong
-   without an error: ties, NaN, infinities, overflow, empty segments, and second order behind
-   detach. */
+/* Extrema, log-sum-exp, softmax, detach and cumulative sums in cases that could be wrong without an
+   error: ties, NaN, infinities, overflow, empty segments, and second order behind detach. */
 #include "support.h"
 
 #include <stdlib.h>

@@ -1,5 +1,5 @@
-/* What recording refuses, by name, number and label: variables that are none, operations given as
-   numbers. Sizes: test_sizes.c. */
+/* Errors of recording, by operation, number and label: invalid variables, operations given as
+   numbers, sizes beyond any memory. */
 #include "refused.h"
 #include "support.h"
 #include "tests/mentions.h"

@@ -1,4 +1,4 @@
-/* Select: nothing that is not finite comes through the branch not taken, at any order; comparisons.
+/* Select: nothing that is not finite passes from the branch not taken, at any order; comparisons.
  */
 #include "support.h"
 

@@ -1,6 +1,6 @@
-/* Small systems where they could be wrong without an error: singular and nearly singular columns,
-   among others and in vectors' tails, bad scales, pivots, all sides up to 32; what names the
-   column. */
+/* Small systems in cases that could be wrong without an error: singular and nearly singular
+   columns, among others and in vector tails, bad scales, pivots, all sizes up to 32; errors that
+   name the column. */
 #include "support.h"
 
 #include <stdio.h>

@@ -1,5 +1,4 @@
-/* What the fuzzers share: bytes as a file, rewritten for every run. TMPDIR=/dev/shm makes it fast.
- */
+/* Helpers for fuzzers: bytes as a file, rewritten for every run. TMPDIR=/dev/shm makes it fast. */
 #ifndef TESTS_FUZZ_H
 #define TESTS_FUZZ_H
 

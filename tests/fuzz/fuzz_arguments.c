@@ -1,5 +1,5 @@
-/* Fuzzer of command lines: no words crash the parser of any subcommand; what it accepts is in
-   range, what it refuses it explains. The first byte chooses the subcommand, each line of the rest
+/* Fuzzer of command lines: no words crash the parser of any subcommand; accepted values are in
+   range, and refusals have a message. The first byte chooses the subcommand, each line of the rest
    is a word. */
 #include "fuzz.h"
 

@@ -1,4 +1,4 @@
-/* Fuzzer of kept machine code: no entry but the one that was written is taken for whole. */
+/* Fuzzer of cached machine code: only the entry that was written is accepted. */
 #include "fuzz.h"
 
 #include "autodiff/native/native.h"

@@ -1,5 +1,5 @@
-/* Fuzzer of data sets: no input crashes the reader; what it accepts is finite and whole, what it
-   refuses it explains. The first byte chooses the settings, the rest is the file. */
+/* Fuzzer of data sets: no input crashes the reader; accepted data are finite and complete, and
+   refusals have a message. The first byte chooses the settings, the rest is the file. */
 #include "fuzz.h"
 
 #include "hnn/data/data.h"

@@ -1,5 +1,5 @@
-/* Fuzzer of the Horizons reader: no input crashes it; tables that it accepts are finite, with
-   epochs in order and a date that leads back to the first, and what it refuses it explains. */
+/* Fuzzer of the Horizons reader: no input crashes it; accepted tables are finite, with ordered
+   epochs and a date that converts back to the first, and refusals have a message. */
 #include "fuzz.h"
 
 #include "physics/ephemeris/horizons.h"

@@ -1,5 +1,5 @@
-/* Fuzzer of pictures: no input crashes the reader; what it accepts has all its pixels, what it
-   refuses it explains. */
+/* Fuzzer of pictures: no input crashes the reader; accepted ones have all their pixels, and
+   refusals have a message. */
 #include "fuzz.h"
 
 #include "hnn/pixels/frames.h"

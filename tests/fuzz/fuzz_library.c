@@ -1,5 +1,5 @@
-/* Fuzzer of what is looked at before a shared object is loaded: no file crashes it, and what it
-   lets pass is one. */
+/* Fuzzer of the check before a shared object is loaded: no file crashes it, and accepted files are
+   complete. */
 #include "fuzz.h"
 
 #include "physics/system/internal.h"

@@ -1,10 +1,10 @@
-/* Fuzzer of models in HDF5. A text says what is in the file, a line each:
+/* Fuzzer of models in HDF5. A text describes the file, one line each:
 
-     NAME=VALUE         an attribute: a number if it reads as one, else, or behind ", a text
-     NAME 3 2           a dataset of these dimensions
+        NAME=VALUE         an attribute: a number if it reads as one, else, or after ", a text
+        NAME 3 2           a dataset of these dimensions
 
-   so that every file is sound HDF5 and what the reader of models, and of trainings, must look at
-   itself is what varies. Bytes that begin as a sealed run file does are the file. */
+   so that every file is valid HDF5, and only the checks of the readers of models and trainings are
+   exercised. Bytes that begin as a run file with a checksum are used as the file. */
 #include "fuzz.h"
 
 #include "apps/options.h"

@@ -1,6 +1,5 @@
-/* Fuzzer of scenes from outside: of another version or size, without what a scene needs, with
-   parameters that lie elsewhere, one is refused; what is accepted makes a system or says why not.
- */
+/* Fuzzer of user-defined scenes: one of another version or size, without a required member, or with
+   parameters outside its struct is refused; an accepted one gives a system or a message. */
 #include "fuzz.h"
 
 #include "physics/system/internal.h"

@@ -1,5 +1,5 @@
-/* Fuzzer of the table reader: no input crashes it; what it accepts is finite, what it refuses it
-   explains. */
+/* Fuzzer of the CSV reader: no input crashes it; accepted tables are finite, and refusals have a
+   message. */
 #include "fuzz.h"
 
 #include "physics/io/csv.h"

@@ -1,5 +1,5 @@
-/* Fuzzer of what stands behind options: lists of numbers, scenes and their parameters, events,
-   dates. The first byte chooses which, the rest is the word. */
+/* Fuzzer of option values: lists of numbers, scenes and their parameters, events, dates. The first
+   byte chooses which, the rest is the word. */
 #include "fuzz.h"
 
 #include "apps/numbers.h"

@@ -1,5 +1,5 @@
-/* Every fuzzer on its corpus, regressions among them, and on copies of each input with bytes
-   changed, cut out and put in: the same for every run. A fuzzer that is not satisfied aborts. */
+/* Runs every fuzzer on its corpus, regressions included, and on copies with bytes changed, removed
+   and inserted, the same for every run. A fuzzer that finds a fault aborts. */
 #include "tests/close.h"
 #include "tests/files.h"
 #include "fuzz.h"

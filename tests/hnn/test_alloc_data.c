@@ -1,5 +1,5 @@
-/* An allocation that fails anywhere while a data set is read or made gives a status, never a crash.
-   The linker sends the allocations of the library here; leaks are for the sanitizers to find. */
+/* A failing allocation while a data set is read or made gives a status, never a crash. The linker
+   redirects the library's allocations here; leaks are found by the sanitizers. */
 #include "hnn/data/data.h"
 #include "physics/io/hdf5_file.h"
 #include "tests/alloc.h"

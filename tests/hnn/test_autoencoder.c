@@ -1,5 +1,5 @@
 /* Models of pixels: the loss against plain loops, its gradient by differences, training from frames
-   that halves it and resumes to the last bit, and what is refused. */
+   that halves it and resumes to the last bit, and refusals. */
 #include "small.h"
 #include "tests/close.h"
 #include "tests/files.h"

@@ -1,4 +1,4 @@
-/* Sets that are taken in pieces: batches by permutation, large sets, blocks of columns. */
+/* Samples in pieces: batches by permutation, large sets, blocks of columns. */
 #include "small.h"
 #include "tests/close.h"
 #include "tests/files.h"

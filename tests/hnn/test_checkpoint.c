@@ -1,4 +1,4 @@
-/* Models in files: what is written comes back, and what is damaged or foreign is refused. */
+/* Model files: what is written is read back; damaged and foreign files are refused. */
 #include "small.h"
 #include "tests/close.h"
 #include "tests/files.h"

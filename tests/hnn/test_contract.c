@@ -1,5 +1,5 @@
-/* What the headers promise whoever calls them wrongly: an error, never a crash; and what the losses
-   of a trainer are while it trains. */
+/* The contract of the headers under wrong use: an error, never a crash; and the losses of a trainer
+   during training. */
 #include "small.h"
 #include "hnn/data/data.h"
 #include "hnn/pixels/latent.h"

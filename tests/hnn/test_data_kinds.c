@@ -1,4 +1,4 @@
-/* Trajectories and gaps of real files, published names, and files that are no plain text. */
+/* Trajectories and gaps of real files, published names, and files that are not plain text. */
 #include "datasets.h"
 #include "tests/close.h"
 #include "tests/files.h"

@@ -1,4 +1,4 @@
-/* Which columns are coordinates, momenta and rates, as names tell. */
+/* Assignment of columns to coordinates, momenta and rates by their names. */
 #include "datasets.h"
 #include "physics/io/hdf5_file.h"
 #include "tests/close.h"

@@ -1,4 +1,4 @@
-/* Splits of a data set into what is learned from and what is tested on. */
+/* Division of a data set into training and test. */
 #include "datasets.h"
 #include "tests/close.h"
 #include "tests/files.h"

@@ -1,4 +1,4 @@
-/* Columns of text: every shape the reader takes, and where it says that something is wrong. */
+/* Columns of text: every accepted form, and the position of every reported error. */
 #include "hnn/data/data.h"
 #include "tests/close.h"
 #include "tests/files.h"

@@ -1,4 +1,4 @@
-/* The filmed pendulum: its motion, its starts, and the energy that frames show. */
+/* The rendered pendulum: its motion, its starts, and the energy measured on frames. */
 #include "hnn/pixels/pixel_energy.h"
 #include "physics/io/random.h"
 #include "tests/close.h"

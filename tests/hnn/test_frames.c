@@ -1,4 +1,4 @@
-/* Frames from files: HDF5, PGM, PNG; and that damaged ones are refused, saying where. */
+/* Frames from files: HDF5, PGM, PNG; damaged ones are refused with their position. */
 #include "hnn/pixels/frames.h"
 #include "physics/io/hdf5_file.h"
 #include "tests/close.h"

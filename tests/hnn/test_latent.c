@@ -1,5 +1,5 @@
-/* Frames foreseen in the latent space: the first is what the autoencoder makes of the observation,
-   the path that of the field, energy can be added on the way. */
+/* Prediction in the latent space: the first frame is the decoded observation, the path that of the
+   field, energy can be added on the way. */
 #include "small.h"
 #include "tests/close.h"
 #include "hnn/pixels/latent.h"

@@ -1,4 +1,4 @@
-/* A26: what a model of pixels has seen, and whether it moves as the data do. */
+/* A26: the range of training of a model of pixels, and whether it moves as the data do. */
 #include "small.h"
 #include "hnn/pixels/latent.h"
 #include "hnn/pixels/pixels.h"

@@ -1,5 +1,5 @@
-/* Training that ends or goes on: resumed runs go on to the last bit; patience, losses that are not
-   finite, refusals. */
+/* End and resumption of training: resumed runs continue to the last bit; patience, losses that are
+   not finite, refusals. */
 #include "small.h"
 #include "tests/close.h"
 #include "tests/files.h"

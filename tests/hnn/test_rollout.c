@@ -1,5 +1,5 @@
-/* Rollouts: against the true motion, back again, along the gradient of the energy, and from files.
- */
+/* Rollouts: against the true motion, back to the start, along the gradient of the energy, and from
+   files. */
 #include "small.h"
 #include "tests/close.h"
 #include "tests/files.h"

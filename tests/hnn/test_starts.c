@@ -1,4 +1,4 @@
-/* How models begin: statistics of the starts, names and shapes of the parameters, settings refused.
+/* Initial models: statistics of the weights, names and shapes of the parameters, refused settings.
  */
 #include "physics/linear/linear.h"
 #include "small.h"

@@ -1,5 +1,5 @@
-/* Training: losses fall and are what they are defined to be, single precision follows double, the
-   mean of the weights, rollouts, and what friction does to the plain model. */
+/* Training: losses decrease and agree with their definition, f32 agrees with f64, averaged weights,
+   rollouts, and the effect of friction on the plain model. */
 #include "small.h"
 #include "tests/close.h"
 #include "tests/files.h"

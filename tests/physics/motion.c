@@ -1,3 +1,4 @@
+/* Scenes in motion (motion.h). */
 #include "motion.h"
 #include "tests/close.h"
 

@@ -1,4 +1,4 @@
-/* A scene in motion, for tests: opened, started, simulated. */
+/* A scene in motion for tests: opened, started, simulated. */
 #ifndef TESTS_MOTION_H
 #define TESTS_MOTION_H
 

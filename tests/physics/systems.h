@@ -1,4 +1,4 @@
-/* Scenes as the tests use them: whatever fails, fails the test. */
+/* Opens scenes for tests; any error fails the test. */
 #ifndef TESTS_PHYSICS_SYSTEMS_H
 #define TESTS_PHYSICS_SYSTEMS_H
 

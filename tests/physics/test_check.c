@@ -1,4 +1,4 @@
-/* The checks of a Lagrangian find what is wrong with it, and name where. */
+/* The checks of a Lagrangian find its defects and name their position. */
 #include "tests/close.h"
 #include "tests/mentions.h"
 #include "physics/motion/checks.h"

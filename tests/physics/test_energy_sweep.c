@@ -1,6 +1,6 @@
-/* Motions of a pendulum, g = l = 1, from 0 to 1 with m turns: each time is that of two energies, or
-   of none. It is 2 m K(k) + F(asin(sin(1/2)/k), k), k^2 = E/2, whose minimum over k is where the
-   two meet. (All paths of longer times: test_path_all.c.) */
+/* Motions of a pendulum, g = l = 1, from 0 to 1 with m turns: each duration belongs to two
+   energies, or to none. It is 2 m K(k) + F(asin(sin(1/2)/k), k), k^2 = E/2, whose minimum over k is
+   where the two meet. (All paths of longer durations: path/test_path_all.c.) */
 #include "tests/close.h"
 #include "physics/path/all/energy_sweep.h"
 

@@ -1,5 +1,5 @@
-/* Fields of every kind: stiff ones, Hamiltonians, those without halves; what integrators take of
-   them and what they refuse. */
+/* Vector fields of every kind: stiff ones, Hamiltonians, those without halves; what integrators
+   accept and refuse. */
 #include "tests/close.h"
 #include "tests/mentions.h"
 #include "motion.h"

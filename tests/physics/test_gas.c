@@ -1,5 +1,5 @@
-/* Many bodies: near pairs give what all pairs give, friction is what the Lagrangian with it says,
-   energy is kept without it, and a gas stays one or becomes a solid. */
+/* Many bodies: near pairs give what all pairs give, friction agrees with the Lagrangian that has
+   it, energy is conserved without it, and a gas stays one or becomes a solid. */
 #include "tests/close.h"
 #include "tests/mentions.h"
 #include "physics/physics.h"

@@ -1,5 +1,5 @@
 /* Second derivatives of the discretised action (docs/theory.md, Newton's method): those of the
-   rule's table are the slopes of the gradient, and beyond the band there is nothing. */
+   rule's table agree with differences of the gradient, and vanish beyond the band. */
 #include "tests/close.h"
 #include "physics/action/hessian.h"
 

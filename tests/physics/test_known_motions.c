@@ -1,4 +1,4 @@
-/* Motions whose answers are known to many digits. */
+/* Motions with solutions known to many digits. */
 #include "tests/close.h"
 #include "tests/mentions.h"
 #include "motion.h"

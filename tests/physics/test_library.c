@@ -1,4 +1,4 @@
-/* Scenes from outside: a good shared object runs, every other is refused with what is wrong. */
+/* Scenes in shared objects: a valid one runs; every other is refused with its defect. */
 #include "published.h"
 #include "physics/physics.h"
 #include "tests/close.h"

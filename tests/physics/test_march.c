@@ -1,5 +1,5 @@
-/* The motion by the discrete equations of a rule: it is the published ODE path for `left`, and it
-   is what Newton's method finds between its two ends. */
+/* Motion by the discrete equations of a rule: for `left` it is the published ODE path, and Newton's
+   method finds it between its two ends. */
 #include "published.h"
 #include "tests/close.h"
 

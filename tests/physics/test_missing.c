@@ -1,4 +1,5 @@
-/* What was not found, not opened or not given is an error, the one already held if there is one. */
+/* An argument that was not found, not opened or not given is an error, or the error already held.
+ */
 #include "tests/close.h"
 #include "physics/physics.h"
 

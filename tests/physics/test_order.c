@@ -1,4 +1,4 @@
-/* Near pairs against all pairs; order of arrangements that are known. */
+/* Near pairs against all pairs; order of known arrangements. */
 #include "tests/close.h"
 #include "physics/gas/cell_list.h"
 #include "physics/gas/order.h"

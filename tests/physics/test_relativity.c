@@ -1,4 +1,4 @@
-/* Bodies known roughly, and the first post-Newtonian terms: against what they are made of. */
+/* Approximate bodies and the first post-Newtonian terms, against their defining formulas. */
 #include "tests/close.h"
 #include "physics/physics.h"
 #include "physics/scenes/ephemeris_rough.h"

@@ -1,4 +1,4 @@
-/* The driver: samples, dense output, events, tolerances, floors, and ends. */
+/* The driver: samples, dense output, events, tolerances, smallest steps, and ends. */
 #include "tests/close.h"
 #include "tests/mentions.h"
 #include "motion.h"

@@ -1,4 +1,4 @@
-/* A motion with a measured error, events and diagnoses from two calls: phys_motion_solve,
+/* A motion with its measured error, events and diagnostics from two calls: phys_motion_solve,
    phys_motion_diagnose. */
 #include "tests/close.h"
 #include "tests/mentions.h"

@@ -1,4 +1,4 @@
-/* The error of packets: what it says is measured against closed forms and other methods. */
+/* The error of packets against closed forms and other methods. */
 #include "waves.h"
 
 #include "quantum/published.h"

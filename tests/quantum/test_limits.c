@@ -1,5 +1,5 @@
-/* Where the quantum and the classical parts meet: tunnelling, which no path shows, from states and
-   from the kernel; and the limit of small hbar, where the stationary path is all there is. */
+/* Limits between quantum and classical mechanics: tunnelling, which no classical path describes,
+   from states and from the kernel; and small hbar, where the stationary path dominates. */
 #include "waves.h"
 #include "physics/physics.h"
 

@@ -1,5 +1,5 @@
-/* Packets against exact answers: spreading, falling, swinging; methods against each other where
-   there is none. */
+/* Packets against exact solutions: spreading, falling, oscillating; otherwise methods against each
+   other. */
 #include "waves.h"
 
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-/* Two dimensions: products of kernels against the whole of it, and the fringes behind two slits. */
+/* Two dimensions: products of kernels against the full kernel, and the fringes behind two slits. */
 #include "waves.h"
 
 #include <stdlib.h>

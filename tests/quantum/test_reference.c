@@ -1,4 +1,4 @@
-/* A19: the reference of packets is right where closed forms are known, and its uncertainty is. */
+/* A19: the reference of packets agrees with closed forms within its uncertainty. */
 #include "waves.h"
 
 #include <math.h>

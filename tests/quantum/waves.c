@@ -1,4 +1,4 @@
-/* What the tests of wave packets share (waves.h). */
+/* Helpers for tests of wave packets (waves.h). */
 #include "waves.h"
 
 #include <stdlib.h>

@@ -1,5 +1,4 @@
-/* What the tests of wave packets share: systems by name, slices, and distances of wave functions.
- */
+/* Helpers for tests of wave packets: systems by name, slices, and distances of wave functions. */
 #ifndef TESTS_QUANTUM_WAVES_H
 #define TESTS_QUANTUM_WAVES_H
 

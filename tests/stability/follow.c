@@ -1,4 +1,4 @@
-/* Motions that may well be lost (follow.h). */
+/* Motions that may be lost (follow.h). */
 #include "follow.h"
 #include "tests/close.h"
 #include "tests/mentions.h"

@@ -1,4 +1,4 @@
-/* Motions that may well be lost, and what is said of them then. */
+/* Motions that may be lost, and the errors that report it. */
 #ifndef TESTS_STABILITY_FOLLOW_H
 #define TESTS_STABILITY_FOLLOW_H
 

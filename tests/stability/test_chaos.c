@@ -1,5 +1,5 @@
-/* Chaos: a double pendulum forgets its start. How fast is measured, and after the horizon there is
-   nothing to compare. */
+/* Chaos: the rate at which a double pendulum loses memory of its start, and the horizon beyond
+   which motions cannot be compared. */
 #include "follow.h"
 #include "tests/close.h"
 

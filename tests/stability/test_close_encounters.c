@@ -1,5 +1,5 @@
-/* Close encounters: steps of one length cannot follow them, control of the error can, and where the
-   motion ends in a collision it says when and in which coordinate. */
+/* Close encounters: fixed steps cannot follow them, adaptive ones can, and where the motion ends in
+   a collision the error names time and coordinate. */
 #include "follow.h"
 #include "tests/close.h"
 #include "tests/mentions.h"

@@ -1,5 +1,5 @@
-/* Two bodies under the law of Lennard-Jones: the steep wall sets the step, and bodies that begin in
-   the same place have no law at all. */
+/* Two bodies under a Lennard-Jones potential: the steep wall limits the step, and bodies at the
+   same position are refused. */
 #include "follow.h"
 #include "tests/close.h"
 #include "tests/mentions.h"

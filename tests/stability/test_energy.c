@@ -1,6 +1,6 @@
-/* The action does not know the energy of the motion: a pendulum, g = l = 1, from theta = 0 to theta
-   = 0 in t = 10, may rest or swing with any of three energies. (All four, with digits:
-   tests/physics/ test_path_all.c.) A descent that begins on one swing ends on another. */
+/* The ends do not determine the energy: a pendulum, g = l = 1, from theta = 0 to theta = 0 in t =
+   10, may rest or swing with any of three energies. (All four, with digits:
+   tests/physics/path/test_path_all.c.) A descent that starts on one swing ends on another. */
 #include "follow.h"
 #include "physics/physics.h"
 #include "tests/apps/shell.h"

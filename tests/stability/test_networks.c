@@ -1,5 +1,5 @@
-/* Where Hamiltonian networks fail: motion with friction has no Hamiltonian; and beyond the energies
-   it was trained on, a network knows nothing. */
+/* Limits of Hamiltonian networks: motion with friction has no Hamiltonian, and beyond the energies
+   of its training a network is undetermined. */
 #include "tests/close.h"
 
 #include "hnn/rollout/rollout.h"

@@ -1,5 +1,5 @@
-/* Bodies that begin in the same place: refused with the coordinate, or capped and finite; never a
-   path of NaN. */
+/* Bodies that start at the same position: refused with the coordinate, or capped and finite; never
+   a path of NaN. */
 #include "follow.h"
 #include "tests/close.h"
 

@@ -1,6 +1,7 @@
 /* Resonance of the step with the motion, V = x^2/2 + x^3/3: where a step turns the phase by a third
-   of a circle, the cubic term pushes always the same way, and no orbit is small enough to be held
-   (Skeel, Zhang, Schlick, SIAM J. Sci. Comput. 18, 1997). Linear stability knows nothing of it. */
+   of a circle, the cubic term always pushes in the same direction, and no orbit is small enough to
+   stay (Skeel, Zhang, Schlick, SIAM J. Sci. Comput. 18, 1997). Linear stability does not predict
+   it. */
 #include "follow.h"
 #include "tests/close.h"
 #include "tests/mentions.h"

@@ -1,4 +1,4 @@
-/* The true path is often a saddle of the action, which no descent can hold. An oscillator, w = 1, x
+/* The true path is often a saddle of the action, which no descent can find. An oscillator, w = 1, x
    from 1 to 0 in a time T: a minimum up to half a period, a saddle beyond. (Its eigenvalues at T =
    3.1 and 3.2, and the Morse indices of pendulum, double pendulum, three bodies and Mercury are in
    tests/physics/path/test_newton.c.) */

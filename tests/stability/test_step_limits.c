@@ -1,4 +1,4 @@
-/* Steps that are too long for an oscillation: it grows, from a limit on that each method has. */
+/* Steps too long for an oscillation: it grows beyond the stability limit of each method. */
 #include "follow.h"
 #include "tests/close.h"
 #include "tests/mentions.h"

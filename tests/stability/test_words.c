@@ -1,4 +1,4 @@
-/* What the command says of the failures in this folder: what failed, where, what to try. */
+/* Messages of the command for the failures in this folder: what failed, where, what to try. */
 #include "follow.h"
 #include "tests/apps/shell.h"
 #include "tests/close.h"

@@ -1,9 +1,9 @@
-/* The Lagrangian of ../elastic.c linked to a program of one's own:
+/* The Lagrangian of ../elastic.c linked to a program:
 
-       cc swing.c ../elastic.c $(pkg-config --cflags --libs leastaction) -lm -o swing
+          cc swing.c ../elastic.c $(pkg-config --cflags --libs leastaction) -lm -o swing
 
-   It follows the motion, asks for the stationary path between its ends, and prints how far the two
-   are apart. */
+   It follows the motion, finds the stationary path between its ends, and prints the distance
+   between the two. */
 #include <physics/physics.h>
 #include <math.h>
 #include <stdio.h>

@@ -1,5 +1,5 @@
-/* Charts of motions and paths: what they write has the columns, rows and numbers that are promised,
-   and the numbers are those of the methods. Nothing here asserts a time. */
+/* Charts of motions and paths: their files have the documented columns, rows and numbers, and the
+   numbers are those of the methods. No times are asserted. */
 #include "chart_table.h"
 #include "tests/apps/shell.h"
 #include "tests/close.h"

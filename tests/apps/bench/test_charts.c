@@ -1,5 +1,5 @@
-/* Charts of derivatives, whole jobs and networks: what they write has the columns, rows and numbers
-   that are promised. Nothing here asserts a time. */
+/* Charts of derivatives, jobs and networks: their files have the documented columns, rows and
+   numbers. No times are asserted. */
 #include "chart_table.h"
 #include "tests/apps/shell.h"
 #include "tests/close.h"

@@ -1,5 +1,5 @@
-/* The hand-written gradients, in every build this machine can run, against the Lagrangians written
-   down plainly and their central differences. */
+/* The hand-written gradients, in every build that this machine can run, against plain Lagrangians
+   and their central differences. */
 #include "tests/close.h"
 #include "apps/bench/hand/hand.h"
 

@@ -1,4 +1,4 @@
-/* The training step written by hand, in every build this machine can run, against the tape. */
+/* The hand-written training step, in every build that this machine can run, against the tape. */
 #include "tests/close.h"
 #include "apps/bench/hand/hand_training.h"
 

@@ -1,5 +1,5 @@
-/* The instrument behind the chart of training: what it measures is there and hangs together.
-   Nothing here asserts a time. */
+/* The measurement behind the chart of training is complete and consistent. No times are asserted.
+ */
 #include "tests/close.h"
 #include "apps/bench/measure/training_speed.h"
 

@@ -1,4 +1,4 @@
-/* An anharmonic well: nothing wrong with it. */
+/* An anharmonic well, without defects. */
 #include "mass.h"
 
 static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)

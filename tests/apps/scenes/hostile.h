@@ -1,4 +1,4 @@
-/* A well whose strings are macros that the source which includes this defines. */
+/* A well whose strings are macros defined by the including source. */
 #include "autodiff/autodiff.h"
 #include "physics/physics.h"
 

@@ -1,4 +1,4 @@
-/* A step of the potential right at the start: no derivative on the tape can tell of it. */
+/* A step of the potential at the start, which no derivative on the tape shows. */
 #include "mass.h"
 
 static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)

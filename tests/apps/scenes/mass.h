@@ -1,4 +1,4 @@
-/* A mass on a line, for the scenes from outside that the tests load: each adds its Lagrangian. */
+/* A mass on a line, for the test scenes, each of which adds its Lagrangian. */
 #include "autodiff/autodiff.h"
 #include "physics/physics.h"
 

@@ -1,4 +1,4 @@
-/* Each slice is pulled to the one after it: L of slice i reacts to slice i + 1. */
+/* Each slice is attracted to the next: L of slice i depends on slice i + 1. */
 #include "mass.h"
 
 static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)

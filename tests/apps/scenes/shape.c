@@ -1,4 +1,4 @@
-/* One number for the whole path instead of one a slice. */
+/* Returns one number for the whole path instead of one per slice. */
 #include "mass.h"
 
 static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)

@@ -1,3 +1,4 @@
+/* A symmetric top under gravity. */
 #include <physics/physics.h>
 #include <math.h>
 #include <stddef.h>

@@ -1,5 +1,5 @@
-/* Sources of many programs in one file (native_batch.h). What a source defines gets a suffix of its
-   own: all of its names end in a digit, but for those in `others`; of libmvec and libm, some do. */
+/* Sources of many programs in one file (native_batch.h). Each source's definitions get a suffix:
+   its names end in a digit, except those in `others`; some names of libmvec and libm do, too. */
 #include "native_batch.h"
 
 #include "tests/files.h"

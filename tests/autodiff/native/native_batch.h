@@ -1,5 +1,6 @@
-/* Machine code of many programs by one start of the compiler for each instruction set: a start, a
-   link and a load take longer than most random programs. Neither cache nor weighing is used. */
+/* Machine code of many programs by one run of the compiler for each instruction set, because
+   starting, linking and loading take longer than most random programs. Bypasses the cache and the
+   estimate of whether compiling pays. */
 #ifndef TESTS_AUTODIFF_NATIVE_BATCH_H
 #define TESTS_AUTODIFF_NATIVE_BATCH_H
 

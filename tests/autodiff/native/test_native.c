@@ -1,5 +1,5 @@
-/* The compiled back end against the interpreter: every operation, random programs, segments that
-   are split for threads, runs again. */
+/* The native back end against the interpreter: every operation, random programs, segments split for
+   threads, reruns. */
 #include "tests/native.h"
 #include "tests/autodiff/programs/world.h"
 

@@ -1,5 +1,5 @@
-/* When a program becomes machine code, when it stays interpreted and why; and a cache folder that
-   was tampered with. */
+/* When a program is compiled, when it stays interpreted and why; and a cache folder that was
+   tampered with. */
 #include "tests/native.h"
 #include "tests/autodiff/programs/world.h"
 #include "tests/mentions.h"

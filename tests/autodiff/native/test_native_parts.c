@@ -1,5 +1,5 @@
-/* Segments that are too long for one function, against the interpreter: every way of walking them,
-   values that are read long after they were computed, sums in the middle, chunks for threads. */
+/* Segments too long for one function, against the interpreter: every loop order, values read long
+   after they were computed, sums in the middle, chunks for threads. */
 #include "autodiff/native/native.h"
 #include "tests/native.h"
 #include "tests/autodiff/programs/world.h"

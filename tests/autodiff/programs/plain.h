@@ -1,7 +1,7 @@
-/* Any recording, its gradients included, evaluated node by node by plain loops in double, and with
-   every element a bound of what rounding can make of it: errors of operands, by the operation at
-   both ends of their intervals; the operation's own, in units of the tape's type. A condition that
-   lies within its error makes the error as large as its branches are apart. */
+/* Plain evaluation of any recording, gradients included: node by node in double, with a bound of
+   the rounding error for every element: errors of operands, from the operation at both ends of
+   their intervals, plus the operation's own, in units of the tape's type. A condition within its
+   error makes the error as large as the difference of its branches. */
 #ifndef TESTS_AUTODIFF_PLAIN_H
 #define TESTS_AUTODIFF_PLAIN_H
 

@@ -1,5 +1,5 @@
-/* Random recordings (random_tape.h). Values are kept of order one: each new value is looked at as
-   soon as it is recorded, and scaled where it is large. */
+/* Random recordings (random_tape.h). Values are kept of order one: each new value is evaluated as
+   soon as it is recorded, and scaled if it is large. */
 #include "random_steps.h"
 
 #include <stdlib.h>

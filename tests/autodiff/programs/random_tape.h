@@ -1,4 +1,4 @@
-/* Random recordings of any length, of every operation there is, for a comparison of back ends. */
+/* Random recordings of any length, of all operations, to compare back ends. */
 #ifndef TESTS_AUTODIFF_RANDOM_TAPE_H
 #define TESTS_AUTODIFF_RANDOM_TAPE_H
 

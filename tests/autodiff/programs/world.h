@@ -1,6 +1,6 @@
-/* Random programs. A world is a tape on which random operations were recorded, and beside every
-   variable its value computed by plain loops in f64. Which operations depends on one seed, the
-   values of the inputs on another: the same program with other inputs is a second world. */
+/* Random programs. A world is a tape with random operations, and for every variable its value
+   computed by plain loops in f64. One seed chooses the operations, another the values of the
+   inputs: the same program with other inputs is a second world. */
 #ifndef TESTS_AUTODIFF_WORLD_H
 #define TESTS_AUTODIFF_WORLD_H
 

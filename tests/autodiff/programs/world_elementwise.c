@@ -1,4 +1,4 @@
-/* Random elementwise operations, each beside the same on one number. */
+/* Random elementwise operations, each with the same operation on one number. */
 #include "world_operations.h"
 
 #include <stdlib.h>

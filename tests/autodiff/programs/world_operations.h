@@ -1,4 +1,4 @@
-/* What the random operations of a world share (world.h). */
+/* Helpers shared by the random operations of a world (world.h). */
 #ifndef TESTS_AUTODIFF_WORLD_OPERATIONS_H
 #define TESTS_AUTODIFF_WORLD_OPERATIONS_H
 

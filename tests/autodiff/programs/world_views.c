@@ -1,4 +1,4 @@
-/* Random views, and what is put at random places. */
+/* Random views and place operations. */
 #include "world_operations.h"
 
 void world_slice(struct world *w)

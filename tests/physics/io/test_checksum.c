@@ -1,5 +1,5 @@
-/* Seals: a run file with any byte changed, added or missing is refused before HDF5 reads it; files
-   without a seal pass. And the names under which such files are written. */
+/* Checksums: a run file with any byte changed, added or missing is refused before HDF5 reads it;
+   files without a checksum pass. And the names under which such files are written. */
 #define _GNU_SOURCE
 #include "tests/close.h"
 #include "tests/files.h"

@@ -1,4 +1,4 @@
-/* Tables: every shape of text they take, every damage they name, what is written and read again. */
+/* CSV: every accepted form of text, every reported damage, and reading back what was written. */
 #include "physics/io/csv.h"
 #include "tests/autodiff/support.h"
 #include "tests/files.h"

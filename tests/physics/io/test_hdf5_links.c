@@ -1,5 +1,5 @@
-/* E5, E7: HDF5 files that lead out of themselves are refused wherever they are opened; links in a
-   circle and deep groups are no matter. */
+/* E5, E7: HDF5 files with external links are refused wherever they are opened; circular links and
+   deep groups are harmless. */
 #include "tests/close.h"
 #include "tests/files.h"
 #include "hnn/hnn.h"

@@ -1,4 +1,4 @@
-/* Nearest names: slips of the finger are recognised, other words are not. */
+/* Nearest names: typing errors are recognised, other words are not. */
 #include "physics/physics.h"
 #include "tests/close.h"
 

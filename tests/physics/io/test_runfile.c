@@ -1,5 +1,5 @@
-/* Run files: what is written comes back, appears whole or not at all, and is the same bytes twice.
- */
+/* HDF5 files: what is written is read back, files are replaced atomically, and equal contents give
+   equal bytes. */
 #include "tests/close.h"
 #include "tests/mentions.h"
 #include "physics/io/hdf5_file.h"

@@ -1,5 +1,5 @@
-/* A step of a descent allocates nothing; an allocation that fails anywhere gives a status, never a
-   crash, and nothing leaks. The linker sends the allocations of the library here. */
+/* A step of a descent allocates nothing; a failing allocation anywhere gives a status, never a
+   crash or a leak. The linker redirects the library's allocations here. */
 #include "tests/physics/published.h"
 #include "physics/physics.h"
 #include "tests/alloc.h"

@@ -1,5 +1,5 @@
-/* What kind of point a stationary path is, and the points conjugate to its start: against closed
-   forms, and against the determinant of ends by differences of the start velocity. */
+/* The kind of a stationary path and the points conjugate to its start: against closed forms, and
+   against the determinant of ends by differences of the initial velocity. */
 #include "physics/path/internal.h"
 #include "physics/physics.h"
 #include "tests/physics/published.h"

@@ -1,4 +1,4 @@
-/* Descents of the action and what is offered to help them: they find minima and lose saddles. */
+/* Descents of the action and their remedies: they find minima and lose saddles. */
 #include "tests/physics/published.h"
 #include "tests/close.h"
 

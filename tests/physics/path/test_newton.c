@@ -1,5 +1,5 @@
 /* Newton's stationary paths: from the published noisy starts to the path of the discrete equations
-   of motion, and what kind of stationary point each is (references: "where methods fail"). */
+   of motion, and the kind of stationary point. */
 #include "tests/physics/published.h"
 #include "physics/physics.h"
 #include "tests/close.h"

@@ -1,5 +1,5 @@
-/* Several stationary paths between the same ends: the swings of a pendulum; false ones are left
- * out. */
+/* Several stationary paths between the same ends: the swings of a pendulum; spurious ones are
+   rejected. */
 #include "physics/path/internal.h"
 #include "tests/physics/published.h"
 #include "tests/close.h"

@@ -1,5 +1,5 @@
-/* All paths where the mass depends on the velocity or the place, of many coordinates; searches that
-   are ended, and what they refuse. */
+/* All paths where the mass depends on velocity or position, or with many coordinates; interrupted
+   searches, and refusals. */
 #include "physics/path/internal.h"
 #include "tests/physics/published.h"
 #include "tests/close.h"
