@@ -1,9 +1,10 @@
 /* Directional derivatives, Jacobians and Hessians.
 
-          ad_jacobian *J;
-          ad_jacobian_new(y, 1, &x, &J);                     finds which elements of y depend on
-   which of x ad_set(ad_jacobian_program(J), x, values); ad_jacobian_run(J); const struct ad_sparse
-   *m = ad_jacobian_matrix(J);  by rows: m->start, m->col, m->value */
+       ad_jacobian *J;
+       ad_jacobian_new(y, 1, &x, &J);                     which elements of y depend on which of x
+       ad_set(ad_jacobian_program(J), x, values);
+       ad_jacobian_run(J);
+       const struct ad_sparse *m = ad_jacobian_matrix(J);  by rows: m->start, m->col, m->value */
 #ifndef AUTODIFF_DERIVATIVES_H
 #define AUTODIFF_DERIVATIVES_H
 

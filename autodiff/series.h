@@ -1,12 +1,12 @@
 /* Taylor coefficients of recorded values along a curve: from the power series in s of the inputs
    follow those of the recorded values.
 
-          ad_series *series;
-          ad_series_new(1, &y, 1, &x, order, &series);
-          for (size_t k = 0; k <= order; k++) {
-              ad_series_input(series, 0, i)[k] = ...;        for all elements i of x
-              ad_series_advance(series, k);                  then ad_series_output(series, 0, i)[k]
-          }
+       ad_series *series;
+       ad_series_new(1, &y, 1, &x, order, &series);
+       for (size_t k = 0; k <= order; k++) {
+           ad_series_input(series, 0, i)[k] = ...;        for all elements i of x
+           ad_series_advance(series, k);                  then ad_series_output(series, 0, i)[k]
+       }
 
    Coefficient k of y needs coefficients 0 to k of x alone, so for a differential equation x' = f(x)
    coefficient k of f gives coefficient k + 1 of x, f[k] / (k + 1) (Jorba and Zou, Experimental

@@ -2,10 +2,10 @@
    gradient, recorded on the tape (S. Greydanus, M. Dzamba, J. Yosinski, "Hamiltonian Neural
    Networks", NeurIPS 2019, arXiv 1906.01563). A baseline predicts the rates directly.
 
-          hnn_model *model;
-          if (hnn_model_load("pendulum.h5", &model, &error) == AD_OK)
-              hnn_model_field(model, (double[]){1, 0}, rate);           dq/dt, dp/dt at q = 1, p = 0
-          hnn_model_free(model);
+       hnn_model *model;
+       if (hnn_model_load("pendulum.h5", &model, &error) == AD_OK)
+           hnn_model_field(model, (double[]){1, 0}, rate);           dq/dt, dp/dt at q = 1, p = 0
+       hnn_model_free(model);
 
    Columns are samples: states x and rates are [2n x samples], row-major, n rows of q followed by n
    of p. Handles share nothing; one handle is used by one thread at a time. */

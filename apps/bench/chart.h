@@ -2,14 +2,14 @@
    a function in a file of its own and a line of charts.def. It opens sheets and pictures, measures
    row by row, and draws; all files are put in place at its end, or none.
 
-          enum ad_status chart_NAME(struct chart *chart, struct ad_error *error)
-          {
-              struct sheet *sheet = chart_sheet(chart, "NAME", columns, error);
-              struct plot *plot = chart_picture(chart, "NAME", error);
-              ... sheet_row(sheet, ROW(...), error) ...
-              ... figure_begin(&figure, plot, &layout) ... unless there is an error
-              return error->status;
-          } */
+       enum ad_status chart_NAME(struct chart *chart, struct ad_error *error)
+       {
+           struct sheet *sheet = chart_sheet(chart, "NAME", columns, error);
+           struct plot *plot = chart_picture(chart, "NAME", error);
+           ... sheet_row(sheet, ROW(...), error) ...
+           ... figure_begin(&figure, plot, &layout) ... unless there is an error
+           return error->status;
+       } */
 #ifndef APPS_BENCH_CHART_H
 #define APPS_BENCH_CHART_H
 

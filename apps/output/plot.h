@@ -1,9 +1,9 @@
 /* Pictures by gnuplot: SVG, PNG, or animated GIF by the extension of the target.
 
-          struct plot plot;
-          plot_begin(&plot, "fig.svg", error)
-          ... the numbers to plot.data, gnuplot commands to plot.script ...
-          plot_commit(&plot, &drawn, error)         or plot_abandon(&plot)
+       struct plot plot;
+       plot_begin(&plot, "fig.svg", error)
+       ... the numbers to plot.data, gnuplot commands to plot.script ...
+       plot_commit(&plot, &drawn, error)         or plot_abandon(&plot)
 
    The gnuplot variable `data` is the name of the data file; terminal and output are set, and the
    axes are grey, left and below. Strings from outside must pass through quote_gnuplot (quote.h).

@@ -3,10 +3,10 @@
    a value; a row without a label is omitted from the text. Consecutive rows of one label share one
    line of the text. Rows after report_item belong to the next object of an array.
 
-          struct report report = {0};
-          report_number(&report, "action", "action", "J s", 1.5);
-          report_json(&report, stdout);
-          report_free(&report);
+       struct report report = {0};
+       report_number(&report, "action", "action", "J s", 1.5);
+       report_json(&report, stdout);
+       report_free(&report);
 
    Errors of adding rows are sticky: the first failed allocation is kept, and report_print,
    report_json and report_file return it. Units and texts are copied, keys and labels are not.

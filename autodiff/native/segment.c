@@ -1,11 +1,11 @@
 /* Writes one segment as a C function: what the interpreter does tile by tile, kernel by kernel,
    becomes one loop over vectors, with a variable for every value of a tile.
 
-          rows outside      for each row, for each vector of columns
-          rows inside       for each vector of columns, for each row: where gathers and sums combine
-                            rows. The rows they read and accumulate into lie in arrays that hold one
-                            vector of each, so that a pair law runs in the cache
-          along rows        for each vector of rows, of a single column
+       rows outside      for each row, for each vector of columns
+       rows inside       for each vector of columns, for each row: where gathers and sums combine
+                         rows. The rows they read and accumulate into lie in arrays that hold one
+                         vector of each, so that a pair law runs in the cache
+       along rows        for each vector of rows, of a single column
 
    The last vector of a loop is moved back to end with the data: it computes some lanes again, and
    `on` excludes these from sums. */

@@ -1,14 +1,14 @@
 /* Angle and energy of the rod of pixels.h measured on frames, rendered or decoded by a model.
 
-          hnn_rod_angles(&rod, 28, 28, n, pixels, angle, &error);
-          hnn_rod_energies(&rod, n, angle, energy);                 n - 2 of them
+       hnn_rod_angles(&rod, 28, 28, n, pixels, angle, &error);
+       hnn_rod_energies(&rod, n, angle, energy);                 n - 2 of them
 
    The motion is that of hnn_rod_step, whose angles follow the Stoermer-Verlet scheme with the speed
    w_k = (angle_{k+1} - angle_{k-1})/(2 dt). With I = m l^2/3 and V = m g (l/2)(1 - cos angle) its
    energy I w^2/2 + V oscillates by dt^2 3g/(2l)/4, one per cent as published. The scheme conserves,
    up to dt^4, the shadow energy
 
-          E = I w^2/2 + V + dt^2 (w^2 V''/12 - V'^2/(24 I))
+       E = I w^2/2 + V + dt^2 (w^2 V''/12 - V'^2/(24 I))
 
    (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, IX.3), zero when hanging at
    rest: both the true energy and the measured one are this E. */

@@ -1,15 +1,15 @@
 /* Frames of a moving object, to learn a Hamiltonian from pixels (task 5 of S. Greydanus et al.,
    arXiv 1906.01563): rendered here, or a user's own.
 
-          struct hnn_frames frames;
-          struct hnn_split_pairs pairs;
-          if (hnn_frames_read("pixels.h5", &frames, &error) == AD_OK &&
-              hnn_frames_split(&frames, 0.2, seed, &pairs, &error) == AD_OK)
-              for (size_t i = 0; i < pairs.n_train; i++)
-                  step(hnn_frames_pair(&frames, pairs.train[i]),
-                       hnn_frames_pair(&frames, pairs.train[i] + 1));
-          hnn_split_pairs_free(&pairs);
-          hnn_frames_free(&frames);
+       struct hnn_frames frames;
+       struct hnn_split_pairs pairs;
+       if (hnn_frames_read("pixels.h5", &frames, &error) == AD_OK &&
+           hnn_frames_split(&frames, 0.2, seed, &pairs, &error) == AD_OK)
+           for (size_t i = 0; i < pairs.n_train; i++)
+               step(hnn_frames_pair(&frames, pairs.train[i]),
+                    hnn_frames_pair(&frames, pairs.train[i] + 1));
+       hnn_split_pairs_free(&pairs);
+       hnn_frames_free(&frames);
 
    A single frame has no velocity. A sample is therefore a pair of successive frames, stacked: 2
    height width pixels in a row. Frames are contiguous in memory, so pair k is the data that begin

@@ -1,8 +1,9 @@
 /* Motion by a model, and its distance from the truth.
 
-          hnn_model_ode(model, &ode, &error);
-          hnn_rollout(&ode, &(struct hnn_rollout_settings){.n = 100, .t = t}, x0, &path, &info,
-   &error); hnn_task_trials(&ode, task, &(struct hnn_trials){.starts = 15}, &score, &error);
+       hnn_model_ode(model, &ode, &error);
+       struct hnn_rollout_settings settings = {.n = 100, .t = t};
+       hnn_rollout(&ode, &settings, x0, &path, &info, &error);
+       hnn_task_trials(&ode, task, &(struct hnn_trials){.starts = 15}, &score, &error);
 
    A rollout needs a struct phys_ode: a vector field y' = f(t, y), y = (q, p), and, for energies,
    E(t, y). A model gives one (hnn_model_ode), so does a published system (hnn_task_ode); any other

@@ -1,7 +1,7 @@
 /* The objective of models of pixels, trained jointly (S. Greydanus et al., arXiv 1906.01563,
    section 5, as in the published code): with z = encode(x), z' = encode(x') one frame later, and z
    = (q, p),
-          mean (x - decode(z))^2 + mean (p - (q' - q))^2 + 0.1 mean (z' - z - f(z))^2,
+       mean (x - decode(z))^2 + mean (p - (q' - q))^2 + 0.1 mean (z' - z - f(z))^2,
    each a mean over its own components. The first term trains the autoencoder. The second makes p
    the velocity of q in units of a frame; without it coordinates and momenta could not be told
    apart. The third is one explicit Euler step of the field f. */

@@ -1,11 +1,11 @@
 /* The Hessian of the action from the tape (hessian.h). The second derivatives of L at all points of
    the path come from two programs of second gradients: with a unit vector u as the seed,
-          d/dq <L_q, u> and d/dv <L_q, u>   are column u of L_qq and L_vq at every point,
-          d/dq <L_v, u> and d/dv <L_v, u>   those of L_qv and L_vv,
+       d/dq <L_q, u> and d/dv <L_q, u>   are column u of L_qq and L_vq at every point,
+       d/dq <L_v, u> and d/dv <L_v, u>   those of L_qv and L_vv,
    so 2 dof runs give them all, whatever the number of slices; all runs but the first recompute only
    what depends on the seed. By the rule's table
-          K_ab = dt weight (q_a q_b L_qq + q_a v_b / dt L_qv + v_a q_b / dt L_vq + v_a v_b / dt^2
-   L_vv) couples nodes a and b of an element. */
+       K_ab = dt weight (q_a q_b L_qq + q_a v_b / dt L_qv + v_a q_b / dt L_vq + v_a v_b / dt^2 L_vv)
+   couples nodes a and b of an element. */
 #include "hessian.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* The variational integrator of an action rule: solves its discrete equations element by element,
    in position-momentum form (Marsden, West, Acta Numerica 2001, section 1.5). With the action S of
    one element as a function of its nodes X_0 ... X_s,
-          p = -dS/dX_0,   0 = dS/dX_k (0 < k < s),   p' = dS/dX_s
+       p = -dS/dX_0,   0 = dS/dX_k (0 < k < s),   p' = dS/dX_s
    give the nodes and the final momentum p' from position and momentum at the start. */
 #ifndef PHYSICS_VARIATIONAL_STEP_H
 #define PHYSICS_VARIATIONAL_STEP_H

@@ -1,13 +1,12 @@
 /* Models of the motion of the inner planets, from coarse to fine, and the distance of each from
    Horizons tables:
 
-          struct phys_ephemeris_tables tables;
-          struct phys_ephemeris_choice choice;
-          phys_ephemeris_tables_read("horizons", NULL, 65, &tables, &error);
-          phys_ephemeris_least(&tables, 1000, &choice, &error);     the simplest model within 1000
-   km
-          ... phys_ephemeris_models[choice.chosen].name, choice.off[choice.chosen].worst ...
-          phys_ephemeris_tables_free(&tables);
+       struct phys_ephemeris_tables tables;
+       struct phys_ephemeris_choice choice;
+       phys_ephemeris_tables_read("horizons", NULL, 65, &tables, &error);
+       phys_ephemeris_least(&tables, 1000, &choice, &error);  the simplest within 1000 km
+       ... phys_ephemeris_models[choice.chosen].name, choice.off[choice.chosen].worst ...
+       phys_ephemeris_tables_free(&tables);
 
    Positions are relative to the Sun, at epochs a day apart. */
 #ifndef PHYSICS_EPHEMERIS_MODELS_H

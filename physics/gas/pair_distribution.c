@@ -1,6 +1,6 @@
 /* The pair distribution in a rectangle (order.h). Two random points in a rectangle a x b are at
    most r apart, r no longer than the shorter side, with probability
-          P(r) = (pi r^2 a b - 4/3 r^3 (a + b) + r^4 / 2) / (a b)^2
+       P(r) = (pi r^2 a b - 4/3 r^3 (a + b) + r^4 / 2) / (a b)^2
    (M. G. Kendall and P. A. P. Moran, Geometrical Probability, 1963, section 2.27). */
 #include "cell_list.h"
 #include "order.h"

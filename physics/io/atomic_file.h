@@ -1,11 +1,11 @@
 /* Atomic replacement of files: the contents are written under a temporary name beside the target,
    synced, then renamed over it.
 
-          struct phys_atomic_file file;
-          if (phys_atomic_file_begin(&file, "run.csv", error) == AD_OK) {
-              ... write to file.temporary ...
-              phys_atomic_file_commit(&file, error);       or phys_atomic_file_abandon(&file)
-          }
+       struct phys_atomic_file file;
+       if (phys_atomic_file_begin(&file, "run.csv", error) == AD_OK) {
+           ... write to file.temporary ...
+           phys_atomic_file_commit(&file, error);       or phys_atomic_file_abandon(&file)
+       }
 
    A temporary name is .leastaction.SIXTEEN-HEX-DIGITS with the target's extension. It is random, is
    created only where nothing, not even a symbolic link, has that name, and is locked (flock) while

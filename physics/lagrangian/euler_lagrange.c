@@ -1,5 +1,5 @@
 /* Accelerations of any Lagrangian. With p = L_v the Euler-Lagrange equation dp/dt = L_q is
-          M a = L_q - L_vq v - L_vt,   M = L_vv.
+       M a = L_q - L_vq v - L_vt,   M = L_vv.
    The right side needs one gradient more than L_q: second derivatives commute, so with w = v held
    fixed L_vq v + L_vt = d/dv (L_q . w + L_t). M comes from one run over dof lanes with the same
    state: column j of the gradient of sum_j p_j(lane j) with respect to the lanes' v is column j of

@@ -1,11 +1,11 @@
 /* Motion: solution of an initial-value problem y' = f(t, y) by a given method.
 
-          struct phys_ode ode;
-          phys_ode_lagrangian(&system, &ode, error);                     y = (q, v)
-          struct phys_simulation s = {.integrator = phys_integrator_find("dop853", error),
-                                      .t1 = 10, .rtol = 1e-10, .atol = 1e-10};
-          phys_simulate(&s, &ode, y, &info, error);                      y: from t0 to t1, in place
-          phys_ode_free(&ode);
+       struct phys_ode ode;
+       phys_ode_lagrangian(&system, &ode, error);                     y = (q, v)
+       struct phys_simulation s = {.integrator = phys_integrator_find("dop853", error),
+                                   .t1 = 10, .rtol = 1e-10, .atol = 1e-10};
+       phys_simulate(&s, &ode, y, &info, error);                      y: from t0 to t1, in place
+       phys_ode_free(&ode);
 
    Vector fields: physics/ode/ode.h; methods: physics/integrators/integrators.h. */
 #ifndef PHYSICS_INTEGRATE_H

@@ -1,11 +1,11 @@
 /* A complete motion: from its start to a time, by a method and steps chosen where none are given,
    with its measured error and the events on the way:
 
-          struct phys_motion_settings settings = {.time = 10, .error = 1e-9};
-          struct phys_motion_solution motion;
-          phys_motion_solve(&system, &settings, &motion, &error);
-          ... motion.x[2 * dof * i + k] at motion.t[i], known to motion.error ...
-          phys_motion_solution_free(&motion);
+       struct phys_motion_settings settings = {.time = 10, .error = 1e-9};
+       struct phys_motion_solution motion;
+       phys_motion_solve(&system, &settings, &motion, &error);
+       ... motion.x[2 * dof * i + k] at motion.t[i], known to motion.error ...
+       phys_motion_solution_free(&motion);
 
    phys_motion_diagnose (physics/stability/diagnostics.h) judges how reliable it is. */
 #ifndef PHYSICS_MOTION_SOLVE_H

@@ -1,7 +1,7 @@
 /* Conjugate points of the motion through the ends of a path. From a node at t_i the flow of (q, p)
    is (a b; c d); J = a X + b Y are the Jacobi fields that vanish at the start, spanned by (X; Y) at
    the node. With b regular, as it is between near nodes,
-          N(t) = X^T b^-1 J = X^T (b^-1 a X + Y)
+       N(t) = X^T b^-1 J = X^T (b^-1 a X + Y)
    is symmetric and loses as much rank as J. Where L_vv is positive definite its eigenvalues begin
    at +inf and decrease, so each one that ends below zero has crossed it once; a point counts as
    often as the fields lose rank there (Morse; Duistermaat, Adv. Math. 21, 1976). */

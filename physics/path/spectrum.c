@@ -1,7 +1,7 @@
 /* Morse index, conjugate points and smallest eigenvalue of the action's Hessian, by elimination in
    order of time (Sylvester's law of inertia). Eliminating the inner nodes of each element leaves a
    block tridiagonal matrix over the slices with blocks A_i and couplings B_i; then
-          D_1 = A_1,   D_i+1 = A_i+1 - B_i^T D_i^-1 B_i,
+       D_1 = A_1,   D_i+1 = A_i+1 - B_i^T D_i^-1 B_i,
    and the number of negative eigenvalues of the Hessian is that of all D_i and inner blocks
    together. The count up to D_i is the index of the path up to slice i + 1: where it increases
    there is a point conjugate to the start (Morse; Gelfand, Fomin, Calculus of Variations, section

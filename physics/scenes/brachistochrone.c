@@ -1,7 +1,7 @@
 /* The curve of quickest descent under gravity, with free end time. With u the square root of the
    drop below the start, the time along a curve, the integral of ds / speed, is the length in the
    metric (4 u'^2 + x'^2 / u^2) / 2g. Its geodesics are the stationary paths of
-          L = (4 u'^2 + x'^2 / u^2) / 4g + 1/2,
+       L = (4 u'^2 + x'^2 / u^2) / 4g + 1/2,
    and for free end time, hence energy 0, they are traversed in true time: S is the time of descent.
    In the drop itself the metric would have a pole; u begins like t. The second coordinate is w = x
    / u, x measured from the start, so that a straight line of (u, w) is a straight chute, and x' / u

@@ -1,5 +1,5 @@
 /* A gas of Lennard-Jones bodies of equal mass in the plane:
-          V = strength sum over pairs of (s/r)^12 - (s/r)^6,  r^2 = d^2 + softening.
+       V = strength sum over pairs of (s/r)^12 - (s/r)^6,  r^2 = d^2 + softening.
    It starts from a jittered lattice, dilute and cold enough that no two bodies meet: beyond a
    collision the true path is a saddle of the action, which no descent finds. The published scene
    starts at rest from random, partly overlapping positions, and replaces V by a clamped value and a
@@ -7,7 +7,7 @@
 
    Friction: dissipative motion follows from a Lagrangian with a growing factor (Caldirola and
    Kanai), so damped paths are stationary, too:
-          L = exp(friction t) (T - V)   gives   m a = -V_q - friction m v.
+       L = exp(friction t) (T - V)   gives   m a = -V_q - friction m v.
    Walls are springs: V = walls/2 times the squared distances of bodies outside the square. */
 #include "gas.h"
 #include "scenes.h"

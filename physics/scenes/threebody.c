@@ -1,5 +1,5 @@
 /* Three bodies in the plane under a softened 1/r attraction:
-          V = -G sum over pairs of m_i m_j / (r + offset),  r = sqrt(d^2 + softening).
+       V = -G sum over pairs of m_i m_j / (r + offset),  r = sqrt(d^2 + softening).
    The published code replaces 1/(r + offset) by a line at small distances, which changes the law
    and its gradient there; that is off unless cap_radius is set. */
 #include "scenes.h"

@@ -1,7 +1,7 @@
 /* Fuzzer of models in HDF5. A text describes the file, one line each:
 
-        NAME=VALUE         an attribute: a number if it reads as one, else, or after ", a text
-        NAME 3 2           a dataset of these dimensions
+     NAME=VALUE         an attribute: a number if it reads as one, else, or after ", a text
+     NAME 3 2           a dataset of these dimensions
 
    so that every file is valid HDF5, and only the checks of the readers of models and trainings are
    exercised. Bytes that begin as a run file with a checksum are used as the file. */

@@ -3,11 +3,11 @@
    needs six products (value, gradient in the graph, and their adjoints), a baseline three; those of
    the first and last layer are thin and are not counted.
 
-          struct hnn_settings settings = hnn_defaults(HNN_HAMILTONIAN, 1);
-          struct training_speed speed;
-          if (training_speed_measure(&settings, 750, 1, TIMING_ROUNDS, &speed, &error) == AD_OK)
-              printf("%.2f ms, %.2f x the floor\n", speed.step_ms,
-                     speed.step_ms / (speed.products_ms + speed.activation_ms)); */
+       struct hnn_settings settings = hnn_defaults(HNN_HAMILTONIAN, 1);
+       struct training_speed speed;
+       if (training_speed_measure(&settings, 750, 1, TIMING_ROUNDS, &speed, &error) == AD_OK)
+           printf("%.2f ms, %.2f x the floor\n", speed.step_ms,
+                  speed.step_ms / (speed.products_ms + speed.activation_ms)); */
 #ifndef APPS_TRAINING_SPEED_H
 #define APPS_TRAINING_SPEED_H
 

@@ -1,6 +1,6 @@
 /* The Lagrangian of ../elastic.c linked to a program:
 
-          cc swing.c ../elastic.c $(pkg-config --cflags --libs leastaction) -lm -o swing
+       cc swing.c ../elastic.c $(pkg-config --cflags --libs leastaction) -lm -o swing
 
    It follows the motion, finds the stationary path between its ends, and prints the distance
    between the two. */

@@ -1,7 +1,6 @@
 /* The Lagrangian of ../elastic.c under a user's cmocka tests:
 
-          cc test_swing.c ../elastic.c $(pkg-config --cflags --libs leastaction cmocka) -o
-   test_swing
+       cc test_swing.c ../elastic.c $(pkg-config --cflags --libs leastaction cmocka) -o test_swing
  */
 #include <physics/physics.h>
 #include <setjmp.h>
