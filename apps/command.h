@@ -1,4 +1,13 @@
-/* A subcommand: one file, one const struct, one line in commands.def. */
+/* A subcommand: one file, one const struct, one line in commands.def. A command is options, a
+   library call, and a report.
+
+       output/     results as text, JSON and HDF5 (report.h), pictures (figure.h, plot.h), output
+                   files (outputs.h), tables of charts (sheet.h), progress
+       commands/   subcommands of one file
+       path/ simulate/ quantum/    path.h, simulate.h, quantum.h list the parts of a subcommand
+       hnn/        dataset.h, train.h, rollout.h, field.h
+       bench/      leastaction chart (chart.h); hand/: hand-written kernels; measure/: timing and
+                   test problems */
 #ifndef APPS_COMMAND_H
 #define APPS_COMMAND_H
 

@@ -6,7 +6,22 @@
    AD_E_NONFINITE where L or a state is not finite, AD_E_ACCURACY where an accuracy is out of reach
    or a callback stopped it, AD_E_MEMORY when out of memory, and the errors of what it calls;
    *error, zero-initialised by the caller, gets the message. What is to be freed in any case is
-   freed after a failure, too. */
+   freed after a failure, too.
+
+   Folders, lowest first, with their public headers (internal.h: for physics/ only):
+
+       linear/, io/    linear algebra; CSV, HDF5, numbers, names, atomic files
+       system/         scenes and systems                      system.h
+       lagrangian/     checks, momenta and energy, motion of L check.h, legendre.h, conserved.h, ...
+       scenes/         the built-in scenes                     scenes.def
+       action/         the discrete action and its rules       action.h
+       ode/            vector fields                           ode.h
+       integrators/    methods by name                         integrators.h
+       motion/         one method; a complete motion           motion.h; solve.h
+       stability/      step limits, chaos, warnings            stability.h, diagnostics.h
+       gas/            order and fast motion of a gas          order.h
+       ephemeris/      Horizons tables, models of the planets  horizons.h, models.h
+       path/           stationary paths; all/: all of them     path.h */
 #ifndef PHYSICS_H
 #define PHYSICS_H
 

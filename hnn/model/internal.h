@@ -1,6 +1,13 @@
 /* Internals of a model, for the folders of hnn: settings, layout of the parameters, networks on a
-   tape, evaluation, range of training, model files. Other programs use hnn/hnn.h. Folders include
-   in one direction: model < data < tasks < rollout < pixels, and model < train. */
+   tape, evaluation, range of training, model files. Other programs use hnn/hnn.h. Folders of
+   hnn, each including only those before it (train/ only model/):
+
+       model/      networks and their files            hnn.h
+       data/       data sets from files                data.h; inside: data_table.h
+       tasks/      published systems                   data.h; inside: task.h
+       rollout/    motion by a model, its errors       rollout.h
+       pixels/     frames, rendering, prediction       pixels.h, latent.h, pixel_energy.h
+       train/      losses, optimisers, checkpoints     hnn.h; inside: train.h */
 #ifndef HNN_INTERNAL_H
 #define HNN_INTERNAL_H
 
