@@ -50,7 +50,7 @@ static char *command_text(int argc, char *const argv[])
     return text;
 }
 
-/* What was promised on standard output must have arrived there. */
+/* Output promised on standard output must have been written. */
 static int finish(int status)
 {
     if (fflush(stdout) == 0 && !ferror(stdout))

@@ -8,7 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* What a name leads to: a file or, where there is none yet, a place in a folder. */
+/* The file that a name refers to, or, if there is none, the folder and name. */
 struct place {
     bool known, exists, is_folder;
     dev_t device;

@@ -43,7 +43,7 @@ static sigset_t all_signals(void)
     return set;
 }
 
-/* Writes what it can: there is nothing to be done about the rest. */
+/* Errors of writing are ignored. */
 static void say(const char *names)
 {
     static const char before[] = "leastaction: ended by a signal; these files are complete:";

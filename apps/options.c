@@ -159,9 +159,9 @@ static enum ad_status add_text(struct texts *texts, const char *text, struct ad_
     return AD_OK;
 }
 
-/* What the values of a kind are. */
+/* The kinds of values. */
 static const struct kind {
-    const char *form, *range; /* what is expected: of the word, of the number */
+    const char *form, *range; /* expected by messages: as a word, as a number */
     size_t least;
 } kinds[OPTION_SETTINGS + 1] = {
     [OPTION_NUMBER] = {"a number such as 0.5", NULL, 0},
@@ -226,7 +226,7 @@ static enum ad_status store(const struct option *option, const char *text, char 
     return AD_OK;
 }
 
-/* What an option holds until it is given. */
+/* The value of an option that is not given. */
 static void store_default(const struct option *option, char *values)
 {
     struct ad_error error = {0};

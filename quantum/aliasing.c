@@ -83,9 +83,8 @@ static double least_dt(const struct qm_slice *slice, double ratio, struct sample
     return (double)NAN;
 }
 
-/* D from x_b to x_a of two slices of half the length: with y, where they meet, such that
-   S(y) = S_1(x_a, y) + S_2(y, x_b) is stationary, D_1 D_2 / S''. S' and S'' are differences. NaN
-   where there is no such y. */
+/* D from x_b to x_a of two slices of half the length, joined at y where S(y) = S_1(x_a, y) + S_2(y,
+   x_b) is stationary: D_1 D_2 / S''. S' and S'' are differences. NaN if there is no such y. */
 static double mixed_of_halves(const struct qm_slice *slice, double x_a, double x_b)
 {
     struct qm_slice half = *slice;

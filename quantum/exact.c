@@ -33,7 +33,7 @@ static struct particle at(const struct qm_quadratic *scene, const struct motion 
                              x * m->S + v * m->A - g * m->B};
 }
 
-/* From d(x v)/dt = 2 (T - V)/m + gravity x: the action is half of what that leaves. */
+/* From d(x v)/dt = 2 (T - V)/m + gravity x, which gives twice the action. */
 static double action(const struct qm_quadratic *scene, double x, double v,
                      const struct particle *end)
 {

@@ -10,8 +10,8 @@
 
 enum { LANES = 32768 }; /* paths of one run, about */
 
-/* Half the width of the range in which images fade out, in units of where they do. Packets whose
-   momenta stay below 1 - FADE of what the grid can hold do not notice. */
+/* Half the width of the range in which images fade out, relative to its centre. Packets with
+   momenta below 1 - FADE of the grid's largest are unaffected. */
 static const double FADE = 0.5;
 
 struct kernel {
@@ -22,9 +22,9 @@ struct kernel {
     ad_program *program;
 };
 
-/* 1 for paths slower than the grid's fastest wave, 0 for faster ones, and smooth between, such that
-   weights as far above as below add up to 1: then what one image loses its ghost, an image too,
-   makes up for, and K stays unitary where the box is a whole number of ghosts long. */
+/* 1 for paths slower than the grid's fastest wave, 0 for faster ones, smooth between, with weights
+   that add up to 1 at equal distances above and below: what an image loses its ghost, also an
+   image, gains, so that K is unitary if the box is a whole number of ghosts long. */
 static ad_var fade(const struct kernel *k)
 {
     double scale = qm_dx(&k->slice->grid) / (M_PI * k->slice->hbar);

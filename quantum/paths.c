@@ -17,7 +17,7 @@ const struct phys_rule *qm_rule(const struct qm_slice *slice, struct ad_error *e
     return slice->rule ? slice->rule : phys_rule_find("trapezoid", error);
 }
 
-/* A rule of degree 1 looks at straight paths; these points lie at their ends. */
+/* A rule of degree 1 evaluates straight paths, at points given by their ends. */
 static bool ends_alone(const struct phys_rule_table *table)
 {
     for (size_t j = 0; j < table->points; j++)

@@ -83,7 +83,7 @@ static void step(struct qm_published *p)
     gauge(p, -1);
 }
 
-/* What the norm becomes in one slice, had the matrix its prefactor. */
+/* The norm after one slice, if the matrix had its prefactor. */
 static double norm_of_slice(const struct qm_published *p)
 {
     double sum = 0, dx = qm_dx(&p->grid);

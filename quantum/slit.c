@@ -103,7 +103,7 @@ static enum ad_status fill_kernels(struct qm_slit *s, struct ad_error *error)
     return error->status;
 }
 
-/* The packet's own momentum, and what the slits add, must stay below half of the grid's. */
+/* The packet's momentum plus that added by the slits must stay below half of the grid's largest. */
 static enum ad_status check_waves(const struct qm_slit *s, struct ad_error *error)
 {
     double most = s->setup.mass * s->setup.speed + 4 * s->setup.hbar / (2 * width);

@@ -66,7 +66,7 @@ static enum ad_status follow(const struct problem *motion, struct drift *d, doub
     return lost.status;
 }
 
-/* The setting at which a trial costs what all may cost. */
+/* The setting at which a trial costs the common amount of work. */
 static void choose_setting(const struct problem *motion, struct drift *d, struct ad_error *error)
 {
     double low = log(1e-15), high = log(d->integrator->adaptive ? 0.1 : 1.0);
@@ -96,7 +96,7 @@ static void add_rows(const struct drift *d, double periods, struct sheet *sheet,
                       error);
 }
 
-/* Names stand at the ends of the curves, moved apart where they would meet. */
+/* Labels at the ends of the curves, moved apart where they would overlap. */
 static void label_ends(size_t n, const struct drift *drifts, size_t last, FILE *out)
 {
     double at[MOST_METHODS], above = INFINITY;

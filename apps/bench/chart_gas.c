@@ -73,8 +73,8 @@ static double seconds_a_step(struct gas_motion *m, size_t steps, struct ad_error
     return (processor_seconds() - start) / (double)steps;
 }
 
-/* Medians over rounds in turn; the first round, which records and allocates, is not counted. Every
-   round goes on where the one before ended, so that pairs are listed as often as in a long run. */
+/* Medians over alternating rounds, without the first, which records and allocates. Every round
+   continues the previous one, so that pairs are listed as often as in a long run. */
 static enum ad_status measure_size(struct sheet *sheet, size_t bodies, bool with_all, size_t steps,
                                    struct ad_error *error)
 {

@@ -6,8 +6,7 @@
 
 #include <stdio.h>
 
-/* Above this the two are not the gradient of one function, and comparing their speed says nothing.
- */
+/* Above this the two are not gradients of one function, and their speeds are not comparable. */
 static const double tolerance = 1e-11;
 
 #define NS .shown = 0, .fixed = true
@@ -58,7 +57,7 @@ static enum ad_status add_row(struct sheet *sheet, int scene, const struct race 
         error);
 }
 
-/* What others need to do the same, and to compare what they get. */
+/* Values for peers, who repeat the computation and compare. */
 static const struct column value_columns[] = {{.key = "scene"},
                                               {.key = "coordinate"},
                                               {.key = "slice"},

@@ -78,7 +78,7 @@ enum ad_status network_energy_error(hnn_model *model, const struct hnn_task *tas
     return error->status;
 }
 
-/* What curves are told apart by; room [NETWORK_NAME]. */
+/* Label of a curve; name [NETWORK_NAME]. */
 enum { NETWORK_NAME = 48 };
 static const char *network_name(const struct network *w, char *room)
 {

@@ -9,15 +9,15 @@
 
 enum { FEWEST_STEPS = 16, ROLLOUT_TYPES = 2, ROLLOUT_METHODS = 16 };
 
-/* Evaluations: no finer setting after so many, and no more steps in one run. A step is so much
-   finer than the last, a tolerance likewise. */
+/* Evaluations after which no finer setting is tried, and most steps of one run. Each step, or
+   tolerance, is finer than the last by a factor. */
 static const struct effort {
     double limit, finer_step, finer_tolerance;
 } thorough = {12000, 1.4142135623730951, 3.1622776601683795}, quick = {1500, 2, 10};
 static const double time_end = 20;
 static const double start[2] = {1.5, 0}; /* a swing in the middle of the data's energies */
 static const double reference_tolerance = 1e-12;
-static const double trusted = 1e-11; /* ten times what the reference may err by */
+static const double trusted = 1e-11; /* ten times the error allowed for the reference */
 static const double finest = 1e-14;  /* setting of any method */
 static const enum ad_type rollout_types[ROLLOUT_TYPES] = {AD_F64, AD_F32};
 
@@ -141,7 +141,7 @@ static enum ad_status measure(struct rollouts *r, const struct effort *effort,
     return AD_OK;
 }
 
-/* ---- what is told ---- */
+/* ---- output ---- */
 
 static const struct column columns[] = {{.key = "method"},
                                         {.key = "precision"},

@@ -41,7 +41,7 @@ static double setting_of(const struct contest *contest, const struct phys_integr
     const struct motion_problem *problem = contest->motion.problem;
     if (integrator->adaptive)
         return 0.1 / pow(effort->refinement, 2 * (double)level);
-    /* whole steps that fill the time, so that levels are what they say */
+    /* an integer number of steps fills the time */
     double steps = ceil(problem->time / problem->coarsest);
     return problem->time / floor(steps * pow(effort->refinement, (double)level) + 0.5);
 }

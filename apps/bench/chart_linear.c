@@ -11,7 +11,7 @@
 
 enum { WAYS = 2, PAIR_SLICES = HAND_SLICES };
 
-static const double budget_ns = 1e9; /* of one size and way: fewer rounds of what takes long */
+static const double budget_ns = 1e9; /* fewer rounds for slow measurements */
 
 #define MS .shown = 3, .scale = 1e3
 #define OF_UNIT(digits) .shown = digits, .fixed = true, .no_csv = true
@@ -208,7 +208,7 @@ static void report(struct chart *chart, const struct sheet *sheet, const struct 
     json_end_object(&chart->json);
 }
 
-/* ---- the picture: time of a unit above, memory of a unit below; what is level is linear ---- */
+/* ---- the picture: time per unit above, memory per unit below; level means linear ---- */
 
 static void draw_times(struct figure *figure, const struct sheet *sheet, const struct series *s)
 {

@@ -32,8 +32,8 @@ static const struct quantum_problem problems[] = {
      {0, 0, 0}},
 };
 
-/* A method with a rule, between walls, and its grid: so many points, or so many a slice; 0 and 0:
-   as few as the sum over paths allows at a dt. */
+/* A method with a rule and walls, and its grid: a number of points, or of points per slice; 0 and
+   0: the fewest that the sum over paths allows at a dt. */
 static const struct way {
     const char *name, *rule;
     const struct qm_method *method;

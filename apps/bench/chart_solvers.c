@@ -151,7 +151,7 @@ static bool watch(void *context, const struct phys_path_step *step)
     if (w->seconds >= w->next)
         keep(w);
     w->away += processor_seconds() - now;
-    return w->error < 1e6; /* what is this far away does not come back */
+    return w->error < 1e6; /* paths this far away do not come back */
 }
 
 static bool no_worse(void *context, const struct phys_path_step *step)
@@ -195,8 +195,8 @@ static struct phys_path_settings settings_of(const struct scene_run *run, const 
     settings.hold = s->hold;
     settings.momentum = s->momentum;
     settings.adam_steps = descent ? 0 : run->contest->adam_steps;
-    /* energies of slices are divided by their number; the published weight of the pendulum is about
-       what this gives */
+    /* energies of slices are divided by their number; this is about the published weight of the
+       pendulum */
     settings.energy_weight = s->energy == FREE           ? 0
                              : s->energy == AS_PUBLISHED ? run->system.scene->paper->energy_weight
                                                          : slices * slices / run->energy;

@@ -32,7 +32,7 @@ static const struct kind *find_kind(const char *name, struct ad_error *error)
     return k < N_KINDS ? &kinds[k] : NULL;
 }
 
-/* Pictures first: gnuplot is what may fail. */
+/* Pictures first, because gnuplot may fail. */
 static void commit(struct chart *chart, struct ad_error *error)
 {
     for (size_t k = 0; k < chart->pictures && error->status == AD_OK; k++)

@@ -105,7 +105,8 @@ static enum ad_status compile(const char *source, const char *include, const cha
     return error->status;
 }
 
-/* What was compiled is a scene; if not, the source is to blame, not a file that will be gone. */
+/* Checks that the result is a scene; if not, the message names the source, because the object is
+   removed. */
 static enum ad_status try_scene(const char *source, const char *library, struct phys_system *system,
                                 struct ad_error *error)
 {

@@ -24,8 +24,8 @@ static void print_shape(FILE *out, const struct phys_hdf5_item *item)
 
 struct text_listing {
     FILE *out;
-    char
-        number[128]; /* the last number's name: its unit, which comes next, goes on the same line */
+    char number[128]; /* name of the last number: its unit, which follows, is printed on the same
+                         line */
 };
 
 static void print_name(FILE *out, const char *attribute, const char *after)

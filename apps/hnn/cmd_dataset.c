@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- what is asked for ---- */
+/* ---- options ---- */
 
 static struct hnn_sampling sampling_of(const struct hnn_task *task, const struct dataset_options *o)
 {

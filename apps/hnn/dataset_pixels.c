@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-/* ---- what is asked for ---- */
+/* ---- options ---- */
 
 /* N, or HEIGHT,WIDTH. */
 static enum ad_status read_size(const char *text, struct hnn_filming *filming,

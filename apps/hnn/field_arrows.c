@@ -18,7 +18,7 @@ void field_state(const struct field_plane *plane, size_t states, size_t n, size_
     state[plane->up] = between(plane->y, (double)j / (double)(n - 1));
 }
 
-/* In units of the picture: what is across and up has other units, and other ranges. */
+/* In units of the picture, because the axes have different units and ranges. */
 static double length(const struct field_plane *plane, const double *rate)
 {
     return hypot(rate[plane->across] / (plane->x.high - plane->x.low),

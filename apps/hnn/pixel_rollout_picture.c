@@ -17,7 +17,7 @@ static const char *const truth_colour = "#808080",
                          *const colours[] = {
                              [HNN_BASELINE] = "#c0392b", [HNN_HAMILTONIAN] = "#1f4e79"};
 
-/* What is drawn, and where in the data it begins, in floats. */
+/* The picture's parts, and the offsets of their data, in floats. */
 struct drawing {
     size_t n_strips, n, height, width, area;
     struct film_strip strip[STRIPS]; /* truth, baseline, model */
@@ -144,7 +144,7 @@ static void strip_panel(struct figure *figure, const char *title, int columns, s
             columns);
 }
 
-/* The axes of what is below the strips. */
+/* The axes of the panels below the strips. */
 static const char axes[] = "set border 3\nset xtics nomirror\nset ytics nomirror\n";
 
 /* One frame; `each`: before the plot's words; frame and column are gnuplot's expressions. */

@@ -45,7 +45,7 @@ static void write_rows(const struct rollout_run *run, const struct rollout_curve
     }
 }
 
-/* ---- what is shown of the motion ---- */
+/* ---- the motion ---- */
 
 enum view { PHASE_PLANE, ORBITS, OVER_TIME };
 

@@ -11,7 +11,7 @@ enum { POINTS = 401, POINTS_OF_STARTS = 100 };
 
 static const double default_time = 20;
 
-/* ---- what goes with what ---- */
+/* ---- compatible options ---- */
 
 static enum ad_status check_options(const struct rollout_options *o, struct ad_error *error)
 {

@@ -25,7 +25,7 @@ static double ms_per_step(const struct train_run *run)
     return steps ? 1e3 * hnn_trainer_seconds(run->trainer) / (double)steps : (double)NAN;
 }
 
-/* Which columns were taken, and what was left out. */
+/* The columns used, and the rows skipped. */
 static void report_columns(const struct train_run *run, struct report *report)
 {
     const struct hnn_dataset *d = &run->data;

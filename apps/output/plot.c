@@ -67,7 +67,7 @@ enum ad_status plot_begin(struct plot *plot, const char *target, struct ad_error
     return ad_fail(error, AD_E_IO, "%s: cannot be written", target);
 }
 
-/* Closes a stream of ours; false if anything written to it was lost. */
+/* Closes an output stream; false if a write failed. */
 static bool close_stream(FILE **stream)
 {
     bool written = *stream && !ferror(*stream);
@@ -153,7 +153,7 @@ static int run_gnuplot(const struct plot *plot, char *line, int size)
     return status;
 }
 
-/* On a full disk gnuplot says nothing and leaves half a picture. */
+/* On a full disk gnuplot reports nothing and leaves a partial picture. */
 static bool is_whole(const struct plot *plot)
 {
     enum { TAIL = 16 };

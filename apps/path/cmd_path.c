@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-/* --tol, and what the files begin with. */
+/* --tol, and the start of the output files. */
 static enum ad_status begin(void *context, struct outputs *outputs, struct ad_error *error)
 {
     struct path_run *run = context;
@@ -52,7 +52,7 @@ static bool converged(const struct path_run *run)
            stop == PHYS_STOP_ROUNDING;
 }
 
-/* What to try where a solver did not converge. */
+/* The hint after a solver that did not converge. */
 static const char *advice(const struct path_run *run)
 {
     if (run->found.info.stop == PHYS_STOP_STEPS)
@@ -70,7 +70,7 @@ static const char *advice(const struct path_run *run)
            "100, --rule gauss4, or a smaller --dt";
 }
 
-/* Whether the run reached what was asked. */
+/* True if the run reached what was asked. */
 static int judge(const struct path_run *run, struct ad_error *error)
 {
     if (run->found.info.stop == PHYS_STOP_INTERRUPTED)

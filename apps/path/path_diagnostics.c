@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-/* Far from the reference the gradient alone says little: it may grow on the way to a stiff valley.
+/* Far from the reference the gradient is not conclusive: it may grow on the way to a narrow valley.
  */
 static bool moved_away(const struct path_run *run)
 {

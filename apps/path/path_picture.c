@@ -101,7 +101,7 @@ static void left(struct figure *figure, const struct path_run *run)
         left_still(figure, &view, run);
 }
 
-/* S, T, V over the steps; dashed what they are on the reference path. An animation shows the
+/* S, T, V over the steps; dashed: their values on the reference path. An animation shows the
    history up to its frame. */
 static void right(struct figure *figure, const struct path_run *run)
 {

@@ -15,7 +15,7 @@ const char *path_stop_name(enum phys_stop stop)
     return names[stop];
 }
 
-/* What --data was found to be. */
+/* The bodies and epochs found by --data. */
 static void report_tables(const struct path_run *run, struct report *report)
 {
     for (size_t k = 0; k < run->n_tables; k++) {

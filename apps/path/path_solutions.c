@@ -12,7 +12,7 @@ bool path_wants_all(const struct path_options *options)
     return options->all || !isnan(options->energy);
 }
 
-/* Of the energy asked for; where that is 0, of the largest found. */
+/* Tolerance of the energy asked for; where that is 0, of the largest found. */
 static const double same_energy = 2e-3;
 
 static double energy_tolerance(const struct phys_solutions *all, double energy)
@@ -32,7 +32,7 @@ static size_t nearest(const struct phys_solutions *all, double energy)
     return best;
 }
 
-/* The answer of the energy asked for, else the first. */
+/* The solution of the energy asked for, else the first. */
 static enum ad_status choose(struct path_run *run, struct ad_error *error)
 {
     const struct phys_solutions *all = &run->solutions;
@@ -75,7 +75,7 @@ enum ad_status path_find_all(struct path_run *run, struct ad_error *error)
     return AD_OK;
 }
 
-/* What is known of paths that are not listed. */
+/* Estimates of paths that are not listed. */
 static void report_completeness(const struct path_run *run, const struct phys_solutions *all,
                                 struct report *report)
 {

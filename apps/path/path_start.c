@@ -37,7 +37,7 @@ enum ad_status path_motion(const struct path_run *run, size_t slices, double dt,
     return phys_scene_path(&run->system, run->options->common.seed, &how, slices, dt, path, error);
 }
 
-/* The scene's motion, which gives the ends; where an error is asked for, that is the true one. */
+/* The scene's motion, which gives the ends; the true motion if an error is asked for. */
 static double *scene_motion(struct path_run *run, struct ad_error *error)
 {
     static const char *const names[] = {
@@ -76,8 +76,8 @@ static double *observed_motion(struct path_run *run, const double *observed, str
     return path;
 }
 
-/* The start, from the file that was read, the tables, the motion, or a line between the ends of
-   what was observed, else of the motion; then the noise. */
+/* The start: from the file, the tables, the motion, or a line between the ends of the observed or
+   computed motion; then the noise. */
 static void make_start(struct path_run *run, const double *file, const double *motion,
                        const double *observed)
 {
@@ -99,7 +99,7 @@ static void make_start(struct path_run *run, const double *file, const double *m
                        run->start);
 }
 
-/* Slices are what files and pictures show; a rule of higher degree has nodes between them. */
+/* Files and pictures have slices only; a rule of higher degree has nodes between them. */
 static void place_nodes(struct path_run *run)
 {
     size_t dof = run->system.dof, slices = run->settings.slices;
@@ -121,8 +121,8 @@ bool path_from_tables(const struct path_options *options)
            (options->init ? strcmp(options->init, "table") == 0 : !options->preset);
 }
 
-/* Where the motion by the rule is lost, the true motion is the start; but where Newton's method
-   does not arrive from it, the rule is too coarse for that motion, and a line is the start. */
+/* If the motion by the rule is lost, the start is the true motion; if Newton's method does not
+   converge from that, the rule is too coarse for the motion, and a line is the start. */
 static enum ad_status choose_start(struct path_run *run, struct ad_error *error)
 {
     struct phys_path_settings settings = run->settings;

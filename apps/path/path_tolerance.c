@@ -41,8 +41,8 @@ enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error 
     return AD_OK;
 }
 
-/* How far the ends of the start move when the motion is followed less closely; those of a file are
-   what they are. */
+/* The change of the start's ends when the motion is followed less accurately; 0 for ends from a
+   file. */
 static double ends_error(const struct path_run *run, struct ad_error *error)
 {
     size_t dof = run->system.dof, n = run->settings.slices;

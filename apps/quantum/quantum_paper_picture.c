@@ -9,8 +9,8 @@
 
 enum { ACROSS = 300 };
 
-/* Re K averaged over blocks, so that what turns faster than the picture shows is white, and not a
-   pattern of the picture's own. */
+/* Re K averaged over blocks, so that oscillations faster than the picture's resolution are white
+   instead of a moire pattern. */
 static double block(size_t n, const qm_complex *K, size_t a, size_t b, size_t size)
 {
     double sum = 0;

@@ -196,7 +196,7 @@ static enum ad_status look_for_aliasing(struct quantum_run *run, struct ad_error
     return AD_OK;
 }
 
-/* Operations a second, low: what is refused should be hopeless. */
+/* Operations per second, a low estimate, so that only hopeless runs are refused. */
 static const double speed = 1e9;
 static const double patience = 3600;
 

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- what is asked ---- */
+/* ---- options ---- */
 
 static enum ad_status check(const struct simulate_options *options, struct ad_error *error)
 {
@@ -155,7 +155,7 @@ static enum ad_status follow(void *context, struct ad_error *error)
 static const struct output_kind outputs = {simulate_report, simulate_file, simulate_write_csv,
                                            simulate_picture, NULL};
 
-/* What was asked and missed. */
+/* Requirements that were missed. */
 static enum ad_status judge(const struct simulate_run *run, struct ad_error *error)
 {
     const struct phys_simulation_info *info = &run->motion.info;

@@ -76,7 +76,7 @@ enum ad_status simulate_ephemeris(struct simulate_run *run, struct ad_error *err
     s->time = (double)days * DAY;
     s->n_samples = days;
     s->no_reference = true;
-    s->error = 0; /* it is asked of the distance from the tables */
+    s->error = 0; /* it bounds the distance from the tables */
     if (!isnan(options->tolerance) && !given) {
         if (phys_ephemeris_least(tables, options->tolerance, &run->choice, &cause) != AD_OK)
             return simulate_refuse("--tol: ", &cause, error);

@@ -14,7 +14,7 @@ static const char *stop_name(enum phys_simulation_stop stop)
     return names[stop];
 }
 
-/* What --tol tried; returns the estimate of the setting it chose. */
+/* The settings that --tol tried; returns the estimate of the one chosen. */
 static double report_trials(const struct simulate_run *run, struct report *report)
 {
     double estimate = (double)NAN;

@@ -113,7 +113,7 @@ static enum ad_status find_step(const struct hnn_dataset_settings *s, const stru
     return AD_OK;
 }
 
-/* What the samples have in common, and what each row is for. */
+/* Properties of all samples, and the use of each row. */
 static enum ad_status assign(const struct hnn_dataset_settings *s, struct hnn_table *table,
                              struct hnn_dataset *dataset, struct ad_error *error)
 {
@@ -128,7 +128,7 @@ static enum ad_status assign(const struct hnn_dataset_settings *s, struct hnn_ta
     return s->test_fraction > 0 ? hnn_roles_split(s, table, usable, error) : AD_OK;
 }
 
-/* What was left out on the way, for the caller to say. */
+/* Numbers of skipped rows and gaps, for the caller's report. */
 static void note_left_out(struct hnn_dataset *dataset, const struct hnn_table *table)
 {
     bool needs_steps = !table->plan.rate && table->plan.time != HNN_NO_COLUMN;

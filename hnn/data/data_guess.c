@@ -46,8 +46,8 @@ static void guess_columns(const struct hnn_source *s, struct hnn_plan *plan)
             plan->state[plan->components++] = k;
 }
 
-/* Of two columns the order of the file tells which is which, if it has one: either way the field is
-   the same, for a pair has no other partner. */
+/* Two columns are in the order of the file, if it has one; the field is the same either way,
+   because a pair has no other partner. */
 enum ad_status hnn_guess_state(const struct hnn_source *s, struct hnn_plan *plan,
                                struct ad_error *error)
 {

@@ -27,7 +27,7 @@ struct hdf5 {
 
 static struct hdf5 *hdf5_of(struct hnn_source *source) { return (struct hdf5 *)source; }
 
-/* ---- what columns there are ---- */
+/* ---- the columns of a file ---- */
 
 static char *column_name(const char *array, size_t rank, size_t index)
 {
@@ -129,7 +129,7 @@ static bool move_column(struct hdf5 *h, const char *name, size_t length, size_t 
     return true;
 }
 
-/* As the file says that its columns stand; the others follow by name. */
+/* In the order given by the file; the others follow by name. */
 static void put_in_order(struct hdf5 *h)
 {
     size_t n = 0;

@@ -80,8 +80,8 @@ static bool said_behind(const char *q, size_t nq, const char *p, size_t np)
     return false;
 }
 
-/* What the two have in common at both ends is left out; a word begins the name, or follows what is
-   no letter. */
+/* The common beginning and end of both names are removed; a word begins the name or follows a
+   character that is no letter. */
 static bool said_instead(const char *q, size_t nq, const char *p, size_t np)
 {
     for (size_t k = 0; k < LENGTH(words); k++) {

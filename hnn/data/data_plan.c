@@ -148,7 +148,7 @@ void hnn_plan_free(struct hnn_plan *plan)
     *plan = (struct hnn_plan){0};
 }
 
-/* A name as it stands in a list: in quotes where commas or quotes are in it. */
+/* A name as an element of a list: quoted if it contains commas or quotes. */
 static size_t put_name(const char *name, char *to)
 {
     char *start = to;

@@ -150,7 +150,8 @@ static enum ad_status look_at_trials(const struct hnn_table *table, struct ad_er
     return error->status;
 }
 
-/* Steps longer than so many medians are gaps, but for the digits that times are printed with. */
+/* Steps longer than this many medians are gaps, with allowance for the digits that times are
+   printed with. */
 static const double gap = 3 * (1 + 1e-4);
 
 static enum ad_status look_at_steps(struct hnn_table *table, struct ad_error *error)

@@ -19,7 +19,7 @@ static ad_var linear(const hnn_model *model, ad_var parameters, size_t k, ad_var
     return ad_add(ad_matmul(h, true, weight, true), ad_reshape(bias, 1, ad_rows(bias)));
 }
 
-/* The maps after the first one, and its relu, on what that makes. */
+/* The first map's relu and the maps after it. */
 static ad_var coder(const hnn_model *model, ad_var parameters, size_t k, ad_var h, enum order out)
 {
     h = ad_relu(h);
@@ -41,7 +41,7 @@ ad_var hnn_record_encode_all(const hnn_model *model, ad_var parameters, size_t n
     return ad_label(coder(model, parameters, k, first, COLUMNS), "encoder");
 }
 
-/* As hnn_model_record refuses what does not fit. */
+/* The checks of hnn_model_record. */
 static bool fits(const hnn_model *model, ad_var parameters, size_t found, bool encodes)
 {
     size_t expected = !model ? 0 : encodes ? model->settings.pixels : hnn_states(model);

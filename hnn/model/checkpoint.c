@@ -266,7 +266,7 @@ static void read_note(void *context, const struct phys_hdf5_item *item)
         hnn_model_note(n->model, item->attribute, item->text, n->error);
 }
 
-/* Room is made for what is there, not for what the settings ask for. */
+/* Memory is allocated by the size of the data in the file, not by the settings. */
 static void read_parameters(const struct reading *r, hnn_model *model)
 {
     for (size_t k = 0; k < model->n_blocks; k++)

@@ -160,7 +160,7 @@ enum ad_status hnn_model_note(hnn_model *model, const char *name, const char *te
     return ad_fail(error, AD_E_MEMORY, "no room for a remark on the model");
 }
 
-/* Letters, digits, and what names are joined with: no file format or picture takes offence. */
+/* Letters, digits and joining characters, which are valid in every file format and picture. */
 static bool is_plain(const char *name, size_t n)
 {
     bool digits = true;

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { ENERGIES = 4096 }; /* states at most whose H is looked at */
+enum { ENERGIES = 4096 }; /* most states at which H is evaluated */
 
 static void widen(const double *values, size_t n, double *low, double *high)
 {

@@ -7,7 +7,7 @@
 
 enum { FILMS = 4 };
 
-/* Mean energy that n frames show; NaN where nothing tells. */
+/* Mean energy of the rod in n frames; NaN if unknown. */
 static double mean_energy(const struct hnn_frames *f, size_t n, const float *pixels, double *energy,
                           struct ad_error *error)
 {

@@ -22,7 +22,7 @@ static void draw_area(const struct hnn_rod *rod, double angle, size_t height, si
    number. */
 enum { CELLS = 6 };
 
-/* What a cell gives to the two pixels whose middles are next to it. */
+/* Contribution of a cell to the two nearest pixels. */
 struct share {
     size_t pixel[2];
     double weight[2];
@@ -50,7 +50,7 @@ static void shares_of(size_t pixel, size_t n, struct share share[CELLS])
         share[k] = share_of(CELLS * pixel + k, n);
 }
 
-/* Adds what a cell shows to the four pixels whose middles are next to it. */
+/* Adds the value of a cell to the four nearest pixels. */
 static void spread(double value, const struct share *row, const struct share *col, size_t width,
                    float *pixels)
 {

@@ -91,7 +91,7 @@ static enum ad_status list(const char *folder, bool (*wanted)(const char *), str
     return error->status;
 }
 
-/* One picture to its place. The first one of all says how large they are. */
+/* Reads one picture to its place. The first one determines the size of all. */
 static enum ad_status read_frame(const char *file, const char *first, const struct hnn_frames *f,
                                  float *pixels, struct ad_error *error)
 {

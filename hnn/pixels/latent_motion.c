@@ -8,8 +8,8 @@
 
 const char *const hnn_motion_names[] = {"as the data", "stands still", "runs away", NULL};
 
-/* Of the size of the data's motion: less is a standstill; more, or so many widths of the range of
-   training beyond it, is running away. */
+/* Relative to the size of the data's motion: less is a standstill; more, or this many widths of the
+   range of training beyond it, is running away. */
 static const double least = 0.2, most = 3, widths = 1;
 
 /* Root mean square of the changes about the mean, over n samples of `size` components; element k of

@@ -3,8 +3,8 @@
 
 #include <stdio.h>
 
-/* What is beyond by less than this part of what was seen is not told: H was seen at some states
-   alone, and a start is given with few digits. */
+/* Excess below this fraction of the range is ignored: H was evaluated at some states only, and
+   starts are given with few digits. */
 static const double margin = 1.0 / 200;
 
 static bool beyond(double value, double low, double high)
@@ -13,8 +13,8 @@ static bool beyond(double value, double low, double high)
     return value < low - slack || value > high + slack;
 }
 
-/* H is looked at first: where motion leaves its level, it is no longer what was learnt, wherever
-   on the way the components are. */
+/* H first: a motion that leaves its level is no longer the learnt one, wherever its components are.
+ */
 static bool state_outside(const hnn_model *model, const double *y, double energy, char *what,
                           size_t size)
 {

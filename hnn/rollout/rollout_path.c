@@ -42,8 +42,8 @@ static enum ad_status copy_rows(const struct hnn_table *table, size_t first, siz
     return AD_OK;
 }
 
-/* The motion goes on from this row to the next: where a column tells trajectories apart gaps are
-   within one, else they may be between two. */
+/* The motion continues from this row to the next: with a column that distinguishes trajectories,
+   gaps lie within one; otherwise they may lie between two. */
 static bool goes_on(const struct hnn_table *table, size_t next)
 {
     return table->plan.trial != HNN_NO_COLUMN ? !hnn_table_begins(table, next)

@@ -54,7 +54,7 @@ enum ad_status hnn_task_published_mse(const struct hnn_task *task, double streng
     return error->status;
 }
 
-/* What all starts have in common. */
+/* Shared by all starts. */
 struct setting {
     const struct phys_ode *model;
     const struct hnn_task *task;
@@ -95,7 +95,7 @@ static void release(struct setting *s)
     free(s->t);
 }
 
-/* Adds what one start gives. */
+/* Adds the errors of one start. */
 static enum ad_status try_start(const struct setting *s, const double *x0, struct hnn_score *sum,
                                 struct ad_error *error)
 {

@@ -48,7 +48,7 @@ void hnn_task_start(const struct hnn_task *task, double strength, uint64_t seed,
     task->start(&random, &sampling, y);
 }
 
-/* ---- what tasks share ---- */
+/* ---- shared by the tasks ---- */
 
 void hnn_task_on_circle(struct phys_random *random, const struct hnn_sampling *s, double point[2])
 {

@@ -175,7 +175,7 @@ void hnn_trainer_free(hnn_trainer *t)
     free(t);
 }
 
-/* ---- what is known of it ---- */
+/* ---- results ---- */
 
 size_t hnn_trainer_step(const hnn_trainer *trainer) { return trainer ? trainer->step : 0; }
 size_t hnn_trainer_steps_now(const hnn_trainer *trainer)
@@ -190,7 +190,7 @@ const struct hnn_row *hnn_trainer_history(const hnn_trainer *trainer, size_t *ro
     return trainer ? trainer->history : NULL;
 }
 
-/* The model's parameters where it has the result; while steps are taken, what it would have. */
+/* The model's parameters if it has the result; during training, those it would get. */
 static const void *present_point(hnn_trainer *t)
 {
     return t->delivered ? hnn_learner_point(t) : hnn_trainer_outcome(t);

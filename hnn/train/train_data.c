@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What tells these samples from others. */
+/* A hash that identifies these samples. */
 static uint64_t hash_of(const struct hnn_data *data)
 {
     const struct hnn_samples *s = &data->samples;

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Larger sets are looked at in pieces, so that the activations of all samples need not be held:
-   so many samples at most, and so many numbers. */
+/* Larger sets are evaluated in pieces, to limit the memory of activations: this many samples at
+   most, and this many numbers. */
 enum { PIECE = 4096, PIECE_VALUES = 1 << 19 };
 
 static size_t piece_of(const struct hnn_data *data)

@@ -158,7 +158,7 @@ static void add_gradient(const struct hnn_problem *p, const void *term)
     }
 }
 
-/* Blocks are added in their order, whoever ran them. */
+/* Blocks are added in order, whatever thread ran them. */
 static void add_block(const struct hnn_problem *p, ad_program *program, size_t block, double *loss)
 {
     const struct hnn_block_program *b = &p->block;

@@ -186,8 +186,8 @@ static size_t find_rows(struct phys_hessian *h, size_t seed, const double *by_q,
     return n;
 }
 
-/* What column `seed` of the second derivatives at point p adds: with `of_q`, that of L_qq and L_vq,
-   which meets the q of node b; else that of L_qv and L_vv, which meets its v. */
+/* Contribution of column `seed` of the second derivatives at point p: with `of_q` that of L_qq and
+   L_vq, which multiplies the q of node b; else that of L_qv and L_vv, which multiplies its v. */
 static void add_column(struct phys_hessian *h, size_t p, size_t seed, size_t rows,
                        const double *by_q, const double *by_v, bool of_q)
 {

@@ -97,7 +97,7 @@ static void note_target(struct search *s, const struct phys_horizons *table)
     snprintf(s->targets + n, sizeof s->targets - n, "%s%s", n ? ", " : "", table->target);
 }
 
-/* Gives the candidate to all bodies that it fits better than what they had. */
+/* Assigns the candidate to all bodies that it matches better than their present table. */
 static bool offer(struct search *s, const struct phys_horizons *table, int candidate)
 {
     bool taken = false;
@@ -170,7 +170,7 @@ static bool list_files(struct search *s)
     return s->candidates || out_of_memory(s);
 }
 
-/* ---- what was found ---- */
+/* ---- results ---- */
 
 static bool check_found(struct search *s)
 {

@@ -15,7 +15,7 @@ static const struct key {
     const char *name;
     bool in_table; /* field of the table, else of the reader */
     size_t offset, size;
-    const char *required; /* or what to say if the line is missing */
+    const char *required; /* or the message if the line is missing */
 } keys[] = {
 #define TABLE(field)                                                                               \
     true, offsetof(struct phys_horizons, field), sizeof((struct phys_horizons *)0)->field
@@ -87,8 +87,8 @@ static void join(char *text, size_t size, const char *separator, const char *mor
 
 /* ---- GM ---- */
 
-/* What may stand between "GM" and "=": the unit, "(planet)", and a power of ten. Anything else,
-   such as "1-sigma", means another quantity. Returns false then, else the power. */
+/* Text allowed between "GM" and "=": the unit, "(planet)", and a power of ten. Anything else, such
+   as "1-sigma", means another quantity: returns false. Otherwise *power is set. */
 static bool gm_unit(const char *p, const char *equals, int *power)
 {
     static const char *const units[] = {"km^3/s^2", "km^3", "s^-2", "planet"};

@@ -49,8 +49,8 @@ static void forget(struct context *c)
     ad_tape_reset(c->tape);
 }
 
-/* Nobody may be near to anybody, and there may be no walls. Pairs are made the columns, which the
-   tape takes in long loops. */
+/* There may be no near pairs, and no walls. Pairs are columns, which the tape processes in long
+   loops. */
 static enum ad_status record(struct context *c, struct ad_error *error)
 {
     ad_var V, gradient;
@@ -138,7 +138,7 @@ static enum ad_status field(void *context, double t, const double *y, double *ra
     return AD_OK;
 }
 
-/* T + V; of the bodies, not what the friction took. */
+/* T + V of the bodies, without the energy lost to friction. */
 static double energy(void *context, double t, const double *y)
 {
     struct context *c = context;

@@ -98,7 +98,7 @@ static void note_sizes(const struct phys_stepper *s, struct phys_stages *g, doub
     }
 }
 
-/* Iterates as it stands; false in *converged where that is slow or leads astray. */
+/* Fixed-point iteration; false in *converged if it is slow or diverges. */
 static enum ad_status iterate(struct phys_stepper *s, struct phys_stages *g, double h,
                               bool *converged, struct ad_error *error)
 {

@@ -12,7 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* ---- what a signal's handler removes ---- */
+/* ---- removal by a signal handler ---- */
 
 enum { MOST_AT_ONCE = 64 };
 

@@ -10,7 +10,7 @@
 static const char format[] = "leastaction, sealed: fnv1a %016" PRIx64 " of %" PRIu64 " bytes\n";
 enum { SAME = 20 }; /* characters of the format that every seal begins with */
 
-/* The seal of an open file, from what follows it. */
+/* The checksum of an open file: the hash of the bytes after it. */
 static bool seal_of(FILE *in, char seal[PHYS_CHECKSUM_BYTES])
 {
     unsigned char block[1 << 14];
@@ -41,7 +41,7 @@ enum ad_status phys_checksum_check(const char *file, const char *name, struct ad
     char seal[PHYS_CHECKSUM_BYTES], found[PHYS_CHECKSUM_BYTES] = "";
     FILE *in = fopen(file, "rb");
     if (!in)
-        return AD_OK; /* whoever opens it says why it cannot be read */
+        return AD_OK; /* the function that opens it reports the reason */
     bool sealed = fread(found, 1, sizeof found, in) > 0 && strncmp(found, format, SAME) == 0;
     bool whole = !sealed || (seal_of(in, seal) && memcmp(seal, found, sizeof seal) == 0);
     fclose(in);

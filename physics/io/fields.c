@@ -83,7 +83,7 @@ static bool is_one_of(const char *p, const char *end, size_t n, const char *cons
     return false;
 }
 
-/* What arithmetic made of a number. */
+/* Printed results of invalid arithmetic. */
 static bool is_not_finite_word(const char *p, const char *end)
 {
     static const char *const words[] = {"nan", "inf", "infinity"};

@@ -33,7 +33,7 @@ static const struct {
     {BYTES("<"), "XML or HTML", "CSV, text or HDF5"},
 };
 
-/* Zeros at every other place: what a mark would have told. */
+/* Zeros at every other byte: UTF-16 without a byte order mark. */
 static bool is_wide(const char *text, size_t n)
 {
     size_t zeros[2] = {0, 0}, most = n < 64 ? n / 2 * 2 : 64;

@@ -22,7 +22,8 @@ struct reason {
     char text[160];
 };
 
-/* Of a failed system call HDF5 tells the time, the file and more around "error message = '...'". */
+/* After a failed system call HDF5 prints the time, the file and more around "error message =
+   '...'". */
 static herr_t innermost(unsigned depth, const H5E_error2_t *entry, void *reason)
 {
     static const char before[] = "error message = '";
@@ -53,8 +54,8 @@ void phys_h5_fail_write(phys_hdf5 *file, const char *what, const char *item)
     phys_h5_fail(&file->error, AD_E_IO, file->name, what, item);
 }
 
-/* Comes before every other call. On exit HDF5 would write again to a file that could not be closed,
-   and crash. What a file names as a filter is never loaded as a program. */
+/* Called before everything else. At exit HDF5 would write again to a file that could not be closed,
+   and crash. Filters named in a file are never loaded as plugins. */
 static void start_hdf5(void)
 {
     H5dont_atexit();

@@ -44,7 +44,7 @@ static bool leads_out(struct walk *w, const char *name, const char *what)
     return false;
 }
 
-/* ---- what is not followed ---- */
+/* ---- refused links and storage ---- */
 
 static bool is_built_in(H5Z_filter_t filter)
 {
@@ -81,7 +81,7 @@ static herr_t add_link(hid_t group, const char *name, const H5L_info_t *info, vo
     struct walk *w = context;
     struct level *level = &w->level[w->n - 1];
     (void)group;
-    if (info->type == H5L_TYPE_SOFT) /* it leads to what has another name here */
+    if (info->type == H5L_TYPE_SOFT) /* a link to an object that has another name here */
         return 0;
     if (info->type != H5L_TYPE_HARD)
         return leads_out(w, name, "is an external link") - 1;

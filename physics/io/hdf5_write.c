@@ -77,7 +77,7 @@ void phys_hdf5_extendable(phys_hdf5 *file, const char *name, enum ad_type type, 
         phys_h5_fail_write(file, "create", name);
 }
 
-/* Selects records first .. first+count-1 of a file's space; false where there are not so many. */
+/* Selects records first .. first+count-1 of a file's space; false if there are fewer. */
 static bool select_records(hid_t space, size_t rank, const hsize_t size[], hsize_t first,
                            hsize_t count)
 {

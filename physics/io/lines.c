@@ -28,7 +28,7 @@ void phys_lines_close(struct phys_lines *lines)
     *lines = (struct phys_lines){0};
 }
 
-/* Moves what is not yet given to the front; doubles the buffer where that is all of it. */
+/* Moves the unread rest to the front; doubles the buffer if it is full. */
 static enum ad_status make_room(struct phys_lines *lines, struct ad_error *error)
 {
     size_t kept = lines->n - lines->at;

@@ -5,7 +5,7 @@
 #include <ctype.h>
 #include <string.h>
 
-enum { LONGEST = 63 }; /* longer names are nobody's slip of the finger */
+enum { LONGEST = 63 }; /* longer names are not matched */
 
 static size_t least(size_t a, size_t b) { return a < b ? a : b; }
 

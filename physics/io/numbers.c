@@ -123,7 +123,7 @@ static uint64_t power_of_5(int n)
     return power;
 }
 
-/* Nearest double to x 2^exponent, where `sticky` tells of bits lost below x. */
+/* Nearest double to x 2^exponent; `sticky`: bits below x were lost. */
 static double round_to_double(uint128 x, bool sticky, int exponent)
 {
     uint64_t high = (uint64_t)(x >> 64);
@@ -174,7 +174,7 @@ static double slow_value(const struct decimal *d, const char *end)
             lost = lost || *p != '0';
     }
     exponent -= (long)n;
-    if (lost) { /* a last digit stands for all that follow */
+    if (lost) { /* a last digit represents all that follow */
         text[n++] = '1';
         exponent--;
     }

@@ -25,7 +25,7 @@ size_t phys_utf8_length(const char *text)
     return length;
 }
 
-/* C0, DEL and C1: what a terminal may obey. */
+/* C0, DEL and C1 control characters, which a terminal may interpret. */
 static bool is_control(const unsigned char *s)
 {
     return s[0] < 0x20 || s[0] == 0x7f || (s[0] == 0xc2 && s[1] < 0xa0);

@@ -99,8 +99,8 @@ enum ad_status phys_check_gradient(const struct phys_system *system, const struc
 
 /* ---- locality ---- */
 
-/* What one slice moves by: far from rounding, near enough to stay in the domain, and irregular, so
-   that two coordinates do not cancel. */
+/* The change of one slice: far above rounding, small enough to stay in the domain, and irregular,
+   so that two coordinates do not cancel. */
 static double moved(double x, size_t k)
 {
     return x + 1e-3 * (1 + 0.37 * sin(1.0 + 2.0 * (double)k)) * (x != 0 ? fabs(x) : 1);

@@ -6,7 +6,7 @@
 
 static const double rounding = 1e-9; /* of the largest of T and V */
 
-/* Records T and V, V_v, and what must vanish: T - V - L and T + V - (v L_v - L). */
+/* Records T and V, V_v, and the expressions that must vanish: T - V - L and T + V - (v L_v - L). */
 struct energies {
     ad_var kinetic, potential, force, difference, sum;
 };

@@ -6,8 +6,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* The motion from q and v, followed or else by the published equations; where it cannot be solved,
-   a line, and `no_path` says why. */
+/* The motion from q and v, accurate or else by the published equations; if it cannot be solved, a
+   line, with the reason in `no_path`. */
 static void follow(const struct phys_system *system, const double *q, const double *v,
                    size_t slices, double dt, double *path, struct ad_error *no_path)
 {
@@ -70,7 +70,7 @@ static double find_condition(const struct phys_system *system, const struct phys
     return most;
 }
 
-/* A finding stays one; what is no finding of that status is an error. */
+/* A failed check is recorded; a failure of another status is an error. */
 static bool is_error(const struct ad_error *found, enum ad_status finding, struct ad_error *error)
 {
     if (found->status == AD_OK || found->status == finding)

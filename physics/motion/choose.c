@@ -72,7 +72,7 @@ static double predict(const struct solving *s, const struct phys_integrator *int
     return stretch / ceil(steps * fmin(fmax(times, 1.1), 64));
 }
 
-/* One run; incomplete where the motion was lost on the way. Other failures are errors. */
+/* One run, incomplete if the motion was lost. Other failures are errors. */
 static enum ad_status attempt(struct candidate *c, double setting, struct run *run,
                               struct ad_error *error)
 {

@@ -17,7 +17,7 @@ static const double cut = 0.381966011250105;
 /* How often more than its rounding a run back may miss the start. */
 static const double alike = 10;
 
-/* How runs are made, and what they cost. */
+/* Settings and costs of the runs. */
 struct runs {
     const struct phys_ode *ode;
     struct phys_simulation how;
@@ -63,7 +63,7 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
     return known;
 }
 
-/* A failure that says more than that the motion is lost. */
+/* True for a failure other than a lost motion. */
 static enum ad_status hand_on(const struct runs *runs, const struct ad_error *lost,
                               struct ad_error *error)
 {
@@ -115,9 +115,10 @@ static bool run_back(struct runs *runs, const struct phys_reference *r, size_t l
     return hand_on(runs, &lost, error) == AD_OK && lost.status == AD_OK && known == last + 1;
 }
 
-/* Back from where it is known to the start. What is missed there beyond the uncertainty so far is
-   rounding that grows on the way back, and then another run back ends as far from this one, or an
-   error that both runs share: then all are as uncertain. x, again: room as of r->x; back [n]. */
+/* Runs back to the start from the end of the known motion. A miss beyond the uncertainty is either
+   rounding that grows on the way back, and then another run back ends as far from this one; or an
+   error common to both forward runs, which raises the uncertainty. x, again: work space as r->x;
+   back [n]. */
 static enum ad_status reverse(struct runs *runs, const double *times, double lost, double *x,
                               double *again, double *back, struct phys_reference *r,
                               struct ad_error *error)

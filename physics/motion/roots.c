@@ -168,7 +168,7 @@ static void isolate(struct search *s, double a, double b, int depth)
         settle(s, a, b, &m);
         return;
     }
-    /* what is left over is noise, or a root of even order within it */
+    /* the rest is noise, or a root of even order */
     bool spent = ++s->intervals > MOST_INTERVALS || depth == DEEPEST || s->n == PHYS_ROOTS_MOST;
     if (spent || (m.error >= 0.1 * m.largest && depth >= DEEPEST / 4)) {
         settle(s, a, b, &m);

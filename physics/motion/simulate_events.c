@@ -112,7 +112,7 @@ static double value_at(void *context, double theta)
     return p->run->values[p->which];
 }
 
-/* Whether a root of this kind, of values that were of sign `before`, is asked for. */
+/* True if a root of this kind is wanted; `before` is the sign of the values before it. */
 static bool wanted(const struct run *run, const struct phys_events *events, int kind)
 {
     int direction = run->direction > 0 ? events->direction : -events->direction;
@@ -207,7 +207,7 @@ static enum ad_status polynomial_follows(struct run *run, bool *good, struct ad_
     return error->status;
 }
 
-/* ---- what was found ---- */
+/* ---- reporting ---- */
 
 static int by_time(const void *a, const void *b)
 {
@@ -227,7 +227,7 @@ static void cut(struct run *run, double theta, const double *y)
     run->info->stop = PHYS_SIMULATION_EVENT;
 }
 
-/* Tells of the roots in their order. */
+/* Calls the events' functions for the roots, in order. */
 static void report(struct run *run)
 {
     const struct phys_stepper *m = &run->stepper;

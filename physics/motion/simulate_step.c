@@ -158,7 +158,8 @@ enum ad_status phys_run_first_step(struct run *run, struct ad_error *error)
     for (size_t k = 0; k < m->n; k++)
         m->next[k] = m->y[k] + run->direction * h0 * m->rate[k];
     double h = h0 * 1e-3;
-    struct ad_error local = {0}; /* a trial outside the field's domain says: go carefully */
+    struct ad_error local = {
+        0}; /* a trial step outside the field's domain: continue with small steps */
     if (phys_stepper_rate(m, m->t + run->direction * h0, m->next, m->next_rate, &local) == AD_OK) {
         for (size_t k = 0; k < m->n; k++)
             m->next[k] = m->next_rate[k] - m->rate[k];

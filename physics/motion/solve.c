@@ -129,7 +129,8 @@ static enum ad_status reverse(struct solving *s, double *y, struct ad_error *err
 
 /* ---- its error ---- */
 
-/* Of many samples every so many are compared, and the last: the reference lands on each. */
+/* Of many samples only every k-th is compared, and the last, because the reference lands on each.
+ */
 static size_t sample_of(const struct phys_motion_solution *m, size_t compared, size_t i)
 {
     size_t stride = (m->n + MOST_COMPARED - 1) / MOST_COMPARED;
@@ -255,7 +256,7 @@ enum ad_status phys_motion_solve(const struct phys_system *system,
     if (phys_lacks_scene(system, error) || phys_lacks(settings, "settings of a motion", error) ||
         begin(&s, error) != AD_OK || phys_ode_for(system, m->integrator, &m->ode, error) != AD_OK)
         return error->status;
-    /* equations of the scene's own say themselves what their friction is */
+    /* a scene's own equations define its friction */
     m->keeps_energy = m->ode.friction == 0 && (system->scene->ode || phys_keeps_energy(system));
     for (int k = 0; follow(&s, error) == AD_OK && k + 1 < TRIES; k++) {
         struct ad_error missed = {0};

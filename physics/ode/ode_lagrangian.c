@@ -8,7 +8,7 @@ struct context {
     const struct phys_system *system;
     phys_motion *motion;
     phys_legendre *legendre;
-    struct phys_motion_series *series; /* NULL until it is asked for */
+    struct phys_motion_series *series; /* NULL until needed */
     double *still; /* [dof] zeros: velocities where accelerations do not ask for them */
 };
 

@@ -13,7 +13,7 @@
 #include <string.h>
 
 static const double loose = 1e-10, tight = 1e-13; /* of the motion: the difference is the error */
-static const double known = 4e-12;                /* of the time: what rounding leaves */
+static const double known = 4e-12;                /* relative to the time: rounding */
 
 static const double NEAR = 0.1; /* of the path's extent: the motion may be so far from it */
 
@@ -165,7 +165,7 @@ static void renew(struct fields *f)
     }
 }
 
-/* How many eigenvalues of L_vv are negative at a node: so many of N are at first. */
+/* The number of negative eigenvalues of L_vv at a node, equal to that of N at first. */
 static size_t negative_masses(struct fields *f, size_t node)
 {
     const struct phys_shooting *s = f->shooting;

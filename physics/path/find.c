@@ -13,7 +13,7 @@
 static const double STATIONARY =
     1e-6; /* a tolerance of the gradient that asks for more: no verdict */
 static const double TIGHT = 1e-13, LOOSE = 1e-12; /* of the motion, and to check it */
-static const double KNOWN = 0.1;                  /* of a distance: what the motion may be off by */
+static const double KNOWN = 0.1;  /* relative error allowed for the motion, of a distance */
 static const double SAME = 1e-6;  /* of the extent: two stationary paths of one grid are one */
 static const double APART = 10;   /* errors of discretisation: a motion further away is another */
 static const double CLEAR = 1e-3; /* of the extent: and as far at the least */

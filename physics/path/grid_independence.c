@@ -14,11 +14,11 @@
 
 static const double NEAR = 0.05;       /* of the path's extent: by how much they may disagree */
 static const double TOLERANCE = 1e-11; /* of the motion */
-static const double ROUNDING = 1e-9;   /* of the path: what extends by less is at rest */
+static const double ROUNDING = 1e-9;   /* relative to the path: a smaller extent counts as rest */
 static const double SLICE_TOLERANCE = 1e-9; /* ... over one slice */
 
-/* What the motion from each slice misses the next by, summed: of q against the path's extent, of v
-   against its range of velocities; the larger one. Infinite where the motion is lost. */
+/* The summed defects of the motion from each slice to the next: of q relative to the path's extent,
+   of v to its range of velocities; the larger one. Infinite if the motion is lost. */
 static double sum_defects(const struct phys_ode *ode, const struct phys_path_nodes *nodes,
                           double *room)
 {

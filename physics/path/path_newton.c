@@ -17,9 +17,10 @@ static const double SLOW = 0.999; /* ... and one that leaves so much is hardly a
 
 enum { PATIENCE = 10 }; /* slow steps in a row: |g| has a minimum here that is not zero */
 
-enum { ROUNDING = 8 }; /* the gradient is zero when below so many times what rounding makes of it */
+enum { ROUNDING = 8 }; /* the gradient is zero below this multiple of its rounding */
 
-/* Refuses what needs more than half of the memory: element matrices, and a band as large. */
+/* Refuses problems that need more than half of the memory: element matrices, and a band as large.
+ */
 static enum ad_status check_memory(const struct phys_system *system,
                                    const struct phys_path_settings *settings,
                                    struct ad_error *error)
@@ -96,8 +97,8 @@ static double norm_at(struct phys_newton *s, double length, size_t number,
     return norm(s);
 }
 
-/* Goes further along a step that made |g| smaller, but little, as long as that pays: near a pole
-   r^-p Newton's step is 1/p of the way out. Says whether it did. */
+/* Extends a step that reduced |g| only slightly, as long as that helps: near a pole r^-p Newton's
+   step is 1/p of the way. Returns whether it did. */
 static bool lengthen(struct phys_newton *s, double from, double here, size_t number,
                      struct phys_path_step *at)
 {
@@ -186,7 +187,7 @@ static bool begins_at_rounding(struct phys_newton *s)
     return at_rounding(s);
 }
 
-/* Of a saddle, steps of Adam before may have led away for good; then the start given is tried. */
+/* Near a saddle the Adam steps before may have led away; then the given start is tried. */
 static enum ad_status iterate(struct phys_newton *s, double *path, struct phys_path_info *info,
                               struct ad_error *error)
 {

@@ -103,7 +103,7 @@ static enum ad_status solve(struct climb *c, struct phys_level *level, struct ad
 
 /* ---- its error ---- */
 
-/* What no refinement removes: the error of the ends, and rounding in every element. */
+/* Errors that no refinement removes: that of the ends, and rounding in every element. */
 static double rounding(const struct climb *c, size_t elements)
 {
     return c->ends_error + DBL_EPSILON * c->size * (double)elements;

@@ -19,7 +19,7 @@ enum { LEAST_SEGMENTS = 6, MOST_SEGMENTS = 4000, MOST_ITERATIONS = 20, HALVINGS 
 static const double ROUNDING = 1e-9; /* of the size of states */
 static const double ANGLE = 0.5;     /* rate of the linearised motion times a segment */
 static const double FIRST = 0.618; /* length of the first segment: keeps nodes off even fractions */
-static const double CLOSED = 100;  /* a gap of so many tolerances is closed */
+static const double CLOSED = 100;  /* a gap of this many tolerances counts as closed */
 
 /* ---- nodes ---- */
 
@@ -66,7 +66,7 @@ static bool measure_rates(struct phys_shooting *s, const struct phys_path_nodes 
     return isfinite(growth[nodes->slices - 1]);
 }
 
-/* Times at equal parts of what the rates sum up to, the first part shorter. */
+/* Times that divide the integral of the rates into equal parts; the first part is shorter. */
 static void place_nodes(struct phys_shooting *s, const struct phys_path_nodes *nodes,
                         const double *growth)
 {
@@ -118,8 +118,8 @@ static void find_sizes(struct phys_shooting *s)
     double place = 0;
     for (size_t k = 0; k < dof; k++)
         place = fmax(place, fabs(s->state[k]));
-    bool rests = largest[0] <= ROUNDING * place; /* what moves is rounding */
-    for (size_t k = 0; k < 2 * dof; k++)         /* at rest: by what the others do, or one */
+    bool rests = largest[0] <= ROUNDING * place; /* only rounding moves */
+    for (size_t k = 0; k < 2 * dof; k++)         /* at rest: the scale of the others, or one */
         if (rests)
             s->size[k] = k < dof ? 1 : rate_of_nodes;
         else if (!(s->size[k] > ROUNDING * largest[k / dof]))
@@ -395,7 +395,7 @@ double phys_shooting_moved(const struct phys_shooting *s)
 {
     double moved = 0, extent = 0;
     for (size_t k = 0; k < s->dof; k++) {
-        /* a path at rest extends by what rounding makes of it */
+        /* a path at rest extends only by rounding */
         extent = fmax(extent, ROUNDING * fmax(fabs(s->begun[k]), s->size[k]));
         double low = s->begun[k], high = low;
         for (size_t i = 0; i <= s->n; i++) {

@@ -105,7 +105,7 @@ static void note_conjugate(struct chain *c, size_t i, size_t more, struct phys_s
     spectrum->n_conjugate = n + more;
 }
 
-/* D of slice i from the elements before and behind it and from what was eliminated. */
+/* D of slice i, from the elements before and after it and the blocks eliminated so far. */
 static bool next_block(struct chain *c, double sigma)
 {
     size_t n = c->dof;
@@ -157,7 +157,7 @@ static size_t count_below(struct chain *c, double sigma, struct phys_spectrum *s
     return total;
 }
 
-/* ---- what is asked ---- */
+/* ---- public functions ---- */
 
 static double largest_entry(const struct phys_hessian *h)
 {

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double LOST = 10; /* extents of the motion: what that of a grid may be off */
+static const double LOST = 10; /* allowed distance of the grid's motion, in extents of the motion */
 
 void phys_path_line(size_t dof, size_t slices, const double *between, double *path)
 {

@@ -11,7 +11,7 @@ struct pairs {
     uint32_t *a, *b, *rows; /* [n] each, rows for one axis */
     double *mass;           /* [bodies] */
     double *strength;       /* G m_a m_b [n] */
-    double *at_a, *at_b;    /* G m_b, G m_a [n]: what either adds to the other's potential */
+    double *at_a, *at_b;    /* G m_b, G m_a [n]: the contributions to each other's potential */
 };
 
 static bool list_pairs(struct pairs *p, size_t bodies, const double m[], double G)

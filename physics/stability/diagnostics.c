@@ -127,7 +127,7 @@ static double known_distance(const struct phys_motion_solution *m)
     return most;
 }
 
-/* What the reference does not know, or knows to be wrong. */
+/* Where the reference is unknown or known to be wrong. */
 static void judge_error(const struct phys_motion_solution *m, struct phys_diagnosis *d)
 {
     if (isfinite(m->known_until))

@@ -188,7 +188,7 @@ static enum ad_status follow_tangents(struct lyapunov_run *m, double *y, const d
     return AD_OK;
 }
 
-/* Adds one run to what is known of all: means, and from where to where they are. */
+/* Adds one run to the results: means, and ranges. */
 static void gather(struct phys_lyapunov *result, const struct lyapunov_run *m, bool first)
 {
     double span = m->settings->t1 - m->settings->t0, exponent = m->absolute.log_growth / span;

@@ -18,7 +18,7 @@ struct probe {
     struct phys_ode ode;
 };
 
-/* What a step does to amplitude and phase. */
+/* The effect of a step on amplitude and phase. */
 struct turn {
     double growth, angle;
 };

@@ -7,7 +7,7 @@
 
 enum { MOST_DIMS = 8 };
 
-/* What either body of each pair has as coordinate `axis`: rows is room for n. */
+/* Coordinate `axis` of either body of each pair; rows is work space for n. */
 static ad_var axis_of(ad_var q, size_t dims, size_t axis, size_t n, const uint32_t bodies[],
                       uint32_t rows[])
 {

@@ -33,7 +33,8 @@ struct slopes {
     float *w1, *b1, *w2, *b2, *w3;
 };
 
-/* A block of n samples; matrices are [width x n]. Bars share the room of what is needed no more. */
+/* A block of n samples; matrices are [width x n]. Adjoints reuse the memory of values no longer
+   needed. */
 struct block {
     size_t width, n;
     const float *q, *p, *q_rate, *p_rate;

@@ -83,7 +83,7 @@ double race_disagreement(size_t n, const double *a, const double *b)
     return difference / largest;
 }
 
-/* ---- what ---- */
+/* ---- jobs ---- */
 
 static void subject_close(struct subject *s)
 {

@@ -6,8 +6,7 @@
 
 enum { FIRST_DECADE = 1, LAST_DECADE = 13 }; /* errors 10^-k */
 
-/* What is this little slower than the fastest stays in the strip, for a change has to be worth it.
- */
+/* A method less than this factor slower than the fastest stays in the strip. */
 static const double a_tie = 0.15;
 
 static const struct work_style {
@@ -104,8 +103,8 @@ static bool wins(const struct decades *d, size_t curve)
     return false;
 }
 
-/* Of a name in a box of so many decades, 35 pixels each; 0: none is small enough, and the legend
-   has it in bold. */
+/* Font size of a name in a box of this many decades, 35 pixels each; 0: none is small enough, and
+   the legend has it in bold. */
 static int font_of(const char *name, int decades)
 {
     static const int fonts[] = {12, 9};

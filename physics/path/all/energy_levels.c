@@ -103,7 +103,7 @@ static void add_level(struct phys_energy_sweep *s, double U)
         s->level[s->n_levels++] = U;
 }
 
-/* Of the highest speed that is looked at; where a speed has a limit, of one just below it. */
+/* The energy of the highest speed searched; where the speed has a limit, of one just below it. */
 static double highest_energy(struct phys_energy_sweep *s)
 {
     double low = 0, high = RANGE * s->ask.speed;

@@ -22,7 +22,7 @@ double phys_energy_of(const struct phys_energy_root *r)
     return r->level + r->side * exp(r->log_gap);
 }
 
-/* Time minus that wanted; NaN where the way is lost. */
+/* Duration minus the given one; NaN where the motion is lost. */
 static double excess(struct phys_energy_sweep *s, struct phys_energy_root *r, double log_gap,
                      struct phys_energy_way *w)
 {
@@ -185,7 +185,7 @@ static bool sweep(struct phys_energy_sweep *s, size_t density)
     return true;
 }
 
-/* ---- what is asked ---- */
+/* ---- the search ---- */
 
 enum ad_status phys_energy_sweep_new(const struct phys_system *system,
                                      const struct phys_energy_question *question,

@@ -62,7 +62,7 @@ static bool half_cell(struct phys_energy_sweep *s, double E, double end, int sid
     double height[MOST_CELLS * POINTS];
     phys_potential_values(&s->U, n, q, height);
     for (size_t k = 0; k < n; k++)
-        if (over[k] == 0) /* nearest to a turning point the difference is lost to rounding */
+        if (over[k] == 0) /* nearest to a turning point rounding cancels the difference */
             over[k] = fmax(E - height[k], turning ? 1e-16 * s->size : 1e-18 * s->size);
     phys_potential_speeds(&s->U, 1, n, q, over, speed[0]);
     phys_potential_speeds(&s->U, -1, n, q, over, speed[1]);

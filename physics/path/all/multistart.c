@@ -17,7 +17,7 @@ enum { SUBSTEPS = 4, BISECTIONS = 30, STEPS = 60, LEAST_STARTS = 30 };
 
 static const double ROUNDING = 1e-9;  /* of coordinates: ends so near are one place */
 static const double GRID = 1.02;      /* ratio of neighbouring velocities in a sweep */
-static const double MOST_DETOUR = 30; /* a start that ends so many spans away is given up */
+static const double MOST_DETOUR = 30; /* a start that ends this many spans away is rejected */
 static const double UNSEEN = 0.05;    /* a chance of finding more that is not worth a start */
 
 bool phys_multistart_goes_on(struct phys_multistart *s)
@@ -121,8 +121,8 @@ static enum ad_status sweep(struct phys_multistart *s, struct ad_error *error)
     return error->status;
 }
 
-/* Share of the starts so far whose path no other start has found; and what that may be with a
-   chance of 95 % if their number is drawn by Poisson's law: 3.0, 4.7, 6.3 for 0, 1, 2. */
+/* Fraction of the starts whose path no other start has found; and its upper limit at 95 %
+   confidence if their number is Poisson distributed: 3.0, 4.7, 6.3 for 0, 1, 2. */
 static double unseen(const struct phys_multistart *s, double *limit)
 {
     size_t once = 0;
@@ -156,8 +156,8 @@ static enum ad_status draw(struct phys_multistart *s, size_t starts, uint64_t se
 
 /* ---- the search ---- */
 
-/* Speed and span of the path given, and at least a unit, or what its coordinates are, in its time:
-   a path that hardly moves tells nothing of how fast others may be. */
+/* Speed and span of the given path, at least one unit, or the size of its coordinates, per its
+   time: a path at rest says nothing about the speed of others. */
 static void find_scales(struct phys_multistart *s)
 {
     double speed = 0, span = 0, unit = 1, dt = s->settings.dt;

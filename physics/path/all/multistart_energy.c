@@ -9,7 +9,8 @@
 
 enum { NODES_OF_TURN = 12, MOST_TURNS = 100 }; /* fewer nodes do not show a turn */
 
-static const double NEAR = 0.1; /* of a motion's extent: what its path on the grid may be off */
+static const double NEAR =
+    0.1; /* tolerance of its path on the grid, relative to the motion's extent */
 
 /* All nodes of a path [degree x slices], in the order of time. */
 static void place_nodes(const struct phys_multistart *s, const double *nodes)
@@ -22,7 +23,8 @@ static void place_nodes(const struct phys_multistart *s, const double *nodes)
     s->path[s->slices - 1] = s->given[s->slices - 1];
 }
 
-/* Makes the motion of a root stationary on the grid; what the grid cannot hold is counted. */
+/* Makes the motion of a root stationary on the grid; counts those that the grid does not resolve.
+ */
 static enum ad_status take_root(struct phys_multistart *s, struct phys_energy_sweep *sweep,
                                 const struct phys_energy_root *root, size_t m, double *nodes,
                                 const double *times, struct ad_error *error)

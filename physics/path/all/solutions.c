@@ -93,7 +93,7 @@ static int by_energy(const void *a, const void *b)
     return (x->energy > y->energy) - (x->energy < y->energy);
 }
 
-/* With many coordinates nothing shows for certain what the grid alone made. */
+/* With many coordinates spurious paths of the grid cannot be detected with certainty. */
 void phys_multistart_sort(struct phys_multistart *s)
 {
     struct phys_solutions *all = s->solutions;
