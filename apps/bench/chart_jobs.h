@@ -7,7 +7,7 @@
 enum { JOBS_MOST = 16 };
 
 struct job_side {
-    double seconds, error; /* of the processor; what is left at the end */
+    double seconds, error; /* CPU time; error at the end */
     bool cut;              /* stopped by the limit of time */
 };
 

@@ -54,8 +54,9 @@ const struct command command_field = {
              .outputs = true,
              .options = table,
              .n_options = sizeof table / sizeof *table,
-             .more = "CSV: a row a point: state, rates, H. HDF5: state and rate [2n x N x N], H\n"
-                     "[N x N]. The picture has lines of equal H, and arrows."},
+             .more =
+                 "CSV: one row per point: state, rates, H. HDF5: state and rate [2n x N x N], H\n"
+                 "[N x N]. The picture has lines of equal H, and arrows."},
     .bytes = sizeof(struct field_options),
     .run = run,
 };

@@ -104,7 +104,7 @@ static const struct option table[] = {
     {"optimiser", "NAME", OPTION_TEXT, "adam", "adam, adamw, sgd, lbfgs", AT(optimiser)},
     {"steps", "K", OPTION_COUNT, NULL,
      "in all, those before --resume included [2000; frames: 10000]", AT(steps)},
-    {"batch", "N", OPTION_TEXT, NULL, "samples a step [full; frames: 200, or all there are]",
+    {"batch", "N", OPTION_TEXT, NULL, "samples per step [full; frames: 200, or all there are]",
      AT(batch)},
     {"lr", "X", OPTION_NUMBER, "1e-3", "learning rate", AT(learning_rate)},
     {"schedule", "HOW", OPTION_TEXT, "constant", "of the rate: constant, cosine, step",
@@ -137,7 +137,8 @@ const struct command command_train = {
          .options = table,
          .n_options = sizeof table / sizeof *table,
          .more =
-             "DATA is CSV, whitespace text or HDF5, one sample a row. The loss is the mean square\n"
+             "DATA is CSV, whitespace text or HDF5, one sample per row. The loss is the mean "
+             "square\n"
              "of field less rate, over components and samples. For pixel-hnn and pixel-baseline "
              "it\n"
              "is frames: HDF5 [trajectory, time, height, width], or a folder of PGM or PNG files;\n"

@@ -161,7 +161,7 @@ static const struct option table[] = {
      AT(every)},
     {"data", "DIR", OPTION_INPUT, NULL, "ephemeris: a folder of Horizons vector tables", AT(data)},
     {"from", "DATE", OPTION_TEXT, NULL, "ephemeris: first epoch, YYYY-MM-DD or an index", AT(from)},
-    {"days", "N", OPTION_SLICES, NULL, "ephemeris: epochs, one a slice", AT(days)},
+    {"days", "N", OPTION_SLICES, NULL, "ephemeris: epochs, one per slice", AT(days)},
     {"dims", "2|3", OPTION_COUNT, NULL, "ephemeris: coordinates of a body", AT(dims)},
     {"bodies", "NAMES", OPTION_TEXT, NULL, "ephemeris: names or ids, as in sun,mercury,399",
      AT(bodies)},

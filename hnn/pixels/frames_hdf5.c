@@ -158,7 +158,7 @@ static enum ad_status read_motion(const char *path, phys_hdf5 *file, const char 
         return error->status;
     if (item.rank != 2 || item.dims[0] != f->trajectories || item.dims[1] != f->frames)
         return ad_fail(error, AD_E_INPUT,
-                       "%s: expected '%s' to be an array [%zu, %zu], one a frame", path, name,
+                       "%s: expected '%s' to be an array [%zu, %zu], one per frame", path, name,
                        f->trajectories, f->frames);
     if (phys_hdf5_read(file, name, 0, f->trajectories, values, error) != AD_OK)
         return error->status;

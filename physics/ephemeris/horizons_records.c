@@ -120,7 +120,7 @@ static bool next_line_of_record(struct horizons_reader *r, const char *expected)
 {
     if (!phys_horizons_line(r))
         return phys_horizons_ended(r, expected);
-    return !r->cut || phys_horizons_refuse(r, NULL, "expected at most %d characters a line",
+    return !r->cut || phys_horizons_refuse(r, NULL, "expected at most %d characters per line",
                                            HORIZONS_LINE - 1);
 }
 
@@ -206,7 +206,8 @@ static bool read_rest(struct horizons_reader *r)
 {
     while (phys_horizons_line(r))
         if (phys_horizons_starts(r, "$$SOE"))
-            return phys_horizons_refuse(r, NULL, "expected one table a file, found a second $$SOE");
+            return phys_horizons_refuse(r, NULL,
+                                        "expected one table per file, found a second $$SOE");
     return r->status == AD_OK;
 }
 

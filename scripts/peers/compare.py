@@ -5,7 +5,7 @@ and quantum in FOLDER.
 
     scripts/peers/compare.py COMMAND [FOLDER] [--quick]
 
-A row of peers.csv: job, peer, version, seconds of the processor (one thread), ratio to ours, largest
+A row of peers.csv: job, peer, version, CPU seconds (one thread), ratio to ours, largest
 relative difference of the result from ours where there is one to compare, and a note where we are
 behind. Ours are rows, too; those of ratio 1 are what others are divided by.
 """

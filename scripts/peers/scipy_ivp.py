@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """SciPy's solve_ivp on the problems of `leastaction chart integrators`, in the columns of its
-integrators.csv. Seconds are of the processor, the median of a few runs.
+integrators.csv. Seconds are CPU time, the median of a few runs.
 
     scripts/peers/scipy_ivp.py [--quick] > scipy.csv
 """

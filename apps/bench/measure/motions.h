@@ -40,7 +40,7 @@ enum ad_status problem_field(const struct problem *motion, const struct phys_int
 struct problem_cost {
     bool complete; /* false: the motion was lost on the way */
     size_t steps, evaluations;
-    double seconds; /* of the processor */
+    double seconds; /* CPU time */
     double error;   /* at the end, in positions or velocities, whichever is larger, relative to
                        their norm */
 };
