@@ -123,6 +123,12 @@ bool interrupted(void)
     return came;
 }
 
+bool interrupt_proceed(void *unused)
+{
+    (void)unused;
+    return !interrupted();
+}
+
 void interrupt_finish(void)
 {
     finishing = 1;

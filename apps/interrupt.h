@@ -20,6 +20,8 @@ void interrupt_start(void);
 void interrupt_catch(void);
 /* Whether one of them came. */
 bool interrupted(void);
+/* That none did, as a callback of the library. */
+bool interrupt_proceed(void *unused);
 /* The run is over: what it has found when it was asked to end is written, however long that takes.
  */
 void interrupt_finish(void);

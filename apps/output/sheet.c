@@ -1,5 +1,6 @@
 /* Tables of measurements (sheet.h). */
 #include "sheet.h"
+#include "apps/quote.h"
 
 #include <assert.h>
 #include <math.h>
@@ -36,18 +37,6 @@ void sheet_open(struct sheet *sheet, const struct column *columns, FILE *csv, FI
     write_titles(sheet);
 }
 
-/* RFC 4180: in quotes where a comma or a quote is in it. */
-static void write_name(FILE *out, const char *name)
-{
-    bool quoted = strpbrk(name, ",\"\n") != NULL;
-    if (quoted)
-        fputc('"', out);
-    for (; *name; name++)
-        fputs(*name == '"' ? "\"\"" : (char[]){*name, '\0'}, out);
-    if (quoted)
-        fputc('"', out);
-}
-
 static void write_csv(const struct sheet *sheet, const struct cell *row)
 {
     const char *between = "";
@@ -58,7 +47,7 @@ static void write_csv(const struct sheet *sheet, const struct cell *row)
         fputs(between, sheet->csv);
         between = ",";
         if (row[c].name)
-            write_name(sheet->csv, row[c].name);
+            quote_csv_name(sheet->csv, row[c].name, "");
         else if (isfinite(row[c].number))
             fprintf(sheet->csv, "%.*g", column->digits ? column->digits : 6, row[c].number);
     }

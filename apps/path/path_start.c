@@ -23,17 +23,11 @@ double *path_new(const struct path_run *run, struct ad_error *error)
     return path;
 }
 
-static bool go_on(void *context)
-{
-    (void)context;
-    return !interrupted();
-}
-
 enum ad_status path_motion(const struct path_run *run, size_t slices, double dt, double tolerance,
                            double *path, struct ad_error *error)
 {
     const struct phys_simulation how = {
-        .rtol = tolerance, .max_steps = PHYS_MOTION_STEPS, .proceed = go_on};
+        .rtol = tolerance, .max_steps = PHYS_MOTION_STEPS, .proceed = interrupt_proceed};
     return phys_scene_path(&run->system, run->options->common.seed, &how, slices, dt, path, error);
 }
 
@@ -51,7 +45,7 @@ static double *scene_motion(struct path_run *run, struct ad_error *error)
     double *path = path_new(run, error);
     if (path_wants_tolerance(run->options))
         settings.rule = phys_rule_find("gauss2", error);
-    settings.proceed = go_on;
+    settings.proceed = interrupt_proceed;
     if (path)
         phys_path_motion(&run->system, &settings, run->preset, run->options->common.seed, path,
                          &which, error);

@@ -85,19 +85,13 @@ static enum ad_status adopt(struct path_run *run, struct ad_error *error)
     return error->status;
 }
 
-static bool go_on(void *context)
-{
-    (void)context;
-    return !interrupted();
-}
-
 enum ad_status path_refine(struct path_run *run, struct ad_error *error)
 {
     struct phys_path_settings settings = run->settings;
     struct ad_error lost = {0};
     double ends = ends_error(run, error);
     settings.rule = run->options->rule ? settings.rule : NULL;
-    settings.proceed = go_on;
+    settings.proceed = interrupt_proceed;
     interrupt_catch();
     if (error->status == AD_OK &&
         phys_path_refine(&run->system, &settings, run->start, ends, run->options->tolerance,

@@ -50,12 +50,6 @@ static enum ad_status read_crossings(struct simulate_run *run, struct ad_error *
     return AD_OK;
 }
 
-static bool proceed(void *unused)
-{
-    (void)unused;
-    return !interrupted();
-}
-
 /* --tol is the error of a step where the method given chooses them, else that of the motion. */
 static enum ad_status choose_steps(struct simulate_run *run, struct ad_error *error)
 {
@@ -88,7 +82,7 @@ static enum ad_status setup(const struct simulate_options *o, struct simulate_ru
         .n_samples = option_count_or(o->samples, 0),
         .reverse = o->reverse,
         .no_reference = o->no_reference,
-        .proceed = proceed};
+        .proceed = interrupt_proceed};
     if (read_crossings(run, error) == AD_OK && choose_steps(run, error) == AD_OK && o->data)
         simulate_ephemeris(run, error);
     return error->status;

@@ -72,15 +72,17 @@ void hnn_task_off_axes(struct phys_random *random, const struct hnn_sampling *s,
     }
 }
 
-ad_var hnn_task_gravity(ad_var q, ad_var p, double strength)
+ad_var hnn_task_gravity(ad_var q, ad_var p, ad_var t, const void *params)
 {
+    const double *strength = params;
+    (void)t;
     uint32_t bodies = (uint32_t)ad_rows(q) / 2;
     ad_var energy = ad_mul(0.5, ad_sum_rows(ad_square(p)));
     for (uint32_t i = 0; i < bodies; i++)
         for (uint32_t j = i + 1; j < bodies; j++) {
             ad_var x = ad_sub(ad_row(q, i), ad_row(q, j));
             ad_var y = ad_sub(ad_row(q, bodies + i), ad_row(q, bodies + j));
-            energy = ad_sub(energy, ad_mul(strength, ad_recip(ad_hypot(x, y))));
+            energy = ad_sub(energy, ad_mul(*strength, ad_recip(ad_hypot(x, y))));
         }
     return energy;
 }

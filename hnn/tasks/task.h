@@ -28,6 +28,6 @@ void hnn_task_off_axes(struct phys_random *random, const struct hnn_sampling *sa
 /* Strength of the potential; 0: as published. */
 double hnn_task_strength(const struct hnn_task *task, double strength);
 /* Kinetic and potential energy of equal masses 1 in the plane, q and p all x before all y. */
-ad_var hnn_task_gravity(ad_var q, ad_var p, double strength);
+ad_var hnn_task_gravity(ad_var q, ad_var p, ad_var t, const void *strength);
 
 #endif

@@ -3,12 +3,6 @@
 
 #include <math.h>
 
-static ad_var H(ad_var q, ad_var p, ad_var t, const void *params)
-{
-    (void)t;
-    return hnn_task_gravity(q, p, *(const double *)params);
-}
-
 /* The corners of an equilateral triangle turn about its centre on a circle of radius r with
    v^2 = k / (sqrt(3) r); then every component of every speed is changed a little. */
 static void start(struct phys_random *random, const struct hnn_sampling *s, double *y)
@@ -30,7 +24,7 @@ const struct hnn_task hnn_task_three_body = {
     .what = "three bodies that attract each other, about a turning triangle",
     .dof = 6,
     .coordinates = (const char *const[]){"1x", "2x", "3x", "1y", "2y", "3y"},
-    .H = H,
+    .H = hnn_task_gravity,
     .start = start,
     .published = {.trials = 5000,
                   .points = 20,

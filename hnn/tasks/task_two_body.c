@@ -3,12 +3,6 @@
 
 #include <math.h>
 
-static ad_var H(ad_var q, ad_var p, ad_var t, const void *params)
-{
-    (void)t;
-    return hnn_task_gravity(q, p, *(const double *)params);
-}
-
 /* Opposite each other, at distances r from the centre; on a circle v^2 / r = k / (2 r)^2. */
 static void start(struct phys_random *random, const struct hnn_sampling *s, double *y)
 {
@@ -28,7 +22,7 @@ const struct hnn_task hnn_task_two_body = {
     .what = "two bodies that attract each other, on nearly circular orbits",
     .dof = 4,
     .coordinates = (const char *const[]){"1x", "2x", "1y", "2y"},
-    .H = H,
+    .H = hnn_task_gravity,
     .start = start,
     .published = {.trials = 1000,
                   .points = 50,

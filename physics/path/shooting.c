@@ -237,16 +237,6 @@ bool phys_shooting_flow(struct phys_shooting *s, size_t i, double t, double *flo
     return true;
 }
 
-bool phys_shooting_position(struct phys_shooting *s, double t, double *q)
-{
-    size_t i = 0;
-    while (i + 1 < s->n && s->time[i + 1] <= t)
-        i++;
-    bool reached = integrate(s, i, t);
-    memcpy(q, s->y, s->dof * sizeof *q);
-    return reached;
-}
-
 /* ---- Newton's method ---- */
 
 /* Rows of gap i and columns of ds_i, ds_i+1 in the band: column c counts from p of node 0. */

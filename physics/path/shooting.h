@@ -33,7 +33,5 @@ bool phys_shooting_solve(struct phys_shooting *s, double tolerance);
 double phys_shooting_moved(const struct phys_shooting *s);
 /* The flow [2 dof][2 dof] from node i to time t, and the state there; false: lost. */
 bool phys_shooting_flow(struct phys_shooting *s, size_t i, double t, double *flow, double *state);
-/* Positions [dof] at time t. */
-bool phys_shooting_position(struct phys_shooting *s, double t, double *q);
 
 #endif
