@@ -170,27 +170,30 @@ struct setting {
     uint64_t data;
 };
 
-static hnn_trainer *trainer_of(const struct setting *setting, hnn_model **model)
+static hnn_trainer *trainer_of(const struct setting *setting, hnn_model **model,
+                               struct hnn_samples *train)
 {
-    struct hnn_samples train = small_pendulum(setting->data, 40, 0), none = {.n = 0};
+    const struct hnn_samples none = {.n = 0};
     struct ad_error error = {0};
     hnn_trainer *trainer;
+    *train = small_pendulum(setting->data, 40, 0);
     *model = small_model(&setting->model);
-    if (hnn_trainer_new(*model, &setting->training, &train, &none, &trainer, &error) != AD_OK)
+    if (hnn_trainer_new(*model, &setting->training, train, &none, &trainer, &error) != AD_OK)
         fail_msg("%s", error.message);
-    small_samples_free(&train);
     return trainer;
 }
 
 static void resume_refused(const struct setting *setting, const char *file, const char *why)
 {
     struct ad_error error = {0};
+    struct hnn_samples train;
     hnn_model *model;
-    hnn_trainer *trainer = trainer_of(setting, &model);
+    hnn_trainer *trainer = trainer_of(setting, &model, &train);
     enum ad_status status = hnn_trainer_resume(trainer, file, &error);
     assert_mentions(error.message, why);
     assert_int_equal(status, *why ? AD_E_INPUT : AD_OK);
     hnn_trainer_free(trainer);
+    small_samples_free(&train);
     hnn_model_free(model);
 }
 
@@ -204,13 +207,15 @@ static void test_resume_of_others(void **state)
                    s;
     struct path file = files_temporary("training.h5");
     enum hnn_stop stop;
+    struct hnn_samples train;
     hnn_model *model;
     good.training.steps = 20;
     good.training.batch = 6;
-    hnn_trainer *trainer = trainer_of(&good, &model);
+    hnn_trainer *trainer = trainer_of(&good, &model, &train);
     assert_int_equal(hnn_trainer_run(trainer, &stop, &error), AD_OK);
     assert_int_equal(hnn_trainer_save(trainer, file.text, NULL, &error), AD_OK);
     hnn_trainer_free(trainer);
+    small_samples_free(&train);
     resume_refused(&good, file.text, "");
     resume_refused((s = good, s.training.steps = 50, &s), file.text, "");
     resume_refused((s = good, s.model.hidden[1] = 6, &s), file.text, "settings");
@@ -232,9 +237,10 @@ static void test_changed_training(void **state)
                            .data = 1};
     struct path file = files_temporary("training.h5");
     enum hnn_stop stop;
+    struct hnn_samples train;
     hnn_model *model;
     good.training.steps = 20;
-    hnn_trainer *trainer = trainer_of(&good, &model);
+    hnn_trainer *trainer = trainer_of(&good, &model, &train);
     assert_int_equal(hnn_trainer_run(trainer, &stop, &error), AD_OK);
     assert_int_equal(hnn_trainer_save(trainer, file.text, NULL, &error), AD_OK);
     size_t size, n;
@@ -248,6 +254,7 @@ static void test_changed_training(void **state)
     resume_refused(&good, files_write("changed.h5", bytes, size).text, "damaged");
     free(bytes);
     hnn_trainer_free(trainer);
+    small_samples_free(&train);
     hnn_model_free(model);
 }
 
