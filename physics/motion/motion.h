@@ -144,7 +144,6 @@ struct phys_reference {
         horizon; /* first time the uncertainty exceeds `lost` sizes of the motion; INFINITY: none */
     double seen; /* longest time between two looks at the forces */
     double size; /* of the coordinates, what phys_typical_sizes says of the start */
-    size_t evaluations;
 };
 /* The reference motion at n increasing times, from q and v [dof] at times[0]. proceed as in
    phys_simulation: AD_E_ACCURACY if it returned false. Free with phys_reference_free. */

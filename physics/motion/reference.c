@@ -23,7 +23,6 @@ struct runs {
     struct phys_simulation how;
     bool interrupted;
     double longest; /* step of the last run */
-    size_t evaluations;
 };
 
 /* The motion from row 0 of x [n][2 dof] to the other times, landing at equal parts of the stretches
@@ -58,7 +57,6 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
             x[i * states + k] = path[k * (m + 1) + i * each];
     runs->interrupted |= info.stop == PHYS_SIMULATION_INTERRUPTED;
     runs->longest = info.max_step;
-    runs->evaluations += info.evaluations;
     free(landing);
     return known;
 }
@@ -162,7 +160,6 @@ static enum ad_status measure(struct runs *runs, const double *times, double los
         if (hand_on(runs, &lost_way, error) == AD_OK)
             reverse(runs, times, lost, second, again, again + rows, r, error);
     }
-    r->evaluations = runs->evaluations;
     free(second);
     return error->status;
 }

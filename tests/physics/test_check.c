@@ -129,6 +129,11 @@ static void test_wrong_use(void **state)
         assert_int_equal(phys_check_locality(&system, &few, &report, &error), AD_E_ARGUMENT);
         assert_false(report.passed);
     }
+    struct phys_points two = {2, at.q, at.v, at.t};
+    struct phys_locality report = {0};
+    error = (struct ad_error){0};
+    assert_int_equal(phys_check_locality(&system, &two, &report, &error), AD_OK);
+    assert_true(report.passed);
 }
 
 /* A jump right at slice 3 of coordinate 1: no derivative on the tape can tell of it. */

@@ -54,6 +54,24 @@ static struct phys_simulation_info gas_run_to(struct gas_run *g, const char *met
 
 #define SETTINGS(list) sizeof(list) / sizeof *(list), list
 
+/* The lattice stands around (1/2, 1/2), and each body within half of the jitter of its place. */
+static void test_lattice(void **state)
+{
+    static const struct phys_setting set[] = {{"bodies", 400}, {"jitter", 0.2}, {"spacing", 0.05}};
+    (void)state;
+    struct gas_run g;
+    double mean = 0, most = 0;
+    gas_open(&g, PHYS_GAS_AUTO, SETTINGS(set));
+    for (size_t k = 0; k < g.system.dof; k++) {
+        double place = (g.y[k] - 0.5) / 0.05 - 0.5; /* 20 a side: whole numbers */
+        mean += (place - round(place)) / (double)g.system.dof;
+        most = fmax(most, fabs(place - round(place)));
+    }
+    assert_true(most > 0.099 && most <= 0.1);
+    assert_close(mean, 0, 0, 0.01);
+    gas_close(&g);
+}
+
 /* ---- forces ---- */
 
 static void compare_fields(struct gas_run *a, struct gas_run *b, const double *y)
@@ -248,6 +266,7 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_lattice),
         cmocka_unit_test(test_near_pairs_are_enough),
         cmocka_unit_test(test_lists_leave_nothing),
         cmocka_unit_test(test_friction_is_in_the_lagrangian),

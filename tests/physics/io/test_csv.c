@@ -164,6 +164,7 @@ static void test_damage_is_named(void **state)
         {"1 2\n3 1e999\n", ":2:3: column 2 '1e999'"},
         {"1,2,3\n4,5\n", ":2:4: 3 columns 2"},
         {"# c\nx y\n1 2\n3 4 5\n", ":4:6: 2 columns 3"},
+        {"one two three\n1 2\n3 4 5\n", ":3:6: 2 columns first row 3"},
         {"1,,2\n", ":1:3: column 2 empty"},
         {",1\n", ":1:1: column 1 empty"},
         {"1,2,\n", ":1:5: column 3 empty"},
