@@ -179,6 +179,21 @@ static void test_refusals(void **state)
     }
 }
 
+/* H4: here distances fall faster from level to level than the rule's order, and the estimate is
+   1.1e-10; a rule of higher order measures the 6.8e-9 that are true. */
+static void test_a_fall_that_is_too_fast(void **state)
+{
+    (void)state;
+    shell_works("printf '0.34065175956363225,-0.11476133927267451\\n"
+                "0.71687989907944893,-0.99668865431139486\\n"
+                "1.0931080385952656,-1.8786159693501152\\n' >ends.csv");
+    assert_int_equal(shell("$LA path dblpend --init ends.csv --slices 3 --dt 1.48718891734734115 "
+                           "--tol 1e-9 --json"),
+                     1);
+    assert_close(shell_number("discretisation_error"), 6.8e-9, 0.02, 0);
+    assert_mentions(shell_err(), "--tol 1e-09 6.8e-09");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -186,6 +201,7 @@ int main(void)
         cmocka_unit_test_setup(test_rule_stays, shell_empty),
         cmocka_unit_test_setup(test_least_that_will_do, shell_empty),
         cmocka_unit_test_setup(test_ends_of_a_file, shell_empty),
+        cmocka_unit_test_setup(test_a_fall_that_is_too_fast, shell_empty),
         cmocka_unit_test_setup(test_refusals, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);

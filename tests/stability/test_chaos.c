@@ -80,7 +80,7 @@ static void runs_agree_up_to_the_horizon_alone(void **state)
     motion_close(&m);
 }
 
-/* Differences along regular motions grow as powers of the time, or not at all. */
+/* F5: differences along regular motions grow as powers of the time, or not at all. */
 static void regular_motions_are_told_apart(void **state)
 {
     (void)state;

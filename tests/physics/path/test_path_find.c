@@ -97,7 +97,7 @@ static void other_paths_and_coarse_rules_are_told_apart(void **state)
     phys_system_close(&pendulum);
 }
 
-/* What a descent leaves is no stationary path: it has figures and a motion, and no verdict. */
+/* A7: what a descent leaves is no stationary path: it has figures and a motion, and no verdict. */
 static void a_descent_has_no_verdict(void **state)
 {
     (void)state;
