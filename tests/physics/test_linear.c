@@ -1,8 +1,14 @@
-/* Real LU, dense and banded, on either side of the size where LAPACK takes over. */
+/* Real LU, dense and banded, on either side of the size where LAPACK takes over, and libraries that
+   cannot be loaded for it. */
 #include "tests/close.h"
+#include "autodiff/lazy.h"
 #include "physics/linear/linear.h"
 
 #include <float.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 enum { MOST = 40 };
 
@@ -93,12 +99,37 @@ static void test_singular(void **state)
     }
 }
 
+/* As by the dynamic loader at the start: one line, and status 127. */
+static void test_missing_library(void **state)
+{
+    (void)state;
+    FILE *said = tmpfile();
+    assert_non_null(said);
+    pid_t child = fork();
+    if (child == 0) {
+        void *slot = NULL;
+        dup2(fileno(said), STDERR_FILENO);
+        ad_lazy_load(&slot, "libnone.so.3", "none");
+        _exit(0);
+    }
+    int status;
+    char line[200] = "";
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 127);
+    rewind(said);
+    assert_non_null(fgets(line, sizeof line, said));
+    assert_non_null(strstr(line, "libnone.so.3"));
+    fclose(said);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_dense),
         cmocka_unit_test(test_band),
         cmocka_unit_test(test_singular),
+        cmocka_unit_test(test_missing_library),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
