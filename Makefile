@@ -242,6 +242,9 @@ test:
 	@scripts/install-deps --optional python3-h5py locales
 	@$(MAKE) --no-print-directory check
 
+# Machine code of tests, also for the builds in folders of this one.
+export TEST_CACHE ?= $(abspath $(BUILD))/cache
+
 check: $(if $(filter tests/apps tests/stability,$(TEST_DIRS)),$(COMMAND)) $(TESTS)
 	@LEASTACTION_BUILD=$(BUILD) scripts/run-tests $(TESTS)
 
@@ -296,14 +299,14 @@ SANITIZED = --no-print-directory BUILD=$(BUILD)/sanitize CC=clang SAN=1 CFLAGS='
 sanitize:
 	@OPENBLAS_NUM_THREADS=1 ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1:intercept_tls_get_addr=0 \
 	    LSAN_OPTIONS=suppressions=$(CURDIR)/scripts/lsan.suppress:print_suppressions=0 \
-	    $(MAKE) $(SANITIZED) check
+	    FUZZ_SHARE=2 $(MAKE) $(SANITIZED) check
 	@$(MAKE) $(SANITIZED) FUZZ_SECONDS=2 FUZZ_SEED=1 run-fuzzers
 
 fuzz:
 	@$(MAKE) $(SANITIZED) run-fuzzers
 
 test-o1:
-	@$(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 TEST_DIRS=tests/autodiff check
+	@FUZZ_SHARE=1 $(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 TEST_DIRS=tests/autodiff check
 
 # Random programs against a plain evaluation. A failure is repeated by PROGRAMS=1 SEED=its seed.
 PROGRAMS ?= 1000

@@ -15,6 +15,11 @@ int native_open_cache(void **state)
     return setenv("XDG_CACHE_HOME", native_cache.text, 1);
 }
 
+int native_share_cache(void **state)
+{
+    return getenv("TEST_CACHE") ? files_setup(state) : native_open_cache(state);
+}
+
 int native_remove_cache(void **state) { return files_teardown(state); }
 
 void native_need_compiler(void)

@@ -1,4 +1,4 @@
-/* Helpers for tests of machine code: a private cache folder, and programs to compare. */
+/* Helpers for tests of machine code: a cache folder, and programs to compare. */
 #ifndef TESTS_NATIVE_H
 #define TESTS_NATIVE_H
 
@@ -8,8 +8,10 @@
 
 extern struct path native_cache; /* holds the folder leastaction */
 
-/* Set up and tear down a group of tests. */
+/* Set up and tear down a group of tests: with a cache of its own, and with that of all tests, which
+   run-tests names; without run-tests it is the group's own. */
 int native_open_cache(void **state);
+int native_share_cache(void **state);
 int native_remove_cache(void **state);
 
 /* Skips a test where there is no compiler. */

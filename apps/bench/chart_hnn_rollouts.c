@@ -13,7 +13,7 @@ enum { FEWEST_STEPS = 16, ROLLOUT_TYPES = 2, ROLLOUT_METHODS = 16 };
    tolerance, is finer than the last by a factor. */
 static const struct effort {
     double limit, finer_step, finer_tolerance;
-} thorough = {12000, 1.4142135623730951, 3.1622776601683795}, quick = {1500, 2, 10};
+} thorough = {12000, 1.4142135623730951, 3.1622776601683795}, quick = {800, 2, 10};
 static const double time_end = 20;
 static const double start[2] = {1.5, 0}; /* a swing in the middle of the data's energies */
 static const double reference_tolerance = 1e-12;

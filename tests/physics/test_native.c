@@ -66,5 +66,5 @@ static void test_every_scene(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_every_scene)};
-    return cmocka_run_group_tests(tests, native_open_cache, native_remove_cache);
+    return cmocka_run_group_tests(tests, native_share_cache, native_remove_cache);
 }

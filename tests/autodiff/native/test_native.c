@@ -350,5 +350,5 @@ int main(void)
         cmocka_unit_test(test_held),
         cmocka_unit_test(test_every_segment_is_called),
     };
-    return cmocka_run_group_tests(tests, native_open_cache, native_remove_cache);
+    return cmocka_run_group_tests(tests, native_share_cache, native_remove_cache);
 }
