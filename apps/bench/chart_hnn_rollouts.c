@@ -3,6 +3,7 @@
 #include "chart_hnn.h"
 #include "apps/bench/measure/work_precision.h"
 #include "hnn/data/data.h"
+#include "physics/integrators/stepper.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -128,7 +129,8 @@ static enum ad_status measure(struct rollouts *r, const struct effort *effort,
         r->least[t] = INFINITY;
     for (size_t k = 0; phys_integrators[k] && r->n < ROLLOUT_METHODS; k++) {
         const struct phys_integrator *integrator = phys_integrators[k];
-        if (integrator->separable || integrator->lagrangian)
+        if (integrator->separable || integrator->lagrangian ||
+            integrator->scheme == &phys_power_series)
             continue;
         for (size_t t = 0; t < ROLLOUT_TYPES; t++) {
             hnn_model_evaluate_in(r->model, rollout_types[t]);
