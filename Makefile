@@ -32,12 +32,13 @@ WARN = -Wall -Wextra -Wpedantic -Wshadow -Wstrict-prototypes -Wconversion $(if $
 # what vector loops need. clang finds glibc's vector functions by -fveclib, gcc by declarations.
 MATH = -fno-math-errno -fno-trapping-math $(if $(CLANG),$(if $(X86),-fveclib=libmvec))
 ifdef SAN
-# With clang the objects are instrumented for the fuzzers, except the tape, which reads no files and whose
-# loops would take twice as long. UBSan's pointer checks would double the time of the kernels again, whose
-# addresses ASan checks already.
+# With clang the objects are instrumented for the fuzzers, except the tape and the rooms of numbers, which read
+# no files and whose loops would take up to twice as long. UBSan's pointer checks would double the time of the
+# kernels again, whose addresses ASan checks already.
 SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer $(COVERAGE)
 COVERAGE = $(if $(CLANG),-fsanitize=fuzzer-no-link)
-$(BUILD)/autodiff/%.o: COVERAGE =
+NUMBERS = autodiff quantum $(addprefix physics/,action gas integrators lagrangian linear motion ode path stability)
+$(foreach d,$(NUMBERS),$(BUILD)/$d/%.o): COVERAGE =
 $(BUILD)/autodiff/kernels/%.o: COVERAGE = -fno-sanitize=pointer-overflow,null,alignment
 endif
 PKG_CFLAGS := $(patsubst -I%,-isystem %,$(filter-out -I/usr/include/$(MACHINE),$(shell pkg-config --cflags hdf5 openblas lapacke libpng zlib 2>/dev/null)))
