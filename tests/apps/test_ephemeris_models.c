@@ -135,7 +135,7 @@ static void test_integration_is_small(void **state)
         "--from 2022-05-01 --days 200 --set dims=2 --rough jupiter",
         "--set relativity=1 --rough jupiter,saturn,moon",
         "--set relativity=1 --rough jupiter,saturn,moon --days 1",
-        "--set relativity=1 --rough jupiter,saturn,moon --from 3 --days 361",
+        "--set relativity=1 --rough jupiter,saturn,moon --from 3 --days 97",
         "--rough moon,jupiter --integrator dopri5",
         "--integrator verlet",
         "--integrator rk4 --rough jupiter",
@@ -198,7 +198,6 @@ static void test_tolerance_of_a_given_model(void **state)
     } rows[] = {
         {"--tol 1000 --set relativity=1 --rough jupiter,saturn,moon", 0},
         {"--tol 10 --set relativity=1 --rough jupiter,saturn,moon", 1},
-        {"--tol 0.1 --integrator rk4", 0},
         {"--tol 0.1 --integrator euler --days 9", 1},
         {"--tol 1e-12 --integrator dop853", 0}, /* of a step */
     };
