@@ -87,7 +87,7 @@ static double integral(const struct jet *it, const double *c, size_t stride, siz
 {
     const double *a = c + it->a * stride, *b = it->b == JET_NONE ? a : c + it->b * stride;
     if (k == 0)
-        return jet_value((enum ad_op)it->op, a[0], b[0], 0);
+        return ad_jet_value((enum ad_op)it->op, a[0], b[0], 0);
     double sum = integrate(a, c + it->da * stride, k);
     if (it->b != JET_NONE)
         sum += integrate(b, c + it->db * stride, k);
@@ -97,8 +97,8 @@ static double integral(const struct jet *it, const double *c, size_t stride, siz
 static double piecewise(const struct jet *it, const double *c, size_t stride, size_t k)
 {
     return k ? 0
-             : jet_value((enum ad_op)it->op, c[it->a * stride],
-                         it->b == JET_NONE ? 0 : c[it->b * stride], 0);
+             : ad_jet_value((enum ad_op)it->op, c[it->a * stride],
+                            it->b == JET_NONE ? 0 : c[it->b * stride], 0);
 }
 
 void ad_series_advance(ad_series *series, size_t k)

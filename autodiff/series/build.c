@@ -43,7 +43,7 @@ static bool grow(struct jet_builder *b)
     return b->table;
 }
 
-jet jet_make(struct jet_builder *b, struct jet made, bool *is_new)
+jet ad_jet_make(struct jet_builder *b, struct jet made, bool *is_new)
 {
     struct ad_series *s = b->series;
     *is_new = false;
@@ -64,19 +64,19 @@ jet jet_make(struct jet_builder *b, struct jet made, bool *is_new)
 static jet make(struct jet_builder *b, enum jet_kind kind, jet x, jet y, double number)
 {
     bool is_new;
-    return jet_make(b,
-                    (struct jet){.kind = (uint16_t)kind,
-                                 .a = x.id,
-                                 .b = y.id,
-                                 .da = JET_NONE,
-                                 .db = JET_NONE,
-                                 .number = number},
-                    &is_new);
+    return ad_jet_make(b,
+                       (struct jet){.kind = (uint16_t)kind,
+                                    .a = x.id,
+                                    .b = y.id,
+                                    .da = JET_NONE,
+                                    .db = JET_NONE,
+                                    .number = number},
+                       &is_new);
 }
 
 static const jet none = {JET_NONE};
 
-bool jet_is_number(const struct jet_builder *b, jet x, double *number)
+bool ad_jet_is_number(const struct jet_builder *b, jet x, double *number)
 {
     if (b->failed || b->series->jets[x.id].kind != JET_NUMBER)
         return false;
@@ -84,7 +84,7 @@ bool jet_is_number(const struct jet_builder *b, jet x, double *number)
     return true;
 }
 
-jet jet_number(struct jet_builder *b, double number)
+jet ad_jet_number(struct jet_builder *b, double number)
 {
     return make(b, JET_NUMBER, none, none, number == 0 ? 0 : number);
 }
@@ -97,11 +97,11 @@ static jet shift(struct jet_builder *b, jet x, double c)
 static jet combine(struct jet_builder *b, jet x, jet y, double c)
 {
     double p, q;
-    bool x_number = jet_is_number(b, x, &p), y_number = jet_is_number(b, y, &q);
+    bool x_number = ad_jet_is_number(b, x, &p), y_number = ad_jet_is_number(b, y, &q);
     if (x_number && y_number)
-        return jet_number(b, p + c * q);
+        return ad_jet_number(b, p + c * q);
     if (x_number)
-        return shift(b, jet_scale(b, c, y), p);
+        return shift(b, ad_jet_scale(b, c, y), p);
     if (y_number)
         return shift(b, x, c * q);
     if (!b->failed && b->series->jets[y.id].kind == JET_SCALE) {
@@ -111,16 +111,16 @@ static jet combine(struct jet_builder *b, jet x, jet y, double c)
     return make(b, JET_COMBINE, x, y, c);
 }
 
-jet jet_add(struct jet_builder *b, jet x, jet y) { return combine(b, x, y, 1); }
-jet jet_sub(struct jet_builder *b, jet x, jet y) { return combine(b, x, y, -1); }
+jet ad_jet_add(struct jet_builder *b, jet x, jet y) { return combine(b, x, y, 1); }
+jet ad_jet_sub(struct jet_builder *b, jet x, jet y) { return combine(b, x, y, -1); }
 
-jet jet_scale(struct jet_builder *b, double c, jet x)
+jet ad_jet_scale(struct jet_builder *b, double c, jet x)
 {
     double number;
-    if (jet_is_number(b, x, &number))
-        return jet_number(b, c * number);
+    if (ad_jet_is_number(b, x, &number))
+        return ad_jet_number(b, c * number);
     if (c == 0)
-        return jet_number(b, 0);
+        return ad_jet_number(b, 0);
     if (!b->failed && b->series->jets[x.id].kind == JET_SCALE) {
         c *= b->series->jets[x.id].number;
         x.id = b->series->jets[x.id].a;
@@ -128,67 +128,67 @@ jet jet_scale(struct jet_builder *b, double c, jet x)
     return c == 1 ? x : make(b, JET_SCALE, x, none, c);
 }
 
-jet jet_mul(struct jet_builder *b, jet x, jet y)
+jet ad_jet_mul(struct jet_builder *b, jet x, jet y)
 {
     double c;
-    if (jet_is_number(b, x, &c))
-        return jet_scale(b, c, y);
-    if (jet_is_number(b, y, &c))
-        return jet_scale(b, c, x);
+    if (ad_jet_is_number(b, x, &c))
+        return ad_jet_scale(b, c, y);
+    if (ad_jet_is_number(b, y, &c))
+        return ad_jet_scale(b, c, x);
     if (b->failed)
         return x;
     const struct jet *jets = b->series->jets, p = jets[x.id], q = jets[y.id];
     if (p.kind == JET_SCALE)
-        return jet_scale(b, p.number, jet_mul(b, (jet){p.a}, y));
+        return ad_jet_scale(b, p.number, ad_jet_mul(b, (jet){p.a}, y));
     if (q.kind == JET_SCALE)
-        return jet_scale(b, q.number, jet_mul(b, x, (jet){q.a}));
+        return ad_jet_scale(b, q.number, ad_jet_mul(b, x, (jet){q.a}));
     if (x.id == y.id)
-        return jet_square(b, x);
+        return ad_jet_square(b, x);
     return x.id < y.id ? make(b, JET_PRODUCT, x, y, 0) : make(b, JET_PRODUCT, y, x, 0);
 }
 
-jet jet_square(struct jet_builder *b, jet x)
+jet ad_jet_square(struct jet_builder *b, jet x)
 {
     double c;
-    return jet_is_number(b, x, &c) ? jet_number(b, c * c) : make(b, JET_SQUARE, x, none, 0);
+    return ad_jet_is_number(b, x, &c) ? ad_jet_number(b, c * c) : make(b, JET_SQUARE, x, none, 0);
 }
 
-jet jet_div(struct jet_builder *b, jet x, jet y)
+jet ad_jet_div(struct jet_builder *b, jet x, jet y)
 {
     double c;
-    if (jet_is_number(b, y, &c))
-        return jet_scale(b, 1 / c, x);
-    if (jet_is_number(b, x, &c))
-        return jet_scale(b, c, make(b, JET_RECIP, y, none, 0));
+    if (ad_jet_is_number(b, y, &c))
+        return ad_jet_scale(b, 1 / c, x);
+    if (ad_jet_is_number(b, x, &c))
+        return ad_jet_scale(b, c, make(b, JET_RECIP, y, none, 0));
     return make(b, JET_QUOTIENT, x, y, 0);
 }
 
 /* Whole positive exponents by products, which hold at 0, too. */
-jet jet_power(struct jet_builder *b, jet x, double exponent)
+jet ad_jet_power(struct jet_builder *b, jet x, double exponent)
 {
     double c;
-    if (jet_is_number(b, x, &c))
-        return jet_number(b, pow(c, exponent));
+    if (ad_jet_is_number(b, x, &c))
+        return ad_jet_number(b, pow(c, exponent));
     if (exponent == 0.5)
         return make(b, JET_ROOT, x, none, 0);
     if (!(exponent >= 0 && exponent <= 32 && exponent == floor(exponent)))
         return make(b, JET_POWER, x, none, exponent);
-    jet y = jet_number(b, 1);
-    for (unsigned n = (unsigned)exponent; n; n >>= 1, x = n ? jet_square(b, x) : x)
+    jet y = ad_jet_number(b, 1);
+    for (unsigned n = (unsigned)exponent; n; n >>= 1, x = n ? ad_jet_square(b, x) : x)
         if (n & 1)
-            y = jet_mul(b, y, x);
+            y = ad_jet_mul(b, y, x);
     return y;
 }
 
-jet jet_select(struct jet_builder *b, jet condition, jet x, jet y)
+jet ad_jet_select(struct jet_builder *b, jet condition, jet x, jet y)
 {
     double c;
     bool is_new;
-    if (jet_is_number(b, condition, &c))
+    if (ad_jet_is_number(b, condition, &c))
         return c != 0 ? x : y;
     if (x.id == y.id)
         return x;
-    return jet_make(
+    return ad_jet_make(
         b,
         (struct jet){.kind = JET_SELECT, .a = condition.id, .b = JET_NONE, .da = x.id, .db = y.id},
         &is_new);

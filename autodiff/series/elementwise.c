@@ -11,7 +11,7 @@ typedef double R;
 #define F(name) name
 #define power pow
 
-double jet_value(enum ad_op op, double a, double b, double c)
+double ad_jet_value(enum ad_op op, double a, double b, double c)
 {
     const double x = a;
     (void)x, (void)b, (void)c;
@@ -33,7 +33,7 @@ double jet_value(enum ad_op op, double a, double b, double c)
 
 /* ---- derivative expressions of the table, as series of the builder `to` ---- */
 
-static jet of_number(struct jet_builder *to, double number) { return jet_number(to, number); }
+static jet of_number(struct jet_builder *to, double number) { return ad_jet_number(to, number); }
 static jet of_jet(struct jet_builder *to, jet x)
 {
     (void)to;
@@ -43,11 +43,11 @@ static jet of_jet(struct jet_builder *to, jet x)
 
 static jet unary(struct jet_builder *to, enum ad_op op, jet x)
 {
-    return jet_elementwise(to, op, (jet[3]){x, x, x});
+    return ad_jet_elementwise(to, op, (jet[3]){x, x, x});
 }
 static jet binary(struct jet_builder *to, enum ad_op op, jet x, jet y)
 {
-    return jet_elementwise(to, op, (jet[3]){x, y, y});
+    return ad_jet_elementwise(to, op, (jet[3]){x, y, y});
 }
 
 #undef ad_add
@@ -59,16 +59,16 @@ static jet binary(struct jet_builder *to, enum ad_op op, jet x, jet y)
 #undef ad_le
 #undef ad_eq
 #undef ad_ne
-#define ad_add(x, y) jet_add(to, J(x), J(y))
-#define ad_sub(x, y) jet_sub(to, J(x), J(y))
-#define ad_mul(x, y) jet_mul(to, J(x), J(y))
+#define ad_add(x, y) ad_jet_add(to, J(x), J(y))
+#define ad_sub(x, y) ad_jet_sub(to, J(x), J(y))
+#define ad_mul(x, y) ad_jet_mul(to, J(x), J(y))
 #define ad_hypot(x, y) binary(to, AD_OP_hypot, x, y)
 #define ad_lt(x, y) binary(to, AD_OP_lt, J(x), J(y))
 #define ad_le(x, y) binary(to, AD_OP_le, J(x), J(y))
 #define ad_eq(x, y) binary(to, AD_OP_eq, J(x), J(y))
 #define ad_ne(x, y) binary(to, AD_OP_ne, J(x), J(y))
-#define ad_neg(x) jet_scale(to, -1, x)
-#define ad_square(x) jet_square(to, x)
+#define ad_neg(x) ad_jet_scale(to, -1, x)
+#define ad_square(x) ad_jet_square(to, x)
 #define ad_recip(x) unary(to, AD_OP_recip, x)
 #define ad_recip0(x) unary(to, AD_OP_recip0, x)
 #define ad_sign(x) unary(to, AD_OP_sign, x)
@@ -115,14 +115,14 @@ static jet node_of(struct jet_builder *to, enum jet_kind kind, enum ad_op op, co
     const size_t arity = ad_ops[op].arity;
     struct jet *jets;
     bool is_new;
-    jet y = jet_make(to,
-                     (struct jet){.kind = (uint16_t)kind,
-                                  .op = (uint16_t)op,
-                                  .a = x[0].id,
-                                  .b = arity > 1 ? x[1].id : JET_NONE,
-                                  .da = JET_NONE,
-                                  .db = JET_NONE},
-                     &is_new);
+    jet y = ad_jet_make(to,
+                        (struct jet){.kind = (uint16_t)kind,
+                                     .op = (uint16_t)op,
+                                     .a = x[0].id,
+                                     .b = arity > 1 ? x[1].id : JET_NONE,
+                                     .da = JET_NONE,
+                                     .db = JET_NONE},
+                        &is_new);
     if (!is_new || kind != JET_INTEGRAL)
         return y;
     /* the derivative may contain y and what is under way: sine and cosine */
@@ -136,7 +136,7 @@ static jet node_of(struct jet_builder *to, enum jet_kind kind, enum ad_op op, co
 
 static jet numbers(struct jet_builder *to, enum ad_op op, const double c[3])
 {
-    return jet_number(to, jet_value(op, c[0], c[1], c[2]));
+    return ad_jet_number(to, ad_jet_value(op, c[0], c[1], c[2]));
 }
 
 /* Kinds of their own, for those without one here; the rest are integrals. */
@@ -146,13 +146,13 @@ static const uint8_t kinds[AD_N_OPS] = {
     [AD_OP_le] = JET_PIECEWISE,   [AD_OP_eq] = JET_PIECEWISE,   [AD_OP_ne] = JET_PIECEWISE,
 };
 
-jet jet_elementwise(struct jet_builder *to, enum ad_op op, const jet in[3])
+jet ad_jet_elementwise(struct jet_builder *to, enum ad_op op, const jet in[3])
 {
     const jet x = in[0], y = in[1];
     double c[3] = {0};
     bool all = true;
     for (size_t k = 0; k < ad_ops[op].arity; k++)
-        all = jet_is_number(to, in[k], &c[k]) && all;
+        all = ad_jet_is_number(to, in[k], &c[k]) && all;
     if (all)
         return numbers(to, op, c);
     switch (op) {
@@ -160,44 +160,44 @@ jet jet_elementwise(struct jet_builder *to, enum ad_op op, const jet in[3])
     case AD_OP_detach:
         return x;
     case AD_OP_neg:
-        return jet_scale(to, -1, x);
+        return ad_jet_scale(to, -1, x);
     case AD_OP_add:
-        return jet_add(to, x, y);
+        return ad_jet_add(to, x, y);
     case AD_OP_sub:
-        return jet_sub(to, x, y);
+        return ad_jet_sub(to, x, y);
     case AD_OP_mul:
-        return jet_mul(to, x, y);
+        return ad_jet_mul(to, x, y);
     case AD_OP_div:
-        return jet_div(to, x, y);
+        return ad_jet_div(to, x, y);
     case AD_OP_square:
-        return jet_square(to, x);
+        return ad_jet_square(to, x);
     case AD_OP_cube:
-        return jet_power(to, x, 3);
+        return ad_jet_power(to, x, 3);
     case AD_OP_sqrt:
-        return jet_power(to, x, 0.5);
+        return ad_jet_power(to, x, 0.5);
     case AD_OP_tanh_slope:
-        return jet_sub(to, jet_number(to, 1), jet_square(to, x));
+        return ad_jet_sub(to, ad_jet_number(to, 1), ad_jet_square(to, x));
     case AD_OP_mul_tanh_slope:
-        return jet_mul(to, x, unary(to, AD_OP_tanh_slope, y));
+        return ad_jet_mul(to, x, unary(to, AD_OP_tanh_slope, y));
     case AD_OP_mul0:
-        if (jet_is_number(to, x, c) || jet_is_number(to, y, c))
-            return jet_mul(to, x, y);
+        if (ad_jet_is_number(to, x, c) || ad_jet_is_number(to, y, c))
+            return ad_jet_mul(to, x, y);
         break;
     case AD_OP_pow:
     case AD_OP_powi:
-        if (jet_is_number(to, y, c))
-            return jet_power(to, x, c[0]);
-        return ad_exp(jet_mul(to, y, unary(to, AD_OP_log, x)));
+        if (ad_jet_is_number(to, y, c))
+            return ad_jet_power(to, x, c[0]);
+        return ad_exp(ad_jet_mul(to, y, unary(to, AD_OP_log, x)));
     case AD_OP_abs:
-        return jet_select(to, ad_step(x), x, jet_scale(to, -1, x));
+        return ad_jet_select(to, ad_step(x), x, ad_jet_scale(to, -1, x));
     case AD_OP_relu:
-        return jet_select(to, ad_step(x), x, jet_number(to, 0));
+        return ad_jet_select(to, ad_step(x), x, ad_jet_number(to, 0));
     case AD_OP_min:
-        return jet_select(to, ad_le(x, y), x, y);
+        return ad_jet_select(to, ad_le(x, y), x, y);
     case AD_OP_max:
-        return jet_select(to, ad_le(y, x), x, y);
+        return ad_jet_select(to, ad_le(y, x), x, y);
     case AD_OP_select:
-        return jet_select(to, x, y, in[2]);
+        return ad_jet_select(to, x, y, in[2]);
     default:
         break;
     }

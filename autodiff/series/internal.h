@@ -59,25 +59,25 @@ typedef struct {
 } jet;
 
 /* Each returns the jet that is there, if there is one. */
-jet jet_number(struct jet_builder *b, double number);
-jet jet_add(struct jet_builder *b, jet x, jet y);
-jet jet_sub(struct jet_builder *b, jet x, jet y);
-jet jet_scale(struct jet_builder *b, double c, jet x);
-jet jet_mul(struct jet_builder *b, jet x, jet y);
-jet jet_square(struct jet_builder *b, jet x);
-jet jet_div(struct jet_builder *b, jet x, jet y);
-jet jet_power(struct jet_builder *b, jet x, double exponent);
-jet jet_select(struct jet_builder *b, jet condition, jet x, jet y);
+jet ad_jet_number(struct jet_builder *b, double number);
+jet ad_jet_add(struct jet_builder *b, jet x, jet y);
+jet ad_jet_sub(struct jet_builder *b, jet x, jet y);
+jet ad_jet_scale(struct jet_builder *b, double c, jet x);
+jet ad_jet_mul(struct jet_builder *b, jet x, jet y);
+jet ad_jet_square(struct jet_builder *b, jet x);
+jet ad_jet_div(struct jet_builder *b, jet x, jet y);
+jet ad_jet_power(struct jet_builder *b, jet x, double exponent);
+jet ad_jet_select(struct jet_builder *b, jet condition, jet x, jet y);
 /* Any other kind, of one or two operands; y of one is {JET_NONE}. *made: it was not there. */
-jet jet_make(struct jet_builder *b, struct jet jet, bool *made);
-bool jet_is_number(const struct jet_builder *b, jet x, double *number);
+jet ad_jet_make(struct jet_builder *b, struct jet jet, bool *made);
+bool ad_jet_is_number(const struct jet_builder *b, jet x, double *number);
 
 /* An elementwise operation (elementwise.c), and its value. */
-jet jet_elementwise(struct jet_builder *b, enum ad_op op, const jet x[3]);
-double jet_value(enum ad_op op, double a, double b, double c);
+jet ad_jet_elementwise(struct jet_builder *b, enum ad_op op, const jet x[3]);
+double ad_jet_value(enum ad_op op, double a, double b, double c);
 /* What a structural operation makes of its operands' elements; false if there is no rule. at[id]:
    the elements of a node. */
-bool jet_structure(struct jet_builder *b, const ad_tape *tape, const struct node *n,
-                   jet *const at[], jet *y);
+bool ad_jet_structure(struct jet_builder *b, const ad_tape *tape, const struct node *n,
+                      jet *const at[], jet *y);
 
 #endif

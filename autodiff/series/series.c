@@ -54,14 +54,14 @@ static enum ad_status put_inputs(struct builder *b, size_t n_x, const ad_var x[]
             return ad_refuse(tape, AD_E_ARGUMENT, "series: x[%zu] is no input", k), AD_E_ARGUMENT;
         s->first_input[k] = s->n;
         for (size_t i = 0; i < node_size(n); i++) {
-            jet made = jet_make(&b->jets,
-                                (struct jet){.kind = JET_INPUT,
-                                             .a = JET_NONE,
-                                             .b = JET_NONE,
-                                             .da = JET_NONE,
-                                             .db = JET_NONE,
-                                             .number = (double)s->n},
-                                &is_new);
+            jet made = ad_jet_make(&b->jets,
+                                   (struct jet){.kind = JET_INPUT,
+                                                .a = JET_NONE,
+                                                .b = JET_NONE,
+                                                .da = JET_NONE,
+                                                .db = JET_NONE,
+                                                .number = (double)s->n},
+                                   &is_new);
             if (x[k].id < b->end && b->at[x[k].id])
                 b->at[x[k].id][i] = made;
         }
@@ -80,7 +80,7 @@ static void put_elementwise(struct builder *b, const struct node *n, jet *y)
                 const struct node *x = node_at(b->tape, n->in[k]);
                 in[k] = b->at[n->in[k]][(x->rows == 1 ? 0 : r) * x->cols + (x->cols == 1 ? 0 : c)];
             }
-            y[r * n->cols + c] = jet_elementwise(&b->jets, (enum ad_op)n->op, in);
+            y[r * n->cols + c] = ad_jet_elementwise(&b->jets, (enum ad_op)n->op, in);
         }
 }
 
@@ -96,7 +96,7 @@ static enum ad_status put_nodes(struct builder *b, ad_tape *tape)
                    AD_E_ARGUMENT;
         if (ad_ops[n->op].elementwise)
             put_elementwise(b, n, b->at[id]);
-        else if (!jet_structure(&b->jets, tape, n, b->at, b->at[id]))
+        else if (!ad_jet_structure(&b->jets, tape, n, b->at, b->at[id]))
             return ad_refuse(tape, AD_E_ARGUMENT, "series: node %u (%s) has no rule", id,
                              ad_op_name((enum ad_op)n->op)),
                    AD_E_ARGUMENT;

@@ -38,7 +38,7 @@ static void view(const ad_tape *tape, const struct node *n, const struct node *i
         }
 }
 
-static void add_to(struct jet_builder *b, jet *y, jet x) { *y = jet_add(b, *y, x); }
+static void add_to(struct jet_builder *b, jet *y, jet x) { *y = ad_jet_add(b, *y, x); }
 
 static void sum_into(struct jet_builder *b, const ad_tape *tape, const struct node *n,
                      const struct node *in, const jet *x, jet *y)
@@ -58,7 +58,7 @@ static void cumulative(struct jet_builder *b, const struct node *n, const jet *x
     const size_t length = rows ? n->rows : n->cols, others = rows ? n->cols : n->rows,
                  step = rows ? n->cols : 1, next = rows ? 1 : n->cols;
     for (size_t k = 0; k < others; k++) {
-        jet sum = jet_number(b, 0);
+        jet sum = ad_jet_number(b, 0);
         for (size_t j = 0; j < length; j++) {
             const size_t i = k * next + (reversed ? length - 1 - j : j) * step;
             add_to(b, &sum, x[i]);
@@ -93,10 +93,10 @@ static void difference(struct jet_builder *b, const ad_tape *tape, const struct 
         for (size_t c = 0; c < narrow; c++) {
             const size_t i = r * wide + (c + 1 < wide ? c : wide - 2), o = r * narrow + c;
             if (adjoint) {
-                add_to(b, &y[i + 1], jet_scale(b, scale, x[o]));
-                add_to(b, &y[i], jet_scale(b, -scale, x[o]));
+                add_to(b, &y[i + 1], ad_jet_scale(b, scale, x[o]));
+                add_to(b, &y[i], ad_jet_scale(b, -scale, x[o]));
             } else {
-                y[o] = jet_scale(b, scale, jet_sub(b, x[i + 1], x[i]));
+                y[o] = ad_jet_scale(b, scale, ad_jet_sub(b, x[i + 1], x[i]));
             }
         }
 }
@@ -109,23 +109,23 @@ static void matmul(struct jet_builder *b, const struct node *n, const struct nod
     for (size_t r = 0; r < n->rows; r++)
         for (size_t c = 0; c < n->cols; c++)
             for (size_t k = 0; k < inner; k++)
-                add_to(
-                    b, &y[r * n->cols + c],
-                    jet_mul(b, tx ? element(x, in->cols, k, r) : element(x, in->cols, r, k),
-                            tz ? element(z, second->cols, c, k) : element(z, second->cols, k, c)));
+                add_to(b, &y[r * n->cols + c],
+                       ad_jet_mul(b, tx ? element(x, in->cols, k, r) : element(x, in->cols, r, k),
+                                  tz ? element(z, second->cols, c, k)
+                                     : element(z, second->cols, k, c)));
 }
 
-bool jet_structure(struct jet_builder *b, const ad_tape *tape, const struct node *n,
-                   jet *const at[], jet *y)
+bool ad_jet_structure(struct jet_builder *b, const ad_tape *tape, const struct node *n,
+                      jet *const at[], jet *y)
 {
     const struct node *in = node_at(tape, n->in[0]);
     const jet *x = at[n->in[0]];
     for (size_t k = 0; k < node_size(n); k++)
-        y[k] = jet_number(b, 0);
+        y[k] = ad_jet_number(b, 0);
     switch (n->op) {
     case AD_OP_constant:
         for (size_t k = 0; k < node_size(n); k++)
-            y[k] = jet_number(b, tape->numbers[n->aux + k]);
+            y[k] = ad_jet_number(b, tape->numbers[n->aux + k]);
         return true;
     case AD_OP_slice:
     case AD_OP_reshape:
