@@ -89,15 +89,31 @@ static enum ad_status own_start(const struct search *s, double *q, double *v,
     return error->status;
 }
 
-static enum ad_status compare_motion(const struct search *s, struct ad_error *error)
+/* From the start (q, v) to path [dof x slices]. */
+static enum ad_status follow(const struct search *s, const struct phys_ode *ode, double rtol,
+                             const double *q, double *path, struct ad_error *error)
 {
     const struct phys_path_settings *settings = s->settings;
-    const struct phys_simulation loosely = {.rtol = LOOSE,
-                                            .max_steps = PHYS_MOTION_STEPS,
-                                            .proceed = settings->proceed,
-                                            .context = settings->context};
-    struct phys_simulation tightly = loosely;
+    const struct phys_simulation how = {.integrator = phys_integrator_find("dop853", error),
+                                        .t1 = (double)(s->slices - 1) * settings->dt,
+                                        .n_samples = s->slices - 1,
+                                        .rtol = rtol,
+                                        .max_steps = PHYS_MOTION_STEPS,
+                                        .proceed = settings->proceed,
+                                        .context = settings->context};
+    double *y = malloc(2 * s->dof * sizeof *y);
+    if (!y)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (phys_ode_enter(ode, 0, q, q + s->dof, y, error) == AD_OK)
+        phys_trajectory(&how, ode, y, s->dof, s->slices, path, NULL, error);
+    free(y);
+    return error->status;
+}
+
+static enum ad_status compare_motion(const struct search *s, struct ad_error *error)
+{
     struct phys_path_found *found = s->found;
+    struct phys_ode ode = {0};
     struct ad_error lost = {0};
     size_t n = s->slices * s->dof;
     if (s->system->scene->between)
@@ -106,12 +122,10 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
     if (!q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     double *motion = v + s->dof, *check = motion + n;
-    tightly.rtol = TIGHT;
     if (own_start(s, q, v, &lost) == AD_OK &&
-        phys_motion_path(s->system, &tightly, q, v, s->slices, settings->dt, motion, &lost) ==
-            AD_OK &&
-        phys_motion_path(s->system, &loosely, q, v, s->slices, settings->dt, check, &lost) ==
-            AD_OK) {
+        phys_ode_lagrangian(s->system, &ode, &lost) == AD_OK &&
+        follow(s, &ode, TIGHT, q, motion, &lost) == AD_OK &&
+        follow(s, &ode, LOOSE, q, check, &lost) == AD_OK) {
         found->true_distance = largest(s->path, motion, n);
         found->true_known = largest(motion, check, n);
         if (found->true_known >
@@ -122,6 +136,7 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
         }
     }
     snprintf(found->no_motion, sizeof found->no_motion, "%.150s", lost.message);
+    phys_ode_free(&ode);
     free(q);
     return lost.status == AD_E_MEMORY ? ad_fail(error, lost.status, "%s", lost.message) : AD_OK;
 }
