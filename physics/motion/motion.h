@@ -47,8 +47,9 @@ struct phys_simulation {
     /* Fixed steps: their length, shortened a little where whole steps do not fill the time.
        Adaptive: the first step; 0: from the field. */
     double dt;
-    /* Adaptive: the error e_k of a step is kept below atol s_k + rtol |y_k|; scale s [n], NULL:
-       ones. atol 0: equal to rtol, and scale NULL then means phys_typical_sizes of the start. */
+    /* Adaptive: the error e_k of a step is kept below atol s_k + rtol |y_k|; scale s [n]. NULL:
+       from the motion, so that units make no difference: phys_typical_sizes of the start where the
+       ode has halves, else the largest |y_k| so far. atol 0: equal to rtol. */
     double rtol, atol;
     const double *scale;
     /* A smaller step ends the simulation: AD_E_ACCURACY, naming time and component. 0: the

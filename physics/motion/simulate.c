@@ -216,6 +216,8 @@ static enum ad_status advance(struct run *run, struct ad_error *error)
         return error->status;
     count(run->info, m->h);
     run->end = end_of_step(run);
+    for (size_t k = 0; run->growing && k < m->n; k++)
+        run->growing[k] = fmax(run->growing[k], fabs(m->next[k]));
     watch_energy(run, run->end, m->next);
     if (sample(run, error) == AD_OK)
         phys_stepper_accept(m, run->end);
@@ -238,18 +240,39 @@ static enum ad_status run_steps(struct run *run, struct ad_error *error)
     return AD_OK;
 }
 
-/* Without atol a component that is zero, at rest say, would allow no error at all: rtol is then of
-   the typical sizes, too. */
-static enum ad_status default_sizes(struct phys_simulation *s, const struct phys_ode *ode,
-                                    const double *y, double **sizes, struct ad_error *error)
+/* Of an ode without halves each component has a size of its own: what it starts with, or, from 0,
+   its rate over the shortest time of the others. */
+static enum ad_status sizes_of_start(const struct phys_simulation *s, const struct phys_ode *ode,
+                                     const double *y, double *size, struct ad_error *error)
 {
-    s->atol = s->rtol;
+    double time = fabs(s->t1 - s->t0);
+    if (ode->field(ode->context, s->t0, y, size, error) != AD_OK)
+        return error->status;
+    for (size_t k = 0; k < ode->n; k++)
+        if (y[k] != 0 && size[k] != 0)
+            time = fmin(time, fabs(y[k] / size[k]));
+    for (size_t k = 0; k < ode->n; k++)
+        size[k] = y[k] != 0 ? fabs(y[k]) : time * fabs(size[k]);
+    return AD_OK;
+}
+
+/* One of rtol and atol may be 0: a component that is zero, at rest say, would allow no error. Sizes
+   that the caller does not know come from the motion, so that units are no matter. */
+static enum ad_status default_sizes(struct run *run, struct phys_simulation *s,
+                                    const struct phys_ode *ode, const double *y, double **sizes,
+                                    struct ad_error *error)
+{
+    bool halves = ode->canonical || ode->kick || ode->system;
+    s->atol = s->atol > 0 ? s->atol : s->rtol;
     if (s->scale)
         return AD_OK;
+    s->rtol = s->rtol > 0 || halves ? s->rtol : s->atol;
     if (!(*sizes = malloc(ode->n * sizeof **sizes)))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     s->scale = *sizes;
-    if (phys_typical_sizes(ode, s->t0, y, *sizes, error) != AD_OK) {
+    run->growing = halves ? NULL : *sizes;
+    if ((halves ? phys_typical_sizes(ode, s->t0, y, *sizes, error)
+                : sizes_of_start(s, ode, y, *sizes, error)) != AD_OK) {
         free(*sizes);
         *sizes = NULL;
     }
@@ -272,8 +295,7 @@ enum ad_status phys_simulate(const struct phys_simulation *settings, const struc
     if (check_settings(settings, error) != AD_OK)
         return error->status;
     double *sizes = NULL;
-    if (settings->integrator->adaptive && settings->atol == 0 &&
-        default_sizes(&own, ode, y, &sizes, error) != AD_OK)
+    if (settings->integrator->adaptive && default_sizes(&run, &own, ode, y, &sizes, error) != AD_OK)
         return error->status;
     run.tolerance = (struct phys_tolerance){own.rtol, own.atol, own.scale};
     double before = ad_now();

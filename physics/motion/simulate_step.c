@@ -138,7 +138,8 @@ static double norm(const struct run *run, const double *x, const double *y)
 {
     double sum = 0;
     for (size_t k = 0; k < run->stepper.n; k++) {
-        double a = x[k] == 0 ? 0 : x[k] / phys_allowed(&run->tolerance, k, y[k]);
+        double allowed = phys_allowed(&run->tolerance, k, y[k]);
+        double a = x[k] == 0 || allowed == 0 ? 0 : x[k] / allowed;
         sum += a * a;
     }
     return sqrt(sum / (double)run->stepper.n);
