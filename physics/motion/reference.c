@@ -1,5 +1,6 @@
 /* The reference motion, accurate to double precision (motion.h): two runs, whose distance shows how
-   rounding grows, and a run back to the start, which shows errors that both have in common. */
+   rounding grows, that of the start among it, and a run back to the start, which shows errors that
+   both have in common. */
 #include "motion.h"
 #include "physics/integrators/stepper.h"
 #include "physics/ode/internal.h"
@@ -151,7 +152,8 @@ static enum ad_status measure(struct runs *runs, const double *times, double los
     if (!second)
         return ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
     double *again = second + rows;
-    memcpy(second, r->x, 2 * r->dof * sizeof *second);
+    for (size_t k = 0; k < 2 * r->dof; k++)
+        second[k] = r->x[k] * (1 + DBL_EPSILON); /* twice the rounding of the start */
     run(runs, r->n, times, 0, r->x, error);
     r->seen = runs->longest / (double)phys_extrapolation.order;
     if (error->status == AD_OK) {

@@ -137,8 +137,11 @@ static size_t sample_of(const struct phys_motion_solution *m, size_t compared, s
     return i + 1 == compared ? m->n - 1 : i * stride;
 }
 
-/* Distances, to which the reference's own uncertainty is added: bounds as far as that is one. From
-   the horizon on none are known. */
+/* The distance between the true motion, within u / 2 of the reference, and one that is `apart` from
+   it: no more than this, and at most u less. */
+static double bound_distance(double apart, double u) { return fmax(apart + u / 2, u); }
+
+/* From the horizon on none are known. */
 static void measure_distance(const struct phys_reference *reference, struct phys_motion_solution *m)
 {
     size_t dof = m->system->dof;
@@ -153,7 +156,7 @@ static void measure_distance(const struct phys_reference *reference, struct phys
         for (size_t k = 0; k < dof; k++)
             sum += pow(m->x[2 * at * dof + k] - reference->x[2 * i * dof + k], 2);
         m->reference_uncertainty = fmax(m->reference_uncertainty, reference->uncertainty[i]);
-        m->distance[at] = m->error_end = sqrt(sum) + reference->uncertainty[i];
+        m->distance[at] = m->error_end = bound_distance(sqrt(sum), reference->uncertainty[i]);
         m->error = fmax(m->error, m->error_end);
     }
     m->known_until = reference->horizon;
