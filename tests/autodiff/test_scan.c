@@ -49,6 +49,72 @@ static void test_unrolled_in_f32(void **state)
         compare(&scan_cases[k], AD_F32, 5, 2, 2, 1);
 }
 
+/* ---- random bodies ---- */
+
+static uint64_t body_seed;
+
+static ad_var random_operation(uint64_t *seed, ad_var a, ad_var b)
+{
+    switch (below(seed, 12)) {
+    case 0:
+        return ad_add(a, b);
+    case 1:
+        return ad_mul(a, b);
+    case 2:
+        return ad_sin(ad_sub(a, b));
+    case 3:
+        return ad_max(a, ad_mul(0.5, b));
+    case 4:
+        return ad_tanh(ad_matmul(a, false, ad_matmul(b, true, a, false), false));
+    case 5:
+        return ad_add(ad_sum_rows(a), b);
+    case 6:
+        return ad_mul(ad_sum_cols(a), ad_sigmoid(b));
+    case 7:
+        return ad_cumsum_rows(ad_mul(0.3, a));
+    case 8:
+        return ad_gather_rows(a, 3, (const uint32_t[]){2, 0, 0});
+    case 9:
+        return ad_select(ad_lt(a, b), ad_cos(a), ad_square(b));
+    case 10:
+        return ad_softmax_rows(ad_add(a, ad_detach(b)));
+    default:
+        return ad_concat_rows(2, (ad_var[]){ad_slice_rows(a, 1, 2), ad_row(b, 0)});
+    }
+}
+
+/* Operations on values of 3 x 2 that were there before; states stay within (-1, 1). */
+static void random_step(const ad_var s[], const ad_var in[], const ad_var w[], ad_var next[],
+                        ad_var out[])
+{
+    enum { OPERATIONS = 9 };
+    uint64_t seed = body_seed;
+    ad_var pool[5 + OPERATIONS] = {s[0], s[1], in[0], w[0], ad_mul(w[1], s[0])};
+    size_t n = 5;
+    for (; n < LENGTH(pool); n++) {
+        const size_t i = below(&seed, n), j = below(&seed, n);
+        pool[n] = random_operation(&seed, pool[i], pool[j]);
+    }
+    next[0] = ad_tanh(pool[n - 1]);
+    next[1] = below(&seed, 3) ? ad_sin(pool[below(&seed, n)]) : s[0];
+    out[0] = ad_sin(pool[below(&seed, n)]);
+}
+
+static void test_random_bodies(void **state)
+{
+    (void)state;
+    const struct scan_case c = {"random",         2,           1,  2, 1, {{3, 2}, {3, 2}}, {{3, 2}},
+                                {{3, 2}, {3, 1}}, random_step, -1, 1};
+    uint64_t seed = 41;
+    for (int k = 0; k < 30; k++) {
+        body_seed = random_bits(&seed);
+        const size_t steps = 1 + below(&seed, 6), stored = below(&seed, steps + 1);
+        compare(&c, AD_F64, steps, stored, 2, 1);
+        if (k % 5 == 0)
+            compare(&c, AD_F32, steps, stored, 1, 1);
+    }
+}
+
 /* ---- whatever is stored, and on whatever it runs ---- */
 
 static void assert_bits(const struct scan_case *c, size_t steps, size_t checkpoints, size_t threads,
@@ -206,7 +272,7 @@ int main(void)
         cmocka_unit_test(test_unrolled),    cmocka_unit_test(test_unrolled_in_f32),
         cmocka_unit_test(test_checkpoints), cmocka_unit_test(test_machine_code),
         cmocka_unit_test(test_schedule),    cmocka_unit_test(test_logistic),
-        cmocka_unit_test(test_integrator),
+        cmocka_unit_test(test_integrator),  cmocka_unit_test(test_random_bodies),
     };
     return cmocka_run_group_tests_name("scan", tests, NULL, NULL);
 }
