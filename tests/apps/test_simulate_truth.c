@@ -2,6 +2,7 @@
    unknown where it cannot be known, with exit status 1 where it exceeds what was asked. */
 #include "tests/close.h"
 #include "shell.h"
+#include "tests/mentions.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -174,13 +175,15 @@ static void test_degenerate_masses(void **state)
         assert_true(condition > 0.1 / eps && condition < 10 / eps);
         shell_works("$LA simulate ./degenerate.so --set eps=%g --json", eps);
         assert_close(shell_number("mass_condition"), condition, 1e-3, 0);
-        assert_int_equal(strstr(shell_err(), "nearly singular") != NULL, condition > 1e8);
+        char number[40];
+        snprintf(number, sizeof number, "%.2g", shell_number("mass_condition"));
+        assert_int_equal(strstr(shell_err(), number) != NULL, condition > 1e8);
     }
     assert_int_equal(shell("$LA simulate ./degenerate.so --set eps=1e-16 --integrator "
                            "variational-midpoint"),
                      1); /* in (q, p) */
     assert_int_equal(shell("$LA simulate pendulum --set m=0"), 1);
-    assert_non_null(strstr(shell_err(), "no mass"));
+    assert_mentions(shell_err(), "pendulum mass");
 }
 
 /* A16: energy and momenta are said to be conserved where L keeps them, and nowhere else; where it
