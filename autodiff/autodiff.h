@@ -318,6 +318,39 @@ ad_var ad_diff(ad_var x, double scale, bool repeat);
 /* The adjoint of ad_diff; the result has `cols` columns. */
 ad_var ad_diff_adjoint(ad_var u, double scale, bool repeat, size_t cols);
 
+/* ---- a user's own operation ---- */
+
+/* An operation y = f(x[0], x[1], ...) by C functions, column by column: a column of y depends on
+   the same column of every x alone. The callbacks get blocks of `cols` columns, in double whatever
+   the tape's type: x[k] and gx[k] have the rows of input k x cols, y and gy `rows` x cols,
+   row-major. Where blocks begin is unspecified. Each result is NaN before the call, and the
+   callback writes all of it. It returns 0, or another number if it failed: then its block is NaN
+   and the run has an error (AD_E_NONFINITE) that names the operation. A write of up to 8 numbers
+   before or behind a result is an error, too (AD_E_ARGUMENT). Results must depend on the arguments
+   and on what `user` points to alone. `user` is neither copied nor freed and must outlive tape and
+   programs; what it points to may change between runs. With ad_set_threads several threads call at
+   once. */
+struct ad_custom {
+    const char *name; /* for messages; 31 characters are kept; may be NULL */
+    size_t rows;      /* of y */
+    int (*value)(void *user, size_t cols, const double *const x[], double *y);
+    /* gx[k] = (df/dx[k])' gy. May be NULL: first derivatives are then `recorded`, and ad_gradient
+       returns AD_E_ARGUMENT. Where a column of gy is 0, its gx is set to 0. */
+    int (*adjoint)(void *user, size_t cols, const double *const x[], const double *y,
+                   const double *gy, double *const gx[]);
+    /* The same, recorded, for derivatives of second and higher order; gx[k] broadcasts to the shape
+       of x[k]. May be NULL: ad_grad of a gradient is then AD_E_ARGUMENT. ad_check_second finds
+       where it contradicts `adjoint`. */
+    void (*recorded)(void *user, const ad_var x[], ad_var y, ad_var gy, ad_var gx[]);
+    void *user;
+};
+/* Records it on 1 to 16 inputs of equal width; one of a single column is broadcast. *operation is
+   copied. -> operation->rows x cols. A function of a whole matrix takes it reshaped to one column.
+   Interpreter, machine code (which calls the functions) and direct evaluation run it; it is
+   computed in every ad_run and ad_rerun, also from constants and held inputs. ad_jvp calls the
+   adjoint once per row of y. */
+ad_var ad_custom(size_t n, const ad_var x[], const struct ad_custom *operation);
+
 /* ---- loops ---- */
 
 /* One step of a loop, recorded on a tape of its own, whose inputs are all named here, each once. */
@@ -368,8 +401,8 @@ enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[]);
    tape's type. The memory stays with the tape: 16 bytes (f64) per scalar operation, 8 more where
    there are other shapes. An adjoint of exactly 0 is not propagated. Errors: AD_E_TAPE;
    AD_E_ARGUMENT for an x that is no input and for an input without a value; AD_E_NONFINITE for a
-   singular column of ad_solve; AD_E_MEMORY; the error of the recording, if there is one. The tape's
-   own error is left as it is. */
+   singular column of ad_solve; those of ad_custom; AD_E_MEMORY; the error of the recording, if
+   there is one. The tape's own error is left as it is. */
 enum ad_status ad_evaluate(size_t n, const ad_var x[], const double *const at[], ad_var y,
                            double *value, struct ad_error *error);
 enum ad_status ad_gradient(size_t n, const ad_var x[], const double *const at[], ad_var y,
@@ -398,8 +431,8 @@ void ad_run(ad_program *program);
    AD_E_ARGUMENT, and nothing runs, before the first ad_run and after a held input was set
    (ad_program_error names it). Writes through ad_data are not detected. */
 enum ad_status ad_rerun(ad_program *program);
-/* The error of the last run: a refused ad_rerun or a singular column; status AD_OK if none. Lives
-   as long as the program. */
+/* The error of the last run: a refused ad_rerun, a singular column or an ad_custom that failed;
+   status AD_OK if none. Lives as long as the program. */
 const struct ad_error *ad_program_error(const ad_program *program);
 /* The largest condition number of the regular matrices of ad_solve, ad_inverse and ad_logdet in the
    last run, scaled as above: an estimate from below, mostly within a factor of 3. Times 2e-16 (f32:

@@ -37,6 +37,8 @@
        cumsum          aux: CUMSUM_ROWS, CUMSUM_REVERSED
        place           aux: part list in `lists` (count, then id, row, column of each)
        diff(_adjoint)  aux: scale in `numbers`; in[2]: repeat
+       custom(_adjoint)
+                       aux: number in `customs`
        factor, solve, logdet
                        aux: side of the matrices, SYSTEM_CHOLESKY, SYSTEM_TRANSPOSED
        matmul          aux: bit 0 transposes a, bit 1 transposes b
@@ -57,6 +59,15 @@ enum { SYSTEM_SIDE = 63, SYSTEM_CHOLESKY = 64, SYSTEM_TRANSPOSED = 128 };
 /* NODE_PLAIN: a scalar that no identity of simplify.c looks into. NODE_NUMBER: a scalar constant
    that came as a number, shared by all operations that take it. */
 enum { NODE_LABELLED = 1, NODE_HELD = 2, NODE_PLAIN = 4, NODE_NUMBER = 8 };
+
+/* A user's own operation, as a tape and its programs keep it. */
+enum { CUSTOM_INPUTS = 16, CUSTOM_NAME = 32 };
+struct custom {
+    struct ad_custom by; /* its name is NULL */
+    char name[CUSTOM_NAME];
+    uint32_t n, inputs; /* how many inputs; of so many rows together */
+    uint32_t rows[CUSTOM_INPUTS];
+};
 
 struct label {
     uint32_t id;
@@ -94,6 +105,8 @@ struct ad_tape {
     size_t n_numbers, max_numbers;
     uint32_t *lists; /* index and part lists */
     size_t n_lists, max_lists;
+    struct custom *customs;
+    size_t n_customs, max_customs;
     struct label *labels;
     size_t n_labels, max_labels;
     char *texts;
@@ -138,6 +151,11 @@ struct op_info {
     bool elementwise;
 };
 extern const struct op_info ad_ops[AD_N_OPS];
+
+static inline bool ad_is_custom(uint16_t op)
+{
+    return op == AD_OP_custom || op == AD_OP_custom_adjoint;
+}
 
 /* What an operation reads is in its list: three numbers each, an id first. */
 static inline bool has_operand_list(uint16_t op)

@@ -38,6 +38,15 @@ static bool copy_labels(ad_program *p, const struct graph *g)
     return true;
 }
 
+static bool copy_customs(ad_program *p, const ad_tape *tape)
+{
+    p->n_customs = tape->n_customs;
+    p->customs = malloc((p->n_customs + 1) * sizeof *p->customs);
+    for (size_t k = 0; p->customs && k < p->n_customs; k++)
+        p->customs[k] = tape->customs[k];
+    return p->customs;
+}
+
 /* Moves the arrays that graph and program share into the program. */
 static void take_arrays(ad_program *p, struct graph *g)
 {
@@ -92,7 +101,8 @@ static bool plan_program(struct graph *g, ad_program *p)
                         .link = calloc(n, sizeof *plan.link),
                         .spot = calloc(n, sizeof *plan.spot)};
     bool done = plan.last && plan.link && plan.spot && copy_labels(p, g) &&
-                ad_plan_storage(&plan) && ad_plan_emit(&plan) && allocate_memory(p, &plan);
+                copy_customs(p, g->tape) && ad_plan_storage(&plan) && ad_plan_emit(&plan) &&
+                allocate_memory(p, &plan);
     free(plan.last);
     free(plan.link);
     free(plan.spot);

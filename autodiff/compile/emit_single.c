@@ -41,6 +41,9 @@ static uint8_t kind_of(uint16_t op)
         return DO_SOLVE;
     case AD_OP_logdet:
         return DO_LOGDET;
+    case AD_OP_custom:
+    case AD_OP_custom_adjoint:
+        return DO_CUSTOM;
     default:
         return DO_TRANSPOSE;
     }
@@ -69,9 +72,9 @@ bool ad_plan_alone(struct plan *p, uint32_t id, struct segment s)
             in.loc[1] = v->in[1];
             in.loc[2] = v->in[2];
         }
-        if (v->op == AD_OP_factor) {
+        if (v->op == AD_OP_factor || ad_is_custom(v->op)) {
             in.loc[2] = (uint32_t)p->program->n_factors;
-            struct factor f = {id, {.singular = SIZE_MAX}};
+            struct factor f = {id, {.singular = SIZE_MAX}, CUSTOM_DONE};
             if (!APPEND(p->program->factors, p->program->n_factors, p->max_factors, f))
                 return false;
         }

@@ -63,6 +63,8 @@ static const void *payload(const ad_tape *tape, const struct value *v, size_t *b
     case AD_OP_factor:
     case AD_OP_solve:
     case AD_OP_logdet:
+    case AD_OP_custom:
+    case AD_OP_custom_adjoint:
         *bytes = sizeof v->aux;
         return &v->aux;
     default:
@@ -134,7 +136,7 @@ static void reuse_reciprocal(const struct graph *g, struct value *v, const struc
 /* The number of an earlier value equal to v, or of a new one. */
 static uint32_t share(struct graph *g, struct value v, const struct known *known)
 {
-    if (v.op == AD_OP_detach)
+    if (v.op == AD_OP_detach || v.op == AD_OP_copy)
         return v.in[0];
     bool single = v.op == AD_OP_input || has_operand_list(v.op);
     reuse_reciprocal(g, &v, known);
@@ -158,6 +160,8 @@ static struct value renumbered(const struct graph *g, const struct node *n, uint
     uint16_t fixed = n->op != AD_OP_input     ? VALUE_CONSTANT | VALUE_HELD
                      : (n->flags & NODE_HELD) ? VALUE_HELD
                                               : 0;
+    if (ad_is_custom(n->op)) /* what it points to may change between runs */
+        fixed = 0;
     for (size_t k = 0; k < n_inputs(g->tape, n); k++) {
         uint32_t x = g->renumber[input_of(g->tape, n, k)];
         fixed &= g->values[x].flags;

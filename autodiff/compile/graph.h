@@ -59,7 +59,7 @@ static inline bool is_alone(uint16_t op)
     return op == AD_OP_place || op == AD_OP_transpose || op == AD_OP_matmul ||
            op == AD_OP_gather_cols || op == AD_OP_scatter_cols || op == AD_OP_cumsum ||
            op == AD_OP_factor || op == AD_OP_solve || op == AD_OP_logdet || op == AD_OP_scan ||
-           op == AD_OP_scan_adjoint;
+           op == AD_OP_scan_adjoint || ad_is_custom(op);
 }
 
 /* No instruction computes it: a leaf or a view. */

@@ -4,6 +4,7 @@
 #ifndef AUTODIFF_DIRECT_H
 #define AUTODIFF_DIRECT_H
 
+#include "autodiff/custom.h"
 #include "autodiff/internal.h"
 
 /* Values and adjoints of the nodes of a tape. */

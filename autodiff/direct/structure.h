@@ -175,6 +175,13 @@ static void structure(const ad_tape *tape, struct ad_direct *d, uint32_t id, boo
         else if (n->op == AD_OP_logdet)
             logdet_backward(n, d, y);
         break;
+    case AD_OP_custom:
+    case AD_OP_custom_adjoint:
+        if (backward)
+            custom_backward(tape, d, id);
+        else
+            custom_forward(tape, d, id);
+        break;
     case AD_OP_matmul: {
         const size_t b = direct_offset(d, n->in[1]);
         R *adjoints = backward ? d->adjoint : NULL;

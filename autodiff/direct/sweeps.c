@@ -7,6 +7,7 @@
 #include "autodiff/kernels/kernels.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #ifdef AD_DIRECT_F32
@@ -60,6 +61,8 @@ static void elementwise(const ad_tape *tape, struct ad_direct *d, uint32_t id, b
 }
 
 #include "systems.h"
+
+#include "customs.h"
 
 #include "structure.h"
 

@@ -42,7 +42,10 @@ void ad_free_scans(ad_program *program);
 size_t ad_scans_bytes(const ad_program *program);
 /* Factors of small systems, solutions, log-determinants (systems.c). */
 void ad_run_system(const ad_program *program, const struct segment *segment);
-/* The first factor with a singular column, which *error names; NULL, and status AD_OK: none. */
+/* A user's own operation, or its adjoint (custom.c). */
+void ad_run_custom(const ad_program *program, const struct segment *segment);
+/* The first factor with a singular column, or own operation that failed, which *error names; NULL,
+   and status AD_OK: none. */
 const struct factor *ad_report_singular(const ad_program *program, struct ad_error *error);
 /* Checks the stored result of an instruction for values that are not finite. */
 void ad_inspect_value(const ad_program *program, const struct instruction *instruction,

@@ -20,6 +20,7 @@ void ad_program_free(ad_program *p)
     free(p->segments);
     free(p->sinks);
     free(p->parts);
+    free(p->customs);
     free(p->numbers);
     free(p->lists);
     free(p->ports);
@@ -159,6 +160,7 @@ struct ad_program_info ad_program_info(const ad_program *p)
                  p->n_instructions * sizeof *p->instructions + p->n_segments * sizeof *p->segments +
                  p->n_sinks * sizeof *p->sinks + p->n_parts * sizeof *p->parts +
                  p->n_numbers * sizeof *p->numbers + p->n_lists * sizeof *p->lists +
-                 p->n_ports * sizeof *p->ports + p->n_calls * sizeof *p->calls;
+                 p->n_ports * sizeof *p->ports + p->n_customs * sizeof *p->customs +
+                 p->n_calls * sizeof *p->calls;
     return info;
 }

@@ -3,6 +3,7 @@
 #ifndef AUTODIFF_PROGRAM_H
 #define AUTODIFF_PROGRAM_H
 
+#include "autodiff/custom.h"
 #include "autodiff/internal.h"
 #include "autodiff/kernels/kernels.h"
 
@@ -66,6 +67,7 @@ enum instruction_kind {
     DO_FACTOR,
     DO_SOLVE,
     DO_LOGDET,
+    DO_CUSTOM,
     DO_SCAN /* a loop, or back through one */
 };
 
@@ -141,10 +143,12 @@ struct back_end {
     void (*free)(void *state);
 };
 
-/* A factor of small systems and the result of its last run. */
+/* A factor of small systems, or a user's own operation, and the result of its last run: `found` has
+   the column where it failed. */
 struct factor {
     uint32_t value;
     struct ad_factored found;
+    enum custom_fault fault;
 };
 
 /* A loop of a program, or the way back through one that comes before. */
@@ -176,6 +180,8 @@ struct ad_program {
     size_t n_parts;
     struct call *calls;
     size_t n_calls;
+    struct custom *customs;
+    size_t n_customs;
     struct program_scan *scans;
     size_t n_scans;
     double *numbers;

@@ -148,6 +148,9 @@ void ad_run_alone(const ad_program *p, const struct segment *g)
     case DO_LOGDET:
         ad_run_system(p, g);
         break;
+    case DO_CUSTOM:
+        ad_run_custom(p, g);
+        break;
     default:
         p->kernels->transpose(g->cols, g->rows, p->memory + o->off, o->rs, p->memory + a->off,
                               a->rs);

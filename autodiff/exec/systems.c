@@ -68,9 +68,14 @@ const struct factor *ad_report_singular(const ad_program *p, struct ad_error *er
             first = &p->factors[k];
     error->status = AD_OK;
     error->message[0] = '\0';
-    if (first)
-        ad_name_singular(error, p->values[first->value].node, p->values[first->value].aux,
-                         first->found.singular);
+    if (!first)
+        return NULL;
+    const struct value *v = &p->values[first->value];
+    if (ad_is_custom(v->op))
+        ad_custom_report(error, v->node, v->op == AD_OP_custom_adjoint, &p->customs[v->aux],
+                         first->fault, first->found.singular);
+    else
+        ad_name_singular(error, v->node, v->aux, first->found.singular);
     return first;
 }
 

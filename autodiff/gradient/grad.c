@@ -106,10 +106,13 @@ static uint32_t finish(struct sweep *s, uint32_t id)
 /* Marks the nodes that depend on an x. */
 static void mark(struct sweep *s, uint32_t end, size_t n, const ad_var x[])
 {
+    s->from = end;
     for (size_t k = 0; k < n; k++)
-        if (x[k].id < end)
+        if (x[k].id < end) {
             s->flags[x[k].id] |= NEEDED;
-    for (uint32_t id = 1; id < end; id++) {
+            s->from = x[k].id < s->from ? x[k].id : s->from;
+        }
+    for (uint32_t id = s->from + 1; id < end; id++) {
         const struct node *node = node_at(s->tape, id);
         for (size_t k = 0; k < n_inputs(s->tape, node); k++)
             s->flags[id] |= s->flags[input_of(s->tape, node, k)];
@@ -118,7 +121,7 @@ static void mark(struct sweep *s, uint32_t end, size_t n, const ad_var x[])
 
 static void sweep(struct sweep *s, uint32_t end)
 {
-    for (uint32_t id = end - 1; id > 0 && s->tape->error.status == AD_OK; id--) {
+    for (uint32_t id = end - 1; id > 0 && id >= s->from && s->tape->error.status == AD_OK; id--) {
         if (!is_needed(s, id))
             continue;
         const struct node *node = node_at(s->tape, id);

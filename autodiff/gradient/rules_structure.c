@@ -163,6 +163,12 @@ void ad_structure_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g
     case AD_OP_logdet:
         ad_accumulate(s, n->in[0], ad_mul(g, ad_logdet_slope(n, s->tape)));
         break;
+    case AD_OP_custom:
+        ad_custom_rule(s, n, y, full(g, n));
+        break;
+    case AD_OP_custom_adjoint:
+        ad_custom_adjoint_rule(s, n, full(g, n));
+        break;
     default:
         break;
     }

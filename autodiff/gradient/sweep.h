@@ -18,7 +18,8 @@ struct sweep {
     uint8_t *flags;
     struct adjoint_part *parts;
     size_t n_parts, max_parts;
-    bool tainted; /* of the node being treated */
+    uint32_t from; /* the first of the x */
+    bool tainted;  /* of the node being treated */
 };
 
 static inline ad_var sweep_var(const struct sweep *s, uint32_t id) { return ad_at(s->tape, id); }
@@ -59,6 +60,11 @@ ad_var ad_reduce_to(ad_var c, const struct node *y, const struct node *x);
 void ad_elementwise_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g);
 void ad_structure_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g);
 void ad_scan_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g);
+/* Of a user's own operation and its adjoint (rules_custom.c); the tangent of either, of node n with
+   the value y, where operand k moves by t[k] (id 0: not at all). */
+void ad_custom_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g);
+void ad_custom_adjoint_rule(struct sweep *s, const struct node *n, ad_var g);
+ad_var ad_custom_tangent(const struct node *n, ad_var y, const ad_var t[3], bool tainted);
 /* The gradient of a log-determinant with respect to its matrix. */
 ad_var ad_logdet_slope(const struct node *n, ad_tape *tape);
 /* The tangent of an elementwise y from those of its operands (id 0: none); id 0 if there is none.

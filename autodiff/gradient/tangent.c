@@ -78,6 +78,8 @@ static ad_var derivative(const struct forward *f, uint32_t id)
         return solution(f, &n, ad_at(f->tape, id), t);
     if (n.op == AD_OP_scan || n.op == AD_OP_scan_adjoint)
         return ad_scan_tangent(&n, ad_at(f->tape, id), f->tangent);
+    if (ad_is_custom(n.op))
+        return ad_custom_tangent(&n, ad_at(f->tape, id), t, f->tainted[id]);
     if (!t[0].id || n.op == AD_OP_factor)
         return ad_at(f->tape, 0);
     if (n.op == AD_OP_logdet)

@@ -197,12 +197,13 @@ static void running(struct search *s, const struct node *n, uint32_t *result)
     }
 }
 
-/* Small systems: each element depends on all of its column's matrix and right sides. */
+/* Small systems and a user's own operation: each element depends on all of its column of the
+   operands. */
 static void solved(struct search *s, const struct node *n, uint32_t *result)
 {
     for (size_t c = 0; c < n->cols; c++) {
         uint32_t all = line(s, n->in[0], true, c);
-        if (n->op == AD_OP_solve)
+        if (n->op == AD_OP_solve || n->op == AD_OP_custom_adjoint)
             all = ad_set_union(&s->sets, all, line(s, n->in[2], true, c));
         for (size_t r = 0; r < n->rows; r++)
             result[r * n->cols + c] = all;
@@ -242,6 +243,8 @@ static bool fill(struct search *s, const struct node *n, uint32_t *result)
         return true;
     case AD_OP_solve:
     case AD_OP_logdet:
+    case AD_OP_custom:
+    case AD_OP_custom_adjoint:
         solved(s, n, result);
         return true;
     case AD_OP_scan:

@@ -117,10 +117,12 @@ ad_tape *ad_tape_copy(const ad_tape *tape)
     copy->n_blocks = copy->max_blocks = 0;
     copy->max_numbers = tape->n_numbers;
     copy->max_lists = tape->n_lists;
+    copy->max_customs = tape->n_customs;
     copy->max_labels = tape->n_labels;
     copy->max_texts = tape->n_texts;
     copy->numbers = copy_of(tape->numbers, tape->n_numbers * sizeof *tape->numbers, &done);
     copy->lists = copy_of(tape->lists, tape->n_lists * sizeof *tape->lists, &done);
+    copy->customs = copy_of(tape->customs, tape->n_customs * sizeof *tape->customs, &done);
     copy->labels = copy_of(tape->labels, tape->n_labels * sizeof *tape->labels, &done);
     copy->texts = copy_of(tape->texts, tape->n_texts, &done);
     for (size_t k = 0; done && k < tape->n_blocks; k++)
@@ -140,7 +142,8 @@ void ad_tape_reset(ad_tape *tape)
     tape->error = (struct ad_error){0};
     tape->recording = next_recording();
     tape->n_scalars = tape->last_input = 0;
-    tape->n_nodes = tape->n_numbers = tape->n_lists = tape->n_labels = tape->n_texts = 0;
+    tape->n_nodes = tape->n_numbers = tape->n_lists = tape->n_customs = tape->n_labels =
+        tape->n_texts = 0;
     ad_direct_reset(tape->direct);
     ad_loops_free(tape);
     record_zero(tape); /* cannot fail: the memory was kept */
@@ -156,6 +159,7 @@ void ad_tape_free(ad_tape *tape)
     free(tape->blocks);
     free(tape->numbers);
     free(tape->lists);
+    free(tape->customs);
     free(tape->labels);
     free(tape->texts);
     ad_direct_free(tape->direct);
@@ -181,8 +185,8 @@ size_t ad_tape_bytes(const ad_tape *tape)
         bodies += ad_tape_bytes(tape->loops[k].body);
     return sizeof *tape + bodies + tape->n_blocks * BLOCK_SIZE * sizeof(struct node) +
            tape->max_blocks * sizeof *tape->blocks + tape->max_numbers * sizeof *tape->numbers +
-           tape->max_lists * sizeof *tape->lists + tape->max_labels * sizeof *tape->labels +
-           tape->max_texts;
+           tape->max_lists * sizeof *tape->lists + tape->max_customs * sizeof *tape->customs +
+           tape->max_labels * sizeof *tape->labels + tape->max_texts;
 }
 
 static bool is_plain(const struct node *n)

@@ -1,6 +1,6 @@
 /* Operations that move or reduce values, each with its definition element by element:
    structure_cases.c; reduction_cases.c for extrema, softmax, cumulative sums and index lists of
-   columns; system_cases.c for small systems. */
+   columns; system_cases.c for small systems; custom_cases.c for a user's own. */
 #ifndef TESTS_AUTODIFF_STRUCTURE_CASES_H
 #define TESTS_AUTODIFF_STRUCTURE_CASES_H
 
@@ -28,10 +28,10 @@ struct structure {
     enum nature nature;
 };
 
-extern const struct structure structure_cases[], reduction_cases[], system_cases[];
-extern const size_t structure_n_cases, reduction_n_cases, system_n_cases;
+extern const struct structure structure_cases[], reduction_cases[], system_cases[], custom_cases[];
+extern const size_t structure_n_cases, reduction_n_cases, system_n_cases, custom_n_cases;
 
-/* Of all three tables; NULL behind the last. */
+/* Of all tables; NULL behind the last. */
 static inline const struct structure *structure_case(size_t k)
 {
     if (k < structure_n_cases)
@@ -40,7 +40,10 @@ static inline const struct structure *structure_case(size_t k)
     if (k < reduction_n_cases)
         return &reduction_cases[k];
     k -= reduction_n_cases;
-    return k < system_n_cases ? &system_cases[k] : NULL;
+    if (k < system_n_cases)
+        return &system_cases[k];
+    k -= system_n_cases;
+    return k < custom_n_cases ? &custom_cases[k] : NULL;
 }
 
 #endif

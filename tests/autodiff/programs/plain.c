@@ -246,6 +246,10 @@ static void evaluate_node(struct plain *p, uint32_t id)
     case AD_OP_logdet:
         plain_small_system(p, id, n);
         break;
+    case AD_OP_custom:
+    case AD_OP_custom_adjoint:
+        plain_custom(p, id, n);
+        break;
     case AD_OP_place:
         place(p, id, n);
         break;

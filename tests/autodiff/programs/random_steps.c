@@ -1,5 +1,6 @@
 /* One random operation, of every kind there is (random_tape.h). */
 #include "random_steps.h"
+#include "tests/autodiff/ring.h"
 
 #include <stdlib.h>
 
@@ -200,6 +201,14 @@ static void reductions(struct maker *m)
         maker_keep(m, record[pick(m, sizeof record / sizeof *record)](x));
 }
 
+/* An operation of one's own, of all rows of a value. */
+static void own(struct maker *m)
+{
+    ad_var x = maker_any(m);
+    if (ad_rows(x) <= RING_MOST)
+        maker_keep(m, ring(x));
+}
+
 /* Small systems of matrices near 2, or 2 beside the diagonal, in each column. */
 static void systems(struct maker *m)
 {
@@ -314,7 +323,7 @@ static const struct {
 } operations[] = {
     {elementwise, 14}, {chain, 14},    {sums, 5},    {scatter, 2},    {matmul, 1},    {slice, 3},
     {gather, 2},       {pairs, 1},     {reshape, 1}, {concat, 2},     {broadcast, 2}, {place, 1},
-    {difference, 3},   {transpose, 1}, {columns, 2}, {reductions, 2}, {systems, 1},
+    {difference, 3},   {transpose, 1}, {columns, 2}, {reductions, 2}, {systems, 1},   {own, 1},
 };
 
 void random_step(struct maker *m, size_t smooth)
