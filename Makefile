@@ -92,7 +92,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests objects test check demo charts docs-pictures peers hnn-table bench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan run-threaded recipes fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests objects test check demo charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan run-threaded recipes fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -110,6 +110,7 @@ help:
 	@echo '  hnn-table  train the published Hamiltonian neural networks: published and our results (PIXELS=3: also from frames)'
 	@echo '  peers      the same jobs in SciPy, PyTorch, JAX, where installed (PYTHON=python3)'
 	@echo '  bench      gradients by the tape against hand-written C; fails if slower than the stored baseline'
+	@echo '  adbench    Microsoft'"'"'s ADBench on the tape: gradient beside value, each against stored values'
 	@echo '  lint       warnings as errors (gcc, clang), cppcheck, format, exported names, dependencies between folders'
 	@echo '  format     clang-format all files'
 	@echo '  sanitize   all tests under ASan and UBSan, each parser under libFuzzer for 2 s (clang)'
@@ -254,6 +255,16 @@ demo:
 	@$(MAKE) --no-print-directory all
 	@scripts/demo $(BUILD)/leastaction demo
 
+# The problems of ADBench, a program as a reader would write it.
+ADBENCH = $(wildcard docs/examples/adbench/*.c)
+
+$(BUILD)/adbench: $(ADBENCH:%.c=$(BUILD)/%.o) $(A)
+	$(call say,LD,$@)
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) $(filter %.o,$^) $(A) $(LIBS) -o $@
+
+adbench: $(BUILD)/adbench
+	@$< docs/examples/adbench/reference.csv
+
 bench: all
 	@scripts/bench $(BUILD)/leastaction $(BUILD)/bench $(if $(ACCEPT),accept)
 
@@ -290,7 +301,7 @@ lint:
 	@scripts/lint $(BUILD)
 
 format:
-	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff autodiff/* physics physics/* hnn hnn/* quantum apps apps/* apps/*/* tests tests/* tests/*/* docs/examples))
+	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff autodiff/* physics physics/* hnn hnn/* quantum apps apps/* apps/*/* tests tests/* tests/*/* docs/examples docs/examples/adbench))
 
 # All tests, then each fuzzer from its corpus, by clang, because gcc has no libFuzzer. OpenBLAS uses one thread,
 # because its threads may end while LeakSanitizer scans them. intercept_tls_get_addr=0: LeakSanitizer guesses the
