@@ -43,10 +43,10 @@ static bool is_along(const struct loop *l, const uint8_t *along, uint32_t k)
 static bool record_tangent(const struct loop *l, const uint8_t *along, struct loop *d)
 {
     const uint32_t operands = loop_operands(l), results = loop_results(l);
-    ad_var *x = calloc(2 * (size_t)(operands + results) + 1, sizeof *x), *dx = x + operands,
-           *y = dx + operands, *dy = y + results;
+    ad_var *x = calloc(2 * (size_t)(operands + results) + 1, sizeof *x);
     if (!x)
         return false;
+    ad_var *dx = x + operands, *y = dx + operands, *dy = y + results;
     uint32_t n = 0, at = 0;
     const uint32_t end[] = {l->n_state, l->n_state + l->n_in, operands, operands + l->n_state,
                             operands + results};

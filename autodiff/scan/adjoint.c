@@ -74,17 +74,17 @@ static bool make(struct scan_adjoint *a, const struct loop *l, const uint8_t *wa
     a->operand = calloc(2 * n + m + 1, sizeof *a->operand);
     a->wanted = malloc(n + 1);
     ad_tape *body = ad_tape_copy(l->body);
-    ad_var *vars = calloc(2 * (n + m) + 1, sizeof *vars), *g = vars + n, *y = g + n, *seed = y + m;
+    ad_var *vars = calloc(2 * (n + m) + 1, sizeof *vars);
     bool done = a->operand && a->wanted && body && vars;
     if (done) {
         a->adjoint = a->operand + n;
         a->seed = a->adjoint + n;
         memcpy(a->wanted, wanted, n);
-        done = record(a, l, body, vars, g, y, seed, error);
+        done = record(a, l, body, vars, vars + n, vars + 2 * n, vars + 2 * n + m, error);
     }
     if (done) {
         size_t state_bytes = 0;
-        find_ports(a, l, body, g, seed);
+        find_ports(a, l, body, vars + n, vars + 2 * n + m);
         for (uint32_t k = 0; k < a->n_state; k++)
             state_bytes += port_bytes(&a->operand[k]);
         a->bar = malloc(state_bytes + 1);
