@@ -18,11 +18,12 @@ static void test_null_and_too_large(void **state)
 static void test_settings_left_out(void **state)
 {
     (void)state;
-    for (int method = AD_SGD; method <= AD_ADAM; method++) {
-        struct ad_optimiser_settings s = {.method = (enum ad_optimiser_method)method,
-                                          .learning_rate = 0.1},
+    for (int k = 2 * AD_SGD; k <= 2 * AD_ADAM + 1; k++) {
+        struct ad_optimiser_settings s = {.method = (enum ad_optimiser_method)(k / 2),
+                                          .learning_rate = k % 2 ? 0 : 0.1},
                                      usual = ad_optimiser_defaults(s.method);
-        usual.learning_rate = 0.1;
+        if (s.learning_rate > 0)
+            usual.learning_rate = s.learning_rate;
         ad_optimiser *o = ad_optimiser_new(&s, AD_F64, 3, NULL),
                      *same = ad_optimiser_new(&usual, AD_F64, 3, NULL);
         double x[3] = {1, -2, 3}, y[3] = {1, -2, 3};

@@ -341,6 +341,9 @@ static void test_operations_by_number(void **state)
             }
             assert_int_equal(ad_tape_size(t), before);
             assert_refused(t, AD_E_ARGUMENT, ad_op_name((enum ad_op)op), "near");
+            char expected[24];
+            snprintf(expected, sizeof expected, "expected %d", arity[k]);
+            assert_int_equal(strstr(ad_tape_error(t)->message, expected) != NULL, arity[k] > 0);
             assert_int_equal(ad_grad(y, 1, &x, &g), AD_E_ARGUMENT);
         }
     ad_tape_free(t);

@@ -195,9 +195,28 @@ static void test_cost_of_a_gradient(void **state)
     }
 }
 
+static void test_inputs_are_zero_until_set(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 3, 2, "x"), y = ad_add(ad_sum(x), ad_sum(ad_mul(x, 1e300)));
+    double values[6] = {1, 1, 1, 1, 1, 1}, sum = 1;
+    ad_program *p;
+    assert_int_equal(ad_compile(t, 1, &y, &p), AD_OK);
+    ad_run(p);
+    ad_get(p, x, values);
+    ad_get(p, y, &sum);
+    for (size_t k = 0; k < 6; k++)
+        assert_true(values[k] == 0);
+    assert_true(sum == 0);
+    ad_program_free(p);
+    ad_tape_free(t);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_inputs_are_zero_until_set),
         cmocka_unit_test(test_cost_of_a_gradient),
         cmocka_unit_test(test_shape_errors),
         cmocka_unit_test(test_errors_are_sticky),
