@@ -13,6 +13,7 @@
 #include <string.h>
 
 enum { COARSEST = 4, FINEST = 1 << 14, UNSETTLED = 1 << 9 }; /* elements */
+enum { PARTED = 5 }; /* levels that find several paths from the guess: the next goes on with one */
 
 static const double CAUTION = 2;   /* the law of convergence holds in the limit */
 static const double FINE = 1e-7;   /* of the path's size: where rounding may stop the fall */
@@ -58,13 +59,13 @@ static bool settled(const struct climb *c, const struct stage *stage)
 }
 
 /* Start and settings of c->here, whose grid is set: from the level before once two agree on which
-   path it is, else from the guess. */
+   path it is, or where several from the guess did not; else from the guess. */
 static enum ad_status begin(struct climb *c, struct ad_error *error)
 {
     struct stage *stage = &c->here;
     struct phys_path_settings *settings = &c->to->settings;
     size_t dof = c->system->dof, n = stage->grid.slices, m = c->given.slices;
-    bool again = settled(c, &c->before);
+    bool again = settled(c, &c->before) || (c->before.path && c->to->n > PARTED);
     stage->start = phys_path_resample(again ? &c->before.grid : &c->given,
                                       again ? c->before.path : c->guess, &stage->grid, dof, error);
     size_t bytes = stage->grid.rule->degree * dof * n * sizeof *stage->path;
