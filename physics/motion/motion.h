@@ -48,8 +48,9 @@ struct phys_simulation {
        Adaptive: the first step; 0: from the field. */
     double dt;
     /* Adaptive: the error e_k of a step is kept below atol s_k + rtol |y_k|; scale s [n]. NULL:
-       from the motion, so that units make no difference: phys_typical_sizes of the start where the
-       ode has halves, else the largest |y_k| so far. atol 0: equal to rtol. */
+       from the motion, so that units make no difference: the largest |y_k| so far, of each half
+       where the ode has halves. atol 0: equal to rtol, with phys_typical_sizes of the start where
+       the ode has halves. */
     double rtol, atol;
     const double *scale;
     /* A smaller step ends the simulation: AD_E_ACCURACY, naming time and component. 0: the

@@ -20,6 +20,7 @@ struct run {
     struct phys_simulation_info *info;
     struct phys_tolerance tolerance;
     double *growing; /* its scale where that is the largest |y_k| so far, else NULL */
+    bool halves;     /* sizes are of halves */
     struct phys_stepper stepper;
     double direction;   /* +1, -1 */
     size_t n_steps;     /* fixed steps in all */

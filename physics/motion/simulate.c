@@ -197,6 +197,18 @@ static double end_of_step(const struct run *run)
     return s->t0 + (s->t1 - s->t0) * ((double)run->info->steps / (double)run->n_steps);
 }
 
+/* Sizes follow the motion: of each component, or of each half. */
+static void grow_sizes(struct run *run)
+{
+    const struct phys_stepper *m = &run->stepper;
+    for (size_t k = 0; run->growing && k < m->n; k++) {
+        size_t first = !run->halves ? k : k < m->n / 2 ? 0 : m->n / 2;
+        run->growing[first] = fmax(run->growing[first], fabs(m->next[k]));
+    }
+    for (size_t k = 0; run->growing && run->halves && k < m->n; k++)
+        run->growing[k] = run->growing[k < m->n / 2 ? 0 : m->n / 2];
+}
+
 static enum ad_status advance(struct run *run, struct ad_error *error)
 {
     const struct phys_simulation *s = run->settings;
@@ -216,8 +228,7 @@ static enum ad_status advance(struct run *run, struct ad_error *error)
         return error->status;
     count(run->info, m->h);
     run->end = end_of_step(run);
-    for (size_t k = 0; run->growing && k < m->n; k++)
-        run->growing[k] = fmax(run->growing[k], fabs(m->next[k]));
+    grow_sizes(run);
     watch_energy(run, run->end, m->next);
     if (sample(run, error) == AD_OK)
         phys_stepper_accept(m, run->end);
@@ -263,14 +274,16 @@ static enum ad_status default_sizes(struct run *run, struct phys_simulation *s,
                                     struct ad_error *error)
 {
     bool halves = ode->canonical || ode->kick || ode->system;
-    s->atol = s->atol > 0 ? s->atol : s->rtol;
+    bool given = s->atol > 0;
+    s->atol = given ? s->atol : s->rtol;
     if (s->scale)
         return AD_OK;
     s->rtol = s->rtol > 0 || halves ? s->rtol : s->atol;
     if (!(*sizes = malloc(ode->n * sizeof **sizes)))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     s->scale = *sizes;
-    run->growing = halves ? NULL : *sizes;
+    run->halves = halves;
+    run->growing = halves && !given ? NULL : *sizes;
     if ((halves ? phys_typical_sizes(ode, s->t0, y, *sizes, error)
                 : sizes_of_start(s, ode, y, *sizes, error)) != AD_OK) {
         free(*sizes);

@@ -171,6 +171,7 @@ enum ad_status phys_run_first_step(struct run *run, struct ad_error *error)
     } else if (local.status != AD_E_NONFINITE) {
         return ad_fail(error, local.status, "%s", local.message);
     }
-    run->h = run->direction * fmin(h, span);
+    /* what starts next to 0 has no size yet */
+    run->h = run->direction * fmin(fmax(h, 4 * floor_of(run)), span);
     return AD_OK;
 }

@@ -164,7 +164,7 @@ static void test_refused(void **state)
         {"pixels --out a.h5 --filter linear", "'linear' 'bilinear'"},
         {"spring --out a.csv --filter area", "--filter pixels"},
         {"pixels --out a.h5 --rows 30", "row 2 1"},
-        {"pixels --out a.h5 --rows 30,20", "rows order"},
+        {"pixels --out a.h5 --rows 30,20", "bottom top"},
         {"pixels --out a.h5 --points 0", "three"},
         {"pixels --out a.h5 --dt 1", "time step"},
         {"spring --out a.csv --noise -1", "noise 0 -1"},

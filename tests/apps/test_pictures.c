@@ -29,7 +29,7 @@ static void test_half_a_picture(void **state)
         "echo old >fig.svg");
     assert_int_equal(shell("PATH=$PWD/half:$PATH $LA path pendulum --solver adam --steps 3 --plot "
                            "fig.svg --quiet"),
-                     1);
+                     2);
     assert_mentions(shell_err(), "fig.svg gnuplot");
     shell_works("cat fig.svg");
     assert_string_equal(shell_out(), "old\n");

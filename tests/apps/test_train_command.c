@@ -186,7 +186,7 @@ static void test_resume_refusals(void **state)
     assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 30 --resume --hidden 17"), 2);
     assert_mentions(shell_err(), "model.h5 settings");
     assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 30 --resume --lr 0.5"), 2);
-    assert_mentions(shell_err(), "model.h5 way");
+    assert_mentions(shell_err(), "model.h5 learning_rate=0.01 learning_rate=0.5");
     assert_int_equal(
         shell("head -n 50 pendulum.csv >less.csv; $LA train less.csv " SMALL "--steps 30 --resume"),
         2);

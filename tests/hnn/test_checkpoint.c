@@ -220,8 +220,8 @@ static void test_resume_of_others(void **state)
     resume_refused((s = good, s.training.steps = 50, &s), file.text, "");
     resume_refused((s = good, s.model.hidden[1] = 6, &s), file.text, "settings");
     resume_refused((s = good, s.model.seed++, &s), file.text, "settings");
-    resume_refused((s = good, s.training.learning_rate *= 2, &s), file.text, "way");
-    resume_refused((s = good, s.training.batch = 0, &s), file.text, "way");
+    resume_refused((s = good, s.training.learning_rate *= 2, &s), file.text, "learning_rate");
+    resume_refused((s = good, s.training.batch = 0, &s), file.text, "batch");
     resume_refused((s = good, s.data = 2, &s), file.text, "data");
     resume_refused(&good, written(model, "plain.h5").text, "find attribute");
     hnn_model_free(model);

@@ -130,13 +130,14 @@ static void test_what_methods_take(void **state)
     phys_ode_free(&exact.ode);
     for (size_t k = 0; phys_integrators[k]; k++) {
         const struct phys_integrator *method = phys_integrators[k];
-        bool refused = method->separable || method->lagrangian;
+        bool refused =
+            method->separable || method->lagrangian || strcmp(method->name, "taylor") == 0;
         double h = method->adaptive ? 1e-10 : 0.002;
         struct motion m = {.y = {0.3, -0.7}}, grown = {.ode = {.n = 1, .field = grow}, .y = {1}};
         phys_ode_hamiltonian(product_hamiltonian, 1, NULL, &m.ode, &m.error);
         motion_run(&m, method->name, h, 1, refused ? AD_E_ARGUMENT : AD_OK);
         if (refused)
-            assert_mentions(m.error.message, "gauss2 implicit-midpoint dop853");
+            assert_mentions(m.error.message, "dop853");
         else
             assert_close(m.y[0], exact.y[0], 0, method->order > 1 ? 1e-6 : 4e-3);
         phys_ode_free(&m.ode);
@@ -144,7 +145,7 @@ static void test_what_methods_take(void **state)
         refused |= strcmp(method->name, "semi-implicit") == 0;
         motion_run(&grown, method->name, h, 0.5, refused ? AD_E_ARGUMENT : AD_OK);
         if (refused)
-            assert_mentions(grown.error.message, "gauss2 implicit-midpoint dop853");
+            assert_mentions(grown.error.message, "dop853");
         else
             assert_close(grown.y[0], 2, 0,
                          1.01 * (method->order > 1 ? 0.002 * 0.002 : 4 * log(2) * 0.002));

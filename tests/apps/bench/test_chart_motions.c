@@ -32,7 +32,8 @@ static double order_of(const struct table *t, const char *problem, const char *m
 static void check_integrator_rows(const struct table *t)
 {
     for (size_t r = 0; r < t->rows; r++) {
-        bool adaptive = table_is(t, r, "method", "dopri5") || table_is(t, r, "method", "dop853");
+        bool adaptive = table_is(t, r, "method", "dopri5") || table_is(t, r, "method", "dop853") ||
+                        table_is(t, r, "method", "taylor");
         assert_true(table_is(t, r, "knob", adaptive ? "tol" : "dt"));
         assert_true(table_number(t, r, "setting") > 0);
         assert_true(table_number(t, r, "steps") >= 1);
