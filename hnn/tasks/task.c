@@ -155,10 +155,14 @@ static enum ad_status follow_trial(const struct hnn_sampling *s, const struct ph
                                    size_t trial, double *y, struct hnn_observations *o,
                                    struct ad_error *error)
 {
+    double ones[HNN_TASK_STATES_MOST]; /* the published tolerance is absolute */
+    for (size_t k = 0; k < HNN_TASK_STATES_MOST; k++)
+        ones[k] = 1;
     const struct phys_simulation simulation = {.integrator = phys_integrator_find("dop853", error),
                                                .t1 = s->time,
                                                .rtol = accuracy,
                                                .atol = smallest,
+                                               .scale = ones,
                                                .n_samples = s->points - 1};
     size_t states = 2 * o->dof, first = trial * s->points;
     double rate[HNN_TASK_STATES_MOST], *at = o->values + first;

@@ -16,6 +16,7 @@ enum { COARSEST = 4, FINEST = 1 << 14, UNSETTLED = 1 << 9 }; /* elements */
 enum { PARTED = 5 }; /* levels that find several paths from the guess: the next goes on with one */
 
 static const double CAUTION = 2;   /* the law of convergence holds in the limit */
+static const double LOST = 1e-12;  /* of the path's size: not by rounding alone */
 static const double FINE = 1e-7;   /* of the path's size: where rounding may stop the fall */
 static const double FALLING = 0.7; /* of the distance, from level to level, at the least */
 static const double NEAR = 1e-2;   /* of the path's size: as close as to be the same path */
@@ -155,6 +156,14 @@ static bool climb(struct climb *c, const struct phys_rule *rule, size_t elements
     estimate(c, level);
     if (level->estimate < c->tolerance)
         return true;
+    if (level->found && c->ends_error > fmax(c->tolerance, LOST * c->size)) {
+        ad_fail(
+            error, AD_E_ACCURACY,
+            "error %g is out of reach: the ends, taken from the motion, are known to %.2g; allow "
+            "a larger error, shorten the time, or give the ends in a file",
+            c->tolerance, c->ends_error);
+        return true;
+    }
     if (level->found && at_rounding(c, level)) {
         ad_fail(error, AD_E_ACCURACY,
                 "error %g is out of reach: rounding takes over at %zu elements of %s, error about "

@@ -98,14 +98,14 @@ static void test_hanging_library(void **state)
     shell_works("! ls -A | grep '^\\.'");
 }
 
-/* B3: stages that do not end for minutes: sweeps of energies and spectra, levels of --tol, matrices
+/* B3: stages that do not end for minutes: sweeps of energies and spectra, starts of --all, matrices
    of a field. One signal ends them; nobody has to kill the process. */
 static void test_long_stages(void **state)
 {
     (void)state;
     static const char *const lines[] = {
         "path pendulum --all --slices 20000 --dt 0.02 --rule gauss4",
-        "path dblpend --tol 1e-13 --slices 4000 --dt 0.5 --init ode --rule gauss4",
+        "path dblpend --all --slices 2000 --rule gauss4",
         "path gas --slices 60 --rule gauss3",
         "simulate dblpend --time 1e7 --horizon 1e-9 --no-reference --samples 2",
     };

@@ -7,7 +7,7 @@
 
 static const double tight = 2.3e-14;
 /* errors of steps in units of 1, as the published figures have them */
-static const double ones[2 * MOTION_DOF] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+static const double ones[2 * MOTION_DOF] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
 
 /* ---- pendulum ---- */
 

@@ -27,8 +27,10 @@ bool follow_steps(struct motion *m, const char *integrator, double dt, size_t st
 
 bool follow_to(struct motion *m, const char *integrator, double tolerance, double t1)
 {
-    return follow(m, integrator,
-                  (struct phys_simulation){.rtol = tolerance, .atol = tolerance, .t1 = t1});
+    static const double ones[2 * MOTION_DOF] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+    return follow(
+        m, integrator,
+        (struct phys_simulation){.rtol = tolerance, .atol = tolerance, .scale = ones, .t1 = t1});
 }
 
 double follow_energy_error(const struct motion *m)
