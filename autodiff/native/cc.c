@@ -39,13 +39,24 @@ static bool find_program(const char *name, char path[PATH_MAX])
     return false;
 }
 
-/* Identifies the compiler by its file, which changes with its version: faster than running it. */
-static bool identify(const char *path, struct compiler *c)
+/* Identifies the compiler by the words of its command, and by its file, which changes with its
+   version: faster than running it. "ccache gcc" has two files. */
+static bool identify(struct compiler *c)
 {
-    struct stat s;
-    return stat(path, &s) == 0 &&
-           snprintf(c->identity, sizeof c->identity, "%s %lld %lld", path, (long long)s.st_size,
-                    (long long)s.st_mtime) < (int)sizeof c->identity;
+    size_t used = 0;
+    for (size_t k = 0; c->words[k]; k++) {
+        char path[PATH_MAX];
+        struct stat s = {0};
+        const char *word = find_program(c->words[k], path) ? path : c->words[k];
+        if (word == path && stat(path, &s) != 0)
+            return false;
+        int n = snprintf(c->identity + used, sizeof c->identity - used, "%s%s %lld %lld",
+                         k ? " " : "", word, (long long)s.st_size, (long long)s.st_mtime);
+        if (n < 0 || (size_t)n >= sizeof c->identity - used)
+            return false;
+        used += (size_t)n;
+    }
+    return true;
 }
 
 bool ad_cc_find(struct compiler *c, struct ad_error *note)
@@ -55,7 +66,7 @@ bool ad_cc_find(struct compiler *c, struct ad_error *note)
     if (!name || !*name)
         name = "cc";
     if (snprintf(c->text, sizeof c->text, "%s", name) >= (int)sizeof c->text ||
-        split_words(c) == 0 || !find_program(c->words[0], path) || !identify(path, c)) {
+        split_words(c) == 0 || !find_program(c->words[0], path) || !identify(c)) {
         ad_fail(note, AD_E_IO, "no C compiler: %.100s is not found", name);
         return false;
     }

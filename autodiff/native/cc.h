@@ -12,7 +12,7 @@ enum { MAX_WORDS = 8 };
 struct compiler {
     char text[512];
     char *words[MAX_WORDS + 1];
-    char identity[512]; /* path, size, time of change */
+    char identity[512]; /* of each word: path, size, time of change */
 };
 bool ad_cc_find(struct compiler *compiler, struct ad_error *note);
 /* The flags for an instruction set, NULL at the end. */

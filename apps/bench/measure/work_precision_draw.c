@@ -23,6 +23,7 @@ static const struct work_style {
     {"rk4", "#f2b134", 7, false},
     {"dopri5", "#e8743b", 5, false},
     {"dop853", "#b8261b", 9, false},
+    {"taylor", "#1a1a1a", 11, false},
     {"implicit-midpoint", "#b9dba0", 7, true},
     {"gauss2", "#84bf63", 5, true},
     {"gauss3", "#4e9a37", 9, true},

@@ -170,6 +170,24 @@ static void test_objects_that_are_none(void **state)
     free(cc);
 }
 
+/* A launcher in front of it does not hide the compiler. */
+static void test_each_compiler_has_its_own(void **state)
+{
+    static const char *const launchers[] = {"env", "env LC_ALL=C", "env"};
+    (void)state;
+    native_need_compiler();
+    char *cc = getenv("CC") ? strdup(getenv("CC")) : NULL, command[256];
+    assert_int_equal(shell("rm -rf %s/leastaction"), 0);
+    for (size_t k = 0; k < sizeof launchers / sizeof *launchers; k++) {
+        snprintf(command, sizeof command, "%s %s", launchers[k], cc ? cc : "cc");
+        setenv("CC", command, 1);
+        assert_native(3);
+    }
+    restore_compiler(cc);
+    free(cc);
+    assert_int_equal(shell("test $(ls %s/leastaction | wc -l) = 2"), 0);
+}
+
 /* E8: what killed processes left is removed by the next that compiles; what lives stays. */
 static void test_left_files_are_removed(void **state)
 {
@@ -373,6 +391,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_hurt_entries_are_made_again),
+        cmocka_unit_test(test_each_compiler_has_its_own),
         cmocka_unit_test(test_unsafe_folders),
         cmocka_unit_test(test_no_compiler),
         cmocka_unit_test(test_objects_that_are_none),
