@@ -202,6 +202,9 @@ static inline ad_var ad_binary_numbers(enum ad_op op, double a, double b)
 {
     return ad_binary(op, ad_arg_number(a), ad_arg_number(b));
 }
+#ifdef __cppcheck__ /* 2.10 does not parse what follows */
+#define ad_binary_args(op, a, b) ad_binary(op, AD_ARG(a), AD_ARG(b))
+#else
 #define ad_binary_args(op, a, b)                                                                   \
     _Generic((a), ad_var                                                                           \
              : _Generic((b), ad_var                                                                \
@@ -211,6 +214,7 @@ static inline ad_var ad_binary_numbers(enum ad_op op, double a, double b)
              : _Generic((b), ad_var                                                                \
                         : ad_binary_left, default                                                  \
                         : ad_binary_numbers))(op, a, b)
+#endif
 #endif
 
 /* Binary operations: a variable or a number on either side (at least one variable), broadcasting.

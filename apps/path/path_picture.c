@@ -121,6 +121,7 @@ static void right(struct figure *figure, const struct path_run *run)
                         .up = {"mean per slice", run->system.scene->energy_unit, values, power},
                         .key = KEY_ABOVE});
     for (size_t k = 0; k < 3 && run->reference; k++)
+        // cppcheck-suppress varFuncNullUB ; the title is no variable argument
         figure_draw(figure, &(struct style){.colour = rows[k].colour, .width = 1, .dash = "2"},
                     NULL, "%.9g", rows[k].reference / pow(10, power));
     for (size_t k = 0; k < 3; k++)

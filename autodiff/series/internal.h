@@ -27,7 +27,7 @@ enum jet_kind {
     JET_SELECT     /* da where a is not 0, else db */
 };
 
-enum { JET_NONE = UINT32_MAX };
+#define JET_NONE UINT32_MAX
 
 struct jet {
     uint16_t kind, op;
@@ -68,8 +68,8 @@ jet ad_jet_square(struct jet_builder *b, jet x);
 jet ad_jet_div(struct jet_builder *b, jet x, jet y);
 jet ad_jet_power(struct jet_builder *b, jet x, double exponent);
 jet ad_jet_select(struct jet_builder *b, jet condition, jet x, jet y);
-/* Any other kind, of one or two operands; y of one is {JET_NONE}. *made: it was not there. */
-jet ad_jet_make(struct jet_builder *b, struct jet jet, bool *made);
+/* Any other kind, of one or two operands; y of one is {JET_NONE}. *is_new: it was not there. */
+jet ad_jet_make(struct jet_builder *b, struct jet made, bool *is_new);
 bool ad_jet_is_number(const struct jet_builder *b, jet x, double *number);
 
 /* An elementwise operation (elementwise.c), and its value. */

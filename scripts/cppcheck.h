@@ -1,0 +1,2 @@
+/* Included first by cppcheck: see autodiff/autodiff.h. */
+#define __cppcheck__ 1
