@@ -245,6 +245,26 @@ static void test_a_wall_turns_it_around(void **state)
     assert_close(y[1], other[1], 1e-10, 0);
 }
 
+/* Where a step goes over the wall, at every tolerance, the measured error shows it, and another
+   method is taken. */
+static void test_what_the_series_does_not_see(void **state)
+{
+    (void)state;
+    struct phys_scene scene = scene_of(wall);
+    struct phys_system system;
+    struct phys_motion_solution motion;
+    struct ad_error error = {0};
+    const struct phys_motion_settings settings = {.time = 20, .error = 1e-6};
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    assert_int_equal(phys_motion_solve(&system, &settings, &motion, &error), AD_OK);
+    assert_string_equal(motion.trial[0].integrator->name, taylor);
+    assert_false(motion.trial[0].chosen);
+    assert_true(motion.error <= 1e-6);
+    assert_close(motion.x[2 * (motion.n - 1) + 1], -0.25, 1e-6, 0);
+    phys_motion_solution_free(&motion);
+    phys_system_close(&system);
+}
+
 /* Coefficients themselves: of q = cos t, v = -sin t. */
 static void test_coefficients(void **state)
 {
@@ -273,6 +293,7 @@ int main(void)
         cmocka_unit_test(test_kinks_are_refused),
         cmocka_unit_test(test_fields_without_a_series_are_refused),
         cmocka_unit_test(test_a_wall_turns_it_around),
+        cmocka_unit_test(test_what_the_series_does_not_see),
         cmocka_unit_test(test_coefficients),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
