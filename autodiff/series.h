@@ -38,7 +38,9 @@ const double *ad_series_output(const ad_series *series, size_t k, size_t i);
 /* True if element i of y[k] is a constant, whatever the inputs. */
 bool ad_series_is_number(const ad_series *series, size_t k, size_t i);
 /* Computes coefficient k of all values, for k = 0, 1, ... in turn; k = 0 begins another point.
-   Coefficients of values that are not finite are not finite. */
+   Coefficients of values that are not finite are not finite. They mean nothing at points where a
+   derivative is infinite: sqrt, hypot and atan2 at 0, asin and acos at 1, other than whole powers
+   of 0. */
 void ad_series_advance(ad_series *series, size_t k);
 /* Number of comparisons that values depend on (abs, relu, min, max, select): a series follows the
    branch taken at its point and does not see a kink nearby. */

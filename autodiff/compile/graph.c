@@ -149,6 +149,18 @@ static uint32_t share(struct graph *g, struct value v, const struct known *known
     return (uint32_t)g->n - 1;
 }
 
+/* What a custom operation points to may change between runs, in the steps of a loop, too. */
+static bool has_custom(const ad_tape *tape, const struct node *n)
+{
+    if (n->op != AD_OP_scan && n->op != AD_OP_scan_adjoint)
+        return ad_is_custom(n->op);
+    const ad_tape *body = tape->loops[n->in[1]].body;
+    for (uint32_t id = 0; id < body->n_nodes; id++)
+        if (has_custom(body, node_at(body, id)))
+            return true;
+    return false;
+}
+
 static struct value renumbered(const struct graph *g, const struct node *n, uint32_t id)
 {
     struct value v = {.op = n->op,
@@ -160,7 +172,7 @@ static struct value renumbered(const struct graph *g, const struct node *n, uint
     uint16_t fixed = n->op != AD_OP_input     ? VALUE_CONSTANT | VALUE_HELD
                      : (n->flags & NODE_HELD) ? VALUE_HELD
                                               : 0;
-    if (ad_is_custom(n->op)) /* what it points to may change between runs */
+    if (has_custom(g->tape, n))
         fixed = 0;
     for (size_t k = 0; k < n_inputs(g->tape, n); k++) {
         uint32_t x = g->renumber[input_of(g->tape, n, k)];

@@ -189,16 +189,23 @@ static void set_none(ad_tape *tape, size_t n, ad_var g[])
         g[k] = ad_refused(tape);
 }
 
+/* g may be the array of x, so it is not written before. */
+static enum ad_status finished(ad_tape *tape, size_t n, ad_var g[])
+{
+    enum ad_status status = tape ? tape->error.status : AD_E_TAPE;
+    if (status != AD_OK)
+        set_none(tape, n, g);
+    return status;
+}
+
 enum ad_status ad_grad(ad_var y, size_t n, const ad_var x[], ad_var g[])
 {
     ad_tape *tape;
-    bool can = can_derive(AD_COMPOSITE_grad, y, n, x, g, &tape);
-    set_none(tape, n, g);
-    if (can) {
+    if (can_derive(AD_COMPOSITE_grad, y, n, x, g, &tape)) {
         ad_var one = ad_scalar(tape, 1);
-        return ad_sweep_back(tape, 1, &y, &one, false, n, x, g);
+        ad_sweep_back(tape, 1, &y, &one, false, n, x, g);
     }
-    return tape ? tape->error.status : AD_E_TAPE;
+    return finished(tape, n, g);
 }
 
 enum ad_status ad_vjp(ad_var y, ad_var seed, size_t n, const ad_var x[], ad_var g[])
@@ -207,13 +214,10 @@ enum ad_status ad_vjp(ad_var y, ad_var seed, size_t n, const ad_var x[], ad_var 
     ad_var in[] = {y, seed};
     bool can = can_derive(AD_COMPOSITE_vjp, y, n, x, g, &tape) &&
                ad_all_on(tape, AD_COMPOSITE_vjp, "seed", 1, &seed);
-    set_none(tape, n, g);
-    if (can && !ad_fits(seed, y)) {
+    if (can && !ad_fits(seed, y))
         ad_refuse_operands(tape, AD_E_SHAPE, AD_COMPOSITE_vjp, 2, in,
                            "the seed does not broadcast to y");
-        can = false;
-    }
-    return can    ? ad_sweep_back(tape, 1, &y, &seed, false, n, x, g)
-           : tape ? tape->error.status
-                  : AD_E_TAPE;
+    else if (can)
+        ad_sweep_back(tape, 1, &y, &seed, false, n, x, g);
+    return finished(tape, n, g);
 }

@@ -139,20 +139,10 @@ enum ad_status ad_sweep_forward(ad_tape *tape, bool tainted, size_t n, const ad_
     return tape->error.status;
 }
 
-enum ad_status ad_jvp(ad_var y, size_t n, const ad_var x[], const ad_var dx[], ad_var *dy)
+/* Of arguments that can be used. */
+static enum ad_status push(ad_tape *tape, ad_var y, size_t n, const ad_var x[], const ad_var dx[],
+                           ad_var *dy)
 {
-    ad_tape *tape = y.tape;
-    for (size_t k = 0; x && k < n && !tape; k++)
-        tape = x[k].tape;
-    if (dy)
-        *dy = ad_refused(tape);
-    if (!tape)
-        return AD_E_TAPE;
-    if (!dy || (n && (!x || !dx)))
-        ad_refuse(tape, AD_E_ARGUMENT, "jvp: got no %s (NULL)",
-                  !dy  ? "place for the derivative"
-                  : !x ? "variables"
-                       : "directions");
     if (tape->error.status != AD_OK || !ad_all_on(tape, AD_COMPOSITE_jvp, "y", 1, &y) ||
         !ad_all_on(tape, AD_COMPOSITE_jvp, "x", n, x) ||
         !ad_all_on(tape, AD_COMPOSITE_jvp, "dx", n, dx))
@@ -164,4 +154,21 @@ enum ad_status ad_jvp(ad_var y, size_t n, const ad_var x[], const ad_var dx[], a
             return tape->error.status;
         }
     return ad_sweep_forward(tape, false, n, x, dx, 1, &y, dy);
+}
+
+enum ad_status ad_jvp(ad_var y, size_t n, const ad_var x[], const ad_var dx[], ad_var *dy)
+{
+    ad_tape *tape = y.tape;
+    for (size_t k = 0; x && k < n && !tape; k++)
+        tape = x[k].tape;
+    if (tape && (!dy || (n && (!x || !dx))))
+        ad_refuse(tape, AD_E_ARGUMENT, "jvp: got no %s (NULL)",
+                  !dy  ? "place for the derivative"
+                  : !x ? "variables"
+                       : "directions");
+    ad_var result = ad_refused(tape); /* dy may be one of dx */
+    enum ad_status status = tape ? push(tape, y, n, x, dx, &result) : AD_E_TAPE;
+    if (dy)
+        *dy = status == AD_OK ? result : ad_refused(tape);
+    return status;
 }

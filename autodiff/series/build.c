@@ -89,6 +89,9 @@ jet ad_jet_number(struct jet_builder *b, double number)
     return make(b, JET_NUMBER, none, none, number == 0 ? 0 : number);
 }
 
+/* Numbers that move through a formula: others over- or underflow where they did not. */
+static bool is_moderate(double c) { return fabs(c) > 1e-30 && fabs(c) < 1e30; }
+
 static jet shift(struct jet_builder *b, jet x, double c)
 {
     return c == 0 ? x : make(b, JET_SHIFT, x, none, c);
@@ -104,10 +107,9 @@ static jet combine(struct jet_builder *b, jet x, jet y, double c)
         return shift(b, ad_jet_scale(b, c, y), p);
     if (y_number)
         return shift(b, x, c * q);
-    if (!b->failed && b->series->jets[y.id].kind == JET_SCALE) {
-        const struct jet *scaled = &b->series->jets[y.id];
+    const struct jet *scaled = b->failed ? NULL : &b->series->jets[y.id];
+    if (scaled && scaled->kind == JET_SCALE && is_moderate(c * scaled->number))
         return make(b, JET_COMBINE, x, (jet){scaled->a}, c * scaled->number);
-    }
     return make(b, JET_COMBINE, x, y, c);
 }
 
@@ -121,9 +123,10 @@ jet ad_jet_scale(struct jet_builder *b, double c, jet x)
         return ad_jet_number(b, c * number);
     if (c == 0)
         return ad_jet_number(b, 0);
-    if (!b->failed && b->series->jets[x.id].kind == JET_SCALE) {
-        c *= b->series->jets[x.id].number;
-        x.id = b->series->jets[x.id].a;
+    const struct jet *scaled = b->failed ? NULL : &b->series->jets[x.id];
+    if (scaled && scaled->kind == JET_SCALE && is_moderate(scaled->number) && is_moderate(c)) {
+        c *= scaled->number;
+        x.id = scaled->a;
     }
     return c == 1 ? x : make(b, JET_SCALE, x, none, c);
 }
@@ -138,9 +141,9 @@ jet ad_jet_mul(struct jet_builder *b, jet x, jet y)
     if (b->failed)
         return x;
     const struct jet *jets = b->series->jets, p = jets[x.id], q = jets[y.id];
-    if (p.kind == JET_SCALE)
+    if (p.kind == JET_SCALE && is_moderate(p.number))
         return ad_jet_scale(b, p.number, ad_jet_mul(b, (jet){p.a}, y));
-    if (q.kind == JET_SCALE)
+    if (q.kind == JET_SCALE && is_moderate(q.number))
         return ad_jet_scale(b, q.number, ad_jet_mul(b, x, (jet){q.a}));
     if (x.id == y.id)
         return ad_jet_square(b, x);
@@ -156,9 +159,9 @@ jet ad_jet_square(struct jet_builder *b, jet x)
 jet ad_jet_div(struct jet_builder *b, jet x, jet y)
 {
     double c;
-    if (ad_jet_is_number(b, y, &c))
+    if (ad_jet_is_number(b, y, &c) && is_moderate(c))
         return ad_jet_scale(b, 1 / c, x);
-    if (ad_jet_is_number(b, x, &c))
+    if (ad_jet_is_number(b, x, &c) && is_moderate(c))
         return ad_jet_scale(b, c, make(b, JET_RECIP, y, none, 0));
     return make(b, JET_QUOTIENT, x, y, 0);
 }

@@ -139,6 +139,12 @@ static jet numbers(struct jet_builder *to, enum ad_op op, const double c[3])
     return ad_jet_number(to, ad_jet_value(op, c[0], c[1], c[2]));
 }
 
+/* A condition, which holds where x is NaN, too. */
+static jet or_nan(struct jet_builder *to, jet condition, jet x)
+{
+    return ad_jet_add(to, condition, ad_ne(x, x));
+}
+
 /* Kinds of their own, for those without one here; the rest are integrals. */
 static const uint8_t kinds[AD_N_OPS] = {
     [AD_OP_mul0] = JET_PRODUCT0,  [AD_OP_recip] = JET_RECIP,    [AD_OP_recip0] = JET_RECIP0,
@@ -191,11 +197,11 @@ jet ad_jet_elementwise(struct jet_builder *to, enum ad_op op, const jet in[3])
     case AD_OP_abs:
         return ad_jet_select(to, ad_step(x), x, ad_jet_scale(to, -1, x));
     case AD_OP_relu:
-        return ad_jet_select(to, ad_step(x), x, ad_jet_number(to, 0));
+        return ad_jet_select(to, or_nan(to, ad_step(x), x), x, ad_jet_number(to, 0));
     case AD_OP_min:
-        return ad_jet_select(to, ad_le(x, y), x, y);
+        return ad_jet_select(to, or_nan(to, ad_le(x, y), x), x, y);
     case AD_OP_max:
-        return ad_jet_select(to, ad_le(y, x), x, y);
+        return ad_jet_select(to, or_nan(to, ad_le(y, x), x), x, y);
     case AD_OP_select:
         return ad_jet_select(to, x, y, in[2]);
     default:

@@ -43,15 +43,18 @@ static bool mark(struct builder *b, size_t n_y, const ad_var y[])
 }
 
 /* Inputs are the first jets, all of them, in the order of x. */
-static enum ad_status put_inputs(struct builder *b, size_t n_x, const ad_var x[])
+static enum ad_status put_inputs(struct builder *b, ad_tape *tape, size_t n_x, const ad_var x[])
 {
     struct ad_series *s = b->jets.series;
-    ad_tape *tape = x[0].tape;
     bool is_new;
     for (size_t k = 0; k < n_x; k++) {
         const struct node *n = node_at(tape, x[k].id);
         if (n->op != AD_OP_input)
             return ad_refuse(tape, AD_E_ARGUMENT, "series: x[%zu] is no input", k), AD_E_ARGUMENT;
+        for (size_t j = 0; j < k; j++)
+            if (x[j].id == x[k].id)
+                return ad_refuse(tape, AD_E_ARGUMENT, "series: x[%zu] is x[%zu] again", k, j),
+                       AD_E_ARGUMENT;
         s->first_input[k] = s->n;
         for (size_t i = 0; i < node_size(n); i++) {
             jet made = ad_jet_make(&b->jets,
@@ -201,7 +204,7 @@ static enum ad_status build(struct builder *b, size_t n_y, const ad_var y[], siz
     s->first_output = calloc(n_y, sizeof *s->first_output);
     if (!s->first_input || !s->first_output || !mark(b, n_y, y))
         return AD_E_MEMORY;
-    if (put_inputs(b, n_x, x) != AD_OK)
+    if (put_inputs(b, tape, n_x, x) != AD_OK)
         return tape->error.status;
     const size_t inputs = s->n;
     if (put_nodes(b, tape) != AD_OK)
@@ -214,10 +217,14 @@ static enum ad_status build(struct builder *b, size_t n_y, const ad_var y[], siz
 enum ad_status ad_series_new(size_t n_y, const ad_var y[], size_t n_x, const ad_var x[],
                              size_t order, ad_series **series)
 {
-    *series = NULL;
     ad_tape *tape = n_y && y ? y[0].tape : NULL;
-    if (!tape)
+    if (series)
+        *series = NULL;
+    if (!tape || !series || (n_x && !x))
         return AD_E_ARGUMENT;
+    if (order >= UINT32_MAX)
+        return ad_refuse(tape, AD_E_ARGUMENT, "series: order %zu is too large", order),
+               AD_E_ARGUMENT;
     if (!ad_all_on(tape, AD_COMPOSITE_series, "y", n_y, y) ||
         !ad_all_on(tape, AD_COMPOSITE_series, "x", n_x, x))
         return tape->error.status;
@@ -257,7 +264,7 @@ void ad_series_free(ad_series *series)
 
 double *ad_series_input(ad_series *series, size_t k, size_t i)
 {
-    return series->coefficients + (series->first_input[k] + i) * series->stride;
+    return series ? series->coefficients + (series->first_input[k] + i) * series->stride : NULL;
 }
 
 static uint32_t output(const ad_series *series, size_t k, size_t i)
@@ -267,13 +274,13 @@ static uint32_t output(const ad_series *series, size_t k, size_t i)
 
 const double *ad_series_output(const ad_series *series, size_t k, size_t i)
 {
-    return series->coefficients + output(series, k, i) * series->stride;
+    return series ? series->coefficients + output(series, k, i) * series->stride : NULL;
 }
 
 bool ad_series_is_number(const ad_series *series, size_t k, size_t i)
 {
-    return series->jets[output(series, k, i)].kind == JET_NUMBER;
+    return series && series->jets[output(series, k, i)].kind == JET_NUMBER;
 }
 
-size_t ad_series_branches(const ad_series *series) { return series->branches; }
-size_t ad_series_size(const ad_series *series) { return series->n; }
+size_t ad_series_branches(const ad_series *series) { return series ? series->branches : 0; }
+size_t ad_series_size(const ad_series *series) { return series ? series->n : 0; }

@@ -7,7 +7,8 @@ static jet element(const jet *x, size_t cols, size_t r, size_t c) { return x[r *
 static void view(const ad_tape *tape, const struct node *n, const struct node *in, const jet *x,
                  jet *y)
 {
-    const uint32_t *list = tape->lists + n->aux + 1;
+    const bool listed = n->op == AD_OP_gather || n->op == AD_OP_gather_cols;
+    const uint32_t *list = listed ? tape->lists + n->aux + 1 : NULL;
     for (size_t r = 0; r < n->rows; r++)
         for (size_t c = 0; c < n->cols; c++) {
             size_t row = r, col = c;
@@ -43,7 +44,8 @@ static void add_to(struct jet_builder *b, jet *y, jet x) { *y = ad_jet_add(b, *y
 static void sum_into(struct jet_builder *b, const ad_tape *tape, const struct node *n,
                      const struct node *in, const jet *x, jet *y)
 {
-    const uint32_t *list = tape->lists + n->aux + 1;
+    const bool listed = n->op == AD_OP_scatter || n->op == AD_OP_scatter_cols;
+    const uint32_t *list = listed ? tape->lists + n->aux + 1 : NULL;
     for (size_t r = 0; r < in->rows; r++)
         for (size_t c = 0; c < in->cols; c++) {
             size_t row = n->op == AD_OP_scatter ? list[r] : n->rows == 1 ? 0 : r;

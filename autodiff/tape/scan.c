@@ -157,18 +157,19 @@ static bool take_all(ad_tape *tape, const struct ad_body *b, struct loop *l, uin
     return true;
 }
 
+enum { VARIABLES_MOST = 1 << 20 }; /* of a kind */
+
 static bool is_body(ad_tape *tape, const struct ad_body *b, size_t steps)
 {
-    enum { MOST = 1 << 20 }; /* variables of a kind */
-    const char *wrong =
-        !b || !b->tape                ? "got no body, or none with a tape (NULL)"
-        : b->tape == tape             ? "the body is recorded on the tape of the loop"
-        : b->tape->type != tape->type ? "the body's tape is of another type"
-        : b->n_state > MOST || b->n_in > MOST || b->n_shared > MOST || b->n_out > MOST
-            ? "too many variables"
-        : steps > INT32_MAX               ? "got more than 2^31 - 1 steps"
-        : !steps && (b->n_in || b->n_out) ? "0 steps have no inputs and outputs"
-                                          : NULL;
+    const char *wrong = !b || !b->tape    ? "got no body, or none with a tape (NULL)"
+                        : b->tape == tape ? "the body is recorded on the tape of the loop"
+                        : b->tape->type != tape->type ? "the body's tape is of another type"
+                        : b->n_state > VARIABLES_MOST || b->n_in > VARIABLES_MOST ||
+                                b->n_shared > VARIABLES_MOST || b->n_out > VARIABLES_MOST
+                            ? "too many variables"
+                        : steps > INT32_MAX               ? "got more than 2^31 - 1 steps"
+                        : !steps && (b->n_in || b->n_out) ? "0 steps have no inputs and outputs"
+                                                          : NULL;
     if (wrong)
         ad_refuse_operands(tape, AD_E_ARGUMENT, AD_OP_scan, 0, NULL, "%s", wrong);
     else if (b->tape->error.status != AD_OK)
@@ -244,13 +245,10 @@ static void set_refused(ad_tape *tape, size_t n, ad_var x[])
         x[k] = ad_refused(tape);
 }
 
-enum ad_status ad_scan(ad_tape *tape, const struct ad_body *b, size_t steps, const ad_var start[],
-                       const ad_var in[], const ad_var shared[], ad_var last[], ad_var out[])
+static enum ad_status record(ad_tape *tape, const struct ad_body *b, size_t steps,
+                             const ad_var start[], const ad_var in[], const ad_var shared[],
+                             ad_var last[], ad_var out[])
 {
-    set_refused(tape, b ? b->n_state : 0, last);
-    set_refused(tape, b ? b->n_out : 0, out);
-    if (!tape)
-        return AD_E_TAPE;
     if (tape->error.status != AD_OK || !is_body(tape, b, steps))
         return tape->error.status;
     uint32_t loop = new_loop(tape, b, steps);
@@ -272,4 +270,16 @@ enum ad_status ad_scan(ad_tape *tape, const struct ad_body *b, size_t steps, con
     }
     free(operands);
     return tape->error.status;
+}
+
+/* last may be the array of start, so it is not written before. */
+enum ad_status ad_scan(ad_tape *tape, const struct ad_body *b, size_t steps, const ad_var start[],
+                       const ad_var in[], const ad_var shared[], ad_var last[], ad_var out[])
+{
+    enum ad_status status = tape ? record(tape, b, steps, start, in, shared, last, out) : AD_E_TAPE;
+    if (status != AD_OK && b && b->n_state <= VARIABLES_MOST && b->n_out <= VARIABLES_MOST) {
+        set_refused(tape, b->n_state, last);
+        set_refused(tape, b->n_out, out);
+    }
+    return status;
 }

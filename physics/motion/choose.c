@@ -110,10 +110,10 @@ static double distance(size_t dof, size_t n, const double *a, const double *b)
     for (size_t i = 0; i < n; i++) {
         double sum = 0;
         for (size_t k = 0; k < dof; k++)
-            sum += pow(a[k * n + i] - b[k * n + i], 2);
+            sum = hypot(sum, a[k * n + i] - b[k * n + i]);
         most = fmax(most, sum);
     }
-    return sqrt(most);
+    return most;
 }
 
 /* Whether a round brought the trial further; it keeps the best setting. */
@@ -204,12 +204,12 @@ static bool has_series(const struct solving *s)
     const size_t dof = m->system->dof;
     struct phys_ode ode;
     struct ad_error none = {0};
-    double c[2][2 * SERIES_DOF];
+    double c[PHYS_SERIES_MOST + 1][2 * SERIES_DOF];
     if (dof > SERIES_DOF)
         return false;
     bool has = phys_ode_lagrangian(m->system, &ode, &none) == AD_OK && ode.series &&
                phys_ode_enter(&ode, 0, m->start, m->start + dof, c[0], &none) == AD_OK &&
-               ode.series(ode.context, 1, 0, c[0], &none) == AD_OK;
+               ode.series(ode.context, PHYS_SERIES_MOST, 0, c[0], &none) == AD_OK;
     phys_ode_free(&ode);
     return has;
 }
@@ -241,8 +241,11 @@ enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error)
     struct phys_motion_trial *chosen = NULL;
     const size_t first = given || (!s->blind && has_series(s)) ? 0 : 1;
     for (size_t k = first; k < PHYS_MOTION_TRIALS && !chosen; k++) {
-        bool rounding = k == first || m->trial[0].estimate <= near * c.size;
-        if (!rounding || (given && k > 0))
+        const struct phys_motion_trial *last = k == first ? NULL : &m->trial[m->n_trials - 1];
+        /* rounding, or a series that did not get through where another method may */
+        bool another = !last || m->trial[0].estimate <= near * c.size ||
+                       (isnan(last->estimate) && last->integrator->scheme == &phys_power_series);
+        if (!another || (given && k > 0))
             break;
         c.trial = &m->trial[m->n_trials++];
         c.trial->integrator = given ? given : phys_integrator_find(candidates[k], error);

@@ -76,10 +76,10 @@ static enum ad_status hand_on(const struct runs *runs, const struct ad_error *lo
 /* b NULL: the origin. */
 static double apart(size_t dof, const double *a, const double *b)
 {
-    double sum = 0;
+    double length = 0;
     for (size_t k = 0; k < dof; k++)
-        sum += pow(a[k] - (b ? b[k] : 0), 2);
-    return sqrt(sum);
+        length = hypot(length, a[k] - (b ? b[k] : 0));
+    return length;
 }
 
 static void find_horizon(struct phys_reference *r, const double *times, double lost)

@@ -4,6 +4,7 @@
 #include "references.h"
 #include "support.h"
 
+#include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -260,11 +261,15 @@ static void both_types(const struct op *op, const struct arguments *a)
 {
     double *wide = gradient_of_first(op, a, AD_F64), *narrow = gradient_of_first(op, a, AD_F32);
     size_t n = a->shape[0][0] * a->shape[0][1];
+    size_t terms = 1; /* of the sum that is the gradient of what is broadcast, each of order 1 */
     double largest = 0;
+    for (int k = 0; k < op->arity; k++)
+        terms = a->shape[k][0] * a->shape[k][1] > terms ? a->shape[k][0] * a->shape[k][1] : terms;
+    double rounding = 4 * FLT_EPSILON * sqrt((double)terms);
     for (size_t i = 0; i < n; i++)
         largest = fmax(largest, fabs(wide[i]));
     for (size_t i = 0; i < n; i++)
-        if (!is_close(narrow[i], wide[i], 0, 2e-5 * largest))
+        if (!is_close(narrow[i], wide[i], 0, 2e-5 * largest + rounding))
             fail_msg("%s: gradient %zu is %.9g in f32, %.9g in f64", op->name, i, narrow[i],
                      wide[i]);
     free(wide);

@@ -492,6 +492,77 @@ static void test_refusals(void **state)
     ad_tape_free(other);
 }
 
+static int scaled_value(void *user, size_t cols, const double *const x[], double *y)
+{
+    for (size_t i = 0; i < cols; i++)
+        y[i] = *(double *)user * x[0][i];
+    return 0;
+}
+
+static int scaled_adjoint(void *user, size_t cols, const double *const x[], const double *y,
+                          const double *g, double *const gx[])
+{
+    (void)x, (void)y;
+    for (size_t i = 0; i < cols; i++)
+        gx[0][i] = *(double *)user * g[i];
+    return 0;
+}
+
+/* What a custom operation of the body points to may change, though all operands stay. */
+static void test_custom_in_the_body(void **state)
+{
+    (void)state;
+    for (int held = 0; held < 2; held++) {
+        double factor = 2, value;
+        struct ad_custom custom = {"scaled", 1, scaled_value, scaled_adjoint, NULL, &factor};
+        ad_tape *body = ad_tape_new(AD_F64), *tape = ad_tape_new(AD_F64);
+        ad_var s = ad_input(body, 1, 1, "s"), next = ad_custom(1, &s, &custom), last;
+        struct ad_body b = {.tape = body, .n_state = 1, .state = &s, .next = &next};
+        ad_var x = held ? ad_hold(ad_input(tape, 1, 1, "x")) : ad_scalar(tape, 1);
+        ad_program *p;
+        assert_int_equal(ad_scan(tape, &b, 3, &x, NULL, NULL, &last, NULL), AD_OK);
+        assert_int_equal(ad_compile(tape, 1, &last, &p), AD_OK);
+        if (held)
+            ad_set(p, x, (double[]){1});
+        ad_run(p);
+        factor = 3;
+        if (held)
+            assert_int_equal(ad_rerun(p), AD_OK);
+        else
+            ad_run(p);
+        ad_get(p, last, &value);
+        assert_close(value, 27, 0, 0);
+        ad_program_free(p);
+        ad_tape_free(tape);
+        ad_tape_free(body);
+    }
+}
+
+/* Results may take the place of operands. */
+static void test_results_in_place(void **state)
+{
+    (void)state;
+    ad_tape *body = ad_tape_new(AD_F64), *tape = ad_tape_new(AD_F64);
+    ad_var s = ad_input(body, 1, 1, "s"), h = ad_input(body, 1, 1, "h"), next = ad_mul(s, h);
+    struct ad_body b = {
+        .tape = body, .n_state = 1, .state = &s, .next = &next, .n_shared = 1, .shared = &h};
+    ad_var x = ad_input(tape, 1, 1, "x"), g = ad_input(tape, 1, 1, "g"), y[3] = {x, x, x};
+    ad_var direction = ad_scalar(tape, 1);
+    const double at[] = {2, 3}, *values[] = {&at[0], &at[1]};
+    const double expected[] = {54, 4, 12};
+    assert_int_equal(ad_scan(tape, &b, 3, &y[0], NULL, &g, &y[0], NULL), AD_OK);
+    assert_int_equal(ad_grad(ad_square(x), 1, &y[1], &y[1]), AD_OK);
+    y[2] = direction;
+    assert_int_equal(ad_jvp(ad_cube(x), 1, &x, &y[2], &y[2]), AD_OK);
+    for (size_t k = 0; k < 3; k++) {
+        double value;
+        assert_int_equal(ad_evaluate(2, (ad_var[]){x, g}, values, y[k], &value, NULL), AD_OK);
+        assert_close(value, expected[k], 0, 0);
+    }
+    ad_tape_free(tape);
+    ad_tape_free(body);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -504,6 +575,8 @@ int main(void)
         cmocka_unit_test(test_direct),
         cmocka_unit_test(test_infinite_where_unused),
         cmocka_unit_test(test_no_steps),
+        cmocka_unit_test(test_custom_in_the_body),
+        cmocka_unit_test(test_results_in_place),
         cmocka_unit_test(test_size),
         cmocka_unit_test(test_errors_name_the_step),
         cmocka_unit_test(test_checked),

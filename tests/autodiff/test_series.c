@@ -239,6 +239,29 @@ static void test_numbers_are_known(void **state)
     ad_tape_free(tape);
 }
 
+/* NaN goes through branches, and numbers are not merged where that over- or underflows. */
+static void test_extreme_values(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, 1, 1, "x"), z = ad_input(tape, 1, 1, "z"), in[2] = {x, z};
+    ad_var y[5] = {ad_relu(ad_log(x)), ad_max(ad_log(x), 0.5), ad_min(0.5, ad_log(x)),
+                   ad_mul(ad_mul(1e-200, z), ad_mul(1e-200, ad_neg(z))), ad_div(z, 1e-310)};
+    ad_series *series;
+    assert_int_equal(ad_series_new(5, y, 2, in, 0, &series), AD_OK);
+    *ad_series_input(series, 0, 0) = -1;
+    *ad_series_input(series, 1, 0) = 1e150;
+    ad_series_advance(series, 0);
+    for (size_t k = 0; k < 3; k++)
+        assert_true(isnan(*ad_series_output(series, k, 0)));
+    assert_close(*ad_series_output(series, 3, 0), -1e-100, 1e-15, 0);
+    *ad_series_input(series, 1, 0) = 1e-310;
+    ad_series_advance(series, 0);
+    assert_close(*ad_series_output(series, 4, 0), 1, 1e-10, 0);
+    ad_series_free(series);
+    ad_tape_free(tape);
+}
+
 /* What is common is carried once: sine and cosine of one angle, and their derivatives. */
 static void test_common_values_are_one(void **state)
 {
@@ -275,6 +298,18 @@ static void test_refusals(void **state)
     y = ad_sin(x);
     assert_int_equal(ad_series_new(1, &y, 1, &x, 3, &series), AD_E_ARGUMENT);
     assert_int_equal(ad_series_new(0, NULL, 1, &x, 3, &series), AD_E_ARGUMENT);
+    x = ad_input(tape, 1, 1, "x");
+    y = ad_sin(x);
+    assert_int_equal(ad_series_new(1, &y, 1, &x, 3, NULL), AD_E_ARGUMENT);
+    assert_int_equal(ad_series_new(1, &y, 1, NULL, 3, &series), AD_E_ARGUMENT);
+    assert_int_equal(ad_series_new(1, &y, 1, &x, SIZE_MAX, &series), AD_E_ARGUMENT);
+    ad_tape_reset(tape);
+    x = ad_input(tape, 1, 1, "x");
+    y = ad_sin(x);
+    both[0] = both[1] = x;
+    assert_int_equal(ad_series_new(1, &y, 2, both, 3, &series), AD_E_ARGUMENT); /* twice */
+    assert_null(ad_series_output(NULL, 0, 0));
+    assert_int_equal(ad_series_size(NULL), 0);
     ad_series_free(NULL);
     ad_tape_free(tape);
     ad_tape_free(narrow);
@@ -288,6 +323,7 @@ int main(void)
         cmocka_unit_test(test_differential_equations),
         cmocka_unit_test(test_branches_are_counted_and_taken),
         cmocka_unit_test(test_numbers_are_known),
+        cmocka_unit_test(test_extreme_values),
         cmocka_unit_test(test_common_values_are_one),
         cmocka_unit_test(test_refusals),
     };
