@@ -224,9 +224,9 @@ static enum ad_status out_of_reach(const struct solving *s, struct ad_error *err
     }
     if (!nearest)
         return ad_fail(error, AD_E_ACCURACY,
-                       "an error of %g: no method gets beyond t = %g: a collision, or a motion "
-                       "that ends before; try a shorter time",
-                       s->settings->error, s->settings->time);
+                       "an error of %g: no method gets beyond t = %g in %d steps: a collision, a "
+                       "motion that ends before, or too long a time; try a shorter one",
+                       s->settings->error, s->settings->time, MOST_STEPS);
     return ad_fail(error, AD_E_ACCURACY,
                    "an error of %g is out of reach: %s reaches %.2g, limited by rounding, chaos or "
                    "work; allow a larger one or take a shorter time",
