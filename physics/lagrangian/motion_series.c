@@ -4,6 +4,7 @@
    with M_0 factored once (Jorba and Zou, Experimental Mathematics 14 (2005) 99). */
 #include "internal.h"
 #include "mass.h"
+#include "physics/linear/linear.h"
 
 #include "autodiff/series.h"
 
@@ -21,7 +22,7 @@ struct phys_motion_series {
     ad_series *force; /* of the force, and where it varies of the mass matrix */
     double *a;        /* [order + 1][dof] */
     double *factor;   /* [dof x dof] M_0 = P L U; then [dof] largest entries of its columns */
-    size_t *pivots;
+    int *pivots;
 };
 
 enum { Q, V, W, T, INPUTS };
@@ -82,43 +83,6 @@ void phys_motion_series_free(struct phys_motion_series *series)
     free(series);
 }
 
-/* Few rows: no library call, of which there would be one an order. */
-static void factor(size_t n, double *M, size_t *pivots)
-{
-    for (size_t k = 0; k < n; k++) {
-        size_t p = k;
-        for (size_t i = k + 1; i < n; i++)
-            p = fabs(M[i * n + k]) > fabs(M[p * n + k]) ? i : p;
-        pivots[k] = p;
-        for (size_t j = 0; j < n && p != k; j++) {
-            double x = M[k * n + j];
-            M[k * n + j] = M[p * n + j];
-            M[p * n + j] = x;
-        }
-        for (size_t i = k + 1; i < n; i++) {
-            M[i * n + k] /= M[k * n + k];
-            for (size_t j = k + 1; j < n; j++)
-                M[i * n + j] -= M[i * n + k] * M[k * n + j];
-        }
-    }
-}
-
-static void solve(size_t n, const double *M, const size_t *pivots, double *b)
-{
-    for (size_t k = 0; k < n; k++) {
-        double x = b[pivots[k]];
-        b[pivots[k]] = b[k];
-        b[k] = x;
-        for (size_t i = k + 1; i < n; i++)
-            b[i] -= M[i * n + k] * x;
-    }
-    for (size_t k = n; k-- > 0;) {
-        for (size_t j = k + 1; j < n; j++)
-            b[k] -= M[k * n + j] * b[j];
-        b[k] /= M[k * n + k];
-    }
-}
-
 static bool factor_mass(struct phys_motion_series *s)
 {
     const size_t n = s->dof;
@@ -126,7 +90,7 @@ static bool factor_mass(struct phys_motion_series *s)
     for (size_t i = 0; i < n * n; i++)
         s->factor[i] = ad_series_output(s->force, MASS, i)[0];
     phys_mass_columns(n, s->factor, s->factor + n * n);
-    factor(n, s->factor, s->pivots);
+    phys_lapack_lu_factor(n, s->factor, s->pivots);
     return phys_mass_condition(n, s->factor + n * n, s->factor, n + 1, &worst) <=
            PHYS_MASS_SINGULAR;
 }
@@ -148,7 +112,7 @@ static void accelerate(struct phys_motion_series *s, size_t k)
             for (size_t j = 1; j <= k && !ad_series_is_number(s->force, MASS, i * n + m); j++)
                 a[i] -= M[j] * s->a[(k - j) * n + m];
         }
-    solve(n, s->factor, s->pivots, a);
+    phys_lapack_lu_solve(n, s->factor, s->pivots, a);
 }
 
 static void set(struct phys_motion_series *s, size_t k, double t, const double *c)
