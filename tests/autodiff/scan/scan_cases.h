@@ -3,7 +3,7 @@
 #ifndef TESTS_AUTODIFF_SCAN_CASES_H
 #define TESTS_AUTODIFF_SCAN_CASES_H
 
-#include "support.h"
+#include "tests/autodiff/support.h"
 
 enum { SCAN_MOST = 4, SCAN_ORDERS = 3 };
 
