@@ -2,12 +2,11 @@
 
    Nearly all printed numbers have at most 19 significant digits w and a small exponent, w 10^q with
    |q| <= 27: then w 5^|q| is a product or quotient of 64-bit integers whose 128-bit result is exact
-   or has a sticky bit, and one conversion rounds it. Where w and 10^|q| are exact doubles, one
-   double product or quotient suffices. All other numbers go to strtod, which is slower, as digits
-   without a decimal point, because the locale's decimal point is unknown. */
+   or has a sticky bit, and one conversion rounds it. All other numbers go to strtod, which is five
+   times slower, as digits without a decimal point, because the locale's decimal point is unknown.
+ */
 #include "numbers.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -95,22 +94,6 @@ static const char *scan_exponent(const char *p, const char *end, struct decimal 
     return q;
 }
 
-/* Powers of ten that are doubles: 10^22 = 2^22 5^22, 5^22 < 2^53. */
-static const double power_of_10[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                     1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-                                     1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
-
-/* One operation on exact operands rounds once (W. D. Clinger, "How to read floating point numbers
-   accurately", PLDI 1990). */
-static bool exact_value(const struct decimal *d, double *value)
-{
-    if (FLT_EVAL_METHOD != 0 || !d->exact || d->w > UINT64_C(1) << 53 || labs(d->exponent) > 22)
-        return false;
-    double w = (double)d->w;
-    *value = d->exponent < 0 ? w / power_of_10[-d->exponent] : w * power_of_10[d->exponent];
-    return true;
-}
-
 #ifdef __SIZEOF_INT128__
 __extension__ typedef unsigned __int128 uint128;
 
@@ -190,7 +173,7 @@ const char *phys_text_number(const char *text, const char *end, double *value)
         return NULL;
     p = scan_exponent(p, end, &d);
     double magnitude = 0;
-    if (d.w && !exact_value(&d, &magnitude) && !fast_value(&d, &magnitude))
+    if (d.w && !fast_value(&d, &magnitude))
         magnitude = slow_value(&d, p);
     *value = d.negative ? -magnitude : magnitude;
     return p;
