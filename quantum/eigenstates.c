@@ -3,7 +3,6 @@
 #include "internal.h"
 #include "physics/linear/linear.h"
 
-#include <complex.h>
 #include <math.h>
 #include <stdlib.h>
 

@@ -6,7 +6,6 @@
 #include "physics/linear/linear.h"
 
 #include <complex.h>
-#include <math.h>
 #include <stdlib.h>
 
 struct crank_nicolson {

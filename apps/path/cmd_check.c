@@ -4,7 +4,6 @@
 #include "apps/output/report.h"
 #include "physics/motion/checks.h"
 
-#include <math.h>
 #include <stdio.h>
 
 struct options {

@@ -3,7 +3,6 @@
 #include "path.h"
 #include "apps/interrupt.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

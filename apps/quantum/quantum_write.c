@@ -2,7 +2,6 @@
 #include "quantum.h"
 #include "apps/output/unit.h"
 
-#include <complex.h>
 #include <math.h>
 
 static const char *const wall_names[] = {

@@ -4,7 +4,6 @@
 #include "hnn/model/internal.h"
 #include "hnn/tasks/task.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 /* The truth's; roundings of the energy are then far under any model's error. */

@@ -8,7 +8,6 @@
 #include "stages.h"
 #include "physics/action/internal.h"
 
-#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 

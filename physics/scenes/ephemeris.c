@@ -5,8 +5,6 @@
 #include "ephemeris.h"
 #include "post_newtonian.h"
 
-#include <math.h>
-
 enum { MOST_PAIRS = PHYS_EPHEMERIS_MOST * (PHYS_EPHEMERIS_MOST - 1) / 2, MOST_DIMS = 3 };
 
 #define MASS(k, name)                                                                              \

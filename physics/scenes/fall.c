@@ -2,8 +2,6 @@
    which ends after pi sqrt(r0^3 / (8 gm)). */
 #include "scenes.h"
 
-#include <math.h>
-
 struct fall {
     double gm, r0;
 };

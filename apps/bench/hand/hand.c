@@ -2,8 +2,6 @@
 #include "hand.h"
 #include "hand_hnn.h"
 
-#include <stddef.h>
-
 extern const struct hand_kernel hand_table_base[], hand_table_avx2[], hand_table_avx512[];
 extern const struct hand_hnn hand_hnn_base, hand_hnn_avx2, hand_hnn_avx512;
 
