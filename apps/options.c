@@ -1,11 +1,7 @@
 /* Command lines from tables (options.h). */
-#include "options.h"
+#include "option_values.h"
 #include "file_names.h"
-#include "physics/physics.h"
 
-#include <ctype.h>
-#include <errno.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -108,154 +104,6 @@ static enum ad_status unknown(const struct command_line *line, const char *name,
                    given, line->name);
 }
 
-/* ---- values ---- */
-
-bool options_number(const char *text, double *value)
-{
-    char *end;
-    if (isspace((unsigned char)*text))
-        return false;
-    *value = strtod(text, &end);
-    return end != text && *end == '\0' && isfinite(*value);
-}
-
-bool options_integer(const char *text, uint64_t most, uint64_t *value)
-{
-    if (*text == '\0' || strspn(text, "0123456789") != strlen(text))
-        return false;
-    errno = 0;
-    unsigned long long parsed = strtoull(text, NULL, 10);
-    *value = parsed;
-    return errno == 0 && parsed <= most;
-}
-
-static enum ad_status add_setting(struct settings *settings, const char *text,
-                                  struct ad_error *error)
-{
-    const char *equals = strchr(text, '=');
-    double value;
-    if (!equals || equals == text || !options_number(equals + 1, &value))
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "--set: expected NAME=VALUE with a number, as in mass=1.5, got '%s'", text);
-    struct phys_setting *grown = realloc(settings->setting, (settings->n + 1) * sizeof *grown);
-    if (grown)
-        settings->setting = grown;
-    char *name = strndup(text, (size_t)(equals - text));
-    if (!grown || !name) {
-        free(name);
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    }
-    settings->setting[settings->n++] = (struct phys_setting){name, value};
-    return AD_OK;
-}
-
-static enum ad_status add_text(struct texts *texts, const char *text, struct ad_error *error)
-{
-    const char **grown = realloc(texts->text, (texts->n + 1) * sizeof *grown);
-    if (!grown)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    texts->text = grown;
-    texts->text[texts->n++] = text;
-    return AD_OK;
-}
-
-/* The kinds of values. */
-static const struct kind {
-    const char *form, *range; /* expected by messages: as a word, as a number */
-    size_t least;
-} kinds[OPTION_SETTINGS + 1] = {
-    [OPTION_NUMBER] = {"a number such as 0.5", NULL, 0},
-    [OPTION_POSITIVE] = {"a number such as 0.5", "more than 0", 0},
-    [OPTION_SIZE] = {"a number such as 0.5", "at least 0", 0},
-    [OPTION_COUNT] = {"a whole number such as 10", NULL, 0},
-    [OPTION_SOME] = {"a whole number such as 10", "at least 1", 1},
-    [OPTION_TWO] = {"a whole number such as 10", "at least 2", 2},
-    [OPTION_SLICES] = {"a whole number such as 10", "at least 3", 3},
-    [OPTION_SEED] = {"a whole number such as 10", NULL, 0},
-};
-
-/* Stores `text` as the value of an option. */
-static enum ad_status store(const struct option *option, const char *text, char *values,
-                            struct ad_error *error)
-{
-    void *at = values + option->offset;
-    const struct kind *kind = &kinds[option->kind];
-    uint64_t whole = 0;
-    double number = 0;
-    bool right = true, within = true;
-    switch (option->kind) {
-    case OPTION_FLAG:
-        *(bool *)at = true;
-        break;
-    case OPTION_TEXT:
-    case OPTION_INPUT:
-    case OPTION_OUTPUT:
-    case OPTION_PICTURE:
-        *(const char **)at = text;
-        break;
-    case OPTION_NUMBER:
-    case OPTION_POSITIVE:
-    case OPTION_SIZE:
-        right = options_number(text, &number);
-        within = option->kind == OPTION_NUMBER || number > 0 ||
-                 (option->kind == OPTION_SIZE && number == 0);
-        *(double *)at = number;
-        break;
-    case OPTION_COUNT:
-    case OPTION_SOME:
-    case OPTION_TWO:
-    case OPTION_SLICES:
-        right = options_integer(text, OPTION_NO_COUNT - 1, &whole);
-        within = whole >= kind->least;
-        *(size_t *)at = (size_t)whole;
-        break;
-    case OPTION_SEED:
-        right = options_integer(text, UINT64_MAX, at);
-        break;
-    case OPTION_TEXTS:
-        return add_text(at, text, error);
-    case OPTION_SETTINGS:
-        return add_setting(at, text, error);
-    }
-    if (!right)
-        return ad_fail(error, AD_E_ARGUMENT, "--%s: expected %s, got '%s'", option->name,
-                       kind->form, text);
-    if (!within)
-        return ad_fail(error, AD_E_ARGUMENT, "--%s: expected %s, got %s", option->name, kind->range,
-                       text);
-    return AD_OK;
-}
-
-/* The value of an option that is not given. */
-static void store_default(const struct option *option, char *values)
-{
-    struct ad_error error = {0};
-    void *at = values + option->offset;
-    if (option->kind >= OPTION_NUMBER && option->kind <= OPTION_SIZE)
-        *(double *)at = OPTION_NO_NUMBER;
-    if (option->kind >= OPTION_COUNT && option->kind <= OPTION_SLICES)
-        *(size_t *)at = OPTION_NO_COUNT;
-    if (option->fallback)
-        store(option, option->fallback, values, &error);
-}
-
-size_t options_choose(const char *option, const char *given, size_t n, const char *const names[],
-                      struct ad_error *error)
-{
-    char all[160] = "";
-    for (size_t k = 0; k < n; k++) {
-        if (strcmp(given, names[k]) == 0)
-            return k;
-        snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s",
-                 k == 0      ? ""
-                 : k + 1 < n ? ", "
-                             : " or ",
-                 names[k]);
-    }
-    ad_fail(error, AD_E_ARGUMENT, "--%s: expected %s, got '%s'", option, all, given);
-    return n;
-}
-
 /* ---- words ---- */
 
 static enum ad_status needs_value(const struct option *option, struct ad_error *error)
@@ -278,12 +126,12 @@ static enum ad_status parse_option(const struct command_line *line, int argc, ch
         if (equals)
             return ad_fail(error, AD_E_ARGUMENT, "--%s takes no value, got '%s'; give it alone",
                            option->name, equals + 1);
-        return store(option, "", values, error);
+        return option_store(option, "", values, error);
     }
     if (!equals && (*word + 1 >= argc || strncmp(argv[*word + 1], "--", 2) == 0))
         return needs_value(option, error);
     const char *value = equals ? equals + 1 : argv[++*word];
-    return *value ? store(option, value, values, error) : needs_value(option, error);
+    return *value ? option_store(option, value, values, error) : needs_value(option, error);
 }
 
 /* "leastaction path SCENE [options]" */
@@ -365,7 +213,7 @@ enum ad_status options_parse(const struct command_line *line, int argc, char *co
     enum ad_status status = AD_OK;
     common->line = line;
     for (size_t k = 0; k < options_rows(line); k++)
-        store_default(options_row(line, k), values);
+        option_store_default(options_row(line, k), values);
     for (int k = 0; k < argc && status == AD_OK; k++) {
         if (strcmp(argv[k], "-h") == 0)
             common->help = true;
@@ -386,20 +234,8 @@ enum ad_status options_parse(const struct command_line *line, int argc, char *co
 
 void options_free(const struct command_line *line, void *values)
 {
-    for (size_t k = 0; k < options_rows(line); k++) {
-        void *at = (char *)values + options_row(line, k)->offset;
-        if (options_row(line, k)->kind == OPTION_TEXTS) {
-            free(((struct texts *)at)->text);
-            *(struct texts *)at = (struct texts){0};
-        }
-        if (options_row(line, k)->kind != OPTION_SETTINGS)
-            continue;
-        struct settings *settings = at;
-        for (size_t s = 0; s < settings->n; s++)
-            free((char *)settings->setting[s].name);
-        free(settings->setting);
-        *settings = (struct settings){0};
-    }
+    for (size_t k = 0; k < options_rows(line); k++)
+        option_release(options_row(line, k), values);
 }
 
 /* ---- help ---- */
