@@ -244,3 +244,19 @@ double *scan_derivatives(const struct scan_case *c, enum ad_type type, size_t st
     ad_tape_free(m.tape);
     return values;
 }
+
+void scan_set_all(ad_program *p, const struct scan_made *m, uint64_t seed)
+{
+    for (size_t k = 0; k < m->n; k++) {
+        double *at = random_values(&seed, size_of(m->x[k]), 0.2, 0.9);
+        assert_int_equal(ad_set(p, m->x[k], at), AD_OK);
+        free(at);
+    }
+}
+
+void scan_assert_like(ad_program *p, ad_var x, ad_program *q, ad_var y)
+{
+    const double *a = ad_data(p, x), *b = ad_data(q, y);
+    for (size_t i = 0; i < size_of(x); i++)
+        assert_close(a[i], b[i], 1e-12, 1e-12);
+}
