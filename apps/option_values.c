@@ -1,5 +1,6 @@
 /* Values of options: parsing, defaults, and what they own (option_values.h). */
 #include "option_values.h"
+#include "physics/io/grow.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -33,24 +34,19 @@ static enum ad_status add_setting(struct settings *settings, const char *text,
     if (!equals || equals == text || !options_number(equals + 1, &value))
         return ad_fail(error, AD_E_ARGUMENT,
                        "--set: expected NAME=VALUE with a number, as in mass=1.5, got '%s'", text);
-    struct phys_setting *grown = realloc(settings->setting, (settings->n + 1) * sizeof *grown);
-    if (grown)
-        settings->setting = grown;
-    char *name = strndup(text, (size_t)(equals - text));
-    if (!grown || !name) {
-        free(name);
+    if (!phys_grow(&settings->setting, settings->n, sizeof *settings->setting))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    }
+    char *name = strndup(text, (size_t)(equals - text));
+    if (!name)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
     settings->setting[settings->n++] = (struct phys_setting){name, value};
     return AD_OK;
 }
 
 static enum ad_status add_text(struct texts *texts, const char *text, struct ad_error *error)
 {
-    const char **grown = realloc(texts->text, (texts->n + 1) * sizeof *grown);
-    if (!grown)
+    if (!phys_grow(&texts->text, texts->n, sizeof *texts->text))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    texts->text = grown;
     texts->text[texts->n++] = text;
     return AD_OK;
 }

@@ -1,6 +1,7 @@
 /* One table of results, and what is written from it (report.h). */
 #include "report_rows.h"
 #include "unit.h"
+#include "physics/io/grow.h"
 
 #include <stdarg.h>
 #include <stdlib.h>
@@ -10,15 +11,9 @@ static struct report_row *add(struct report *report, enum kind kind, const char 
                               const char *label, const char *unit)
 {
     static struct report_row nowhere;
-    if (report->n == report->room) {
-        size_t room = report->room ? 2 * report->room : 64;
-        struct report_row *row = realloc(report->row, room * sizeof *row);
-        if (!row) {
-            report->failed = true;
-            return &nowhere;
-        }
-        report->row = row;
-        report->room = room;
+    if (!phys_grow(&report->row, report->n, sizeof *report->row)) {
+        report->failed = true;
+        return &nowhere;
     }
     struct report_row *row = &report->row[report->n++];
     *row = (struct report_row){.kind = kind,

@@ -23,7 +23,7 @@
 struct report_row;
 
 struct report {
-    size_t n, room;
+    size_t n;
     struct report_row *row;
     const char *array; /* that rows are added to, NULL: the run itself; and the object in it */
     size_t item;

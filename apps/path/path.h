@@ -28,9 +28,9 @@ struct path_record {
     const struct path_run *run;
     phys_hdf5 *file; /* NULL: no --out */
     struct progress progress;
-    size_t n, room;
+    size_t n;
     struct phys_path_figures *figures; /* [n], one a step, the start first */
-    size_t frame_every, n_frames, frame_room;
+    size_t frame_every, n_frames;
     size_t *frame_step;
     double *frames; /* [n_frames x dof x slices] */
     bool failed;    /* out of memory */

@@ -1,6 +1,7 @@
 /* Records the steps of a path run (path.h). */
 #include "path.h"
 #include "apps/interrupt.h"
+#include "physics/io/grow.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -30,49 +31,28 @@ void path_record_free(struct path_record *record)
     *record = (struct path_record){0};
 }
 
-/* Room for one more of `n` elements of `size` bytes; NULL, and the old array alive, if there is
-   none. */
-static void *grown(void *array, size_t n, size_t *room, size_t size)
-{
-    if (n < *room)
-        return array;
-    size_t more = *room ? 2 * *room : 64;
-    void *larger = more > SIZE_MAX / size ? NULL : realloc(array, more * size);
-    if (larger)
-        *room = more;
-    return larger;
-}
-
 static bool keep_figures(struct path_record *record, const struct phys_path_step *step)
 {
-    struct phys_path_figures *figures =
-        grown(record->figures, record->n, &record->room, sizeof *figures);
-    if (!figures)
+    if (!phys_grow(&record->figures, record->n, sizeof *record->figures))
         return false;
-    record->figures = figures;
-    figures[record->n++] = (struct phys_path_figures){.action = step->action,
-                                                      .action_mean = step->action_mean,
-                                                      .kinetic_mean = step->kinetic_mean,
-                                                      .potential_mean = step->potential_mean,
-                                                      .objective = step->objective,
-                                                      .grad_norm = step->grad_norm};
+    record->figures[record->n++] =
+        (struct phys_path_figures){.action = step->action,
+                                   .action_mean = step->action_mean,
+                                   .kinetic_mean = step->kinetic_mean,
+                                   .potential_mean = step->potential_mean,
+                                   .objective = step->objective,
+                                   .grad_norm = step->grad_norm};
     return true;
 }
 
 static bool keep_frame(struct path_record *record, const struct phys_path_step *step)
 {
-    size_t size = path_size(record->run), n = record->n_frames, room = record->frame_room;
-    double *frames = grown(record->frames, n, &room, size * sizeof *frames);
-    if (frames)
-        record->frames = frames;
-    size_t *steps = realloc(record->frame_step, room * sizeof *steps);
-    if (steps)
-        record->frame_step = steps;
-    if (!frames || !steps)
+    size_t size = path_size(record->run), n = record->n_frames;
+    if (!phys_grow(&record->frames, n, size * sizeof *record->frames) ||
+        !phys_grow(&record->frame_step, n, sizeof *record->frame_step))
         return false;
-    record->frame_room = room;
-    memcpy(frames + n * size, step->path, size * sizeof *frames);
-    steps[n] = step->step;
+    memcpy(record->frames + n * size, step->path, size * sizeof *record->frames);
+    record->frame_step[n] = step->step;
     record->n_frames++;
     return true;
 }

@@ -1,6 +1,7 @@
 /* Columns of an HDF5 file: one-dimensional arrays, and the columns of two-dimensional ones (their
    rows, where the attribute "axes" says that samples run along them: "..., sample"). */
 #include "data_source.h"
+#include "physics/io/grow.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -42,17 +43,8 @@ static bool add_column(struct hdf5 *h, const struct phys_hdf5_item *item, size_t
 {
     struct hnn_source *s = &h->source;
     size_t n = s->columns;
-    if ((n & (n - 1)) == 0) { /* room for powers of two */
-        size_t room = n ? 2 * n : 1;
-        struct column *column = realloc(h->column, room * sizeof *column);
-        if (column)
-            h->column = column;
-        char **name = realloc(s->name, room * sizeof *name);
-        if (name)
-            s->name = name;
-        if (!column || !name)
-            return false;
-    }
+    if (!phys_grow(&h->column, n, sizeof *h->column) || !phys_grow(&s->name, n, sizeof *s->name))
+        return false;
     struct column c = {strdup(item->object), item->rank, index, item->dims[0], false};
     h->column[n] = c;
     s->name[n] = column_name(item->object, item->rank, index);

@@ -1,5 +1,6 @@
 /* Reads frames from a folder of pictures, or from its subfolders, one per trajectory. */
 #include "frames.h"
+#include "physics/io/grow.h"
 
 #include <ctype.h>
 #include <dirent.h>
@@ -59,12 +60,10 @@ static bool is_picture(const char *path)
 
 static bool add(struct names *names, char *path)
 {
-    char **more = realloc(names->name, (names->n + 1) * sizeof *more);
-    if (!more)
-        return false;
-    names->name = more;
-    names->name[names->n++] = path;
-    return true;
+    bool room = phys_grow(&names->name, names->n, sizeof *names->name);
+    if (room)
+        names->name[names->n++] = path;
+    return room;
 }
 
 /* Everything in a folder that `wanted` holds for. */

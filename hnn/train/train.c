@@ -3,6 +3,7 @@
 #include "train.h"
 #include "train_speed.h"
 #include "autodiff/clock.h"
+#include "physics/io/grow.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -227,14 +228,8 @@ enum ad_status hnn_trainer_deliver(hnn_trainer *t, struct ad_error *error)
 
 enum ad_status hnn_history_add(hnn_trainer *t, const struct hnn_row *row, struct ad_error *error)
 {
-    if (t->rows == t->room) {
-        size_t room = t->room ? 2 * t->room : 64;
-        struct hnn_row *history = realloc(t->history, room * sizeof *history);
-        if (!history)
-            return ad_fail(error, AD_E_MEMORY, "out of memory for the history");
-        t->history = history;
-        t->room = room;
-    }
+    if (!phys_grow(&t->history, t->rows, sizeof *t->history))
+        return ad_fail(error, AD_E_MEMORY, "out of memory for the history");
     t->history[t->rows++] = *row;
     return AD_OK;
 }

@@ -153,7 +153,7 @@ struct hnn_trainer {
     double loss_sum; /* of the steps since the last row ... */
     size_t loss_count;
     struct hnn_row *history;
-    size_t rows, room;
+    size_t rows;
     double best_loss; /* least test loss, the step it was at, and the parameters there */
     size_t best_step;
     void *best;      /* NULL without patience */

@@ -36,7 +36,6 @@ struct horizons_reader {
     size_t n_columns;
     struct horizons_column columns[HORIZONS_COLUMNS]; /* columns[0] is the epoch */
     bool has_velocity;
-    size_t capacity; /* of the table's arrays */
 };
 
 /* Keep an error in the reader; always false. The first takes any message; the second (AD_E_INPUT)

@@ -2,6 +2,7 @@
    values separated by commas, or a line with the epoch followed by lines of values, labelled or
    bare; what the header calls the columns says which. */
 #include "horizons_reader.h"
+#include "physics/io/grow.h"
 #include "physics/io/numbers.h"
 
 #include <ctype.h>
@@ -143,35 +144,15 @@ static bool labelled_record(struct horizons_reader *r, struct record *record)
 
 /* ---- the table ---- */
 
-static bool grow(double **array, size_t count)
-{
-    double *more =
-        count > SIZE_MAX / sizeof **array ? NULL : realloc(*array, count * sizeof **array);
-    if (more)
-        *array = more;
-    return more;
-}
-
-static bool reserve(struct horizons_reader *r)
-{
-    struct phys_horizons *table = r->table;
-    if (table->n < r->capacity)
-        return true;
-    size_t capacity = r->capacity ? 2 * r->capacity : 512;
-    if (capacity > SIZE_MAX / 8 || !grow(&table->jd, capacity) ||
-        !grow(&table->position, 3 * capacity) ||
-        (r->has_velocity && !grow(&table->velocity, 3 * capacity)))
-        return HORIZONS_FAIL(r, AD_E_MEMORY, "%s: out of memory", r->file);
-    r->capacity = capacity;
-    return true;
-}
-
 static bool append(struct horizons_reader *r, const struct record *record)
 {
     struct phys_horizons *table = r->table;
-    if (!reserve(r))
-        return false;
-    size_t n = table->n++;
+    size_t n = table->n;
+    if (!phys_grow(&table->jd, n, sizeof *table->jd) ||
+        !phys_grow(&table->position, n, 3 * sizeof *table->position) ||
+        (r->has_velocity && !phys_grow(&table->velocity, n, 3 * sizeof *table->velocity)))
+        return HORIZONS_FAIL(r, AD_E_MEMORY, "%s: out of memory", r->file);
+    table->n++;
     table->jd[n] = record->jd;
     for (size_t k = 0; k < 3; k++) {
         double x = record->values[HORIZONS_POSITION + k] * r->metres;

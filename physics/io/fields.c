@@ -1,5 +1,6 @@
 /* Splits a line of text into fields, and recognises names and missing values. */
 #include "fields.h"
+#include "grow.h"
 #include "numbers.h"
 
 #include <stdlib.h>
@@ -130,17 +131,11 @@ static char *name_of(const struct phys_field *f)
 bool phys_fields_split(const char *p, const char *stop, struct phys_separator separator,
                        char ***names, size_t *n)
 {
-    size_t capacity = 0;
     *names = NULL;
     for (*n = 0; p; ++*n) {
         struct phys_field f = phys_field_at(p, stop, separator);
-        if (*n == capacity) {
-            capacity = capacity ? 2 * capacity : 16;
-            char **more = realloc(*names, capacity * sizeof **names);
-            if (!more)
-                return false;
-            *names = more;
-        }
+        if (!phys_grow(names, *n, sizeof **names))
+            return false;
         (*names)[*n] = NULL;
         if (f.end > f.text && !((*names)[*n] = name_of(&f)))
             return false;

@@ -1,6 +1,7 @@
 /* Walks all objects of an HDF5 file (hdf5_walk.h), depth first with an explicit stack, so that deep
    groups and circular links are harmless. */
 #include "hdf5_walk.h"
+#include "grow.h"
 
 #include <search.h>
 #include <stdlib.h>
@@ -23,7 +24,7 @@ struct walk {
     int (*visit)(void *context, hid_t object, H5O_type_t type, const char *path);
     void *context;
     struct level *level;
-    size_t n, room;
+    size_t n;
     char *path;
     size_t path_room;
     void *met; /* tree of the addresses of objects with several names */
@@ -85,12 +86,8 @@ static herr_t add_link(hid_t group, const char *name, const H5L_info_t *info, vo
         return 0;
     if (info->type != H5L_TYPE_HARD)
         return leads_out(w, name, "is an external link") - 1;
-    if ((level->n & (level->n - 1)) == 0) {
-        struct link *grown = realloc(level->link, (2 * level->n + 1) * sizeof *grown);
-        if (!grown)
-            return out_of_memory(w) - 1;
-        level->link = grown;
-    }
+    if (!phys_grow(&level->link, level->n, sizeof *level->link))
+        return out_of_memory(w) - 1;
     struct link *link = &level->link[level->n];
     *link = (struct link){strdup(name), info->u.address};
     if (!link->name)
@@ -109,14 +106,8 @@ static void leave(struct walk *w)
 
 static bool enter(struct walk *w, hid_t group)
 {
-    if (w->n == w->room) {
-        size_t room = 2 * w->room + 16;
-        struct level *grown = realloc(w->level, room * sizeof *grown);
-        if (!grown)
-            return out_of_memory(w);
-        w->level = grown;
-        w->room = room;
-    }
+    if (!phys_grow(&w->level, w->n, sizeof *w->level))
+        return out_of_memory(w);
     w->level[w->n++] = (struct level){.path = strlen(w->path)};
     if (H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, NULL, add_link, w) >= 0)
         return true;
