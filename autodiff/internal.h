@@ -177,8 +177,9 @@ static inline uint32_t input_of(const ad_tape *tape, const struct node *n, size_
 /* Makes room for `more` further elements of `size` bytes; false when memory is exhausted. */
 bool ad_reserve(void **array, size_t n, size_t *max, size_t more, size_t size);
 
-/* malloc, for arrays of many megabytes that are written from end to end. */
+/* malloc and calloc, for arrays of many megabytes that are written from end to end. */
 void *ad_allocate_large(size_t bytes);
+void *ad_allocate_zeroed(size_t n, size_t size);
 
 /* A copy of a tape on which the same node numbers name the same values; NULL when out of memory. */
 ad_tape *ad_tape_copy(const ad_tape *tape);

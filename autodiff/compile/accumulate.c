@@ -17,6 +17,15 @@ static bool is_adder(const struct value *v)
     return v->op == AD_OP_sum_rows || v->op == AD_OP_scatter || (v->flags & VALUE_ACCUMULATED);
 }
 
+/* There is a sum, scatter or product that others could accumulate onto. */
+static bool has_adder(const struct graph *g)
+{
+    for (uint32_t i = 0; i < g->n; i++)
+        if (is_adder(&g->values[i]) || g->values[i].op == AD_OP_matmul)
+            return true;
+    return false;
+}
+
 /* Number of readers of each value. */
 static void count_uses(const struct graph *g, uint32_t *uses)
 {
@@ -91,12 +100,12 @@ static void merge(struct graph *g, uint32_t i)
 
 bool ad_graph_accumulate(struct graph *g)
 {
-    uint32_t *uses = calloc(g->n + 1, sizeof *uses);
-    g->host = calloc(g->n + 1, sizeof *g->host);
-    if (!uses || !g->host) {
-        free(uses);
+    g->host = ad_allocate_zeroed(g->n + 1, sizeof *g->host);
+    if (!g->host || !has_adder(g))
+        return g->host;
+    uint32_t *uses = ad_allocate_zeroed(g->n + 1, sizeof *uses);
+    if (!uses)
         return false;
-    }
     count_uses(g, uses);
     for (uint32_t i = 0; i < g->n; i++) {
         if (!is_given(&g->values[i]) && can_merge(g, &g->values[i], uses))

@@ -97,9 +97,9 @@ static bool plan_program(struct graph *g, ad_program *p)
                         .program = p,
                         .memory =
                             ALIGNMENT, /* compiled code reads one lane before and one behind */
-                        .last = calloc(n, sizeof *plan.last),
-                        .link = calloc(n, sizeof *plan.link),
-                        .spot = calloc(n, sizeof *plan.spot)};
+                        .last = ad_allocate_zeroed(n, sizeof *plan.last),
+                        .link = ad_allocate_zeroed(n, sizeof *plan.link),
+                        .spot = ad_allocate_zeroed(n, sizeof *plan.spot)};
     bool done = plan.last && plan.link && plan.spot && copy_labels(p, g) &&
                 copy_customs(p, g->tape) && ad_plan_storage(&plan) && ad_plan_emit(&plan) &&
                 allocate_memory(p, &plan);

@@ -195,6 +195,9 @@ bool ad_plan_emit(struct plan *p)
 {
     struct graph *g = p->graph;
     memset(p->link, 0, g->n * sizeof *p->link);
+    if (!ad_reserve((void **)&p->program->instructions, 0, &p->max_instructions, g->n,
+                    sizeof *p->program->instructions))
+        return false;
     for (uint32_t i = 0; i < g->n_groups; i++) {
         mark_stages(p, i);
         if (!g->groups[i].count)

@@ -74,8 +74,8 @@ static const void *payload(const ad_tape *tape, const struct value *v, size_t *b
 
 static uint64_t hash(const ad_tape *tape, const struct value *v)
 {
-    uint64_t h = mix(mix(mix(v->op, v->rows), v->cols), v->in[0]);
-    h = mix(mix(h, v->in[1]), v->in[2]);
+    uint64_t h = mix((uint64_t)v->in[2] << 16 ^ v->op, (uint64_t)v->in[0] << 32 | v->in[1]);
+    h = mix(h, (uint64_t)v->rows << 32 | v->cols);
     size_t bytes;
     const void *data = payload(tape, v, &bytes);
     return data ? hash_bytes(h, data, bytes) : h;
@@ -97,7 +97,9 @@ static bool commutes(uint16_t op)
 }
 
 /* Hash table of values, open addressing: 1 + their number, and half of their hash, so that a probe
-   rarely reads another value. */
+   rarely reads another value. The first cache line probed goes by the sum of two operands: as
+   programs go through their values in some order, it is often in the cache. */
+enum { LINE = 8 };
 struct known {
     struct known_value {
         uint32_t number, hash;
@@ -111,9 +113,10 @@ static struct known_value *look_up(const struct graph *g, const struct value *v,
 {
     uint64_t full = hash(g->tape, v);
     uint32_t half = (uint32_t)(full >> 32);
-    struct known_value *slot = &known->table[full & known->mask];
+    size_t line = ((size_t)v->in[0] + v->in[1]) & known->mask & ~(size_t)(LINE - 1), probe = 0;
+    struct known_value *slot = &known->table[line];
     while (slot->number && (slot->hash != half || !equal(g->tape, &g->values[slot->number - 1], v)))
-        slot = slot == &known->table[known->mask] ? known->table : slot + 1;
+        slot = &known->table[++probe < LINE ? line + probe : (full + probe) & known->mask];
     if (!slot->number)
         slot->hash = half;
     return slot;
@@ -125,7 +128,7 @@ static void reuse_reciprocal(const struct graph *g, struct value *v, const struc
 {
     struct value reciprocal = *v;
     reciprocal.op = AD_OP_recip;
-    uint32_t found = v->op == AD_OP_recip0 ? look_up(g, &reciprocal, known)->number : 0;
+    uint32_t found = look_up(g, &reciprocal, known)->number;
     if (!found)
         return;
     v->op = AD_OP_select;
@@ -133,20 +136,21 @@ static void reuse_reciprocal(const struct graph *g, struct value *v, const struc
     v->in[2] = v->in[0];
 }
 
-/* The number of an earlier value equal to v, or of a new one. */
-static uint32_t share(struct graph *g, struct value v, const struct known *known)
+/* The number of an earlier value equal to the one behind the last, or that of this new one. */
+static uint32_t share(struct graph *g, const struct known *known)
 {
-    if (v.op == AD_OP_detach || v.op == AD_OP_copy)
-        return v.in[0];
-    bool single = v.op == AD_OP_input || has_operand_list(v.op);
-    reuse_reciprocal(g, &v, known);
-    struct known_value *slot = single ? NULL : look_up(g, &v, known);
-    if (slot && slot->number)
-        return slot->number - 1;
-    g->values[g->n++] = v;
-    if (slot)
-        slot->number = (uint32_t)g->n;
-    return (uint32_t)g->n - 1;
+    struct value *v = &g->values[g->n];
+    if (v->op == AD_OP_detach || v->op == AD_OP_copy)
+        return v->in[0];
+    if (v->op == AD_OP_recip0)
+        reuse_reciprocal(g, v, known);
+    if (v->op != AD_OP_input && !has_operand_list(v->op)) {
+        struct known_value *slot = look_up(g, v, known);
+        if (slot->number)
+            return slot->number - 1;
+        slot->number = (uint32_t)g->n + 1;
+    }
+    return (uint32_t)g->n++;
 }
 
 /* What a custom operation points to may change between runs, in the steps of a loop, too. */
@@ -161,32 +165,33 @@ static bool has_custom(const ad_tape *tape, const struct node *n)
     return false;
 }
 
-static struct value renumbered(const struct graph *g, const struct node *n, uint32_t id)
+/* The operands of n as values, in one order where it does not matter. */
+static void renumber_operands(const struct graph *g, const struct node *n, uint32_t in[3])
 {
-    struct value v = {.op = n->op,
-                      .rows = n->rows,
-                      .cols = n->cols,
-                      .in = {n->in[0], n->in[1], n->in[2]},
-                      .aux = n->aux,
-                      .node = id};
+    for (size_t k = 0; k < 3; k++)
+        in[k] = k < ad_ops[n->op].arity ? g->renumber[n->in[k]] : n->in[k];
+    if (commutes(n->op) && in[0] > in[1]) {
+        uint32_t swap = in[0];
+        in[0] = in[1];
+        in[1] = swap;
+    }
+}
+
+/* Makes the value behind the last. */
+static void renumber(struct graph *g, uint32_t id)
+{
+    const struct node *n = node_at(g->tape, id);
+    struct value *v = &g->values[g->n];
+    *v = (struct value){.op = n->op, .rows = n->rows, .cols = n->cols, .aux = n->aux, .node = id};
+    renumber_operands(g, n, v->in);
     uint16_t fixed = n->op != AD_OP_input     ? VALUE_CONSTANT | VALUE_HELD
                      : (n->flags & NODE_HELD) ? VALUE_HELD
                                               : 0;
-    if (has_custom(g->tape, n))
+    if (n->op < AD_OP_copy && has_custom(g->tape, n))
         fixed = 0;
-    for (size_t k = 0; k < n_inputs(g->tape, n); k++) {
-        uint32_t x = g->renumber[input_of(g->tape, n, k)];
-        fixed &= g->values[x].flags;
-        if (!has_operand_list(n->op))
-            v.in[k] = x;
-    }
-    if (commutes(v.op) && v.in[0] > v.in[1]) {
-        uint32_t swap = v.in[0];
-        v.in[0] = v.in[1];
-        v.in[1] = swap;
-    }
-    v.flags = fixed;
-    return v;
+    for (size_t k = 0; k < n_inputs(g->tape, n); k++)
+        fixed &= g->values[g->renumber[input_of(g->tape, n, k)]].flags;
+    v->flags = fixed;
 }
 
 /* ---- inputs and outputs by node ---- */
@@ -230,9 +235,9 @@ bool ad_graph_build(struct graph *g, const ad_tape *tape, size_t n_out, const ad
     bool built = false;
     size_t live_nodes = 0;
     struct known known = {0};
-    uint8_t *live = calloc(tape->n_nodes, 1);
+    uint8_t *live = ad_allocate_zeroed(tape->n_nodes, 1);
     g->tape = tape;
-    g->renumber = malloc(tape->n_nodes * sizeof *g->renumber);
+    g->renumber = ad_allocate_large(tape->n_nodes * sizeof *g->renumber);
     if (!live || !g->renumber)
         goto done;
     memset(g->renumber, 0xff, tape->n_nodes * sizeof *g->renumber); /* UINT32_MAX: not live */
@@ -241,15 +246,17 @@ bool ad_graph_build(struct graph *g, const ad_tape *tape, size_t n_out, const ad
     mark_live(tape, live);
     for (size_t id = 0; id < tape->n_nodes; id++)
         live_nodes += live[id];
-    known.mask = power_of_two_above(live_nodes + live_nodes / 2) - 1;
-    known.table = calloc(known.mask + 1, sizeof *known.table);
-    g->values = malloc((live_nodes + 1) * sizeof *g->values);
+    known.mask = power_of_two_above(2 * live_nodes) - 1;
+    known.table = ad_allocate_zeroed(known.mask + 1, sizeof *known.table);
+    g->values = ad_allocate_large((live_nodes + 1) * sizeof *g->values);
     if (!known.table || !g->values)
         goto done;
-    for (size_t id = 0; id < tape->n_nodes; id++)
-        if (live[id])
-            g->renumber[id] =
-                share(g, renumbered(g, node_at(tape, (uint32_t)id), (uint32_t)id), &known);
+    for (uint32_t id = 0; id < tape->n_nodes; id++) {
+        if (!live[id])
+            continue;
+        renumber(g, id);
+        g->renumber[id] = share(g, &known);
+    }
     built = list_ports(g, n_out, out);
 done:
     free(live);

@@ -39,6 +39,10 @@ void ad_graph_release(struct graph *graph);
 
 /* ---- kinds of values ---- */
 
+/* Sets of structural operations, which precede the elementwise ones in the table. */
+#define OP_BIT(name) (UINT32_C(1) << AD_OP_##name)
+#define IN_SET(op, set) ((op) < AD_OP_copy && (UINT32_C(1) << (op) & (set)))
+
 static inline bool is_leaf(const struct value *v)
 {
     return v->op == AD_OP_input || v->op == AD_OP_constant;
@@ -47,19 +51,22 @@ static inline bool is_leaf(const struct value *v)
 /* Sums and scatters: they end the instructions of a tile by accumulating into memory. */
 static inline bool is_sink(uint16_t op)
 {
-    return op == AD_OP_sum || op == AD_OP_sum_rows || op == AD_OP_sum_cols || op == AD_OP_scatter;
+    return IN_SET(op, OP_BIT(sum) | OP_BIT(sum_rows) | OP_BIT(sum_cols) | OP_BIT(scatter));
 }
 
 /* Reads neighbouring columns. */
-static inline bool is_stencil(uint16_t op) { return op == AD_OP_diff || op == AD_OP_diff_adjoint; }
+static inline bool is_stencil(uint16_t op)
+{
+    return IN_SET(op, OP_BIT(diff) | OP_BIT(diff_adjoint));
+}
 
 /* Forms a segment of its own. */
 static inline bool is_alone(uint16_t op)
 {
-    return op == AD_OP_place || op == AD_OP_transpose || op == AD_OP_matmul ||
-           op == AD_OP_gather_cols || op == AD_OP_scatter_cols || op == AD_OP_cumsum ||
-           op == AD_OP_factor || op == AD_OP_solve || op == AD_OP_logdet || op == AD_OP_scan ||
-           op == AD_OP_scan_adjoint || ad_is_custom(op);
+    return IN_SET(op, OP_BIT(place) | OP_BIT(transpose) | OP_BIT(matmul) | OP_BIT(gather_cols) |
+                          OP_BIT(scatter_cols) | OP_BIT(cumsum) | OP_BIT(factor) | OP_BIT(solve) |
+                          OP_BIT(logdet) | OP_BIT(scan) | OP_BIT(scan_adjoint) | OP_BIT(custom) |
+                          OP_BIT(custom_adjoint));
 }
 
 /* No instruction computes it: a leaf or a view. */

@@ -13,7 +13,7 @@ struct plan {
     uint32_t *last; /* last group that reads it */
     uint32_t
         *link; /* storage: lists of expiring and free memory; emit: 1 + last broadcast location */
-    uint32_t *spot; /* emit: last reader within the segment; for accumulated values: their sink */
+    uint32_t *spot; /* tiles: 1 if it has a slot; for accumulated values: their sink */
     /* growth of the program's arrays */
     size_t max_instructions, max_segments, max_sinks, max_parts, max_numbers, max_factors;
     size_t tile_bytes;

@@ -8,7 +8,6 @@
 #include "graph.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* ---- levels ---- */
 
@@ -34,8 +33,9 @@ static uint32_t earliest(const struct graph *g, const struct value *v, const uin
     return earliest;
 }
 
-/* Constants take the first levels; their segments run once, at compile time. */
-static void assign_levels(const struct graph *g, uint32_t *level)
+/* Constants take the first levels; their segments run once, at compile time. Returns how many
+   levels there are, and in *within whether a stage has several. */
+static uint32_t assign_levels(const struct graph *g, uint32_t *level, bool *within)
 {
     uint32_t end[STAGES] = {0};
     for (uint32_t i = 0; i < g->n; i++) {
@@ -46,113 +46,124 @@ static void assign_levels(const struct graph *g, uint32_t *level)
         if (level[i] >= end[stage(v)])
             end[stage(v)] = level[i] + 1;
     }
+    *within = end[0] > 1 || end[1] > 1 || end[2] > 1;
     for (int k = 1; k < STAGES; k++)
         end[k] += end[k - 1];
-    for (uint32_t i = 0; i < g->n; i++)
+    for (uint32_t i = 0; end[1] && i < g->n; i++)
         if (stage(&g->values[i]) > 0)
             level[i] += end[stage(&g->values[i]) - 1];
+    return end[STAGES - 1];
 }
 
 /* ---- groups ---- */
 
-/* What the values of a group have in common. */
+/* What the values of one level that form a group have in common: a segment's iteration space. */
 struct member {
-    uint32_t level, rows, cols; /* of the segment's iteration space */
+    uint32_t rows, cols;
     uint32_t alone; /* 1 + the value if it forms its own segment: last of its level, so that a
                        product can accumulate onto values of that level */
     uint32_t value;
 };
 
-static struct member member_of(const struct graph *g, uint32_t i, uint32_t level)
+static struct member member_of(const struct graph *g, uint32_t i)
 {
     const struct value *v = &g->values[i], *space = is_sink(v->op) ? &g->values[v->in[0]] : v;
-    return (struct member){level, space->rows, space->cols, is_alone(v->op) ? i + 1 : 0, i};
+    return (struct member){space->rows, space->cols, is_alone(v->op) ? i + 1 : 0, i};
 }
 
-static int by_group(const void *a, const void *b)
+static bool same_group(const struct member *p, const struct member *q)
+{
+    return p->alone == q->alone && p->rows == q->rows && p->cols == q->cols;
+}
+
+static int by_group_and_value(const void *a, const void *b)
 {
     const struct member *p = a, *q = b;
-    const uint32_t x[] = {p->level, p->alone, p->rows, p->cols},
-                   y[] = {q->level, q->alone, q->rows, q->cols};
+    const uint32_t x[] = {p->alone, p->rows, p->cols, p->value},
+                   y[] = {q->alone, q->rows, q->cols, q->value};
     for (size_t k = 0; k < LENGTH(x); k++)
         if (x[k] != y[k])
             return x[k] < y[k] ? -1 : 1;
     return 0;
 }
 
-static int by_group_and_value(const void *a, const void *b)
+/* Sorts the values of a level by group, unless they are in order, as those of one group are. */
+static void sort_level(const struct graph *g, size_t n, uint32_t order[], struct member members[])
 {
-    const struct member *p = a, *q = b;
-    int order = by_group(a, b);
-    return order ? order : (p->value > q->value) - (p->value < q->value);
-}
-
-/* Members by group, in time linear in their number: they come by value and go by level, most of
-   which are of one shape and then in order. */
-static bool sort_members(size_t n, struct member members[])
-{
-    size_t levels = 0;
-    for (size_t i = 0; i < n; i++)
-        levels = members[i].level < levels ? levels : (size_t)members[i].level + 1;
-    size_t *end = calloc(levels + 1, sizeof *end);
-    struct member *sorted = malloc((n + 1) * sizeof *sorted);
-    bool done = end && sorted;
-    for (size_t i = 0; done && i < n; i++)
-        end[members[i].level + 1]++;
-    for (size_t k = 1; done && k < levels; k++)
-        end[k + 1] += end[k];
-    for (size_t i = 0; done && i < n; i++)
-        sorted[end[members[i].level]++] = members[i];
-    for (size_t first = 0, last; done && first < n; first = last) {
-        bool ordered = true;
-        for (last = first + 1; last < n && sorted[last].level == sorted[first].level; last++)
-            ordered = ordered && by_group_and_value(&sorted[last - 1], &sorted[last]) < 0;
-        if (!ordered)
-            qsort(sorted + first, last - first, sizeof *sorted, by_group_and_value);
+    bool ordered = true;
+    struct member last = member_of(g, order[0]);
+    for (size_t i = 1; ordered && i < n; i++) {
+        struct member next = member_of(g, order[i]);
+        ordered = same_group(&last, &next) || by_group_and_value(&last, &next) < 0;
+        last = next;
     }
-    if (done)
-        memcpy(members, sorted, n * sizeof *sorted);
-    free(end);
-    free(sorted);
-    return done;
+    if (ordered)
+        return;
+    for (size_t i = 0; i < n; i++)
+        members[i] = member_of(g, order[i]);
+    qsort(members, n, sizeof *members, by_group_and_value);
+    for (size_t i = 0; i < n; i++)
+        order[i] = members[i].value;
 }
 
-static void cut_groups(struct graph *g, size_t n, const struct member members[])
+static void cut_groups(struct graph *g, size_t first, size_t end)
 {
-    for (size_t i = 0; i < n; i++) {
-        const struct value *v = &g->values[members[i].value];
-        if (!i || by_group(&members[i - 1], &members[i])) {
+    struct member of = {0};
+    for (size_t i = first; i < end; i++) {
+        struct member next = member_of(g, g->order[i]);
+        const struct value *v = &g->values[next.value];
+        if (i == first || !same_group(&of, &next)) {
+            of = next;
             g->groups[g->n_groups++] = (struct group){(uint32_t)i, 0};
             g->n_constant_groups += (v->flags & VALUE_CONSTANT) != 0;
             g->n_held_groups += (v->flags & VALUE_HELD) != 0;
         }
-        g->groups[g->n_groups - 1].count++;
-        g->group_of[members[i].value] = (uint32_t)g->n_groups - 1;
-        g->order[i] = members[i].value;
+        g->groups[g->n_groups - 1].count = (uint32_t)i + 1 - g->groups[g->n_groups - 1].first;
+        g->group_of[next.value] = (uint32_t)g->n_groups - 1;
     }
+}
+
+/* Orders the values by level, in time linear in their number, and within each by group. */
+static bool make_groups(struct graph *g, size_t levels, const uint32_t level[])
+{
+    size_t *end = calloc(levels + 1, sizeof *end), most = 0, n = 0;
+    if (!end)
+        return false;
+    for (uint32_t i = 0; i < g->n; i++) {
+        g->group_of[i] = UINT32_MAX;
+        if (!is_given(&g->values[i]))
+            end[level[i] + 1]++;
+    }
+    for (size_t k = 0; k < levels; k++) {
+        most = end[k + 1] > most ? end[k + 1] : most;
+        end[k + 1] += end[k];
+    }
+    for (uint32_t i = 0; i < g->n; i++)
+        if (!is_given(&g->values[i]))
+            g->order[end[level[i]]++] = i;
+    struct member *members = malloc((most + 1) * sizeof *members);
+    for (size_t k = 0; members && k < levels; n = end[k++]) {
+        if (end[k] > n)
+            sort_level(g, end[k] - n, g->order + n, members);
+        cut_groups(g, n, end[k]);
+    }
+    free(end);
+    free(members);
+    return members;
 }
 
 bool ad_graph_schedule(struct graph *g)
 {
-    size_t n = 0, room = g->n + 1;
-    uint32_t *level = calloc(room, sizeof *level);
-    struct member *members = malloc(room * sizeof *members);
-    g->order = malloc(room * sizeof *g->order);
-    g->group_of = malloc(room * sizeof *g->group_of);
-    g->groups = malloc(room * sizeof *g->groups);
-    bool done = level && members && g->order && g->group_of && g->groups;
+    size_t room = g->n + 1, levels = 0;
+    bool within = false;
+    uint32_t *level = ad_allocate_zeroed(room, sizeof *level);
+    g->order = ad_allocate_large(room * sizeof *g->order);
+    g->group_of = ad_allocate_large(room * sizeof *g->group_of);
+    g->groups = ad_allocate_large(room * sizeof *g->groups);
+    bool done = level && g->order && g->group_of && g->groups;
     if (done)
-        assign_levels(g, level);
-    done = done && ad_graph_sink(g, level);
-    for (uint32_t i = 0; done && i < g->n; i++) {
-        g->group_of[i] = UINT32_MAX;
-        if (!is_given(&g->values[i]))
-            members[n++] = member_of(g, i, level[i]);
-    }
-    done = done && sort_members(n, members);
-    if (done)
-        cut_groups(g, n, members);
+        levels = assign_levels(g, level, &within);
+    done = done && (!within || ad_graph_sink(g, level)) && make_groups(g, levels, level);
     free(level);
-    free(members);
     return done;
 }

@@ -70,7 +70,7 @@ static unsigned kept_alive(const struct graph *g, const struct value *v, uint32_
 
 bool ad_graph_sink(const struct graph *g, uint32_t *level)
 {
-    struct uses *uses = calloc(g->n + 1, sizeof *uses);
+    struct uses *uses = ad_allocate_zeroed(g->n + 1, sizeof *uses);
     if (!uses)
         return false;
     for (uint32_t i = 0; i < g->n; i++) {

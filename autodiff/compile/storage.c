@@ -165,7 +165,7 @@ static bool allocate_group(struct plan *p, uint32_t group, uint8_t *placed, uint
 static bool allocate_all(struct plan *p)
 {
     struct graph *g = p->graph;
-    uint8_t *placed = calloc(g->n + 1, 1);
+    uint8_t *placed = ad_allocate_zeroed(g->n + 1, 1);
     uint32_t *dying = calloc(g->n_groups + 1, sizeof *dying);
     uint32_t free_list[N_CLASSES] = {0};
     bool fits = placed && dying;

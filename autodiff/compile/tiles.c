@@ -39,45 +39,37 @@ static bool is_flat(const struct plan *p, const struct group *group)
     return true;
 }
 
-struct slots {
-    uint32_t *free;
-    uint32_t n_free, n;
-};
-
-static uint32_t take_slot(struct slots *s) { return s->n_free ? s->free[--s->n_free] : s->n++; }
-
 static bool in_tile(const struct graph *g, const struct value *v, uint32_t k)
 {
     return reads_in_step(g, v, k) && !(g->values[v->in[k]].flags & VALUE_STORED);
 }
 
-/* Gives slots to the group's unstored values, as few as their lifetimes allow. */
+/* Gives slots to the group's unstored values, as few as their lifetimes allow: from the last value
+   to the first, so that what is seen first of a value is its last use. */
 static bool assign_slots(struct plan *p, const struct group *group, uint32_t *n_slots)
 {
     struct graph *g = p->graph;
-    struct slots s = {.free = malloc((group->count + 4) * sizeof *s.free)};
-    if (!s.free)
+    uint32_t n_free = 0, n = 0, *idle = malloc((group->count + 4) * sizeof *idle);
+    if (!idle)
         return false;
-    for (uint32_t i = 0; i < group->count; i++) {
-        const struct value *v = &g->values[g->order[group->first + i]];
-        for (uint32_t k = 0; k < ad_ops[v->op].arity; k++)
-            if (in_tile(g, v, k))
-                p->spot[v->in[k]] = i;
-    }
-    for (uint32_t i = 0; i < group->count; i++) {
+    for (uint32_t i = group->count; i-- > 0;) {
         uint32_t id = g->order[group->first + i];
         const struct value *v = &g->values[id];
+        if (!(v->flags & VALUE_STORED)) {
+            if (!p->spot[id]) /* nothing reads it */
+                g->locs[id].off = n_free ? idle[--n_free] : n++;
+            idle[n_free++] = (uint32_t)g->locs[id].off;
+        }
         for (uint32_t k = 0; k < ad_ops[v->op].arity; k++) {
             uint32_t x = v->in[k];
-            bool repeated = (k > 0 && v->in[0] == x) || (k > 1 && v->in[1] == x);
-            if (in_tile(g, v, k) && p->spot[x] == i && !repeated)
-                s.free[s.n_free++] = (uint32_t)g->locs[x].off;
+            if (in_tile(g, v, k) && !p->spot[x]) {
+                g->locs[x].off = n_free ? idle[--n_free] : n++;
+                p->spot[x] = 1;
+            }
         }
-        if (!(v->flags & VALUE_STORED))
-            g->locs[id].off = take_slot(&s);
     }
-    *n_slots = s.n;
-    free(s.free);
+    *n_slots = n;
+    free(idle);
     return true;
 }
 
@@ -132,7 +124,8 @@ static void lay_on_tiles(struct plan *p, const struct group *group, const struct
 bool ad_plan_tiles(struct plan *p, const struct group *group, struct segment *s)
 {
     uint32_t n_slots;
-    if ((size_t)s->rows * s->cols <= INT32_MAX && is_flat(p, group)) {
+    bool number = s->rows == 1 && s->cols == 1;
+    if (!number && (size_t)s->rows * s->cols <= INT32_MAX && is_flat(p, group)) {
         s->cols *= s->rows;
         s->rows = 1;
     }

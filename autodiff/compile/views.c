@@ -122,7 +122,7 @@ static bool copy_unreadable(struct graph *g, const struct value *v)
 
 bool ad_graph_find_views(struct graph *g)
 {
-    g->locs = malloc((g->n + 1) * sizeof *g->locs);
+    g->locs = ad_allocate_large((g->n + 1) * sizeof *g->locs);
     if (!g->locs)
         return false;
     g->n_locs = g->max_locs = g->n;

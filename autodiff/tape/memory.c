@@ -3,18 +3,25 @@
 #define _DEFAULT_SOURCE /* madvise */
 #include "autodiff/internal.h"
 
+#include <stdint.h>
 #include <stdlib.h>
 #include <sys/mman.h>
 
-void *ad_allocate_large(size_t bytes)
+/* The pages that lie within the memory. */
+static void *in_large_pages(void *memory, size_t bytes)
 {
-    const size_t page = (size_t)1 << 21;
-    if (bytes < page || bytes > SIZE_MAX - page)
-        return malloc(bytes);
-    void *memory = aligned_alloc(page, (bytes + page - 1) / page * page);
 #ifdef MADV_HUGEPAGE
-    if (memory)
-        madvise(memory, (bytes + page - 1) / page * page, MADV_HUGEPAGE);
+    const size_t page = (size_t)1 << 21;
+    size_t before = (page - (uintptr_t)memory % page) % page;
+    if (memory && bytes > before && (bytes - before) / page)
+        madvise((char *)memory + before, (bytes - before) / page * page, MADV_HUGEPAGE);
 #endif
     return memory;
+}
+
+void *ad_allocate_large(size_t bytes) { return in_large_pages(malloc(bytes), bytes); }
+
+void *ad_allocate_zeroed(size_t n, size_t size)
+{
+    return in_large_pages(calloc(n, size), n * size);
 }
