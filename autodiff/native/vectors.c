@@ -266,11 +266,11 @@ static void write_function(FILE *out, const ad_program *p, const struct function
 
 /* ---- sine and cosine together ---- */
 
-/* Sine and cosine of one argument share its reduction to [-pi/4, pi/4], x - k pi/2 with pi/2 in
-   three parts (Cody, Waite), whose products but the last are exact; what rounding loses is carried
-   on in `low`. The polynomials are those of fdlibm (Sun Microsystems, 1993: k_sin.c, k_cos.c).
-   Below 1 ulp up to 1e5 (tests/autodiff/native/test_newton.c), where libmvec has 3.4; beyond,
-   libmvec does it. */
+/* Sine and cosine of one argument share its reduction to [-pi/4, pi/4], r = x - k pi/2 with pi/2 in
+   three parts (Cody, Waite), whose products but the last are exact; `off` is what rounding adds to
+   r. The polynomials are those of fdlibm (Sun Microsystems, 1993: k_sin.c, k_cos.c). Below 1 ulp up
+   to 1e5 (tests/autodiff/native/test_newton.c), where libmvec has 3.4; beyond, libmvec does it.
+   Inlined where there are few: a call saves all vectors and loads all constants. */
 static const char sine_and_cosine[] =
     "struct both@ { V@ sin, cos; };\n"
     "static inline struct both@ sincos@(V@ x)\n{\n"
@@ -280,24 +280,31 @@ static const char sine_and_cosine[] =
     "const I@ n = (I@)t;\n"
     "#ifdef __FMA__\n"
     "const V@ near = x - k * 0x1.921fb54442d18p0, r = near - k * 0x1.1a626331p-54;\n"
-    "const V@ low = near - r - k * 0x1.1a626331p-54 - k * 0x1.1701b839a252p-88;\n"
+    "const V@ off = r - near + k * 0x1.1a626331p-54 + k * 0x1.1701b839a252p-88;\n"
     "#else\n"
     "const V@ far = x - k * 0x1.921fb544p0, near = far - k * 0x1.0b4611a6p-34;\n"
     "const V@ rest = k * 0x1.3198a2e037073p-69, r = near - rest;\n"
-    "const V@ low = near - r - rest + (far - near - k * 0x1.0b4611a6p-34);\n"
+    "const V@ off = r - near + rest - (far - near - k * 0x1.0b4611a6p-34);\n"
     "#endif\n"
-    "const V@ z = r * r, v = z * r, h = 0.5 * z, w = 1 - h;\n"
-    "const V@ s = r - (z * (0.5 * low - v * (8.33333333332248946124e-03"
+    "const V@ z = r * r, h = 0.5 * r, w = 1 - h * r;\n"
+    "V@ s = r - (w * off - z * r * (-1.66666666666666324348e-01 + z * (8.33333333332248946124e-03"
     " + z * (-1.98412698298579493134e-04 + z * (2.75573137070700676789e-06"
-    " + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10))))) - low"
-    " - v * -1.66666666666666324348e-01);\n"
-    "const V@ c = w + ((1 - w) - h + (z * z * (4.16666666666666019037e-02"
+    " + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10))))));\n"
+    "V@ c = w + ((1 - w) - h * r + r * off + z * z * (4.16666666666666019037e-02"
     " + z * (-1.38888888888741095749e-03 + z * (2.48015872894767294178e-05"
     " + z * (-2.75573143513506633035e-07 + z * (2.08757232129817482790e-09"
-    " + z * -1.13596475577881948265e-11))))) - r * low));\n"
-    "const I@ odd = -(n & 1);\n"
-    "return (struct both@){(V@)((I@)pick@(odd, c, s) ^ ((n & 2) << 62)),"
-    " (V@)((I@)pick@(odd, s, c) ^ (((n + 1) & 2) << 62))};\n}\n";
+    " + z * -1.13596475577881948265e-11))))));\n"
+    /* odd k: the sine is c, the cosine -s; then the sign of both is bit 1 of k */
+    "const I@ minus = (I@)all@(-0.0), sign = n << 62 & minus;\n"
+    "#ifdef NEWTON\n"
+    "V@ first; __asm__(\"vptestmq %3, %2, %%k1\\n\\tvblendmpd %1, %4, %0%{%%k1%}\\n\\t"
+    "vxorpd %5, %4, %1%{%%k1%}\" : \"=&v\"(first), \"+v\"(c)"
+    " : \"v\"(n), \"v\"((I@){0} + 1), \"v\"(s), \"v\"(minus) : \"k1\"); s = first;\n"
+    "#else\n"
+    "const I@ odd = -(n & 1), swap = ((I@)s ^ (I@)c) & odd;\n"
+    "s = (V@)((I@)s ^ swap); c = (V@)((I@)c ^ swap ^ (odd & minus));\n"
+    "#endif\n"
+    "return (struct both@){(V@)((I@)s ^ sign), (V@)((I@)c ^ sign)};\n}\n";
 
 /* ---- the prologue ---- */
 
