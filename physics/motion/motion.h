@@ -32,6 +32,7 @@ struct phys_events {
     /* Search a few points of each step for changes of sign, which is cheaper; otherwise every root
        of a step is isolated. */
     bool coarse;
+    int *signs; /* [n] last signs that were not 0, in: before the start, out: at the end; or NULL */
 };
 
 enum phys_simulation_stop {

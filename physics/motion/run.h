@@ -59,12 +59,9 @@ enum ad_status phys_run_dense(struct run *run, double theta, struct ad_error *er
 enum ad_status phys_run_events_begin(struct run *run, struct ad_error *error);
 enum ad_status phys_run_events(struct run *run, struct ad_error *error);
 void phys_run_events_end(struct run *run);
-/* Of the events that are not coarse, on a finer run of the step; one root more; the signs at (t,
-   y), where they are not 0. */
+/* Of the events that are not coarse, on a finer run of the step; one root more. */
 enum ad_status phys_run_within(struct run *run, struct ad_error *error);
 enum ad_status phys_run_found(struct run *run, const struct found_event *event,
                               struct ad_error *error);
-void phys_run_signs(const struct phys_events *events, double t, const double *y, double *values,
-                    int *signs);
 
 #endif

@@ -1,7 +1,9 @@
 /* Finds events within a step. Coarse events are searched at a few points of the step. For the
-   others every root is isolated (roots.h), on the interpolating polynomial where that is accurate,
-   else on a finer run within the step (simulate_within.c). */
+   others every root is isolated (roots.h), on the interpolating polynomial of adaptive methods.
+   That of fixed steps is too crude: it only tells which steps are far from a root, the others are
+   run again (simulate_within.c). */
 #include "run.h"
+#include "physics/system/internal.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -9,8 +11,10 @@
 
 enum { LOOKS = 4 }; /* points of an adaptive step that are looked at for coarse events */
 
-static const double follows =
-    1e-3; /* defect of a polynomial, relative to the size and change of a component */
+/* The largest defect of a polynomial that tells how far a step is from a root, relative to the
+   change of a component; and how often more than it changes in the step a function must be away
+   from 0. */
+static const double follows = 0.1, far = 2;
 
 static size_t n_values(const struct run *run)
 {
@@ -35,8 +39,8 @@ static void evaluate(const struct phys_events *events, double t, const double *y
 
 static int sign(double x) { return (x > 0) - (x < 0); }
 
-void phys_run_signs(const struct phys_events *events, double t, const double *y, double *values,
-                    int *signs)
+static void note_signs(const struct phys_events *events, double t, const double *y, double *values,
+                       int *signs)
 {
     if (events->n > 0)
         evaluate(events, t, y, values);
@@ -57,13 +61,21 @@ enum ad_status phys_run_events_begin(struct run *run, struct ad_error *error)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu events", n);
     phys_roots_fill(run->table);
     int *signs = run->signs;
-    for (size_t e = 0; e < s->n_events; signs += s->events[e++].n)
-        phys_run_signs(&s->events[e], run->stepper.t, run->stepper.y, run->values, signs);
+    for (size_t e = 0; e < s->n_events; signs += s->events[e++].n) {
+        if (s->events[e].signs)
+            memcpy(signs, s->events[e].signs, s->events[e].n * sizeof *signs);
+        note_signs(&s->events[e], run->stepper.t, run->stepper.y, run->values, signs);
+    }
     return AD_OK;
 }
 
 void phys_run_events_end(struct run *run)
 {
+    const int *signs = run->signs;
+    for (size_t e = 0; e < run->settings->n_events && signs; signs += run->settings->events[e++].n)
+        if (run->settings->events[e].signs)
+            memcpy(run->settings->events[e].signs, signs,
+                   run->settings->events[e].n * sizeof *signs);
     for (size_t i = 0; i < run->n_found; i++)
         free(run->found[i].y);
     free(run->found);
@@ -174,37 +186,66 @@ static enum ad_status look(struct run *run, struct on_polynomial *p, int *signs,
     return AD_OK;
 }
 
-/* Whether the polynomial follows the motion: its slope against the field, between its ends.
-   Adaptive methods see to that themselves. */
-static enum ad_status polynomial_follows(struct run *run, bool *good, struct ad_error *error)
+/* Whether the polynomial follows the motion: its slope against the field, between its ends. */
+static bool polynomial_follows(struct run *run, double *slope)
 {
     static const double at[] = {0.25, 0.5, 0.75};
     const double tiny = 1e-4;
     struct phys_stepper *m = &run->stepper;
-    size_t n = m->n;
-    double *rate = malloc(2 * n * sizeof *rate);
+    double *rate = slope + m->n;
     struct ad_error outside = {0};
-    *good = true;
-    if (!rate)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (phys_run_dense(run, 0.5, error) == AD_OK)
-        for (size_t i = 0; i < sizeof at / sizeof *at && *good; i++) {
-            double *slope = rate + n;
-            phys_stepper_at(m, at[i] + tiny, slope);
-            phys_stepper_at(m, at[i] - tiny, run->point);
-            for (size_t k = 0; k < n; k++)
-                slope[k] = (slope[k] - run->point[k]) / (2 * tiny);
-            phys_stepper_at(m, at[i], run->point);
-            m->interpolations++;
-            *good = m->ode->field(m->ode->context, m->t + at[i] * m->h, run->point, rate,
-                                  &outside) == AD_OK;
-            for (size_t k = 0; k < n && *good; k++) {
-                double change = fabs(m->y[k]) + fabs(m->next[k]) + fabs(m->h * rate[k]);
-                *good = fabs(slope[k] - m->h * rate[k]) <= follows * change;
-            }
+    for (size_t i = 0; i < LENGTH(at); i++) {
+        phys_stepper_at(m, at[i] + tiny, slope);
+        phys_stepper_at(m, at[i] - tiny, run->point);
+        for (size_t k = 0; k < m->n; k++)
+            slope[k] = (slope[k] - run->point[k]) / (2 * tiny);
+        phys_stepper_at(m, at[i], run->point);
+        m->interpolations++;
+        if (m->ode->field(m->ode->context, m->t + at[i] * m->h, run->point, rate, &outside) !=
+            AD_OK)
+            return false;
+        for (size_t k = 0; k < m->n; k++) {
+            double change = fabs(m->next[k] - m->y[k]) +
+                            fabs(m->h) * (fabs(m->rate[k]) + fabs(rate[k]) + fabs(m->next_rate[k]));
+            if (!(fabs(slope[k] - m->h * rate[k]) <= follows * change))
+                return false;
         }
-    free(rate);
-    return error->status;
+    }
+    return true;
+}
+
+/* Whether the functions stay far from 0 in the step. */
+static bool are_far(struct run *run, const struct phys_events *events)
+{
+    struct on_polynomial p = {.run = run, .events = events};
+    for (; p.which < events->n; p.which++) {
+        double low = INFINITY, high = -INFINITY, least = INFINITY;
+        for (int i = 0; i <= LOOKS; i++) {
+            double g = value_at(&p, (double)i / LOOKS);
+            low = fmin(low, g);
+            high = fmax(high, g);
+            least = fabs(g) <= least ? fabs(g) : isnan(g) ? -1 : least;
+        }
+        if (!(least > far * (high - low)))
+            return false;
+    }
+    return true;
+}
+
+/* Whether a fixed step may have roots. */
+static bool may_have_roots(struct run *run, struct ad_error *error)
+{
+    const struct phys_simulation *s = run->settings;
+    double *work = malloc(2 * run->stepper.n * sizeof *work);
+    if (!work) {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+        return false;
+    }
+    bool none = phys_run_dense(run, 0.5, error) == AD_OK && polynomial_follows(run, work);
+    for (size_t e = 0; e < s->n_events && none; e++)
+        none = s->events[e].coarse || are_far(run, &s->events[e]);
+    free(work);
+    return !none && error->status == AD_OK;
 }
 
 /* ---- reporting ---- */
@@ -254,18 +295,16 @@ enum ad_status phys_run_events(struct run *run, struct ad_error *error)
     if (n_signs(run) == 0)
         return AD_OK;
     int *signs = run->signs, *now = run->signs + n_signs(run);
-    bool any = false, fine = true;
+    bool any = false, adaptive = s->integrator->adaptive;
     for (size_t e = 0; e < s->n_events; e++)
         any |= !s->events[e].coarse && s->events[e].n > 0;
-    if (any && !s->integrator->adaptive && polynomial_follows(run, &fine, error) != AD_OK)
-        return error->status;
-    if (any && !fine && phys_run_within(run, error) != AD_OK)
-        return error->status;
+    if (any && !adaptive && may_have_roots(run, error))
+        phys_run_within(run, error);
     for (size_t e = 0; e < s->n_events && error->status == AD_OK; signs += s->events[e++].n) {
         struct on_polynomial p = {.run = run, .events = &s->events[e]};
         if (p.events->coarse)
             look(run, &p, signs, now, error);
-        else if (fine && p.events->n > 0 && phys_run_dense(run, 1, error) == AD_OK)
+        else if (adaptive && p.events->n > 0 && phys_run_dense(run, 1, error) == AD_OK)
             for (; p.which < p.events->n && error->status == AD_OK; p.which++)
                 isolate(run, &p, 0, 1, &signs[p.which], error);
     }

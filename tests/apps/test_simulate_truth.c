@@ -158,6 +158,44 @@ static void test_every_crossing(void **state)
     }
 }
 
+/* Events of fixed steps are as accurate as the motion, also next to a turning point, where two
+   crossings lie within a step: q = cos t passes q at acos(q) and 2 pi - acos(q). */
+static void test_events_of_fixed_steps(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"gauss5 --tol 1e-9",
+                                          "gauss3 --dt 0.1",
+                                          "rk4 --tol 1e-9",
+                                          "verlet --dt 0.01",
+                                          "yoshida6 --dt 0.1",
+                                          "gauss4 --dt 0.25",
+                                          "variational-gauss4 --dt 0.05"};
+    static const double values[] = {0.3, 0, -0.99999999, 0.99999999};
+    for (size_t i = 0; i < LENGTH(methods); i++)
+        for (size_t k = 0; k < LENGTH(values); k++) {
+            shell_works("$LA simulate spring --set m=1 --set k=1 --set q0=1 --set v0=0 --time 6.28 "
+                        "--samples 5000 --json --integrator %s --event q=%.17g",
+                        methods[i], values[k]);
+            double error = shell_number("error"), root = acos(values[k]), speed = sin(root);
+            const char *at = shell_last_line();
+            for (int n = 0; n < 2; n++) {
+                double t = n == 0 ? root : 2 * M_PI - root, found;
+                at = strstr(at, "{\"event\"");
+                if (n == 1 && t > 6.28) { /* not in this time */
+                    assert_null(at);
+                    break;
+                }
+                assert_non_null(at);
+                assert_int_equal(sscanf(strstr(at++, "\"t\": "), "\"t\": %lf", &found), 1);
+                double allowed = 2 * error / speed + 1e-12 / speed;
+                if (!(fabs(found - t) <= allowed))
+                    print_error("%s q = %.9g: t errs by %g, q by %g\n", methods[i], values[k],
+                                found - t, error);
+                assert_close(found, t, 0, allowed);
+            }
+        }
+}
+
 /* A15: a mass matrix that is singular but for rounding is refused, by simulate and by check. */
 static void test_degenerate_masses(void **state)
 {
@@ -225,6 +263,7 @@ int main(void)
         cmocka_unit_test_setup(test_narrow_forces, shell_empty),
         cmocka_unit_test_setup(test_tolerance_is_reached, shell_empty),
         cmocka_unit_test_setup(test_every_crossing, shell_empty),
+        cmocka_unit_test_setup(test_events_of_fixed_steps, shell_empty),
         cmocka_unit_test_setup(test_degenerate_masses, shell_empty),
         cmocka_unit_test_setup(test_conserved, shell_empty),
     };
