@@ -117,6 +117,31 @@ static void test_narrow_forces(void **state)
     assert_true(missed > 0 && met >= 2 * LENGTH(places));
 }
 
+/* A14: pulses thinner than a step, centred where the reference lands (a row of the output, a part
+   between two), are seen whole: x = 10 + 10 - t0 at the end. The run sees nothing, or, where its
+   own steps end there, the force at the centre for as long as a step. */
+static void test_pulses_where_steps_end(void **state)
+{
+    (void)state;
+    static const double widths[] = {1e-4, 1e-5, 1e-6}, places[] = {5, 4.9, 7.35};
+    build("narrow");
+    for (size_t i = 0; i < LENGTH(places); i++)
+        for (size_t k = 0; k < LENGTH(widths); k++)
+            for (int fixed = 0; fixed < 2; fixed++) {
+                int status =
+                    shell("$LA simulate ./narrow.so --time 10 --json --quiet --set pulse=1 "
+                          "--set barrier=0 --set t0=%g --set w=%g %s",
+                          places[i], widths[k],
+                          fixed ? "--integrator velocity-verlet --dt 0.01" : "--tol 1e-6");
+                double moved = 10 - places[i], error = shell_number("error_end");
+                double seen = fixed ? 0.01 / (widths[k] * sqrt(2 * M_PI)) : 0;
+                if (status == 0 && !fixed)
+                    assert_true(error <= 1e-6);
+                else
+                    assert_close(error, fabs(seen - 1) * moved, 1e-3, 0);
+            }
+}
+
 /* C1: a tighter tolerance is tried as long as it helps, in no more evaluations than four runs of
    the answer. Motions of ten orbits and more. */
 static void test_tolerance_is_reached(void **state)
@@ -261,6 +286,7 @@ int main(void)
         cmocka_unit_test_setup(test_the_reference_comes_back, shell_empty),
         cmocka_unit_test_setup(test_horizon, shell_empty),
         cmocka_unit_test_setup(test_narrow_forces, shell_empty),
+        cmocka_unit_test_setup(test_pulses_where_steps_end, shell_empty),
         cmocka_unit_test_setup(test_tolerance_is_reached, shell_empty),
         cmocka_unit_test_setup(test_every_crossing, shell_empty),
         cmocka_unit_test_setup(test_events_of_fixed_steps, shell_empty),

@@ -34,7 +34,7 @@ static double ring_error(const struct phys_integrator *integrator, size_t steps)
 static const struct {
     size_t coarse, fine;
 } steps_for[] = {[1] = {1000, 2000}, [2] = {100, 200}, [4] = {100, 200}, [5] = {150, 300},
-                 [6] = {30, 60},     [8] = {10, 16},   [10] = {8, 12}};
+                 [6] = {30, 60},     [8] = {16, 24},   [10] = {8, 12}};
 
 static void test_order(void **state)
 {
