@@ -42,8 +42,9 @@ bool ad_series_is_number(const ad_series *series, size_t k, size_t i);
    derivative is infinite: sqrt, hypot and atan2 at 0, asin and acos at 1, other than whole powers
    of 0. */
 void ad_series_advance(ad_series *series, size_t k);
-/* Number of comparisons that values depend on (abs, relu, min, max, select): a series follows the
-   branch taken at its point and does not see a kink nearby. */
+/* Number of kinks that values depend on: comparisons (abs, relu, min, max, select), and |x| by
+   another name, such as sqrt(x^2), hypot(x, 0), acos(cos x). A series follows the branch taken at
+   its point and does not see a kink nearby. */
 size_t ad_series_branches(const ad_series *series);
 /* Number of values, each with its series. */
 size_t ad_series_size(const ad_series *series);

@@ -1,6 +1,7 @@
 /* Series of a recording: what is needed of it, element by element (series.h). */
 #include "internal.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -179,6 +180,79 @@ static enum ad_status sweep(struct ad_series *s, size_t inputs)
     return to && stack ? AD_OK : AD_E_MEMORY;
 }
 
+/* The jet without its factors that are numbers. */
+static uint32_t without_factors(const struct ad_series *s, uint32_t x)
+{
+    while (s->jets[x].kind == JET_SCALE)
+        x = s->jets[x].a;
+    return x;
+}
+
+/* 1 - sin^2, or 1 - cos^2. */
+static bool is_other_square(const struct ad_series *s, const struct jet *shift)
+{
+    const struct jet *scale = &s->jets[shift->a], *square;
+    if (shift->number != 1 || scale->kind != JET_SCALE || scale->number != -1)
+        return false;
+    square = &s->jets[scale->a];
+    if (square->kind != JET_SQUARE)
+        return false;
+    const struct jet *base = &s->jets[square->a];
+    return base->kind == JET_INTEGRAL && (base->op == AD_OP_sin || base->op == AD_OP_cos);
+}
+
+/* What `x` has as a factor twice, JET_NONE: nothing that is seen. */
+static uint32_t squared(const struct ad_series *s, uint32_t x)
+{
+    const struct jet *it = &s->jets[x = without_factors(s, x)];
+    uint32_t base;
+    switch (it->kind) {
+    case JET_SQUARE:
+        return without_factors(s, it->a);
+    case JET_POWER:
+        return fmod(it->number, 2) == 0 ? without_factors(s, it->a) : JET_NONE;
+    case JET_PRODUCT:
+        if (without_factors(s, it->a) == without_factors(s, it->b))
+            return without_factors(s, it->a);
+        base = squared(s, it->a);
+        return base != JET_NONE ? base : squared(s, it->b);
+    case JET_QUOTIENT:
+        return squared(s, it->a);
+    case JET_COMBINE:
+        base = squared(s, it->a);
+        return base == squared(s, it->b) ? base : JET_NONE;
+    case JET_SHIFT:
+        return is_other_square(s, it) ? it->a : JET_NONE;
+    default:
+        return JET_NONE;
+    }
+}
+
+/* Roots of squares, also in the derivative of asin(sin x), and hypot(x, c x): |x| by another name.
+ */
+static bool has_kink(const struct ad_series *s, const struct jet *it)
+{
+    const struct jet *a, *b;
+    switch (it->kind) {
+    case JET_PIECEWISE:
+        return it->op != AD_OP_eq && it->op != AD_OP_ne;
+    case JET_ROOT:
+        return squared(s, it->a) != JET_NONE;
+    case JET_POWER:
+        return it->number != floor(it->number) && squared(s, it->a) != JET_NONE;
+    case JET_INTEGRAL:
+        a = &s->jets[it->a];
+        if (it->op != AD_OP_hypot)
+            return false;
+        b = &s->jets[it->b];
+        if (a->kind == JET_NUMBER || b->kind == JET_NUMBER)
+            return (a->kind == JET_NUMBER ? a : b)->number == 0;
+        return without_factors(s, it->a) == without_factors(s, it->b);
+    default:
+        return false;
+    }
+}
+
 /* Memory of the coefficients; those of numbers are set for good. */
 static enum ad_status allocate(struct ad_series *s)
 {
@@ -190,7 +264,7 @@ static enum ad_status allocate(struct ad_series *s)
         const struct jet *it = &s->jets[k];
         if (it->kind == JET_NUMBER)
             s->coefficients[k * s->stride] = it->number;
-        s->branches += it->kind == JET_PIECEWISE && it->op != AD_OP_eq && it->op != AD_OP_ne;
+        s->branches += has_kink(s, it);
     }
     return s->coefficients ? AD_OK : AD_E_MEMORY;
 }

@@ -46,7 +46,8 @@ static enum ad_status record(struct phys_motion_series *s, struct ad_error *erro
         return ad_fail(error, AD_E_ARGUMENT, "taylor: no series of the forces; take dop853");
     }
     if (ad_series_branches(s->force))
-        return too_much(s, "L has kinks (abs, min, max, relu, or a comparison)", error);
+        return too_much(s, "L has kinks (abs, min, max, relu, a root of a square, or a comparison)",
+                        error);
     return AD_OK;
 }
 

@@ -205,6 +205,46 @@ static void test_kinks_are_refused(void **state)
     assert_int_equal(follow(&scene, "dop853", 0.1, y), AD_OK);
 }
 
+/* |q| by other names, and what only looks like it. */
+static ad_var q_squared(ad_var q) { return ad_mul(2.0, ad_square(q)); }
+#define KINK(name, V)                                                                              \
+    static ad_var name(ad_var q, ad_var v, ad_var t, const void *params)                           \
+    {                                                                                              \
+        (void)params, (void)t;                                                                     \
+        return ad_sub(ad_mul(0.5, ad_square(v)), V);                                               \
+    }
+KINK(root, ad_sqrt(q_squared(q)))
+KINK(product, ad_sqrt(ad_mul(q, q)))
+KINK(factor, ad_sqrt(ad_mul(ad_square(q), ad_add(1.0, ad_square(q)))))
+KINK(sum, ad_sqrt(ad_add(ad_square(q), ad_mul(3.0, ad_square(q)))))
+KINK(power, ad_pow(q_squared(q), 0.5))
+KINK(three_halves, ad_pow(q_squared(q), 1.5))
+KINK(hypotenuse, ad_hypot(q, ad_mul(2.0, q)))
+KINK(triangle, ad_asin(ad_sin(q)))
+KINK(softened, ad_sqrt(ad_add(1.0, ad_square(q))))
+KINK(powers, ad_pow(ad_add(1.0, q_squared(q)), 1.5))
+KINK(of_two, ad_hypot(q, ad_add(1.0, q)))
+
+static void test_kinks_by_other_names(void **state)
+{
+    (void)state;
+    phys_lagrangian *const sharp[] = {root,  product,      factor,     sum,
+                                      power, three_halves, hypotenuse, triangle};
+    phys_lagrangian *const smooth[] = {softened, powers, of_two};
+    double y[2];
+    for (size_t k = 0; k < LENGTH(sharp); k++) {
+        struct phys_scene scene = scene_of(sharp[k]);
+        enum ad_status status = follow(&scene, taylor, 1, y);
+        if (status != AD_E_ARGUMENT)
+            print_error("kink %zu is not seen\n", k);
+        assert_int_equal(status, AD_E_ARGUMENT);
+    }
+    for (size_t k = 0; k < LENGTH(smooth); k++) {
+        struct phys_scene scene = scene_of(smooth[k]);
+        assert_int_equal(follow(&scene, taylor, 1, y), AD_OK);
+    }
+}
+
 static enum ad_status decay(void *context, double t, const double *y, double *rate,
                             struct ad_error *error)
 {
@@ -291,6 +331,7 @@ int main(void)
         cmocka_unit_test(test_time_in_the_lagrangian),
         cmocka_unit_test(test_masses_that_vary),
         cmocka_unit_test(test_kinks_are_refused),
+        cmocka_unit_test(test_kinks_by_other_names),
         cmocka_unit_test(test_fields_without_a_series_are_refused),
         cmocka_unit_test(test_a_wall_turns_it_around),
         cmocka_unit_test(test_what_the_series_does_not_see),
