@@ -49,19 +49,31 @@ enum ad_status phys_stages_residual(struct phys_stepper *s, struct phys_stages *
     return AD_OK;
 }
 
+/* The size of component k so far, this step among it: a motion from rest at 0 has none before. */
+static double size_of(const struct phys_stepper *s, const struct phys_stages *g, double h, size_t k)
+{
+    double size = g->size[k];
+    for (size_t i = 0; i < g->s; i++)
+        size = fmax(size, fabs(h * g->F[i * s->n + k]));
+    return size;
+}
+
 double phys_stages_add(struct phys_stepper *s, struct phys_stages *g, double h)
 {
     double most = 0;
-    for (size_t k = 0; k < s->n; k++)
+    for (size_t i = 0; i < g->s * s->n; i++)
+        g->F[i] += g->G[i];
+    for (size_t k = 0; k < s->n; k++) {
+        double size = size_of(s, g, h, k);
         for (size_t i = 0; i < g->s; i++) {
             double change = g->G[i * s->n + k];
-            double x = change == 0 ? 0 : fabs(h * change) / g->size[k];
-            g->F[i * s->n + k] += change;
+            double x = change == 0 ? 0 : fabs(h * change) / size;
             if (!(x <= most)) {
                 most = x;
                 s->worst = k;
             }
         }
+    }
     return most;
 }
 
@@ -80,8 +92,8 @@ static enum ad_status jacobian(struct phys_stepper *s, struct phys_stages *g, si
     if (phys_stepper_rate(s, t, at, g->base, error) != AD_OK)
         return error->status;
     for (size_t j = 0; j < n; j++) {
-        double here = at[j];
-        at[j] += sqrt(DBL_EPSILON) * fmax(g->size[j], DBL_MIN);
+        double here = at[j], size = size_of(s, g, h, j);
+        at[j] += sqrt(DBL_EPSILON) * (size > 0 ? size : 1);
         if (phys_stepper_rate(s, t, at, J + j * n, error) != AD_OK)
             return error->status;
         for (size_t k = 0; k < n; k++)
