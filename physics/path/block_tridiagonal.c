@@ -1,155 +1,164 @@
-/* Block elimination of H - i m (block_tridiagonal.h): with A_e the blocks and C_e the coupling of
-   block e - 1 to block e, D_0 = A_0,   D_e = A_e - C_e^T D_e-1^-1 C_e. As H is symmetric, the
-   imaginary part of every D_e is -m or below, so that |D_e^-1| <= 1/m: no pivoting between blocks
-   is needed. */
-#include "block_tridiagonal.h"
+/* Block elimination of H - i m (block_tridiagonal.h). Within an element the inner nodes K are
+   eliminated, S = A - C^T K^-1 C, C their coupling to both slices, which leaves blocks A_s and
+   couplings B_s over the slices; then D_1 = A_1, D_s = A_s - B_s^T D_s-1^-1 B_s. K and C are bands
+   by coordinate where L couples neighbours alone. As H is symmetric, the imaginary part of every K
+   and D_s is -m or below, so that their inverses are at most 1/m: no pivoting between blocks is
+   needed. */
+#include "condensed_element.h"
 #include "physics/linear/linear.h"
 
 #include <stdlib.h>
 #include <string.h>
 
+static size_t inner_width(const struct phys_hessian *h)
+{
+    size_t inner = h->table.degree - 1;
+    return inner ? h->reach * inner + inner - 1 : 0;
+}
+
+double phys_block_tridiagonal_cost(const struct phys_hessian *h)
+{
+    double n = (double)h->dof, w = (double)inner_width(h), m = (double)(h->table.degree - 1) * n;
+    return 4 * (double)h->elements * (6 * n * n * n + 12 * n * m * w + 2 * m * w * w);
+}
+
 bool phys_block_tridiagonal_new(struct phys_block_tridiagonal *b,
                                 const struct phys_hessian *hessian, size_t hold,
                                 const double *scale)
 {
-    size_t dof = hessian->dof, size = hessian->table.degree * dof;
+    size_t dof = hessian->dof, size = hessian->table.degree * dof, inner = size - dof;
     size_t count = hessian->elements - 2 * (hold - 1);
     *b = (struct phys_block_tridiagonal){.hessian = hessian,
                                          .scale = scale,
                                          .first = hold - 1,
                                          .count = count,
                                          .dof = dof,
-                                         .size = size};
-    if (count > SIZE_MAX / sizeof(double) / 2 / size / size)
+                                         .inner = inner,
+                                         .reach = hessian->reach,
+                                         .width = inner_width(hessian)};
+    b->room = PHYS_BAND_ROWS(b->width) * inner;
+    size_t slices = 2 * count * dof * dof, condensed = 2 * (4 * dof * dof + 2 * dof * inner);
+    if (count > SIZE_MAX / sizeof(double) / 8 / (b->room + dof * dof))
         return false;
-    b->factor = malloc(2 * count * size * size * sizeof *b->factor);
+    b->slice =
+        malloc((2 * slices + 2 * count * b->room + condensed + 4 * dof * dof) * sizeof *b->slice);
+    b->right = malloc(2 * (count + 1) * size * sizeof *b->right);
     b->pivots = malloc(count * size * sizeof *b->pivots);
-    b->right = malloc(2 * count * size * sizeof *b->right);
-    b->coupling = malloc(4 * size * size * sizeof *b->coupling);
-    b->work = b->coupling ? b->coupling + 2 * size * size : NULL;
-    return b->factor && b->pivots && b->right && b->coupling;
+    if (!b->slice || !b->right || !b->pivots)
+        return false;
+    b->coupling = b->slice + slices;
+    b->band = b->coupling + slices;
+    b->condensed = b->band + 2 * count * b->room;
+    b->solved = b->condensed + 8 * dof * dof;
+    b->work = b->solved + 4 * dof * inner;
+    return true;
 }
 
 void phys_block_tridiagonal_free(struct phys_block_tridiagonal *b)
 {
-    free(b->factor);
-    free(b->pivots);
+    free(b->slice);
     free(b->right);
-    free(b->coupling);
+    free(b->pivots);
+    *b = (struct phys_block_tridiagonal){0};
 }
 
-/* ---- the matrix ---- */
+/* ---- slices ---- */
 
-static size_t rows(const struct phys_block_tridiagonal *b, size_t e)
+static double *slice_of(const struct phys_block_tridiagonal *b, size_t s)
 {
-    return e + 1 < b->count ? b->size : b->size - b->dof;
+    return b->slice + 2 * s * b->dof * b->dof;
 }
 
-/* D^-1 H D^-1 of an element, between coordinates i and j of its nodes. */
-static double entry(const struct phys_block_tridiagonal *b, size_t e, size_t i, size_t j)
+static double *coupling_of(const struct phys_block_tridiagonal *b, size_t s)
 {
-    const struct phys_hessian *h = b->hessian;
-    double value = h->element[((b->first + e) * h->side + j) * h->side + i];
-    return value * b->scale[i % b->dof] * b->scale[j % b->dof];
+    return b->coupling + 2 * s * b->dof * b->dof;
 }
 
-/* A_e - i damping: its own element's part, and the first slice of the next element. */
-static void fill(const struct phys_block_tridiagonal *b, size_t e, double damping, double *D)
+static int *slice_pivots(const struct phys_block_tridiagonal *b, size_t s)
 {
-    size_t n = rows(b, e), dof = b->dof, last = n - dof;
-    for (size_t j = 0; j < n; j++)
-        for (size_t i = 0; i < n; i++) {
-            D[2 * (j * n + i)] = entry(b, e, dof + i, dof + j);
-            D[2 * (j * n + i) + 1] = i == j ? -damping : 0;
-        }
-    for (size_t j = 0; e + 1 < b->count && j < dof; j++)
-        for (size_t i = 0; i < dof; i++)
-            D[2 * ((last + j) * n + last + i)] += entry(b, e + 1, i, j);
+    return b->pivots + s * (b->dof + b->inner);
 }
 
-/* C_e, for e > 0, with rows of zeros for all but the last slice of block e - 1. */
-static void fill_coupling(const struct phys_block_tridiagonal *b, size_t e)
+/* Completes D of slice s from the element behind it, and factors it. */
+static bool factor_slice(const struct phys_block_tridiagonal *b, size_t s, double damping)
 {
-    size_t above = b->size - b->dof;
-    memset(b->coupling, 0, 2 * b->size * rows(b, e) * sizeof *b->coupling);
-    for (size_t j = 0; j < rows(b, e); j++)
-        for (size_t i = 0; i < b->dof; i++)
-            b->coupling[2 * (j * b->size + above + i)] = entry(b, e, i, b->dof + j);
+    size_t n = b->dof;
+    double *D = slice_of(b, s), *A = phys_condensed_block(b, 0, 0);
+    for (size_t k = 0; k < 2 * n * n; k++)
+        D[k] += A[k];
+    for (size_t k = 0; k < n; k++)
+        D[2 * (k * n + k) + 1] -= damping;
+    return phys_lapack_complex_factor(n, D, slice_pivots(b, s)) == 0;
 }
 
-/* ---- elimination ---- */
-
-static double *factor_of(const struct phys_block_tridiagonal *b, size_t e)
-{
-    return b->factor + 2 * e * b->size * b->size;
-}
-
-static void solve_block(const struct phys_block_tridiagonal *b, size_t e, double *x)
-{
-    phys_lapack_complex_solve(rows(b, e), factor_of(b, e), b->pivots + e * b->size, 1, x);
-}
-
+/* Slice s lies between elements s and s + 1. */
 bool phys_block_tridiagonal_factor(struct phys_block_tridiagonal *b, double damping)
 {
-    for (size_t e = 0; e < b->count && rows(b, e) > 0; e++) {
-        double *D = factor_of(b, e);
-        int *pivots = b->pivots + e * b->size;
-        fill(b, e, damping, D);
-        if (e > 0) {
-            fill_coupling(b, e);
-            phys_lapack_complex_eliminate(b->size, factor_of(b, e - 1), pivots - b->size, b->dof,
-                                          rows(b, e), b->coupling, b->work, D);
-        }
-        if (phys_lapack_complex_factor(rows(b, e), D, pivots) != 0)
+    size_t n = b->dof, bytes = 2 * n * n * sizeof *b->slice;
+    for (size_t e = 0; e < b->count; e++) {
+        if (!phys_condense(b, e, damping) || (e > 0 && !factor_slice(b, e - 1, damping)))
             return false;
+        if (e + 1 == b->count)
+            break;
+        memcpy(slice_of(b, e), phys_condensed_block(b, 1, 1), bytes);
+        memcpy(coupling_of(b, e), phys_condensed_block(b, 0, 1), bytes);
+        if (e > 0)
+            phys_lapack_complex_eliminate(n, slice_of(b, e - 1), slice_pivots(b, e - 1), n, n,
+                                          phys_condensed_block(b, 0, 1), b->work, slice_of(b, e));
     }
     return true;
 }
 
-/* y_e -= C_e^T x, x the last slice of the block before. */
-static void couple_forward(const struct phys_block_tridiagonal *b, size_t e, const double *x,
-                           double *y)
+/* ---- solving ---- */
+
+/* y -= B x, or B^T x. */
+static void subtract_slice(const struct phys_block_tridiagonal *b, size_t s, bool transpose,
+                           const double *x, double *y)
 {
-    for (size_t j = 0; j < rows(b, e); j++)
-        for (size_t i = 0; i < b->dof; i++) {
-            double c = entry(b, e, i, b->dof + j);
-            y[2 * j] -= c * x[2 * i];
-            y[2 * j + 1] -= c * x[2 * i + 1];
+    const double *B = coupling_of(b, s);
+    size_t n = b->dof;
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++) {
+            const double *c = B + 2 * (transpose ? i * n + j : j * n + i);
+            y[2 * i] -= c[0] * x[2 * j] - c[1] * x[2 * j + 1];
+            y[2 * i + 1] -= c[0] * x[2 * j + 1] + c[1] * x[2 * j];
         }
 }
 
-/* y, the last slice of the block before, -= C_e x. */
-static void couple_backward(const struct phys_block_tridiagonal *b, size_t e, const double *x,
-                            double *y)
+static void solve_slice(const struct phys_block_tridiagonal *b, size_t s, double *x)
 {
-    for (size_t j = 0; j < rows(b, e); j++)
-        for (size_t i = 0; i < b->dof; i++) {
-            double c = entry(b, e, i, b->dof + j);
-            y[2 * i] -= c * x[2 * j];
-            y[2 * i + 1] -= c * x[2 * j + 1];
-        }
+    phys_lapack_complex_solve(b->dof, slice_of(b, s), slice_pivots(b, s), 1, x);
 }
 
-/* y_e = b_e - C_e^T (D_e-1^-1 y_e-1), then x_e = D_e^-1 (y_e - C_e+1 x_e+1). */
+/* y_s = b_s - B_s^T (D_s-1^-1 y_s-1), then x_s = D_s^-1 (y_s - B_s+1 x_s+1). */
+static void solve_slices(const struct phys_block_tridiagonal *b, double *y)
+{
+    size_t slices = b->count - 1;
+    for (size_t s = 1; s < slices; s++) {
+        memcpy(b->work, phys_at_slice(y, b, s - 1), 2 * b->dof * sizeof *y);
+        solve_slice(b, s - 1, b->work);
+        subtract_slice(b, s, true, b->work, phys_at_slice(y, b, s));
+    }
+    for (size_t s = slices; s-- > 0;) {
+        if (s + 1 < slices)
+            subtract_slice(b, s + 1, false, phys_at_slice(y, b, s + 1), phys_at_slice(y, b, s));
+        solve_slice(b, s, phys_at_slice(y, b, s));
+    }
+}
+
 void phys_block_tridiagonal_solve(struct phys_block_tridiagonal *b, double *x)
 {
-    size_t size = b->size, behind = 2 * (size - b->dof), n = (b->count - 1) * size + size - b->dof;
+    size_t n = b->count * (b->dof + b->inner) - b->dof;
     double *y = b->right;
     for (size_t k = 0; k < n; k++) {
         y[2 * k] = x[k];
         y[2 * k + 1] = 0;
     }
-    for (size_t e = 1; e < b->count && rows(b, e) > 0; e++) {
-        memcpy(b->work, y + 2 * (e - 1) * size, 2 * size * sizeof *y);
-        solve_block(b, e - 1, b->work);
-        couple_forward(b, e, b->work + behind, y + 2 * e * size);
-    }
-    for (size_t e = b->count; e-- > 0;) {
-        if (e + 1 < b->count)
-            couple_backward(b, e + 1, y + 2 * (e + 1) * size, y + 2 * e * size + behind);
-        if (rows(b, e) > 0)
-            solve_block(b, e, y + 2 * e * size);
-    }
+    for (size_t e = 0; b->inner && e < b->count; e++)
+        phys_condense_right(b, e, y);
+    solve_slices(b, y);
+    for (size_t e = 0; b->inner && e < b->count; e++)
+        phys_condensed_expand(b, e, y);
     for (size_t k = 0; k < n; k++)
         x[k] = y[2 * k];
 }

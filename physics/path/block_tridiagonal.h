@@ -1,6 +1,6 @@
-/* Levenberg's step of a path: solves H - i m over the free nodes, H being the sum of the element
-   matrices, by block elimination in order of time. Block e holds all nodes of its element but the
-   first, which is the last of block e - 1; adjacent blocks are coupled through one slice. */
+/* A Newton step of a path by blocks: solves H - i m over the free nodes, H being the sum of the
+   element matrices. The inner nodes of each element are eliminated first, as a band where L couples
+   neighbours alone; the blocks of the slices then in order of time. */
 #ifndef PHYSICS_BLOCK_TRIDIAGONAL_H
 #define PHYSICS_BLOCK_TRIDIAGONAL_H
 
@@ -8,21 +8,27 @@
 
 struct phys_block_tridiagonal {
     const struct phys_hessian *hessian;
-    const double *scale;     /* [dof]: D^-1, the caller's */
-    size_t first, count;     /* elements with nodes that move, one a block */
-    size_t dof, size;        /* of a block, degree * dof; the last has a slice less */
-    double *factor;          /* [count][size x size] complex */
-    int *pivots;             /* [count][size] */
-    double *right;           /* [count][size] complex */
-    double *coupling, *work; /* room: [size x size] complex each */
+    const double *scale;               /* [dof]: D^-1, the caller's */
+    size_t first, count;               /* elements with nodes that move */
+    size_t dof, inner;                 /* unknowns of a slice, and inside an element */
+    size_t reach, width;               /* of the Hessian when it was made; of the inner band */
+    size_t room;                       /* complex numbers of an inner band */
+    double *slice, *coupling;          /* [count][dof x dof] complex */
+    double *band;                      /* [count][room] complex */
+    int *pivots;                       /* [count][dof + inner] */
+    double *right;                     /* [count][dof + inner] complex */
+    double *condensed, *solved, *work; /* room: [4][dof x dof], [2 dof x inner], [2][dof x dof] */
 };
 
-/* For paths whose first and last `hold` slices are held. Ends with phys_block_tridiagonal_free. */
+/* About how many operations on real numbers the factors take. */
+double phys_block_tridiagonal_cost(const struct phys_hessian *hessian);
+/* For paths whose first and last `hold` slices are held, coupled as far as the Hessian knows now.
+   Ends with phys_block_tridiagonal_free. */
 bool phys_block_tridiagonal_new(struct phys_block_tridiagonal *blocks,
                                 const struct phys_hessian *hessian, size_t hold,
                                 const double *scale);
 void phys_block_tridiagonal_free(struct phys_block_tridiagonal *blocks);
-/* Factors D^-1 H D^-1 - i damping, damping > 0. False: a block is singular or not finite. */
+/* Factors D^-1 H D^-1 - i damping. False: a block is singular or not finite. */
 bool phys_block_tridiagonal_factor(struct phys_block_tridiagonal *blocks, double damping);
 /* x [unknowns] becomes the real part of (D^-1 H D^-1 - i damping)^-1 x. */
 void phys_block_tridiagonal_solve(struct phys_block_tridiagonal *blocks, double *x);

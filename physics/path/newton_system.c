@@ -1,5 +1,4 @@
-/* Newton and Levenberg steps by banded LU (newton_system.h), or, where the band would be as wide as
-   an element, damped steps by blocks.
+/* Newton and Levenberg steps by banded LU (newton_system.h), or by blocks.
 
    Levenberg's step for |g|^2 solves (H^2 + m^2) x = -H g. H^2 has twice the bandwidth and the
    square of the condition number, but for symmetric H (H^2 + m^2)^-1 H = Re (H - i m)^-1, so one
@@ -67,8 +66,9 @@ void phys_newton_system_scale(struct phys_newton_system *band)
 
 /* ---- solving ---- */
 
-/* Takes the order of unknowns that makes the band narrower: chains of many coordinates, each
-   coupled to its neighbours, go by coordinate. */
+/* Takes what needs the fewest operations: one band, node by node or, for chains of many
+   coordinates, by coordinate; or blocks, complex ones also where they are real. A damped band is
+   complex. */
 static void choose_order(struct phys_newton_system *band)
 {
     const struct phys_hessian *h = band->hessian;
@@ -76,6 +76,10 @@ static void choose_order(struct phys_newton_system *band)
     size_t by_coordinate = h->reach * (band->n / h->dof) + h->table.degree;
     band->by_coordinate = by_coordinate < by_node;
     band->width = band->by_coordinate ? by_coordinate : by_node;
+    double width = (double)band->width;
+    double operations = (band->damping > 0 ? 8 : 2) * (double)band->n * width * width;
+    band->by_blocks =
+        (band->damping > 0 && !band->by_coordinate) || phys_block_tridiagonal_cost(h) < operations;
 }
 
 /* Of numbers of 1 or 2 parts. */
@@ -126,24 +130,21 @@ static void fill(struct phys_newton_system *band, size_t parts)
         band->matrix[2 * PHYS_BAND(band->width, u, u) + 1] = -band->damping;
 }
 
-static bool factor_newton(struct phys_newton_system *band)
+static bool factor_band(struct phys_newton_system *band)
 {
-    if (!make_room(band, 1))
+    size_t parts = band->damping > 0 ? 2 : 1;
+    if (!make_room(band, parts))
         return false;
-    fill(band, 1);
-    return phys_lapack_band_factor(band->n, band->width, band->matrix, band->pivots) == 0;
+    fill(band, parts);
+    return (parts == 1 ? phys_lapack_band_factor : phys_lapack_band_factor_complex)(
+               band->n, band->width, band->matrix, band->pivots) == 0;
 }
 
-static bool factor_levenberg(struct phys_newton_system *band)
+static bool factor_blocks(struct phys_newton_system *band)
 {
-    if (band->by_coordinate) {
-        if (!make_room(band, 2))
-            return false;
-        fill(band, 2);
-        return phys_lapack_band_factor_complex(band->n, band->width, band->matrix, band->pivots) ==
-               0;
-    }
-    if (!band->blocks.factor &&
+    if (band->blocks.reach != band->hessian->reach)
+        phys_block_tridiagonal_free(&band->blocks);
+    if (!band->blocks.slice &&
         !phys_block_tridiagonal_new(&band->blocks, band->hessian, band->hold, band->scale))
         return false;
     return phys_block_tridiagonal_factor(&band->blocks, band->damping);
@@ -154,7 +155,7 @@ bool phys_newton_system_factor(struct phys_newton_system *band, double damping)
     band->damping = damping;
     choose_order(band);
     ad_blas_single_thread(); /* blocks are too small to share */
-    bool factored = damping > 0 ? factor_levenberg(band) : factor_newton(band);
+    bool factored = band->by_blocks ? factor_blocks(band) : factor_band(band);
     ad_blas_threads();
     return factored;
 }
@@ -180,7 +181,7 @@ void phys_newton_system_step(struct phys_newton_system *band, const double *grad
     for (size_t u = 0; u < band->n; u++)
         band->right[u] = -gradient[place(band, u)] * scale(band, u);
     ad_blas_single_thread();
-    if (band->damping > 0 && !band->by_coordinate)
+    if (band->by_blocks)
         phys_block_tridiagonal_solve(&band->blocks, band->right);
     else
         solve_band(band, band->damping > 0 ? 2 : 1);

@@ -1,6 +1,6 @@
 /* The Newton step: the element matrices of the Hessian as one band matrix over the free nodes, in
-   order of time, solved by LAPACK's banded LU; damped steps by blocks (block_tridiagonal.h) where
-   ordering by coordinate gives no narrower band. */
+   order of time or by coordinate, solved by LAPACK's banded LU; or by blocks (block_tridiagonal.h),
+   as damped steps are where ordering by coordinate gives no narrower band. */
 #ifndef PHYSICS_NEWTON_SYSTEM_H
 #define PHYSICS_NEWTON_SYSTEM_H
 
@@ -12,12 +12,13 @@ struct phys_newton_system {
     size_t first, n;    /* number of the first unknown among dof * nodes, and how many there are */
     size_t width;       /* diagonals on either side */
     bool by_coordinate; /* unknowns of the matrix by coordinate, then by node; else the other way */
+    bool by_blocks;     /* there is no band */
     size_t room;        /* numbers in `matrix` */
     double damping;     /* of the factors */
     int *pivots;
     double *scale; /* [dof]: D^-1 */
     double *matrix, *right;
-    struct phys_block_tridiagonal blocks; /* of damped steps: made when first needed */
+    struct phys_block_tridiagonal blocks; /* made when first needed */
 };
 
 /* Unknowns: every node but those of the `hold` slices at either end. */
