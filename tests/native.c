@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 
 struct path native_cache;
 
@@ -13,6 +14,26 @@ int native_open_cache(void **state)
         return -1;
     native_cache = files_temporary("cache");
     return setenv("XDG_CACHE_HOME", native_cache.text, 1);
+}
+
+void native_quick_compiler(void)
+{
+    const char *cc = getenv("CC");
+    struct path name = files_temporary("quick-cc");
+    FILE *script = fopen(name.text, "w");
+    assert_non_null(script);
+    fprintf(script, "#!/bin/sh\nexec %s \"$@\" -O0\n", cc && *cc ? cc : "cc");
+    fclose(script);
+    assert_int_equal(chmod(name.text, 0700), 0);
+    setenv("CC", name.text, 1);
+}
+
+int native_open_quick(void **state)
+{
+    if (native_open_cache(state) != 0)
+        return -1;
+    native_quick_compiler();
+    return 0;
 }
 
 int native_share_cache(void **state)

@@ -14,6 +14,12 @@ int native_open_cache(void **state);
 int native_share_cache(void **state);
 int native_remove_cache(void **state);
 
+/* From now on CC has -O0 behind all other flags, for what does not test the compiler's optimizer,
+   which takes ten times as long. Such machine code needs a cache of its own. */
+void native_quick_compiler(void);
+/* Sets up a group of tests with both. */
+int native_open_quick(void **state);
+
 /* Skips a test where there is no compiler. */
 void native_need_compiler(void);
 /* Compiles a program to machine code, or fails the test. */

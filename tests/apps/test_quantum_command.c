@@ -225,7 +225,8 @@ static void test_double_slit(void **state)
 {
     (void)state;
     shell_clean();
-    assert_int_equal(shell("$LA quantum --scene double-slit --json --csv s.csv --out s.h5"), 0);
+    assert_int_equal(
+        shell("$LA quantum --scene double-slit --points 172 --json --csv s.csv --out s.h5"), 0);
     assert_close(number("fringe_expected"), 4.72935358, 1e-8, 0);
     assert_close(number("fringe"), 4.72935358, 0.04, 0);
     assert_int_equal(shell_files(), 2);

@@ -18,7 +18,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 enum { LONG = 512 }; /* instructions: where segments are cut into parts */
@@ -230,22 +229,6 @@ static void check_compiled(size_t n, struct subject s[], struct counts *counts)
 
 /* ---- many ---- */
 
-/* CC with -O0 behind all other flags: what the compiler's optimizer does is not tested here, and
-   takes ten times as long. */
-static void use_quick_compiler(void)
-{
-    const char *cc = getenv("CC");
-    struct path name = files_temporary("quick-cc");
-    FILE *script = fopen(name.text, "w");
-    if (!script)
-        abort();
-    fprintf(script, "#!/bin/sh\nexec %s \"$@\" -O0\n", cc && *cc ? cc : "cc");
-    fclose(script);
-    if (chmod(name.text, 0700) != 0)
-        abort();
-    setenv("CC", name.text, 1);
-}
-
 static struct counts check_seeds(uint64_t first, size_t n, bool interpreted)
 {
     struct subject *subjects = calloc(BATCH_PROGRAMS, sizeof *subjects);
@@ -272,7 +255,7 @@ static void test_programs(void **state)
 {
     (void)state;
     native_need_compiler();
-    use_quick_compiler();
+    native_quick_compiler();
     enum { SHARES = 3, SHARE = 100 };
     const char *given = getenv("FUZZ_SHARE");
     unsigned long own = given ? strtoul(given, NULL, 10) : 0;
@@ -299,7 +282,7 @@ int main(int argc, char **argv)
     signal(SIGFPE, name_crash);
     signal(SIGILL, name_crash);
     if (argc > 3)
-        use_quick_compiler();
+        native_quick_compiler();
     struct counts counts = check_seeds(strtoull(argv[2], NULL, 10), strtoull(argv[1], NULL, 10),
                                        getenv("FUZZ_INTERPRETED"));
     printf("%zu programs, %zu of more than %d instructions, %zu as machine code, %zu elements "

@@ -229,5 +229,5 @@ int main(void)
         cmocka_unit_test(test_source_is_linear),
         cmocka_unit_test(test_price),
     };
-    return cmocka_run_group_tests(tests, native_share_cache, native_remove_cache);
+    return cmocka_run_group_tests(tests, native_open_quick, native_remove_cache);
 }

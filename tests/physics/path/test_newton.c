@@ -120,6 +120,10 @@ static void published_gas_becomes_stationary(void **state)
     settings.tolerance = 1e-10;
     settings.steps = 40;
     double *path = published_path(&published_gas, "init");
+    size_t slices = settings.slices;
+    settings.slices = 40; /* its first: overlaps of bodies enough */
+    for (size_t k = 0; k < gas.dof; k++)
+        memmove(path + k * settings.slices, path + k * slices, settings.slices * sizeof *path);
     struct phys_path_info info = solve(&gas, &settings, path);
     print_message("gas: %zu steps, %.2f s\n", info.steps, info.seconds);
     assert_int_equal(info.stop, PHYS_STOP_TOLERANCE);
