@@ -42,6 +42,13 @@ bool ad_series_is_number(const ad_series *series, size_t k, size_t i);
    derivative is infinite: sqrt, hypot and atan2 at 0, asin and acos at 1, other than whole powers
    of 0. */
 void ad_series_advance(ad_series *series, size_t k);
+/* The solution of x' = y, whose first n_x outputs are the rates of the inputs, of their shapes:
+   c [order + 1][n], coefficients 0 to `order` of the first n elements of all inputs, the first row
+   given; of the other elements coefficient 0 is set as above. order is at most that of _new. What
+   runs for long becomes machine code (LEASTACTION_NATIVE=0: never), to the same bits. */
+void ad_series_flow(ad_series *series, size_t n, size_t order, double *c);
+/* Compiles that for n now; false, with the reason in `note` unless NULL. */
+bool ad_series_native(ad_series *series, size_t n, struct ad_error *note);
 /* Number of kinks that values depend on: comparisons (abs, relu, min, max, select), and |x| by
    another name, such as sqrt(x^2), hypot(x, 0), acos(cos x). A series follows the branch taken at
    its point and does not see a kink nearby. */

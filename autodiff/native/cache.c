@@ -130,6 +130,10 @@ void *ad_native_load(const char *source, const char *isa, const struct compiler 
             return library;
         unlink(path); /* and compile it again */
     }
+    if (!c) {
+        ad_fail(note, AD_E_IO, "not compiled yet");
+        return NULL;
+    }
     if (!ad_native_build(path, source, isa, c, note))
         return NULL;
     if (!(library = open_functions(path, n, functions, reason, sizeof reason))) {

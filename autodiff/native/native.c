@@ -9,14 +9,14 @@
 
 /* The name of a cached file is a hash of this text, so the text contains everything that the
    machine code depends on. */
-static char *full_source(const ad_program *p, const struct compiler *c, struct native *native)
+char *ad_native_full_source(char *body, const char *isa, const struct compiler *c)
 {
-    char *body = ad_native_source(p, native), *text = NULL;
+    char *text = NULL;
     size_t bytes;
     FILE *out = body ? open_memstream(&text, &bytes) : NULL;
     if (out) {
         fprintf(out, "/* leastaction %d, %s\n  ", NATIVE_VERSION, c->identity);
-        for (const char *const *flag = ad_cc_flags(p->kernels->isa); *flag; flag++)
+        for (const char *const *flag = ad_cc_flags(isa); *flag; flag++)
             fprintf(out, " %s", *flag);
         for (size_t k = 0; c->words[k]; k++)
             fprintf(out, " %s", c->words[k]);
@@ -106,7 +106,7 @@ static void free_state(void *of)
 
 /* ---- when it pays ---- */
 
-static bool turned_off(void)
+bool ad_native_turned_off(void)
 {
     const char *wanted = getenv("LEASTACTION_NATIVE");
     return wanted && strcmp(wanted, "0") == 0;
@@ -149,7 +149,9 @@ static void install(ad_program *p, double worth, const struct compiler *compiler
                     struct state *state)
 {
     struct native *native = calloc(1, sizeof *native);
-    char *source = native ? full_source(p, compiler, native) : NULL;
+    const char *isa = p->kernels->isa;
+    char *source =
+        native ? ad_native_full_source(ad_native_source(p, native), isa, compiler) : NULL;
     double seconds = source ? START + A_BYTE * (double)native->bytes : 0;
     bool pays = worth > seconds;
     bool loaded = source && pays && load(p, native, source, compiler, &state->why);
@@ -167,7 +169,7 @@ static void install(ad_program *p, double worth, const struct compiler *compiler
 static bool is_refused(const ad_program *p, struct ad_error *why)
 {
     *why = (struct ad_error){0};
-    if (turned_off())
+    if (ad_native_turned_off())
         ad_fail(why, AD_E_ARGUMENT, "LEASTACTION_NATIVE=0 turns machine code off");
     else if (p->n_instructions > MOST_INSTRUCTIONS)
         ad_fail(why, AD_E_ARGUMENT, "%zu instructions take too long to compile; the most is %d",

@@ -58,9 +58,14 @@ bool ad_native_put(ad_program *program, struct native *native, ad_segment_code *
 /* True if the user owns the cache file, it holds this source, and its checksum is right. */
 bool ad_native_is_intact(const char *path, const char *source);
 
+/* LEASTACTION_NATIVE=0. */
+bool ad_native_turned_off(void);
+/* The text to compile and to cache: that of `body`, which is freed, and everything else that the
+   machine code depends on. NULL when out of memory, or of NULL. */
+char *ad_native_full_source(char *body, const char *isa, const struct compiler *compiler);
 /* The shared object of this source and its functions run0 ... run<n - 1>: loaded from the cache if
-   intact, else compiled and cached. NULL, with a reason in `note`, if that fails; an object that
-   does not load is not kept. The caller calls dlclose. */
+   intact, else compiled, unless compiler is NULL, and cached. NULL, with a reason in `note`, if
+   that fails; an object that does not load is not kept. The caller calls dlclose. */
 void *ad_native_load(const char *source, const char *isa, const struct compiler *compiler, size_t n,
                      ad_segment_code *functions[], struct ad_error *note);
 

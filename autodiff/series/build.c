@@ -70,6 +70,8 @@ static jet make(struct jet_builder *b, enum jet_kind kind, jet x, jet y, double 
                                     .b = y.id,
                                     .da = JET_NONE,
                                     .db = JET_NONE,
+                                    .ea = JET_NONE,
+                                    .eb = JET_NONE,
                                     .number = number},
                        &is_new);
 }
@@ -131,9 +133,42 @@ jet ad_jet_scale(struct jet_builder *b, double c, jet x)
     return c == 1 ? x : make(b, JET_SCALE, x, none, c);
 }
 
+/* What x is a power of, by its exponent; 0: no power. `zero`: 0 where its base is. */
+static double exponent_of(const struct jet_builder *b, jet x, jet *base, bool *zero)
+{
+    const struct jet *it = b->failed ? NULL : &b->series->jets[x.id];
+    double inner;
+    *zero = false;
+    if (!it || (it->kind != JET_ROOT && it->kind != JET_RECIP && it->kind != JET_RECIP0 &&
+                it->kind != JET_POWER))
+        return 0;
+    *base = (jet){it->a};
+    *zero = it->kind == JET_RECIP0;
+    if (it->kind == JET_RECIP0 && b->series->jets[it->a].kind == JET_ROOT) {
+        inner = 0.5;
+        *base = (jet){b->series->jets[it->a].a};
+        return -inner;
+    }
+    return it->kind == JET_ROOT ? 0.5 : it->kind == JET_POWER ? it->number : -1;
+}
+
+/* Negative powers of one base are one power, and singular where the base is 0, as they are. */
+static bool merge_powers(struct jet_builder *b, jet x, jet y, jet *product)
+{
+    jet p, q;
+    bool zero_x, zero_y;
+    double r = exponent_of(b, x, &p, &zero_x), s = exponent_of(b, y, &q, &zero_y);
+    bool whole = r == floor(r) && s == floor(s);
+    if (!(r < 0 && s < 0) || p.id != q.id || (zero_x && zero_y) || whole)
+        return false;
+    *product = ad_jet_power(b, p, r + s);
+    return true;
+}
+
 jet ad_jet_mul(struct jet_builder *b, jet x, jet y)
 {
     double c;
+    jet power;
     if (ad_jet_is_number(b, x, &c))
         return ad_jet_scale(b, c, y);
     if (ad_jet_is_number(b, y, &c))
@@ -145,6 +180,8 @@ jet ad_jet_mul(struct jet_builder *b, jet x, jet y)
         return ad_jet_scale(b, p.number, ad_jet_mul(b, (jet){p.a}, y));
     if (q.kind == JET_SCALE && is_moderate(q.number))
         return ad_jet_scale(b, q.number, ad_jet_mul(b, x, (jet){q.a}));
+    if (merge_powers(b, x, y, &power))
+        return power;
     if (x.id == y.id)
         return ad_jet_square(b, x);
     return x.id < y.id ? make(b, JET_PRODUCT, x, y, 0) : make(b, JET_PRODUCT, y, x, 0);
@@ -153,7 +190,22 @@ jet ad_jet_mul(struct jet_builder *b, jet x, jet y)
 jet ad_jet_square(struct jet_builder *b, jet x)
 {
     double c;
-    return ad_jet_is_number(b, x, &c) ? ad_jet_number(b, c * c) : make(b, JET_SQUARE, x, none, 0);
+    jet power;
+    return ad_jet_is_number(b, x, &c)      ? ad_jet_number(b, c * c)
+           : merge_powers(b, x, x, &power) ? power
+                                           : make(b, JET_SQUARE, x, none, 0);
+}
+
+jet ad_jet_slope(struct jet_builder *b, jet x) { return make(b, JET_SLOPE, x, none, 0); }
+
+/* Of a root it is a power of the root's base. */
+jet ad_jet_recip(struct jet_builder *b, jet x)
+{
+    jet base;
+    bool zero;
+    double r = exponent_of(b, x, &base, &zero);
+    return r != 0 && r != floor(r) && !zero ? ad_jet_power(b, base, -r)
+                                            : make(b, JET_RECIP, x, none, 0);
 }
 
 jet ad_jet_div(struct jet_builder *b, jet x, jet y)
@@ -162,7 +214,7 @@ jet ad_jet_div(struct jet_builder *b, jet x, jet y)
     if (ad_jet_is_number(b, y, &c) && is_moderate(c))
         return ad_jet_scale(b, 1 / c, x);
     if (ad_jet_is_number(b, x, &c) && is_moderate(c))
-        return ad_jet_scale(b, c, make(b, JET_RECIP, y, none, 0));
+        return ad_jet_scale(b, c, ad_jet_recip(b, y));
     return make(b, JET_QUOTIENT, x, y, 0);
 }
 
@@ -174,6 +226,8 @@ jet ad_jet_power(struct jet_builder *b, jet x, double exponent)
         return ad_jet_number(b, pow(c, exponent));
     if (exponent == 0.5)
         return make(b, JET_ROOT, x, none, 0);
+    if (exponent == -1)
+        return make(b, JET_RECIP, x, none, 0);
     if (!(exponent >= 0 && exponent <= 32 && exponent == floor(exponent)))
         return make(b, JET_POWER, x, none, exponent);
     jet y = ad_jet_number(b, 1);
@@ -191,8 +245,13 @@ jet ad_jet_select(struct jet_builder *b, jet condition, jet x, jet y)
         return c != 0 ? x : y;
     if (x.id == y.id)
         return x;
-    return ad_jet_make(
-        b,
-        (struct jet){.kind = JET_SELECT, .a = condition.id, .b = JET_NONE, .da = x.id, .db = y.id},
-        &is_new);
+    return ad_jet_make(b,
+                       (struct jet){.kind = JET_SELECT,
+                                    .a = condition.id,
+                                    .b = JET_NONE,
+                                    .da = x.id,
+                                    .db = y.id,
+                                    .ea = JET_NONE,
+                                    .eb = JET_NONE},
+                       &is_new);
 }

@@ -112,25 +112,30 @@ static void derivatives(struct jet_builder *to, enum ad_op op, jet a, jet b, jet
 /* An operand of the kind, or for what has no recurrence of its own, the integral. */
 static jet node_of(struct jet_builder *to, enum jet_kind kind, enum ad_op op, const jet x[3])
 {
-    const size_t arity = ad_ops[op].arity;
-    struct jet *jets;
+    const bool two = ad_ops[op].arity > 1, integral = kind == JET_INTEGRAL;
+    const jet none = {JET_NONE};
+    jet d[2] = {none, none}, e[2] = {none, none};
     bool is_new;
+    if (integral)
+        e[0] = ad_jet_slope(to, x[0]);
+    if (integral && two)
+        e[1] = ad_jet_slope(to, x[1]);
     jet y = ad_jet_make(to,
                         (struct jet){.kind = (uint16_t)kind,
                                      .op = (uint16_t)op,
                                      .a = x[0].id,
-                                     .b = arity > 1 ? x[1].id : JET_NONE,
+                                     .b = two ? x[1].id : JET_NONE,
                                      .da = JET_NONE,
-                                     .db = JET_NONE},
+                                     .db = JET_NONE,
+                                     .ea = e[0].id,
+                                     .eb = e[1].id},
                         &is_new);
-    if (!is_new || kind != JET_INTEGRAL)
+    if (!is_new || !integral)
         return y;
     /* the derivative may contain y and what is under way: sine and cosine */
-    jet d[2] = {{JET_NONE}, {JET_NONE}};
     derivatives(to, op, x[0], x[1], y, d);
-    jets = to->series->jets;
-    jets[y.id].da = d[0].id;
-    jets[y.id].db = arity > 1 ? d[1].id : JET_NONE;
+    to->series->jets[y.id].da = d[0].id;
+    to->series->jets[y.id].db = d[1].id;
     return y;
 }
 
@@ -147,9 +152,9 @@ static jet or_nan(struct jet_builder *to, jet condition, jet x)
 
 /* Kinds of their own, for those without one here; the rest are integrals. */
 static const uint8_t kinds[AD_N_OPS] = {
-    [AD_OP_mul0] = JET_PRODUCT0,  [AD_OP_recip] = JET_RECIP,    [AD_OP_recip0] = JET_RECIP0,
-    [AD_OP_sign] = JET_PIECEWISE, [AD_OP_step] = JET_PIECEWISE, [AD_OP_lt] = JET_PIECEWISE,
-    [AD_OP_le] = JET_PIECEWISE,   [AD_OP_eq] = JET_PIECEWISE,   [AD_OP_ne] = JET_PIECEWISE,
+    [AD_OP_mul0] = JET_PRODUCT0,  [AD_OP_recip0] = JET_RECIP0, [AD_OP_sign] = JET_PIECEWISE,
+    [AD_OP_step] = JET_PIECEWISE, [AD_OP_lt] = JET_PIECEWISE,  [AD_OP_le] = JET_PIECEWISE,
+    [AD_OP_eq] = JET_PIECEWISE,   [AD_OP_ne] = JET_PIECEWISE,
 };
 
 jet ad_jet_elementwise(struct jet_builder *to, enum ad_op op, const jet in[3])
@@ -175,6 +180,8 @@ jet ad_jet_elementwise(struct jet_builder *to, enum ad_op op, const jet in[3])
         return ad_jet_mul(to, x, y);
     case AD_OP_div:
         return ad_jet_div(to, x, y);
+    case AD_OP_recip:
+        return ad_jet_recip(to, x);
     case AD_OP_square:
         return ad_jet_square(to, x);
     case AD_OP_cube:

@@ -14,6 +14,7 @@ enum jet_kind {
     JET_COMBINE,   /* a + number b */
     JET_SCALE,     /* number a */
     JET_SHIFT,     /* a + number */
+    JET_SLOPE,     /* k times coefficient k of a */
     JET_PRODUCT,   /* a b */
     JET_PRODUCT0,  /* the same, 0 where either coefficient is */
     JET_SQUARE,    /* a a */
@@ -22,7 +23,7 @@ enum jet_kind {
     JET_RECIP0,    /* the same, 0 where a is */
     JET_ROOT,      /* square root of a */
     JET_POWER,     /* a to the number */
-    JET_INTEGRAL,  /* op(a, b), whose derivative is da a' + db b' */
+    JET_INTEGRAL,  /* op(a, b), whose derivative is da a' + db b'; ea and eb are the slopes */
     JET_PIECEWISE, /* op(a, b), constant but for jumps */
     JET_SELECT     /* da where a is not 0, else db */
 };
@@ -31,9 +32,17 @@ enum jet_kind {
 
 struct jet {
     uint16_t kind, op;
-    uint32_t a, b, da, db;
+    uint32_t a, b, da, db, ea, eb;
     double number;
 };
+
+enum { JET_OPERANDS = 6 };
+/* Operand k, or JET_NONE. */
+static inline uint32_t *ad_jet_operand(struct jet *it, size_t k)
+{
+    uint32_t *const operands[JET_OPERANDS] = {&it->a, &it->b, &it->da, &it->db, &it->ea, &it->eb};
+    return operands[k];
+}
 
 struct ad_series {
     size_t order, stride; /* coefficients of jet i are those from i stride on */
@@ -44,7 +53,25 @@ struct ad_series {
     uint32_t *output;    /* the jets of all elements of y, those of y[k] from first_output[k] on */
     size_t *first_output, n_output;
     size_t branches;
+    size_t n_input, n_flow;   /* elements of x; n of ad_series_flow, once called */
+    struct series_code *code; /* NULL: interpreted */
+    double spent;             /* seconds of the interpreter in ad_series_flow */
+    double next_try;          /* compile when so much is spent; INFINITY: never */
 };
+
+/* Coefficients 1 to `order` of all jets and of the flow, from those of order 0: machine code, which
+   does the same operations in the same order as ad_series_advance (flow.c, emit.c, lanes.c). */
+typedef void ad_flow_code(const double *coefficients, const double *numbers, double *packs,
+                          double *c, size_t order);
+struct series_code {
+    void *library;
+    ad_flow_code *run;
+    double *numbers, *packs;
+};
+void ad_series_code_free(struct series_code *code);
+/* The source of `run`, for vectors of at most `lanes`, freed by the caller; *packs is the number of
+   doubles of its memory. NULL when out of memory. */
+char *ad_series_source(const ad_series *series, size_t lanes, size_t *packs);
 
 /* A series being built. */
 struct jet_builder {
@@ -66,6 +93,8 @@ jet ad_jet_scale(struct jet_builder *b, double c, jet x);
 jet ad_jet_mul(struct jet_builder *b, jet x, jet y);
 jet ad_jet_square(struct jet_builder *b, jet x);
 jet ad_jet_div(struct jet_builder *b, jet x, jet y);
+jet ad_jet_recip(struct jet_builder *b, jet x);
+jet ad_jet_slope(struct jet_builder *b, jet x);
 jet ad_jet_power(struct jet_builder *b, jet x, double exponent);
 jet ad_jet_select(struct jet_builder *b, jet condition, jet x, jet y);
 /* Any other kind, of one or two operands; y of one is {JET_NONE}. *is_new: it was not there. */

@@ -64,6 +64,8 @@ static enum ad_status put_inputs(struct builder *b, ad_tape *tape, size_t n_x, c
                                                 .b = JET_NONE,
                                                 .da = JET_NONE,
                                                 .db = JET_NONE,
+                                                .ea = JET_NONE,
+                                                .eb = JET_NONE,
                                                 .number = (double)s->n},
                                    &is_new);
             if (x[k].id < b->end && b->at[x[k].id])
@@ -122,11 +124,6 @@ static enum ad_status put_outputs(struct builder *b, size_t n_y, const ad_var y[
     return s->output ? AD_OK : AD_E_MEMORY;
 }
 
-static uint32_t *operand(struct jet *it, size_t k)
-{
-    return k == 0 ? &it->a : k == 1 ? &it->b : k == 2 ? &it->da : &it->db;
-}
-
 /* Marks what the first jets, inputs, and the outputs need: a derivative may come after what needs
    it. */
 static void mark_jets(struct ad_series *s, size_t inputs, uint32_t *marked, uint32_t *stack)
@@ -145,8 +142,8 @@ static void mark_jets(struct ad_series *s, size_t inputs, uint32_t *marked, uint
             continue;
         }
         struct jet *it = &s->jets[stack[--depth]];
-        for (size_t j = 0; j < 4; j++) {
-            x = *operand(it, j);
+        for (size_t j = 0; j < JET_OPERANDS; j++) {
+            x = *ad_jet_operand(it, j);
             if (x != JET_NONE && !marked[x]) {
                 marked[x] = 1;
                 stack[depth++] = x;
@@ -167,8 +164,8 @@ static enum ad_status sweep(struct ad_series *s, size_t inputs)
                 to[k] = n++;
             }
         for (size_t k = 0; k < n; k++)
-            for (size_t j = 0; j < 4; j++) {
-                uint32_t *x = operand(&s->jets[k], j);
+            for (size_t j = 0; j < JET_OPERANDS; j++) {
+                uint32_t *x = ad_jet_operand(&s->jets[k], j);
                 *x = *x == JET_NONE ? JET_NONE : to[*x];
             }
         for (size_t k = 0; k < s->n_output; k++)
@@ -280,7 +277,7 @@ static enum ad_status build(struct builder *b, size_t n_y, const ad_var y[], siz
         return AD_E_MEMORY;
     if (put_inputs(b, tape, n_x, x) != AD_OK)
         return tape->error.status;
-    const size_t inputs = s->n;
+    const size_t inputs = s->n_input = s->n;
     if (put_nodes(b, tape) != AD_OK)
         return tape->error.status;
     if (b->jets.failed || put_outputs(b, n_y, y) != AD_OK || sweep(s, inputs) != AD_OK)
@@ -328,6 +325,7 @@ void ad_series_free(ad_series *series)
 {
     if (!series)
         return;
+    ad_series_code_free(series->code);
     free(series->jets);
     free(series->coefficients);
     free(series->first_input);

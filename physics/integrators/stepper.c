@@ -140,10 +140,14 @@ enum ad_status phys_stepper_dense(struct phys_stepper *s, struct ad_error *error
 
 void phys_stepper_at(const struct phys_stepper *s, double theta, double *y)
 {
-    for (size_t k = 0; k < s->n; k++) {
-        double sum = 0;
-        for (size_t row = s->n_dense; row-- > 0;)
-            sum = (sum + s->dense[row * s->n + k]) * (row % 2 == 0 ? theta : 1 - theta);
-        y[k] = s->y[k] + sum;
+    const bool whole = s->integrator->scheme->whole; /* powers of theta beyond the first two rows */
+    memset(y, 0, s->n * sizeof *y);
+    for (size_t row = s->n_dense; row-- > 0;) {
+        const double *dense = s->dense + row * s->n;
+        double factor = row % 2 == 0 || (whole && row > 1) ? theta : 1 - theta;
+        for (size_t k = 0; k < s->n; k++)
+            y[k] = (y[k] + dense[k]) * factor;
     }
+    for (size_t k = 0; k < s->n; k++)
+        y[k] += s->y[k];
 }

@@ -1,9 +1,9 @@
 /* Accelerations of any Lagrangian. With p = L_v the Euler-Lagrange equation dp/dt = L_q is
        M a = L_q - L_vq v - L_vt,   M = L_vv.
    The right side needs one gradient more than L_q: second derivatives commute, so with w = v held
-   fixed L_vq v + L_vt = d/dv (L_q . w + L_t). M comes from one run over dof lanes with the same
-   state: column j of the gradient of sum_j p_j(lane j) with respect to the lanes' v is column j of
-   M. A constant M is folded at compile time, and is evaluated and factored once. */
+   fixed (detached) L_vq v + L_vt = d/dv (L_q . w + L_t). M comes from one run over dof lanes with
+   the same state: column j of the gradient of sum_j p_j(lane j) with respect to the lanes' v is
+   column j of M. A constant M is folded at compile time, and is evaluated and factored once. */
 #include "internal.h"
 #include "mass.h"
 #include "physics/linear/linear.h"
@@ -16,7 +16,7 @@
 struct phys_motion {
     const struct phys_system *system;
     ad_tape *tape;
-    ad_var q, v, w, t;        /* inputs: [dof x 1] each, t a scalar */
+    ad_var q, v, t;           /* inputs: [dof x 1] each, t a scalar */
     ad_var mass, force;       /* M [dof x dof], right side [dof x 1] */
     ad_program *mass_program; /* NULL once M is known for good */
     ad_program *force_program;
@@ -46,7 +46,7 @@ static void record_force(phys_motion *m)
 {
     ad_var L = phys_system_lagrangian(m->system, m->q, m->v, m->t), by[2], frozen;
     if (ad_grad(L, 2, (ad_var[]){m->q, m->t}, by) != AD_OK ||
-        ad_grad(ad_add(ad_dot(by[0], m->w), by[1]), 1, &m->v, &frozen) != AD_OK)
+        ad_grad(ad_add(ad_dot(by[0], ad_detach(m->v)), by[1]), 1, &m->v, &frozen) != AD_OK)
         return;
     m->force = ad_label(ad_sub(by[0], frozen), "generalised force");
 }
@@ -66,7 +66,6 @@ static enum ad_status record(phys_motion *m, struct ad_error *error)
     size_t n = m->system->dof;
     m->q = ad_input(m->tape, n, 1, "q");
     m->v = ad_input(m->tape, n, 1, "v");
-    m->w = ad_input(m->tape, n, 1, "v held fixed");
     m->t = ad_input(m->tape, 1, 1, "t");
     record_force(m);
     m->mass = phys_record_mass(m->system, m->q, m->v, m->t);
@@ -163,7 +162,6 @@ static void set_state(phys_motion *m, ad_program *program, const double *q, cons
 {
     ad_set(program, m->q, q);
     ad_set(program, m->v, v);
-    ad_set(program, m->w, v);
     ad_set(program, m->t, &t);
 }
 
@@ -221,8 +219,7 @@ enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, co
 
 bool phys_motion_separates(phys_motion *motion)
 {
-    const ad_var velocities[] = {motion->v, motion->w};
-    return !motion->mass_program && phys_is_independent(motion->tape, motion->force, 2, velocities);
+    return !motion->mass_program && phys_is_independent(motion->tape, motion->force, 1, &motion->v);
 }
 
 const char *phys_motion_interpreted(const phys_motion *motion)
@@ -232,9 +229,9 @@ const char *phys_motion_interpreted(const phys_motion *motion)
 
 const struct phys_system *phys_motion_system(const phys_motion *motion) { return motion->system; }
 
-bool phys_motion_recorded(const phys_motion *motion, ad_var x[4], ad_var y[2])
+bool phys_motion_recorded(const phys_motion *motion, ad_var x[3], ad_var y[2])
 {
-    const ad_var inputs[] = {motion->q, motion->v, motion->w, motion->t};
+    const ad_var inputs[] = {motion->q, motion->v, motion->t};
     memcpy(x, inputs, sizeof inputs);
     y[0] = motion->force;
     y[1] = motion->mass;

@@ -14,9 +14,9 @@ const struct phys_system *phys_motion_system(const phys_motion *motion);
 bool phys_motion_separates(phys_motion *motion);
 /* Why its forces are interpreted (ad_native_note). */
 const char *phys_motion_interpreted(const phys_motion *motion);
-/* Its recording: x = q, v, v held fixed [dof x 1 each], t; y = the force [dof x 1], the mass matrix
-   [dof x dof]. True where that is constant, and then solved with in place. */
-bool phys_motion_recorded(const phys_motion *motion, ad_var x[4], ad_var y[2]);
+/* Its recording: x = q, v [dof x 1 each], t; y = the force [dof x 1], the mass matrix [dof x dof].
+   True where that is constant, and then solved with in place. */
+bool phys_motion_recorded(const phys_motion *motion, ad_var x[3], ad_var y[2]);
 void phys_motion_solve_constant(const phys_motion *motion, double *b);
 
 /* Taylor coefficients of the motion (motion_series.c), which must outlive this: c [order + 1][2

@@ -1,7 +1,9 @@
 /* Taylor coefficients of the motion of a Lagrangian, from the series of its right side: where
-   q, v and a are series in s = t' - t, (k+1) q_(k+1) = v_k, (k+1) v_(k+1) = a_k, and order by order
-       M_0 a_k = f_k - sum_j M_j a_(k-j),   j = 1 ... k,
-   with M_0 factored once (Jorba and Zou, Experimental Mathematics 14 (2005) 99). */
+   q, v and a are series in s = t' - t, (k+1) q_(k+1) = v_k, (k+1) v_(k+1) = a_k (Jorba and Zou,
+   Experimental Mathematics 14 (2005) 99). The accelerations are recorded: with a constant inverse
+   of the mass matrix M, or, of few coordinates, with the elimination M = L D L^T. Otherwise, or
+   where D has both signs and would want other pivots, order by order M_0 a_k = f_k - sum_j M_j
+   a_(k-j),   j = 1 ... k, with M_0 factored once. */
 #include "internal.h"
 #include "mass.h"
 #include "physics/linear/linear.h"
@@ -12,21 +14,25 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Beyond, masses that vary are too many series. */
-enum { COORDINATES_MOST = 64 };
+/* Beyond, masses that vary are too many series; and their elimination is too many. */
+enum { COORDINATES_MOST = 64, ELIMINATED_MOST = 6 };
 
 struct phys_motion_series {
     phys_motion *motion;
     size_t dof, order;
     bool constant_mass;
-    ad_series *force; /* of the force, and where it varies of the mass matrix */
+    ad_series *flow;  /* of q, v and t, if accelerations are recorded */
+    ad_series *force; /* of the force and the mass matrix, where needed */
     double *a;        /* [order + 1][dof] */
-    double *factor;   /* [dof x dof] M_0 = P L U; then [dof] largest entries of its columns */
+    double
+        *factor; /* [dof x dof] M_0 = P L U; then [dof] largest entries of its columns, [dof] D */
     int *pivots;
 };
 
-enum { Q, V, W, T, INPUTS };
+enum { Q, V, T, INPUTS };
 enum { FORCE, MASS };
+/* outputs of the flow after the rates of the inputs */
+enum { FLOW_MASS = INPUTS, FLOW_PIVOTS, FLOW_OUTPUTS };
 
 static enum ad_status too_much(const struct phys_motion_series *s, const char *why,
                                struct ad_error *error)
@@ -35,20 +41,111 @@ static enum ad_status too_much(const struct phys_motion_series *s, const char *w
                    phys_motion_system(s->motion)->scene->name, why);
 }
 
+static enum ad_status series_of(const struct phys_motion_series *s, size_t n_y, const ad_var y[],
+                                const ad_var x[], ad_series **series, struct ad_error *error)
+{
+    if (ad_series_new(n_y, y, INPUTS, x, s->order, series) != AD_OK) {
+        phys_tape_status(x[Q].tape, error);
+        return ad_fail(error, AD_E_ARGUMENT, "taylor: no series of the forces; take dop853");
+    }
+    if (ad_series_branches(*series))
+        return too_much(s, "L has kinks (abs, min, max, relu, a root of a square, or a comparison)",
+                        error);
+    return AD_OK;
+}
+
+/* ---- accelerations as recorded ---- */
+
+static ad_var element(ad_var x, size_t i, size_t j)
+{
+    return ad_slice_cols(ad_slice_rows(x, i, 1), j, 1);
+}
+
+/* M^-1 f, with the constant M^-1. */
+static ad_var times_inverse(const struct phys_motion_series *s, ad_var force)
+{
+    const size_t n = s->dof;
+    double *rows = calloc(n * n, sizeof *rows), *inverse = calloc(n * n, sizeof *inverse);
+    ad_var a = force;
+    for (size_t j = 0; rows && inverse && j < n; j++) {
+        rows[j * n + j] = 1;
+        phys_motion_solve_constant(s->motion, rows + j * n);
+    }
+    for (size_t k = 0; rows && inverse && k < n * n; k++)
+        inverse[k] = rows[k % n * n + k / n];
+    if (rows && inverse)
+        a = ad_matmul(ad_const(force.tape, n, n, inverse), false, force, false);
+    free(rows);
+    free(inverse);
+    return a;
+}
+
+/* The solution of M a = f by M = L D L^T, and D. */
+static ad_var eliminate(size_t n, ad_var mass, ad_var force, ad_var *D)
+{
+    ad_var M[ELIMINATED_MOST][ELIMINATED_MOST], a[ELIMINATED_MOST], d[ELIMINATED_MOST];
+    for (size_t i = 0; i < n; i++) {
+        a[i] = element(force, i, 0);
+        for (size_t j = 0; j <= i; j++)
+            M[i][j] = element(mass, i, j);
+    }
+    for (size_t k = 0; k < n; k++) {
+        d[k] = M[k][k];
+        for (size_t i = k + 1; i < n; i++) {
+            ad_var l = ad_div(M[i][k], d[k]);
+            a[i] = ad_sub(a[i], ad_mul(l, a[k]));
+            for (size_t j = k + 1; j <= i; j++)
+                M[i][j] = ad_sub(M[i][j], ad_mul(l, M[j][k]));
+            M[k][i] = l; /* above the diagonal */
+        }
+        a[k] = ad_div(a[k], d[k]);
+    }
+    for (size_t k = n; k-- > 0;)
+        for (size_t i = k + 1; i < n; i++)
+            a[k] = ad_sub(a[k], ad_mul(M[k][i], a[i]));
+    *D = ad_concat_rows(n, d);
+    return ad_concat_rows(n, a);
+}
+
+static enum ad_status record_flow(struct phys_motion_series *s, const ad_var x[], const ad_var y[],
+                                  struct ad_error *error)
+{
+    ad_var D = y[MASS], a = s->constant_mass ? times_inverse(s, y[FORCE])
+                                             : eliminate(s->dof, y[MASS], y[FORCE], &D);
+    const ad_var rates[FLOW_OUTPUTS] = {x[V], a, ad_add(ad_mul(x[T], 0.0), 1.0), y[MASS], D};
+    return series_of(s, s->constant_mass ? INPUTS : FLOW_OUTPUTS, rates, x, &s->flow, error);
+}
+
+/* Whether M_0 was eliminated without harm: its pivots have one sign and are not too small. */
+static bool is_definite(struct phys_motion_series *s)
+{
+    const size_t n = s->dof;
+    double *column = s->factor + n * n, *d = column + n;
+    size_t worst, positive = 0;
+    if (s->constant_mass)
+        return true;
+    for (size_t k = 0; k < n * n; k++)
+        s->factor[k] = ad_series_output(s->flow, FLOW_MASS, k)[0];
+    for (size_t k = 0; k < n; k++) {
+        d[k] = ad_series_output(s->flow, FLOW_PIVOTS, k)[0];
+        positive += d[k] > 0;
+    }
+    phys_mass_columns(n, s->factor, column);
+    return (positive == 0 || positive == n) &&
+           phys_mass_condition(n, column, d, 1, &worst) <= PHYS_MASS_SINGULAR;
+}
+
+/* ---- */
+
 static enum ad_status record(struct phys_motion_series *s, struct ad_error *error)
 {
     ad_var x[INPUTS], y[2];
     s->constant_mass = phys_motion_recorded(s->motion, x, y);
     if (!s->constant_mass && s->dof > COORDINATES_MOST)
         return too_much(s, "masses that vary of more than 64 coordinates", error);
-    if (ad_series_new(s->constant_mass ? 1 : 2, y, INPUTS, x, s->order, &s->force) != AD_OK) {
-        phys_tape_status(x[Q].tape, error);
-        return ad_fail(error, AD_E_ARGUMENT, "taylor: no series of the forces; take dop853");
-    }
-    if (ad_series_branches(s->force))
-        return too_much(s, "L has kinks (abs, min, max, relu, a root of a square, or a comparison)",
-                        error);
-    return AD_OK;
+    if (s->constant_mass || s->dof <= ELIMINATED_MOST)
+        return record_flow(s, x, y, error);
+    return series_of(s, 2, y, x, &s->force, error);
 }
 
 enum ad_status phys_motion_series_new(phys_motion *motion, size_t order,
@@ -61,7 +158,7 @@ enum ad_status phys_motion_series_new(phys_motion *motion, size_t order,
     *s = (struct phys_motion_series){.motion = motion, .dof = n, .order = order};
     if (record(s, error) == AD_OK) {
         s->a = calloc((order + 1) * n, sizeof *s->a);
-        s->factor = calloc(s->constant_mass ? 1 : (n + 1) * n, sizeof *s->factor);
+        s->factor = calloc(s->constant_mass ? 1 : (n + 2) * n, sizeof *s->factor);
         s->pivots = calloc(n, sizeof *s->pivots);
         if (!s->a || !s->factor || !s->pivots)
             ad_fail(error, AD_E_MEMORY, "out of memory");
@@ -77,12 +174,15 @@ void phys_motion_series_free(struct phys_motion_series *series)
 {
     if (!series)
         return;
+    ad_series_free(series->flow);
     ad_series_free(series->force);
     free(series->a);
     free(series->factor);
     free(series->pivots);
     free(series);
 }
+
+/* ---- order by order ---- */
 
 static bool factor_mass(struct phys_motion_series *s)
 {
@@ -101,29 +201,43 @@ static void accelerate(struct phys_motion_series *s, size_t k)
 {
     const size_t n = s->dof;
     double *a = s->a + k * n;
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = 0; i < n; i++) {
         a[i] = ad_series_output(s->force, FORCE, i)[k];
-    if (s->constant_mass) {
-        phys_motion_solve_constant(s->motion, a);
-        return;
-    }
-    for (size_t i = 0; i < n; i++)
         for (size_t m = 0; m < n; m++) {
             const double *M = ad_series_output(s->force, MASS, i * n + m);
             for (size_t j = 1; j <= k && !ad_series_is_number(s->force, MASS, i * n + m); j++)
                 a[i] -= M[j] * s->a[(k - j) * n + m];
         }
+    }
     phys_lapack_lu_solve(n, s->factor, s->pivots, a);
 }
 
-static void set(struct phys_motion_series *s, size_t k, double t, const double *c)
+static enum ad_status order_by_order(struct phys_motion_series *s, size_t order, double t,
+                                     double *c, bool *good, struct ad_error *error)
 {
-    for (size_t i = 0; i < s->dof; i++) {
-        ad_series_input(s->force, Q, i)[k] = c[i];
-        ad_series_input(s->force, V, i)[k] = c[s->dof + i];
-        ad_series_input(s->force, W, i)[k] = c[s->dof + i];
+    const size_t n = s->dof;
+    ad_var x[INPUTS], y[2];
+    phys_motion_recorded(s->motion, x, y);
+    if (!s->force && series_of(s, 2, y, x, &s->force, error) != AD_OK)
+        return error->status;
+    *good = true;
+    for (size_t k = 0; k < order && *good; k++) {
+        const double *now = c + k * 2 * n;
+        double *next = c + (k + 1) * 2 * n;
+        for (size_t i = 0; i < n; i++) {
+            ad_series_input(s->force, Q, i)[k] = now[i];
+            ad_series_input(s->force, V, i)[k] = now[n + i];
+        }
+        ad_series_input(s->force, T, 0)[k] = k == 0 ? t : k == 1 ? 1 : 0;
+        ad_series_advance(s->force, k);
+        *good = k > 0 || factor_mass(s);
+        accelerate(s, k);
+        for (size_t i = 0; i < n; i++) {
+            next[i] = now[n + i] / (double)(k + 1);
+            next[n + i] = s->a[k * n + i] / (double)(k + 1);
+        }
     }
-    ad_series_input(s->force, T, 0)[k] = k == 0 ? t : k == 1 ? 1 : 0;
+    return AD_OK;
 }
 
 /* Says why; the field at the point knows better. */
@@ -139,20 +253,16 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
                                   double *c, struct ad_error *error)
 {
     struct phys_motion_series *s = series;
-    const size_t n = s->dof;
-    bool good = true;
-    for (size_t k = 0; k < order && good; k++) {
-        const double *now = c + k * 2 * n;
-        double *next = c + (k + 1) * 2 * n;
-        set(s, k, t, now);
-        ad_series_advance(s->force, k);
-        good = k > 0 || s->constant_mass || factor_mass(s);
-        accelerate(s, k);
-        for (size_t i = 0; i < n; i++) {
-            next[i] = now[n + i] / (double)(k + 1);
-            next[n + i] = s->a[k * n + i] / (double)(k + 1);
-            good = good && isfinite(next[n + i]);
-        }
+    const size_t n = 2 * s->dof;
+    bool good = s->flow;
+    if (s->flow) {
+        ad_series_input(s->flow, T, 0)[0] = t;
+        ad_series_flow(s->flow, n, order, c);
+        good = is_definite(s);
     }
+    if (!good && !s->constant_mass && order_by_order(s, order, t, c, &good, error) != AD_OK)
+        return error->status;
+    for (size_t k = n; k < (order + 1) * n; k++)
+        good = good && isfinite(c[k]);
     return good ? AD_OK : refuse(s, t, c, error);
 }

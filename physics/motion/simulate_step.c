@@ -100,7 +100,8 @@ static enum ad_status adaptive(struct run *run, struct ad_error *error)
             return underflow(run, &cause, error);
         if (attempt(run, h, &norm, &cause, error) != AD_OK)
             return error->status;
-        double growth = safety * pow(norm, -c.exponent);
+        bool chosen = norm <= 1 && m->integrator->scheme->longest; /* the next step is, anew */
+        double growth = chosen ? 1 : safety * pow(norm, -c.exponent);
         if (norm <= 1) {
             growth =
                 clamp(growth * pow(run->last_norm, c.beta), c.least, run->rejected ? 1 : c.most);

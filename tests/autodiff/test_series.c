@@ -315,9 +315,102 @@ static void test_refusals(void **state)
     ad_tape_free(narrow);
 }
 
+/* ---- machine code: the bits of the interpreter ---- */
+
+/* Coefficients of x' = rates(x) interpreted and as machine code, and how far a sum of them is from
+   finite: 0 is all. */
+static void compare_flows(size_t n_x, const ad_var x[], const ad_var rates[], const double *start,
+                          size_t n)
+{
+    ad_series *series;
+    struct ad_error note = {0};
+    double interpreted[LONG + 1][64], native[LONG + 1][64];
+    assert_true(n <= 64);
+    assert_int_equal(ad_series_new(n_x, rates, n_x, x, LONG, &series), AD_OK);
+    memcpy(interpreted[0], start, n * sizeof *start);
+    double *c = malloc((LONG + 1) * n * sizeof *c);
+    memcpy(c, start, n * sizeof *start);
+    ad_series_flow(series, n, LONG, c);
+    for (size_t k = 0; k <= LONG; k++)
+        memcpy(interpreted[k], c + k * n, n * sizeof *c);
+    if (!ad_series_native(series, n, &note)) {
+        print_message("[skipped: %s]\n", note.message);
+    } else {
+        memset(c + n, 0, LONG * n * sizeof *c);
+        ad_series_flow(series, n, LONG, c);
+        for (size_t k = 0; k <= LONG; k++) {
+            memcpy(native[k], c + k * n, n * sizeof *c);
+            for (size_t i = 0; i < n; i++) {
+                assert_true(isfinite(interpreted[k][i]));
+                if (native[k][i] != interpreted[k][i])
+                    fail_msg("coefficient %zu of x[%zu]: %.17g, interpreted %.17g", k, i,
+                             native[k][i], interpreted[k][i]);
+            }
+        }
+    }
+    free(c);
+    ad_series_free(series);
+}
+
+static void test_machine_code_of_every_operation(void **state)
+{
+    (void)state;
+    enum { FIRST = AD_OP_copy, N = AD_N_OPS - FIRST };
+    uint64_t seed = 3;
+    double start[N];
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, N, 1, "x"), rates[N], all;
+    for (size_t k = 0; k < N; k++) {
+        const enum ad_op op = (enum ad_op)(FIRST + k);
+        const double low = ranges[op].low, high = ranges[op].high, middle = (low + high) / 2;
+        start[k] = middle + (high - low) / 2 * draw(&seed, -0.5, 0.5);
+        /* operands near the middle of the range, which depend on each other */
+        ad_var in[3];
+        for (size_t j = 0; j < 3; j++)
+            in[j] = ad_add(
+                middle, ad_mul(0.2 * (high - low), ad_sin(ad_slice_rows(x, (k + j * 7) % N, 1))));
+        rates[k] = ad_mul(0.1, record(op, in));
+    }
+    all = ad_concat_rows(N, rates);
+    assert_int_equal(ad_tape_error(tape)->status, AD_OK);
+    compare_flows(1, &x, &all, start, N);
+    ad_tape_free(tape);
+}
+
+static void test_machine_code_of_a_random_program(void **state)
+{
+    (void)state;
+    static const enum ad_op ops[] = {
+        AD_OP_add,  AD_OP_sub,  AD_OP_mul, AD_OP_mul,   AD_OP_square,  AD_OP_sin,
+        AD_OP_cos,  AD_OP_exp,  AD_OP_div, AD_OP_recip, AD_OP_sqrt,    AD_OP_hypot,
+        AD_OP_tanh, AD_OP_mul0, AD_OP_max, AD_OP_pow,   AD_OP_sigmoid, AD_OP_atan2};
+    enum { N = 6, STEPS = 60 };
+    uint64_t seed = 3; /* of which gcc 12 gets lanes wrong */
+    double start[N];
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, N, 1, "x"), value[N + STEPS], rate;
+    for (size_t k = 0; k < N; k++) {
+        value[k] = ad_slice_rows(x, k, 1);
+        start[k] = draw(&seed, 0.3, 0.9);
+    }
+    for (size_t k = N; k < N + STEPS; k++) {
+        const enum ad_op op = ops[(size_t)draw(&seed, 0, LENGTH(ops))];
+        ad_var in[3];
+        for (size_t j = 0; j < 3; j++) /* between 0.3 and 0.9 */
+            in[j] = ad_add(0.6, ad_mul(0.3, ad_sin(value[(size_t)draw(&seed, 0, (double)k)])));
+        value[k] = record(op, in);
+    }
+    rate = ad_concat_rows(N, value + STEPS);
+    assert_int_equal(ad_tape_error(tape)->status, AD_OK);
+    compare_flows(1, &x, &rate, start, N);
+    ad_tape_free(tape);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_machine_code_of_every_operation),
+        cmocka_unit_test(test_machine_code_of_a_random_program),
         cmocka_unit_test(test_every_elementwise_operation),
         cmocka_unit_test(test_what_moves_and_sums),
         cmocka_unit_test(test_differential_equations),

@@ -1,0 +1,154 @@
+/* Series of the solution of x' = y: order by order by the interpreter; by machine code where its
+   cost is paid for. Both give the same bits, so that it does not matter when. */
+#include "internal.h"
+#include "autodiff/clock.h"
+#include "autodiff/kernels/kernels.h"
+#include "autodiff/native/native.h"
+
+#include <dlfcn.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Seconds: of the interpreter after which to look into the cache; and what compiling costs, with
+   gcc
+   12. Beyond MOST_JETS it takes too long. */
+static const double LOOK = 3e-4, START = 0.1, A_JET = 2.5e-3;
+enum { MOST_JETS = 4096 };
+
+void ad_series_code_free(struct series_code *code)
+{
+    if (!code)
+        return;
+    if (code->library)
+        dlclose(code->library);
+    free(code->numbers);
+    free(code->packs);
+    free(code);
+}
+
+static size_t lanes_of(const char *isa)
+{
+    return strcmp(isa, "avx512") == 0 ? 8 : strcmp(isa, "avx2") == 0 ? 4 : 2;
+}
+
+/* From the cache; compiled if not there and `build`. */
+static struct series_code *load(const ad_series *s, bool build, struct ad_error *note)
+{
+    struct compiler compiler = {.identity = ""};
+    if (ad_native_turned_off()) {
+        ad_fail(note, AD_E_ARGUMENT, "LEASTACTION_NATIVE=0 turns machine code off");
+        return NULL;
+    }
+    if (!ad_cc_find(&compiler, note))
+        return NULL;
+    const char *isa = ad_kernels_for(AD_F64)->isa;
+    size_t packs = 0;
+    struct series_code *code = calloc(1, sizeof *code);
+    char *source =
+        ad_native_full_source(ad_series_source(s, lanes_of(isa), &packs), isa, &compiler);
+    ad_segment_code *function = NULL;
+    if (code && source) {
+        code->numbers = malloc((s->n + 1) * sizeof *code->numbers);
+        code->packs = aligned_alloc(64, (packs + 8) * sizeof *code->packs / 64 * 64);
+    }
+    if (!code || !source || !code->numbers || !code->packs)
+        ad_fail(note, AD_E_MEMORY, "out of memory");
+    else
+        code->library = ad_native_load(source, isa, build ? &compiler : NULL, 1, &function, note);
+    free(source);
+    if (!code || !code->library) {
+        ad_series_code_free(code);
+        return NULL;
+    }
+    for (size_t k = 0; k < s->n; k++)
+        code->numbers[k] = s->jets[k].number;
+    code->run = (ad_flow_code *)(void (*)(void))function;
+    return code;
+}
+
+static void interpret(ad_series *s, size_t n, size_t order, double *c)
+{
+    const size_t stride = s->stride;
+    for (size_t k = 0; k < order; k++) {
+        double *next = c + (k + 1) * n, share = 1 / (double)(k + 1);
+        if (k > 0)
+            ad_series_advance(s, k);
+        for (size_t i = 0; i < s->n_input; i++)
+            s->coefficients[i * stride + k + 1] =
+                s->coefficients[s->output[i] * stride + k] * share;
+        for (size_t i = 0; i < n; i++)
+            next[i] = s->coefficients[i * stride + k + 1];
+    }
+}
+
+/* Whether machine code does from c[0..n-1] what the interpreter made of it, which was run last:
+   compilers err. */
+static bool agrees(const ad_series *s, struct series_code *code, size_t n, size_t order,
+                   const double *c)
+{
+    const size_t bytes = (order + 1) * n * sizeof *c;
+    double *again = malloc(bytes + 1);
+    bool same = again;
+    if (again) {
+        memcpy(again, c, n * sizeof *c);
+        code->run(s->coefficients, code->numbers, code->packs, again, order);
+        for (size_t k = n; k < (order + 1) * n && same; k++)
+            same = again[k] == c[k] || (isnan(again[k]) && isnan(c[k]));
+    }
+    free(again);
+    return same;
+}
+
+/* Looks into the cache first, then compiles when that much was spent. */
+static void try_code(ad_series *s, size_t order, const double *c)
+{
+    struct ad_error note = {0};
+    const double price = START + A_JET * (double)s->n;
+    const bool build = s->next_try >= price;
+    if (s->next_try > 0 && s->spent >= s->next_try) {
+        s->code = load(s, build, &note);
+        s->next_try = build ? INFINITY : price;
+        if (s->code && !agrees(s, s->code, s->n_flow, order, c)) {
+            ad_series_code_free(s->code);
+            s->code = NULL;
+            s->next_try = INFINITY;
+        }
+    } else if (s->next_try == 0) {
+        s->next_try = s->n > MOST_JETS ? (double)INFINITY : LOOK;
+    }
+}
+
+bool ad_series_native(ad_series *series, size_t n, struct ad_error *note)
+{
+    struct ad_error own = {0};
+    if (!note)
+        note = &own;
+    if (series->code && series->n_flow == n)
+        return true;
+    ad_series_code_free(series->code);
+    series->n_flow = n;
+    series->code = load(series, true, note);
+    return series->code;
+}
+
+void ad_series_flow(ad_series *series, size_t n, size_t order, double *c)
+{
+    ad_series *s = series;
+    if (!s || order > s->order || n > s->n_input || order == 0)
+        return;
+    for (size_t i = 0; i < n; i++)
+        s->coefficients[i * s->stride] = c[i];
+    ad_series_advance(s, 0);
+    if (s->code && n == s->n_flow) {
+        s->code->run(s->coefficients, s->code->numbers, s->code->packs, c, order);
+        return;
+    }
+    double before = ad_now();
+    interpret(s, n, order, c);
+    s->spent += ad_now() - before;
+    if (!s->code && (s->n_flow == n || s->n_flow == 0)) {
+        s->n_flow = n;
+        try_code(s, order, c);
+    }
+}
