@@ -3,19 +3,19 @@
        L = ((x' - y)^2 + (y' + x)^2) / 2 + (1 - mu)/r1 + mu/r2,
    and its Legendre energy is Jacobi's constant. The start lies on Arenstorf's periodic orbit with
    four loops (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.0). */
-#include "scenes.h"
+#include "common.h"
 
 struct arenstorf {
-    double mu, x0, y0, u0, v0;
+    double start[4], mu;
 };
 
 static const struct phys_param params[] = {
     {"mu", "1", "moon's share of the mass", 0.012277471, offsetof(struct arenstorf, mu)},
-    {"x0", "1", "place at the start", 0.994, offsetof(struct arenstorf, x0)},
-    {"y0", "1", "place at the start", 0, offsetof(struct arenstorf, y0)},
-    {"vx0", "1", "velocity at the start", 0, offsetof(struct arenstorf, u0)},
+    {"x0", "1", "place at the start", 0.994, offsetof(struct arenstorf, start[0])},
+    {"y0", "1", "place at the start", 0, offsetof(struct arenstorf, start[1])},
+    {"vx0", "1", "velocity at the start", 0, offsetof(struct arenstorf, start[2])},
     {"vy0", "1", "velocity at the start", -2.00158510637908252240537862224,
-     offsetof(struct arenstorf, v0)},
+     offsetof(struct arenstorf, start[3])},
 };
 
 /* 1 / distance from (-shift, 0). */
@@ -41,18 +41,6 @@ static size_t dof_of(const void *p)
     return s->mu >= 0 && s->mu <= 1 ? 2 : 0;
 }
 
-static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,
-                            struct ad_error *error)
-{
-    const struct arenstorf *s = p;
-    (void)seed, (void)error;
-    q[0] = s->x0;
-    q[1] = s->y0;
-    v[0] = s->u0;
-    v[1] = s->v0;
-    return AD_OK;
-}
-
 const struct phys_scene phys_scene_arenstorf = {
     PHYS_SCENE_OF(struct arenstorf),
     .name = "arenstorf",
@@ -64,6 +52,6 @@ const struct phys_scene phys_scene_arenstorf = {
     .lagrangian = lagrangian,
     .slices = 401,
     .dt = 17.0652165601579625588917206249 / 400, /* a period */
-    .start = start,
+    .start = phys_start_2,
     .picture = PHYS_PICTURE_PLANE,
 };

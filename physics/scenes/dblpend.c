@@ -1,11 +1,10 @@
 /* The double pendulum, chaotic at this energy. Angles are from the vertical. */
-#include "scenes.h"
+#include "common.h"
 
 #include <math.h>
 
 struct double_pendulum {
-    double m1, m2, l1, l2, g;
-    double a0, b0, a_rate0, b_rate0;
+    double start[4], m1, m2, l1, l2, g;
 };
 
 static const struct phys_param params[] = {
@@ -14,10 +13,12 @@ static const struct phys_param params[] = {
     {"l1", "m", "length of the upper rod", 1, offsetof(struct double_pendulum, l1)},
     {"l2", "m", "length of the lower rod", 1, offsetof(struct double_pendulum, l2)},
     {"g", "m/s^2", "gravity", 1, offsetof(struct double_pendulum, g)},
-    {"a0", "rad", "upper angle at the start", 3 * M_PI / 7, offsetof(struct double_pendulum, a0)},
-    {"b0", "rad", "lower angle at the start", 3 * M_PI / 4, offsetof(struct double_pendulum, b0)},
-    {"a_rate0", "rad/s", "its angular velocity", 0, offsetof(struct double_pendulum, a_rate0)},
-    {"b_rate0", "rad/s", "its angular velocity", 0, offsetof(struct double_pendulum, b_rate0)},
+    {"a0", "rad", "upper angle at the start", 3 * M_PI / 7,
+     offsetof(struct double_pendulum, start[0])},
+    {"b0", "rad", "lower angle at the start", 3 * M_PI / 4,
+     offsetof(struct double_pendulum, start[1])},
+    {"a_rate0", "rad/s", "its angular velocity", 0, offsetof(struct double_pendulum, start[2])},
+    {"b_rate0", "rad/s", "its angular velocity", 0, offsetof(struct double_pendulum, start[3])},
 };
 
 static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *params_)
@@ -38,18 +39,6 @@ static ad_var potential(ad_var q, ad_var v, ad_var t, const void *params_)
     ad_var a = ad_row(q, 0), b = ad_row(q, 1);
     return ad_neg(ad_add(ad_mul((p->m1 + p->m2) * p->g * p->l1, ad_cos(a)),
                          ad_mul(p->m2 * p->g * p->l2, ad_cos(b))));
-}
-
-static enum ad_status start(const void *params_, uint64_t seed, double *q, double *v,
-                            struct ad_error *error)
-{
-    const struct double_pendulum *p = params_;
-    (void)seed, (void)error;
-    q[0] = p->a0;
-    q[1] = p->b0;
-    v[0] = p->a_rate0;
-    v[1] = p->b_rate0;
-    return AD_OK;
 }
 
 static const struct phys_preset paper = {
@@ -76,7 +65,7 @@ const struct phys_scene phys_scene_dblpend = {
     .potential = potential,
     .slices = 200,
     .dt = 0.06,
-    .start = start,
+    .start = phys_start_2,
     .picture = PHYS_PICTURE_ANGLES,
     .paper = &paper,
 };

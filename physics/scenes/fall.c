@@ -1,6 +1,6 @@
 /* A body that falls from rest into the centre of a 1/r attraction: the orbit of eccentricity 1,
    which ends after pi sqrt(r0^3 / (8 gm)). */
-#include "scenes.h"
+#include "common.h"
 
 struct fall {
     double gm, r0;
@@ -10,19 +10,6 @@ static const struct phys_param params[] = {
     {"gm", "1", "gravitational constant times the central mass", 1, offsetof(struct fall, gm)},
     {"r0", "1", "distance at the start", 1, offsetof(struct fall, r0)},
 };
-
-static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
-{
-    (void)q, (void)t, (void)p;
-    return ad_mul(0.5, ad_sum_rows(ad_square(v)));
-}
-
-static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
-{
-    const struct fall *s = p;
-    (void)v, (void)t;
-    return ad_div(-s->gm, ad_sqrt(ad_sum_rows(ad_square(q))));
-}
 
 static size_t dof_of(const void *p)
 {
@@ -48,8 +35,8 @@ const struct phys_scene phys_scene_fall = {
     .dims = 2,
     .coordinates = (const char *const[]){"x", "y"},
     PHYS_PURE_NUMBERS,
-    .kinetic = kinetic,
-    .potential = potential,
+    .kinetic = phys_centre_kinetic,
+    .potential = phys_centre_potential,
     .slices = 101,
     .dt = 0.01,
     .start = start,

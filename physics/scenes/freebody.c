@@ -1,39 +1,23 @@
 /* A body thrown upwards under constant gravity. Its path of least action is a parabola. */
-#include "scenes.h"
+#include "common.h"
 
 struct freebody {
-    double m, g, x0, v0;
+    struct phys_particle at;
+    double g;
 };
 
 static const struct phys_param params[] = {
-    {"m", "kg", "mass", 1, offsetof(struct freebody, m)},
+    {"m", "kg", "mass", 1, offsetof(struct freebody, at.m)},
     {"g", "m/s^2", "gravity, downwards", 1, offsetof(struct freebody, g)},
-    {"x0", "m", "height at the start", 0, offsetof(struct freebody, x0)},
-    {"v0", "m/s", "velocity at the start", 8, offsetof(struct freebody, v0)},
+    {"x0", "m", "height at the start", 0, offsetof(struct freebody, at.start[0])},
+    {"v0", "m/s", "velocity at the start", 8, offsetof(struct freebody, at.start[1])},
 };
-
-static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
-{
-    const struct freebody *s = p;
-    (void)q, (void)t;
-    return ad_mul(0.5 * s->m, ad_square(v));
-}
 
 static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct freebody *s = p;
     (void)v, (void)t;
-    return ad_mul(s->m * s->g, q);
-}
-
-static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,
-                            struct ad_error *error)
-{
-    const struct freebody *s = p;
-    (void)seed, (void)error;
-    q[0] = s->x0;
-    v[0] = s->v0;
-    return AD_OK;
+    return ad_mul(s->at.m * s->g, q);
 }
 
 static const struct phys_preset paper = {
@@ -56,11 +40,11 @@ const struct phys_scene phys_scene_freebody = {
     .unit = "m",
     .time_unit = "s",
     .energy_unit = "J",
-    .kinetic = kinetic,
+    .kinetic = phys_particle_kinetic,
     .potential = potential,
     .slices = 60,
     .dt = 0.25,
-    .start = start,
+    .start = phys_start_1,
     .picture = PHYS_PICTURE_TIME,
     .paper = &paper,
 };

@@ -1,6 +1,6 @@
 /* One body around a fixed centre, from pericentre; energies are per unit of mass. With e = 0.6 and
    a = GM = 1 the energy is -1/2, the angular momentum 0.8, the action of a period 3 pi. */
-#include "scenes.h"
+#include "common.h"
 
 #include <math.h>
 
@@ -13,19 +13,6 @@ static const struct phys_param params[] = {
     {"a", "1", "semi-major axis", 1, offsetof(struct kepler, a)},
     {"e", "1", "eccentricity, 0 <= e < 1", 0.6, offsetof(struct kepler, e)},
 };
-
-static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
-{
-    (void)q, (void)t, (void)p;
-    return ad_mul(0.5, ad_sum_rows(ad_square(v)));
-}
-
-static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
-{
-    const struct kepler *s = p;
-    (void)v, (void)t;
-    return ad_div(-s->gm, ad_sqrt(ad_sum_rows(ad_square(q))));
-}
 
 static size_t dof_of(const void *p)
 {
@@ -53,8 +40,8 @@ const struct phys_scene phys_scene_kepler = {
     .dims = 2,
     .coordinates = (const char *const[]){"x", "y"},
     PHYS_PURE_NUMBERS,
-    .kinetic = kinetic,
-    .potential = potential,
+    .kinetic = phys_centre_kinetic,
+    .potential = phys_centre_potential,
     .slices = 101,
     .dt = M_PI / 100, /* half a period */
     .start = start,

@@ -1,10 +1,10 @@
 /* A pendulum of any amplitude. Over a whole swing the true path is a saddle of the action. */
-#include "scenes.h"
+#include "common.h"
 
 #include <math.h>
 
 struct pendulum {
-    double m, l, g, theta0, rate0;
+    double start[2], m, l, g;
 };
 
 static const struct phys_param params[] = {
@@ -12,8 +12,8 @@ static const struct phys_param params[] = {
     {"l", "m", "length", 180, offsetof(struct pendulum, l)},
     {"g", "m/s^2", "gravity", 1, offsetof(struct pendulum, g)},
     {"theta0", "rad", "angle at the start, 0 hangs down", M_PI / 2,
-     offsetof(struct pendulum, theta0)},
-    {"rate0", "rad/s", "angular velocity at the start", 0, offsetof(struct pendulum, rate0)},
+     offsetof(struct pendulum, start[0])},
+    {"rate0", "rad/s", "angular velocity at the start", 0, offsetof(struct pendulum, start[1])},
 };
 
 static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
@@ -28,16 +28,6 @@ static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
     const struct pendulum *s = p;
     (void)v, (void)t;
     return ad_mul(s->m * s->g * s->l, ad_sub(1.0, ad_cos(q)));
-}
-
-static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,
-                            struct ad_error *error)
-{
-    const struct pendulum *s = p;
-    (void)seed, (void)error;
-    q[0] = s->theta0;
-    v[0] = s->rate0;
-    return AD_OK;
 }
 
 static const struct phys_preset paper = {
@@ -65,7 +55,7 @@ const struct phys_scene phys_scene_pendulum = {
     .potential = potential,
     .slices = 100,
     .dt = 1,
-    .start = start,
+    .start = phys_start_1,
     .picture = PHYS_PICTURE_ANGLES,
     .paper = &paper,
 };
