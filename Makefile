@@ -271,7 +271,7 @@ bench: all
 # Tables of Horizons for the ephemeris.
 HORIZONS ?= tests/data/horizons
 
-CHARTS = gradients linear integrators paths gas hnn quantum jobs ephemeris
+CHARTS = gradients linear tape integrators paths gas hnn quantum jobs ephemeris
 
 charts: all
 	@for kind in $(CHARTS); do \
@@ -286,7 +286,7 @@ docs-pictures: all
 
 # Peers, those that $(PYTHON) can import, on the jobs of our charts.
 peers: all
-	@for kind in gradients integrators hnn quantum; do \
+	@for kind in gradients integrators hnn quantum tape; do \
 	    test -f charts/$$kind.csv || test -f charts/$$kind-losses.csv || \
 	        $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) || exit; \
 	done

@@ -103,7 +103,7 @@ ad_var ad_refuse(ad_tape *tape, enum ad_status status, const char *format, ...)
     ;
 /* Number of values recorded so far. */
 size_t ad_tape_size(const ad_tape *tape);
-/* Bytes held by the tape (nodes, constants, labels, index lists). */
+/* Bytes held by the tape (nodes, constants, labels, index lists, memory of direct evaluation). */
 size_t ad_tape_bytes(const ad_tape *tape);
 
 /* Shape of a value; 0 x 0 for a handle without a tape or of an earlier recording. */

@@ -117,10 +117,12 @@ struct ad_tape {
     size_t n_loops, max_loops;
 };
 
-/* Direct evaluation's memory of a tape (direct/): forgets the nodes; frees everything. Take NULL.
+/* Direct evaluation's memory of a tape (direct/): forgets the nodes; frees everything; its size.
+ * Take NULL.
  */
 void ad_direct_reset(struct ad_direct *direct);
 void ad_direct_free(struct ad_direct *direct);
+size_t ad_direct_bytes(const struct ad_direct *direct);
 /* And with its loops (scan/). */
 void ad_scan_free(struct scan *scan);
 void ad_scan_adjoint_free(struct scan_adjoint *adjoint);

@@ -62,6 +62,11 @@ void ad_direct_free(struct ad_direct *d)
     free(d);
 }
 
+size_t ad_direct_bytes(const struct ad_direct *d)
+{
+    return d ? sizeof *d + d->bytes * (d->adjoint ? 2 : 1) + d->max_offsets * sizeof *d->offset : 0;
+}
+
 static void put(const ad_tape *tape, void *array, size_t at, size_t n, const double *from)
 {
     if (tape->type == AD_F64)

@@ -186,7 +186,8 @@ size_t ad_tape_bytes(const ad_tape *tape)
     return sizeof *tape + bodies + tape->n_blocks * BLOCK_SIZE * sizeof(struct node) +
            tape->max_blocks * sizeof *tape->blocks + tape->max_numbers * sizeof *tape->numbers +
            tape->max_lists * sizeof *tape->lists + tape->max_customs * sizeof *tape->customs +
-           tape->max_labels * sizeof *tape->labels + tape->max_texts;
+           tape->max_labels * sizeof *tape->labels + tape->max_texts +
+           ad_direct_bytes(tape->direct);
 }
 
 static bool is_plain(const struct node *n)

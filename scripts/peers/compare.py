@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the peers that are installed beside our charts in FOLDER, writes FOLDER/peers.csv and its
-picture, and prints both sides. Needs the CSV files of `leastaction chart` gradients, integrators, hnn
-and quantum in FOLDER.
+picture, and prints both sides. Needs the CSV files of `leastaction chart` gradients, integrators, hnn,
+quantum and tape in FOLDER.
 
     scripts/peers/compare.py COMMAND [FOLDER] [--quick]
 
@@ -56,19 +56,21 @@ def python(script, modules, *arguments):
     return run(script, [sys.executable, "-B", str(HERE / script), *arguments])
 
 
-def adolc(values):
-    """Compiled where its headers and library are; long tapes go to files where it runs."""
+def compiled(script, package, *arguments):
+    """Compiled where its package is; long tapes go to files where it runs."""
     compiler = shutil.which("c++") or shutil.which("g++")
-    version = subprocess.run(["pkg-config", "--modversion", "adolc"], capture_output=True, text=True)
-    if not compiler or version.returncode != 0:
-        print("gradients_adolc.cpp: skipped, no C++ compiler or ADOL-C", file=sys.stderr)
+    ask = ["pkg-config", "--modversion", package]
+    version = subprocess.run(ask, capture_output=True, text=True) if shutil.which("pkg-config") else None
+    if not compiler or version is None or version.returncode != 0:
+        print(f"{script}: skipped, no C++ compiler or {package}", file=sys.stderr)
         return ""
+    flags = subprocess.run(["pkg-config", "--cflags", "--libs", package], capture_output=True, text=True)
     with tempfile.TemporaryDirectory() as folder:
-        program = f"{folder}/adolc"
+        program = f"{folder}/peer"
         define = f'-DPEER_VERSION="{version.stdout.strip()}"'
-        words = [compiler, "-O2", "-march=native", "-std=c++17", define]
-        built = subprocess.run([*words, str(HERE / "gradients_adolc.cpp"), "-ladolc", "-o", program])
-        return run("gradients_adolc.cpp", [program, values], cwd=folder) if built.returncode == 0 else ""
+        words = [compiler, "-O2", "-DNDEBUG", "-march=native", "-std=c++17", define]
+        built = subprocess.run([*words, str(HERE / script), *flags.stdout.split(), "-o", program])
+        return run(script, [program, *arguments], cwd=folder) if built.returncode == 0 else ""
 
 
 def peers(folder, quick):
@@ -78,7 +80,7 @@ def peers(folder, quick):
         python("gradients_torch.py", ["numpy", "torch"], values, *quick)
         + python("gradients_jax.py", ["numpy", "jax"], values, *quick)
         + python("gradients_casadi.py", ["numpy", "casadi"], values, *quick)
-        + adolc(values)
+        + compiled("gradients_adolc.cpp", "adolc", values)
         + python("training_torch.py", ["numpy", "torch"], losses, *quick)
         + python("training_jax.py", ["numpy", "jax"], losses, *quick)
     )
@@ -139,6 +141,18 @@ def packets(folder, quick):
     return list(to_errors("packet", PACKET_ACCURACIES, ours, theirs, "NumPy", version))
 
 
+def scalars(folder, quick):
+    """Recordings of scalars: record and first gradient, and the gradient again, per operation."""
+    most = ["1e5"] if quick else []
+    text = compiled("tape_adolc.cpp", "adolc", *most) + compiled("tape_cppad.cpp", "cppad", *most)
+    theirs = (line.split(",") for line in text.splitlines() if line.count(",") == 6)
+    ours = ([*list(r.values())[:2], US, "", *list(r.values())[2:5]] for r in read((folder / "tape.csv").read_text()))
+    for program, n, peer, version, record, first, again in (*ours, *theirs):
+        job = f"scalars {program} 1e{round(math.log10(float(n)))}"
+        yield f"{job} once", peer, version, 1e-9 * (float(record) + float(first)), ""
+        yield f"{job} again", peer, version, 1e-9 * float(again), ""
+
+
 def pixels(command, quick):
     for row in read(python("pixels_torch.py", ["torch"], command, *quick)):
         yield f"training {row['model']} f32", US, "", 1e-3 * float(row["ours_ms"]), ""
@@ -180,7 +194,7 @@ def note(ratio, peer):
 def table(rows):
     """Rows by job, in the order of jobs, ours first, with ratio and note."""
     rows = [(job, peer, version, float(s), difference) for job, peer, version, s, difference in rows]
-    kinds = "gradient", "product", "hessian", "adam", "training", "motion", "packet"
+    kinds = "gradient", "product", "hessian", "adam", "training", "motion", "packet", "scalars"
     ours = {job: s for job, peer, _, s, _ in rows if peer == US}
     rows = [r for r in rows if r[0] in ours]
     jobs = list(dict.fromkeys(r[0] for r in rows))
@@ -225,6 +239,7 @@ def main():
         rows = [r for row in read((folder / "gradients.csv").read_text()) for r in our_derivatives(row)]
         rows += our_training(read((folder / "hnn-steps.csv").read_text()))
         rows += peers(folder, quick) + motions(folder, quick) + packets(folder, quick)
+        rows += scalars(folder, quick)
     except OSError as e:
         sys.exit(f"{e.filename}: {e.strerror}; run `make charts` first")
     rows += pixels(command, quick)

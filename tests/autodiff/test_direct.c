@@ -228,7 +228,8 @@ static void test_many_blocks(void **state)
             y = k % 2 ? ad_cos(y) : ad_add(y, 0.5);
             is = k % 2 ? cos(is) : is + 0.5;
         }
-        assert_true(ad_tape_bytes(t) < 40 * ad_tape_size(t));
+        assert_true(ad_tape_bytes(t) <
+                    40 * ad_tape_size(t) + 24 * (size_t)(round ? LENGTH + 3 : 0));
         ad_tape *copy = ad_tape_copy(t);
         assert_non_null(copy);
         assert_close(value_at(y, x, 0.9, &slope), is, 1e-14, 0);

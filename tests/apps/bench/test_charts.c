@@ -70,6 +70,25 @@ static void test_linear(void **state)
     table_free(t);
 }
 
+/* Programs of scalars: gradients are right, and bytes per operation do not rise with their number.
+ */
+static void test_tape(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA chart tape --quick --quiet --out ."), 0);
+    struct table *t = table_read("tape.csv");
+    assert_int_equal(t->rows, 2 * 3);
+    for (size_t r = 0; r < t->rows; r++) {
+        double n = table_number(t, r, "operations");
+        assert_close(log10(n), 3 + (double)(r % 3), 0, 0.2);
+        assert_true(table_number(t, r, "error") < 1e-6);
+        assert_true(r % 3 == 0 || table_number(t, r, "bytes") < 100);
+        assert_true(table_number(t, r, "gradient_ns") > 0);
+        assert_true(table_number(t, r, "replay_ns") > 0);
+    }
+    table_free(t);
+}
+
 /* A second thread changes no bit. */
 static void test_threads(void **state)
 {
@@ -222,6 +241,7 @@ int main(void)
         cmocka_unit_test_setup(test_wrong_format, shell_empty),
         cmocka_unit_test_setup(test_gradients, shell_empty),
         cmocka_unit_test(test_gradient_values),
+        cmocka_unit_test_setup(test_tape, shell_empty),
         cmocka_unit_test_setup(test_linear, shell_empty),
         cmocka_unit_test(test_threads),
         cmocka_unit_test_setup(test_jobs, shell_empty),
