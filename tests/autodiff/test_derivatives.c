@@ -1,6 +1,6 @@
-/* Directional derivatives against each other, Jacobians and Hessians against gradients; and cases
-   that could be wrong without an error: branches, infinite slopes beside others, repeated
-   variables, variables without dependents or that are no inputs. */
+/* Directional derivatives against each other; and cases that could be wrong without an error:
+   branches, infinite slopes beside others, repeated variables, variables without dependents or
+   that are no inputs. */
 #include "autodiff/derivatives.h"
 #include "structure_cases.h"
 #include "support.h"
@@ -176,145 +176,6 @@ static void test_branches_forward(void **state)
     ad_tape_free(t);
 }
 
-/* ---- Jacobians ---- */
-
-/* All entries against gradients of one element at a time. */
-static void assert_jacobian(ad_jacobian *J, ad_var y, size_t n, const ad_var x[],
-                            const double *const at[], double tolerance)
-{
-    const struct ad_sparse *m = ad_jacobian_matrix(J);
-    double *dense = malloc(m->rows * m->cols * sizeof *dense);
-    double *expected = malloc(m->cols * sizeof *expected), *gradient[MOST];
-    ad_var column = ad_reshape(y, m->rows, 1);
-    assert_true(dense && expected);
-    assert_int_equal(m->rows, ad_rows(y) * ad_cols(y));
-    for (size_t k = 0, first = 0; k < n; first += ad_rows(x[k]) * ad_cols(x[k]), k++) {
-        assert_int_equal(ad_set(ad_jacobian_program(J), x[k], at[k]), AD_OK);
-        gradient[k] = expected + first;
-    }
-    for (int again = 0; again < 2; again++)
-        ad_jacobian_run(J);
-    ad_jacobian_dense(J, dense);
-    for (size_t r = 0; r < m->rows; r++) {
-        struct ad_error e = {0};
-        assert_int_equal(ad_gradient(n, x, at, ad_row(column, r), NULL, gradient, &e), AD_OK);
-        for (size_t c = 0; c < m->cols; c++)
-            if (!is_close(dense[r * m->cols + c], expected[c], tolerance, tolerance))
-                fail_msg("entry (%zu, %zu) is %.17g, not %.17g", r, c, dense[r * m->cols + c],
-                         expected[c]);
-        for (size_t k = m->start[r] + 1; k < m->start[r + 1]; k++)
-            assert_true(m->col[k - 1] < m->col[k]);
-    }
-    free(dense);
-    free(expected);
-}
-
-static void test_jacobian_of_structures(void **state)
-{
-    (void)state;
-    for (size_t k = 0; structure_case(k); k++)
-        for (int type = 0; type < 2; type++) {
-            const struct structure *s = structure_case(k);
-            if (s->second > SAME)
-                continue;
-            uint64_t random = 3 + k;
-            ad_tape *t = ad_tape_new(type ? AD_F64 : AD_F32);
-            ad_var x[2] = {ad_input(t, 3, 4, NULL), ad_input(t, 3, 4, NULL)};
-            double *at[2] = {random_values(&random, 12, -1, 1), random_values(&random, 12, -1, 1)};
-            ad_var y = ad_mul(0.25, s->record((ad_var[]){ad_tanh(x[0]), ad_tanh(x[1])}));
-            ad_jacobian *J;
-            size_t before = ad_tape_size(t);
-            assert_int_equal(ad_jacobian_new(y, 2, x, &J), AD_OK);
-            assert_int_equal(ad_tape_size(t), before);
-            assert_jacobian(J, y, 2, x, (const double *const *)at, type ? 1e-13 : 1e-5);
-            ad_jacobian_free(J);
-            free(at[0]);
-            free(at[1]);
-            ad_tape_free(t);
-        }
-}
-
-/* Two points of three coordinates see what is beside them: few runs, whatever the length is. */
-static void test_bands(void **state)
-{
-    (void)state;
-    enum { N = 400 };
-    ad_tape *t = ad_tape_new(AD_F64);
-    uint64_t random = 9;
-    double *values = random_values(&random, 3 * N, -1, 1);
-    const double *const at[] = {values};
-    ad_var x = ad_input(t, 3, N, "x"), d = ad_diff(x, 2, false);
-    ad_var force = ad_mul(ad_sum_rows(ad_square(d)), ad_sin(ad_row(ad_slice_cols(x, 1, N - 1), 0)));
-    ad_jacobian *J, *H;
-    assert_int_equal(ad_jacobian_new(force, 1, &x, &J), AD_OK);
-    assert_int_equal(ad_jacobian_runs(J), 2); /* backward; 6 forward */
-    assert_int_equal(ad_jacobian_matrix(J)->start[N - 1], 6 * (N - 1));
-    assert_jacobian(J, force, 1, &x, at, 1e-13);
-    assert_int_equal(ad_hessian_new(force, 1, &x, &H), AD_OK);
-    assert_in_range(ad_jacobian_runs(H), 9, 12);
-    ad_var g;
-    ad_grad(force, 1, &x, &g);
-    assert_jacobian(H, g, 1, &x, at, 1e-12);
-    const struct ad_sparse *h = ad_jacobian_matrix(H);
-    for (size_t r = 0; r < 60; r++) /* symmetric */
-        for (size_t k = h->start[r]; k < h->start[r + 1]; k++)
-            for (size_t i = h->start[h->col[k]]; i < h->start[h->col[k] + 1]; i++)
-                if (h->col[i] == r)
-                    assert_close(h->value[i], h->value[k], 1e-12, 1e-12);
-    ad_jacobian_free(J);
-    ad_jacobian_free(H);
-    free(values);
-    ad_tape_free(t);
-}
-
-/* One row or one column full: backward or forward takes one run. */
-static void test_arrows(void **state)
-{
-    (void)state;
-    enum { N = 50 };
-    ad_tape *t = ad_tape_new(AD_F64);
-    uint64_t random = 4;
-    double *values = random_values(&random, N, -1, 1), one = 0.5;
-    ad_var x = ad_input(t, N, 1, "x"), a = ad_input(t, 1, 1, "a");
-    ad_jacobian *J;
-    assert_int_equal(ad_jacobian_new(ad_sum(ad_exp(x)), 1, &x, &J), AD_OK);
-    assert_int_equal(ad_jacobian_runs(J), 1);
-    ad_jacobian_free(J);
-    ad_var y = ad_mul(ad_sin(x), ad_exp(a));
-    assert_int_equal(ad_jacobian_new(y, 2, (ad_var[]){a, x}, &J), AD_OK);
-    assert_int_equal(ad_jacobian_runs(J), 2);
-    assert_jacobian(J, y, 2, (ad_var[]){a, x}, (const double *const[]){&one, values}, 1e-14);
-    ad_jacobian_free(J);
-    free(values);
-    ad_tape_free(t);
-}
-
-/* The pattern is that of all values: a branch not taken here is taken there. */
-static void test_pattern_of_branches(void **state)
-{
-    (void)state;
-    ad_tape *t = ad_tape_new(AD_F64);
-    ad_var x = ad_input(t, 1, 3, "x"), a = ad_col(x, 0), b = ad_col(x, 1), c = ad_col(x, 2);
-    ad_var y = ad_max(ad_select(ad_gt(c, 0.0), a, b), ad_mul(c, ad_detach(a)));
-    ad_jacobian *J;
-    assert_int_equal(ad_jacobian_new(y, 1, &x, &J), AD_OK);
-    assert_int_equal(ad_jacobian_matrix(J)->start[1], 3);
-    static const double cases[][6] = {
-        {3, -2, 1, 0.5, 0, 0.5}, {5, -2, 0.1, 1, 0, 0}, {1, 7, -1, 0, 1, 0}, {2, -9, -1, 0, 0, 2}};
-    for (size_t k = 0; k < LENGTH(cases); k++) {
-        double dense[3], expected[3] = {cases[k][3], cases[k][4], cases[k][5]};
-        if (k == 0)
-            expected[2] = 1.5; /* a tie: half of c's a = 3 */
-        ad_set(ad_jacobian_program(J), x, cases[k]);
-        ad_jacobian_run(J);
-        ad_jacobian_dense(J, dense);
-        for (int i = 0; i < 3; i++)
-            assert_same(dense[i], expected[i], "entry");
-    }
-    ad_jacobian_free(J);
-    ad_tape_free(t);
-}
-
 /* An infinite slope in one column is no NaN in the others, forward or backward. */
 static void test_infinite_slope(void **state)
 {
@@ -417,10 +278,6 @@ int main(void)
         cmocka_unit_test(test_every_structure),
         cmocka_unit_test(test_intermediate),
         cmocka_unit_test(test_branches_forward),
-        cmocka_unit_test(test_jacobian_of_structures),
-        cmocka_unit_test(test_bands),
-        cmocka_unit_test(test_arrows),
-        cmocka_unit_test(test_pattern_of_branches),
         cmocka_unit_test(test_infinite_slope),
         cmocka_unit_test(test_unusual_variables),
         cmocka_unit_test(test_refused),
