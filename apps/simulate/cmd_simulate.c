@@ -121,6 +121,43 @@ static enum ad_status measure_order(struct simulate_run *run, struct ad_error *e
     return error->status;
 }
 
+/* The --set without which the motion could begin; NULL: none, or several. */
+static const struct phys_setting *find_fault(const struct simulate_run *run)
+{
+    const struct common *common = &run->options->common;
+    const struct phys_setting *fault = NULL;
+    for (size_t k = 0; k < common->set.n && !run->settings.q; k++) {
+        struct phys_system other;
+        struct ad_error error = {0};
+        phys_system_open(common->argument[0], &other, &error);
+        for (size_t i = 0; i < common->set.n && error.status == AD_OK; i++)
+            if (i != k)
+                phys_system_set(&other, common->set.setting[i].name, common->set.setting[i].value,
+                                &error);
+        if (error.status == AD_OK &&
+            phys_motion_check_start(&other, common->seed, NULL, NULL, &error) == AD_OK) {
+            if (fault)
+                k = common->set.n;
+            fault = fault ? NULL : &common->set.setting[k];
+        }
+        phys_system_close(&other);
+    }
+    return fault;
+}
+
+/* What stopped the motion, with the option that is to blame. */
+static void refuse(const struct simulate_run *run, const struct ad_error *cause,
+                   struct ad_error *error)
+{
+    char option[128] = "";
+    const struct phys_setting *fault = cause->status == AD_E_ARGUMENT ? find_fault(run) : NULL;
+    if (fault)
+        snprintf(option, sizeof option, "--set %.60s=%g: ", fault->name, fault->value);
+    else if (cause->status != AD_E_ARGUMENT && run->motion.n_trials && !run->motion.n)
+        snprintf(option, sizeof option, "--tol: ");
+    simulate_refuse(option, cause, error);
+}
+
 static enum ad_status follow(void *context, struct ad_error *error)
 {
     struct simulate_run *run = context;
@@ -134,7 +171,7 @@ static enum ad_status follow(void *context, struct ad_error *error)
     phys_motion_solve(&run->system, &run->settings, &run->motion, &cause);
     progress_end(&w.progress);
     if (cause.status != AD_OK)
-        simulate_refuse(run->motion.n_trials && !run->motion.n ? "--tol: " : "", &cause, error);
+        refuse(run, &cause, error);
     if (error->status == AD_OK && run->tables.n && !run->options->no_reference)
         simulate_ephemeris_compare(run, error);
     if (error->status == AD_OK)
@@ -155,6 +192,11 @@ static enum ad_status judge(const struct simulate_run *run, struct ad_error *err
     const struct phys_simulation_info *info = &run->motion.info;
     if (info->stop == PHYS_SIMULATION_INTERRUPTED)
         return ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are partial", info->t);
+    size_t last = run->settings.n_crossings - 1;
+    if (run->options->until && run->motion.crossed.constant[last])
+        return ad_fail(error, AD_E_ACCURACY,
+                       "--until %s: never, that is constant but for rounding in this motion",
+                       run->options->until);
     if (run->options->until && info->stop == PHYS_SIMULATION_END)
         return ad_fail(error, AD_E_ACCURACY, "--until %s: not before t = %g; try a longer --time",
                        run->options->until, info->t);

@@ -145,8 +145,10 @@ static void report_crossing(const struct simulate_run *run, size_t i, struct rep
     char text[512];
     const struct phys_crossed *c = &run->motion.crossed;
     size_t dof = run->system.dof;
-    size_t length = (size_t)snprintf(text, sizeof text, "  %-24s t = %.12g",
-                                     run->crossings[(size_t)c->which[i] - 1].text, c->t[i]);
+    int digits = isnan(c->uncertainty[i]) ? 6 : 15; /* the error of the motion is not known */
+    size_t length = (size_t)snprintf(text, sizeof text, "  %-24s t = %.*g",
+                                     run->crossings[(size_t)c->which[i] - 1].text, digits,
+                                     phys_known_digits(c->t[i], 2 * c->uncertainty[i]));
     for (size_t k = 0; k < 2 * dof && dof <= WIDE && length < sizeof text; k++) {
         char name[64];
         phys_coordinate_name(&run->system, k % dof, name, sizeof name);
@@ -172,6 +174,7 @@ static void report_crossings(const struct simulate_run *run, struct report *repo
         report_item(report, "events");
         report_text(report, "event", NULL, run->crossings[(size_t)c->which[i] - 1].text);
         report_number(report, "t", NULL, NULL, c->t[i]);
+        report_number(report, "t_uncertainty", NULL, NULL, c->uncertainty[i]);
         report_flag(report, "touch", NULL, c->touch[i] != 0);
         report_list(report, "q", NULL, NULL, dof, x);
         report_list(report, "v", NULL, NULL, dof, x + dof);
@@ -187,7 +190,9 @@ static void report_crossings(const struct simulate_run *run, struct report *repo
         for (size_t i = 0; i < c->n; i++)
             found |= (size_t)c->which[i] == k + 1;
         if (!found)
-            report_line(report, "  %-24s not in this time", run->crossings[k].text);
+            report_line(report, "  %-24s %s", run->crossings[k].text,
+                        c->constant[k] ? "never: it is constant but for rounding"
+                                       : "not in this time");
     }
 }
 

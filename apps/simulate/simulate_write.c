@@ -71,6 +71,7 @@ static void file_events(const struct simulate_run *run, phys_hdf5 *file)
     phys_hdf5_write(file, "events/number", AD_F64, 1, &c->n, c->which);
     phys_hdf5_write(file, "events/touch", AD_F64, 1, &c->n, c->touch);
     phys_hdf5_write(file, "events/time", AD_F64, 1, &c->n, c->t);
+    phys_hdf5_write(file, "events/uncertainty", AD_F64, 1, &c->n, c->uncertainty);
     phys_hdf5_write(file, "events/state", AD_F64, 2, (size_t[]){c->n, 2 * run->system.dof}, c->x);
     phys_hdf5_text(file, "events/state", "axes", "event, coordinates and velocities");
 }

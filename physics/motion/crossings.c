@@ -157,6 +157,15 @@ static bool get_state(const struct solving *s, double t, const double *y, double
     return phys_ode_leave(ode, t, y, x, x + ode->system->dof, &ignored) == AD_OK;
 }
 
+double phys_crossing_value(const struct phys_crossing *c, const struct phys_ode *ode, double t,
+                           const double *x, double *y)
+{
+    struct ad_error ignored = {0};
+    if (phys_ode_enter(ode, t, x, x + ode->system->dof, y, &ignored) != AD_OK)
+        return (double)NAN;
+    return c->quantity->value(c, ode, t, y, x) - c->value;
+}
+
 static void values(void *context, double t, const double *y, double *g)
 {
     const struct crossing_watch *w = context;
@@ -171,7 +180,8 @@ static bool grow(struct phys_crossed *c, size_t columns)
 {
     size_t room = c->room ? 2 * c->room : 16;
     bool grown = solving_widen(&c->which, room) && solving_widen(&c->touch, room) &&
-                 solving_widen(&c->t, room) && solving_widen(&c->x, room * columns);
+                 solving_widen(&c->t, room) && solving_widen(&c->uncertainty, room) &&
+                 solving_widen(&c->x, room * columns);
     c->room = grown ? room : c->room;
     return grown;
 }
@@ -188,6 +198,7 @@ static bool keep(const struct crossing_watch *w, bool touch, double t, const dou
     if (get_state(s, t, y, c->x + c->n * columns)) {
         c->which[c->n] = (double)(w->number + 1);
         c->touch[c->n] = touch;
+        c->uncertainty[c->n] = (double)NAN;
         c->t[c->n++] = t;
     }
     return touch || !s->settings->crossings[w->number].last;
@@ -205,12 +216,16 @@ static bool touched(void *context, size_t k, double t, const double *y)
     return keep(context, true, t, y);
 }
 
+/* A conserved energy crosses nothing: what does is the error of the motion. */
 void phys_crossings_watch(struct solving *s, struct crossing_watch *watches,
                           struct phys_events *events)
 {
     for (size_t k = 0; k < s->settings->n_crossings; k++) {
+        bool *constant = &s->solution->crossed.constant[k];
+        *constant =
+            s->solution->keeps_energy && s->settings->crossings[k].quantity->value == energy;
         watches[k] = (struct crossing_watch){s, k};
-        events[k] = (struct phys_events){.n = 1,
+        events[k] = (struct phys_events){.n = !*constant,
                                          .values = values,
                                          .direction = s->settings->crossings[k].direction,
                                          .found = found,

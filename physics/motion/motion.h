@@ -140,13 +140,14 @@ enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const do
    it is followed back: what it misses at the start is what both runs may have in common. */
 struct phys_reference {
     size_t n, dof;
-    double *x;           /* [n][2 dof]: q and v at the times */
-    double *uncertainty; /* [n] of the coordinates: distance from the second run, and rounding */
-    double reversal;     /* distance from the start after the run back; NaN: there is no way back */
+    double *x; /* [n][2 dof]: q and v at the times */
+    /* [2 n] distances from the second run, and rounding: of the coordinates, then of velocities. */
+    double *uncertainty;
+    double reversal; /* distance from the start after the run back; NaN: there is no way back */
     double
-        horizon; /* first time the uncertainty exceeds `lost` sizes of the motion; INFINITY: none */
+        horizon; /* first time an uncertainty exceeds `lost` sizes of the motion; INFINITY: none */
     double seen; /* longest time between two looks at the forces */
-    double size; /* of the coordinates, what phys_typical_sizes says of the start */
+    double size; /* the largest distance of the coordinates from the origin, up to the horizon */
 };
 /* The reference motion at n increasing times, from q and v [dof] at times[0]. proceed as in
    phys_simulation: AD_E_ACCURACY if it returned false. Free with phys_reference_free. */

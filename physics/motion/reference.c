@@ -15,6 +15,9 @@ static const double tolerance = 1e-15;
 /* Where the second run cuts each stretch: its steps nowhere coincide with those of the first. */
 static const double cut = 0.381966011250105;
 
+/* Of the largest distance: less than this has no digit to lose. */
+static const double negligible = 1e-6;
+
 /* How often more than its rounding a run back may miss the start. */
 static const double alike = 10;
 
@@ -82,23 +85,36 @@ static double apart(size_t dof, const double *a, const double *b)
     return length;
 }
 
+/* Sizes are the largest distance and speed so far: angles that wind are lost by their speeds, and
+   what grows is not lost by its start. From rest, a speed that moves nothing in this time is none.
+ */
 static void find_horizon(struct phys_reference *r, const double *times, double lost)
 {
+    double most = 0, speed = 0, span = fabs(times[r->n - 1] - times[0]);
+    for (size_t i = 0; i < r->n; i++)
+        if (isfinite(r->uncertainty[i]))
+            most = fmax(most, apart(r->dof, r->x + 2 * i * r->dof, NULL));
+    r->size = negligible * most;
     r->horizon = INFINITY;
-    for (size_t i = r->n; i-- > 0;)
-        if (!(r->uncertainty[i] <= lost * r->size))
+    for (size_t i = 0; i < r->n && isinf(r->horizon); i++) {
+        const double *x = r->x + 2 * i * r->dof;
+        r->size = fmax(r->size, apart(r->dof, x, NULL));
+        speed = fmax(speed, apart(r->dof, x + r->dof, NULL));
+        if (!(r->uncertainty[i] <= lost * r->size &&
+              r->uncertainty[r->n + i] <= lost * fmax(speed, r->size / span)))
             r->horizon = times[i];
+    }
 }
 
 /* Of the first run from the second, of which some rows are known. */
 static void compare(const double *second, size_t known, const double *times, double lost,
                     struct phys_reference *r)
 {
-    for (size_t i = 0; i < r->n; i++) {
-        const double *x = r->x + 2 * i * r->dof;
-        r->uncertainty[i] = i < known ? DBL_EPSILON * apart(r->dof, x, NULL) +
-                                            apart(r->dof, x, second + 2 * i * r->dof)
-                                      : (double)INFINITY;
+    for (size_t i = 0; i < 2 * r->n; i++) {
+        size_t half = i / r->n, row = i % r->n, at = (2 * row + half) * r->dof;
+        r->uncertainty[i] = row < known ? DBL_EPSILON * apart(r->dof, r->x + at, NULL) +
+                                              apart(r->dof, r->x + at, second + at)
+                                        : (double)INFINITY;
     }
     find_horizon(r, times, lost);
 }
@@ -135,7 +151,7 @@ static enum ad_status reverse(struct runs *runs, const double *times, double los
         if (run_back(runs, r, last, back, cut, again, error))
             grown = apart(r->dof, end, end_again);
         double share = r->reversal > alike * grown ? r->reversal / known : 1;
-        for (size_t i = 0; i < r->n; i++)
+        for (size_t i = 0; i < 2 * r->n; i++)
             r->uncertainty[i] *= share;
         find_horizon(r, times, lost);
     }
@@ -182,7 +198,7 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
         return ad_fail(error, AD_E_ARGUMENT, "a reference at %zu times, expected at least 2", n);
     double *scale = malloc(states * sizeof *scale);
     r->x = malloc(states * n * sizeof *r->x);
-    r->uncertainty = malloc(n * sizeof *r->uncertainty);
+    r->uncertainty = malloc(2 * n * sizeof *r->uncertainty);
     struct runs runs = {.ode = &ode,
                         .how = {.integrator = &phys_extrapolation,
                                 .rtol = tolerance,
@@ -195,10 +211,8 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
         ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
     else if (phys_ode_lagrangian(system, &ode, error) == AD_OK &&
              phys_ode_enter(&ode, times[0], q, v, r->x, error) == AD_OK &&
-             phys_typical_sizes(&ode, times[0], r->x, scale, error) == AD_OK) {
-        r->size = scale[0];
+             phys_typical_sizes(&ode, times[0], r->x, scale, error) == AD_OK)
         measure(&runs, times, lost, r, error);
-    }
     phys_ode_free(&ode);
     free(scale);
     if (error->status != AD_OK)

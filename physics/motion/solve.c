@@ -56,6 +56,8 @@ static void forget_samples(struct phys_motion_solution *m)
     free(m->crossed.touch);
     free(m->crossed.t);
     free(m->crossed.x);
+    free(m->crossed.uncertainty);
+    free(m->crossed.constant);
     m->t = m->x = m->energy = m->distance = NULL;
     m->n = m->room = 0;
     m->crossed = (struct phys_crossed){0};
@@ -82,7 +84,8 @@ static enum ad_status forward(struct solving *s, double *y, struct ad_error *err
     struct phys_simulation how = phys_simulation_of(m->integrator, m->setting, settings->time);
     struct phys_events *events = malloc((n + 1) * sizeof *events);
     struct crossing_watch *watches = malloc((n + 1) * sizeof *watches);
-    if (!events || !watches)
+    m->crossed.constant = calloc(n + 1, sizeof *m->crossed.constant);
+    if (!events || !watches || !m->crossed.constant)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else if (!has_few(m) ||
              phys_closest_approach_begin(&m->ode, 0, y, &m->closest, error) == AD_OK) {
@@ -98,7 +101,8 @@ static enum ad_status forward(struct solving *s, double *y, struct ad_error *err
         how.proceed = solving_proceed;
         how.context = s;
         how.watch_energy = true;
-        phys_simulate(&how, &m->ode, y, &m->info, error);
+        if (phys_simulate(&how, &m->ode, y, &m->info, error) == AD_OK && n > 0)
+            phys_crossings_settle(s, error);
     }
     phys_closest_approach_end(&m->closest);
     free(watches);
@@ -142,7 +146,8 @@ static size_t sample_of(const struct phys_motion_solution *m, size_t compared, s
 static double bound_distance(double apart, double u) { return fmax(apart + u / 2, u); }
 
 /* From the horizon on none are known. */
-static void measure_distance(const struct phys_reference *reference, struct phys_motion_solution *m)
+static void measure_distance(const struct phys_reference *reference, const size_t *samples,
+                             struct phys_motion_solution *m)
 {
     size_t dof = m->system->dof;
     for (size_t i = 0; i < m->n; i++)
@@ -150,7 +155,7 @@ static void measure_distance(const struct phys_reference *reference, struct phys
     m->error = m->error_end = m->reference_uncertainty = 0;
     for (size_t i = 0; i < reference->n; i++) {
         double sum = 0;
-        size_t at = sample_of(m, reference->n, i);
+        size_t at = samples[i];
         if (m->t[at] >= reference->horizon)
             break;
         for (size_t k = 0; k < dof; k++)
@@ -177,22 +182,26 @@ static enum ad_status compare(struct solving *s, struct ad_error *error)
     if (n == 0)
         return AD_OK; /* it did not begin */
     double *times = malloc(n * sizeof *times);
-    for (size_t i = 0; times && i < n; i++)
-        times[i] = m->t[sample_of(m, n, i)];
-    if (!times || !(m->distance = malloc(m->n * sizeof *m->distance)))
+    size_t *samples = malloc(n * sizeof *samples);
+    for (size_t i = 0; times && samples && i < n; i++)
+        times[i] = m->t[samples[i] = sample_of(m, n, i)];
+    if (!times || !samples || !(m->distance = malloc(m->n * sizeof *m->distance)))
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else if (phys_reference(m->system, m->start, m->start + m->system->dof, n, times,
-                            PHYS_MOTION_LOST, solving_proceed, s, &reference, &cause) == AD_OK)
-        measure_distance(&reference, m);
-    else if (s->interrupted)
+                            PHYS_MOTION_LOST, solving_proceed, s, &reference, &cause) == AD_OK) {
+        measure_distance(&reference, samples, m);
+        phys_crossings_measure(s, &reference, samples, error);
+    } else if (s->interrupted) {
         m->info.stop = PHYS_SIMULATION_INTERRUPTED;
-    else
+    } else {
         ad_fail(error, cause.status, "the reference run: %.200s", cause.message);
+    }
     if (isnan(m->known_until)) { /* nothing was measured */
         free(m->distance);
         m->distance = NULL;
     }
     phys_reference_free(&reference);
+    free(samples);
     free(times);
     return error->status;
 }
@@ -229,12 +238,8 @@ static enum ad_status begin(struct solving *s, struct ad_error *error)
         return ad_fail(error, AD_E_ARGUMENT, "time: expected more than 0, got %g", settings->time);
     if (!(m->start = calloc(2 * dof, sizeof *m->start)))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (settings->q)
-        memcpy(m->start, settings->q, dof * sizeof *m->start);
-    if (settings->v)
-        memcpy(m->start + dof, settings->v, dof * sizeof *m->start);
-    if (!settings->q &&
-        scene->start(m->system->params, settings->seed, m->start, m->start + dof, error) != AD_OK)
+    if (phys_motion_start(m->system, settings->seed, settings->q, settings->v, m->start, error) !=
+        AD_OK)
         return error->status;
     m->integrator = settings->integrator;
     if (!m->integrator && !(settings->error > 0))
@@ -248,6 +253,21 @@ static enum ad_status begin(struct solving *s, struct ad_error *error)
     return error->status;
 }
 
+static void run(struct solving *s, struct ad_error *error)
+{
+    struct phys_motion_solution *m = s->solution;
+    const struct phys_scene *scene = m->system->scene;
+    /* a scene's own equations define its friction */
+    m->keeps_energy = m->ode.friction == 0 && (scene->ode || phys_keeps_energy(m->system));
+    for (int k = 0; follow(s, error) == AD_OK && k + 1 < TRIES; k++) {
+        struct ad_error missed = {0};
+        if (phys_motion_met(s->settings, m, &missed) == AD_OK || isnan(m->error) ||
+            !phys_motion_tighten(s, m->error, error))
+            break;
+        forget_samples(m);
+    }
+}
+
 enum ad_status phys_motion_solve(const struct phys_system *system,
                                  const struct phys_motion_settings *settings,
                                  struct phys_motion_solution *solution, struct ad_error *error)
@@ -256,18 +276,15 @@ enum ad_status phys_motion_solve(const struct phys_system *system,
     struct solving s = {.settings = settings, .solution = m};
     *m = (struct phys_motion_solution){.system = system};
     forget_samples(m);
-    if (phys_lacks_scene(system, error) || phys_lacks(settings, "settings of a motion", error) ||
-        begin(&s, error) != AD_OK || phys_ode_for(system, m->integrator, &m->ode, error) != AD_OK)
+    if (phys_lacks_scene(system, error) || phys_lacks(settings, "settings of a motion", error))
         return error->status;
-    /* a scene's own equations define its friction */
-    m->keeps_energy = m->ode.friction == 0 && (system->scene->ode || phys_keeps_energy(system));
-    for (int k = 0; follow(&s, error) == AD_OK && k + 1 < TRIES; k++) {
-        struct ad_error missed = {0};
-        if (phys_motion_met(settings, m, &missed) == AD_OK || isnan(m->error) ||
-            !phys_motion_tighten(&s, m->error, error))
-            break;
-        forget_samples(m);
-    }
+    if (begin(&s, error) == AD_OK && phys_ode_for(system, m->integrator, &m->ode, error) == AD_OK)
+        run(&s, error);
+    struct ad_error start = {0};
+    if (error->status != AD_OK && m->info.steps == 0 && m->start && !s.interrupted &&
+        phys_motion_check_start(system, 0, m->start, m->start + system->dof, &start) ==
+            AD_E_ARGUMENT)
+        *error = start;
     return error->status;
 }
 

@@ -51,6 +51,9 @@ struct phys_crossed {
     double *touch; /* [n] 1: touches the value without crossing it */
     double *t;     /* [n] */
     double *x;     /* [n][2 dof]: q, then v */
+    /* [n] how far t may be off by the measured error of the motion; NaN: that is not known */
+    double *uncertainty;
+    bool *constant; /* [n_crossings] the quantity changes by rounding alone: it crosses nothing */
 };
 
 /* ---- the motion (solve.c) ---- */
@@ -113,13 +116,17 @@ struct phys_motion_solution {
 };
 
 /* Follows the motion. The required error may be missed: see phys_motion_met. On AD_E_ACCURACY (out
-   of reach, or the motion is lost) and AD_E_NONFINITE the solution has what was reached. An
-   interruption is not an error (info.stop). The system must outlive the solution; free it with
-   phys_motion_solution_free in any case. */
+   of reach, or the motion is lost) and AD_E_NONFINITE the solution has what was reached;
+   AD_E_ARGUMENT where the motion cannot begin. An interruption is not an error (info.stop). The
+   system must outlive the solution; free it with phys_motion_solution_free in any case. */
 enum ad_status phys_motion_solve(const struct phys_system *system,
                                  const struct phys_motion_settings *settings,
                                  struct phys_motion_solution *solution, struct ad_error *error);
 void phys_motion_solution_free(struct phys_motion_solution *solution);
+/* Whether a motion can begin at q, v [dof] (NULL: at the scene's start of this seed): AD_E_ARGUMENT
+   where the mass matrix is singular or the forces are not finite. */
+enum ad_status phys_motion_check_start(const struct phys_system *system, uint64_t seed,
+                                       const double *q, const double *v, struct ad_error *error);
 /* AD_E_ACCURACY if the method was chosen for an error and the measured error is larger. */
 enum ad_status phys_motion_met(const struct phys_motion_settings *settings,
                                const struct phys_motion_solution *solution, struct ad_error *error);

@@ -32,6 +32,10 @@ static inline bool solving_widen(double **x, size_t count)
     return more != NULL;
 }
 
+/* start [2 dof] = q, v; q NULL: the scene's start of this seed. */
+enum ad_status phys_motion_start(const struct phys_system *system, uint64_t seed, const double *q,
+                                 const double *v, double *start, struct ad_error *error);
+
 /* Finds a method and a setting for the error asked for, or a tighter setting than the one that
    erred by `missed`, or another method; false if there is none (choose.c). */
 enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error);
@@ -44,5 +48,16 @@ struct crossing_watch {
 };
 void phys_crossings_watch(struct solving *s, struct crossing_watch *watches,
                           struct phys_events *events);
+/* The quantity less its value at x = (q, v); NaN outside of where it is defined. y [2 dof]: work.
+ */
+double phys_crossing_value(const struct phys_crossing *c, const struct phys_ode *ode, double t,
+                           const double *x, double *y);
+
+/* What the motion's error makes of its crossings (crossing_errors.c): drops those of quantities
+   that do not change, and, given the rows of a reference and the samples they belong to, finds how
+   far the times may be off. */
+enum ad_status phys_crossings_settle(struct solving *s, struct ad_error *error);
+enum ad_status phys_crossings_measure(struct solving *s, const struct phys_reference *reference,
+                                      const size_t *samples, struct ad_error *error);
 
 #endif
