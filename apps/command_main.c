@@ -17,7 +17,7 @@ static void help(void)
          "Exit status: 0 done; 1 ran, but did not reach what was asked; 2 wrong use or bad input.");
 }
 
-/* Appends a word as a shell would have to read it. */
+/* Appends a word, quoted for a shell. */
 static char *append_word(char *to, const char *word)
 {
     static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"

@@ -51,7 +51,6 @@ static enum ad_status add_text(struct texts *texts, const char *text, struct ad_
     return AD_OK;
 }
 
-/* The kinds of values. */
 static const struct kind {
     const char *form, *range; /* expected by messages: as a word, as a number */
     size_t least;

@@ -58,7 +58,7 @@ const struct option *options_row(const struct command_line *line, size_t k)
     return &part[p].row[k];
 }
 
-/* The row of an option; as many as there are if there is none. */
+/* The row of an option; the number of rows if there is none. */
 static size_t find(const struct command_line *line, const char *name, size_t length)
 {
     size_t k = 0;
@@ -156,7 +156,7 @@ static enum ad_status parse_argument(const struct command_line *line, const char
     return AD_OK;
 }
 
-/* "fig.svg", ".dat": to be freed. */
+/* Name and extension, to be freed. */
 static char *joined(const char *name, const char *extension)
 {
     char *text = name ? malloc(strlen(name) + strlen(extension) + 1) : NULL;
@@ -165,7 +165,8 @@ static char *joined(const char *name, const char *extension)
     return text;
 }
 
-/* No output is an input or another output. A picture may leave two files more. */
+/* No output may be an input or another output. A picture without gnuplot leaves its data and
+   script. */
 static enum ad_status check_files(const struct command_line *line, const struct common *common,
                                   struct ad_error *error)
 {

@@ -8,7 +8,7 @@
 
 enum { SHOWN = 200 }; /* bytes of a text in a picture */
 
-/* One character, or one byte that is none; its length. */
+/* Writes one character, or one invalid byte, and returns its length. */
 static size_t terminal_character(FILE *out, const char *text)
 {
     size_t length = phys_utf8_printable(text);

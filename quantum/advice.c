@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-/* V and the mass at a place. */
+/* The potential and the mass at x. */
 static double potential(const struct phys_system *system, double x, double *mass,
                         struct ad_error *error)
 {

@@ -9,7 +9,7 @@
 
 enum { SAMPLES = 33, ROUNDS = 40 };
 
-/* All paths to the sampled points: S and D [samples x n]. */
+/* All paths to the sampled end points: S and D [samples x n]. */
 struct sample {
     size_t n;
     double *xa, *xb, *action, *mixed;

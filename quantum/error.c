@@ -36,7 +36,7 @@ static bool is_quadratic(const struct qm_grid *grid, const double *V, double mas
 
 /* ---- errors ---- */
 
-/* A reference is refined until it knows the error to a hundredth, or so far. */
+/* A reference is refined until its uncertainty is a hundredth of the error, or `known`. */
 static const double known = 1e-5, at_first = 1e-3, share_known = 0.01;
 
 /* A packet to compare, and the time it is compared at. */

@@ -13,7 +13,7 @@
 enum { FIRST_STEPS = 32, MOST_POINTS = 1 << 16 };
 
 static const double rough = 1e-2;
-/* Points times slices that are worth a reference. */
+/* Largest number of points times slices for a reference. */
 static const double worth = 2e8;
 
 struct split {

@@ -80,7 +80,7 @@ static enum ad_status step_by_step(const struct qm_run_settings *run, struct qm_
     return error->status;
 }
 
-/* One slice is 2^power of them. */
+/* One step of 2^power slices. */
 static enum ad_status leap(const struct qm_run_settings *run, struct qm_run_result *result,
                            struct ad_error *error)
 {

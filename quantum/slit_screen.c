@@ -31,7 +31,7 @@ static double valley(const struct qm_slit *s, size_t b)
     return qm_x(&s->y, b) + 0.5 * (at[-1] - at[1]) / bend * qm_dx(&s->y);
 }
 
-/* From the dark line on one side of the middle to that on the other. */
+/* The distance between the dark lines on both sides of the middle. */
 static double measure_fringe(const struct qm_slit *s)
 {
     size_t up = s->y.n / 2, down = s->y.n / 2 - 1;

@@ -18,7 +18,6 @@ static const struct effort {
 static const double short_run = 5e-4; /* seconds that are long enough for the clock ... */
 static const double long_run = 0.01;  /* ... and for what disturbs them to even out */
 
-/* A method on a problem. */
 struct entrant {
     const struct phys_integrator *integrator;
     struct phys_ode ode;

@@ -21,7 +21,7 @@ static void published_side(double scale, double end, struct job_side *side, stru
     qm_published_free(&p);
 }
 
-/* *end: where the particle is then. */
+/* *end: the position of the particle at the end. */
 static void right_side(double scale, double *end, struct job_side *side, struct ad_error *error)
 {
     struct phys_system system;

@@ -302,7 +302,7 @@ static void report(struct chart *chart, const struct sheet *sheet, const char *p
     json_end_object(&chart->json);
 }
 
-/* A panel a problem: CPU time against error. */
+/* One panel per problem: CPU time against error. */
 static void draw(const struct sheet *sheet, struct plot *plot)
 {
     static const struct layout layout = {1040, 440,  NULL,  1, PROBLEMS, 0.07, 0.985,

@@ -287,7 +287,7 @@ static enum ad_status one_scene(struct chart *chart, const struct contest *conte
     return error->status;
 }
 
-/* A panel a scene. */
+/* One panel per scene. */
 static void draw_panel(struct figure *figure, const struct sheet *sheet, const char *scene)
 {
     int p = figure->panel;

@@ -68,7 +68,7 @@ static char *default_out(const char *source)
     return out;
 }
 
-/* Paths a compiler takes for nothing else. */
+/* Paths that a compiler does not take for options. */
 static enum ad_status compile_paths(const char *source, const char *name, const char *include,
                                     const char *to, struct ad_error *error)
 {

@@ -57,7 +57,7 @@ static enum ad_status foresee_one_start(struct film *film, size_t trajectory,
     return error->status;
 }
 
-/* Sums of one start to means of them all, and back. */
+/* Adds the errors of one start, times a weight, to the sums. */
 static void accumulate(struct rollout_model *sum, const struct rollout_model *one, double weight)
 {
     sum->energy_mse += weight * one->energy_mse;

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <unistd.h>
 
-/* Seconds before the first line, so that a run of a blink shows none, and between lines. */
+/* Seconds before the first line, so that short runs print none, and between lines. */
 static const double first[] = {60, 0.2}, between[] = {60, 0.1};
 
 void progress_start(struct progress *progress, bool quiet)

@@ -7,7 +7,7 @@
 
 enum { LABEL = 24, CELL = 14, COLUMN = 16 };
 
-/* Texts may be from outside. */
+/* Texts may come from files: control characters are escaped. */
 static void print_text(const char *text, int width, FILE *out)
 {
     int length = text ? (int)strlen(text) : 0;
@@ -67,7 +67,7 @@ static size_t print_line(const struct report *report, size_t k, FILE *out)
     return end;
 }
 
-/* Of the column of row k in the array: that of its longest text. */
+/* The width of the column of row k: that of its longest text. */
 static int column_width(const struct report *report, size_t begin, size_t end, size_t k)
 {
     size_t width = COLUMN;
@@ -79,7 +79,7 @@ static int column_width(const struct report *report, size_t begin, size_t end, s
     return (int)width;
 }
 
-/* Numbers in an array are compared with each other: with more digits than elsewhere. */
+/* Numbers in an array have more digits than elsewhere, for comparison with each other. */
 static void print_array(const struct report *report, size_t begin, size_t end, FILE *out)
 {
     bool any = false;

@@ -62,7 +62,7 @@ static void json_rows(struct json *json, const struct report *report, size_t beg
     json_end_array(json);
 }
 
-/* The object that row k is the first of. */
+/* The object whose first row is k. */
 static void json_object_rows(struct json *json, const struct report *report, size_t k)
 {
     const char *object = report->row[k].object;

@@ -43,7 +43,7 @@ static enum ad_status solve(void *context, struct ad_error *error)
 static const struct output_kind outputs = {path_report, path_file, path_write_csv, path_picture,
                                            begin};
 
-/* Newton's method always has a target, a descent where --grad-tol gives one. */
+/* Newton's method converges or fails; a descent has a target only with --grad-tol. */
 static bool converged(const struct path_run *run)
 {
     enum phys_stop stop = run->found.info.stop;

@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-/* At the end, of any packet. */
+/* The least norm of a packet at the end. */
 static double least_norm(const struct quantum_run *run)
 {
     const struct qm_run_result *result = &run->result;

@@ -16,7 +16,7 @@ static double classical_error(const struct qm_run_result *result)
 
 /* ---- results ---- */
 
-/* A number of the scene done right, and the published one on the same line. */
+/* The correct number and the published one, on one line. */
 static void pair(struct report *report, const char *key, const char *label, double right,
                  const char *published_key, double published)
 {

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Scenes under the names people look for, and settings at which each is right at once. */
+/* Scenes under their usual names in quantum mechanics, with settings at which each is accurate. */
 static const struct preset {
     const char *name, *scene;
     struct phys_setting set[2];
@@ -25,7 +25,7 @@ static const struct preset {
     {"double-well", "double-well", {{0}}, -4, 4, 600, 300, 0.04, QM_REFLECT, {-1.5, 0.4, 0}},
 };
 
-/* A scene of the user's, or another of ours. */
+/* Any other scene. */
 static const struct preset other = {NULL, NULL, {{0}},       -10,     10,
                                     256,  20,   (double)NAN, QM_OPEN, {0, 0.5, 0}};
 
@@ -39,7 +39,7 @@ static const struct preset *preset_of(const char *name)
 
 /* ---- the scene ---- */
 
-/* Scenes have other names elsewhere: those of this subcommand are suggested first. */
+/* Other subcommands name scenes otherwise: suggests the names of this one first. */
 static enum ad_status mention_presets(const char *name, struct ad_error *error)
 {
     enum { N = sizeof presets / sizeof *presets };

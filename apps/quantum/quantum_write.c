@@ -49,7 +49,7 @@ static void report_packet(const struct quantum_run *run, const struct qm_moments
     report_number(report, "std_x", "width", unit, m->std_x);
 }
 
-/* Without a number the text has the reason. */
+/* Where the error is not known, the reason. */
 static void report_error(const struct quantum_run *run, struct report *report)
 {
     const struct qm_run_result *result = &run->result;

@@ -186,7 +186,7 @@ static enum ad_status follow(void *context, struct ad_error *error)
 static const struct output_kind outputs = {simulate_report, simulate_file, simulate_write_csv,
                                            simulate_picture, NULL};
 
-/* Requirements that were missed. */
+/* AD_E_ACCURACY names what was asked for and missed. */
 static enum ad_status judge(const struct simulate_run *run, struct ad_error *error)
 {
     const struct phys_simulation_info *info = &run->motion.info;

@@ -13,7 +13,7 @@ static double drift(const struct phys_motion_solution *s, size_t i)
     return E0 != 0 ? d / fabs(E0) : d;
 }
 
-/* A row a sample: time, coordinates, drift, distance. */
+/* One row per sample: time, coordinates, drift, distance. */
 static void write_data(const struct phys_motion_solution *s, FILE *out)
 {
     size_t dof = s->system->dof;
@@ -26,7 +26,7 @@ static void write_data(const struct phys_motion_solution *s, FILE *out)
     }
 }
 
-/* Curves up to the sample that n(f) is, and where they are then. */
+/* Curves up to sample n(f), and a mark at it. */
 static void left(struct figure *figure, const struct phys_motion_solution *s)
 {
     struct coordinates view;

@@ -119,7 +119,7 @@ static void report_closest(const struct simulate_run *run,
     report_list(report, "closest_bodies", "  of bodies", NULL, known ? 2 : 0, bodies);
 }
 
-/* A total of the bodies, and whether L keeps it. */
+/* The change of total momentum, or angular momentum, and whether L conserves it. */
 static void report_total(struct report *report, const struct simulate_run *run, bool angular)
 {
     const struct phys_conserved *c = &run->motion.conserved;

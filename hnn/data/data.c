@@ -71,7 +71,7 @@ static enum ad_status measure_scales(struct hnn_dataset *dataset, bool rates,
     return AD_OK;
 }
 
-/* Of rollouts: sizes of the rates in their first step. */
+/* Sizes of the rates in the first step of rollouts. */
 static void rates_of_rollouts(const struct hnn_dataset *data, double *rate)
 {
     size_t n = data->train.n;
@@ -138,7 +138,7 @@ static void note_left_out(struct hnn_dataset *dataset, const struct hnn_table *t
     dataset->missing += table->missing;
 }
 
-/* All of another file is for the test. */
+/* Reads the test set from a file of its own. */
 static enum ad_status read_test(const struct hnn_dataset_settings *s, struct hnn_dataset *dataset,
                                 struct hnn_table *test, struct ad_error *error)
 {

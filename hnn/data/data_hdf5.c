@@ -59,7 +59,7 @@ static void add_array(struct hdf5 *h, const struct phys_hdf5_item *item)
         h->out_of_memory = !add_column(h, item, k);
 }
 
-/* ... whose rows turn out to be the columns: they are the last ones of the list. */
+/* Replaces the columns of an array, the last ones of the list, by its rows. */
 static void turn_array(struct hdf5 *h, const char *array)
 {
     struct hnn_source *s = &h->source;

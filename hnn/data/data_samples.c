@@ -69,7 +69,7 @@ static void gather_target(const struct hnn_dataset_settings *s, const struct par
         gather(part, state, k, target + (k - 1) * plan->components * part->n);
 }
 
-/* Of every sample of a rollout its K steps of time. */
+/* The K time steps of every sample of a rollout. */
 static void gather_steps(const struct hnn_dataset_settings *s, const struct part *part)
 {
     const struct hnn_table *table = part->table;

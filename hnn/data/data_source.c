@@ -4,7 +4,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/* By its first bytes; by its name where damage has hidden them. A pipe is text. */
+/* Recognised by its first bytes; a damaged file by its name. A pipe is text. */
 static bool is_hdf5(const char *file)
 {
     struct stat status;

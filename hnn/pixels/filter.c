@@ -43,7 +43,6 @@ static struct share share_of(size_t i, size_t n)
     return s;
 }
 
-/* Of the cells of a pixel. */
 static void shares_of(size_t pixel, size_t n, struct share share[CELLS])
 {
     for (size_t k = 0; k < CELLS; k++)

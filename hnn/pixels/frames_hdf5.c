@@ -171,7 +171,7 @@ static enum ad_status read_motion(const char *path, phys_hdf5 *file, const char 
     return AD_OK;
 }
 
-/* By area where the file has nothing to say. */
+/* The filter; area if the file names none. */
 static enum ad_status read_filter(const char *path, phys_hdf5 *file, struct hnn_rod *rod,
                                   struct ad_error *error)
 {
@@ -184,7 +184,7 @@ static enum ad_status read_filter(const char *path, phys_hdf5 *file, struct hnn_
     return error->status;
 }
 
-/* All of its numbers, where the file has the one that nothing else is called. */
+/* Reads the rod, if the file has the attribute that only files with a rod have. */
 static enum ad_status read_rod(const char *path, phys_hdf5 *file, struct hnn_frames *f,
                                struct ad_error *error)
 {

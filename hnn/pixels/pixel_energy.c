@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* E with the speed at the time of the angle. */
+/* The shadow energy of the discrete motion, from an angle and the speed at the same time. */
 static double shadow_energy(const struct hnn_rod *rod, double angle, double speed)
 {
     const double inertia = rod->mass * rod->length * rod->length / 3;

@@ -31,7 +31,7 @@ static enum ad_status check(const struct hnn_filming *f, struct ad_error *error)
     return AD_OK;
 }
 
-/* Bytes, of which values are 255ths. */
+/* Rounds values to multiples of 1/255, as bytes hold them. */
 static void round_to_bytes(size_t n, float *pixels)
 {
     for (size_t k = 0; k < n; k++)

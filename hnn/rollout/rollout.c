@@ -10,7 +10,6 @@
 
 static const double default_tolerance = 1e-9;
 
-/* A rollout under way. */
 struct motion {
     const struct phys_ode *ode;
     const struct hnn_rollout_settings *settings;
@@ -58,7 +57,7 @@ static enum ad_status advance(struct motion *m, double t0, double t1, size_t fir
     return m->error->status;
 }
 
-/* From t0 to t1, past outputs first ... end-1 on the way. */
+/* Integrates from t0 to t1, which outputs first ... end-1 lie between. */
 static enum ad_status onwards(struct motion *m, double t0, double t1, size_t first, size_t end)
 {
     if (m->simulation.integrator->adaptive)

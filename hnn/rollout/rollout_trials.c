@@ -6,7 +6,7 @@
 
 #include <stdlib.h>
 
-/* The truth's; roundings of the energy are then far under any model's error. */
+/* Tolerance of the true motion: its energy error is then far below any model's. */
 static const double accuracy = 1e-12;
 
 enum { STARTS = 15, POINTS = 100, TIME = 20 };
@@ -53,7 +53,6 @@ enum ad_status hnn_task_published_mse(const struct hnn_task *task, double streng
     return error->status;
 }
 
-/* Shared by all starts. */
 struct setting {
     const struct phys_ode *model;
     const struct hnn_task *task;

@@ -42,7 +42,7 @@ static void *create(const struct hnn_training *training, enum ad_type type, size
     return m;
 }
 
-/* At x, rounded to the type of the parameters. */
+/* Loss and gradient at x, rounded to the type of the parameters. */
 static double evaluate(void *context, double *x, double *g)
 {
     struct lbfgs *m = context;

@@ -59,7 +59,7 @@ static const struct hnn_objective learn_rates = {false, states, rates, record_ra
 
 /* ---- rollouts ---- */
 
-/* Behind the states stand the lengths of the steps. */
+/* Rows of a target: the states after each step, then the lengths of the steps. */
 static size_t rollouts(const hnn_model *model, const struct hnn_training *training)
 {
     return (hnn_states(model) + 1) * training->rollout;

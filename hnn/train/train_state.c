@@ -12,7 +12,7 @@ enum { TEXT_ROOM = 440, HASH_ROOM = 40 };
 
 static const char folder[] = "training";
 
-/* How it is trained, all but for how long. */
+/* All settings of the training but its length. */
 static void settings_text(const hnn_trainer *t, char text[TEXT_ROOM])
 {
     const struct hnn_training *s = &t->settings;
@@ -111,7 +111,7 @@ struct reading {
 
 static bool failed(const struct reading *r) { return r->error->status != AD_OK; }
 
-/* Where the first word begins that differs: settings are NAME=VALUE with spaces between. */
+/* The start of the first word that differs; settings are NAME=VALUE separated by blanks. */
 static size_t difference(const char *a, const char *b)
 {
     size_t word = 0;

@@ -55,7 +55,7 @@ const struct motion_problem motion_problems[MOTION_PROBLEMS] = {
 
 /* ---- cost of a run ---- */
 
-/* Of x from y [2 dof]. */
+/* The larger relative distance of coordinates and of velocities; x, y [2 dof]. */
 static double distance(size_t dof, const double *x, const double *y)
 {
     return fmax(relative_distance(dof, x, y), relative_distance(dof, x + dof, y + dof));
@@ -69,7 +69,7 @@ enum ad_status problem_field(const struct problem *motion, const struct phys_int
     return error->status;
 }
 
-/* Runs to the end; x [2 dof] is where that is. */
+/* Runs to the end; y [ode->n] is the state there. */
 static enum ad_status follow(const struct problem *motion, const struct phys_integrator *integrator,
                              const struct phys_ode *ode, double setting, double *y,
                              struct problem_cost *cost, struct ad_error *error)

@@ -44,7 +44,6 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The value of given rank. */
 static double ranked(size_t rank, size_t n, const double values[])
 {
     double sorted[TIMING_ROUNDS];
