@@ -17,9 +17,10 @@ struct about {
 };
 struct memory {
     struct about about[POINTS];
-    size_t here; /* which is of the step's start */
-    double tol;  /* that asks for the order `order`: see longest */
-    size_t order;
+    size_t here;          /* which is of the step's start */
+    size_t order;         /* for the tolerance `tol`: see longest */
+    double tol, log2_tol; /* the latter over the order */
+    double power;         /* |h|^order of the step taken */
 };
 enum { HEADER = (sizeof(struct memory) + sizeof(double) - 1) / sizeof(double) };
 
@@ -97,7 +98,7 @@ static double size_of(struct phys_stepper *s, size_t k)
     double most = 0;
     for (size_t i = 0; i < s->n; i++) {
         double x = fabs(c[i]) * weight[i];
-        if (c[i] != 0 && !(x <= most)) {
+        if (!(x <= most) && c[i] != 0) {
             most = x;
             s->worst = i;
         }
@@ -112,6 +113,14 @@ static void weigh(const struct phys_stepper *s, const struct phys_tolerance *tol
         weight[i] = 1 / phys_allowed(tolerance, i, s->y[i]);
 }
 
+/* The logarithm of x > 0 to base 2, to 0.09: of a radius, to 2 %. */
+static double about_log2(double x)
+{
+    int exponent;
+    double m = frexp(x, &exponent);
+    return (double)exponent + 2 * m - 2;
+}
+
 /* The radius of convergence as the last coefficients show it, of which some may be small by chance,
    times what makes the last term that is kept as small as allowed, and a little less. */
 static enum ad_status longest(struct phys_stepper *s, const struct phys_tolerance *tolerance,
@@ -122,6 +131,7 @@ static enum ad_status longest(struct phys_stepper *s, const struct phys_toleranc
     if (m->tol != tol) {
         m->tol = tol;
         m->order = (size_t)fmin(fmax(ceil(-log(tol) / 2 + 2), LEAST), ORDER);
+        m->log2_tol = log2(tol) / (double)m->order;
     }
     const size_t order = m->order;
     double radius = INFINITY; /* its logarithm */
@@ -131,9 +141,9 @@ static enum ad_status longest(struct phys_stepper *s, const struct phys_toleranc
     for (size_t k = order - LOOKS + 1; k <= order; k++) {
         double size = tol * size_of(s, k);
         if (size > 0)
-            radius = fmin(radius, -log(size) / (double)k);
+            radius = fmin(radius, -about_log2(size) / (double)k);
     }
-    *h = fmin(safety * exp(radius + log(tol) / (double)order), DBL_MAX);
+    *h = fmin(safety * exp2(radius + m->log2_tol), DBL_MAX);
     return AD_OK;
 }
 
@@ -146,6 +156,7 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
     power[0] = 1;
     for (size_t k = 1; k <= order; k++)
         power[k] = power[k - 1] * h;
+    memory_of(s)->power = fabs(power[order]);
     const double *c = coefficients(s, false);
     memset(next, 0, n * sizeof *next);
     memset(slope, 0, n * sizeof *slope);
@@ -170,7 +181,7 @@ static enum ad_status error_norm(struct phys_stepper *s, const struct phys_toler
     const double slack = 1e3, rounding = 1e3 * DBL_EPSILON, end = s->t + s->h;
     const double *slope = slopes(s);
     weigh(s, tolerance);
-    *norm = size_of(s, order) * pow(fabs(s->h), (double)order);
+    *norm = size_of(s, order) * memory_of(s)->power;
     if (!is_about(s, true, order, end, s->next) &&
         expand(s, true, order, end, s->next, error) != AD_OK)
         return error->status;

@@ -262,7 +262,8 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
     }
     if (!good && !s->constant_mass && order_by_order(s, order, t, c, &good, error) != AD_OK)
         return error->status;
+    double none = 0; /* NaN if one is not finite */
     for (size_t k = n; k < (order + 1) * n; k++)
-        good = good && isfinite(c[k]);
-    return good ? AD_OK : refuse(s, t, c, error);
+        none += 0 * c[k];
+    return good && none == 0 ? AD_OK : refuse(s, t, c, error);
 }

@@ -103,8 +103,9 @@ static enum ad_status adaptive(struct run *run, struct ad_error *error)
         bool chosen = norm <= 1 && m->integrator->scheme->longest; /* the next step is, anew */
         double growth = chosen ? 1 : safety * pow(norm, -c.exponent);
         if (norm <= 1) {
-            growth =
-                clamp(growth * pow(run->last_norm, c.beta), c.least, run->rejected ? 1 : c.most);
+            growth = chosen ? 1
+                            : clamp(growth * pow(run->last_norm, c.beta), c.least,
+                                    run->rejected ? 1 : c.most);
             if (!last || growth < 1)
                 run->h = h * growth;
             run->last_norm = fmax(norm, 1e-4);

@@ -32,6 +32,35 @@ static void test_kepler_returns(void **state)
     }
 }
 
+static long double energy_of(const double *y)
+{
+    long double r = sqrtl((long double)y[0] * y[0] + (long double)y[1] * y[1]);
+    return ((long double)y[2] * y[2] + (long double)y[3] * y[3]) / 2 - 1 / r;
+}
+
+/* What rounding does to the energy is a random walk: 7e-17 sqrt(steps), where a drift of its size
+   would be 100 times as large. */
+static void test_energy_wanders_like_rounding(void **state)
+{
+    (void)state;
+    const double eccentricities[] = {0.55, 0.58, 0.6, 0.63};
+    const double orbits[] = {10, 300}, most[] = {3e-15, 1.5e-14};
+    for (size_t i = 0; i < LENGTH(orbits); i++) {
+        double sum = 0;
+        for (size_t k = 0; k < LENGTH(eccentricities); k++) {
+            const struct phys_setting set[] = {{"e", eccentricities[k]}, {NULL, 0}};
+            struct motion m;
+            motion_open(&m, "kepler", false, set);
+            long double before = energy_of(m.y);
+            motion_run(&m, taylor, 1e-16, 2 * M_PI * orbits[i], AD_OK);
+            sum += pow((double)(energy_of(m.y) / before - 1), 2);
+            motion_close(&m);
+        }
+        print_message("%g orbits: %.1e\n", orbits[i], sqrt(sum / LENGTH(eccentricities)));
+        assert_true(sqrt(sum / LENGTH(eccentricities)) < most[i]);
+    }
+}
+
 /* Each tolerance is kept within what a step's error grows to, and asks fewer steps the larger it
    is, or a higher order. */
 static void test_tolerances(void **state)
@@ -325,6 +354,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_kepler_returns),
+        cmocka_unit_test(test_energy_wanders_like_rounding),
         cmocka_unit_test(test_tolerances),
         cmocka_unit_test(test_between_steps),
         cmocka_unit_test(test_there_and_back),
