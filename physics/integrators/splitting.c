@@ -42,11 +42,12 @@ static enum ad_status velocity(struct phys_stepper *s, double t, double *v, stru
     return AD_OK;
 }
 
-/* x += h * rate. */
-static void move(size_t n, double *x, double h, const double *rate)
+/* A half of the state, from component `first` on, += h * rate, with what was cut off it before. */
+static void move(struct phys_stepper *s, size_t first, double h, const double *rate)
 {
-    for (size_t k = 0; k < n; k++)
-        x[k] += h * rate[k];
+    for (size_t k = 0; k < s->n / 2; k++)
+        phys_add_with_cut(s->next[first + k], h * rate[k], s->next_cut[first + k],
+                          &s->next[first + k], &s->next_cut[first + k]);
 }
 
 /* Friction for a time h, half before and half after the kick: the step stays symmetric. */
@@ -63,20 +64,21 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
 {
     const struct phys_kicks *c = s->integrator->coefficients;
     size_t half = s->n / 2;
-    double *q = s->next, *p = s->next + half, t = s->t;
+    double *p = s->next + half, t = s->t;
     memcpy(s->next, s->y, s->n * sizeof *s->y);
+    memcpy(s->next_cut, s->cut, s->n * sizeof *s->cut);
     for (size_t i = 0; i < c->n; i++) {
         if (c->drift[i] != 0) {
             if (velocity(s, t, s->work, error) != AD_OK)
                 return error->status;
-            move(half, q, c->drift[i] * h, s->work);
+            move(s, 0, c->drift[i] * h, s->work);
             t += c->drift[i] * h;
         }
         if (c->kick[i] != 0) {
             if (force(s, t, s->work, error) != AD_OK)
                 return error->status;
             decay(s, p, 0.5 * c->kick[i] * h);
-            move(half, p, c->kick[i] * h, s->work);
+            move(s, half, c->kick[i] * h, s->work);
             decay(s, p, 0.5 * c->kick[i] * h);
         }
     }

@@ -54,12 +54,18 @@ enum ad_status phys_stepper_rate(struct phys_stepper *s, double t, const double 
 /* f(t, y) of the step's start; f(t + h, next) of its end. */
 enum ad_status phys_stepper_need_rate(struct phys_stepper *s, struct ad_error *error);
 enum ad_status phys_stepper_need_next_rate(struct phys_stepper *s, struct ad_error *error);
-/* next[k] = y[k] + increment; what rounding cuts off it goes into the next step (Kahan). */
+/* next = y + increment + cut; *next_cut is what rounding cuts off it (Kahan). */
+static inline void phys_add_with_cut(double y, double increment, double cut, double *next,
+                                     double *next_cut)
+{
+    double sum = increment + cut, rounded = y + sum, added = rounded - y;
+    *next = rounded;
+    *next_cut = (y - (rounded - added)) + (sum - added);
+}
+/* next[k] = y[k] + increment; what is cut off goes into the next step. */
 static inline void phys_stepper_sum(struct phys_stepper *s, size_t k, double increment)
 {
-    double y = s->y[k], sum = increment + s->cut[k], next = y + sum, added = next - y;
-    s->next[k] = next;
-    s->next_cut[k] = (y - (next - added)) + (sum - added);
+    phys_add_with_cut(s->y[k], increment, s->cut[k], &s->next[k], &s->next_cut[k]);
 }
 /* The step becomes the past. */
 void phys_stepper_accept(struct phys_stepper *s, double t);
