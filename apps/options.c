@@ -1,6 +1,7 @@
 /* Command lines from tables (options.h). */
 #include "option_values.h"
 #include "file_names.h"
+#include "quote.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -156,15 +157,6 @@ static enum ad_status parse_argument(const struct command_line *line, const char
     return AD_OK;
 }
 
-/* Name and extension, to be freed. */
-static char *joined(const char *name, const char *extension)
-{
-    char *text = name ? malloc(strlen(name) + strlen(extension) + 1) : NULL;
-    if (text)
-        strcpy(stpcpy(text, name), extension);
-    return text;
-}
-
 /* No output may be an input or another output. A picture without gnuplot leaves its data and
    script. */
 static enum ad_status check_files(const struct command_line *line, const struct common *common,
@@ -182,10 +174,10 @@ static enum ad_status check_files(const struct command_line *line, const struct 
         const char *file = *(const char *const *)((const char *)common + option->offset);
         bool output = option->kind != OPTION_INPUT;
         files[n++] = (struct file_name){"--", option->name, file, output};
-        if (option->kind != OPTION_PICTURE)
+        if (option->kind != OPTION_PICTURE || !file)
             continue;
-        beside[0] = joined(file, ".dat");
-        beside[1] = joined(file, ".gp");
+        beside[0] = text_joined(file, ".dat");
+        beside[1] = text_joined(file, ".gp");
         files[n++] = (struct file_name){"--", option->name, beside[0], true};
         files[n++] = (struct file_name){"--", option->name, beside[1], true};
     }

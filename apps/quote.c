@@ -120,10 +120,12 @@ void quote_gnuplot_file(FILE *out, const char *name)
     fputc('"', out);
 }
 
-char *quote_path(const char *name)
+char *text_joined(const char *first, const char *second)
 {
-    char *path = malloc(strlen(name) + 3);
-    if (path)
-        strcpy(stpcpy(path, *name == '/' ? "" : "./"), name);
-    return path;
+    char *text = malloc(strlen(first) + strlen(second) + 1);
+    if (text)
+        strcpy(stpcpy(text, first), second);
+    return text;
 }
+
+char *quote_path(const char *name) { return text_joined(*name == '/' ? "" : "./", name); }

@@ -25,6 +25,9 @@ void quote_gnuplot(FILE *out, const char *text);
 void quote_gnuplot_label(FILE *out, const char *text);
 void quote_gnuplot_file(FILE *out, const char *name);
 
+/* Both texts in one, to be freed. NULL: out of memory. */
+char *text_joined(const char *first, const char *second);
+
 /* "./NAME" for a relative name, to be freed: one that a program does not take for an option, a pipe
    or a file of arguments. NULL: out of memory. */
 char *quote_path(const char *name);

@@ -34,10 +34,9 @@ static const struct plot_format *format_of(const char *target)
 static enum ad_status begin_beside(struct phys_atomic_file *file, const char *target,
                                    const char *extension, struct ad_error *error)
 {
-    char *name = malloc(strlen(target) + strlen(extension) + 1);
+    char *name = text_joined(target, extension);
     if (!name)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    strcpy(stpcpy(name, target), extension);
     enum ad_status status = phys_atomic_file_begin(file, name, error);
     free(name);
     return status;
