@@ -7,11 +7,12 @@
                                forward one tangents (tangent.c)
        compile/    graph.h     the graph of what the outputs need (graph.c), grouped into segments:
                                views.c, schedule.c, sink.c, accumulate.c
-                   plan.h      memory (storage.c), tiles and instructions (tiles.c, emit.c);
-                               compile.c runs all passes
+                   plan.h      passes over columns (passes.c, windows.c), memory (storage.c), tiles
+                               and instructions (tiles.c, emit.c); compile.c runs all of it
        scan/       scan.h      loops: one step, compiled and run over and over; back by checkpoints
        exec/       program.h   the compiled program: segments of instructions over memory
-                   exec.h      runs it tile by tile (exec.c, tile.c); program.c: public functions
+                   exec.h      runs it tile by tile (exec.c, tile.c), or in passes (pass.c);
+                               program.c: public functions
        direct/     direct.h    evaluates a recording node by node, without compiling
        series/     internal.h  power series of a recording, by the same table
        jacobian/   jacobian.h  sparse Jacobians: their pattern, and their program

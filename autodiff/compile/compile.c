@@ -66,13 +66,15 @@ static void take_arrays(ad_program *p, struct graph *g)
 static bool allocate_memory(ad_program *p, const struct plan *plan)
 {
     p->memory_bytes = aligned(plan->memory + ALIGNMENT);
-    p->tile_bytes = aligned(plan->tile_bytes + ALIGNMENT);
+    p->window = aligned(plan->tile_bytes + ALIGNMENT); /* windows have a margin as memory has */
+    p->tile_bytes = p->window + aligned(plan->window_bytes + ALIGNMENT);
     p->threads = 1;
     p->memory = aligned_alloc(ALIGNMENT, p->memory_bytes);
     p->tiles = aligned_alloc(ALIGNMENT, p->tile_bytes);
     if (!p->memory || !p->tiles)
         return false;
     memset(p->memory, 0, p->memory_bytes);
+    memset(p->tiles, 0, p->tile_bytes);
     return true;
 }
 

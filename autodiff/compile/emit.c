@@ -170,6 +170,9 @@ static bool emit_fused(struct plan *p, const struct group *group, struct segment
     s.rows = space->rows;
     s.cols = space->cols;
     s.count = group->count;
+    s.pass = group->pass;
+    s.before = (uint8_t)group->before;
+    s.after = (uint8_t)group->after;
     if (!ad_plan_tiles(p, group, &s))
         return false;
     for (uint32_t i = 0; i < group->count; i++)

@@ -12,7 +12,8 @@ static bool emit_place(struct plan *p, uint32_t id, struct instruction *in, stru
     for (size_t k = 0; k < n_operands(g, v); k++) {
         const uint32_t *at = place_part(g, v, k);
         uint32_t x = operand(g, v, k), root = g->locs[x].root;
-        size_t there = g->locs[id].off + ((size_t)at[1] * v->cols + at[2]) * p->program->element;
+        size_t there =
+            g->locs[id].off + ((size_t)at[1] * g->locs[id].rs + at[2]) * p->program->element;
         if ((g->values[root].flags & VALUE_BORROWED) && g->host[root] == id &&
             g->locs[root].off == there)
             continue; /* computed in place */

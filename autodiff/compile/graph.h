@@ -9,6 +9,10 @@
 /* Values that one segment computes, consecutive in `order`. */
 struct group {
     uint32_t first, count; /* in `order` */
+    /* Groups of a pass have its number, not 0, its number of blocks of columns and the width of its
+       windows; and the columns that they compute beyond a block. */
+    uint32_t pass, blocks, width;
+    uint32_t before, after;
 };
 
 struct graph {

@@ -1,5 +1,5 @@
-/* From schedule to program: memory of values (storage.c), tiles (tiles.c), instructions (emit.c).
- */
+/* From schedule to program: passes over columns (passes.c, windows.c), memory of values
+   (storage.c), tiles (tiles.c), instructions (emit.c). */
 #ifndef AUTODIFF_PLAN_H
 #define AUTODIFF_PLAN_H
 
@@ -16,8 +16,11 @@ struct plan {
     uint32_t *spot; /* tiles: 1 if it has a slot; for accumulated values: their sink */
     /* growth of the program's arrays */
     size_t max_instructions, max_segments, max_sinks, max_parts, max_numbers, max_factors;
-    size_t tile_bytes;
+    size_t tile_bytes, window_bytes;
 };
+
+/* Finds passes, once memory has been lent (passes.c); false when out of memory. */
+bool ad_plan_passes(struct plan *plan);
 
 /* The parts are adjacent along rows or columns and fill the result. */
 bool ad_place_tiles(const struct graph *graph, const struct value *v);

@@ -55,6 +55,38 @@ static uint32_t assign_levels(const struct graph *g, uint32_t *level, bool *with
     return end[STAGES - 1];
 }
 
+/* Postpones numbers made of sums that nothing but outputs needs, behind all other levels, where
+   they do not part the segments of a pass (passes.c). Returns the number of levels, 0 when out of
+   memory.
+ */
+static uint32_t postpone_numbers(const struct graph *g, uint32_t levels, uint32_t *level)
+{
+    enum { NEEDED = 1, POSTPONED = 2 };
+    uint32_t most = levels;
+    uint8_t *is = ad_allocate_zeroed(g->n + 1, 1);
+    for (uint32_t i = (uint32_t)g->n; is && i-- > 0;) {
+        const struct value *v = &g->values[i];
+        if (!ad_ops[v->op].elementwise || v->rows > 1 || v->cols > 1 || stage(v) != 2)
+            is[i] = NEEDED;
+        for (size_t k = 0; !is_given(v) && is[i] && k < n_operands(g, v); k++)
+            is[operand_loc(g, v, k)->root] = NEEDED;
+    }
+    for (uint32_t i = 0; is && i < g->n; i++) {
+        const struct value *v = &g->values[i];
+        for (size_t k = 0; !is_given(v) && !is[i] && k < n_operands(g, v); k++) {
+            uint32_t root = operand_loc(g, v, k)->root;
+            if (g->values[root].op == AD_OP_sum || is[root] == POSTPONED)
+                is[i] = POSTPONED;
+        }
+        if (is[i] == POSTPONED) {
+            level[i] += levels;
+            most = 2 * levels;
+        }
+    }
+    free(is);
+    return is ? most : 0;
+}
+
 /* ---- groups ---- */
 
 /* What the values of one level that form a group have in common: a segment's iteration space. */
@@ -114,7 +146,7 @@ static void cut_groups(struct graph *g, size_t first, size_t end)
         const struct value *v = &g->values[next.value];
         if (i == first || !same_group(&of, &next)) {
             of = next;
-            g->groups[g->n_groups++] = (struct group){(uint32_t)i, 0};
+            g->groups[g->n_groups++] = (struct group){.first = (uint32_t)i};
             g->n_constant_groups += (v->flags & VALUE_CONSTANT) != 0;
             g->n_held_groups += (v->flags & VALUE_HELD) != 0;
         }
@@ -163,7 +195,10 @@ bool ad_graph_schedule(struct graph *g)
     bool done = level && g->order && g->group_of && g->groups;
     if (done)
         levels = assign_levels(g, level, &within);
-    done = done && (!within || ad_graph_sink(g, level)) && make_groups(g, levels, level);
+    done = done &&
+           (!within ||
+            (ad_graph_sink(g, level) && (levels = postpone_numbers(g, (uint32_t)levels, level)))) &&
+           make_groups(g, levels, level);
     free(level);
     return done;
 }

@@ -153,7 +153,7 @@ static bool allocate_group(struct plan *p, uint32_t group, uint8_t *placed, uint
         uint32_t owner = i;
         while (g->values[owner].flags & VALUE_BORROWED)
             owner = g->host[owner];
-        if (!(v->flags & VALUE_STORED) || placed[owner])
+        if (!(v->flags & VALUE_STORED) || (v->flags & VALUE_WINDOW) || placed[owner])
             continue;
         if (!allocate(p, owner, is_permanent(&g->values[owner]) ? NULL : free_list))
             return false;
@@ -173,7 +173,7 @@ static bool allocate_all(struct plan *p)
         const struct value *v = &g->values[i];
         if (is_leaf(v)) {
             fits = allocate(p, i, NULL);
-        } else if ((v->flags & (VALUE_STORED | VALUE_BORROWED)) == VALUE_STORED &&
+        } else if ((v->flags & (VALUE_STORED | VALUE_BORROWED | VALUE_WINDOW)) == VALUE_STORED &&
                    !is_permanent(v)) {
             p->link[i] = dying[p->last[i]];
             dying[p->last[i]] = i + 1;
@@ -191,6 +191,16 @@ static bool allocate_all(struct plan *p)
     return fits;
 }
 
+/* Bytes of an offset in elements within a value: in windows, of complete rows. */
+static size_t offset(const struct plan *p, uint32_t i, size_t elements)
+{
+    const struct graph *g = p->graph;
+    const struct value *v = &g->values[i];
+    if (v->flags & VALUE_WINDOW)
+        elements = elements / v->cols * g->groups[g->group_of[i]].width;
+    return elements * p->program->element;
+}
+
 bool ad_plan_storage(struct plan *p)
 {
     struct graph *g = p->graph;
@@ -198,17 +208,21 @@ bool ad_plan_storage(struct plan *p)
     for (uint32_t i = 0; i < g->n; i++)
         if (g->values[i].op == AD_OP_place)
             lend(p, i);
-    if (!allocate_all(p))
+    if (!ad_plan_passes(p) || !allocate_all(p))
         return false;
     for (uint32_t i = (uint32_t)g->n; i-- > 0;) /* hosts have higher numbers than their borrowers */
         if (g->values[i].flags & VALUE_BORROWED)
-            g->locs[i].off = g->locs[g->host[i]].off + g->locs[i].off * p->program->element;
+            g->locs[i].off = g->locs[g->host[i]].off + offset(p, i, g->locs[i].off);
     for (uint32_t i = 0; i < g->n_locs; i++) {
         struct loc *l = &g->locs[i];
         bool own = i < g->n && !(g->values[i].flags & VALUE_VIEW);
         if (!own)
-            l->off = g->locs[l->root].off + l->off * p->program->element;
+            l->off = g->locs[l->root].off + offset(p, l->root, l->off);
         l->base = BASE_MEMORY;
+        if (g->values[l->root].flags & VALUE_WINDOW) {
+            l->base = BASE_WINDOW;
+            l->rs = l->rs / g->values[l->root].cols * g->groups[g->group_of[l->root]].width;
+        }
     }
     return true;
 }

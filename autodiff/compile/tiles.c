@@ -125,7 +125,7 @@ bool ad_plan_tiles(struct plan *p, const struct group *group, struct segment *s)
 {
     uint32_t n_slots;
     bool number = s->rows == 1 && s->cols == 1;
-    if (!number && (size_t)s->rows * s->cols <= INT32_MAX && is_flat(p, group)) {
+    if (!number && !group->pass && (size_t)s->rows * s->cols <= INT32_MAX && is_flat(p, group)) {
         s->cols *= s->rows;
         s->rows = 1;
     }
@@ -133,6 +133,11 @@ bool ad_plan_tiles(struct plan *p, const struct group *group, struct segment *s)
         return false;
     shape_tiles(p, s, n_slots);
     split_chunks(s);
+    if (group->pass) {
+        s->tile_rows = 1;
+        s->chunks = group->blocks;
+        s->by_rows = false;
+    }
     lay_on_tiles(p, group, s, n_slots);
     return true;
 }

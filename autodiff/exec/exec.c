@@ -19,7 +19,7 @@ static uint32_t border(uint32_t extent, uint32_t tile, uint32_t chunk, uint32_t 
 }
 
 /* Rows and columns of a chunk. */
-static struct tile extent(const struct segment *g, uint32_t chunk)
+struct tile ad_extent(const struct segment *g, uint32_t chunk)
 {
     struct tile t = {.rows = g->rows, .cols = g->cols, .chunk = chunk};
     if (g->chunks == 1)
@@ -28,8 +28,9 @@ static struct tile extent(const struct segment *g, uint32_t chunk)
         t.row = border(g->rows, g->tile_rows, chunk, g->chunks);
         t.rows = border(g->rows, g->tile_rows, chunk + 1, g->chunks) - t.row;
     } else {
-        t.col = border(g->cols, g->tile_cols, chunk, g->chunks);
-        t.cols = border(g->cols, g->tile_cols, chunk + 1, g->chunks) - t.col;
+        uint32_t step = g->pass ? WINDOW_STEP : g->tile_cols;
+        t.col = border(g->cols, step, chunk, g->chunks);
+        t.cols = border(g->cols, step, chunk + 1, g->chunks) - t.col;
     }
     return t;
 }
@@ -40,6 +41,7 @@ static void clear_sinks(const ad_program *p, const struct segment *g, const stru
     for (uint32_t k = 0; k < g->n_sinks; k++) {
         const struct sink *s = &p->sinks[g->first_sink + k];
         const struct loc *o = &p->locs[p->instructions[s->instruction].value];
+        char *rows = chunk->base[o->base] + o->off;
         bool copies = g->by_rows && g->chunks > 1;
         if (s->kind == DO_SUM)
             *sink_copy(p, s, chunk->chunk) = 0;
@@ -49,33 +51,40 @@ static void clear_sinks(const ad_program *p, const struct segment *g, const stru
         else if (copies)
             memset(sink_copy(p, s, chunk->chunk), 0, s->stride);
         else if (chunk->cols == s->cols)
-            memset(value_row(p, o, 0), 0, (size_t)s->rows * s->cols * p->element);
+            memset(rows, 0, (size_t)s->rows * s->cols * p->element);
         else
             for (uint32_t r = 0; r < s->rows; r++)
-                memset(value_row(p, o, r) + chunk->col * p->element, 0, chunk->cols * p->element);
+                memset(rows + ((size_t)r * o->rs + chunk->col) * p->element, 0,
+                       chunk->cols * p->element);
     }
 }
 
-static void run_chunk(const ad_program *p, const struct segment *g, uint32_t number, char *tiles,
-                      struct check *check)
+void ad_run_range(const ad_program *p, const struct segment *g, const struct tile *range,
+                  struct check *check)
 {
-    const struct tile chunk = extent(g, number);
-    clear_sinks(p, g, &chunk);
-    struct tile t = chunk;
-    t.base[BASE_MEMORY] = p->memory;
-    t.base[BASE_TILE] = tiles;
-    uint32_t row_end = chunk.row + chunk.rows, col_end = chunk.col + chunk.cols;
-    for (t.row = chunk.row; t.row < row_end; t.row += g->tile_rows) {
+    clear_sinks(p, g, range);
+    struct tile t = *range;
+    uint32_t row_end = range->row + range->rows, col_end = range->col + range->cols;
+    for (t.row = range->row; t.row < row_end; t.row += g->tile_rows) {
         t.rows = row_end - t.row < g->tile_rows ? row_end - t.row : g->tile_rows;
-        for (t.col = chunk.col; t.col < col_end; t.col += g->tile_cols) {
+        for (t.col = range->col; t.col < col_end; t.col += g->tile_cols) {
             t.cols = col_end - t.col < g->tile_cols ? col_end - t.col : g->tile_cols;
             ad_run_tile(p, g, &t, check);
         }
     }
 }
 
+static void run_chunk(const ad_program *p, const struct segment *g, uint32_t number, char *tiles,
+                      struct check *check)
+{
+    struct tile t = ad_extent(g, number);
+    t.base[BASE_MEMORY] = p->memory;
+    t.base[BASE_TILE] = tiles;
+    ad_run_range(p, g, &t, check);
+}
+
 /* Adds the private copies of the chunks, in order. */
-static void collect_sinks(const ad_program *p, const struct segment *g, struct check *check)
+void ad_collect_sinks(const ad_program *p, const struct segment *g, struct check *check)
 {
     for (uint32_t k = 0; k < g->n_sinks; k++) {
         const struct sink *s = &p->sinks[g->first_sink + k];
@@ -91,7 +100,7 @@ static void collect_sinks(const ad_program *p, const struct segment *g, struct c
             for (uint32_t c = 1; c < g->chunks; c++)
                 p->kernels->op[AD_OP_add][0](n, o, o, sink_copy(p, s, c), NULL);
         }
-        if (check)
+        if (check && p->locs[in->value].base != BASE_WINDOW)
             ad_inspect_value(p, in, check);
     }
 }
@@ -116,8 +125,8 @@ static void run_calls(const ad_program *p, const struct segment *g)
 
 static void run_code_chunk(const ad_program *p, const struct segment *g, uint32_t number)
 {
-    const struct tile t = extent(g, number);
-    g->code(p->memory, p->lists, number, t.row, t.row + t.rows, t.col, t.col + t.cols);
+    const struct tile t = ad_extent(g, number);
+    g->code(p->memory, NULL, p->lists, number, t.row, t.row + t.rows, t.col, t.col + t.cols);
 }
 
 /* A chunk of a segment, for the pool. */
@@ -137,8 +146,18 @@ static void run_fused_piece(void *context, size_t thread, size_t number)
 {
     const struct piece *of = context;
     const ad_program *p = of->p;
-    run_chunk(p, of->g, (uint32_t)number,
-              thread ? p->more_tiles + (thread - 1) * p->tile_bytes : p->tiles, NULL);
+    run_chunk(p, of->g, (uint32_t)number, tiles_of(p, thread), NULL);
+}
+
+/* ---- all segments ---- */
+
+/* Segments from i on that run together. */
+static size_t together(const struct segment *segments, size_t i, size_t last)
+{
+    size_t n = 1;
+    while (segments[i].pass && i + n < last && segments[i + n].pass == segments[i].pass)
+        n++;
+    return n;
 }
 
 static void run_code(const ad_program *p, const struct segment *g)
@@ -148,7 +167,7 @@ static void run_code(const ad_program *p, const struct segment *g)
         return; /* whole segments leave their sums where they belong */
     }
     ad_parallel(p->threads, g->chunks, run_code_piece, &(struct piece){p, g});
-    collect_sinks(p, g, NULL);
+    ad_collect_sinks(p, g, NULL);
 }
 
 static void run_fused(const ad_program *p, const struct segment *g, struct check *check)
@@ -161,7 +180,7 @@ static void run_fused(const ad_program *p, const struct segment *g, struct check
     else
         ad_parallel(p->threads, g->chunks, run_fused_piece, &(struct piece){p, g});
     if (g->n_sinks)
-        collect_sinks(p, g, check);
+        ad_collect_sinks(p, g, check);
 }
 
 void ad_execute(const ad_program *p, const struct segment *segments, size_t first, size_t last,
@@ -169,9 +188,12 @@ void ad_execute(const ad_program *p, const struct segment *segments, size_t firs
 {
     if (p->has_matmul)
         ad_blas_single_thread();
-    for (size_t i = first; i < last; i++) {
+    for (size_t i = first, n; i < last; i += n) {
         const struct segment *g = &segments[i];
-        if (g->code) {
+        n = together(segments, i, last);
+        if (g->pass) {
+            ad_run_pass(p, g, n, check);
+        } else if (g->code) {
             run_code(p, g);
         } else if (g->fused) {
             run_fused(p, g, check);
@@ -240,9 +262,10 @@ double ad_run_timed(ad_program *p)
     if (!p)
         return (double)NAN;
     const struct segment *segments = segments_of(p, false, &first, &last);
-    for (size_t i = first; i < last; i++) {
+    for (size_t i = first, n; i < last; i += n) {
         double began = ad_now();
-        ad_execute(p, segments, i, i + 1, NULL);
+        n = together(segments, i, last);
+        ad_execute(p, segments, i, i + n, NULL);
         if (p->instructions[segments[i].first].kind == DO_MATMUL)
             products += ad_now() - began;
     }

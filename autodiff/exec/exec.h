@@ -13,7 +13,7 @@ struct check {
 /* A window of a segment's iteration space, and the base of its locations. */
 struct tile {
     uint32_t row, rows, col, cols;
-    char *base[2];
+    char *base[N_BASES];
     uint32_t chunk;
 };
 
@@ -26,6 +26,22 @@ static inline uint32_t tile_rows_at(const struct segment *g, uint32_t row)
 /* Runs the instructions of a fused segment over one tile. */
 void ad_run_tile(const ad_program *program, const struct segment *segment, const struct tile *tile,
                  struct check *check);
+/* Rows and columns of a chunk. */
+struct tile ad_extent(const struct segment *segment, uint32_t chunk);
+/* Runs a segment over rows and columns tile by tile, after zeroing what it accumulates into; and
+   adds what the chunks have accumulated, in order. */
+void ad_run_range(const ad_program *program, const struct segment *segment,
+                  const struct tile *range, struct check *check);
+void ad_collect_sinks(const ad_program *program, const struct segment *segment,
+                      struct check *check);
+/* Runs the n segments of a pass (pass.c). */
+void ad_run_pass(const ad_program *program, const struct segment *segments, size_t n,
+                 struct check *check);
+/* The tiles of a thread. */
+static inline char *tiles_of(const ad_program *p, size_t thread)
+{
+    return thread ? p->more_tiles + (thread - 1) * p->tile_bytes : p->tiles;
+}
 /* Runs one instruction over one tile. */
 void ad_run_instruction(const ad_program *program, const struct segment *segment,
                         const struct instruction *instruction, const struct tile *tile);
@@ -50,6 +66,10 @@ const struct factor *ad_report_singular(const ad_program *program, struct ad_err
 /* Checks the stored result of an instruction for values that are not finite. */
 void ad_inspect_value(const ad_program *program, const struct instruction *instruction,
                       struct check *check);
+
+/* The same for the columns of a tile alone. */
+void ad_inspect_tile(const ad_program *program, const struct instruction *instruction,
+                     const struct tile *tile, struct check *check);
 
 /* Writes the calls of segments of few tiles; false when out of memory. */
 bool ad_resolve_calls(ad_program *program);

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 void ad_program_free(ad_program *p)
 {
@@ -41,6 +42,8 @@ void ad_set_threads(ad_program *p, size_t threads)
     char *more = threads > 1 ? aligned_alloc(ALIGNMENT, (threads - 1) * p->tile_bytes) : NULL;
     if (threads > 1 && !more)
         return; /* keeps the threads it has */
+    if (more)
+        memset(more, 0, (threads - 1) * p->tile_bytes);
     free(p->more_tiles);
     p->more_tiles = more;
     p->threads = threads;

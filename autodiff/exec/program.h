@@ -19,7 +19,8 @@ enum value_flags {
         32, /* a sum whose terms accumulate into its memory: no instruction of its own */
     VALUE_NEGATED = 64, /* a sink that subtracts */
     VALUE_ADDS = 128,   /* a product that accumulates onto its memory */
-    VALUE_HELD = 256    /* depends on held inputs and constants only; set for constants too */
+    VALUE_HELD = 256,   /* depends on held inputs and constants only; set for constants too */
+    VALUE_WINDOW = 512  /* has memory only for a block of columns at a time */
 };
 
 /* One live node; in[] and aux as in struct node, in[] renumbered. */
@@ -41,7 +42,13 @@ struct loc {
     uint8_t base, cs;
 };
 
-enum { BASE_MEMORY, BASE_TILE };
+/* A window holds some columns of a value for one block of a pass; its base is where column 0 would
+   be. */
+enum { BASE_MEMORY, BASE_TILE, BASE_WINDOW, N_BASES };
+
+/* Columns: blocks of a pass begin at multiples of the step, windows as much before them as the
+   margin. */
+enum { WINDOW_STEP = 16, WINDOW_MARGIN = 64 };
 
 /* An input or output; sorted by node. */
 struct port {
@@ -101,9 +108,9 @@ struct part {
 };
 
 /* Code of a back end for rows [row, row_end), columns [col, col_end) of a fused segment; `chunk` is
-   the number of the chunk. */
-typedef void ad_segment_code(char *memory, const uint32_t *lists, size_t chunk, size_t row,
-                             size_t row_end, size_t col, size_t col_end);
+   the number of the chunk; window: base of windows. */
+typedef void ad_segment_code(char *memory, char *window, const uint32_t *lists, size_t chunk,
+                             size_t row, size_t row_end, size_t col, size_t col_end);
 
 struct segment {
     ad_segment_code *code; /* NULL: the instructions are interpreted */
@@ -112,6 +119,10 @@ struct segment {
     uint32_t tile_rows, tile_cols;
     uint32_t chunks; /* depends on sizes alone, so that threads change no result */
     bool by_rows;    /* chunks split rows, else columns */
+    /* Consecutive segments of one pass (compile/passes.c) run a chunk of columns one after the
+       other; 0: no pass. Some compute `before` and `after` more columns for those that follow. */
+    uint32_t pass;
+    uint8_t before, after;
     bool fused;
     bool clear; /* place: the parts do not cover the result */
     uint32_t first_sink, n_sinks;
@@ -196,7 +207,7 @@ struct ad_program {
     char *memory; /* values */
     char *tiles;  /* of the first thread; of the others */
     char *more_tiles;
-    size_t memory_bytes, tile_bytes;
+    size_t memory_bytes, tile_bytes, window; /* window: where on a thread's tiles windows begin */
     size_t threads;
     bool has_matmul;
     bool was_run;

@@ -55,9 +55,11 @@ static void diff_adjoint(const ad_program *p, const struct instruction *in, cons
     uint32_t width = p->values[in->value].cols, end = t->col + t->cols;
     double scale = p->numbers[in->loc[2]];
     for (uint32_t r = 0; r < t->rows; r++) {
-        const char *u = value_row(p, x, t->row + r);
+        const char *u =
+            t->base[x->base] + x->off +
+            (x->list ? p->lists[x->list - 1 + t->row + r] : t->row + r) * x->rs * p->element;
         char *y = cursor_row(&o, r);
-        double extra = in->loc[3] ? element_at(p, u, width - 1) : 0;
+        double extra = in->loc[3] && end >= width - 1 ? element_at(p, u, width - 1) : 0;
         uint32_t from = t->col ? t->col : 1, to = end < width ? end : width - 1;
         if (from < to)
             p->kernels->diff(to - from, y + (from - t->col) * p->element,
@@ -142,10 +144,11 @@ void ad_run_instruction(const ad_program *p, const struct segment *g, const stru
 
 /* ---- values that are not finite ---- */
 
+/* Looks at the rows and columns of the tile in the memory of an instruction's value. */
 static void look(const ad_program *p, const struct instruction *in, const struct tile *t,
                  struct check *check)
 {
-    const struct cursor o = cursor_at(p, &p->locs[in->loc[0]], t);
+    const struct cursor o = cursor_at(p, &p->locs[in->value], t);
     size_t lane;
     for (uint32_t r = 0; r < t->rows && in->value < check->value; r++) {
         const char *row = cursor_row(&o, r);
@@ -158,13 +161,16 @@ static void look(const ad_program *p, const struct instruction *in, const struct
 void ad_inspect_value(const ad_program *p, const struct instruction *in, struct check *check)
 {
     const struct value *v = &p->values[in->value];
-    const struct loc *o = &p->locs[in->value];
-    size_t lane;
-    for (uint32_t r = 0; r < v->rows && in->value < check->value; r++) {
-        const char *row = value_row(p, o, r);
-        if (p->kernels->nonfinite(v->cols, row, &lane))
-            *check = (struct check){in->value, r, (uint32_t)lane, element_at(p, row, lane)};
-    }
+    ad_inspect_tile(p, in, &(struct tile){.cols = v->cols, .base = {p->memory}}, check);
+}
+
+void ad_inspect_tile(const ad_program *p, const struct instruction *in, const struct tile *t,
+                     struct check *check)
+{
+    struct tile all = *t;
+    all.row = 0;
+    all.rows = p->values[in->value].rows;
+    look(p, in, &all, check);
 }
 
 void ad_run_tile(const ad_program *p, const struct segment *g, const struct tile *t,

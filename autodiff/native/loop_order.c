@@ -46,7 +46,7 @@ static void split(const ad_program *p, struct loop_order *w)
     uint32_t extent = w->along_rows ? g->rows : g->cols;
     for (uint32_t k = 0; k < g->n_sinks; k++)
         sums_rows = sums_rows || p->sinks[g->first_sink + k].kind == DO_SUM_COLS;
-    if (g->chunks == 1)
+    if (g->chunks == 1 || g->pass)
         return;
     if (g->by_rows && w->rows_inside && !sums_rows && extent >= 8 * w->lanes)
         g->by_rows = false;

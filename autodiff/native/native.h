@@ -15,7 +15,7 @@
 #include <stdio.h>
 
 /* Increased when emitted code and executor are incompatible with earlier ones. */
-#define NATIVE_VERSION 3
+#define NATIVE_VERSION 4
 
 /* Replaces a program's segments. */
 struct native {

@@ -73,9 +73,14 @@ void ad_native_row(const struct writer *w, const struct loc *l)
         ad_native_say(w, "(r + %u)", w->k);
 }
 
+void ad_native_start(const struct writer *w, const struct loc *l)
+{
+    ad_native_say(w, "%s + %zu", l->base == BASE_WINDOW ? "win" : "m", l->off);
+}
+
 void ad_native_address(const struct writer *w, const struct loc *l)
 {
-    ad_native_say(w, "m + %zu", l->off);
+    ad_native_start(w, l);
     if (l->rs && (l->list || w->g->rows > 1)) {
         ad_native_say(w, " + ");
         ad_native_row(w, l);

@@ -166,9 +166,9 @@ static void diff_adjoint(const struct writer *w, const struct instruction *in)
                   last, last);
     if (in->loc[3])
         ad_native_say(w,
-                      "const V@ more = splat@(u + (%u - c) * sizeof(R)); "
+                      "const V@ more = splat@(u + (c + @ + 1 > %u ? %u - c : 0) * sizeof(R)); "
                       "before += only@(at == %u, more); here += only@(at == %u, more); ",
-                      last, last, last - 1);
+                      last, last, last, last - 1);
     ad_native_say(w, "} (R)%a * (before - here); })", w->p->numbers[in->loc[2]]);
 }
 

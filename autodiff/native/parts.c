@@ -57,7 +57,7 @@ static void write_part(struct writer w, uint32_t part)
     w.end = part_begin(&w, part + 1);
     w.first = part_begin(&w, part);
     ad_native_say(&w,
-                  "static __attribute__((noinline)) void s%u_%u(char *m, const u32 *l,"
+                  "static __attribute__((noinline)) void s%u_%u(char *m, char *win, const u32 *l,"
                   " size_t chunk, size_t r, size_t c%s, struct parts%u *a)\n{\n",
                   w.walk->number, part, w.ragged ? ", size_t next, I@ on" : "", w.walk->number);
     for (const struct instruction *in = w.first; in < w.end; in++)
@@ -82,6 +82,6 @@ bool ad_native_parts(struct writer *w)
 void ad_native_call_parts(struct writer *w)
 {
     for (uint32_t part = 0; part < n_parts(w); part++)
-        ad_native_say(w, "s%u_%u(m, l, chunk, r, %s%s, a);\n", w->walk->number, part,
+        ad_native_say(w, "s%u_%u(m, win, l, chunk, r, %s%s, a);\n", w->walk->number, part,
                       w->walk->along_rows ? "0" : "c", w->ragged ? ", next, on" : "");
 }

@@ -45,7 +45,7 @@ void ad_native_instruction(struct writer *w, const struct instruction *in)
     ad_native_say(w, " = ");
     ad_native_operation(w, in);
     ad_native_say(w, ";\n");
-    if (w->p->locs[in->loc[0]].base == BASE_MEMORY) {
+    if (w->p->locs[in->loc[0]].base != BASE_TILE) {
         ad_native_say(w, "store@(");
         ad_native_address(w, &w->p->locs[in->loc[0]]);
         ad_native_say(w, ", v%u_%u);\n", in->loc[0], w->k);
@@ -180,9 +180,9 @@ bool ad_native_segment(FILE *out, const ad_program *p, const struct loop_order *
     w.newton = ad_native_newton(&w);
     ad_native_say(
         &w,
-        "SEGMENT void s%u(char *m, const u32 *l, size_t chunk, size_t row, size_t row_end,"
-        " size_t col, size_t col_end)\n{\n"
-        "(void)l; (void)chunk; (void)row; (void)row_end; (void)col; (void)col_end;\n",
+        "SEGMENT void s%u(char *m, char *win, const u32 *l, size_t chunk, size_t row,"
+        " size_t row_end, size_t col, size_t col_end)\n{\n"
+        "(void)win; (void)l; (void)chunk; (void)row; (void)row_end; (void)col; (void)col_end;\n",
         walk->number);
     if (w.crosses)
         ad_native_say(&w, "struct parts%u parts, *const a = &parts;\n", walk->number);

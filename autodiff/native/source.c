@@ -50,9 +50,9 @@ static void write_call(FILE *out, const struct loop_order *w)
 {
     const struct segment *g = &w->segment;
     if (g->chunks > 1)
-        fprintf(out, "s%u(m, l, chunk, row, row_end, col, col_end);\n", w->number);
+        fprintf(out, "s%u(m, win, l, chunk, row, row_end, col, col_end);\n", w->number);
     else
-        fprintf(out, "s%u(m, l, 0, 0, %u, 0, %u);\n", w->number, g->rows, g->cols);
+        fprintf(out, "s%u(m, win, l, 0, 0, %u, 0, %u);\n", w->number, g->rows, g->cols);
 }
 
 /* Functions that call consecutive segments, and the list of segments left to the executor. */
@@ -68,8 +68,9 @@ static void write_runs(FILE *out, const ad_program *p, size_t n, const struct lo
             continue;
         }
         fprintf(out,
-                "void run%zu(char *m, const u32 *l, size_t chunk, size_t row, size_t row_end,"
-                " size_t col, size_t col_end)\n{\n(void)chunk; (void)row; (void)row_end;"
+                "void run%zu(char *m, char *win, const u32 *l, size_t chunk, size_t row,"
+                " size_t row_end, size_t col, size_t col_end)\n{\n(void)win; (void)chunk; "
+                "(void)row; (void)row_end;"
                 " (void)col; (void)col_end;\n",
                 runs++);
         native->segments[native->n_segments++] = walks[i].segment;

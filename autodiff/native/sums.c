@@ -35,7 +35,8 @@ static bool in_array(const struct writer *w, uint32_t sink)
 
 static size_t row_bytes(const struct writer *w, uint32_t sink)
 {
-    return w->p->sinks[sink].cols * w->p->element;
+    const struct loc *o = &w->p->locs[w->p->instructions[w->p->sinks[sink].instruction].value];
+    return (o->base == BASE_WINDOW ? o->rs : w->p->sinks[sink].cols) * w->p->element;
 }
 
 /* Start of the rows that are accumulated into: the chunk's private copy, or the result. */
@@ -45,7 +46,7 @@ static void write_rows(const struct writer *w, uint32_t sink)
     if (w->g->by_rows && w->g->chunks > 1)
         ad_native_say(w, "m + %zu + chunk * %zu", s->partial, s->stride);
     else
-        ad_native_say(w, "m + %zu", w->p->locs[w->p->instructions[s->instruction].loc[0]].off);
+        ad_native_start(w, &w->p->locs[w->p->instructions[s->instruction].loc[0]]);
 }
 
 static void write_partial(const struct writer *w, const struct sink *s)
@@ -220,11 +221,12 @@ void ad_native_sums_parts(const struct writer *w)
 {
     for (int moment = 0; w->g->n_sinks && moment < (int)LENGTH(moments); moment++)
         for (uint32_t b = 0; happens(w, (enum moment)moment) && b < n_blocks(w); b++) {
-            ad_native_say(w,
-                          "static __attribute__((noinline)) void s%u_%s%u(char *m, size_t chunk,"
-                          " size_t row, size_t row_end, size_t col, size_t col_end, size_t r,"
-                          " size_t c, struct parts%u *a)\n{\n",
-                          w->walk->number, moments[moment].name, b, w->walk->number);
+            ad_native_say(
+                w,
+                "static __attribute__((noinline)) void s%u_%s%u(char *m, char *win, size_t chunk,"
+                " size_t row, size_t row_end, size_t col, size_t col_end, size_t r,"
+                " size_t c, struct parts%u *a)\n{\n",
+                w->walk->number, moments[moment].name, b, w->walk->number);
             write_block(w, (enum moment)moment, b * MOST_SUMS, MOST_SUMS);
             ad_native_say(w, "}\n");
         }
@@ -235,7 +237,7 @@ void ad_native_sums(const struct writer *w, enum moment moment)
     if (!w->crosses)
         write_block(w, moment, 0, w->g->n_sinks);
     for (uint32_t b = 0; w->crosses && w->g->n_sinks && b < n_blocks(w); b++)
-        ad_native_say(w, "s%u_%s%u(m, chunk, row, row_end, col, col_end, %s, a);\n",
+        ad_native_say(w, "s%u_%s%u(m, win, chunk, row, row_end, col, col_end, %s, a);\n",
                       w->walk->number, moments[moment].name, b, moments[moment].row_column);
 }
 

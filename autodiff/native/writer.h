@@ -58,6 +58,8 @@ void ad_native_fill_arrays(const struct writer *w);
 /* The row of a location, and the address of its element in row r, column c. */
 void ad_native_row(const struct writer *w, const struct loc *l);
 void ad_native_address(const struct writer *w, const struct loc *l);
+/* Where the first row of a location begins. */
+void ad_native_start(const struct writer *w, const struct loc *l);
 void ad_native_name(const struct writer *w, uint32_t loc);
 /* Declares the operands of an instruction, or of all, that belong in this scope. */
 void ad_native_declare(struct writer *w, const struct instruction *in, enum scope scope);

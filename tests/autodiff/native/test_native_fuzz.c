@@ -191,7 +191,9 @@ static void check_interpreted(struct subject *s, uint64_t seed, bool interpreted
                               struct counts *counts)
 {
     static const char *const isas[] = {"avx512", "avx2", "base"};
+    static const char *const columns[] = {"0", "16", "48", "100"};
     setenv("LEASTACTION_ISA", isas[seed % 5 > 2 ? 0 : seed % 5], 1);
+    setenv("LEASTACTION_COLUMNS", columns[seed % 4], 1);
     s->seed = seed;
     record(&s->r, seed);
     struct run run = {"interpreted", compile(s)};
@@ -202,6 +204,7 @@ static void check_interpreted(struct subject *s, uint64_t seed, bool interpreted
     s->program = good && !interpreted ? compile(s) : NULL;
     ad_program_free(run.program);
     unsetenv("LEASTACTION_ISA");
+    unsetenv("LEASTACTION_COLUMNS");
 }
 
 static void check_compiled(size_t n, struct subject s[], struct counts *counts)
