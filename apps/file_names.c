@@ -1,6 +1,8 @@
 /* Checks that the files of a run are different ones (file_names.h). */
 #include "file_names.h"
 
+#include <dirent.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,14 +24,14 @@ static const char *last_part(const char *name)
     return slash ? slash + 1 : name;
 }
 
-/* The folder that a name is in, or one `up` from there; false where there is none. */
-static bool stat_folder(const char *name, const char *up, struct stat *status)
+/* The folder that a name is in; false where there is none. */
+static bool stat_folder(const char *name, struct stat *status)
 {
     size_t length = (size_t)(last_part(name) - name);
-    char *folder = malloc(length + strlen(up) + 3);
+    char *folder = malloc(length + 2);
     if (!folder)
         return false;
-    sprintf(folder, "%.*s.%s", (int)length, name, up);
+    sprintf(folder, "%.*s.", (int)length, name);
     bool found = stat(folder, status) == 0;
     free(folder);
     return found;
@@ -43,7 +45,7 @@ static struct place place_of(const char *name)
     if (stat(name, &status) == 0)
         return (struct place){true,          true,          S_ISDIR(status.st_mode),
                               status.st_dev, status.st_ino, ""};
-    bool known = stat_folder(name, "", &status);
+    bool known = stat_folder(name, &status);
     return (struct place){known, false, false, status.st_dev, status.st_ino, last_part(name)};
 }
 
@@ -64,16 +66,28 @@ static bool is_read_from_folders(const char *name)
     return true;
 }
 
-/* Frames are read from folders in the folder, too. */
-static bool is_inside(const char *file, const struct place *folder)
+/* Whether the file is, under any name, a member of the folder, or of a folder in it where `deeper`
+   (frames are read from both). */
+static bool is_member(const struct place *file, int folder, bool deeper)
 {
-    static const char *const up[] = {"", "/.."};
-    struct stat status;
-    for (size_t k = 0; k < sizeof up / sizeof *up; k++)
-        if (stat_folder(file, up[k], &status) && status.st_dev == folder->device &&
-            status.st_ino == folder->number)
-            return is_read_from_folders(file);
-    return false;
+    bool found = false;
+    DIR *members = folder >= 0 ? fdopendir(folder) : NULL;
+    for (struct dirent *member; members && !found && (member = readdir(members));) {
+        struct stat status;
+        const char *name = member->d_name;
+        if (strcmp(name, ".") == 0 || strcmp(name, "..") == 0 ||
+            fstatat(folder, name, &status, 0) != 0)
+            continue;
+        found = (status.st_dev == file->device && status.st_ino == file->number &&
+                 is_read_from_folders(name)) ||
+                (deeper && S_ISDIR(status.st_mode) &&
+                 is_member(file, openat(folder, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC), false));
+    }
+    if (members)
+        closedir(members);
+    else if (folder >= 0)
+        close(folder);
+    return found;
 }
 
 static enum ad_status compare(const struct file_name *output, const struct file_name *other,
@@ -84,7 +98,8 @@ static enum ad_status compare(const struct file_name *output, const struct file_
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s%s and %s%s name the same file, '%s'; expected a file for each",
                        output->dashes, output->option, other->dashes, other->option, output->file);
-    if (!other->output && b.is_folder && a.exists && is_inside(output->file, &b))
+    if (!other->output && b.is_folder && a.exists &&
+        is_member(&a, open(other->file, O_RDONLY | O_DIRECTORY | O_CLOEXEC), true))
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s%s: '%s' is in the folder of %s%s already; expected a file elsewhere",
                        output->dashes, output->option, output->file, other->dashes, other->option);

@@ -14,8 +14,9 @@ struct file_name {
 };
 
 /* AD_E_ARGUMENT where an output is an input or another output, by whatever name, or the file to
-   which standard output or error goes; or is there already in a folder that is an input, unless its
-   extension says that nobody reads it from there. "-" is no file. */
+   which standard output or error goes; or is, by whatever name, a file in a folder that is an input
+   (or in a folder in that), unless the extension it has there says that nobody reads it. "-" is no
+   file. */
 enum ad_status file_names_check(size_t n, const struct file_name names[], struct ad_error *error);
 
 #endif
