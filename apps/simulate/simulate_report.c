@@ -73,7 +73,8 @@ static void report_energy(const struct simulate_run *run, struct report *report)
     double change = info->energy_drift * (info->energy_start != 0 ? fabs(info->energy_start) : 1);
     report_number(report, "energy", "energy at the start", scene->energy_unit, info->energy_start);
     report_flag(report, "energy_conserved", NULL, kept);
-    report_number(report, "energy_drift", "energy drift, largest", "of the start",
+    report_number(report, "energy_drift", "energy drift, largest",
+                  info->energy_start != 0 ? "of the start" : scene->energy_unit,
                   kept ? info->energy_drift : (double)NAN);
     report_number(report, "energy_change", kept ? NULL : "change of energy", scene->energy_unit,
                   change);

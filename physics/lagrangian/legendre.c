@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NEWTON_STEPS = 30 };
+enum { NEWTON_STEPS = 60, HALVINGS = 100 };
 
 struct phys_legendre {
     const struct phys_system *system;
@@ -18,6 +18,7 @@ struct phys_legendre {
     ad_var energy, p, force, mass; /* p, force [dof x 1]; mass L_vv [dof x dof] */
     ad_program *for_energy, *for_momentum, *for_velocity;
     double *M, *b, *column; /* [dof x dof], [dof], [dof] largest entries of M's columns */
+    double *step;           /* [dof] of Newton's method */
     int *pivots;            /* [dof] */
     double condition;       /* of M where it was last solved with */
     bool quadratic;         /* M does not depend on v: one Newton step is exact */
@@ -53,13 +54,14 @@ enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     l->system = system;
     l->tape = ad_tape_new(AD_F64);
-    l->M = n <= SIZE_MAX / sizeof *l->M / n - 2 ? malloc((n + 2) * n * sizeof *l->M) : NULL;
+    l->M = n <= SIZE_MAX / sizeof *l->M / n - 3 ? malloc((n + 3) * n * sizeof *l->M) : NULL;
     l->pivots = malloc(n * sizeof *l->pivots);
     if (!l->tape || !l->M || !l->pivots) {
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
     } else {
         l->b = l->M + n * n;
         l->column = l->b + n;
+        l->step = l->column + n;
         record(l);
         ad_compile(l->tape, 1, &l->energy, &l->for_energy);
         ad_compile(l->tape, 2, (ad_var[]){l->p, l->force}, &l->for_momentum);
@@ -148,56 +150,80 @@ double phys_legendre_condition(phys_legendre *legendre, const double *q, const d
     return legendre->condition;
 }
 
-/* One Newton step v += M^-1 (p - L_v); its length in units of |v|. Returns 0, or 1 + the coordinate
-   where M is singular or v not finite. */
-static size_t newton_step(phys_legendre *l, const double *q, const double *p, double t, double *v,
-                          double *length)
+/* Largest entry of p - L_v at v, infinite where M is singular there; *worst: see factor_mass. */
+static double residual(phys_legendre *l, const double *q, const double *p, double t,
+                       const double *v, size_t *worst)
 {
-    size_t n = l->system->dof, worst = factor_mass(l, q, v, t);
-    double step = 0, size = 0;
-    if (l->condition > PHYS_MASS_SINGULAR)
-        return worst + 1;
-    for (size_t k = 0; k < n; k++)
+    double most = 0;
+    *worst = factor_mass(l, q, v, t);
+    for (size_t k = 0; k < l->system->dof; k++) {
         l->b[k] = p[k] - l->b[k];
-    phys_lapack_lu_solve(n, l->M, l->pivots, l->b);
-    for (size_t k = 0; k < n; k++) {
-        v[k] += l->b[k];
+        most = fabs(l->b[k]) <= most ? most : fabs(l->b[k]);
+    }
+    return l->condition <= PHYS_MASS_SINGULAR && isfinite(most) ? most : (double)INFINITY;
+}
+
+/* One Newton step v += M^-1 (p - L_v); returns its length in units of |v|. */
+static double newton_step(phys_legendre *l, double *v)
+{
+    double step = 0, size = 0;
+    phys_lapack_lu_solve(l->system->dof, l->M, l->pivots, l->b);
+    for (size_t k = 0; k < l->system->dof; k++) {
+        v[k] += l->step[k] = l->b[k];
         step = fmax(step, fabs(l->b[k]));
         size = fmax(size, fabs(v[k]));
-        if (!isfinite(v[k]))
-            return k + 1;
     }
-    *length = size > 0 ? step / size : 0;
-    return 0;
+    return size > 0 ? step / size : 0;
+}
+
+/* The residual after a step, which is halved until that is no larger than before: Newton's steps
+   may leave where L is defined, such as the speeds below that of light. */
+static double settle(phys_legendre *l, const double *q, const double *p, double t, double before,
+                     double *v, size_t *worst)
+{
+    double now = residual(l, q, p, t, v, worst);
+    for (int k = 0; k < HALVINGS && !(now <= before); k++) {
+        for (size_t i = 0; i < l->system->dof; i++) {
+            l->step[i] *= 0.5;
+            v[i] -= l->step[i];
+        }
+        now = residual(l, q, p, t, v, worst);
+    }
+    return now;
 }
 
 enum ad_status phys_legendre_velocity(phys_legendre *legendre, const double *q, const double *p,
                                       double t, double *v, struct ad_error *error)
 {
     phys_legendre *l = legendre;
-    double length = INFINITY, before;
+    const double rounding = 1e-6; /* shorter steps are not judged by their residuals */
+    double length = INFINITY, before, left;
+    size_t worst;
+    char name[64];
     if (phys_lacks(l, "Lagrangian", error) || phys_lacks(q, "coordinates", error) ||
         phys_lacks(p, "momenta", error) || phys_lacks(v, "place for velocities", error))
         return error->status;
     memset(v, 0, l->system->dof * sizeof *v);
-    for (int k = 0; k < NEWTON_STEPS; k++) {
+    left = residual(l, q, p, t, v, &worst);
+    for (int k = 0; k < NEWTON_STEPS && isfinite(left); k++) {
         before = length;
-        size_t bad = newton_step(l, q, p, t, v, &length);
-        if (bad) {
-            char name[64];
-            phys_coordinate_name(l->system, bad - 1, name, sizeof name);
-            if (l->condition > PHYS_MASS_SINGULAR)
-                return ad_fail(error, AD_E_NONFINITE,
-                               "%s: L is degenerate (condition number %.2g): the mass matrix is "
-                               "singular at coordinate %s, t = %g",
-                               l->system->scene->name, l->condition, name, t);
-            return ad_fail(error, AD_E_NONFINITE,
-                           "%s: no velocity belongs to the momentum of coordinate %s, t = %g",
-                           l->system->scene->name, name, t);
-        }
+        length = newton_step(l, v);
         if (l->quadratic || length <= DBL_EPSILON || (length >= before && length < 1e-10))
             return AD_OK;
+        left = length > rounding ? settle(l, q, p, t, left, v, &worst)
+                                 : residual(l, q, p, t, v, &worst);
     }
+    phys_coordinate_name(l->system, worst, name, sizeof name);
+    if (l->condition > PHYS_MASS_SINGULAR)
+        return ad_fail(
+            error, AD_E_NONFINITE,
+            "%s: L is degenerate (condition number %.2g): the mass matrix is singular at "
+            "coordinate %s, t = %g",
+            l->system->scene->name, l->condition, name, t);
+    if (!isfinite(left))
+        return ad_fail(error, AD_E_NONFINITE,
+                       "%s: no velocity belongs to the momentum of coordinate %s, t = %g",
+                       l->system->scene->name, name, t);
     return ad_fail(error, AD_E_NONFINITE,
                    "%s: no velocities belong to these momenta, t = %g; Newton's method stays at a "
                    "relative change of %.1e",

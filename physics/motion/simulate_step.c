@@ -55,10 +55,11 @@ static enum ad_status attempt(struct run *run, double h, double *norm, struct ad
     struct phys_stepper *m = &run->stepper;
     const struct phys_scheme *scheme = m->integrator->scheme;
     struct ad_error local = {0};
-    m->h = h;
+    volatile double end = m->t + h; /* as the clock will say: its rounding must not add up */
+    m->h = end - m->t;
     m->has_next_rate = false;
     *norm = INFINITY;
-    if (scheme->step(m, h, &local) == AD_OK)
+    if (scheme->step(m, m->h, &local) == AD_OK)
         scheme->error_norm(m, &run->tolerance, norm, &local);
     *cause = local;
     if (local.status != AD_OK && local.status != AD_E_NONFINITE)

@@ -30,7 +30,6 @@ static bool sample(void *context, double t, const double *y)
     struct solving *s = context;
     struct phys_motion_solution *m = s->solution;
     const struct phys_ode *ode = &m->ode;
-    struct ad_error error = {0};
     if (m->n == m->room && !grow(m)) {
         s->failed = true;
         return false;
@@ -38,10 +37,8 @@ static bool sample(void *context, double t, const double *y)
     double *x = m->x + 2 * m->n * m->system->dof;
     m->t[m->n] = t;
     m->energy[m->n] = ode->energy ? ode->energy(ode->context, t, y) : (double)NAN;
-    if (phys_ode_leave(ode, t, y, x, x + m->system->dof, &error) != AD_OK) {
-        s->failed = true;
+    if (phys_ode_leave(ode, t, y, x, x + m->system->dof, &s->lost) != AD_OK)
         return false;
-    }
     m->n++;
     return !s->settings->progress || s->settings->progress(s->settings->context, t);
 }
@@ -63,6 +60,7 @@ static void forget_samples(struct phys_motion_solution *m)
     m->crossed = (struct phys_crossed){0};
     m->error = m->error_end = m->reversal = m->known_until = m->seen = (double)NAN;
     m->reference_uncertainty = m->reference_reversal = (double)NAN;
+    m->worst_error = 0;
     m->closest.distance = INFINITY;
 }
 
@@ -107,6 +105,8 @@ static enum ad_status forward(struct solving *s, double *y, struct ad_error *err
     phys_closest_approach_end(&m->closest);
     free(watches);
     free(events);
+    if (s->lost.status != AD_OK)
+        return ad_fail(error, s->lost.status, "%s", s->lost.message);
     if (s->failed)
         ad_fail(error, AD_E_MEMORY, "out of memory for samples and events");
     return error->status;
@@ -145,6 +145,26 @@ static size_t sample_of(const struct phys_motion_solution *m, size_t compared, s
    it: no more than this, and at most u less. */
 static double bound_distance(double apart, double u) { return fmax(apart + u / 2, u); }
 
+/* Notes coordinate k if it is the one that errs most beside its own motion. What stays 0 but for
+   rounding has none. */
+static void find_worst(const struct phys_reference *r, const size_t *samples, size_t k,
+                       struct phys_motion_solution *m)
+{
+    const double rounding = 1e-12;
+    double most = 0, error = 0, size = 0;
+    for (size_t i = 0; i < r->n && m->t[samples[i]] < r->horizon; i++) {
+        double x = r->x[2 * i * r->dof + k];
+        for (size_t j = 0; j < r->dof; j++)
+            most = fmax(most, fabs(r->x[2 * i * r->dof + j]));
+        size = fmax(size, fabs(x));
+        error = fmax(error, fabs(m->x[2 * samples[i] * r->dof + k] - x));
+    }
+    if (size > rounding * most && error > m->worst_error * size) {
+        m->worst_error = error / size;
+        m->worst = k;
+    }
+}
+
 /* From the horizon on none are known. */
 static void measure_distance(const struct phys_reference *reference, const size_t *samples,
                              struct phys_motion_solution *m)
@@ -153,6 +173,8 @@ static void measure_distance(const struct phys_reference *reference, const size_
     for (size_t i = 0; i < m->n; i++)
         m->distance[i] = (double)NAN;
     m->error = m->error_end = m->reference_uncertainty = 0;
+    for (size_t k = 0; k < dof; k++)
+        find_worst(reference, samples, k, m);
     for (size_t i = 0; i < reference->n; i++) {
         double sum = 0;
         size_t at = samples[i];

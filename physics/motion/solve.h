@@ -102,6 +102,8 @@ struct phys_motion_solution {
     double *energy;   /* [n]; NaN where it is not known */
     double *distance; /* [n] from the reference; NULL: there is none */
     double error, error_end;
+    double worst_error; /* of one coordinate, `worst`, in units of its largest value */
+    size_t worst;
     double reversal; /* distance from the start after running back */
     /* Of the reference: largest uncertainty; distance from the start after running back; time from
        which it is unknown (INFINITY: known throughout; NaN: no reference); longest time between two

@@ -10,9 +10,10 @@
 struct solving {
     const struct phys_motion_settings *settings;
     struct phys_motion_solution *solution;
-    double *state; /* [2 dof] for crossings */
-    bool interrupted, failed;
-    bool blind; /* the series stepped over something: it is not tried again */
+    double *state;            /* [2 dof] for crossings */
+    bool interrupted, failed; /* out of memory */
+    struct ad_error lost;     /* a sample that has no velocities */
+    bool blind;               /* the series stepped over something: it is not tried again */
 };
 
 /* The callback of phys_simulation; its context is struct solving. */

@@ -139,6 +139,13 @@ static void judge_error(const struct phys_motion_solution *m, struct phys_diagno
         snprintf(more(d), sizeof *d->warning, "the error %.3g is as large as the motion: try %s",
                  known_distance(m),
                  m->integrator->adaptive ? "a smaller tolerance, or fixed steps" : "shorter steps");
+    else if (m->worst_error > too_much) {
+        char name[64];
+        phys_coordinate_name(m->system, m->worst, name, sizeof name);
+        snprintf(more(d), sizeof *d->warning,
+                 "%s errs by %.2g of its largest value, the others by less: try %s", name,
+                 m->worst_error, m->integrator->adaptive ? "a smaller tolerance" : "shorter steps");
+    }
 }
 
 static enum ad_status find_horizon(const struct phys_motion_settings *settings,

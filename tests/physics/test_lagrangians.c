@@ -76,6 +76,33 @@ static void energies_of_an_unsplit_lagrangian_follow_from_legendre(void **state)
     phys_system_close(&split);
 }
 
+/* L = -sqrt(1 - v^2): Newton's method from rest leaves the speeds below that of light. */
+static ad_var relativistic(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)q, (void)t, (void)params;
+    return ad_neg(ad_sqrt(ad_sub(1.0, ad_square(v))));
+}
+
+static void velocities_stay_where_L_is_defined(void **state)
+{
+    (void)state;
+    struct ad_error error = {0};
+    struct phys_system system = system_opened("freebody");
+    struct phys_scene scene = *system.scene;
+    scene.lagrangian = relativistic;
+    scene.kinetic = scene.potential = NULL;
+    system.scene = &scene;
+    phys_legendre *legendre;
+    assert_int_equal(phys_legendre_new(&system, &legendre, &error), AD_OK);
+    for (double p = -1e3; p < 1e3; p = p < -1e-3 ? p / 3 : p < 0 ? -p : 3 * p) {
+        double q = 0, v;
+        assert_int_equal(phys_legendre_velocity(legendre, &q, &p, 0, &v, &error), AD_OK);
+        assert_close(v, p / sqrt(1 + p * p), 1e-12, 0);
+    }
+    phys_legendre_free(legendre);
+    phys_system_close(&system);
+}
+
 static ad_var two_rows(ad_var q, ad_var v, ad_var t, const void *params)
 {
     (void)v, (void)t, (void)params;
@@ -130,6 +157,7 @@ int main(void)
         cmocka_unit_test(kepler_has_its_known_energy_and_momentum),
         cmocka_unit_test(double_pendulum_has_the_energy_of_its_bobs),
         cmocka_unit_test(energies_of_an_unsplit_lagrangian_follow_from_legendre),
+        cmocka_unit_test(velocities_stay_where_L_is_defined),
         cmocka_unit_test(a_lagrangian_of_the_wrong_shape_is_refused),
         cmocka_unit_test(pairs_are_in_lexicographic_order),
     };

@@ -119,6 +119,59 @@ static enum ad_status erring_ode(const struct phys_system *system, struct phys_o
     return AD_OK;
 }
 
+/* Times of steps are what the clock says: 3000 periods of a spring are known to rounding, where the
+   rounding of t + h in every step added up to 1e-9. */
+static void the_clock_does_not_drift(void **state)
+{
+    (void)state;
+    struct solved s = {0};
+    const double q = 1, v = 0;
+    const struct phys_motion_settings settings = {.time = 20, .error = 1e-9, .q = &q, .v = &v};
+    phys_system_open("spring", &s.system, &s.error);
+    phys_system_set(&s.system, "m", 1, &s.error);
+    phys_system_set(&s.system, "k", 1e6, &s.error);
+    phys_motion_solve(&s.system, &settings, &s.motion, &s.error);
+    assert_int_equal(s.error.status, AD_OK);
+    assert_true(s.motion.reference_uncertainty < 1e-12 && s.motion.error < 1e-10);
+    for (size_t i = 0; i < s.motion.n; i++)
+        assert_close(s.motion.x[2 * i], cos(1e3 * s.motion.t[i]), 0, s.motion.error + 1e-12);
+    end(&s);
+}
+
+/* A coordinate that is small and fast beside one that is large and slow: its error is seen by
+   itself. */
+static ad_var two_scales(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    ad_var V = ad_add(ad_mul(1e6, ad_square(ad_row(q, 0))), ad_square(ad_row(q, 1)));
+    return ad_mul(0.5, ad_sub(ad_sum_rows(ad_square(v)), V));
+}
+
+static void a_small_coordinate_is_judged_by_its_own_size(void **state)
+{
+    (void)state;
+    struct solved s = {0};
+    const double q[] = {1e-6, 1e3}, v[] = {0, 0};
+    struct phys_motion_settings settings = {.time = 20, .q = q, .v = v, .tolerance = 1e-9};
+    phys_system_open("spring", &s.system, &s.error);
+    struct phys_scene scene = *s.system.scene;
+    scene.lagrangian = two_scales;
+    scene.kinetic = scene.potential = NULL;
+    s.system.scene = &scene;
+    s.system.dof = s.system.dims = 2;
+    for (int fine = 0; fine < 2; fine++) {
+        settings.tolerance = fine ? 1e-14 : 1e-9;
+        phys_motion_solve(&s.system, &settings, &s.motion, &s.error);
+        phys_motion_diagnose(&settings, &s.motion, 0, &s.diagnosis, &s.error);
+        assert_int_equal(s.error.status, AD_OK);
+        assert_int_equal(s.motion.worst, 0);
+        assert_int_equal(s.motion.worst_error > 0.1, !fine);
+        assert_int_equal(s.diagnosis.n_warnings, !fine);
+        phys_motion_solution_free(&s.motion);
+    }
+    phys_system_close(&s.system);
+}
+
 static void an_error_that_both_runs_share_is_seen_on_the_way_back(void **state)
 {
     (void)state;
@@ -283,6 +336,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_error_asked_for_is_met),
         cmocka_unit_test(an_error_counts_the_rounding_of_the_start),
+        cmocka_unit_test(the_clock_does_not_drift),
+        cmocka_unit_test(a_small_coordinate_is_judged_by_its_own_size),
         cmocka_unit_test(an_error_that_both_runs_share_is_seen_on_the_way_back),
         cmocka_unit_test(defaults_follow_the_scenes_start_or_a_given_one),
         cmocka_unit_test(crossings_are_found_in_their_order),
