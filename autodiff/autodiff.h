@@ -374,6 +374,11 @@ struct ad_body {
        binomial schedule: with s of them, C(s + r, s) steps take at most r runs forward each. Values
        do not depend on it, to the last bit. 0: as many as 32 MB hold. */
     size_t checkpoints;
+    /* Asked before every step, forward and back, in loops made of this one, too; false interrupts
+       the run: the loop's results are NaN, and the error is AD_E_ACCURACY with the step. NULL: not
+       asked. A run after that one starts anew. */
+    bool (*proceed)(void *context);
+    void *context;
 };
 
 /* A loop of so many steps, whose compile time and program do not depend on how many they are. The
@@ -433,10 +438,11 @@ void *ad_data(ad_program *program, ad_var x);
 void ad_run(ad_program *program);
 /* As ad_run, but keeps the values that depend on held inputs alone from the last ad_run.
    AD_E_ARGUMENT, and nothing runs, before the first ad_run and after a held input was set
-   (ad_program_error names it). Writes through ad_data are not detected. */
+   (ad_program_error names it), and after an interrupted run. Writes through ad_data are not
+   detected. */
 enum ad_status ad_rerun(ad_program *program);
-/* The error of the last run: a refused ad_rerun, a singular column or an ad_custom that failed;
-   status AD_OK if none. Lives as long as the program. */
+/* The error of the last run: a refused ad_rerun, an interrupted loop, a singular column or an
+   ad_custom that failed; status AD_OK if none. Lives as long as the program. */
 const struct ad_error *ad_program_error(const ad_program *program);
 /* The largest condition number of the regular matrices of ad_solve, ad_inverse and ad_logdet in the
    last run, scaled as above: an estimate from below, mostly within a factor of 3. Times 2e-16 (f32:

@@ -78,7 +78,9 @@ struct label {
 /* A loop: its body, a copy of a recording, and what nodes of the body are. */
 struct loop {
     ad_tape *body;
-    size_t steps, checkpoints; /* 0: as many as the default memory holds */
+    size_t steps, checkpoints;      /* 0: as many as the default memory holds */
+    bool (*proceed)(void *context); /* NULL: not asked */
+    void *context;
     uint32_t n_state, n_in, n_shared, n_out;
     uint32_t *ids;       /* states, ins, shared; then next states, outs */
     uint32_t tangent_of; /* 1 + the loop it was made from, ... */

@@ -231,7 +231,8 @@ void ad_run(ad_program *p)
     if (!p)
         return;
     run(p, false);
-    p->held_stand = p->was_run = true;
+    p->was_run = true;
+    p->held_stand = p->error.status != AD_E_ACCURACY; /* interrupted */
 }
 
 enum ad_status ad_rerun(ad_program *p)
@@ -243,8 +244,9 @@ enum ad_status ad_rerun(ad_program *p)
         return ad_fail(&p->error, AD_E_ARGUMENT,
                        "ad_rerun before any ad_run: what depends on held inputs has no values");
     if (!p->held_stand)
-        return ad_fail(&p->error, AD_E_ARGUMENT,
-                       "ad_rerun after a held input was set: ad_run comes first");
+        return ad_fail(
+            &p->error, AD_E_ARGUMENT,
+            "ad_rerun after a held input was set or a run was interrupted: ad_run comes first");
     run(p, true);
     return p->error.status;
 }

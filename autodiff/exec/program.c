@@ -131,9 +131,10 @@ enum ad_status ad_run_checked(ad_program *p, struct ad_error *error)
     if (!p)
         return ad_fail(error, AD_E_ARGUMENT, "no program (NULL)");
     ad_execute(p, p->segments, 0, p->n_segments, &check);
-    p->held_stand = p->was_run = true;
     look_at_leaves(p, &check);
     uint32_t wrong = ad_report_run(p, &p->error);
+    p->was_run = true;
+    p->held_stand = p->error.status != AD_E_ACCURACY;
     if (check.value == UINT32_MAX || wrong <= check.value)
         return wrong != UINT32_MAX ? ad_fail(error, p->error.status, "%s", p->error.message)
                                    : AD_OK;

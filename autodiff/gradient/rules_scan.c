@@ -90,6 +90,8 @@ uint32_t ad_tangent_loop(ad_tape *tape, uint32_t loop, const uint8_t *along)
     struct loop d = {.body = ad_tape_copy(l.body),
                      .steps = l.steps,
                      .checkpoints = l.checkpoints,
+                     .proceed = l.proceed,
+                     .context = l.context,
                      .ids = calloc(2 * (n + loop_results(&l)) + 1, sizeof *d.ids),
                      .tangent_of = loop + 1,
                      .along = malloc(n + 1)};

@@ -219,18 +219,30 @@ void ad_scan_adjoint_run(struct scan_adjoint *a, struct scan *s, const struct ma
     memcpy(a->bar, seed, s->state_bytes);
     for (uint32_t k = a->n_state + a->n_in; k < a->n_operands; k++)
         load_block(&a->operand[k], &z[k], 0);
-    if (!s->complete)
+    if (!s->complete && !is_interrupted(s))
         ad_scan_store(s, z, 0, NULL, false);
-    for (size_t t = s->steps; t-- > 0;) {
+    for (size_t t = s->steps; !is_interrupted(s) && t-- > 0;) {
         bool any = load_seeds(a, s->state_bytes, seed, t);
         if (any) {
-            ad_scan_state_at(s, z, t);
+            if (!ad_scan_state_at(s, z, t))
+                break;
             unpack(a->n_state, a->operand, s->state);
             for (uint32_t k = a->n_state; k < a->n_state + a->n_in; k++)
                 load_block(&a->operand[k], &z[k], t);
-            ad_step_run(a->program, &a->began, checked, t, " of the adjoint", &a->error);
+            if (!ad_step_run(s, a->program, &a->began, checked, t, " of the adjoint", &a->error)) {
+                s->error = a->error;
+                break;
+            }
         }
         take_adjoints(a, t, any, result);
+    }
+    if (is_interrupted(s)) {
+        a->error = s->error;
+        s->complete = false;
+        for (uint32_t k = 0; k < a->n_operands;
+             result += a->wanted[k] ? a->adjoint[k].value : 0, k++)
+            memset(result, 0xff, a->wanted[k] ? a->adjoint[k].value : 0); /* NaN */
+        return;
     }
     finish(a, result);
     s->complete = s->slots >= s->steps;

@@ -11,6 +11,8 @@ static bool make(struct scan *s, const struct loop *l, struct ad_error *error)
 {
     ad_tape *body = l->body;
     s->steps = l->steps;
+    s->proceed = l->proceed;
+    s->context = l->context;
     s->element = type_bytes(body->type);
     s->n_state = l->n_state;
     s->n_in = l->n_in;
@@ -87,10 +89,15 @@ size_t ad_scan_bytes(const struct scan *s)
 
 /* ---- running ---- */
 
-void ad_step_run(ad_program *p, bool *began, bool checked, size_t t, const char *way,
-                 struct ad_error *error)
+bool ad_step_run(const struct scan *s, ad_program *p, bool *began, bool checked, size_t t,
+                 const char *way, struct ad_error *error)
 {
     struct ad_error found = {0};
+    if (s->proceed && !s->proceed(s->context)) {
+        error->status = AD_OK; /* before others: the values are not those of a whole run */
+        ad_fail(error, AD_E_ACCURACY, "interrupted at step %zu%s", t, way);
+        return false;
+    }
     if (checked)
         ad_run_checked(p, &found);
     else if (*began)
@@ -99,21 +106,23 @@ void ad_step_run(ad_program *p, bool *began, bool checked, size_t t, const char 
         ad_run(p);
     *began = true;
     if (!checked && ad_program_error(p)->status == AD_OK)
-        return;
+        return true;
     found = checked ? found : *ad_program_error(p);
     if (found.status != AD_OK)
         ad_fail(error, found.status, "step %zu%s: %s", t, way, found.message);
+    return found.status != AD_E_ACCURACY; /* of a loop inside */
 }
 
-/* Runs steps [from, to) on s->state. */
-static void advance(struct scan *s, const struct matrix_at z[], size_t from, size_t to,
+/* Runs steps [from, to) on s->state; false: interrupted. */
+static bool advance(struct scan *s, const struct matrix_at z[], size_t from, size_t to,
                     char *result, bool checked)
 {
     for (size_t t = from; t < to; t++) {
         unpack(s->n_state, s->operand, s->state);
         for (uint32_t k = s->n_state; k < s->n_state + s->n_in; k++)
             load_block(&s->operand[k], &z[k], t);
-        ad_step_run(s->program, &s->began, checked, t, "", &s->error);
+        if (!ad_step_run(s, s->program, &s->began, checked, t, "", &s->error))
+            return false;
         pack(s->n_state, s->result, s->state);
         if (!result)
             continue;
@@ -121,6 +130,7 @@ static void advance(struct scan *s, const struct matrix_at z[], size_t from, siz
         for (uint32_t k = s->n_state; k < s->n_results; value += s->result[k].value, k++)
             store_block(&s->result[k], value, t);
     }
+    return true;
 }
 
 /* Sets start and shared values. */
@@ -140,16 +150,18 @@ static void store(struct scan *s, size_t t)
     s->at[s->n_stored++] = t;
 }
 
-/* From the state at t to that at `end`, storing those that the way back of `steps` steps wants. */
-static void advance_storing(struct scan *s, const struct matrix_at z[], size_t t, size_t end,
+/* From the state at t to that at `end`, storing those that the way back of `steps` steps wants;
+   false: interrupted. */
+static bool advance_storing(struct scan *s, const struct matrix_at z[], size_t t, size_t end,
                             size_t steps, char *result, bool checked)
 {
     while (s->n_stored < s->slots && t + 1 < steps) {
         size_t next = t + ad_checkpoint_after(steps - t, s->slots - s->n_stored);
-        advance(s, z, t, next, result, checked);
+        if (!advance(s, z, t, next, result, checked))
+            return false;
         store(s, t = next);
     }
-    advance(s, z, t, end, result, checked);
+    return advance(s, z, t, end, result, checked);
 }
 
 void ad_scan_store(struct scan *s, const struct matrix_at z[], size_t last, char *result,
@@ -159,21 +171,22 @@ void ad_scan_store(struct scan *s, const struct matrix_at z[], size_t last, char
     s->n_stored = 0;
     if (s->slots)
         store(s, 0);
-    advance_storing(s, z, 0, last, s->steps, result, checked);
-    s->complete = s->slots > 0;
+    s->complete = advance_storing(s, z, 0, last, s->steps, result, checked) && s->slots > 0;
 }
 
-void ad_scan_state_at(struct scan *s, const struct matrix_at z[], size_t t)
+bool ad_scan_state_at(struct scan *s, const struct matrix_at z[], size_t t)
 {
     while (s->at[s->n_stored - 1] > t)
         s->n_stored--;
     size_t from = s->at[s->n_stored - 1];
     memcpy(s->state, s->states + (s->n_stored - 1) * s->state_bytes, s->state_bytes);
-    advance_storing(s, z, from, t, t + 1, NULL, false);
+    return advance_storing(s, z, from, t, t + 1, NULL, false);
 }
 
 void ad_scan_run(struct scan *s, const struct matrix_at z[], char *result, bool checked)
 {
     ad_scan_store(s, z, s->steps, result, checked);
     memcpy(result, s->state, s->state_bytes);
+    for (uint32_t k = 0; is_interrupted(s) && k < s->n_results; result += s->result[k++].value)
+        memset(result, 0xff, s->result[k].value); /* NaN */
 }

@@ -68,6 +68,8 @@ struct scan {
     struct port_at *operand, *result; /* states, ins, shared; next states, outs */
     char *state;                      /* packed */
     size_t state_bytes;
+    bool (*proceed)(void *context);
+    void *context;
     bool began; /* this run has run the program */
     /* Stored: state at[k], in ascending order, in `states`. */
     size_t slots, n_stored, *at;
@@ -77,14 +79,17 @@ struct scan {
     struct ad_error error; /* of the last run */
 };
 
-/* Runs the program of a step; the first error is kept, with the step. */
-void ad_step_run(ad_program *program, bool *began, bool checked, size_t t, const char *way,
-                 struct ad_error *error);
+/* Runs the program of step t of s, forward or back; the first error is kept, with the step. False:
+   interrupted. */
+bool ad_step_run(const struct scan *s, ad_program *program, bool *began, bool checked, size_t t,
+                 const char *way, struct ad_error *error);
 /* Stores the states of a run through `last` steps of the loop, which leaves the state there. */
 void ad_scan_store(struct scan *s, const struct matrix_at z[], size_t last, char *result,
                    bool checked);
 /* From the last stored state, whose step is at most t, to that before step t, storing on the way.
- */
-void ad_scan_state_at(struct scan *s, const struct matrix_at z[], size_t t);
+   False: interrupted. */
+bool ad_scan_state_at(struct scan *s, const struct matrix_at z[], size_t t);
+
+static inline bool is_interrupted(const struct scan *s) { return s->error.status == AD_E_ACCURACY; }
 
 #endif

@@ -183,6 +183,8 @@ static uint32_t new_loop(ad_tape *tape, const struct ad_body *b, size_t steps)
     struct loop l = {.body = ad_tape_copy(b->tape),
                      .steps = steps,
                      .checkpoints = b->checkpoints,
+                     .proceed = b->proceed,
+                     .context = b->context,
                      .n_state = (uint32_t)b->n_state,
                      .n_in = (uint32_t)b->n_in,
                      .n_shared = (uint32_t)b->n_shared,
