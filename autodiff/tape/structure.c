@@ -141,6 +141,8 @@ ad_var ad_matmul(ad_var a, bool transpose_a, ad_var b, bool transpose_b)
                                   rows, inner_a, inner_b, cols);
     if (!ad_shape_fits(a.tape, AD_OP_matmul, 2, in, rows, cols))
         return none;
+    if (rows == 1 && cols == 1 && inner_a == 1)
+        return ad_mul(a, b);
     return ad_append(a.tape,
                      (struct node){.op = AD_OP_matmul,
                                    .rows = rows,

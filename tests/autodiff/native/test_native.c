@@ -339,6 +339,30 @@ static void test_every_segment_is_called(void **state)
     ad_tape_free(tape);
 }
 
+/* A product of two numbers is no matrix product, which machine code leaves to BLAS. */
+static void test_product_of_numbers(void **state)
+{
+    (void)state;
+    native_need_compiler();
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var a = ad_input(tape, 1, 1, NULL), b = ad_input(tape, 1, 1, NULL), out[3];
+    out[0] = ad_matmul(a, true, b, false);
+    assert_int_equal(ad_grad(out[0], 2, (ad_var[]){a, b}, out + 1), AD_OK);
+    ad_program *p = compile(tape, 3, out);
+    ad_set(p, a, (double[]){3});
+    ad_set(p, b, (double[]){7});
+    native_make(p);
+    ad_run(p);
+    double y[3];
+    for (int k = 0; k < 3; k++)
+        ad_get(p, out[k], &y[k]);
+    assert_close(y[0], 21, 0, 0);
+    assert_close(y[1], 7, 0, 0);
+    assert_close(y[2], 3, 0, 0);
+    ad_program_free(p);
+    ad_tape_free(tape);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -349,6 +373,7 @@ int main(void)
         cmocka_unit_test(test_differences),
         cmocka_unit_test(test_held),
         cmocka_unit_test(test_every_segment_is_called),
+        cmocka_unit_test(test_product_of_numbers),
     };
     return cmocka_run_group_tests(tests, native_share_cache, native_remove_cache);
 }
