@@ -16,11 +16,24 @@ void progress_start(struct progress *progress, bool quiet)
         .shown = !quiet, .terminal = terminal, .next = ad_now() + first[terminal]};
 }
 
+/* The clock without the processor's counter, where there is one: 7 ns instead of 36, and a few
+   milliseconds late. */
+static double coarse_now(void)
+{
+#ifdef CLOCK_MONOTONIC_COARSE
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC_COARSE, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+#else
+    return ad_now();
+#endif
+}
+
 bool progress_due(struct progress *progress)
 {
     if (!progress->shown)
         return false;
-    double time = ad_now();
+    double time = coarse_now();
     if (time < progress->next)
         return false;
     progress->next = time + between[progress->terminal];
