@@ -3,27 +3,37 @@
 #include "interrupt.h"
 #include "quote.h"
 #include "autodiff/native/process.h"
+#include "physics/io/hdf5_file.h"
 
+#include <ctype.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/time.h>
 #include <time.h>
 #include <unistd.h>
 
 /* One request may arrive twice: timeout(1) signals the process and then its group. */
 static const double ECHO = 0.5; /* s */
 
-enum { DEADLINE = 1 }; /* s, for a run to look, and to look again, until it writes results */
+/* For a run to look and to begin with its results, so that all ends within a second. */
+static const struct itimerval DEADLINE = {.it_value = {.tv_usec = 700000}}, NEVER;
 
-static const int orderly[] = {SIGINT, SIGTERM}, at_once[] = {SIGHUP, SIGPIPE, SIGQUIT, SIGXCPU};
+static const int orderly[] = {SIGINT, SIGTERM}, at_once[] = {SIGHUP, SIGPIPE, SIGQUIT, SIGXCPU},
+                 crashes[] = {SIGSEGV, SIGBUS, SIGABRT, SIGFPE};
 
-enum { N_ORDERLY = sizeof orderly / sizeof *orderly, N_AT_ONCE = sizeof at_once / sizeof *at_once };
+enum {
+    N_ORDERLY = sizeof orderly / sizeof *orderly,
+    N_AT_ONCE = sizeof at_once / sizeof *at_once,
+    N_CRASHES = sizeof crashes / sizeof *crashes
+};
 
-static volatile sig_atomic_t came, catching, looked, finishing;
+static volatile sig_atomic_t came, catching, looked;
 static volatile pid_t running;
 static char *_Atomic whole; /* names of the files that are */
 static struct timespec first;
+static char stack[1 << 16]; /* of the handler of crashes: the other one may have overflowed */
 
 static double since_first(void)
 {
@@ -44,11 +54,9 @@ static sigset_t all_signals(void)
 }
 
 /* Errors of writing are ignored. */
-static void say(const char *names)
+static void put(const char *text)
 {
-    static const char before[] = "leastaction: ended by a signal; these files are complete:";
-    if (write(STDERR_FILENO, before, sizeof before - 1) < 0 ||
-        write(STDERR_FILENO, names, strlen(names)) < 0)
+    if (write(STDERR_FILENO, text, strlen(text)) < 0)
         return;
 }
 
@@ -62,8 +70,10 @@ static void end(int number)
     ad_native_abandon();
     if (running)
         kill(running, SIGTERM);
-    if (unfinished && names)
-        say(names);
+    if (unfinished && names) {
+        put("leastaction: ended by a signal; these files are complete:");
+        put(names);
+    }
     sigemptyset(&action.sa_mask);
     sigaction(number, &action, NULL);
     sigemptyset(&set);
@@ -79,20 +89,36 @@ static void note(int number)
     } else if (!came) {
         came = number;
         clock_gettime(CLOCK_MONOTONIC, &first);
-        alarm(DEADLINE);
+        setitimer(ITIMER_REAL, &DEADLINE, NULL);
     }
 }
 
-/* The run has not looked since: it hangs in a library, or a step of it takes long. */
+/* The run has not come to its results: it hangs in a library, or a step of it takes long. */
 static void end_overdue(int number)
 {
     (void)number;
     end(came);
 }
 
-static void handle(int number, void (*handler)(int))
+/* HDF5 crashes on some damaged files. Other crashes go on as they do by default. */
+static void crash(int number)
 {
-    struct sigaction action = {.sa_handler = handler, .sa_flags = SA_RESTART};
+    const char *file = phys_hdf5_reading();
+    if (!file) {
+        signal(number, SIG_DFL);
+        return;
+    }
+    phys_atomic_file_abandon_all();
+    put("leastaction: ");
+    for (char letter[2] = ""; (*letter = *file); file++)
+        put(iscntrl((unsigned char)*letter) ? "?" : letter);
+    put(": HDF5 crashed while reading it; expected an undamaged HDF5 file\n");
+    _exit(2);
+}
+
+static void handle(int number, void (*handler)(int), int flags)
+{
+    struct sigaction action = {.sa_handler = handler, .sa_flags = flags};
     action.sa_mask = all_signals();
     sigaction(number, &action, NULL);
 }
@@ -101,25 +127,26 @@ void interrupt_start(void)
 {
     struct sigaction before;
     for (size_t k = 0; k < N_ORDERLY; k++)
-        handle(orderly[k], note);
+        handle(orderly[k], note, SA_RESTART);
     for (size_t k = 0; k < N_AT_ONCE; k++) /* nohup has some of them ignored */
         if (sigaction(at_once[k], NULL, &before) == 0 && before.sa_handler != SIG_IGN)
-            handle(at_once[k], end);
-    handle(SIGXFSZ, SIG_IGN);
-    handle(SIGALRM, end_overdue);
+            handle(at_once[k], end, SA_RESTART);
+    handle(SIGXFSZ, SIG_IGN, SA_RESTART);
+    handle(SIGALRM, end_overdue, SA_RESTART);
+    sigaltstack(&(stack_t){.ss_sp = stack, .ss_size = sizeof stack}, NULL);
+    for (size_t k = 0; k < N_CRASHES; k++)
+        handle(crashes[k], crash, SA_ONSTACK);
 }
 
 void interrupt_catch(void)
 {
-    looked = finishing = 0;
+    looked = 0;
     catching = 1;
 }
 
 bool interrupted(void)
 {
     looked = 1;
-    if (came && !finishing)
-        alarm(DEADLINE);
     return came;
 }
 
@@ -129,11 +156,7 @@ bool interrupt_proceed(void *unused)
     return !interrupted();
 }
 
-void interrupt_finish(void)
-{
-    finishing = 1;
-    alarm(0);
-}
+void interrupt_finish(void) { setitimer(ITIMER_REAL, &NEVER, NULL); }
 
 /* No signal comes between its start and the note of it. */
 int interrupt_start_program(const char *const words[], int output, pid_t *child)

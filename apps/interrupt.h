@@ -2,9 +2,10 @@
    behind.
 
    SIGINT and SIGTERM end the process at once, unless a run is active that stops in order: the first
-   signal then sets a flag, and ends the process if the run has not checked it for a second before
-   it writes its results; a second one, half a second later or more, ends it at once. SIGHUP,
-   SIGPIPE, SIGQUIT and SIGXCPU end it at once. A file size limit (SIGXFSZ) is a failed write. */
+   signal then sets a flag, and ends the process if the run has not come to its results 0.7 s later;
+   a second one, half a second later or more, ends it at once. SIGHUP, SIGPIPE, SIGQUIT and SIGXCPU
+   end it at once. A file size limit (SIGXFSZ) is a failed write. A crash while HDF5 reads a file is
+   an error of that file, exit status 2. */
 #ifndef APPS_INTERRUPT_H
 #define APPS_INTERRUPT_H
 

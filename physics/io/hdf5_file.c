@@ -5,6 +5,7 @@
 #include "checksum.h"
 
 #include <errno.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,6 +15,10 @@ void *phys_hdf5_load(void **slot, const char *name)
 {
     return ad_lazy_load(slot, AD_LIBRARY_hdf5, name);
 }
+
+static char *_Atomic reading;
+
+const char *phys_hdf5_reading(void) { return atomic_load(&reading); }
 
 /* ---- errors ---- */
 
@@ -78,6 +83,8 @@ static phys_hdf5 *handle_new(const char *name, struct ad_error *error)
 
 static void handle_free(phys_hdf5 *file)
 {
+    char *mine = file->name;
+    atomic_compare_exchange_strong(&reading, &mine, NULL);
     free(file->name);
     free(file);
 }
@@ -166,6 +173,7 @@ enum ad_status phys_hdf5_open(const char *name, phys_hdf5 **out, struct ad_error
     phys_hdf5 *file = handle_new(name, error);
     if (!file)
         return AD_E_MEMORY;
+    atomic_store(&reading, file->name);
     file->id = H5Fopen(name, H5F_ACC_RDONLY, H5P_DEFAULT);
     if (file->id < 0) {
         handle_free(file);

@@ -94,6 +94,9 @@ enum ad_status phys_hdf5_get(phys_hdf5 *file, const char *object, const char *na
 enum ad_status phys_hdf5_get_text(phys_hdf5 *file, const char *object, const char *name,
                                   char **text, struct ad_error *error);
 void phys_hdf5_close(phys_hdf5 *file); /* takes NULL */
+/* Name of the file that was opened last for reading, until it is closed; NULL: none. It is for
+   handlers of signals: HDF5 crashes on some damaged files. */
+const char *phys_hdf5_reading(void);
 
 AD_HEADER_END
 #endif

@@ -53,4 +53,13 @@ const char *shell_path(const char *name);
 #define SHELL_INTERRUPT                                                                            \
     "until [ $(cut -d ' ' -f 14 /proc/$pid/stat) -ge 50 ]; do :; done; kill -INT $pid; wait $pid"
 
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define SANITIZED true
+#endif
+#endif
+#ifndef SANITIZED
+#define SANITIZED false
+#endif
+
 #endif

@@ -6,15 +6,6 @@
 
 #include <string.h>
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define SANITIZED true
-#endif
-#endif
-#ifndef SANITIZED
-#define SANITIZED false
-#endif
-
 /* Waits for a temporary file, without sleeping longer than that takes. */
 #define UNTIL_BEGUN "until ls -A | grep -q '^\\.leastaction\\.'; do :; done; "
 
