@@ -91,6 +91,7 @@ static enum ad_status setup(const struct simulate_options *o, struct simulate_ru
 static void release(struct simulate_run *run)
 {
     phys_motion_solution_free(&run->motion);
+    free(run->exponents);
     simulate_ephemeris_free(run);
     free(run->crossings);
     phys_system_close(&run->system);
@@ -118,6 +119,26 @@ static enum ad_status measure_order(struct simulate_run *run, struct ad_error *e
     run->has_order = strcmp(run->system.scene->name, "gas") == 0;
     if (run->has_order && phys_gas_order(&run->system, m->x, &run->order_start, error) == AD_OK)
         phys_gas_order(&run->system, last, &run->order_end, error);
+    return error->status;
+}
+
+/* The spectrum of the motion from its start to its end. */
+static enum ad_status find_exponents(struct simulate_run *run, struct ad_error *error)
+{
+    const struct phys_motion_solution *m = &run->motion;
+    const size_t k = option_count_or(run->options->lyapunov, 0);
+    const struct phys_lyapunov_settings how = {
+        .t1 = m->info.t, .proceed = run->settings.proceed, .context = run->settings.context};
+    struct ad_error cause = {0};
+    double *values = k ? malloc(2 * k * sizeof *values) : NULL;
+    if (k && !values)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (k && m->info.stop != PHYS_SIMULATION_INTERRUPTED &&
+        phys_lyapunov_spectrum(&run->system, m->start, &how, k, values, values + k, &cause) !=
+            AD_OK)
+        simulate_refuse("--lyapunov: ", &cause, error);
+    run->exponents = values;
+    run->change = values + k;
     return error->status;
 }
 
@@ -178,6 +199,8 @@ static enum ad_status follow(void *context, struct ad_error *error)
         measure_order(run, error);
     phys_motion_diagnose(&run->settings, &run->motion, option_number_or(run->options->horizon, 0),
                          &run->diagnosis, error);
+    if (error->status == AD_OK)
+        find_exponents(run, error);
     for (size_t k = 0; k < run->diagnosis.n_warnings && !common->quiet; k++)
         fprintf(stderr, "leastaction simulate: warning: %s\n", run->diagnosis.warning[k]);
     return error->status;
@@ -242,6 +265,8 @@ static const struct option table[] = {
      AT(reverse)},
     {"horizon", "E", OPTION_POSITIVE, NULL,
      "time until a difference E of the start, in units of its size, has grown to 0.1", AT(horizon)},
+    {"lyapunov", "K", OPTION_SOME, NULL, "the K largest Lyapunov exponents of this motion",
+     AT(lyapunov)},
     {"no-reference", NULL, OPTION_FLAG, NULL, "no reference run, and no error", AT(no_reference)},
 };
 

@@ -17,7 +17,7 @@ struct simulate_options {
     const char *integrator, *data, *from, *rough, *until;
     struct texts events;
     double dt, tolerance, time, horizon;
-    size_t every, samples, days;
+    size_t every, samples, days, lyapunov;
     bool no_reference, reverse;
 };
 
@@ -29,7 +29,8 @@ struct simulate_run {
     struct phys_crossing *crossings; /* [settings.n_crossings] */
     struct phys_motion_solution motion;
     struct phys_diagnosis diagnosis;
-    bool has_order; /* a gas */
+    double *exponents, *change; /* [options->lyapunov]; NULL: none */
+    bool has_order;             /* a gas */
     struct phys_gas_order order_start, order_end;
 
     struct phys_ephemeris_tables tables;      /* n 0: none asked for */

@@ -247,6 +247,12 @@ static void report_diagnosis(const struct simulate_run *run, struct report *repo
         report_number(report, "error_before_horizon", "error before the horizon", scene->unit,
                       d->error_before);
     }
+    if (run->exponents) {
+        report_list(report, "lyapunov_spectrum", "Lyapunov exponents", rate, run->options->lyapunov,
+                    run->exponents);
+        report_list(report, "lyapunov_change", "  change in the second half", rate,
+                    run->options->lyapunov, run->change);
+    }
     report_number(report, "mass_condition", NULL, NULL,
                   d->mass_condition > 0 ? d->mass_condition : (double)NAN);
     for (size_t k = 0; k < d->n_warnings; k++)

@@ -1,12 +1,13 @@
 /* Accelerations of any Lagrangian. With p = L_v the Euler-Lagrange equation dp/dt = L_q is
        M a = L_q - L_vq v - L_vt,   M = L_vv.
-   The right side needs one gradient more than L_q: second derivatives commute, so with w = v held
-   fixed (detached) L_vq v + L_vt = d/dv (L_q . w + L_t). M comes from one run over dof lanes with
-   the same state: column j of the gradient of sum_j p_j(lane j) with respect to the lanes' v is
-   column j of M. A constant M is folded at compile time, and is evaluated and factored once. */
+   L_vq v + L_vt is the derivative of p along (v, 1) in (q, t). M comes from one run over dof lanes
+   with the same state: column j of the gradient of sum_j p_j(lane j) with respect to the lanes' v
+   is column j of M. A constant M is folded at compile time, and is evaluated and factored once. */
 #include "internal.h"
 #include "mass.h"
 #include "physics/linear/linear.h"
+
+#include "autodiff/derivatives.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -44,11 +45,11 @@ static ad_var unit_matrix(ad_tape *tape, size_t n)
 
 static void record_force(phys_motion *m)
 {
-    ad_var L = phys_system_lagrangian(m->system, m->q, m->v, m->t), by[2], frozen;
-    if (ad_grad(L, 2, (ad_var[]){m->q, m->t}, by) != AD_OK ||
-        ad_grad(ad_add(ad_dot(by[0], ad_detach(m->v)), by[1]), 1, &m->v, &frozen) != AD_OK)
-        return;
-    m->force = ad_label(ad_sub(by[0], frozen), "generalised force");
+    const ad_var by[2] = {m->q, m->v}, place[2] = {m->q, m->t};
+    const ad_var rate[2] = {m->v, ad_scalar(m->tape, 1)};
+    ad_var L = phys_system_lagrangian(m->system, m->q, m->v, m->t), L_by[2], along;
+    if (ad_grad(L, 2, by, L_by) == AD_OK && ad_jvp(L_by[1], 2, place, rate, &along) == AD_OK)
+        m->force = ad_label(ad_sub(L_by[0], along), "generalised force");
 }
 
 ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t)

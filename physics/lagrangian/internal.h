@@ -19,11 +19,12 @@ const char *phys_motion_interpreted(const phys_motion *motion);
 bool phys_motion_recorded(const phys_motion *motion, ad_var x[3], ad_var y[2]);
 void phys_motion_solve_constant(const phys_motion *motion, double *b);
 
-/* Taylor coefficients of the motion (motion_series.c), which must outlive this: c [order + 1][2
-   dof] of (q, v) about t, the first given, up to `order`, which is at most that of _new. What has
-   no series, or kinks, is refused: AD_E_ARGUMENT; AD_E_NONFINITE as for accelerations. */
+/* Taylor coefficients of the motion (motion_series.c), which must outlive this: c [order + 1][n] of
+   (q, v) and of `columns` variations (dq, dv) of them about t, the first row given, up to `order`,
+   which is at most that of _new. What has no series, or kinks, is refused: AD_E_ARGUMENT;
+   AD_E_NONFINITE as for accelerations. */
 struct phys_motion_series;
-enum ad_status phys_motion_series_new(phys_motion *motion, size_t order,
+enum ad_status phys_motion_series_new(phys_motion *motion, size_t order, size_t columns,
                                       struct phys_motion_series **series, struct ad_error *error);
 void phys_motion_series_free(struct phys_motion_series *series); /* takes NULL */
 enum ad_status phys_motion_series(struct phys_motion_series *series, size_t order, double t,

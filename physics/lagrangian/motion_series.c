@@ -2,12 +2,14 @@
    q, v and a are series in s = t' - t, (k+1) q_(k+1) = v_k, (k+1) v_(k+1) = a_k (Jorba and Zou,
    Experimental Mathematics 14 (2005) 99). The accelerations are recorded: with a constant inverse
    of the mass matrix M, or, of few coordinates, with the elimination M = L D L^T. Otherwise, or
-   where D has both signs and would want other pivots, order by order M_0 a_k = f_k - sum_j M_j
-   a_(k-j),   j = 1 ... k, with M_0 factored once. */
+   where D has both signs and would want other pivots, order by order
+       M_0 a_k = f_k - sum_j M_j a_(k-j),   j = 1 ... k,
+   with M_0 factored once. Variations (dq, dv) of the motion are further states of the recording. */
 #include "internal.h"
 #include "mass.h"
 #include "physics/linear/linear.h"
 
+#include "autodiff/derivatives.h"
 #include "autodiff/series.h"
 
 #include <math.h>
@@ -19,9 +21,9 @@ enum { COORDINATES_MOST = 64, ELIMINATED_MOST = 6 };
 
 struct phys_motion_series {
     phys_motion *motion;
-    size_t dof, order;
+    size_t dof, order, columns; /* variations */
     bool constant_mass;
-    ad_series *flow;  /* of q, v and t, if accelerations are recorded */
+    ad_series *flow;  /* of q, v, variations and t, if accelerations are recorded */
     ad_series *force; /* of the force and the mass matrix, where needed */
     double *a;        /* [order + 1][dof] */
     double
@@ -31,8 +33,11 @@ struct phys_motion_series {
 
 enum { Q, V, T, INPUTS };
 enum { FORCE, MASS };
-/* outputs of the flow after the rates of the inputs */
-enum { FLOW_MASS = INPUTS, FLOW_PIVOTS, FLOW_OUTPUTS };
+
+/* The flow: its inputs are q, v, the variations dq and dv in turn, and t; its outputs their rates,
+   then M and D. */
+static size_t flow_inputs(const struct phys_motion_series *s) { return INPUTS + 2 * s->columns; }
+static size_t flow_time(const struct phys_motion_series *s) { return T + 2 * s->columns; }
 
 static enum ad_status too_much(const struct phys_motion_series *s, const char *why,
                                struct ad_error *error)
@@ -42,9 +47,10 @@ static enum ad_status too_much(const struct phys_motion_series *s, const char *w
 }
 
 static enum ad_status series_of(const struct phys_motion_series *s, size_t n_y, const ad_var y[],
-                                const ad_var x[], ad_series **series, struct ad_error *error)
+                                size_t n_x, const ad_var x[], ad_series **series,
+                                struct ad_error *error)
 {
-    if (ad_series_new(n_y, y, INPUTS, x, s->order, series) != AD_OK) {
+    if (ad_series_new(n_y, y, n_x, x, s->order, series) != AD_OK) {
         phys_tape_status(x[Q].tape, error);
         return ad_fail(error, AD_E_ARGUMENT, "taylor: no series of the forces; take dop853");
     }
@@ -110,10 +116,29 @@ static ad_var eliminate(size_t n, ad_var mass, ad_var force, ad_var *D)
 static enum ad_status record_flow(struct phys_motion_series *s, const ad_var x[], const ad_var y[],
                                   struct ad_error *error)
 {
+    const size_t n = flow_inputs(s);
+    ad_var *in = malloc((2 * n + 2) * sizeof *in), *rate = in + n;
+    if (!in)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
     ad_var D = y[MASS], a = s->constant_mass ? times_inverse(s, y[FORCE])
                                              : eliminate(s->dof, y[MASS], y[FORCE], &D);
-    const ad_var rates[FLOW_OUTPUTS] = {x[V], a, ad_add(ad_mul(x[T], 0.0), 1.0), y[MASS], D};
-    return series_of(s, s->constant_mass ? INPUTS : FLOW_OUTPUTS, rates, x, &s->flow, error);
+    memcpy(in, x, 2 * sizeof *in);
+    in[n - 1] = x[T];
+    rate[Q] = x[V];
+    rate[V] = a;
+    for (size_t k = 1; k <= s->columns; k++) {
+        ad_var *d = in + 2 * k, *rate_of_d = rate + 2 * k;
+        d[Q] = ad_input(x[Q].tape, s->dof, 1, "dq");
+        d[V] = ad_input(x[Q].tape, s->dof, 1, "dv");
+        rate_of_d[Q] = d[V];
+        ad_jvp(a, 2, x, d, &rate_of_d[V]);
+    }
+    rate[n - 1] = ad_add(ad_mul(x[T], 0.0), 1.0);
+    rate[n] = y[MASS];
+    rate[n + 1] = D;
+    series_of(s, s->constant_mass ? n : n + 2, rate, n, in, &s->flow, error);
+    free(in);
+    return error->status;
 }
 
 /* Whether M_0 was eliminated without harm: its pivots have one sign and are not too small. */
@@ -125,9 +150,9 @@ static bool is_definite(struct phys_motion_series *s)
     if (s->constant_mass)
         return true;
     for (size_t k = 0; k < n * n; k++)
-        s->factor[k] = ad_series_output(s->flow, FLOW_MASS, k)[0];
+        s->factor[k] = ad_series_output(s->flow, flow_inputs(s), k)[0];
     for (size_t k = 0; k < n; k++) {
-        d[k] = ad_series_output(s->flow, FLOW_PIVOTS, k)[0];
+        d[k] = ad_series_output(s->flow, flow_inputs(s) + 1, k)[0];
         positive += d[k] > 0;
     }
     phys_mass_columns(n, s->factor, column);
@@ -145,17 +170,20 @@ static enum ad_status record(struct phys_motion_series *s, struct ad_error *erro
         return too_much(s, "masses that vary of more than 64 coordinates", error);
     if (s->constant_mass || s->dof <= ELIMINATED_MOST)
         return record_flow(s, x, y, error);
-    return series_of(s, 2, y, x, &s->force, error);
+    if (s->columns)
+        return too_much(s, "variations with masses that vary of more than 6 coordinates", error);
+    return series_of(s, 2, y, INPUTS, x, &s->force, error);
 }
 
-enum ad_status phys_motion_series_new(phys_motion *motion, size_t order,
+enum ad_status phys_motion_series_new(phys_motion *motion, size_t order, size_t columns,
                                       struct phys_motion_series **series, struct ad_error *error)
 {
     const size_t n = phys_motion_system(motion)->dof;
     struct phys_motion_series *s = *series = calloc(1, sizeof *s);
     if (!s)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    *s = (struct phys_motion_series){.motion = motion, .dof = n, .order = order};
+    *s =
+        (struct phys_motion_series){.motion = motion, .dof = n, .order = order, .columns = columns};
     if (record(s, error) == AD_OK) {
         s->a = calloc((order + 1) * n, sizeof *s->a);
         s->factor = calloc(s->constant_mass ? 1 : (n + 2) * n, sizeof *s->factor);
@@ -218,7 +246,7 @@ static enum ad_status order_by_order(struct phys_motion_series *s, size_t order,
     const size_t n = s->dof;
     ad_var x[INPUTS], y[2];
     phys_motion_recorded(s->motion, x, y);
-    if (!s->force && series_of(s, 2, y, x, &s->force, error) != AD_OK)
+    if (!s->force && series_of(s, 2, y, INPUTS, x, &s->force, error) != AD_OK)
         return error->status;
     *good = true;
     for (size_t k = 0; k < order && *good; k++) {
@@ -253,13 +281,15 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
                                   double *c, struct ad_error *error)
 {
     struct phys_motion_series *s = series;
-    const size_t n = 2 * s->dof;
+    const size_t n = 2 * s->dof * (1 + s->columns);
     bool good = s->flow;
     if (s->flow) {
-        ad_series_input(s->flow, T, 0)[0] = t;
+        ad_series_input(s->flow, flow_time(s), 0)[0] = t;
         ad_series_flow(s->flow, n, order, c);
         good = is_definite(s);
     }
+    if (!good && s->columns)
+        return too_much(s, "variations with masses of both signs", error);
     if (!good && !s->constant_mass && order_by_order(s, order, t, c, &good, error) != AD_OK)
         return error->status;
     double none = 0; /* NaN if one is not finite */

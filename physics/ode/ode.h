@@ -52,6 +52,12 @@ struct phys_ode {
    constant and the accelerations depend on q and t alone. The system must outlive the ode. */
 enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys_ode *ode,
                                    struct ad_error *error);
+/* The motion and `columns` of its variations, which follow the linearised equations: y = (q, v),
+   then (dq, dv) of each. Where (dq, dv) begin as the columns of the unit matrix, they are the
+   state-transition matrix. By Taylor series alone: of L without kinks, with constant masses or at
+   most 6 coordinates; AD_E_ARGUMENT otherwise. */
+enum ad_status phys_ode_variations(const struct phys_system *system, size_t columns,
+                                   struct phys_ode *ode, struct ad_error *error);
 /* The same motion in y = (q, p), p = L_v, with q' = v(q, p) and p' = L_q: canonical for any
    Lagrangian with a regular mass matrix L_vv. v is found by Newton's method; where L is quadratic
    in v the first step is exact. */

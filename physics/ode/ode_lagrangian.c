@@ -33,7 +33,7 @@ static enum ad_status series(void *context, size_t order, double t, double *c,
 {
     struct context *x = context;
     if (!x->series &&
-        phys_motion_series_new(x->motion, PHYS_SERIES_MOST, &x->series, error) != AD_OK)
+        phys_motion_series_new(x->motion, PHYS_SERIES_MOST, 0, &x->series, error) != AD_OK)
         return error->status;
     return phys_motion_series(x->series, order, t, c, error);
 }

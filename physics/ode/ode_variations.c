@@ -1,0 +1,76 @@
+/* The motion of a Lagrangian and its variations, by their Taylor series. */
+#include "internal.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct context {
+    size_t n;
+    phys_motion *motion;
+    struct phys_motion_series *series;
+    double *rows; /* [2][n] */
+};
+
+static enum ad_status series(void *context, size_t order, double t, double *c,
+                             struct ad_error *error)
+{
+    const struct context *x = context;
+    return phys_motion_series(x->series, order, t, c, error);
+}
+
+/* The first coefficient. */
+static enum ad_status field(void *context, double t, const double *y, double *rate,
+                            struct ad_error *error)
+{
+    const struct context *x = context;
+    memcpy(x->rows, y, x->n * sizeof *y);
+    if (phys_motion_series(x->series, 1, t, x->rows, error) == AD_OK)
+        memcpy(rate, x->rows + x->n, x->n * sizeof *rate);
+    return error->status;
+}
+
+static void component(const void *context, size_t k, char *name, size_t size)
+{
+    const struct context *x = context;
+    const struct phys_system *system = phys_motion_system(x->motion);
+    const size_t n = 2 * system->dof;
+    char of[64];
+    phys_state_name(system, k % n, "velocity", of, sizeof of);
+    snprintf(name, size, k < n ? "%s" : "the variation of %s", of);
+}
+
+static void release(void *context)
+{
+    struct context *x = context;
+    phys_motion_series_free(x->series);
+    phys_motion_free(x->motion);
+    free(x->rows);
+    free(x);
+}
+
+enum ad_status phys_ode_variations(const struct phys_system *system, size_t columns,
+                                   struct phys_ode *ode, struct ad_error *error)
+{
+    *ode = (struct phys_ode){0};
+    if (phys_lacks_scene(system, error))
+        return error->status;
+    if (system->scene->ode)
+        return ad_fail(error, AD_E_ARGUMENT, "%s has equations of its own: no variations",
+                       system->scene->name);
+    const size_t n = 2 * system->dof * (1 + columns);
+    struct context *x = calloc(1, sizeof *x);
+    *ode = (struct phys_ode){.name = system->scene->name,
+                             .n = n,
+                             .field = field,
+                             .series = series,
+                             .component = component,
+                             .context = x,
+                             .free = x ? release : NULL};
+    if (!x || !(x->rows = malloc(2 * n * sizeof *x->rows)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    x->n = n;
+    if (phys_motion_new(system, &x->motion, error) == AD_OK)
+        phys_motion_series_new(x->motion, PHYS_SERIES_MOST, columns, &x->series, error);
+    return error->status;
+}

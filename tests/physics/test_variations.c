@@ -1,0 +1,209 @@
+/* Variations of motions: against differences of motions, the symplectic form, and exponents that
+   are known. */
+#include "motion.h"
+#include "tests/close.h"
+#include "physics/physics.h"
+
+#include <string.h>
+
+enum { MOST = 8 };
+
+static const char *const taylor = "taylor";
+
+/* The motion and state-transition matrix [2 dof][2 dof], column after column, at t. */
+static void transition(const struct phys_system *system, const double *x, double t, double *end,
+                       double *matrix)
+{
+    const size_t d = 2 * system->dof;
+    double y[MOST * (MOST + 1)] = {0}, scale[MOST * (MOST + 1)];
+    struct ad_error error = {0};
+    struct phys_ode ode;
+    struct phys_simulation_info info;
+    assert_true(d <= MOST);
+    assert_int_equal(phys_ode_variations(system, d, &ode, &error), AD_OK);
+    memcpy(y, x, d * sizeof *x);
+    for (size_t k = 0; k < d; k++)
+        y[d + k * d + k] = 1;
+    for (size_t k = 0; k < d * (d + 1); k++)
+        scale[k] = 1;
+    const struct phys_simulation how = {.integrator = phys_integrator_find(taylor, &error),
+                                        .t1 = t,
+                                        .rtol = 1e-14,
+                                        .atol = 1e-14,
+                                        .scale = scale};
+    assert_int_equal(phys_simulate(&how, &ode, y, &info, &error), AD_OK);
+    memcpy(end, y, d * sizeof *y);
+    memcpy(matrix, y + d, d * d * sizeof *y);
+    phys_ode_free(&ode);
+}
+
+static void follow(const struct phys_system *system, const double *x, double t, double *end)
+{
+    struct ad_error error = {0};
+    struct phys_ode ode;
+    const struct phys_simulation how = {
+        .integrator = phys_integrator_find("dop853", &error), .t1 = t, .rtol = 1e-14};
+    assert_int_equal(phys_ode_lagrangian(system, &ode, &error), AD_OK);
+    memcpy(end, x, ode.n * sizeof *x);
+    assert_int_equal(phys_simulate(&how, &ode, end, NULL, &error), AD_OK);
+    phys_ode_free(&ode);
+}
+
+static void begin(struct phys_system *system, double *x)
+{
+    struct ad_error error = {0};
+    assert_int_equal(system->scene->start(system->params, 1, x, x + system->dof, &error), AD_OK);
+}
+
+static void open_system(struct phys_system *system, const char *name, double *x)
+{
+    struct ad_error error = {0};
+    assert_int_equal(phys_system_open(name, system, &error), AD_OK);
+    begin(system, x);
+}
+
+/* Against central differences of dop853's motions: constant masses, and masses that vary. */
+static void test_against_differences(void **state)
+{
+    (void)state;
+    const char *const scenes[] = {"kepler", "dblpend"};
+    for (size_t i = 0; i < LENGTH(scenes); i++) {
+        struct phys_system system;
+        double x[MOST], end[MOST], matrix[MOST * MOST], ahead[MOST], behind[MOST], h = 1e-4;
+        open_system(&system, scenes[i], x);
+        const size_t d = 2 * system.dof;
+        transition(&system, x, 2, end, matrix);
+        follow(&system, x, 2, ahead);
+        for (size_t k = 0; k < d; k++)
+            assert_close(end[k], ahead[k], 1e-11, 1e-11);
+        for (size_t c = 0; c < d; c++) {
+            double beside[MOST];
+            memcpy(beside, x, sizeof beside);
+            beside[c] = x[c] + h;
+            follow(&system, beside, 2, ahead);
+            beside[c] = x[c] - h;
+            follow(&system, beside, 2, behind);
+            for (size_t k = 0; k < d; k++)
+                assert_close(matrix[c * d + k], (ahead[k] - behind[k]) / (2 * h), 1e-5, 1e-5);
+        }
+        phys_system_close(&system);
+    }
+}
+
+/* With unit masses v is the momentum: M^T J M = J. */
+static void test_symplectic(void **state)
+{
+    (void)state;
+    struct phys_system system;
+    double x[4], end[4], m[16];
+    open_system(&system, "kepler", x);
+    transition(&system, x, 4, end, m);
+    double size = 0;
+    for (size_t k = 0; k < 16; k++)
+        size = fmax(size, fabs(m[k]));
+    for (size_t a = 0; a < 4; a++)
+        for (size_t b = 0; b < 4; b++) {
+            double form = 0;
+            for (size_t k = 0; k < 2; k++)
+                form += m[4 * a + k] * m[4 * b + 2 + k] - m[4 * a + 2 + k] * m[4 * b + k];
+            assert_close(form, b == a + 2 ? 1 : a == b + 2 ? -1 : 0, 0, 1e-13 * size * size);
+        }
+    phys_system_close(&system);
+}
+
+static ad_var saddle(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params, (void)t;
+    ad_var x = ad_slice_rows(q, 0, 1), y = ad_slice_rows(q, 1, 1);
+    return ad_mul(
+        0.5, ad_add(ad_sum_rows(ad_square(v)), ad_sub(ad_mul(2.25, ad_square(x)), ad_square(y))));
+}
+
+static enum ad_status start(const void *params, uint64_t seed, double *q, double *v,
+                            struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = q[1] = 1e-3;
+    v[0] = v[1] = 0;
+    return AD_OK;
+}
+
+static void spectrum_of(const struct phys_system *system, const double *x, double t, size_t k,
+                        double *exponents, double *spread, enum ad_status status)
+{
+    struct ad_error error = {0};
+    const double ones[MOST] = {1, 1, 1, 1, 1, 1, 1, 1};
+    const struct phys_lyapunov_settings settings = {.t1 = t, .tolerance = 1e-12, .scale = ones};
+    assert_int_equal(phys_lyapunov_spectrum(system, x, &settings, k, exponents, spread, &error),
+                     status);
+}
+
+/* x'' = 2.25 x, y'' = -y: 1.5, 0, 0, -1.5. What is left of the start falls like 1 / t. */
+static void test_linear_saddle(void **state)
+{
+    (void)state;
+    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
+                                     .size = sizeof scene,
+                                     .name = "saddle",
+                                     .what = "",
+                                     .unit = "",
+                                     .time_unit = "",
+                                     .energy_unit = "",
+                                     .dof = 2,
+                                     .dims = 1,
+                                     .lagrangian = saddle,
+                                     .start = start,
+                                     .slices = 11,
+                                     .dt = 0.1};
+    struct phys_system system;
+    double x[4], exponents[4], spread[4];
+    const double exact[] = {1.5, 0, 0, -1.5};
+    struct ad_error error = {0};
+    if (phys_system_make(&scene, &system, &error) != AD_OK)
+        fail_msg("%s", error.message);
+    begin(&system, x);
+    spectrum_of(&system, x, 80, 4, exponents, spread, AD_OK);
+    for (size_t k = 0; k < 4; k++)
+        assert_close(exponents[k], exact[k], 0, 0.05);
+    spectrum_of(&system, x, 20, 5, exponents, spread, AD_E_ARGUMENT);
+    spectrum_of(&system, x, 20, 0, exponents, spread, AD_E_ARGUMENT);
+    spectrum_of(&system, x, 0, 1, exponents, spread, AD_E_ARGUMENT);
+    phys_system_close(&system);
+}
+
+/* The sum is 0, as volumes are kept; the largest is that of differences of the field. */
+static void test_double_pendulum(void **state)
+{
+    (void)state;
+    struct ad_error error = {0};
+    struct phys_system system;
+    struct phys_ode ode;
+    struct phys_lyapunov other;
+    double x[4], exponents[4], spread[4], sum = 0;
+    const double ones[4] = {1, 1, 1, 1};
+    const struct phys_lyapunov_settings settings = {
+        .t1 = 30, .scale = ones, .known = 1e-12, .lost = 0.1};
+    open_system(&system, "dblpend", x);
+    spectrum_of(&system, x, 30, 4, exponents, spread, AD_OK);
+    for (size_t k = 0; k < 4; k++)
+        sum += exponents[k];
+    print_message("%g %g %g %g\n", exponents[0], exponents[1], exponents[2], exponents[3]);
+    assert_int_equal(phys_ode_lagrangian(&system, &ode, &error), AD_OK);
+    assert_int_equal(phys_lyapunov(&ode, x, &settings, &other, &error), AD_OK);
+    print_message("%g to %g\n", other.least, other.most);
+    assert_close(exponents[0], other.exponent, 0.1, 0);
+    assert_close(sum, 0, 0, 0.1);
+    phys_ode_free(&ode);
+    phys_system_close(&system);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_against_differences),
+        cmocka_unit_test(test_symplectic),
+        cmocka_unit_test(test_linear_saddle),
+        cmocka_unit_test(test_double_pendulum),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
