@@ -1,6 +1,6 @@
 /* Runs the problems: the time of a gradient (or Jacobian) beside that of a value, and both against
-   stored values by complex steps in Python (reference.py). Ends with 1 if one is off by more than
-   1e-10.
+   stored values by complex steps in Python (reference.py), and the Jacobian of bundle adjustment
+   beside one by hand. Ends with 1 if one is off by more than 1e-10.
 
        adbench REFERENCE.csv */
 #include "adbench.h"
@@ -92,6 +92,36 @@ static double along(const struct problem *p, size_t i, const double *gradient)
     return s;
 }
 
+/* The Jacobian by hand. */
+struct by_hand {
+    const struct problem *p;
+    const size_t *size;
+    double *seen, *value;
+};
+
+static void run_by_hand(void *context)
+{
+    struct by_hand *h = context;
+    adbench_ba_by_hand(h->p, h->size, h->seen, h->value);
+}
+
+/* Times it; *error: how far its entries are from those of m, relative to the largest. */
+static double compare_by_hand(const struct problem *p, const size_t size[3],
+                              const struct ad_sparse *m, double *error)
+{
+    struct by_hand h = {p, size, numbers(2 * size[2], 14, 0, 0.3),
+                        numbers(m->start[m->rows], 0, 0, 0)};
+    double took = least_of(run_by_hand, &h), largest = 0, off = 0;
+    for (size_t e = 0; e < m->start[m->rows]; e++) {
+        largest = fmax(largest, fabs(h.value[e]));
+        off = fmax(off, fabs(h.value[e] - m->value[e]));
+    }
+    *error = off / largest;
+    free(h.seen);
+    free(h.value);
+    return took;
+}
+
 static void *checked(enum ad_status status, const struct problem *p, void *made)
 {
     if (status == AD_OK)
@@ -109,43 +139,51 @@ static ad_program *compiled(const struct problem *p, size_t n, const ad_var out[
     return program;
 }
 
-/* The gradient of y into `all`, or of its weighted sum by way of its Jacobian; returns its time. */
-static double differentiate(const struct problem *p, double *all, size_t *runs)
+struct derivative {
+    double took, by_hand, error; /* milliseconds; of the entries by hand. NaN: there are none */
+    size_t runs;
+};
+
+/* The gradient of y into `all`, or of its weighted sum by way of its Jacobian. */
+static struct derivative differentiate(const struct problem *p, double *all, const size_t size[3],
+                                       bool by_hand)
 {
-    double took;
-    *runs = 1;
+    struct derivative d = {.by_hand = NAN, .error = 0, .runs = 1};
     if (size_of(p->y) == 1) {
         ad_var g[MOST_INPUTS + 1];
         checked(ad_grad(p->y, p->n, p->x, g), p, NULL);
         g[p->n] = p->y;
         ad_program *program = compiled(p, p->n + 1, g);
         ad_native(program, RUNS, NULL);
-        took = least_of(run_program, program);
+        d.took = least_of(run_program, program);
         for (size_t k = 0; k < p->n; all += size_of(p->x[k++]))
             ad_get(program, g[k], all);
         ad_program_free(program);
-        return took;
+        return d;
     }
     ad_jacobian *j;
     checked(ad_jacobian_new(p->y, p->n, p->x, &j), p, NULL);
     for (size_t k = 0; k < p->n; k++)
         ad_set(ad_jacobian_program(j), p->x[k], p->at[k]);
     ad_native(ad_jacobian_program(j), RUNS, NULL);
-    took = least_of(run_jacobian, j);
-    *runs = ad_jacobian_runs(j);
+    d.took = least_of(run_jacobian, j);
+    d.runs = ad_jacobian_runs(j);
     const struct ad_sparse *m = ad_jacobian_matrix(j);
+    if (by_hand)
+        d.by_hand = compare_by_hand(p, size, m, &d.error);
     memset(all, 0, m->cols * sizeof *all);
     for (size_t r = 0; r < m->rows; r++)
         for (size_t e = m->start[r]; e < m->start[r + 1]; e++)
             all[m->col[e]] += number(WEIGHTS, r) * m->value[e];
     ad_jacobian_free(j);
-    return took;
+    return d;
 }
 
 /* How far `got` is from the stored value, relative to it and at least to 1e-3. */
 static double error_of(const char *file, const char *name, const char *what, double got)
 {
     char line[256], of[64], quantity[64];
+    name = strcmp(name, "lstm loop") ? name : "lstm l2 c1024"; /* the same, not unrolled */
     double value;
     FILE *f = fopen(file, "r");
     while (f && fgets(line, sizeof line, f))
@@ -160,11 +198,12 @@ static double error_of(const char *file, const char *name, const char *what, dou
 }
 
 static bool run(const char *reference, const char *name,
-                void (*record)(struct problem *p, const size_t size[3]), const size_t size[3])
+                void (*record)(struct problem *p, const size_t size[3]), const size_t size[3],
+                bool by_hand)
 {
     struct problem p = {.tape = ad_tape_new(AD_F64)};
     record(&p, size);
-    size_t inputs = 0, outputs = size_of(p.y), runs;
+    size_t inputs = 0, outputs = size_of(p.y);
     for (size_t k = 0; k < p.n; k++)
         inputs += size_of(p.x[k]);
     ad_program *value = compiled(&p, 1, &p.y);
@@ -177,15 +216,21 @@ static bool run(const char *reference, const char *name,
     for (size_t k = 0; k < outputs; k++)
         sum += outputs == 1 ? y[k] : number(WEIGHTS, k) * y[k];
     worst = error_of(reference, name, "value", sum);
-    double derivative = differentiate(&p, gradient, &runs);
+    struct derivative d = differentiate(&p, gradient, size, by_hand);
+    worst = fmax(worst, d.error);
     for (size_t i = 0; i < DIRECTIONS; i++) {
         char what[16];
         snprintf(what, sizeof what, "along %zu", i);
         double error = error_of(reference, name, what, along(&p, i, gradient));
         worst = error > worst ? error : worst;
     }
-    printf("%-14s %8zu %8zu %6zu %10.3f %10.3f %8.1f   %.1e\n", name, inputs, outputs, runs, took,
-           derivative, derivative / took, worst);
+    printf("%-14s %8zu %8zu %6zu %10.3f %10.3f %8.1f", name, inputs, outputs, d.runs, took, d.took,
+           d.took / took);
+    if (by_hand)
+        printf(" %10.3f %8.2f", d.by_hand, d.took / d.by_hand);
+    else
+        printf(" %10s %8s", "", "");
+    printf("   %.1e\n", worst);
     ad_program_free(value);
     free(gradient);
     for (size_t k = 0; k < p.n; k++)
@@ -200,22 +245,25 @@ int main(int argc, char **argv)
         const char *name;
         void (*record)(struct problem *p, const size_t size[3]);
         size_t size[3];
+        bool by_hand; /* has a Jacobian by hand, too */
     } problems[] = {
-        {"gmm d10 K25", adbench_gmm, {10, 25, 1000}},
-        {"gmm d20 K50", adbench_gmm, {20, 50, 1000}},
-        {"ba 1", adbench_ba, {49, 7776, 31843}},
-        {"lstm l2 c1024", adbench_lstm, {2, 14, 1024}},
-        {"hand 5 x 3", adbench_hand, {5, 3, 500}},
+        {"gmm d10 K25", adbench_gmm, {10, 25, 1000}, false},
+        {"gmm d20 K50", adbench_gmm, {20, 50, 1000}, false},
+        {"ba 1", adbench_ba, {49, 7776, 31843}, true},
+        {"lstm l2 c1024", adbench_lstm, {2, 14, 1024}, false},
+        {"lstm loop", adbench_lstm_loop, {2, 14, 1024}, false},
+        {"hand 5 x 3", adbench_hand, {5, 3, 500}, false},
     };
     bool right = true;
     if (argc != 2) {
         fputs("usage: adbench REFERENCE.csv\n", stderr);
         return 2;
     }
-    printf("%-14s %8s %8s %6s %10s %10s %8s   %s\n", "problem", "inputs", "outputs", "runs",
-           "value ms", "deriv. ms", "ratio", "error");
+    printf("%-14s %8s %8s %6s %10s %10s %8s %10s %8s   %s\n", "problem", "inputs", "outputs",
+           "runs", "value ms", "deriv. ms", "ratio", "by hand", "ratio", "error");
     for (size_t k = 0; k < sizeof problems / sizeof *problems; k++)
-        right &= run(argv[1], problems[k].name, problems[k].record, problems[k].size);
+        right &= run(argv[1], problems[k].name, problems[k].record, problems[k].size,
+                     problems[k].by_hand);
     if (!right)
         fputs("adbench: a value or a derivative is off by more than 1e-10\n", stderr);
     return !right;

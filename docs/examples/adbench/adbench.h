@@ -35,6 +35,11 @@ ad_var adbench_rotate(ad_var r, ad_var v);
 void adbench_gmm(struct problem *p, const size_t size[3]);  /* dimensions, components, points */
 void adbench_ba(struct problem *p, const size_t size[3]);   /* cameras, points, observations */
 void adbench_lstm(struct problem *p, const size_t size[3]); /* layers, units, steps */
+void adbench_lstm_loop(struct problem *p, const size_t size[3]);
 void adbench_hand(struct problem *p, const size_t size[3]); /* fingers, bones each, vertices */
+
+/* The entries of the Jacobian of bundle adjustment, row by row. */
+void adbench_ba_by_hand(const struct problem *p, const size_t size[3], const double *seen,
+                        double *value);
 
 #endif
