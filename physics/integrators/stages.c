@@ -61,17 +61,17 @@ static double size_of(const struct phys_stepper *s, const struct phys_stages *g,
 double phys_stages_add(struct phys_stepper *s, struct phys_stages *g, double h)
 {
     double most = 0;
-    for (size_t i = 0; i < g->s * s->n; i++)
-        g->F[i] += g->G[i];
     for (size_t k = 0; k < s->n; k++) {
-        double size = size_of(s, g, h, k);
-        for (size_t i = 0; i < g->s; i++) {
-            double change = g->G[i * s->n + k];
-            double x = change == 0 ? 0 : fabs(h * change) / size;
-            if (!(x <= most)) {
-                most = x;
-                s->worst = k;
-            }
+        double size = size_of(s, g, h, k), change = 0;
+        for (size_t i = k; i < g->s * s->n; i += s->n) {
+            change = fmax(change, fabs(h * g->G[i]));
+            change = isnan(g->G[i]) ? (double)INFINITY : change;
+            g->F[i] += g->G[i];
+        }
+        change = change == 0 ? 0 : change / fmax(size, size_of(s, g, h, k));
+        if (!(change <= most)) {
+            most = change;
+            s->worst = k;
         }
     }
     return most;

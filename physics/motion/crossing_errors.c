@@ -141,6 +141,42 @@ static void note_errors(struct place *p, const struct phys_reference *r, size_t 
     }
 }
 
+static bool is_found(const struct phys_crossed *c, size_t which, double from, double to)
+{
+    for (size_t i = 0; i < c->n; i++)
+        if ((size_t)c->which[i] == which + 1 && c->t[i] >= from && c->t[i] <= to)
+            return true;
+    return false;
+}
+
+/* Counts the extrema of a quantity, between rows where it has one sign, that are nearer to its
+   value than the error is: the true motion may cross there. */
+static void count_undecided(struct solving *s, struct place *p, const struct phys_reference *r,
+                            const size_t *samples, size_t which)
+{
+    struct phys_motion_solution *m = s->solution;
+    const struct phys_crossing *crossing = &s->settings->crossings[which];
+    size_t n = 2 * m->system->dof;
+    double g[3] = {0};
+    for (size_t i = 0; i < r->n && m->t[samples[i]] < r->horizon; i++) {
+        double t = m->t[samples[i]];
+        g[0] = g[1], g[1] = g[2];
+        g[2] = phys_crossing_value(crossing, &m->ode, t, m->x + samples[i] * n, p->y);
+        if (i < 2 || !(g[0] * g[1] > 0 && g[1] * g[2] > 0) || fabs(g[1]) > fabs(g[0]) ||
+            fabs(g[1]) > fabs(g[2]))
+            continue;
+        double curve = g[2] - 2 * g[1] + g[0], slope = g[2] - g[0];
+        double extremum = curve != 0 ? g[1] - slope * slope / (8 * curve) : g[1];
+        memset(p->error, 0, n * sizeof *p->error);
+        note_errors(p, r, i - 1, samples[i - 1]);
+        if (fabs(extremum) <= error_of(p, crossing, t, m->x + samples[i - 1] * n) &&
+            !is_found(&m->crossed, which, m->t[samples[i - 2]], t)) {
+            m->crossed.undecided++;
+            m->crossed.which_undecided = which;
+        }
+    }
+}
+
 enum ad_status phys_crossings_measure(struct solving *s, const struct phys_reference *reference,
                                       const size_t *samples, struct ad_error *error)
 {
@@ -148,11 +184,11 @@ enum ad_status phys_crossings_measure(struct solving *s, const struct phys_refer
     const struct phys_reference *r = reference;
     struct phys_crossed *c = &m->crossed;
     size_t n = 2 * m->system->dof;
-    double *work = c->n > 0 ? calloc(7 * n, sizeof *work) : NULL;
-    if (c->n > 0 && !work)
+    double *work = calloc(7 * n, sizeof *work);
+    if (!work)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     struct place p = {m, work, work + n, work + 2 * n, work + 3 * n, work + 4 * n, work + 5 * n};
-    for (size_t i = 0; i < r->n && c->n > 0; i++)
+    for (size_t i = 0; i < r->n; i++)
         for (size_t k = 0; k < n; k++)
             p.size[k] = fmax(p.size[k], fabs(m->x[samples[i] * n + k]));
     for (size_t i = 0, row = 1; i < c->n; i++) {
@@ -166,6 +202,9 @@ enum ad_status phys_crossings_measure(struct solving *s, const struct phys_refer
         c->uncertainty[i] = uncertainty_of(&p, &s->settings->crossings[(size_t)c->which[i] - 1],
                                            c->t[i], c->x + i * n, work + 6 * n);
     }
+    for (size_t k = 0; k < s->settings->n_crossings; k++)
+        if (!c->constant[k])
+            count_undecided(s, &p, r, samples, k);
     free(work);
     return error->status;
 }

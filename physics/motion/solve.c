@@ -212,7 +212,8 @@ static enum ad_status compare(struct solving *s, struct ad_error *error)
     else if (phys_reference(m->system, m->start, m->start + m->system->dof, n, times,
                             PHYS_MOTION_LOST, solving_proceed, s, &reference, &cause) == AD_OK) {
         measure_distance(&reference, samples, m);
-        phys_crossings_measure(s, &reference, samples, error);
+        if (s->settings->n_crossings > 0)
+            phys_crossings_measure(s, &reference, samples, error);
     } else if (s->interrupted) {
         m->info.stop = PHYS_SIMULATION_INTERRUPTED;
     } else {

@@ -53,6 +53,8 @@ struct phys_crossed {
     double *x;     /* [n][2 dof]: q, then v */
     /* [n] how far t may be off by the measured error of the motion; NaN: that is not known */
     double *uncertainty;
+    size_t undecided; /* extrema nearer to a value than the error, without a crossing there, ... */
+    size_t which_undecided; /* ... and the crossing that has one */
     bool *constant; /* [n_crossings] the quantity changes by rounding alone: it crosses nothing */
 };
 

@@ -127,6 +127,18 @@ static double known_distance(const struct phys_motion_solution *m)
     return most;
 }
 
+static void judge_crossings(const struct phys_motion_settings *settings,
+                            const struct phys_motion_solution *m, struct phys_diagnosis *d)
+{
+    size_t n = m->crossed.undecided;
+    if (n > 0)
+        snprintf(more(d), sizeof *d->warning,
+                 "event %s: %zu time%s the motion comes nearer to that than its error and turns: "
+                 "it may cross there; try %s",
+                 settings->crossings[m->crossed.which_undecided].text, n, n == 1 ? "" : "s",
+                 m->integrator->adaptive ? "a smaller tolerance" : "shorter steps");
+}
+
 /* Where the reference is unknown or known to be wrong. */
 static void judge_error(const struct phys_motion_solution *m, struct phys_diagnosis *d)
 {
@@ -189,8 +201,10 @@ enum ad_status phys_motion_diagnose(const struct phys_motion_settings *settings,
         judge_mass(m, d);
     }
     judge_energy(m, d, complete);
-    if (complete && !isnan(m->known_until))
+    if (complete && !isnan(m->known_until)) {
         judge_error(m, d);
+        judge_crossings(settings, m, d);
+    }
     if (complete && known > 0 && find_horizon(settings, m, known, d, error) == AD_OK)
         compare_before(m, d);
     return error->status;

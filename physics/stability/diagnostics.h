@@ -8,7 +8,7 @@
 
 AD_HEADER_BEGIN
 
-enum { PHYS_DIAGNOSIS_WARNINGS = 7 };
+enum { PHYS_DIAGNOSIS_WARNINGS = 8 };
 
 struct phys_diagnosis {
     size_t n_warnings;

@@ -262,6 +262,30 @@ static void test_digits_of_events(void **state)
     assert_true(count_events() > 0);
 }
 
+/* Where the motion comes nearer to a value than it errs and turns, it is not known whether it
+   crosses: that is said; not where it stays away, and not where it crosses. */
+static void test_events_within_the_error(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *run;
+        bool undecided;
+    } rows[] = {
+        {"kepler --time 20 --event distance:1=1.5999 --integrator implicit-midpoint --dt 0.01",
+         true},
+        {"spring --set m=1 --set k=1 --set q0=1 --set v0=0 --time 20 --event q=-1 "
+         "--integrator verlet --dt 0.01",
+         true},
+        {"spring --set m=1 --set k=1 --set q0=1 --set v0=0 --time 20 --event q=-1.01 "
+         "--event q=-0.9 --integrator verlet --dt 0.01",
+         false},
+        {"kepler --time 20 --event distance:1=1.5999 --integrator gauss3 --dt 0.02", false}};
+    for (size_t k = 0; k < LENGTH(rows); k++) {
+        shell_works("$LA simulate %s --json", rows[k].run);
+        assert_int_equal(strstr(shell_last_line(), "may cross there") != NULL, rows[k].undecided);
+    }
+}
+
 /* A15: a mass matrix that is singular but for rounding is refused, by simulate and by check. */
 static void test_degenerate_masses(void **state)
 {
@@ -343,6 +367,7 @@ int main(void)
         cmocka_unit_test_setup(test_every_crossing, shell_empty),
         cmocka_unit_test_setup(test_events_of_fixed_steps, shell_empty),
         cmocka_unit_test_setup(test_digits_of_events, shell_empty),
+        cmocka_unit_test_setup(test_events_within_the_error, shell_empty),
         cmocka_unit_test_setup(test_degenerate_masses, shell_empty),
         cmocka_unit_test_setup(test_conserved, shell_empty),
     };

@@ -310,6 +310,28 @@ static void test_driven_from_rest(void **state)
         }
 }
 
+/* A force at the start alone: the first guess is far from the stages, which are 0. */
+static enum ad_status kick_at_once(void *context, double t, const double *y, double *rate,
+                                   struct ad_error *error)
+{
+    (void)context, (void)error;
+    rate[0] = y[1];
+    rate[1] = t == 0 ? 1e5 : 0;
+    return AD_OK;
+}
+
+static void test_a_force_at_the_start_alone(void **state)
+{
+    (void)state;
+    double y[2] = {0};
+    struct ad_error error = {0};
+    struct phys_ode ode = {.n = 2, .field = kick_at_once};
+    struct phys_simulation how = {
+        .integrator = phys_integrator_find("gauss5", &error), .t1 = 1, .dt = 0.01};
+    assert_int_equal(phys_simulate(&how, &ode, y, NULL, &error), AD_OK);
+    assert_true(y[0] == 0 && y[1] == 0);
+}
+
 /* ---- what cannot be followed ---- */
 
 static enum ad_status explode(void *context, double t, const double *y, double *rate,
@@ -391,6 +413,7 @@ int main(void)
         cmocka_unit_test(test_event_directions),
         cmocka_unit_test(test_event_at_the_end_of_a_step),
         cmocka_unit_test(test_driven_from_rest),
+        cmocka_unit_test(test_a_force_at_the_start_alone),
         cmocka_unit_test(test_users_field_that_ends),
         cmocka_unit_test(test_floor_and_most_steps),
         cmocka_unit_test(test_not_finite),
