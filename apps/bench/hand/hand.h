@@ -9,12 +9,14 @@
 
 enum { HAND_SLICES = 100 };
 
+/* Fills g [dof x HAND_SLICES]; returns the mean. */
+typedef double hand_gradient(const double *x, double *g);
+
 struct hand_kernel {
     const char *scene;
     int dof;
     double dt;
-    double (*gradient)(const double *x,
-                       double *g); /* fills g [dof x HAND_SLICES]; returns the mean */
+    hand_gradient *gradient;
     double (*primal)(const double *x);
     /* Second derivatives times a vector u: fills h. */
     void (*product)(const double *x, const double *u, double *h);
@@ -25,5 +27,9 @@ enum { HAND_THREEBODY, HAND_DBLPEND, HAND_EPHEMERIS, HAND_GAS, HAND_N };
 /* The kernels [HAND_N] as compiled for the k-th best instruction set of this machine; NULL past the
    last. */
 const struct hand_kernel *hand_build(int k);
+
+/* The gradient of a scene at the limit of this machine, by AVX-512 intrinsics (hand_limit.c); where
+   there is none, that of the best build. */
+hand_gradient *hand_limit(int scene);
 
 #endif

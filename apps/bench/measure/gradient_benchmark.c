@@ -8,6 +8,7 @@
 
 struct subject {
     const struct hand_kernel *hand;
+    hand_gradient *limit;
     const struct race_values *values;
     double *g;
     struct sized_gradient recorded;
@@ -20,6 +21,12 @@ static void run_hand_gradient(void *context)
 {
     struct subject *s = context;
     s->sink += s->hand->gradient(s->values->x, s->g);
+}
+
+static void run_limit_gradient(void *context)
+{
+    struct subject *s = context;
+    s->sink += s->limit(s->values->x, s->g);
 }
 
 static void run_hand_primal(void *context)
@@ -112,7 +119,8 @@ static enum ad_status compile(struct subject *s, struct ad_error *error)
 static enum ad_status subject_open(struct subject *s, int scene, const struct race_values *values,
                                    struct ad_error *error)
 {
-    *s = (struct subject){.hand = &hand_build(0)[scene], .values = values};
+    *s = (struct subject){
+        .hand = &hand_build(0)[scene], .limit = hand_limit(scene), .values = values};
     struct ad_optimiser_settings adam = ad_optimiser_defaults(AD_ADAM);
     adam.learning_rate = 1e-12; /* does all the work, and leaves the path where it is */
     s->g = race_rows(values->n);
@@ -151,6 +159,9 @@ static void compare(struct subject *s, struct race *race)
     race->disagreement =
         fmax(race_disagreement(v->n, s->g, v->gradient),
              race_disagreement(v->n, s->g, ad_data(s->native, s->recorded.gradient)));
+    double value = s->hand->gradient(v->x, s->g), limit = s->limit(v->x, s->g);
+    race->disagreement = fmax(race->disagreement, race_disagreement(v->n, s->g, v->gradient));
+    race->disagreement = fmax(race->disagreement, fabs(limit / value - 1));
 }
 
 void race_time(size_t n, struct timed jobs[], size_t rounds, size_t first, struct race *race)
@@ -173,6 +184,7 @@ enum ad_status race_run(int scene, bool quick, struct race *race, struct ad_erro
             [TAPE_GRADIENT] = {.run = time_program, .context = s.gradient},
             [NATIVE_GRADIENT] = {.run = time_program, .context = s.native},
             [HAND_GRADIENT] = {.run = run_hand_gradient, .context = &s},
+            [LIMIT_GRADIENT] = {.run = run_limit_gradient, .context = &s},
             [TAPE_PRIMAL] = {.run = time_program, .context = s.primal},
             [HAND_PRIMAL] = {.run = run_hand_primal, .context = &s},
             [ADAM_STEP] = {.run = run_adam_step, .context = &s},

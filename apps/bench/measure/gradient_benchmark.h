@@ -10,6 +10,7 @@ enum {
     TAPE_GRADIENT,   /* interpreted */
     NATIVE_GRADIENT, /* compiled; interpreted, where there is no compiler */
     HAND_GRADIENT,
+    LIMIT_GRADIENT, /* by intrinsics, where this machine has the instructions */
     TAPE_PRIMAL,
     HAND_PRIMAL,
     ADAM_STEP,                 /* gradient by the tape, interpreted, and the step */
@@ -35,7 +36,7 @@ struct race_values {
 struct race {
     double ns[RACE_JOBS];               /* of one call */
     double ratio[RACE_JOBS][RACE_JOBS]; /* [a][b]: how much longer a takes than b (time_ratio) */
-    double disagreement;                /* of the three gradients, relative to the largest entry */
+    double disagreement;                /* of the four gradients, relative to the largest entry */
     double second; /* the same of Hessians times a vector: tape, compiled, hand, blocks */
     struct race_values values;
 };

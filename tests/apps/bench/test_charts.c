@@ -17,6 +17,8 @@ static void test_gradients(void **state)
     for (size_t r = 0; r < t->rows; r++) {
         assert_true(table_number(t, r, "tape_gradient_ns") > 0);
         assert_true(table_number(t, r, "hand_gradient_ns") > 0);
+        assert_true(table_number(t, r, "limit_gradient_ns") > 0);
+        assert_true(table_number(t, r, "native_limit_ratio") > 0);
         assert_true(table_number(t, r, "tape_product_ns") > 0);
         assert_true(table_number(t, r, "hessian_blocks_ns") > 0);
         assert_true(table_number(t, r, "disagreement") < 1e-11);
