@@ -23,22 +23,24 @@ void adbench_gmm(struct problem *p, const size_t size[3])
     ad_var alpha = adbench_input(p, k, 1, 2, 0, 1), mean = adbench_input(p, d, k, 3, 0, 1);
     ad_var icf = adbench_input(p, d + below, k, 4, 0, 0.5);
     ad_var q = ad_slice_rows(icf, 0, d), l = ad_slice_rows(icf, d, below), scale = ad_exp(q);
-    uint32_t *to = malloc(below * sizeof *to);
-    ad_var *each = malloc(k * sizeof *each);
-    if (!to || !each)
+    uint32_t *to = malloc((d + below) * sizeof *to), *of = malloc(k * d * sizeof *of);
+    if (!to || !of)
         abort();
-    for (size_t i = 0, e = 0; i < d; i++)
+    for (size_t i = 0, e = d; i < d; i++) {
+        to[i] = (uint32_t)(i * d + i);
         for (size_t j = 0; j < i; j++)
             to[e++] = (uint32_t)(i * d + j);
-    ad_var lower = ad_scatter_rows(l, to, d * d); /* d*d x k */
-    for (size_t c = 0; c < k; c++) {
-        ad_var from = ad_sub(points, ad_col(mean, c));
-        ad_var z = ad_add(ad_mul(from, ad_col(scale, c)),
-                          ad_matmul(ad_reshape(ad_col(lower, c), d, d), false, from, false));
-        each[c] = ad_mul(-0.5, ad_sum_rows(ad_square(z)));
     }
+    for (size_t i = 0; i < k * d; i++)
+        of[i] = (uint32_t)(i / d);
+    /* all Q, one above the other: k*d x d; Q (x - mean) = Q x - Q mean */
+    ad_var all = ad_scatter_rows(ad_concat_rows(2, (ad_var[]){scale, l}), to, d * d);
+    all = ad_reshape(ad_transpose(all), k * d, d);
+    ad_var shift = ad_sum_cols(ad_mul(all, ad_gather_rows(ad_transpose(mean), k * d, of)));
+    ad_var z = ad_sub(ad_matmul(all, false, points, false), shift);
+    ad_var each = ad_mul(-0.5, ad_scatter_rows(ad_square(z), of, k));
     ad_var weight = ad_add(alpha, ad_transpose(ad_sum_rows(q))); /* k x 1 */
-    ad_var data = ad_sum(ad_log_sum_exp_rows(ad_add(ad_concat_rows(k, each), weight)));
+    ad_var data = ad_sum(ad_log_sum_exp_rows(ad_add(each, weight)));
     ad_var prior = ad_sub(ad_mul(0.5 * gamma_prior * gamma_prior,
                                  ad_add(ad_sum(ad_square(scale)), ad_sum(ad_square(l)))),
                           ad_mul(m_prior, ad_sum(q)));
@@ -49,5 +51,5 @@ void adbench_gmm(struct problem *p, const size_t size[3])
     p->y = ad_add(ad_add(ad_sub(data, ad_mul((double)n, ad_log_sum_exp_rows(alpha))), prior),
                   constant);
     free(to);
-    free(each);
+    free(of);
 }
