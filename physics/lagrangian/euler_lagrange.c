@@ -17,9 +17,10 @@
 struct phys_motion {
     const struct phys_system *system;
     ad_tape *tape;
-    ad_var q, v, t;           /* inputs: [dof x 1] each, t a scalar */
-    ad_var mass, force;       /* M [dof x dof], right side [dof x 1] */
-    ad_program *mass_program; /* NULL once M is known for good */
+    ad_var q, v, t;     /* inputs: [dof x 1] each, t a scalar */
+    ad_var mass, force; /* M [dof x dof], right side [dof x 1] */
+    ad_program *mass_program;
+    bool constant; /* M is, and is known */
     ad_program *force_program;
     /* M [dof x dof] as factored, P L U, or where it is diagonal its diagonal [dof]. */
     double *factor;
@@ -28,6 +29,7 @@ struct phys_motion {
     double *column;   /* [dof] largest entries of M's columns */
     size_t singular;  /* 0, or 1 + the coordinate of a pivot that is too small ... */
     double condition; /* ... by which its column cancels; INFINITY: to zero */
+    double rounding;  /* relative changes of M's entries; 0: none */
 };
 
 /* Rows of the unit matrix as a constant; the seed of the lanes. */
@@ -94,7 +96,6 @@ static void factor(phys_motion *m)
     size_t n = m->system->dof;
     double *M = m->factor;
     size_t worst;
-    m->diagonal = is_diagonal(n, M);
     phys_mass_columns(n, M, m->column);
     if (!m->diagonal)
         phys_lapack_lu_factor(n, M, m->pivots);
@@ -104,20 +105,40 @@ static void factor(phys_motion *m)
     m->singular = m->condition > PHYS_MASS_SINGULAR ? worst + 1 : 0;
 }
 
+/* Changes the entries of a symmetric M by up to twice `share` of themselves, irregularly. Of
+   opposite sign on the diagonal, the changes of a pivot that cancels add up. */
+static void round_entries(size_t n, double share, double *M)
+{
+    const double irregular = 0.6180339887498949;
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++) {
+            double u = 1 + fmod(irregular * (double)(i < j ? j * n + i : i * n + j), 1);
+            M[i * n + j] *= 1 + (i == j ? share * u : -share * u);
+        }
+}
+
 static void evaluate_mass(phys_motion *m)
 {
     ad_run(m->mass_program);
     ad_get(m->mass_program, m->mass, m->factor);
+    m->diagonal = is_diagonal(m->system->dof, m->factor);
+    if (m->rounding > 0 && !m->diagonal)
+        round_entries(m->system->dof, m->rounding, m->factor);
     factor(m);
+}
+
+void phys_motion_round_mass(phys_motion *motion, double share)
+{
+    motion->rounding = share;
+    if (motion->constant)
+        evaluate_mass(motion);
 }
 
 static void keep_constant_mass(phys_motion *m)
 {
-    if (ad_program_info(m->mass_program).instructions > 0)
-        return;
-    evaluate_mass(m);
-    ad_program_free(m->mass_program);
-    m->mass_program = NULL;
+    m->constant = ad_program_info(m->mass_program).instructions == 0;
+    if (m->constant)
+        evaluate_mass(m);
 }
 
 enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **motion,
@@ -205,7 +226,7 @@ enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, co
     set_state(m, m->force_program, q, v, t);
     ad_run(m->force_program);
     ad_get(m->force_program, m->force, a);
-    if (m->mass_program) {
+    if (!m->constant) {
         set_state(m, m->mass_program, q, v, t);
         evaluate_mass(m);
     }
@@ -220,7 +241,7 @@ enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, co
 
 bool phys_motion_separates(phys_motion *motion)
 {
-    return !motion->mass_program && phys_is_independent(motion->tape, motion->force, 1, &motion->v);
+    return motion->constant && phys_is_independent(motion->tape, motion->force, 1, &motion->v);
 }
 
 const char *phys_motion_interpreted(const phys_motion *motion)
@@ -236,7 +257,7 @@ bool phys_motion_recorded(const phys_motion *motion, ad_var x[3], ad_var y[2])
     memcpy(x, inputs, sizeof inputs);
     y[0] = motion->force;
     y[1] = motion->mass;
-    return !motion->mass_program;
+    return motion->constant;
 }
 
 void phys_motion_solve_constant(const phys_motion *motion, double *b) { solve(motion, b); }

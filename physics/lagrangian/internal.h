@@ -12,6 +12,9 @@
 const struct phys_system *phys_motion_system(const phys_motion *motion);
 /* The masses are constant and the accelerations depend on q and t alone. */
 bool phys_motion_separates(phys_motion *motion);
+/* Changes the entries of mass matrices that are not diagonal by relative amounts between share and
+   twice share: what rounding makes of M^-1. 0: exact again. */
+void phys_motion_round_mass(phys_motion *motion, double share);
 /* Why its forces are interpreted (ad_native_note). */
 const char *phys_motion_interpreted(const phys_motion *motion);
 /* Its recording: x = q, v [dof x 1 each], t; y = the force [dof x 1], the mass matrix [dof x dof].

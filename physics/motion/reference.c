@@ -1,6 +1,6 @@
 /* The reference motion, accurate to double precision (motion.h): two runs, whose distance shows how
-   rounding grows, that of the start among it, and a run back to the start, which shows errors that
-   both have in common. */
+   rounding grows, that of the start and of the mass matrix among it, and a run back to the start,
+   which shows errors that both have in common. */
 #include "motion.h"
 #include "physics/integrators/stepper.h"
 #include "physics/ode/internal.h"
@@ -173,7 +173,9 @@ static enum ad_status measure(struct runs *runs, const double *times, double los
     run(runs, r->n, times, 0, r->x, error);
     r->seen = runs->longest / (double)phys_extrapolation.order;
     if (error->status == AD_OK) {
+        phys_ode_round_mass(runs->ode, DBL_EPSILON); /* of an entry, twice or more */
         size_t known = run(runs, r->n, times, cut, second, &lost_way);
+        phys_ode_round_mass(runs->ode, 0);
         compare(second, known, times, lost, r);
         if (hand_on(runs, &lost_way, error) == AD_OK)
             reverse(runs, times, lost, second, again, again + rows, r, error);

@@ -285,6 +285,7 @@ static void run(struct solving *s, struct ad_error *error)
     for (int k = 0; follow(s, error) == AD_OK && k + 1 < TRIES; k++) {
         struct ad_error missed = {0};
         if (phys_motion_met(s->settings, m, &missed) == AD_OK || isnan(m->error) ||
+            m->reference_uncertainty > s->settings->error ||
             !phys_motion_tighten(s, m->error, error))
             break;
         forget_samples(m);
@@ -322,6 +323,11 @@ enum ad_status phys_motion_met(const struct phys_motion_settings *settings,
                        "an error of %g: cannot be verified, the reference is lost at t = %.6g; "
                        "try a shorter time",
                        settings->error, m->known_until);
+    if (m->reference_uncertainty > settings->error)
+        return ad_fail(error, AD_E_ACCURACY,
+                       "an error of %g: cannot be verified, rounding leaves the reference known to "
+                       "%.3g; allow a larger error",
+                       settings->error, m->reference_uncertainty);
     return ad_fail(error, AD_E_ACCURACY,
                    "an error of %g: missed, got %.3g: rounding, or a force that acts for less than "
                    "a step of %.3g; try gauss4 with fixed steps",

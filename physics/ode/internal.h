@@ -9,4 +9,7 @@
 void phys_state_name(const struct phys_system *system, size_t k, const char *what, char *name,
                      size_t size);
 
+/* phys_motion_round_mass; of other ways than phys_ode_lagrangian, nothing. */
+void phys_ode_round_mass(const struct phys_ode *ode, double share);
+
 #endif

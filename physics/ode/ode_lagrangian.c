@@ -60,6 +60,12 @@ static void release(void *context)
     free(c);
 }
 
+void phys_ode_round_mass(const struct phys_ode *ode, double share)
+{
+    if (ode->field == field)
+        phys_motion_round_mass(((struct context *)ode->context)->motion, share);
+}
+
 enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys_ode *ode,
                                    struct ad_error *error)
 {

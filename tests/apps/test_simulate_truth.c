@@ -306,6 +306,10 @@ static void test_degenerate_masses(void **state)
         char number[40];
         snprintf(number, sizeof number, "%.2g", shell_number("mass_condition"));
         assert_int_equal(strstr(shell_err(), number) != NULL, condition > 1e8);
+        /* an error that rounding of the masses may exceed is not promised */
+        status = shell("$LA simulate ./degenerate.so --set eps=%g --tol 1e-9 --json", eps);
+        assert_int_equal(status, shell_number("reference_uncertainty") > 1e-9);
+        assert_int_equal(status, eps < 1e-6 ? 1 : eps > 1e-5 ? 0 : status);
     }
     assert_int_equal(shell("$LA simulate ./degenerate.so --set eps=1e-16 --integrator "
                            "variational-midpoint"),
