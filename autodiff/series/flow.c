@@ -13,7 +13,7 @@
 /* Seconds: of the interpreter after which to look into the cache; and what compiling costs, with
    gcc
    12. Beyond MOST_JETS it takes too long. */
-static const double LOOK = 3e-4, START = 0.1, A_JET = 2.5e-3;
+static const double LOOK = 1e-4, START = 0.1, A_JET = 2.5e-3;
 enum { MOST_JETS = 4096 };
 
 void ad_series_code_free(struct series_code *code)

@@ -229,6 +229,44 @@ static void test_masses_that_vary(void **state)
     assert_close(y[1], other[1], 1e-13, 0);
 }
 
+static ad_var falling(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params, (void)t;
+    return ad_sub(ad_mul(0.5, ad_square(v)), ad_mul(9.81, q));
+}
+static ad_var stretching(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params, (void)t;
+    return ad_mul(0.5, ad_mul(ad_square(v), ad_exp(ad_mul(-2.0, q))));
+}
+/* 1e15 metres away, GM = 1e30: what happens to numbers of order 1 in units of AU */
+static ad_var far_away(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params, (void)t;
+    return ad_add(ad_mul(0.5, ad_square(v)), ad_div(1e30, ad_add(q, 1e15)));
+}
+
+/* Coefficients that vanish beyond some order, a mass that varies by itself alone, and magnitudes
+   that differ by 30 orders. */
+static void test_coefficients_that_vanish_or_differ(void **state)
+{
+    (void)state;
+    struct phys_scene scene = scene_of(falling);
+    double y[2], other[2];
+    assert_int_equal(follow(&scene, taylor, 50, y), AD_OK);
+    assert_close(y[0], 0.5 + 0.25 * 50 - 0.5 * 9.81 * 2500, 1e-15, 0);
+    assert_close(y[1], 0.25 - 9.81 * 50, 1e-15, 0);
+    scene = scene_of(stretching); /* q'' = q'^2: q = q0 - log(1 - v0 t), singular at t = 4 */
+    assert_int_equal(follow(&scene, taylor, 3.9, y), AD_OK);
+    assert_close(y[0], 0.5 - log(1 - 0.25 * 3.9), 1e-12, 0);
+    assert_int_not_equal(follow(&scene, taylor, 5, y), AD_OK);
+    scene = scene_of(far_away);
+    assert_int_equal(follow(&scene, taylor, 1e5, y), AD_OK);
+    assert_int_equal(follow(&scene, "dop853", 1e5, other), AD_OK);
+    assert_close(y[0], other[0], 1e-12, 0);
+    assert_close(y[1], other[1], 1e-12, 0);
+}
+
 /* A series knows one side of a kink alone. */
 static void test_kinks_are_refused(void **state)
 {
@@ -365,6 +403,7 @@ int main(void)
         cmocka_unit_test(test_there_and_back),
         cmocka_unit_test(test_time_in_the_lagrangian),
         cmocka_unit_test(test_masses_that_vary),
+        cmocka_unit_test(test_coefficients_that_vanish_or_differ),
         cmocka_unit_test(test_kinks_are_refused),
         cmocka_unit_test(test_kinks_by_other_names),
         cmocka_unit_test(test_fields_without_a_series_are_refused),
