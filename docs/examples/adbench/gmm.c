@@ -24,21 +24,27 @@ void adbench_gmm(struct problem *p, const size_t size[3])
     ad_var icf = adbench_input(p, d + below, k, 4, 0, 0.5);
     ad_var q = ad_slice_rows(icf, 0, d), l = ad_slice_rows(icf, d, below), scale = ad_exp(q);
     uint32_t *to = malloc((d + below) * sizeof *to), *of = malloc(k * d * sizeof *of);
-    if (!to || !of)
+    uint32_t *entry = malloc(k * d * d * sizeof *entry);
+    if (!to || !of || !entry)
         abort();
     for (size_t i = 0, e = d; i < d; i++) {
         to[i] = (uint32_t)(i * d + i);
         for (size_t j = 0; j < i; j++)
             to[e++] = (uint32_t)(i * d + j);
     }
-    for (size_t i = 0; i < k * d; i++)
-        of[i] = (uint32_t)(i / d);
-    /* all Q, one above the other: k*d x d; Q (x - mean) = Q x - Q mean */
+    for (size_t r = 0; r < k * d; r++) {
+        of[r] = (uint32_t)(r % k);
+        for (size_t j = 0; j < d; j++)
+            entry[r * d + j] = (uint32_t)((r / k * d + j) * k + r % k);
+    }
+    /* first rows of all Q, then second rows, ...: k*d x d; Q (x - mean) = Q x - Q mean */
     ad_var all = ad_scatter_rows(ad_concat_rows(2, (ad_var[]){scale, l}), to, d * d);
-    all = ad_reshape(ad_transpose(all), k * d, d);
+    all = ad_gather_cols(ad_reshape(all, 1, k * d * d), k * d * d, entry);
+    all = ad_reshape(all, k * d, d);
     ad_var shift = ad_sum_cols(ad_mul(all, ad_gather_rows(ad_transpose(mean), k * d, of)));
     ad_var z = ad_sub(ad_matmul(all, false, points, false), shift);
-    ad_var each = ad_mul(-0.5, ad_scatter_rows(ad_square(z), of, k));
+    ad_var squares = ad_sum_rows(ad_square(ad_reshape(z, d, k * n)));
+    ad_var each = ad_mul(-0.5, ad_reshape(squares, k, n));
     ad_var weight = ad_add(alpha, ad_transpose(ad_sum_rows(q))); /* k x 1 */
     ad_var data = ad_sum(ad_log_sum_exp_rows(ad_add(each, weight)));
     ad_var prior = ad_sub(ad_mul(0.5 * gamma_prior * gamma_prior,
@@ -52,4 +58,5 @@ void adbench_gmm(struct problem *p, const size_t size[3])
                   constant);
     free(to);
     free(of);
+    free(entry);
 }
