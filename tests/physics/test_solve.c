@@ -172,6 +172,34 @@ static void a_small_coordinate_is_judged_by_its_own_size(void **state)
     phys_system_close(&s.system);
 }
 
+/* A force that changes its sign with sin t: L_t is 0 wherever it is defined, but the energy jumps.
+   x'' = 1 up to pi, then -1. */
+static ad_var switched(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params;
+    ad_var force = ad_sub(ad_mul(2.0, ad_step(ad_sin(t))), 1.0);
+    return ad_add(ad_mul(0.5, ad_square(v)), ad_mul(q, force));
+}
+
+static void switches_of_time_keep_no_energy(void **state)
+{
+    (void)state;
+    struct solved s = {0};
+    const double q = 0, v = 0;
+    const struct phys_motion_settings settings = {.time = 6, .q = &q, .v = &v, .error = 1e-9};
+    phys_system_open("spring", &s.system, &s.error);
+    struct phys_scene scene = *s.system.scene;
+    scene.lagrangian = switched;
+    scene.kinetic = scene.potential = NULL;
+    s.system.scene = &scene;
+    phys_motion_solve(&s.system, &settings, &s.motion, &s.error);
+    assert_int_equal(s.error.status, AD_OK);
+    assert_true(!s.motion.keeps_energy && s.motion.error <= 1e-9);
+    double T = 6 - M_PI, x = M_PI * M_PI / 2 + M_PI * T - T * T / 2;
+    assert_close(s.motion.x[2 * (s.motion.n - 1)], x, 0, 1e-9);
+    end(&s);
+}
+
 static void an_error_that_both_runs_share_is_seen_on_the_way_back(void **state)
 {
     (void)state;
@@ -338,6 +366,7 @@ int main(void)
         cmocka_unit_test(an_error_counts_the_rounding_of_the_start),
         cmocka_unit_test(the_clock_does_not_drift),
         cmocka_unit_test(a_small_coordinate_is_judged_by_its_own_size),
+        cmocka_unit_test(switches_of_time_keep_no_energy),
         cmocka_unit_test(an_error_that_both_runs_share_is_seen_on_the_way_back),
         cmocka_unit_test(defaults_follow_the_scenes_start_or_a_given_one),
         cmocka_unit_test(crossings_are_found_in_their_order),
