@@ -257,14 +257,15 @@ struct phys_solutions {
     double fastest;
     size_t starts, led; /* several coordinates: random starts, and how many led to a path */
     /* Several coordinates: probability that another start finds a new path, from the number of
-       paths seen once, and its upper bound at 95 % confidence; else NaN. Paths that no start leads
-       to are not included. */
+       paths that none but one of them led to, and its upper bound at 95 % confidence; else NaN.
+       Paths that no start leads to are not included. */
     double unseen, unseen_limit;
 };
 /* Finds stationary paths between the ends of path [s*dof x slices], which is the first start. With
    one coordinate all of them if L does not depend on time, else those found by sweeping the
-   velocity at the first end; with several coordinates those found from random velocities: at most
-   `starts`, fewer once a new path has become unlikely. Free with phys_solutions_free; empty on
+   velocity at the first end; with several coordinates those found from random velocities, at most
+   `starts`, fewer once a new path has become unlikely, and with two coordinates before from tables
+   of motions by direction and speed. Free with phys_solutions_free; empty on
    failure. */
 enum ad_status phys_path_all(const struct phys_system *system,
                              const struct phys_path_settings *settings, const double *path,

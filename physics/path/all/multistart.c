@@ -1,11 +1,12 @@
 /* Searches for several stationary paths between the same ends: a problem that does not fix the
    energy can have many solutions. With one coordinate and no explicit time all are found from times
    as functions of the energy (energy_sweep.h). Otherwise starts are motions from the first end with
-   many velocities, bent to meet the second end, and Newton's method makes each stationary. For one
-   coordinate the initial velocity is swept and bisected wherever the miss of the second end changes
-   sign; for several, velocities are drawn at random until another start is unlikely to find a new
-   path: after N successful starts the probability of an unseen path is about the fraction of paths
-   seen once (Good, Biometrika 40, 1953). */
+   many velocities, bent to meet the second end, and Newton's method makes each stationary. For two
+   coordinates tables of motions come first (multistart_aim.c). For one coordinate the initial
+   velocity is swept and bisected wherever the miss of the second end changes sign; for several,
+   velocities are drawn at random until another start is unlikely to find a new path: after N
+   successful starts the probability of an unseen path is about the fraction of paths seen once
+   (Good, Biometrika 40, 1953). */
 #include "multistart.h"
 #include "physics/io/random.h"
 
@@ -80,6 +81,17 @@ static bool begin(struct phys_multistart *s)
     return true;
 }
 
+enum ad_status phys_multistart_start(struct phys_multistart *s, struct ad_error *error)
+{
+    double before[2];
+    if (s->dof == 2) {
+        memcpy(before, s->v, sizeof before);
+        if (!phys_multistart_aim(s))
+            memcpy(s->v, before, sizeof before);
+    }
+    return begin(s) ? make_stationary(s, error) : error->status;
+}
+
 /* The miss of one coordinate; NaN where the motion is lost. */
 static double miss_of(struct phys_multistart *s, double velocity)
 {
@@ -123,14 +135,14 @@ static enum ad_status sweep(struct phys_multistart *s, struct ad_error *error)
 
 /* Fraction of the starts whose path no other start has found; and its upper limit at 95 %
    confidence if their number is Poisson distributed: 3.0, 4.7, 6.3 for 0, 1, 2. */
-static double unseen(const struct phys_multistart *s, double *limit)
+static double unseen(const struct phys_multistart *s, size_t led, double *limit)
 {
     size_t once = 0;
     for (size_t k = 0; k < s->solutions->n; k++)
         once += s->solutions->solution[k].hits == 1;
     double most = (double)once + 1.645 * sqrt((double)once + 0.5) + 1.84;
-    *limit = s->led ? fmin(1, most / (double)s->led) : 1;
-    return s->led ? (double)once / (double)s->led : 1;
+    *limit = led ? fmin(1, most / (double)led) : 1;
+    return led ? (double)once / (double)led : 1;
 }
 
 static enum ad_status draw(struct phys_multistart *s, size_t starts, uint64_t seed,
@@ -144,14 +156,25 @@ static enum ad_status draw(struct phys_multistart *s, size_t starts, uint64_t se
         double size = s->speed * pow(10, 2 * phys_random_uniform(&random) - 1);
         for (size_t k = 0; k < s->dof; k++)
             s->v[k] = size * phys_random_normal(&random);
-        if (begin(s))
-            make_stationary(s, error);
-        if (s->led >= LEAST_STARTS && unseen(s, &s->solutions->unseen_limit) <= UNSEEN)
+        phys_multistart_start(s, error);
+        if (s->led - led >= LEAST_STARTS &&
+            unseen(s, s->led - led, &s->solutions->unseen_limit) <= UNSEEN)
             break;
     }
     s->solutions->led = s->led - led;
-    s->solutions->unseen = unseen(s, &s->solutions->unseen_limit);
+    s->solutions->unseen = unseen(s, s->led - led, &s->solutions->unseen_limit);
     return error->status;
+}
+
+/* Paths known before the first start is drawn are not among those that starts have found once. */
+static enum ad_status search(struct phys_multistart *s, size_t starts, uint64_t seed,
+                             struct ad_error *error)
+{
+    if (s->dof == 2 && phys_multistart_directions(s, error) != AD_OK)
+        return error->status;
+    for (size_t k = 0; k < s->solutions->n; k++)
+        s->solutions->solution[k].hits++;
+    return draw(s, starts, seed, error);
 }
 
 /* ---- the search ---- */
@@ -200,7 +223,7 @@ static enum ad_status find_all(struct phys_multistart *s, size_t starts, uint64_
     if (!phys_multistart_goes_on(s))
         ; /* those so far */
     else if (s->dof > 1)
-        draw(s, starts, seed, error);
+        search(s, starts, seed, error);
     else if (!phys_multistart_energies(s, error) && error->status == AD_OK)
         sweep(s, error);
     if (error->status != AD_OK)

@@ -1,5 +1,6 @@
 /* Internals of the search for several stationary paths: starts (multistart.c), motions of one
-   coordinate by energy (multistart_energy.c), solutions (solutions.c). */
+   coordinate by energy (multistart_energy.c), of two by direction (multistart_aim.c), solutions
+   (solutions.c). */
 #ifndef PHYSICS_PATH_MULTISTART_H
 #define PHYSICS_PATH_MULTISTART_H
 
@@ -32,6 +33,14 @@ enum ad_status phys_multistart_solve(struct phys_multistart *s, struct ad_error 
 enum ad_status phys_multistart_keep(struct phys_multistart *s, struct ad_error *error);
 /* Leaves out what the grid alone made; the rest by energy. */
 void phys_multistart_sort(struct phys_multistart *s);
+/* Makes stationary the motion that begins with velocity s->v, bent to meet the second end; nothing
+   where it is lost or ends far away. */
+enum ad_status phys_multistart_start(struct phys_multistart *s, struct ad_error *error);
+/* Two coordinates: changes s->v by Newton's method until the motion meets the second end. False: it
+   does not. */
+bool phys_multistart_aim(struct phys_multistart *s);
+/* Two coordinates: motions between the ends from tables over directions and speeds. */
+enum ad_status phys_multistart_directions(struct phys_multistart *s, struct ad_error *error);
 /* Motions by their energies. False: it is another kind of question. */
 bool phys_multistart_energies(struct phys_multistart *s, struct ad_error *error);
 /* Largest difference of a and b [n]. */

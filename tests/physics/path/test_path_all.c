@@ -297,12 +297,75 @@ static void a_false_path_of_many_nodes_is_left_out(void **state)
     }
     phys_rule_interpolate(settings.rule, 2, SLICES, path);
     struct phys_solutions all;
-    phys_path_all(&kepler, &settings, path, 200, 2, &all, &error);
+    phys_path_all(&kepler, &settings, path, 200, 1, &all, &error);
     assert_no_error(&error);
     assert_true(all.n > 0 && all.unresolved > 0);
     for (size_t k = 0; k < all.n; k++)
         assert_true(all.solution[k].energy > -0.474 && all.solution[k].energy < -0.324);
     phys_solutions_free(&all);
+    phys_system_close(&kepler);
+}
+
+/* Energies of Lambert's motions in a time between r1 and r2 at distance c, s half the sum of all
+   three, by Lagrange: T = a^1.5 (2 pi turns + alpha - sin alpha - (beta - sin beta)), with
+   sin^2(alpha / 2) = s / 2a, sin^2(beta / 2) = (s - c) / 2a, beta of either sign. */
+static size_t lambert(double s, double c, double time, double *energy)
+{
+    enum { STEPS = 20000, TURNS = 8 };
+    size_t n = 0;
+    for (int turns = 0; turns < TURNS; turns++)
+        for (int sign = -1; sign <= 1; sign += 2) {
+            double before = (double)NAN;
+            for (int k = 1; k < STEPS; k++) {
+                double alpha = 2 * M_PI * k / STEPS, a = s / 2 / pow(sin(alpha / 2), 2);
+                double beta = sign * 2 * asin(sqrt((s - c) / 2 / a));
+                double T =
+                    pow(a, 1.5) * (2 * M_PI * turns + alpha - sin(alpha) - (beta - sin(beta)));
+                if ((T < time) != (before < time) && !isnan(before))
+                    energy[n++] = -0.5 / a;
+                before = T;
+            }
+        }
+    return n;
+}
+
+/* H1: all of Lambert's motions, of several turns and in both directions. */
+static void every_motion_of_lambert(void **state)
+{
+    enum { SLICES = 101, MOST = 40 };
+    static const struct {
+        double time;
+        size_t n;
+    } cases[] = {{2, 2}, {10, 6}};
+    (void)state;
+    struct phys_system kepler;
+    struct ad_error error = {0};
+    phys_system_open("kepler", &kepler, &error);
+    for (size_t c = 0; c < LENGTH(cases); c++) {
+        struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+                                              .slices = SLICES,
+                                              .dt = cases[c].time / (SLICES - 1),
+                                              .learning_rate = 1};
+        double path[4 * 2 * SLICES], energy[MOST], apart = hypot(1.5, 1.2);
+        for (size_t i = 0; i < SLICES; i++) {
+            path[i] = 1 - 1.5 * (double)i / (SLICES - 1);
+            path[SLICES + i] = 1.2 * (double)i / (SLICES - 1);
+        }
+        phys_rule_interpolate(settings.rule, 2, SLICES, path);
+        size_t n = lambert((1 + 1.3 + apart) / 2, apart, cases[c].time, energy);
+        assert_int_equal(n, cases[c].n);
+        struct phys_solutions all;
+        phys_path_all(&kepler, &settings, path, 1, 1, &all, &error);
+        assert_no_error(&error);
+        assert_int_equal(all.n, n);
+        for (size_t k = 0; k < n; k++) {
+            double nearest = (double)INFINITY;
+            for (size_t j = 0; j < all.n; j++)
+                nearest = fmin(nearest, fabs(all.solution[j].energy - energy[k]));
+            assert_close(nearest, 0, 0, 1e-4); /* of the scan */
+        }
+        phys_solutions_free(&all);
+    }
     phys_system_close(&kepler);
 }
 
@@ -424,6 +487,7 @@ int main(void)
         cmocka_unit_test(two_ways_around_a_centre),
         cmocka_unit_test(paths_of_the_grid_alone_are_left_out),
         cmocka_unit_test(a_false_path_of_many_nodes_is_left_out),
+        cmocka_unit_test(every_motion_of_lambert),
         cmocka_unit_test(every_path_of_the_pendulum),
         cmocka_unit_test(every_motion_is_a_path_or_counted),
     };
