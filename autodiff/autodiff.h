@@ -58,7 +58,7 @@ enum ad_status {
     AD_E_ACCURACY = -8   /* the accuracy asked for is out of reach, or the run was interrupted */
 };
 
-/* An error and its message of one line; zero-initialised means no error. */
+/* An error, its message of one line; all zero: no error. An argument `error` is never NULL. */
 struct ad_error {
     enum ad_status status;
     char message[312];

@@ -76,8 +76,8 @@ extern const struct hnn_activation hnn_activations[]; /* ends with a NULL name *
 typedef struct hnn_model hnn_model;
 
 /* In all functions below a NULL that is not allowed gives AD_E_ARGUMENT (or NaN, 0, NULL where a
-   function returns no status); an error already in `error`, such as that of a failed look-up, is
-   returned unchanged. */
+   function returns no status). `error` is never NULL; what it holds already, such as the error of
+   a failed look-up, is returned unchanged. */
 
 /* A new model with random parameters. AD_E_ARGUMENT names settings that are out of range or
    contradict each other. Settings are copied. */

@@ -5,8 +5,8 @@
    returns AD_E_ARGUMENT for a NULL that is not allowed and for arguments out of range,
    AD_E_NONFINITE where L or a state is not finite, AD_E_ACCURACY where an accuracy is out of reach
    or a callback stopped it, AD_E_MEMORY when out of memory, and the errors of what it calls;
-   *error, zero-initialised by the caller, gets the message. What is to be freed in any case is
-   freed after a failure, too.
+   *error, zero-initialised by the caller and never NULL, gets the message. What is to be freed in
+   any case is freed after a failure, too.
 
    Folders, lowest first, with their public headers (internal.h: for physics/ only):
 

@@ -124,6 +124,8 @@ bool ad_series_native(ad_series *series, size_t n, struct ad_error *note)
     struct ad_error own = {0};
     if (!note)
         note = &own;
+    if (!series)
+        return ad_fail(note, AD_E_ARGUMENT, "no series (NULL)") == AD_OK;
     if (series->code && series->n_flow == n)
         return true;
     ad_series_code_free(series->code);

@@ -62,7 +62,7 @@ enum ad_status hnn_model_make_room(hnn_model *model, struct ad_error *error)
 enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **out,
                              struct ad_error *error)
 {
-    if (hnn_model_blank(settings, out, error) != AD_OK)
+    if (HNN_NEEDS(error, settings, out) != AD_OK || hnn_model_blank(settings, out, error) != AD_OK)
         return error->status;
     hnn_model *model = *out;
     double *values = malloc(model->size * sizeof *values);

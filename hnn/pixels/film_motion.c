@@ -1,5 +1,6 @@
 /* Compares the motion of a model of pixels with the films it was trained on (latent.h). */
 #include "latent.h"
+#include "hnn/model/internal.h"
 #include "pixel_energy.h"
 
 #include <math.h>
@@ -60,6 +61,11 @@ enum ad_status hnn_film_motion(hnn_model *model, const struct hnn_frames *f,
                                const struct hnn_split_pairs *pairs, struct hnn_film_motion *motion,
                                struct ad_error *error)
 {
+    if (HNN_NEEDS(error, model, f, pairs, motion) != AD_OK)
+        return error->status;
+    if (f->frames < 3)
+        return ad_fail(error, AD_E_ARGUMENT, "%s: %zu frames; expected 3 or more", __func__,
+                       f->frames);
     size_t each = f->frames - 2, films = pairs->n_train / each, n = f->frames - 1;
     size_t stride = films > FILMS ? films / FILMS : 1;
     *motion = (struct hnn_film_motion){0};

@@ -42,6 +42,8 @@ enum ad_status hnn_rod_film(const struct hnn_filming *filming, uint64_t seed, st
                             struct ad_error *error)
 {
     struct phys_random random;
+    if (HNN_NEEDS(error, f) != AD_OK)
+        return error->status;
     *f = (struct hnn_frames){0};
     if (check(filming, error) != AD_OK ||
         hnn_frames_new(f, filming->trajectories, filming->frames, filming->height, filming->width,

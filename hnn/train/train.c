@@ -55,6 +55,12 @@ static enum ad_status check(const hnn_model *model, const struct hnn_training *s
     if (pixels != (train->frames != NULL) || (test->n && pixels != (test->frames != NULL)))
         return ad_fail(error, AD_E_ARGUMENT, "models of %s learn from %s",
                        pixels ? "pixels" : "states", pixels ? "frames" : "states and targets");
+    for (size_t k = 0; k < 2; k++) {
+        const struct hnn_samples *set = k ? test : train;
+        if (set->n > 0 && (pixels ? HNN_NEEDS(error, set->frames, set->first)
+                                  : HNN_NEEDS(error, set->x, set->target)) != AD_OK)
+            return error->status;
+    }
     if (pixels && test->n && test->frame != train->frame)
         return ad_fail(error, AD_E_ARGUMENT,
                        "frames of %zu pixels to train on, and of %zu for the test", train->frame,
@@ -187,7 +193,8 @@ double hnn_trainer_seconds(const hnn_trainer *trainer) { return trainer ? traine
 
 const struct hnn_row *hnn_trainer_history(const hnn_trainer *trainer, size_t *rows)
 {
-    *rows = trainer ? trainer->rows : 0;
+    if (rows)
+        *rows = trainer ? trainer->rows : 0;
     return trainer ? trainer->history : NULL;
 }
 

@@ -1,5 +1,6 @@
 /* Horizons tables: opening, reading, closing (horizons.h). */
 #include "horizons_reader.h"
+#include "physics/system/internal.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -29,6 +30,11 @@ enum ad_status phys_horizons_read(const char *file, struct phys_horizons *table,
                                   struct ad_error *error)
 {
     struct horizons_reader r;
+    if (PHYS_LACKS(error, table))
+        return error->status;
+    *table = (struct phys_horizons){.id = PHYS_HORIZONS_NO_ID};
+    if (PHYS_LACKS(error, file))
+        return error->status;
     if (phys_horizons_open(&r, file, table, error))
         phys_horizons_rows(&r);
     return phys_horizons_close(&r);

@@ -1,6 +1,7 @@
 /* Julian dates and calendar dates (Meeus, Astronomical Algorithms, chapter 7, with floor in place
    of truncation, which extends it to dates before -4712). */
 #include "horizons.h"
+#include "physics/system/internal.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -79,6 +80,8 @@ enum ad_status phys_horizons_epoch(const struct phys_horizons *table, const char
                                    size_t *index, struct ad_error *error)
 {
     double jd;
+    if (PHYS_LACKS(error, table, from, index))
+        return error->status;
     if (*from && from[strspn(from, "0123456789")] == '\0')
         return by_index(table, from, index, error);
     if (!parse_date(from, &jd))

@@ -1,6 +1,7 @@
 /* Reads the Horizons tables of several bodies from one folder (horizons.h). Every file is opened
    once and read forward; its header decides whether its records are read. */
 #include "horizons_reader.h"
+#include "physics/system/internal.h"
 
 #include <ctype.h>
 #include <dirent.h>
@@ -254,6 +255,8 @@ enum ad_status phys_horizons_folder(const char *folder, const char *bodies, size
                                     struct phys_horizons **tables, struct ad_error *error)
 {
     struct search s = {.folder = folder, .error = error};
+    if (PHYS_LACKS(error, folder, bodies, n, tables))
+        return error->status;
     if (parse_bodies(&s, bodies) && list_files(&s) && read_files(&s) && check_found(&s) &&
         check_agreement(&s))
         take_tables(&s, n, tables);

@@ -3,6 +3,7 @@
 #include "models.h"
 #include "ephemeris.h"
 #include "physics/lagrangian/euler_lagrange.h"
+#include "physics/system/internal.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -67,6 +68,8 @@ enum ad_status phys_ephemeris_tables_read(const char *folder, const char *from, 
                                           struct phys_ephemeris_tables *tables,
                                           struct ad_error *error)
 {
+    if (PHYS_LACKS(error, tables))
+        return error->status;
     *tables = (struct phys_ephemeris_tables){.days = days};
     if (phys_horizons_folder(folder, bodies, &tables->n, &tables->table, error) != AD_OK)
         return error->status;
@@ -88,6 +91,8 @@ enum ad_status phys_ephemeris_tables_read(const char *folder, const char *from, 
 
 void phys_ephemeris_tables_free(struct phys_ephemeris_tables *tables)
 {
+    if (!tables)
+        return;
     for (size_t k = 0; k < tables->n; k++)
         phys_horizons_free(&tables->table[k]);
     free(tables->table);
@@ -141,6 +146,11 @@ enum ad_status phys_ephemeris_motion_open(const struct phys_ephemeris_model *mod
                                           struct phys_ephemeris_motion *motion,
                                           struct ad_error *error)
 {
+    if (PHYS_LACKS(error, motion))
+        return error->status;
+    *motion = (struct phys_ephemeris_motion){0};
+    if (PHYS_LACKS(error, model, tables))
+        return error->status;
     struct phys_system *system = &motion->system;
     *motion = (struct phys_ephemeris_motion){
         .integrator = phys_integrator_find(model->integrator, error), .setting = model->setting};
@@ -169,6 +179,8 @@ enum ad_status phys_ephemeris_motion_open(const struct phys_ephemeris_model *mod
 
 void phys_ephemeris_motion_close(struct phys_ephemeris_motion *motion)
 {
+    if (!motion)
+        return;
     free(motion->q);
     phys_system_close(&motion->system);
     *motion = (struct phys_ephemeris_motion){0};
@@ -183,7 +195,11 @@ enum ad_status phys_ephemeris_measure(const struct phys_ephemeris_model *model,
 {
     struct phys_ephemeris_motion motion;
     struct phys_ephemeris_track seen = {0};
+    if (PHYS_LACKS(error, track))
+        return error->status;
     *track = (struct phys_ephemeris_track){0};
+    if (PHYS_LACKS(error, off))
+        return error->status;
     if (phys_ephemeris_motion_open(model, tables, &motion, error) == AD_OK &&
         phys_ephemeris_follow(&motion, tables->days, track, error) == AD_OK &&
         phys_ephemeris_track_tables(tables, track->dims, &seen, error) == AD_OK)
@@ -220,6 +236,8 @@ enum ad_status phys_ephemeris_least(const struct phys_ephemeris_tables *tables, 
                                     struct phys_ephemeris_choice *choice, struct ad_error *error)
 {
     const struct phys_ephemeris_model *models = phys_ephemeris_models, *found = NULL;
+    if (PHYS_LACKS(error, choice))
+        return error->status;
     *choice = (struct phys_ephemeris_choice){.chosen = PHYS_EPHEMERIS_MODELS};
     for (size_t k = 0; k < PHYS_EPHEMERIS_MODELS; k++) {
         struct phys_ephemeris_track track;

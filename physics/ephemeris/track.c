@@ -1,5 +1,6 @@
 /* Positions of the Sun and the planets over time, from tables or from a motion (models.h). */
 #include "models.h"
+#include "physics/system/internal.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -20,6 +21,8 @@ static enum ad_status begin(size_t dims, size_t rows, size_t columns,
 
 void phys_ephemeris_track_free(struct phys_ephemeris_track *track)
 {
+    if (!track)
+        return;
     free(track->x);
     *track = (struct phys_ephemeris_track){0};
 }
@@ -28,6 +31,11 @@ enum ad_status phys_ephemeris_track_tables(const struct phys_ephemeris_tables *t
                                            struct phys_ephemeris_track *track,
                                            struct ad_error *error)
 {
+    if (PHYS_LACKS(error, track))
+        return error->status;
+    *track = (struct phys_ephemeris_track){0};
+    if (PHYS_LACKS(error, tables))
+        return error->status;
     if (begin(dims, BODIES * dims, tables->days + 1, track, error) != AD_OK)
         return error->status;
     for (size_t k = 0; k < BODIES * dims; k++)
@@ -49,6 +57,8 @@ double phys_ephemeris_apart(const struct phys_ephemeris_track *a,
                             const struct phys_ephemeris_track *b, size_t epoch, size_t planet)
 {
     double sum = 0;
+    if (!a || !b)
+        return NAN;
     for (size_t k = 0; k < a->dims; k++)
         sum += pow(seen(a, epoch, planet, k) - seen(b, epoch, planet, k), 2);
     return sqrt(sum) / 1e3;
@@ -58,7 +68,7 @@ struct phys_ephemeris_distances phys_ephemeris_compare(const struct phys_ephemer
                                                        const struct phys_ephemeris_track *b)
 {
     struct phys_ephemeris_distances found = {0};
-    for (size_t i = 0; i < a->n && i < b->n; i++)
+    for (size_t i = 0; a && b && i < a->n && i < b->n; i++)
         for (size_t p = 0; p < PHYS_EPHEMERIS_PLANETS; p++) {
             double km = phys_ephemeris_apart(a, b, i, p);
             found.km[p] = fmax(found.km[p], km);
@@ -75,6 +85,13 @@ struct phys_ephemeris_distances phys_ephemeris_compare(const struct phys_ephemer
 enum ad_status phys_ephemeris_follow(const struct phys_ephemeris_motion *motion, size_t days,
                                      struct phys_ephemeris_track *track, struct ad_error *error)
 {
+    if (PHYS_LACKS(error, track))
+        return error->status;
+    *track = (struct phys_ephemeris_track){0};
+    if (PHYS_LACKS(error, motion))
+        return error->status;
+    if (PHYS_LACKS(error, motion->integrator))
+        return error->status;
     struct phys_ode ode = {0};
     struct phys_simulation_info info = {0};
     size_t dof = motion->system.dof;
@@ -104,6 +121,13 @@ enum ad_status phys_ephemeris_follow_tightly(const struct phys_ephemeris_motion 
                                              size_t days, struct phys_ephemeris_track *track,
                                              struct ad_error *error)
 {
+    if (PHYS_LACKS(error, track))
+        return error->status;
+    *track = (struct phys_ephemeris_track){0};
+    if (PHYS_LACKS(error, motion))
+        return error->status;
+    if (PHYS_LACKS(error, motion->integrator))
+        return error->status;
     struct phys_ephemeris_motion tight = *motion;
     bool explicit = motion->integrator->adaptive || !motion->integrator->symmetric ||
                     motion->integrator->separable;
@@ -145,6 +169,8 @@ enum ad_status phys_ephemeris_choose_step(struct phys_ephemeris_motion *motion,
                                           const struct phys_ephemeris_tables *tables, double km,
                                           struct ad_error *error)
 {
+    if (PHYS_LACKS(error, motion, tables))
+        return error->status;
     struct phys_ephemeris_track table = {0}, tight = {0};
     if (phys_ephemeris_track_tables(tables, motion->system.dims, &table, error) == AD_OK &&
         phys_ephemeris_follow_tightly(motion, tables->days, &tight, error) == AD_OK) {

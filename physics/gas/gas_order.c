@@ -1,5 +1,6 @@
 /* Order of a gas at one time (order.h). */
 #include "order.h"
+#include "physics/system/internal.h"
 
 #include <math.h>
 
@@ -26,7 +27,11 @@ enum ad_status phys_gas_order(const struct phys_system *system, const double *q,
                               struct phys_gas_order *order, struct ad_error *error)
 {
     double sides[2];
+    if (PHYS_LACKS(error, order))
+        return error->status;
     *order = (struct phys_gas_order){0};
+    if (phys_lacks_scene(system, error) || PHYS_LACKS(error, q))
+        return error->status;
     measure_sides(system, q, sides);
     order->reach = fmin(5 * phys_system_get(system, "sigma"), fmin(sides[0], sides[1]));
     if (phys_order(system->bodies, q, phys_gas_shell(system), NULL, NULL, &order->mean, error) !=

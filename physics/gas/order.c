@@ -2,6 +2,7 @@
    Halperin, Phys. Rev. B 19 (1979). */
 #include "order.h"
 #include "cell_list.h"
+#include "physics/system/internal.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -45,10 +46,14 @@ const char *phys_state_text(enum phys_state state)
 enum ad_status phys_order(size_t bodies, const double *x, double shell, uint32_t *neighbours,
                           double *hexatic, struct phys_order *order, struct ad_error *error)
 {
+    if (PHYS_LACKS(error, order))
+        return error->status;
+    *order = (struct phys_order){0};
+    if (PHYS_LACKS(error, x))
+        return error->status;
     struct phys_near near = {0};
     uint32_t *count = calloc(bodies, sizeof *count);
     double *sum = calloc(2 * bodies, sizeof *sum);
-    *order = (struct phys_order){0};
     if (!count || !sum)
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu bodies", bodies);
     else if (phys_near_pairs(bodies, x, shell, &near, error) == AD_OK)

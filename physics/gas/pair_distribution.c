@@ -4,6 +4,7 @@
    (M. G. Kendall and P. A. P. Moran, Geometrical Probability, 1963, section 2.27). */
 #include "cell_list.h"
 #include "order.h"
+#include "physics/system/internal.h"
 
 #include <math.h>
 #include <string.h>
@@ -18,6 +19,8 @@ static double nearer_than(double r, const double sides[2])
 enum ad_status phys_pair_distribution(size_t bodies, const double *x, const double sides[2],
                                       double reach, size_t bins, double *g, struct ad_error *error)
 {
+    if (PHYS_LACKS(error, x, sides, g))
+        return error->status;
     struct phys_near near = {0};
     double width = reach / (double)bins, pairs = 0.5 * (double)bodies * (double)(bodies - 1);
     if (!(reach > 0) || reach > fmin(sides[0], sides[1]) || bins == 0)

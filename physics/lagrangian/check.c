@@ -77,7 +77,7 @@ enum ad_status phys_check_gradient(const struct phys_system *system, const struc
                                    int order, double tolerance, size_t entries,
                                    struct ad_check *report, struct ad_error *error)
 {
-    if (lacks_points(system, at, error))
+    if (lacks_points(system, at, error) || PHYS_LACKS(error, report))
         return error->status;
     struct probe probe;
     *report = (struct ad_check){0};
@@ -154,7 +154,7 @@ static void name_coordinate(const struct probe *probe, ad_program *program,
 enum ad_status phys_check_locality(const struct phys_system *system, const struct phys_points *at,
                                    struct phys_locality *report, struct ad_error *error)
 {
-    if (lacks_points(system, at, error))
+    if (lacks_points(system, at, error) || PHYS_LACKS(error, report))
         return error->status;
     struct probe probe;
     ad_program *program = NULL;

@@ -93,6 +93,8 @@ enum ad_status phys_conserved(const struct phys_system *system, size_t n, const 
     struct phys_totals start, now;
     phys_legendre *legendre;
     struct phys_conserved *c = conserved;
+    if (PHYS_LACKS(error, conserved))
+        return error->status;
     *c = (struct phys_conserved){.momentum = true, .angular = true};
     if (phys_lacks(n ? x : NULL, "states", error) || phys_lacks(t, "times", error) ||
         phys_legendre_new(system, &legendre, error) != AD_OK)

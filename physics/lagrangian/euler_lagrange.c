@@ -144,6 +144,8 @@ static void keep_constant_mass(phys_motion *m)
 enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **motion,
                                struct ad_error *error)
 {
+    if (PHYS_LACKS(error, motion))
+        return error->status;
     *motion = NULL;
     if (phys_lacks_scene(system, error))
         return error->status;
@@ -222,6 +224,8 @@ static enum ad_status refuse_mass(const phys_motion *m, double t, struct ad_erro
 enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, const double *v,
                                         double t, double *a, struct ad_error *error)
 {
+    if (PHYS_LACKS(error, motion, q, v, a))
+        return error->status;
     phys_motion *m = motion;
     set_state(m, m->force_program, q, v, t);
     ad_run(m->force_program);

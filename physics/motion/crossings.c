@@ -123,6 +123,8 @@ enum ad_status phys_crossing_read(const struct phys_system *system, const char *
                                   struct phys_crossing *crossing, struct ad_error *error)
 {
     char name[64], first[64];
+    if (PHYS_LACKS(error, crossing))
+        return error->status;
     *crossing = (struct phys_crossing){.text = text};
     if (phys_lacks_scene(system, error) || phys_lacks(text, "text of a crossing", error))
         return error->status;

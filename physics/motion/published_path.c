@@ -29,6 +29,8 @@ static enum ad_status step_path(phys_motion *motion, size_t slices, double dt, d
 enum ad_status phys_ode_path(phys_motion *motion, size_t slices, double dt, double damping,
                              double *path, struct ad_error *error)
 {
+    if (PHYS_LACKS(error, motion, path))
+        return error->status;
     double *work = malloc(3 * phys_motion_system(motion)->dof * sizeof *work);
     if (!work)
         return ad_fail(error, AD_E_MEMORY, "out of memory");

@@ -191,6 +191,8 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
 {
     struct phys_ode ode = {0};
     struct phys_reference *r = reference;
+    if (PHYS_LACKS(error, reference))
+        return error->status;
     *r = (struct phys_reference){.n = n, .reversal = NAN};
     if (phys_lacks_scene(system, error) || phys_lacks(q, "coordinates", error) ||
         phys_lacks(v, "velocities", error) || phys_lacks(times, "times", error))

@@ -66,6 +66,8 @@ static void forget_samples(struct phys_motion_solution *m)
 
 void phys_motion_solution_free(struct phys_motion_solution *solution)
 {
+    if (!solution)
+        return;
     forget_samples(solution);
     phys_ode_free(&solution->ode);
     free(solution->start);
@@ -322,6 +324,8 @@ enum ad_status phys_motion_solve(const struct phys_system *system,
 {
     struct phys_motion_solution *m = solution;
     struct solving s = {.settings = settings, .solution = m};
+    if (PHYS_LACKS(error, solution))
+        return error->status;
     *m = (struct phys_motion_solution){.system = system};
     forget_samples(m);
     if (phys_lacks_scene(system, error) || phys_lacks(settings, "settings of a motion", error))
@@ -340,6 +344,8 @@ enum ad_status phys_motion_met(const struct phys_motion_settings *settings,
                                const struct phys_motion_solution *solution, struct ad_error *error)
 {
     const struct phys_motion_solution *m = solution;
+    if (PHYS_LACKS(error, settings, solution))
+        return error->status;
     if (m->n_trials == 0 || isnan(m->known_until) || m->error <= settings->error)
         return AD_OK;
     if (isfinite(m->known_until))

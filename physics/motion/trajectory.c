@@ -9,7 +9,8 @@ struct phys_simulation phys_simulation_of(const struct phys_integrator *integrat
                                           double t1)
 {
     struct phys_simulation how = {.integrator = integrator, .t1 = t1};
-    *(integrator->adaptive ? &how.rtol : &how.dt) = setting;
+    if (integrator)
+        *(integrator->adaptive ? &how.rtol : &how.dt) = setting;
     return how;
 }
 
@@ -17,6 +18,8 @@ enum ad_status phys_ode_for(const struct phys_system *system,
                             const struct phys_integrator *integrator, struct phys_ode *ode,
                             struct ad_error *error)
 {
+    if (PHYS_LACKS(error, ode))
+        return error->status;
     *ode = (struct phys_ode){0};
     if (phys_lacks(integrator, "integrator", error))
         return error->status;

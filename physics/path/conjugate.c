@@ -263,6 +263,9 @@ enum ad_status phys_path_conjugate(const struct phys_system *system,
 {
     struct phys_shooting s;
     struct times rough = {0}, fine = {0};
+    if (phys_lacks_scene(system, error) || PHYS_LACKS(error, settings, path, spectrum) ||
+        phys_lacks(settings->rule, "action rule", error))
+        return error->status;
     if (system->dof > PHYS_SHOOTING_DOF)
         return AD_OK;
     if (phys_shooting_new(&s, system, settings, path, error) && phys_shooting_solve(&s, loose) &&

@@ -295,9 +295,11 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
                                   struct phys_spectrum *spectrum, struct ad_error *error)
 {
     struct phys_hessian h = {0};
+    if (PHYS_LACKS(error, spectrum))
+        return error->status;
     *spectrum = (struct phys_spectrum){.smallest = (double)NAN, .second_variation = (double)NAN};
-    if (phys_lacks_scene(system, error) || phys_lacks(settings->rule, "action rule", error) ||
-        phys_lacks(path, "path", error))
+    if (phys_lacks_scene(system, error) || PHYS_LACKS(error, settings) ||
+        phys_lacks(settings->rule, "action rule", error) || phys_lacks(path, "path", error))
         return error->status;
     if (phys_hessian_new(&h, system, settings->rule, settings->slices, settings->dt, error) ==
         AD_OK) {

@@ -208,11 +208,15 @@ enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
                              const struct phys_lyapunov_settings *settings,
                              struct phys_lyapunov *result, struct ad_error *error)
 {
-    size_t n = ode->n;
-    double tolerance = settings->tolerance > 0 ? settings->tolerance : usual;
+    if (PHYS_LACKS(error, result))
+        return error->status;
     *result = (struct phys_lyapunov){.time = INFINITY, .horizon = INFINITY, .latest = INFINITY};
+    if (PHYS_LACKS(error, ode, y, settings))
+        return error->status;
     if (phys_lacks((const void *)(uintptr_t)ode->field, "field of the ode", error))
         return error->status;
+    size_t n = ode->n;
+    double tolerance = settings->tolerance > 0 ? settings->tolerance : usual;
     if (!(settings->t1 > settings->t0))
         return ad_fail(error, AD_E_ARGUMENT, "growth from t = %g to %g: expected a later end",
                        settings->t0, settings->t1);

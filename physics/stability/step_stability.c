@@ -91,6 +91,8 @@ enum ad_status phys_step_limits(const struct phys_integrator *integrator,
                                 struct phys_step_limits *limits, struct ad_error *error)
 {
     struct probe p;
+    if (PHYS_LACKS(error, limits))
+        return error->status;
     *limits = (struct phys_step_limits){INFINITY, INFINITY};
     if (phys_lacks(integrator, "integrator", error))
         return error->status;
@@ -137,6 +139,8 @@ enum ad_status phys_step_advise(const struct phys_integrator *integrator,
                                 struct ad_error *error)
 {
     struct phys_step_limits limits;
+    if (PHYS_LACKS(error, advice))
+        return error->status;
     *advice = (struct phys_step_advice){.limit = INFINITY, .resonance = INFINITY};
     if (phys_lacks_scene(system, error) || phys_step_limits(integrator, &limits, error) != AD_OK ||
         phys_normal_modes(system, n, x, t, &advice->motion, error) != AD_OK)

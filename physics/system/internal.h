@@ -19,6 +19,17 @@ static inline bool phys_lacks(const void *given, const char *what, struct ad_err
 {
     return !given && ad_fail(error, AD_E_ARGUMENT, "got no %s (NULL)", what) != AD_OK;
 }
+/* The same for several arguments, named as they are written. */
+#define PHYS_LACKS(error, ...)                                                                     \
+    phys_lacks_one(__func__, #__VA_ARGS__, LENGTH(((const void *const[]){__VA_ARGS__})),           \
+                   (const void *const[]){__VA_ARGS__}, error)
+static inline bool phys_lacks_one(const char *function, const char *names, size_t n,
+                                  const void *const given[], struct ad_error *error)
+{
+    while (n > 0 && given[n - 1])
+        n--;
+    return n > 0 && ad_fail(error, AD_E_ARGUMENT, "%s: NULL among %s", function, names) != AD_OK;
+}
 static inline bool phys_lacks_scene(const struct phys_system *system, struct ad_error *error)
 {
     return (!system || !system->scene) &&

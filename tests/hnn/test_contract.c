@@ -49,6 +49,9 @@ static void test_null(void **state)
     settings.activation = "tahn";
     REFUSED(hnn_model_new(&settings, &made, &error));
     REFUSED(hnn_model_new(NULL, &made, &error));
+    struct ad_error why = {0};
+    assert_int_equal(hnn_model_new(NULL, &made, &why), AD_E_ARGUMENT);
+    assert_mentions(why.message, "hnn_model_new");
     REFUSED(hnn_model_new(&settings, NULL, &error));
     REFUSED(hnn_model_normalise(model, NULL, x, x, &error));
     REFUSED(hnn_model_normalise(NULL, x, x, x, &error));
@@ -100,6 +103,15 @@ static void test_null(void **state)
     REFUSED(hnn_trainer_new(model, NULL, &samples, NULL, &trainer, &error));
     REFUSED(hnn_trainer_new(model, &training, NULL, NULL, &trainer, &error));
     REFUSED(hnn_trainer_new(model, &training, &samples, NULL, NULL, &error));
+    struct hnn_samples lacks[] = {samples, samples};
+    lacks[0].x = lacks[1].target = NULL;
+    for (size_t k = 0; k < 2; k++) {
+        REFUSED(hnn_trainer_new(model, &training, &lacks[k], NULL, &trainer, &error));
+        REFUSED(hnn_trainer_new(model, &training, &samples, &lacks[k], &trainer, &error));
+    }
+    REFUSED(hnn_film_motion(NULL, NULL, NULL, NULL, &error));
+    REFUSED(hnn_rod_film(NULL, 0, NULL, &error));
+    assert_null(hnn_trainer_history(NULL, NULL));
     training.schedule = NULL;
     REFUSED(hnn_trainer_new(model, &training, &samples, NULL, &trainer, &error));
     training = hnn_training_defaults();

@@ -2,6 +2,7 @@
  */
 #include "tests/close.h"
 #include "physics/physics.h"
+#include "autodiff/series.h"
 
 #include <string.h>
 
@@ -93,6 +94,97 @@ static void test_nothing_given(void **state)
     REFUSED((phys_integrator_find(NULL, &e), e.status));
     REFUSED((phys_solver_find(NULL, &e), e.status));
     REFUSED((phys_rule_find(NULL, &e), e.status));
+    phys_system_close(&pendulum);
+}
+
+/* Everything missing: a status, no crash. Then each output missing, the rest given. */
+static void test_all_null(void **state)
+{
+    (void)state;
+    struct phys_system pendulum;
+    struct ad_error e = {0};
+    struct phys_ode ode = {0};
+    struct phys_motion_solution solution = {0};
+    double q[3] = {1, 1, 1}, v[3] = {0}, path[12] = {0};
+    assert_int_equal(phys_system_open("pendulum", &pendulum, &e), AD_OK);
+    struct phys_path_settings settings = phys_path_defaults(&pendulum);
+    const struct phys_points points = {2, q, v, v};
+    const struct phys_motion_settings asked = {.time = 1};
+    const struct phys_ephemeris_motion empty = {0};
+    struct phys_ephemeris_track track;
+    REFUSED(phys_system_open(NULL, NULL, &e));
+    REFUSED(phys_system_open("pendulum", NULL, &e));
+    REFUSED(phys_system_make(NULL, NULL, &e));
+    REFUSED(phys_system_make(pendulum.scene, NULL, &e));
+    REFUSED(phys_system_set_all(&pendulum, 1, NULL, &e));
+    REFUSED(phys_ode_for(NULL, NULL, NULL, &e));
+    REFUSED(phys_ode_for(&pendulum, phys_integrators[0], NULL, &e));
+    REFUSED(phys_ode_gas(NULL, 0, NULL, &e));
+    REFUSED(phys_ode_hamiltonian(NULL, 0, NULL, NULL, &e));
+    REFUSED(phys_ode_lagrangian(NULL, NULL, &e));
+    REFUSED(phys_ode_lagrangian(&pendulum, NULL, &e));
+    REFUSED(phys_ode_canonical(&pendulum, NULL, &e));
+    REFUSED(phys_ode_path(NULL, 0, 0, 0, NULL, &e));
+    REFUSED(phys_motion_new(NULL, NULL, &e));
+    REFUSED(phys_motion_new(&pendulum, NULL, &e));
+    REFUSED(phys_motion_acceleration(NULL, NULL, NULL, 0, NULL, &e));
+    REFUSED(phys_motion_solve(NULL, NULL, NULL, &e));
+    REFUSED(phys_motion_solve(&pendulum, &asked, NULL, &e));
+    REFUSED(phys_motion_met(NULL, NULL, &e));
+    REFUSED(phys_motion_diagnose(NULL, NULL, 0, NULL, &e));
+    REFUSED(phys_motion_diagnose(&asked, &solution, 0, NULL, &e));
+    REFUSED(phys_reference(&pendulum, q, v, 2, path, 0.1, NULL, NULL, NULL, &e));
+    REFUSED(phys_crossing_read(&pendulum, "q=1", NULL, &e));
+    REFUSED(phys_closest_approach_begin(&ode, 0, q, NULL, &e));
+    REFUSED(phys_conserved(NULL, 0, NULL, NULL, NULL, &e));
+    REFUSED(phys_check_gradient(&pendulum, &points, 1, 1e-6, 0, NULL, &e));
+    REFUSED(phys_check_locality(&pendulum, &points, NULL, &e));
+    REFUSED(phys_path_spectrum(NULL, NULL, NULL, NULL, &e));
+    REFUSED(phys_path_spectrum(&pendulum, &settings, path, NULL, &e));
+    REFUSED(phys_path_conjugate(NULL, NULL, NULL, NULL, &e));
+    REFUSED(phys_path_conjugate(&pendulum, &settings, path, NULL, &e));
+    REFUSED(phys_path_all(NULL, NULL, NULL, 0, 0, NULL, &e));
+    REFUSED(phys_path_all(&pendulum, &settings, path, 3, 1, NULL, &e));
+    REFUSED(phys_path_free_time(&pendulum, NULL, 1, path, NULL, &e));
+    REFUSED(phys_lyapunov(NULL, NULL, NULL, NULL, &e));
+    REFUSED(phys_lyapunov(&ode, q, NULL, &(struct phys_lyapunov){0}, &e));
+    REFUSED(phys_normal_modes(NULL, 0, NULL, NULL, NULL, &e));
+    REFUSED(phys_normal_modes(&pendulum, 1, NULL, NULL, &(struct phys_normal_modes){0}, &e));
+    REFUSED(phys_step_limits(phys_integrators[0], NULL, &e));
+    REFUSED(phys_step_advise(NULL, NULL, 0, NULL, NULL, 0, NULL, &e));
+    REFUSED(phys_gas_order(NULL, NULL, NULL, &e));
+    REFUSED(phys_order(3, NULL, 1, NULL, NULL, NULL, &e));
+    REFUSED(phys_pair_distribution(0, NULL, NULL, 0, 0, NULL, &e));
+    REFUSED(phys_horizons_read(NULL, NULL, &e));
+    REFUSED(phys_horizons_read(NULL, &(struct phys_horizons){0}, &e));
+    REFUSED(phys_horizons_epoch(NULL, NULL, NULL, &e));
+    REFUSED(phys_horizons_folder(NULL, NULL, NULL, NULL, &e));
+    REFUSED(phys_ephemeris_choose(NULL, NULL, 0, &e));
+    REFUSED(phys_ephemeris_add(NULL, NULL, 0, &e));
+    REFUSED(phys_ephemeris_use(NULL, 0, NULL, 0, 0, 0, NULL, &e));
+    REFUSED(phys_ephemeris_tables_read(NULL, NULL, 0, NULL, &e));
+    REFUSED(phys_ephemeris_motion_open(NULL, NULL, NULL, &e));
+    REFUSED(phys_ephemeris_measure(NULL, NULL, NULL, NULL, &e));
+    REFUSED(phys_ephemeris_measure(NULL, NULL, &track, &(struct phys_ephemeris_distances){0}, &e));
+    REFUSED(phys_ephemeris_least(NULL, 0, NULL, &e));
+    REFUSED(phys_ephemeris_track_tables(NULL, 0, NULL, &e));
+    REFUSED(phys_ephemeris_follow(NULL, 0, NULL, &e));
+    REFUSED(phys_ephemeris_follow(&empty, 1, &track, &e));
+    REFUSED(phys_ephemeris_follow_tightly(&empty, 1, &track, &e));
+    REFUSED(phys_ephemeris_choose_step(NULL, NULL, 0, &e));
+    phys_ephemeris_tables_free(NULL);
+    phys_ephemeris_track_free(NULL);
+    phys_ephemeris_motion_close(NULL);
+    phys_motion_solution_free(NULL);
+    assert_true(isnan(phys_ephemeris_apart(NULL, NULL, 0, 0)));
+    assert_true(phys_ephemeris_compare(NULL, NULL).worst == 0);
+    assert_null(phys_simulation_of(NULL, 1, 1).integrator);
+    ad_tape *tape = ad_tape_new(AD_F64);
+    assert_int_equal(phys_action_record(tape, &pendulum, settings.rule, 3, 1, 0, NULL),
+                     AD_E_ARGUMENT);
+    assert_int_equal(ad_tape_error(tape)->status, AD_E_ARGUMENT);
+    ad_tape_free(tape);
+    assert_false(ad_series_native(NULL, 0, &e));
     phys_system_close(&pendulum);
 }
 
@@ -264,9 +356,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_failed_searches), cmocka_unit_test(test_nothing_given),
-        cmocka_unit_test(test_start_at_rest),   cmocka_unit_test(test_unknown_numbers),
-        cmocka_unit_test(test_unknown_names),   cmocka_unit_test(test_unknown_values),
-        cmocka_unit_test(test_nothing_done),
+        cmocka_unit_test(test_all_null),        cmocka_unit_test(test_start_at_rest),
+        cmocka_unit_test(test_unknown_numbers), cmocka_unit_test(test_unknown_names),
+        cmocka_unit_test(test_unknown_values),  cmocka_unit_test(test_nothing_done),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
