@@ -115,8 +115,11 @@ static struct known_value *look_up(const struct graph *g, const struct value *v,
     uint32_t half = (uint32_t)(full >> 32);
     size_t line = ((size_t)v->in[0] + v->in[1]) & known->mask & ~(size_t)(LINE - 1), probe = 0;
     struct known_value *slot = &known->table[line];
-    while (slot->number && (slot->hash != half || !equal(g->tape, &g->values[slot->number - 1], v)))
-        slot = &known->table[++probe < LINE ? line + probe : (full + probe) & known->mask];
+    while (slot->number &&
+           (slot->hash != half || !equal(g->tape, &g->values[slot->number - 1], v))) {
+        size_t far = full + ++probe * (half | 1); /* steps differ: neighbouring lines may be full */
+        slot = &known->table[probe < LINE ? line + probe : far & known->mask];
+    }
     if (!slot->number)
         slot->hash = half;
     return slot;
