@@ -5,7 +5,7 @@
 
 enum {
     WINDOW_BYTES = 128 << 10, /* windows of a pass: with what it reads and writes, in the cache */
-    LEAST_BYTES = 2 * WINDOW_BYTES, /* in memory otherwise: smaller programs stay in the cache */
+    LEAST_BYTES = 6 * WINDOW_BYTES, /* in memory otherwise: smaller programs stay in the cache */
     MIN_BLOCK = 256,
     MAX_BLOCK = 4096
 };
