@@ -7,8 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double too_much = 0.1;  /* of the energy */
-static const double most_work = 3e7; /* places times dof^3 */
+static const double too_much = 0.1;    /* of the energy */
+static const double well_known = 1e-4; /* error of a motion, in units of its size */
+static const double most_work = 3e7;   /* places times dof^3 */
 static const double most_places = 1000;
 
 /* A place for one more warning. */
@@ -71,7 +72,8 @@ static void judge_energy(const struct phys_motion_solution *m, struct phys_diagn
     double drift = m->info.energy_drift;
     char change[64] = "grows beyond all numbers";
     if (drift <= too_much || m->info.energy_start == 0 || m->system->scene->free_time ||
-        (!isfinite(drift) && !complete) || m->ode.friction != 0 || !m->keeps_energy)
+        (!isfinite(drift) && !complete) || m->ode.friction != 0 || !m->keeps_energy ||
+        m->error <= well_known * m->size) /* the start's energy is small beside its parts */
         return;
     if (isfinite(drift))
         snprintf(change, sizeof change, "changes by %.3g times its value", drift);

@@ -56,6 +56,7 @@ static void test_the_reference_comes_back(void **state)
                 {"pendulum --set l=1 --set theta0=3.1415926 --time 30", 1e-3, 1e-3, 0},
                 {"pendulum --integrator dop853 --tol 1e-15", 1e-13, 1e-13, 1},
                 {"./damped.so --set k=-1 --time 15", 1e3, 1e-8, 0},
+                {"./damped.so --set k=-1 --set q0=1e-9 --set v0=0 --time 40", 1e3, 1e-6, 0},
                 {"./damped.so --set g=0.5 --time 40", 1e-4, 1e-13, 0}};
     build("damped");
     for (size_t k = 0; k < LENGTH(runs); k++) {
