@@ -88,11 +88,14 @@ PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/derivatives.h autodiff/serie
               hnn/pixels/pixels.h hnn/pixels/pixel_energy.h hnn/rollout/rollout.h quantum/quantum.h \
               quantum/run.h quantum/slit.h quantum/published.h)
 
+# Raised whenever a public struct changes its size (scripts/check-abi).
+SOVERSION = 1
+
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests objects test check demo charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan run-threaded recipes fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests objects test check demo abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan run-threaded recipes fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -194,7 +197,7 @@ $(BUILD)/leastaction.map: $(PUBLIC)
 
 $(SO): $(LIB_OBJ) $(BUILD)/leastaction.map
 	$(call say,LD,$@)
-	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -shared -Wl,-soname,libleastaction.so.0,-z,nodelete \
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -shared -Wl,-soname,libleastaction.so.$(SOVERSION),-z,nodelete \
 	    -Wl,--version-script=$(BUILD)/leastaction.map $(filter %.o,$^) $(LIBS) -o $@
 
 $(BUILD)/apps.a: $(APP_OBJ)
@@ -301,7 +304,11 @@ hnn-table: all
 	@scripts/hnn-table $(BUILD)/leastaction hnn-table
 
 lint:
+	@scripts/check-abi
 	@scripts/lint $(BUILD)
+
+abi-headers:
+	@echo $(SOVERSION) $(PUBLIC)
 
 format:
 	clang-format -i $(wildcard $(addsuffix /*.[ch],autodiff autodiff/* physics physics/* hnn hnn/* quantum apps apps/* apps/*/* tests tests/* tests/*/* docs/examples docs/examples/adbench))
@@ -388,8 +395,8 @@ install: all
 	install $(BUILD)/leastaction $(ROOT)/bin/
 	install -m 644 $(A) $(ROOT)/lib/
 	install $(SO) $(ROOT)/lib/libleastaction.so.$(VERSION)
-	ln -sf libleastaction.so.$(VERSION) $(ROOT)/lib/libleastaction.so.0
-	ln -sf libleastaction.so.0 $(ROOT)/lib/libleastaction.so
+	ln -sf libleastaction.so.$(VERSION) $(ROOT)/lib/libleastaction.so.$(SOVERSION)
+	ln -sf libleastaction.so.$(SOVERSION) $(ROOT)/lib/libleastaction.so
 	for h in $(PUBLIC); do install -D -m 644 $$h $(ROOT)/include/leastaction/$$h; done
 	sed 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' scripts/leastaction.pc.in > $(ROOT)/lib/pkgconfig/leastaction.pc
 	$(BUILD)/leastaction manual > $(MAN1)/leastaction.1
