@@ -38,6 +38,7 @@ static double *scene_motion(struct path_run *run, struct ad_error *error)
         [PHYS_PATH_CLOSED] = "the closed form",
         [PHYS_PATH_GRID] = "the motion of this discretisation",
         [PHYS_PATH_LOST] = "the true motion",
+        [PHYS_PATH_PUBLISHED] = "the published motion",
     };
     struct phys_path_settings settings = run->settings;
     enum phys_motion_of which = PHYS_PATH_TRUE;
@@ -48,9 +49,10 @@ static double *scene_motion(struct path_run *run, struct ad_error *error)
     if (path)
         phys_path_motion(&run->system, &settings, run->preset, run->options->common.seed, path,
                          &which, error);
-    run->reference_is = names[which];
+    bool repeats = which == PHYS_PATH_GRID && settings.rule->repeat; /* its last slice differs */
+    run->reference_is = repeats ? "the motion of rule left" : names[which];
     run->led_away = which == PHYS_PATH_LOST;
-    run->settings.compare_true = which != PHYS_PATH_GRID;
+    run->settings.compare_true = which != PHYS_PATH_GRID && which != PHYS_PATH_PUBLISHED;
     return path;
 }
 
@@ -60,8 +62,9 @@ static double *observed_motion(struct path_run *run, const double *observed, str
     const struct phys_path_settings *s = &run->settings;
     uint64_t seed = run->options->common.seed;
     double *path = path_new(run, error);
-    run->reference_is = "the motion of this discretisation";
-    if (path && run->preset && strncmp(s->rule->name, "left", 4) == 0)
+    bool published = run->preset && strncmp(s->rule->name, "left", 4) == 0;
+    run->reference_is = published ? "the published motion" : "the true motion";
+    if (path && published)
         phys_published_path(&run->system, seed, s->slices, s->dt, true, run->preset->damping,
                             observed, path, error);
     else if (path)

@@ -248,6 +248,14 @@ bool phys_motion_separates(phys_motion *motion)
     return motion->constant && phys_is_independent(motion->tape, motion->force, 1, &motion->v);
 }
 
+bool phys_motion_has_plain_momenta(phys_motion *motion)
+{
+    phys_motion *m = motion;
+    ad_var p, L = phys_system_lagrangian(m->system, m->q, m->v, m->t);
+    return m->constant && ad_grad(L, 1, &m->v, &p) == AD_OK &&
+           phys_is_independent(m->tape, p, 2, (ad_var[]){m->q, m->t});
+}
+
 const char *phys_motion_interpreted(const phys_motion *motion)
 {
     return ad_native_note(motion->force_program);

@@ -12,6 +12,8 @@
 const struct phys_system *phys_motion_system(const phys_motion *motion);
 /* The masses are constant and the accelerations depend on q and t alone. */
 bool phys_motion_separates(phys_motion *motion);
+/* L_v is M v, M constant, up to a constant: no L_vq or L_vt. */
+bool phys_motion_has_plain_momenta(phys_motion *motion);
 /* Changes the entries of mass matrices that are not diagonal by relative amounts between share and
    twice share: what rounding makes of M^-1. 0: exact again. */
 void phys_motion_round_mass(phys_motion *motion, double share);

@@ -9,4 +9,10 @@
 #include "solvers.def"
 #undef SOLVER
 
+/* Slices 2 on of a path [degree dof x slices], and inner nodes, from its first two slices by the
+   discrete equations of the rule. */
+enum ad_status phys_path_march(const struct phys_system *system,
+                               const struct phys_path_settings *settings, double *path,
+                               struct ad_error *error);
+
 #endif

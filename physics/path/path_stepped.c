@@ -18,9 +18,9 @@ static void store(const phys_variational_step *stepper, const struct phys_path_s
         path[d * slices + i + 1] = x[2 * d + 1];
 }
 
-static enum ad_status step_path(phys_variational_step *stepper,
-                                const struct phys_path_settings *settings, size_t dof, double *work,
-                                double *path, struct ad_error *error)
+static enum ad_status step_slices(phys_variational_step *stepper,
+                                  const struct phys_path_settings *settings, size_t dof,
+                                  double *work, double *path, struct ad_error *error)
 {
     double *q = work, *p = work + dof, *before = work + 2 * dof;
     size_t slices = settings->slices;
@@ -41,20 +41,34 @@ static enum ad_status step_path(phys_variational_step *stepper,
     return AD_OK;
 }
 
+enum ad_status phys_path_march(const struct phys_system *system,
+                               const struct phys_path_settings *settings, double *path,
+                               struct ad_error *error)
+{
+    phys_variational_step *stepper = NULL;
+    double *work = malloc(3 * system->dof * sizeof *work);
+    if (!work)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else if (phys_variational_step_new(system, settings->rule, settings->dt, &stepper, error) ==
+             AD_OK)
+        step_slices(stepper, settings, system->dof, work, path, error);
+    phys_variational_step_free(stepper);
+    free(work);
+    return error->status;
+}
+
 static enum ad_status solve(const struct phys_system *system,
                             const struct phys_path_settings *settings, double *path,
                             struct phys_path_info *info, struct ad_error *error)
 {
     struct phys_path_program program = {0};
-    phys_variational_step *stepper = NULL;
     size_t n = settings->rule->degree * system->dof * settings->slices;
-    double *work = malloc((n + 3 * system->dof) * sizeof *work);
+    double *work = malloc(n * sizeof *work);
     if (!work)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     memcpy(work, path, n * sizeof *work);
     if (phys_path_program_new(&program, system, settings, path, error) == AD_OK &&
-        phys_variational_step_new(system, settings->rule, settings->dt, &stepper, error) == AD_OK &&
-        step_path(stepper, settings, system->dof, work + n, work, error) == AD_OK) {
+        phys_path_march(system, settings, work, error) == AD_OK) {
         memcpy(program.x, work, n * sizeof *work);
         struct phys_path_step at = phys_path_program_run(&program, settings->slices - 2);
         if (phys_path_program_finite(&program, &at, error) == AD_OK) {
@@ -62,7 +76,6 @@ static enum ad_status solve(const struct phys_system *system,
             phys_path_program_end(&program, PHYS_STOP_STEPS, &at, path, info);
         }
     }
-    phys_variational_step_free(stepper);
     phys_path_program_free(&program);
     free(work);
     return error->status;

@@ -1,5 +1,6 @@
 /* Initial and reference paths (path.h). */
 #include "internal.h"
+#include "physics/lagrangian/internal.h"
 #include "physics/motion/motion.h"
 
 #include <math.h>
@@ -43,6 +44,32 @@ static bool is_lost(size_t dof, size_t slices, const double *grid, const double 
     return !(distance <= LOST * width);
 }
 
+/* The motion of rule left from q, q + v dt. Where momenta are plain the published equations are its
+   equations. */
+static enum ad_status left_motion(const struct phys_system *system,
+                                  const struct phys_path_settings *settings, uint64_t seed,
+                                  double *path, struct ad_error *error)
+{
+    struct phys_path_settings left = *settings;
+    phys_motion *motion = NULL;
+    if (phys_motion_new(system, &motion, error) != AD_OK)
+        return error->status;
+    bool published = phys_motion_has_plain_momenta(motion);
+    phys_motion_free(motion);
+    if (published)
+        return phys_published_path(system, seed, left.slices, left.dt, true, 1, NULL, path, error);
+    left.rule = &phys_rule_left;
+    double *two = malloc(2 * system->dof * sizeof *two);
+    if (!two)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    enum ad_status status =
+        phys_published_path(system, seed, 2, left.dt, true, 1, NULL, two, error);
+    for (size_t k = 0; k < system->dof && status == AD_OK; k++)
+        memcpy(path + k * left.slices, two + 2 * k, 2 * sizeof *path);
+    free(two);
+    return status == AD_OK ? phys_path_march(system, &left, path, error) : status;
+}
+
 enum ad_status phys_path_motion(const struct phys_system *system,
                                 const struct phys_path_settings *settings,
                                 const struct phys_preset *preset, uint64_t seed, double *path,
@@ -63,7 +90,7 @@ enum ad_status phys_path_motion(const struct phys_system *system,
     if (closed || strncmp(settings->rule->name, "left", 4) != 0)
         return phys_scene_path(system, seed, &tightly, n, settings->dt, path, error);
     if (preset) { /* as published, whatever it is */
-        *which = PHYS_PATH_GRID;
+        *which = PHYS_PATH_PUBLISHED;
         return phys_published_path(system, seed, n, settings->dt, preset->euler_start,
                                    preset->damping, NULL, path, error);
     }
@@ -71,7 +98,7 @@ enum ad_status phys_path_motion(const struct phys_system *system,
     if (!grid)
         return ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", n);
     phys_scene_path(system, seed, &tightly, n, settings->dt, path, &lost);
-    if (phys_published_path(system, seed, n, settings->dt, true, 1, NULL, grid, &none) == AD_OK &&
+    if (left_motion(system, settings, seed, grid, &none) == AD_OK &&
         (lost.status != AD_OK || !is_lost(system->dof, n, grid, path))) {
         memcpy(path, grid, system->dof * n * sizeof *path);
         *which = PHYS_PATH_GRID;

@@ -226,6 +226,77 @@ static void motions_say_what_they_are(void **state)
     }
 }
 
+static ad_var rotating(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    ad_var x = ad_row(q, 0), y = ad_row(q, 1), u = ad_row(v, 0), w = ad_row(v, 1);
+    (void)t, (void)params;
+    return ad_add(ad_mul(0.5, ad_sub(ad_sum_rows(ad_square(v)), ad_sum_rows(ad_square(q)))),
+                  ad_mul(0.2, ad_sub(ad_mul(x, w), ad_mul(y, u))));
+}
+
+/* A total derivative beside the Lagrangian, (q^3)' / 10, and of time, (t^2 q)' / 2. */
+static ad_var gauged(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params;
+    ad_var L = ad_sub(ad_mul(0.5, ad_square(v)), ad_mul(0.5, ad_square(q)));
+    ad_var more = ad_add(ad_mul(0.3, ad_mul(ad_square(q), v)),
+                         ad_add(ad_mul(t, q), ad_mul(0.5, ad_mul(ad_square(t), v))));
+    return ad_sum_rows(ad_add(L, more));
+}
+
+static ad_var stretched(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_sum_rows(ad_sub(ad_mul(0.5, ad_square(ad_mul(ad_add(1, ad_square(q)), v))), q));
+}
+
+static ad_var relativistic(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_sum_rows(ad_sub(ad_neg(ad_sqrt(ad_sub(1, ad_square(v)))), ad_mul(0.5, ad_square(q))));
+}
+
+static enum ad_status aside(const void *params, uint64_t seed, double *q, double *v,
+                            struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = 1, q[1] = 0.5;
+    v[0] = 0.3, v[1] = 0.1;
+    return AD_OK;
+}
+
+/* The reference of rule left is stationary for its action, whatever L_v depends on. */
+static void the_motion_of_rule_left_is_stationary(void **state)
+{
+    (void)state;
+    phys_lagrangian *const lagrangians[] = {rotating, gauged, stretched, relativistic};
+    for (size_t k = 0; k < LENGTH(lagrangians); k++) {
+        struct phys_system spring = system_opened("spring");
+        struct phys_scene scene = *spring.scene;
+        struct phys_system system = {0};
+        struct phys_path_info info = {0};
+        struct ad_error error = {0};
+        enum phys_motion_of is;
+        scene.dof = 2;
+        scene.kinetic = scene.potential = NULL;
+        scene.lagrangian = lagrangians[k];
+        scene.start = aside;
+        assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+        struct phys_path_settings settings = phys_path_defaults(&system);
+        settings.rule = phys_rule_find("left", &error);
+        settings.slices = 41;
+        settings.dt = 0.05;
+        double path[2 * 41];
+        assert_int_equal(phys_path_motion(&system, &settings, NULL, 1, path, &is, &error), AD_OK);
+        assert_int_equal(is, PHYS_PATH_GRID);
+        assert_int_equal(
+            phys_path_solve(&phys_solver_march, &system, &settings, path, &info, &error), AD_OK);
+        assert_true(info.start.grad_norm < 1e-12);
+        phys_system_close(&system);
+        phys_system_close(&spring);
+    }
+}
+
 /* A parabola bent to end at 5, and the line between its ends. */
 static void lines_and_bent_paths_have_the_ends(void **state)
 {
@@ -251,6 +322,7 @@ int main(void)
         cmocka_unit_test(the_coarsest_setting_that_meets_an_error),
         cmocka_unit_test(errors_out_of_reach_are_told),
         cmocka_unit_test(motions_say_what_they_are),
+        cmocka_unit_test(the_motion_of_rule_left_is_stationary),
         cmocka_unit_test(lines_and_bent_paths_have_the_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
