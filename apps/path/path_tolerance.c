@@ -97,9 +97,7 @@ enum ad_status path_refine(struct path_run *run, struct ad_error *error)
         phys_path_refine(&run->system, &settings, run->start, ends, run->options->tolerance,
                          &run->refined, &lost) != AD_OK)
         ad_fail(error, lost.status, "--tol: %s%s", lost.message,
-                !run->refined.unsettled        ? ""
-                : path_from_file(run->options) ? ": --adam-steps 500"
-                                               : ": --init ode");
+                run->refined.unsettled && !path_from_file(run->options) ? ": --init ode" : "");
     return error->status == AD_OK ? adopt(run, error) : error->status;
 }
 

@@ -13,6 +13,7 @@
 #include <string.h>
 
 enum { COARSEST = 4, FINEST = 1 << 14, UNSETTLED = 1 << 9 }; /* elements */
+enum { DESCENT = 500 }; /* steps of Adam, where Newton's method alone finds no one path */
 enum { PARTED = 5 }; /* levels that find several paths from the guess: the next goes on with one */
 
 static const double CAUTION = 2;   /* the law of convergence holds in the limit */
@@ -188,8 +189,9 @@ static bool climb(struct climb *c, const struct phys_rule *rule, size_t elements
     return false;
 }
 
-static enum ad_status climb_all(struct climb *c, const struct phys_rule *given,
-                                struct ad_error *error)
+/* All levels from the guess, after c->adam_steps. */
+static enum ad_status climb_once(struct climb *c, const struct phys_rule *given,
+                                 struct ad_error *error)
 {
     const struct rung fixed = {given ? given->name : NULL, COARSEST, FINEST};
     const struct rung *rungs = given ? &fixed : ladder;
@@ -204,6 +206,25 @@ static enum ad_status climb_all(struct climb *c, const struct phys_rule *given,
                    "error %g is out of reach: %zu elements of %s come to %.2g; allow a larger "
                    "error or take another rule",
                    c->tolerance, last->elements, last->rule->name, last->estimate);
+}
+
+/* Newton's method may lead each level elsewhere from a guess far from every path, as from a line to
+   a kink: then once more after descents. */
+static enum ad_status climb_all(struct climb *c, const struct phys_rule *given,
+                                struct ad_error *error)
+{
+    struct ad_error lost = {0};
+    climb_once(c, given, &lost);
+    if (c->to->unsettled && c->adam_steps < DESCENT) {
+        drop(&c->before);
+        drop(&c->here);
+        c->to->n = 0;
+        c->to->unsettled = false;
+        c->adam_steps = DESCENT;
+        lost = (struct ad_error){0};
+        climb_once(c, given, &lost);
+    }
+    return lost.status == AD_OK ? AD_OK : ad_fail(error, lost.status, "%s", lost.message);
 }
 
 enum ad_status phys_path_refine(const struct phys_system *system,
