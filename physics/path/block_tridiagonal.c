@@ -44,8 +44,10 @@ bool phys_block_tridiagonal_new(struct phys_block_tridiagonal *b,
         malloc((2 * slices + 2 * count * b->room + condensed + 4 * dof * dof) * sizeof *b->slice);
     b->right = malloc(2 * (count + 1) * size * sizeof *b->right);
     b->pivots = malloc(count * size * sizeof *b->pivots);
-    if (!b->slice || !b->right || !b->pivots)
+    if (!b->slice || !b->right || !b->pivots) {
+        phys_block_tridiagonal_free(b); /* the next factor tries again */
         return false;
+    }
     b->coupling = b->slice + slices;
     b->band = b->coupling + slices;
     b->condensed = b->band + 2 * count * b->room;
