@@ -53,6 +53,8 @@ bool ad_series_native(ad_series *series, size_t n, struct ad_error *note);
    another name, such as sqrt(x^2), hypot(x, 0), acos(cos x). A series follows the branch taken at
    its point and does not see a kink nearby. */
 size_t ad_series_branches(const ad_series *series);
+/* The kind of the first of them, in words, such as "a root of a square"; NULL: none. */
+const char *ad_series_kink(const ad_series *series);
 /* Number of values, each with its series. */
 size_t ad_series_size(const ad_series *series);
 

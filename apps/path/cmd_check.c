@@ -95,6 +95,10 @@ static void report_checks(struct report *report, const struct phys_system *syste
     report_check(report, system, "second", "second order", &c->second);
     report_locality(report, system, &c->locality);
     report_failure(report, "energies", "energies", &c->energies);
+    report_text(report, "kink", NULL, c->kink);
+    if (c->kink)
+        report_line(report, "  %-15s by %s: gradients and methods are right away from them only",
+                    "kinks", c->kink);
     report_number(report, "mass_condition", NULL, NULL, c->mass_condition);
     if (c->locality.passed)
         report_line(

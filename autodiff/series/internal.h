@@ -53,6 +53,7 @@ struct ad_series {
     uint32_t *output;    /* the jets of all elements of y, those of y[k] from first_output[k] on */
     size_t *first_output, n_output;
     size_t branches;
+    const struct jet *kink;   /* the first of them */
     size_t n_input, n_flow;   /* elements of x; n of ad_series_flow, once called */
     struct series_code *code; /* NULL: interpreted */
     double spent;             /* seconds of the interpreter in ad_series_flow */

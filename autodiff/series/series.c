@@ -261,7 +261,8 @@ static enum ad_status allocate(struct ad_series *s)
         const struct jet *it = &s->jets[k];
         if (it->kind == JET_NUMBER)
             s->coefficients[k * s->stride] = it->number;
-        s->branches += has_kink(s, it);
+        if (has_kink(s, it) && s->branches++ == 0)
+            s->kink = it;
     }
     return s->coefficients ? AD_OK : AD_E_MEMORY;
 }
@@ -355,4 +356,14 @@ bool ad_series_is_number(const ad_series *series, size_t k, size_t i)
 }
 
 size_t ad_series_branches(const ad_series *series) { return series ? series->branches : 0; }
+
+const char *ad_series_kink(const ad_series *series)
+{
+    const struct jet *kink = series ? series->kink : NULL;
+    return !kink                         ? NULL
+           : kink->kind == JET_PIECEWISE ? "abs, relu, min, max or another comparison"
+           : kink->kind == JET_INTEGRAL  ? ad_op_name((enum ad_op)kink->op)
+                                         : "a root of a square";
+}
+
 size_t ad_series_size(const ad_series *series) { return series ? series->n : 0; }

@@ -1,5 +1,6 @@
 /* Checks of a scene's Lagrangian (check.h): finite values, correct gradient, independent slices. */
 #include "internal.h"
+#include "autodiff/series.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -186,4 +187,21 @@ enum ad_status phys_check_locality(const struct phys_system *system, const struc
     ad_tape_free(probe.tape);
     free(base);
     return error->status;
+}
+
+/* ---- kinks ---- */
+
+const char *phys_check_kinks(const struct phys_system *system)
+{
+    const size_t most = 64;
+    struct ad_error none = {0};
+    struct probe probe = {0};
+    ad_series *series = NULL;
+    if (!phys_lacks_scene(system, &none) && system->dof <= most &&
+        probe_new(&probe, system, 1, &none) == AD_OK)
+        ad_series_new(1, &probe.L, 3, (ad_var[]){probe.q, probe.v, probe.t}, 1, &series);
+    const char *kink = ad_series_kink(series);
+    ad_series_free(series);
+    ad_tape_free(probe.tape);
+    return kink;
 }

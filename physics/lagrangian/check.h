@@ -39,6 +39,9 @@ struct phys_locality {
 /* Changes one slice after the other and compares L at the others bit by bit. Needs 2 slices. */
 enum ad_status phys_check_locality(const struct phys_system *system, const struct phys_points *at,
                                    struct phys_locality *report, struct ad_error *error);
+/* What kinks L has, in words, such as "a root of a square"; NULL: none, or over 64 coordinates.
+   Derivatives and methods assume that L is smooth; differences far from a kink do not show it. */
+const char *phys_check_kinks(const struct phys_system *system);
 
 AD_HEADER_END
 #endif

@@ -93,6 +93,8 @@ static void examine(const struct phys_system *system, const struct phys_points *
     phys_check_energies(system, at, &c->energies);
     if (!is_error(&c->energies, AD_E_ARGUMENT, error) && c->locality.passed)
         c->mass_condition = find_condition(system, at, error); /* it is recorded at one slice */
+    if (c->locality.passed)
+        c->kink = phys_check_kinks(system);
     c->passed = c->no_path.status == AD_OK && c->gradient.passed && c->second.passed &&
                 c->locality.passed && c->energies.status == AD_OK;
 }

@@ -13,6 +13,7 @@ struct phys_checks {
     struct ad_error energies;         /* phys_check_energies */
     struct ad_check gradient, second; /* phys_check_gradient of order 1 and 2 */
     struct phys_locality locality;
+    const char *kink;      /* phys_check_kinks; NULL, too, where slices are not local */
     double mass_condition; /* largest lower bound at the points; NaN where slices are not local */
 };
 /* Checks the slices, dt apart, of the motion from the scene's start (all but the last), with the

@@ -38,6 +38,26 @@ static void test_check(void **state)
     assert_non_null(strstr(shell_last_line(), "\"scene\": \"mass\""));
 }
 
+/* The kink is far from all slices: no difference sees it. */
+static void test_kinks(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *V, *kink;
+    } cases[] = {
+        {"ad_abs(ad_sub(x, 100))", "\"kink\": \"abs,"},
+        {"ad_max(x, 100)", "\"kink\": \"abs,"},
+        {"ad_sqrt(ad_square(ad_sub(x, 7)))", "root of a square\""},
+        {"ad_square(x)", "\"kink\": null"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        shell_works("${CC:-cc} -std=c11 -shared -fPIC -I$ROOT '-DV(x)=%s' "
+                    "$ROOT/tests/apps/scenes/kink.c -o k.so && $LA check ./k.so --json",
+                    cases[k].V);
+        assert_non_null(strstr(shell_last_line(), cases[k].kink));
+    }
+}
+
 static void test_check_built_in(void **state)
 {
     (void)state;
@@ -52,6 +72,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_check, shell_empty),
+        cmocka_unit_test_teardown(test_kinks, shell_empty),
         cmocka_unit_test_teardown(test_check_built_in, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
