@@ -21,12 +21,13 @@ enum phys_motion_of {
     PHYS_PATH_CLOSED,   /* its closed form */
     PHYS_PATH_GRID,     /* that of rule left */
     PHYS_PATH_LOST,     /* the true one, for that of rule left is far from it */
-    PHYS_PATH_PUBLISHED /* by the equations of a preset */
+    PHYS_PATH_PUBLISHED /* by the equations of the paper */
 };
 struct phys_path_settings;
 /* The motion that gives a path its ends and that it is compared with: path [dof x slices]. For the
    rules left and left+repeat it is that of left, by its discrete equations, as long as that is near
-   the true one, or the published one of a preset (NULL: none); for others the true one. */
+   the true one, or the published one of a preset (NULL: none) or scene of the paper; for others the
+   true one. */
 enum ad_status phys_path_motion(const struct phys_system *system,
                                 const struct phys_path_settings *settings,
                                 const struct phys_preset *preset, uint64_t seed, double *path,

@@ -45,18 +45,19 @@ static bool is_lost(size_t dof, size_t slices, const double *grid, const double 
 }
 
 /* The motion of rule left from q, q + v dt. Where momenta are plain the published equations are its
-   equations. */
+   equations. A scene of the paper has the published motion in any case. */
 static enum ad_status left_motion(const struct phys_system *system,
                                   const struct phys_path_settings *settings, uint64_t seed,
-                                  double *path, struct ad_error *error)
+                                  double *path, enum phys_motion_of *which, struct ad_error *error)
 {
     struct phys_path_settings left = *settings;
     phys_motion *motion = NULL;
     if (phys_motion_new(system, &motion, error) != AD_OK)
         return error->status;
-    bool published = phys_motion_has_plain_momenta(motion);
+    bool plain = phys_motion_has_plain_momenta(motion), paper = system->scene->paper != NULL;
     phys_motion_free(motion);
-    if (published)
+    *which = plain || !paper ? PHYS_PATH_GRID : PHYS_PATH_PUBLISHED;
+    if (plain || paper)
         return phys_published_path(system, seed, left.slices, left.dt, true, 1, NULL, path, error);
     left.rule = &phys_rule_left;
     double *two = malloc(2 * system->dof * sizeof *two);
@@ -98,10 +99,9 @@ enum ad_status phys_path_motion(const struct phys_system *system,
     if (!grid)
         return ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", n);
     phys_scene_path(system, seed, &tightly, n, settings->dt, path, &lost);
-    if (left_motion(system, settings, seed, grid, &none) == AD_OK &&
+    if (left_motion(system, settings, seed, grid, which, &none) == AD_OK &&
         (lost.status != AD_OK || !is_lost(system->dof, n, grid, path))) {
         memcpy(path, grid, system->dof * n * sizeof *path);
-        *which = PHYS_PATH_GRID;
     } else if (lost.status != AD_OK) {
         ad_fail(error, lost.status, "%s", lost.message);
     } else {

@@ -173,9 +173,10 @@ static double list_number(const struct file *f, const char *object, const char *
         return stored;
     }
     struct phys_hdf5_item item;
-    const char *name = strcmp(key, "t") == 0       ? "events/time"
-                       : strcmp(key, "touch") == 0 ? "events/touch"
-                                                   : "events/state";
+    const char *name = strcmp(key, "t") == 0               ? "events/time"
+                       : strcmp(key, "t_uncertainty") == 0 ? "events/uncertainty"
+                       : strcmp(key, "touch") == 0         ? "events/touch"
+                                                           : "events/state";
     assert_int_equal(phys_hdf5_shape(f->file, name, &item, &error), AD_OK);
     phys_hdf5_read(f->file, name, strtoul(object + 7, NULL, 10), 1, row, &error);
     return row[strcmp(key, "v") == 0 ? item.dims[1] / 2 + k : k];

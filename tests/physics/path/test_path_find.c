@@ -201,6 +201,7 @@ static void motions_say_what_they_are(void **state)
         const char *scene, *rule;
         enum phys_motion_of is;
     } cases[] = {{"pendulum", "left", PHYS_PATH_GRID},
+                 {"dblpend", "left", PHYS_PATH_PUBLISHED},
                  {"pendulum", "gauss2", PHYS_PATH_TRUE},
                  {"brachistochrone", "left", PHYS_PATH_CLOSED},
                  {"arenstorf", "left", PHYS_PATH_LOST}};
@@ -214,7 +215,7 @@ static void motions_say_what_they_are(void **state)
         settings.rule = phys_rule_find(cases[c].rule, &error);
         assert_int_equal(phys_path_motion(&system, &settings, NULL, 1, path, &is, &error), AD_OK);
         assert_int_equal(is, cases[c].is);
-        if (is == PHYS_PATH_GRID) /* from where the path begins, too */
+        if (is == PHYS_PATH_GRID || is == PHYS_PATH_PUBLISHED) /* from where the path begins, too */
             phys_published_path(&system, 1, n, settings.dt, false, 1, path, other, &error);
         else
             phys_scene_path(&system, 1, NULL, n, settings.dt, other, &error);
@@ -278,6 +279,7 @@ static void the_motion_of_rule_left_is_stationary(void **state)
         struct ad_error error = {0};
         enum phys_motion_of is;
         scene.dof = 2;
+        scene.paper = NULL;
         scene.kinetic = scene.potential = NULL;
         scene.lagrangian = lagrangians[k];
         scene.start = aside;
