@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -102,14 +103,19 @@ enum ad_status phys_atomic_file_begin(struct phys_atomic_file *file, const char 
     if (!file->target)
         return ad_fail(error, AD_E_MEMORY, "%s: out of memory", target);
     phys_temporary_clean(file->target, folder_length(file->target));
+    sigset_t all, before; /* no signal comes between the file and the note of it */
+    sigfillset(&all);
+    pthread_sigmask(SIG_BLOCK, &all, &before);
     int failed = phys_temporary_new(file->target, folder_length(file->target), &file->temporary,
                                     &file->lock);
+    if (!failed)
+        replace(NULL, file->temporary);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
     if (failed) {
         forget(file);
         return failed == ENOMEM ? ad_fail(error, AD_E_MEMORY, "%s: out of memory", target)
                                 : refuse(error, target, strerror(failed));
     }
-    replace(NULL, file->temporary);
     if (mode)
         fchmod(file->lock, mode);
     return AD_OK;
