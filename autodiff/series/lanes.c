@@ -92,7 +92,7 @@ static void pack_operands(const ad_series *s, struct lanes *l, struct group *g)
     for (g->width = 1; g->width < g->n;)
         g->width *= 2;
     for (size_t k = 0; k < GROUP_OPERANDS; k++) {
-        uint32_t jets[MOST_LANES];
+        uint32_t jets[MOST_LANES] = {JET_NONE};
         for (uint32_t i = 0; i < g->n; i++)
             jets[i] = operand_of(&s->jets[g->jets[i]], g->jets[i], k);
         if (jets[0] == JET_NONE)

@@ -117,9 +117,10 @@ static enum ad_status record_flow(struct phys_motion_series *s, const ad_var x[]
                                   struct ad_error *error)
 {
     const size_t n = flow_inputs(s);
-    ad_var *in = malloc((2 * n + 2) * sizeof *in), *rate = in + n;
+    ad_var *in = malloc((2 * n + 2) * sizeof *in);
     if (!in)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
+    ad_var *rate = in + n;
     ad_var D = y[MASS], a = s->constant_mass ? times_inverse(s, y[FORCE])
                                              : eliminate(s->dof, y[MASS], y[FORCE], &D);
     memcpy(in, x, 2 * sizeof *in);

@@ -23,9 +23,10 @@ enum ad_status phys_motion_check_start(const struct phys_system *system, uint64_
     if (phys_lacks_scene(system, error))
         return error->status;
     size_t n = 2 * system->dof;
-    double *start = calloc(3 * n, sizeof *start), *y = start + n;
+    double *start = calloc(3 * n, sizeof *start);
     if (!start)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
+    double *y = start + n;
     if (phys_motion_start(system, seed, q, v, start, error) == AD_OK &&
         phys_ode_lagrangian(system, &ode, error) == AD_OK &&
         phys_ode_enter(&ode, 0, start, start + system->dof, y, &cause) == AD_OK)
