@@ -138,7 +138,7 @@ static enum ad_status find_exponents(struct simulate_run *run, struct ad_error *
             AD_OK)
         simulate_refuse("--lyapunov: ", &cause, error);
     run->exponents = values;
-    run->change = values + k;
+    run->change = values ? values + k : NULL;
     return error->status;
 }
 

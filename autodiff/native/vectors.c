@@ -10,7 +10,10 @@
 #include <math.h>
 #include <string.h>
 
+/* Multiply-adds are contracted, which rounds once instead of twice and saves a fifth of a pair law;
+   by gcc without being told. */
 static const char for_all[] =
+    "#ifdef __clang__\n#pragma clang fp contract(fast)\n#endif\n"
     "#define PASTE(a, b) a##b\n"
     "#define JOIN(a, b) PASTE(a, b)\n"
     "#define COPY __builtin_memcpy\n"
