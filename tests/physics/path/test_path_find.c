@@ -279,6 +279,7 @@ static void the_motion_of_rule_left_is_stationary(void **state)
         struct ad_error error = {0};
         enum phys_motion_of is;
         scene.dof = 2;
+        scene.coordinates = NULL;
         scene.paper = NULL;
         scene.kinetic = scene.potential = NULL;
         scene.lagrangian = lagrangians[k];
