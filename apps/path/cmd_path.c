@@ -70,9 +70,19 @@ static const char *advice(const struct path_run *run)
            "100, --rule gauss4, or a smaller --dt";
 }
 
+/* What kinks L has, where the path is further from the motion of its own start than --tol:
+   estimates from coarser grids hold for smooth L. */
+static const char *kinks_in_doubt(const struct path_run *run)
+{
+    return path_wants_tolerance(run->options) && run->found.true_distance > run->options->tolerance
+               ? phys_check_kinks(&run->system)
+               : NULL;
+}
+
 /* True if the run reached what was asked. */
 static int judge(const struct path_run *run, struct ad_error *error)
 {
+    const char *kinks = kinks_in_doubt(run);
     if (run->found.info.stop == PHYS_STOP_INTERRUPTED)
         ad_fail(error, AD_E_ACCURACY, "interrupted after step %zu of %zu; results are partial",
                 run->found.info.steps, run->settings.steps);
@@ -87,6 +97,12 @@ static int judge(const struct path_run *run, struct ad_error *error)
             "--tol %g is not met: a rule of higher order is %.2g away, for an estimate of %.2g; "
             "allow a larger error or take another --rule",
             run->options->tolerance, run->found.discretisation, path_estimate(run));
+    else if (kinks)
+        ad_fail(error, AD_E_ACCURACY,
+                "--tol %g cannot be verified: L has kinks (%s), where the estimate does not hold, "
+                "and the motion from the path's start is %.2g away; try other --slices, or a "
+                "smooth L",
+                run->options->tolerance, kinks, run->found.true_distance);
     else if (run->options->reference && run->found.another && !path_wants_all(run->options))
         ad_fail(error, AD_E_ACCURACY,
                 "--reference %s leads to another stationary path between the same ends, up to %.3g "

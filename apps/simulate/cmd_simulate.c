@@ -126,16 +126,17 @@ static enum ad_status measure_order(struct simulate_run *run, struct ad_error *e
 static enum ad_status find_exponents(struct simulate_run *run, struct ad_error *error)
 {
     const struct phys_motion_solution *m = &run->motion;
-    const size_t k = option_count_or(run->options->lyapunov, 0);
+    const size_t k = m->info.stop == PHYS_SIMULATION_INTERRUPTED
+                         ? 0
+                         : option_count_or(run->options->lyapunov, 0);
     const struct phys_lyapunov_settings how = {
         .t1 = m->info.t, .proceed = run->settings.proceed, .context = run->settings.context};
     struct ad_error cause = {0};
     double *values = k ? malloc(2 * k * sizeof *values) : NULL;
     if (k && !values)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (k && m->info.stop != PHYS_SIMULATION_INTERRUPTED &&
-        phys_lyapunov_spectrum(&run->system, m->start, &how, k, values, values + k, &cause) !=
-            AD_OK)
+    if (k && phys_lyapunov_spectrum(&run->system, m->start, &how, k, values, values + k, &cause) !=
+                 AD_OK)
         simulate_refuse("--lyapunov: ", &cause, error);
     run->exponents = values;
     run->change = values ? values + k : NULL;

@@ -52,6 +52,8 @@ static void release(void *context)
 enum ad_status phys_ode_variations(const struct phys_system *system, size_t columns,
                                    struct phys_ode *ode, struct ad_error *error)
 {
+    if (PHYS_LACKS(error, ode))
+        return error->status;
     *ode = (struct phys_ode){0};
     if (phys_lacks_scene(system, error))
         return error->status;

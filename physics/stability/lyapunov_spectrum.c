@@ -104,11 +104,11 @@ static enum ad_status follow_all(struct spectrum *s, double *exponents, double *
         if (!halved && t >= half) {
             halved = true;
             for (size_t j = 0; j < s->k; j++)
-                spread[j] = s->log[j] / (t - t0);
+                s->log[2 * s->k + j] = s->log[j] / (t - t0);
         }
-    for (size_t j = 0; j < s->k; j++) {
+    for (size_t j = 0; j < s->k && error->status == AD_OK; j++) {
         exponents[j] = s->log[j] / (t1 - t0);
-        spread[j] = fabs(exponents[j] - spread[j]);
+        spread[j] = fabs(exponents[j] - s->log[2 * s->k + j]);
     }
     return error->status;
 }
@@ -119,16 +119,18 @@ enum ad_status phys_lyapunov_spectrum(const struct phys_system *system, const do
 {
     struct spectrum s = {.settings = settings, .k = k};
     struct phys_ode ode = {0};
-    if (phys_lacks_scene(system, error))
+    if (phys_lacks_scene(system, error) || PHYS_LACKS(error, x, settings, exponents, spread))
         return error->status;
     s.d = 2 * system->dof;
     if (k == 0 || k > s.d)
         return ad_fail(error, AD_E_ARGUMENT, "%zu exponents: expected 1 to %zu", k, s.d);
+    for (size_t j = 0; j < k; j++)
+        exponents[j] = spread[j] = NAN;
     if (!(settings->t1 > settings->t0))
         return ad_fail(error, AD_E_ARGUMENT, "growth from t = %g to %g: expected a later end",
                        settings->t0, settings->t1);
     const size_t n = s.d * (1 + k);
-    double *memory = calloc(3 * n + 2 * k, sizeof *memory);
+    double *memory = calloc(3 * n + 3 * k, sizeof *memory);
     if (!memory)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     s.y = memory;

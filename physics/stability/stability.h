@@ -96,7 +96,8 @@ enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
                              struct phys_lyapunov *result, struct ad_error *error);
 
 /* The k largest Lyapunov exponents [k] of the motion from x = (q, v) at t0, in descending order but
-   for their uncertainty, and how much each changed over the second half of the time [k]. Of
+   for their uncertainty, and how much each changed over the second half of the time [k]; NaN on
+   errors. Of
    `settings`, t0, t1, tolerance, scale, proceed and its context are used. Variations follow the
    linearised equations: what phys_ode_variations refuses is refused. */
 enum ad_status phys_lyapunov_spectrum(const struct phys_system *system, const double *x,

@@ -219,6 +219,22 @@ static void test_a_fall_that_is_too_fast(void **state)
     assert_mentions(shell_err(), "--tol 1e-09 6.8e-09");
 }
 
+/* Grids that place a kink alike agree with each other: no success where the motion is elsewhere. */
+static void test_kinks(void **state)
+{
+    (void)state;
+    shell_works("${CC:-cc} -std=c11 -shared -fPIC -I$ROOT '-DV(x)=ad_abs(x)' "
+                "$ROOT/tests/apps/scenes/kink.c -o k.so");
+    int missed = 0;
+    for (int slices = 21; slices <= 36; slices += 5) {
+        int status =
+            shell("$LA path ./k.so --slices %d --dt 0.1 --init ode --tol 1e-6 --json", slices);
+        assert_true(status == 1 || (status == 0 && shell_number("true_distance") <= 1e-6));
+        missed += status == 1;
+    }
+    assert_true(missed > 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -227,6 +243,7 @@ int main(void)
         cmocka_unit_test_setup(test_least_that_will_do, shell_empty),
         cmocka_unit_test_setup(test_ends_of_a_file, shell_empty),
         cmocka_unit_test_setup(test_a_fall_that_is_too_fast, shell_empty),
+        cmocka_unit_test_setup(test_kinks, shell_empty),
         cmocka_unit_test_setup(test_one_of_several, shell_empty),
         cmocka_unit_test_setup(test_refusals, shell_empty),
     };

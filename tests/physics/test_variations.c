@@ -4,6 +4,7 @@
 #include "tests/close.h"
 #include "physics/physics.h"
 
+#include <math.h>
 #include <string.h>
 
 enum { MOST = 8 };
@@ -197,13 +198,32 @@ static void test_double_pendulum(void **state)
     phys_system_close(&system);
 }
 
+static bool never(void *context) { return context != NULL; }
+
+/* What was not computed is no number. */
+static void test_interrupted(void **state)
+{
+    (void)state;
+    struct phys_system system;
+    struct ad_error error = {0};
+    const double x[2] = {1, 0};
+    double exponents[2] = {1, 1}, change[2] = {1, 1};
+    assert_int_equal(phys_system_open("pendulum", &system, &error), AD_OK);
+    assert_int_equal(phys_lyapunov_spectrum(
+                         &system, x, &(struct phys_lyapunov_settings){.t1 = 10, .proceed = never},
+                         2, exponents, change, &error),
+                     AD_E_ACCURACY);
+    for (size_t k = 0; k < 2; k++)
+        assert_true(isnan(exponents[k]) && isnan(change[k]));
+    phys_system_close(&system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_against_differences),
-        cmocka_unit_test(test_symplectic),
-        cmocka_unit_test(test_linear_saddle),
-        cmocka_unit_test(test_double_pendulum),
+        cmocka_unit_test(test_against_differences), cmocka_unit_test(test_symplectic),
+        cmocka_unit_test(test_linear_saddle),       cmocka_unit_test(test_double_pendulum),
+        cmocka_unit_test(test_interrupted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
