@@ -161,12 +161,91 @@ static void test_nonfinite(void **state)
     action_free(&a);
 }
 
+/* ---- neighbours of computed values ---- */
+
+enum { CHAINS = 3, DEEPEST = 7 }; /* deeper than one pass has columns beyond its blocks */
+
+/* Each step reads the columns to the right and to the left of what the step before computed. */
+static ad_var chain(ad_var y, size_t depth, size_t number)
+{
+    for (size_t k = 0; k < depth; k++) {
+        bool right = (k + number) % 2;
+        ad_var d = right ? ad_diff(y, 0.75, true) : ad_diff_adjoint(y, 0.75, true, ad_cols(y));
+        y = ad_add(ad_sin(d), ad_mul(y, 0.5 + (double)number));
+    }
+    return y;
+}
+
+static double difference(const double y[], size_t n, size_t i, bool right)
+{
+    if (right)
+        return 0.75 * (i + 1 < n ? y[i + 1] - y[i] : y[n - 1] - y[n - 2]);
+    double left = i ? y[i - 1] : 0,
+           own = i + 1 < n ? y[i] : 0; /* the last difference counts twice */
+    left += i + 1 == n ? y[n - 1] : 0;
+    own += i + 2 == n ? y[n - 1] : 0;
+    return 0.75 * (left - own);
+}
+
+static void plain_chain(double y[], size_t n, size_t depth, size_t number)
+{
+    double *next = malloc(n * sizeof *next);
+    for (size_t k = 0; k < depth; k++) {
+        for (size_t i = 0; i < n; i++)
+            next[i] = sin(difference(y, n, i, (k + number) % 2)) + y[i] * (0.5 + (double)number);
+        memcpy(y, next, n * sizeof *y);
+    }
+    free(next);
+}
+
+static void compare_chains(const char *columns, size_t depth, size_t cols)
+{
+    uint64_t state = 11;
+    setenv("LEASTACTION_COLUMNS", columns, 1);
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, ROWS, cols, "x"), out[CHAINS];
+    for (size_t k = 0; k < CHAINS; k++)
+        out[k] = chain(ad_cos(x), depth, k);
+    ad_program *p = compile(tape, CHAINS, out);
+    unsetenv("LEASTACTION_COLUMNS");
+    double *at = random_values(&state, ROWS * cols, -1, 1), *y = malloc(cols * sizeof *y);
+    assert_int_equal(ad_set(p, x, at), AD_OK);
+    for (size_t threads = 1; threads < 4; threads += 2) {
+        ad_set_threads(p, threads);
+        ad_run(p);
+        for (size_t k = 0; k < CHAINS * ROWS; k++) {
+            const double *got = (const double *)ad_data(p, out[k / ROWS]) + k % ROWS * cols;
+            for (size_t i = 0; i < cols; i++)
+                y[i] = cos(at[k % ROWS * cols + i]);
+            plain_chain(y, cols, depth, k / ROWS);
+            for (size_t i = 0; i < cols; i++)
+                assert_close(got[i], y[i], 1e-12, 1e-12);
+        }
+    }
+    free(y);
+    free(at);
+    ad_program_free(p);
+    ad_tape_free(tape);
+}
+
+static void test_neighbours_of_computed_values(void **state)
+{
+    static const char *const columns[] = {"16", "32", "48"};
+    (void)state;
+    for (size_t depth = 1; depth <= DEEPEST; depth++)
+        for (size_t k = 0; k < LENGTH(columns); k++)
+            compare_chains(columns[k], depth, 97 + 60 * k + depth);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_blocks_and_threads), cmocka_unit_test(test_blocks_and_threads_native),
-        cmocka_unit_test(test_same_as_without),    cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_blocks_and_threads),
+        cmocka_unit_test(test_blocks_and_threads_native),
+        cmocka_unit_test(test_same_as_without),
+        cmocka_unit_test(test_memory),
         cmocka_unit_test(test_nonfinite),
+        cmocka_unit_test(test_neighbours_of_computed_values),
     };
     return cmocka_run_group_tests(tests, native_share_cache, native_remove_cache);
 }
