@@ -95,62 +95,53 @@ static double power_of(double a, double number)
     return pow(a, number);
 }
 
-/* The values: coefficients 0. */
+double ad_jet_evaluate(const struct jet *it, const double x[4])
+{
+    const double a = x[0], b = x[1];
+    switch (it->kind) {
+    case JET_COMBINE:
+        return a + it->number * b;
+    case JET_SCALE:
+        return it->number * a;
+    case JET_SHIFT:
+        return a + it->number;
+    case JET_SLOPE:
+        return 0;
+    case JET_PRODUCT:
+        return a * b;
+    case JET_PRODUCT0:
+        return times0(a, b);
+    case JET_SQUARE:
+        return a * a;
+    case JET_QUOTIENT:
+        return a / b;
+    case JET_RECIP:
+        return 1 / a;
+    case JET_RECIP0:
+        return a == 0 ? 0 : 1 / a;
+    case JET_ROOT:
+        return sqrt(a);
+    case JET_POWER:
+        return power_of(a, it->number);
+    case JET_SELECT:
+        return a != 0 ? x[2] : x[3];
+    default: /* JET_INTEGRAL, JET_PIECEWISE */
+        return ad_jet_value((enum ad_op)it->op, a, it->b == JET_NONE ? a : b, 0);
+    }
+}
+
+/* The values: coefficients 0. Numbers are set once, inputs by the caller. */
 static void evaluate(ad_series *series)
 {
     const size_t stride = series->stride;
     double *c = series->coefficients, *y = c;
     for (const struct jet *it = series->jets; it < series->jets + series->n; it++, y += stride) {
-        const double a = c[(it->a == JET_NONE ? 0 : it->a) * stride],
-                     b = c[(it->b == JET_NONE ? 0 : it->b) * stride];
-        switch (it->kind) {
-        case JET_NUMBER: /* set once */
-        case JET_INPUT:
-            break;
-        case JET_COMBINE:
-            *y = a + it->number * b;
-            break;
-        case JET_SCALE:
-            *y = it->number * a;
-            break;
-        case JET_SHIFT:
-            *y = a + it->number;
-            break;
-        case JET_SLOPE:
-            *y = 0;
-            break;
-        case JET_PRODUCT:
-            *y = a * b;
-            break;
-        case JET_PRODUCT0:
-            *y = times0(a, b);
-            break;
-        case JET_SQUARE:
-            *y = a * a;
-            break;
-        case JET_QUOTIENT:
-            *y = a / b;
-            break;
-        case JET_RECIP:
-            *y = 1 / a;
-            break;
-        case JET_RECIP0:
-            *y = a == 0 ? 0 : 1 / a;
-            break;
-        case JET_ROOT:
-            *y = sqrt(a);
-            break;
-        case JET_POWER:
-            *y = power_of(a, it->number);
-            break;
-        case JET_INTEGRAL:
-        case JET_PIECEWISE:
-            *y = ad_jet_value((enum ad_op)it->op, a, it->b == JET_NONE ? a : b, 0);
-            break;
-        case JET_SELECT:
-            *y = c[(a != 0 ? it->da : it->db) * stride];
-            break;
-        }
+        const uint32_t operands[] = {it->a, it->b, it->da, it->db};
+        double x[LENGTH(operands)];
+        for (size_t k = 0; k < LENGTH(operands); k++)
+            x[k] = operands[k] == JET_NONE ? 0 : c[operands[k] * stride];
+        if (it->kind != JET_NUMBER && it->kind != JET_INPUT)
+            *y = ad_jet_evaluate(it, x);
     }
 }
 

@@ -1,8 +1,8 @@
-/* Machine code of a series: coefficients 1 to `order` of all jets as C for one point. The loop over
-   orders is outside; in it one loop sums the middles of all convolutions, whose coefficients are
-known, and straight code does the rest. Operations and their order are those of advance.c. gcc 12
-   takes wrong lanes where a vector is made of those of a longer one, unless forward propagation is
-   off (flow.c compares the first results in any case). */
+/* Machine code of a series: the coefficients of all jets as C for one point. Values come first
+(coefficients 0). Then the loop over orders is outside; in it one loop sums the middles of all
+convolutions, whose coefficients are known, and straight code does the rest. Operations and their
+order are those of advance.c. gcc 12 takes wrong lanes where a vector is made of those of a longer
+one, unless forward propagation is off (flow.c compares the first results in any case). */
 #include "lanes.h"
 
 #include <stdio.h>
@@ -28,10 +28,7 @@ static void name(const struct emit *e, uint32_t id)
         fprintf(e->out, "x%u", id);
 }
 
-static void value(const struct emit *e, uint32_t id)
-{
-    fprintf(e->out, "m[%zu]", (size_t)id * e->s->stride);
-}
+static void value(const struct emit *e, uint32_t id) { fprintf(e->out, "y%u", id); }
 
 static void vector(const struct emit *e, const struct pack *p,
                    void (*lane)(const struct emit *e, uint32_t id))
@@ -83,6 +80,72 @@ static void ready(struct emit *e, uint32_t pack)
     fputs(";\n", e->out);
 }
 
+/* ---- coefficients 0 ---- */
+
+/* Of jet `id`, as ad_jet_evaluate has it, which is called for what is more than arithmetic. */
+static void evaluate(const struct emit *e, uint32_t id)
+{
+    const struct jet *it = &e->s->jets[id];
+    const uint32_t a = it->a, b = it->b;
+    fprintf(e->out, "const double y%u = ", id);
+    switch (it->kind) {
+    case JET_COMBINE:
+        if (it->number == 1 || it->number == -1)
+            fprintf(e->out, "y%u %c y%u", a, it->number == 1 ? '+' : '-', b);
+        else
+            fprintf(e->out, "y%u + u[%u] * y%u", a, id, b);
+        break;
+    case JET_NUMBER:
+        fprintf(e->out, "u[%u]", id);
+        break;
+    case JET_INPUT:
+        fprintf(e->out, id < e->s->n_flow ? "c[%zu]" : "m[%zu]",
+                id * (id < e->s->n_flow ? 1 : e->s->stride));
+        break;
+    case JET_SCALE:
+        fprintf(e->out, "u[%u] * y%u", id, a);
+        break;
+    case JET_SHIFT:
+        fprintf(e->out, "y%u + u[%u]", a, id);
+        break;
+    case JET_PRODUCT:
+        fprintf(e->out, "y%u * y%u", a, b);
+        break;
+    case JET_SQUARE:
+        fprintf(e->out, "y%u * y%u", a, a);
+        break;
+    case JET_QUOTIENT:
+        fprintf(e->out, "y%u / y%u", a, b);
+        break;
+    case JET_RECIP:
+        fprintf(e->out, "1 / y%u", a);
+        break;
+    case JET_ROOT:
+        fprintf(e->out, "__builtin_sqrt(y%u)", a);
+        break;
+    default:
+        if (it->kind == JET_POWER && it->number == -1.5)
+            fprintf(e->out, "y%u > 1e-200 && y%u < 1e200 ? 1 / (y%u * __builtin_sqrt(y%u)) : ", a,
+                    a, a, a);
+        fprintf(e->out, "value(jets + %zu, (const double[]){y%u, ", id * sizeof *it, a);
+        fprintf(e->out, it->b == JET_NONE ? "0, " : "y%u, ", b);
+        if (it->kind == JET_SELECT)
+            fprintf(e->out, "y%u, y%u})", it->da, it->db);
+        else
+            fputs("0, 0})", e->out);
+    }
+    fputs(";\n", e->out);
+}
+
+static void values(const struct emit *e)
+{
+    const ad_series *s = e->s;
+    for (uint32_t id = 0; id < s->n; id++)
+        evaluate(e, id);
+    for (size_t i = s->n_input; i < s->n_output; i++)
+        fprintf(e->out, "m[%zu] = y%u;\n", s->output[i] * s->stride, s->output[i]);
+}
+
 /* ---- before the orders ---- */
 
 static void declare(const struct emit *e, size_t n)
@@ -95,9 +158,11 @@ static void declare(const struct emit *e, size_t n)
           "#ifdef __clang__\n#pragma STDC FP_CONTRACT OFF\n#else\n"
           "#pragma GCC optimize(\"fp-contract=off\", \"no-tree-forwprop\")\n#endif\n"
           "#define z(x, y) ((x) == 0 || (y) == 0 ? 0 : (x) * (y))\n"
-          "void run0(const double *restrict m, const double *restrict u, double *restrict packs,"
+          "void run0(double value(const char *, const double *), const char *jets,"
+          " double *restrict m, const double *restrict u, double *restrict packs,"
           " double *restrict c, size_t order)\n{\n",
           e->out);
+    values(e);
     for (uint32_t k = 0; k < e->l.n_packs; k++) {
         const struct pack *p = &e->l.packs[k];
         fprintf(e->out, "v%u *const a%u = (v%u *)(packs + %zu);\n", p->width, k, p->width, p->at);

@@ -82,6 +82,11 @@ static void interpret(ad_series *s, size_t n, size_t order, double *c)
     }
 }
 
+static void run(const ad_series *s, const struct series_code *code, double *c, size_t order)
+{
+    code->run(ad_jet_evaluate, s->jets, s->coefficients, code->numbers, code->packs, c, order);
+}
+
 /* Whether machine code does from c[0..n-1] what the interpreter made of it, which was run last:
    compilers err. */
 static bool agrees(const ad_series *s, struct series_code *code, size_t n, size_t order,
@@ -92,7 +97,7 @@ static bool agrees(const ad_series *s, struct series_code *code, size_t n, size_
     bool same = again;
     if (again) {
         memcpy(again, c, n * sizeof *c);
-        code->run(s->coefficients, code->numbers, code->packs, again, order);
+        run(s, code, again, order);
         for (size_t k = n; k < (order + 1) * n && same; k++)
             same = again[k] == c[k] || (isnan(again[k]) && isnan(c[k]));
     }
@@ -139,13 +144,13 @@ void ad_series_flow(ad_series *series, size_t n, size_t order, double *c)
     ad_series *s = series;
     if (!s || order > s->order || n > s->n_input || order == 0)
         return;
+    if (s->code && n == s->n_flow) {
+        run(s, s->code, c, order);
+        return;
+    }
     for (size_t i = 0; i < n; i++)
         s->coefficients[i * s->stride] = c[i];
     ad_series_advance(s, 0);
-    if (s->code && n == s->n_flow) {
-        s->code->run(s->coefficients, s->code->numbers, s->code->packs, c, order);
-        return;
-    }
     double before = ad_now();
     interpret(s, n, order, c);
     s->spent += ad_now() - before;

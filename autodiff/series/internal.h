@@ -60,10 +60,16 @@ struct ad_series {
     double next_try;          /* compile when so much is spent; INFINITY: never */
 };
 
-/* Coefficients 1 to `order` of all jets and of the flow, from those of order 0: machine code, which
-   does the same operations in the same order as ad_series_advance (flow.c, emit.c, lanes.c). */
-typedef void ad_flow_code(const double *coefficients, const double *numbers, double *packs,
-                          double *c, size_t order);
+/* Coefficient 0 of a jet from those of its operands: of a, b, da and db. */
+double ad_jet_evaluate(const struct jet *it, const double x[4]);
+
+/* Coefficients 1 to `order` of the flow, from those of order 0: machine code, which
+   does the same operations in the same order as ad_series_advance (flow.c, emit.c, lanes.c).
+   `coefficients` has inputs that are not of the flow, and receives the values of outputs that are
+   not rates. */
+typedef void ad_flow_code(double evaluate(const struct jet *it, const double x[4]),
+                          const struct jet *jets, double *coefficients, const double *numbers,
+                          double *packs, double *c, size_t order);
 struct series_code {
     void *library;
     ad_flow_code *run;

@@ -293,8 +293,10 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
         return too_much(s, "variations with masses of both signs", error);
     if (!good && !s->constant_mass && order_by_order(s, order, t, c, &good, error) != AD_OK)
         return error->status;
-    double none = 0; /* NaN if one is not finite */
-    for (size_t k = n; k < (order + 1) * n; k++)
-        none += 0 * c[k];
-    return good && none == 0 ? AD_OK : refuse(s, t, c, error);
+    double none[2] = {0}; /* NaN if one is not finite; n is even */
+    for (size_t k = n; k < (order + 1) * n; k += 2) {
+        none[0] += 0 * c[k];
+        none[1] += 0 * c[k + 1];
+    }
+    return good && none[0] + none[1] == 0 ? AD_OK : refuse(s, t, c, error);
 }

@@ -54,17 +54,16 @@ static enum ad_status attempt(struct run *run, double h, double *norm, struct ad
 {
     struct phys_stepper *m = &run->stepper;
     const struct phys_scheme *scheme = m->integrator->scheme;
-    struct ad_error local = {0};
     volatile double end = m->t + h; /* as the clock will say: its rounding must not add up */
     m->h = end - m->t;
     m->has_next_rate = false;
     *norm = INFINITY;
-    if (scheme->step(m, m->h, &local) == AD_OK)
-        scheme->error_norm(m, &run->tolerance, norm, &local);
-    *cause = local;
-    if (local.status != AD_OK && local.status != AD_E_NONFINITE)
-        return ad_fail(error, local.status, "%s", local.message);
-    if (local.status != AD_OK || !isfinite(*norm))
+    cause->status = AD_OK;
+    if (scheme->step(m, m->h, cause) == AD_OK)
+        scheme->error_norm(m, &run->tolerance, norm, cause);
+    if (cause->status != AD_OK && cause->status != AD_E_NONFINITE)
+        return ad_fail(error, cause->status, "%s", cause->message);
+    if (cause->status != AD_OK || !isfinite(*norm))
         *norm = INFINITY;
     return AD_OK;
 }
@@ -85,8 +84,9 @@ static enum ad_status adaptive(struct run *run, struct ad_error *error)
 {
     struct phys_stepper *m = &run->stepper;
     struct control c = control_of(m->integrator->order);
-    struct ad_error cause = {0};
+    struct ad_error cause;
     double norm;
+    cause.status = AD_OK;
     run->target = target(run);
     double left = run->target - m->t;
     if (m->integrator->scheme->longest) {
