@@ -114,8 +114,8 @@ void phys_stepper_accept(struct phys_stepper *s, double t)
 static enum ad_status prepare(struct phys_stepper *s, size_t *wanted, struct ad_error *error)
 {
     const struct phys_scheme *scheme = s->integrator->scheme;
-    if (scheme->whole)
-        return scheme->dense(s, s->dense, error);
+    if (scheme->at)
+        return AD_OK;
     if (phys_stepper_need_rate(s, error) != AD_OK || phys_stepper_need_next_rate(s, error) != AD_OK)
         return error->status;
     if (scheme->uses_rate)
@@ -140,11 +140,14 @@ enum ad_status phys_stepper_dense(struct phys_stepper *s, struct ad_error *error
 
 void phys_stepper_at(const struct phys_stepper *s, double theta, double *y)
 {
-    const bool whole = s->integrator->scheme->whole; /* powers of theta beyond the first two rows */
+    if (s->integrator->scheme->at) {
+        s->integrator->scheme->at(s, theta, y);
+        return;
+    }
     memset(y, 0, s->n * sizeof *y);
     for (size_t row = s->n_dense; row-- > 0;) {
         const double *dense = s->dense + row * s->n;
-        double factor = row % 2 == 0 || (whole && row > 1) ? theta : 1 - theta;
+        double factor = row % 2 == 0 ? theta : 1 - theta;
         for (size_t k = 0; k < s->n; k++)
             y[k] = (y[k] + dense[k]) * factor;
     }

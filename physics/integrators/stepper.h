@@ -39,9 +39,10 @@ struct phys_scheme {
     /* Error of the step just taken in units of what is allowed: under 1 is good. */
     enum ad_status (*error_norm)(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                                  double *norm, struct ad_error *error);
-    /* The extra rows of the dense polynomial; or, `whole`, all of them. */
+    /* The extra rows of the dense polynomial. */
     enum ad_status (*dense)(struct phys_stepper *s, double *rows, struct ad_error *error);
-    bool whole;
+    /* phys_stepper_at, of a method that has the motion within the step by itself, or NULL. */
+    void (*at)(const struct phys_stepper *s, double theta, double *y);
 };
 
 enum ad_status phys_stepper_begin(struct phys_stepper *s, const struct phys_integrator *integrator,

@@ -6,7 +6,7 @@
 #include <float.h>
 #include <string.h>
 
-enum { ORDER = PHYS_SERIES_MOST, LEAST = 5, LOOKS = 4, HERMITE = 3, POINTS = 2, PAIRS = 2 };
+enum { ORDER = PHYS_SERIES_MOST, LEAST = 5, LOOKS = 4, POINTS = 2, PAIRS = 2 };
 
 /* The series about a point: about the step's start, and about its end, which is the next one's
    start. work: both; [n] slopes at the end of the step's series, times h; [n] what each component
@@ -23,6 +23,7 @@ struct memory {
     double tol, log2_tol; /* the latter over the order */
     double last;          /* size of the last coefficients, and that times |h|^order */
     double last_term;
+    double h; /* of the step taken */
 };
 enum { HEADER = (sizeof(struct memory) + sizeof(double) - 1) / sizeof(double) };
 
@@ -49,12 +50,6 @@ static size_t work(const struct phys_integrator *integrator, size_t n)
 {
     (void)integrator;
     return HEADER + (POINTS * (ORDER + 1) + 2) * n;
-}
-
-static size_t extra(const struct phys_integrator *integrator)
-{
-    (void)integrator;
-    return ORDER - HERMITE;
 }
 
 static bool is_about(const struct phys_stepper *s, bool end, size_t order, double t,
@@ -89,7 +84,6 @@ static enum ad_status expand_start(struct phys_stepper *s, size_t order, struct 
     }
     memcpy(s->rate, coefficients(s, false) + s->n, s->n * sizeof *s->rate);
     s->has_rate = true;
-    s->n_dense = order;
     return AD_OK;
 }
 
@@ -164,41 +158,55 @@ static inline pair pair_at(const double *x)
     return y;
 }
 
-/* The sums of the terms, smallest first, and of k times term k, for the components from i on: as
-   many as registers hold. n is even: coordinates and velocities. */
-static inline void sum_terms(const double *c, size_t n, size_t order, size_t i, size_t pairs,
-                             const struct factor *at, double *sum, double *slope)
+static void raise(double h, size_t order, struct factor *to)
+{
+    to[1] = (struct factor){h, h};
+    for (size_t k = 2; k <= order; k++) {
+        to[k].value = to[k / 2].value * to[k - k / 2].value;
+        to[k].slope = (double)k * to[k].value;
+    }
+}
+
+/* For the components from i on, as many as registers hold. */
+static inline void sum_block(const double *c, size_t n, size_t order, size_t i, size_t pairs,
+                             const struct factor *by, double *sum, double *slope)
 {
     pair y[PAIRS] = {{0}}, dy[PAIRS] = {{0}};
     for (size_t k = order; k > 0; k--)
         for (size_t j = 0; j < pairs; j++) {
             pair x = pair_at(c + k * n + i + 2 * j);
-            y[j] += x * at[k].value;
-            dy[j] += x * at[k].slope;
+            y[j] += x * by[k].value;
+            if (slope)
+                dy[j] += x * by[k].slope;
         }
     memcpy(sum + i, y, pairs * sizeof *y);
-    memcpy(slope + i, dy, pairs * sizeof *dy);
+    if (slope)
+        memcpy(slope + i, dy, pairs * sizeof *dy);
+}
+
+/* The sums of the terms, smallest first, and their slopes, or NULL. n is even: coordinates and
+   velocities. */
+static inline void sum_terms(const double *c, size_t n, size_t order, const struct factor *by,
+                             double *sum, double *slope)
+{
+    size_t i = 0;
+    for (; i + 2 * PAIRS <= n; i += 2 * PAIRS)
+        sum_block(c, n, order, i, PAIRS, by, sum, slope);
+    for (; i < n; i += 2)
+        sum_block(c, n, order, i, 1, by, sum, slope);
 }
 
 static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *error)
 {
-    const size_t n = s->n, known = memory_of(s)->order, order = known ? known : ORDER;
-    struct factor at[ORDER + 1];
-    if (expand_start(s, order, error) != AD_OK)
+    struct memory *m = memory_of(s);
+    struct factor factors[ORDER + 1];
+    if (expand_start(s, m->order, error) != AD_OK)
         return error->status;
-    at[1] = (struct factor){h, h};
-    for (size_t k = 2; k <= order; k++) {
-        at[k].value = at[k / 2].value * at[k - k / 2].value;
-        at[k].slope = (double)k * at[k].value;
-    }
-    memory_of(s)->last_term = memory_of(s)->last * fabs(at[order].value);
-    const double *c = coefficients(s, false);
-    size_t i = 0;
-    for (; i + 2 * PAIRS <= n; i += 2 * PAIRS)
-        sum_terms(c, n, order, i, PAIRS, at, s->next, slopes(s));
-    for (; i < n; i += 2)
-        sum_terms(c, n, order, i, 1, at, s->next, slopes(s));
-    for (i = 0; i < n; i++)
+    raise(h, m->order, factors);
+    m->h = h;
+    m->last_term = m->last * fabs(factors[m->order].value);
+    sum_terms(coefficients(s, false), s->n, m->order, factors, s->next, slopes(s));
+    for (size_t i = 0; i < s->n; i++)
         phys_stepper_sum(s, i, s->next[i]);
     return AD_OK;
 }
@@ -209,7 +217,7 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
 static enum ad_status error_norm(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                                  double *norm, struct ad_error *error)
 {
-    const size_t order = s->n_dense;
+    const size_t order = memory_of(s)->order;
     const double slack = 1e3, rounding = 1e3 * DBL_EPSILON, end = s->t + s->h;
     const double *slope = slopes(s);
     double most = memory_of(s)->last_term;
@@ -231,39 +239,22 @@ static enum ad_status error_norm(struct phys_stepper *s, const struct phys_toler
     return AD_OK;
 }
 
-/* Rows for phys_stepper_at: the series divided by theta; what it is at theta = 1; the difference
-   divided by 1 - theta. */
-static enum ad_status dense(struct phys_stepper *s, double *rows, struct ad_error *error)
+static void at(const struct phys_stepper *s, double theta, double *y)
 {
-    const double *c = coefficients(s, false);
-    const size_t n = s->n, order = s->n_dense;
-    (void)error;
-    double power = 1;
-    for (size_t k = 0; k < order; k++) {
-        power *= s->h;
-        for (size_t i = 0; i < n; i++)
-            rows[k * n + i] = power * c[(k + 1) * n + i];
-    }
-    for (size_t i = 0; i < n; i++) {
-        double above = 0;
-        for (size_t k = order; k-- > 1;) {
-            double x = rows[k * n + i];
-            above += x;
-            rows[k * n + i] = -above;
-        }
-        rows[i] += above;
-    }
-    return AD_OK;
+    struct factor factors[ORDER + 1];
+    const size_t order = memory_of(s)->order;
+    raise(theta * memory_of(s)->h, order, factors);
+    sum_terms(coefficients(s, false), s->n, order, factors, y, NULL);
+    for (size_t i = 0; i < s->n; i++)
+        y[i] += s->y[i];
 }
 
 const struct phys_scheme phys_power_series = {.uses_rate = true,
                                               .work = work,
-                                              .extra = extra,
                                               .longest = longest,
                                               .step = step,
                                               .error_norm = error_norm,
-                                              .dense = dense,
-                                              .whole = true};
+                                              .at = at};
 
 const struct phys_integrator phys_taylor = {
     .name = "taylor",

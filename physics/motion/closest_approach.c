@@ -8,7 +8,8 @@
 
 static bool get_state(const struct phys_closest_approach *a, double t, const double *y)
 {
-    struct ad_error ignored = {0}; /* of the same state the next step will complain */
+    struct ad_error ignored; /* of the same state the next step will complain */
+    ignored.status = AD_OK;
     return phys_ode_leave(a->ode, t, y, a->state, a->state + a->ode->n / 2, &ignored) == AD_OK;
 }
 
