@@ -166,32 +166,36 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
     return error->status;
 }
 
-/* The path of a rule of higher order on the same slices. */
-static enum ad_status compare_finer(const struct search *s, struct ad_error *error)
+enum ad_status phys_path_discretisation(const struct phys_system *system,
+                                        const struct phys_path_settings *settings,
+                                        const double *path, double *distance,
+                                        struct ad_error *error)
 {
-    struct phys_path_settings finer = *s->settings;
+    struct phys_path_settings finer = *settings;
     struct phys_newton newton = {0};
     struct phys_path_info info;
     struct ad_error lost = {0};
-    size_t n = s->slices, degree = finer.rule->degree + 2;
+    size_t n = settings->slices, dof = system->dof, degree = finer.rule->degree + 2;
     char name[24];
+    *distance = (double)NAN;
     degree = degree < DEGREE ? DEGREE : degree;
-    if (finer.rule->repeat || degree > PHYS_RULE_MOST || degree * s->dof > MOST)
+    if (finer.rule->repeat || degree > PHYS_RULE_MOST || degree * dof > MOST)
         return AD_OK;
     snprintf(name, sizeof name, "gauss%zu", degree);
     finer.rule = phys_rule_find(name, error);
-    const struct phys_grid from = {s->settings->rule, n, finer.dt}, to = {finer.rule, n, finer.dt};
-    double *path = phys_path_resample(&from, s->path, &to, s->dof, error);
-    if (path && phys_newton_new(&newton, s->system, &finer, &lost) == AD_OK &&
-        phys_newton_settle(&newton, path, &info, error)) {
-        double distance = largest(path, s->path, n * s->dof);
-        if (distance <= NEAR * extent(s->path, s->dof, n))
-            s->found->discretisation = distance;
+    const struct phys_grid from = {settings->rule, n, finer.dt}, to = {finer.rule, n, finer.dt};
+    *distance = (double)INFINITY;
+    double *moved = phys_path_resample(&from, path, &to, dof, error);
+    if (moved && phys_newton_new(&newton, system, &finer, &lost) == AD_OK &&
+        phys_newton_settle(&newton, moved, &info, error)) {
+        double most = largest(moved, path, n * dof);
+        if (most <= NEAR * extent(path, dof, n))
+            *distance = most;
     }
     if (lost.status == AD_E_MEMORY)
         ad_fail(error, lost.status, "%s", lost.message);
     phys_newton_free(&newton);
-    free(path);
+    free(moved);
     return error->status;
 }
 
@@ -205,8 +209,11 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
     if (compare)
         found->reference_distance = largest(s->path, compare, s->dof * s->slices);
     if (find_kind(s, error) != AD_OK || compare_motion(s, error) != AD_OK || !found->stationary ||
-        compare_finer(s, error) != AD_OK)
+        phys_path_discretisation(s->system, s->settings, s->path, &found->discretisation, error) !=
+            AD_OK)
         return error->status;
+    if (isinf(found->discretisation))
+        found->discretisation = (double)NAN;
     return compare ? compare_given(s, error) : AD_OK;
 }
 

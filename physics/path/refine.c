@@ -4,7 +4,9 @@
 
    With d that distance and d' the one before it, errors fall by r = d'/d per level, at most by 2^p
    for a rule of order p; the error of the finer path is then d/(r - 1). Where r is not yet
-   meaningful, d itself is used, which is the error of the coarser path. */
+   meaningful, d itself is used, which is the error of the coarser path. Far from the limit errors
+   may change sign, and r mean nothing: an estimate that is small enough is raised to the distance
+   from the path of a rule of higher order on the same slices, if it is less. */
 #include "internal.h"
 
 #include <float.h>
@@ -17,6 +19,7 @@ enum { DESCENT = 500 }; /* steps of Adam, where Newton's method alone finds no o
 enum { PARTED = 5 }; /* levels that find several paths from the guess: the next goes on with one */
 
 static const double CAUTION = 2;   /* the law of convergence holds in the limit */
+static const double MARGIN = 1.5;  /* the path of the rule of higher order errs, too */
 static const double LOST = 1e-12;  /* of the path's size: not by rounding alone */
 static const double FINE = 1e-7;   /* of the path's size: where rounding may stop the fall */
 static const double FALLING = 0.7; /* of the distance, from level to level, at the least */
@@ -135,6 +138,17 @@ static void estimate(struct climb *c, struct phys_level *level)
     level->estimate = fmax(fmin(error, d), rounding(c, level->elements));
 }
 
+/* Whether the error of c->here is small enough, also by the rule of higher order. */
+static bool verified(struct climb *c, struct phys_level *level, struct ad_error *error)
+{
+    double finer = (double)NAN;
+    if (!(level->estimate < c->tolerance) ||
+        phys_path_discretisation(c->system, &c->to->settings, c->here.path, &finer, error) != AD_OK)
+        return false;
+    level->estimate = fmax(level->estimate, MARGIN * finer); /* fmax ignores NaN */
+    return level->estimate < c->tolerance;
+}
+
 /* The distances do not fall any more, and are small. */
 static bool at_rounding(const struct climb *c, const struct phys_level *level)
 {
@@ -155,7 +169,7 @@ static bool climb(struct climb *c, const struct phys_rule *rule, size_t elements
     if (solve(c, level, error) != AD_OK)
         return true;
     estimate(c, level);
-    if (level->estimate < c->tolerance)
+    if (verified(c, level, error) || error->status != AD_OK)
         return true;
     if (level->found && c->ends_error > fmax(c->tolerance, LOST * c->size)) {
         ad_fail(
