@@ -1,5 +1,6 @@
 /* Sets up a path run (path.h) from the options, else the preset, else the scene. */
 #include "path.h"
+#include "apps/set_fault.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -30,8 +31,10 @@ static enum ad_status set_parameters(const struct path_options *options, struct 
     if (run->preset &&
         phys_system_set_all(&run->system, run->preset->n_set, run->preset->set, error) != AD_OK)
         return error->status;
-    return phys_system_set_all(&run->system, options->common.set.n, options->common.set.setting,
-                               error);
+    if (phys_system_set_all(&run->system, options->common.set.n, options->common.set.setting,
+                            error) != AD_OK)
+        return error->status;
+    return set_check(&options->common, &run->system, error);
 }
 
 /* ---- settings ---- */

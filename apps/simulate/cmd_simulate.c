@@ -1,6 +1,7 @@
 /* leastaction simulate: the motion from a start. */
 #include "apps/command.h"
 #include "apps/interrupt.h"
+#include "apps/set_fault.h"
 #include "apps/output/outputs.h"
 #include "apps/output/progress.h"
 #include "simulate.h"
@@ -143,36 +144,14 @@ static enum ad_status find_exponents(struct simulate_run *run, struct ad_error *
     return error->status;
 }
 
-/* The --set without which the motion could begin; NULL: none, or several. */
-static const struct phys_setting *find_fault(const struct simulate_run *run)
-{
-    const struct common *common = &run->options->common;
-    const struct phys_setting *fault = NULL;
-    for (size_t k = 0; k < common->set.n && !run->settings.q; k++) {
-        struct phys_system other;
-        struct ad_error error = {0};
-        phys_system_open(common->argument[0], &other, &error);
-        for (size_t i = 0; i < common->set.n && error.status == AD_OK; i++)
-            if (i != k)
-                phys_system_set(&other, common->set.setting[i].name, common->set.setting[i].value,
-                                &error);
-        if (error.status == AD_OK &&
-            phys_motion_check_start(&other, common->seed, NULL, NULL, &error) == AD_OK) {
-            if (fault)
-                k = common->set.n;
-            fault = fault ? NULL : &common->set.setting[k];
-        }
-        phys_system_close(&other);
-    }
-    return fault;
-}
-
 /* What stopped the motion, with the option that is to blame. */
 static void refuse(const struct simulate_run *run, const struct ad_error *cause,
                    struct ad_error *error)
 {
     char option[128] = "";
-    const struct phys_setting *fault = cause->status == AD_E_ARGUMENT ? find_fault(run) : NULL;
+    const struct phys_setting *fault = cause->status == AD_E_ARGUMENT && !run->settings.q
+                                           ? set_fault(&run->options->common)
+                                           : NULL;
     if (fault)
         snprintf(option, sizeof option, "--set %.60s=%g: ", fault->name, fault->value);
     else if (cause->status != AD_E_ARGUMENT && run->motion.n_trials && !run->motion.n)
