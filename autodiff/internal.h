@@ -1,6 +1,7 @@
 /* Internals of autodiff, folder by folder in reading order; each folder has one header.
 
-       autodiff.h, ops.def     the public interface; the table of operations
+       autodiff.h, ops.def     the public interface (status.h, tape.h, operations.h, program.h); the
+                               table of operations
        tape/       internal.h  recording appends nodes: record.c, simplify.c, structure.c, place.c;
                                refuse.c makes the error messages
        gradient/   sweep.h     a reverse sweep appends adjoints by the rules of the table, a

@@ -1,7 +1,7 @@
 /* A compiled program: segments of instructions, and the memory they work on. compile/ makes it;
    exec/ interprets it, or a back end that registers itself (native/) runs it. */
-#ifndef AUTODIFF_PROGRAM_H
-#define AUTODIFF_PROGRAM_H
+#ifndef AUTODIFF_EXEC_PROGRAM_H
+#define AUTODIFF_EXEC_PROGRAM_H
 
 #include "autodiff/custom.h"
 #include "autodiff/internal.h"
