@@ -34,7 +34,7 @@ struct run {
     double *values;     /* [largest n of the events] */
     int *signs; /* [sum of the events' n] last ones that were not 0; as much again for new ones */
     struct phys_roots_table *table; /* where there are events */
-    size_t n_found, room_found;
+    size_t n_found;
     struct found_event *found;
     bool last;     /* this step reaches its target */
     double target; /* t1, or the time of the next sample to land on */

@@ -3,6 +3,7 @@
    That of fixed steps is too crude: it only tells which steps are far from a root, the others are
    run again (simulate_within.c). */
 #include "run.h"
+#include "physics/io/grow.h"
 #include "physics/system/internal.h"
 
 #include <math.h>
@@ -96,14 +97,8 @@ enum ad_status phys_run_dense(struct run *run, double theta, struct ad_error *er
 enum ad_status phys_run_found(struct run *run, const struct found_event *event,
                               struct ad_error *error)
 {
-    if (run->n_found == run->room_found) {
-        size_t room = run->room_found ? 2 * run->room_found : 16;
-        struct found_event *more = realloc(run->found, room * sizeof *more);
-        if (!more)
-            return ad_fail(error, AD_E_MEMORY, "out of memory for events");
-        run->found = more;
-        run->room_found = room;
-    }
+    if (!phys_grow(&run->found, run->n_found, sizeof *run->found))
+        return ad_fail(error, AD_E_MEMORY, "out of memory for events");
     run->found[run->n_found++] = *event;
     return AD_OK;
 }

@@ -6,6 +6,7 @@
    at +inf and decrease, so each one that ends below zero has crossed it once; a point counts as
    often as the fields lose rank there (Morse; Duistermaat, Adv. Math. 21, 1976). */
 #include "shooting.h"
+#include "physics/io/grow.h"
 #include "physics/linear/linear.h"
 
 #include <math.h>
@@ -190,12 +191,8 @@ struct times {
 
 static bool add(struct times *times, double t)
 {
-    double *grown = realloc(times->at, (times->n + 1) * sizeof *grown);
-    if (!grown || !isfinite(t)) {
-        times->at = grown ? grown : times->at;
+    if (!isfinite(t) || !phys_grow(&times->at, times->n, sizeof *times->at))
         return false;
-    }
-    times->at = grown;
     times->at[times->n++] = t;
     return true;
 }
@@ -263,8 +260,7 @@ enum ad_status phys_path_conjugate(const struct phys_system *system,
 {
     struct phys_shooting s;
     struct times rough = {0}, fine = {0};
-    if (phys_lacks_scene(system, error) || PHYS_LACKS(error, settings, path, spectrum) ||
-        phys_lacks(settings->rule, "action rule", error))
+    if (AD_LACKS(error, system, system->scene, settings, path, spectrum, settings->rule))
         return error->status;
     if (system->dof > PHYS_SHOOTING_DOF)
         return AD_OK;

@@ -8,6 +8,7 @@
    29). */
 #include "spectrum.h"
 #include "autodiff/blas.h"
+#include "physics/io/grow.h"
 #include "physics/linear/linear.h"
 
 #include <float.h>
@@ -92,17 +93,11 @@ static void eliminate(struct chain *c)
 static void note_conjugate(struct chain *c, size_t i, size_t more, struct phys_spectrum *spectrum)
 {
     double dt = c->hessian->dt;
-    size_t n = spectrum->n_conjugate;
-    if (more == 0)
-        return;
-    struct phys_conjugate *grown = realloc(spectrum->conjugate, (n + more) * sizeof *grown);
-    c->lost = c->lost || !grown;
-    if (!grown)
-        return;
-    spectrum->conjugate = grown;
-    for (size_t k = n; k < n + more; k++)
-        grown[k] = (struct phys_conjugate){((double)i + 0.5) * dt, 0.5 * dt};
-    spectrum->n_conjugate = n + more;
+    for (size_t *n = &spectrum->n_conjugate; more > 0 && !c->lost; more--)
+        if (phys_grow(&spectrum->conjugate, *n, sizeof *spectrum->conjugate))
+            spectrum->conjugate[(*n)++] = (struct phys_conjugate){((double)i + 0.5) * dt, 0.5 * dt};
+        else
+            c->lost = true;
 }
 
 /* D of slice i, from the elements before and after it and the blocks eliminated so far. */
@@ -295,11 +290,10 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
                                   struct phys_spectrum *spectrum, struct ad_error *error)
 {
     struct phys_hessian h = {0};
-    if (PHYS_LACKS(error, spectrum))
+    if (AD_LACKS(error, spectrum))
         return error->status;
     *spectrum = (struct phys_spectrum){.smallest = (double)NAN, .second_variation = (double)NAN};
-    if (phys_lacks_scene(system, error) || PHYS_LACKS(error, settings) ||
-        phys_lacks(settings->rule, "action rule", error) || phys_lacks(path, "path", error))
+    if (AD_LACKS(error, system, system->scene, settings, settings->rule, path))
         return error->status;
     if (phys_hessian_new(&h, system, settings->rule, settings->slices, settings->dt, error) ==
         AD_OK) {

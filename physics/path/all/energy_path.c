@@ -1,5 +1,6 @@
 /* The motion of a root of T(E) = time at given times (energy_sweep.h). */
 #include "energy_parts.h"
+#include "physics/io/grow.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,7 +9,7 @@ static const double FINE = 0.1; /* cells of integrals */
 
 /* The motion as knots in time: it is followed from place to place. */
 struct track {
-    size_t n, room;
+    size_t n;
     struct knot {
         double t, q;
     } * knot;
@@ -16,14 +17,8 @@ struct track {
 
 static bool add_knot(struct track *track, double t, double q)
 {
-    if (track->n == track->room) {
-        size_t room = 2 * track->room + 64;
-        struct knot *knot = realloc(track->knot, room * sizeof *knot);
-        if (!knot)
-            return false;
-        track->knot = knot;
-        track->room = room;
-    }
+    if (!phys_grow(&track->knot, track->n, sizeof *track->knot))
+        return false;
     track->knot[track->n++] = (struct knot){t, q};
     return true;
 }

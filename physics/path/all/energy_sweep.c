@@ -7,6 +7,7 @@
    time changes, or where its magnitude has a minimum that reaches zero; closer to a maximum than
    the rounding of U, T keeps growing as that logarithm, which leaves one more root or none. */
 #include "energy_parts.h"
+#include "physics/io/grow.h"
 #include "physics/lagrangian/conserved.h"
 
 #include <math.h>
@@ -36,12 +37,10 @@ static double excess(struct phys_energy_sweep *s, struct phys_energy_root *r, do
 
 static void add_root(struct phys_energy_sweep *s, const struct phys_energy_root *r)
 {
-    struct phys_energy_root *grown = realloc(s->root, (s->n_roots + 1) * sizeof *grown);
-    s->lost = s->lost || !grown;
-    if (!grown)
-        return;
-    s->root = grown;
-    s->root[s->n_roots++] = *r;
+    if (phys_grow(&s->root, s->n_roots, sizeof *s->root))
+        s->root[s->n_roots++] = *r;
+    else
+        s->lost = true;
 }
 
 static void bisect(struct phys_energy_sweep *s, struct phys_energy_root r, double a, double b,

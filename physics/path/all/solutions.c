@@ -1,4 +1,5 @@
 /* The solutions of a search, without duplicates (multistart.h). */
+#include "physics/io/grow.h"
 #include "physics/path/grid_independence.h"
 #include "multistart.h"
 
@@ -56,11 +57,8 @@ enum ad_status phys_multistart_keep(struct phys_multistart *s, struct ad_error *
     if (is_known(s, energy, info->action))
         return AD_OK;
     struct phys_solutions *all = s->solutions;
-    struct phys_solution *grown = realloc(all->solution, (all->n + 1) * sizeof *grown);
-    if (grown)
-        all->solution = grown;
     double *path = malloc(2 * s->n * sizeof *path);
-    if (!grown || !path) {
+    if (!path || !phys_grow(&all->solution, all->n, sizeof *all->solution)) {
         free(path);
         return ad_fail(error, AD_E_MEMORY, "out of memory for another path");
     }
