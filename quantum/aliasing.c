@@ -132,10 +132,8 @@ enum ad_status qm_aliasing(const struct qm_slice *slice, struct qm_aliasing *ali
                            struct ad_error *error)
 {
     struct sample sample = {0};
-    if (!aliasing)
-        return ad_fail(error, AD_E_ARGUMENT, "aliasing: expected an output pointer, got NULL");
-    *aliasing = (struct qm_aliasing){0};
-    if (qm_slice_check(slice, error) != AD_OK || sample_new(&slice->grid, &sample, error) != AD_OK)
+    if (AD_LACKS_RESULT(error, aliasing) || qm_slice_check(slice, error) != AD_OK ||
+        sample_new(&slice->grid, &sample, error) != AD_OK)
         return error->status;
     if (evaluate(slice, &sample, error) == AD_OK) {
         double dx = qm_dx(&slice->grid), ratio = ratio_of(&sample, slice->hbar);

@@ -72,9 +72,7 @@ static double on_grid(const struct qm_slice *slice, double x)
 enum ad_status qm_classical(const struct qm_slice *slice, const struct qm_gaussian *packet,
                             size_t n, const double *t, double *x, struct ad_error *error)
 {
-    if (!packet || !t || !x)
-        return ad_fail(error, AD_E_ARGUMENT, "classical: expected packet, t and x, got NULL");
-    if (qm_slice_check(slice, error) != AD_OK)
+    if (AD_LACKS(error, packet, t, x) || qm_slice_check(slice, error) != AD_OK)
         return error->status;
     const struct qm_grid *grid = &slice->grid;
     const struct walls walls = {slice->walls == QM_RING ? -INFINITY : grid->low,

@@ -144,9 +144,7 @@ enum ad_status qm_kernel_rows(const struct qm_slice *slice, size_t first, size_t
 {
     struct qm_aliasing aliasing;
     struct kernel k = {0};
-    if (!K)
-        return ad_fail(error, AD_E_ARGUMENT, "kernel: expected an output array, got NULL");
-    if (qm_aliasing(slice, &aliasing, error) != AD_OK)
+    if (AD_LACKS(error, K) || qm_aliasing(slice, &aliasing, error) != AD_OK)
         return error->status;
     if (open(slice, rows, &k, error) == AD_OK)
         fill(&k, (1 + FADE) * aliasing.ghost / 2, first, rows, K);

@@ -50,9 +50,8 @@ static enum ad_status check_numbers(const struct qm_slice *slice, struct ad_erro
 
 enum ad_status qm_slice_check(const struct qm_slice *slice, struct ad_error *error)
 {
-    if (!slice || !slice->system || !slice->system->scene)
-        return ad_fail(error, AD_E_ARGUMENT, "%s: expected an open one, got NULL",
-                       slice ? "system of a slice" : "slice");
+    if (AD_LACKS(error, slice, slice->system, slice->system->scene))
+        return error->status;
     if ((unsigned)slice->walls > QM_RING)
         return ad_fail(error, AD_E_ARGUMENT, "walls: expected QM_OPEN, QM_REFLECT or QM_RING");
     const char *scene = slice->system->scene->name;

@@ -23,16 +23,10 @@ const struct qm_method *qm_method_find(const char *name, struct ad_error *error)
 enum ad_status qm_propagator_new(const struct qm_method *method, const struct qm_slice *slice,
                                  qm_propagator **propagator, struct ad_error *error)
 {
-    if (!propagator)
-        return ad_fail(error, AD_E_ARGUMENT, "propagator: expected an output pointer, got NULL");
-    qm_propagator *p = *propagator = NULL;
-    if (!method) /* qm_method_find has said why */
-        return error->status != AD_OK
-                   ? error->status
-                   : ad_fail(error, AD_E_ARGUMENT, "method: expected one of qm_methods, got NULL");
-    if (qm_slice_check(slice, error) != AD_OK)
+    if (AD_LACKS_RESULT(error, propagator) || AD_LACKS(error, method) ||
+        qm_slice_check(slice, error) != AD_OK)
         return error->status;
-    p = calloc(1, sizeof *p);
+    qm_propagator *p = calloc(1, sizeof *p);
     if (!p)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     p->method = method;
@@ -54,8 +48,7 @@ void qm_propagator_free(qm_propagator *propagator)
 enum ad_status qm_propagate(qm_propagator *propagator, size_t packets, qm_complex *psi,
                             struct ad_error *error)
 {
-    if (!propagator || !packets || !psi)
-        return ad_fail(error, AD_E_ARGUMENT, "%s: expected %s", propagator ? "psi" : "propagator",
-                       propagator ? "one packet or more" : "one that was made, got NULL");
+    if (AD_LACKS(error, propagator, packets, psi))
+        return error->status;
     return propagator->method->step(propagator->state, packets, psi, error);
 }

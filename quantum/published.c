@@ -141,10 +141,7 @@ static void fill_packet(struct qm_published *p)
 
 enum ad_status qm_published_new(double scale, struct qm_published *p, struct ad_error *error)
 {
-    if (!p)
-        return ad_fail(error, AD_E_ARGUMENT, "published: expected an output pointer, got NULL");
-    *p = (struct qm_published){0};
-    if (check_scale(scale, error) != AD_OK)
+    if (AD_LACKS_RESULT(error, p) || check_scale(scale, error) != AD_OK)
         return error->status;
     size_t n = (size_t)(DENSITY * pow(scale, 1.5));
     p->grid = (struct qm_grid){0, box, n};
@@ -167,11 +164,8 @@ enum ad_status qm_published_new(double scale, struct qm_published *p, struct ad_
 enum ad_status qm_published_right(double scale, struct phys_system *system, struct qm_slice *slice,
                                   struct qm_gaussian *packet, size_t *steps, struct ad_error *error)
 {
-    if (!system || !slice || !packet || !steps)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "published: expected system, slice, packet and steps, got NULL");
-    *system = (struct phys_system){0};
-    if (check_scale(scale, error) != AD_OK ||
+    if (AD_LACKS_RESULT(error, system) || AD_LACKS(error, slice, packet, steps) ||
+        check_scale(scale, error) != AD_OK ||
         phys_system_open("freebody", system, error) != AD_OK ||
         phys_system_set(system, "g", 0, error) != AD_OK)
         return error->status;

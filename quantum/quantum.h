@@ -18,7 +18,8 @@
    Arrays are the caller's, row-major: psi [n x packets] has point a of packet p at psi[a * packets
    + p]. Functions that return a status refuse NULL, sizes of 0 and invalid numbers with
    AD_E_ARGUMENT, an L that is not finite with AD_E_NONFINITE, and return AD_E_MEMORY when out of
-   memory; outputs are then undefined. Functions without a status return NaN, fill the arrays given
+   memory; outputs are then undefined. *error, zero-initialised by the caller and never NULL, gets
+   the message. Functions without a status return NaN, fill the arrays given
    with NaN, or do nothing. *slice and *system are read during the call only, by qm_propagator_new
    also until qm_propagator_free. Functions may run concurrently on different data. */
 #ifndef QUANTUM_H

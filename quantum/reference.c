@@ -230,8 +230,8 @@ enum ad_status qm_reference(const struct qm_slice *slice, const struct qm_gaussi
                             struct qm_reference *reference, struct ad_error *error)
 {
     double width = 2;
-    if (!packet || !psi || !reference)
-        return ad_fail(error, AD_E_ARGUMENT, "packet, psi, reference: got NULL");
+    if (AD_LACKS(error, packet, psi, reference))
+        return error->status;
     *reference = (struct qm_reference){.uncertainty = INFINITY};
     if (qm_slice_check(slice, error) != AD_OK)
         return error->status;

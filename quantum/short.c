@@ -28,9 +28,7 @@ static enum ad_status check_free(const struct qm_slice *slice, double *mass, str
 enum ad_status qm_kernel_short(const struct qm_slice *slice, qm_complex *K, struct ad_error *error)
 {
     double mass;
-    if (!K)
-        return ad_fail(error, AD_E_ARGUMENT, "kernel: expected an output array, got NULL");
-    if (qm_slice_check(slice, error) != AD_OK)
+    if (AD_LACKS(error, K) || qm_slice_check(slice, error) != AD_OK)
         return error->status;
     size_t n = slice->grid.n;
     struct qm_slice ring = *slice;

@@ -163,11 +163,8 @@ static void keep_frame(struct qm_slit *s)
 enum ad_status qm_slit_new(const struct qm_slit_setup *setup, struct qm_slit *s,
                            struct ad_error *error)
 {
-    if (!s)
-        return ad_fail(error, AD_E_ARGUMENT, "slit: expected an output pointer, got NULL");
-    *s = (struct qm_slit){0};
-    if (!setup)
-        return ad_fail(error, AD_E_ARGUMENT, "setup of a double slit: expected one, got NULL");
+    if (AD_LACKS_RESULT(error, s) || AD_LACKS(error, setup))
+        return error->status;
     s->setup = *setup;
     if (check_setup(setup, error) != AD_OK || lay_out(s, error) != AD_OK ||
         reserve(s, error) != AD_OK || fill_kernels(s, error) != AD_OK)

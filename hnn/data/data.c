@@ -88,7 +88,7 @@ static void rates_of_rollouts(const struct hnn_dataset *data, double *rate)
 enum ad_status hnn_dataset_normalise(const struct hnn_dataset *data, hnn_model *model,
                                      struct ad_error *error)
 {
-    if (HNN_NEEDS(error, data, model) != AD_OK)
+    if (AD_LACKS(error, data, model))
         return error->status;
     double *rate = malloc(2 * data->dof * sizeof *rate);
     if (!rate)
@@ -171,7 +171,7 @@ enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
     struct hnn_table table = {0}, other = {0};
     if (dataset)
         *dataset = (struct hnn_dataset){0};
-    if (HNN_NEEDS(error, settings, dataset) != AD_OK)
+    if (AD_LACKS(error, settings, dataset))
         return error->status;
     if (check_settings(settings, error) == AD_OK &&
         hnn_table_read(settings, settings->file, &table, error) == AD_OK &&

@@ -103,7 +103,7 @@ static enum ad_status run(const hnn_model *model, bool encode, size_t samples, c
 enum ad_status hnn_model_encode(const hnn_model *model, size_t samples, const double *pixels,
                                 double *x, struct ad_error *error)
 {
-    if (HNN_NEEDS(error, model, pixels, x) != AD_OK)
+    if (AD_LACKS(error, model, pixels, x))
         return error->status;
     return run(model, true, samples, pixels, x, error);
 }
@@ -111,7 +111,7 @@ enum ad_status hnn_model_encode(const hnn_model *model, size_t samples, const do
 enum ad_status hnn_model_decode(const hnn_model *model, size_t samples, const double *x,
                                 double *pixels, struct ad_error *error)
 {
-    if (HNN_NEEDS(error, model, x, pixels) != AD_OK)
+    if (AD_LACKS(error, model, x, pixels))
         return error->status;
     return run(model, false, samples, x, pixels, error);
 }

@@ -95,7 +95,7 @@ enum ad_status hnn_model_save(const hnn_model *model, const char *name, const ch
                               struct ad_error *error)
 {
     phys_hdf5 *file;
-    if (HNN_NEEDS(error, model, name) != AD_OK)
+    if (AD_LACKS(error, model, name))
         return error->status;
     if (phys_hdf5_create(name, &file, error) != AD_OK)
         return error->status;
@@ -290,7 +290,7 @@ enum ad_status hnn_model_load(const char *name, hnn_model **model, struct ad_err
 {
     if (model)
         *model = NULL;
-    if (HNN_NEEDS(error, name, model) != AD_OK)
+    if (AD_LACKS(error, name, model))
         return error->status;
     struct reading r = {.name = name, .error = error};
     if (phys_hdf5_open(name, &r.file, error) != AD_OK)

@@ -121,8 +121,7 @@ void hnn_model_evaluate_in(hnn_model *model, enum ad_type type)
 enum ad_status hnn_model_field(hnn_model *model, const double *x, double *rate)
 {
     struct ad_error error = {0};
-    if (HNN_NEEDS(&error, model, x, rate) == AD_OK &&
-        prepare(model, 1, &model->one, &error) == AD_OK)
+    if (!AD_LACKS(&error, model, x, rate) && prepare(model, 1, &model->one, &error) == AD_OK)
         run(model->one, model->one->for_rate, model->one->rate, x, rate);
     return error.status;
 }
@@ -139,9 +138,8 @@ double hnn_model_energy(hnn_model *model, const double *x)
 enum ad_status hnn_model_evaluate(hnn_model *model, size_t samples, const double *x, double *rate,
                                   double *energy, struct ad_error *error)
 {
-    if (HNN_NEEDS(error, model) != AD_OK || samples == 0)
-        return error->status;
-    if (HNN_NEEDS(error, x) != AD_OK || prepare(model, samples, &model->many, error) != AD_OK)
+    if (AD_LACKS(error, model) || samples == 0 || AD_LACKS(error, x) ||
+        prepare(model, samples, &model->many, error) != AD_OK)
         return error->status;
     if (rate)
         run(model->many, model->many->for_rate, model->many->rate, x, rate);
@@ -216,7 +214,7 @@ enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_e
 {
     if (ode)
         *ode = (struct phys_ode){0};
-    if (HNN_NEEDS(error, model, ode) != AD_OK)
+    if (AD_LACKS(error, model, ode))
         return error->status;
     const struct hnn_settings *s = &model->settings;
     *ode = (struct phys_ode){.name = "the model",

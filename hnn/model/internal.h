@@ -63,14 +63,6 @@ static inline size_t hnn_type_bytes(enum ad_type type)
     return type == AD_F32 ? sizeof(float) : sizeof(double);
 }
 
-/* AD_E_ARGUMENT where an argument is NULL. What `error` holds already stays, as that of a name
-   which was not found and gave the NULL. */
-enum ad_status hnn_needs(const char *function, const char *names, size_t n,
-                         const void *const pointers[], struct ad_error *error);
-#define HNN_NEEDS(error, ...)                                                                      \
-    hnn_needs(__func__, #__VA_ARGS__, LENGTH(((const void *const[]){__VA_ARGS__})),                \
-              (const void *const[]){__VA_ARGS__}, error)
-
 /* Hands a tape's error, if it has one, on to `error`. */
 static inline enum ad_status hnn_tape_status(const ad_tape *tape, struct ad_error *error)
 {

@@ -30,7 +30,7 @@ enum ad_status hnn_model_blank(const struct hnn_settings *settings, hnn_model **
                                struct ad_error *error)
 {
     const struct hnn_activation *activation = NULL;
-    if (HNN_NEEDS(error, settings, out) != AD_OK)
+    if (AD_LACKS(error, settings, out))
         return error->status;
     *out = NULL;
     if (hnn_activation_find(settings->activation, &activation, error) != AD_OK ||
@@ -62,7 +62,7 @@ enum ad_status hnn_model_make_room(hnn_model *model, struct ad_error *error)
 enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **out,
                              struct ad_error *error)
 {
-    if (HNN_NEEDS(error, settings, out) != AD_OK || hnn_model_blank(settings, out, error) != AD_OK)
+    if (AD_LACKS(error, settings, out) || hnn_model_blank(settings, out, error) != AD_OK)
         return error->status;
     hnn_model *model = *out;
     double *values = malloc(model->size * sizeof *values);
@@ -142,7 +142,7 @@ const char *hnn_model_noted(const hnn_model *model, const char *name)
 enum ad_status hnn_model_note(hnn_model *model, const char *name, const char *text,
                               struct ad_error *error)
 {
-    if (HNN_NEEDS(error, model, name) != AD_OK)
+    if (AD_LACKS(error, model, name))
         return error->status;
     size_t k = find_note(model, name);
     if (k < model->n_notes) {
@@ -207,7 +207,7 @@ static double energy_size(const hnn_model *model)
 enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const double *scale,
                                    const double *rate, struct ad_error *error)
 {
-    if (HNN_NEEDS(error, model, centre, scale, rate) != AD_OK)
+    if (AD_LACKS(error, model, centre, scale, rate))
         return error->status;
     size_t m = hnn_states(model), bytes = m * sizeof(double);
     if (model->settings.pixels)

@@ -45,7 +45,7 @@ enum ad_status hnn_range_energy(hnn_model *model, size_t n, const double *x, str
 
 enum ad_status hnn_model_see(hnn_model *model, size_t n, const double *x, struct ad_error *error)
 {
-    if (HNN_NEEDS(error, model, x) != AD_OK)
+    if (AD_LACKS(error, model, x))
         return error->status;
     if (n == 0)
         return ad_fail(error, AD_E_ARGUMENT, "what a model has seen: expected states, got none");

@@ -37,15 +37,6 @@ struct hnn_settings hnn_pixel_defaults(enum hnn_kind kind, size_t pixels)
     return s;
 }
 
-enum ad_status hnn_needs(const char *function, const char *names, size_t n,
-                         const void *const pointers[], struct ad_error *error)
-{
-    for (size_t k = 0; k < n && error->status == AD_OK; k++)
-        if (!pointers[k])
-            ad_fail(error, AD_E_ARGUMENT, "%s: NULL among %s", function, names);
-    return error->status;
-}
-
 enum ad_status hnn_find(const char *what, const char *name, const char *const names[],
                         size_t *index, struct ad_error *error)
 {

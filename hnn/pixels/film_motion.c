@@ -61,7 +61,7 @@ enum ad_status hnn_film_motion(hnn_model *model, const struct hnn_frames *f,
                                const struct hnn_split_pairs *pairs, struct hnn_film_motion *motion,
                                struct ad_error *error)
 {
-    if (HNN_NEEDS(error, model, f, pairs, motion) != AD_OK)
+    if (AD_LACKS(error, model, f, pairs, motion))
         return error->status;
     if (f->frames < 3)
         return ad_fail(error, AD_E_ARGUMENT, "%s: %zu frames; expected 3 or more", __func__,

@@ -93,8 +93,7 @@ static_assert(LENGTH(draw) + 1 == LENGTH(hnn_filters), "a name for every filter"
 enum ad_status hnn_filter_find(const char *name, enum hnn_filter *filter, struct ad_error *error)
 {
     size_t k = HNN_AREA;
-    if (HNN_NEEDS(error, filter) == AD_OK &&
-        hnn_find("filter", name, hnn_filters, &k, error) == AD_OK)
+    if (!AD_LACKS(error, filter) && hnn_find("filter", name, hnn_filters, &k, error) == AD_OK)
         *filter = (enum hnn_filter)k;
     return error->status;
 }

@@ -43,7 +43,7 @@ void hnn_frames_free(struct hnn_frames *f)
 enum ad_status hnn_frames_split(const struct hnn_frames *f, double fraction, uint64_t seed,
                                 struct hnn_split_pairs *pairs, struct ad_error *error)
 {
-    if (HNN_NEEDS(error, f, pairs) != AD_OK)
+    if (AD_LACKS(error, f, pairs))
         return error->status;
     *pairs = (struct hnn_split_pairs){0};
     if (!(fraction >= 0 && fraction < 1))

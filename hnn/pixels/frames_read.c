@@ -8,7 +8,7 @@
 enum ad_status hnn_frames_read(const char *path, struct hnn_frames *frames, struct ad_error *error)
 {
     struct stat status;
-    if (HNN_NEEDS(error, path, frames) != AD_OK)
+    if (AD_LACKS(error, path, frames))
         return error->status;
     *frames = (struct hnn_frames){0};
     if (stat(path, &status) != 0)

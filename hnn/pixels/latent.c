@@ -7,7 +7,7 @@
 enum ad_status hnn_observe(const hnn_model *model, const float *observation, double *x0,
                            struct ad_error *error)
 {
-    if (HNN_NEEDS(error, model, observation, x0) != AD_OK)
+    if (AD_LACKS(error, model, observation, x0))
         return error->status;
     size_t pixels = model->settings.pixels;
     double *values = malloc(pixels * sizeof *values + 1);
@@ -30,7 +30,7 @@ static void transpose_states(const struct hnn_path *path, double *x)
 enum ad_status hnn_show(const hnn_model *model, const struct hnn_path *path, size_t frame,
                         float *frames, struct ad_error *error)
 {
-    if (HNN_NEEDS(error, model, path, frames) != AD_OK)
+    if (AD_LACKS(error, model, path, frames))
         return error->status;
     size_t n = path->n, pixels = model->settings.pixels;
     if (path->states != hnn_states(model))
@@ -59,7 +59,7 @@ enum ad_status hnn_pixels_predict(hnn_model *model, const float *observation,
 {
     if (path)
         *path = (struct hnn_path){0};
-    if (HNN_NEEDS(error, model, observation, settings, path, frames) != AD_OK)
+    if (AD_LACKS(error, model, observation, settings, path, frames))
         return error->status;
     struct phys_ode ode = {0};
     double *x0 = malloc(hnn_states(model) * sizeof *x0);

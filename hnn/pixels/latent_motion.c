@@ -85,7 +85,7 @@ enum ad_status hnn_latent_motion(const hnn_model *model, size_t n, size_t frame,
                                  const float *foreseen, struct hnn_latent_motion *motion,
                                  struct ad_error *error)
 {
-    if (HNN_NEEDS(error, model, frames, path, foreseen, motion) != AD_OK)
+    if (AD_LACKS(error, model, frames, path, foreseen, motion))
         return error->status;
     size_t pixels = model->settings.pixels, pair = frame ? pixels / frame : 0;
     if (!pair || path->states != hnn_states(model) || n < pair + 1 || path->n + pair < n + 1)

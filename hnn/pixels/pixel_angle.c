@@ -120,7 +120,7 @@ enum ad_status hnn_rod_angles(const struct hnn_rod *rod, size_t height, size_t w
                               const float *pixels, double *angle, struct ad_error *error)
 {
     struct fitting f = {.rod = rod, .height = height, .width = width};
-    if (HNN_NEEDS(error, rod, pixels, angle) == AD_OK && hnn_rod_check(rod, error) == AD_OK &&
+    if (!AD_LACKS(error, rod, pixels, angle) && hnn_rod_check(rod, error) == AD_OK &&
         prepare(&f, error) == AD_OK)
         for (size_t k = 0; k < n; k++)
             angle[k] = fit(&f, pixels + k * height * width);

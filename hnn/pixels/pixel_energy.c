@@ -40,7 +40,7 @@ void hnn_rod_energies(const struct hnn_rod *rod, size_t n, const double *angle, 
 enum ad_status hnn_film_energies(const struct hnn_frames *film, size_t n, const float *pixels,
                                  double *energy, struct ad_error *error)
 {
-    if (HNN_NEEDS(error, film, pixels, energy) != AD_OK)
+    if (AD_LACKS(error, film, pixels, energy))
         return error->status;
     for (size_t k = 0; k < n; k++)
         energy[k] = NAN;

@@ -23,7 +23,7 @@ struct hnn_rod hnn_rod_published(void)
 
 enum ad_status hnn_rod_check(const struct hnn_rod *r, struct ad_error *error)
 {
-    if (HNN_NEEDS(error, r) != AD_OK)
+    if (AD_LACKS(error, r))
         return error->status;
     const struct {
         bool holds;

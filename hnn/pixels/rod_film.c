@@ -17,7 +17,7 @@ struct hnn_filming hnn_filming_published(void)
 
 static enum ad_status check(const struct hnn_filming *f, struct ad_error *error)
 {
-    if (HNN_NEEDS(error, f) != AD_OK || hnn_rod_check(&f->rod, error) != AD_OK)
+    if (AD_LACKS(error, f) || hnn_rod_check(&f->rod, error) != AD_OK)
         return error->status;
     if (f->trajectories < 1 || f->frames < 3)
         return ad_fail(error, AD_E_ARGUMENT,
@@ -42,10 +42,7 @@ enum ad_status hnn_rod_film(const struct hnn_filming *filming, uint64_t seed, st
                             struct ad_error *error)
 {
     struct phys_random random;
-    if (HNN_NEEDS(error, f) != AD_OK)
-        return error->status;
-    *f = (struct hnn_frames){0};
-    if (check(filming, error) != AD_OK ||
+    if (AD_LACKS_RESULT(error, f) || check(filming, error) != AD_OK ||
         hnn_frames_new(f, filming->trajectories, filming->frames, filming->height, filming->width,
                        error) != AD_OK ||
         hnn_frames_new_motion(f, error) != AD_OK)

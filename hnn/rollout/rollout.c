@@ -129,7 +129,7 @@ static enum ad_status check(const struct phys_ode *ode, const struct hnn_rollout
 {
     if (s->n == 0)
         return ad_fail(error, AD_E_ARGUMENT, "a rollout needs at least one output, its start");
-    if (HNN_NEEDS(error, s->t) != AD_OK)
+    if (AD_LACKS(error, s->t))
         return error->status;
     for (size_t k = 1; k < s->n; k++)
         if (!(s->t[k] > s->t[k - 1]))
@@ -202,7 +202,7 @@ enum ad_status hnn_rollout(const struct phys_ode *ode, const struct hnn_rollout_
         .ode = ode, .settings = settings, .path = path, .info = info, .error = error};
     if (path)
         *path = (struct hnn_path){0};
-    if (HNN_NEEDS(error, ode, settings, x0, path) != AD_OK)
+    if (AD_LACKS(error, ode, settings, x0, path))
         return error->status;
     *info = (struct hnn_rollout_info){.reversal_error = NAN};
     if (check(ode, settings, error) == AD_OK && prepare(&m, x0) == AD_OK)

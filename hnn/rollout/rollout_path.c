@@ -81,7 +81,7 @@ enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double
 {
     if (path)
         *path = (struct hnn_path){0};
-    if (HNN_NEEDS(error, settings, path) != AD_OK || HNN_NEEDS(error, settings->file) != AD_OK)
+    if (AD_LACKS(error, settings, path, settings->file))
         return error->status;
     struct hnn_dataset_settings s = {.file = settings->file,
                                      .state = settings->state,

@@ -40,7 +40,7 @@ enum ad_status hnn_task_published_mse(const struct hnn_task *task, double streng
     bool stretches = task && task->time_stretch > 0 && task->time_stretch != 1;
     struct hnn_path stretched = {0};
     struct phys_ode energy = {0};
-    if (HNN_NEEDS(error, task, model, settings, path, truth, mse) != AD_OK)
+    if (AD_LACKS(error, task, model, settings, path, truth, mse))
         return error->status;
     strength = hnn_task_strength(task, strength);
     if (phys_ode_hamiltonian(task->published_energy ? task->published_energy : task->H, task->dof,
@@ -121,7 +121,7 @@ enum ad_status hnn_task_trials(const struct phys_ode *model, const struct hnn_ta
                                const struct hnn_trials *trials, struct hnn_score *score,
                                struct ad_error *error)
 {
-    if (HNN_NEEDS(error, model, task, trials, score) != AD_OK)
+    if (AD_LACKS(error, model, task, trials, score))
         return error->status;
     struct setting s = {.model = model, .task = task};
     size_t starts = trials->starts ? trials->starts : STARTS;

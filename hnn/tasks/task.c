@@ -29,7 +29,7 @@ double hnn_task_strength(const struct hnn_task *task, double strength)
 enum ad_status hnn_task_ode(const struct hnn_task *task, double strength, struct phys_ode *ode,
                             struct ad_error *error)
 {
-    if (HNN_NEEDS(error, task, ode) != AD_OK)
+    if (AD_LACKS(error, task, ode))
         return error->status;
     strength = hnn_task_strength(task, strength);
     enum ad_status status = phys_ode_hamiltonian(task->H, task->dof, &strength, ode, error);
@@ -195,7 +195,7 @@ enum ad_status hnn_task_observe(const struct hnn_task *task, const struct hnn_sa
     struct phys_ode ode = {0};
     struct phys_random random;
     double y[HNN_TASK_STATES_MOST];
-    if (HNN_NEEDS(error, task, sampling, observations) != AD_OK)
+    if (AD_LACKS(error, task, sampling, observations))
         return error->status;
     *observations = (struct hnn_observations){0};
     size_t points = sampling->points;

@@ -57,8 +57,8 @@ static enum ad_status check(const hnn_model *model, const struct hnn_training *s
                        pixels ? "pixels" : "states", pixels ? "frames" : "states and targets");
     for (size_t k = 0; k < 2; k++) {
         const struct hnn_samples *set = k ? test : train;
-        if (set->n > 0 && (pixels ? HNN_NEEDS(error, set->frames, set->first)
-                                  : HNN_NEEDS(error, set->x, set->target)) != AD_OK)
+        if (set->n > 0 && (pixels ? AD_LACKS(error, set->frames, set->first)
+                                  : AD_LACKS(error, set->x, set->target)))
             return error->status;
     }
     if (pixels && test->n && test->frame != train->frame)
@@ -135,10 +135,10 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
     static const struct hnn_samples none = {0};
     if (out)
         *out = NULL;
-    if (HNN_NEEDS(error, model, training, train, out) != AD_OK)
+    if (AD_LACKS(error, model, training, train, out))
         return error->status;
     test = test ? test : &none;
-    if (HNN_NEEDS(error, training->optimiser, training->schedule) != AD_OK ||
+    if (AD_LACKS(error, training->optimiser, training->schedule) ||
         check(model, training, train, test, error) != AD_OK)
         return error->status;
     hnn_trainer *t = calloc(1, sizeof *t);
@@ -290,7 +290,7 @@ static enum ad_status take_step(hnn_trainer *t, bool *stalled, struct ad_error *
 enum ad_status hnn_trainer_take_step(hnn_trainer *t, struct ad_error *error)
 {
     bool stalled;
-    return HNN_NEEDS(error, t) == AD_OK ? take_step(t, &stalled, error) : error->status;
+    return AD_LACKS(error, t) ? error->status : take_step(t, &stalled, error);
 }
 
 static enum ad_status take_steps(hnn_trainer *t, enum hnn_stop *stop, struct ad_error *error)
@@ -322,7 +322,7 @@ enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_er
     enum hnn_stop unused = 0;
     stop = stop ? stop : &unused;
     *stop = 0;
-    if (HNN_NEEDS(error, t) == AD_OK && take_steps(t, stop, error) == AD_OK)
+    if (!AD_LACKS(error, t) && take_steps(t, stop, error) == AD_OK)
         hnn_trainer_deliver(t, error);
     if (t)
         t->delivered = true; /* or as it was */

@@ -91,7 +91,7 @@ enum ad_status hnn_trainer_save(hnn_trainer *t, const char *name, const char *co
                                 struct ad_error *error)
 {
     phys_hdf5 *file;
-    if (HNN_NEEDS(error, t, name) != AD_OK)
+    if (AD_LACKS(error, t, name))
         return error->status;
     if (hnn_trainer_deliver(t, error) != AD_OK || phys_hdf5_create(name, &file, error) != AD_OK)
         return error->status;
@@ -270,7 +270,7 @@ enum ad_status hnn_trainer_resume(hnn_trainer *t, const char *name, struct ad_er
 {
     hnn_model *stored;
     struct reading r = {t, name, NULL, error};
-    if (HNN_NEEDS(error, t, name) != AD_OK)
+    if (AD_LACKS(error, t, name))
         return error->status;
     if (hnn_model_load(name, &stored, error) != AD_OK)
         return error->status;

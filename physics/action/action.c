@@ -44,9 +44,9 @@ enum ad_status phys_action_record(ad_tape *tape, const struct phys_system *syste
                                   double energy_weight, struct phys_action *action)
 {
     struct ad_error none = {0};
-    if (PHYS_LACKS(&none, action))
+    if (AD_LACKS(&none, action))
         return ad_refuse(tape, none.status, "%s", none.message), none.status;
-    if (phys_lacks_scene(system, &none) || phys_lacks(rule, "action rule", &none)) {
+    if (AD_LACKS(&none, system, system->scene, rule)) {
         *action = (struct phys_action){0};
         ad_refuse(tape, none.status, "%s", none.message);
         return none.status;

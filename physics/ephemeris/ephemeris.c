@@ -15,7 +15,7 @@ enum { DAY = 86400 };
 static enum ad_status check(const struct phys_system *system, size_t n, size_t dims,
                             struct ad_error *error)
 {
-    if (phys_lacks_scene(system, error))
+    if (AD_LACKS(error, system, system->scene))
         return error->status;
     if (system->scene != &phys_scene_ephemeris)
         return ad_fail(error, AD_E_ARGUMENT, "%s: not the ephemeris: it has no bodies to choose",
@@ -121,7 +121,7 @@ static enum ad_status add_bodies(struct ephemeris *chosen, const char *bodies, b
 enum ad_status phys_ephemeris_choose(struct phys_system *system, const char *bodies, size_t dims,
                                      struct ad_error *error)
 {
-    if (PHYS_LACKS(error, bodies))
+    if (AD_LACKS(error, bodies))
         return error->status;
     enum ad_status status = check(system, 2, dims, error);
     if (status != AD_OK)
@@ -140,7 +140,7 @@ enum ad_status phys_ephemeris_choose(struct phys_system *system, const char *bod
 enum ad_status phys_ephemeris_add(struct phys_system *system, const char *bodies, double jd,
                                   struct ad_error *error)
 {
-    if (phys_lacks_scene(system, error) || PHYS_LACKS(error, bodies))
+    if (AD_LACKS(error, system, system->scene, bodies))
         return error->status;
     enum ad_status status = check(system, system->bodies, system->dims, error);
     if (status != AD_OK)
@@ -214,7 +214,7 @@ enum ad_status phys_ephemeris_use(struct phys_system *system, size_t n,
                                   const struct phys_horizons *tables, size_t first, size_t slices,
                                   size_t dims, double *reference, struct ad_error *error)
 {
-    if (PHYS_LACKS(error, tables))
+    if (AD_LACKS(error, tables))
         return error->status;
     enum ad_status status = check(system, n, dims, error);
     if (status != AD_OK)

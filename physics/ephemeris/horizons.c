@@ -30,10 +30,10 @@ enum ad_status phys_horizons_read(const char *file, struct phys_horizons *table,
                                   struct ad_error *error)
 {
     struct horizons_reader r;
-    if (PHYS_LACKS(error, table))
+    if (AD_LACKS(error, table))
         return error->status;
     *table = (struct phys_horizons){.id = PHYS_HORIZONS_NO_ID};
-    if (PHYS_LACKS(error, file))
+    if (AD_LACKS(error, file))
         return error->status;
     if (phys_horizons_open(&r, file, table, error))
         phys_horizons_rows(&r);

@@ -80,7 +80,7 @@ enum ad_status phys_horizons_epoch(const struct phys_horizons *table, const char
                                    size_t *index, struct ad_error *error)
 {
     double jd;
-    if (PHYS_LACKS(error, table, from, index))
+    if (AD_LACKS(error, table, from, index))
         return error->status;
     if (*from && from[strspn(from, "0123456789")] == '\0')
         return by_index(table, from, index, error);

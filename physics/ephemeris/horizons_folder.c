@@ -255,7 +255,7 @@ enum ad_status phys_horizons_folder(const char *folder, const char *bodies, size
                                     struct phys_horizons **tables, struct ad_error *error)
 {
     struct search s = {.folder = folder, .error = error};
-    if (PHYS_LACKS(error, folder, bodies, n, tables))
+    if (AD_LACKS(error, folder, bodies, n, tables))
         return error->status;
     if (parse_bodies(&s, bodies) && list_files(&s) && read_files(&s) && check_found(&s) &&
         check_agreement(&s))

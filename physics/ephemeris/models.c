@@ -68,7 +68,7 @@ enum ad_status phys_ephemeris_tables_read(const char *folder, const char *from, 
                                           struct phys_ephemeris_tables *tables,
                                           struct ad_error *error)
 {
-    if (PHYS_LACKS(error, tables))
+    if (AD_LACKS(error, tables))
         return error->status;
     *tables = (struct phys_ephemeris_tables){.days = days};
     if (phys_horizons_folder(folder, bodies, &tables->n, &tables->table, error) != AD_OK)
@@ -146,10 +146,7 @@ enum ad_status phys_ephemeris_motion_open(const struct phys_ephemeris_model *mod
                                           struct phys_ephemeris_motion *motion,
                                           struct ad_error *error)
 {
-    if (PHYS_LACKS(error, motion))
-        return error->status;
-    *motion = (struct phys_ephemeris_motion){0};
-    if (PHYS_LACKS(error, model, tables))
+    if (AD_LACKS_RESULT(error, motion) || AD_LACKS(error, model, tables))
         return error->status;
     struct phys_system *system = &motion->system;
     *motion = (struct phys_ephemeris_motion){
@@ -195,10 +192,7 @@ enum ad_status phys_ephemeris_measure(const struct phys_ephemeris_model *model,
 {
     struct phys_ephemeris_motion motion;
     struct phys_ephemeris_track seen = {0};
-    if (PHYS_LACKS(error, track))
-        return error->status;
-    *track = (struct phys_ephemeris_track){0};
-    if (PHYS_LACKS(error, off))
+    if (AD_LACKS_RESULT(error, track) || AD_LACKS(error, off))
         return error->status;
     if (phys_ephemeris_motion_open(model, tables, &motion, error) == AD_OK &&
         phys_ephemeris_follow(&motion, tables->days, track, error) == AD_OK &&
@@ -236,7 +230,7 @@ enum ad_status phys_ephemeris_least(const struct phys_ephemeris_tables *tables, 
                                     struct phys_ephemeris_choice *choice, struct ad_error *error)
 {
     const struct phys_ephemeris_model *models = phys_ephemeris_models, *found = NULL;
-    if (PHYS_LACKS(error, choice))
+    if (AD_LACKS(error, choice))
         return error->status;
     *choice = (struct phys_ephemeris_choice){.chosen = PHYS_EPHEMERIS_MODELS};
     for (size_t k = 0; k < PHYS_EPHEMERIS_MODELS; k++) {

@@ -31,10 +31,7 @@ enum ad_status phys_ephemeris_track_tables(const struct phys_ephemeris_tables *t
                                            struct phys_ephemeris_track *track,
                                            struct ad_error *error)
 {
-    if (PHYS_LACKS(error, track))
-        return error->status;
-    *track = (struct phys_ephemeris_track){0};
-    if (PHYS_LACKS(error, tables))
+    if (AD_LACKS_RESULT(error, track) || AD_LACKS(error, tables))
         return error->status;
     if (begin(dims, BODIES * dims, tables->days + 1, track, error) != AD_OK)
         return error->status;
@@ -85,12 +82,7 @@ struct phys_ephemeris_distances phys_ephemeris_compare(const struct phys_ephemer
 enum ad_status phys_ephemeris_follow(const struct phys_ephemeris_motion *motion, size_t days,
                                      struct phys_ephemeris_track *track, struct ad_error *error)
 {
-    if (PHYS_LACKS(error, track))
-        return error->status;
-    *track = (struct phys_ephemeris_track){0};
-    if (PHYS_LACKS(error, motion))
-        return error->status;
-    if (PHYS_LACKS(error, motion->integrator))
+    if (AD_LACKS_RESULT(error, track) || AD_LACKS(error, motion, motion->integrator))
         return error->status;
     struct phys_ode ode = {0};
     struct phys_simulation_info info = {0};
@@ -121,12 +113,7 @@ enum ad_status phys_ephemeris_follow_tightly(const struct phys_ephemeris_motion 
                                              size_t days, struct phys_ephemeris_track *track,
                                              struct ad_error *error)
 {
-    if (PHYS_LACKS(error, track))
-        return error->status;
-    *track = (struct phys_ephemeris_track){0};
-    if (PHYS_LACKS(error, motion))
-        return error->status;
-    if (PHYS_LACKS(error, motion->integrator))
+    if (AD_LACKS_RESULT(error, track) || AD_LACKS(error, motion, motion->integrator))
         return error->status;
     struct phys_ephemeris_motion tight = *motion;
     bool explicit = motion->integrator->adaptive || !motion->integrator->symmetric ||
@@ -169,7 +156,7 @@ enum ad_status phys_ephemeris_choose_step(struct phys_ephemeris_motion *motion,
                                           const struct phys_ephemeris_tables *tables, double km,
                                           struct ad_error *error)
 {
-    if (PHYS_LACKS(error, motion, tables))
+    if (AD_LACKS(error, motion, tables))
         return error->status;
     struct phys_ephemeris_track table = {0}, tight = {0};
     if (phys_ephemeris_track_tables(tables, motion->system.dims, &table, error) == AD_OK &&

@@ -194,10 +194,7 @@ static enum ad_status begin(struct context *c, const struct phys_system *system,
 enum ad_status phys_ode_gas(const struct phys_system *system, enum phys_gas_pairs pairs,
                             struct phys_ode *ode, struct ad_error *error)
 {
-    if (PHYS_LACKS(error, ode))
-        return error->status;
-    *ode = (struct phys_ode){0};
-    if (phys_lacks_scene(system, error))
+    if (AD_LACKS_RESULT(error, ode) || AD_LACKS(error, system, system->scene))
         return error->status;
     struct context *c = calloc(1, sizeof *c);
     *ode = (struct phys_ode){.context = c, .free = c ? release : NULL};

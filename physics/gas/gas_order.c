@@ -27,10 +27,7 @@ enum ad_status phys_gas_order(const struct phys_system *system, const double *q,
                               struct phys_gas_order *order, struct ad_error *error)
 {
     double sides[2];
-    if (PHYS_LACKS(error, order))
-        return error->status;
-    *order = (struct phys_gas_order){0};
-    if (phys_lacks_scene(system, error) || PHYS_LACKS(error, q))
+    if (AD_LACKS_RESULT(error, order) || AD_LACKS(error, system, system->scene, q))
         return error->status;
     measure_sides(system, q, sides);
     order->reach = fmin(5 * phys_system_get(system, "sigma"), fmin(sides[0], sides[1]));

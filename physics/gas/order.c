@@ -46,10 +46,7 @@ const char *phys_state_text(enum phys_state state)
 enum ad_status phys_order(size_t bodies, const double *x, double shell, uint32_t *neighbours,
                           double *hexatic, struct phys_order *order, struct ad_error *error)
 {
-    if (PHYS_LACKS(error, order))
-        return error->status;
-    *order = (struct phys_order){0};
-    if (PHYS_LACKS(error, x))
+    if (AD_LACKS_RESULT(error, order) || AD_LACKS(error, x))
         return error->status;
     struct phys_near near = {0};
     uint32_t *count = calloc(bodies, sizeof *count);

@@ -19,7 +19,7 @@ static double nearer_than(double r, const double sides[2])
 enum ad_status phys_pair_distribution(size_t bodies, const double *x, const double sides[2],
                                       double reach, size_t bins, double *g, struct ad_error *error)
 {
-    if (PHYS_LACKS(error, x, sides, g))
+    if (AD_LACKS(error, x, sides, g))
         return error->status;
     struct phys_near near = {0};
     double width = reach / (double)bins, pairs = 0.5 * (double)bodies * (double)(bodies - 1);

@@ -42,21 +42,12 @@ static enum ad_status probe_compile(const struct probe *probe, size_t n_out, con
     return AD_OK;
 }
 
-static bool lacks_points(const struct phys_system *system, const struct phys_points *at,
-                         struct ad_error *error)
-{
-    return phys_lacks_scene(system, error) || phys_lacks(at, "points", error) ||
-           phys_lacks(at->q, "coordinates of points", error) ||
-           phys_lacks(at->v, "velocities of points", error) ||
-           phys_lacks(at->t, "times of points", error);
-}
-
 /* ---- finite ---- */
 
 enum ad_status phys_check_finite(const struct phys_system *system, const struct phys_points *at,
                                  struct ad_error *error)
 {
-    if (lacks_points(system, at, error))
+    if (AD_LACKS(error, system, system->scene, at, at->q, at->v, at->t))
         return error->status;
     struct probe probe;
     ad_program *program = NULL;
@@ -78,7 +69,7 @@ enum ad_status phys_check_gradient(const struct phys_system *system, const struc
                                    int order, double tolerance, size_t entries,
                                    struct ad_check *report, struct ad_error *error)
 {
-    if (lacks_points(system, at, error) || PHYS_LACKS(error, report))
+    if (AD_LACKS(error, system, system->scene, at, at->q, at->v, at->t, report))
         return error->status;
     struct probe probe;
     *report = (struct ad_check){0};
@@ -155,7 +146,7 @@ static void name_coordinate(const struct probe *probe, ad_program *program,
 enum ad_status phys_check_locality(const struct phys_system *system, const struct phys_points *at,
                                    struct phys_locality *report, struct ad_error *error)
 {
-    if (lacks_points(system, at, error) || PHYS_LACKS(error, report))
+    if (AD_LACKS(error, system, system->scene, at, at->q, at->v, at->t, report))
         return error->status;
     struct probe probe;
     ad_program *program = NULL;
@@ -197,7 +188,7 @@ const char *phys_check_kinks(const struct phys_system *system)
     struct ad_error none = {0};
     struct probe probe = {0};
     ad_series *series = NULL;
-    if (!phys_lacks_scene(system, &none) && system->dof <= most &&
+    if (!AD_LACKS(&none, system, system->scene) && system->dof <= most &&
         probe_new(&probe, system, 1, &none) == AD_OK)
         ad_series_new(1, &probe.L, 3, (ad_var[]){probe.q, probe.v, probe.t}, 1, &series);
     const char *kink = ad_series_kink(series);

@@ -69,7 +69,7 @@ enum ad_status phys_check_energies(const struct phys_system *system, const struc
 {
     struct energies e = {0};
     ad_program *program = NULL;
-    if (phys_lacks_scene(system, error) || phys_lacks(at, "points", error))
+    if (AD_LACKS(error, system, system->scene, at))
         return error->status;
     if (!system->scene->kinetic || !system->scene->potential)
         return AD_OK;

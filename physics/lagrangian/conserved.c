@@ -93,11 +93,10 @@ enum ad_status phys_conserved(const struct phys_system *system, size_t n, const 
     struct phys_totals start, now;
     phys_legendre *legendre;
     struct phys_conserved *c = conserved;
-    if (PHYS_LACKS(error, conserved))
+    if (AD_LACKS(error, conserved))
         return error->status;
     *c = (struct phys_conserved){.momentum = true, .angular = true};
-    if (phys_lacks(n ? x : NULL, "states", error) || phys_lacks(t, "times", error) ||
-        phys_legendre_new(system, &legendre, error) != AD_OK)
+    if (AD_LACKS(error, n ? x : NULL, t) || phys_legendre_new(system, &legendre, error) != AD_OK)
         return error->status;
     size_t dof = system->dof, stride = (n + PLACES - 1) / PLACES;
     double *aside = malloc(4 * dof * sizeof *aside), *p = aside ? aside + 2 * dof : NULL;

@@ -144,10 +144,7 @@ static void keep_constant_mass(phys_motion *m)
 enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **motion,
                                struct ad_error *error)
 {
-    if (PHYS_LACKS(error, motion))
-        return error->status;
-    *motion = NULL;
-    if (phys_lacks_scene(system, error))
+    if (AD_LACKS_RESULT(error, motion) || AD_LACKS(error, system, system->scene))
         return error->status;
     size_t n = system->dof;
     phys_motion *m = *motion = calloc(1, sizeof *m);
@@ -224,7 +221,7 @@ static enum ad_status refuse_mass(const phys_motion *m, double t, struct ad_erro
 enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, const double *v,
                                         double t, double *a, struct ad_error *error)
 {
-    if (PHYS_LACKS(error, motion, q, v, a))
+    if (AD_LACKS(error, motion, q, v, a))
         return error->status;
     phys_motion *m = motion;
     set_state(m, m->force_program, q, v, t);

@@ -43,10 +43,7 @@ static void record(phys_legendre *l)
 enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre **legendre,
                                  struct ad_error *error)
 {
-    if (phys_lacks(legendre, "place for the Lagrangian", error))
-        return error->status;
-    *legendre = NULL;
-    if (phys_lacks_scene(system, error))
+    if (AD_LACKS_RESULT(error, legendre) || AD_LACKS(error, system, system->scene))
         return error->status;
     size_t n = system->dof;
     phys_legendre *l = *legendre = calloc(1, sizeof *l);
@@ -200,8 +197,7 @@ enum ad_status phys_legendre_velocity(phys_legendre *legendre, const double *q, 
     double length = INFINITY, before, left;
     size_t worst;
     char name[64];
-    if (phys_lacks(l, "Lagrangian", error) || phys_lacks(q, "coordinates", error) ||
-        phys_lacks(p, "momenta", error) || phys_lacks(v, "place for velocities", error))
+    if (AD_LACKS(error, l, q, p, v))
         return error->status;
     memset(v, 0, l->system->dof * sizeof *v);
     left = residual(l, q, p, t, v, &worst);

@@ -103,10 +103,10 @@ enum ad_status phys_check_scene(const struct phys_system *system, uint64_t seed,
                                 double dt, double tolerance, size_t entries,
                                 struct phys_checks *checks, struct ad_error *error)
 {
-    if (phys_lacks(checks, "room for what is found", error))
+    if (AD_LACKS(error, checks))
         return error->status;
     *checks = (struct phys_checks){.mass_condition = (double)NAN};
-    if (phys_lacks_scene(system, error))
+    if (AD_LACKS(error, system, system->scene))
         return error->status;
     if (slices < 3)
         return ad_fail(error, AD_E_ARGUMENT, "slices: expected at least 3, got %zu", slices);

@@ -61,10 +61,10 @@ enum ad_status phys_closest_approach_begin(const struct phys_ode *ode, double t,
                                            struct phys_closest_approach *closest,
                                            struct ad_error *error)
 {
-    if (PHYS_LACKS(error, closest))
+    if (AD_LACKS(error, closest))
         return error->status;
     *closest = (struct phys_closest_approach){.distance = INFINITY, .ode = ode};
-    if (phys_lacks(ode, "ode", error) || phys_lacks(y, "state", error))
+    if (AD_LACKS(error, ode, y))
         return error->status;
     const struct phys_system *system = ode->system;
     if (!system || system->scene->picture != PHYS_PICTURE_PLANE)

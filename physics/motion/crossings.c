@@ -123,10 +123,10 @@ enum ad_status phys_crossing_read(const struct phys_system *system, const char *
                                   struct phys_crossing *crossing, struct ad_error *error)
 {
     char name[64], first[64];
-    if (PHYS_LACKS(error, crossing))
+    if (AD_LACKS(error, crossing))
         return error->status;
     *crossing = (struct phys_crossing){.text = text};
-    if (phys_lacks_scene(system, error) || phys_lacks(text, "text of a crossing", error))
+    if (AD_LACKS(error, system, system->scene, text))
         return error->status;
     size_t length = strcspn(text, "=<>");
     const char *number = text + length + 1, *end = text + strlen(text);

@@ -29,7 +29,7 @@ static enum ad_status step_path(phys_motion *motion, size_t slices, double dt, d
 enum ad_status phys_ode_path(phys_motion *motion, size_t slices, double dt, double damping,
                              double *path, struct ad_error *error)
 {
-    if (PHYS_LACKS(error, motion, path))
+    if (AD_LACKS(error, motion, path))
         return error->status;
     double *work = malloc(3 * phys_motion_system(motion)->dof * sizeof *work);
     if (!work)
@@ -43,8 +43,7 @@ enum ad_status phys_first_slices(phys_motion *motion, const double *q, const dou
                                  size_t slices, double dt, bool euler, double *path,
                                  struct ad_error *error)
 {
-    if (phys_lacks(motion, "motion", error) || phys_lacks(q, "coordinates", error) ||
-        phys_lacks(v, "velocities", error) || phys_lacks(path, "room for a path", error))
+    if (AD_LACKS(error, motion, q, v, path))
         return error->status;
     const struct phys_system *system = phys_motion_system(motion);
     size_t n = system->dof;
@@ -65,7 +64,7 @@ enum ad_status phys_published_path(const struct phys_system *system, uint64_t se
                                    double *path, struct ad_error *error)
 {
     phys_motion *motion = NULL;
-    if (phys_lacks_scene(system, error) || phys_lacks(path, "room for a path", error))
+    if (AD_LACKS(error, system, system->scene, path))
         return error->status;
     size_t dof = system->dof;
     double *q = malloc(2 * dof * sizeof *q);

@@ -191,11 +191,10 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
 {
     struct phys_ode ode = {0};
     struct phys_reference *r = reference;
-    if (PHYS_LACKS(error, reference))
+    if (AD_LACKS(error, reference))
         return error->status;
     *r = (struct phys_reference){.n = n, .reversal = NAN};
-    if (phys_lacks_scene(system, error) || phys_lacks(q, "coordinates", error) ||
-        phys_lacks(v, "velocities", error) || phys_lacks(times, "times", error))
+    if (AD_LACKS(error, system, system->scene, q, v, times))
         return error->status;
     size_t states = 2 * (r->dof = system->dof);
     if (n < 2)

@@ -296,10 +296,7 @@ enum ad_status phys_simulate(const struct phys_simulation *settings, const struc
                              double *y, struct phys_simulation_info *info, struct ad_error *error)
 {
     struct phys_simulation_info unwanted = {0};
-    if (phys_lacks(settings, "settings of a simulation", error) ||
-        phys_lacks(settings->integrator, "integrator", error) || phys_lacks(ode, "ode", error) ||
-        phys_lacks((const void *)(uintptr_t)ode->field, "field of the ode", error) ||
-        phys_lacks(y, "start", error))
+    if (AD_LACKS(error, settings, settings->integrator, ode, ode->field, y))
         return error->status;
     struct phys_simulation own = *settings;
     struct run run = {.settings = &own, .info = info ? info : &unwanted, .last_norm = 1e-4};

@@ -324,11 +324,11 @@ enum ad_status phys_motion_solve(const struct phys_system *system,
 {
     struct phys_motion_solution *m = solution;
     struct solving s = {.settings = settings, .solution = m};
-    if (PHYS_LACKS(error, solution))
+    if (AD_LACKS(error, solution))
         return error->status;
     *m = (struct phys_motion_solution){.system = system};
     forget_samples(m);
-    if (phys_lacks_scene(system, error) || phys_lacks(settings, "settings of a motion", error))
+    if (AD_LACKS(error, system, system->scene, settings))
         return error->status;
     if (begin(&s, error) == AD_OK && phys_ode_for(system, m->integrator, &m->ode, error) == AD_OK)
         run(&s, error);
@@ -344,7 +344,7 @@ enum ad_status phys_motion_met(const struct phys_motion_settings *settings,
                                const struct phys_motion_solution *solution, struct ad_error *error)
 {
     const struct phys_motion_solution *m = solution;
-    if (PHYS_LACKS(error, settings, solution))
+    if (AD_LACKS(error, settings, solution))
         return error->status;
     if (m->n_trials == 0 || isnan(m->known_until) || m->error <= settings->error)
         return AD_OK;

@@ -20,7 +20,7 @@ enum ad_status phys_motion_check_start(const struct phys_system *system, uint64_
 {
     struct phys_ode ode = {0};
     struct ad_error cause = {0};
-    if (phys_lacks_scene(system, error))
+    if (AD_LACKS(error, system, system->scene))
         return error->status;
     size_t n = 2 * system->dof;
     double *start = calloc(3 * n, sizeof *start);

@@ -18,10 +18,7 @@ enum ad_status phys_ode_for(const struct phys_system *system,
                             const struct phys_integrator *integrator, struct phys_ode *ode,
                             struct ad_error *error)
 {
-    if (PHYS_LACKS(error, ode))
-        return error->status;
-    *ode = (struct phys_ode){0};
-    if (phys_lacks(integrator, "integrator", error))
+    if (AD_LACKS_RESULT(error, ode) || AD_LACKS(error, integrator))
         return error->status;
     if (integrator->lagrangian)
         return phys_ode_canonical(system, ode, error);
@@ -63,8 +60,7 @@ enum ad_status phys_trajectory(const struct phys_simulation *how, const struct p
     struct phys_simulation_info unwanted = {0};
     info = info ? info : &unwanted;
     struct collector collector = {how, rows, columns, 0, path};
-    if (phys_lacks(how, "settings of a simulation", error) ||
-        phys_lacks(path, "room for a path", error))
+    if (AD_LACKS(error, how, path))
         return error->status;
     struct phys_simulation settings = *how;
     settings.sample = keep;
@@ -82,8 +78,7 @@ enum ad_status phys_motion_path(const struct phys_system *system, const struct p
 {
     struct phys_ode ode = {0};
     struct phys_simulation settings = how ? *how : (struct phys_simulation){.rtol = 1e-13};
-    if (phys_lacks_scene(system, error) || phys_lacks(q, "coordinates", error) ||
-        phys_lacks(v, "velocities", error))
+    if (AD_LACKS(error, system, system->scene, q, v))
         return error->status;
     size_t dof = system->dof;
     double *y = malloc(2 * dof * sizeof *y);
@@ -105,7 +100,7 @@ enum ad_status phys_scene_path(const struct phys_system *system, uint64_t seed,
                                const struct phys_simulation *how, size_t slices, double dt,
                                double *path, struct ad_error *error)
 {
-    if (phys_lacks_scene(system, error) || phys_lacks(path, "room for a path", error))
+    if (AD_LACKS(error, system, system->scene, path))
         return error->status;
     const struct phys_scene *scene = system->scene;
     if (scene->between)

@@ -20,8 +20,7 @@ void phys_state_name(const struct phys_system *system, size_t k, const char *wha
 enum ad_status phys_ode_enter(const struct phys_ode *ode, double t, const double *q,
                               const double *v, double *y, struct ad_error *error)
 {
-    if (phys_lacks(ode, "ode", error) || phys_lacks(q, "coordinates", error) ||
-        phys_lacks(v, "velocities", error) || phys_lacks(y, "room for a state", error))
+    if (AD_LACKS(error, ode, q, v, y))
         return error->status;
     size_t half = ode->n / 2;
     if (ode->enter)
@@ -34,8 +33,7 @@ enum ad_status phys_ode_enter(const struct phys_ode *ode, double t, const double
 enum ad_status phys_ode_leave(const struct phys_ode *ode, double t, const double *y, double *q,
                               double *v, struct ad_error *error)
 {
-    if (phys_lacks(ode, "ode", error) || phys_lacks(y, "state", error) ||
-        phys_lacks(q, "room for coordinates", error) || phys_lacks(v, "room for velocities", error))
+    if (AD_LACKS(error, ode, y, q, v))
         return error->status;
     size_t half = ode->n / 2;
     if (ode->leave)
@@ -107,9 +105,7 @@ static double size_of_fall(const struct phys_ode *ode, double t, const double *y
 enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const double *y,
                                   double *scale, struct ad_error *error)
 {
-    if (phys_lacks(ode, "ode", error) ||
-        phys_lacks((const void *)(uintptr_t)ode->field, "field of the ode", error) ||
-        phys_lacks(y, "state", error) || phys_lacks(scale, "room for sizes", error))
+    if (AD_LACKS(error, ode, ode->field, y, scale))
         return error->status;
     bool halves = ode->canonical || ode->kick || ode->system;
     size_t first = halves ? ode->n / 2 : ode->n, second = ode->n - first;

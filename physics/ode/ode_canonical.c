@@ -67,10 +67,7 @@ static void release(void *context)
 enum ad_status phys_ode_canonical(const struct phys_system *system, struct phys_ode *ode,
                                   struct ad_error *error)
 {
-    if (PHYS_LACKS(error, ode))
-        return error->status;
-    *ode = (struct phys_ode){0};
-    if (phys_lacks_scene(system, error))
+    if (AD_LACKS_RESULT(error, ode) || AD_LACKS(error, system, system->scene))
         return error->status;
     struct context *c = calloc(1, sizeof *c);
     *ode = (struct phys_ode){.context = c, .free = c ? release : NULL};

@@ -125,10 +125,7 @@ static enum ad_status record(struct context *c, phys_hamiltonian *H, const void 
 enum ad_status phys_ode_hamiltonian(phys_hamiltonian *H, size_t dof, const void *params,
                                     struct phys_ode *ode, struct ad_error *error)
 {
-    if (PHYS_LACKS(error, ode))
-        return error->status;
-    *ode = (struct phys_ode){0};
-    if (phys_lacks((const void *)(uintptr_t)H, "Hamiltonian", error))
+    if (AD_LACKS_RESULT(error, ode) || AD_LACKS(error, H))
         return error->status;
     struct context *c = calloc(1, sizeof *c);
     *ode = (struct phys_ode){.context = c, .free = c ? release : NULL};

@@ -69,10 +69,7 @@ void phys_ode_round_mass(const struct phys_ode *ode, double share)
 enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys_ode *ode,
                                    struct ad_error *error)
 {
-    if (PHYS_LACKS(error, ode))
-        return error->status;
-    *ode = (struct phys_ode){0};
-    if (phys_lacks_scene(system, error))
+    if (AD_LACKS_RESULT(error, ode) || AD_LACKS(error, system, system->scene))
         return error->status;
     if (system->scene->ode)
         return system->scene->ode(system, ode, error);

@@ -52,10 +52,7 @@ static void release(void *context)
 enum ad_status phys_ode_variations(const struct phys_system *system, size_t columns,
                                    struct phys_ode *ode, struct ad_error *error)
 {
-    if (PHYS_LACKS(error, ode))
-        return error->status;
-    *ode = (struct phys_ode){0};
-    if (phys_lacks_scene(system, error))
+    if (AD_LACKS_RESULT(error, ode) || AD_LACKS(error, system, system->scene))
         return error->status;
     if (system->scene->ode)
         return ad_fail(error, AD_E_ARGUMENT, "%s has equations of its own: no variations",

@@ -222,7 +222,7 @@ enum ad_status phys_path_find(const struct phys_solver *solver, const struct phy
                               struct phys_path_found *found, struct ad_error *error)
 {
     struct phys_newton newton = {0};
-    if (phys_lacks(found, "room for what is found", error))
+    if (AD_LACKS(error, found))
         return error->status;
     *found = (struct phys_path_found){
         .reference_distance = NAN, .true_distance = NAN, .true_known = NAN, .discretisation = NAN};

@@ -39,7 +39,7 @@ static bool positive(double x) { return x > 0 && isfinite(x); }
 static enum ad_status check_settings(const struct phys_solver *solver,
                                      const struct phys_path_settings *s, struct ad_error *error)
 {
-    if (phys_lacks(solver, "solver", error) || phys_lacks(s, "settings", error))
+    if (AD_LACKS(error, solver, s))
         return error->status;
     bool rated = solver->rated || s->adam_steps > 0;
     if (!s->rule)
@@ -70,8 +70,7 @@ enum ad_status phys_path_check(const struct phys_solver *solver, const struct ph
                                const struct phys_path_info *info, struct ad_error *error)
 {
     enum ad_status status = check_settings(solver, settings, error);
-    if (phys_lacks_scene(system, error) || phys_lacks(path, "path", error) ||
-        phys_lacks(info, "info", error))
+    if (AD_LACKS(error, system, system->scene, path, info))
         return error->status;
     return status;
 }

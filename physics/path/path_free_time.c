@@ -27,8 +27,7 @@ enum ad_status phys_path_free_time(const struct phys_system *system,
                                    struct phys_path_settings *settings, double energy, double *path,
                                    struct phys_path_info *info, struct ad_error *error)
 {
-    if (phys_lacks_scene(system, error) || PHYS_LACKS(error, settings, path, info) ||
-        phys_lacks(settings->rule, "action rule", error))
+    if (AD_LACKS(error, system, system->scene, settings, path, info, settings->rule))
         return error->status;
     double at = log(settings->dt), last = at + 0.01, step_before = (double)INFINITY;
     double here = (double)NAN, before = (double)NAN;

@@ -60,7 +60,7 @@ void phys_path_nodes_at(const struct phys_path_nodes *nodes, double t, double *q
 
 static bool is_grid(const struct phys_grid *grid, struct ad_error *error)
 {
-    if (phys_lacks(grid, "slices", error) || phys_lacks(grid->rule, "action rule", error))
+    if (AD_LACKS(error, grid, grid->rule))
         return false;
     if (grid->slices >= 2 && grid->dt > 0 && isfinite(grid->dt))
         return true;
@@ -74,7 +74,7 @@ double *phys_path_resample(const struct phys_grid *from, const double *path,
 {
     struct phys_path_nodes nodes = {0};
     struct phys_rule_table table;
-    if (phys_lacks(path, "path", error) || !is_grid(from, error) || !is_grid(to, error))
+    if (AD_LACKS(error, path) || !is_grid(from, error) || !is_grid(to, error))
         return NULL;
     size_t s = to->rule->degree, n = to->slices;
     double *q = malloc(2 * dof * sizeof *q), *result = malloc(s * dof * n * sizeof *result);

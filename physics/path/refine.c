@@ -246,11 +246,7 @@ enum ad_status phys_path_refine(const struct phys_system *system,
                                 double ends_error, double tolerance, struct phys_refined *refined,
                                 struct ad_error *error)
 {
-    if (phys_lacks(refined, "room for what is found", error))
-        return error->status;
-    *refined = (struct phys_refined){0};
-    if (phys_lacks_scene(system, error) || phys_lacks(settings, "settings", error) ||
-        phys_lacks(guess, "guess", error))
+    if (AD_LACKS_RESULT(error, refined) || AD_LACKS(error, system, system->scene, settings, guess))
         return error->status;
     if (!(tolerance > 0))
         return ad_fail(error, AD_E_ARGUMENT, "error %g, expected a positive number", tolerance);

@@ -76,9 +76,7 @@ enum ad_status phys_path_motion(const struct phys_system *system,
                                 const struct phys_preset *preset, uint64_t seed, double *path,
                                 enum phys_motion_of *which, struct ad_error *error)
 {
-    if (phys_lacks_scene(system, error) || phys_lacks(settings, "settings", error) ||
-        phys_lacks(settings->rule, "action rule", error) || phys_lacks(path, "path", error) ||
-        phys_lacks(which, "room for what it is", error))
+    if (AD_LACKS(error, system, system->scene, settings, settings->rule, path, which))
         return error->status;
     const struct phys_simulation tightly = {.rtol = 1e-13,
                                             .max_steps = PHYS_MOTION_STEPS,

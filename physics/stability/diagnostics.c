@@ -194,10 +194,10 @@ enum ad_status phys_motion_diagnose(const struct phys_motion_settings *settings,
     const struct phys_motion_solution *m = solution;
     struct phys_diagnosis *d = diagnosis;
     bool complete = error->status == AD_OK;
-    if (PHYS_LACKS(error, diagnosis))
+    if (AD_LACKS(error, diagnosis))
         return error->status;
     *d = (struct phys_diagnosis){.error_before = NAN};
-    if (PHYS_LACKS(error, settings, solution))
+    if (AD_LACKS(error, settings, solution))
         return error->status;
     if (m->n == 0)
         return error->status; /* it did not begin */

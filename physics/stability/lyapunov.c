@@ -208,12 +208,10 @@ enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
                              const struct phys_lyapunov_settings *settings,
                              struct phys_lyapunov *result, struct ad_error *error)
 {
-    if (PHYS_LACKS(error, result))
+    if (AD_LACKS(error, result))
         return error->status;
     *result = (struct phys_lyapunov){.time = INFINITY, .horizon = INFINITY, .latest = INFINITY};
-    if (PHYS_LACKS(error, ode, y, settings))
-        return error->status;
-    if (phys_lacks((const void *)(uintptr_t)ode->field, "field of the ode", error))
+    if (AD_LACKS(error, ode, y, settings, ode->field))
         return error->status;
     size_t n = ode->n;
     double tolerance = settings->tolerance > 0 ? settings->tolerance : usual;

@@ -119,7 +119,7 @@ enum ad_status phys_lyapunov_spectrum(const struct phys_system *system, const do
 {
     struct spectrum s = {.settings = settings, .k = k};
     struct phys_ode ode = {0};
-    if (phys_lacks_scene(system, error) || PHYS_LACKS(error, x, settings, exponents, spread))
+    if (AD_LACKS(error, system, system->scene, x, settings, exponents, spread))
         return error->status;
     s.d = 2 * system->dof;
     if (k == 0 || k > s.d)

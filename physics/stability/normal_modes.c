@@ -132,10 +132,8 @@ enum ad_status phys_normal_modes(const struct phys_system *system, size_t n, con
                                  struct ad_error *error)
 {
     struct matrices m;
-    if (PHYS_LACKS(error, motion))
-        return error->status;
-    *motion = (struct phys_normal_modes){0};
-    if (phys_lacks_scene(system, error) || (n > 0 && PHYS_LACKS(error, x, t)))
+    if (AD_LACKS_RESULT(error, motion) || AD_LACKS(error, system, system->scene) ||
+        (n > 0 && AD_LACKS(error, x, t)))
         return error->status;
     begin(&m, system, error);
     for (size_t i = 0; i < n && error->status == AD_OK; i++)

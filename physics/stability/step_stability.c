@@ -91,10 +91,10 @@ enum ad_status phys_step_limits(const struct phys_integrator *integrator,
                                 struct phys_step_limits *limits, struct ad_error *error)
 {
     struct probe p;
-    if (PHYS_LACKS(error, limits))
+    if (AD_LACKS(error, limits))
         return error->status;
     *limits = (struct phys_step_limits){INFINITY, INFINITY};
-    if (phys_lacks(integrator, "integrator", error))
+    if (AD_LACKS(error, integrator))
         return error->status;
     if (integrator->adaptive)
         return ad_fail(error, AD_E_ARGUMENT, "%s chooses its steps: no limit is asked of them",
@@ -139,10 +139,11 @@ enum ad_status phys_step_advise(const struct phys_integrator *integrator,
                                 struct ad_error *error)
 {
     struct phys_step_limits limits;
-    if (PHYS_LACKS(error, advice))
+    if (AD_LACKS(error, advice))
         return error->status;
     *advice = (struct phys_step_advice){.limit = INFINITY, .resonance = INFINITY};
-    if (phys_lacks_scene(system, error) || phys_step_limits(integrator, &limits, error) != AD_OK ||
+    if (AD_LACKS(error, system, system->scene) ||
+        phys_step_limits(integrator, &limits, error) != AD_OK ||
         phys_normal_modes(system, n, x, t, &advice->motion, error) != AD_OK)
         return error->status;
     double w = advice->motion.frequency;

@@ -14,29 +14,6 @@ static inline enum ad_status phys_tape_status(const ad_tape *tape, struct ad_err
     return e->status == AD_OK ? AD_OK : ad_fail(error, e->status, "%s", e->message);
 }
 
-/* Refuses a NULL argument, or the NULL of a failed search; an error already held is kept. */
-static inline bool phys_lacks(const void *given, const char *what, struct ad_error *error)
-{
-    return !given && ad_fail(error, AD_E_ARGUMENT, "got no %s (NULL)", what) != AD_OK;
-}
-/* The same for several arguments, named as they are written. */
-#define PHYS_LACKS(error, ...)                                                                     \
-    phys_lacks_one(__func__, #__VA_ARGS__, LENGTH(((const void *const[]){__VA_ARGS__})),           \
-                   (const void *const[]){__VA_ARGS__}, error)
-static inline bool phys_lacks_one(const char *function, const char *names, size_t n,
-                                  const void *const given[], struct ad_error *error)
-{
-    while (n > 0 && given[n - 1])
-        n--;
-    return n > 0 && ad_fail(error, AD_E_ARGUMENT, "%s: NULL among %s", function, names) != AD_OK;
-}
-static inline bool phys_lacks_scene(const struct phys_system *system, struct ad_error *error)
-{
-    return (!system || !system->scene) &&
-           ad_fail(error, AD_E_ARGUMENT, "got a system without scene; expected an open one") !=
-               AD_OK;
-}
-
 /* The struct phys_scene that a shared object exports; *library is for phys_library_close. */
 enum ad_status phys_library_open(const char *file, void **library, const struct phys_scene **scene,
                                  struct ad_error *error);

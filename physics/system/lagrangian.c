@@ -16,7 +16,7 @@ static ad_var checked(const struct phys_system *system, const char *what, ad_var
 static bool lacks_scene(const struct phys_system *system, ad_var q)
 {
     struct ad_error error = {0};
-    if (phys_lacks_scene(system, &error))
+    if (AD_LACKS(&error, system, system->scene))
         ad_refuse(q.tape, error.status, "%s", error.message);
     return error.status != AD_OK;
 }

@@ -66,10 +66,7 @@ enum ad_status phys_system_begin(struct phys_system *system, const struct phys_s
 enum ad_status phys_system_open(const char *name, struct phys_system *system,
                                 struct ad_error *error)
 {
-    if (PHYS_LACKS(error, system))
-        return error->status;
-    *system = (struct phys_system){0};
-    if (phys_lacks(name, "name of a scene", error))
+    if (AD_LACKS_RESULT(error, system) || AD_LACKS(error, name))
         return error->status;
     enum ad_status status = find_scene(name, system, error);
     return status == AD_OK ? phys_system_begin(system, system->scene, error) : status;
@@ -79,9 +76,8 @@ enum ad_status phys_system_make(const struct phys_scene *scene, struct phys_syst
                                 struct ad_error *error)
 {
     const char *flaw = scene ? phys_scene_flaw(scene) : "is missing (NULL)";
-    if (PHYS_LACKS(error, system))
+    if (AD_LACKS_RESULT(error, system))
         return error->status;
-    *system = (struct phys_system){0};
     return flaw ? ad_fail(error, AD_E_INPUT, "a scene %s", flaw)
                 : phys_system_begin(system, scene, error);
 }
@@ -99,7 +95,7 @@ enum ad_status phys_system_set(struct phys_system *system, const char *name, dou
                                struct ad_error *error)
 {
     const char *names[MOST_PARAMS];
-    if (phys_lacks_scene(system, error))
+    if (AD_LACKS(error, system, system->scene))
         return error->status;
     const struct phys_scene *scene = system->scene;
     size_t n = scene->n_params < MOST_PARAMS ? scene->n_params : MOST_PARAMS;
@@ -125,7 +121,7 @@ enum ad_status phys_system_set(struct phys_system *system, const char *name, dou
 enum ad_status phys_system_set_all(struct phys_system *system, size_t n,
                                    const struct phys_setting set[], struct ad_error *error)
 {
-    if (n > 0 && PHYS_LACKS(error, set))
+    if (n > 0 && AD_LACKS(error, set))
         return error->status;
     for (size_t k = 0; k < n; k++)
         if (phys_system_set(system, set[k].name, set[k].value, error) != AD_OK)

@@ -237,11 +237,8 @@ enum ad_status phys_path_all(const struct phys_system *system,
                              size_t starts, uint64_t seed, struct phys_solutions *solutions,
                              struct ad_error *error)
 {
-    if (PHYS_LACKS(error, solutions))
-        return error->status;
-    *solutions = (struct phys_solutions){0};
-    if (phys_lacks_scene(system, error) || PHYS_LACKS(error, settings) ||
-        phys_lacks(settings->rule, "action rule", error) || phys_lacks(path, "path", error))
+    if (AD_LACKS_RESULT(error, solutions) ||
+        AD_LACKS(error, system, system->scene, settings, settings->rule, path))
         return error->status;
     struct phys_multistart s = {.system = system,
                                 .settings = *settings,
