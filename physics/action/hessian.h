@@ -8,7 +8,8 @@
 
 struct phys_hessian {
     struct phys_rule_table table;
-    bool repeat; /* one point more, at the last slice */
+    bool repeat;         /* one point more, at the last slice */
+    const bool *free[2]; /* [dof]: coordinates of the first and last slice that move; NULL: none */
     size_t dof, elements, points;
     size_t side; /* of an element's matrix: (degree + 1) dof */
     double dt;

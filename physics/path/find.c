@@ -66,7 +66,8 @@ static enum ad_status find_kind(struct search *s, struct ad_error *error)
     }
     if (lost.status != AD_OK)
         return ad_fail(error, lost.status, "%s", lost.message);
-    if (spectrum->n_conjugate > 0 || spectrum->legendre == PHYS_INDEFINITE)
+    if (!phys_free_ends(s->settings) &&
+        (spectrum->n_conjugate > 0 || spectrum->legendre == PHYS_INDEFINITE))
         phys_path_conjugate(s->system, s->settings, s->path, spectrum, error);
     return error->status;
 }
@@ -89,9 +90,9 @@ static enum ad_status own_start(const struct search *s, double *q, double *v,
     return error->status;
 }
 
-/* From the start (q, v) to path [dof x slices]. */
+/* From the start (q, v) to path [dof x slices], which ends in y [2 dof]. */
 static enum ad_status follow(const struct search *s, const struct phys_ode *ode, double rtol,
-                             const double *q, double *path, struct ad_error *error)
+                             const double *q, double *path, double *y, struct ad_error *error)
 {
     const struct phys_path_settings *settings = s->settings;
     const struct phys_simulation how = {.integrator = phys_integrator_find("dop853", error),
@@ -101,13 +102,29 @@ static enum ad_status follow(const struct search *s, const struct phys_ode *ode,
                                         .max_steps = PHYS_MOTION_STEPS,
                                         .proceed = settings->proceed,
                                         .context = settings->context};
-    double *y = malloc(2 * s->dof * sizeof *y);
-    if (!y)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (phys_ode_enter(ode, 0, q, q + s->dof, y, error) == AD_OK)
         phys_trajectory(&how, ode, y, s->dof, s->slices, path, NULL, error);
-    free(y);
     return error->status;
+}
+
+/* What is left of the momenta that a free end has none of, on the motion that ends in y. */
+static void measure_momentum(const struct search *s, const struct phys_ode *ode, const double *y,
+                             double *room)
+{
+    const bool *free = s->settings->ends ? s->settings->ends->free[1] : NULL;
+    double T = (double)(s->slices - 1) * s->settings->dt, *q = room, *v = q + s->dof;
+    phys_legendre *legendre = NULL;
+    struct ad_error none = {0};
+    if (free && phys_ode_leave(ode, T, y, q, v, &none) == AD_OK &&
+        phys_legendre_new(s->system, &legendre, &none) == AD_OK) {
+        double *p = v + s->dof;
+        phys_legendre_momentum(legendre, q, v, T, p, NULL);
+        s->found->free_momentum = 0;
+        for (size_t k = 0; k < s->dof; k++)
+            if (free[k])
+                s->found->free_momentum = fmax(s->found->free_momentum, fabs(p[k]));
+    }
+    phys_legendre_free(legendre);
 }
 
 static enum ad_status compare_motion(const struct search *s, struct ad_error *error)
@@ -118,14 +135,14 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
     size_t n = s->slices * s->dof;
     if (s->system->scene->between)
         return AD_OK; /* no initial-value problem: the closed form is the reference */
-    double *q = malloc((2 * s->dof + 2 * n) * sizeof *q), *v = q ? q + s->dof : NULL;
+    double *q = malloc((7 * s->dof + 2 * n) * sizeof *q), *v = q ? q + s->dof : NULL;
     if (!q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    double *motion = v + s->dof, *check = motion + n;
+    double *motion = v + s->dof, *check = motion + n, *y = check + n;
     if (own_start(s, q, v, &lost) == AD_OK &&
         phys_ode_lagrangian(s->system, &ode, &lost) == AD_OK &&
-        follow(s, &ode, TIGHT, q, motion, &lost) == AD_OK &&
-        follow(s, &ode, LOOSE, q, check, &lost) == AD_OK) {
+        follow(s, &ode, LOOSE, q, check, y, &lost) == AD_OK &&
+        follow(s, &ode, TIGHT, q, motion, y, &lost) == AD_OK) {
         found->true_distance = largest(s->path, motion, n);
         found->true_known = largest(motion, check, n);
         if (found->true_known >
@@ -133,6 +150,8 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
             snprintf(lost.message, sizeof lost.message, "it is unstable and known to %.2g only",
                      found->true_known);
             found->true_distance = NAN;
+        } else {
+            measure_momentum(s, &ode, y, q);
         }
     }
     snprintf(found->no_motion, sizeof found->no_motion, "%.150s", lost.message);
@@ -224,8 +243,11 @@ enum ad_status phys_path_find(const struct phys_solver *solver, const struct phy
     struct phys_newton newton = {0};
     if (AD_LACKS(error, found))
         return error->status;
-    *found = (struct phys_path_found){
-        .reference_distance = NAN, .true_distance = NAN, .true_known = NAN, .discretisation = NAN};
+    *found = (struct phys_path_found){.reference_distance = NAN,
+                                      .true_distance = NAN,
+                                      .true_known = NAN,
+                                      .discretisation = NAN,
+                                      .free_momentum = NAN};
     if (phys_path_check(solver, system, settings, path, &found->info, error) != AD_OK)
         return error->status;
     struct phys_path_settings own = *settings;

@@ -9,6 +9,9 @@
 #include "solvers.def"
 #undef SOLVER
 
+/* Whether a coordinate is free at an end. */
+bool phys_free_ends(const struct phys_path_settings *settings);
+
 /* Slices 2 on of a path [degree dof x slices], and inner nodes, from its first two slices by the
    discrete equations of the rule. */
 enum ad_status phys_path_march(const struct phys_system *system,

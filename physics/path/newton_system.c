@@ -23,6 +23,11 @@ enum ad_status phys_newton_system_new(struct phys_newton_system *band,
     *band = (struct phys_newton_system){.hessian = hessian, .hold = hold};
     band->first = ((hold - 1) * degree + 1) * dof;
     band->n = last * dof - band->first;
+    band->free = hessian->free[0] || hessian->free[1];
+    if (band->free) { /* all nodes, of which held() are left out */
+        band->first = 0;
+        band->n = (hessian->elements * degree + 1) * dof;
+    }
     band->right = malloc(3 * band->n * sizeof *band->right);
     band->pivots = malloc(band->n * sizeof *band->pivots);
     band->scale = malloc(dof * sizeof *band->scale);
@@ -49,6 +54,16 @@ static size_t place(const struct phys_newton_system *band, size_t u)
     size_t degree = h->table.degree, node = (band->first + u) / h->dof,
            d = (band->first + u) % h->dof;
     return (node % degree * h->dof + d) * (h->elements + 1) + node / degree;
+}
+
+/* Whether unknown u is one of an end that is given. */
+static bool held(const struct phys_newton_system *band, size_t u)
+{
+    const struct phys_hessian *h = band->hessian;
+    if (!band->free || (u >= h->dof && u < band->n - h->dof))
+        return false;
+    const bool *free = h->free[u >= h->dof];
+    return !free || !free[u % h->dof];
 }
 
 static double scale(const struct phys_newton_system *band, size_t u)
@@ -78,8 +93,8 @@ static void choose_order(struct phys_newton_system *band)
     band->width = band->by_coordinate ? by_coordinate : by_node;
     double width = (double)band->width;
     double operations = (band->damping > 0 ? 8 : 2) * (double)band->n * width * width;
-    band->by_blocks =
-        (band->damping > 0 && !band->by_coordinate) || phys_block_tridiagonal_cost(h) < operations;
+    band->by_blocks = !band->free && ((band->damping > 0 && !band->by_coordinate) ||
+                                      phys_block_tridiagonal_cost(h) < operations);
 }
 
 /* Of numbers of 1 or 2 parts. */
@@ -112,7 +127,7 @@ static void fill(struct phys_newton_system *band, size_t parts)
     for (size_t e = 0; e < h->elements; e++)
         for (size_t b = 0; b < h->side; b++) {
             size_t col = e * stride + b - band->first;
-            if (col >= band->n) /* held; below the first it has wrapped around */
+            if (col >= band->n || held(band, col)) /* below the first it has wrapped around */
                 continue;
             const double *column = h->element + (e * h->side + b) * h->side;
             double factor = band->scale[b % h->dof];
@@ -121,13 +136,16 @@ static void fill(struct phys_newton_system *band, size_t parts)
             for (size_t node = 0; node <= h->table.degree; node++)
                 for (size_t i = first; i < end; i++) {
                     size_t a = node * h->dof + i, row = e * stride + a - band->first;
-                    if (row < band->n && column[a] != 0)
+                    if (row < band->n && column[a] != 0 && !held(band, row))
                         band->matrix[parts * PHYS_BAND(band->width, row_of(band, row), to)] +=
                             column[a] * factor * band->scale[i];
                 }
         }
     for (size_t u = 0; parts == 2 && u < band->n; u++)
         band->matrix[2 * PHYS_BAND(band->width, u, u) + 1] = -band->damping;
+    for (size_t u = 0, row; band->free && u < band->n; u++)
+        if (held(band, u) && (row = row_of(band, u)) < band->n)
+            band->matrix[parts * PHYS_BAND(band->width, row, row)] = 1;
 }
 
 static bool factor_band(struct phys_newton_system *band)
@@ -219,7 +237,7 @@ double phys_newton_system_rounding(const struct phys_newton_system *band, const 
             for (size_t a = 0; a <= h->table.degree; a++)
                 for (size_t i = first; i < end; i++) {
                     size_t row = e * stride + a * h->dof + i - band->first;
-                    if (row < band->n)
+                    if (row < band->n && !held(band, row))
                         band->right[row] += fabs(column[a * h->dof + i]) * x;
                 }
         }

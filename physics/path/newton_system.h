@@ -9,6 +9,7 @@
 struct phys_newton_system {
     const struct phys_hessian *hessian;
     size_t hold;        /* slices at either end */
+    bool free;          /* coordinates at an end move, and some there may be held */
     size_t first, n;    /* number of the first unknown among dof * nodes, and how many there are */
     size_t width;       /* diagonals on either side */
     bool by_coordinate; /* unknowns of the matrix by coordinate, then by node; else the other way */

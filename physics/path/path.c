@@ -2,6 +2,7 @@
 #include "path_program.h"
 
 #include <math.h>
+#include <string.h>
 
 const struct phys_solver *const phys_solvers[] = {
 #define SOLVER(name) &phys_solver_##name,
@@ -62,7 +63,17 @@ static enum ad_status check_settings(const struct phys_solver *solver,
     if (s->hold > (s->slices - 1) / 2)
         return ad_fail(error, AD_E_ARGUMENT, "%zu slices held at either end of %zu: none may move",
                        s->hold, s->slices);
+    if (phys_free_ends(s) && (strcmp(solver->name, "newton") != 0 || s->hold > 1))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "free coordinates at an end: expected solver newton and 1 slice held, got "
+                       "%s and %zu",
+                       solver->name, s->hold);
     return AD_OK;
+}
+
+bool phys_free_ends(const struct phys_path_settings *settings)
+{
+    return settings->ends && (settings->ends->free[0] || settings->ends->free[1]);
 }
 
 enum ad_status phys_path_check(const struct phys_solver *solver, const struct phys_system *system,

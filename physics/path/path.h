@@ -12,8 +12,8 @@ void phys_noise_add(const struct phys_noise *noise, const struct phys_system *sy
 
 /* A straight line between the first and the last slice of `between`; both are [dof x slices]. */
 void phys_path_line(size_t dof, size_t slices, const double *between, double *path);
-/* Adds a linear function of time to a path so that it meets the last slice of `between`; both [dof
-   x slices] have the same first slice. */
+/* Adds a linear function of time to a path so that it meets the first and last slices of `between`,
+   both [dof x slices]. */
 void phys_path_bend(size_t dof, size_t slices, const double *between, double *path);
 
 enum phys_motion_of {
@@ -45,16 +45,25 @@ struct phys_path_step {
 
 enum { PHYS_PATIENCE = 50 };
 
+/* What is left free at the ends of a path. */
+struct phys_ends {
+    const bool *free[2]; /* [dof]: coordinates of the first and of the last slice that are found,
+                            too (their momentum there is then 0); NULL: none */
+    bool free_time;      /* phys_path_refine: the duration is found, too, ... */
+    double energy;       /* ... that of the path of this energy (phys_path_free_time) */
+};
+
 struct phys_path_settings {
     const struct phys_rule *rule;
     size_t slices, steps;
     double dt;
-    double learning_rate;    /* adam, sgd, and adam_steps */
-    double momentum;         /* sgd */
-    double tolerance;        /* stop when |gradient| falls below tolerance * its start; 0: never */
-    double energy_weight;    /* descents only: penalty on the change of energy ... */
-    bool energy_local;       /* ... between slices instead of from the start */
-    size_t hold;             /* slices held at either end; 0 means 1 */
+    double learning_rate; /* adam, sgd, and adam_steps */
+    double momentum;      /* sgd */
+    double tolerance;     /* stop when |gradient| falls below tolerance * its start; 0: never */
+    double energy_weight; /* descents only: penalty on the change of energy ... */
+    bool energy_local;    /* ... between slices instead of from the start */
+    size_t hold;          /* slices held at either end; 0 means 1 */
+    const struct phys_ends *ends; /* newton; NULL: nothing is free */
     size_t adam_steps;       /* newton, lbfgs: Adam steps before; if newton then stalls it is tried
                                 without them */
     const double *reference; /* [dof x slices]: descents end at the step nearest to it, once the
@@ -126,7 +135,7 @@ enum ad_status phys_path_solve(const struct phys_solver *solver, const struct ph
 
 /* Finds the stationary path of a given energy (0: free end time) and its duration, starting from
    settings->dt, which is replaced by that duration per slice. Uses Newton's method. AD_E_ACCURACY
-   if there is none. */
+   if there is none, AD_E_ARGUMENT if L depends on time explicitly. */
 enum ad_status phys_path_free_time(const struct phys_system *system,
                                    struct phys_path_settings *settings, double energy, double *path,
                                    struct phys_path_info *info, struct ad_error *error);
@@ -162,9 +171,10 @@ struct phys_refined {
 /* Finds a path with an error below `tolerance` by the coarsest setting that has one: elements of
    settings->rule (NULL: gauss2, then gauss4) are doubled, over the time of settings->slices and dt,
    until the estimated error is small enough. guess [dof x slices] is the start, and its ends, known
-   to ends_error, are the ends. Uses Newton's method after settings->adam_steps. AD_E_ACCURACY if
-   there is no such setting, or settings->proceed returned false. Free with phys_refined_free in any
-   case. */
+   to ends_error, are the ends, but for what settings->ends leaves free. With free end time slices
+   of the same share of the time are compared, and the change of that time counts by the speed. Uses
+   Newton's method after settings->adam_steps. AD_E_ACCURACY if there is no such setting, or
+   settings->proceed returned false. Free with phys_refined_free in any case. */
 enum ad_status phys_path_refine(const struct phys_system *system,
                                 const struct phys_path_settings *settings, const double *guess,
                                 double ends_error, double tolerance, struct phys_refined *refined,
@@ -192,9 +202,9 @@ struct phys_spectrum {
     struct phys_conjugate *conjugate; /* in order of time; the intervals of slices until refined */
     bool of_motion;                   /* they are those of the motion: see phys_path_conjugate */
 };
-/* The spectrum of the action S between fixed first and last slices, at a stationary path [s*dof x
-   slices]; of the settings rule, slices and dt are used. Free with phys_spectrum_free in any case.
- */
+/* The spectrum of the action S between its ends, at a stationary path [s*dof x slices]; of the
+   settings rule, slices, dt and ends are used. Without conjugate points where coordinates are free
+   at the ends. Free with phys_spectrum_free in any case. */
 enum ad_status phys_path_spectrum(const struct phys_system *system,
                                   const struct phys_path_settings *settings, const double *path,
                                   struct phys_spectrum *spectrum, struct ad_error *error);
@@ -218,6 +228,8 @@ struct phys_path_found {
     double discretisation;         /* from the path of a rule of higher order; NaN: none nearby */
     double true_distance; /* from the motion from the path's own start, by another method ... */
     double true_known;    /* ... and the uncertainty of that motion */
+    double free_momentum; /* coordinates free at the end: the largest of their momenta there, on
+                             that motion, 0 but for the error of the path */
     char no_motion[160];  /* why there is no such motion */
     double reference_distance; /* from settings->compare; NaN: there is none */
     bool another; /* settings->compare is, or converges to, another stationary path between these
@@ -267,8 +279,8 @@ struct phys_solutions {
    one coordinate all of them if L does not depend on time, else those found by sweeping the
    velocity at the first end; with several coordinates those found from random velocities, at most
    `starts`, fewer once a new path has become unlikely, and with two coordinates before from tables
-   of motions by direction and speed. Free with phys_solutions_free; empty on
-   failure. */
+   of motions by direction and speed. Both ends are given: AD_E_ARGUMENT where settings->ends leaves
+   coordinates free. Free with phys_solutions_free; empty on failure. */
 enum ad_status phys_path_all(const struct phys_system *system,
                              const struct phys_path_settings *settings, const double *path,
                              size_t starts, uint64_t seed, struct phys_solutions *solutions,

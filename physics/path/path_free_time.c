@@ -2,6 +2,7 @@
    path of given energy between two ends, and its duration. Secant method on the logarithm of the
    time; each trial is a Newton solution started from the one before. */
 #include "internal.h"
+#include "physics/lagrangian/conserved.h"
 
 #include <float.h>
 #include <math.h>
@@ -9,7 +10,16 @@
 enum { TRIALS = 60 };
 
 static const double MOST_CHANGE = 0.5; /* of the logarithm of time at once */
+static const double MET = 1e-8;        /* of the energies: excess that is left */
 static const double SMALL = 1e-10;     /* change of it, that rounding may keep from falling */
+
+/* What rounding of energies is relative to. */
+static double energy_size(const struct phys_system *system, double energy,
+                          const struct phys_path_info *info)
+{
+    double bodies = system->scene->per_body ? (double)system->bodies : 1;
+    return fabs(energy) + bodies * (fabs(info->kinetic_mean) + fabs(info->potential_mean));
+}
 
 /* Energy above that wanted, of the path that takes exp(log_dt) a slice. */
 static enum ad_status excess(const struct phys_system *system, struct phys_path_settings *settings,
@@ -29,6 +39,11 @@ enum ad_status phys_path_free_time(const struct phys_system *system,
 {
     if (AD_LACKS(error, system, system->scene, settings, path, info, settings->rule))
         return error->status;
+    if (!phys_keeps_energy(system))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s: L depends on time explicitly, expected one that does not: its paths of "
+                       "free end time have no one energy",
+                       system->scene->name);
     double at = log(settings->dt), last = at + 0.01, step_before = (double)INFINITY;
     double here = (double)NAN, before = (double)NAN;
     struct phys_path_settings inner = *settings;
@@ -43,7 +58,11 @@ enum ad_status phys_path_free_time(const struct phys_system *system,
         settings->dt = inner.dt;
         double step = here == before ? 0 : -here * (at - last) / (here - before);
         bool rounding = fabs(step) < SMALL && fabs(step) >= 0.5 * fabs(step_before);
-        if (rounding || fabs(step) <= 4 * DBL_EPSILON * fmax(1, fabs(at)))
+        if (info->stop == PHYS_STOP_INTERRUPTED)
+            return AD_OK;
+        if (info->stop == PHYS_STOP_ROUNDING &&
+            fabs(here) <= MET * energy_size(system, energy, info) &&
+            (rounding || fabs(step) <= 4 * DBL_EPSILON * fmax(1, fabs(at))))
             return AD_OK;
         step_before = step;
         last = at;

@@ -17,9 +17,30 @@ void phys_path_free_columns(const struct phys_path_settings *settings, size_t k,
     *count = k == 0 ? slices - 2 * hold : slices - 2 * hold + 1;
 }
 
+/* The same where coordinates of an end move. */
+static ad_var hold_given(const struct phys_path_settings *settings, size_t dof, ad_var g)
+{
+    size_t slices = settings->slices, n = ad_rows(g) * slices;
+    double *moves = malloc(n * sizeof *moves);
+    if (!moves)
+        return ad_refuse(g.tape, AD_E_MEMORY, "out of memory for a path of %zu slices", slices);
+    for (size_t k = 0; k < n; k++)
+        moves[k] = 1;
+    for (size_t d = 0; d < dof; d++)
+        for (size_t end = 0; end < 2; end++) {
+            const bool *free = settings->ends->free[end];
+            moves[d * slices + end * (slices - 1)] = free && free[d];
+        }
+    ad_var mask = ad_const(g.tape, ad_rows(g), slices, moves);
+    free(moves);
+    return ad_select(mask, g, 0.0);
+}
+
 /* The gradient with zeros where the path is held. */
 static ad_var hold_ends(const struct phys_path_settings *settings, size_t dof, ad_var g)
 {
+    if (phys_free_ends(settings))
+        return hold_given(settings, dof, g);
     size_t degree = settings->rule->degree, first, count;
     ad_var part[2];
     size_t row[2] = {0, dof}, col[2];

@@ -21,6 +21,7 @@ enum { PARTED = 5 }; /* levels that find several paths from the guess: the next 
 static const double CAUTION = 2;   /* the law of convergence holds in the limit */
 static const double MARGIN = 1.5;  /* the path of the rule of higher order errs, too */
 static const double LOST = 1e-12;  /* of the path's size: not by rounding alone */
+static const double EXACT = 1e-14; /* of the path's size: no distance but rounding */
 static const double FINE = 1e-7;   /* of the path's size: where rounding may stop the fall */
 static const double FALLING = 0.7; /* of the distance, from level to level, at the least */
 static const double NEAR = 1e-2;   /* of the path's size: as close as to be the same path */
@@ -46,6 +47,7 @@ struct climb {
     double time, tolerance, ends_error, size; /* size: the path's largest coordinate */
     struct stage before, here;
     struct phys_refined *to;
+    struct ad_error lost; /* why the last level has no path */
 };
 
 static void drop(struct stage *stage)
@@ -71,22 +73,29 @@ static enum ad_status begin(struct climb *c, struct ad_error *error)
     struct phys_path_settings *settings = &c->to->settings;
     size_t dof = c->system->dof, n = stage->grid.slices, m = c->given.slices;
     bool again = settled(c, &c->before) || (c->before.path && c->to->n > PARTED);
-    stage->start = phys_path_resample(again ? &c->before.grid : &c->given,
-                                      again ? c->before.path : c->guess, &stage->grid, dof, error);
+    struct phys_grid from = again ? c->before.grid : c->given;
+    from.dt = stage->grid.dt * (double)(n - 1) / (double)(from.slices - 1); /* a free time is new */
+    stage->start =
+        phys_path_resample(&from, again ? c->before.path : c->guess, &stage->grid, dof, error);
     size_t bytes = stage->grid.rule->degree * dof * n * sizeof *stage->path;
     stage->path = stage->start ? malloc(bytes) : NULL;
     if (!stage->path)
         return ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", n);
-    for (size_t k = 0; k < dof; k++) {
-        stage->start[k * n] = c->guess[k * m];
-        stage->start[k * n + n - 1] = c->guess[k * m + m - 1];
-    }
+    for (size_t k = 0; k < dof; k++)
+        for (size_t end = 0; end < 2; end++)
+            if (!(settings->ends && settings->ends->free[end] && settings->ends->free[end][k]))
+                stage->start[k * n + end * (n - 1)] = c->guess[k * m + end * (m - 1)];
     memcpy(stage->path, stage->start, bytes);
     settings->rule = stage->grid.rule;
     settings->slices = n;
     settings->dt = stage->grid.dt;
     settings->adam_steps = again ? 0 : c->adam_steps;
     return AD_OK;
+}
+
+static bool time_is_free(const struct climb *c)
+{
+    return c->to->settings.ends && c->to->settings.ends->free_time;
 }
 
 /* A level whose path is not found is none to compare with. */
@@ -96,14 +105,24 @@ static enum ad_status solve(struct climb *c, struct phys_level *level, struct ad
     struct ad_error lost = {0};
     if (begin(c, error) != AD_OK)
         return error->status;
-    phys_path_solve(&phys_solver_newton, c->system, &c->to->settings, c->here.path, &info, &lost);
-    if (lost.status != AD_OK && lost.status != AD_E_NONFINITE)
+    struct phys_path_settings *settings = &c->to->settings;
+    bool free_time = time_is_free(c);
+    if (free_time)
+        phys_path_free_time(c->system, settings, settings->ends->energy, c->here.path, &info,
+                            &lost);
+    else
+        phys_path_solve(&phys_solver_newton, c->system, settings, c->here.path, &info, &lost);
+    if (lost.status != AD_OK && lost.status != AD_E_NONFINITE &&
+        !(free_time && lost.status == AD_E_ACCURACY))
         return ad_fail(error, lost.status, "%s", lost.message);
     if (info.stop == PHYS_STOP_INTERRUPTED)
         return ad_fail(error, AD_E_ACCURACY, "interrupted at %zu elements of %s", level->elements,
                        level->rule->name);
+    c->lost = lost;
     level->seconds = info.seconds;
     level->found = lost.status == AD_OK && info.stop == PHYS_STOP_ROUNDING;
+    if (level->found)
+        c->here.grid.dt = settings->dt;
     return AD_OK;
 }
 
@@ -128,13 +147,21 @@ static void estimate(struct climb *c, struct phys_level *level)
         c->size = fmax(c->size, fabs(c->here.path[k]));
     if (!coarse->path || coarse->grid.rule != level->rule || 2 * n != m + 1)
         return;
-    double d = 0;
+    double d = 0, widest = 0; /* of a step between slices */
     for (size_t k = 0; k < dof; k++)
-        for (size_t i = 0; i < n; i++)
-            d = fmax(d, fabs(coarse->path[k * n + i] - c->here.path[k * m + 2 * i]));
+        for (size_t i = 0; i < n; i++) {
+            const double *x = coarse->path + k * n + i;
+            d = fmax(d, fabs(*x - c->here.path[k * m + 2 * i]));
+            widest = fmax(widest, i > 0 ? fabs(x[0] - x[-1]) : 0);
+        }
+    double later = 2 * c->here.grid.dt - coarse->grid.dt; /* 0 unless the time is free */
+    if (time_is_free(c))
+        d = fmax(d, widest * (double)(n - 1) * fabs(later) / coarse->grid.dt);
     double fall = coarse->distance / d, most = pow(2, (double)level->rule->order);
     double error = fall > 2 ? CAUTION * d / (fmin(fall, most) - 1) : d;
     c->here.distance = d;
+    if (isnan(coarse->distance) && d <= EXACT * c->size)
+        return; /* the slices of two levels alone may be exact by symmetry */
     level->estimate = fmax(fmin(error, d), rounding(c, level->elements));
 }
 
@@ -153,7 +180,7 @@ static bool verified(struct climb *c, struct phys_level *level, struct ad_error 
 static bool at_rounding(const struct climb *c, const struct phys_level *level)
 {
     return rounding(c, level->elements) > c->tolerance ||
-           (c->before.distance <= FINE * c->size &&
+           (c->before.distance <= FINE * c->size && c->here.distance <= FINE * c->size &&
             c->here.distance > FALLING * c->before.distance);
 }
 
@@ -165,6 +192,8 @@ static bool climb(struct climb *c, const struct phys_rule *rule, size_t elements
 {
     struct phys_level *level = &c->to->level[c->to->n++];
     *level = (struct phys_level){.rule = rule, .elements = elements};
+    if (c->before.path && time_is_free(c))
+        c->time = c->before.grid.dt * (double)(c->before.grid.slices - 1);
     c->here.grid = (struct phys_grid){rule, elements + 1, c->time / (double)elements};
     if (solve(c, level, error) != AD_OK)
         return true;
@@ -184,6 +213,10 @@ static bool climb(struct climb *c, const struct phys_rule *rule, size_t elements
                 "error %g is out of reach: rounding takes over at %zu elements of %s, error about "
                 "%.2g; allow a larger error",
                 c->tolerance, elements, rule->name, fmax(level->estimate, rounding(c, elements)));
+        return true;
+    }
+    if (c->lost.status == AD_E_ACCURACY && !c->before.path && c->to->n > PARTED) {
+        ad_fail(error, AD_E_ACCURACY, "%s", c->lost.message);
         return true;
     }
     if (elements >= UNSETTLED && !settled(c, &c->here)) {

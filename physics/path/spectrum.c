@@ -16,6 +16,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const double BEYOND = 1e6; /* times the largest entry: not in the spectrum */
+
 struct chain {
     struct phys_hessian *hessian;
     size_t dof, inner, side; /* side: 2 dof of a condensed element, slice before and slice behind */
@@ -27,6 +29,7 @@ struct chain {
     int *pivots;
     size_t *order; /* [inner + side] place in an element of inner nodes, slice before, behind */
     double mass[PHYS_RULE_MOST]; /* of a slice and of each inner node: sigma counts times it */
+    double end_mass;             /* of the first and last slice, where they move */
     double largest;              /* entry of any element ... */
     double scale;                /* ... and of the spectrum */
     bool lost;                   /* out of memory for conjugate points */
@@ -41,6 +44,22 @@ static double entry(const struct chain *c, size_t e, size_t i, size_t j)
     return h->element[(e * h->side + c->order[j]) * h->side + c->order[i]];
 }
 
+/* What is given at an end where coordinates move gets, in the condensed element e there, a positive
+   block of its own, beyond the spectrum. */
+static bool hold_given(struct chain *c, size_t e)
+{
+    size_t n = c->side;
+    for (size_t k = 0; k < n; k++) {
+        size_t end = k / c->dof;
+        const bool *free = c->hessian->free[end];
+        if (!free || free[k % c->dof] || e != end * (c->hessian->elements - 1))
+            continue;
+        for (size_t j = 0; j < n; j++)
+            c->S[j * n + k] = c->S[k * n + j] = j == k ? BEYOND * c->largest : 0;
+    }
+    return true;
+}
+
 /* Puts the element without its inner nodes, shifted by -sigma there, into c->S. False: sigma is an
    eigenvalue of the inner block to the last bit; else `negative` of them are below it. */
 static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
@@ -51,7 +70,7 @@ static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
         for (size_t i = 0; i < n; i++)
             c->S[j * n + i] = entry(c, e, m + i, m + j);
     if (m == 0)
-        return true;
+        return hold_given(c, e);
     for (size_t j = 0; j < m; j++)
         for (size_t i = 0; i < m; i++)
             c->K[j * m + i] = entry(c, e, i, j) - (i == j ? sigma * c->mass[1 + i / c->dof] : 0);
@@ -66,7 +85,7 @@ static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
         solved[k] = -c->C[k];
     phys_lapack_symmetric_solve(m, c->K, c->pivots, n, solved);
     ad_blas_gemm(AD_F64, false, true, n, n, m, solved, m, c->C, m, true, c->S, n);
-    return true;
+    return hold_given(c, e);
 }
 
 /* ---- the chain ---- */
@@ -101,13 +120,15 @@ static void note_conjugate(struct chain *c, size_t i, size_t more, struct phys_s
 }
 
 /* D of slice i, from the elements before and after it and the blocks eliminated so far. */
-static bool next_block(struct chain *c, double sigma)
+static bool next_block(struct chain *c, size_t i, double sigma)
 {
-    size_t n = c->dof;
+    size_t n = c->dof, last = c->hessian->elements;
+    double mass = i == 0 || i == last ? c->end_mass : c->mass[0];
     for (size_t b = 0; b < n; b++)
         for (size_t a = 0; a < n; a++)
-            c->D[b * n + a] = block(c, c->before, 1, 1, a, b) + block(c, c->S, 0, 0, a, b) -
-                              c->X[b * n + a] - (a == b ? sigma * c->mass[0] : 0);
+            c->D[b * n + a] = (i > 0 ? block(c, c->before, 1, 1, a, b) : 0) +
+                              (i < last ? block(c, c->S, 0, 0, a, b) : 0) - c->X[b * n + a] -
+                              (a == b ? sigma * mass : 0);
     return phys_lapack_symmetric_factor(n, c->D, c->pivots, c->work) == 0;
 }
 
@@ -117,20 +138,25 @@ static bool next_block(struct chain *c, double sigma)
 static bool eliminate_all(struct chain *c, double sigma, size_t *total,
                           struct phys_spectrum *spectrum)
 {
-    size_t more;
+    const struct phys_hessian *h = c->hessian;
+    size_t more = 0, first = h->free[0] ? 0 : 1, end = h->elements + (h->free[1] ? 1 : 0);
     if (!condense(c, 0, sigma, total))
         return false;
     memset(c->X, 0, c->dof * c->dof * sizeof *c->X);
     if (spectrum)
         note_conjugate(c, 0, *total, spectrum);
-    for (size_t i = 1; i < c->hessian->elements && !phys_hessian_stopped(c->hessian); i++) {
-        double *swap = c->before;
-        c->before = c->S;
-        c->S = swap;
-        if (!condense(c, i, sigma, &more) || !next_block(c, sigma))
+    for (size_t i = first; i < end && !phys_hessian_stopped(c->hessian); i++) {
+        if (i > 0) {
+            double *swap = c->before;
+            c->before = c->S;
+            c->S = swap;
+        }
+        more = 0;
+        if ((i > 0 && i < h->elements && !condense(c, i, sigma, &more)) || !next_block(c, i, sigma))
             return false;
         more += phys_lapack_symmetric_inertia(c->dof, c->D, c->pivots);
-        eliminate(c);
+        if (i < h->elements)
+            eliminate(c);
         if (spectrum)
             note_conjugate(c, i, more, spectrum);
         *total += more;
@@ -153,6 +179,12 @@ static size_t count_below(struct chain *c, double sigma, struct phys_spectrum *s
 }
 
 /* ---- public functions ---- */
+
+void phys_hessian_free_ends(struct phys_hessian *h, const struct phys_path_settings *settings)
+{
+    for (size_t end = 0; settings->ends && end < 2; end++)
+        h->free[end] = settings->ends->free[end];
+}
 
 static double largest_entry(const struct phys_hessian *h)
 {
@@ -207,6 +239,7 @@ static void set_masses(struct chain *c, bool integral)
         c->mass[k] = integral ? c->mass[k] : 1;
         least = fmin(least, c->mass[k]);
     }
+    c->end_mass = integral ? 0.5 * c->mass[0] : 1;
     c->scale = c->largest / least;
 }
 
@@ -242,6 +275,8 @@ static void count_directions(struct chain *c, struct phys_spectrum *spectrum)
     ad_blas_single_thread();
     set_masses(c, false);
     spectrum->index = count_below(c, 0, spectrum);
+    if (c->hessian->free[0] || c->hessian->free[1])
+        spectrum->n_conjugate = 0; /* they are of other fields: the end's own curvature counts */
     if (c->dof * c->hessian->table.degree <= CHEAP && c->largest > 0) {
         spectrum->smallest = smallest(c);
         set_masses(c, true);
@@ -299,6 +334,7 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
         AD_OK) {
         h.proceed = settings->proceed;
         h.context = settings->context;
+        phys_hessian_free_ends(&h, settings);
         phys_hessian_spectrum(&h, path, spectrum, error);
     }
     phys_hessian_free(&h);

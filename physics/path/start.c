@@ -24,9 +24,12 @@ void phys_path_bend(size_t dof, size_t slices, const double *between, double *pa
 {
     for (size_t k = 0; k < dof; k++) {
         double *x = path + k * slices;
-        double miss = between[k * slices + slices - 1] - x[slices - 1];
-        for (size_t i = 0; i < slices; i++)
-            x[i] += miss * (double)i / (double)(slices - 1);
+        double first = between[k * slices] - x[0];
+        double last = between[k * slices + slices - 1] - x[slices - 1];
+        for (size_t i = 0; i < slices; i++) {
+            double share = (double)i / (double)(slices - 1);
+            x[i] += (1 - share) * first + share * last;
+        }
         x[0] = between[k * slices];
         x[slices - 1] = between[k * slices + slices - 1];
     }
