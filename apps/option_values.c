@@ -7,13 +7,41 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* A term of an angle at *text, which it passes: [+-] NUMBER, or [+-] [NUMBER [*]] pi [/NUMBER]. */
+static bool read_term(const char **text, double *value)
+{
+    const char *p = *text + (**text == '+' || **text == '-');
+    bool number = isdigit((unsigned char)*p) || *p == '.';
+    char *end = (char *)p;
+    double term = number ? strtod(p, &end) : 1, divisor = 1;
+    p = end + (number && *end == '*' && strncmp(end + 1, "pi", 2) == 0);
+    bool pi = strncmp(p, "pi", 2) == 0;
+    p += pi ? 2 : 0;
+    if (pi && *p == '/' && isdigit((unsigned char)p[1])) {
+        divisor = strtod(p + 1, &end);
+        p = end;
+    }
+    *value = (**text == '-' ? -1 : 1) * term * (pi ? M_PI : 1) / divisor;
+    *text = p;
+    return number || pi;
+}
+
 bool options_number(const char *text, double *value)
 {
     char *end;
+    double term;
     if (isspace((unsigned char)*text))
         return false;
     *value = strtod(text, &end);
-    return end != text && *end == '\0' && isfinite(*value);
+    if (end != text && *end == '\0')
+        return isfinite(*value);
+    *value = 0;
+    if (!strstr(text, "pi"))
+        return false;
+    for (const char *p = text; *p; *value += term)
+        if ((p != text && *p != '+' && *p != '-') || !read_term(&p, &term))
+            return false;
+    return isfinite(*value);
 }
 
 bool options_integer(const char *text, uint64_t most, uint64_t *value)

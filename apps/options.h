@@ -117,7 +117,8 @@ enum ad_status options_conflicts(size_t n, const struct conflict rows[], struct 
 size_t options_choose(const char *option, const char *given, size_t n, const char *const names[],
                       struct ad_error *error);
 
-/* A number, all of `text`: false for anything else, infinities and NaN. */
+/* A number, all of `text`, or multiples of pi with it, as in 1.2+2pi or -pi/2: false for anything
+   else, infinities and NaN. */
 bool options_number(const char *text, double *value);
 /* A whole number from 0 to `most`, in decimal digits alone. */
 bool options_integer(const char *text, uint64_t most, uint64_t *value);

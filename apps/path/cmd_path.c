@@ -27,8 +27,9 @@ static enum ad_status solve(void *context, struct ad_error *error)
     interrupt_catch();
     if (path_wants_all(run->options)) {
         path_find_all(run, error);
-    } else if (run->system.scene->free_time) {
-        phys_path_free_time(&run->system, &run->settings, 0, run->path, &run->found.info, error);
+    } else if (run->ends.free_time) {
+        phys_path_free_time(&run->system, &run->settings, run->ends.energy, run->path,
+                            &run->found.info, error);
         run->settings.adam_steps = 0; /* the path is found */
     }
     if (error->status == AD_OK)
@@ -61,7 +62,7 @@ static const char *advice(const struct path_run *run)
         return "";
     if (run->options->data && !path_from_tables(run->options))
         return "; try --init table, or fewer --days";
-    if (run->system.scene->free_time || path_from_file(run->options))
+    if (run->ends.free_time || path_from_file(run->options))
         return "; try --adam-steps 500, --rule gauss4, or a smaller --dt";
     if (path_from_line(run->options))
         return "; a line is far from a path of many turns or close passes: try --init ode "
@@ -142,10 +143,20 @@ static const struct option table[] = {
      AT(learning_rate)},
     {"ends", "WHICH", OPTION_TEXT, "both",
      "what is given: both ends, or start: the first two slices, and the motion follows", AT(ends)},
+    {"start", "ENDS", OPTION_INPUT, NULL,
+     "one end, x=1,y=-pi/2 or the first row of FILE.csv; y=free: its momentum is 0 [the scene's]",
+     AT(start)},
+    {"end", "ENDS", OPTION_INPUT, NULL,
+     "the other, or the last row of FILE.csv; theta=1+2pi winds once [the motion's]", AT(end)},
+    {"time", "T", OPTION_TEXT, NULL,
+     "from end to end, or free: of the path of energy --energy, near --slices, --dt [these]",
+     AT(time)},
     {"all", NULL, OPTION_FLAG, NULL,
      "newton: all stationary paths between the ends, by energy; the first is the result", AT(all)},
     {"energy", "E", OPTION_NUMBER, NULL,
-     "the same, and the one of this energy, to 0.2%, is the result", AT(energy)},
+     "the same, and the one of this energy, to 0.2%, is the result; with --time free its energy "
+     "[0]",
+     AT(energy)},
     {"adam-steps", "K", OPTION_COUNT, NULL,
      "newton, lbfgs: steps of adam before [200 from a line, else 0]", AT(adam_steps)},
     {"momentum", "M", OPTION_NUMBER, "0", "sgd: share of the last step in the next", AT(momentum)},

@@ -15,6 +15,7 @@
 struct path_options {
     struct common common;
     const char *solver, *rule, *init, *reference, *preset;
+    const char *start, *end, *time;   /* the ends, and the time between them */
     const char *data, *from, *bodies; /* of the ephemeris */
     size_t slices, steps, every, days, dims, adam_steps, hold;
     double dt, learning_rate, momentum, noise, tolerance, grad_tolerance, energy_weight;
@@ -46,6 +47,9 @@ struct path_run {
     struct phys_path_settings settings;
     struct phys_noise noise;          /* on the start; sigma 0: none */
     size_t every;                     /* steps from one stored path to the next */
+    struct phys_ends ends;            /* what is free there; settings.ends */
+    double *given;                    /* [dof x 2] ends of --start, --end; NaN: free. NULL: none */
+    bool *moves;                      /* [2 x dof] which of them are free */
     double *reference, *start, *path; /* reference NULL: there is none ... */
     bool led_away;                    /* the discretised motion, so that the true one stands in */
     const char *reference_is;         /* ... or what it is */
@@ -69,6 +73,9 @@ double *path_new(const struct path_run *run, struct ad_error *error);
 /* A path from a file of text with a row for each slice, [dof x slices]; its columns are the
    coordinates by name, or in their order, and the time t is checked where there is one. */
 double *path_read(const struct path_run *run, const char *file, struct ad_error *error);
+/* The first or last row of such a file, of any number of rows: x [dof]. */
+enum ad_status path_read_end(const struct path_run *run, const char *file, bool last, double *x,
+                             struct ad_error *error);
 
 /* Bodies and dimensions of the ephemeris, from the tables of --data if given; these then set span
    and time step, and `observed` [dof x slices] is what they say (else NULL). The options of the
@@ -89,6 +96,18 @@ bool path_from_line(const struct path_options *options);
 bool path_from_tables(const struct path_options *options);
 /* Whether the start is read from a file. */
 bool path_from_file(const struct path_options *options);
+
+/* ---- ends (path_ends.c) ---- */
+
+/* Whether --time free was given. */
+bool path_time_is_free(const struct path_options *options);
+/* --start, --end and --time: fills run->ends and run->given, and the time step, once rule, slices
+   and time step are chosen. */
+enum ad_status path_ends(struct path_run *run, struct ad_error *error);
+/* Puts run->start, a path [dof x slices] unless it is a line (`line`), between run->given. */
+enum ad_status path_meet_ends(struct path_run *run, bool line, struct ad_error *error);
+/* The coordinates and the time that were free, as found. */
+void path_report_ends(const struct path_run *run, struct report *report);
 
 /* ---- refining (path_tolerance.c) ---- */
 

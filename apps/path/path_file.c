@@ -104,7 +104,7 @@ static enum ad_status check_times(const struct path_run *run, const struct path_
     if (f->time == f->columns)
         return AD_OK;
     step /= (double)(slices - 1);
-    if (run->system.scene->free_time && step > 0) /* the time found may be another one */
+    if (run->ends.free_time && step > 0) /* the time found may be another one */
         dt = step;
     for (size_t i = 0; i < slices; i++) {
         double expected = t[0] + (double)i * dt;
@@ -116,17 +116,30 @@ static enum ad_status check_times(const struct path_run *run, const struct path_
     return AD_OK;
 }
 
+static enum ad_status read_table(const struct path_run *run, const char *file, struct path_file *f,
+                                 struct ad_error *error)
+{
+    *f = (struct path_file){.file = file};
+    if (phys_table_read_named(file, &f->rows, &f->columns, &f->table, &f->name, error) != AD_OK)
+        return error->status;
+    f->column = malloc(run->system.dof * sizeof *f->column);
+    return f->column ? find_columns(run, f, error)
+                     : ad_fail(error, AD_E_MEMORY, "%s: out of memory", file);
+}
+
+static void free_table(struct path_file *f)
+{
+    phys_fields_free(f->name, f->columns);
+    free(f->column);
+    free(f->table);
+}
+
 double *path_read(const struct path_run *run, const char *file, struct ad_error *error)
 {
     size_t dof = run->system.dof, slices = run->settings.slices;
-    struct path_file f = {.file = file};
+    struct path_file f;
     double *path = NULL;
-    if (phys_table_read_named(file, &f.rows, &f.columns, &f.table, &f.name, error) != AD_OK)
-        return NULL;
-    f.column = malloc(dof * sizeof *f.column);
-    if (!f.column)
-        ad_fail(error, AD_E_MEMORY, "%s: out of memory", file);
-    else if (find_columns(run, &f, error) == AD_OK && f.rows != slices)
+    if (read_table(run, file, &f, error) == AD_OK && f.rows != slices)
         ad_fail(error, AD_E_INPUT,
                 "%s: %zu rows, expected one for each slice: %zu; or give --slices %zu", file,
                 f.rows, slices, f.rows);
@@ -135,8 +148,17 @@ double *path_read(const struct path_run *run, const char *file, struct ad_error 
     for (size_t k = 0; path && k < dof; k++)
         for (size_t i = 0; i < slices; i++)
             path[k * slices + i] = f.table[i * f.columns + f.column[k]];
-    phys_fields_free(f.name, f.columns);
-    free(f.column);
-    free(f.table);
+    free_table(&f);
     return path;
+}
+
+enum ad_status path_read_end(const struct path_run *run, const char *file, bool last, double *x,
+                             struct ad_error *error)
+{
+    struct path_file f;
+    if (read_table(run, file, &f, error) == AD_OK)
+        for (size_t k = 0; k < run->system.dof; k++)
+            x[k] = f.table[(last ? f.rows - 1 : 0) * f.columns + f.column[k]];
+    free_table(&f);
+    return error->status;
 }

@@ -159,6 +159,7 @@ void path_report(const void *context, struct report *report)
     path_report_levels(run, report);
     report_run(run, report);
     report_figures(run, &run->found.info, report);
+    path_report_ends(run, report);
     path_report_kind(run, report);
     report_distances(run, report);
     report_energy(run, report);

@@ -72,12 +72,13 @@ static void choose_settings(const struct path_options *options, struct path_run 
 static enum ad_status choose_solver(const struct path_options *options, struct path_run *run,
                                     struct ad_error *error)
 {
-    bool newton = path_wants_all(options) || run->system.scene->free_time;
+    bool free_time = run->system.scene->free_time || path_time_is_free(options);
+    bool newton = path_wants_all(options) || free_time;
     const char *name = options->solver ? options->solver : default_solver(options, run);
     run->solver = phys_solver_find(newton ? "newton" : name, error);
     static const char *const ends[] = {"both", "start"};
     bool start = options_choose("ends", options->ends, 2, ends, error) == 1;
-    if (path_wants_all(options) && run->system.scene->free_time)
+    if (path_wants_all(options) && free_time)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--%s: the end time of %s is free, which leaves one path; leave it out",
                        options->all ? "all" : "energy", run->system.scene->name);
@@ -149,15 +150,15 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
         choose_preset(options, run, error) != AD_OK || set_parameters(options, run, error) != AD_OK)
         return error->status;
     choose_solver(options, run, error);
-    const char *rule = run->preset && !is_exact(run)  ? "left+repeat"
-                       : run->system.scene->free_time ? "gauss4"
-                                                      : "left";
+    const char *rule = run->preset && !is_exact(run)                                ? "left+repeat"
+                       : run->system.scene->free_time || path_time_is_free(options) ? "gauss4"
+                                                                                    : "left";
     run->settings.rule = phys_rule_find(options->rule ? options->rule : rule, error);
     choose_settings(options, run);
     choose_noise(options, run);
     if (error->status != AD_OK || choose_energy_loss(options, run, error) != AD_OK ||
         path_ephemeris(options, run, &observed, error) != AD_OK ||
-        check_settings(run, error) != AD_OK ||
+        check_settings(run, error) != AD_OK || path_ends(run, error) != AD_OK ||
         (path_wants_tolerance(options) && path_check_tolerance(run, error) != AD_OK)) {
         free(observed);
         return error->status;
@@ -174,6 +175,8 @@ void path_run_free(struct path_run *run)
     path_record_free(&run->record);
     phys_solutions_free(&run->solutions);
     phys_path_found_free(&run->found);
+    free(run->given);
+    free(run->moves);
     free(run->reference);
     free(run->start);
     free(run->path);

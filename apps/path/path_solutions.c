@@ -9,7 +9,7 @@ enum { STARTS = 200 }; /* random velocities at most, where there are several coo
 
 bool path_wants_all(const struct path_options *options)
 {
-    return options->all || !isnan(options->energy);
+    return options->all || (!isnan(options->energy) && !path_time_is_free(options));
 }
 
 /* Tolerance of the energy asked for; where that is 0, of the largest found. */
@@ -57,7 +57,8 @@ enum ad_status path_find_all(struct path_run *run, struct ad_error *error)
 {
     size_t rows = run->settings.rule->degree * run->system.dof;
     struct phys_solutions *solutions = &run->solutions;
-    const double *first = run->options->init ? run->start : run->reference; /* the motion is one */
+    const double *first =
+        run->options->init || !run->reference ? run->start : run->reference; /* the motion is one */
     if (phys_path_all(&run->system, &run->settings, first, STARTS, run->options->common.seed,
                       solutions, error) != AD_OK)
         return error->status;

@@ -74,13 +74,15 @@ static double *observed_motion(struct path_run *run, const double *observed, str
 
 /* The start: from the file, the tables, the motion, or a line between the ends of the observed or
    computed motion; then the noise. */
-static void make_start(struct path_run *run, const double *file, const double *motion,
-                       const double *observed)
+static enum ad_status make_start(struct path_run *run, const double *file, const double *motion,
+                                 const double *observed, struct ad_error *error)
 {
     size_t dof = run->system.dof, slices = run->settings.slices;
     size_t bytes = dof * slices * sizeof(double);
     if (file)
         memcpy(run->start, file, bytes);
+    else if (run->given && !motion)
+        ; /* a line between the ends alone */
     else if (path_from_line(run->options) && !(run->led_away && !run->options->init))
         phys_path_line(dof, slices, observed ? observed : motion, run->start);
     else if (path_from_tables(run->options))
@@ -90,9 +92,12 @@ static void make_start(struct path_run *run, const double *file, const double *m
         if (observed && !run->preset && run->solver != &phys_solver_march)
             phys_path_bend(dof, slices, observed, run->start);
     }
+    if (run->given && path_meet_ends(run, !file && !motion, error) != AD_OK)
+        return error->status;
     if (run->noise.sigma > 0)
         phys_noise_add(&run->noise, &run->system, run->settings.slices, run->options->common.seed,
                        run->start);
+    return AD_OK;
 }
 
 /* Files and pictures have slices only; a rule of higher degree has nodes between them. */
@@ -155,15 +160,17 @@ enum ad_status path_start(struct path_run *run, double *observed, struct ad_erro
     double *file = path_from_file(options) ? path_read(run, init, error) : NULL, *motion = NULL;
     if (error->status == AD_OK && options->reference)
         run->reference = path_read(run, options->reference, error);
-    if (error->status == AD_OK && !file) /* the ends of a file need no motion */
+    bool needed = !file && !(run->given && path_from_line(options)); /* ends that are given: not */
+    if (error->status == AD_OK && needed)
         motion = observed ? observed_motion(run, observed, error) : scene_motion(run, error);
     if (error->status == AD_OK && (run->start = path_new(run, error)) &&
         (run->path = path_new(run, error)))
-        make_start(run, file, motion, observed);
+        make_start(run, file, motion, observed, error);
+    bool ends_apart = run->given || path_time_is_free(options); /* not those of the motion */
     if (run->reference) {
         run->reference_is = options->reference;
         run->settings.compare_true = false;
-    } else if (error->status == AD_OK && !(file && !observed)) {
+    } else if (error->status == AD_OK && !(file && !observed) && !ends_apart) {
         bool table = observed && (!run->preset || file);
         double **best = table ? &observed : &motion;
         run->reference = *best;
@@ -174,7 +181,7 @@ enum ad_status path_start(struct path_run *run, double *observed, struct ad_erro
         ad_fail(error, AD_E_ARGUMENT,
                 "--stop-at-reference: the ends of %s come without a reference; give --reference "
                 "FILE.csv, too",
-                init);
+                file ? init : "--end");
     if (error->status == AD_OK)
         place_nodes(run);
     if (error->status == AD_OK && run->led_away && !init &&

@@ -22,7 +22,6 @@ enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error 
         {path_wants_all(options), "--tol does not go with --all, --energy: it refines one path"},
         {strcmp(options->ends, "both") != 0,
          "--tol does not go with --ends start: it needs both ends"},
-        {run->system.scene->free_time, "--tol does not go with a free end time"},
         {options->data != NULL, "--tol does not go with --data: observations have slices of their "
                                 "own; simulate ephemeris --data DIR --tol KM "
                                 "finds the least model"},
@@ -42,14 +41,14 @@ enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error 
 }
 
 /* The change of the start's ends when the motion is followed less accurately; 0 for ends from a
-   file. */
+   file or by --start, --end. */
 static double ends_error(const struct path_run *run, struct ad_error *error)
 {
     size_t dof = run->system.dof, n = run->settings.slices;
     double most = 0, *ends = malloc(2 * dof * sizeof *ends);
     if (!ends)
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    else if (!path_from_file(run->options) &&
+    else if (!path_from_file(run->options) && !run->given &&
              path_motion(run, 2, (double)(n - 1) * run->settings.dt, 10 * PATH_TIGHTEST, ends,
                          error) == AD_OK)
         for (size_t k = 0; k < 2 * dof; k++)

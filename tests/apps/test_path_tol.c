@@ -186,7 +186,6 @@ static void test_refusals(void **state)
         {2, "spring --tol 1e-3 --ends start", "--tol --ends"},
         {2, "spring --tol 1e-3 --hold 2", "--tol --hold"},
         {2, "spring --tol 1e-3 --grad-tol 0.1", "--tol --grad-tol"},
-        {2, "brachistochrone --tol 1e-3", "--tol time"},
         {2, "spring --tol 1e-3 --solver adam", "--tol --solver newton adam"},
         {2, "spring --tol 1e-3 --lr 0.1", "--tol --solver newton adam"},
         {1, "spring --tol 1e-17", "rounding"},
