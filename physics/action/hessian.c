@@ -2,8 +2,9 @@
    the path come from two programs of second gradients: with a unit vector u as the seed,
        d/dq <L_q, u> and d/dv <L_q, u>   are column u of L_qq and L_vq at every point,
        d/dq <L_v, u> and d/dv <L_v, u>   those of L_qv and L_vv,
-   so 2 dof runs give them all, whatever the number of slices; all runs but the first recompute only
-   what depends on the seed. By the rule's table
+   so 2 runs for each colour of coordinates that no row couples (coupling.h) give them all, whatever
+   the number of slices; all runs but the first recompute only what depends on the seed. By the
+   rule's table
        K_ab = dt weight (q_a q_b L_qq + q_a v_b / dt L_qv + v_a q_b / dt L_vq + v_a v_b / dt^2 L_vv)
    couples nodes a and b of an element. */
 #include "hessian.h"
@@ -64,7 +65,7 @@ enum ad_status phys_hessian_new(struct phys_hessian *h, const struct phys_system
     h->elements = slices - 1;
     h->points = h->table.points * h->elements + rule->repeat;
     h->side = (h->table.degree + 1) * h->dof;
-    if (!allocate(h))
+    if (!allocate(h) || !phys_coupling_new(&h->coupling, system))
         return ad_fail(error, AD_E_MEMORY, "out of memory for second derivatives");
     return record(h, system, error);
 }
@@ -74,6 +75,7 @@ void phys_hessian_free(struct phys_hessian *h)
     ad_program_free(h->by_q);
     ad_program_free(h->by_v);
     ad_tape_free(h->tape);
+    phys_coupling_free(&h->coupling);
     free(h->work);
     free(h->rows);
     free(h->element);
@@ -87,7 +89,7 @@ bool phys_hessian_keep_mass(struct phys_hessian *h)
     size_t matrix = h->dof * h->dof;
     if (h->points > SIZE_MAX / sizeof(double) / matrix)
         return false;
-    h->mass = malloc(h->points * matrix * sizeof *h->mass);
+    h->mass = calloc(h->points * matrix, sizeof *h->mass); /* zero where nothing is coupled */
     return h->mass != NULL;
 }
 
@@ -173,8 +175,8 @@ static void add_gradient(struct phys_hessian *h)
 static size_t find_rows(struct phys_hessian *h, size_t seed, const double *by_q, const double *by_v)
 {
     size_t n = 0;
-    for (size_t d = 0; d < h->dof; d++) {
-        size_t p = d * h->points, end = p + h->points;
+    for (size_t k = h->coupling.start[seed]; k < h->coupling.start[seed + 1]; k++) {
+        size_t d = h->coupling.row[k], p = d * h->points, end = p + h->points;
         while (p < end && by_q[p] == 0 && by_v[p] == 0)
             p++;
         size_t apart = d > seed ? d - seed : seed - d;
@@ -207,13 +209,14 @@ static void add_column(struct phys_hessian *h, size_t p, size_t seed, size_t row
     }
 }
 
-static void run_seed(struct phys_hessian *h, ad_program *program, size_t seed)
+/* For all coordinates of a colour. */
+static void run_colour(struct phys_hessian *h, ad_program *program, size_t colour)
 {
     double *u = h->work + (2 * h->dof + 1) * h->points;
-    memset(u, 0, h->dof * sizeof *u);
-    u[seed] = 1;
+    for (size_t d = 0; d < h->dof; d++)
+        u[d] = h->coupling.colour[d] == colour;
     ad_set(program, h->seed, u);
-    if (seed == 0)
+    if (colour == 0)
         ad_run(program);
     else
         ad_rerun(program);
@@ -234,12 +237,32 @@ bool phys_hessian_stopped(struct phys_hessian *h)
     return h->stopped;
 }
 
-static void add_columns(struct phys_hessian *h, size_t seed, const double *by_q, const double *by_v,
-                        bool of_q)
+static void add_columns(struct phys_hessian *h, size_t colour, const double *by_q,
+                        const double *by_v, bool of_q)
 {
-    size_t rows = find_rows(h, seed, by_q, by_v);
-    for (size_t p = 0; p < h->points; p++)
-        add_column(h, p, seed, rows, by_q, by_v, of_q);
+    for (size_t seed = 0; seed < h->dof; seed++) {
+        if (h->coupling.colour[seed] != colour)
+            continue;
+        size_t rows = find_rows(h, seed, by_q, by_v);
+        for (size_t p = 0; p < h->points; p++)
+            add_column(h, p, seed, rows, by_q, by_v, of_q);
+    }
+}
+
+/* Columns of L_vv of a colour: the mean of the diagonal, and all where they are kept. */
+static void measure_mass(struct phys_hessian *h, size_t colour)
+{
+    const double *vv = ad_data(h->by_v, h->L_vv);
+    for (size_t seed = 0; seed < h->dof; seed++) {
+        if (h->coupling.colour[seed] != colour)
+            continue;
+        h->stiffness[seed] = stiffness(h, seed);
+        for (size_t p = 0; h->mass && p < h->points; p++)
+            for (size_t k = h->coupling.start[seed]; k < h->coupling.start[seed + 1]; k++) {
+                size_t d = h->coupling.row[k];
+                h->mass[(p * h->dof + seed) * h->dof + d] = vv[d * h->points + p];
+            }
+    }
 }
 
 /* Zeros where something may stand: all else is zero from the start. */
@@ -258,19 +281,16 @@ void phys_hessian_at(struct phys_hessian *h, const double *path, double start)
 {
     set_points(h, path, start);
     clear(h);
-    for (size_t seed = 0; seed < h->dof; seed++) {
+    for (size_t colour = 0; colour < h->coupling.colours; colour++) {
         if (phys_hessian_stopped(h))
             return;
-        run_seed(h, h->by_q, seed);
+        run_colour(h, h->by_q, colour);
         const double *qq = ad_data(h->by_q, h->L_qq), *vq = ad_data(h->by_q, h->L_vq);
-        add_columns(h, seed, qq, vq, true);
-        run_seed(h, h->by_v, seed);
+        add_columns(h, colour, qq, vq, true);
+        run_colour(h, h->by_v, colour);
         const double *qv = ad_data(h->by_v, h->L_qv), *vv = ad_data(h->by_v, h->L_vv);
-        add_columns(h, seed, qv, vv, false);
-        h->stiffness[seed] = stiffness(h, seed);
-        for (size_t p = 0; h->mass && p < h->points; p++)
-            for (size_t d = 0; d < h->dof; d++)
-                h->mass[(p * h->dof + seed) * h->dof + d] = vv[d * h->points + p];
+        add_columns(h, colour, qv, vv, false);
+        measure_mass(h, colour);
     }
     add_gradient(h);
 }

@@ -4,6 +4,7 @@
 #ifndef PHYSICS_HESSIAN_H
 #define PHYSICS_HESSIAN_H
 
+#include "coupling.h"
 #include "internal.h"
 
 struct phys_hessian {
@@ -21,6 +22,7 @@ struct phys_hessian {
     ad_program *by_q, *by_v;       /* L_q, L_qq, L_vq; L_v, L_qv, L_vv */
     double *work;
     size_t *rows; /* [dof] room */
+    struct phys_coupling coupling;
 
     /* How far apart the coordinates are that L has coupled so far: of each pair of nodes an element
        matrix has a band of coordinates, and zeros elsewhere. */
@@ -30,7 +32,7 @@ struct phys_hessian {
     double *stiffness; /* [dof]: mean over points of |L_vv| / dt on the diagonal */
     double *mass;      /* [points][dof x dof]: L_vv, where phys_hessian_keep_mass asks for it */
 
-    bool (*proceed)(void *context); /* asked for each coordinate; false ends it: `stopped` */
+    bool (*proceed)(void *context); /* asked for each colour; false ends it: `stopped` */
     void *context;
     bool stopped; /* all the above is not filled */
 };

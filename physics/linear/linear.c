@@ -8,8 +8,11 @@
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-#define cblas_zcopy AD_LAZY(ad_blas_load, cblas_zcopy)
+#define cblas_dgemm AD_LAZY(ad_blas_load, cblas_dgemm)
+#define cblas_dgemv AD_LAZY(ad_blas_load, cblas_dgemv)
+#define cblas_dtrsm AD_LAZY(ad_blas_load, cblas_dtrsm)
 #define cblas_zgemm AD_LAZY(ad_blas_load, cblas_zgemm)
 #define cblas_zgemv AD_LAZY(ad_blas_load, cblas_zgemv)
 #define cblas_ztrsm AD_LAZY(ad_blas_load, cblas_ztrsm)
@@ -18,6 +21,7 @@
 #define dgeqrf_ AD_LAZY(ad_blas_load, dgeqrf_)
 #define dgetrf_ AD_LAZY(ad_blas_load, dgetrf_)
 #define dgetrs_ AD_LAZY(ad_blas_load, dgetrs_)
+#define dlaswp_ AD_LAZY(ad_blas_load, dlaswp_)
 #define dorgqr_ AD_LAZY(ad_blas_load, dorgqr_)
 #define dstevr_ AD_LAZY(ad_blas_load, dstevr_)
 #define dsygv_ AD_LAZY(ad_blas_load, dsygv_)
@@ -71,7 +75,7 @@ static int narrow_factor(struct narrow s, double *a, int *pivots)
         for (size_t i = j + 1; i <= below; i++)
             if (fabs(column[i * s.row]) > fabs(column[p * s.row]))
                 p = i;
-        pivots[j] = (int)p;
+        pivots[j] = (int)p + 1; /* as LAPACK counts */
         const double pivot = column[p * s.row];
         if (pivot == 0) {
             info = info ? info : (int)j + 1;
@@ -95,7 +99,7 @@ static int narrow_factor(struct narrow s, double *a, int *pivots)
 static void narrow_solve(struct narrow s, const double *a, const int *pivots, double *b)
 {
     for (size_t j = 0; j < s.n; j++) {
-        const size_t p = (size_t)pivots[j], below = least(s.n - 1, j + s.width);
+        const size_t p = (size_t)pivots[j] - 1, below = least(s.n - 1, j + s.width);
         const double x = b[p];
         b[p] = b[j];
         b[j] = x;
@@ -184,34 +188,66 @@ void phys_lapack_band_solve_complex(size_t n, size_t width, const double *band, 
                   (lapack_complex_double *)b, &size, &info);
 }
 
-int phys_lapack_complex_factor(size_t n, double *a, int *pivots)
+int phys_lapack_block_factor(bool with_i, size_t n, double *a, int *pivots)
 {
     lapack_int size = (lapack_int)n, info;
-    LAPACK_zgetrf(&size, &size, (lapack_complex_double *)a, &size, pivots, &info);
+    if (with_i)
+        LAPACK_zgetrf(&size, &size, (lapack_complex_double *)a, &size, pivots, &info);
+    else
+        LAPACK_dgetrf(&size, &size, a, &size, pivots, &info);
     return info;
 }
 
-void phys_lapack_complex_solve(size_t n, const double *a, const int *pivots, size_t m, double *b)
+void phys_lapack_block_solve(bool with_i, size_t n, const double *a, const int *pivots, double *b)
 {
-    lapack_int size = (lapack_int)n, columns = (lapack_int)m, info;
-    LAPACK_zgetrs("N", &size, &columns, (const lapack_complex_double *)a, &size, pivots,
-                  (lapack_complex_double *)b, &size, &info);
+    lapack_int size = (lapack_int)n, info;
+    if (with_i)
+        LAPACK_zgetrs("N", &size, &one, (const lapack_complex_double *)a, &size, pivots,
+                      (lapack_complex_double *)b, &size, &info);
+    else
+        LAPACK_dgetrs("N", &size, &one, a, &size, pivots, b, &size, &info);
 }
 
-void phys_lapack_complex_eliminate(size_t n, const double *a, const int *pivots, size_t k, size_t m,
-                                   double *b, double *work, double *c)
+void phys_lapack_block_subtract(bool with_i, bool transpose, size_t size, const double *a,
+                                const double *x, double *y)
 {
     const double unit[] = {1, 0}, minus_unit[] = {-1, 0};
-    const size_t at = n - k;
-    blasint size = (blasint)n, columns = (blasint)m, last = (blasint)k;
-    cblas_zcopy((blasint)(n * m), b, 1, work, 1);
-    LAPACK_zlaswp(&columns, (lapack_complex_double *)work, &size, &one, &size, pivots, &one);
-    cblas_ztrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasUnit, size, columns, unit,
-                a, size, work, size);
-    cblas_ztrsm(CblasColMajor, CblasLeft, CblasUpper, CblasTrans, CblasNonUnit, last, columns, unit,
-                a + 2 * (at * n + at), size, b + 2 * at, size);
-    cblas_zgemm(CblasColMajor, CblasTrans, CblasNoTrans, columns, columns, last, minus_unit,
-                b + 2 * at, size, work + 2 * at, size, unit, c, columns);
+    blasint n = (blasint)size;
+    CBLAS_TRANSPOSE op = transpose ? CblasTrans : CblasNoTrans;
+    if (with_i)
+        cblas_zgemv(CblasColMajor, op, n, n, minus_unit, a, n, x, 1, unit, y, 1);
+    else
+        cblas_dgemv(CblasColMajor, op, n, n, -1, a, n, x, 1, 1, y, 1);
+}
+
+static void eliminate_complex(blasint n, const double *a, const int *pivots, blasint m, double *b,
+                              double *work, double *c)
+{
+    const double unit[] = {1, 0}, minus_unit[] = {-1, 0};
+    LAPACK_zlaswp(&m, (lapack_complex_double *)work, &n, &one, &n, pivots, &one);
+    cblas_ztrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasUnit, n, m, unit, a, n,
+                work, n);
+    cblas_ztrsm(CblasColMajor, CblasLeft, CblasUpper, CblasTrans, CblasNonUnit, n, m, unit, a, n, b,
+                n);
+    cblas_zgemm(CblasColMajor, CblasTrans, CblasNoTrans, m, m, n, minus_unit, b, n, work, n, unit,
+                c, m);
+}
+
+void phys_lapack_block_eliminate(bool with_i, size_t size, const double *a, const int *pivots,
+                                 size_t columns, double *b, double *work, double *c)
+{
+    blasint n = (blasint)size, m = (blasint)columns;
+    memcpy(work, b, (with_i ? 2 : 1) * size * columns * sizeof *b);
+    if (with_i) {
+        eliminate_complex(n, a, pivots, m, b, work, c);
+        return;
+    }
+    LAPACK_dlaswp(&m, work, &n, &one, &n, pivots, &one);
+    cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasUnit, n, m, 1, a, n, work,
+                n);
+    cblas_dtrsm(CblasColMajor, CblasLeft, CblasUpper, CblasTrans, CblasNonUnit, n, m, 1, a, n, b,
+                n);
+    cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, m, m, n, -1, b, n, work, n, 1, c, m);
 }
 
 int phys_lapack_tridiagonal_factor_complex(size_t n, double *below, double *diagonal, double *above,

@@ -36,16 +36,20 @@ int phys_lapack_band_factor_complex(size_t n, size_t width, double *band, int *p
 void phys_lapack_band_solve_complex(size_t n, size_t width, const double *band, const int *pivots,
                                     double *b);
 
-/* Factors a complex matrix a [n x n], pairs of real and imaginary part by columns, in place as
-   P L U; `pivots` [n] is room. Returns 0, or 1 + the index of a zero pivot. */
-int phys_lapack_complex_factor(size_t n, double *a, int *pivots);
-/* Solves a x = b from the factors for m right sides, b [n x m] by columns, in place. */
-void phys_lapack_complex_solve(size_t n, const double *a, const int *pivots, size_t m, double *b);
+/* Factors a matrix a [n x n] by columns, real, or `with_i` of pairs of real and imaginary
+   part, in place as P L U; `pivots` [n] is room. Returns 0, or 1 + the index of a zero pivot.
+ */
+int phys_lapack_block_factor(bool with_i, size_t n, double *a, int *pivots);
+/* Solves a x = b from the factors, in place. */
+void phys_lapack_block_solve(bool with_i, size_t n, const double *a, const int *pivots, double *b);
+/* y -= a x, or a^T x. */
+void phys_lapack_block_subtract(bool with_i, bool transpose, size_t n, const double *a,
+                                const double *x, double *y);
 /* c [m x m] -= b^T a^-1 b from the factors P L U, as (b^T U^-1) (L^-1 P^-1 b): elimination proper,
-   stable where a^-1 itself is not. All but the last k rows of b [n x m] are zero; b is overwritten,
-   `work` [n x m] is room. All are complex, by columns. */
-void phys_lapack_complex_eliminate(size_t n, const double *a, const int *pivots, size_t k, size_t m,
-                                   double *b, double *work, double *c);
+   stable where a^-1 itself is not. b [n x m] is overwritten, `work` [n x m] is room. All by
+   columns. */
+void phys_lapack_block_eliminate(bool with_i, size_t n, const double *a, const int *pivots,
+                                 size_t m, double *b, double *work, double *c);
 
 /* Complex tridiagonal matrices of n rows: below [n-1], diagonal [n] and above [n-1] are factored in
    place; second [n-2] and `pivots` [n] are room. Returns 0, or 1 + the index of a zero pivot. */

@@ -19,6 +19,7 @@ static size_t inner_width(const struct phys_hessian *h)
 double phys_block_tridiagonal_cost(const struct phys_hessian *h)
 {
     double n = (double)h->dof, w = (double)inner_width(h), m = (double)(h->table.degree - 1) * n;
+    /* Real blocks count as complex ones, too: a band also pivots between slices. */
     return 4 * (double)h->elements * (6 * n * n * n + 12 * n * m * w + 2 * m * w * w);
 }
 
@@ -68,12 +69,12 @@ void phys_block_tridiagonal_free(struct phys_block_tridiagonal *b)
 
 static double *slice_of(const struct phys_block_tridiagonal *b, size_t s)
 {
-    return b->slice + 2 * s * b->dof * b->dof;
+    return b->slice + b->parts * s * b->dof * b->dof;
 }
 
 static double *coupling_of(const struct phys_block_tridiagonal *b, size_t s)
 {
-    return b->coupling + 2 * s * b->dof * b->dof;
+    return b->coupling + b->parts * s * b->dof * b->dof;
 }
 
 static int *slice_pivots(const struct phys_block_tridiagonal *b, size_t s)
@@ -86,17 +87,18 @@ static bool factor_slice(const struct phys_block_tridiagonal *b, size_t s, doubl
 {
     size_t n = b->dof;
     double *D = slice_of(b, s), *A = phys_condensed_block(b, 0, 0);
-    for (size_t k = 0; k < 2 * n * n; k++)
+    for (size_t k = 0; k < b->parts * n * n; k++)
         D[k] += A[k];
-    for (size_t k = 0; k < n; k++)
+    for (size_t k = 0; damping > 0 && k < n; k++)
         D[2 * (k * n + k) + 1] -= damping;
-    return phys_lapack_complex_factor(n, D, slice_pivots(b, s)) == 0;
+    return phys_lapack_block_factor(damping > 0, n, D, slice_pivots(b, s)) == 0;
 }
 
 /* Slice s lies between elements s and s + 1. */
 bool phys_block_tridiagonal_factor(struct phys_block_tridiagonal *b, double damping)
 {
-    size_t n = b->dof, bytes = 2 * n * n * sizeof *b->slice;
+    b->parts = damping > 0 ? 2 : 1;
+    size_t n = b->dof, bytes = b->parts * n * n * sizeof *b->slice;
     for (size_t e = 0; e < b->count; e++) {
         if (!phys_condense(b, e, damping) || (e > 0 && !factor_slice(b, e - 1, damping)))
             return false;
@@ -105,8 +107,8 @@ bool phys_block_tridiagonal_factor(struct phys_block_tridiagonal *b, double damp
         memcpy(slice_of(b, e), phys_condensed_block(b, 1, 1), bytes);
         memcpy(coupling_of(b, e), phys_condensed_block(b, 0, 1), bytes);
         if (e > 0)
-            phys_lapack_complex_eliminate(n, slice_of(b, e - 1), slice_pivots(b, e - 1), n, n,
-                                          phys_condensed_block(b, 0, 1), b->work, slice_of(b, e));
+            phys_lapack_block_eliminate(damping > 0, n, slice_of(b, e - 1), slice_pivots(b, e - 1),
+                                        n, phys_condensed_block(b, 0, 1), b->work, slice_of(b, e));
     }
     return true;
 }
@@ -117,19 +119,12 @@ bool phys_block_tridiagonal_factor(struct phys_block_tridiagonal *b, double damp
 static void subtract_slice(const struct phys_block_tridiagonal *b, size_t s, bool transpose,
                            const double *x, double *y)
 {
-    const double *B = coupling_of(b, s);
-    size_t n = b->dof;
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < n; j++) {
-            const double *c = B + 2 * (transpose ? i * n + j : j * n + i);
-            y[2 * i] -= c[0] * x[2 * j] - c[1] * x[2 * j + 1];
-            y[2 * i + 1] -= c[0] * x[2 * j + 1] + c[1] * x[2 * j];
-        }
+    phys_lapack_block_subtract(b->parts == 2, transpose, b->dof, coupling_of(b, s), x, y);
 }
 
 static void solve_slice(const struct phys_block_tridiagonal *b, size_t s, double *x)
 {
-    phys_lapack_complex_solve(b->dof, slice_of(b, s), slice_pivots(b, s), 1, x);
+    phys_lapack_block_solve(b->parts == 2, b->dof, slice_of(b, s), slice_pivots(b, s), x);
 }
 
 /* y_s = b_s - B_s^T (D_s-1^-1 y_s-1), then x_s = D_s^-1 (y_s - B_s+1 x_s+1). */
@@ -137,7 +132,7 @@ static void solve_slices(const struct phys_block_tridiagonal *b, double *y)
 {
     size_t slices = b->count - 1;
     for (size_t s = 1; s < slices; s++) {
-        memcpy(b->work, phys_at_slice(y, b, s - 1), 2 * b->dof * sizeof *y);
+        memcpy(b->work, phys_at_slice(y, b, s - 1), b->parts * b->dof * sizeof *y);
         solve_slice(b, s - 1, b->work);
         subtract_slice(b, s, true, b->work, phys_at_slice(y, b, s));
     }
@@ -152,15 +147,14 @@ void phys_block_tridiagonal_solve(struct phys_block_tridiagonal *b, double *x)
 {
     size_t n = b->count * (b->dof + b->inner) - b->dof;
     double *y = b->right;
-    for (size_t k = 0; k < n; k++) {
-        y[2 * k] = x[k];
-        y[2 * k + 1] = 0;
-    }
+    memset(y, 0, b->parts * n * sizeof *y);
+    for (size_t k = 0; k < n; k++)
+        y[b->parts * k] = x[k];
     for (size_t e = 0; b->inner && e < b->count; e++)
         phys_condense_right(b, e, y);
     solve_slices(b, y);
     for (size_t e = 0; b->inner && e < b->count; e++)
         phys_condensed_expand(b, e, y);
     for (size_t k = 0; k < n; k++)
-        x[k] = y[2 * k];
+        x[k] = y[b->parts * k];
 }

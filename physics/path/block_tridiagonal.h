@@ -9,18 +9,19 @@
 struct phys_block_tridiagonal {
     const struct phys_hessian *hessian;
     const double *scale;               /* [dof]: D^-1, the caller's */
+    size_t parts;                      /* of a number: 1 where nothing is damped, else 2 */
     size_t first, count;               /* elements with nodes that move */
     size_t dof, inner;                 /* unknowns of a slice, and inside an element */
     size_t reach, width;               /* of the Hessian when it was made; of the inner band */
-    size_t room;                       /* complex numbers of an inner band */
-    double *slice, *coupling;          /* [count][dof x dof] complex */
-    double *band;                      /* [count][room] complex */
+    size_t room;                       /* numbers of an inner band */
+    double *slice, *coupling;          /* [count][dof x dof] */
+    double *band;                      /* [count][room] */
     int *pivots;                       /* [count][dof + inner] */
-    double *right;                     /* [count][dof + inner] complex */
+    double *right;                     /* [count][dof + inner] */
     double *condensed, *solved, *work; /* room: [4][dof x dof], [2 dof x inner], [2][dof x dof] */
 };
 
-/* About how many operations on real numbers the factors take. */
+/* About how many operations on real numbers the factors take where damped. */
 double phys_block_tridiagonal_cost(const struct phys_hessian *hessian);
 /* For paths whose first and last `hold` slices are held, coupled as far as the Hessian knows now.
    Ends with phys_block_tridiagonal_free. */

@@ -30,7 +30,7 @@ static size_t inner_row(const struct phys_block_tridiagonal *b, size_t a, size_t
 
 static double *band_of(const struct phys_block_tridiagonal *b, size_t e)
 {
-    return b->band + 2 * e * b->room;
+    return b->band + b->parts * e * b->room;
 }
 
 static int *inner_pivots(const struct phys_block_tridiagonal *b, size_t e)
@@ -44,62 +44,65 @@ static bool factor_inner(const struct phys_block_tridiagonal *b, size_t e, doubl
 {
     double *band = band_of(b, e);
     size_t degree = b->hessian->table.degree, first, end;
-    memset(band, 0, 2 * b->room * sizeof *band);
+    memset(band, 0, b->parts * b->room * sizeof *band);
     for (size_t j = 0; j < b->dof; j++) {
         phys_hessian_coupled(b->hessian, j, &first, &end);
         for (size_t c = 1; c < degree; c++) {
             size_t column = inner_row(b, c, j);
             for (size_t a = 1; a < degree; a++)
                 for (size_t i = first; i < end; i++)
-                    band[2 * PHYS_BAND(b->width, inner_row(b, a, i), column)] =
+                    band[b->parts * PHYS_BAND(b->width, inner_row(b, a, i), column)] =
                         entry(b, e, a, i, c, j);
-            band[2 * PHYS_BAND(b->width, column, column) + 1] = -damping;
+            if (b->parts == 2)
+                band[2 * PHYS_BAND(b->width, column, column) + 1] = -damping;
         }
     }
-    return phys_lapack_band_factor_complex(b->inner, b->width, band, inner_pivots(b, e)) == 0;
+    return (b->parts == 1 ? phys_lapack_band_factor : phys_lapack_band_factor_complex)(
+               b->inner, b->width, band, inner_pivots(b, e)) == 0;
 }
 
 static void solve_inner(const struct phys_block_tridiagonal *b, size_t e, double *x)
 {
-    phys_lapack_band_solve_complex(b->inner, b->width, band_of(b, e), inner_pivots(b, e), x);
+    (b->parts == 1 ? phys_lapack_band_solve : phys_lapack_band_solve_complex)(
+        b->inner, b->width, band_of(b, e), inner_pivots(b, e), x);
 }
 
 /* Adds `factor` times column (side, j) of C to x [inner]. */
 static void add_coupling(const struct phys_block_tridiagonal *b, size_t e, size_t side, size_t j,
-                         const double factor[2], double *x)
+                         const double *factor, double *x)
 {
     size_t first, end;
     phys_hessian_coupled(b->hessian, j, &first, &end);
     for (size_t a = 1; a < b->hessian->table.degree; a++)
         for (size_t i = first; i < end; i++) {
             double c = entry(b, e, a, i, slice_node(b, side), j);
-            x[2 * inner_row(b, a, i)] += c * factor[0];
-            x[2 * inner_row(b, a, i) + 1] += c * factor[1];
+            for (size_t part = 0; part < b->parts; part++)
+                x[b->parts * inner_row(b, a, i) + part] += c * factor[part];
         }
 }
 
 /* y -= column (side, j) of C times x [inner]. */
 static void subtract_coupled(const struct phys_block_tridiagonal *b, size_t e, size_t side,
-                             size_t j, const double *x, double y[2])
+                             size_t j, const double *x, double *y)
 {
     size_t first, end;
     phys_hessian_coupled(b->hessian, j, &first, &end);
     for (size_t a = 1; a < b->hessian->table.degree; a++)
         for (size_t i = first; i < end; i++) {
             double c = entry(b, e, a, i, slice_node(b, side), j);
-            y[0] -= c * x[2 * inner_row(b, a, i)];
-            y[1] -= c * x[2 * inner_row(b, a, i) + 1];
+            for (size_t part = 0; part < b->parts; part++)
+                y[part] -= c * x[b->parts * inner_row(b, a, i) + part];
         }
 }
 
 /* Row r of K^-1 C: all real parts of its 2 dof columns, then all imaginary ones. */
 static double *row_of_solved(const struct phys_block_tridiagonal *b, size_t r)
 {
-    return b->solved + 4 * r * b->dof;
+    return b->solved + 2 * b->parts * r * b->dof;
 }
 
 /* y -= c x, rows of n numbers; without `complex` both and c are real. */
-static void subtract_row(size_t n, const double c[2], bool complex, const double *restrict x,
+static void subtract_row(size_t n, const double *c, bool complex, const double *restrict x,
                          double *restrict y)
 {
 #pragma omp simd
@@ -114,8 +117,12 @@ static void subtract_row(size_t n, const double c[2], bool complex, const double
     }
 }
 
-static void divide_row(size_t n, const double c[2], double *x)
+static void divide_row(size_t n, const double *c, bool complex, double *x)
 {
+    for (size_t k = 0; !complex && k < n; k++)
+        x[k] /= c[0];
+    if (!complex)
+        return;
     double size = c[0] * c[0] + c[1] * c[1], re = c[0] / size, im = c[1] / size;
     for (size_t k = 0; k < n; k++) {
         double x_re = x[k], x_im = x[n + k];
@@ -141,16 +148,16 @@ static void solve_couplings(const struct phys_block_tridiagonal *b, size_t e, bo
     size_t n = 2 * b->dof, w = b->width;
     for (size_t j = 0; j < b->inner; j++) {
         if ((size_t)pivots[j] != j + 1)
-            swap_rows(2 * n, row_of_solved(b, j), row_of_solved(b, (size_t)pivots[j] - 1));
+            swap_rows(b->parts * n, row_of_solved(b, j), row_of_solved(b, (size_t)pivots[j] - 1));
         for (size_t i = j + 1; i < b->inner && i <= j + w; i++)
-            subtract_row(n, band + 2 * PHYS_BAND(w, i, j), complex, row_of_solved(b, j),
+            subtract_row(n, band + b->parts * PHYS_BAND(w, i, j), complex, row_of_solved(b, j),
                          row_of_solved(b, i));
     }
     for (size_t j = b->inner; j-- > 0;) {
-        divide_row(n, band + 2 * PHYS_BAND(w, j, j), row_of_solved(b, j));
+        divide_row(n, band + b->parts * PHYS_BAND(w, j, j), complex, row_of_solved(b, j));
         for (size_t i = j > 2 * w ? j - 2 * w : 0; i < j; i++) {
-            const double *c = band + 2 * PHYS_BAND(w, i, j);
-            if (c[0] != 0 || c[1] != 0)
+            const double *c = band + b->parts * PHYS_BAND(w, i, j);
+            if (c[0] != 0 || (complex && c[1] != 0))
                 subtract_row(n, c, complex, row_of_solved(b, j), row_of_solved(b, i));
         }
     }
@@ -159,7 +166,7 @@ static void solve_couplings(const struct phys_block_tridiagonal *b, size_t e, bo
 static void fill_couplings(const struct phys_block_tridiagonal *b, size_t e)
 {
     size_t first, end;
-    memset(b->solved, 0, 4 * b->dof * b->inner * sizeof *b->solved);
+    memset(b->solved, 0, 2 * b->parts * b->dof * b->inner * sizeof *b->solved);
     for (size_t k = 0; k < 2 * b->dof; k++) {
         phys_hessian_coupled(b->hessian, k % b->dof, &first, &end);
         for (size_t a = 1; a < b->hessian->table.degree; a++)
@@ -174,12 +181,12 @@ static void condense_row(const struct phys_block_tridiagonal *b, size_t e, size_
                          bool complex)
 {
     size_t n = 2 * b->dof, first, end;
+    memset(b->work, 0, b->parts * n * sizeof *b->work);
+    phys_hessian_coupled(b->hessian, i, &first, &end);
     for (size_t other = 0; other < 2; other++)
-        for (size_t j = 0; j < b->dof; j++)
+        for (size_t j = first; j < end; j++)
             b->work[other * b->dof + j] =
                 entry(b, e, slice_node(b, side), i, slice_node(b, other), j);
-    memset(b->work + n, 0, n * sizeof *b->work);
-    phys_hessian_coupled(b->hessian, i, &first, &end);
     for (size_t a = 1; a < b->hessian->table.degree; a++)
         for (size_t d = first; d < end; d++) {
             const double c[] = {entry(b, e, a, d, slice_node(b, side), i), 0};
@@ -197,12 +204,12 @@ bool phys_condense(const struct phys_block_tridiagonal *b, size_t e, double damp
     for (size_t side = 0; side < 2; side++)
         for (size_t i = 0; i < n; i++) {
             condense_row(b, e, side, i, damping > 0);
-            for (size_t other = side; other < 2; other++)
-                for (size_t j = 0; j < n; j++) {
-                    double *s = phys_condensed_block(b, side, other) + 2 * (j * n + i);
-                    s[0] = b->work[other * n + j];
-                    s[1] = b->work[(2 + other) * n + j];
-                }
+            for (size_t other = 0; other <= side; other++) { /* column i, as S is symmetric */
+                double *s = phys_condensed_block(b, other, side) + b->parts * i * n;
+                for (size_t j = 0; j < n; j++)
+                    for (size_t part = 0; part < b->parts; part++)
+                        s[b->parts * j + part] = b->work[(2 * part + other) * n + j];
+            }
         }
     return true;
 }
@@ -213,27 +220,28 @@ void phys_condense_right(const struct phys_block_tridiagonal *b, size_t e, doubl
 {
     double *x = phys_inner_of(y, b, e), *by_row = b->solved, *slice;
     for (size_t k = 0; k < b->inner; k++)
-        memcpy(by_row + 2 * inner_row(b, 1 + k / b->dof, k % b->dof), x + 2 * k,
-               2 * sizeof *by_row);
+        memcpy(by_row + b->parts * inner_row(b, 1 + k / b->dof, k % b->dof), x + b->parts * k,
+               b->parts * sizeof *by_row);
     solve_inner(b, e, by_row);
-    memcpy(x, by_row, 2 * b->inner * sizeof *x);
+    memcpy(x, by_row, b->parts * b->inner * sizeof *x);
     for (size_t side = 0; side < 2; side++)
         if ((slice = phys_slice_beside(y, b, e, side)) != NULL)
             for (size_t j = 0; j < b->dof; j++)
-                subtract_coupled(b, e, side, j, x, slice + 2 * j);
+                subtract_coupled(b, e, side, j, x, slice + b->parts * j);
 }
 
 void phys_condensed_expand(const struct phys_block_tridiagonal *b, size_t e, double *y)
 {
     double *x = phys_inner_of(y, b, e), *by_row = b->solved, *slice;
-    memset(by_row, 0, 2 * b->inner * sizeof *by_row);
+    memset(by_row, 0, b->parts * b->inner * sizeof *by_row);
     for (size_t side = 0; side < 2; side++)
         if ((slice = phys_slice_beside(y, b, e, side)) != NULL)
             for (size_t j = 0; j < b->dof; j++)
-                add_coupling(b, e, side, j, slice + 2 * j, by_row);
+                add_coupling(b, e, side, j, slice + b->parts * j, by_row);
     solve_inner(b, e, by_row);
-    for (size_t k = 0; k < 2 * b->inner; k++)
+    for (size_t k = 0; k < b->parts * b->inner; k++)
         by_row[k] = x[k] - by_row[k];
     for (size_t k = 0; k < b->inner; k++)
-        memcpy(x + 2 * k, by_row + 2 * inner_row(b, 1 + k / b->dof, k % b->dof), 2 * sizeof *x);
+        memcpy(x + b->parts * k, by_row + b->parts * inner_row(b, 1 + k / b->dof, k % b->dof),
+               b->parts * sizeof *x);
 }

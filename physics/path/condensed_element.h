@@ -9,18 +9,18 @@
 static inline double *phys_condensed_block(const struct phys_block_tridiagonal *b, size_t side,
                                            size_t other)
 {
-    return b->condensed + 2 * (2 * side + other) * b->dof * b->dof;
+    return b->condensed + b->parts * (2 * side + other) * b->dof * b->dof;
 }
 
 /* Inner nodes of element e and slice s in a right side. */
 static inline double *phys_inner_of(double *x, const struct phys_block_tridiagonal *b, size_t e)
 {
-    return x + 2 * e * (b->dof + b->inner);
+    return x + b->parts * e * (b->dof + b->inner);
 }
 
 static inline double *phys_at_slice(double *x, const struct phys_block_tridiagonal *b, size_t s)
 {
-    return phys_inner_of(x, b, s) + 2 * b->inner;
+    return phys_inner_of(x, b, s) + b->parts * b->inner;
 }
 
 /* Slice `side` of element e; NULL where it is held. */

@@ -82,8 +82,7 @@ void phys_newton_system_scale(struct phys_newton_system *band)
 /* ---- solving ---- */
 
 /* Takes what needs the fewest operations: one band, node by node or, for chains of many
-   coordinates, by coordinate; or blocks, complex ones also where they are real. A damped band is
-   complex. */
+   coordinates, by coordinate; or blocks. A damped band is complex. */
 static void choose_order(struct phys_newton_system *band)
 {
     const struct phys_hessian *h = band->hessian;

@@ -79,8 +79,96 @@ static void test_elements(void **state)
     phys_system_close(&dblpend);
 }
 
+/* ---- C12: one product for all coordinates that no row couples ---- */
+
+enum { SITES = 14 };
+
+/* Sites coupled by q to their neighbours in a ring, by q and v two sites on, and by v to site 0
+   every fifth one. */
+static ad_var lattice(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params;
+    ad_var L = ad_mul(0.5, ad_sum_rows(ad_square(v)));
+    for (size_t k = 0; k < SITES; k++) {
+        ad_var a = ad_row(q, k), near = ad_row(q, (k + 1) % SITES);
+        L = ad_sub(L, ad_cosh(ad_sub(a, ad_mul(near, ad_cos(t)))));
+        if (k + 2 < SITES)
+            L = ad_add(L, ad_mul(ad_sin(a), ad_row(v, k + 2)));
+        if (k > 0 && k % 5 == 0)
+            L = ad_add(L, ad_mul(ad_square(ad_row(v, 0)), ad_square(ad_row(v, k))));
+    }
+    return L;
+}
+
+static enum ad_status at_rest(const void *params, uint64_t seed, double *q, double *v,
+                              struct ad_error *e)
+{
+    (void)params, (void)seed, (void)e;
+    for (size_t k = 0; k < SITES; k++)
+        q[k] = v[k] = 0;
+    return AD_OK;
+}
+
+/* All coordinates coupled: a product for each. */
+static void couple_all(struct phys_coupling *c)
+{
+    c->colours = SITES;
+    for (size_t j = 0; j <= SITES; j++)
+        c->start[j] = j * SITES;
+    for (size_t j = 0; j < SITES; j++)
+        c->colour[j] = j;
+    for (size_t k = 0; k < SITES * SITES; k++)
+        c->row[k] = k % SITES;
+}
+
+static void test_colours(void **state)
+{
+    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
+                                     .size = sizeof(struct phys_scene),
+                                     .name = "lattice",
+                                     .what = "a lattice",
+                                     .dof = SITES,
+                                     .dims = 1,
+                                     .unit = "1",
+                                     .time_unit = "1",
+                                     .energy_unit = "1",
+                                     .lagrangian = lattice,
+                                     .slices = SLICES,
+                                     .dt = 0.1,
+                                     .start = at_rest};
+    struct phys_system system;
+    struct phys_hessian h[2];
+    double path[3 * SITES * SLICES];
+    (void)state;
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    const struct phys_rule *rule = phys_rule_find("gauss2", &error);
+    for (size_t k = 0; k < LENGTH(path); k++)
+        path[k] = sin(1.3 * (double)k);
+    for (int all = 0; all < 2; all++) {
+        assert_int_equal(phys_hessian_new(&h[all], &system, rule, SLICES, 0.1, &error), AD_OK);
+        assert_true(phys_hessian_keep_mass(&h[all]));
+        if (all)
+            couple_all(&h[1].coupling);
+        else
+            assert_in_range(h[0].coupling.colours, 5, 8); /* rows have 5 to 7 entries */
+        for (int again = 0; again < 2; again++)
+            phys_hessian_at(&h[all], path, 0.3);
+    }
+    assert_int_equal(h[0].reach, SITES - 1);
+    for (size_t k = 0; k < h[0].elements * h[0].side * h[0].side; k++)
+        assert_close(h[0].element[k], h[1].element[k], 1e-13, 1e-13);
+    for (size_t k = 0; k < h[0].points * SITES * SITES; k++)
+        assert_close(h[0].mass[k], h[1].mass[k], 1e-13, 0);
+    for (size_t d = 0; d < SITES; d++)
+        assert_close(h[0].stiffness[d], h[1].stiffness[d], 1e-13, 0);
+    for (int all = 0; all < 2; all++)
+        phys_hessian_free(&h[all]);
+    phys_system_close(&system);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_elements)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_elements),
+                                       cmocka_unit_test(test_colours)};
     return cmocka_run_group_tests_name("hessian", tests, NULL, NULL);
 }
