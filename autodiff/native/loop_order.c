@@ -2,14 +2,23 @@
    and where chunks are split. */
 #include "native.h"
 
-static bool meets_rows(const ad_program *p, const struct instruction *in)
+/* Rows are combined, and lie in registers or the first-level cache if the loop over rows is the
+   inner one. Rows that are read or written once each then are as many streams through memory, and
+   where most are, the processor keeps up with a few only. */
+static bool runs_rows_inside(const ad_program *p, const struct segment *g)
 {
-    if (in->kind == DO_ADD_ROWS)
-        return true;
-    for (uint32_t k = 1; in->kind == DO_ELEMENTWISE && k <= in->n_in; k++)
-        if (p->locs[in->loc[k]].list)
-            return true;
-    return false;
+    enum { STREAMS = 16 };
+    size_t combined = 0, once = 0;
+    for (const struct instruction *in = p->instructions + g->first, *end = in + g->count; in < end;
+         in++) {
+        combined += in->kind == DO_ADD_ROWS;
+        for (uint32_t k = 0; in->kind == DO_ELEMENTWISE && k <= in->n_in; k++) {
+            const struct loc *l = &p->locs[in->loc[k]];
+            combined += l->list != 0;
+            once += !l->list && l->rs && l->cs && l->base != BASE_TILE;
+        }
+    }
+    return combined && (combined > once || once * g->rows <= STREAMS);
 }
 
 /* Results are contiguous, and no operand reads neighbouring columns. */
@@ -61,9 +70,7 @@ struct loop_order ad_native_loop_order(const ad_program *p, uint32_t number, siz
     struct loop_order w = {.segment = p->segments[number], .number = number};
     const struct segment *g = &w.segment;
     w.along_rows = rows_are_lanes(p, g);
-    for (uint32_t i = 0; i < g->count; i++)
-        w.rows_inside = w.rows_inside || meets_rows(p, &p->instructions[g->first + i]);
-    w.rows_inside = w.rows_inside && !w.along_rows;
+    w.rows_inside = !w.along_rows && runs_rows_inside(p, g);
     w.lanes = lanes_of(p->element, w.along_rows ? g->rows : g->cols, bytes);
     split(p, &w);
     return w;

@@ -1,8 +1,8 @@
 /* Sums of compiled segments. a<number of the sink> is, for a sum over everything, a vector of
    doubles; for a sum over columns, the same for one row, or, where the loop over rows is inside,
    the doubles of all rows in memory; for accumulated rows, a vector of columns, or an array with
-   one for every row, stored after the loop over rows. Where such an array is too large, rows
-   accumulate in memory.
+   one for every row, stored after the loop over rows. Where such an array is too large, or the loop
+   over columns inside, rows accumulate in memory.
 
    These are local variables of the segment's function; in a segment of several parts, members of a
    structure that the parts share. */
@@ -58,7 +58,7 @@ static void write_partial(const struct writer *w, const struct sink *s)
 
 static bool kept_for_columns(const struct writer *w, uint32_t sink)
 {
-    return w->p->sinks[sink].kind == DO_ADD_ROWS && !w->walk->along_rows &&
+    return w->p->sinks[sink].kind == DO_ADD_ROWS && w->walk->rows_inside &&
            (in_array(w, sink) || !scatters(w, sink));
 }
 
@@ -103,7 +103,7 @@ static void open_sink(const struct writer *w, uint32_t sink)
         ad_native_say(w, ";\nfor (size_t r = row; r < row_end; r++) %s%u[r] = 0;\n", name(w), sink);
     } else if (in_doubles(w, sink)) {
         ad_native_say(w, "%s%u = (D@){0};\n", name(w), sink);
-    } else if (!in_array(w, sink) && scatters(w, sink)) {
+    } else if (!kept_for_columns(w, sink)) {
         ad_native_say(w, "for (size_t r = 0; r < %u; r++) __builtin_memset(", s->rows);
         write_rows(w, sink);
         ad_native_say(w, " + r * %zu + col * %zu, 0, (col_end - col) * %zu);\n", row_bytes(w, sink),
@@ -339,7 +339,7 @@ void ad_native_add(const struct writer *w, const struct instruction *in)
         add_to_row_sums(w, in);
     else if (w->walk->along_rows)
         scatter_lanes(w, in, sign);
-    else if (scatter && !in_array(w, sink))
+    else if (!kept_for_columns(w, sink))
         add_in_memory(w, in, sign);
     else
         add_in_registers(w, in, sign, scatter);
