@@ -170,9 +170,6 @@ static bool emit_fused(struct plan *p, const struct group *group, struct segment
     s.rows = space->rows;
     s.cols = space->cols;
     s.count = group->count;
-    s.pass = group->pass;
-    s.before = (uint8_t)group->before;
-    s.after = (uint8_t)group->after;
     if (!ad_plan_tiles(p, group, &s))
         return false;
     for (uint32_t i = 0; i < group->count; i++)
@@ -203,13 +200,19 @@ bool ad_plan_emit(struct plan *p)
         return false;
     for (uint32_t i = 0; i < g->n_groups; i++) {
         mark_stages(p, i);
-        if (!g->groups[i].count)
+        const struct group *group = &g->groups[i];
+        if (!group->count)
             continue;
         struct segment s = {.first = (uint32_t)p->program->n_instructions,
-                            .first_sink = (uint32_t)p->program->n_sinks};
-        uint32_t id = g->order[g->groups[i].first];
-        if (is_alone(g->values[id].op) ? !ad_plan_alone(p, id, s)
-                                       : !emit_fused(p, &g->groups[i], s))
+                            .first_sink = (uint32_t)p->program->n_sinks,
+                            .pass = group->pass,
+                            .before = (uint8_t)group->before,
+                            .after = (uint8_t)group->after,
+                            .margin = (uint8_t)group->margin,
+                            .adds = (uint8_t)group->adds,
+                            .turn = (uint8_t)group->turn};
+        bool alone = is_alone(g->values[g->order[group->first]].op);
+        if (alone ? !ad_plan_alone(p, group, s) : !emit_fused(p, group, s))
             return false;
     }
     mark_stages(p, g->n_groups);

@@ -50,13 +50,14 @@ static uint8_t kind_of(uint16_t op)
     }
 }
 
-bool ad_plan_alone(struct plan *p, uint32_t id, struct segment s)
+bool ad_plan_alone(struct plan *p, const struct group *group, struct segment s)
 {
+    const uint32_t id = p->graph->order[group->first];
     const struct value *v = &p->graph->values[id];
     struct instruction in = {.value = id, .loc = {id, v->in[0], v->in[1], v->aux}};
     s.rows = v->rows;
-    s.cols = v->cols;
-    s.chunks = 1;
+    s.cols = group->pass ? ad_pass_columns(p->graph, v) : v->cols;
+    s.chunks = group->pass ? group->blocks : 1;
     s.count = 1;
     if (v->op == AD_OP_place) {
         in.loc[2] = 0;

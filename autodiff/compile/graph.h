@@ -1,5 +1,6 @@
 /* The graph of values that the outputs need. graph.c builds it, views.c finds views, schedule.c and
-   sink.c group values into segments, accumulate.c sums in place; the files of plan.h assign memory.
+   sink.c group values into segments, order.c orders these, accumulate.c sums in place; the files of
+   plan.h assign memory.
  */
 #ifndef AUTODIFF_GRAPH_H
 #define AUTODIFF_GRAPH_H
@@ -13,6 +14,7 @@ struct group {
        windows; and the columns that they compute beyond a block. */
     uint32_t pass, blocks, width;
     uint32_t before, after;
+    uint32_t margin, adds, turn; /* as in struct segment */
 };
 
 struct graph {
@@ -38,6 +40,10 @@ bool ad_graph_find_views(struct graph *graph);
 bool ad_graph_schedule(struct graph *graph);
 /* Part of scheduling: sinks values to the level of their first use where that needs no memory. */
 bool ad_graph_sink(const struct graph *graph, uint32_t *level);
+/* Part of scheduling: orders the groups for passes over columns. */
+bool ad_graph_order(struct graph *graph);
+/* The columns of the passes that v has a place in: its own, or those that it adds up; 0: none. */
+uint32_t ad_pass_columns(const struct graph *graph, const struct value *v);
 bool ad_graph_accumulate(struct graph *graph);
 void ad_graph_release(struct graph *graph);
 

@@ -1,6 +1,7 @@
 /* Passes over columns: consecutive segments whose columns depend on the same and on neighbouring
-   columns of each other run a block of columns one after the other. What they alone read needs
-   memory for one block then, a window, which stays in the second-level cache.
+   columns of each other run a block of columns one after the other. Products with a matrix that all
+   columns share are among them, and products that add the columns up, block after block. What they
+   alone read needs memory for one block then, a window, which stays in the second-level cache.
 
    Where a later segment reads neighbouring columns, an earlier one computes some columns `before`
    and `after` the block too, which the neighbouring block computes again: blocks are independent of
@@ -52,23 +53,10 @@ static bool is_local(const struct passes *s, const struct value *v, size_t k)
            l->off % s->cols == 0 && l->rs % s->cols == 0;
 }
 
-/* A concatenation whose parts are computed in place: nothing is left to do. */
-static bool is_in_place(const struct graph *g, uint32_t i)
+/* What products share, and columns are gathered from, is complete before the pass begins. */
+static bool is_shared(const struct value *v, size_t k)
 {
-    const struct value *v = &g->values[i];
-    for (size_t k = 0; k < n_operands(g, v); k++) {
-        const uint32_t *at = place_part(g, v, k);
-        uint32_t root = g->locs[operand(g, v, k)].root;
-        if (!(g->values[root].flags & VALUE_BORROWED) || g->host[root] != i ||
-            g->locs[root].off != (size_t)at[1] * v->cols + at[2])
-            return false;
-    }
-    return ad_place_tiles(g, v);
-}
-
-static uint32_t space_of(const struct graph *g, const struct value *v)
-{
-    return is_sink(v->op) ? g->values[v->in[0]].cols : v->cols;
+    return k == 0 && (v->op == AD_OP_gather_cols || (v->op == AD_OP_matmul && !adds_columns(v)));
 }
 
 static bool joins(const struct passes *s, uint32_t group)
@@ -76,13 +64,11 @@ static bool joins(const struct passes *s, uint32_t group)
     const struct graph *g = s->g;
     uint32_t root;
     for (uint32_t m = 0; m < g->groups[group].count; m++) {
-        uint32_t i = g->order[g->groups[group].first + m];
-        const struct value *v = &g->values[i];
-        if (space_of(g, v) != s->cols ||
-            (is_alone(v->op) && !(v->op == AD_OP_place && is_in_place(g, i))))
+        const struct value *v = &g->values[g->order[g->groups[group].first + m]];
+        if (ad_pass_columns(g, v) != s->cols)
             return false;
         for (size_t k = 0; k < n_operands(g, v); k++)
-            if (stored_in_pass(s, group, v, k, &root) && !is_local(s, v, k))
+            if (stored_in_pass(s, group, v, k, &root) && (is_shared(v, k) || !is_local(s, v, k)))
                 return false;
     }
     return true;
@@ -94,10 +80,11 @@ static void reset(struct passes *s, uint32_t i)
 {
     struct owner *owner = &s->owners[owner_of(s->g, i)];
     owner->before = owner->after = 0;
-    owner->counted = false;
+    owner->placed = 0;
 }
 
-/* What one group has to compute beyond a block, and what it reads there; false where it may not. */
+/* What one group has to compute beyond a block, and what it reads there; false where it may not.
+   Products of other widths may differ in rounding. */
 static bool widen(struct passes *s, uint32_t number)
 {
     struct graph *g = s->g;
@@ -112,8 +99,9 @@ static bool widen(struct passes *s, uint32_t number)
         uint32_t i = g->order[group->first + m], root;
         const struct value *v = &g->values[i];
         uint32_t beyond = is_stencil(v->op) ? WINDOW_STEP : 0;
-        if ((group->before || group->after) && v->cols == s->cols && (v->flags & VALUE_STORED) &&
-            !is_window(s, owner_of(g, i)))
+        bool own = v->op == AD_OP_matmul || (v->cols == s->cols && (v->flags & VALUE_STORED) &&
+                                             !is_window(s, owner_of(g, i)));
+        if ((group->before || group->after) && own)
             return false; /* belongs to the neighbouring block */
         for (size_t k = 0; k < n_operands(g, v); k++) {
             if (!stored_in_pass(s, number, v, k, &root))
@@ -138,35 +126,30 @@ static bool widen_all(struct passes *s)
                 if (stored_in_pass(s, group, &g->values[i], k, &root))
                     reset(s, root);
         }
-    for (uint32_t group = s->end; group-- > s->first;)
+    s->margin = 0;
+    for (uint32_t group = s->end; group-- > s->first;) {
         if (!widen(s, group))
             return false;
+        s->margin = larger(s->margin, larger(g->groups[group].before, g->groups[group].after));
+    }
     return true;
 }
 
 /* ---- all passes ---- */
 
-static bool is_fused(const struct graph *g, uint32_t group)
-{
-    const struct group *of = &g->groups[group];
-    return of->count && !is_alone(g->values[g->order[of->first]].op);
-}
-
 /* Makes the longest pass that begins with a group; returns the group behind it. */
 static uint32_t pass_from(struct passes *s, uint32_t first)
 {
     const struct graph *g = s->g;
-    if (!is_fused(g, first))
+    if (!g->groups[first].count)
         return first + 1;
     s->first = s->end = first;
-    s->cols = space_of(g, &g->values[g->order[g->groups[first].first]]);
+    s->cols = ad_pass_columns(g, &g->values[g->order[g->groups[first].first]]);
     while (s->cols >= 4 * WINDOW_STEP && s->end < g->n_groups && s->end - first < MOST_GROUPS &&
            joins(s, s->end))
         s->end++;
     for (; s->end > first + 1; s->end--) {
-        if (!is_fused(g, s->end - 1) || !widen_all(s))
-            continue;
-        if (ad_make_windows(s))
+        if (widen_all(s) && ad_make_windows(s))
             return s->end;
     }
     return first + 1;

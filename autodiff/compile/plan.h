@@ -47,7 +47,7 @@ static inline bool ad_plan_memory(struct plan *plan, size_t copies, size_t bytes
 }
 /* Writes all instructions and segments; the second, those of a value with a segment of its own. */
 bool ad_plan_emit(struct plan *plan);
-bool ad_plan_alone(struct plan *plan, uint32_t id, struct segment segment);
+bool ad_plan_alone(struct plan *plan, const struct group *group, struct segment segment);
 
 /* Adds to an array of the program; false when out of memory. */
 #define APPEND(array, count, max, element)                                                         \

@@ -4,7 +4,7 @@
    Each value gets the earliest level at which its operands are available: the level of an operand
    it reads lane by lane, or one more where it needs the complete operand. sink.c then moves some to
    a later level. Values of one level and shape form a segment; operations that cannot be fused form
-   one each. */
+   one each. order.c puts these in order. */
 #include "graph.h"
 
 #include <stdlib.h>
@@ -198,7 +198,7 @@ bool ad_graph_schedule(struct graph *g)
     done = done &&
            (!within ||
             (ad_graph_sink(g, level) && (levels = postpone_numbers(g, (uint32_t)levels, level)))) &&
-           make_groups(g, levels, level);
+           make_groups(g, levels, level) && (!within || ad_graph_order(g));
     free(level);
     return done;
 }

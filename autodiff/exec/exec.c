@@ -4,7 +4,6 @@
    accumulates into a private copy of the sums, and the copies are added in order: the number of
    threads decides who runs which chunk, and changes no bit of the result. */
 #include "autodiff/blas.h"
-#include "autodiff/clock.h"
 #include "exec.h"
 #include "pool.h"
 
@@ -200,7 +199,7 @@ void ad_execute(const ad_program *p, const struct segment *segments, size_t firs
         } else if (p->instructions[g->first].kind == DO_SCAN) {
             ad_run_scan(p, &p->instructions[g->first], check);
         } else {
-            ad_run_alone(p, g);
+            ad_run_alone(p, g, &(struct tile){.cols = g->cols, .base = {p->memory}});
             if (check)
                 ad_inspect_value(p, &p->instructions[g->first], check);
         }
@@ -260,18 +259,13 @@ const struct ad_error *ad_program_error(const ad_program *p)
 double ad_run_timed(ad_program *p)
 {
     double products = 0;
-    size_t first, last;
     if (!p)
         return (double)NAN;
-    const struct segment *segments = segments_of(p, false, &first, &last);
-    for (size_t i = first, n; i < last; i += n) {
-        double began = ad_now();
-        n = together(segments, i, last);
-        ad_execute(p, segments, i, i + n, NULL);
-        if (p->instructions[segments[i].first].kind == DO_MATMUL)
-            products += ad_now() - began;
-    }
-    ad_report_run(p, &p->error);
-    p->held_stand = p->was_run = true;
+    size_t threads = p->threads;
+    p->products = &products;
+    p->threads = 1;
+    ad_run(p);
+    p->threads = threads;
+    p->products = NULL;
     return products;
 }

@@ -45,7 +45,9 @@ static inline char *tiles_of(const ad_program *p, size_t thread)
 /* Runs one instruction over one tile. */
 void ad_run_instruction(const ad_program *program, const struct segment *segment,
                         const struct instruction *instruction, const struct tile *tile);
-void ad_run_alone(const ad_program *program, const struct segment *segment);
+/* A segment of one operation, over the columns of a tile where it belongs to a pass. */
+void ad_run_alone(const ad_program *program, const struct segment *segment,
+                  const struct tile *tile);
 /* The first value of the last run that went wrong, a factor or a loop, which *error names;
    UINT32_MAX and status AD_OK: none. */
 uint32_t ad_report_run(const ad_program *program, struct ad_error *error);

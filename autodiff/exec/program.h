@@ -46,8 +46,8 @@ struct loc {
    be. */
 enum { BASE_MEMORY, BASE_TILE, BASE_WINDOW, N_BASES };
 
-/* Columns: blocks of a pass begin at multiples of the step, windows as much before them as the
-   margin. */
+/* Columns: blocks of a pass begin at multiples of the step, windows before them by as much as
+   anything is read there, at most this margin. */
 enum { WINDOW_STEP = 16, WINDOW_MARGIN = 64 };
 
 /* An input or output; sorted by node. */
@@ -122,7 +122,10 @@ struct segment {
     /* Consecutive segments of one pass (compile/passes.c) run a chunk of columns one after the
        other; 0: no pass. Some compute `before` and `after` more columns for those that follow. */
     uint32_t pass;
-    uint8_t before, after;
+    uint8_t before, after, margin;
+    /* A product that adds up the columns of a pass has a number there. A block computes it once the
+       block before has done number `turn`, the last one into the same memory. 0: none. */
+    uint8_t adds, turn;
     bool fused;
     bool clear; /* place: the parts do not cover the result */
     uint32_t first_sink, n_sinks;
@@ -210,6 +213,7 @@ struct ad_program {
     size_t memory_bytes, tile_bytes, window; /* window: where on a thread's tiles windows begin */
     size_t threads;
     bool has_matmul;
+    double *products; /* seconds of products; NULL: not measured */
     bool was_run;
     bool held_stand; /* values that depend on held inputs are up to date */
     struct factor *factors;

@@ -43,9 +43,8 @@ void adbench_gmm(struct problem *p, const size_t size[3])
     all = ad_reshape(all, k * d, d);
     ad_var shift = ad_sum_cols(ad_mul(all, ad_gather_rows(ad_transpose(mean), k * d, of)));
     ad_var z = ad_sub(ad_matmul(all, false, points, false), shift);
-    ad_var squares = ad_sum_rows(ad_square(ad_reshape(z, d, k * n)));
-    ad_var each = ad_mul(-0.5, ad_reshape(squares, k, n));
-    ad_var weight = ad_add(alpha, ad_transpose(ad_sum_rows(q))); /* k x 1 */
+    ad_var each = ad_mul(-0.5, ad_scatter_rows(ad_square(z), of, k)); /* k x n */
+    ad_var weight = ad_add(alpha, ad_transpose(ad_sum_rows(q)));      /* k x 1 */
     ad_var data = ad_sum(ad_log_sum_exp_rows(ad_add(each, weight)));
     ad_var prior = ad_sub(ad_mul(0.5 * gamma_prior * gamma_prior,
                                  ad_add(ad_sum(ad_square(scale)), ad_sum(ad_square(l)))),
