@@ -38,17 +38,34 @@ static void find_levels(const ad_series *s, uint32_t *level)
     }
 }
 
+/* What the jets of a level are sorted by: those of one kind in the order of their operands, so that
+   groups which read the same jets share a pack. */
+struct place {
+    uint32_t level, kind, a, b, id;
+};
+
+static int by_place(const void *x, const void *y)
+{
+    const uint32_t *p = x, *q = y;
+    for (size_t k = 0; k < sizeof(struct place) / sizeof *p; k++)
+        if (p[k] != q[k])
+            return p[k] < q[k] ? -1 : 1;
+    return 0;
+}
+
 static bool sort(const ad_series *s, const uint32_t *level, uint32_t *order)
 {
-    uint32_t *first = calloc(s->n + 2, sizeof *first);
-    for (uint32_t k = 0; first && k < s->n; k++)
-        first[level[k] + 1]++;
-    for (uint32_t k = 0; first && k < s->n; k++)
-        first[k + 1] += first[k];
-    for (uint32_t k = 0; first && k < s->n; k++)
-        order[first[level[k]]++] = k;
-    free(first);
-    return first;
+    struct place *places = malloc((s->n + 1) * sizeof *places);
+    for (uint32_t k = 0; places && k < s->n; k++) {
+        const struct jet *it = &s->jets[k];
+        places[k] = (struct place){level[k], it->kind, it->a, it->b, k};
+    }
+    if (places)
+        qsort(places, s->n, sizeof *places, by_place);
+    for (uint32_t k = 0; places && k < s->n; k++)
+        order[k] = places[k].id;
+    free(places);
+    return places;
 }
 
 static uint32_t find_pack(struct lanes *l, size_t stride, uint32_t n, uint32_t width,

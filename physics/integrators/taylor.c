@@ -129,7 +129,7 @@ static enum ad_status longest(struct phys_stepper *s, const struct phys_toleranc
     struct memory *m = memory_of(s);
     if (m->tol != tol) {
         m->tol = tol;
-        m->order = (size_t)fmin(fmax(ceil(-log(tol) / 2 + 2), LEAST), ORDER);
+        m->order = (size_t)fmin(fmax(ceil(-log(tol) / 2 + 7), LEAST), ORDER);
         m->log2_tol = log2(tol) / (double)m->order;
     }
     const size_t order = m->order;

@@ -134,7 +134,8 @@ static void the_clock_does_not_drift(void **state)
     assert_int_equal(s.error.status, AD_OK);
     assert_true(s.motion.reference_uncertainty < 1e-12 && s.motion.error < 1e-10);
     for (size_t i = 0; i < s.motion.n; i++)
-        assert_close(s.motion.x[2 * i], cos(1e3 * s.motion.t[i]), 0, s.motion.error + 1e-12);
+        assert_close(s.motion.x[2 * i], (double)cosl(1e3L * s.motion.t[i]), 0,
+                     s.motion.error + 1e-12);
     end(&s);
 }
 
