@@ -49,6 +49,8 @@ void ad_series_advance(ad_series *series, size_t k);
 void ad_series_flow(ad_series *series, size_t n, size_t order, double *c);
 /* Compiles that for n now; false, with the reason in `note` unless NULL. */
 bool ad_series_native(ad_series *series, size_t n, struct ad_error *note);
+/* Whether ad_series_flow runs as machine code now. */
+bool ad_series_compiled(const ad_series *series);
 /* Number of kinks that values depend on: comparisons (abs, relu, min, max, select), and |x| by
    another name, such as sqrt(x^2), hypot(x, 0), acos(cos x). A series follows the branch taken at
    its point and does not see a kink nearby. */

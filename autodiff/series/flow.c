@@ -139,6 +139,8 @@ bool ad_series_native(ad_series *series, size_t n, struct ad_error *note)
     return series->code;
 }
 
+bool ad_series_compiled(const ad_series *series) { return series && series->code; }
+
 void ad_series_flow(ad_series *series, size_t n, size_t order, double *c)
 {
     ad_series *s = series;

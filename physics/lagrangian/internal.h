@@ -34,6 +34,8 @@ enum ad_status phys_motion_series_new(phys_motion *motion, size_t order, size_t 
 void phys_motion_series_free(struct phys_motion_series *series); /* takes NULL */
 enum ad_status phys_motion_series(struct phys_motion_series *series, size_t order, double t,
                                   double *c, struct ad_error *error);
+/* Whether it runs as machine code now. */
+bool phys_motion_series_compiled(const struct phys_motion_series *series);
 /* L_vv [dof x dof] at q, v [dof x 1] and t. */
 ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t);
 

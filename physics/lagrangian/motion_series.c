@@ -199,6 +199,11 @@ enum ad_status phys_motion_series_new(phys_motion *motion, size_t order, size_t 
     return error->status;
 }
 
+bool phys_motion_series_compiled(const struct phys_motion_series *series)
+{
+    return ad_series_compiled(series->flow);
+}
+
 void phys_motion_series_free(struct phys_motion_series *series)
 {
     if (!series)

@@ -209,13 +209,24 @@ static void grow_sizes(struct run *run)
         run->growing[k] = run->growing[k < m->n / 2 ? 0 : m->n / 2];
 }
 
+static enum ad_status out_of_steps(const struct run *run, struct ad_error *error)
+{
+    const struct phys_stepper *m = &run->stepper;
+    char name[64];
+    phys_ode_component(m->ode, m->worst, name, sizeof name);
+    return ad_fail(error, AD_E_ACCURACY,
+                   "%zu steps did not get beyond t = %.9g, where %s = %.6g changes fastest: a "
+                   "collision or another singularity, or many periods; stop before it, or soften "
+                   "the law",
+                   run->info->steps, m->t, name, m->y[m->worst]);
+}
+
 static enum ad_status advance(struct run *run, struct ad_error *error)
 {
     const struct phys_simulation *s = run->settings;
     struct phys_stepper *m = &run->stepper;
     if (s->max_steps && run->info->steps == s->max_steps)
-        return ad_fail(error, AD_E_ACCURACY, "%zu steps did not get beyond t = %.9g", s->max_steps,
-                       m->t);
+        return out_of_steps(run, error);
     if (s->proceed && !s->proceed(s->context)) {
         interrupt(run);
         return AD_OK;

@@ -278,36 +278,12 @@ static enum ad_status begin(struct solving *s, struct ad_error *error)
     return error->status;
 }
 
-/* Whether the energy of one state beside the start differs from time to time: switches of time,
-   step(sin(t)), have no derivative that would show them. */
-static bool is_switched(const struct phys_motion_solution *m, double time)
-{
-    enum { TIMES = 256 };
-    const double golden = 0.6180339887498949;
-    const struct phys_ode *ode = &m->ode;
-    struct ad_error outside = {0};
-    size_t n = 2 * m->system->dof;
-    double *x = malloc(2 * n * sizeof *x), *y = x + n, first = (double)NAN;
-    bool differs = false;
-    for (size_t k = 0; x && k < n; k++)
-        x[k] = m->start[k] + 0.1 * (fabs(m->start[k]) + 1) * sin(1.7 * (double)k + 0.3);
-    bool known = x && ode->energy && phys_ode_enter(ode, 0, x, x + n / 2, y, &outside) == AD_OK;
-    for (int i = 0; known && i < TIMES && !differs; i++) {
-        double E = ode->energy(ode->context, time * fmod(i * golden, 1), y);
-        first = isnan(first) ? E : first;
-        differs = E > first || E < first;
-    }
-    free(x);
-    return differs;
-}
-
 static void run(struct solving *s, struct ad_error *error)
 {
     struct phys_motion_solution *m = s->solution;
     const struct phys_scene *scene = m->system->scene;
     /* a scene's own equations define its friction */
-    m->keeps_energy = m->ode.friction == 0 && (scene->ode || phys_keeps_energy(m->system)) &&
-                      !(has_few(m) && is_switched(m, s->settings->time));
+    m->keeps_energy = m->ode.friction == 0 && (scene->ode || phys_keeps_energy(m->system));
     for (int k = 0; follow(s, error) == AD_OK && k + 1 < TRIES; k++) {
         struct ad_error missed = {0};
         if (phys_motion_met(s->settings, m, &missed) == AD_OK || isnan(m->error) ||

@@ -47,6 +47,10 @@ static double energy(void *context, double t, const double *y)
 static const char *interpreted(const void *context)
 {
     const struct context *c = context;
+    if (c->series) /* the forces by themselves gave the first step at most */
+        return phys_motion_series_compiled(c->series) ? ""
+                                                      : "the series takes too little time to pay "
+                                                        "for compiling it, or cannot be compiled";
     return phys_motion_interpreted(c->motion);
 }
 

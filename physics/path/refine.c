@@ -131,7 +131,7 @@ static enum ad_status solve(struct climb *c, struct phys_level *level, struct ad
 /* Errors that no refinement removes: that of the ends, and rounding in every element. */
 static double rounding(const struct climb *c, size_t elements)
 {
-    return c->ends_error + DBL_EPSILON * c->size * (double)elements;
+    return c->ends_error + CAUTION * DBL_EPSILON * c->size * (double)elements;
 }
 
 /* Distance of c->here from the level before, at the slices of both, and its error by that. */

@@ -94,6 +94,19 @@ static enum ad_status follow(struct spectrum *s, double *t, double *length, stru
     }
 }
 
+/* Over a short time directions have not settled yet, and growths come in any order. */
+static void sort_falling(size_t k, double *exponents, double *spread)
+{
+    for (size_t i = 1; i < k; i++)
+        for (size_t j = i; j > 0 && exponents[j] > exponents[j - 1]; j--) {
+            const double rate = exponents[j], change = spread[j];
+            exponents[j] = exponents[j - 1];
+            spread[j] = spread[j - 1];
+            exponents[j - 1] = rate;
+            spread[j - 1] = change;
+        }
+}
+
 static enum ad_status follow_all(struct spectrum *s, double *exponents, double *spread,
                                  struct ad_error *error)
 {
@@ -110,6 +123,8 @@ static enum ad_status follow_all(struct spectrum *s, double *exponents, double *
         exponents[j] = s->log[j] / (t1 - t0);
         spread[j] = fabs(exponents[j] - s->log[2 * s->k + j]);
     }
+    if (error->status == AD_OK)
+        sort_falling(s->k, exponents, spread);
     return error->status;
 }
 

@@ -95,11 +95,10 @@ enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
                              const struct phys_lyapunov_settings *settings,
                              struct phys_lyapunov *result, struct ad_error *error);
 
-/* The k largest Lyapunov exponents [k] of the motion from x = (q, v) at t0, in descending order but
-   for their uncertainty, and how much each changed over the second half of the time [k]; NaN on
-   errors. Of
-   `settings`, t0, t1, tolerance, scale, proceed and its context are used. Variations follow the
-   linearised equations: what phys_ode_variations refuses is refused. */
+/* The k largest Lyapunov exponents [k] of the motion from x = (q, v) at t0, in descending order,
+   and how much each changed over the second half of the time [k]; NaN on errors. Of `settings`, t0,
+   t1, tolerance, scale, proceed and its context are used. Variations follow the linearised
+   equations: what phys_ode_variations refuses is refused. */
 enum ad_status phys_lyapunov_spectrum(const struct phys_system *system, const double *x,
                                       const struct phys_lyapunov_settings *settings, size_t k,
                                       double *exponents, double *spread, struct ad_error *error);

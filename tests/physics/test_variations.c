@@ -185,6 +185,9 @@ static void test_double_pendulum(void **state)
     const struct phys_lyapunov_settings settings = {
         .t1 = 30, .scale = ones, .known = 1e-12, .lost = 0.1};
     open_system(&system, "dblpend", x);
+    spectrum_of(&system, x, 1, 4, exponents, spread, AD_OK);
+    for (size_t k = 1; k < 4; k++) /* before they have settled */
+        assert_true(exponents[k] <= exponents[k - 1]);
     spectrum_of(&system, x, 30, 4, exponents, spread, AD_OK);
     for (size_t k = 0; k < 4; k++)
         sum += exponents[k];

@@ -13,19 +13,18 @@
 #include <string.h>
 
 #ifndef PROBLEMS
-#define PROBLEMS 24
+#define PROBLEMS 20
 #endif
 
-enum { GUESS = 12, DOF = 6, MEASURED = 64 }; /* slices of the path at which it is measured */
+enum { GUESS = 12, DOF = 6, MEASURED = 12 }; /* slices of the path at which it is measured */
 
 static const struct kind {
     const char *scene;
     double time; /* the longest */
     double kick; /* change of a velocity at the start */
-} kinds[] = {{"dblpend", 3, 1},     {"dblpend", 8, 0.3},    {"pendulum", 60, 0.03},
-             {"kepler", 6, 0.3},    {"double-well", 12, 1}, {"cubic", 9, 0.4},
-             {"figure8", 4, 0.1},   {"dimer", 2, 0.5},      {"spring", 9, 1},
-             {"arenstorf", 3, 0.1}, {"threebody", 40, 0.01}};
+} kinds[] = {{"dblpend", 3, 1},   {"dblpend", 8, 0.3},    {"pendulum", 60, 0.03},
+             {"kepler", 6, 0.3},  {"double-well", 12, 1}, {"cubic", 9, 0.4},
+             {"figure8", 4, 0.1}, {"dimer", 2, 0.5},      {"spring", 9, 1}};
 static const char *const rules[] = {NULL, NULL, NULL, NULL, "gauss3", "gauss6", "midpoint"};
 
 static double between(struct phys_random *random, double a, double b)
