@@ -90,9 +90,10 @@ static enum ad_status adaptive(struct run *run, struct ad_error *error)
     run->target = target(run);
     double left = run->target - m->t;
     if (m->integrator->scheme->longest) {
+        const bool given = run->info->steps == 0 && run->settings->dt > 0;
         if (m->integrator->scheme->longest(m, &run->tolerance, &run->h, error) != AD_OK)
             return error->status;
-        run->h *= run->direction;
+        run->h = run->direction * (given ? run->settings->dt : run->h);
     }
     for (;;) {
         bool last = fabs(run->h) * 1.01 >= fabs(left);

@@ -87,6 +87,30 @@ static void test_dense_output(void **state)
     }
 }
 
+/* dt of adaptive methods is the first step, unless that is too long. */
+static void test_first_step(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"dopri5", "dop853", "taylor"};
+    for (size_t k = 0; k < LENGTH(methods); k++)
+        for (int backwards = 0; backwards < 2; backwards++) {
+            struct motion m;
+            double end = backwards ? -5 : 5;
+            open_spring(&m);
+            m.settings.dt = 0x1p-7;
+            m.settings.every = 1;
+            motion_run(&m, methods[k], 1e-6, end, AD_OK);
+            assert_true(record.t[1] == (backwards ? -0x1p-7 : 0x1p-7));
+            motion_close(&m);
+            open_spring(&m);
+            m.settings.dt = 1e3;
+            motion_run(&m, methods[k], 1e-10, end, AD_OK);
+            assert_true(m.info.rejected > 0);
+            assert_close(m.y[0], cos(5), 0, 1e-8);
+            motion_close(&m);
+        }
+}
+
 static void test_given_times(void **state)
 {
     (void)state;
@@ -405,6 +429,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_samples_of_fixed_steps),
         cmocka_unit_test(test_dense_output),
+        cmocka_unit_test(test_first_step),
         cmocka_unit_test(test_given_times),
         cmocka_unit_test(test_interruption),
         cmocka_unit_test(test_backwards),
