@@ -5,11 +5,12 @@
 
 #include <string.h>
 
-/* Work: a rate of either half. */
+/* Work: velocities; the last forces, the positions they were taken at, and 1 where there are any.
+ */
 static size_t work(const struct phys_integrator *integrator, size_t n)
 {
     (void)integrator;
-    return n / 2;
+    return 3 * (n / 2) + 1;
 }
 
 /* Half 0 or 1 of the rate of systems that do not separate, where the state is, as the published
@@ -64,7 +65,10 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
 {
     const struct phys_kicks *c = s->integrator->coefficients;
     size_t half = s->n / 2;
-    double *p = s->next + half, t = s->t;
+    double *p = s->next + half, t = s->t, *F = s->work + half, *at = F + half, *known = at + half;
+    /* the force at the end of the step before */
+    const bool kept = s->ode->kick && c->drift[0] == 0 && c->kick[c->n - 1] != 0 && *known != 0 &&
+                      memcmp(at, s->y, half * sizeof *at) == 0;
     memcpy(s->next, s->y, s->n * sizeof *s->y);
     memcpy(s->next_cut, s->cut, s->n * sizeof *s->cut);
     for (size_t i = 0; i < c->n; i++) {
@@ -75,13 +79,15 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
             t += c->drift[i] * h;
         }
         if (c->kick[i] != 0) {
-            if (force(s, t, s->work, error) != AD_OK)
+            if (!(i == 0 && kept) && force(s, t, F, error) != AD_OK)
                 return error->status;
             decay(s, p, 0.5 * c->kick[i] * h);
-            move(s, half, c->kick[i] * h, s->work);
+            move(s, half, c->kick[i] * h, F);
             decay(s, p, 0.5 * c->kick[i] * h);
         }
     }
+    memcpy(at, s->next, half * sizeof *at);
+    *known = 1;
     return AD_OK;
 }
 

@@ -1,5 +1,6 @@
 /* Stoermer-Verlet in the form kick, drift, kick: positions and velocities at the same times, as in
-   most programs of molecular dynamics. Each step evaluates the force at both ends. */
+   most programs of molecular dynamics. The force at the end of a step is that at the start of the
+   next. */
 #include "stepper.h"
 
 static const double drift[] = {0, 1}, kick[] = {0.5, 0.5};

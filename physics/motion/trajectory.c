@@ -25,8 +25,10 @@ enum ad_status phys_ode_for(const struct phys_system *system,
     if (phys_ode_lagrangian(system, ode, error) != AD_OK)
         return error->status;
     bool splits = integrator->separable || strcmp(integrator->name, "semi-implicit") == 0;
-    if (ode->canonical || !integrator->symplectic || splits)
+    if (ode->canonical || !integrator->symplectic || splits) {
+        phys_ode_thin(ode);
         return AD_OK;
+    }
     phys_ode_free(ode);
     return phys_ode_canonical(system, ode, error);
 }

@@ -10,21 +10,52 @@ struct context {
     phys_legendre *legendre;
     struct phys_motion_series *series; /* NULL until needed */
     double *still; /* [dof] zeros: velocities where accelerations do not ask for them */
+    bool thin;     /* rates are taken from the series: phys_ode_thin */
+    double *rows;  /* [2][2 dof] of it */
 };
+
+enum { THIN_MOST = 12 }; /* coordinates; beyond, columns of a program are worth their overhead */
+
+/* Whether the rates come from the series, which has them in straight code for one point. */
+static bool is_thin(struct context *c)
+{
+    struct ad_error none = {0};
+    if (c->thin && !c->series)
+        c->thin =
+            phys_motion_series_new(c->motion, PHYS_SERIES_MOST, 0, &c->series, &none) == AD_OK;
+    return c->thin;
+}
+
+/* Accelerations at c->rows; its second row are the rates. */
+static enum ad_status thin_rates(struct context *c, double t, double *a, struct ad_error *error)
+{
+    const size_t dof = c->system->dof;
+    if (phys_motion_series(c->series, 1, t, c->rows, error) == AD_OK)
+        memcpy(a, c->rows + 3 * dof, dof * sizeof *a);
+    return error->status;
+}
 
 static enum ad_status field(void *context, double t, const double *y, double *rate,
                             struct ad_error *error)
 {
-    const struct context *c = context;
+    struct context *c = context;
     size_t dof = c->system->dof;
     memcpy(rate, y + dof, dof * sizeof *rate);
+    if (is_thin(c)) {
+        memcpy(c->rows, y, 2 * dof * sizeof *y);
+        return thin_rates(c, t, rate + dof, error);
+    }
     return phys_motion_acceleration(c->motion, y, y + dof, t, rate + dof, error);
 }
 
 static enum ad_status kick(void *context, double t, const double *q, double *rate,
                            struct ad_error *error)
 {
-    const struct context *c = context;
+    struct context *c = context;
+    if (is_thin(c)) {
+        memcpy(c->rows, q, c->system->dof * sizeof *q); /* whatever the velocities */
+        return thin_rates(c, t, rate, error);
+    }
     return phys_motion_acceleration(c->motion, q, c->still, t, rate, error);
 }
 
@@ -61,13 +92,24 @@ static void release(void *context)
     phys_motion_free(c->motion);
     phys_legendre_free(c->legendre);
     free(c->still);
+    free(c->rows);
     free(c);
 }
 
 void phys_ode_round_mass(const struct phys_ode *ode, double share)
 {
+    if (ode->field != field)
+        return;
+    struct context *c = ode->context;
+    c->thin = false;
+    phys_motion_round_mass(c->motion, share);
+}
+
+void phys_ode_thin(const struct phys_ode *ode)
+{
+    struct context *c = ode->context;
     if (ode->field == field)
-        phys_motion_round_mass(((struct context *)ode->context)->motion, share);
+        c->thin = c->system->dof <= THIN_MOST;
 }
 
 enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys_ode *ode,
@@ -79,7 +121,8 @@ enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys
         return system->scene->ode(system, ode, error);
     struct context *c = calloc(1, sizeof *c);
     *ode = (struct phys_ode){.context = c, .free = c ? release : NULL};
-    if (!c || !(c->still = calloc(system->dof, sizeof *c->still)))
+    if (!c || !(c->still = calloc(system->dof, sizeof *c->still)) ||
+        !(c->rows = calloc(4 * system->dof, sizeof *c->rows)))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     c->system = system;
     if (phys_motion_new(system, &c->motion, error) != AD_OK ||

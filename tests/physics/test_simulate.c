@@ -111,6 +111,53 @@ static void test_first_step(void **state)
         }
 }
 
+/* One force a step, of a method that ends a step with the force that the next begins with. */
+static void test_forces_of_a_step(void **state)
+{
+    (void)state;
+    const struct {
+        const char *method;
+        size_t evaluations;
+    } runs[] = {{"velocity-verlet", 101}, {"verlet", 100}, {"semi-implicit", 100}, {"rk4", 400}};
+    for (size_t k = 0; k < LENGTH(runs); k++) {
+        struct motion m;
+        motion_open(&m, "kepler", false, NULL);
+        motion_run(&m, runs[k].method, 0.01, 1, AD_OK);
+        assert_int_equal(m.info.evaluations, runs[k].evaluations);
+        motion_close(&m);
+    }
+}
+
+/* The rates by a system's series, which phys_ode_for takes, against those by its tape. */
+static void test_thin_rates(void **state)
+{
+    (void)state;
+    static const char *const scenes[] = {"kepler", "figure8", "dblpend", "pendulum", "arenstorf"};
+    for (size_t k = 0; k < LENGTH(scenes); k++) {
+        struct motion m;
+        struct phys_ode thin;
+        double rate[2][2 * MOTION_DOF], *y = m.y;
+        motion_open(&m, scenes[k], false, NULL);
+        assert_int_equal(
+            phys_ode_for(&m.system, phys_integrator_find("rk4", &m.error), &thin, &m.error), AD_OK);
+        for (size_t i = 0; i < m.ode.n; i++)
+            y[i] += 0.1 * sin(1.0 + (double)i);
+        for (int i = 0; i < 2; i++)
+            assert_int_equal((i ? &thin : &m.ode)
+                                 ->field((i ? &thin : &m.ode)->context, 0.3, y, rate[i], &m.error),
+                             AD_OK);
+        for (size_t i = 0; i < m.ode.n; i++)
+            assert_close(rate[1][i], rate[0][i], 1e-14, 1e-14);
+        if (thin.kick && m.ode.kick) {
+            thin.kick(thin.context, 0.3, y, rate[1], &m.error);
+            for (size_t i = 0; i < m.ode.n / 2; i++)
+                assert_close(rate[1][i], rate[0][m.ode.n / 2 + i], 1e-14, 1e-14);
+        }
+        phys_ode_free(&thin);
+        motion_close(&m);
+    }
+}
+
 static void test_given_times(void **state)
 {
     (void)state;
@@ -430,6 +477,8 @@ int main(void)
         cmocka_unit_test(test_samples_of_fixed_steps),
         cmocka_unit_test(test_dense_output),
         cmocka_unit_test(test_first_step),
+        cmocka_unit_test(test_forces_of_a_step),
+        cmocka_unit_test(test_thin_rates),
         cmocka_unit_test(test_given_times),
         cmocka_unit_test(test_interruption),
         cmocka_unit_test(test_backwards),
