@@ -42,6 +42,11 @@ bool ad_graph_schedule(struct graph *graph);
 bool ad_graph_sink(const struct graph *graph, uint32_t *level);
 /* Part of scheduling: orders the groups for passes over columns. */
 bool ad_graph_order(struct graph *graph);
+/* Columns of a block for which the other two matrices of a product are as large as v. */
+static inline uint32_t ad_least_block(const struct value *v)
+{
+    return (uint32_t)((double)v->rows * v->cols / ((double)v->rows + v->cols));
+}
 /* The columns of the passes that v has a place in: its own, or those that it adds up; 0: none. */
 uint32_t ad_pass_columns(const struct graph *graph, const struct value *v);
 bool ad_graph_accumulate(struct graph *graph);

@@ -10,17 +10,15 @@ enum {
     MOST_ROUNDS = 256   /* beyond these the order stays: time is linear in the program */
 };
 
-/* A product adds its columns up to a smaller matrix. It is done in a pass where the memory of that
-   is less than what its factors would need. */
+/* A product that adds its columns up has a place in passes of some blocks at least. */
 static uint32_t columns_of_product(const struct graph *g, const struct value *v)
 {
-    enum { BLOCK = 128 };
-    const struct value *a = &g->values[v->in[0]];
-    bool ta = v->aux & MATMUL_TA, tb = v->aux & MATMUL_TB;
-    double m = v->rows, n = v->cols;
-    if (!tb)
+    enum { BLOCKS = 4 };
+    uint32_t cols = g->values[v->in[0]].cols;
+    if (!(v->aux & MATMUL_TB))
         return v->cols;
-    return !ta && v->cols != a->cols && m * n / (m + n) <= BLOCK ? a->cols : 0;
+    return !(v->aux & MATMUL_TA) && v->cols != cols && ad_least_block(v) <= cols / BLOCKS ? cols
+                                                                                          : 0;
 }
 
 uint32_t ad_pass_columns(const struct graph *g, const struct value *v)

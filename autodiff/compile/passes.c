@@ -11,7 +11,7 @@
 
 #include <stdlib.h>
 
-enum { MOST_GROUPS = 64 }; /* of a pass */
+enum { MOST_GROUPS = 250 }; /* of a pass */
 
 static void find_owners(struct passes *s)
 {
@@ -148,10 +148,9 @@ static uint32_t pass_from(struct passes *s, uint32_t first)
     while (s->cols >= 4 * WINDOW_STEP && s->end < g->n_groups && s->end - first < MOST_GROUPS &&
            joins(s, s->end))
         s->end++;
-    for (; s->end > first + 1; s->end--) {
-        if (widen_all(s) && ad_make_windows(s))
-            return s->end;
-    }
+    for (; s->end > first + 1; s->end--)
+        if (widen_all(s)) /* a shorter one gains less */
+            return ad_make_windows(s) ? s->end : first + 1;
     return first + 1;
 }
 

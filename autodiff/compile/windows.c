@@ -6,10 +6,23 @@
 enum {
     WINDOW_BYTES = 128 << 10, /* windows of a pass: with what it reads and writes, in the cache */
     LEAST_BYTES = 6 * WINDOW_BYTES, /* in memory otherwise: smaller programs stay in the cache */
-    MIN_BLOCK = 64, /* four times as many where columns beyond a block are computed, too */
+    ROW_BYTES = 768,                /* least of a row of a block */
+    MARGIN_BLOCK = 256,             /* least columns where some beyond a block are computed, too */
     MAX_BLOCK = 4096,
     MOST_SPARE = 64
 };
+
+static uint32_t least_columns(const struct passes *s)
+{
+    const struct graph *g = s->g;
+    uint32_t least = s->margin ? MARGIN_BLOCK : ROW_BYTES / (uint32_t)s->plan->program->element;
+    for (uint32_t k = s->first; k < s->end; k++) {
+        const struct value *v = &g->values[g->order[g->groups[k].first]];
+        if (g->groups[k].count && v->op == AD_OP_matmul)
+            least = larger(least, ad_least_block(adds_columns(v) ? v : &g->values[v->in[0]]));
+    }
+    return least;
+}
 
 /* Columns of a block for windows of so many rows; 0: no pass. LEASTACTION_COLUMNS in the
    environment sets it (used by tests). */
@@ -19,9 +32,9 @@ static uint32_t block_columns(const struct passes *s, size_t rows)
     const char *wanted = getenv("LEASTACTION_COLUMNS");
     if (wanted && rows)
         return (uint32_t)strtoul(wanted, NULL, 10);
-    if (bytes * s->cols < LEAST_BYTES)
+    size_t block = WINDOW_BYTES / (bytes + 1), least = least_columns(s);
+    if (bytes * s->cols < (block < least ? 4 : 1) * LEAST_BYTES)
         return 0;
-    size_t block = WINDOW_BYTES / bytes, least = s->margin ? 4 * MIN_BLOCK : MIN_BLOCK;
     return (uint32_t)(block < least ? least : block > MAX_BLOCK ? MAX_BLOCK : block);
 }
 

@@ -1,5 +1,5 @@
 /* Internals of training, for this folder: samples and their order (train_data), losses and their
-   gradients by blocks of samples (train_loss, train_step), optimisers, schedules and averages,
+   gradients (train_loss, train_step), optimisers, schedules and averages,
    checkpoints and resumption (train_state). Other folders use the trainer of hnn/hnn.h, and for
    measurements of speed hnn/train/train_speed.h. */
 #ifndef HNN_TRAIN_H
@@ -70,24 +70,16 @@ ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *trai
 
 /* ---- one step (train_step.c) ---- */
 
-/* Loss and gradient of `columns` samples: one recording, a program for each worker. */
-struct hnn_block_program {
-    size_t columns, workers;
-    ad_tape *tape;
-    ad_var parameters, x, target, weight, loss, gradient;
-    ad_program **program; /* [workers] */
-};
-
-/* Loss and gradient of one batch, in blocks of columns. */
+/* Loss and gradient of one batch. */
 struct hnn_problem {
     enum ad_type type;
     size_t n; /* parameters */
-    size_t batch, blocks;
+    size_t batch;
     const struct hnn_data *data;
     uint32_t *drawn; /* [batch] samples of the batch, set before an evaluation; NULL: all of them */
-    void *gradient;  /* [n]; that of the program where there is one block */
-    void *weight;    /* of every sample in the loss, [blocks x columns]; 0 behind the last one */
-    struct hnn_block_program block;
+    ad_tape *tape;
+    ad_var parameters, x, target, loss, gradient;
+    ad_program *program;
 };
 /* For batches of training->batch, 0: all samples. */
 enum ad_status hnn_problem_new(struct hnn_problem *problem, const hnn_model *model,
@@ -97,7 +89,7 @@ void hnn_problem_free(struct hnn_problem *problem);
 /* The present point and the gradient there, [n] of the type. */
 void *hnn_problem_point(const struct hnn_problem *problem);
 const void *hnn_problem_gradient(const struct hnn_problem *problem);
-/* Runs all blocks; returns the loss. */
+/* Runs the program; returns the loss. */
 double hnn_problem_evaluate(const struct hnn_problem *problem);
 /* The same on one thread; returns the seconds spent in matrix products. */
 double hnn_problem_products(const struct hnn_problem *problem);
