@@ -54,6 +54,7 @@ void phys_rule_nodes(const struct phys_rule *rule, size_t dof, size_t slices, do
 /* The action on a tape: path -> S, T, V and the objective that a descent minimises. */
 struct phys_action {
     ad_var path;                                      /* input [s*dof x slices] */
+    ad_var L;                                         /* at the points of the rule [1 x m] */
     ad_var kinetic_mean, potential_mean, action_mean; /* sums over slices / slices (and / bodies) */
     ad_var action;                                    /* integral: dt * sum of L */
     ad_var start_energy; /* input [1 x 1]: E0, held fixed along a descent */

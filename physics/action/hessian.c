@@ -15,16 +15,30 @@
 
 /* ---- making ---- */
 
-static enum ad_status record(struct phys_hessian *h, const struct phys_system *system,
-                             struct ad_error *error)
+/* L at the points, on the tape of the action or on one of its own. */
+static ad_var lagrangian(struct phys_hessian *h, const struct phys_system *system,
+                         const struct phys_action *action)
 {
-    ad_tape *tape = h->tape;
-    ad_var by[2];
-    h->q = ad_hold(ad_input(tape, h->dof, h->points, "q"));
-    h->v = ad_hold(ad_input(tape, h->dof, h->points, "v"));
-    h->t = ad_hold(ad_input(tape, 1, h->points, "t"));
+    if (action) {
+        h->path = ad_hold(action->path);
+        h->q = action->points.q;
+        h->v = action->points.v;
+        return action->L;
+    }
+    h->q = ad_hold(ad_input(h->tape, h->dof, h->points, "q"));
+    h->v = ad_hold(ad_input(h->tape, h->dof, h->points, "v"));
+    h->t = ad_hold(ad_input(h->tape, 1, h->points, "t"));
+    return phys_system_lagrangian(system, h->q, h->v, h->t);
+}
+
+static enum ad_status record(struct phys_hessian *h, const struct phys_system *system,
+                             const struct phys_action *action, struct ad_error *error)
+{
+    if (!action && !(h->tape = ad_tape_new(AD_F64)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory for second derivatives");
+    ad_var L = lagrangian(h, system, action), at[2] = {h->q, h->v}, by[2];
+    ad_tape *tape = L.tape;
     h->seed = ad_input(tape, h->dof, 1, "seed");
-    ad_var at[2] = {h->q, h->v}, L = phys_system_lagrangian(system, h->q, h->v, h->t);
     ad_grad(L, 2, at, by);
     h->L_q = by[0];
     h->L_v = by[1];
@@ -52,14 +66,15 @@ static bool allocate(struct phys_hessian *h)
     h->stiffness = malloc(h->dof * sizeof(double));
     h->work = malloc(((2 * h->dof + 1) * h->points + h->dof) * sizeof(double));
     h->rows = malloc(h->dof * sizeof *h->rows);
-    h->tape = ad_tape_new(AD_F64);
-    return h->rows && h->element && h->gradient && h->stiffness && h->work && h->tape;
+    return h->rows && h->element && h->gradient && h->stiffness && h->work;
 }
 
 enum ad_status phys_hessian_new(struct phys_hessian *h, const struct phys_system *system,
                                 const struct phys_rule *rule, size_t slices, double dt,
-                                struct ad_error *error)
+                                const struct phys_action *action, struct ad_error *error)
 {
+    if (rule->repeat)
+        action = NULL; /* q is the path there, and a derivative by it includes that by v */
     *h = (struct phys_hessian){.repeat = rule->repeat, .dof = system->dof, .dt = dt};
     rule->fill(rule, &h->table);
     h->elements = slices - 1;
@@ -67,7 +82,7 @@ enum ad_status phys_hessian_new(struct phys_hessian *h, const struct phys_system
     h->side = (h->table.degree + 1) * h->dof;
     if (!allocate(h) || !phys_coupling_new(&h->coupling, system))
         return ad_fail(error, AD_E_MEMORY, "out of memory for second derivatives");
-    return record(h, system, error);
+    return record(h, system, action, error);
 }
 
 void phys_hessian_free(struct phys_hessian *h)
@@ -128,11 +143,16 @@ double phys_hessian_time(const struct phys_hessian *h, size_t p)
     return (double)at.element * h->dt + at.time;
 }
 
-/* Sets q, v and t of all points in both programs. */
+/* Sets the path, or q, v and t of all points, in both programs. */
 static void set_points(struct phys_hessian *h, const double *path, double start)
 {
+    ad_program *const programs[] = {h->by_q, h->by_v};
     size_t n = h->points, slices = h->elements + 1, degree = h->table.degree;
     double *q = h->work, *v = q + h->dof * n, *t = v + h->dof * n;
+    for (size_t k = 0; h->path.tape && k < 2; k++)
+        ad_set(programs[k], h->path, path);
+    if (h->path.tape)
+        return;
     for (size_t p = 0; p < n; p++) {
         struct point at = point(h, p);
         t[p] = start + (double)at.element * h->dt + at.time;
@@ -147,7 +167,6 @@ static void set_points(struct phys_hessian *h, const double *path, double start)
             }
         }
     }
-    ad_program *const programs[] = {h->by_q, h->by_v};
     for (size_t k = 0; k < 2; k++) {
         ad_set(programs[k], h->q, q);
         ad_set(programs[k], h->v, v);

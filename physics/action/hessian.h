@@ -15,8 +15,9 @@ struct phys_hessian {
     size_t side; /* of an element's matrix: (degree + 1) dof */
     double dt;
 
-    ad_tape *tape;
-    ad_var q, v, t, seed;          /* inputs: [dof x points], [1 x points], [dof x 1] */
+    ad_tape *tape;                 /* of its own; NULL: that of an action */
+    ad_var path;                   /* input of the action's */
+    ad_var q, v, t, seed;          /* else inputs: [dof x points], [1 x points], [dof x 1] */
     ad_var L_q, L_v;               /* [dof x points] */
     ad_var L_qq, L_qv, L_vq, L_vv; /* times the seed, [dof x points]; L_qv: d/dq of L_v seed */
     ad_program *by_q, *by_v;       /* L_q, L_qq, L_vq; L_v, L_qv, L_vv */
@@ -37,11 +38,12 @@ struct phys_hessian {
     bool stopped; /* all the above is not filled */
 };
 
-/* Room and programs for paths of `slices` slices. Ends with phys_hessian_free, whatever it
-   returned. */
+/* Room and programs for paths of `slices` slices, by the L that `action` recorded for the same
+   rule, slices and dt; NULL: recorded anew, so that `start`, and dt in between, may be any. Ends
+   with phys_hessian_free, whatever it returned. */
 enum ad_status phys_hessian_new(struct phys_hessian *h, const struct phys_system *system,
                                 const struct phys_rule *rule, size_t slices, double dt,
-                                struct ad_error *error);
+                                const struct phys_action *action, struct ad_error *error);
 void phys_hessian_free(struct phys_hessian *h);
 
 /* From then on phys_hessian_at fills `mass`, too. False: no memory. */
@@ -51,7 +53,8 @@ double phys_hessian_time(const struct phys_hessian *h, size_t p);
 
 /* Whether `proceed` says or has said that it ends. */
 bool phys_hessian_stopped(struct phys_hessian *h);
-/* Fills element, gradient and stiffness at a path [degree*dof x slices] that begins at `start`. */
+/* Fills element, gradient and stiffness at a path [degree*dof x slices] that begins at `start`, 0
+   where L is an action's. */
 void phys_hessian_at(struct phys_hessian *h, const double *path, double start);
 /* Coordinates [first, end) that coordinate j may be coupled to. */
 static inline void phys_hessian_coupled(const struct phys_hessian *h, size_t j, size_t *first,

@@ -37,7 +37,7 @@ enum ad_status phys_variational_step_new(const struct phys_system *system,
     else if (!(m->x = calloc(2 * n + 2 * m->dof + n * n + n, sizeof *m->x)))
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else
-        phys_hessian_new(&m->hessian, system, rule, 2, dt, error);
+        phys_hessian_new(&m->hessian, system, rule, 2, dt, NULL, error);
     if (error->status != AD_OK) {
         phys_variational_step_free(m);
         *stepper = NULL;

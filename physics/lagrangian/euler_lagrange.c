@@ -17,10 +17,11 @@
 struct phys_motion {
     const struct phys_system *system;
     ad_tape *tape;
-    ad_var q, v, t;     /* inputs: [dof x 1] each, t a scalar */
-    ad_var mass, force; /* M [dof x dof], right side [dof x 1] */
-    ad_program *mass_program;
-    bool constant; /* M is, and is known */
+    ad_var q, v, t;                            /* inputs: [dof x 1] each, t a scalar */
+    ad_var p, energy;                          /* L_v [dof x 1], v p - L */
+    ad_var mass, force;                        /* M [dof x dof], right side [dof x 1] */
+    ad_program *mass_program, *energy_program; /* the second: NULL until needed */
+    bool constant;                             /* M is, and is known */
     ad_program *force_program;
     /* M [dof x dof] as factored, P L U, or where it is diagonal its diagonal [dof]. */
     double *factor;
@@ -52,14 +53,19 @@ static void record_force(phys_motion *m)
     ad_var L = phys_system_lagrangian(m->system, m->q, m->v, m->t), L_by[2], along;
     if (ad_grad(L, 2, by, L_by) == AD_OK && ad_jvp(L_by[1], 2, place, rate, &along) == AD_OK)
         m->force = ad_label(ad_sub(L_by[0], along), "generalised force");
+    m->p = L_by[1];
+    m->energy = ad_sub(ad_dot(m->p, m->v), L);
 }
 
-ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t)
+ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t, ad_var p)
 {
     size_t n = system->dof;
-    ad_var lanes_q = ad_broadcast(q, n, n), lanes_v = ad_broadcast(v, n, n), p, mass = v;
-    ad_var L = phys_system_lagrangian(system, lanes_q, lanes_v, ad_broadcast(t, 1, n));
-    if (ad_grad(L, 1, &lanes_v, &p) == AD_OK)
+    ad_var lanes_q = ad_broadcast(q, n, n), lanes_v = ad_broadcast(v, n, n), mass = v;
+    if (n > 1) { /* else there is one lane, the state itself */
+        ad_var L = phys_system_lagrangian(system, lanes_q, lanes_v, ad_broadcast(t, 1, n));
+        ad_grad(L, 1, &lanes_v, &p);
+    }
+    if (ad_tape_error(q.tape)->status == AD_OK)
         ad_grad(ad_dot(p, unit_matrix(q.tape, n)), 1, &lanes_v, &mass);
     return mass;
 }
@@ -71,7 +77,7 @@ static enum ad_status record(phys_motion *m, struct ad_error *error)
     m->v = ad_input(m->tape, n, 1, "v");
     m->t = ad_input(m->tape, 1, 1, "t");
     record_force(m);
-    m->mass = phys_record_mass(m->system, m->q, m->v, m->t);
+    m->mass = phys_record_mass(m->system, m->q, m->v, m->t, m->p);
     if (phys_tape_status(m->tape, error) != AD_OK)
         return error->status;
     if (ad_compile(m->tape, 1, &m->force, &m->force_program) != AD_OK ||
@@ -172,6 +178,7 @@ void phys_motion_free(phys_motion *motion)
         return;
     ad_program_free(motion->mass_program);
     ad_program_free(motion->force_program);
+    ad_program_free(motion->energy_program);
     ad_tape_free(motion->tape);
     free(motion->factor);
     free(motion->pivots);
@@ -240,6 +247,18 @@ enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, co
     return AD_OK;
 }
 
+double phys_motion_energy(phys_motion *motion, const double *q, const double *v, double t)
+{
+    double energy = NAN;
+    phys_motion *m = motion;
+    if (!m->energy_program)
+        ad_compile(m->tape, 1, &m->energy, &m->energy_program);
+    set_state(m, m->energy_program, q, v, t);
+    ad_run(m->energy_program);
+    ad_get(m->energy_program, m->energy, &energy);
+    return energy;
+}
+
 bool phys_motion_separates(phys_motion *motion)
 {
     return motion->constant && phys_is_independent(motion->tape, motion->force, 1, &motion->v);
@@ -248,9 +267,7 @@ bool phys_motion_separates(phys_motion *motion)
 bool phys_motion_has_plain_momenta(phys_motion *motion)
 {
     phys_motion *m = motion;
-    ad_var p, L = phys_system_lagrangian(m->system, m->q, m->v, m->t);
-    return m->constant && ad_grad(L, 1, &m->v, &p) == AD_OK &&
-           phys_is_independent(m->tape, p, 2, (ad_var[]){m->q, m->t});
+    return m->constant && phys_is_independent(m->tape, m->p, 2, (ad_var[]){m->q, m->t});
 }
 
 const char *phys_motion_interpreted(const phys_motion *motion)

@@ -17,6 +17,8 @@ bool phys_motion_has_plain_momenta(phys_motion *motion);
 /* Changes the entries of mass matrices that are not diagonal by relative amounts between share and
    twice share: what rounding makes of M^-1. 0: exact again. */
 void phys_motion_round_mass(phys_motion *motion, double share);
+/* v L_v - L, from the same recording; NaN when out of memory. */
+double phys_motion_energy(phys_motion *motion, const double *q, const double *v, double t);
 /* Why its forces are interpreted (ad_native_note). */
 const char *phys_motion_interpreted(const phys_motion *motion);
 /* Its recording: x = q, v [dof x 1 each], t; y = the force [dof x 1], the mass matrix [dof x dof].
@@ -36,8 +38,8 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
                                   double *c, struct ad_error *error);
 /* Whether it runs as machine code now. */
 bool phys_motion_series_compiled(const struct phys_motion_series *series);
-/* L_vv [dof x dof] at q, v [dof x 1] and t. */
-ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t);
+/* L_vv [dof x dof] at q, v [dof x 1] and t, where p [dof x 1] is L_v. */
+ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t, ad_var p);
 
 /* Whether y depends on none of x[0..n-1], whatever their values: its derivatives, looked at through
    fixed irregular weights, fold to zero when compiled. False where that cannot be found out. */

@@ -37,7 +37,7 @@ static void record(phys_legendre *l)
     l->force = by[0];
     l->p = ad_label(by[1], "momentum");
     l->energy = ad_sub(ad_dot(l->p, l->v), L);
-    l->mass = phys_record_mass(l->system, l->q, l->v, l->t);
+    l->mass = phys_record_mass(l->system, l->q, l->v, l->t, l->p);
 }
 
 enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre **legendre,

@@ -7,7 +7,6 @@
 struct context {
     const struct phys_system *system;
     phys_motion *motion;
-    phys_legendre *legendre;
     struct phys_motion_series *series; /* NULL until needed */
     double *still; /* [dof] zeros: velocities where accelerations do not ask for them */
     bool thin;     /* rates are taken from the series: phys_ode_thin */
@@ -72,7 +71,7 @@ static enum ad_status series(void *context, size_t order, double t, double *c,
 static double energy(void *context, double t, const double *y)
 {
     const struct context *c = context;
-    return phys_legendre_energy(c->legendre, y, y + c->system->dof, t);
+    return phys_motion_energy(c->motion, y, y + c->system->dof, t);
 }
 
 static const char *interpreted(const void *context)
@@ -90,7 +89,6 @@ static void release(void *context)
     struct context *c = context;
     phys_motion_series_free(c->series);
     phys_motion_free(c->motion);
-    phys_legendre_free(c->legendre);
     free(c->still);
     free(c->rows);
     free(c);
@@ -125,8 +123,7 @@ enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys
         !(c->rows = calloc(4 * system->dof, sizeof *c->rows)))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     c->system = system;
-    if (phys_motion_new(system, &c->motion, error) != AD_OK ||
-        phys_legendre_new(system, &c->legendre, error) != AD_OK)
+    if (phys_motion_new(system, &c->motion, error) != AD_OK)
         return error->status;
     ode->name = system->scene->name;
     ode->n = 2 * system->dof;

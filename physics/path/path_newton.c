@@ -55,7 +55,7 @@ enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *
     if (check_memory(system, settings, error) != AD_OK ||
         phys_path_program_new(&s->path, system, &s->settings, NULL, error) != AD_OK ||
         phys_hessian_new(&s->hessian, system, settings->rule, settings->slices, settings->dt,
-                         error) != AD_OK)
+                         &s->path.action, error) != AD_OK)
         return error->status;
     phys_hessian_free_ends(&s->hessian, settings);
     if (phys_newton_system_new(&s->band, &s->hessian, hold, error) != AD_OK)

@@ -330,7 +330,7 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
     *spectrum = (struct phys_spectrum){.smallest = (double)NAN, .second_variation = (double)NAN};
     if (AD_LACKS(error, system, system->scene, settings, settings->rule, path))
         return error->status;
-    if (phys_hessian_new(&h, system, settings->rule, settings->slices, settings->dt, error) ==
+    if (phys_hessian_new(&h, system, settings->rule, settings->slices, settings->dt, NULL, error) ==
         AD_OK) {
         h.proceed = settings->proceed;
         h.context = settings->context;

@@ -55,23 +55,23 @@ static enum ad_status left_motion(const struct phys_system *system,
 {
     struct phys_path_settings left = *settings;
     phys_motion *motion = NULL;
-    if (phys_motion_new(system, &motion, error) != AD_OK)
-        return error->status;
-    bool plain = phys_motion_has_plain_momenta(motion), paper = system->scene->paper != NULL;
-    phys_motion_free(motion);
-    *which = plain || !paper ? PHYS_PATH_GRID : PHYS_PATH_PUBLISHED;
-    if (plain || paper)
-        return phys_published_path(system, seed, left.slices, left.dt, true, 1, NULL, path, error);
+    double *q = malloc(2 * system->dof * sizeof *q), *v = q ? q + system->dof : NULL;
     left.rule = &phys_rule_left;
-    double *two = malloc(2 * system->dof * sizeof *two);
-    if (!two)
+    if (!q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    enum ad_status status =
-        phys_published_path(system, seed, 2, left.dt, true, 1, NULL, two, error);
-    for (size_t k = 0; k < system->dof && status == AD_OK; k++)
-        memcpy(path + k * left.slices, two + 2 * k, 2 * sizeof *path);
-    free(two);
-    return status == AD_OK ? phys_path_march(system, &left, path, error) : status;
+    if (phys_motion_new(system, &motion, error) == AD_OK &&
+        system->scene->start(system->params, seed, q, v, error) == AD_OK &&
+        phys_first_slices(motion, q, v, left.slices, left.dt, true, path, error) == AD_OK) {
+        bool plain = phys_motion_has_plain_momenta(motion), paper = system->scene->paper != NULL;
+        *which = plain || !paper ? PHYS_PATH_GRID : PHYS_PATH_PUBLISHED;
+        if (plain || paper)
+            phys_ode_path(motion, left.slices, left.dt, 1, path, error);
+        else
+            phys_path_march(system, &left, path, error);
+    }
+    phys_motion_free(motion);
+    free(q);
+    return error->status;
 }
 
 enum ad_status phys_path_motion(const struct phys_system *system,

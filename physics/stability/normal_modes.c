@@ -18,17 +18,17 @@ struct matrices {
 static void record(struct matrices *m)
 {
     size_t n = m->system->dof;
-    ad_var by_q, by_q_again;
+    ad_var by[2], by_q_again;
     m->q = ad_input(m->tape, n, 1, "q");
     m->v = ad_input(m->tape, n, 1, "v");
     m->t = ad_input(m->tape, 1, 1, "t");
     m->w = ad_input(m->tape, n, 1, "direction");
     ad_var L = phys_system_lagrangian(m->system, m->q, m->v, m->t);
-    if (ad_grad(L, 1, &m->q, &by_q) != AD_OK ||
-        ad_grad(ad_dot(by_q, m->w), 1, &m->q, &by_q_again) != AD_OK)
+    if (ad_grad(L, 2, (ad_var[]){m->q, m->v}, by) != AD_OK ||
+        ad_grad(ad_dot(by[0], m->w), 1, &m->q, &by_q_again) != AD_OK)
         return;
     m->stiffness = ad_label(ad_neg(by_q_again), "stiffness");
-    m->mass = phys_record_mass(m->system, m->q, m->v, m->t);
+    m->mass = phys_record_mass(m->system, m->q, m->v, m->t, by[1]);
     ad_compile(m->tape, 1, &m->stiffness, &m->for_stiffness);
     ad_compile(m->tape, 1, &m->mass, &m->for_mass);
 }

@@ -58,7 +58,7 @@ static void test_elements(void **state)
             path[i] = sin(1.3 * (double)i);
         by_differences(rule, dt, path, n, wanted);
         struct phys_hessian h;
-        assert_int_equal(phys_hessian_new(&h, &dblpend, rule, SLICES, dt, &error), AD_OK);
+        assert_int_equal(phys_hessian_new(&h, &dblpend, rule, SLICES, dt, NULL, &error), AD_OK);
         phys_hessian_at(&h, path, 0);
         for (size_t e = 0; e < h.elements; e++)
             for (size_t i = 0; i < h.side; i++)
@@ -145,7 +145,8 @@ static void test_colours(void **state)
     for (size_t k = 0; k < LENGTH(path); k++)
         path[k] = sin(1.3 * (double)k);
     for (int all = 0; all < 2; all++) {
-        assert_int_equal(phys_hessian_new(&h[all], &system, rule, SLICES, 0.1, &error), AD_OK);
+        assert_int_equal(phys_hessian_new(&h[all], &system, rule, SLICES, 0.1, NULL, &error),
+                         AD_OK);
         assert_true(phys_hessian_keep_mass(&h[all]));
         if (all)
             couple_all(&h[1].coupling);
@@ -166,9 +167,47 @@ static void test_colours(void **state)
     phys_system_close(&system);
 }
 
+/* By the L that an action recorded, the elements and their gradients are those of a recording of
+   their own, for every rule: q of left+repeat is the path itself, of which v depends. */
+static void test_of_an_action(void **state)
+{
+    (void)state;
+    static const char *const scenes[] = {"dblpend", "arenstorf"};
+    for (size_t k = 0; k < LENGTH(scenes); k++) {
+        struct phys_system system;
+        assert_int_equal(phys_system_open(scenes[k], &system, &error), AD_OK);
+        for (size_t r = 0; phys_rules[r]; r++) {
+            const double dt = 0.37;
+            double path[PHYS_RULE_MOST * SLICES];
+            struct phys_action action;
+            struct phys_hessian own, shared;
+            ad_tape *tape = ad_tape_new(AD_F64);
+            for (size_t i = 0; i < phys_rules[r]->degree * system.dof * SLICES; i++)
+                path[i] = sin(1.3 * (double)i);
+            phys_action_record(tape, &system, phys_rules[r], SLICES, dt, 0, &action);
+            phys_hessian_new(&own, &system, phys_rules[r], SLICES, dt, NULL, &error);
+            phys_hessian_new(&shared, &system, phys_rules[r], SLICES, dt, &action, &error);
+            assert_int_equal(error.status, AD_OK);
+            phys_hessian_at(&own, path, 0);
+            for (int again = 0; again < 2; again++)
+                phys_hessian_at(&shared, path, 0);
+            for (size_t i = 0; i < own.elements * own.side * own.side; i++)
+                assert_close(shared.element[i], own.element[i], 1e-13, 1e-12);
+            phys_hessian_gradient_at(&shared, path, 0);
+            for (size_t i = 0; i < own.elements * own.side; i++)
+                assert_close(shared.gradient[i], own.gradient[i], 1e-13, 1e-12);
+            phys_hessian_free(&own);
+            phys_hessian_free(&shared);
+            ad_tape_free(tape);
+        }
+        phys_system_close(&system);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_elements),
-                                       cmocka_unit_test(test_colours)};
+                                       cmocka_unit_test(test_colours),
+                                       cmocka_unit_test(test_of_an_action)};
     return cmocka_run_group_tests_name("hessian", tests, NULL, NULL);
 }

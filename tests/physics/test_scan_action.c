@@ -73,7 +73,8 @@ static void test_action(void **state)
         ad_get(program, by, gradient[u]);
         ad_program_free(program);
         ad_tape_free(tape);
-        assert_int_equal(phys_hessian_new(&h, &system_of_it, rule, SLICES, 0.37, &error), AD_OK);
+        assert_int_equal(phys_hessian_new(&h, &system_of_it, rule, SLICES, 0.37, NULL, &error),
+                         AD_OK);
         phys_hessian_at(&h, path, 0);
         elements = h.elements * h.side * h.side;
         assert_in_range(elements, 1, MOST);

@@ -59,7 +59,7 @@ static enum ad_status subject_open(struct subject *s, int scene, const struct ra
         record(s, error) != AD_OK)
         return error->status;
     return phys_hessian_new(&s->hessian, &s->recorded.system, phys_rule_find("left+repeat", error),
-                            HAND_SLICES, s->hand->dt, error);
+                            HAND_SLICES, s->hand->dt, NULL, error);
 }
 
 static void subject_close(struct subject *s)

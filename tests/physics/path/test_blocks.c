@@ -49,7 +49,7 @@ static void damped_equations_are_solved(void **state)
         struct phys_hessian h;
         struct phys_block_tridiagonal blocks;
         size_t n = rule->degree * 2 * cases[k].slices;
-        phys_hessian_new(&h, &system, rule, cases[k].slices, 0.4, &error);
+        phys_hessian_new(&h, &system, rule, cases[k].slices, 0.4, NULL, &error);
         assert_no_error(&error);
         double *path = malloc(2 * n * sizeof *path), *b = path + n;
         for (size_t i = 0; i < n; i++)
@@ -120,7 +120,7 @@ static void a_band_solves_what_blocks_do(void **state)
         const struct phys_rule *rule = phys_rule_find(rules[r / LENGTH(damping)], &error);
         struct phys_hessian h;
         struct phys_newton_system newton;
-        assert_int_equal(phys_hessian_new(&h, &system, rule, SLICES, 0.1, &error), AD_OK);
+        assert_int_equal(phys_hessian_new(&h, &system, rule, SLICES, 0.1, NULL, &error), AD_OK);
         assert_int_equal(phys_newton_system_new(&newton, &h, 1, &error), AD_OK);
         phys_hessian_at(&h, path, 0);
         phys_hessian_at(&h, path, 0); /* nothing is left of the first time */
