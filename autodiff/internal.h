@@ -2,6 +2,7 @@
 
        autodiff.h, ops.def     the public interface (status.h, tape.h, operations.h, program.h); the
                                table of operations
+       terms.h                 the table read otherwise than as recorded operations
        tape/       internal.h  recording appends nodes: record.c, simplify.c, structure.c, place.c;
                                refuse.c makes the error messages
        gradient/   sweep.h     a reverse sweep appends adjoints by the rules of the table, a

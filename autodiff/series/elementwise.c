@@ -9,27 +9,6 @@
 
 typedef double R;
 #define F(name) name
-#define power pow
-
-double ad_jet_value(enum ad_op op, double a, double b, double c)
-{
-    const double x = a;
-    (void)x, (void)b, (void)c;
-    switch (op) {
-#define AD_UNARY(name, value, dx, lo, hi)                                                          \
-    case AD_OP_##name:                                                                             \
-        return value;
-#define AD_BINARY(name, value, da, db, lo, hi)                                                     \
-    case AD_OP_##name:                                                                             \
-        return value;
-#define AD_TERNARY(name, value, da, db, dc, lo, hi)                                                \
-    case AD_OP_##name:                                                                             \
-        return value;
-#include "autodiff/ops.def"
-    default:
-        return 0;
-    }
-}
 
 /* ---- derivative expressions of the table, as series of the builder `to` ---- */
 
@@ -50,41 +29,15 @@ static jet binary(struct jet_builder *to, enum ad_op op, jet x, jet y)
     return ad_jet_elementwise(to, op, (jet[3]){x, y, y});
 }
 
-#undef ad_add
-#undef ad_sub
-#undef ad_mul
-#undef ad_pow
-#undef ad_hypot
-#undef ad_lt
-#undef ad_le
-#undef ad_eq
-#undef ad_ne
-#define ad_add(x, y) ad_jet_add(to, J(x), J(y))
-#define ad_sub(x, y) ad_jet_sub(to, J(x), J(y))
-#define ad_mul(x, y) ad_jet_mul(to, J(x), J(y))
-#define ad_hypot(x, y) binary(to, AD_OP_hypot, x, y)
-#define ad_lt(x, y) binary(to, AD_OP_lt, J(x), J(y))
-#define ad_le(x, y) binary(to, AD_OP_le, J(x), J(y))
-#define ad_eq(x, y) binary(to, AD_OP_eq, J(x), J(y))
-#define ad_ne(x, y) binary(to, AD_OP_ne, J(x), J(y))
-#define ad_neg(x) ad_jet_scale(to, -1, x)
-#define ad_square(x) ad_jet_square(to, x)
-#define ad_recip(x) unary(to, AD_OP_recip, x)
-#define ad_recip0(x) unary(to, AD_OP_recip0, x)
-#define ad_sign(x) unary(to, AD_OP_sign, x)
-#define ad_step(x) unary(to, AD_OP_step, x)
-#define ad_sqrt(x) unary(to, AD_OP_sqrt, x)
-#define ad_exp(x) unary(to, AD_OP_exp, x)
-#define ad_sin(x) unary(to, AD_OP_sin, x)
-#define ad_cos(x) unary(to, AD_OP_cos, x)
-#define ad_sinh(x) unary(to, AD_OP_sinh, x)
-#define ad_cosh(x) unary(to, AD_OP_cosh, x)
-#define ad_sigmoid(x) unary(to, AD_OP_sigmoid, x)
-#define ad_tanh_slope(x) unary(to, AD_OP_tanh_slope, x)
+#define TERM1(op, x) unary(to, AD_OP_##op, J(x))
+#define TERM2(op, x, y) binary(to, AD_OP_##op, J(x), J(y))
+#include "autodiff/terms.h"
 /* of powers, whose recurrences need no derivative */
 #define ad_pow(x, c) (x)
 #define pow_base(x, y) (x)
 #define pow_exponent(x, y) (x)
+
+double ad_jet_value(enum ad_op op, double a, double b, double c) { return value_of(op, a, b, c); }
 
 /* What a unary operation y of x, or a binary one of a and b, changes by. */
 static void derivatives(struct jet_builder *to, enum ad_op op, jet a, jet b, jet y, jet d[2])
