@@ -20,6 +20,11 @@ static void reason(const struct path_run *run, char *text, size_t size)
     else if (s->legendre == PHYS_NEGATIVE)
         snprintf(text, size, "L_vv is negative definite: of -S it is %zu, %s of the action",
                  s->index, s->index ? "a saddle" : "a maximum");
+    else if (s->legendre == PHYS_POSITIVE)
+        snprintf(text, size,
+                 "an eigenvalue of the second variation is zero within its error, %.2g: the ends "
+                 "are conjugate or nearly, or the slices too few",
+                 s->around_error);
     else
         snprintf(text, size, "L_vv is not definite at t = %.6g (Legendre's condition)",
                  s->not_definite);
@@ -75,20 +80,23 @@ static void report_conjugate(const struct path_run *run, const struct phys_spect
 void path_report_kind(const struct path_run *run, struct report *report)
 {
     const struct phys_spectrum *s = &run->found.spectrum;
-    char why[160];
-    if (run->found.stationary && s->legendre == PHYS_POSITIVE) {
+    char why[200];
+    bool known = run->found.stationary && s->legendre == PHYS_POSITIVE;
+    if (known && !s->undetermined) {
         report_line(report, "\n  Morse index %zu: %s of the action", s->index,
                     s->index ? "a saddle" : "a minimum");
         report_count(report, "morse_index", NULL, s->index);
-        report_number(report, "smallest_eigenvalue", "smallest eigenvalue", NULL, s->smallest);
-        report_number(report, "second_variation", "of the second variation", NULL,
-                      s->second_variation);
     } else {
         reason(run, why, sizeof why);
         if (strcmp(run->solver->name, "newton") == 0)
             report_line(report, "\n  no Morse index: %s", why);
         report_text(report, "morse_index", NULL, NULL);
         report_text(report, "no_morse_index", NULL, why);
+    }
+    if (known) {
+        report_number(report, "smallest_eigenvalue", "smallest eigenvalue", NULL, s->smallest);
+        report_number(report, "second_variation", "of the second variation", NULL,
+                      s->second_variation);
     }
     if (run->found.stationary)
         report_conjugate(run, s, report);

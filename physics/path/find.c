@@ -18,6 +18,7 @@ static const double SAME = 1e-6;  /* of the extent: two stationary paths of one 
 static const double APART = 10;   /* errors of discretisation: a motion further away is another */
 static const double CLEAR = 1e-3; /* of the extent: and as far at the least */
 static const double NEAR = 0.3;   /* of the extent: a finer path further away is another one */
+static const double SAFE = 2;     /* the error of an eigenvalue, in changes by a higher order */
 enum { DEGREE = 4, MOST = 160 };  /* of the finer rule, at least; coordinates in one element */
 
 struct search {
@@ -185,10 +186,11 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
     return error->status;
 }
 
-enum ad_status phys_path_discretisation(const struct phys_system *system,
-                                        const struct phys_path_settings *settings,
-                                        const double *path, double *distance,
-                                        struct ad_error *error)
+/* The distance from the path of a rule of higher order, and the spectrum by that rule, or NULL. */
+static enum ad_status compare_finer(const struct phys_system *system,
+                                    const struct phys_path_settings *settings, const double *path,
+                                    double *distance, struct phys_spectrum *spectrum,
+                                    struct ad_error *error)
 {
     struct phys_path_settings finer = *settings;
     struct phys_newton newton = {0};
@@ -205,11 +207,19 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
     const struct phys_grid from = {settings->rule, n, finer.dt}, to = {finer.rule, n, finer.dt};
     *distance = (double)INFINITY;
     double *moved = phys_path_resample(&from, path, &to, dof, error);
-    if (moved && phys_newton_new(&newton, system, &finer, &lost) == AD_OK &&
-        phys_newton_settle(&newton, moved, &info, error)) {
+    bool made = moved && phys_newton_new(&newton, system, &finer, &lost) == AD_OK;
+    if (made && phys_newton_settle(&newton, moved, &info, error)) {
         double most = largest(moved, path, n * dof);
         if (most <= NEAR * extent(path, dof, n))
             *distance = most;
+    }
+    if (made && spectrum && isfinite(*distance)) {
+        phys_newton_spectrum(&newton, moved, spectrum, &lost);
+    } else if (made && spectrum) { /* no path of it nearby: the spectrum at this one */
+        free(moved);
+        moved = phys_path_resample(&from, path, &to, dof, error);
+        if (moved)
+            phys_newton_spectrum(&newton, moved, spectrum, &lost);
     }
     if (lost.status == AD_E_MEMORY)
         ad_fail(error, lost.status, "%s", lost.message);
@@ -218,18 +228,49 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
     return error->status;
 }
 
+enum ad_status phys_path_discretisation(const struct phys_system *system,
+                                        const struct phys_path_settings *settings,
+                                        const double *path, double *distance,
+                                        struct ad_error *error)
+{
+    return compare_finer(system, settings, path, distance, NULL, error);
+}
+
+/* The eigenvalues next to zero are known to their difference from those of a rule of higher order.
+ */
+static void judge_kind(struct search *s, const struct phys_spectrum *finer)
+{
+    struct phys_spectrum *own = &s->found->spectrum;
+    double rounding = own->around_error, error = s->found->discretisation;
+    bool known = finer->legendre != PHYS_INDEFINITE && finer->legendre == own->legendre;
+    for (size_t k = 0; known && k < 2; k++) {
+        size_t same = own->index + k - finer->index; /* counted from the lowest eigenvalue */
+        if (same < 2 && isfinite(finer->around[same]) && isfinite(own->around[k]))
+            own->around_error =
+                fmax(own->around_error, SAFE * fabs(own->around[k] - finer->around[same]));
+    }
+    double least = fmin(fabs(own->around[0]), fabs(own->around[1]));
+    own->undetermined = (known && own->index != finer->index) || least <= own->around_error;
+    s->found->unbounded = own->undetermined && (!isfinite(error) || least <= rounding) &&
+                          !(error <= CLEAR * extent(s->path, s->dof, s->slices));
+}
+
 /* ---- all of it ---- */
 
 static enum ad_status measure(struct search *s, struct ad_error *error)
 {
     const double *compare = s->settings->compare;
     struct phys_path_found *found = s->found;
+    struct phys_spectrum finer = {.around = {NAN, NAN}};
     found->keeps_energy = phys_keeps_energy(s->system);
     if (compare)
         found->reference_distance = largest(s->path, compare, s->dof * s->slices);
-    if (find_kind(s, error) != AD_OK || compare_motion(s, error) != AD_OK || !found->stationary ||
-        phys_path_discretisation(s->system, s->settings, s->path, &found->discretisation, error) !=
+    if (find_kind(s, error) == AD_OK && compare_motion(s, error) == AD_OK && found->stationary &&
+        compare_finer(s->system, s->settings, s->path, &found->discretisation, &finer, error) ==
             AD_OK)
+        judge_kind(s, &finer);
+    phys_spectrum_free(&finer);
+    if (error->status != AD_OK || !found->stationary)
         return error->status;
     if (isinf(found->discretisation))
         found->discretisation = (double)NAN;

@@ -198,6 +198,11 @@ struct phys_spectrum {
     double smallest; /* eigenvalue; NaN where the number of coordinates makes it expensive */
     double second_variation; /* its smallest eigenvalue relative to the integral of x^2, which
                                 converges to that of the operator; NaN likewise */
+    double around[2]; /* the eigenvalues of the latter next to zero, below it and not; NaN: none, or
+                         not computed */
+    double around_error; /* of these: of rounding; with phys_path_find of discretisation, too */
+    bool undetermined;   /* one of them is zero within its error: so the index is not known, and the
+                            ends are conjugate, or nearly */
     size_t n_conjugate;
     struct phys_conjugate *conjugate; /* in order of time; the intervals of slices until refined */
     bool of_motion;                   /* they are those of the motion: see phys_path_conjugate */
@@ -226,6 +231,8 @@ struct phys_path_found {
     bool stationary;   /* found by newton, to rounding or a tolerance of 1e-6 or less: then ... */
     struct phys_spectrum spectrum; /* ... its kind, with the conjugate points of the motion */
     double discretisation;         /* from the path of a rule of higher order; NaN: none nearby */
+    bool unbounded; /* undetermined, and far from the path of a rule of higher order: the path is
+                       not known */
     double true_distance; /* from the motion from the path's own start, by another method ... */
     double true_known;    /* ... and the uncertainty of that motion */
     double free_momentum; /* coordinates free at the end: the largest of their momenta there, on

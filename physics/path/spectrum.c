@@ -16,7 +16,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double BEYOND = 1e6; /* times the largest entry: not in the spectrum */
+static const double BEYOND = 1e6;  /* times the largest entry: not in the spectrum */
+static const double ROUNDING = 16; /* of an eigenvalue, in units of the largest */
 
 struct chain {
     struct phys_hessian *hessian;
@@ -133,9 +134,9 @@ static bool next_block(struct chain *c, size_t i, double sigma)
 }
 
 /* Number of eigenvalues of the Hessian below sigma, in `total`, and conjugate points; without a
-   spectrum to keep those in it is enough to know whether there are any. False: sigma is an
-   eigenvalue of some part to the last bit. Any number where it is stopped. */
-static bool eliminate_all(struct chain *c, double sigma, size_t *total,
+   spectrum to keep those in it is enough to know whether there are more than `enough`. False: sigma
+   is an eigenvalue of some part to the last bit. Any number where it is stopped. */
+static bool eliminate_all(struct chain *c, double sigma, size_t enough, size_t *total,
                           struct phys_spectrum *spectrum)
 {
     const struct phys_hessian *h = c->hessian;
@@ -160,17 +161,18 @@ static bool eliminate_all(struct chain *c, double sigma, size_t *total,
         if (spectrum)
             note_conjugate(c, i, more, spectrum);
         *total += more;
-        if (!spectrum && *total > 0)
+        if (!spectrum && *total > enough)
             break;
     }
     return true;
 }
 
 /* A pivot that is zero to the last bit is passed by a shift below rounding. */
-static size_t count_below(struct chain *c, double sigma, struct phys_spectrum *spectrum)
+static size_t count_below(struct chain *c, double sigma, size_t enough,
+                          struct phys_spectrum *spectrum)
 {
     size_t total;
-    while (!eliminate_all(c, sigma, &total, spectrum)) {
+    while (!eliminate_all(c, sigma, enough, &total, spectrum)) {
         sigma -= DBL_EPSILON * c->scale;
         if (spectrum)
             spectrum->n_conjugate = 0;
@@ -179,6 +181,9 @@ static size_t count_below(struct chain *c, double sigma, struct phys_spectrum *s
 }
 
 /* ---- public functions ---- */
+
+static const struct phys_spectrum unknown = {
+    .smallest = (double)NAN, .second_variation = (double)NAN, .around = {(double)NAN, (double)NAN}};
 
 void phys_hessian_free_ends(struct phys_hessian *h, const struct phys_path_settings *settings)
 {
@@ -243,17 +248,20 @@ static void set_masses(struct chain *c, bool integral)
     c->scale = c->largest / least;
 }
 
-/* By bisection on the count, to rounding. */
-static double smallest(struct chain *c)
+/* Eigenvalue k, ascending from 0, by bisection on the count, to rounding; INFINITY: there are
+ * fewer.
+ */
+static double eigenvalue(struct chain *c, size_t k)
 {
     double low = -c->scale, high = c->scale;
-    while (count_below(c, low, NULL) > 0 && !c->hessian->stopped)
+    while (count_below(c, low, k, NULL) > k && !c->hessian->stopped)
         low *= 2;
-    while (count_below(c, high, NULL) == 0 && !c->hessian->stopped)
-        high *= 2;
+    while (count_below(c, high, k, NULL) <= k && !c->hessian->stopped)
+        if ((high *= 2) > BEYOND * c->scale)
+            return (double)INFINITY;
     while (high - low > 4 * DBL_EPSILON * c->scale && !c->hessian->stopped) {
         double middle = 0.5 * (low + high);
-        if (count_below(c, middle, NULL) > 0)
+        if (count_below(c, middle, k, NULL) > k)
             high = middle;
         else
             low = middle;
@@ -274,13 +282,17 @@ static void count_directions(struct chain *c, struct phys_spectrum *spectrum)
 {
     ad_blas_single_thread();
     set_masses(c, false);
-    spectrum->index = count_below(c, 0, spectrum);
+    spectrum->index = count_below(c, 0, SIZE_MAX, spectrum);
     if (c->hessian->free[0] || c->hessian->free[1])
         spectrum->n_conjugate = 0; /* they are of other fields: the end's own curvature counts */
     if (c->dof * c->hessian->table.degree <= CHEAP && c->largest > 0) {
-        spectrum->smallest = smallest(c);
+        size_t k = spectrum->index;
+        spectrum->smallest = eigenvalue(c, 0);
         set_masses(c, true);
-        spectrum->second_variation = smallest(c);
+        spectrum->second_variation = eigenvalue(c, 0);
+        spectrum->around[0] = k > 1 ? eigenvalue(c, k - 1) : k ? spectrum->second_variation : NAN;
+        spectrum->around[1] = k ? eigenvalue(c, k) : spectrum->second_variation;
+        spectrum->around_error = ROUNDING * DBL_EPSILON * c->scale;
     }
     ad_blas_threads();
 }
@@ -309,7 +321,7 @@ enum ad_status phys_hessian_spectrum(struct phys_hessian *h, const double *path,
                                      struct phys_spectrum *spectrum, struct ad_error *error)
 {
     struct chain c = {0};
-    *spectrum = (struct phys_spectrum){.smallest = (double)NAN, .second_variation = (double)NAN};
+    *spectrum = unknown;
     if (phys_hessian_keep_mass(h))
         examine(h, &c, path, spectrum, error);
     else
@@ -327,7 +339,7 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
     struct phys_hessian h = {0};
     if (AD_LACKS(error, spectrum))
         return error->status;
-    *spectrum = (struct phys_spectrum){.smallest = (double)NAN, .second_variation = (double)NAN};
+    *spectrum = unknown;
     if (AD_LACKS(error, system, system->scene, settings, settings->rule, path))
         return error->status;
     if (phys_hessian_new(&h, system, settings->rule, settings->slices, settings->dt, NULL, error) ==

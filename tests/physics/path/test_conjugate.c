@@ -331,6 +331,51 @@ static void negative_masses_make_a_maximum(void **state)
     phys_system_close(&system);
 }
 
+/* The spring from 1 to `end`: a family of paths or none where the time is k pi. */
+static void conjugate_ends_have_no_index(void **state)
+{
+    static const struct {
+        const char *rule;
+        size_t slices;
+        double time, end;
+        bool undetermined, unbounded;
+        size_t index;
+    } cases[] = {
+        {"gauss2", 101, M_PI, -1, true, false, 0},    {"left", 101, M_PI, -1, true, false, 0},
+        {"gauss3", 21, 2 * M_PI, 1, true, false, 0},  {"gauss3", 101, M_PI, -2, true, true, 0},
+        {"left", 11, M_PI, -2, true, true, 0},        {"left", 101, M_PI, -2, true, true, 0},
+        {"gauss2", 41, 3 * M_PI, 0.5, true, true, 0}, {"gauss2", 101, 3, -1, false, false, 0},
+        {"left", 101, 3.3, -2, false, false, 1},      {"gauss3", 41, 6.2, 1, false, false, 1},
+        {"gauss4", 401, 6.29, -1, false, false, 2},
+    };
+    (void)state;
+    struct phys_system spring;
+    struct ad_error error = {0};
+    phys_system_open("spring", &spring, &error);
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct phys_path_settings settings = {.rule = phys_rule_find(cases[k].rule, &error),
+                                              .slices = cases[k].slices,
+                                              .steps = 100,
+                                              .dt = cases[k].time / (double)(cases[k].slices - 1)};
+        struct phys_path_found found;
+        double *path = calloc(settings.rule->degree * cases[k].slices, sizeof *path);
+        path[0] = 1;
+        path[cases[k].slices - 1] = cases[k].end;
+        phys_rule_interpolate(settings.rule, 1, cases[k].slices, path);
+        phys_path_find(phys_solver_find("newton", &error), &spring, &settings, path, &found,
+                       &error);
+        assert_no_error(&error);
+        if (found.spectrum.undetermined != cases[k].undetermined ||
+            found.unbounded != cases[k].unbounded ||
+            (!cases[k].undetermined && found.spectrum.index != cases[k].index))
+            fail_msg("case %zu: undetermined %d, unbounded %d, index %zu", k,
+                     found.spectrum.undetermined, found.unbounded, found.spectrum.index);
+        phys_path_found_free(&found);
+        free(path);
+    }
+    phys_system_close(&spring);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -340,6 +385,7 @@ int main(void)
         cmocka_unit_test(geodesic_has_no_index),
         cmocka_unit_test(top_meets_twice_in_short_order),
         cmocka_unit_test(toda_meets_where_the_determinant_vanishes),
+        cmocka_unit_test(conjugate_ends_have_no_index),
         cmocka_unit_test(negative_masses_make_a_maximum),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
