@@ -84,6 +84,10 @@ static ad_var derivative(const struct forward *f, uint32_t id)
         return ad_at(f->tape, 0);
     if (n.op == AD_OP_logdet)
         return ad_sum_rows(ad_mul(t[0], ad_logdet_slope(&n, f->tape)));
+    const struct node *of = node_at(f->tape, t[0].id);
+    if (n.op == AD_OP_gather_cols && of->op == AD_OP_broadcast &&
+        node_at(f->tape, of->in[0])->cols == 1) /* all columns are alike */
+        return ad_broadcast(ad_at(f->tape, of->in[0]), n.rows, n.cols);
     struct node same = n; /* linear in its one operand, with the same lists and numbers */
     same.in[0] = t[0].id;
     same.flags = 0;

@@ -1,6 +1,8 @@
 /* Jacobians as programs (derivatives.h): one run per colour, whose seed is 1 for the columns, or
-   rows, of that colour. All runs but the first recompute only what depends on the seed. */
+   rows, of that colour. All runs but the first recompute only what depends on the seed. Where whole
+   rows of a variable have one colour, its seed is a column. */
 #include "autodiff/derivatives.h"
+#include "autodiff/exec/program.h"
 #include "autodiff/gradient/sweep.h"
 #include "jacobian.h"
 
@@ -13,10 +15,12 @@ struct vector {
     size_t size;
 };
 
-/* An element of the concatenated vectors, and the matrix entry it gives. */
+/* An element of the results of some runs, and the matrix entry it gives. */
 struct place {
     size_t element, entry;
 };
+
+enum { BATCH = 16 }; /* runs whose results become entries together, row by row */
 
 struct ad_jacobian {
     struct ad_sparse matrix;
@@ -26,9 +30,12 @@ struct ad_jacobian {
     enum ad_type type;
     struct vector *seed, *result;
     size_t runs;
-    size_t *first_seed, *first_entry; /* per run, in: */
-    size_t *seeds;                    /* elements of the seeds that are 1 */
-    struct place *entries;            /* where entries of the matrix come from */
+    size_t *first_seed;    /* per run, in: */
+    size_t *seeds;         /* elements of the seeds that are 1 */
+    size_t *first_entry;   /* per batch of runs, in: */
+    struct place *entries; /* where entries of the matrix come from */
+    double *batch;         /* results of its runs, one behind the other */
+    size_t results;        /* elements of one run */
 };
 
 /* ---- recording ---- */
@@ -49,8 +56,16 @@ static struct vector *vectors(ad_program *program, size_t n, const ad_var x[])
     return v;
 }
 
-/* All inputs are held, except one seed per x (forward) or one for y (backward). */
-static bool record(ad_jacobian *J, ad_var y, size_t n, const ad_var x[], bool forward)
+static enum ad_status sweep_back(ad_var y, ad_var seed, size_t n, const ad_var x[], ad_var by[])
+{
+    seed = ad_broadcast(seed, ad_rows(y), ad_cols(y));
+    return ad_sweep_back(y.tape, 1, &y, &seed, true, n, x, by);
+}
+
+/* All inputs are held, except one seed per x (forward) or one for y (backward), of so many columns.
+ */
+static bool record(ad_jacobian *J, ad_var y, size_t n, const ad_var x[], bool forward,
+                   const size_t cols[])
 {
     size_t n_seeds = forward ? n : 1, n_results = forward ? 1 : n;
     ad_var *seed = calloc(n + 1, sizeof *seed), *result = calloc(n + 1, sizeof *result);
@@ -58,11 +73,11 @@ static bool record(ad_jacobian *J, ad_var y, size_t n, const ad_var x[], bool fo
     hold_inputs(y.tape);
     for (size_t k = 0; done && k < n_seeds; k++) {
         ad_var of = forward ? x[k] : y;
-        seed[k] = ad_input(y.tape, ad_rows(of), ad_cols(of), "seed");
+        seed[k] = ad_input(y.tape, ad_rows(of), cols[k], "seed");
     }
     done = done && y.tape->error.status == AD_OK &&
            (forward ? ad_sweep_forward(y.tape, true, n, x, seed, 1, &y, result)
-                    : ad_sweep_back(y.tape, 1, &y, seed, true, n, x, result)) == AD_OK &&
+                    : sweep_back(y, seed[0], n, x, result)) == AD_OK &&
            ad_compile(y.tape, n_results, result, &J->program) == AD_OK;
     if (done) {
         J->seed = vectors(J->program, n_seeds, seed);
@@ -88,31 +103,74 @@ static void add_up(size_t n, size_t *first)
         first[k + 1] += first[k];
 }
 
+/* The elements of the seeds, and their colours. */
+struct seeds {
+    size_t *cols; /* per variable: 1, or those of the variable */
+    size_t n;
+    uint32_t *colour; /* [n] */
+};
+
+/* The colour of a row, UINT32_MAX where it has none; false if it has several. */
+static bool colour_of_row(size_t cols, const uint32_t *colour, uint32_t *of)
+{
+    *of = UINT32_MAX;
+    for (size_t c = 0; c < cols; c++) {
+        if (colour[c] != UINT32_MAX && *of != UINT32_MAX && colour[c] != *of)
+            return false;
+        *of = colour[c] != UINT32_MAX ? colour[c] : *of;
+    }
+    return true;
+}
+
+/* Of n variables whose elements have these colours. */
+static bool make_seeds(struct seeds *s, size_t n, const ad_var x[], const uint32_t *colour)
+{
+    size_t most = 0;
+    for (size_t k = 0; k < n; k++)
+        most += ad_rows(x[k]) * ad_cols(x[k]);
+    s->cols = malloc((n + 1) * sizeof *s->cols);
+    s->colour = malloc((most + 1) * sizeof *s->colour);
+    for (size_t k = 0; s->cols && s->colour && k < n; k++) {
+        size_t rows = ad_rows(x[k]), cols = ad_cols(x[k]), r = 0;
+        while (r < rows && colour_of_row(cols, colour + r * cols, &s->colour[s->n + r]))
+            r++;
+        s->cols[k] = r == rows ? 1 : cols;
+        if (r < rows)
+            memcpy(s->colour + s->n, colour, rows * cols * sizeof *colour);
+        s->n += rows * s->cols[k];
+        colour += rows * cols;
+    }
+    return s->cols && s->colour;
+}
+
 /* By the colours of columns (forward) or rows. */
-static bool plan(ad_jacobian *J, const uint32_t *colour, bool forward)
+static bool plan(ad_jacobian *J, const struct seeds *s, const uint32_t *colour, bool forward)
 {
     const struct pattern *p = &J->pattern;
-    size_t entries = p->start[p->rows], seeds = forward ? p->cols : p->rows;
+    size_t entries = p->start[p->rows], seeds = s->n;
+    J->results = forward ? p->rows : p->cols;
     J->first_seed = calloc(J->runs + 2, sizeof *J->first_seed);
     J->first_entry = calloc(J->runs + 2, sizeof *J->first_entry);
     J->seeds = malloc((seeds + 1) * sizeof *J->seeds);
     J->entries = malloc((entries + 1) * sizeof *J->entries);
     J->value = calloc(entries + 1, sizeof *J->value);
-    if (!J->first_seed || !J->first_entry || !J->seeds || !J->entries || !J->value)
+    J->batch = malloc(((J->runs < BATCH ? J->runs : BATCH) * J->results + 1) * sizeof *J->batch);
+    if (!J->first_seed || !J->first_entry || !J->seeds || !J->entries || !J->value || !J->batch)
         return false;
-    count(seeds, colour, J->first_seed + 1);
+    count(seeds, s->colour, J->first_seed + 1);
     for (size_t r = 0; r < p->rows; r++)
         for (size_t k = p->start[r]; k < p->start[r + 1]; k++)
-            J->first_entry[colour[forward ? p->col[k] : r] + 2]++;
+            J->first_entry[colour[forward ? p->col[k] : r] / BATCH + 2]++;
     add_up(J->runs, J->first_seed + 1);
     add_up(J->runs, J->first_entry + 1);
     for (size_t k = 0; k < seeds; k++)
-        if (colour[k] != UINT32_MAX)
-            J->seeds[J->first_seed[colour[k] + 1]++] = k;
+        if (s->colour[k] != UINT32_MAX)
+            J->seeds[J->first_seed[s->colour[k] + 1]++] = k;
     for (size_t r = 0; r < p->rows; r++)
         for (size_t k = p->start[r]; k < p->start[r + 1]; k++) {
             size_t run = colour[forward ? p->col[k] : r];
-            J->entries[J->first_entry[run + 1]++] = (struct place){forward ? r : p->col[k], k};
+            size_t element = run % BATCH * J->results + (forward ? r : p->col[k]);
+            J->entries[J->first_entry[run / BATCH + 1]++] = (struct place){element, k};
         }
     J->matrix = (struct ad_sparse){p->rows, p->cols, p->start, p->col, J->value};
     return true;
@@ -142,10 +200,14 @@ static bool choose(ad_jacobian *J, uint32_t **colour, bool *forward)
 static bool make(ad_jacobian *J, ad_var y, size_t n, const ad_var x[])
 {
     uint32_t *colour = NULL;
+    struct seeds seeds = {.n = 0};
     bool forward;
     J->type = y.tape->type;
     bool done = ad_pattern_find(&J->pattern, y, n, x) && choose(J, &colour, &forward) &&
-                plan(J, colour, forward) && record(J, y, n, x, forward);
+                make_seeds(&seeds, forward ? n : 1, forward ? x : &y, colour) &&
+                plan(J, &seeds, colour, forward) && record(J, y, n, x, forward, seeds.cols);
+    free(seeds.cols);
+    free(seeds.colour);
     free(colour);
     return done;
 }
@@ -229,6 +291,7 @@ void ad_jacobian_free(ad_jacobian *J)
     free(J->first_entry);
     free(J->seeds);
     free(J->entries);
+    free(J->batch);
     free(J);
 }
 
@@ -261,21 +324,16 @@ static void set_seeds(const ad_jacobian *J, size_t run, double value)
     }
 }
 
+/* Keeps the results of a run, and writes the entries of a batch of runs. */
 static void collect(ad_jacobian *J, size_t run)
 {
-    const struct vector *v = J->result;
-    size_t first = 0;
-    for (size_t k = J->first_entry[run]; k < J->first_entry[run + 1]; k++) {
-        const struct place *at = &J->entries[k];
-        if (at->element < first) { /* of the next row: from the first vector on */
-            v = J->result;
-            first = 0;
-        }
-        v = find(v, at->element, &first);
-        J->value[at->entry] = J->type == AD_F64
-                                  ? ((const double *)v->data)[at->element - first]
-                                  : (double)((const float *)v->data)[at->element - first];
-    }
+    double *to = J->batch + run % BATCH * J->results;
+    for (size_t k = 0, done = 0; done < J->results; done += J->result[k++].size)
+        J->program->kernels->to_double(J->result[k].size, to + done, J->result[k].data);
+    if (run + 1 < J->runs && (run + 1) % BATCH)
+        return;
+    for (size_t k = J->first_entry[run / BATCH]; k < J->first_entry[run / BATCH + 1]; k++)
+        J->value[J->entries[k].entry] = J->batch[J->entries[k].element];
 }
 
 void ad_jacobian_run(ad_jacobian *J)
