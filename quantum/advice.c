@@ -38,12 +38,17 @@ void qm_box(const struct phys_system *system, double hbar, const struct qm_gauss
     }
 }
 
-double qm_inside(const struct qm_grid *box, const struct qm_gaussian *p)
+double qm_inside(const struct qm_slice *slice, const struct qm_gaussian *p)
 {
-    if (!box || !p)
+    if (!slice || !p)
         return NAN;
+    double low = slice->grid.low - p->x, high = slice->grid.high - p->x;
+    if (slice->walls == QM_RING && slice->absorb == 0) {
+        high = 0.5 * (high - low);
+        low = -high;
+    }
     double unit = p->sigma * M_SQRT2;
-    return 0.5 * (erf((box->high - p->x) / unit) - erf((box->low - p->x) / unit));
+    return 0.5 * (erf(high / unit) - erf(low / unit));
 }
 
 /* Up or down to four digits. */

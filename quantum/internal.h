@@ -33,6 +33,15 @@ enum ad_status qm_actions(const struct qm_slice *slice, size_t n, const double *
 enum ad_status qm_kernel_rows(const struct qm_slice *slice, size_t first, size_t rows,
                               qm_complex *K, struct ad_error *error);
 
+/* AD_E_ARGUMENT where L(q, -v) is not L(q, v): a path and its mirror image differ in action then.
+ */
+enum ad_status qm_check_mirror(const struct qm_slice *slice, struct ad_error *error);
+
+/* qm_packet on a grid in the box of a slice; around a ring the packet is wound, with norm 1. */
+void qm_packet_wound(const struct qm_slice *slice, const struct qm_grid *grid,
+                     const struct qm_gaussian *packet, size_t packets, size_t column,
+                     qm_complex *psi);
+
 /* psi [n], elements `stride` apart, becomes NaN: what a function without a status leaves of
    arguments that make no sense. Takes NULL. */
 void qm_unknown(size_t n, size_t stride, qm_complex *psi);

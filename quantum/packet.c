@@ -4,20 +4,56 @@
 #include <complex.h>
 #include <math.h>
 
+/* Standard deviations beyond which a packet is below 1e-16 of its height; turns of a ring that the
+   tails of a wide packet are followed for. */
+enum { NEGLIGIBLE = 13, MOST_TURNS = 100 };
+
+static void add(const struct qm_grid *grid, double hbar, const struct qm_gaussian *packet,
+                size_t packets, qm_complex *psi)
+{
+    double height = pow(2 * M_PI * packet->sigma * packet->sigma, -0.25);
+    for (size_t a = 0; a < grid->n; a++) {
+        double d = qm_x(grid, a) - packet->x, u = d / (2 * packet->sigma);
+        psi[a * packets] += height * exp(-u * u) * cexp(I * (packet->p * d / hbar));
+    }
+}
+
 void qm_packet(const struct qm_grid *grid, double hbar, const struct qm_gaussian *packet,
                size_t packets, size_t column, qm_complex *psi)
 {
     if (!grid || !psi || column >= packets)
         return;
-    if (!packet || !(packet->sigma > 0) || !(hbar > 0)) {
-        qm_unknown(grid->n, packets, psi + column);
+    bool known = packet && packet->sigma > 0 && hbar > 0;
+    for (size_t a = 0; a < grid->n; a++)
+        psi[a * packets + column] = known ? 0 : (double)NAN;
+    if (known)
+        add(grid, hbar, packet, packets, psi + column);
+}
+
+void qm_packet_wound(const struct qm_slice *slice, const struct qm_grid *grid,
+                     const struct qm_gaussian *packet, size_t packets, size_t column,
+                     qm_complex *psi)
+{
+    double low = slice->grid.low, turn = slice->grid.high - low;
+    struct qm_gaussian one = *packet;
+    bool ring = slice->walls == QM_RING && slice->absorb == 0;
+    if (ring)
+        one.x -= turn * floor((one.x - low) / turn);
+    qm_packet(grid, slice->hbar, &one, packets, column, psi);
+    if (!ring)
         return;
+    int turns = (int)fmin(ceil(NEGLIGIBLE * one.sigma / turn), MOST_TURNS);
+    double norm = 1; /* with <g(x)|g(x + a)> = exp(-a^2 / 8 sigma^2 + i p a / hbar) */
+    for (int j = 1; j <= turns; j++) {
+        double away = j * turn, u = away / one.sigma;
+        norm += 2 * exp(-u * u / 8) * cos(one.p * away / slice->hbar);
+        for (int side = -1; side <= 1; side += 2) {
+            struct qm_gaussian other = {one.x + side * away, one.sigma, one.p};
+            add(grid, slice->hbar, &other, packets, psi + column);
+        }
     }
-    double height = pow(2 * M_PI * packet->sigma * packet->sigma, -0.25);
-    for (size_t a = 0; a < grid->n; a++) {
-        double d = qm_x(grid, a) - packet->x, u = d / (2 * packet->sigma);
-        psi[a * packets + column] = height * exp(-u * u) * cexp(I * (packet->p * d / hbar));
-    }
+    for (size_t a = 0; a < grid->n; a++)
+        psi[a * packets + column] /= sqrt(norm);
 }
 
 static double square(qm_complex z) { return creal(z) * creal(z) + cimag(z) * cimag(z); }

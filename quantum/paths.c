@@ -82,7 +82,7 @@ static enum ad_status check_rule(const struct qm_slice *slice, const struct phys
             error, AD_E_ARGUMENT,
             "rule %s evaluates L where mirrored paths are folded; expected left or trapezoid",
             rule->name);
-    return AD_OK;
+    return slice->walls == QM_REFLECT ? qm_check_mirror(slice, error) : AD_OK;
 }
 
 /* Point j of the rule. A path from an image is folded back where it starts: position x_b, velocity

@@ -51,6 +51,43 @@ static bool separates(const struct look *at)
     return true;
 }
 
+/* On the grid with one velocity, then with another. Free at.q. */
+static enum ad_status look_at(const struct phys_system *system, const struct qm_grid *grid,
+                              double first, double second, struct look *at, struct ad_error *error)
+{
+    size_t n = grid->n;
+    *at = (struct look){.n = n, .q = malloc(10 * n * sizeof *at->q)};
+    if (!at->q)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
+    at->v = at->q + 2 * n;
+    at->L = at->v + 2 * n;
+    at->p = at->L + 2 * n;
+    at->m = at->p + 2 * n;
+    for (size_t k = 0; k < 2 * n; k++) {
+        at->q[k] = qm_x(grid, k % n);
+        at->v[k] = k < n ? first : second;
+    }
+    return evaluate(system, at, error);
+}
+
+enum ad_status qm_check_mirror(const struct qm_slice *slice, struct ad_error *error)
+{
+    struct look at = {0};
+    double speed = qm_dx(&slice->grid) / slice->dt, most = 0, odd = 0;
+    if (look_at(slice->system, &slice->grid, speed, -speed, &at, error) == AD_OK)
+        for (size_t k = 0; k < at.n; k++) {
+            most = fmax(most, fabs(at.L[k]));
+            odd = fmax(odd, fabs(at.L[k] - at.L[at.n + k]));
+        }
+    if (odd > 1e-11 * most)
+        ad_fail(error, AD_E_ARGUMENT,
+                "walls: L of %s changes with the sign of v, and mirrored paths have another "
+                "action; expected open walls or a ring",
+                slice->system->scene->name);
+    free(at.q);
+    return error->status;
+}
+
 enum ad_status qm_potential(const struct phys_system *system, const struct qm_grid *grid, double *V,
                             double *mass, struct ad_error *error)
 {
@@ -62,21 +99,13 @@ enum ad_status qm_potential(const struct phys_system *system, const struct qm_gr
         return ad_fail(error, AD_E_ARGUMENT, "%s has %zu coordinates; expected a scene of one",
                        system->scene->name, system->dof);
     size_t n = grid->n;
-    struct look at = {.n = n, .q = malloc(10 * n * sizeof *at.q)};
-    if (!at.q)
-        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
-    at.v = at.q + 2 * n;
-    at.L = at.v + 2 * n;
-    at.p = at.L + 2 * n;
-    at.m = at.p + 2 * n;
-    for (size_t k = 0; k < 2 * n; k++) {
-        at.q[k] = qm_x(grid, k % n);
-        at.v[k] = (double)(k / n);
-    }
-    if (evaluate(system, &at, error) == AD_OK && !separates(&at))
+    struct look at;
+    if (look_at(system, grid, 0, 1, &at, error) == AD_OK && !separates(&at))
         ad_fail(error, AD_E_ARGUMENT,
                 "L of %s is not m v^2/2 - V(q) with a constant mass; expected method kernel",
                 system->scene->name);
+    if (!at.q)
+        return error->status;
     *mass = at.m[0];
     for (size_t a = 0; a < n; a++)
         V[a] = -at.L[a];

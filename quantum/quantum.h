@@ -54,7 +54,8 @@ struct qm_slice {
     const struct phys_system *system; /* of one coordinate */
     const struct phys_rule *rule;     /* left, midpoint or trapezoid; NULL: trapezoid */
     struct qm_grid grid;
-    enum qm_walls walls; /* QM_REFLECT, QM_RING: not with midpoint, whose paths cross the wall */
+    enum qm_walls walls; /* QM_REFLECT, QM_RING: not with midpoint, whose paths cross the wall;
+                            QM_REFLECT: not with an L that changes with the sign of v */
     double
         absorb; /* width of layers at both ends that absorb shorter waves; at most half the box */
     double dt, hbar; /* above 0 */
@@ -157,7 +158,9 @@ void qm_propagate_plane(size_t nx, const qm_complex *Kx, size_t ny, const qm_com
 struct qm_gaussian {
     double x, sigma, p;
 };
-/* Fills column `column` of psi [n x packets]; the norm is 1 less the part outside the box. */
+/* Fills column `column` of psi [n x packets]; the norm is 1 less the part outside the box. On a
+   ring qm_reference, qm_error and qm_run begin with the packet wound around it: the sum of this
+   over x + j (high - low), with norm 1. */
 void qm_packet(const struct qm_grid *grid, double hbar, const struct qm_gaussian *packet,
                size_t packets, size_t column, qm_complex *psi);
 

@@ -14,8 +14,9 @@ AD_HEADER_BEGIN
  */
 void qm_box(const struct phys_system *system, double hbar, const struct qm_gaussian *packet,
             double *low, double *high);
-/* The fraction of a packet inside a box, 0 to 1. */
-double qm_inside(const struct qm_grid *box, const struct qm_gaussian *packet);
+/* The fraction of a packet inside the box of a slice, or, around a ring, within half a turn of its
+   middle: 0 to 1. */
+double qm_inside(const struct qm_slice *slice, const struct qm_gaussian *packet);
 
 /* Limits within which the slice does not alias, rounded to four digits to the safe side. */
 struct qm_advice {

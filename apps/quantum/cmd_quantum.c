@@ -47,20 +47,42 @@ static void advise(const struct quantum_run *run, struct ad_error *error)
                  run->options->scene);
 }
 
+/* Options that a run does not look at. */
+static enum ad_status refuse_unused(const struct quantum_options *options, struct ad_error *error)
+{
+    const struct {
+        bool so;
+        const char *names, *what;
+    } unused[] = {
+        {options->preset,
+         "scene points box dt steps power packet hbar method rule walls absorb every normalise "
+         "force tol no-reference set",
+         "is not for --preset paper; see --scale"},
+        {!options->preset, "scale", "needs --preset paper"},
+        {options->no_reference, "tol", "needs the error; leave --no-reference out"},
+        {options->power != OPTION_NO_COUNT, "steps every method normalise",
+         "is not for --power, one slice of the kernel"},
+        {strcmp(options->method, qm_method_crank_nicolson.name) == 0, "rule",
+         "is not for crank-nicolson, which has no paths"},
+    };
+    for (size_t k = 0; k < sizeof unused / sizeof *unused; k++)
+        if (unused[k].so)
+            options_refuse(&options->common, unused[k].names, unused[k].what, error);
+    return error->status;
+}
+
 static int run(const void *values, struct ad_error *error)
 {
     const struct quantum_options *options = values;
     struct quantum_run run;
     int status = WRONG_USE;
+    if (refuse_unused(options, error) != AD_OK)
+        return WRONG_USE;
     if (options->preset)
         return options_choose("preset", options->preset, 1, (const char *const[]){"paper"},
                               error) == 0
                    ? quantum_paper(options, error)
                    : WRONG_USE;
-    if (options->scale != 1) {
-        ad_fail(error, AD_E_ARGUMENT, "--scale needs --preset paper");
-        return WRONG_USE;
-    }
     if (strcmp(options->scene, "double-slit") == 0)
         return quantum_slit(options, error);
     if (quantum_setup(options, &run, error) == AD_OK)
@@ -96,7 +118,7 @@ static const struct option table[] = {
     {"normalise", NULL, OPTION_FLAG, NULL, "force the norm to 1 after every slice", AT(normalise)},
     {"force", NULL, OPTION_FLAG, NULL, "run even if it aliases or takes hours, with a warning",
      AT(force)},
-    {"tol", "E", OPTION_NUMBER, "1e-2", "largest error with exit status 0", AT(tolerance)},
+    {"tol", "E", OPTION_POSITIVE, "1e-2", "largest error with exit status 0", AT(tolerance)},
     {"no-reference", NULL, OPTION_FLAG, NULL, "do not measure the error", AT(no_reference)},
     {"preset", "paper", OPTION_TEXT, NULL, "the published variant, and a correct one", AT(preset)},
     {"scale", "S", OPTION_NUMBER, "1", "of the preset, 0.25 to 2: 1 / hbar", AT(scale)},

@@ -143,7 +143,8 @@ static enum ad_status make_slice(const struct preset *preset, struct quantum_run
 static enum ad_status check_box(const struct preset *preset, const struct quantum_run *run,
                                 struct ad_error *error)
 {
-    const struct qm_grid *box = &run->settings.slice.grid;
+    const struct qm_slice *slice = &run->settings.slice;
+    const struct qm_grid *box = &slice->grid;
     if (!preset->name && !run->options->box && run->system.dof == 1 &&
         phys_keeps_energy(&run->system)) {
         double low, high;
@@ -155,14 +156,21 @@ static enum ad_status check_box(const struct preset *preset, const struct quantu
     }
     for (size_t k = 0; k < run->settings.packets; k++) {
         const struct qm_gaussian *p = &run->settings.packet[k];
-        double inside = qm_inside(box, p);
-        if (box->high > box->low && !(inside >= 0.99))
-            return ad_fail(error, AD_E_ARGUMENT,
-                           "--packet %g,%g,%g: %.3g %% of it is in the box from %g to %g; expected "
-                           "99 %% or more; try --box=%.4g,%.4g",
-                           p->x, p->sigma, p->p, 100 * inside, box->low, box->high,
-                           fmin(box->low, p->x - 6 * p->sigma),
-                           fmax(box->high, p->x + 6 * p->sigma));
+        double inside = qm_inside(slice, p);
+        if (!(box->high > box->low) || inside >= 0.99)
+            continue;
+        if (slice->walls == QM_RING && slice->absorb == 0)
+            return ad_fail(
+                error, AD_E_ARGUMENT,
+                "--packet %g,%g,%g: %.3g %% of it is within half a turn of the ring from "
+                "%g to %g; expected 99 %% or more; try a width of %.2g",
+                p->x, p->sigma, p->p, 100 * inside, box->low, box->high,
+                0.19 * (box->high - box->low));
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--packet %g,%g,%g: %.3g %% of it is in the box from %g to %g; expected "
+                       "99 %% or more; try --box=%.4g,%.4g",
+                       p->x, p->sigma, p->p, 100 * inside, box->low, box->high,
+                       fmin(box->low, p->x - 6 * p->sigma), fmax(box->high, p->x + 6 * p->sigma));
     }
     return AD_OK;
 }

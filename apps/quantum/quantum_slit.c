@@ -29,8 +29,10 @@ static enum ad_status read_settings(const struct settings *set, struct qm_slit_s
 
 static enum ad_status refuse_others(const struct quantum_options *options, struct ad_error *error)
 {
-    if (options_refuse(&options->common, "box walls packet power normalise",
-                       "is not for the double slit; see --set", error) != AD_OK)
+    if (options_refuse(
+            &options->common,
+            "box dt walls packet rule power every absorb normalise tol no-reference force",
+            "is not for the double slit; see --set", error) != AD_OK)
         return error->status;
     if (strcmp(options->method, "kernel") != 0)
         return ad_fail(error, AD_E_ARGUMENT,

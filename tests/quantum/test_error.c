@@ -66,6 +66,28 @@ static struct phys_system system_of(ad_var (*lagrangian)(ad_var, ad_var, ad_var,
     return system;
 }
 
+/* A19: an L that is odd in v has no mirrored paths: refused between reflecting walls alone. */
+static void odd_lagrangians_have_no_mirror(void **state)
+{
+    (void)state;
+    ad_var (*const odd[])(ad_var, ad_var, ad_var, const void *) = {shifted, eckart};
+    for (size_t k = 0; k < 2; k++) {
+        struct phys_system system = system_of(odd[k]);
+        struct qm_aliasing aliasing;
+        for (int walls = QM_OPEN; walls <= QM_RING; walls++) {
+            struct ad_error error = {0};
+            const struct qm_slice slice = {.system = &system,
+                                           .grid = {-4, 4, 64},
+                                           .walls = (enum qm_walls)walls,
+                                           .dt = 0.4,
+                                           .hbar = 1};
+            bool refused = qm_aliasing(&slice, &aliasing, &error) == AD_E_ARGUMENT;
+            assert_int_equal(refused, k == 0 && walls == QM_REFLECT);
+        }
+        phys_system_close(&system);
+    }
+}
+
 /* ---- errors ---- */
 
 static double error_after(const struct qm_method *method, const struct qm_slice *slice,
@@ -320,6 +342,7 @@ static void bad_arguments(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(odd_lagrangians_have_no_mirror),
         cmocka_unit_test(finer_slices_tell_the_error),
         cmocka_unit_test(eckart_barrier),
         cmocka_unit_test(slices_without_amplitude),

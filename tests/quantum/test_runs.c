@@ -24,12 +24,60 @@ static void box_holds_the_motion(void **state)
     assert_true(low < packet.x && packet.x < high);
     assert_true(low * low / 2 > energy && high * high / 2 > energy);
     assert_true(high - low < 40 * packet.sigma);
-    struct qm_grid box = {low, high, 100}, half = {packet.x, high, 100};
+    struct qm_slice box = {.grid = {low, high, 100}}, half = {.grid = {packet.x, high, 100}};
     assert_close(qm_inside(&box, &packet), 1, 0, 1e-9);
     assert_close(qm_inside(&half, &packet), 0.5, 0, 1e-9);
+    half.walls = QM_RING;
+    half.grid.high = packet.x + 4 * packet.sigma;
+    assert_close(qm_inside(&half, &packet), erf(M_SQRT2), 1e-14, 0);
     assert_true(isnan(qm_inside(NULL, &packet)) && isnan(qm_aliasing_advice(NULL, NULL).dt));
     qm_box(NULL, 1, &packet, &low, &high);
     assert_true(isnan(low) && isnan(high));
+    phys_system_close(&system);
+}
+
+/* A19: around a ring a packet is wound, wherever the ring is cut: at the cut or turns away it is
+ * the same. */
+static void rings_have_no_seam(void **state)
+{
+    (void)state;
+    static const struct qm_gaussian packets[] = {
+        {M_PI, 1.2, 0.5}, {-M_PI, 1.2, 0.5}, {7 * M_PI, 1.2, 0.5}};
+    enum { N = 64 };
+    struct phys_system system = system_with("pendulum", 1, (struct parameter[]){{"l", 1}});
+    struct ad_error error = {0};
+    struct qm_run_settings run = {.slice = {.system = &system,
+                                            .grid = {-M_PI, M_PI, N},
+                                            .walls = QM_RING,
+                                            .dt = 0.1,
+                                            .hbar = 1},
+                                  .method = &qm_method_fft,
+                                  .packet = packets,
+                                  .packets = 3,
+                                  .steps = 1,
+                                  .every = 1,
+                                  .reference = true};
+    struct qm_run_result result;
+    qm_run(&run, &result, &error);
+    assert_no_error(&error);
+    assert_true(result.error < 1e-3);
+    for (size_t k = 0; k < 3; k++)
+        assert_close(result.moments[k].norm, 1, 1e-12, 0);
+    for (size_t a = 0; a < N; a++)
+        for (size_t k = 1; k < 3; k++)
+            assert_close(cabs(result.psi[3 * a + k] - result.psi[3 * a]), 0, 0, 1e-12);
+    qm_run_free(&result);
+    /* cut on the other side, the points are the same */
+    struct qm_run_settings other = run;
+    struct qm_run_result turned;
+    other.slice.grid = (struct qm_grid){0, 2 * M_PI, N};
+    qm_run(&run, &result, &error);
+    qm_run(&other, &turned, &error);
+    assert_no_error(&error);
+    for (size_t a = 0; a < N; a++)
+        assert_close(cabs(turned.psi[3 * a] - result.psi[3 * ((a + N / 2) % N)]), 0, 0, 1e-10);
+    qm_run_free(&result);
+    qm_run_free(&turned);
     phys_system_close(&system);
 }
 
@@ -139,9 +187,8 @@ static void stopped_on_the_way(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(box_holds_the_motion),
-        cmocka_unit_test(advice_does),
-        cmocka_unit_test(samples_and_error),
+        cmocka_unit_test(box_holds_the_motion), cmocka_unit_test(rings_have_no_seam),
+        cmocka_unit_test(advice_does),          cmocka_unit_test(samples_and_error),
         cmocka_unit_test(stopped_on_the_way),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
