@@ -390,13 +390,54 @@ static void test_refused(void **state)
     ad_tape_free(t);
 }
 
+/* ---- slopes of one row for several ---- */
+
+static int sums(void *user, size_t cols, const double *const x[], double *y)
+{
+    (void)user;
+    for (size_t c = 0; c < cols; c++)
+        y[c] = x[0][c] + x[0][cols + c] + x[0][2 * cols + c] + 2 * (x[1][c] + x[1][cols + c]);
+    return 0;
+}
+
+static void sums_recorded(void *user, const ad_var x[], ad_var y, ad_var gy, ad_var gx[])
+{
+    (void)user, (void)x, (void)y;
+    gx[0] = gy;
+    gx[1] = ad_mul(2.0, gy);
+}
+
+static void test_slopes_broadcast(void **state)
+{
+    (void)state;
+    enum { WIDTH = 5 };
+    const struct ad_custom operation = {
+        .name = "sums", .rows = 1, .value = sums, .recorded = sums_recorded};
+    double at[3 * WIDTH] = {0}, g[3 * WIDTH];
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x[] = {ad_input(t, 3, WIDTH, "a"), ad_input(t, 2, WIDTH, "b")}, slope[2];
+    assert_int_equal(ad_grad(ad_sum(ad_custom(2, x, &operation)), 2, x, slope), AD_OK);
+    ad_program *p = compile(t, 2, slope);
+    for (size_t k = 0; k < 2; k++)
+        ad_set(p, x[k], at);
+    ad_run(p);
+    for (size_t k = 0; k < 2; k++) {
+        assert_int_equal(ad_get(p, slope[k], g), AD_OK);
+        for (size_t i = 0; i < (3 - k) * WIDTH; i++)
+            assert_close(g[i], k ? 2 : 1, 0, 0);
+    }
+    ad_program_free(p);
+    ad_tape_free(t);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_way),    cmocka_unit_test(test_direct),
-        cmocka_unit_test(test_jacobian),     cmocka_unit_test(test_faults),
-        cmocka_unit_test(test_not_finite),   cmocka_unit_test(test_checks_find),
-        cmocka_unit_test(test_user_changes), cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_slopes_broadcast), cmocka_unit_test(test_every_way),
+        cmocka_unit_test(test_direct),           cmocka_unit_test(test_jacobian),
+        cmocka_unit_test(test_faults),           cmocka_unit_test(test_not_finite),
+        cmocka_unit_test(test_checks_find),      cmocka_unit_test(test_user_changes),
+        cmocka_unit_test(test_refused),
     };
     return cmocka_run_group_tests_name("operations of one's own", tests, NULL, NULL);
 }

@@ -292,6 +292,8 @@ static void test_refused(void **state)
     struct ad_error e = {0};
     assert_int_equal(ad_evaluate(1, &x, at, y, &value, &e), AD_E_ARGUMENT); /* z has no value */
     e = (struct ad_error){0};
+    assert_int_equal(ad_evaluate(1, &z, at, y, &value, &e), AD_E_ARGUMENT); /* nor has x */
+    e = (struct ad_error){0};
     assert_int_equal(ad_evaluate(2, (ad_var[]){x, foreign}, at, y, &value, &e), AD_E_TAPE);
     e = (struct ad_error){0};
     assert_int_equal(ad_evaluate(2, (ad_var[]){x, y}, at, y, &value, &e), AD_E_ARGUMENT);

@@ -119,6 +119,7 @@ static void test_loss(void **state)
             settings_of(which % 2 ? HNN_HAMILTONIAN : HNN_BASELINE, which < 2 ? 1 : 2);
         hnn_model *model = small_model(&s);
         struct hnn_training training = hnn_pixel_training_defaults();
+        assert_true(training.batch == 200 && training.steps == 10000); /* published */
         training.batch = 7;
         hnn_trainer *trainer = small_trainer(model, &training, &film.samples, &film.samples);
         double expected = 0;

@@ -175,6 +175,9 @@ static void test_split(void **state)
     }
     assert_int_equal(hnn_frames_split(&f, 0.2, 4, &b, &error), AD_OK);
     assert_memory_not_equal(a.train, b.train, 30 * 5 * sizeof *a.train);
+    hnn_split_pairs_free(&b);
+    assert_int_equal(hnn_frames_split(&f, 0.2, 3, &b, &error), AD_OK);
+    assert_memory_equal(a.train, b.train, 30 * 5 * sizeof *a.train);
     hnn_split_pairs_free(&a);
     hnn_split_pairs_free(&b);
     static const double wrong[] = {-0.1, 1, 0.001, 0.999, NAN};

@@ -47,6 +47,49 @@ static void an_error_asked_for_is_met(void **state)
     end(&s);
 }
 
+/* At rest in an equilibrium neither force nor torque acts; beside it both do. */
+static ad_var valley(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    ad_var potential = ad_add(ad_square(ad_row(q, 0)), ad_mul(2.0, ad_square(ad_row(q, 1))));
+    return ad_sub(ad_mul(0.5, ad_sum_rows(ad_square(v))), potential);
+}
+
+static enum ad_status at_rest(const void *params, uint64_t seed, double *q, double *v,
+                              struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = q[1] = v[0] = v[1] = 0;
+    return AD_OK;
+}
+
+static void conservation_is_looked_at_beside_the_motion(void **state)
+{
+    (void)state;
+    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
+                                     .size = sizeof(struct phys_scene),
+                                     .name = "valley",
+                                     .what = "a valley",
+                                     .dof = 2,
+                                     .dims = 2,
+                                     .unit = "1",
+                                     .time_unit = "1",
+                                     .energy_unit = "1",
+                                     .picture = PHYS_PICTURE_PLANE,
+                                     .lagrangian = valley,
+                                     .slices = 9,
+                                     .dt = 0.1,
+                                     .start = at_rest};
+    const double x[4] = {0}, t = 0;
+    struct phys_system system;
+    struct phys_conserved conserved;
+    struct ad_error error = {0};
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    assert_int_equal(phys_conserved(&system, 1, x, &t, &conserved, &error), AD_OK);
+    assert_true(conserved.bodies && !conserved.momentum && !conserved.angular);
+    phys_system_close(&system);
+}
+
 /* Of a Kepler orbit, a = GM = 1, from the pericentre, in long double. */
 static void kepler_at(long double e, long double t, long double q[2])
 {
@@ -365,6 +408,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_error_asked_for_is_met),
+        cmocka_unit_test(conservation_is_looked_at_beside_the_motion),
         cmocka_unit_test(an_error_counts_the_rounding_of_the_start),
         cmocka_unit_test(the_clock_does_not_drift),
         cmocka_unit_test(a_small_coordinate_is_judged_by_its_own_size),

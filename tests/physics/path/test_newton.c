@@ -81,6 +81,8 @@ static void published_starts_reach_the_ode_path(void **state)
         assert_int_equal(info.stop, PHYS_STOP_ROUNDING);
         assert_in_range(info.steps, 1, cases[k].most_steps);
         assert_true(error < 1e-20);
+        settings.adam_steps = 50; /* not taken where there is nothing to gain */
+        assert_int_equal(solve(&system, &settings, path).steps, 0);
         struct phys_spectrum found = spectrum(&system, &settings, path);
         assert_int_equal(found.index, cases[k].index);
         phys_spectrum_free(&found);
