@@ -18,7 +18,7 @@ struct simulate_options {
     struct texts events;
     double dt, tolerance, time, horizon;
     size_t every, samples, days, lyapunov;
-    bool no_reference, reverse;
+    bool no_reference, reverse, sensitivity;
 };
 
 /* A run: what is asked, and what was found. */
@@ -30,6 +30,7 @@ struct simulate_run {
     struct phys_motion_solution motion;
     struct phys_diagnosis diagnosis;
     double *exponents, *change; /* [options->lyapunov]; NULL: none */
+    double *sensitivity;        /* [2][2 dof][2 dof] the matrix, its uncertainty; NULL: none */
     bool has_order;             /* a gas */
     struct phys_gas_order order_start, order_end;
 

@@ -222,6 +222,27 @@ static void report_gas(const struct simulate_run *run, struct report *report)
     report->object = NULL;
 }
 
+/* The state-transition matrix, row after row. */
+static void report_sensitivity(const struct simulate_run *run, struct report *report)
+{
+    const size_t d = 2 * run->system.dof;
+    char name[64];
+    if (!run->sensitivity)
+        return;
+    report_line(report, "derivatives of the end by the start (columns in the same order)");
+    for (size_t i = 0; i < d; i++) {
+        char line[40 * 16] = "";
+        size_t used = 0;
+        for (size_t j = 0; j < d && used + 24 < sizeof line; j++)
+            used += (size_t)snprintf(line + used, sizeof line - used, " %12.6g",
+                                     run->sensitivity[i * d + j]);
+        phys_ode_component(&run->motion.ode, i, name, sizeof name);
+        report_line(report, "  %-12.40s%s", name, line);
+    }
+    report_list(report, "sensitivity", NULL, NULL, d * d, run->sensitivity);
+    report_list(report, "sensitivity_uncertainty", NULL, NULL, d * d, run->sensitivity + d * d);
+}
+
 static void report_diagnosis(const struct simulate_run *run, struct report *report)
 {
     const struct phys_diagnosis *d = &run->diagnosis;
@@ -253,6 +274,7 @@ static void report_diagnosis(const struct simulate_run *run, struct report *repo
         report_list(report, "lyapunov_change", "  change in the second half", rate,
                     run->options->lyapunov, run->change);
     }
+    report_sensitivity(run, report);
     report_number(report, "mass_condition", NULL, NULL,
                   d->mass_condition > 0 ? d->mass_condition : (double)NAN);
     for (size_t k = 0; k < d->n_warnings; k++)

@@ -103,5 +103,14 @@ enum ad_status phys_lyapunov_spectrum(const struct phys_system *system, const do
                                       const struct phys_lyapunov_settings *settings, size_t k,
                                       double *exponents, double *spread, struct ad_error *error);
 
+/* The state-transition matrix [d][d], d = 2 dof: row i, column j is the derivative of component i
+   of (q, v) at t1 by component j at t0, where the motion starts from x = (q, v); and the
+   uncertainty of each entry, by which two runs of different steps differ. Of `settings`, t0, t1,
+   proceed and its context are used. AD_E_ACCURACY where the runs differ by a thousandth of the
+   largest entry; what phys_ode_variations refuses is refused. */
+enum ad_status phys_transition(const struct phys_system *system, const double *x,
+                               const struct phys_lyapunov_settings *settings, double *matrix,
+                               double *uncertainty, struct ad_error *error);
+
 AD_HEADER_END
 #endif

@@ -39,6 +39,26 @@ static void test_bodies_and_reversal(void **state)
     assert_true(shell_number("error") < 1e-8);
 }
 
+/* The state-transition matrix of the motion as it is listed, and 1 where rounding leaves none of
+ * it. */
+static void test_sensitivity(void **state)
+{
+    (void)state;
+    double matrix[4];
+    shell_works("$LA simulate spring --set m=1 --set k=9 --time 2 --sensitivity --json");
+    const char *at = strstr(shell_last_line(), "\"sensitivity\": [");
+    assert_non_null(at);
+    assert_int_equal(sscanf(at, "\"sensitivity\": [%lf, %lf, %lf, %lf]", &matrix[0], &matrix[1],
+                            &matrix[2], &matrix[3]),
+                     4);
+    assert_close(matrix[0], cos(6), 1e-14, 1e-14);
+    assert_close(matrix[1], sin(6) / 3, 1e-14, 1e-14);
+    assert_close(matrix[2], -3 * sin(6), 1e-14, 1e-14);
+    assert_close(matrix[3], cos(6), 1e-14, 1e-14);
+    assert_int_equal(shell("$LA simulate dblpend --time 120 --no-reference --sensitivity"), 1);
+    assert_int_equal(shell("$LA simulate gas --time 1 --no-reference --sensitivity"), 2);
+}
+
 /* Every scene and every integrator says how its energy drifts; those that need a scene that
    separates refuse the double pendulum, and say what to take. */
 static void test_energy_is_always_reported(void **state)
@@ -219,6 +239,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_report, shell_empty),
         cmocka_unit_test_setup(test_bodies_and_reversal, shell_empty),
+        cmocka_unit_test_setup(test_sensitivity, shell_empty),
         cmocka_unit_test_setup(test_energy_of_a_scene_that_does_not_separate, shell_empty),
         cmocka_unit_test_setup(test_tolerance_is_met, shell_empty),
         cmocka_unit_test_setup(test_files, shell_empty),

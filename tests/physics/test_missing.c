@@ -149,6 +149,7 @@ static void test_all_null(void **state)
     REFUSED(phys_lyapunov(NULL, NULL, NULL, NULL, &e));
     REFUSED(phys_lyapunov(&ode, q, NULL, &(struct phys_lyapunov){0}, &e));
     REFUSED(phys_lyapunov_spectrum(&pendulum, NULL, NULL, 1, NULL, NULL, &e));
+    REFUSED(phys_transition(&pendulum, NULL, NULL, NULL, NULL, &e));
     REFUSED(phys_ode_variations(&pendulum, 1, NULL, &e));
     REFUSED(phys_normal_modes(NULL, 0, NULL, NULL, NULL, &e));
     REFUSED(phys_normal_modes(&pendulum, 1, NULL, NULL, &(struct phys_normal_modes){0}, &e));

@@ -63,6 +63,38 @@ static void open_system(struct phys_system *system, const char *name, double *x)
     begin(system, x);
 }
 
+/* The library's own, with its uncertainty: of the spring and of a free body, which are known; and
+   of a chaotic motion, where it is lost. */
+static void test_transition(void **state)
+{
+    (void)state;
+    struct phys_system system;
+    struct ad_error error = {0};
+    double x[MOST], matrix[MOST * MOST], u[MOST * MOST];
+    struct phys_lyapunov_settings how = {.t1 = 2};
+    open_system(&system, "spring", x);
+    assert_int_equal(phys_system_set(&system, "m", 1, &error), AD_OK);
+    assert_int_equal(phys_system_set(&system, "k", 9, &error), AD_OK);
+    assert_int_equal(phys_transition(&system, x, &how, matrix, u, &error), AD_OK);
+    const double exact[] = {cos(6), sin(6) / 3, -3 * sin(6), cos(6)};
+    for (size_t k = 0; k < 4; k++) {
+        assert_close(matrix[k], exact[k], 1e-14, 1e-14);
+        assert_true(u[k] > 0 && u[k] < 1e-11);
+    }
+    phys_system_close(&system);
+    open_system(&system, "freebody", x);
+    how.t1 = -3; /* backwards */
+    assert_int_equal(phys_transition(&system, x, &how, matrix, u, &error), AD_OK);
+    const double free_body[] = {1, -3, 0, 1};
+    for (size_t k = 0; k < 4; k++)
+        assert_close(matrix[k], free_body[k], 1e-15, 1e-15);
+    phys_system_close(&system);
+    open_system(&system, "dblpend", x);
+    how.t1 = 120;
+    assert_int_equal(phys_transition(&system, x, &how, matrix, u, &error), AD_E_ACCURACY);
+    phys_system_close(&system);
+}
+
 /* Against central differences of dop853's motions: constant masses, and masses that vary. */
 static void test_against_differences(void **state)
 {
@@ -224,9 +256,9 @@ static void test_interrupted(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_against_differences), cmocka_unit_test(test_symplectic),
-        cmocka_unit_test(test_linear_saddle),       cmocka_unit_test(test_double_pendulum),
-        cmocka_unit_test(test_interrupted),
+        cmocka_unit_test(test_transition),      cmocka_unit_test(test_against_differences),
+        cmocka_unit_test(test_symplectic),      cmocka_unit_test(test_linear_saddle),
+        cmocka_unit_test(test_double_pendulum), cmocka_unit_test(test_interrupted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
