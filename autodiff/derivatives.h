@@ -50,7 +50,8 @@ enum ad_status ad_hessian_new(ad_var y, size_t n, const ad_var x[], ad_jacobian 
 void ad_jacobian_free(ad_jacobian *jacobian); /* takes NULL */
 /* The program, owned by the Jacobian: for ad_set, ad_set_threads and ad_native. NULL for NULL. */
 ad_program *ad_jacobian_program(ad_jacobian *jacobian);
-/* Number of program runs in one ad_jacobian_run. */
+/* Directions that an ad_jacobian_run computes: a short program all in one run, a long one each in a
+   run of its own. */
 size_t ad_jacobian_runs(const ad_jacobian *jacobian);
 /* Computes the matrix at the current inputs. */
 void ad_jacobian_run(ad_jacobian *jacobian);

@@ -1,6 +1,7 @@
-/* Jacobians as programs (derivatives.h): one run per colour, whose seed is 1 for the columns, or
-   rows, of that colour. All runs but the first recompute only what depends on the seed. Where whole
-   rows of a variable have one colour, its seed is a column. */
+/* Jacobians as programs (derivatives.h): each colour has a seed that is 1 for the columns, or rows,
+   of that colour. A short program has the seeds of all colours; a long one runs once per colour,
+   and all runs but the first recompute only what depends on the seed. Where whole rows of a
+   variable have one colour, its seed is a column. */
 #include "autodiff/derivatives.h"
 #include "autodiff/exec/program.h"
 #include "autodiff/gradient/sweep.h"
@@ -20,7 +21,10 @@ struct place {
     size_t element, entry;
 };
 
-enum { BATCH = 16 }; /* runs whose results become entries together, row by row */
+enum {
+    BATCH = 16,       /* colours whose results become entries together, row by row */
+    MOST_NODES = 4096 /* of a program for all colours, beside those of y */
+};
 
 struct ad_jacobian {
     struct ad_sparse matrix;
@@ -28,21 +32,22 @@ struct ad_jacobian {
     double *value;
     ad_program *program;
     enum ad_type type;
-    struct vector *seed, *result;
-    size_t runs;
-    size_t *first_seed;    /* per run, in: */
-    size_t *seeds;         /* elements of the seeds that are 1 */
-    size_t *first_entry;   /* per batch of runs, in: */
-    struct place *entries; /* where entries of the matrix come from */
-    double *batch;         /* results of its runs, one behind the other */
-    size_t results;        /* elements of one run */
+    struct vector *seed, *result; /* n_seeds and n_results of each colour of a run */
+    size_t n_seeds, n_results;
+    size_t colours, at_once; /* colours of a run: one, or all */
+    size_t *first_seed;      /* per colour, in: */
+    size_t *seeds;           /* elements of the seeds that are 1 */
+    size_t *first_entry;     /* per batch of colours, in: */
+    struct place *entries;   /* where entries of the matrix come from */
+    double *batch;           /* results of its colours, one behind the other */
+    size_t results;          /* elements of one colour */
 };
 
 /* ---- recording ---- */
 
-static void hold_inputs(ad_tape *tape)
+static void hold_inputs(ad_tape *tape, uint32_t end)
 {
-    for (uint32_t id = 0; id < tape->n_nodes; id++)
+    for (uint32_t id = 0; id < end; id++)
         if (node_at(tape, id)->op == AD_OP_input)
             node_at(tape, id)->flags |= NODE_HELD;
 }
@@ -62,26 +67,39 @@ static enum ad_status sweep_back(ad_var y, ad_var seed, size_t n, const ad_var x
     return ad_sweep_back(y.tape, 1, &y, &seed, true, n, x, by);
 }
 
-/* All inputs are held, except one seed per x (forward) or one for y (backward), of so many columns.
- */
+/* The derivatives by one colour's seeds, one per x (forward) or one for y (backward). */
+static bool record_colour(const ad_jacobian *J, ad_var y, size_t n, const ad_var x[], bool forward,
+                          const size_t cols[], ad_var seed[], ad_var result[])
+{
+    for (size_t k = 0; k < J->n_seeds; k++)
+        seed[k] = ad_input(y.tape, ad_rows(forward ? x[k] : y), cols[k], "seed");
+    return y.tape->error.status == AD_OK &&
+           (forward ? ad_sweep_forward(y.tape, true, n, x, seed, 1, &y, result)
+                    : sweep_back(y, seed[0], n, x, result)) == AD_OK;
+}
+
+/* Seeds have so many columns. Inputs are held where the program runs several times. */
 static bool record(ad_jacobian *J, ad_var y, size_t n, const ad_var x[], bool forward,
                    const size_t cols[])
 {
-    size_t n_seeds = forward ? n : 1, n_results = forward ? 1 : n;
-    ad_var *seed = calloc(n + 1, sizeof *seed), *result = calloc(n + 1, sizeof *result);
-    bool done = seed && result;
-    hold_inputs(y.tape);
-    for (size_t k = 0; done && k < n_seeds; k++) {
-        ad_var of = forward ? x[k] : y;
-        seed[k] = ad_input(y.tape, ad_rows(of), cols[k], "seed");
-    }
-    done = done && y.tape->error.status == AD_OK &&
-           (forward ? ad_sweep_forward(y.tape, true, n, x, seed, 1, &y, result)
-                    : sweep_back(y, seed[0], n, x, result)) == AD_OK &&
-           ad_compile(y.tape, n_results, result, &J->program) == AD_OK;
+    const uint32_t end = (uint32_t)y.tape->n_nodes;
+    J->n_seeds = forward ? n : 1;
+    J->n_results = forward ? 1 : n;
+    size_t most = J->colours < MOST_NODES ? J->colours : 1;
+    ad_var *seed = calloc(most * J->n_seeds + 1, sizeof *seed);
+    ad_var *result = calloc(most * J->n_results + 1, sizeof *result);
+    bool done = seed && result && record_colour(J, y, n, x, forward, cols, seed, result);
+    bool all = (y.tape->n_nodes - end) * J->colours <= MOST_NODES;
+    J->at_once = all ? J->colours : 1;
+    for (size_t d = 1; done && d < J->at_once; d++)
+        done = record_colour(J, y, n, x, forward, cols, seed + d * J->n_seeds,
+                             result + d * J->n_results);
+    if (!all)
+        hold_inputs(y.tape, end);
+    done = done && ad_compile(y.tape, J->at_once * J->n_results, result, &J->program) == AD_OK;
     if (done) {
-        J->seed = vectors(J->program, n_seeds, seed);
-        J->result = vectors(J->program, n_results, result);
+        J->seed = vectors(J->program, J->at_once * J->n_seeds, seed);
+        J->result = vectors(J->program, J->at_once * J->n_results, result);
     }
     free(seed);
     free(result);
@@ -149,20 +167,21 @@ static bool plan(ad_jacobian *J, const struct seeds *s, const uint32_t *colour, 
     const struct pattern *p = &J->pattern;
     size_t entries = p->start[p->rows], seeds = s->n;
     J->results = forward ? p->rows : p->cols;
-    J->first_seed = calloc(J->runs + 2, sizeof *J->first_seed);
-    J->first_entry = calloc(J->runs + 2, sizeof *J->first_entry);
+    J->first_seed = calloc(J->colours + 2, sizeof *J->first_seed);
+    J->first_entry = calloc(J->colours + 2, sizeof *J->first_entry);
     J->seeds = malloc((seeds + 1) * sizeof *J->seeds);
     J->entries = malloc((entries + 1) * sizeof *J->entries);
     J->value = calloc(entries + 1, sizeof *J->value);
-    J->batch = malloc(((J->runs < BATCH ? J->runs : BATCH) * J->results + 1) * sizeof *J->batch);
+    J->batch =
+        malloc(((J->colours < BATCH ? J->colours : BATCH) * J->results + 1) * sizeof *J->batch);
     if (!J->first_seed || !J->first_entry || !J->seeds || !J->entries || !J->value || !J->batch)
         return false;
     count(seeds, s->colour, J->first_seed + 1);
     for (size_t r = 0; r < p->rows; r++)
         for (size_t k = p->start[r]; k < p->start[r + 1]; k++)
             J->first_entry[colour[forward ? p->col[k] : r] / BATCH + 2]++;
-    add_up(J->runs, J->first_seed + 1);
-    add_up(J->runs, J->first_entry + 1);
+    add_up(J->colours, J->first_seed + 1);
+    add_up(J->colours, J->first_entry + 1);
     for (size_t k = 0; k < seeds; k++)
         if (s->colour[k] != UINT32_MAX)
             J->seeds[J->first_seed[s->colour[k] + 1]++] = k;
@@ -190,7 +209,7 @@ static bool choose(ad_jacobian *J, uint32_t **colour, bool *forward)
     ad_pattern_free(&t);
     *forward = cols <= rows;
     *colour = *forward ? by_col : by_row;
-    J->runs = *forward ? cols : rows;
+    J->colours = *forward ? cols : rows;
     free(*forward ? by_row : by_col);
     return cols && rows;
 }
@@ -299,7 +318,7 @@ void ad_jacobian_free(ad_jacobian *J)
 
 ad_program *ad_jacobian_program(ad_jacobian *J) { return J ? J->program : NULL; }
 
-size_t ad_jacobian_runs(const ad_jacobian *J) { return J ? J->runs : 0; }
+size_t ad_jacobian_runs(const ad_jacobian *J) { return J ? J->colours : 0; }
 
 const struct ad_sparse *ad_jacobian_matrix(const ad_jacobian *J) { return J ? &J->matrix : NULL; }
 
@@ -311,11 +330,11 @@ static const struct vector *find(const struct vector *v, size_t element, size_t 
     return v;
 }
 
-static void set_seeds(const ad_jacobian *J, size_t run, double value)
+static void set_seeds(const ad_jacobian *J, size_t colour, double value)
 {
-    const struct vector *v = J->seed;
+    const struct vector *v = J->seed + colour % J->at_once * J->n_seeds;
     size_t first = 0;
-    for (size_t k = J->first_seed[run]; k < J->first_seed[run + 1]; k++) {
+    for (size_t k = J->first_seed[colour]; k < J->first_seed[colour + 1]; k++) {
         v = find(v, J->seeds[k], &first);
         if (J->type == AD_F64)
             ((double *)v->data)[J->seeds[k] - first] = value;
@@ -324,28 +343,34 @@ static void set_seeds(const ad_jacobian *J, size_t run, double value)
     }
 }
 
-/* Keeps the results of a run, and writes the entries of a batch of runs. */
-static void collect(ad_jacobian *J, size_t run)
+/* Keeps the results of a colour, and writes the entries of a batch of colours. */
+static void collect(ad_jacobian *J, size_t colour)
 {
-    double *to = J->batch + run % BATCH * J->results;
-    for (size_t k = 0, done = 0; done < J->results; done += J->result[k++].size)
-        J->program->kernels->to_double(J->result[k].size, to + done, J->result[k].data);
-    if (run + 1 < J->runs && (run + 1) % BATCH)
+    const struct vector *v = J->result + colour % J->at_once * J->n_results;
+    double *to = J->batch + colour % BATCH * J->results;
+    for (size_t done = 0; done < J->results; done += v++->size)
+        J->program->kernels->to_double(v->size, to + done, v->data);
+    if (colour + 1 < J->colours && (colour + 1) % BATCH)
         return;
-    for (size_t k = J->first_entry[run / BATCH]; k < J->first_entry[run / BATCH + 1]; k++)
+    size_t batch = colour / BATCH;
+    for (size_t k = J->first_entry[batch]; k < J->first_entry[batch + 1]; k++)
         J->value[J->entries[k].entry] = J->batch[J->entries[k].element];
 }
 
 void ad_jacobian_run(ad_jacobian *J)
 {
-    for (size_t run = 0; J && run < J->runs; run++) {
-        set_seeds(J, run, 1);
-        if (run == 0)
+    for (size_t first = 0; J && first < J->colours; first += J->at_once) {
+        const size_t end = first + J->at_once;
+        for (size_t c = first; c < end; c++)
+            set_seeds(J, c, 1);
+        if (first == 0)
             ad_run(J->program);
         else
             ad_rerun(J->program);
-        collect(J, run);
-        set_seeds(J, run, 0);
+        for (size_t c = first; c < end; c++) {
+            collect(J, c);
+            set_seeds(J, c, 0);
+        }
     }
 }
 
