@@ -80,6 +80,15 @@ enum ad_status options_refuse(const struct common *common, const char *names, co
     return AD_OK;
 }
 
+enum ad_status options_unused(const struct common *common, size_t n, const struct unused rows[],
+                              struct ad_error *error)
+{
+    for (size_t k = 0; k < n && error->status == AD_OK; k++)
+        if (rows[k].so)
+            options_refuse(common, rows[k].names, rows[k].what, error);
+    return error->status;
+}
+
 enum ad_status options_conflicts(size_t n, const struct conflict rows[], struct ad_error *error)
 {
     for (size_t k = 0; k < n; k++)

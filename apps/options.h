@@ -105,6 +105,14 @@ static inline size_t option_count_or(size_t given, size_t otherwise)
 enum ad_status options_refuse(const struct common *common, const char *names, const char *what,
                               struct ad_error *error);
 
+/* The same of the first of some rows that is so: options that such a run does not look at. */
+struct unused {
+    bool so;
+    const char *names, *what;
+};
+enum ad_status options_unused(const struct common *common, size_t n, const struct unused rows[],
+                              struct ad_error *error);
+
 /* AD_E_ARGUMENT for the first of some rows that is wrong. */
 struct conflict {
     bool wrong;

@@ -117,7 +117,7 @@ static const struct option table[] = {
     {"momentum", "M", OPTION_NUMBER, "0", "sgd: share of the last step in the next", AT(momentum)},
     {"rollout", "K", OPTION_COUNT, "0", "loss on K Runge-Kutta steps along trajectories",
      AT(rollout)},
-    {"dt", "DT", OPTION_NUMBER, NULL, "their length [that of the data]", AT(dt)},
+    {"dt", "DT", OPTION_POSITIVE, NULL, "their length [that of the data]", AT(dt)},
     {"every", "K", OPTION_COUNT, NULL, "steps from one test loss to the next [10; frames: 200]",
      AT(every)},
     {"patience", "K", OPTION_COUNT, NULL, "stop after K steps without a lower test loss [never]",

@@ -169,11 +169,17 @@ static enum ad_status find_truth(struct rollout_run *run, struct ad_error *error
         return AD_OK;
     run->task = hnn_task_find(o->truth, &not_one);
     bool data = !run->task && is_data(o->truth), scene = !run->task && !data;
+    const struct unused unused[] = {
+        {!data, "state time-column trial from skip-missing skip-rows", "needs --truth FILE"},
+        {data, "points", "is not for --truth FILE, whose rows are the outputs"},
+        {!run->task && !o->energy, "strength", "needs a task: --truth TASK or --energy TASK"},
+    };
     const struct conflict rows[] = {
         {!run->task && o->starts != OPTION_NO_COUNT, "--starts needs --truth TASK"},
         {!scene && o->common.set.n, "--set needs --truth SCENE"},
     };
-    if (options_conflicts(sizeof rows / sizeof *rows, rows, error) != AD_OK)
+    if (options_conflicts(sizeof rows / sizeof *rows, rows, error) != AD_OK ||
+        options_unused(&o->common, sizeof unused / sizeof *unused, unused, error) != AD_OK)
         return error->status;
     if (!data && o->energy)
         return ad_fail(error, AD_E_ARGUMENT, "--energy: %s has its own; leave it out", o->truth);

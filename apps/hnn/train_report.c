@@ -46,6 +46,38 @@ static void report_columns(const struct train_run *run, struct report *report)
         report_line(report, "  the line of units is skipped");
 }
 
+/* The loss of a field that is 0 everywhere: of samples whose targets are rates, or the states that
+   follow. Units are those of the loss (train_loss.c). */
+static double loss_of_zero(const struct train_run *run)
+{
+    const struct hnn_samples *s = &run->train;
+    const struct hnn_dataset *d = &run->data;
+    size_t states = 2 * d->dof, rows = states * (run->settings.rollout ? run->settings.rollout : 1);
+    const double *unit = run->settings.rollout ? d->scale : d->rate;
+    double sum = 0;
+    for (size_t r = 0; r < rows; r++)
+        for (size_t k = 0; k < s->n; k++) {
+            double still = run->settings.rollout ? s->x[r % states * s->n + k] : 0;
+            double away = s->target[r * s->n + k] - still;
+            sum += pow(run->options->normalise ? away / unit[r % states] : away, 2);
+        }
+    return sum / (double)(rows * s->n);
+}
+
+static void report_loss(const struct train_run *run, struct report *report)
+{
+    double loss = hnn_trainer_train_loss(run->trainer), zero = NAN;
+    report_number(report, "train_loss", "train loss", NULL, loss);
+    if (!run->pixels) {
+        zero = loss_of_zero(run);
+        report_number(report, "zero_loss", "  of a field of 0", NULL, zero);
+    }
+    report_number(report, "test_loss", "test loss", NULL, hnn_trainer_test_loss(run->trainer));
+    if (loss >= 0.99 * zero)
+        report_line(report, "  the model is no better than a field that is 0: try --normalise, "
+                            "another --lr, or more --steps");
+}
+
 static void report_motion(const struct hnn_film_motion *m, struct report *report)
 {
     report_text(report, "motion", "motion", hnn_motion_names[m->kind]);
@@ -71,8 +103,7 @@ void train_report(const struct train_run *run, struct report *report)
     report_text(report, "model", NULL, run->options->model);
     if (!run->pixels)
         report_columns(run, report);
-    report_number(report, "train_loss", "train loss", NULL, hnn_trainer_train_loss(trainer));
-    report_number(report, "test_loss", "test loss", NULL, hnn_trainer_test_loss(trainer));
+    report_loss(run, report);
     report_count(report, "steps", NULL, hnn_trainer_step(trainer));
     report_number(report, "seconds", NULL, "s", hnn_trainer_seconds(trainer));
     report_number(report, "ms_per_step", NULL, "ms", ms_per_step(run));

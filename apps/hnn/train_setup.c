@@ -172,6 +172,23 @@ static enum ad_status training_settings(struct train_run *run, struct ad_error *
     return error->status;
 }
 
+/* Options that such a training does not look at; its data are read. */
+static enum ad_status refuse_unused(const struct train_run *run, struct ad_error *error)
+{
+    const struct train_options *o = run->options;
+    bool differences = run->data.rate_names && !*run->data.rate_names && !o->rollout;
+    const struct unused rows[] = {
+        {strstr(o->model, "baseline"), "field", "is of models with an H, not of a baseline"},
+        {isnan(o->test_fraction) && !run->pixels, "split", "needs --test-fraction"},
+        {!o->rollout, "dt", "needs --rollout"},
+        {!differences, "differences", "is for rates by differences; here are others"},
+        {strcmp(o->optimiser, "sgd") != 0, "momentum", "needs --optimiser sgd"},
+        {strcmp(o->optimiser, "lbfgs") == 0, "lr schedule average",
+         "is not for lbfgs, which chooses its steps"},
+    };
+    return options_unused(&o->common, sizeof rows / sizeof *rows, rows, error);
+}
+
 enum ad_status train_setup(const struct train_options *options, struct train_run *run,
                            struct ad_error *error)
 {
@@ -179,7 +196,8 @@ enum ad_status train_setup(const struct train_options *options, struct train_run
     *run = (struct train_run){.options = options, .next_checkpoint = options->checkpoint};
     run->pixels = strncmp(options->model, "pixel-", 6) == 0;
     if ((run->pixels ? train_read_frames : read_data)(run, error) != AD_OK ||
-        make_model(run, error) != AD_OK || training_settings(run, error) != AD_OK ||
+        refuse_unused(run, error) != AD_OK || make_model(run, error) != AD_OK ||
+        training_settings(run, error) != AD_OK ||
         hnn_trainer_new(run->model, &run->settings, &run->train, &run->test, &run->trainer,
                         error) != AD_OK)
         return error->status;

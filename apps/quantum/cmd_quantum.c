@@ -50,10 +50,7 @@ static void advise(const struct quantum_run *run, struct ad_error *error)
 /* Options that a run does not look at. */
 static enum ad_status refuse_unused(const struct quantum_options *options, struct ad_error *error)
 {
-    const struct {
-        bool so;
-        const char *names, *what;
-    } unused[] = {
+    const struct unused rows[] = {
         {options->preset,
          "scene points box dt steps power packet hbar method rule walls absorb every normalise "
          "force tol no-reference set",
@@ -65,10 +62,7 @@ static enum ad_status refuse_unused(const struct quantum_options *options, struc
         {strcmp(options->method, qm_method_crank_nicolson.name) == 0, "rule",
          "is not for crank-nicolson, which has no paths"},
     };
-    for (size_t k = 0; k < sizeof unused / sizeof *unused; k++)
-        if (unused[k].so)
-            options_refuse(&options->common, unused[k].names, unused[k].what, error);
-    return error->status;
+    return options_unused(&options->common, sizeof rows / sizeof *rows, rows, error);
 }
 
 static int run(const void *values, struct ad_error *error)

@@ -112,7 +112,7 @@ enum ad_status phys_csv_read(struct phys_csv *csv, size_t room, double *const *t
 
 static enum ad_status skip_lines(struct phys_csv *csv, size_t n, struct ad_error *error)
 {
-    for (size_t k = 0; k < n; k++)
+    for (size_t k = 0; k < n && (!k || csv->start); k++)
         if (phys_csv_line(csv, error) != AD_OK)
             return error->status;
     return !n || csv->start

@@ -230,6 +230,10 @@ static void test_refusals(void **state)
     refused("rollout hnn.h5 --truth spring --starts 3 --csv -", "no --x0");
     refused("rollout hnn.h5 --x0 1,0 --points 1", "--points 2");
     refused("rollout hnn.h5 --x0 1,0 --out /nonexistent/a.h5", "/nonexistent");
+    refused("rollout hnn.h5 --truth spring --from 3", "--from FILE");
+    refused("rollout hnn.h5 --truth kepler --trial 1", "--trial FILE");
+    refused("rollout hnn.h5 --truth spring.csv --time-column t --strength 2", "--strength TASK");
+    refused("rollout hnn.h5 --truth spring.csv --time-column t --points 7", "--points FILE");
     refused("field hnn.h5 --axes 1,1", "--axes two");
     refused("field hnn.h5 --axes 1,3", "--axes 2");
     refused("field hnn.h5 --across 1,-1", "--across smaller");

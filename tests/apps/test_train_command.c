@@ -177,6 +177,47 @@ static void test_refusals(void **state)
     refused("frames.h5 --model pixel-hnn --state q,p", "--state");
     refused("pendulum.csv --model pixel-hnn", "pendulum.csv");
     refused("pendulum.csv --log /nonexistent/log.csv", "/nonexistent/log.csv");
+    refused("pendulum.csv --skip-rows 1000000000000", "61 1000000000000");
+    /* options that the training would not look at */
+    refused("pendulum.csv --model baseline --field both", "--field baseline");
+    refused("pendulum.csv --split random", "--split --test-fraction");
+    refused("pendulum.csv --dt 1", "--dt --rollout");
+    refused("pendulum.csv --rollout 2 --dt -1", "--dt -1");
+    refused("pendulum.csv --differences central", "--differences");
+    refused("pendulum.csv --momentum 0.5", "--momentum sgd");
+    refused("pendulum.csv --optimiser lbfgs --lr 0.1", "--lr lbfgs");
+    refused("frames.h5 --model pixel-hnn --split trial", "--split pixel-hnn");
+}
+
+/* A26: a training that has learnt nothing says so: its loss is that of a field of 0, which for
+   rates is their mean square, in units of itself with --normalise. */
+static void test_nothing_learnt(void **state)
+{
+    (void)state;
+    double sum = 0;
+    for (int k = 0; k < 60; k++)
+        sum += pow(1.4 * cos(1.7 * k), 2) + pow(sin(1.5 * sin(2.3 * k + 0.1)), 2);
+    static const struct {
+        const char *options;
+        bool learns;
+    } cases[] = {{"--lr 1e3", false},
+                 {"--lr 1e3 --rollout 2 --dt 0.1", false},
+                 {"--lr 1e3 --rollout 2 --dt 0.1 --normalise", false},
+                 {"--lr 1e-2 --normalise", true}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        shell_works("$LA train pendulum.csv --hidden 8 --steps 100 --json %s", cases[k].options);
+        double loss = shell_number("train_loss"), zero = shell_number("zero_loss");
+        if (cases[k].learns)
+            assert_true(loss < 0.5 * zero);
+        else
+            assert_close(loss, zero, 5e-3, 0);
+        if (k == 0)
+            assert_close(zero, sum / 120, 1e-9, 0);
+        if (k == 3)
+            assert_close(zero, 1, 1e-12, 0);
+        shell_works("$LA train pendulum.csv --hidden 8 --steps 100 %s", cases[k].options);
+        assert_int_equal(!strstr(shell_out(), "no better than a field"), cases[k].learns);
+    }
 }
 
 static void test_resume_refusals(void **state)
@@ -207,6 +248,7 @@ int main(void)
         cmocka_unit_test_setup(test_killed, setup),
         cmocka_unit_test_setup(test_pixels, setup),
         cmocka_unit_test_setup(test_interrupted, setup),
+        cmocka_unit_test_setup(test_nothing_learnt, setup),
         cmocka_unit_test_setup(test_refusals, setup),
         cmocka_unit_test_setup(test_resume_refusals, setup),
     };
