@@ -94,26 +94,27 @@ static void run(const ad_series *s, const struct series_code *code, double *c, s
     code->run(ad_jet_evaluate, s->jets, s->coefficients, code->numbers, code->packs, c, order);
 }
 
-/* Whether machine code does from c[0..n-1] what the interpreter made of it, which was run last:
-   compilers err. */
-static bool agrees(const ad_series *s, struct series_code *code, size_t n, size_t order,
-                   const double *c)
+/* Whether machine code does what the interpreter makes of c[0..n-1], at all orders: compilers err.
+   Values were evaluated last. */
+static bool agrees(ad_series *s, struct series_code *code, size_t n, const double *c)
 {
-    const size_t bytes = (order + 1) * n * sizeof *c;
-    double *again = malloc(bytes + 1);
-    bool same = again;
-    if (again) {
-        memcpy(again, c, n * sizeof *c);
-        run(s, code, again, order);
-        for (size_t k = n; k < (order + 1) * n && same; k++)
-            same = again[k] == c[k] || (isnan(again[k]) && isnan(c[k]));
+    const size_t rows = (s->order + 1) * n;
+    double *expected = malloc(2 * rows * sizeof *c), *got = expected + rows;
+    bool same = expected;
+    if (expected) {
+        memcpy(expected, c, n * sizeof *c);
+        memcpy(got, c, n * sizeof *c);
+        interpret(s, n, s->order, expected);
+        run(s, code, got, s->order);
+        for (size_t k = n; k < rows && same; k++)
+            same = got[k] == expected[k] || (isnan(got[k]) && isnan(expected[k]));
     }
-    free(again);
+    free(expected);
     return same;
 }
 
 /* Looks into the cache first, then compiles when that much was spent. */
-static void try_code(ad_series *s, size_t order, const double *c)
+static void try_code(ad_series *s, const double *c)
 {
     struct ad_error note = {0};
     const double price = START + A_JET * (double)s->n;
@@ -121,7 +122,7 @@ static void try_code(ad_series *s, size_t order, const double *c)
     if (s->next_try > 0 && s->spent >= s->next_try) {
         s->code = load(s, build, &note);
         s->next_try = build ? INFINITY : price;
-        if (s->code && !agrees(s, s->code, s->n_flow, order, c)) {
+        if (s->code && !agrees(s, s->code, s->n_flow, c)) {
             ad_series_code_free(s->code);
             s->code = NULL;
             s->next_try = INFINITY;
@@ -164,6 +165,6 @@ void ad_series_flow(ad_series *series, size_t n, size_t order, double *c)
     s->spent += seconds_of(s, order);
     if (!s->code && (s->n_flow == n || s->n_flow == 0)) {
         s->n_flow = n;
-        try_code(s, order, c);
+        try_code(s, c);
     }
 }

@@ -381,6 +381,32 @@ static void test_driven_from_rest(void **state)
         }
 }
 
+static enum ad_status drive_alone(void *context, double t, const double *q, double *rate,
+                                  struct ad_error *error)
+{
+    (void)context, (void)q, (void)error;
+    rate[0] = sin(t);
+    return AD_OK;
+}
+
+/* A force that is kept from one step to the next is that of its time, though nothing has moved. */
+static void test_kicks_from_rest(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"semi-implicit", "velocity-verlet", "verlet", "yoshida4"};
+    for (size_t i = 0; i < LENGTH(methods); i++) {
+        double k = 0, y[2] = {0};
+        struct ad_error error = {0};
+        struct phys_ode ode = {
+            .n = 2, .field = drive, .kick = drive_alone, .canonical = true, .context = &k};
+        struct phys_simulation how = {
+            .integrator = phys_integrator_find(methods[i], &error), .t1 = 3, .dt = 0.01};
+        assert_int_equal(phys_simulate(&how, &ode, y, NULL, &error), AD_OK);
+        assert_close(y[0], 3 - sin(3), 0, 1e-4);
+        assert_close(y[1], 1 - cos(3), 0, 1e-2);
+    }
+}
+
 /* A force at the start alone: the first guess is far from the stages, which are 0. */
 static enum ad_status kick_at_once(void *context, double t, const double *y, double *rate,
                                    struct ad_error *error)
@@ -487,6 +513,7 @@ int main(void)
         cmocka_unit_test(test_event_directions),
         cmocka_unit_test(test_event_at_the_end_of_a_step),
         cmocka_unit_test(test_driven_from_rest),
+        cmocka_unit_test(test_kicks_from_rest),
         cmocka_unit_test(test_a_force_at_the_start_alone),
         cmocka_unit_test(test_users_field_that_ends),
         cmocka_unit_test(test_floor_and_most_steps),
