@@ -18,10 +18,11 @@ struct about {
 };
 struct memory {
     struct about about[POINTS];
-    size_t here;          /* which is of the step's start */
-    size_t order;         /* for the tolerance `tol`: see longest */
-    double tol, log2_tol; /* the latter over the order */
-    double last;          /* size of the last coefficients, and that times |h|^order */
+    size_t here;  /* which is of the step's start */
+    size_t order; /* of this step */
+    size_t usual; /* order for the tolerance `tol`: see longest */
+    double tol, log2_tol;
+    double last; /* size of the last coefficients, and that times |h|^order */
     double last_term;
     double h; /* of the step taken */
 };
@@ -52,11 +53,10 @@ static size_t work(const struct phys_integrator *integrator, size_t n)
     return HEADER + (POINTS * (ORDER + 1) + 2) * n;
 }
 
-static bool is_about(const struct phys_stepper *s, bool end, size_t order, double t,
-                     const double *y)
+static bool is_about(const struct phys_stepper *s, bool end, double t, const double *y)
 {
     const struct about *about = &memory_of(s)->about[memory_of(s)->here ^ (size_t)end];
-    return about->order == order && about->t == t &&
+    return about->order > 0 && about->t == t &&
            memcmp(coefficients(s, end), y, s->n * sizeof *y) == 0;
 }
 
@@ -73,15 +73,30 @@ static enum ad_status expand(struct phys_stepper *s, bool end, size_t order, dou
     return error->status;
 }
 
-/* Coefficients about the step's start, which often was the end of the step before. */
-static enum ad_status expand_start(struct phys_stepper *s, size_t order, struct ad_error *error)
+/* The same of the usual order, or of a lower one where coefficients overflow: next to a singularity
+   they grow as powers of the inverse of its distance. */
+static enum ad_status expand_finite(struct phys_stepper *s, bool end, double t, const double *y,
+                                    struct ad_error *error)
 {
-    if (!is_about(s, false, order, s->t, s->y)) {
-        if (is_about(s, true, order, s->t, s->y))
-            memory_of(s)->here ^= 1;
-        else if (expand(s, false, order, s->t, s->y, error) != AD_OK)
+    size_t order = memory_of(s)->usual;
+    while (expand(s, end, order, t, y, error) == AD_E_NONFINITE && order / 2 >= LEAST) {
+        order /= 2;
+        error->status = AD_OK;
+    }
+    return error->status;
+}
+
+/* Coefficients about the step's start, which often was the end of the step before. */
+static enum ad_status expand_start(struct phys_stepper *s, struct ad_error *error)
+{
+    struct memory *m = memory_of(s);
+    if (!is_about(s, false, s->t, s->y)) {
+        if (is_about(s, true, s->t, s->y))
+            m->here ^= 1;
+        else if (expand_finite(s, false, s->t, s->y, error) != AD_OK)
             return error->status;
     }
+    m->order = m->about[m->here].order;
     memcpy(s->rate, coefficients(s, false) + s->n, s->n * sizeof *s->rate);
     s->has_rate = true;
     return AD_OK;
@@ -129,19 +144,19 @@ static enum ad_status longest(struct phys_stepper *s, const struct phys_toleranc
     struct memory *m = memory_of(s);
     if (m->tol != tol) {
         m->tol = tol;
-        m->order = (size_t)fmin(fmax(ceil(-log(tol) / 2 + 7), LEAST), ORDER);
-        m->log2_tol = log2(tol) / (double)m->order;
+        m->usual = (size_t)fmin(fmax(ceil(-log(tol) / 2 + 7), LEAST), ORDER);
+        m->log2_tol = log2(tol);
     }
-    const size_t order = m->order;
     double radius = INFINITY; /* its logarithm */
-    if (expand_start(s, order, error) != AD_OK)
+    if (expand_start(s, error) != AD_OK)
         return error->status;
+    const size_t order = m->order;
     weigh(s, tolerance);
     for (size_t k = order - LOOKS + 1; k <= order; k++) {
         double size = tol * (m->last = size_of(s, k)), x = -about_log2(size) / (double)k;
         radius = size > 0 && x < radius ? x : radius;
     }
-    double x = safety * exp2(radius + m->log2_tol);
+    double x = safety * exp2(radius + m->log2_tol / (double)order);
     *h = x < DBL_MAX ? x : DBL_MAX;
     return AD_OK;
 }
@@ -200,7 +215,7 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
 {
     struct memory *m = memory_of(s);
     struct factor factors[ORDER + 1];
-    if (expand_start(s, m->order, error) != AD_OK)
+    if (expand_start(s, error) != AD_OK)
         return error->status;
     raise(h, m->order, factors);
     m->h = h;
@@ -217,12 +232,10 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
 static enum ad_status error_norm(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                                  double *norm, struct ad_error *error)
 {
-    const size_t order = memory_of(s)->order;
     const double slack = 1e3, rounding = 1e3 * DBL_EPSILON, end = s->t + s->h;
     const double *slope = slopes(s);
     double most = memory_of(s)->last_term;
-    if (!is_about(s, true, order, end, s->next) &&
-        expand(s, true, order, end, s->next, error) != AD_OK)
+    if (!is_about(s, true, end, s->next) && expand_finite(s, true, end, s->next, error) != AD_OK)
         return error->status;
     memcpy(s->next_rate, coefficients(s, true) + s->n, s->n * sizeof *s->next_rate);
     s->has_next_rate = true;

@@ -282,8 +282,8 @@ static void test_pythagorean(void **state)
 static void test_head_on_fall(void **state)
 {
     (void)state;
-    static const char *const methods[] = {"dopri5", "dop853"};
-    for (size_t k = 0; k < 2; k++) {
+    static const char *const methods[] = {"dopri5", "dop853", "taylor"};
+    for (size_t k = 0; k < LENGTH(methods); k++) {
         struct motion m;
         motion_open(&m, "fall", false, NULL);
         motion_run(&m, methods[k], 1e-12, 2, AD_E_ACCURACY);

@@ -12,7 +12,7 @@ static const char *const taylor = "taylor";
 static void test_kepler_returns(void **state)
 {
     (void)state;
-    const double eccentricities[] = {0, 0.6, 0.9, 0.99};
+    const double eccentricities[] = {0, 0.6, 0.9, 0.99, 0.9999};
     for (size_t k = 0; k < LENGTH(eccentricities); k++) {
         const struct phys_setting set[] = {{"e", eccentricities[k]}, {NULL, 0}};
         struct motion m;
