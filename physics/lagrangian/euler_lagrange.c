@@ -287,3 +287,5 @@ bool phys_motion_recorded(const phys_motion *motion, ad_var x[3], ad_var y[2])
 }
 
 void phys_motion_solve_constant(const phys_motion *motion, double *b) { solve(motion, b); }
+
+bool phys_motion_is_singular(const phys_motion *motion) { return motion->singular != 0; }

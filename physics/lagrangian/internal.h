@@ -25,6 +25,7 @@ const char *phys_motion_interpreted(const phys_motion *motion);
    True where that is constant, and then solved with in place. */
 bool phys_motion_recorded(const phys_motion *motion, ad_var x[3], ad_var y[2]);
 void phys_motion_solve_constant(const phys_motion *motion, double *b);
+bool phys_motion_is_singular(const phys_motion *motion); /* the mass matrix used last */
 
 /* Taylor coefficients of the motion (motion_series.c), which must outlive this: c [order + 1][n] of
    (q, v) and of `columns` variations (dq, dv) of them about t, the first row given, up to `order`,

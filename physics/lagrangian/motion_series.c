@@ -149,7 +149,7 @@ static bool is_definite(struct phys_motion_series *s)
     double *column = s->factor + n * n, *d = column + n;
     size_t worst, positive = 0;
     if (s->constant_mass)
-        return true;
+        return !phys_motion_is_singular(s->motion);
     for (size_t k = 0; k < n * n; k++)
         s->factor[k] = ad_series_output(s->flow, flow_inputs(s), k)[0];
     for (size_t k = 0; k < n; k++) {
@@ -294,7 +294,7 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
         ad_series_flow(s->flow, n, order, c);
         good = is_definite(s);
     }
-    if (!good && s->columns)
+    if (!good && s->columns && !s->constant_mass)
         return too_much(s, "variations with masses of both signs", error);
     if (!good && !s->constant_mass && order_by_order(s, order, t, c, &good, error) != AD_OK)
         return error->status;
