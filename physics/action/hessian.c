@@ -1,60 +1,15 @@
-/* The Hessian of the action from the tape (hessian.h). The second derivatives of L at all points of
-   the path come from two programs of second gradients: with a unit vector u as the seed,
-       d/dq <L_q, u> and d/dv <L_q, u>   are column u of L_qq and L_vq at every point,
-       d/dq <L_v, u> and d/dv <L_v, u>   those of L_qv and L_vv,
-   so 2 runs for each colour of coordinates that no row couples (coupling.h) give them all, whatever
-   the number of slices; all runs but the first recompute only what depends on the seed. By the
-   rule's table
-       K_ab = dt weight (q_a q_b L_qq + q_a v_b / dt L_qv + v_a q_b / dt L_vq + v_a v_b / dt^2 L_vv)
-   couples nodes a and b of an element. */
+/* The Hessian of the action (hessian.h) from the derivatives of L at all points. By the rule's
+   table K_ab = dt weight (q_a q_b L_qq + q_a v_b / dt L_qv + v_a q_b / dt L_vq + v_a v_b / dt^2
+   L_vv) couples nodes a and b of an element. */
 #include "hessian.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+enum { BLOCK = 128 }; /* points that are evaluated at once, at most */
+
 /* ---- making ---- */
-
-/* L at the points, on the tape of the action or on one of its own. */
-static ad_var lagrangian(struct phys_hessian *h, const struct phys_system *system,
-                         const struct phys_action *action)
-{
-    if (action) {
-        h->path = ad_hold(action->path);
-        h->q = action->points.q;
-        h->v = action->points.v;
-        return action->L;
-    }
-    h->q = ad_hold(ad_input(h->tape, h->dof, h->points, "q"));
-    h->v = ad_hold(ad_input(h->tape, h->dof, h->points, "v"));
-    h->t = ad_hold(ad_input(h->tape, 1, h->points, "t"));
-    return phys_system_lagrangian(system, h->q, h->v, h->t);
-}
-
-static enum ad_status record(struct phys_hessian *h, const struct phys_system *system,
-                             const struct phys_action *action, struct ad_error *error)
-{
-    if (!action && !(h->tape = ad_tape_new(AD_F64)))
-        return ad_fail(error, AD_E_MEMORY, "out of memory for second derivatives");
-    ad_var L = lagrangian(h, system, action), at[2] = {h->q, h->v}, by[2];
-    ad_tape *tape = L.tape;
-    h->seed = ad_input(tape, h->dof, 1, "seed");
-    ad_grad(L, 2, at, by);
-    h->L_q = by[0];
-    h->L_v = by[1];
-    ad_grad(ad_dot(h->L_q, h->seed), 2, at, by);
-    h->L_qq = by[0];
-    h->L_vq = by[1];
-    ad_grad(ad_dot(h->L_v, h->seed), 2, at, by);
-    h->L_qv = by[0];
-    h->L_vv = by[1];
-    if (phys_tape_status(tape, error) != AD_OK)
-        return error->status;
-    if (ad_compile(tape, 3, (ad_var[]){h->L_q, h->L_qq, h->L_vq}, &h->by_q) != AD_OK ||
-        ad_compile(tape, 3, (ad_var[]){h->L_v, h->L_qv, h->L_vv}, &h->by_v) != AD_OK)
-        return phys_tape_status(tape, error);
-    return AD_OK;
-}
 
 static bool allocate(struct phys_hessian *h)
 {
@@ -64,38 +19,53 @@ static bool allocate(struct phys_hessian *h)
     h->element = calloc(h->elements * matrix, sizeof(double));
     h->gradient = malloc(h->elements * h->side * sizeof(double));
     h->stiffness = malloc(h->dof * sizeof(double));
-    h->work = malloc(((2 * h->dof + 1) * h->points + h->dof) * sizeof(double));
     h->rows = malloc(h->dof * sizeof *h->rows);
-    return h->rows && h->element && h->gradient && h->stiffness && h->work;
+    h->point = malloc((h->table.points + h->repeat) * sizeof *h->point);
+    return h->rows && h->element && h->gradient && h->stiffness && h->point;
+}
+
+enum ad_status phys_hessian_over(struct phys_hessian *h, struct phys_derivatives *of,
+                                 const struct phys_rule *rule, size_t slices, double dt,
+                                 struct ad_error *error)
+{
+    *h = (struct phys_hessian){.of = of, .repeat = rule->repeat, .dof = of->dof, .dt = dt};
+    rule->fill(rule, &h->table);
+    h->elements = slices - 1;
+    h->points = h->table.points * h->elements + rule->repeat;
+    h->side = (h->table.degree + 1) * h->dof;
+    return allocate(h) ? AD_OK
+                       : ad_fail(error, AD_E_MEMORY, "out of memory for second derivatives");
 }
 
 enum ad_status phys_hessian_new(struct phys_hessian *h, const struct phys_system *system,
                                 const struct phys_rule *rule, size_t slices, double dt,
                                 const struct phys_action *action, struct ad_error *error)
 {
+    struct phys_rule_table table;
     if (rule->repeat)
         action = NULL; /* q is the path there, and a derivative by it includes that by v */
-    *h = (struct phys_hessian){.repeat = rule->repeat, .dof = system->dof, .dt = dt};
-    rule->fill(rule, &h->table);
-    h->elements = slices - 1;
-    h->points = h->table.points * h->elements + rule->repeat;
-    h->side = (h->table.degree + 1) * h->dof;
-    if (!allocate(h) || !phys_coupling_new(&h->coupling, system))
+    rule->fill(rule, &table);
+    size_t points = table.points * (slices - 1) + rule->repeat;
+    struct phys_derivatives *own = calloc(1, sizeof *own);
+    *h = (struct phys_hessian){.own = own};
+    if (!own)
         return ad_fail(error, AD_E_MEMORY, "out of memory for second derivatives");
-    return record(h, system, action, error);
+    if (phys_derivatives_new(own, system, points < BLOCK ? points : BLOCK, action, error) == AD_OK)
+        phys_hessian_over(h, own, rule, slices, dt, error);
+    h->own = own;
+    return error->status;
 }
 
 void phys_hessian_free(struct phys_hessian *h)
 {
-    ad_program_free(h->by_q);
-    ad_program_free(h->by_v);
-    ad_tape_free(h->tape);
-    phys_coupling_free(&h->coupling);
-    free(h->work);
+    if (h->own)
+        phys_derivatives_free(h->own);
+    free(h->own);
     free(h->rows);
     free(h->element);
     free(h->gradient);
     free(h->stiffness);
+    free(h->point);
     free(h->mass);
 }
 
@@ -110,92 +80,116 @@ bool phys_hessian_keep_mass(struct phys_hessian *h)
 
 /* ---- points of a path ---- */
 
-/* A point of the path: its element, weight * dt, and how q and v hang on the element's nodes. */
-struct point {
-    size_t element;
-    double weight, time; /* time in the element */
-    double q[PHYS_RULE_MOST + 1], v[PHYS_RULE_MOST + 1];
-};
-
-static struct point point(const struct phys_hessian *h, size_t p)
+/* How the points of an element hang on its nodes: weight * dt, and q and v. Left+repeat has one
+   point more, of the last element alone. */
+static void place_points(struct phys_hessian *h)
 {
-    size_t j = p / h->elements, nodes = h->table.degree + 1;
-    struct point at = {.element = p % h->elements};
-    if (j == h->table.points) { /* left+repeat */
-        return (struct point){.element = h->elements - 1,
-                              .weight = h->dt,
-                              .time = h->dt,
-                              .q = {0, 1},
-                              .v = {-1 / h->dt, 1 / h->dt}};
+    for (size_t j = 0; j < h->table.points; j++) {
+        struct phys_hessian_point *at = &h->point[j];
+        at->weight = h->table.weight[j] * h->dt;
+        at->time = h->table.time[j] * h->dt;
+        for (size_t k = 0; k <= h->table.degree; k++) {
+            at->q[k] = h->table.q[j][k];
+            at->v[k] = h->table.v[j][k] / h->dt;
+        }
     }
-    at.weight = h->table.weight[j] * h->dt;
-    at.time = h->table.time[j] * h->dt;
-    for (size_t k = 0; k < nodes; k++) {
-        at.q[k] = h->table.q[j][k];
-        at.v[k] = h->table.v[j][k] / h->dt;
-    }
-    return at;
+    if (h->repeat)
+        h->point[h->table.points] = (struct phys_hessian_point){
+            .weight = h->dt, .time = h->dt, .q = {0, 1}, .v = {-1 / h->dt, 1 / h->dt}};
+}
+
+static size_t element_of(const struct phys_hessian *h, size_t p)
+{
+    return p / h->elements == h->table.points ? h->elements - 1 : p % h->elements;
 }
 
 double phys_hessian_time(const struct phys_hessian *h, size_t p)
 {
-    struct point at = point(h, p);
-    return (double)at.element * h->dt + at.time;
+    size_t j = p / h->elements;
+    double time = j < h->table.points ? h->table.time[j] : 1;
+    return ((double)element_of(h, p) + time) * h->dt;
 }
 
-/* Sets the path, or q, v and t of all points, in both programs. */
-static void set_points(struct phys_hessian *h, const double *path, double start)
+/* A block of points of the path: point first + c is in column c < count. */
+struct block {
+    size_t first, count;
+};
+
+static struct block block_from(const struct phys_hessian *h, size_t first)
 {
-    ad_program *const programs[] = {h->by_q, h->by_v};
-    size_t n = h->points, slices = h->elements + 1, degree = h->table.degree;
-    double *q = h->work, *v = q + h->dof * n, *t = v + h->dof * n;
-    for (size_t k = 0; h->path.tape && k < 2; k++)
-        ad_set(programs[k], h->path, path);
-    if (h->path.tape)
+    size_t rest = h->points - first;
+    return (struct block){first, rest < h->of->columns ? rest : h->of->columns};
+}
+
+/* The path, or q, v and t of a block; columns beyond it repeat its last point. */
+static void set_block(struct phys_hessian *h, struct block b, const double *path, double start,
+                      ad_program *program)
+{
+    size_t n = h->of->columns, slices = h->elements + 1, degree = h->table.degree;
+    double *q = h->of->work, *v = q + h->dof * n, *t = v + h->dof * n;
+    if (h->of->path.tape) {
+        ad_set(program, h->of->path, path);
         return;
-    for (size_t p = 0; p < n; p++) {
-        struct point at = point(h, p);
-        t[p] = start + (double)at.element * h->dt + at.time;
+    }
+    for (size_t c = 0; c < n; c++) {
+        size_t p = b.first + (c < b.count ? c : b.count - 1), e = element_of(h, p);
+        const struct phys_hessian_point *at = &h->point[p / h->elements];
+        t[c] = start + (double)e * h->dt + at->time;
         for (size_t d = 0; d < h->dof; d++) {
-            double *qd = &q[d * n + p], *vd = &v[d * n + p];
-            *qd = *vd = 0;
+            double qd = 0, vd = 0;
             for (size_t k = 0; k <= degree; k++) {
-                double x = k < degree ? path[(k * h->dof + d) * slices + at.element]
-                                      : path[d * slices + at.element + 1];
-                *qd += at.q[k] * x;
-                *vd += at.v[k] * x;
+                double x =
+                    k < degree ? path[(k * h->dof + d) * slices + e] : path[d * slices + e + 1];
+                qd += at->q[k] * x;
+                vd += at->v[k] * x;
             }
+            q[d * n + c] = qd;
+            v[d * n + c] = vd;
         }
     }
-    for (size_t k = 0; k < 2; k++) {
-        ad_set(programs[k], h->q, q);
-        ad_set(programs[k], h->v, v);
-        ad_set(programs[k], h->t, t);
-    }
+    phys_derivatives_set(h->of, program);
 }
 
 /* ---- adding up ---- */
 
-static void add_gradient(struct phys_hessian *h)
+static void add_gradient(struct phys_hessian *h, struct block b, ad_program *program)
 {
-    const double *by_q = ad_data(h->by_q, h->L_q), *by_v = ad_data(h->by_v, h->L_v);
-    memset(h->gradient, 0, h->elements * h->side * sizeof *h->gradient);
-    for (size_t p = 0; p < h->points; p++) {
-        struct point at = point(h, p);
-        double *g = h->gradient + at.element * h->side;
+    size_t n = h->of->columns;
+    const double *by_q = ad_data(program, h->of->L_q), *by_v = ad_data(program, h->of->L_v);
+    for (size_t c = 0; c < b.count; c++) {
+        const struct phys_hessian_point *at = &h->point[(b.first + c) / h->elements];
+        double *g = h->gradient + element_of(h, b.first + c) * h->side;
         for (size_t a = 0; a <= h->table.degree; a++)
             for (size_t d = 0; d < h->dof; d++)
-                g[a * h->dof + d] += at.weight * (at.q[a] * by_q[d * h->points + p] +
-                                                  at.v[a] * by_v[d * h->points + p]);
+                g[a * h->dof + d] +=
+                    at->weight * (at->q[a] * by_q[d * n + c] + at->v[a] * by_v[d * n + c]);
     }
 }
 
-/* Rows of column `seed` that are not zero at all points, in h->rows. */
-static size_t find_rows(struct phys_hessian *h, size_t seed, const double *by_q, const double *by_v)
+/* Action and mean energy v L_v - L of a block. */
+static void add_values(struct phys_hessian *h, struct block b)
 {
+    const struct phys_derivatives *of = h->of;
+    size_t n = of->columns;
+    const double *L = ad_data(of->first, of->L), *L_v = ad_data(of->first, of->L_v);
+    const double *v = of->work + h->dof * n;
+    for (size_t c = 0; c < b.count; c++) {
+        double weight = h->point[(b.first + c) / h->elements].weight, vp = 0;
+        for (size_t d = 0; d < h->dof; d++)
+            vp += v[d * n + c] * L_v[d * n + c];
+        h->action += weight * L[c];
+        h->kinetic += weight * vp / 2;
+    }
+}
+
+/* Rows of column `seed` that are not zero at all points of a block, in h->rows. */
+static size_t find_rows(struct phys_hessian *h, struct block b, size_t seed, const double *by_q,
+                        const double *by_v)
+{
+    const struct phys_coupling *coupling = &h->of->coupling;
     size_t n = 0;
-    for (size_t k = h->coupling.start[seed]; k < h->coupling.start[seed + 1]; k++) {
-        size_t d = h->coupling.row[k], p = d * h->points, end = p + h->points;
+    for (size_t k = coupling->start[seed]; k < coupling->start[seed + 1]; k++) {
+        size_t d = coupling->row[k], p = d * h->of->columns, end = p + b.count;
         while (p < end && by_q[p] == 0 && by_v[p] == 0)
             p++;
         size_t apart = d > seed ? d - seed : seed - d;
@@ -207,81 +201,49 @@ static size_t find_rows(struct phys_hessian *h, size_t seed, const double *by_q,
     return n;
 }
 
-/* Contribution of column `seed` of the second derivatives at point p: with `of_q` that of L_qq and
-   L_vq, which multiplies the q of node b; else that of L_qv and L_vv, which multiplies its v. */
-static void add_column(struct phys_hessian *h, size_t p, size_t seed, size_t rows,
-                       const double *by_q, const double *by_v, bool of_q)
+/* Contribution of column `seed` of the second derivatives at a block: with `of_q` that of L_qq and
+   L_vq, which multiplies the q of node k; else that of L_qv and L_vv, which multiplies its v. */
+static void add_column(struct phys_hessian *h, struct block b, size_t seed, ad_var of_q,
+                       ad_var of_v, bool for_q)
 {
-    struct point at = point(h, p);
-    double *K = h->element + at.element * h->side * h->side;
-    for (size_t b = 0; b <= h->table.degree; b++) {
-        double share = at.weight * (of_q ? at.q[b] : at.v[b]);
-        if (share == 0)
-            continue;
-        double *column = K + (b * h->dof + seed) * h->side;
-        for (size_t a = 0; a <= h->table.degree; a++)
-            for (size_t k = 0; k < rows; k++) {
-                size_t d = h->rows[k];
-                column[a * h->dof + d] +=
-                    share * (at.q[a] * by_q[d * h->points + p] + at.v[a] * by_v[d * h->points + p]);
-            }
+    const double *by_q = ad_data(h->of->second, of_q), *by_v = ad_data(h->of->second, of_v);
+    size_t rows = find_rows(h, b, seed, by_q, by_v), n = h->of->columns;
+    for (size_t c = 0; c < b.count; c++) {
+        const struct phys_hessian_point *at = &h->point[(b.first + c) / h->elements];
+        double *K = h->element + element_of(h, b.first + c) * h->side * h->side;
+        for (size_t k = 0; k <= h->table.degree; k++) {
+            double share = at->weight * (for_q ? at->q[k] : at->v[k]);
+            double *column = K + (k * h->dof + seed) * h->side;
+            for (size_t a = 0; share != 0 && a <= h->table.degree; a++)
+                for (size_t r = 0; r < rows; r++) {
+                    size_t d = h->rows[r];
+                    column[a * h->dof + d] +=
+                        share * (at->q[a] * by_q[d * n + c] + at->v[a] * by_v[d * n + c]);
+                }
+        }
     }
 }
 
-/* For all coordinates of a colour. */
-static void run_colour(struct phys_hessian *h, ad_program *program, size_t colour)
+/* What L_vv of a block says in column `seed`: the mean of the diagonal, and all where it is kept.
+ */
+static void add_masses(struct phys_hessian *h, struct block b, size_t seed)
 {
-    double *u = h->work + (2 * h->dof + 1) * h->points;
-    for (size_t d = 0; d < h->dof; d++)
-        u[d] = h->coupling.colour[d] == colour;
-    ad_set(program, h->seed, u);
-    if (colour == 0)
-        ad_run(program);
-    else
-        ad_rerun(program);
-}
-
-static double stiffness(const struct phys_hessian *h, size_t seed)
-{
-    const double *row = (const double *)ad_data(h->by_v, h->L_vv) + seed * h->points;
-    double sum = 0;
-    for (size_t p = 0; p < h->points; p++)
-        sum += fabs(row[p]);
-    return sum / (double)h->points / h->dt;
+    const struct phys_coupling *coupling = &h->of->coupling;
+    size_t n = h->of->columns;
+    const double *vv = ad_data(h->of->second, h->of->L_vv);
+    double share = 1 / ((double)h->points * h->dt);
+    for (size_t c = 0; c < b.count; c++)
+        h->stiffness[seed] += share * fabs(vv[seed * n + c]);
+    for (size_t c = 0; h->mass && c < b.count; c++)
+        for (size_t k = coupling->start[seed]; k < coupling->start[seed + 1]; k++)
+            h->mass[((b.first + c) * h->dof + seed) * h->dof + coupling->row[k]] =
+                vv[coupling->row[k] * n + c];
 }
 
 bool phys_hessian_stopped(struct phys_hessian *h)
 {
     h->stopped = h->stopped || (h->proceed && !h->proceed(h->context));
     return h->stopped;
-}
-
-static void add_columns(struct phys_hessian *h, size_t colour, const double *by_q,
-                        const double *by_v, bool of_q)
-{
-    for (size_t seed = 0; seed < h->dof; seed++) {
-        if (h->coupling.colour[seed] != colour)
-            continue;
-        size_t rows = find_rows(h, seed, by_q, by_v);
-        for (size_t p = 0; p < h->points; p++)
-            add_column(h, p, seed, rows, by_q, by_v, of_q);
-    }
-}
-
-/* Columns of L_vv of a colour: the mean of the diagonal, and all where they are kept. */
-static void measure_mass(struct phys_hessian *h, size_t colour)
-{
-    const double *vv = ad_data(h->by_v, h->L_vv);
-    for (size_t seed = 0; seed < h->dof; seed++) {
-        if (h->coupling.colour[seed] != colour)
-            continue;
-        h->stiffness[seed] = stiffness(h, seed);
-        for (size_t p = 0; h->mass && p < h->points; p++)
-            for (size_t k = h->coupling.start[seed]; k < h->coupling.start[seed + 1]; k++) {
-                size_t d = h->coupling.row[k];
-                h->mass[(p * h->dof + seed) * h->dof + d] = vv[d * h->points + p];
-            }
-    }
 }
 
 /* Zeros where something may stand: all else is zero from the start. */
@@ -294,30 +256,46 @@ static void clear(struct phys_hessian *h)
             memset(h->element + column * h->side + a * h->dof + first, 0,
                    (end - first) * sizeof *h->element);
     }
+    memset(h->stiffness, 0, h->dof * sizeof *h->stiffness);
 }
 
 void phys_hessian_at(struct phys_hessian *h, const double *path, double start)
 {
-    set_points(h, path, start);
+    const struct phys_derivatives *of = h->of;
+    place_points(h);
     clear(h);
-    for (size_t colour = 0; colour < h->coupling.colours; colour++) {
-        if (phys_hessian_stopped(h))
-            return;
-        run_colour(h, h->by_q, colour);
-        const double *qq = ad_data(h->by_q, h->L_qq), *vq = ad_data(h->by_q, h->L_vq);
-        add_columns(h, colour, qq, vq, true);
-        run_colour(h, h->by_v, colour);
-        const double *qv = ad_data(h->by_v, h->L_qv), *vv = ad_data(h->by_v, h->L_vv);
-        add_columns(h, colour, qv, vv, false);
-        measure_mass(h, colour);
+    memset(h->gradient, 0, h->elements * h->side * sizeof *h->gradient);
+    for (struct block b = block_from(h, 0); b.count > 0; b = block_from(h, b.first + b.count)) {
+        set_block(h, b, path, start, of->second);
+        for (size_t colour = 0; colour < of->coupling.colours; colour++) {
+            if (phys_hessian_stopped(h))
+                return;
+            phys_derivatives_colour(h->of, colour);
+            for (size_t seed = 0; seed < h->dof; seed++)
+                if (of->coupling.colour[seed] == colour) {
+                    add_column(h, b, seed, of->L_qq, of->L_vq, true);
+                    add_column(h, b, seed, of->L_qv, of->L_vv, false);
+                    add_masses(h, b, seed);
+                }
+        }
+        add_gradient(h, b, of->second);
     }
-    add_gradient(h);
 }
 
 void phys_hessian_gradient_at(struct phys_hessian *h, const double *path, double start)
 {
-    set_points(h, path, start);
-    ad_run(h->by_q);
-    ad_run(h->by_v);
-    add_gradient(h);
+    place_points(h);
+    h->action = h->kinetic = 0;
+    memset(h->gradient, 0, h->elements * h->side * sizeof *h->gradient);
+    for (struct block b = block_from(h, 0); b.count > 0; b = block_from(h, b.first + b.count)) {
+        ad_program *program = h->of->first ? h->of->first : h->of->second;
+        set_block(h, b, path, start, program);
+        if (h->of->first)
+            ad_run(program);
+        else
+            phys_derivatives_colour(h->of, 0);
+        add_gradient(h, b, program);
+        if (h->of->first)
+            add_values(h, b);
+    }
 }

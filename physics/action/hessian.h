@@ -4,8 +4,12 @@
 #ifndef PHYSICS_HESSIAN_H
 #define PHYSICS_HESSIAN_H
 
-#include "coupling.h"
-#include "internal.h"
+#include "derivatives.h"
+
+/* A point of an element: weight * dt, time in the element, how q and v hang on the nodes. */
+struct phys_hessian_point {
+    double weight, time, q[PHYS_RULE_MOST + 1], v[PHYS_RULE_MOST + 1];
+};
 
 struct phys_hessian {
     struct phys_rule_table table;
@@ -15,23 +19,18 @@ struct phys_hessian {
     size_t side; /* of an element's matrix: (degree + 1) dof */
     double dt;
 
-    ad_tape *tape;                 /* of its own; NULL: that of an action */
-    ad_var path;                   /* input of the action's */
-    ad_var q, v, t, seed;          /* else inputs: [dof x points], [1 x points], [dof x 1] */
-    ad_var L_q, L_v;               /* [dof x points] */
-    ad_var L_qq, L_qv, L_vq, L_vv; /* times the seed, [dof x points]; L_qv: d/dq of L_v seed */
-    ad_program *by_q, *by_v;       /* L_q, L_qq, L_vq; L_v, L_qv, L_vv */
-    double *work;
-    size_t *rows; /* [dof] room */
-    struct phys_coupling coupling;
+    struct phys_derivatives *of, *own; /* at its points; own: freed with it, or NULL */
+    struct phys_hessian_point *point;  /* room */
+    size_t *rows;                      /* [dof] room */
 
     /* How far apart the coordinates are that L has coupled so far: of each pair of nodes an element
        matrix has a band of coordinates, and zeros elsewhere. */
     size_t reach;
-    double *element;   /* [elements][side x side]: node by node, coordinate by coordinate */
-    double *gradient;  /* [elements][side]: of the element's part of S */
-    double *stiffness; /* [dof]: mean over points of |L_vv| / dt on the diagonal */
-    double *mass;      /* [points][dof x dof]: L_vv, where phys_hessian_keep_mass asks for it */
+    double *element;        /* [elements][side x side]: node by node, coordinate by coordinate */
+    double *gradient;       /* [elements][side]: of the element's part of S */
+    double action, kinetic; /* with the gradient alone: integrals of L and of v L_v / 2 */
+    double *stiffness;      /* [dof]: mean over points of |L_vv| / dt on the diagonal */
+    double *mass; /* [points][dof x dof]: L_vv, where phys_hessian_keep_mass asks for it */
 
     bool (*proceed)(void *context); /* asked for each colour; false ends it: `stopped` */
     void *context;
@@ -44,6 +43,10 @@ struct phys_hessian {
 enum ad_status phys_hessian_new(struct phys_hessian *h, const struct phys_system *system,
                                 const struct phys_rule *rule, size_t slices, double dt,
                                 const struct phys_action *action, struct ad_error *error);
+/* The same with derivatives of L that others use, too. */
+enum ad_status phys_hessian_over(struct phys_hessian *h, struct phys_derivatives *of,
+                                 const struct phys_rule *rule, size_t slices, double dt,
+                                 struct ad_error *error);
 void phys_hessian_free(struct phys_hessian *h);
 
 /* From then on phys_hessian_at fills `mass`, too. False: no memory. */
@@ -63,7 +66,7 @@ static inline void phys_hessian_coupled(const struct phys_hessian *h, size_t j, 
     *first = j > h->reach ? j - h->reach : 0;
     *end = h->dof - j > h->reach + 1 ? j + h->reach + 1 : h->dof;
 }
-/* Fills the gradients of the elements alone. */
+/* Fills the gradients of the elements alone; action and kinetic where L is not an action's. */
 void phys_hessian_gradient_at(struct phys_hessian *h, const double *path, double start);
 
 #endif

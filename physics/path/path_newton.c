@@ -62,10 +62,8 @@ enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *
         return error->status;
     s->hessian.proceed = settings->proceed;
     s->hessian.context = settings->context;
-    if (settings->native) {
-        ad_native_lazy(s->hessian.by_q);
-        ad_native_lazy(s->hessian.by_v);
-    }
+    if (settings->native)
+        phys_derivatives_native(s->hessian.of);
     s->gradient = malloc(3 * s->path.n * sizeof *s->gradient);
     if (!s->gradient)
         return ad_fail(error, AD_E_MEMORY, "out of memory");

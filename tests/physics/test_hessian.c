@@ -149,9 +149,9 @@ static void test_colours(void **state)
                          AD_OK);
         assert_true(phys_hessian_keep_mass(&h[all]));
         if (all)
-            couple_all(&h[1].coupling);
+            couple_all(&h[1].of->coupling);
         else
-            assert_in_range(h[0].coupling.colours, 5, 8); /* rows have 5 to 7 entries */
+            assert_in_range(h[0].of->coupling.colours, 5, 8); /* rows have 5 to 7 entries */
         for (int again = 0; again < 2; again++)
             phys_hessian_at(&h[all], path, 0.3);
     }
