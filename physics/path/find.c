@@ -188,12 +188,14 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
 
 /* The distance from the path of a rule of higher order, and the spectrum by that rule, or NULL. */
 static enum ad_status compare_finer(const struct phys_system *system,
-                                    const struct phys_path_settings *settings, const double *path,
+                                    const struct phys_path_settings *settings,
+                                    struct phys_derivatives *of, const double *path,
                                     double *distance, struct phys_spectrum *spectrum,
                                     struct ad_error *error)
 {
     struct phys_path_settings finer = *settings;
     struct phys_newton newton = {0};
+    struct phys_derivatives own = {0};
     struct phys_path_info info;
     struct ad_error lost = {0};
     size_t n = settings->slices, dof = system->dof, degree = finer.rule->degree + 2;
@@ -207,7 +209,10 @@ static enum ad_status compare_finer(const struct phys_system *system,
     const struct phys_grid from = {settings->rule, n, finer.dt}, to = {finer.rule, n, finer.dt};
     *distance = (double)INFINITY;
     double *moved = phys_path_resample(&from, path, &to, dof, error);
-    bool made = moved && phys_newton_new(&newton, system, &finer, &lost) == AD_OK;
+    if (moved && !of)
+        phys_derivatives_new(of = &own, system, PHYS_LADDER_COLUMNS, NULL, &lost);
+    bool made = moved && lost.status == AD_OK &&
+                phys_newton_new(&newton, system, &finer, of, &lost) == AD_OK;
     if (made && phys_newton_settle(&newton, moved, &info, error)) {
         double most = largest(moved, path, n * dof);
         if (most <= NEAR * extent(path, dof, n))
@@ -224,16 +229,17 @@ static enum ad_status compare_finer(const struct phys_system *system,
     if (lost.status == AD_E_MEMORY)
         ad_fail(error, lost.status, "%s", lost.message);
     phys_newton_free(&newton);
+    phys_derivatives_free(&own);
     free(moved);
     return error->status;
 }
 
 enum ad_status phys_path_discretisation(const struct phys_system *system,
                                         const struct phys_path_settings *settings,
-                                        const double *path, double *distance,
-                                        struct ad_error *error)
+                                        struct phys_derivatives *of, const double *path,
+                                        double *distance, struct ad_error *error)
 {
-    return compare_finer(system, settings, path, distance, NULL, error);
+    return compare_finer(system, settings, of, path, distance, NULL, error);
 }
 
 /* The eigenvalues next to zero are known to their difference from those of a rule of higher order.
@@ -266,8 +272,8 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
     if (compare)
         found->reference_distance = largest(s->path, compare, s->dof * s->slices);
     if (find_kind(s, error) == AD_OK && compare_motion(s, error) == AD_OK && found->stationary &&
-        compare_finer(s->system, s->settings, s->path, &found->discretisation, &finer, error) ==
-            AD_OK)
+        compare_finer(s->system, s->settings, NULL, s->path, &found->discretisation, &finer,
+                      error) == AD_OK)
         judge_kind(s, &finer);
     phys_spectrum_free(&finer);
     if (error->status != AD_OK || !found->stationary)
@@ -306,7 +312,7 @@ enum ad_status phys_path_find(const struct phys_solver *solver, const struct phy
                        .slices = settings->slices};
     if (!s.newton)
         solver->solve(system, &own, path, &found->info, error);
-    else if (phys_newton_new(&newton, system, &own, error) == AD_OK)
+    else if (phys_newton_new(&newton, system, &own, NULL, error) == AD_OK)
         phys_newton_solve(&newton, path, &found->info, error);
     if (error->status == AD_OK)
         measure(&s, error);

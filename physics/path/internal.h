@@ -18,11 +18,4 @@ enum ad_status phys_path_march(const struct phys_system *system,
                                const struct phys_path_settings *settings, double *path,
                                struct ad_error *error);
 
-/* Distance of a stationary path [s*dof x slices] from that of a rule of higher order on the same
-   slices, which is its discretisation error; INFINITY: none nearby; NaN: too large for one. */
-enum ad_status phys_path_discretisation(const struct phys_system *system,
-                                        const struct phys_path_settings *settings,
-                                        const double *path, double *distance,
-                                        struct ad_error *error);
-
 #endif

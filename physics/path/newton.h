@@ -6,6 +6,9 @@
 #include "newton_system.h"
 #include "path_program.h"
 
+/* Points of a block of derivatives that grids of four elements and of thousands share. */
+enum { PHYS_LADDER_COLUMNS = 32 };
+
 struct phys_newton {
     struct phys_path_settings settings;
     struct phys_path_program path;
@@ -17,9 +20,12 @@ struct phys_newton {
     bool lengthened; /* the last step */
 };
 
-/* Of the settings `reference` is ignored. Ends with phys_newton_free, whatever it returned. */
+/* Of the settings `reference` is ignored. `of`: by these derivatives alone, without a recording of
+   its own, energy drift and machine code; NULL: with them. Ends with phys_newton_free, whatever it
+   returned. */
 enum ad_status phys_newton_new(struct phys_newton *newton, const struct phys_system *system,
-                               const struct phys_path_settings *settings, struct ad_error *error);
+                               const struct phys_path_settings *settings,
+                               struct phys_derivatives *of, struct ad_error *error);
 void phys_newton_free(struct phys_newton *newton);
 /* As phys_path_solve. */
 enum ad_status phys_newton_solve(struct phys_newton *newton, double *path,
@@ -28,8 +34,27 @@ enum ad_status phys_newton_solve(struct phys_newton *newton, double *path,
    AD_E_MEMORY. */
 bool phys_newton_settle(struct phys_newton *newton, double *path, struct phys_path_info *info,
                         struct ad_error *error);
+/* As phys_path_solve, by derivatives that several grids share. */
+enum ad_status phys_newton_over(const struct phys_system *system,
+                                const struct phys_path_settings *settings,
+                                struct phys_derivatives *of, double *path,
+                                struct phys_path_info *info, struct ad_error *error);
+/* Whether L depends on time explicitly: AD_E_ARGUMENT. */
+bool phys_lacks_energy(const struct phys_system *system, struct ad_error *error);
+/* As phys_path_free_time, by them, of a system that keeps its energy. */
+enum ad_status phys_newton_free_time(const struct phys_system *system,
+                                     struct phys_path_settings *settings,
+                                     struct phys_derivatives *of, double energy, double *path,
+                                     struct phys_path_info *info, struct ad_error *error);
 /* As phys_path_spectrum. */
 enum ad_status phys_newton_spectrum(struct phys_newton *newton, const double *path,
                                     struct phys_spectrum *spectrum, struct ad_error *error);
+
+/* Distance of a stationary path [s*dof x slices] from that of a rule of higher order on the same
+   slices, which is its discretisation error; INFINITY: none nearby; NaN: too large for one. */
+enum ad_status phys_path_discretisation(const struct phys_system *system,
+                                        const struct phys_path_settings *settings,
+                                        struct phys_derivatives *of, const double *path,
+                                        double *distance, struct ad_error *error);
 
 #endif

@@ -1,7 +1,7 @@
 /* Stationary paths with free end time: dS/dT = -E, so these have energy zero; more generally, the
    path of given energy between two ends, and its duration. Secant method on the logarithm of the
    time; each trial is a Newton solution started from the one before. */
-#include "internal.h"
+#include "newton.h"
 #include "physics/lagrangian/conserved.h"
 
 #include <float.h>
@@ -13,6 +13,16 @@ static const double MOST_CHANGE = 0.5; /* of the logarithm of time at once */
 static const double MET = 1e-8;        /* of the energies: excess that is left */
 static const double SMALL = 1e-10;     /* change of it, that rounding may keep from falling */
 
+bool phys_lacks_energy(const struct phys_system *system, struct ad_error *error)
+{
+    if (!phys_keeps_energy(system))
+        ad_fail(error, AD_E_ARGUMENT,
+                "%s: L depends on time explicitly, expected one that does not: its paths of free "
+                "end time have no one energy",
+                system->scene->name);
+    return error->status != AD_OK;
+}
+
 /* What rounding of energies is relative to. */
 static double energy_size(const struct phys_system *system, double energy,
                           const struct phys_path_info *info)
@@ -23,37 +33,33 @@ static double energy_size(const struct phys_system *system, double energy,
 
 /* Energy above that wanted, of the path that takes exp(log_dt) a slice. */
 static enum ad_status excess(const struct phys_system *system, struct phys_path_settings *settings,
-                             double log_dt, double energy, double *path,
-                             struct phys_path_info *info, double *found, struct ad_error *error)
+                             struct phys_derivatives *of, double log_dt, double energy,
+                             double *path, struct phys_path_info *info, double *found,
+                             struct ad_error *error)
 {
     settings->dt = exp(log_dt);
-    if (phys_path_solve(&phys_solver_newton, system, settings, path, info, error) != AD_OK)
+    if (phys_newton_over(system, settings, of, path, info, error) != AD_OK)
         return error->status;
     *found = info->energy_mean - energy;
     return AD_OK;
 }
 
-enum ad_status phys_path_free_time(const struct phys_system *system,
-                                   struct phys_path_settings *settings, double energy, double *path,
-                                   struct phys_path_info *info, struct ad_error *error)
+enum ad_status phys_newton_free_time(const struct phys_system *system,
+                                     struct phys_path_settings *settings,
+                                     struct phys_derivatives *of, double energy, double *path,
+                                     struct phys_path_info *info, struct ad_error *error)
 {
-    if (AD_LACKS(error, system, system->scene, settings, path, info, settings->rule))
-        return error->status;
-    if (!phys_keeps_energy(system))
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "%s: L depends on time explicitly, expected one that does not: its paths of "
-                       "free end time have no one energy",
-                       system->scene->name);
     double at = log(settings->dt), last = at + 0.01, step_before = (double)INFINITY;
     double here = (double)NAN, before = (double)NAN;
     struct phys_path_settings inner = *settings;
     inner.progress = NULL;
     inner.tolerance = 0;
-    if (excess(system, &inner, last, energy, path, info, &before, error) != AD_OK)
+    inner.compare = NULL;
+    if (excess(system, &inner, of, last, energy, path, info, &before, error) != AD_OK)
         return error->status;
     inner.adam_steps = 0;
     for (int trial = 0; trial < TRIALS; trial++) {
-        if (excess(system, &inner, at, energy, path, info, &here, error) != AD_OK)
+        if (excess(system, &inner, of, at, energy, path, info, &here, error) != AD_OK)
             return error->status;
         settings->dt = inner.dt;
         double step = here == before ? 0 : -here * (at - last) / (here - before);
@@ -73,4 +79,24 @@ enum ad_status phys_path_free_time(const struct phys_system *system,
                    "no time for which the path has energy %g: %g per slice leaves an excess of %g; "
                    "try more slices, more --adam-steps before, or another --dt",
                    energy, settings->dt, before);
+}
+
+enum ad_status phys_path_free_time(const struct phys_system *system,
+                                   struct phys_path_settings *settings, double energy, double *path,
+                                   struct phys_path_info *info, struct ad_error *error)
+{
+    if (AD_LACKS(error, system, system->scene, settings, path, info, settings->rule))
+        return error->status;
+    struct phys_derivatives of = {0};
+    if (!phys_lacks_energy(system, error) &&
+        phys_derivatives_new(&of, system, PHYS_LADDER_COLUMNS, NULL, error) == AD_OK &&
+        phys_newton_free_time(system, settings, &of, energy, path, info, error) == AD_OK &&
+        info->stop != PHYS_STOP_INTERRUPTED) {
+        struct phys_path_settings found = *settings;
+        found.progress = NULL;
+        found.adam_steps = 0;
+        phys_path_solve(&phys_solver_newton, system, &found, path, info, error);
+    }
+    phys_derivatives_free(&of);
+    return error->status;
 }

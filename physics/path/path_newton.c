@@ -40,7 +40,8 @@ static enum ad_status check_memory(const struct phys_system *system,
 }
 
 enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *system,
-                               const struct phys_path_settings *settings, struct ad_error *error)
+                               const struct phys_path_settings *settings,
+                               struct phys_derivatives *of, struct ad_error *error)
 {
     size_t hold = settings->hold ? settings->hold : 1;
     double bodies = system->scene->per_body ? (double)system->bodies : 1;
@@ -52,17 +53,21 @@ enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *
                        "newton: energy weight %g, expected 0: it finds the stationary path of the "
                        "action itself",
                        settings->energy_weight);
-    if (check_memory(system, settings, error) != AD_OK ||
-        phys_path_program_new(&s->path, system, &s->settings, NULL, error) != AD_OK ||
-        phys_hessian_new(&s->hessian, system, settings->rule, settings->slices, settings->dt,
-                         &s->path.action, error) != AD_OK)
+    if (check_memory(system, settings, error) != AD_OK)
+        return error->status;
+    if (of ? phys_hessian_over(&s->hessian, of, settings->rule, settings->slices, settings->dt,
+                               error) != AD_OK ||
+                 phys_path_program_over(&s->path, system, &s->settings, &s->hessian, error) != AD_OK
+           : phys_path_program_new(&s->path, system, &s->settings, NULL, error) != AD_OK ||
+                 phys_hessian_new(&s->hessian, system, settings->rule, settings->slices,
+                                  settings->dt, &s->path.action, error) != AD_OK)
         return error->status;
     phys_hessian_free_ends(&s->hessian, settings);
     if (phys_newton_system_new(&s->band, &s->hessian, hold, error) != AD_OK)
         return error->status;
     s->hessian.proceed = settings->proceed;
     s->hessian.context = settings->context;
-    if (settings->native)
+    if (settings->native && !of)
         phys_derivatives_native(s->hessian.of);
     s->gradient = malloc(3 * s->path.n * sizeof *s->gradient);
     if (!s->gradient)
@@ -244,7 +249,21 @@ static enum ad_status solve(const struct phys_system *system,
                             struct phys_path_info *info, struct ad_error *error)
 {
     struct phys_newton s;
-    if (phys_newton_new(&s, system, settings, error) == AD_OK)
+    if (phys_newton_new(&s, system, settings, NULL, error) == AD_OK)
+        phys_newton_solve(&s, path, info, error);
+    phys_newton_free(&s);
+    return error->status;
+}
+
+enum ad_status phys_newton_over(const struct phys_system *system,
+                                const struct phys_path_settings *settings,
+                                struct phys_derivatives *of, double *path,
+                                struct phys_path_info *info, struct ad_error *error)
+{
+    struct phys_newton s = {0};
+    if (phys_path_check(&phys_solver_newton, system, settings, path, info, error) != AD_OK)
+        return error->status;
+    if (phys_newton_new(&s, system, settings, of, error) == AD_OK)
         phys_newton_solve(&s, path, info, error);
     phys_newton_free(&s);
     return error->status;

@@ -120,7 +120,7 @@ enum ad_status phys_path_program_new(struct phys_path_program *p, const struct p
 
 void phys_path_program_start(struct phys_path_program *p, const double *path)
 {
-    ad_set(p->program, p->action.path, path);
+    memcpy(p->x, path, p->n * sizeof *path);
     if (p->settings->energy_weight != 0) {
         ad_run(p->program);
         double start_energy = value(p, p->action.first_energy);
@@ -133,6 +133,8 @@ void phys_path_program_start(struct phys_path_program *p, const double *path)
 
 void phys_path_program_free(struct phys_path_program *p)
 {
+    if (p->hessian)
+        free(p->x);
     ad_program_free(p->program);
     ad_program_free(p->measures);
     ad_tape_free(p->tape);
@@ -156,7 +158,7 @@ static enum ad_status stop_nonfinite(struct phys_path_program *p, size_t step,
     size_t slices = p->settings->slices, rows = p->n / slices, k, i;
     struct ad_error node = {0};
     char name[64] = "";
-    if (ad_run_checked(p->program, &node) == AD_OK)
+    if (p->hessian || ad_run_checked(p->program, &node) == AD_OK)
         ad_fail(&node, AD_E_NONFINITE, "a sum over the path is not finite");
     const char *what = "path";
     bool found = first_nonfinite(p->x, rows, slices, &k, &i);
@@ -183,6 +185,8 @@ enum ad_status phys_path_program_finite(struct phys_path_program *p,
 
 struct phys_path_step phys_path_program_run(struct phys_path_program *p, size_t step)
 {
+    if (p->hessian)
+        return phys_path_points_run(p, step);
     ad_run(p->program);
     return (struct phys_path_step){.step = step,
                                    .path = p->x,
@@ -240,6 +244,10 @@ static void measure_path(struct phys_path_program *p, const double *path,
 {
     struct phys_action *a = &p->action;
     double most = 0;
+    if (p->hessian) {
+        phys_path_points_measure(p, info);
+        return;
+    }
     info->energy_mean = info->energy_drift = NAN;
     if (!p->measures &&
         ad_compile(p->tape, 3, (ad_var[]){a->energy, a->energy_mean, p->whole_gradient},
@@ -292,7 +300,8 @@ void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
                                     .start = p->start,
                                     .compared = compare(p, p->settings->compare)};
     measure_path(p, path, info);
-    snprintf(info->interpreted, sizeof info->interpreted, "%s", ad_native_note(p->program));
+    snprintf(info->interpreted, sizeof info->interpreted, "%s",
+             p->hessian ? "" : ad_native_note(p->program));
     info->native = !*info->interpreted;
     p->started = ad_now(); /* of another path by this recording */
     p->in_progress = 0;

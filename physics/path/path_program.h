@@ -4,10 +4,12 @@
 #define PHYSICS_PATH_PROGRAM_H
 
 #include "internal.h"
+#include "physics/action/hessian.h"
 
 struct phys_path_program {
     const struct phys_system *system;
     const struct phys_path_settings *settings;
+    struct phys_hessian *hessian; /* evaluates the path instead of a tape of it; or NULL */
     ad_tape *tape;
     ad_program *program, *measures; /* measures: energies and the whole gradient, once needed */
     struct phys_action action;
@@ -28,6 +30,14 @@ struct phys_path_program {
 enum ad_status phys_path_program_new(struct phys_path_program *p, const struct phys_system *system,
                                      const struct phys_path_settings *settings, const double *path,
                                      struct ad_error *error);
+/* The same without a recording: from a Hessian of the settings' grid. Without penalties on the
+   energy, reference and machine code; info has no energy drift. (path_points.c) */
+enum ad_status phys_path_program_over(struct phys_path_program *p, const struct phys_system *system,
+                                      const struct phys_path_settings *settings,
+                                      struct phys_hessian *hessian, struct ad_error *error);
+struct phys_path_step phys_path_points_run(struct phys_path_program *p, size_t step);
+/* Of the path run last. */
+void phys_path_points_measure(struct phys_path_program *p, struct phys_path_info *info);
 void phys_path_program_free(struct phys_path_program *p);
 /* The path is the start, and its energy the E0 of the penalty. */
 void phys_path_program_start(struct phys_path_program *p, const double *path);

@@ -7,7 +7,7 @@
    meaningful, d itself is used, which is the error of the coarser path. Far from the limit errors
    may change sign, and r mean nothing: an estimate that is small enough is raised to the distance
    from the path of a rule of higher order on the same slices, if it is less. */
-#include "internal.h"
+#include "newton.h"
 
 #include <float.h>
 #include <math.h>
@@ -46,6 +46,7 @@ struct climb {
     size_t adam_steps;
     double time, tolerance, ends_error, size; /* size: the path's largest coordinate */
     struct stage before, here;
+    struct phys_derivatives of; /* for all levels */
     struct phys_refined *to;
     struct ad_error lost; /* why the last level has no path */
 };
@@ -108,10 +109,10 @@ static enum ad_status solve(struct climb *c, struct phys_level *level, struct ad
     struct phys_path_settings *settings = &c->to->settings;
     bool free_time = time_is_free(c);
     if (free_time)
-        phys_path_free_time(c->system, settings, settings->ends->energy, c->here.path, &info,
-                            &lost);
+        phys_newton_free_time(c->system, settings, &c->of, settings->ends->energy, c->here.path,
+                              &info, &lost);
     else
-        phys_path_solve(&phys_solver_newton, c->system, settings, c->here.path, &info, &lost);
+        phys_newton_over(c->system, settings, &c->of, c->here.path, &info, &lost);
     if (lost.status != AD_OK && lost.status != AD_E_NONFINITE &&
         !(free_time && lost.status == AD_E_ACCURACY))
         return ad_fail(error, lost.status, "%s", lost.message);
@@ -170,7 +171,8 @@ static bool verified(struct climb *c, struct phys_level *level, struct ad_error 
 {
     double finer = (double)NAN;
     if (!(level->estimate < c->tolerance) ||
-        phys_path_discretisation(c->system, &c->to->settings, c->here.path, &finer, error) != AD_OK)
+        phys_path_discretisation(c->system, &c->to->settings, &c->of, c->here.path, &finer,
+                                 error) != AD_OK)
         return false;
     level->estimate = fmax(level->estimate, MARGIN * finer); /* fmax ignores NaN */
     return level->estimate < c->tolerance;
@@ -285,6 +287,8 @@ enum ad_status phys_path_refine(const struct phys_system *system,
         return ad_fail(error, AD_E_ARGUMENT, "error %g, expected a positive number", tolerance);
     if (settings->slices < 2)
         return ad_fail(error, AD_E_ARGUMENT, "%zu slices, expected 2 or more", settings->slices);
+    if (settings->ends && settings->ends->free_time && phys_lacks_energy(system, error))
+        return error->status;
     struct climb c = {.system = system,
                       .guess = guess,
                       .given = {&phys_rule_left, settings->slices, settings->dt},
@@ -300,11 +304,15 @@ enum ad_status phys_path_refine(const struct phys_system *system,
     refined->settings.start_momentum = NULL;
     refined->settings.tolerance = 0;
     refined->settings.hold = 0;
-    if (climb_all(&c, settings->rule, error) == AD_OK) {
+    if (phys_derivatives_new(&c.of, system, PHYS_LADDER_COLUMNS, NULL, error) == AD_OK &&
+        settings->native)
+        phys_derivatives_native(&c.of);
+    if (error->status == AD_OK && climb_all(&c, settings->rule, error) == AD_OK) {
         refined->start = c.here.start;
         refined->path = c.here.path;
         c.here.start = c.here.path = NULL;
     }
+    phys_derivatives_free(&c.of);
     drop(&c.before);
     drop(&c.here);
     return error->status;

@@ -257,7 +257,7 @@ enum ad_status phys_path_all(const struct phys_system *system,
     s.v = s.q + s.dof;
     s.y = s.v + s.dof;
     s.path = s.y + 2 * s.dof;
-    if (phys_newton_new(&s.newton, system, &s.settings, error) == AD_OK &&
+    if (phys_newton_new(&s.newton, system, &s.settings, NULL, error) == AD_OK &&
         phys_ode_lagrangian(system, &s.motion, error) == AD_OK)
         find_all(&s, starts, seed, error);
     phys_ode_free(&s.motion);
