@@ -295,40 +295,18 @@ int phys_lapack_tridiagonal_eigenvectors(size_t n, double *diagonal, double *off
     return info;
 }
 
-int phys_lapack_symmetric_factor(size_t n, double *a, int *pivots, double *work)
+int phys_lapack_symmetric_factor_large(size_t n, double *a, int *pivots, double *work)
 {
     lapack_int size = (lapack_int)n, room = 64 * size, info;
-    if (n == 1) {
-        pivots[0] = 1;
-        return a[0] == 0;
-    }
     LAPACK_dsytrf("L", &size, a, &size, pivots, work, &room, &info);
     return info;
 }
 
-size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivots)
-{
-    size_t negative = 0;
-    for (size_t k = 0; k < n; k++) {
-        double d = a[k * n + k], det = d;
-        if (pivots[k] < 0) { /* a 2 x 2 pivot: one eigenvalue of either sign */
-            double off = a[k * n + k + 1];
-            det = (d / off * a[(k + 1) * n + k + 1] - off) * off;
-            k++;
-        }
-        negative += det < 0;
-    }
-    return negative;
-}
-
-void phys_lapack_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b)
+void phys_lapack_symmetric_solve_large(size_t n, const double *a, const int *pivots, size_t m,
+                                       double *b)
 {
     lapack_int size = (lapack_int)n, columns = (lapack_int)m, info;
-    if (n == 1)
-        for (size_t k = 0; k < m; k++)
-            b[k] /= a[0];
-    else
-        LAPACK_dsytrs("L", &size, &columns, a, &size, pivots, b, &size, &info);
+    LAPACK_dsytrs("L", &size, &columns, a, &size, pivots, b, &size, &info);
 }
 
 int phys_lapack_eigenvectors(size_t n, double *a, double *b, double *values)

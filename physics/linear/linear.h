@@ -73,6 +73,10 @@ int phys_lapack_symmetric_factor(size_t n, double *a, int *pivots, double *work)
 size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivots);
 /* Solves a x = b for m right sides, b [m x n], one a row, in place. */
 void phys_lapack_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b);
+/* Both by LAPACK, where they take long enough for it. */
+int phys_lapack_symmetric_factor_large(size_t n, double *a, int *pivots, double *work);
+void phys_lapack_symmetric_solve_large(size_t n, const double *a, const int *pivots, size_t m,
+                                       double *b);
 /* Eigenvalues of a x = value b x for symmetric a and positive definite b, [n x n] each: values [n],
    ascending; row k of a becomes eigenvector k; b is destroyed. Returns 0, up to n where they do not
    converge, more where b is not positive definite, negative where memory is exhausted. */

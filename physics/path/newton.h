@@ -51,7 +51,8 @@ enum ad_status phys_newton_spectrum(struct phys_newton *newton, const double *pa
                                     struct phys_spectrum *spectrum, struct ad_error *error);
 
 /* Distance of a stationary path [s*dof x slices] from that of a rule of higher order on the same
-   slices, which is its discretisation error; INFINITY: none nearby; NaN: too large for one. */
+   slices, which is its discretisation error; INFINITY: none nearby; NaN: too large for one. `of` as
+   in phys_newton_over; NULL: its own. */
 enum ad_status phys_path_discretisation(const struct phys_system *system,
                                         const struct phys_path_settings *settings,
                                         struct phys_derivatives *of, const double *path,

@@ -123,9 +123,61 @@ static void test_missing_library(void **state)
     fclose(said);
 }
 
+/* Symmetric indefinite matrices, small ones and those of LAPACK: the residual, and the inertia of
+   both factors. Zeros on the diagonal need pivots of two rows. */
+static void symmetric_factors(void **state)
+{
+    enum { SIZES = 40, TRIES = 60 };
+    static double a[SIZES * SIZES], f[SIZES * SIZES], g[SIZES * SIZES], work[64 * SIZES];
+    (void)state;
+    uint64_t noise = 12345;
+    for (size_t n = 1; n <= SIZES; n++)
+        for (size_t try = 0; try < TRIES; try++) {
+            int pivots[SIZES], other[SIZES];
+            double x[2 * SIZES], b[2 * SIZES];
+            for (size_t k = 0; k < n * n; k++) {
+                noise = noise * 6364136223846793005u + 1442695040888963407u;
+                double value = (double)(int64_t)noise / 9.3e18;
+                size_t i = k / n, j = k % n;
+                value = i == j && try % 3 == 0 ? 0
+                        : try % 3 == 1         ? value * pow(10, 3 * value)
+                                               : value;
+                if (i >= j)
+                    a[i * n + j] = a[j * n + i] = value;
+            }
+            if (n == 1)
+                a[0] = try % 2 ? 0.3 : -0.7;
+            for (size_t k = 0; k < n * n; k++)
+                f[k] = g[k] = a[k];
+            for (size_t k = 0; k < 2 * n; k++)
+                x[k] = b[k] = cos(1.7 * (double)k);
+            assert_int_equal(phys_lapack_symmetric_factor(n, f, pivots, work), 0);
+            assert_int_equal(phys_lapack_symmetric_factor_large(n, g, other, work), 0);
+            assert_int_equal(phys_lapack_symmetric_inertia(n, f, pivots),
+                             phys_lapack_symmetric_inertia(n, g, other));
+            phys_lapack_symmetric_solve(n, f, pivots, 2, x);
+            for (size_t k = 0; k < 2 * n; k++) {
+                double sum = -b[k], most = 0, size = fabs(b[k]);
+                for (size_t j = 0; j < n; j++) {
+                    sum += a[k % n * n + j] * x[k / n * n + j];
+                    size += fabs(x[k / n * n + j]);
+                }
+                for (size_t j = 0; j < n * n; j++)
+                    most = fmax(most, fabs(a[j]));
+                assert_true(fabs(sum) <= 1e-13 * fmax(1, most) * size);
+            }
+        }
+    double singular[] = {1, 2, 2, 4}, nothing[4] = {0}, lost[] = {1, (double)NAN, (double)NAN, 2};
+    int pivots[2];
+    assert_int_equal(phys_lapack_symmetric_factor(2, singular, pivots, work), 2);
+    assert_int_equal(phys_lapack_symmetric_factor(2, nothing, pivots, work), 1);
+    assert_int_not_equal(phys_lapack_symmetric_factor(2, lost, pivots, work), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(symmetric_factors),
         cmocka_unit_test(test_dense),
         cmocka_unit_test(test_band),
         cmocka_unit_test(test_singular),

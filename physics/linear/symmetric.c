@@ -1,0 +1,182 @@
+/* Factors P L D L^T P^T of symmetric matrices by diagonal pivoting (Bunch, Kaufman, Math. Comp. 31,
+   1977), in the format of LAPACK's dsytrf, which factors large ones: small ones are done before
+   that library would be loaded. Matrices are by columns, of which the lower triangle counts. */
+#include "linear.h"
+
+#include <math.h>
+
+enum { SMALL = 12 };
+
+static const double GROWTH = 0.6403882032022076; /* (1 + sqrt 17) / 8 */
+
+static double *at(double *a, size_t n, size_t i, size_t j) { return a + j * n + i; }
+
+static void swap(double *x, double *y)
+{
+    double kept = *x;
+    *x = *y;
+    *y = kept;
+}
+
+/* The largest off-diagonal entry of row and column i from column k on; its index in *where. */
+static double largest_beside(double *a, size_t n, size_t k, size_t i, size_t *where)
+{
+    double most = 0;
+    *where = i;
+    for (size_t j = k; j < n; j++) {
+        double x = j < i ? fabs(*at(a, n, i, j)) : j > i ? fabs(*at(a, n, j, i)) : 0;
+        if (!(x <= most)) { /* NaN, too */
+            most = x;
+            *where = j;
+        }
+    }
+    return most;
+}
+
+/* Row and column to pivot with at k; whether the pivot is 2 x 2. */
+static size_t choose_pivot(double *a, size_t n, size_t k, bool *pair)
+{
+    size_t other, next;
+    double here = fabs(*at(a, n, k, k)), column = largest_beside(a, n, k, k, &other);
+    *pair = false;
+    if (here >= GROWTH * column)
+        return k;
+    double row = largest_beside(a, n, k, other, &next);
+    if (here >= GROWTH * column * (column / row))
+        return k;
+    *pair = fabs(*at(a, n, other, other)) < GROWTH * row;
+    return other;
+}
+
+static void interchange(double *a, size_t n, size_t k, size_t from, size_t to)
+{
+    for (size_t i = to + 1; i < n; i++)
+        swap(at(a, n, i, from), at(a, n, i, to));
+    for (size_t j = from + 1; j < to; j++)
+        swap(at(a, n, j, from), at(a, n, to, j));
+    swap(at(a, n, from, from), at(a, n, to, to));
+    if (from > k)
+        swap(at(a, n, from, k), at(a, n, to, k));
+}
+
+static void eliminate_one(double *a, size_t n, size_t k)
+{
+    double inverse = 1 / *at(a, n, k, k);
+    for (size_t j = k + 1; j < n; j++) {
+        double share = inverse * *at(a, n, j, k), *restrict to = a + j * n;
+        const double *restrict from = a + k * n;
+#pragma omp simd
+        for (size_t i = j; i < n; i++)
+            to[i] -= share * from[i];
+    }
+    for (size_t i = k + 1; i < n; i++)
+        *at(a, n, i, k) *= inverse;
+}
+
+static void eliminate_pair(double *a, size_t n, size_t k)
+{
+    double off = *at(a, n, k + 1, k), d = *at(a, n, k + 1, k + 1) / off, e = *at(a, n, k, k) / off;
+    double scale = 1 / (d * e - 1) / off;
+    for (size_t j = k + 2; j < n; j++) {
+        double x = *at(a, n, j, k), y = *at(a, n, j, k + 1);
+        double first = scale * (d * x - y), second = scale * (e * y - x);
+        for (size_t i = j; i < n; i++)
+            *at(a, n, i, j) -= *at(a, n, i, k) * first + *at(a, n, i, k + 1) * second;
+        *at(a, n, j, k) = first;
+        *at(a, n, j, k + 1) = second;
+    }
+}
+
+/* As dsytrf, but that NaN is a zero pivot. */
+static int factor_small(size_t n, double *a, int *pivots)
+{
+    int zero = 0;
+    bool pair;
+    for (size_t k = 0; k < n; k += 1 + pair) {
+        size_t other, to = choose_pivot(a, n, k, &pair);
+        double column = largest_beside(a, n, k, k, &other), here = fabs(*at(a, n, k, k));
+        pivots[k] = (int)(to + 1) * (pair ? -1 : 1);
+        if (!(fmax(column, here) > 0) || isnan(column + here)) {
+            zero = zero ? zero : (int)(k + 1);
+            pair = false;
+            pivots[k] = (int)(k + 1);
+            continue;
+        }
+        if (to != k + pair)
+            interchange(a, n, k, k + pair, to);
+        if (pair) {
+            pivots[k + 1] = pivots[k];
+            eliminate_pair(a, n, k);
+        } else {
+            eliminate_one(a, n, k);
+        }
+    }
+    return zero;
+}
+
+static double below(const double *a, size_t n, size_t column, size_t from, const double *b)
+{
+    double sum = 0;
+    for (size_t i = from; i < n; i++)
+        sum += a[column * n + i] * b[i];
+    return sum;
+}
+
+static void solve_small(size_t n, const double *a, const int *pivots, double *b)
+{
+    for (size_t k = 0; k < n; k++) {
+        bool pair = pivots[k] < 0;
+        const double *x = a + k * n, *y = x + n;
+        swap(b + k + pair, b + (pair ? -pivots[k] : pivots[k]) - 1);
+        for (size_t i = k + 1 + pair; i < n; i++)
+            b[i] -= x[i] * b[k] + (pair ? y[i] * b[k + 1] : 0);
+        if (pair) {
+            double off = x[k + 1], d = x[k] / off, e = y[k + 1] / off;
+            double first = b[k] / off, second = b[k + 1] / off, det = d * e - 1;
+            b[k] = (e * first - second) / det;
+            b[k + 1] = (d * second - first) / det;
+            k++;
+        } else {
+            b[k] /= x[k];
+        }
+    }
+    for (size_t k = n; k-- > 0;) {
+        size_t last = k;
+        bool pair = pivots[k] < 0;
+        b[k] -= below(a, n, k, last + 1, b);
+        if (pair) {
+            k--;
+            b[k] -= below(a, n, k, last + 1, b);
+        }
+        swap(b + last, b + (pair ? -pivots[k] : pivots[k]) - 1);
+    }
+}
+
+int phys_lapack_symmetric_factor(size_t n, double *a, int *pivots, double *work)
+{
+    return n <= SMALL ? factor_small(n, a, pivots)
+                      : phys_lapack_symmetric_factor_large(n, a, pivots, work);
+}
+
+size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivots)
+{
+    size_t negative = 0;
+    for (size_t k = 0; k < n; k++) {
+        double d = a[k * n + k], det = d;
+        if (pivots[k] < 0) { /* a 2 x 2 pivot: one eigenvalue of either sign */
+            double off = a[k * n + k + 1];
+            det = (d / off * a[(k + 1) * n + k + 1] - off) * off;
+            k++;
+        }
+        negative += det < 0;
+    }
+    return negative;
+}
+
+void phys_lapack_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b)
+{
+    if (n > SMALL)
+        phys_lapack_symmetric_solve_large(n, a, pivots, m, b);
+    for (size_t k = 0; n <= SMALL && k < m; k++)
+        solve_small(n, a, pivots, b + k * n);
+}
