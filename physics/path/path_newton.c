@@ -179,6 +179,8 @@ static enum phys_stop follow(struct phys_newton *s, struct phys_path_step *at)
             stop = PHYS_STOP_INTERRUPTED;
         else if (!stop && (!moved || slow >= PATIENCE))
             stop = at_rounding(s) ? PHYS_STOP_ROUNDING : PHYS_STOP_STALLED;
+        else if (stop == PHYS_STOP_STEPS && at_rounding(s))
+            stop = PHYS_STOP_ROUNDING;
     }
     return stop;
 }
@@ -192,16 +194,24 @@ static bool begins_at_rounding(struct phys_newton *s)
     return at_rounding(s);
 }
 
-/* Near a saddle the Adam steps before may have led away; then the given start is tried. */
+/* Near a saddle the Adam steps before may have led away: where they made the gradient larger, the
+   given start comes first, else second. */
 static enum ad_status iterate(struct phys_newton *s, double *path, struct phys_path_info *info,
                               struct ad_error *error)
 {
     struct phys_path_step at = phys_path_program_run(&s->path, 0);
     if (phys_path_program_finite(&s->path, &at, error) != AD_OK)
         return error->status;
+    bool away = at.grad_norm > s->path.start_norm;
+    if (away) {
+        memcpy(s->path.x, path, s->path.n * sizeof *path);
+        at = phys_path_program_run(&s->path, 0);
+    }
     enum phys_stop stop = follow(s, &at);
     if (stop == PHYS_STOP_STALLED && s->path.settings->adam_steps > 0) {
         memcpy(s->path.x, path, s->path.n * sizeof *path);
+        if (away && phys_path_program_adam(&s->path, error) != AD_OK)
+            return error->status;
         at = phys_path_program_run(&s->path, at.step + 1);
         stop = follow(s, &at);
     }
