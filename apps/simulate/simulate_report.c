@@ -101,6 +101,8 @@ static void report_error(const struct simulate_run *run, double estimate, struct
     report_number(report, "reference_horizon", "  and until t =", scene->time_unit, m->known_until);
     report_number(report, "reference_resolution", "  sees no force shorter than", scene->time_unit,
                   m->seen);
+    report_number(report, "time_resolution", "  and none in time shorter than", scene->time_unit,
+                  m->time_resolution > 0 ? m->time_resolution : (double)NAN);
     report_number(report, "error_estimate", NULL, scene->unit, estimate);
     simulate_ephemeris_report(run, report);
     report_number(report, "reversal_error", "reversal error", scene->unit, m->reversal);

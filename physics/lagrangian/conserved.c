@@ -10,19 +10,6 @@ enum { PLACES = 64 }; /* states at which the rates of totals are looked at */
 
 static const double rounding = 1e-9; /* of the forces or torques that add up to a rate */
 
-/* Irregular numbers [n x 1]. */
-static ad_var state(ad_tape *tape, size_t n, double phase)
-{
-    double *x = malloc((n + 1) * sizeof *x);
-    if (!x)
-        return ad_refuse(tape, AD_E_MEMORY, "out of memory");
-    for (size_t k = 0; k < n; k++)
-        x[k] = 1 + sin(1.7 * (double)k + phase) / 3;
-    ad_var c = ad_const(tape, n, 1, x);
-    free(x);
-    return c;
-}
-
 /* At a fixed state an L without t is a constant, which the compiler folds; its derivative by t
    would not show switches such as step(sin(t)). */
 bool phys_keeps_energy(const struct phys_system *system)
@@ -32,8 +19,8 @@ bool phys_keeps_energy(const struct phys_system *system)
     if (!tape)
         return false;
     ad_var t = ad_input(tape, 1, 1, "t");
-    ad_var L = phys_system_lagrangian(system, state(tape, system->dof, 0.3),
-                                      state(tape, system->dof, 0.7), t);
+    ad_var L = phys_system_lagrangian(system, phys_irregular(tape, system->dof, 1, 0.3),
+                                      phys_irregular(tape, system->dof, 1, 0.7), t);
     bool keeps =
         ad_compile(tape, 1, &L, &program) == AD_OK && ad_program_info(program).instructions == 0;
     ad_program_free(program);

@@ -42,6 +42,8 @@ bool phys_motion_series_compiled(const struct phys_motion_series *series);
 /* L_vv [dof x dof] at q, v [dof x 1] and t, where p [dof x 1] is L_v. */
 ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t, ad_var p);
 
+/* A constant [rows x cols] of irregular numbers from 2/3 to 4/3: nothing cancels against them. */
+ad_var phys_irregular(ad_tape *tape, size_t rows, size_t cols, double phase);
 /* Whether y depends on none of x[0..n-1], whatever their values: its derivatives, looked at through
    fixed irregular weights, fold to zero when compiled. False where that cannot be found out. */
 bool phys_is_independent(ad_tape *tape, ad_var y, size_t n, const ad_var x[]);

@@ -147,6 +147,9 @@ struct phys_reference {
     double
         horizon; /* first time an uncertainty exceeds `lost` sizes of the motion; INFINITY: none */
     double seen; /* longest time between two looks at the forces */
+    double time_resolution; /* ... that depend on time explicitly; 0: they do not */
+    double
+        time_unresolved; /* from when on they change more than can be followed; INFINITY: never */
     double size; /* the largest distance of the coordinates from the origin, up to the horizon */
 };
 /* The reference motion at n increasing times, from q and v [dof] at times[0]. proceed as in

@@ -2,6 +2,7 @@
    rounding grows, that of the start and of the mass matrix among it, and a run back to the start,
    which shows errors that both have in common. */
 #include "motion.h"
+#include "time_scan.h"
 #include "physics/integrators/stepper.h"
 #include "physics/ode/internal.h"
 
@@ -9,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { STEPS = 20 };   /* between landings, at most, where forces change abruptly with time */
 enum { LOOKS = 1000 }; /* stretches of time, at least, in which a step ends */
 
 static const double tolerance = 1e-15;
@@ -25,9 +27,51 @@ static const double alike = 10;
 struct runs {
     const struct phys_ode *ode;
     struct phys_simulation how;
+    struct phys_time_scan scan; /* steps end at its times, too */
     bool interrupted;
     double longest; /* step of the last run */
 };
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static int descending(const void *a, const void *b) { return ascending(b, a); }
+
+/* Times at which steps end: equal parts of the stretches between n times, `share` (0: not) of each
+   part, and those of the scan; row [n] of each time among them, that of the first being 0 and none
+   of them. Returns their number. */
+static size_t find_landings(const struct runs *runs, size_t n, const double *times, double share,
+                            size_t pieces, double *landing, size_t *row)
+{
+    const struct phys_time_scan *scan = &runs->scan;
+    size_t m = 0, k = 0;
+    bool back = times[n - 1] < times[0];
+    row[0] = 0;
+    for (size_t i = 0; i + 1 < n; i++) {
+        double from = times[i], to = times[i + 1];
+        size_t first = m;
+        for (size_t j = 0; j < pieces; j++) {
+            if (share > 0)
+                landing[m++] = from + (to - from) * ((double)j + share) / (double)pieces;
+            if (j + 1 < pieces)
+                landing[m++] = from + (to - from) * (double)(j + 1) / (double)pieces;
+        }
+        for (; k < scan->n; k++) {
+            double t = scan->times[back ? scan->n - 1 - k : k];
+            if (back ? t <= to : t >= to)
+                break;
+            if (back ? t < from : t > from)
+                landing[m++] = t;
+        }
+        qsort(landing + first, m - first, sizeof *landing, back ? descending : ascending);
+        landing[m++] = to;
+        row[i + 1] = m;
+    }
+    return m;
+}
 
 /* The motion from row 0 of x [n][2 dof] to the other times, landing at equal parts of the stretches
    between them, and at `share` (0: not) of each part. Returns how many rows are known. */
@@ -36,32 +80,30 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
 {
     struct phys_simulation how = runs->how;
     struct phys_simulation_info info = {0};
-    size_t states = runs->ode->n, pieces = (LOOKS + n - 2) / (n - 1);
-    size_t each = share > 0 ? 2 * pieces : pieces, m = each * (n - 1), known;
-    double *landing = malloc((m + states + states * (m + 1)) * sizeof *landing);
-    if (!landing)
-        return ad_fail(lost, AD_E_MEMORY, "out of memory for the reference"), 0;
-    double *y = landing + m, *path = y + states;
-    for (size_t i = 0; i < m; i++) {
-        size_t from = i / each, j = i % each;
-        double part = share == 0 ? (double)(j + 1) : (double)(j / 2) + (j % 2 ? 1 : share);
-        landing[i] = j + 1 == each
-                         ? times[from + 1]
-                         : times[from] + (times[from + 1] - times[from]) * part / (double)pieces;
+    size_t states = runs->ode->n, pieces = (LOOKS + n - 2) / (n - 1), known = 0;
+    size_t most = 2 * pieces * (n - 1) + runs->scan.n;
+    double *landing = malloc((most + states + states * (most + 1)) * sizeof *landing);
+    size_t *row = malloc(n * sizeof *row);
+    if (landing && row) {
+        size_t m = find_landings(runs, n, times, share, pieces, landing, row);
+        double *y = landing + most, *path = y + states;
+        memcpy(y, x, states * sizeof *y);
+        how.t0 = times[0];
+        how.t1 = times[n - 1];
+        how.n_samples = m;
+        how.times = landing;
+        how.max_steps = runs->scan.n ? STEPS * (m + LOOKS) : 0; /* a noisy pulse has no end */
+        phys_trajectory(&how, runs->ode, y, states, m + 1, path, &info, lost);
+        for (; known < n && row[known] < info.samples; known++)
+            for (size_t k = 0; k < states; k++)
+                x[known * states + k] = path[k * (m + 1) + row[known]];
+    } else {
+        ad_fail(lost, AD_E_MEMORY, "out of memory for the reference");
     }
-    memcpy(y, x, states * sizeof *y);
-    how.t0 = times[0];
-    how.t1 = times[n - 1];
-    how.n_samples = m;
-    how.times = landing;
-    phys_trajectory(&how, runs->ode, y, states, m + 1, path, &info, lost);
-    known = info.samples ? (info.samples - 1) / each + 1 : 0;
-    for (size_t i = 0; i < known; i++)
-        for (size_t k = 0; k < states; k++)
-            x[i * states + k] = path[k * (m + 1) + i * each];
     runs->interrupted |= info.stop == PHYS_SIMULATION_INTERRUPTED;
     runs->longest = info.max_step;
     free(landing);
+    free(row);
     return known;
 }
 
@@ -214,8 +256,12 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
         ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
     else if (phys_ode_lagrangian(system, &ode, error) == AD_OK &&
              phys_ode_enter(&ode, times[0], q, v, r->x, error) == AD_OK &&
-             phys_typical_sizes(&ode, times[0], r->x, scale, error) == AD_OK)
+             phys_typical_sizes(&ode, times[0], r->x, scale, error) == AD_OK &&
+             phys_time_scan(system, q, v, times[0], times[n - 1], &runs.scan, error) == AD_OK)
         measure(&runs, times, lost, r, error);
+    r->time_resolution = runs.scan.resolution;
+    r->time_unresolved = runs.scan.unresolved;
+    phys_time_scan_free(&runs.scan);
     phys_ode_free(&ode);
     free(scale);
     if (error->status != AD_OK)

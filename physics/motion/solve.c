@@ -60,7 +60,8 @@ static void forget_samples(struct phys_motion_solution *m)
     m->crossed = (struct phys_crossed){0};
     m->error = m->error_end = m->reversal = m->known_until = m->seen = (double)NAN;
     m->reference_uncertainty = m->reference_reversal = (double)NAN;
-    m->worst_error = 0;
+    m->worst_error = m->time_resolution = 0;
+    m->time_unresolved = INFINITY;
     m->closest.distance = INFINITY;
 }
 
@@ -191,6 +192,8 @@ static void measure_distance(const struct phys_reference *reference, const size_
     m->known_until = reference->horizon;
     m->reference_reversal = reference->reversal;
     m->seen = reference->seen;
+    m->time_resolution = reference->time_resolution;
+    m->time_unresolved = reference->time_unresolved;
     m->size = reference->size;
     if (isfinite(reference->horizon))
         m->error = m->error_end = (double)NAN;
@@ -322,6 +325,12 @@ enum ad_status phys_motion_met(const struct phys_motion_settings *settings,
     const struct phys_motion_solution *m = solution;
     if (AD_LACKS(error, settings, solution))
         return error->status;
+    if (m->n_trials > 0 && isfinite(m->time_unresolved))
+        return ad_fail(
+            error, AD_E_ACCURACY,
+            "an error of %g: cannot be verified, from t = %.6g on the forces change with "
+            "time too often to be followed; try a shorter time",
+            settings->error, m->time_unresolved);
     if (m->n_trials == 0 || isnan(m->known_until) || m->error <= settings->error)
         return AD_OK;
     if (isfinite(m->known_until))

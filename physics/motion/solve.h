@@ -111,6 +111,7 @@ struct phys_motion_solution {
        which it is unknown (INFINITY: known throughout; NaN: no reference); longest time between two
        evaluations of the forces; size of the coordinates. */
     double reference_uncertainty, reference_reversal, known_until, seen, size;
+    double time_resolution, time_unresolved;
     struct phys_closest_approach closest;
     struct phys_crossed crossed;
     bool keeps_energy;

@@ -144,6 +144,11 @@ static void judge_crossings(const struct phys_motion_settings *settings,
 /* Where the reference is unknown or known to be wrong. */
 static void judge_error(const struct phys_motion_solution *m, struct phys_diagnosis *d)
 {
+    if (isfinite(m->time_unresolved))
+        snprintf(more(d), sizeof *d->warning,
+                 "from t = %.6g on the forces change with time too often to be followed: the error "
+                 "is not verified; try a shorter time",
+                 m->time_unresolved);
     if (isfinite(m->known_until))
         snprintf(more(d), sizeof *d->warning,
                  "no error from t = %.6g on: two runs at a tolerance of 1e-15 diverge there; the "

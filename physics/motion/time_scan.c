@@ -1,0 +1,184 @@
+/* Scans the forces at a fixed state over time (time_scan.h), on a grid much finer than the steps of
+   any motion. Where the fourth difference of five values is as large as these differ, the grid does
+   not resolve the change there, and a finer one is laid over it, and so on: a pulse of which a few
+   samples see the tail is followed to its peak, a switch to the resolution of t. On each grid the
+   times returned have equal shares of the integral of |d4 f/dt4|^(1/4), as the nodes of an adapted
+   mesh. */
+#include "time_scan.h"
+#include "physics/lagrangian/conserved.h"
+#include "physics/lagrangian/internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    COLUMNS = 4096, /* times of one run */
+    GRID = 1 << 17, /* of the first grid */
+    LANDINGS = 1000,
+    LANDINGS_OF_ONE = 64, /* of one abrupt change */
+    MOST_RUNS = 400,      /* of finer grids */
+    MOST = LANDINGS + MOST_RUNS * LANDINGS_OF_ONE
+};
+
+static const double ABRUPT = 0.1; /* fourth difference, of the range of five values */
+static const double WIDE = 0.25;  /* of a grid: as long a change is no single one */
+static const double FINEST = 1e-12;
+
+struct scan {
+    ad_tape *tape;
+    ad_program *program;
+    ad_var t, force;
+    double t0, t1, *density; /* [GRID] room */
+    size_t runs;
+    struct phys_time_scan *to;
+};
+
+/* ---- the forces ---- */
+
+/* An irregular sum of the rows of g: no two cancel. */
+static ad_var mix(ad_var g, double phase)
+{
+    return ad_matmul(phys_irregular(g.tape, 1, ad_rows(g), phase), false, g, false);
+}
+
+static enum ad_status record(struct scan *s, const struct phys_system *system, const double *q,
+                             const double *v, struct ad_error *error)
+{
+    size_t dof = system->dof;
+    double *x = malloc(2 * dof * COLUMNS * sizeof *x);
+    s->tape = ad_tape_new(AD_F64);
+    if (!x || !s->tape) {
+        free(x);
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    }
+    for (size_t k = 0; k < 2 * dof * COLUMNS; k++) {
+        double at = k / COLUMNS < dof ? q[k / COLUMNS] : v[k / COLUMNS - dof];
+        x[k] = at + 0.1 * (fabs(at) + 1) * sin(1.7 * (double)(k / COLUMNS) + 0.3);
+    }
+    ad_var in[] = {ad_input(s->tape, dof, COLUMNS, "q"), ad_input(s->tape, dof, COLUMNS, "v")};
+    ad_var g[2];
+    s->t = ad_input(s->tape, 1, COLUMNS, "t");
+    ad_grad(ad_sum(phys_system_lagrangian(system, in[0], in[1], s->t)), 2, in, g);
+    s->force = ad_add(mix(g[0], 0.3), mix(g[1], 0.7));
+    if (ad_compile(s->tape, 1, &s->force, &s->program) == AD_OK) {
+        ad_set(s->program, in[0], x);
+        ad_set(s->program, in[1], x + dof * COLUMNS);
+    }
+    free(x);
+    return phys_tape_status(s->tape, error);
+}
+
+/* At n times from a to b, n a multiple of COLUMNS. */
+static void sample(struct scan *s, double a, double b, size_t n, double *force)
+{
+    double t[COLUMNS];
+    for (size_t i = 0; i < n; i += COLUMNS) {
+        for (size_t j = 0; j < COLUMNS; j++)
+            t[j] = a + (b - a) * (double)(i + j) / (double)(n - 1);
+        ad_set(s->program, s->t, t);
+        ad_run(s->program);
+        ad_get(s->program, s->force, force + i);
+    }
+}
+
+/* ---- its changes ---- */
+
+/* force [n] at equal steps from a to b becomes the density of times, negative where the change is
+   not resolved. */
+static void measure_density(double a, double b, size_t n, double *force)
+{
+    double step = (b - a) / (double)(n - 1), f[5];
+    memcpy(f + 1, force, 4 * sizeof *f);
+    for (size_t i = 2; i + 2 < n; i++) {
+        memmove(f, f + 1, 4 * sizeof *f);
+        f[4] = force[i + 2];
+        double low = f[0], high = f[0], rough = fabs(f[0] - 4 * f[1] + 6 * f[2] - 4 * f[3] + f[4]);
+        for (int k = 1; k < 5; k++) {
+            low = fmin(low, f[k]);
+            high = fmax(high, f[k]);
+        }
+        double clock = fabs(a + (double)i * step) / step; /* rounding of t, in steps */
+        double noise = DBL_EPSILON * (64 * fmax(fabs(low), fabs(high)) + clock * (high - low));
+        double density = rough > 4 * noise ? sqrt(sqrt(rough)) : 0; /* NaN: 0 */
+        force[i] = rough > ABRUPT * (high - low) ? -density : density;
+    }
+    force[0] = force[1] = force[n - 2] = force[n - 1] = 0;
+}
+
+/* Adds the times that divide the density into `count` shares, where these are closer to each other
+   than times at equal steps from t0 to t1. */
+static void land(struct scan *s, double a, double b, size_t n, const double *density, size_t count)
+{
+    double all = 0, sum = 0, near = (s->t1 - s->t0) / (2 * LANDINGS), last = -INFINITY;
+    size_t next = 1;
+    for (size_t i = 0; i < n; i++)
+        all += fabs(density[i]);
+    for (size_t i = 0; i < n && all > 0; i++) {
+        sum += fabs(density[i]);
+        if (sum < all * (double)next / (double)(count + 1))
+            continue;
+        while (sum >= all * (double)next / (double)(count + 1))
+            next++;
+        double t = a + (b - a) * (double)i / (double)(n - 1);
+        if (t - last < near && t > s->t0 && t < s->t1 && s->to->n < MOST)
+            s->to->times[s->to->n++] = t;
+        last = t;
+    }
+}
+
+/* Scans from a to b, then every stretch that n times do not resolve. room [n] */
+static void search(struct scan *s, double a, double b, size_t n, size_t count, double *room)
+{
+    sample(s, a, b, n, room);
+    measure_density(a, b, n, room);
+    land(s, a, b, n, room, count);
+    double step = (b - a) / (double)(n - 1), finer[COLUMNS];
+    for (size_t i = 2, to; i + 2 < n; i = to + 1) {
+        to = i;
+        if (!(room[i] < 0))
+            continue;
+        for (size_t k = i; k + 2 < n && k <= to + 2; k++) /* one change, or several close ones */
+            to = room[k] < 0 ? k : to;
+        double from = a + (double)(i - 2) * step, until = a + (double)(to + 2) * step;
+        if ((double)(to - i) > WIDE * (double)n || s->runs == MOST_RUNS) {
+            s->to->unresolved = fmin(s->to->unresolved, from);
+        } else if (until - from > FINEST * (s->t1 - s->t0)) {
+            s->runs++;
+            search(s, from, until, COLUMNS, LANDINGS_OF_ONE, finer);
+        }
+    }
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+enum ad_status phys_time_scan(const struct phys_system *system, const double *q, const double *v,
+                              double t0, double t1, struct phys_time_scan *scan,
+                              struct ad_error *error)
+{
+    struct scan s = {.t0 = t0, .t1 = t1, .to = scan};
+    *scan = (struct phys_time_scan){.unresolved = INFINITY};
+    if (phys_keeps_energy(system))
+        return AD_OK;
+    scan->times = malloc((MOST + GRID) * sizeof *scan->times);
+    if (!scan->times)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (record(&s, system, q, v, error) == AD_OK)
+        search(&s, t0, t1, GRID, LANDINGS, scan->times + MOST);
+    qsort(scan->times, scan->n, sizeof *scan->times, ascending);
+    scan->resolution = (t1 - t0) / (GRID - 1);
+    ad_program_free(s.program);
+    ad_tape_free(s.tape);
+    return error->status;
+}
+
+void phys_time_scan_free(struct phys_time_scan *scan)
+{
+    free(scan->times);
+    *scan = (struct phys_time_scan){0};
+}
