@@ -75,9 +75,13 @@ static const char *advice(const struct path_run *run)
    estimates from coarser grids hold for smooth L. */
 static const char *kinks_in_doubt(const struct path_run *run)
 {
-    return path_wants_tolerance(run->options) && run->found.true_distance > run->options->tolerance
-               ? phys_check_kinks(&run->system)
-               : NULL;
+    if (!path_wants_tolerance(run->options) ||
+        !(run->found.true_distance > run->options->tolerance))
+        return NULL;
+    const char *kinks = phys_check_kinks(&run->system);
+    if (!kinks && phys_path_jumps(&run->system, &run->settings, run->path))
+        kinks = "its forces jump along the path";
+    return kinks;
 }
 
 /* True if the run reached what was asked. */

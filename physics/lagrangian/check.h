@@ -42,6 +42,9 @@ enum ad_status phys_check_locality(const struct phys_system *system, const struc
 /* What kinks L has, in words, such as "a root of a square"; NULL: none, or over 64 coordinates.
    Derivatives and methods assume that L is smooth; differences far from a kink do not show it. */
 const char *phys_check_kinks(const struct phys_system *system);
+/* Whether the forces jump between neighbouring points, by evaluating them in between: a kink of L
+   by any name, or a change over less than 1e-4 of the distance of two points. */
+bool phys_check_jumps(const struct phys_system *system, const struct phys_points *at);
 
 AD_HEADER_END
 #endif

@@ -17,6 +17,11 @@ ad_var phys_irregular(ad_tape *tape, size_t rows, size_t cols, double phase)
     return c;
 }
 
+ad_var phys_mixed(ad_var x, double phase)
+{
+    return ad_matmul(phys_irregular(x.tape, 1, ad_rows(x), phase), false, x, false);
+}
+
 static bool folds_to_zero(ad_tape *tape, ad_var g)
 {
     ad_program *program;

@@ -44,6 +44,8 @@ ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad
 
 /* A constant [rows x cols] of irregular numbers from 2/3 to 4/3: nothing cancels against them. */
 ad_var phys_irregular(ad_tape *tape, size_t rows, size_t cols, double phase);
+/* The sum of the rows of x, times such numbers. */
+ad_var phys_mixed(ad_var x, double phase);
 /* Whether y depends on none of x[0..n-1], whatever their values: its derivatives, looked at through
    fixed irregular weights, fold to zero when compiled. False where that cannot be found out. */
 bool phys_is_independent(ad_tape *tape, ad_var y, size_t n, const ad_var x[]);

@@ -6,6 +6,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+enum { MOST_FOR_JUMPS = 64 }; /* coordinates */
+
 /* The motion from q and v, accurate or else by the published equations; if it cannot be solved, a
    line, with the reason in `no_path`. */
 static void follow(const struct phys_system *system, const double *q, const double *v,
@@ -95,6 +97,9 @@ static void examine(const struct phys_system *system, const struct phys_points *
         c->mass_condition = find_condition(system, at, error); /* it is recorded at one slice */
     if (c->locality.passed)
         c->kink = phys_check_kinks(system);
+    if (c->locality.passed && !c->kink && system->dof <= MOST_FOR_JUMPS &&
+        phys_check_jumps(system, at))
+        c->kink = "forces that jump along the motion";
     c->passed = c->no_path.status == AD_OK && c->gradient.passed && c->second.passed &&
                 c->locality.passed && c->energies.status == AD_OK;
 }

@@ -37,12 +37,6 @@ struct scan {
 
 /* ---- the forces ---- */
 
-/* An irregular sum of the rows of g: no two cancel. */
-static ad_var mix(ad_var g, double phase)
-{
-    return ad_matmul(phys_irregular(g.tape, 1, ad_rows(g), phase), false, g, false);
-}
-
 static enum ad_status record(struct scan *s, const struct phys_system *system, const double *q,
                              const double *v, struct ad_error *error)
 {
@@ -61,7 +55,7 @@ static enum ad_status record(struct scan *s, const struct phys_system *system, c
     ad_var g[2];
     s->t = ad_input(s->tape, 1, COLUMNS, "t");
     ad_grad(ad_sum(phys_system_lagrangian(system, in[0], in[1], s->t)), 2, in, g);
-    s->force = ad_add(mix(g[0], 0.3), mix(g[1], 0.7));
+    s->force = ad_add(phys_mixed(g[0], 0.3), phys_mixed(g[1], 0.7));
     if (ad_compile(s->tape, 1, &s->force, &s->program) == AD_OK) {
         ad_set(s->program, in[0], x);
         ad_set(s->program, in[1], x + dof * COLUMNS);

@@ -181,6 +181,11 @@ enum ad_status phys_path_refine(const struct phys_system *system,
                                 struct ad_error *error);
 void phys_refined_free(struct phys_refined *refined);
 
+/* Whether the forces jump along a path [s*dof x slices], as where L has a kink: estimates from
+   coarser grids hold for smooth L. */
+bool phys_path_jumps(const struct phys_system *system, const struct phys_path_settings *settings,
+                     const double *path);
+
 /* L_vv along a path (Legendre's condition); singular counts as indefinite. */
 enum phys_definite { PHYS_INDEFINITE, PHYS_POSITIVE, PHYS_NEGATIVE };
 

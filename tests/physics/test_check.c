@@ -241,6 +241,53 @@ static void a_scene_is_checked_along_its_motion(void **state)
     phys_system_close(&pendulum);
 }
 
+/* ---- jumps of the forces ---- */
+
+typedef ad_var function(ad_var x);
+static function *potential;
+
+static ad_var in_potential(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    (void)params;
+    ad_var from = ad_sub(ad_row(x, 0), 0.7123); /* crossed between slices */
+    return ad_sub(ad_sub(free_motion(u), potential(from)), ad_mul(ad_row(x, 1), ad_cos(s)));
+}
+
+static ad_var by_acos(ad_var x) { return ad_add(ad_square(x), ad_acos(ad_cos(x))); }
+static ad_var by_log(ad_var x) { return ad_exp(ad_mul(0.5, ad_log(ad_square(x)))); }
+static ad_var by_cosine(ad_var x) { return ad_sqrt(ad_sub(2.0, ad_mul(2.0, ad_cos(x)))); }
+static ad_var by_even_root(ad_var x) { return ad_pow(ad_square(ad_square(x)), 0.25); }
+static ad_var by_max(ad_var x) { return ad_max(x, ad_neg(x)); }
+static ad_var by_select(ad_var x) { return ad_select(ad_lt(x, 0.0), ad_neg(x), x); }
+static ad_var by_hypot(ad_var x) { return ad_hypot(x, ad_mul(2.0, x)); }
+static ad_var by_angle(ad_var x) { return ad_mul(x, ad_atan2(x, ad_mul(0.0, x))); }
+static ad_var by_sign(ad_var x) { return ad_mul(0.01, ad_mul(x, ad_sign(x))); }
+
+static ad_var wave(ad_var x) { return ad_sin(ad_mul(40.0, x)); }
+static ad_var bump(ad_var x) { return ad_exp(ad_mul(-200.0, ad_square(x))); }
+static ad_var steep(ad_var x) { return ad_tanh(ad_mul(50.0, x)); }
+static ad_var rounded(ad_var x) { return ad_sqrt(ad_add(ad_square(x), 1e-4)); }
+
+static void kinks_by_any_name_jump_and_smooth_forces_do_not(void **state)
+{
+    (void)state;
+    static function *const kinks[] = {by_acos,   by_log,   by_cosine, by_even_root, by_max,
+                                      by_select, by_hypot, by_angle,  by_sign};
+    static function *const smooth[] = {wave, bump, steep, rounded, ad_square, ad_cosh};
+    SYSTEM(in_potential);
+    for (size_t k = 0; k < LENGTH(kinks); k++) {
+        potential = kinks[k];
+        print_message("kink %zu\n", k);
+        assert_true(phys_check_jumps(&system, &at));
+    }
+    for (size_t k = 0; k < LENGTH(smooth); k++) {
+        potential = smooth[k];
+        print_message("smooth %zu\n", k);
+        assert_false(phys_check_jumps(&system, &at));
+    }
+    (void)error;
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -251,6 +298,7 @@ int main(void)
         cmocka_unit_test(test_not_finite),
         cmocka_unit_test(test_wrong_use),
         cmocka_unit_test(test_energies),
+        cmocka_unit_test(kinks_by_any_name_jump_and_smooth_forces_do_not),
         cmocka_unit_test(a_scene_is_checked_along_its_motion),
     };
     return cmocka_run_group_tests(tests, fill, NULL);
