@@ -54,6 +54,8 @@ double qm_inside(const struct qm_slice *slice, const struct qm_gaussian *p)
 /* Up or down to four digits. */
 static double rounded(double x, double (*way)(double))
 {
+    if (!isfinite(x))
+        return x;
     double unit = pow(10, floor(log10(x)) - 3);
     return way(x / unit) * unit;
 }

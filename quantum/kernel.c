@@ -8,7 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LANES = 32768 }; /* paths of one run, about */
+enum { LANES = 32768 };       /* paths of one run, about */
+enum { MOST_SQUARES = 1000 }; /* 2^times is a number */
 
 /* Half the width of the range in which images fade out, relative to its centre. Packets with
    momenta below 1 - FADE of the grid's largest are unaffected. */
@@ -162,6 +163,9 @@ enum ad_status qm_kernel(const struct qm_slice *slice, qm_complex *K, struct ad_
 
 enum ad_status qm_kernel_square(size_t n, size_t times, qm_complex *K, struct ad_error *error)
 {
+    if (times > MOST_SQUARES)
+        return ad_fail(error, AD_E_ARGUMENT, "kernel: expected at most %d squarings, got %zu",
+                       MOST_SQUARES, times);
     if (!K || !n || n > SIZE_MAX / n / sizeof *K)
         return ad_fail(error, AD_E_ARGUMENT, "kernel: expected n x n numbers, got %s, n = %zu",
                        K ? "some" : "NULL", n);

@@ -240,6 +240,9 @@ enum ad_status qm_reference(const struct qm_slice *slice, const struct qm_gaussi
                        "reference: expected finite numbers, a width above 0 and a time from 0 on, "
                        "got packet %g,%g,%g, t = %g",
                        packet->x, packet->sigma, packet->p, t);
+    if (!(wanted > 0))
+        return ad_fail(error, AD_E_ARGUMENT, "reference: expected a wanted error above 0, got %g",
+                       wanted);
     size_t m = 128;
     while (m < 2 * slice->grid.n && m < MOST_POINTS)
         m *= 2;

@@ -176,6 +176,8 @@ static bool is_plain(const char *name, size_t n)
 
 void hnn_model_component(const hnn_model *model, size_t k, char *name, size_t size)
 {
+    if (!name || !size)
+        return;
     const char *at = hnn_model_noted(model, "state"), *found = NULL;
     size_t states = model ? hnn_states(model) : 0, half = states / 2, n = 0, length = 0;
     bool plain = at != NULL;

@@ -61,6 +61,8 @@ static enum ad_status check(const hnn_model *model, const struct hnn_training *s
                                   : AD_LACKS(error, set->x, set->target)))
             return error->status;
     }
+    if (pixels && !train->frame)
+        return ad_fail(error, AD_E_ARGUMENT, "frames of 0 pixels; expected some");
     if (pixels && test->n && test->frame != train->frame)
         return ad_fail(error, AD_E_ARGUMENT,
                        "frames of %zu pixels to train on, and of %zu for the test", train->frame,

@@ -109,6 +109,16 @@ static void test_null(void **state)
         REFUSED(hnn_trainer_new(model, &training, &lacks[k], NULL, &trainer, &error));
         REFUSED(hnn_trainer_new(model, &training, &samples, &lacks[k], &trainer, &error));
     }
+    struct hnn_settings of_pixels = hnn_pixel_defaults(HNN_HAMILTONIAN, 32);
+    of_pixels.hidden[0] = of_pixels.hidden[1] = of_pixels.autoencoder = 4;
+    hnn_model *watcher = NULL;
+    struct ad_error fine = {0};
+    assert_int_equal(hnn_model_new(&of_pixels, &watcher, &fine), AD_OK);
+    const float film[64] = {0};
+    const struct hnn_samples nothing = {.n = 1, .frames = film, .first = (size_t[]){0}};
+    REFUSED(hnn_trainer_new(watcher, &training, &nothing, NULL, &trainer, &error));
+    hnn_model_free(watcher);
+    hnn_model_component(model, 0, NULL, 9);
     REFUSED(hnn_film_motion(NULL, NULL, NULL, NULL, &error));
     REFUSED(hnn_rod_film(NULL, 0, NULL, &error));
     assert_null(hnn_trainer_history(NULL, NULL));

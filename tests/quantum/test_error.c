@@ -325,7 +325,11 @@ static void bad_arguments(void **state)
     const double t = 0;
     double off, x;
     const char *against;
-    struct ad_error e[8] = {0};
+    struct qm_reference reference;
+    struct ad_error e[11] = {0};
+    qm_reference(&good, &gaussian, 1, 0, room, &reference, &e[8]); /* no work is enough */
+    qm_reference(&good, &gaussian, 1, NAN, room, &reference, &e[9]);
+    qm_kernel_square(2, SIZE_MAX, room, &e[10]);
     qm_error(NULL, &good, 1, &gaussian, 1, room, &off, &against, &e[0]);
     qm_error(&qm_method_fft, NULL, 1, &gaussian, 1, room, &off, &against, &e[1]);
     qm_error(&qm_method_fft, &good, 0, &gaussian, 1, room, &off, &against, &e[2]);
