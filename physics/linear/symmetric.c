@@ -33,12 +33,15 @@ static double largest_beside(double *a, size_t n, size_t k, size_t i, size_t *wh
     return most;
 }
 
-/* Row and column to pivot with at k; whether the pivot is 2 x 2. */
+/* Row and column to pivot with at k; whether the pivot is 2 x 2. n: there is none but zeros or
+   NaN. */
 static size_t choose_pivot(double *a, size_t n, size_t k, bool *pair)
 {
     size_t other, next;
     double here = fabs(*at(a, n, k, k)), column = largest_beside(a, n, k, k, &other);
     *pair = false;
+    if (isnan(column + here) || here + column == 0)
+        return n;
     if (here >= GROWTH * column)
         return k;
     double row = largest_beside(a, n, k, other, &next);
@@ -93,15 +96,13 @@ static int factor_small(size_t n, double *a, int *pivots)
     int zero = 0;
     bool pair;
     for (size_t k = 0; k < n; k += 1 + pair) {
-        size_t other, to = choose_pivot(a, n, k, &pair);
-        double column = largest_beside(a, n, k, k, &other), here = fabs(*at(a, n, k, k));
-        pivots[k] = (int)(to + 1) * (pair ? -1 : 1);
-        if (!(fmax(column, here) > 0) || isnan(column + here)) {
+        size_t to = choose_pivot(a, n, k, &pair);
+        if (to == n) {
             zero = zero ? zero : (int)(k + 1);
-            pair = false;
             pivots[k] = (int)(k + 1);
             continue;
         }
+        pivots[k] = (int)(to + 1) * (pair ? -1 : 1);
         if (to != k + pair)
             interchange(a, n, k, k + pair, to);
         if (pair) {
@@ -154,6 +155,10 @@ static void solve_small(size_t n, const double *a, const int *pivots, double *b)
 
 int phys_lapack_symmetric_factor(size_t n, double *a, int *pivots, double *work)
 {
+    if (n == 1) {
+        pivots[0] = 1;
+        return a[0] == 0;
+    }
     return n <= SMALL ? factor_small(n, a, pivots)
                       : phys_lapack_symmetric_factor_large(n, a, pivots, work);
 }
@@ -177,6 +182,8 @@ void phys_lapack_symmetric_solve(size_t n, const double *a, const int *pivots, s
 {
     if (n > SMALL)
         phys_lapack_symmetric_solve_large(n, a, pivots, m, b);
-    for (size_t k = 0; n <= SMALL && k < m; k++)
+    for (size_t k = 0; n == 1 && k < m; k++)
+        b[k] /= a[0];
+    for (size_t k = 0; n > 1 && n <= SMALL && k < m; k++)
         solve_small(n, a, pivots, b + k * n);
 }
