@@ -56,7 +56,7 @@ enum ad_status ad_fail(struct ad_error *e, enum ad_status status, const char *fo
                 AD_LACKS_3, AD_LACKS_2, AD_LACKS_1, )                                              \
     (error, __VA_ARGS__)
 #define AD_LACKS_OF(a, b, c, d, e, f, g, h, choice, ...) choice
-#define AD_LACKS_1(e, a) ad_lacks(!(a), __func__, #a, e)
+#define AD_LACKS_1(e, a) (!(a) && ad_lacks(__func__, #a, e))
 #define AD_LACKS_2(e, a, ...) (AD_LACKS_1(e, a) || AD_LACKS_1(e, __VA_ARGS__))
 #define AD_LACKS_3(e, a, ...) (AD_LACKS_1(e, a) || AD_LACKS_2(e, __VA_ARGS__))
 #define AD_LACKS_4(e, a, ...) (AD_LACKS_1(e, a) || AD_LACKS_3(e, __VA_ARGS__))
@@ -64,7 +64,7 @@ enum ad_status ad_fail(struct ad_error *e, enum ad_status status, const char *fo
 #define AD_LACKS_6(e, a, ...) (AD_LACKS_1(e, a) || AD_LACKS_5(e, __VA_ARGS__))
 #define AD_LACKS_7(e, a, ...) (AD_LACKS_1(e, a) || AD_LACKS_6(e, __VA_ARGS__))
 #define AD_LACKS_8(e, a, ...) (AD_LACKS_1(e, a) || AD_LACKS_7(e, __VA_ARGS__))
-bool ad_lacks(bool missing, const char *function, const char *argument, struct ad_error *error);
+bool ad_lacks(const char *function, const char *argument, struct ad_error *error); /* true */
 /* The same for a result, of which *out is set to zero if it is there. */
 #define AD_LACKS_RESULT(error, out)                                                                \
     (AD_LACKS_1(error, out) || (memset(out, 0, sizeof *(out)), false))

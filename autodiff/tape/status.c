@@ -23,11 +23,10 @@ enum ad_status ad_fail(struct ad_error *e, enum ad_status status, const char *fo
     return e->status;
 }
 
-bool ad_lacks(bool missing, const char *function, const char *argument, struct ad_error *error)
+bool ad_lacks(const char *function, const char *argument, struct ad_error *error)
 {
-    if (missing)
-        ad_fail(error, AD_E_ARGUMENT, "%s: got NULL for %s", function, argument);
-    return missing;
+    ad_fail(error, AD_E_ARGUMENT, "%s: got NULL for %s", function, argument);
+    return true;
 }
 
 ad_var ad_refuse(ad_tape *tape, enum ad_status status, const char *format, ...)
