@@ -12,18 +12,12 @@
 static enum ad_status record(struct phys_curvature *c, struct ad_error *error)
 {
     size_t n = c->system->dof;
-    double *one = calloc(n * n, sizeof *one);
-    if (!one)
-        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
-    for (size_t k = 0; k < n; k++)
-        one[k * n + k] = 1;
     c->at_q = ad_input(c->tape, n, 1, "q");
     c->at_v = ad_input(c->tape, n, 1, "v");
     c->at_t = ad_input(c->tape, 1, 1, "t");
     ad_var lanes[3] = {ad_broadcast(c->at_q, n, n), ad_broadcast(c->at_v, n, n),
                        ad_broadcast(c->at_t, 1, n)};
-    ad_var unit = ad_const(c->tape, n, n, one), first[2], by[3], qq;
-    free(one);
+    ad_var unit = phys_unit_matrix(c->tape, n), first[2], by[3], qq;
     ad_var L = phys_system_lagrangian(c->system, lanes[0], lanes[1], lanes[2]);
     if (ad_grad(L, 2, lanes, first) != AD_OK ||
         ad_grad(ad_dot(first[1], unit), 3, lanes, by) != AD_OK ||

@@ -33,8 +33,7 @@ struct phys_motion {
     double rounding;  /* relative changes of M's entries; 0: none */
 };
 
-/* Rows of the unit matrix as a constant; the seed of the lanes. */
-static ad_var unit_matrix(ad_tape *tape, size_t n)
+ad_var phys_unit_matrix(ad_tape *tape, size_t n)
 {
     double *values = calloc(n * n, sizeof *values);
     if (!values)
@@ -66,7 +65,7 @@ ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad
         ad_grad(L, 1, &lanes_v, &p);
     }
     if (ad_tape_error(q.tape)->status == AD_OK)
-        ad_grad(ad_dot(p, unit_matrix(q.tape, n)), 1, &lanes_v, &mass);
+        ad_grad(ad_dot(p, phys_unit_matrix(q.tape, n)), 1, &lanes_v, &mass);
     return mass;
 }
 

@@ -39,6 +39,8 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
                                   double *c, struct ad_error *error);
 /* Whether it runs as machine code now. */
 bool phys_motion_series_compiled(const struct phys_motion_series *series);
+/* The unit matrix [n x n] as a constant: the seed of lanes. */
+ad_var phys_unit_matrix(ad_tape *tape, size_t n);
 /* L_vv [dof x dof] at q, v [dof x 1] and t, where p [dof x 1] is L_v. */
 ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t, ad_var p);
 
