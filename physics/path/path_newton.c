@@ -190,6 +190,8 @@ static bool begins_at_rounding(struct phys_newton *s)
 {
     phys_path_program_run(&s->path, 0);
     phys_hessian_at(&s->hessian, s->path.x, 0);
+    if (s->hessian.stopped)
+        return true; /* then no steps are wanted, and nothing is known here */
     phys_newton_system_scale(&s->band);
     return at_rounding(s);
 }
