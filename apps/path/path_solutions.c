@@ -76,12 +76,43 @@ enum ad_status path_find_all(struct path_run *run, struct ad_error *error)
     return AD_OK;
 }
 
+/* Two and three coordinates: what two independent searches say of paths that both missed. */
+static void report_coverings(const struct phys_solutions *all, struct report *report)
+{
+    report_flag(report, "saturated", NULL, all->saturated);
+    report_number(report, "unseen_paths", NULL, NULL, all->unseen_paths);
+    report_number(report, "unseen_paths_limit", NULL, NULL,
+                  all->saturated ? all->unseen_paths_limit : (double)NAN);
+    report_number(report, "start_energy_limit", NULL, NULL, 0.5 * all->fastest * all->fastest);
+    report_number(report, "undecided", NULL, NULL, all->undecided);
+    report_count(report, "found_once", NULL, all->found_once);
+    report_line(report,
+                "  from all velocities at the start with a kinetic energy up to %.4g, searched "
+                "twice, independently;",
+                0.5 * all->fastest * all->fastest);
+    if (all->saturated)
+        report_line(report,
+                    "  both searches found the same motions. Unseen in this range: at most %.0f "
+                    "with 95%% confidence,\n  if each is as easy to find as those listed and the "
+                    "searches miss independently",
+                    all->unseen_paths_limit);
+    else
+        report_line(report,
+                    "  not saturated: %.3g%% of these velocities are undecided%s, and %zu motions "
+                    "were found by one search\n  alone. At least about %.0f more are unseen; "
+                    "there may be many",
+                    100 * all->undecided, all->exhausted ? ", for their motions part too fast" : "",
+                    all->found_once, ceil(all->unseen_paths));
+}
+
 /* Estimates of paths that are not listed. */
 static void report_completeness(const struct path_run *run, const struct phys_solutions *all,
                                 struct report *report)
 {
     report_flag(report, "exhaustive", NULL, all->exhaustive);
-    if (run->system.dof > 1) {
+    if (run->system.dof > 1 && !isnan(all->unseen_paths)) {
+        report_coverings(all, report);
+    } else if (run->system.dof > 1) {
         report_number(report, "unseen", NULL, NULL, all->unseen);
         report_number(report, "unseen_limit", NULL, NULL, all->unseen_limit);
         report_count(report, "starts", NULL, all->starts);
@@ -89,10 +120,9 @@ static void report_completeness(const struct path_run *run, const struct phys_so
         report_line(
             report,
             "  %zu of %zu random starts led to a path; another that does would find one not "
-            "listed with a chance of about\n  %.0f%%, under %.0f%% (95%% confidence). Paths "
-            "that such starts do not lead to are not counted: there may be many;\n  a "
-            "guess of --init FILE.csv may find them",
-            all->led, all->starts, 100 * all->unseen, 100 * all->unseen_limit);
+            "listed with a chance\n  under %.0f%% (95%% confidence). Paths that such starts "
+            "seldom lead to are not counted: there may be many",
+            all->led, all->starts, ceil(100 * all->unseen_limit));
     } else if (all->exhaustive) {
         report_count(report, "most_turns", NULL, all->most_turns);
         report_number(report, "fastest_start", NULL, NULL, all->fastest);
@@ -126,9 +156,12 @@ void path_report_solutions(const struct path_run *run, struct report *report)
     const struct phys_solutions *all = &run->solutions;
     const struct phys_scene *scene = run->system.scene;
     bool many = run->system.dof > PHYS_SHOOTING_DOF;
+    bool families = false;
     char text[160];
     if (all->n == 0)
         return;
+    for (size_t k = 0; k < all->n; k++)
+        families = families || all->solution[k].family > 0;
     units(scene, text, sizeof text);
     report_line(report, "\n  %zu stationary path%s between these ends%s", all->n,
                 all->n == 1 ? "" : "s", text);
@@ -142,6 +175,7 @@ void path_report_solutions(const struct path_run *run, struct report *report)
                                                             : (double)NAN);
         report_number(report, "largest", "largest", scene->unit, a->largest);
         report_count(report, "copies", "copies", a->copies);
+        report_count(report, "family", families ? "family" : NULL, a->family);
         report_flag(report, "confirmed", many ? "confirmed" : NULL, a->resolved);
         report_flag(report, "result", "the result", k == run->chosen);
     }
@@ -152,6 +186,13 @@ void path_report_solutions(const struct path_run *run, struct report *report)
                     run->options->energy, tolerance);
         report_number(report, "energy_tolerance", NULL, scene->energy_unit, tolerance);
     }
+    if (all->n_motions > 0)
+        report_list(report, "motion_energies", "motions without a path of this grid: energy",
+                    scene->energy_unit, all->n_motions, all->motion_energy);
+    if (families)
+        report_line(report,
+                    "  family: the dimension of a continuous family of paths, of which one is "
+                    "listed; 0: the path is alone");
     report_count(report, "chosen", NULL, run->chosen);
     report_count(report, "unresolved", NULL, all->unresolved);
     report_completeness(run, all, report);

@@ -263,6 +263,7 @@ struct phys_solution {
     double energy; /* mean over the path */
     double action;
     double largest; /* coordinate at a slice */
+    size_t family;  /* 0, or the dimension of the family of paths that it is one of */
     struct phys_spectrum spectrum;
     size_t hits;   /* starts that led to it or to an equivalent one */
     bool resolved; /* the accurately integrated motion is near; other paths are rejected, ... */
@@ -272,27 +273,39 @@ struct phys_solution {
 struct phys_solutions {
     size_t n;
     struct phys_solution *solution; /* ascending by energy */
-    size_t unresolved; /* paths rejected, of the grid alone, and motions that the grid does not
-                          resolve: one of its paths stands for several, or none is near */
-    bool interrupted;  /* settings->proceed ended the search; the solutions are those so far */
+    size_t unresolved;     /* paths rejected, of the grid alone, and motions that the grid does not
+                              resolve: one of its paths stands for several, or none is near */
+    double *motion_energy; /* [n_motions] two and three coordinates: of those motions; ascending */
+    size_t n_motions;
+    bool interrupted; /* settings->proceed ended the search; the solutions are those so far */
     /* One coordinate, L without explicit time: these are all motions between the ends that begin
        slower than `fastest` with at most the given number of turns; `limited`: there are more with
        more turns. False where a search twice as dense found others. */
     bool exhaustive, limited;
     size_t most_turns;
-    double fastest;
-    size_t starts, led; /* several coordinates: random starts, and how many led to a path */
-    /* Several coordinates: probability that another start finds a new path, from the number of
-       paths that none but one of them led to, and its upper bound at 95 % confidence; else NaN.
-       Paths that no start leads to are not included. */
+    double fastest; /* two and three coordinates: see below */
+    /* Two and three coordinates: motions from starts with a kinetic energy up to fastest^2 / 2 were
+       looked for twice, independently. found_once: motions that only one search found;
+       unseen_paths: a lower estimate of how many both missed; its upper bound at 95 % confidence,
+       if each motion is missed by one search as easily as by the other and no easier than the
+       others, infinite where not `saturated`: all were found twice, at most 1e-3 of the starts were
+       left undecided, and none because the search became too long. Else NaN. */
+    bool saturated, exhausted; /* exhausted: it became too long */
+    size_t found_once;
+    double undecided; /* share of the starts, by the volume of their velocities */
+    double unseen_paths, unseen_paths_limit;
+    /* More coordinates: random starts, and how many led to a path; the probability that another
+       start finds a new path, from the number of paths that none but one of them led to, and its
+       upper bound at 95 % confidence; else NaN. Paths that no start leads to are not included. */
+    size_t starts, led;
     double unseen, unseen_limit;
 };
-/* Finds stationary paths between the ends of path [s*dof x slices], which is the first start. With
+/* Finds stationary paths between the ends of path [s*dof x slices], which is a start, too. With
    one coordinate all of them if L does not depend on time, else those found by sweeping the
-   velocity at the first end; with several coordinates those found from random velocities, at most
-   `starts`, fewer once a new path has become unlikely, and with two coordinates before from tables
-   of motions by direction and speed. Both ends are given: AD_E_ARGUMENT where settings->ends leaves
-   coordinates free. Free with phys_solutions_free; empty on failure. */
+   velocity at the first end; with two and three those of motions from a dense covering of the
+   velocities at the first end; with more those found from random velocities, at most `starts`,
+   fewer once a new path has become unlikely. Both ends are given: AD_E_ARGUMENT where
+   settings->ends leaves coordinates free. Free with phys_solutions_free; empty on failure. */
 enum ad_status phys_path_all(const struct phys_system *system,
                              const struct phys_path_settings *settings, const double *path,
                              size_t starts, uint64_t seed, struct phys_solutions *solutions,

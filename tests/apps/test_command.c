@@ -317,7 +317,7 @@ static void test_energy_that_no_path_has(void **state)
     assert_non_null(strstr(shell_err(), " -0.500"));
     assert_int_equal(shell_files(), 0);
     shell_works("$LA path kepler --energy -0.5 --json");
-    assert_non_null(strstr(shell_last_line(), "\"unseen\": "));
+    assert_non_null(strstr(shell_last_line(), "\"unseen_paths\": "));
     assert_true(fabs(shell_number("energy") + 0.5) <= shell_number("energy_tolerance"));
     assert_close(shell_number("energy_tolerance"), 1e-3, 1e-12, 0);
     assert_int_equal(shell("$LA path kepler --energy -0.4985"), 1); /* A11: 0.45 % off is none */

@@ -1,13 +1,15 @@
 /* Searches for several stationary paths between the same ends: a problem that does not fix the
    energy can have many solutions. With one coordinate and no explicit time all are found from times
-   as functions of the energy (energy_sweep.h). Otherwise starts are motions from the first end with
-   many velocities, bent to meet the second end, and Newton's method makes each stationary. For two
-   coordinates tables of motions come first (multistart_aim.c). For one coordinate the initial
-   velocity is swept and bisected wherever the miss of the second end changes sign; for several,
-   velocities are drawn at random until another start is unlikely to find a new path: after N
+   as functions of the energy (energy_sweep.h), with two or three from a covering of the initial
+   velocities (multistart_shots.c). Otherwise starts are motions from the first end with many
+   velocities, bent to meet the second end, and Newton's method makes each stationary. For one
+   coordinate the initial velocity is swept and bisected wherever the miss of the second end changes
+   sign; for many, velocities are drawn at random until another start is unlikely to find a new
+   path: after N
    successful starts the probability of an unseen path is about the fraction of paths seen once
    (Good, Biometrika 40, 1953). */
 #include "multistart.h"
+#include "end_map.h"
 #include "physics/io/random.h"
 
 #include <math.h>
@@ -19,6 +21,7 @@ enum { SUBSTEPS = 4, BISECTIONS = 30, STEPS = 60, LEAST_STARTS = 30 };
 static const double ROUNDING = 1e-9;  /* of coordinates: ends so near are one place */
 static const double GRID = 1.02;      /* ratio of neighbouring velocities in a sweep */
 static const double MOST_DETOUR = 30; /* a start that ends this many spans away is rejected */
+static const double NEAR = 0.1;       /* of a motion's extent: its path on the grid */
 static const double UNSEEN = 0.05;    /* a chance of finding more that is not worth a start */
 
 bool phys_multistart_goes_on(struct phys_multistart *s)
@@ -45,6 +48,21 @@ static enum ad_status make_stationary(struct phys_multistart *s, struct ad_error
     if (phys_multistart_solve(s, error) != AD_OK || s->led == led)
         return error->status;
     return phys_multistart_keep(s, error);
+}
+
+enum ad_status phys_multistart_take(struct phys_multistart *s, double *begun,
+                                    struct ad_error *error)
+{
+    size_t led = s->led, n = s->dof * s->slices;
+    double extent = 0;
+    memcpy(begun, s->path, n * sizeof *begun);
+    if (phys_multistart_solve(s, error) != AD_OK)
+        return error->status;
+    for (size_t k = 0; k < n; k++)
+        extent = fmax(extent, fabs(begun[k] - begun[k - k % s->slices]));
+    s->taken = s->led > led &&
+               phys_multistart_apart(n, begun, s->path) <= NEAR * (extent + ROUNDING * s->span);
+    return s->taken ? phys_multistart_keep(s, error) : AD_OK;
 }
 
 /* ---- starts ---- */
@@ -79,17 +97,6 @@ static bool begin(struct phys_multistart *s)
             return false;
     phys_path_bend(s->dof, s->slices, s->given, s->path);
     return true;
-}
-
-enum ad_status phys_multistart_start(struct phys_multistart *s, struct ad_error *error)
-{
-    double before[2];
-    if (s->dof == 2) {
-        memcpy(before, s->v, sizeof before);
-        if (!phys_multistart_aim(s))
-            memcpy(s->v, before, sizeof before);
-    }
-    return begin(s) ? make_stationary(s, error) : error->status;
 }
 
 /* The miss of one coordinate; NaN where the motion is lost. */
@@ -156,7 +163,8 @@ static enum ad_status draw(struct phys_multistart *s, size_t starts, uint64_t se
         double size = s->speed * pow(10, 2 * phys_random_uniform(&random) - 1);
         for (size_t k = 0; k < s->dof; k++)
             s->v[k] = size * phys_random_normal(&random);
-        phys_multistart_start(s, error);
+        if (begin(s))
+            make_stationary(s, error);
         if (s->led - led >= LEAST_STARTS &&
             unseen(s, s->led - led, &s->solutions->unseen_limit) <= UNSEEN)
             break;
@@ -170,8 +178,6 @@ static enum ad_status draw(struct phys_multistart *s, size_t starts, uint64_t se
 static enum ad_status search(struct phys_multistart *s, size_t starts, uint64_t seed,
                              struct ad_error *error)
 {
-    if (s->dof == 2 && phys_multistart_directions(s, error) != AD_OK)
-        return error->status;
     for (size_t k = 0; k < s->solutions->n; k++)
         s->solutions->solution[k].hits++;
     return draw(s, starts, seed, error);
@@ -217,11 +223,15 @@ static enum ad_status find_all(struct phys_multistart *s, size_t starts, uint64_
         s->q[k] = s->given[k * s->slices];
     find_scales(s);
     memcpy(s->path, s->given, s->n * sizeof *s->path);
-    if (make_stationary(s, error) != AD_OK || begin_at_rest(s, error) != AD_OK)
-        return error->status;
     s->solutions->unseen = s->solutions->unseen_limit = (double)NAN;
+    s->solutions->unseen_paths = s->solutions->unseen_paths_limit = (double)NAN;
+    bool shots = s->dof > 1 && s->dof <= PHYS_END_MAP_DOF;
+    if (!shots && (make_stationary(s, error) != AD_OK || begin_at_rest(s, error) != AD_OK))
+        return error->status;
     if (!phys_multistart_goes_on(s))
         ; /* those so far */
+    else if (shots)
+        phys_multistart_shots(s, seed, error);
     else if (s->dof > 1)
         search(s, starts, seed, error);
     else if (!phys_multistart_energies(s, error) && error->status == AD_OK)

@@ -1,6 +1,6 @@
 /* Internals of the search for several stationary paths: starts (multistart.c), motions of one
-   coordinate by energy (multistart_energy.c), of two by direction (multistart_aim.c), solutions
-   (solutions.c). */
+   coordinate by energy (multistart_energy.c), of two and three by velocity (multistart_shots.c),
+   solutions (solutions.c). */
 #ifndef PHYSICS_PATH_MULTISTART_H
 #define PHYSICS_PATH_MULTISTART_H
 
@@ -20,6 +20,7 @@ struct phys_multistart {
     double *q, *v, *y, *path;
     struct phys_path_info info; /* of the last solution */
     size_t led;                 /* starts that led to a stationary path */
+    bool taken;                 /* the last motion has a path of the grid */
     struct phys_solutions *solutions;
 };
 
@@ -31,16 +32,17 @@ bool phys_multistart_goes_on(struct phys_multistart *s);
 enum ad_status phys_multistart_solve(struct phys_multistart *s, struct ad_error *error);
 /* Keeps the solution in s->path, unless it is known. */
 enum ad_status phys_multistart_keep(struct phys_multistart *s, struct ad_error *error);
+/* Two and three coordinates: counts the motion from s->v as one that the grid does not resolve. */
+enum ad_status phys_multistart_unresolved(struct phys_multistart *s, struct ad_error *error);
 /* Leaves out what the grid alone made; the rest by energy. */
 void phys_multistart_sort(struct phys_multistart *s);
-/* Makes stationary the motion that begins with velocity s->v, bent to meet the second end; nothing
-   where it is lost or ends far away. */
-enum ad_status phys_multistart_start(struct phys_multistart *s, struct ad_error *error);
-/* Two coordinates: changes s->v by Newton's method until the motion meets the second end. False: it
-   does not. */
-bool phys_multistart_aim(struct phys_multistart *s);
-/* Two coordinates: motions between the ends from tables over directions and speeds. */
-enum ad_status phys_multistart_directions(struct phys_multistart *s, struct ad_error *error);
+/* Makes the motion in s->path stationary and keeps it, s->taken: it did not lead
+   elsewhere. begun: room [dof x slices]. */
+enum ad_status phys_multistart_take(struct phys_multistart *s, double *begun,
+                                    struct ad_error *error);
+/* Two and three coordinates: motions that begin with any velocity. */
+enum ad_status phys_multistart_shots(struct phys_multistart *s, uint64_t seed,
+                                     struct ad_error *error);
 /* Motions by their energies. False: it is another kind of question. */
 bool phys_multistart_energies(struct phys_multistart *s, struct ad_error *error);
 /* Largest difference of a and b [n]. */

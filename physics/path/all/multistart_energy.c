@@ -9,9 +9,6 @@
 
 enum { NODES_OF_TURN = 12, MOST_TURNS = 100 }; /* fewer nodes do not show a turn */
 
-static const double NEAR =
-    0.1; /* tolerance of its path on the grid, relative to the motion's extent */
-
 /* All nodes of a path [degree x slices], in the order of time. */
 static void place_nodes(const struct phys_multistart *s, const double *nodes)
 {
@@ -29,26 +26,14 @@ static enum ad_status take_root(struct phys_multistart *s, struct phys_energy_sw
                                 const struct phys_energy_root *root, size_t m, double *nodes,
                                 const double *times, struct ad_error *error)
 {
-    double *begun = nodes + m;
     if (!phys_energy_sweep_path(sweep, root, m, times, nodes)) {
         s->solutions->unresolved++;
         return AD_OK;
     }
     place_nodes(s, nodes);
-    memcpy(begun, s->path, s->slices * sizeof *begun);
-    size_t led = s->led;
-    if (phys_multistart_solve(s, error) != AD_OK)
-        return error->status;
-    double low = begun[0], high = low;
-    for (size_t i = 0; i < s->slices; i++) {
-        low = fmin(low, begun[i]);
-        high = fmax(high, begun[i]);
-    }
-    if (s->led == led || phys_multistart_apart(s->slices, begun, s->path) > NEAR * (high - low)) {
+    if (phys_multistart_take(s, nodes + m, error) == AD_OK && !s->taken)
         s->solutions->unresolved++;
-        return AD_OK;
-    }
-    return phys_multistart_keep(s, error);
+    return error->status;
 }
 
 static bool moves(const struct phys_multistart *s, const double *path)
@@ -56,7 +41,7 @@ static bool moves(const struct phys_multistart *s, const double *path)
     double most = 0;
     for (size_t i = 0; i < s->slices; i++)
         most = fmax(most, fabs(path[i] - path[0]));
-    return most > NEAR * s->span;
+    return most > 0.1 * s->span;
 }
 
 /* Counts motions that share a path of the grid with another. The first solutions were found before,

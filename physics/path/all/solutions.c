@@ -85,6 +85,24 @@ enum ad_status phys_multistart_keep(struct phys_multistart *s, struct ad_error *
     return lost.status == AD_OK ? error->status : ad_fail(error, lost.status, "%s", lost.message);
 }
 
+enum ad_status phys_multistart_unresolved(struct phys_multistart *s, struct ad_error *error)
+{
+    struct phys_solutions *all = s->solutions;
+    double *grown = realloc(all->motion_energy, (all->n_motions + 1) * sizeof *grown), y[6];
+    if (!grown)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for another path");
+    all->motion_energy = grown;
+    memcpy(y, s->q, s->dof * sizeof *y);
+    memcpy(y + s->dof, s->v, s->dof * sizeof *y);
+    double energy = s->motion.energy ? s->motion.energy(s->motion.context, 0, y) : (double)NAN;
+    size_t k = all->n_motions++;
+    for (; k > 0 && grown[k - 1] > energy; k--)
+        grown[k] = grown[k - 1];
+    grown[k] = energy;
+    all->unresolved++;
+    return AD_OK;
+}
+
 static int by_energy(const void *a, const void *b)
 {
     const struct phys_solution *x = a, *y = b;
@@ -115,5 +133,6 @@ void phys_solutions_free(struct phys_solutions *solutions)
     for (size_t k = 0; k < solutions->n; k++)
         solution_free(&solutions->solution[k]);
     free(solutions->solution);
+    free(solutions->motion_energy);
     *solutions = (struct phys_solutions){0};
 }

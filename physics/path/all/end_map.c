@@ -1,0 +1,212 @@
+/* Where motions end (end_map.h), by Taylor series of the motion and its variations where L has
+   them. */
+#include "end_map.h"
+#include "physics/lagrangian/curvature.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_STEPS = 20000, SWEEPS = 30 };
+
+static const double DIFFERENCE = 1e-6; /* of the speed */
+static const double ESCAPED = 1e3;     /* of the reach: a motion lost so far away does not return */
+static const double UNCONTROLLED = 1e300;
+
+/* unit = C^-T where L_vv = C C^T at rest, or 1 where L_vv is not positive definite; and a natural
+   speed, of the force and its growth with the place. */
+static void find_units(struct phys_end_map *m, const struct phys_system *system)
+{
+    size_t n = m->dof;
+    double C[9] = {0}, zero[3] = {0}, rate = 0, force = 0, p[3];
+    struct phys_curvature at;
+    struct ad_error none = {0};
+    bool known =
+        phys_curvature_new(&at, system, &none) == AD_OK && phys_curvature_at(&at, m->from, zero, 0);
+    for (size_t i = 0; i < n && known; i++)
+        for (size_t j = 0; j <= i && known; j++) {
+            double sum = at.vv[i * n + j];
+            for (size_t k = 0; k < j; k++)
+                sum -= C[i * n + k] * C[j * n + k];
+            known = i != j || sum > 0;
+            C[i * n + j] = i == j ? sqrt(sum) : sum / C[j * n + j];
+        }
+    for (size_t j = 0; j < n; j++) /* column j of C^-T: C^T x = e_j */
+        for (size_t i = n; i-- > 0;) {
+            double sum = i == j;
+            for (size_t k = i + 1; k < n; k++)
+                sum -= C[k * n + i] * m->unit[k * n + j];
+            m->unit[i * n + j] = known ? sum / C[i * n + i] : (double)(i == j);
+        }
+    m->speed = 0;
+    for (size_t j = 0; j < n && known; j++) { /* p = C^-1 L_q, growth C^-1 L_qq C^-T */
+        p[j] = 0;
+        for (size_t i = 0; i < n; i++)
+            p[j] += m->unit[i * n + j] * at.q[i];
+        force = hypot(force, p[j]);
+        for (size_t k = 0; k < n; k++) {
+            double sum = 0;
+            for (size_t a = 0; a < n; a++)
+                for (size_t b = 0; b < n; b++)
+                    sum += m->unit[a * n + j] * at.qq[a * n + b] * m->unit[b * n + k];
+            rate = hypot(rate, sum);
+        }
+    }
+    if (known && rate > 0)
+        m->speed = force / sqrt(rate);
+    phys_curvature_free(&at);
+}
+
+enum ad_status phys_end_map_new(struct phys_end_map *m, const struct phys_system *system,
+                                const double *from, const double *to, double time, double reach,
+                                struct ad_error *error)
+{
+    size_t n = system->dof, most = 2 * n * (1 + n);
+    struct ad_error none = {0};
+    *m = (struct phys_end_map){.dof = n, .time = time, .reach = reach, .from = from};
+    memcpy(m->to, to, n * sizeof *to);
+    m->unit = calloc(n * n + 2 * most, sizeof *m->unit);
+    if (!m->unit)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for motions");
+    m->y = m->unit + n * n;
+    m->scale = m->y + most;
+    find_units(m, system);
+    double slowest = 0; /* as far as `to` in the time */
+    for (size_t k = 0; k < n; k++)
+        slowest = hypot(slowest, (to[k] - from[k]) / m->unit[k * n + k] / time);
+    m->speed = fmax(m->speed, fmax(slowest, reach / m->unit[0] / time));
+    for (size_t k = 0; k < most; k++)
+        m->scale[k] = k < n ? reach : k < 2 * n ? m->speed * m->unit[0] : UNCONTROLLED;
+    m->has_variations = phys_ode_variations(system, n, &m->varied, &none) == AD_OK;
+    if (none.status == AD_E_MEMORY)
+        return ad_fail(error, none.status, "%s", none.message);
+    return phys_ode_lagrangian(system, &m->motion, error);
+}
+
+void phys_end_map_free(struct phys_end_map *m)
+{
+    phys_ode_free(&m->varied);
+    phys_ode_free(&m->motion);
+    free(m->unit);
+}
+
+enum end { REACHED, GONE, LOST };
+
+/* The motion, with variations if asked for, and by how much it misses. */
+static enum end follow(struct phys_end_map *m, const double *w, bool vary, double tolerance,
+                       double *miss)
+{
+    size_t n = m->dof;
+    const struct phys_ode *ode = vary ? &m->varied : &m->motion;
+    struct ad_error lost = {0};
+    struct phys_simulation_info info = {0};
+    const struct phys_simulation how = {
+        .integrator = phys_integrator_find(ode->series ? "taylor" : "dop853", &lost),
+        .t1 = m->time,
+        .rtol = tolerance,
+        .atol = tolerance,
+        .scale = m->scale,
+        .max_steps = MOST_STEPS,
+        .proceed = m->proceed,
+        .context = m->context};
+    memset(m->y, 0, ode->n * sizeof *m->y);
+    for (size_t i = 0; i < n; i++) {
+        m->y[i] = m->from[i];
+        for (size_t k = 0; k < n; k++) {
+            m->y[n + i] += m->unit[i * n + k] * w[k];
+            if (vary)
+                m->y[2 * n * (1 + k) + n + i] = m->unit[i * n + k];
+        }
+    }
+    bool arrived =
+        phys_simulate(&how, ode, m->y, &info, &lost) == AD_OK && info.stop == PHYS_SIMULATION_END;
+    m->steps += info.steps + 1;
+    double length = 0;
+    for (size_t i = 0; i < n; i++) {
+        miss[i] = m->y[i] - m->to[i];
+        length = hypot(length, miss[i]);
+    }
+    if (arrived && isfinite(length))
+        return REACHED;
+    bool gone = isfinite(length) && length > ESCAPED * m->reach;
+    for (size_t i = 0; i < n; i++)
+        miss[i] /= length;
+    return gone ? GONE : LOST;
+}
+
+bool phys_end_map_at(struct phys_end_map *m, const double *w, double tolerance, double *miss,
+                     double *J)
+{
+    size_t n = m->dof;
+    enum end end = follow(m, w, m->has_variations, tolerance, miss);
+    memset(J, 0, n * n * sizeof *J);
+    if (end != REACHED)
+        return end == GONE;
+    double length = 0, size = 0, speed = m->speed;
+    for (size_t i = 0; i < n; i++) {
+        length = hypot(length, miss[i]);
+        speed = hypot(speed, w[i]);
+    }
+    for (size_t k = 0; k < n; k++) {
+        double other[PHYS_END_MAP_DOF], by[PHYS_END_MAP_DOF];
+        memcpy(by, w, n * sizeof *w);
+        by[k] += DIFFERENCE * speed;
+        if (!m->has_variations && follow(m, by, false, 1e-3 * tolerance, other) != REACHED)
+            return false;
+        for (size_t i = 0; i < n; i++)
+            J[i * n + k] = m->has_variations ? m->y[2 * n * (1 + k) + i]
+                                             : (other[i] - miss[i]) / (DIFFERENCE * speed);
+    }
+    size = m->reach + length;
+    for (size_t k = 0; k < n; k++) {
+        double grows = 0;
+        for (size_t i = 0; i < n; i++)
+            grows += length > 0 ? miss[i] / length * J[i * n + k] : 0;
+        for (size_t i = 0; i < n; i++)
+            J[i * n + k] = (J[i * n + k] - miss[i] / size * grows) / size;
+    }
+    for (size_t i = 0; i < n; i++)
+        miss[i] /= size;
+    for (size_t i = 0; i < n * n; i++)
+        if (!isfinite(J[i]))
+            return false;
+    return true;
+}
+
+/* One-sided Jacobi rotations: columns of J V become orthogonal (Golub and Van Loan, Matrix
+   Computations, section 8.6.3). */
+void phys_singular_values(size_t n, const double *J, struct phys_singular *s)
+{
+    memset(s, 0, sizeof *s);
+    for (size_t k = 0; k < n; k++) {
+        s->right[k][k] = 1;
+        for (size_t i = 0; i < n; i++)
+            s->left[k][i] = J[i * n + k];
+    }
+    for (int sweep = 0; sweep < SWEEPS; sweep++)
+        for (size_t p = 0; p < n; p++)
+            for (size_t q = p + 1; q < n; q++) {
+                double a = 0, b = 0, c = 0;
+                for (size_t i = 0; i < n; i++) {
+                    a += s->left[p][i] * s->left[p][i];
+                    b += s->left[q][i] * s->left[q][i];
+                    c += s->left[p][i] * s->left[q][i];
+                }
+                double angle = 0.5 * atan2(2 * c, a - b), x = cos(angle), y = sin(angle);
+                if (c == 0 && a >= b)
+                    continue;
+                for (size_t i = 0; i < n; i++) {
+                    double l = s->left[p][i], r = s->right[p][i];
+                    s->left[p][i] = x * l + y * s->left[q][i];
+                    s->left[q][i] = x * s->left[q][i] - y * l;
+                    s->right[p][i] = x * r + y * s->right[q][i];
+                    s->right[q][i] = x * s->right[q][i] - y * r;
+                }
+            }
+    for (size_t k = 0; k < n; k++) {
+        for (size_t i = 0; i < n; i++)
+            s->size[k] = hypot(s->size[k], s->left[k][i]);
+        for (size_t i = 0; i < n && s->size[k] > 0; i++)
+            s->left[k][i] /= s->size[k];
+    }
+}

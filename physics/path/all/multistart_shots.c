@@ -1,0 +1,191 @@
+/* Stationary paths of two and three coordinates from motions that begin with every velocity
+   (multistart.h, covering.h). Two coverings with boxes in other places and directions tell how many
+   motions both may have missed: with q1 motions found by one of them and q2 by both, about
+   q1 (q1 - 1) / (4 (q2 + 1)) (A. Chao, Biometrics 43, 783, 1987: for unequal chances a lower
+   bound). */
+#include "covering.h"
+#include "multistart.h"
+#include "physics/linear/linear.h"
+#include "physics/path/path_nodes.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { COVERINGS = 2, GROWTHS = 6, STEPS = 8000000 };
+
+static const double FASTEST = 3;       /* of the natural speed, at first */
+static const double NEGLIGIBLE = 1e-3; /* share of the velocities that may stay undecided */
+static const double ROUNDING = 1e-13;  /* of the motions that become paths, per step */
+
+static double speed_of(const struct phys_end_map *map, const struct phys_end_root *root)
+{
+    double sum = 0;
+    for (size_t k = 0; k < map->dof; k++)
+        sum = hypot(sum, root->w[k]);
+    return sum;
+}
+
+/* The first covering grows in shells, while motions that are no family begin in the outer half of
+   the speeds. */
+static enum ad_status cover_all(struct phys_end_map *map, struct phys_end_roots *roots,
+                                uint64_t seed, struct phys_solutions *all, struct ad_error *error)
+{
+    struct phys_covering c = {
+        .map = map, .outer = FASTEST * map->speed, .steps = STEPS, .roots = roots};
+    for (int growth = 0; growth <= GROWTHS; growth++) {
+        double fastest = 0;
+        c.seed = 2 * seed;
+        if (phys_cover(&c, error) != AD_OK)
+            return error->status;
+        all->undecided = fmax(all->undecided, c.undecided);
+        all->exhausted = all->exhausted || c.exhausted;
+        for (size_t k = 0; k < roots->n; k++)
+            fastest = roots->root[k].dimension > 0 ? fastest
+                                                   : fmax(fastest, speed_of(map, &roots->root[k]));
+        if (c.exhausted || growth == GROWTHS || fastest < 0.5 * c.outer)
+            break;
+        c.inner = c.outer;
+        c.outer *= 2;
+    }
+    c.inner = 0;
+    c.number = 1;
+    c.seed = 2 * seed + 1;
+    phys_cover(&c, error);
+    all->undecided = fmax(all->undecided, c.undecided);
+    all->exhausted = all->exhausted || c.exhausted;
+    all->fastest = c.outer;
+    return error->status;
+}
+
+/* Rest, and the path given, which counts as a third covering. */
+static enum ad_status cover_given(struct phys_multistart *s, struct phys_end_map *map,
+                                  struct phys_end_roots *roots, struct ad_error *error)
+{
+    struct phys_covering c = {
+        .map = map, .outer = FASTEST * map->speed, .number = COVERINGS, .roots = roots};
+    struct phys_path_nodes nodes = {0};
+    const struct phys_grid grid = {s->settings.rule, s->slices, s->settings.dt};
+    double q[PHYS_END_MAP_DOF], w[PHYS_END_MAP_DOF] = {0};
+    double unit[PHYS_END_MAP_DOF * PHYS_END_MAP_DOF];
+    size_t led = s->led, known = s->solutions->n;
+    phys_cover_near(&c, w, error);
+    memcpy(s->path, s->given, s->n * sizeof *s->path);
+    phys_rule_interpolate(s->settings.rule, s->dof, s->slices, s->path);
+    if (error->status != AD_OK || phys_multistart_solve(s, error) != AD_OK || s->led == led)
+        return error->status;
+    if (phys_path_nodes_new(&nodes, s->dof, &grid, 3, s->path, error) == AD_OK) {
+        phys_path_nodes_at(&nodes, 0, q, w);
+        memcpy(unit, map->unit, s->dof * s->dof * sizeof *unit);
+        phys_lapack_lu_solve_once(s->dof, unit, w);
+        if (phys_cover_near(&c, w, error) < 0 && error->status == AD_OK &&
+            phys_multistart_keep(s, error) == AD_OK && s->solutions->n > known)
+            s->solutions->found_once += s->solutions->solution[known].resolved;
+    }
+    phys_path_nodes_free(&nodes);
+    return error->status;
+}
+
+/* The path of the motion that begins with s->v: true where it is one of this grid, too. */
+static enum ad_status take(struct phys_multistart *s, size_t dimension, double *nodes,
+                           const double *times, size_t m, struct ad_error *error)
+{
+    size_t degree = s->settings.rule->degree, paths = 0, now = 0;
+    struct ad_error lost = {0};
+    const struct phys_simulation how = {
+        .integrator = phys_integrator_find(s->motion.series ? "taylor" : "dop853", &lost),
+        .t1 = times[m - 1],
+        .rtol = ROUNDING,
+        .n_samples = m - 1,
+        .times = times + 1,
+        .max_steps = PHYS_MOTION_STEPS,
+        .proceed = s->settings.proceed,
+        .context = s->settings.context};
+    memcpy(s->y, s->q, s->dof * sizeof *s->y);
+    memcpy(s->y + s->dof, s->v, s->dof * sizeof *s->y);
+    if (phys_trajectory(&how, &s->motion, s->y, s->dof, m, nodes, NULL, &lost) != AD_OK)
+        return phys_multistart_unresolved(s, error);
+    for (size_t i = 0; i < s->slices; i++)
+        for (size_t k = 0; k < degree; k++)
+            for (size_t j = 0; j < s->dof; j++)
+                s->path[(k * s->dof + j) * s->slices + i] =
+                    nodes[j * m + i * degree + (i + 1 < s->slices ? k : 0)];
+    for (size_t j = 0; j < s->dof; j++)
+        s->path[(j + 1) * s->slices - 1] = s->given[(j + 1) * s->slices - 1];
+    for (size_t k = 0; k < s->solutions->n; k++)
+        paths += s->solutions->solution[k].copies;
+    if (phys_multistart_take(s, nodes, error) != AD_OK)
+        return error->status;
+    for (size_t k = 0; k < s->solutions->n; k++)
+        now += s->solutions->solution[k].copies;
+    struct phys_solution *last = s->solutions->solution + s->solutions->n - 1;
+    if (now == paths) /* none, one of the grid alone, or another motion has the same */
+        return phys_multistart_unresolved(s, error);
+    last->family = last->copies == 1 ? dimension : last->family;
+    return AD_OK;
+}
+
+static enum ad_status take_all(struct phys_multistart *s, const struct phys_end_map *map,
+                               const struct phys_end_roots *roots, struct ad_error *error)
+{
+    size_t m = s->settings.rule->degree * (s->slices - 1) + 1;
+    double *nodes = malloc((2 * s->dof + 1) * m * sizeof *nodes);
+    double *times = nodes + s->dof * m;
+    if (!nodes)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for another path");
+    phys_rule_nodes(s->settings.rule, s->dof, s->slices, s->settings.dt, s->given, times + m,
+                    times);
+    for (size_t k = 0; k < roots->n && error->status == AD_OK && phys_multistart_goes_on(s); k++) {
+        const struct phys_end_root *root = &roots->root[k];
+        if (root->family != k)
+            continue;
+        for (size_t i = 0; i < s->dof; i++) {
+            s->v[i] = 0;
+            for (size_t j = 0; j < s->dof; j++)
+                s->v[i] += map->unit[i * s->dof + j] * root->w[j];
+        }
+        take(s, root->dimension, nodes, times, m, error);
+    }
+    free(nodes);
+    return error->status;
+}
+
+/* Motions that both coverings may have missed; the limit replaces q1 by its own at 95 %, as a
+   Poisson number. */
+static void estimate(const struct phys_end_roots *roots, struct phys_solutions *all)
+{
+    double once = (double)all->found_once, twice = 0;
+    for (size_t k = 0; k < roots->n; k++)
+        if (roots->root[k].family == k)
+            *((roots->root[k].coverings & 3) == 3 ? &twice : &once) += 1;
+    double most = once + 1.645 * sqrt(once + 0.5) + 1.84;
+    all->found_once = (size_t)once;
+    all->unseen_paths = once > 0 ? once * (once - 1) / (4 * (twice + 1)) : 0;
+    all->saturated =
+        once == 0 && !all->exhausted && !all->interrupted && all->undecided <= NEGLIGIBLE;
+    all->unseen_paths_limit =
+        all->saturated ? ceil(most * most / (4 * fmax(1, twice))) : (double)INFINITY;
+}
+
+enum ad_status phys_multistart_shots(struct phys_multistart *s, uint64_t seed,
+                                     struct ad_error *error)
+{
+    struct phys_end_map map;
+    struct phys_end_roots roots = {0};
+    double end[PHYS_END_MAP_DOF], time = s->settings.dt * (double)(s->slices - 1);
+    for (size_t k = 0; k < s->dof; k++)
+        end[k] = s->given[(k + 1) * s->slices - 1];
+    if (phys_end_map_new(&map, s->system, s->q, end, time, s->span, error) == AD_OK) {
+        map.proceed = s->settings.proceed;
+        map.context = s->settings.context;
+        if (cover_given(s, &map, &roots, error) == AD_OK &&
+            cover_all(&map, &roots, seed, s->solutions, error) == AD_OK)
+            phys_multistart_goes_on(s);
+        estimate(&roots, s->solutions);
+        if (error->status == AD_OK)
+            take_all(s, &map, &roots, error);
+    }
+    free(roots.root);
+    phys_end_map_free(&map);
+    return error->status;
+}

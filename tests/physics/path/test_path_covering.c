@@ -1,0 +1,158 @@
+/* All paths of two coordinates: random problems of known number, families, and what is said of
+   paths that are missing. */
+#include "physics/path/all/covering.h"
+#include "tests/physics/published.h"
+#include "tests/close.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { SLICES = 41 };
+
+static double stiffness; /* of y; that of x is 1 */
+
+static ad_var oscillator(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    ad_var x = ad_slice_rows(q, 0, 1), y = ad_slice_rows(q, 1, 1);
+    (void)t;
+    (void)params;
+    ad_var V = ad_add(ad_mul(0.5, ad_square(x)), ad_mul(0.5 * stiffness, ad_square(y)));
+    return ad_sub(ad_mul(0.5, ad_sum_rows(ad_square(v))), V);
+}
+
+/* Two pendulums side by side. */
+static ad_var pendulums(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t;
+    (void)params;
+    return ad_add(ad_mul(0.5, ad_sum_rows(ad_square(v))), ad_sum_rows(ad_cos(q)));
+}
+
+static enum ad_status begin(const void *params, uint64_t seed, double *q, double *v,
+                            struct ad_error *error)
+{
+    (void)params;
+    (void)seed;
+    (void)error;
+    q[0] = q[1] = 0.1;
+    v[0] = v[1] = 0.1;
+    return AD_OK;
+}
+
+static void search(phys_lagrangian *L, const double *ends, double time, uint64_t seed,
+                   struct phys_solutions *all)
+{
+    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
+                                     .size = sizeof(struct phys_scene),
+                                     .name = "plane",
+                                     .what = "a plane",
+                                     .dof = 2,
+                                     .dims = 1,
+                                     .unit = "1",
+                                     .time_unit = "1",
+                                     .energy_unit = "1",
+                                     .lagrangian = L,
+                                     .slices = SLICES,
+                                     .dt = 0.1,
+                                     .start = begin};
+    struct phys_system system;
+    struct ad_error error = {0};
+    double path[8 * SLICES];
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    const struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+                                                .slices = SLICES,
+                                                .dt = time / (SLICES - 1),
+                                                .learning_rate = 1};
+    for (size_t i = 0; i < 2 * SLICES; i++) {
+        double at = (double)(i % SLICES) / (SLICES - 1);
+        path[i] = (1 - at) * ends[i / SLICES] + at * ends[2 + i / SLICES];
+    }
+    phys_rule_interpolate(settings.rule, 2, SLICES, path);
+    phys_path_all(&system, &settings, path, 0, seed, all, &error);
+    assert_no_error(&error);
+    phys_system_close(&system);
+}
+
+/* Every motion of an isotropic oscillator returns after a period, and after half of it is opposite;
+   of two frequencies, one coordinate is. Each is one family. */
+static void families_are_one_entry(void **state)
+{
+    static const struct {
+        double stiffness, ends[4], time;
+        size_t dimension;
+    } cases[] = {{1, {1, 0.2, 1, 0.2}, 2 * M_PI, 2},
+                 {1, {1, 0.2, -1, -0.2}, M_PI, 2},
+                 {2, {1, 0.2, -1, 0.5}, M_PI, 1},
+                 {2, {1, 0.2, -1, 0.5}, 3, 0}};
+    (void)state;
+    for (size_t c = 0; c < LENGTH(cases); c++) {
+        struct phys_solutions all;
+        stiffness = cases[c].stiffness;
+        search(oscillator, cases[c].ends, cases[c].time, 1, &all);
+        assert_int_equal(all.n + all.n_motions, 1);
+        assert_int_equal(all.solution[0].family, cases[c].dimension);
+        assert_true(all.saturated && all.unseen_paths_limit >= 1);
+        phys_solutions_free(&all);
+    }
+}
+
+/* Velocities with which one pendulum gets from a to b: roots of a dense scan. */
+static size_t count_swings(double a, double b, double time, double fastest)
+{
+    enum { SCAN = 4000, STEPS = 200 };
+    size_t n = 0;
+    double before = (double)NAN;
+    for (int k = 0; k <= SCAN; k++) {
+        double q = a, v = fastest * (2. * k / SCAN - 1.00003), h = time / STEPS;
+        for (int i = 0; i < STEPS; i++) { /* the fourth order of Forest and Ruth */
+            static const double c[] = {0.6756035959798289, -0.17560359597982889,
+                                       -0.17560359597982889, 0.6756035959798289};
+            static const double d[] = {1.3512071919596578, -1.7024143839193153, 1.3512071919596578,
+                                       0};
+            for (int j = 0; j < 4; j++) {
+                q += c[j] * h * v;
+                v -= d[j] * h * sin(q);
+            }
+        }
+        n += !isnan(before) && (q - b < 0) != (before < 0);
+        before = q - b;
+    }
+    return n;
+}
+
+/* Motions of two pendulums are pairs of those of one. Numbers found and claimed are held against
+   those of the scan, in random problems. */
+static void claims_hold_where_the_number_is_known(void **state)
+{
+    enum { PROBLEMS = 4 };
+    size_t complete = 0, wrong = 0;
+    (void)state;
+    for (uint64_t k = 0; k < PROBLEMS; k++) {
+        double ends[4], time = 2 + 0.7 * (double)k;
+        for (size_t i = 0; i < 4; i++)
+            ends[i] = 1.5 * sin(1.7 * (double)k + 2.3 * (double)i + 0.4);
+        struct phys_solutions all;
+        search(pendulums, ends, time, k, &all);
+        size_t n = all.unresolved, known = count_swings(ends[0], ends[2], time, 12) *
+                                           count_swings(ends[1], ends[3], time, 12);
+        for (size_t i = 0; i < all.n; i++)
+            n += all.solution[i].copies;
+        print_message("time %g: %zu of %zu, %s, at most %g more\n", time, n, known,
+                      all.saturated ? "saturated" : "not saturated", all.unseen_paths_limit);
+        complete += n == known;
+        wrong += all.saturated && (double)known > (double)n + all.unseen_paths_limit;
+        assert_true(n <= known);
+        phys_solutions_free(&all);
+    }
+    assert_int_equal(complete, PROBLEMS);
+    assert_int_equal(wrong, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(families_are_one_entry),
+        cmocka_unit_test(claims_hold_where_the_number_is_known),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
