@@ -106,6 +106,12 @@ static int judge(const struct path_run *run, struct ad_error *error)
             "--tol %g is not met: a rule of higher order is %.2g away, for an estimate of %.2g; "
             "allow a larger error or take another --rule",
             run->options->tolerance, run->found.discretisation, path_estimate(run));
+    else if (path_wants_tolerance(run->options) && run->found.spectrum.undetermined)
+        ad_fail(error, AD_E_ACCURACY,
+                "--tol %g cannot be verified: an eigenvalue of the second variation is zero within "
+                "its error %.2g, so that the path may lie elsewhere; try other ends, or another "
+                "time",
+                run->options->tolerance, run->found.spectrum.around_error);
     else if (kinks)
         ad_fail(error, AD_E_ACCURACY,
                 "--tol %g cannot be verified: L has kinks (%s), where the estimate does not hold, "

@@ -188,7 +188,8 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
     return error->status;
 }
 
-/* The distance from the path of a rule of higher order, and the spectrum by that rule, or NULL. */
+/* The distance from the path of a rule of higher order, and the spectrum by that rule; or NULL, and
+   there are half as many elements more, where their number is even. */
 static enum ad_status compare_finer(const struct phys_system *system,
                                     const struct phys_path_settings *settings,
                                     struct phys_derivatives *of, const double *path,
@@ -208,7 +209,10 @@ static enum ad_status compare_finer(const struct phys_system *system,
         return AD_OK;
     snprintf(name, sizeof name, "gauss%zu", degree);
     finer.rule = phys_rule_find(name, error);
-    const struct phys_grid from = {settings->rule, n, finer.dt}, to = {finer.rule, n, finer.dt};
+    size_t each = !spectrum && n % 2 == 1 ? 3 : 2, m = (n - 1) * each / 2 + 1;
+    finer.slices = m;
+    finer.dt = 2 * settings->dt / (double)each;
+    const struct phys_grid from = {settings->rule, n, settings->dt}, to = {finer.rule, m, finer.dt};
     *distance = (double)INFINITY;
     double *moved = phys_path_resample(&from, path, &to, dof, error);
     if (moved && !of)
@@ -216,7 +220,10 @@ static enum ad_status compare_finer(const struct phys_system *system,
     bool made = moved && lost.status == AD_OK &&
                 phys_newton_new(&newton, system, &finer, of, &lost) == AD_OK;
     if (made && phys_newton_settle(&newton, moved, &info, error)) {
-        double most = largest(moved, path, n * dof);
+        double most = 0;
+        for (size_t k = 0; k < dof; k++)
+            for (size_t i = 0; i < n; i += each == 3 ? 2 : 1)
+                most = fmax(most, fabs(moved[k * m + i * each / 2] - path[k * n + i]));
         if (most <= NEAR * extent(path, dof, n))
             *distance = most;
     }

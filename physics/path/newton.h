@@ -50,8 +50,9 @@ enum ad_status phys_newton_free_time(const struct phys_system *system,
 enum ad_status phys_newton_spectrum(struct phys_newton *newton, const double *path,
                                     struct phys_spectrum *spectrum, struct ad_error *error);
 
-/* Distance of a stationary path [s*dof x slices] from that of a rule of higher order on the same
-   slices, which is its discretisation error; INFINITY: none nearby; NaN: too large for one. `of` as
+/* Distance of a stationary path [s*dof x slices] from that of a rule of higher order, with half
+   as many elements more where their number is even: what the grid alone holds in place moves. That
+   is its discretisation error; INFINITY: none nearby; NaN: too large for one. `of` as
    in phys_newton_over; NULL: its own. */
 enum ad_status phys_path_discretisation(const struct phys_system *system,
                                         const struct phys_path_settings *settings,

@@ -257,6 +257,19 @@ static void test_kinks(void **state)
     }
 }
 
+/* H7: a kink tanh(t/eps), eps .02, between distant ends may lie anywhere, for all that double
+   precision can tell. */
+static void test_a_path_that_nothing_holds(void **state)
+{
+    (void)state;
+    shell_works("${CC:-cc} -std=c11 -shared -fPIC -I$ROOT "
+                "'-DV(x)=ad_mul(-2500.0,ad_square(ad_sub(1.0,ad_square(x))))' "
+                "$ROOT/tests/apps/scenes/kink.c -o k.so");
+    shell_works("awk 'BEGIN { for (i = -64; i <= 64; i++) print i / 64 }' >line.csv");
+    assert_int_equal(shell("$LA path ./k.so --init line.csv --slices 129 --dt 0.015625 --tol 1e-6"),
+                     1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -266,6 +279,7 @@ int main(void)
         cmocka_unit_test_setup(test_ends_of_a_file, shell_empty),
         cmocka_unit_test_setup(test_a_fall_that_is_too_fast, shell_empty),
         cmocka_unit_test_setup(test_no_mass, shell_empty),
+        cmocka_unit_test_setup(test_a_path_that_nothing_holds, shell_empty),
         cmocka_unit_test_setup(test_kinks, shell_empty),
         cmocka_unit_test_setup(test_one_of_several, shell_empty),
         cmocka_unit_test_setup(test_refusals, shell_empty),

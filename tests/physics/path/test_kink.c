@@ -24,46 +24,71 @@ static enum ad_status start(const void *params, uint64_t seed, double *q, double
     return AD_OK;
 }
 
+enum { SLICES = 129 };
+
+static const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
+                                        .size = sizeof(struct phys_scene),
+                                        .name = "kink",
+                                        .what = "a kink",
+                                        .dof = 1,
+                                        .dims = 1,
+                                        .unit = "1",
+                                        .time_unit = "1",
+                                        .energy_unit = "1",
+                                        .lagrangian = kink,
+                                        .slices = SLICES,
+                                        .dt = 1. / (SLICES - 1),
+                                        .start = start};
+
+/* The largest error of the path from time t0 to 1 by levels; NaN: there is none. */
+static double error_from(double t0, double width)
+{
+    struct phys_system system;
+    struct phys_refined refined;
+    struct ad_error error = {0};
+    double line[SLICES], most = (double)NAN;
+    eps = width;
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    double first = tanh(t0 / eps), last = tanh(1 / eps);
+    for (size_t i = 0; i < SLICES; i++)
+        line[i] = first + (last - first) * (double)i / (SLICES - 1);
+    struct phys_path_settings settings = phys_path_defaults(&system);
+    settings.rule = NULL;
+    settings.dt = (1 - t0) / (SLICES - 1);
+    phys_path_refine(&system, &settings, line, 0, 1e-6, &refined, &error);
+    size_t slices = refined.settings.slices;
+    for (size_t i = 0; error.status == AD_OK && i < slices; i++) {
+        double t = t0 + (1 - t0) * (double)i / (double)(slices - 1);
+        most = fmax(most, fabs(refined.path[i] - tanh(t / eps)));
+    }
+    phys_refined_free(&refined);
+    phys_system_close(&system);
+    return most;
+}
+
 static void a_kink_from_a_line(void **state)
 {
-    enum { SLICES = 129 };
-    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
-                                     .size = sizeof(struct phys_scene),
-                                     .name = "kink",
-                                     .what = "a kink",
-                                     .dof = 1,
-                                     .dims = 1,
-                                     .unit = "1",
-                                     .time_unit = "1",
-                                     .energy_unit = "1",
-                                     .lagrangian = kink,
-                                     .slices = SLICES,
-                                     .dt = 1. / (SLICES - 1),
-                                     .start = start};
     (void)state;
-    for (size_t k = 0; k < LENGTH(widths); k++) {
-        struct phys_system system;
-        struct phys_refined refined;
-        struct ad_error error = {0};
-        double line[SLICES];
-        eps = widths[k];
-        assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
-        for (size_t i = 0; i < SLICES; i++)
-            line[i] = tanh(1 / eps) * (double)i / (SLICES - 1);
-        struct phys_path_settings settings = phys_path_defaults(&system);
-        settings.rule = NULL;
-        phys_path_refine(&system, &settings, line, 0, 1e-6, &refined, &error);
-        assert_no_error(&error);
-        size_t slices = refined.settings.slices;
-        for (size_t i = 0; i < slices; i++)
-            assert_close(refined.path[i], tanh((double)i / (double)(slices - 1) / eps), 0, 1e-6);
-        phys_refined_free(&refined);
-        phys_system_close(&system);
+    for (size_t k = 0; k < LENGTH(widths); k++)
+        assert_close(error_from(0, widths[k]), 0, 0, 1e-6);
+}
+
+/* Where it lies between distant ends, S depends on by exp(-4/eps) only: the grid alone holds it. */
+static void a_whole_kink_is_right_or_refused(void **state)
+{
+    (void)state;
+    static const double whole[] = {0.2, 0.05};
+    for (size_t k = 0; k < LENGTH(whole); k++) {
+        double most = error_from(-1, whole[k]);
+        print_message("width %g: error %g\n", whole[k], most);
+        assert_true(isnan(most) || most <= 1e-6);
     }
+    assert_close(error_from(-1, 0.2), 0, 0, 1e-6);
 }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(a_kink_from_a_line)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_kink_from_a_line),
+                                       cmocka_unit_test(a_whole_kink_is_right_or_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
