@@ -27,7 +27,7 @@ static double speed_of(const struct phys_end_map *map, const struct phys_end_roo
 }
 
 /* The first covering grows in shells, while motions that are no family begin in the outer half of
-   the speeds. */
+   the speeds, or none is found. */
 static enum ad_status cover_all(struct phys_end_map *map, struct phys_end_roots *roots,
                                 uint64_t seed, struct phys_solutions *all, struct ad_error *error)
 {
@@ -43,7 +43,7 @@ static enum ad_status cover_all(struct phys_end_map *map, struct phys_end_roots 
         for (size_t k = 0; k < roots->n; k++)
             fastest = roots->root[k].dimension > 0 ? fastest
                                                    : fmax(fastest, speed_of(map, &roots->root[k]));
-        if (c.exhausted || growth == GROWTHS || fastest < 0.5 * c.outer)
+        if (c.exhausted || growth == GROWTHS || (fastest > 0 && fastest < 0.5 * c.outer))
             break;
         c.inner = c.outer;
         c.outer *= 2;
