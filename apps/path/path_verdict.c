@@ -22,9 +22,9 @@ static void reason(const struct path_run *run, char *text, size_t size)
                  s->index, s->index ? "a saddle" : "a maximum");
     else if (s->legendre == PHYS_POSITIVE)
         snprintf(text, size,
-                 "an eigenvalue of the second variation is zero within its error, %.2g: the ends "
+                 "an eigenvalue of the second variation, %.2g, is zero within its error: the ends "
                  "are conjugate or nearly, or the slices too few",
-                 s->around_error);
+                 fmin(fabs(s->around[0]), fabs(s->around[1])));
     else
         snprintf(text, size, "L_vv is not definite at t = %.6g (Legendre's condition)",
                  s->not_definite);

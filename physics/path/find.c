@@ -20,7 +20,6 @@ static const double SAME = 1e-6;  /* of the extent: two stationary paths of one 
 static const double APART = 10;   /* errors of discretisation: a motion further away is another */
 static const double CLEAR = 1e-3; /* of the extent: and as far at the least */
 static const double NEAR = 0.3;   /* of the extent: a finer path further away is another one */
-static const double SAFE = 2;     /* the error of an eigenvalue, in changes by a higher order */
 enum { DEGREE = 4, MOST = 160 };  /* of the finer rule, at least; coordinates in one element */
 
 struct search {
@@ -188,8 +187,8 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
     return error->status;
 }
 
-/* The distance from the path of a rule of higher order, and the spectrum by that rule; or NULL, and
-   there are half as many elements more, where their number is even. */
+/* The distance from the path of a rule of higher order. Judges the spectrum by that rule; NULL:
+   there are half as many elements more instead, where their number is even. */
 static enum ad_status compare_finer(const struct phys_system *system,
                                     const struct phys_path_settings *settings,
                                     struct phys_derivatives *of, const double *path,
@@ -227,14 +226,12 @@ static enum ad_status compare_finer(const struct phys_system *system,
         if (most <= NEAR * extent(path, dof, n))
             *distance = most;
     }
-    if (made && spectrum && isfinite(*distance)) {
-        phys_newton_spectrum(&newton, moved, spectrum, &lost);
-    } else if (made && spectrum) { /* no path of it nearby: the spectrum at this one */
+    if (made && spectrum && !isfinite(*distance)) { /* none nearby: judged at this one */
         free(moved);
         moved = phys_path_resample(&from, path, &to, dof, error);
-        if (moved)
-            phys_newton_spectrum(&newton, moved, spectrum, &lost);
     }
+    if (made && spectrum && moved && spectrum->legendre != PHYS_INDEFINITE)
+        spectrum->undetermined |= !phys_newton_confirms(&newton, moved, spectrum);
     if (lost.status == AD_E_MEMORY)
         ad_fail(error, lost.status, "%s", lost.message);
     phys_newton_free(&newton);
@@ -249,25 +246,6 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
                                         double *distance, struct ad_error *error)
 {
     return compare_finer(system, settings, of, path, distance, NULL, error);
-}
-
-/* The eigenvalues next to zero are known to their difference from those of a rule of higher order.
- */
-static void judge_kind(struct search *s, const struct phys_spectrum *finer)
-{
-    struct phys_spectrum *own = &s->found->spectrum;
-    double rounding = own->around_error, error = s->found->discretisation;
-    bool known = finer->legendre != PHYS_INDEFINITE && finer->legendre == own->legendre;
-    for (size_t k = 0; known && k < 2; k++) {
-        size_t same = own->index + k - finer->index; /* counted from the lowest eigenvalue */
-        if (same < 2 && isfinite(finer->around[same]) && isfinite(own->around[k]))
-            own->around_error =
-                fmax(own->around_error, SAFE * fabs(own->around[k] - finer->around[same]));
-    }
-    double least = fmin(fabs(own->around[0]), fabs(own->around[1]));
-    own->undetermined = (known && own->index != finer->index) || least <= own->around_error;
-    s->found->unbounded = own->undetermined && (!isfinite(error) || least <= rounding) &&
-                          !(error <= CLEAR * extent(s->path, s->dof, s->slices));
 }
 
 bool phys_path_jumps(const struct phys_system *system, const struct phys_path_settings *settings,
@@ -304,17 +282,18 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
 {
     const double *compare = s->settings->compare;
     struct phys_path_found *found = s->found;
-    struct phys_spectrum finer = {.around = {NAN, NAN}};
     found->keeps_energy = phys_keeps_energy(s->system);
     if (compare)
         found->reference_distance = largest(s->path, compare, s->dof * s->slices);
-    if (find_kind(s, error) == AD_OK && compare_motion(s, error) == AD_OK && found->stationary &&
-        compare_finer(s->system, s->settings, NULL, s->path, &found->discretisation, &finer,
-                      error) == AD_OK)
-        judge_kind(s, &finer);
-    phys_spectrum_free(&finer);
-    if (error->status != AD_OK || !found->stationary)
+    if (find_kind(s, error) != AD_OK || compare_motion(s, error) != AD_OK || !found->stationary)
         return error->status;
+    bool rounding = found->spectrum.undetermined;
+    if (compare_finer(s->system, s->settings, NULL, s->path, &found->discretisation,
+                      &found->spectrum, error) != AD_OK)
+        return error->status;
+    found->unbounded = found->spectrum.undetermined &&
+                       (rounding || !isfinite(found->discretisation)) &&
+                       !(found->discretisation <= CLEAR * extent(s->path, s->dof, s->slices));
     if (isinf(found->discretisation))
         found->discretisation = (double)NAN;
     return compare ? compare_given(s, error) : AD_OK;

@@ -203,11 +203,11 @@ struct phys_spectrum {
     double smallest; /* eigenvalue; NaN where the number of coordinates makes it expensive */
     double second_variation; /* its smallest eigenvalue relative to the integral of x^2, which
                                 converges to that of the operator; NaN likewise */
-    double around[2]; /* the eigenvalues of the latter next to zero, below it and not; NaN: none, or
-                         not computed */
-    double around_error; /* of these: of rounding; with phys_path_find of discretisation, too */
-    bool undetermined;   /* one of them is zero within its error: so the index is not known, and the
-                            ends are conjugate, or nearly */
+    double around[2];  /* the eigenvalues of the latter next to zero, to 1 %, below it and not; NaN,
+                          INFINITY: none, or not computed */
+    bool undetermined; /* one of them is zero within rounding or, with phys_path_find, half of it is
+                          of another sign or larger by a rule of higher order: the index is not
+                          known, and the ends are conjugate, or nearly */
     size_t n_conjugate;
     struct phys_conjugate *conjugate; /* in order of time; the intervals of slices until refined */
     bool of_motion;                   /* they are those of the motion: see phys_path_conjugate */

@@ -256,6 +256,13 @@ enum ad_status phys_newton_spectrum(struct phys_newton *s, const double *path,
     return phys_hessian_spectrum(&s->hessian, path, spectrum, error);
 }
 
+bool phys_newton_confirms(struct phys_newton *s, const double *path,
+                          const struct phys_spectrum *spectrum)
+{
+    s->hessian.stopped = false;
+    return phys_hessian_confirms(&s->hessian, path, spectrum);
+}
+
 static enum ad_status solve(const struct phys_system *system,
                             const struct phys_path_settings *settings, double *path,
                             struct phys_path_info *info, struct ad_error *error)

@@ -18,6 +18,7 @@
 
 static const double BEYOND = 1e6;  /* times the largest entry: not in the spectrum */
 static const double ROUNDING = 16; /* of an eigenvalue, in units of the largest */
+static const double ROUGH = 0.01;  /* relative error of eigenvalues that are not reported */
 
 struct chain {
     struct phys_hessian *hessian;
@@ -248,10 +249,9 @@ static void set_masses(struct chain *c, bool integral)
     c->scale = c->largest / least;
 }
 
-/* Eigenvalue k, ascending from 0, by bisection on the count, to rounding; INFINITY: there are
- * fewer.
- */
-static double eigenvalue(struct chain *c, size_t k)
+/* Eigenvalue k, ascending from 0, by bisection on the count, to rounding or a relative error;
+   INFINITY: there are fewer. */
+static double eigenvalue(struct chain *c, size_t k, double relative)
 {
     double low = -c->scale, high = c->scale;
     while (count_below(c, low, k, NULL) > k && !c->hessian->stopped)
@@ -259,7 +259,8 @@ static double eigenvalue(struct chain *c, size_t k)
     while (count_below(c, high, k, NULL) <= k && !c->hessian->stopped)
         if ((high *= 2) > BEYOND * c->scale)
             return (double)INFINITY;
-    while (high - low > 4 * DBL_EPSILON * c->scale && !c->hessian->stopped) {
+    while (high - low > fmax(4 * DBL_EPSILON * c->scale, relative * fmin(fabs(low), fabs(high))) &&
+           !c->hessian->stopped) {
         double middle = 0.5 * (low + high);
         if (count_below(c, middle, k, NULL) > k)
             high = middle;
@@ -287,12 +288,14 @@ static void count_directions(struct chain *c, struct phys_spectrum *spectrum)
         spectrum->n_conjugate = 0; /* they are of other fields: the end's own curvature counts */
     if (c->dof * c->hessian->table.degree <= CHEAP && c->largest > 0) {
         size_t k = spectrum->index;
-        spectrum->smallest = eigenvalue(c, 0);
+        double *around = spectrum->around;
+        spectrum->smallest = eigenvalue(c, 0, 0);
         set_masses(c, true);
-        spectrum->second_variation = eigenvalue(c, 0);
-        spectrum->around[0] = k > 1 ? eigenvalue(c, k - 1) : k ? spectrum->second_variation : NAN;
-        spectrum->around[1] = k ? eigenvalue(c, k) : spectrum->second_variation;
-        spectrum->around_error = ROUNDING * DBL_EPSILON * c->scale;
+        spectrum->second_variation = eigenvalue(c, 0, 0);
+        around[0] = k > 1 ? eigenvalue(c, k - 1, ROUGH) : k ? spectrum->second_variation : NAN;
+        around[1] = k ? eigenvalue(c, k, ROUGH) : spectrum->second_variation;
+        spectrum->undetermined =
+            fmin(fabs(around[0]), fabs(around[1])) <= ROUNDING * DBL_EPSILON * c->scale;
     }
     ad_blas_threads();
 }
@@ -330,6 +333,29 @@ enum ad_status phys_hessian_spectrum(struct phys_hessian *h, const double *path,
     free(h->mass);
     h->mass = NULL;
     return error->status;
+}
+
+bool phys_hessian_confirms(struct phys_hessian *h, const double *path,
+                           const struct phys_spectrum *spectrum)
+{
+    struct chain c = {0};
+    bool same = true;
+    phys_hessian_at(h, path, 0);
+    if (spectrum->legendre == PHYS_NEGATIVE)
+        negate(h);
+    if (!chain_new(&c, h) || !isfinite(c.largest)) {
+        same = false;
+    } else {
+        ad_blas_single_thread();
+        set_masses(&c, true);
+        for (size_t k = 0; same && k < 2 && !h->stopped; k++) {
+            double sigma = isfinite(spectrum->around[k]) ? 0.5 * spectrum->around[k] : 0;
+            same = count_below(&c, sigma, SIZE_MAX, NULL) == spectrum->index;
+        }
+        ad_blas_threads();
+    }
+    chain_free(&c);
+    return same && !h->stopped;
 }
 
 enum ad_status phys_path_spectrum(const struct phys_system *system,

@@ -13,5 +13,10 @@ void phys_hessian_free_ends(struct phys_hessian *h, const struct phys_path_setti
 /* As phys_path_spectrum, of any rule and grid h was made for; h keeps nothing of it. */
 enum ad_status phys_hessian_spectrum(struct phys_hessian *h, const double *path,
                                      struct phys_spectrum *spectrum, struct ad_error *error);
+/* Whether the Hessian h of a rule of higher order has, at the same path, no eigenvalue between
+   halves of those of the spectrum next to zero, and as many below. False where it cannot be known.
+ */
+bool phys_hessian_confirms(struct phys_hessian *h, const double *path,
+                           const struct phys_spectrum *spectrum);
 
 #endif
