@@ -163,7 +163,7 @@ enum ad_status path_ends(struct path_run *run, struct ad_error *error)
         const bool *moves = run->moves + end * dof;
         if (read_end(run, end ? options->end : options->start, end, error) != AD_OK)
             return error->status;
-        run->ends.free[end] = memchr(moves, true, dof * sizeof *moves) ? moves : NULL;
+        run->ends.free[end] = memchr(moves, 1, dof * sizeof *moves) ? moves : NULL;
     }
     bool free = run->ends.free[0] || run->ends.free[1];
     if (free && path_wants_all(options))

@@ -99,16 +99,17 @@ static void run(const ad_series *s, const struct series_code *code, double *c, s
 static bool agrees(ad_series *s, struct series_code *code, size_t n, const double *c)
 {
     const size_t rows = (s->order + 1) * n;
-    double *expected = malloc(2 * rows * sizeof *c), *got = expected + rows;
-    bool same = expected;
-    if (expected) {
-        memcpy(expected, c, n * sizeof *c);
-        memcpy(got, c, n * sizeof *c);
-        interpret(s, n, s->order, expected);
-        run(s, code, got, s->order);
-        for (size_t k = n; k < rows && same; k++)
-            same = got[k] == expected[k] || (isnan(got[k]) && isnan(expected[k]));
-    }
+    double *expected = malloc(2 * rows * sizeof *c);
+    if (!expected)
+        return false;
+    double *got = expected + rows;
+    bool same = true;
+    memcpy(expected, c, n * sizeof *c);
+    memcpy(got, c, n * sizeof *c);
+    interpret(s, n, s->order, expected);
+    run(s, code, got, s->order);
+    for (size_t k = n; k < rows && same; k++)
+        same = got[k] == expected[k] || (isnan(got[k]) && isnan(expected[k]));
     free(expected);
     return same;
 }

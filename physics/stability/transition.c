@@ -75,9 +75,10 @@ enum ad_status phys_transition(const struct phys_system *system, const double *x
     if (!isfinite(settings->t0) || !isfinite(settings->t1))
         return ad_fail(error, AD_E_ARGUMENT, "sensitivities from t = %g to %g: expected numbers",
                        settings->t0, settings->t1);
-    double *size = calloc(3 * n, sizeof *size), *first = size + n, *second = first + n;
+    double *size = calloc(3 * n, sizeof *size);
     if (!size)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
+    double *first = size + n, *second = first + n;
     if (phys_ode_variations(system, d, &ode, error) == AD_OK &&
         phys_ode_lagrangian(system, &plain, error) == AD_OK &&
         phys_typical_sizes(&plain, settings->t0, x, size, error) == AD_OK) {

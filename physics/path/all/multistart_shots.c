@@ -130,9 +130,9 @@ static enum ad_status take_all(struct phys_multistart *s, const struct phys_end_
 {
     size_t m = s->settings.rule->degree * (s->slices - 1) + 1;
     double *nodes = malloc((2 * s->dof + 1) * m * sizeof *nodes);
-    double *times = nodes + s->dof * m;
     if (!nodes)
         return ad_fail(error, AD_E_MEMORY, "out of memory for another path");
+    double *times = nodes + s->dof * m;
     phys_rule_nodes(s->settings.rule, s->dof, s->slices, s->settings.dt, s->given, times + m,
                     times);
     for (size_t k = 0; k < roots->n && error->status == AD_OK && phys_multistart_goes_on(s); k++) {
