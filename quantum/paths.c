@@ -60,7 +60,7 @@ enum ad_status qm_slice_check(const struct qm_slice *slice, struct ad_error *err
     if (slice->system->dof != 1)
         return ad_fail(error, AD_E_ARGUMENT, "%s has %zu coordinates; expected a scene of one",
                        scene, slice->system->dof);
-    if (!phys_keeps_energy(slice->system))
+    if (!phys_keeps_energy(slice->system, error))
         return ad_fail(error, AD_E_ARGUMENT, "L of %s depends on time; expected one that does not",
                        scene);
     return AD_OK;

@@ -146,7 +146,7 @@ static enum ad_status check_box(const struct preset *preset, const struct quantu
     const struct qm_slice *slice = &run->settings.slice;
     const struct qm_grid *box = &slice->grid;
     if (!preset->name && !run->options->box && run->system.dof == 1 &&
-        phys_keeps_energy(&run->system)) {
+        phys_keeps_energy(&run->system, error)) {
         double low, high;
         qm_box(&run->system, run->settings.slice.hbar, run->settings.packet, &low, &high);
         return ad_fail(error, AD_E_ARGUMENT,
@@ -172,7 +172,7 @@ static enum ad_status check_box(const struct preset *preset, const struct quantu
                        p->x, p->sigma, p->p, 100 * inside, box->low, box->high,
                        fmin(box->low, p->x - 6 * p->sigma), fmax(box->high, p->x + 6 * p->sigma));
     }
-    return AD_OK;
+    return error->status;
 }
 
 static enum ad_status look_for_aliasing(struct quantum_run *run, struct ad_error *error)

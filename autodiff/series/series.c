@@ -297,7 +297,7 @@ enum ad_status ad_series_new(size_t n_y, const ad_var y[], size_t n_x, const ad_
     if (order >= UINT32_MAX)
         return ad_refuse(tape, AD_E_ARGUMENT, "series: order %zu is too large", order),
                AD_E_ARGUMENT;
-    if (!ad_all_on(tape, AD_COMPOSITE_series, "y", n_y, y) ||
+    if (tape->error.status != AD_OK || !ad_all_on(tape, AD_COMPOSITE_series, "y", n_y, y) ||
         !ad_all_on(tape, AD_COMPOSITE_series, "x", n_x, x))
         return tape->error.status;
     if (tape->type != AD_F64)

@@ -12,17 +12,22 @@ static const double rounding = 1e-9; /* of the forces or torques that add up to 
 
 /* At a fixed state an L without t is a constant, which the compiler folds; its derivative by t
    would not show switches such as step(sin(t)). */
-bool phys_keeps_energy(const struct phys_system *system)
+bool phys_keeps_energy(const struct phys_system *system, struct ad_error *error)
 {
-    ad_tape *tape = system && system->scene ? ad_tape_new(AD_F64) : NULL;
-    ad_program *program = NULL;
-    if (!tape)
+    if (!system || !system->scene)
         return false;
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_program *program = NULL;
+    if (!tape) {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+        return false;
+    }
     ad_var t = ad_input(tape, 1, 1, "t");
     ad_var L = phys_system_lagrangian(system, phys_irregular(tape, system->dof, 1, 0.3),
                                       phys_irregular(tape, system->dof, 1, 0.7), t);
     bool keeps =
         ad_compile(tape, 1, &L, &program) == AD_OK && ad_program_info(program).instructions == 0;
+    phys_keep_memory(ad_tape_error(tape), error);
     ad_program_free(program);
     ad_tape_free(tape);
     return keeps;

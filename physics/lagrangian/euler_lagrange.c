@@ -258,15 +258,16 @@ double phys_motion_energy(phys_motion *motion, const double *q, const double *v,
     return energy;
 }
 
-bool phys_motion_separates(phys_motion *motion)
-{
-    return motion->constant && phys_is_independent(motion->tape, motion->force, 1, &motion->v);
-}
-
-bool phys_motion_has_plain_momenta(phys_motion *motion)
+bool phys_motion_separates(phys_motion *motion, struct ad_error *error)
 {
     phys_motion *m = motion;
-    return m->constant && phys_is_independent(m->tape, m->p, 2, (ad_var[]){m->q, m->t});
+    return m->constant && phys_is_independent(m->tape, m->force, 1, &m->v, error);
+}
+
+bool phys_motion_has_plain_momenta(phys_motion *motion, struct ad_error *error)
+{
+    phys_motion *m = motion;
+    return m->constant && phys_is_independent(m->tape, m->p, 2, (ad_var[]){m->q, m->t}, error);
 }
 
 const char *phys_motion_interpreted(const phys_motion *motion)

@@ -37,13 +37,16 @@ static bool folds_to_zero(ad_tape *tape, ad_var g)
     return sum == 0;
 }
 
-bool phys_is_independent(ad_tape *tape, ad_var y, size_t n, const ad_var x[])
+bool phys_is_independent(ad_tape *tape, ad_var y, size_t n, const ad_var x[],
+                         struct ad_error *error)
 {
     ad_var g;
     for (size_t k = 0; k < n; k++)
         if (ad_grad(ad_dot(y, phys_irregular(tape, ad_rows(y), ad_cols(y), 0.3)), 1, &x[k], &g) !=
                 AD_OK ||
-            !folds_to_zero(tape, g))
+            !folds_to_zero(tape, g)) {
+            phys_keep_memory(ad_tape_error(tape), error);
             return false;
+        }
     return true;
 }

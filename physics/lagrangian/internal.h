@@ -10,10 +10,10 @@
 
 /* The system that a motion was made of. */
 const struct phys_system *phys_motion_system(const phys_motion *motion);
-/* The masses are constant and the accelerations depend on q and t alone. */
-bool phys_motion_separates(phys_motion *motion);
-/* L_v is M v, M constant, up to a constant: no L_vq or L_vt. */
-bool phys_motion_has_plain_momenta(phys_motion *motion);
+/* The masses are constant and the accelerations depend on q and t alone. Of errors, AD_E_MEMORY. */
+bool phys_motion_separates(phys_motion *motion, struct ad_error *error);
+/* L_v is M v, M constant, up to a constant: no L_vq or L_vt. Of errors, AD_E_MEMORY. */
+bool phys_motion_has_plain_momenta(phys_motion *motion, struct ad_error *error);
 /* Changes the entries of mass matrices that are not diagonal by relative amounts between share and
    twice share: what rounding makes of M^-1. 0: exact again. */
 void phys_motion_round_mass(phys_motion *motion, double share);
@@ -49,7 +49,9 @@ ad_var phys_irregular(ad_tape *tape, size_t rows, size_t cols, double phase);
 /* The sum of the rows of x, times such numbers. */
 ad_var phys_mixed(ad_var x, double phase);
 /* Whether y depends on none of x[0..n-1], whatever their values: its derivatives, looked at through
-   fixed irregular weights, fold to zero when compiled. False where that cannot be found out. */
-bool phys_is_independent(ad_tape *tape, ad_var y, size_t n, const ad_var x[]);
+   fixed irregular weights, fold to zero when compiled. False where that cannot be found out; only
+   want of memory is an error. */
+bool phys_is_independent(ad_tape *tape, ad_var y, size_t n, const ad_var x[],
+                         struct ad_error *error);
 
 #endif

@@ -63,7 +63,7 @@ enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre
         ad_compile(l->tape, 1, &l->energy, &l->for_energy);
         ad_compile(l->tape, 2, (ad_var[]){l->p, l->force}, &l->for_momentum);
         ad_compile(l->tape, 2, (ad_var[]){l->p, l->mass}, &l->for_velocity);
-        l->quadratic = phys_is_independent(l->tape, l->mass, 1, &l->v);
+        l->quadratic = phys_is_independent(l->tape, l->mass, 1, &l->v, error);
         phys_tape_status(l->tape, error);
     }
     if (error->status != AD_OK) {

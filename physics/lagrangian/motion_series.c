@@ -72,7 +72,7 @@ static ad_var times_inverse(const struct phys_motion_series *s, ad_var force)
 {
     const size_t n = s->dof;
     double *rows = calloc(n * n, sizeof *rows), *inverse = calloc(n * n, sizeof *inverse);
-    ad_var a = force;
+    ad_var a;
     for (size_t j = 0; rows && inverse && j < n; j++) {
         rows[j * n + j] = 1;
         phys_motion_solve_constant(s->motion, rows + j * n);
@@ -81,6 +81,8 @@ static ad_var times_inverse(const struct phys_motion_series *s, ad_var force)
         inverse[k] = rows[k % n * n + k / n];
     if (rows && inverse)
         a = ad_matmul(ad_const(force.tape, n, n, inverse), false, force, false);
+    else
+        a = ad_refuse(force.tape, AD_E_MEMORY, "out of memory");
     free(rows);
     free(inverse);
     return a;

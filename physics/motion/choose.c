@@ -4,6 +4,7 @@
    section II.4). The search continues as long as finer runs reduce the error. */
 #include "solving.h"
 #include "physics/integrators/stepper.h"
+#include "physics/system/internal.h"
 
 #include <math.h>
 
@@ -198,7 +199,7 @@ static enum ad_status try_candidate(struct candidate *c, struct ad_error *error)
 }
 
 /* Whether the motion has a Taylor series, and a small one; L may have kinks. */
-static bool has_series(const struct solving *s)
+static bool has_series(const struct solving *s, struct ad_error *error)
 {
     const struct phys_motion_solution *m = s->solution;
     const size_t dof = m->system->dof;
@@ -211,6 +212,7 @@ static bool has_series(const struct solving *s)
                phys_ode_enter(&ode, 0, m->start, m->start + dof, c[0], &none) == AD_OK &&
                ode.series(ode.context, PHYS_SERIES_MOST, 0, c[0], &none) == AD_OK;
     phys_ode_free(&ode);
+    phys_keep_memory(&none, error);
     return has;
 }
 
@@ -239,7 +241,7 @@ enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error)
     struct candidate c = {.solving = s};
     const struct phys_integrator *given = m->integrator;
     struct phys_motion_trial *chosen = NULL;
-    const size_t first = given || (!s->blind && has_series(s)) ? 0 : 1;
+    const size_t first = given || (!s->blind && has_series(s, error)) ? 0 : 1;
     for (size_t k = first; k < PHYS_MOTION_TRIALS && !chosen; k++) {
         const struct phys_motion_trial *last = k == first ? NULL : &m->trial[m->n_trials - 1];
         /* rounding, or a series that did not get through where another method may */

@@ -286,7 +286,7 @@ static void run(struct solving *s, struct ad_error *error)
     struct phys_motion_solution *m = s->solution;
     const struct phys_scene *scene = m->system->scene;
     /* a scene's own equations define its friction */
-    m->keeps_energy = m->ode.friction == 0 && (scene->ode || phys_keeps_energy(m->system));
+    m->keeps_energy = m->ode.friction == 0 && (scene->ode || phys_keeps_energy(m->system, error));
     for (int k = 0; follow(s, error) == AD_OK && k + 1 < TRIES; k++) {
         struct ad_error missed = {0};
         if (phys_motion_met(s->settings, m, &missed) == AD_OK || isnan(m->error) ||

@@ -157,8 +157,8 @@ enum ad_status phys_time_scan(const struct phys_system *system, const double *q,
 {
     struct scan s = {.t0 = t0, .t1 = t1, .to = scan};
     *scan = (struct phys_time_scan){.unresolved = INFINITY};
-    if (phys_keeps_energy(system))
-        return AD_OK;
+    if (phys_keeps_energy(system, error) || error->status != AD_OK)
+        return error->status;
     scan->times = malloc((MOST + GRID) * sizeof *scan->times);
     if (!scan->times)
         return ad_fail(error, AD_E_MEMORY, "out of memory");

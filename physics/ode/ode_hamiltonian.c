@@ -136,8 +136,8 @@ enum ad_status phys_ode_hamiltonian(phys_hamiltonian *H, size_t dof, const void 
         return error->status;
     ode->n = 2 * dof;
     ode->field = field;
-    if (phys_is_independent(c->tape, c->force, 1, &c->p) &&
-        phys_is_independent(c->tape, c->velocity, 2, (ad_var[]){c->q, c->t})) {
+    if (phys_is_independent(c->tape, c->force, 1, &c->p, error) &&
+        phys_is_independent(c->tape, c->velocity, 2, (ad_var[]){c->q, c->t}, error)) {
         ode->kick = kick;
         ode->drift = drift;
     }
@@ -145,5 +145,5 @@ enum ad_status phys_ode_hamiltonian(phys_hamiltonian *H, size_t dof, const void 
     ode->energy = energy;
     ode->component = component;
     ode->interpreted = interpreted;
-    return AD_OK;
+    return error->status;
 }

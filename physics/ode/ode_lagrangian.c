@@ -16,12 +16,13 @@ struct context {
 enum { THIN_MOST = 12 }; /* coordinates; beyond, columns of a program are worth their overhead */
 
 /* Whether the rates come from the series, which has them in straight code for one point. */
-static bool is_thin(struct context *c)
+static bool is_thin(struct context *c, struct ad_error *error)
 {
     struct ad_error none = {0};
     if (c->thin && !c->series)
         c->thin =
             phys_motion_series_new(c->motion, PHYS_SERIES_MOST, 0, &c->series, &none) == AD_OK;
+    phys_keep_memory(&none, error);
     return c->thin;
 }
 
@@ -40,22 +41,24 @@ static enum ad_status field(void *context, double t, const double *y, double *ra
     struct context *c = context;
     size_t dof = c->system->dof;
     memcpy(rate, y + dof, dof * sizeof *rate);
-    if (is_thin(c)) {
+    if (is_thin(c, error)) {
         memcpy(c->rows, y, 2 * dof * sizeof *y);
         return thin_rates(c, t, rate + dof, error);
     }
-    return phys_motion_acceleration(c->motion, y, y + dof, t, rate + dof, error);
+    phys_motion_acceleration(c->motion, y, y + dof, t, rate + dof, error);
+    return error->status;
 }
 
 static enum ad_status kick(void *context, double t, const double *q, double *rate,
                            struct ad_error *error)
 {
     struct context *c = context;
-    if (is_thin(c)) {
+    if (is_thin(c, error)) {
         memcpy(c->rows, q, c->system->dof * sizeof *q); /* whatever the velocities */
         return thin_rates(c, t, rate, error);
     }
-    return phys_motion_acceleration(c->motion, q, c->still, t, rate, error);
+    phys_motion_acceleration(c->motion, q, c->still, t, rate, error);
+    return error->status;
 }
 
 static enum ad_status series(void *context, size_t order, double t, double *c,
@@ -128,12 +131,12 @@ enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys
     ode->name = system->scene->name;
     ode->n = 2 * system->dof;
     ode->field = field;
-    if (phys_motion_separates(c->motion))
+    if (phys_motion_separates(c->motion, error))
         ode->kick = kick;
     ode->canonical = ode->kick != NULL;
     ode->series = series;
     ode->energy = energy;
     ode->interpreted = interpreted;
     ode->system = system;
-    return AD_OK;
+    return error->status;
 }

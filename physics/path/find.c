@@ -111,7 +111,7 @@ static enum ad_status follow(const struct search *s, const struct phys_ode *ode,
 
 /* What is left of the momenta that a free end has none of, on the motion that ends in y. */
 static void measure_momentum(const struct search *s, const struct phys_ode *ode, const double *y,
-                             double *room)
+                             double *room, struct ad_error *error)
 {
     const bool *free = s->settings->ends ? s->settings->ends->free[1] : NULL;
     double T = (double)(s->slices - 1) * s->settings->dt, *q = room, *v = q + s->dof;
@@ -127,6 +127,7 @@ static void measure_momentum(const struct search *s, const struct phys_ode *ode,
                 s->found->free_momentum = fmax(s->found->free_momentum, fabs(p[k]));
     }
     phys_legendre_free(legendre);
+    phys_keep_memory(&none, error);
 }
 
 static enum ad_status compare_motion(const struct search *s, struct ad_error *error)
@@ -153,13 +154,13 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
                      found->true_known);
             found->true_distance = NAN;
         } else {
-            measure_momentum(s, &ode, y, q);
+            measure_momentum(s, &ode, y, q, &lost);
         }
     }
     snprintf(found->no_motion, sizeof found->no_motion, "%.150s", lost.message);
     phys_ode_free(&ode);
     free(q);
-    return lost.status == AD_E_MEMORY ? ad_fail(error, lost.status, "%s", lost.message) : AD_OK;
+    return phys_keep_memory(&lost, error);
 }
 
 /* ---- other stationary paths ---- */
@@ -232,8 +233,7 @@ static enum ad_status compare_finer(const struct phys_system *system,
     }
     if (made && spectrum && moved && spectrum->legendre != PHYS_INDEFINITE)
         spectrum->undetermined |= !phys_newton_confirms(&newton, moved, spectrum);
-    if (lost.status == AD_E_MEMORY)
-        ad_fail(error, lost.status, "%s", lost.message);
+    phys_keep_memory(&lost, error);
     phys_newton_free(&newton);
     phys_derivatives_free(&own);
     free(moved);
@@ -282,7 +282,7 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
 {
     const double *compare = s->settings->compare;
     struct phys_path_found *found = s->found;
-    found->keeps_energy = phys_keeps_energy(s->system);
+    found->keeps_energy = phys_keeps_energy(s->system, error);
     if (compare)
         found->reference_distance = largest(s->path, compare, s->dof * s->slices);
     if (find_kind(s, error) != AD_OK || compare_motion(s, error) != AD_OK || !found->stationary)

@@ -15,7 +15,7 @@ static const double SMALL = 1e-10;     /* change of it, that rounding may keep f
 
 bool phys_lacks_energy(const struct phys_system *system, struct ad_error *error)
 {
-    if (!phys_keeps_energy(system))
+    if (!phys_keeps_energy(system, error))
         ad_fail(error, AD_E_ARGUMENT,
                 "%s: L depends on time explicitly, expected one that does not: its paths of free "
                 "end time have no one energy",

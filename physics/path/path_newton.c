@@ -244,8 +244,7 @@ bool phys_newton_settle(struct phys_newton *s, double *path, struct phys_path_in
     s->settings.start_momentum = NULL;
     phys_newton_solve(s, path, info, &lost);
     s->settings = asked;
-    if (lost.status == AD_E_MEMORY)
-        ad_fail(error, lost.status, "%s", lost.message);
+    phys_keep_memory(&lost, error);
     return lost.status == AD_OK && info->stop == PHYS_STOP_ROUNDING;
 }
 

@@ -29,7 +29,7 @@ enum ad_status phys_potential_new(struct phys_potential *p, const struct phys_sy
     p->energy = ad_sub(ad_mul(p->v, by_v), L);
     ad_compile(p->tape, 2, (ad_var[]){p->energy, p->mass}, &p->of_motion);
     ad_compile(p->tape, 3, (ad_var[]){p->U, p->slope, p->bend}, &p->of_place);
-    p->quadratic = phys_is_independent(p->tape, p->mass, 1, &p->v);
+    p->quadratic = phys_is_independent(p->tape, p->mass, 1, &p->v, error);
     return phys_tape_status(p->tape, error);
 }
 

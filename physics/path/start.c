@@ -62,11 +62,11 @@ static enum ad_status left_motion(const struct phys_system *system,
     if (phys_motion_new(system, &motion, error) == AD_OK &&
         system->scene->start(system->params, seed, q, v, error) == AD_OK &&
         phys_first_slices(motion, q, v, left.slices, left.dt, true, path, error) == AD_OK) {
-        bool plain = phys_motion_has_plain_momenta(motion), paper = system->scene->paper != NULL;
+        bool plain = phys_motion_has_plain_momenta(motion, error), paper = system->scene->paper;
         *which = plain || !paper ? PHYS_PATH_GRID : PHYS_PATH_PUBLISHED;
-        if (plain || paper)
+        if (error->status == AD_OK && (plain || paper))
             phys_ode_path(motion, left.slices, left.dt, 1, path, error);
-        else
+        else if (error->status == AD_OK)
             phys_path_march(system, &left, path, error);
     }
     phys_motion_free(motion);

@@ -14,6 +14,12 @@ static inline enum ad_status phys_tape_status(const ad_tape *tape, struct ad_err
     return e->status == AD_OK ? AD_OK : ad_fail(error, e->status, "%s", e->message);
 }
 
+/* Copies want of memory, where other errors `e` of a trial only say no. */
+static inline enum ad_status phys_keep_memory(const struct ad_error *e, struct ad_error *error)
+{
+    return e->status == AD_E_MEMORY ? ad_fail(error, e->status, "%s", e->message) : AD_OK;
+}
+
 /* The struct phys_scene that a shared object exports; *library is for phys_library_close. */
 enum ad_status phys_library_open(const char *file, void **library, const struct phys_scene **scene,
                                  struct ad_error *error);

@@ -15,7 +15,8 @@ static const double UNCONTROLLED = 1e300;
 
 /* unit = C^-T where L_vv = C C^T at rest, or 1 where L_vv is not positive definite; and a natural
    speed, of the force and its growth with the place. */
-static void find_units(struct phys_end_map *m, const struct phys_system *system)
+static void find_units(struct phys_end_map *m, const struct phys_system *system,
+                       struct ad_error *error)
 {
     size_t n = m->dof;
     double C[9] = {0}, zero[3] = {0}, rate = 0, force = 0, p[3];
@@ -55,6 +56,7 @@ static void find_units(struct phys_end_map *m, const struct phys_system *system)
     if (known && rate > 0)
         m->speed = force / sqrt(rate);
     phys_curvature_free(&at);
+    phys_keep_memory(&none, error);
 }
 
 enum ad_status phys_end_map_new(struct phys_end_map *m, const struct phys_system *system,
@@ -70,7 +72,7 @@ enum ad_status phys_end_map_new(struct phys_end_map *m, const struct phys_system
         return ad_fail(error, AD_E_MEMORY, "out of memory for motions");
     m->y = m->unit + n * n;
     m->scale = m->y + most;
-    find_units(m, system);
+    find_units(m, system, error);
     double slowest = 0; /* as far as `to` in the time */
     for (size_t k = 0; k < n; k++)
         slowest = hypot(slowest, (to[k] - from[k]) / m->unit[k * n + k] / time);
@@ -78,8 +80,7 @@ enum ad_status phys_end_map_new(struct phys_end_map *m, const struct phys_system
     for (size_t k = 0; k < most; k++)
         m->scale[k] = k < n ? reach : k < 2 * n ? m->speed * m->unit[0] : UNCONTROLLED;
     m->has_variations = phys_ode_variations(system, n, &m->varied, &none) == AD_OK;
-    if (none.status == AD_E_MEMORY)
-        return ad_fail(error, none.status, "%s", none.message);
+    phys_keep_memory(&none, error);
     return phys_ode_lagrangian(system, &m->motion, error);
 }
 

@@ -191,8 +191,8 @@ enum ad_status phys_energy_sweep_new(const struct phys_system *system,
                                      struct phys_energy_sweep **sweep_made, struct ad_error *error)
 {
     *sweep_made = NULL;
-    if (system->dof != 1 || !phys_keeps_energy(system))
-        return AD_OK;
+    if (system->dof != 1 || !phys_keeps_energy(system, error))
+        return error->status;
     struct phys_energy_sweep *s = calloc(1, sizeof *s);
     if (!s)
         return ad_fail(error, AD_E_MEMORY, "out of memory for the energies");
