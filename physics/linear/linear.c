@@ -4,6 +4,7 @@
 #include "autodiff/lazy.h"
 
 #include <cblas.h>
+#include <complex.h>
 #include <lapack.h>
 #include <limits.h>
 #include <math.h>
@@ -52,9 +53,8 @@ static const lapack_int one = 1;
 
 /* ---- LU ---- */
 
-/* Narrow systems are solved here: that costs less than a call of LAPACK, and far less than loading
-   it. Element (i, j) is a[i * row + j * column], up to `width` below and 2 width above the
-   diagonal, of which pivoting fills the upper half. */
+/* Element (i, j) of a narrow system is a[i * row + j * column], up to `width` below and 2 width
+   above the diagonal, of which pivoting fills the upper half. */
 enum { NARROW = 16 };
 struct narrow {
     size_t n, width, row, column;
@@ -62,62 +62,33 @@ struct narrow {
 
 static size_t least(size_t a, size_t b) { return a < b ? a : b; }
 
-static int narrow_factor(struct narrow s, double *a, int *pivots)
+#define NUMBER double
+#define NAME(f) narrow_##f
+#define SIZE(x) fabs(x)
+#define TIMES(x, y) ((x) * (y))
+#include "narrow.h"
+
+/* Without the search for infinities of C's product. */
+static double complex times(double complex x, double complex y)
 {
-    int info = 0;
-    for (size_t k = s.width + 1; k < s.n; k++)
-        for (size_t i = k - least(k, 2 * s.width); i + s.width < k; i++)
-            a[i * s.row + k * s.column] = 0;
-    for (size_t j = 0; j < s.n; j++) {
-        const size_t below = least(s.n - 1, j + s.width), right = least(s.n - 1, j + 2 * s.width);
-        double *column = a + j * s.column;
-        size_t p = j;
-        for (size_t i = j + 1; i <= below; i++)
-            if (fabs(column[i * s.row]) > fabs(column[p * s.row]))
-                p = i;
-        pivots[j] = (int)p + 1; /* as LAPACK counts */
-        const double pivot = column[p * s.row];
-        if (pivot == 0) {
-            info = info ? info : (int)j + 1;
-            continue;
-        }
-        column[p * s.row] = column[j * s.row];
-        column[j * s.row] = pivot;
-        for (size_t i = j + 1; i <= below; i++)
-            column[i * s.row] /= pivot;
-        for (size_t k = j + 1; k <= right; k++) {
-            double *to = a + k * s.column, above = to[p * s.row];
-            to[p * s.row] = to[j * s.row];
-            to[j * s.row] = above;
-            for (size_t i = j + 1; i <= below; i++)
-                to[i * s.row] -= column[i * s.row] * above;
-        }
-    }
-    return info;
+    return creal(x) * creal(y) - cimag(x) * cimag(y) +
+           I * (creal(x) * cimag(y) + cimag(x) * creal(y));
 }
 
-static void narrow_solve(struct narrow s, const double *a, const int *pivots, double *b)
-{
-    for (size_t j = 0; j < s.n; j++) {
-        const size_t p = (size_t)pivots[j] - 1, below = least(s.n - 1, j + s.width);
-        const double x = b[p];
-        b[p] = b[j];
-        b[j] = x;
-        for (size_t i = j + 1; i <= below; i++)
-            b[i] -= a[i * s.row + j * s.column] * x;
-    }
-    for (size_t j = s.n; j-- > 0;) {
-        b[j] /= a[j * (s.row + s.column)];
-        for (size_t i = j - least(j, 2 * s.width); i < j; i++)
-            b[i] -= a[i * s.row + j * s.column] * b[j];
-    }
-}
+#define NUMBER double complex
+#define NAME(f) narrow_complex_##f
+#define SIZE(x) (fabs(creal(x)) + fabs(cimag(x))) /* as LAPACK orders them */
+#define TIMES(x, y) times(x, y)
+#include "narrow.h"
+
+static struct narrow by_rows(size_t n) { return (struct narrow){n, n - 1, n, 1}; }
+static struct narrow by_columns(size_t n) { return (struct narrow){n, n - 1, 1, n}; }
 
 /* By columns it is the transpose that LAPACK factors. */
 int phys_lapack_lu_factor(size_t n, double *a, int *pivots)
 {
     if (n <= NARROW)
-        return narrow_factor((struct narrow){n, n - 1, n, 1}, a, pivots);
+        return narrow_factor(by_rows(n), a, pivots);
     lapack_int size = (lapack_int)n, info;
     LAPACK_dgetrf(&size, &size, a, &size, pivots, &info);
     return info;
@@ -127,7 +98,7 @@ void phys_lapack_lu_solve(size_t n, const double *a, const int *pivots, double *
 {
     lapack_int size = (lapack_int)n, info;
     if (n <= NARROW)
-        narrow_solve((struct narrow){n, n - 1, n, 1}, a, pivots, b);
+        narrow_solve(by_rows(n), a, pivots, b);
     else
         LAPACK_dgetrs("T", &size, &one, a, &size, pivots, b, &size, &info);
 }
@@ -175,6 +146,8 @@ void phys_lapack_band_solve(size_t n, size_t width, const double *band, const in
 
 int phys_lapack_band_factor_complex(size_t n, size_t width, double *band, int *pivots)
 {
+    if (width <= NARROW)
+        return narrow_complex_factor(banded(n, width), band + 4 * width, pivots);
     lapack_int w = (lapack_int)width, size = (lapack_int)n, rows = PHYS_BAND_ROWS(w), info;
     LAPACK_zgbtrf(&size, &size, &w, &w, (lapack_complex_double *)band, &rows, pivots, &info);
     return info;
@@ -184,13 +157,18 @@ void phys_lapack_band_solve_complex(size_t n, size_t width, const double *band, 
                                     double *b)
 {
     lapack_int w = (lapack_int)width, size = (lapack_int)n, rows = PHYS_BAND_ROWS(w), info;
-    LAPACK_zgbtrs("N", &size, &w, &w, &one, (const lapack_complex_double *)band, &rows, pivots,
-                  (lapack_complex_double *)b, &size, &info);
+    if (width <= NARROW)
+        narrow_complex_solve(banded(n, width), band + 4 * width, pivots, b);
+    else
+        LAPACK_zgbtrs("N", &size, &w, &w, &one, (const lapack_complex_double *)band, &rows, pivots,
+                      (lapack_complex_double *)b, &size, &info);
 }
 
 int phys_lapack_block_factor(bool with_i, size_t n, double *a, int *pivots)
 {
     lapack_int size = (lapack_int)n, info;
+    if (n <= NARROW)
+        return (with_i ? narrow_complex_factor : narrow_factor)(by_columns(n), a, pivots);
     if (with_i)
         LAPACK_zgetrf(&size, &size, (lapack_complex_double *)a, &size, pivots, &info);
     else
@@ -201,7 +179,9 @@ int phys_lapack_block_factor(bool with_i, size_t n, double *a, int *pivots)
 void phys_lapack_block_solve(bool with_i, size_t n, const double *a, const int *pivots, double *b)
 {
     lapack_int size = (lapack_int)n, info;
-    if (with_i)
+    if (n <= NARROW)
+        (with_i ? narrow_complex_solve : narrow_solve)(by_columns(n), a, pivots, b);
+    else if (with_i)
         LAPACK_zgetrs("N", &size, &one, (const lapack_complex_double *)a, &size, pivots,
                       (lapack_complex_double *)b, &size, &info);
     else
@@ -214,7 +194,10 @@ void phys_lapack_block_subtract(bool with_i, bool transpose, size_t size, const 
     const double unit[] = {1, 0}, minus_unit[] = {-1, 0};
     blasint n = (blasint)size;
     CBLAS_TRANSPOSE op = transpose ? CblasTrans : CblasNoTrans;
-    if (with_i)
+    if (size <= NARROW)
+        (with_i ? narrow_complex_subtract
+                : narrow_subtract)(transpose ? by_rows(size) : by_columns(size), a, x, y);
+    else if (with_i)
         cblas_zgemv(CblasColMajor, op, n, n, minus_unit, a, n, x, 1, unit, y, 1);
     else
         cblas_dgemv(CblasColMajor, op, n, n, -1, a, n, x, 1, 1, y, 1);
@@ -238,6 +221,11 @@ void phys_lapack_block_eliminate(bool with_i, size_t size, const double *a, cons
 {
     blasint n = (blasint)size, m = (blasint)columns;
     memcpy(work, b, (with_i ? 2 : 1) * size * columns * sizeof *b);
+    if (size <= NARROW) {
+        (with_i ? narrow_complex_eliminate : narrow_eliminate)(by_columns(size), a, pivots, columns,
+                                                               b, work, c);
+        return;
+    }
     if (with_i) {
         eliminate_complex(n, a, pivots, m, b, work, c);
         return;

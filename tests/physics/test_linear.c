@@ -1,9 +1,10 @@
-/* Real LU, dense and banded, on either side of the size where LAPACK takes over, and libraries that
+/* LU, dense and banded, on either side of the size where LAPACK takes over, and libraries that
    cannot be loaded for it. */
 #include "tests/close.h"
 #include "autodiff/lazy.h"
 #include "physics/linear/linear.h"
 
+#include <complex.h>
 #include <float.h>
 #include <stdio.h>
 #include <string.h>
@@ -78,6 +79,144 @@ static void test_band(void **state)
             assert_int_equal(phys_lapack_band_factor(n, width, band, pivots), 0);
             phys_lapack_band_solve(n, width, band, pivots, x);
             assert_true(residual(n, a, x, b) < 1e-12);
+        }
+}
+
+/* ---- by columns, real or complex ---- */
+
+/* Numbers as pairs, and as phys_lapack_block_* takes them: without i, the real parts alone. */
+static void pack(bool with_i, size_t n, const double complex *from, double *to)
+{
+    for (size_t k = 0; k < n; k++) {
+        to[with_i ? 2 * k : k] = creal(from[k]);
+        if (with_i)
+            to[2 * k + 1] = cimag(from[k]);
+    }
+}
+
+static double complex unpack(bool with_i, const double *from, size_t k)
+{
+    return with_i ? from[2 * k] + I * from[2 * k + 1] : from[k];
+}
+
+/* a is also factored with a unit matrix of PAD rows below, which LAPACK does. */
+static void check_block(bool with_i, size_t n, unsigned *seed)
+{
+    enum { PAD = 17, ALL = MOST + PAD };
+    static double complex a[MOST * MOST], b[MOST], wide[ALL * ALL], c[MOST * MOST];
+    static double f[2 * MOST * MOST], g[2 * ALL * ALL], x[2 * ALL], y[2 * ALL], z[2 * ALL];
+    static double left[2 * MOST * MOST], work[2 * MOST * MOST], S[2 * MOST * MOST];
+    int pivots[ALL];
+    const size_t size = n + PAD, parts = with_i ? 2 : 1, m = 3;
+    memset(wide, 0, sizeof wide);
+    for (size_t k = 0; k < size; k++)
+        wide[k * (size + 1)] = 1;
+    for (size_t k = 0; k < n * n; k++) {
+        a[k] = number(seed) + (with_i ? I * number(seed) : 0);
+        wide[k % n + k / n * size] = a[k];
+    }
+    if (n > 1) /* a pivot from below */
+        a[0] = wide[0] = 0;
+    for (size_t k = 0; k < n; k++)
+        b[k] = number(seed) + (with_i ? I * number(seed) : 0);
+    pack(with_i, n * n, a, f);
+    pack(with_i, size * size, wide, g);
+    memset(y, 0, sizeof y);
+    pack(with_i, n, b, x);
+    pack(with_i, n, b, y);
+    assert_int_equal(phys_lapack_block_factor(with_i, n, f, pivots), 0);
+    phys_lapack_block_solve(with_i, n, f, pivots, x);
+
+    /* S = c - left^T a^-1 left, beside the products with the solution of each column */
+    for (size_t k = 0; k < n * m; k++)
+        c[k] = number(seed) + (with_i ? I * number(seed) : 0);
+    pack(with_i, n * m, c, left);
+    memset(S, 0, sizeof S);
+    phys_lapack_block_eliminate(with_i, n, f, pivots, m, left, work, S);
+    for (size_t j = 0; j < m; j++) {
+        pack(with_i, n, c + j * n, z);
+        phys_lapack_block_solve(with_i, n, f, pivots, z);
+        for (size_t i = 0; i < m; i++) {
+            double complex sum = unpack(with_i, S, i + j * m);
+            double most = 1;
+            for (size_t k = 0; k < n; k++) {
+                sum += c[k + i * n] * unpack(with_i, z, k);
+                most = fmax(most, cabs(unpack(with_i, z, k)));
+            }
+            assert_true(cabs(sum) < 1e-11 * most * most);
+        }
+    }
+
+    assert_int_equal(phys_lapack_block_factor(with_i, size, g, pivots), 0);
+    phys_lapack_block_solve(with_i, size, g, pivots, y);
+    double largest = 0;
+    for (size_t k = 0; k < n; k++)
+        largest = fmax(largest, cabs(unpack(with_i, x, k)));
+    for (size_t k = 0; k < n; k++)
+        assert_true(cabs(unpack(with_i, x, k) - unpack(with_i, y, k)) < 1e-10 * largest);
+
+    /* b - a x and b - a^T x */
+    pack(with_i, n * n, a, f);
+    for (size_t transpose = 0; transpose < 2; transpose++) {
+        pack(with_i, n, b, z);
+        phys_lapack_block_subtract(with_i, transpose, n, f, x, z);
+        for (size_t i = 0; i < n; i++) {
+            double complex sum = b[i];
+            for (size_t j = 0; j < n; j++)
+                sum -= a[transpose ? j + i * n : i + j * n] * unpack(with_i, x, j);
+            assert_true(cabs(sum - unpack(with_i, z, i)) < 1e-12 * (1 + largest));
+            assert_true(transpose || cabs(sum) < 1e-12 * (1 + largest));
+        }
+    }
+
+    /* no row is left for the last pivot, and none at all */
+    for (size_t k = 0; k < n; k++)
+        f[parts * (k + (n - 1) * n)] = f[parts * (k + (n - 1) * n) + parts - 1] = 0;
+    assert_int_equal(phys_lapack_block_factor(with_i, n, f, pivots), n);
+    memset(f, 0, sizeof f);
+    assert_int_equal(phys_lapack_block_factor(with_i, n, f, pivots), 1);
+}
+
+static void test_blocks(void **state)
+{
+    (void)state;
+    unsigned seed = 3;
+    for (size_t n = 1; n <= 20; n++)
+        for (int k = 0; k < 10; k++)
+            check_block(k % 2, n, &seed);
+}
+
+/* As test_band. */
+static void test_complex_band(void **state)
+{
+    (void)state;
+    static double complex a[MOST * MOST], b[MOST], x[MOST], band[MOST * PHYS_BAND_ROWS(MOST)];
+    int pivots[MOST];
+    unsigned seed = 4;
+    for (size_t n = 1; n <= MOST; n += 3)
+        for (size_t width = 0; width < n; width++) {
+            for (size_t k = 0; k < n * PHYS_BAND_ROWS(width); k++)
+                band[k] = (double)NAN;
+            for (size_t i = 0; i < n; i++) {
+                x[i] = b[i] = number(&seed) + I * number(&seed);
+                for (size_t j = 0; j < n; j++) {
+                    bool inside = i <= j + width && j <= i + width;
+                    a[i * n + j] = inside ? number(&seed) + I * number(&seed) : 0;
+                    if (inside)
+                        band[PHYS_BAND(width, i, j)] = a[i * n + j];
+                }
+            }
+            assert_int_equal(phys_lapack_band_factor_complex(n, width, (double *)band, pivots), 0);
+            phys_lapack_band_solve_complex(n, width, (const double *)band, pivots, (double *)x);
+            for (size_t i = 0; i < n; i++) {
+                double complex sum = -b[i];
+                double size = cabs(b[i]);
+                for (size_t j = 0; j < n; j++) {
+                    sum += a[i * n + j] * x[j];
+                    size += cabs(a[i * n + j] * x[j]);
+                }
+                assert_true(cabs(sum) < 1e-12 * size);
+            }
         }
 }
 
@@ -180,6 +319,8 @@ int main(void)
         cmocka_unit_test(symmetric_factors),
         cmocka_unit_test(test_dense),
         cmocka_unit_test(test_band),
+        cmocka_unit_test(test_blocks),
+        cmocka_unit_test(test_complex_band),
         cmocka_unit_test(test_singular),
         cmocka_unit_test(test_missing_library),
     };

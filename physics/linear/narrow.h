@@ -1,0 +1,99 @@
+/* LU of narrow systems by partial pivoting, of NUMBER, double or double complex: linear.c includes
+   this for each. That costs less than a call of LAPACK, and far less than loading it. Without
+   guard. NAME(f) names a function, SIZE(x) orders pivots, TIMES(x, y) is a product. */
+
+static int NAME(factor)(struct narrow s, void *matrix, int *pivots)
+{
+    NUMBER *a = matrix;
+    int info = 0;
+    for (size_t k = s.width + 1; k < s.n; k++)
+        for (size_t i = k - least(k, 2 * s.width); i + s.width < k; i++)
+            a[i * s.row + k * s.column] = 0;
+    for (size_t j = 0; j < s.n; j++) {
+        const size_t below = least(s.n - 1, j + s.width), right = least(s.n - 1, j + 2 * s.width);
+        NUMBER *column = a + j * s.column;
+        size_t p = j;
+        for (size_t i = j + 1; i <= below; i++)
+            if (SIZE(column[i * s.row]) > SIZE(column[p * s.row]))
+                p = i;
+        pivots[j] = (int)p + 1; /* as LAPACK counts */
+        const NUMBER pivot = column[p * s.row];
+        if (pivot == 0) {
+            info = info ? info : (int)j + 1;
+            continue;
+        }
+        column[p * s.row] = column[j * s.row];
+        column[j * s.row] = pivot;
+        for (size_t i = j + 1; i <= below; i++)
+            column[i * s.row] /= pivot;
+        for (size_t k = j + 1; k <= right; k++) {
+            NUMBER *to = a + k * s.column, above = to[p * s.row];
+            to[p * s.row] = to[j * s.row];
+            to[j * s.row] = above;
+            for (size_t i = j + 1; i <= below; i++)
+                to[i * s.row] -= TIMES(column[i * s.row], above);
+        }
+    }
+    return info;
+}
+
+/* x = L^-1 P^-1 x. */
+static void NAME(forward)(struct narrow s, const NUMBER *a, const int *pivots, NUMBER *x)
+{
+    for (size_t j = 0; j < s.n; j++) {
+        const size_t p = (size_t)pivots[j] - 1, below = least(s.n - 1, j + s.width);
+        const NUMBER top = x[p];
+        x[p] = x[j];
+        x[j] = top;
+        for (size_t i = j + 1; i <= below; i++)
+            x[i] -= TIMES(a[i * s.row + j * s.column], top);
+    }
+}
+
+static void NAME(solve)(struct narrow s, const void *matrix, const int *pivots, void *right)
+{
+    const NUMBER *a = matrix;
+    NUMBER *x = right;
+    NAME(forward)(s, a, pivots, x);
+    for (size_t j = s.n; j-- > 0;) {
+        x[j] /= a[j * (s.row + s.column)];
+        for (size_t i = j - least(j, 2 * s.width); i < j; i++)
+            x[i] -= TIMES(a[i * s.row + j * s.column], x[j]);
+    }
+}
+
+/* y -= a x for a dense a. */
+static void NAME(subtract)(struct narrow s, const void *matrix, const void *of, void *from)
+{
+    const NUMBER *a = matrix, *x = of;
+    NUMBER *y = from;
+    for (size_t j = 0; j < s.n; j++)
+        for (size_t i = 0; i < s.n; i++)
+            y[i] -= TIMES(a[i * s.row + j * s.column], x[j]);
+}
+
+/* phys_lapack_block_eliminate, where `other` holds b, too. */
+static void NAME(eliminate)(struct narrow s, const void *matrix, const int *pivots, size_t m,
+                            void *block, void *other, void *result)
+{
+    const NUMBER *a = matrix;
+    NUMBER *b = block, *work = other, *c = result;
+    for (size_t k = 0; k < m; k++) {
+        NUMBER *y = b + k * s.n;
+        NAME(forward)(s, a, pivots, work + k * s.n);
+        for (size_t j = 0; j < s.n; j++) { /* U^T y = b */
+            for (size_t i = 0; i < j; i++)
+                y[j] -= TIMES(a[i * s.row + j * s.column], y[i]);
+            y[j] /= a[j * (s.row + s.column)];
+        }
+    }
+    for (size_t j = 0; j < m; j++)
+        for (size_t i = 0; i < m; i++)
+            for (size_t k = 0; k < s.n; k++)
+                c[i + j * m] -= TIMES(b[k + i * s.n], work[k + j * s.n]);
+}
+
+#undef NUMBER
+#undef NAME
+#undef SIZE
+#undef TIMES
