@@ -13,6 +13,22 @@ static const double DIFFERENCE = 1e-6; /* of the speed */
 static const double ESCAPED = 1e3;     /* of the reach: a motion lost so far away does not return */
 static const double UNCONTROLLED = 1e300;
 
+double phys_end_norm(size_t n, const double *a)
+{
+    double sum = 0;
+    for (size_t k = 0; k < n; k++)
+        sum = hypot(sum, a[k]);
+    return sum;
+}
+
+double phys_end_distance(size_t n, const double *a, const double *b)
+{
+    double sum = 0;
+    for (size_t k = 0; k < n; k++)
+        sum = hypot(sum, a[k] - b[k]);
+    return sum;
+}
+
 /* unit = C^-T where L_vv = C C^T at rest, or 1 where L_vv is not positive definite; and a natural
    speed, of the force and its growth with the place. */
 static void find_units(struct phys_end_map *m, const struct phys_system *system,
@@ -122,11 +138,9 @@ static enum end follow(struct phys_end_map *m, const double *w, bool vary, doubl
     bool arrived =
         phys_simulate(&how, ode, m->y, &info, &lost) == AD_OK && info.stop == PHYS_SIMULATION_END;
     m->steps += info.steps + 1;
-    double length = 0;
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++)
         miss[i] = m->y[i] - m->to[i];
-        length = hypot(length, miss[i]);
-    }
+    double length = phys_end_norm(n, miss);
     if (arrived && isfinite(length))
         return REACHED;
     bool gone = isfinite(length) && length > ESCAPED * m->reach;
@@ -143,11 +157,7 @@ bool phys_end_map_at(struct phys_end_map *m, const double *w, double tolerance, 
     memset(J, 0, n * n * sizeof *J);
     if (end != REACHED)
         return end == GONE;
-    double length = 0, size = 0, speed = m->speed;
-    for (size_t i = 0; i < n; i++) {
-        length = hypot(length, miss[i]);
-        speed = hypot(speed, w[i]);
-    }
+    double length = phys_end_norm(n, miss), size, speed = hypot(m->speed, phys_end_norm(n, w));
     for (size_t k = 0; k < n; k++) {
         double other[PHYS_END_MAP_DOF], by[PHYS_END_MAP_DOF];
         memcpy(by, w, n * sizeof *w);
@@ -205,8 +215,7 @@ void phys_singular_values(size_t n, const double *J, struct phys_singular *s)
                 }
             }
     for (size_t k = 0; k < n; k++) {
-        for (size_t i = 0; i < n; i++)
-            s->size[k] = hypot(s->size[k], s->left[k][i]);
+        s->size[k] = phys_end_norm(n, s->left[k]);
         for (size_t i = 0; i < n && s->size[k] > 0; i++)
             s->left[k][i] /= s->size[k];
     }

@@ -7,6 +7,7 @@
 #include "physics/path/internal.h"
 
 enum { PHYS_END_MAP_DOF = 3 };
+#define PHYS_END_MAP_TIGHT 1e-13 /* tolerance of motions to roots, per step */
 
 struct phys_end_map {
     size_t dof;
@@ -34,6 +35,9 @@ void phys_end_map_free(struct phys_end_map *map);
    has length 1 and J is 0. False: the motion is lost, as by a collision. */
 bool phys_end_map_at(struct phys_end_map *map, const double *w, double tolerance, double *miss,
                      double *J);
+
+double phys_end_norm(size_t n, const double *a);
+double phys_end_distance(size_t n, const double *a, const double *b);
 
 /* J [n x n] = sum of size_k left_k right_k^T, row k of left and right being left_k and right_k;
    sizes descend. */

@@ -18,14 +18,6 @@ static const double FASTEST = 3;       /* of the natural speed, at first */
 static const double NEGLIGIBLE = 1e-3; /* share of the velocities that may stay undecided */
 static const double ROUNDING = 1e-13;  /* of the motions that become paths, per step */
 
-static double speed_of(const struct phys_end_map *map, const struct phys_end_root *root)
-{
-    double sum = 0;
-    for (size_t k = 0; k < map->dof; k++)
-        sum = hypot(sum, root->w[k]);
-    return sum;
-}
-
 /* The first covering grows in shells, while motions that are no family begin in the outer half of
    the speeds, or none is found. */
 static enum ad_status cover_all(struct phys_end_map *map, struct phys_end_roots *roots,
@@ -41,8 +33,9 @@ static enum ad_status cover_all(struct phys_end_map *map, struct phys_end_roots 
         all->undecided = fmax(all->undecided, c.undecided);
         all->exhausted = all->exhausted || c.exhausted;
         for (size_t k = 0; k < roots->n; k++)
-            fastest = roots->root[k].dimension > 0 ? fastest
-                                                   : fmax(fastest, speed_of(map, &roots->root[k]));
+            fastest = roots->root[k].dimension > 0
+                          ? fastest
+                          : fmax(fastest, phys_end_norm(map->dof, roots->root[k].w));
         if (c.exhausted || growth == GROWTHS || (fastest > 0 && fastest < 0.5 * c.outer))
             break;
         c.inner = c.outer;
