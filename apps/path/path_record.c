@@ -85,7 +85,8 @@ bool path_record_proceed(void *context)
 {
     struct path_record *record = context;
     if (record->n == 0 && progress_due(&record->progress))
-        progress_line(&record->progress, "%s  looking for paths", record->run->system.scene->name);
+        progress_line(&record->progress, "%s  looking for paths, %zu so far",
+                      record->run->system.scene->name, record->run->solutions.n);
     else if (progress_due(&record->progress))
         progress_line(&record->progress, "%s  step %zu of %zu is under way",
                       record->run->system.scene->name, record->n, record->run->settings.steps);

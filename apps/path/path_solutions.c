@@ -79,17 +79,24 @@ enum ad_status path_find_all(struct path_run *run, struct ad_error *error)
 /* Two and three coordinates: what two independent searches say of paths that both missed. */
 static void report_coverings(const struct phys_solutions *all, struct report *report)
 {
+    char above[80];
+    snprintf(above, sizeof above, " after %.3g million steps of motions, the limit",
+             1e-6 * PHYS_ALL_STEPS);
     report_flag(report, "saturated", NULL, all->saturated);
+    report_flag(report, "exhausted", NULL, all->exhausted);
+    report_flag(report, "interrupted", NULL, all->interrupted);
     report_number(report, "unseen_paths", NULL, NULL, all->unseen_paths);
     report_number(report, "unseen_paths_limit", NULL, NULL,
                   all->saturated ? all->unseen_paths_limit : (double)NAN);
     report_number(report, "start_energy_limit", NULL, NULL, 0.5 * all->fastest * all->fastest);
     report_number(report, "undecided", NULL, NULL, all->undecided);
     report_count(report, "found_once", NULL, all->found_once);
-    report_line(report,
-                "  from all velocities at the start with a kinetic energy up to %.4g, searched "
-                "twice, independently;",
-                0.5 * all->fastest * all->fastest);
+    report_line(report, "  from all velocities at the start with a kinetic energy up to %.4g, %s",
+                0.5 * all->fastest * all->fastest,
+                all->interrupted ? "of which\n  only a part was searched: there may be many more"
+                                 : "searched twice, independently;");
+    if (all->interrupted)
+        return;
     if (all->saturated)
         report_line(report,
                     "  both searches found the same motions. Unseen in this range: at most %.0f "
@@ -99,10 +106,10 @@ static void report_coverings(const struct phys_solutions *all, struct report *re
     else
         report_line(report,
                     "  not saturated: %.3g%% of these velocities are undecided%s, and %zu motions "
-                    "were found by one search\n  alone. At least about %.0f more are unseen; "
+                    "were\n  found by one search alone. At least about %.0f more are unseen; "
                     "there may be many",
-                    100 * all->undecided, all->exhausted ? ", for their motions part too fast" : "",
-                    all->found_once, ceil(all->unseen_paths));
+                    100 * fmin(1, all->undecided), all->exhausted ? above : "", all->found_once,
+                    ceil(all->unseen_paths));
 }
 
 /* Estimates of paths that are not listed. */

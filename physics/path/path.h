@@ -270,6 +270,9 @@ struct phys_solution {
     /* ... but with more than PHYS_SHOOTING_DOF coordinates only the summed defect of the motion
        over each slice is compared with the path, which proves less. */
 };
+/* The most steps of motions that a search of two or three coordinates takes. */
+#define PHYS_ALL_STEPS 15000000
+
 struct phys_solutions {
     size_t n;
     struct phys_solution *solution; /* ascending by energy */
@@ -290,7 +293,7 @@ struct phys_solutions {
        if each motion is missed by one search as easily as by the other and no easier than the
        others, infinite where not `saturated`: all were found twice, at most 1e-3 of the starts were
        left undecided, and none because the search became too long. Else NaN. */
-    bool saturated, exhausted; /* exhausted: it became too long */
+    bool saturated, exhausted; /* exhausted: PHYS_ALL_STEPS were not enough */
     size_t found_once;
     double undecided; /* share of the starts, by the volume of their velocities */
     double unseen_paths, unseen_paths_limit;

@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DOF = PHYS_END_MAP_DOF, COARSEST = 8, DEEPEST = 15, LOOKS = 300 };
+enum { DOF = PHYS_END_MAP_DOF, COARSEST = 8, DEEPEST = 15, LOOKS = 300, LOOKING = 8 };
 
 static const double TOLERANCE = 1e-13; /* of the motions of a covering, per step */
 static const double NEGLIGIBLE = 1e-4; /* share of the velocities that ends a covering */
@@ -199,8 +199,7 @@ static void begin(struct cover *s, struct ad_error *error)
 enum ad_status phys_cover(struct phys_covering *c, struct ad_error *error)
 {
     struct cover s = {.c = c, .n = c->map->dof};
-    size_t from = c->map->steps, stride = 0;
-    bool ended = false;
+    size_t left = c->steps > c->map->steps ? c->steps - c->map->steps : 0, stride = 0;
     double ball = s.n == 2 ? acos(-1) : 4 * acos(-1) / 3;
     double shell = ball * (pow(c->outer, (double)s.n) - pow(c->inner, (double)s.n));
     c->undecided = 0;
@@ -208,15 +207,20 @@ enum ad_status phys_cover(struct phys_covering *c, struct ad_error *error)
     begin(&s, error);
     for (size_t k = 0; k < s.boxes && error->status == AD_OK; k++) {
         struct phys_end_box parent = s.box[k];
-        ended = ended || (c->map->proceed && !c->map->proceed(c->map->context));
-        c->exhausted = ended || (!stride && c->map->steps - from > c->steps) || c->exhausted;
+        if (c->map->proceed && !c->map->proceed(c->map->context)) {
+            c->undecided += s.volume;
+            break;
+        }
+        c->exhausted = c->exhausted || (!stride && c->map->steps + left / LOOKING > c->steps);
         if (!stride && (c->exhausted || s.volume <= NEGLIGIBLE * shell))
             stride = 1 + (s.boxes - k) / LOOKS;
         s.volume -= pow(2 * parent.half, (double)s.n);
         if (stride)
-            give_up(&s, &parent, !ended && k % stride == 0, error);
+            give_up(&s, &parent, k % stride == 0 && c->map->steps < c->steps, error);
         else
             divide(&s, &parent, error);
+        if (c->found && error->status == AD_OK)
+            c->found(c->context, error);
     }
     c->undecided /= shell;
     free(s.box);

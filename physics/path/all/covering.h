@@ -21,10 +21,13 @@ struct phys_covering {
     double inner, outer;          /* speeds |w|: the shell to cover */
     unsigned number;              /* of the covering */
     uint64_t seed;                /* of the directions of the boxes' edges, and of their places */
-    size_t steps;                 /* of motions, at most */
+    size_t steps;                 /* of motions: the covering ends at map->steps of them */
     struct phys_end_roots *roots; /* found so far, by any covering */
+    /* Called as the search goes on: what to do with new roots. */
+    enum ad_status (*found)(void *context, struct ad_error *error);
+    void *context;
     /* Results: the volume of boxes that were still to be divided, relative to the shell's, and
-       whether it is because of `steps`. */
+       whether it is because of `steps`; map->proceed, too, ends it. */
     double undecided;
     bool exhausted;
 };

@@ -12,44 +12,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { COVERINGS = 2, GROWTHS = 6, STEPS = 8000000 };
+enum { COVERINGS = 2, GROWTHS = 6 };
 
 static const double FASTEST = 3;       /* of the natural speed, at first */
 static const double NEGLIGIBLE = 1e-3; /* share of the velocities that may stay undecided */
 static const double ROUNDING = 1e-13;  /* of the motions that become paths, per step */
-
-/* The first covering grows in shells, while motions that are no family begin in the outer half of
-   the speeds, or none is found. */
-static enum ad_status cover_all(struct phys_end_map *map, struct phys_end_roots *roots,
-                                uint64_t seed, struct phys_solutions *all, struct ad_error *error)
-{
-    struct phys_covering c = {
-        .map = map, .outer = FASTEST * map->speed, .steps = STEPS, .roots = roots};
-    for (int growth = 0; growth <= GROWTHS; growth++) {
-        double fastest = 0;
-        c.seed = 2 * seed;
-        if (phys_cover(&c, error) != AD_OK)
-            return error->status;
-        all->undecided = fmax(all->undecided, c.undecided);
-        all->exhausted = all->exhausted || c.exhausted;
-        for (size_t k = 0; k < roots->n; k++)
-            fastest = roots->root[k].dimension > 0
-                          ? fastest
-                          : fmax(fastest, phys_end_norm(map->dof, roots->root[k].w));
-        if (c.exhausted || growth == GROWTHS || (fastest > 0 && fastest < 0.5 * c.outer))
-            break;
-        c.inner = c.outer;
-        c.outer *= 2;
-    }
-    c.inner = 0;
-    c.number = 1;
-    c.seed = 2 * seed + 1;
-    phys_cover(&c, error);
-    all->undecided = fmax(all->undecided, c.undecided);
-    all->exhausted = all->exhausted || c.exhausted;
-    all->fastest = c.outer;
-    return error->status;
-}
 
 /* Rest, and the path given, which counts as a third covering. */
 static enum ad_status cover_given(struct phys_multistart *s, struct phys_end_map *map,
@@ -79,7 +46,7 @@ static enum ad_status cover_given(struct phys_multistart *s, struct phys_end_map
     return error->status;
 }
 
-/* The path of the motion that begins with s->v: true where it is one of this grid, too. */
+/* The path of the motion that begins with s->v, or its energy where this grid has none. */
 static enum ad_status take(struct phys_multistart *s, size_t dimension, double *nodes,
                            const double *times, size_t m, struct ad_error *error)
 {
@@ -97,7 +64,7 @@ static enum ad_status take(struct phys_multistart *s, size_t dimension, double *
     memcpy(s->y, s->q, s->dof * sizeof *s->y);
     memcpy(s->y + s->dof, s->v, s->dof * sizeof *s->y);
     if (phys_trajectory(&how, &s->motion, s->y, s->dof, m, nodes, NULL, &lost) != AD_OK)
-        return phys_multistart_unresolved(s, error);
+        return phys_multistart_goes_on(s) ? phys_multistart_unresolved(s, error) : AD_OK;
     for (size_t i = 0; i < s->slices; i++)
         for (size_t k = 0; k < degree; k++)
             for (size_t j = 0; j < s->dof; j++)
@@ -112,34 +79,106 @@ static enum ad_status take(struct phys_multistart *s, size_t dimension, double *
     for (size_t k = 0; k < s->solutions->n; k++)
         now += s->solutions->solution[k].copies;
     struct phys_solution *last = s->solutions->solution + s->solutions->n - 1;
+    if (now == paths && !phys_multistart_goes_on(s))
+        return AD_OK; /* it may be one, with more time */
     if (now == paths) /* none, one of the grid alone, or another motion has the same */
         return phys_multistart_unresolved(s, error);
     last->family = last->copies == 1 ? dimension : last->family;
     return AD_OK;
 }
 
-static enum ad_status take_all(struct phys_multistart *s, const struct phys_end_map *map,
-                               const struct phys_end_roots *roots, struct ad_error *error)
+struct taking {
+    struct phys_multistart *s;
+    const struct phys_end_map *map;
+    const struct phys_end_roots *roots;
+    double *nodes, *times;
+    size_t m, taken; /* nodes; roots so far */
+};
+
+static enum ad_status take_root(const struct taking *now, const struct phys_end_root *root,
+                                struct ad_error *error)
 {
-    size_t m = s->settings.rule->degree * (s->slices - 1) + 1;
-    double *nodes = malloc((2 * s->dof + 1) * m * sizeof *nodes);
-    if (!nodes)
-        return ad_fail(error, AD_E_MEMORY, "out of memory for another path");
-    double *times = nodes + s->dof * m;
-    phys_rule_nodes(s->settings.rule, s->dof, s->slices, s->settings.dt, s->given, times + m,
-                    times);
-    for (size_t k = 0; k < roots->n && error->status == AD_OK && phys_multistart_goes_on(s); k++) {
-        const struct phys_end_root *root = &roots->root[k];
-        if (root->family != k)
-            continue;
-        for (size_t i = 0; i < s->dof; i++) {
-            s->v[i] = 0;
-            for (size_t j = 0; j < s->dof; j++)
-                s->v[i] += map->unit[i * s->dof + j] * root->w[j];
-        }
-        take(s, root->dimension, nodes, times, m, error);
+    struct phys_multistart *s = now->s;
+    for (size_t i = 0; i < s->dof; i++) {
+        s->v[i] = 0;
+        for (size_t j = 0; j < s->dof; j++)
+            s->v[i] += now->map->unit[i * s->dof + j] * root->w[j];
     }
-    free(nodes);
+    return take(s, root->dimension, now->nodes, now->times, now->m, error);
+}
+
+/* Those found so far that are no families, so that an interrupted search lists them. */
+static enum ad_status take_new(void *context, struct ad_error *error)
+{
+    struct taking *now = context;
+    for (; now->taken < now->roots->n && error->status == AD_OK && phys_multistart_goes_on(now->s);
+         now->taken++)
+        if (now->roots->root[now->taken].dimension == 0)
+            take_root(now, &now->roots->root[now->taken], error);
+    return error->status;
+}
+
+static enum ad_status take_families(const struct taking *now, struct ad_error *error)
+{
+    const struct phys_end_roots *roots = now->roots;
+    for (size_t k = 0; k < roots->n && error->status == AD_OK && phys_multistart_goes_on(now->s);
+         k++)
+        if (roots->root[k].dimension > 0 && roots->root[k].family == k)
+            take_root(now, &roots->root[k], error);
+    return error->status;
+}
+
+static enum ad_status taking_new(struct taking *now, struct ad_error *error)
+{
+    const struct phys_multistart *s = now->s;
+    now->m = s->settings.rule->degree * (s->slices - 1) + 1;
+    now->nodes = malloc((2 * s->dof + 1) * now->m * sizeof *now->nodes);
+    if (!now->nodes)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for another path");
+    now->times = now->nodes + s->dof * now->m;
+    phys_rule_nodes(s->settings.rule, s->dof, s->slices, s->settings.dt, s->given,
+                    now->times + now->m, now->times);
+    return AD_OK;
+}
+
+/* The first covering grows in shells, while motions that are no family begin in the outer half of
+   the speeds, or none is found. */
+static enum ad_status cover_all(struct phys_end_map *map, struct phys_end_roots *roots,
+                                struct taking *now, uint64_t seed, struct ad_error *error)
+{
+    struct phys_solutions *all = now->s->solutions;
+    struct phys_covering c = {.map = map,
+                              .outer = FASTEST * map->speed,
+                              .steps = PHYS_ALL_STEPS / 3 * 2,
+                              .roots = roots,
+                              .found = take_new,
+                              .context = now};
+    for (int growth = 0; growth <= GROWTHS; growth++) {
+        double fastest = 0;
+        c.seed = 2 * seed;
+        if (phys_cover(&c, error) != AD_OK)
+            return error->status;
+        all->undecided = fmax(all->undecided, c.undecided);
+        all->exhausted = all->exhausted || c.exhausted;
+        for (size_t k = 0; k < roots->n; k++)
+            fastest = roots->root[k].dimension > 0
+                          ? fastest
+                          : fmax(fastest, phys_end_norm(map->dof, roots->root[k].w));
+        if (c.exhausted || all->interrupted || growth == GROWTHS ||
+            (fastest > 0 && fastest < 0.5 * c.outer))
+            break;
+        c.inner = c.outer;
+        c.outer *= 2;
+    }
+    all->fastest = c.outer;
+    c.inner = 0;
+    c.number = 1;
+    c.seed = 2 * seed + 1;
+    c.steps = PHYS_ALL_STEPS;
+    if (all->interrupted || phys_cover(&c, error) != AD_OK)
+        return error->status;
+    all->undecided = fmax(all->undecided, c.undecided);
+    all->exhausted = all->exhausted || c.exhausted;
     return error->status;
 }
 
@@ -153,12 +192,14 @@ static void estimate(const struct phys_end_roots *roots, struct phys_solutions *
             *((roots->root[k].coverings & 3) == 3 ? &twice : &once) += 1;
     double most = once + 1.645 * sqrt(once + 0.5) + 1.84;
     all->found_once = (size_t)once;
-    all->unseen_paths = once > 0 ? once * (once - 1) / (4 * (twice + 1)) : 0;
+    all->unseen_paths = once > 0 && !all->interrupted ? once * (once - 1) / (4 * (twice + 1)) : 0;
     all->saturated =
         once == 0 && !all->exhausted && !all->interrupted && all->undecided <= NEGLIGIBLE;
     all->unseen_paths_limit =
         all->saturated ? ceil(most * most / (4 * fmax(1, twice))) : (double)INFINITY;
 }
+
+static bool goes_on(void *context) { return phys_multistart_goes_on(context); }
 
 enum ad_status phys_multistart_shots(struct phys_multistart *s, uint64_t seed,
                                      struct ad_error *error)
@@ -169,14 +210,14 @@ enum ad_status phys_multistart_shots(struct phys_multistart *s, uint64_t seed,
     for (size_t k = 0; k < s->dof; k++)
         end[k] = s->given[(k + 1) * s->slices - 1];
     if (phys_end_map_new(&map, s->system, s->q, end, time, s->span, error) == AD_OK) {
-        map.proceed = s->settings.proceed;
-        map.context = s->settings.context;
-        if (cover_given(s, &map, &roots, error) == AD_OK &&
-            cover_all(&map, &roots, seed, s->solutions, error) == AD_OK)
-            phys_multistart_goes_on(s);
+        struct taking now = {.s = s, .map = &map, .roots = &roots};
+        map.proceed = goes_on;
+        map.context = s;
+        if (taking_new(&now, error) == AD_OK && cover_given(s, &map, &roots, error) == AD_OK &&
+            take_new(&now, error) == AD_OK && cover_all(&map, &roots, &now, seed, error) == AD_OK)
+            take_families(&now, error);
         estimate(&roots, s->solutions);
-        if (error->status == AD_OK)
-            take_all(s, &map, &roots, error);
+        free(now.nodes);
     }
     free(roots.root);
     phys_end_map_free(&map);

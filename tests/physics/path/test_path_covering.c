@@ -39,6 +39,15 @@ static enum ad_status begin(const void *params, uint64_t seed, double *q, double
     return AD_OK;
 }
 
+static const struct phys_solutions *watched; /* a search to end soon after its first path */
+static size_t asked;
+
+static bool goes_on(void *context)
+{
+    (void)context;
+    return !watched || watched->n == 0 || ++asked < 20000;
+}
+
 static void search(phys_lagrangian *L, const double *ends, double time, uint64_t seed,
                    struct phys_solutions *all)
 {
@@ -62,6 +71,7 @@ static void search(phys_lagrangian *L, const double *ends, double time, uint64_t
     const struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
                                                 .slices = SLICES,
                                                 .dt = time / (SLICES - 1),
+                                                .proceed = goes_on,
                                                 .learning_rate = 1};
     for (size_t i = 0; i < 2 * SLICES; i++) {
         double at = (double)(i % SLICES) / (SLICES - 1);
@@ -148,11 +158,27 @@ static void claims_hold_where_the_number_is_known(void **state)
     assert_int_equal(wrong, 0);
 }
 
+/* What a search has found when it is ended is listed, and nothing is claimed of the rest. */
+static void an_ended_search_lists_its_paths(void **state)
+{
+    const double ends[] = {0.3, 0.2, -0.4, 0.5};
+    struct phys_solutions all = {0};
+    (void)state;
+    watched = &all;
+    search(pendulums, ends, 12, 1, &all);
+    watched = NULL;
+    assert_true(all.interrupted && !all.saturated && !all.exhausted);
+    assert_true(all.n > 0 && isinf(all.unseen_paths_limit));
+    assert_true(all.undecided > 0.5 && asked < 30000);
+    phys_solutions_free(&all);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(families_are_one_entry),
         cmocka_unit_test(claims_hold_where_the_number_is_known),
+        cmocka_unit_test(an_ended_search_lists_its_paths),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
