@@ -232,7 +232,7 @@ static enum ad_status compare_finer(const struct phys_system *system,
         moved = phys_path_resample(&from, path, &to, dof, error);
     }
     if (made && spectrum && moved && spectrum->legendre != PHYS_INDEFINITE)
-        spectrum->undetermined |= !phys_newton_confirms(&newton, moved, spectrum);
+        spectrum->undetermined |= !phys_newton_confirms(&newton, moved, spectrum, error);
     phys_keep_memory(&lost, error);
     phys_newton_free(&newton);
     phys_derivatives_free(&own);

@@ -51,7 +51,7 @@ enum ad_status phys_newton_spectrum(struct phys_newton *newton, const double *pa
                                     struct phys_spectrum *spectrum, struct ad_error *error);
 /* As phys_hessian_confirms. */
 bool phys_newton_confirms(struct phys_newton *newton, const double *path,
-                          const struct phys_spectrum *spectrum);
+                          const struct phys_spectrum *spectrum, struct ad_error *error);
 
 /* Distance of a stationary path [s*dof x slices] from that of a rule of higher order, with half
    as many elements more where their number is even: what the grid alone holds in place moves. That

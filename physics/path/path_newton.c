@@ -256,10 +256,10 @@ enum ad_status phys_newton_spectrum(struct phys_newton *s, const double *path,
 }
 
 bool phys_newton_confirms(struct phys_newton *s, const double *path,
-                          const struct phys_spectrum *spectrum)
+                          const struct phys_spectrum *spectrum, struct ad_error *error)
 {
     s->hessian.stopped = false;
-    return phys_hessian_confirms(&s->hessian, path, spectrum);
+    return phys_hessian_confirms(&s->hessian, path, spectrum, error);
 }
 
 static enum ad_status solve(const struct phys_system *system,

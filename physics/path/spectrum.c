@@ -336,14 +336,16 @@ enum ad_status phys_hessian_spectrum(struct phys_hessian *h, const double *path,
 }
 
 bool phys_hessian_confirms(struct phys_hessian *h, const double *path,
-                           const struct phys_spectrum *spectrum)
+                           const struct phys_spectrum *spectrum, struct ad_error *error)
 {
     struct chain c = {0};
     bool same = true;
     phys_hessian_at(h, path, 0);
     if (spectrum->legendre == PHYS_NEGATIVE)
         negate(h);
-    if (!chain_new(&c, h) || !isfinite(c.largest)) {
+    if (!chain_new(&c, h)) {
+        ad_fail(error, AD_E_MEMORY, "out of memory for the inertia");
+    } else if (!isfinite(c.largest)) {
         same = false;
     } else {
         ad_blas_single_thread();

@@ -17,6 +17,6 @@ enum ad_status phys_hessian_spectrum(struct phys_hessian *h, const double *path,
    halves of those of the spectrum next to zero, and as many below. False where it cannot be known.
  */
 bool phys_hessian_confirms(struct phys_hessian *h, const double *path,
-                           const struct phys_spectrum *spectrum);
+                           const struct phys_spectrum *spectrum, struct ad_error *error);
 
 #endif
