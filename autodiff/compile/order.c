@@ -149,13 +149,15 @@ bool ad_graph_order(struct graph *g)
     size_t n = g->n_groups - g->n_held_groups;
     struct order o = {.g = g, .first = g->n_held_groups, .n = n};
     uint32_t *room = ad_allocate_zeroed(5 * n + 1, sizeof *room);
-    bool done = room;
+    if (!room)
+        return false;
+    bool done = true;
     o.space = room;
     o.waits = room + n;
     o.left = room + 2 * n;
     o.done = room + 3 * n;
     o.start = room + 4 * n; /* n + 1 */
-    if (done && find_spaces(&o) && (done = find_edges(&o))) {
+    if (find_spaces(&o) && (done = find_edges(&o))) {
         take_all(&o);
         done = apply(&o);
     }

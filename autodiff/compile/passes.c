@@ -59,13 +59,25 @@ static bool is_shared(const struct value *v, size_t k)
     return k == 0 && (v->op == AD_OP_gather_cols || (v->op == AD_OP_matmul && !adds_columns(v)));
 }
 
+/* A product that accumulates onto a sum over columns, which is complete when the pass has ended. */
+static bool adds_to_sum(const struct passes *s, uint32_t i)
+{
+    const struct graph *g = s->g;
+    const struct value *sum = &g->values[g->host[i]];
+    if (!(g->values[i].flags & VALUE_ADDS))
+        return false;
+    uint32_t other = sum->in[sum->in[0] == i];
+    return g->group_of[other] >= s->first && is_sink(g->values[other].op);
+}
+
 static bool joins(const struct passes *s, uint32_t group)
 {
     const struct graph *g = s->g;
     uint32_t root;
     for (uint32_t m = 0; m < g->groups[group].count; m++) {
-        const struct value *v = &g->values[g->order[g->groups[group].first + m]];
-        if (ad_pass_columns(g, v) != s->cols)
+        uint32_t i = g->order[g->groups[group].first + m];
+        const struct value *v = &g->values[i];
+        if (ad_pass_columns(g, v) != s->cols || adds_to_sum(s, i))
             return false;
         for (size_t k = 0; k < n_operands(g, v); k++)
             if (stored_in_pass(s, group, v, k, &root) && (is_shared(v, k) || !is_local(s, v, k)))

@@ -4,6 +4,7 @@
 #include "support.h"
 #include "tests/native.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -131,12 +132,47 @@ static void test_products_memory(void **state)
     network_free(&a);
 }
 
+/* A gradient that is a sum over columns and a product that adds columns up: the product may not
+   accumulate onto what is complete after the pass alone. */
+static void test_product_beside_a_sum(void **state)
+{
+    enum { ROWS = 3, COLS = 300 };
+    (void)state;
+    uint64_t random = 7;
+    double *x = random_values(&random, ROWS * COLS, -1, 1),
+           *b = random_values(&random, COLS, -1, 1);
+    double w[ROWS] = {0.3, -0.5, 0.7};
+    for (int swapped = 0; swapped < 2; swapped++) {
+        setenv("LEASTACTION_COLUMNS", "16", 1);
+        ad_tape *t = ad_tape_new(AD_F64);
+        ad_var in[] = {ad_input(t, ROWS, 1, "w"), ad_input(t, ROWS, COLS, "x"),
+                       ad_input(t, 1, COLS, "b")};
+        ad_var weighted = ad_sum(ad_mul(ad_sin(in[1]), ad_mul(in[1], in[0])));
+        ad_var product = ad_sum(ad_mul(ad_cos(in[1]), ad_matmul(in[0], false, in[2], false)));
+        ad_var gradient;
+        ad_grad(swapped ? ad_add(product, weighted) : ad_add(weighted, product), 1, in, &gradient);
+        double *got = evaluate(gradient, 3, in, (const double *const[]){w, x, b});
+        for (size_t r = 0; r < ROWS; r++) {
+            double sum = 0;
+            for (size_t c = 0; c < COLS; c++)
+                sum += sin(x[r * COLS + c]) * x[r * COLS + c] + cos(x[r * COLS + c]) * b[c];
+            assert_close(got[r], sum, 1e-12, 0);
+        }
+        free(got);
+        ad_tape_free(t);
+        unsetenv("LEASTACTION_COLUMNS");
+    }
+    free(x);
+    free(b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_products),
         cmocka_unit_test(test_products_native),
         cmocka_unit_test(test_products_memory),
+        cmocka_unit_test(test_product_beside_a_sum),
     };
     return cmocka_run_group_tests(tests, native_share_cache, native_remove_cache);
 }
