@@ -172,7 +172,7 @@ static void divide(struct cover *s, const struct phys_end_box *parent, struct ad
 static void begin(struct cover *s, struct ad_error *error)
 {
     struct phys_random random;
-    double work[2 * DOF], shift[DOF], rows[DOF * DOF];
+    double work[2 * DOF], shift[DOF] = {0}, rows[DOF * DOF];
     phys_random_seed(&random, s->c->seed);
     for (size_t k = 0; k < s->n * s->n; k++)
         rows[k] = phys_random_normal(&random);
