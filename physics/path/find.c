@@ -188,11 +188,11 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
     return error->status;
 }
 
-/* The distance from the path of a rule of higher order. Judges the spectrum by that rule; NULL:
-   there are half as many elements more instead, where their number is even. */
+/* The distance from the path of a rule of higher order, with half as many elements `more` where
+   their number is even. Judges the spectrum by that rule; may be NULL. */
 static enum ad_status compare_finer(const struct phys_system *system,
                                     const struct phys_path_settings *settings,
-                                    struct phys_derivatives *of, const double *path,
+                                    struct phys_derivatives *of, const double *path, bool more,
                                     double *distance, struct phys_spectrum *spectrum,
                                     struct ad_error *error)
 {
@@ -209,7 +209,7 @@ static enum ad_status compare_finer(const struct phys_system *system,
         return AD_OK;
     snprintf(name, sizeof name, "gauss%zu", degree);
     finer.rule = phys_rule_find(name, error);
-    size_t each = !spectrum && n % 2 == 1 ? 3 : 2, m = (n - 1) * each / 2 + 1;
+    size_t each = more && n % 2 == 1 ? 3 : 2, m = (n - 1) * each / 2 + 1;
     finer.slices = m;
     finer.dt = 2 * settings->dt / (double)each;
     const struct phys_grid from = {settings->rule, n, settings->dt}, to = {finer.rule, m, finer.dt};
@@ -243,9 +243,10 @@ static enum ad_status compare_finer(const struct phys_system *system,
 enum ad_status phys_path_discretisation(const struct phys_system *system,
                                         const struct phys_path_settings *settings,
                                         struct phys_derivatives *of, const double *path,
-                                        double *distance, struct ad_error *error)
+                                        double *distance, struct phys_spectrum *spectrum,
+                                        struct ad_error *error)
 {
-    return compare_finer(system, settings, of, path, distance, NULL, error);
+    return compare_finer(system, settings, of, path, true, distance, spectrum, error);
 }
 
 bool phys_path_jumps(const struct phys_system *system, const struct phys_path_settings *settings,
@@ -288,7 +289,7 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
     if (find_kind(s, error) != AD_OK || compare_motion(s, error) != AD_OK || !found->stationary)
         return error->status;
     bool rounding = found->spectrum.undetermined;
-    if (compare_finer(s->system, s->settings, NULL, s->path, &found->discretisation,
+    if (compare_finer(s->system, s->settings, NULL, s->path, false, &found->discretisation,
                       &found->spectrum, error) != AD_OK)
         return error->status;
     found->unbounded = found->spectrum.undetermined &&

@@ -56,10 +56,12 @@ bool phys_newton_confirms(struct phys_newton *newton, const double *path,
 /* Distance of a stationary path [s*dof x slices] from that of a rule of higher order, with half
    as many elements more where their number is even: what the grid alone holds in place moves. That
    is its discretisation error; INFINITY: none nearby; NaN: too large for one. `of` as
-   in phys_newton_over; NULL: its own. */
+   in phys_newton_over; NULL: its own. Judges whether that rule leaves the path's `spectrum` as it
+   is; may be NULL. */
 enum ad_status phys_path_discretisation(const struct phys_system *system,
                                         const struct phys_path_settings *settings,
                                         struct phys_derivatives *of, const double *path,
-                                        double *distance, struct ad_error *error);
+                                        double *distance, struct phys_spectrum *spectrum,
+                                        struct ad_error *error);
 
 #endif

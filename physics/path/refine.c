@@ -166,16 +166,34 @@ static void estimate(struct climb *c, struct phys_level *level)
     level->estimate = fmax(fmin(error, d), rounding(c, level->elements));
 }
 
-/* Whether the error of c->here is small enough, also by the rule of higher order. */
+static enum ad_status find_spectrum(struct climb *c, struct phys_spectrum *spectrum,
+                                    struct ad_error *error)
+{
+    struct phys_newton newton = {0};
+    if (phys_newton_new(&newton, c->system, &c->to->settings, &c->of, error) == AD_OK)
+        phys_newton_spectrum(&newton, c->here.path, spectrum, error);
+    phys_newton_free(&newton);
+    return error->status;
+}
+
+/* Whether the error of c->here is small enough, also by the rule of higher order. Between conjugate
+   ends all levels may agree on a path that the grid alone holds. */
 static bool verified(struct climb *c, struct phys_level *level, struct ad_error *error)
 {
     double finer = (double)NAN;
-    if (!(level->estimate < c->tolerance) ||
+    struct phys_spectrum spectrum = {0};
+    if (level->estimate < c->tolerance && find_spectrum(c, &spectrum, error) == AD_OK)
         phys_path_discretisation(c->system, &c->to->settings, &c->of, c->here.path, &finer,
-                                 error) != AD_OK)
-        return false;
+                                 &spectrum, error);
     level->estimate = fmax(level->estimate, MARGIN * finer); /* fmax ignores NaN */
-    return level->estimate < c->tolerance;
+    bool close = level->estimate < c->tolerance && error->status == AD_OK;
+    if (close && spectrum.undetermined)
+        ad_fail(error, AD_E_ACCURACY,
+                "error %g cannot be verified: an eigenvalue of the second variation is zero within "
+                "its error, so that the path may lie elsewhere; try other ends, or another time",
+                c->tolerance);
+    phys_spectrum_free(&spectrum);
+    return close;
 }
 
 /* The distances do not fall any more, and are small. */
