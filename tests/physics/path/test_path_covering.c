@@ -83,15 +83,14 @@ static void search(phys_lagrangian *L, const double *ends, double time, uint64_t
     phys_system_close(&system);
 }
 
-/* Every motion of an isotropic oscillator returns after a period, and after half of it is opposite;
-   of two frequencies, one coordinate is. Each is one family. */
+/* Every motion of an isotropic oscillator is opposite after half a period; of two frequencies, one
+   coordinate is. Each is one family. */
 static void families_are_one_entry(void **state)
 {
     static const struct {
         double stiffness, ends[4], time;
         size_t dimension;
-    } cases[] = {{1, {1, 0.2, 1, 0.2}, 2 * M_PI, 2},
-                 {1, {1, 0.2, -1, -0.2}, M_PI, 2},
+    } cases[] = {{1, {1, 0.2, -1, -0.2}, M_PI, 2},
                  {2, {1, 0.2, -1, 0.5}, M_PI, 1},
                  {2, {1, 0.2, -1, 0.5}, 3, 0}};
     (void)state;
