@@ -77,8 +77,9 @@ FUZZ_SECONDS ?= 10
 # 0: another one each time
 FUZZ_SEED ?= 0
 KILLS ?= 200
-PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/status.h autodiff/tape.h autodiff/operations.h autodiff/program.h autodiff/derivatives.h autodiff/series.h autodiff/ops.def autodiff/optim.h \
-              autodiff/lbfgs.h physics/physics.h physics/system/system.h physics/io/names.h \
+PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/status.h autodiff/tape.h autodiff/operations.h \
+              autodiff/program.h autodiff/derivatives.h autodiff/series.h autodiff/ops.def autodiff/optim.h autodiff/lbfgs.h \
+              physics/physics.h physics/system/system.h physics/io/names.h \
               physics/lagrangian/check.h physics/lagrangian/conserved.h physics/lagrangian/euler_lagrange.h \
               physics/action/action.h physics/path/path.h physics/ephemeris/ephemeris.h \
               physics/ephemeris/horizons.h physics/ephemeris/models.h physics/lagrangian/legendre.h \

@@ -95,7 +95,7 @@ static int judge(const struct path_run *run, struct ad_error *error)
         ad_fail(error, AD_E_ARGUMENT, "not converged: %s, |gradient| %.3g after %zu steps%s",
                 path_stop_name(run->found.info.stop), run->found.info.grad_norm,
                 run->found.info.steps, advice(run));
-    else if (run->found.unbounded && !path_wants_all(run->options))
+    else if (run->found.unknown && !path_wants_all(run->options))
         ad_fail(error, AD_E_ACCURACY,
                 "the path is not known: the ends are conjugate or nearly, and between such there "
                 "is none, or many; try another --time, other ends, or more slices");

@@ -2,8 +2,6 @@
    independent results: the motion from its start by an adaptive method, the path of a rule of
    higher order, and the stationary path at the given reference. */
 #include "newton.h"
-#include "path_nodes.h"
-#include "physics/lagrangian/check.h"
 #include "physics/lagrangian/conserved.h"
 #include "physics/motion/motion.h"
 
@@ -51,6 +49,14 @@ static double extent(const double *path, size_t dof, size_t slices)
 
 /* ---- its kind ---- */
 
+/* Interrupted: the path is found, and not its kind. */
+static enum ad_status give_up(struct search *s)
+{
+    s->found->info.stop = PHYS_STOP_INTERRUPTED;
+    s->found->stationary = false;
+    return AD_OK;
+}
+
 static enum ad_status find_kind(struct search *s, struct ad_error *error)
 {
     struct phys_spectrum *spectrum = &s->found->spectrum;
@@ -61,11 +67,8 @@ static enum ad_status find_kind(struct search *s, struct ad_error *error)
     struct ad_error lost = {0};
     if (!s->found->stationary)
         return AD_OK;
-    if (phys_newton_spectrum(s->newton, s->path, spectrum, &lost) == AD_E_ACCURACY) {
-        s->found->info.stop = PHYS_STOP_INTERRUPTED; /* the path is found, and not its kind */
-        s->found->stationary = false;
-        return AD_OK;
-    }
+    if (phys_newton_spectrum(s->newton, s->path, spectrum, &lost) == AD_E_ACCURACY)
+        return give_up(s);
     if (lost.status != AD_OK)
         return ad_fail(error, lost.status, "%s", lost.message);
     if (!phys_free_ends(s->settings) &&
@@ -188,18 +191,16 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
     return error->status;
 }
 
-/* The distance from the path of a rule of higher order, with half as many elements `more` where
-   their number is even. Judges the spectrum by that rule; may be NULL. */
-static enum ad_status compare_finer(const struct phys_system *system,
-                                    const struct phys_path_settings *settings,
-                                    struct phys_derivatives *of, const double *path, bool more,
-                                    double *distance, struct phys_spectrum *spectrum,
-                                    struct ad_error *error)
+enum ad_status phys_path_discretisation(const struct phys_system *system,
+                                        const struct phys_path_settings *settings,
+                                        struct phys_derivatives *of, const double *path, bool more,
+                                        double *distance, struct phys_spectrum *spectrum,
+                                        struct ad_error *error)
 {
     struct phys_path_settings finer = *settings;
     struct phys_newton newton = {0};
     struct phys_derivatives own = {0};
-    struct phys_path_info info;
+    struct phys_path_info info = {0};
     struct ad_error lost = {0};
     size_t n = settings->slices, dof = system->dof, degree = finer.rule->degree + 2;
     char name[24];
@@ -226,55 +227,21 @@ static enum ad_status compare_finer(const struct phys_system *system,
                 most = fmax(most, fabs(moved[k * m + i * each / 2] - path[k * n + i]));
         if (most <= NEAR * extent(path, dof, n))
             *distance = most;
+    } else if (info.stop == PHYS_STOP_INTERRUPTED) {
+        ad_fail(error, AD_E_ACCURACY, "interrupted");
     }
     if (made && spectrum && !isfinite(*distance)) { /* none nearby: judged at this one */
         free(moved);
         moved = phys_path_resample(&from, path, &to, dof, error);
     }
-    if (made && spectrum && moved && spectrum->legendre != PHYS_INDEFINITE)
+    if (made && spectrum && moved && error->status == AD_OK &&
+        spectrum->legendre != PHYS_INDEFINITE)
         spectrum->undetermined |= !phys_newton_confirms(&newton, moved, spectrum, error);
     phys_keep_memory(&lost, error);
     phys_newton_free(&newton);
     phys_derivatives_free(&own);
     free(moved);
     return error->status;
-}
-
-enum ad_status phys_path_discretisation(const struct phys_system *system,
-                                        const struct phys_path_settings *settings,
-                                        struct phys_derivatives *of, const double *path,
-                                        double *distance, struct phys_spectrum *spectrum,
-                                        struct ad_error *error)
-{
-    return compare_finer(system, settings, of, path, true, distance, spectrum, error);
-}
-
-bool phys_path_jumps(const struct phys_system *system, const struct phys_path_settings *settings,
-                     const double *path)
-{
-    struct ad_error error = {0};
-    if (AD_LACKS(&error, system, system->scene, settings, path))
-        return false;
-    struct phys_path_nodes nodes = {0};
-    const struct phys_grid grid = {settings->rule, settings->slices, settings->dt};
-    size_t n = settings->slices, dof = system->dof;
-    double *q = malloc(((2 * dof + 1) * n + 2 * dof) * sizeof *q), *v = q ? q + dof * n : NULL;
-    bool jumps = false;
-    if (q && phys_path_nodes_new(&nodes, dof, &grid, 3, path, &error) == AD_OK) {
-        double *t = v + dof * n, *x = t + n;
-        for (size_t i = 0; i < n; i++) {
-            t[i] = (double)i * settings->dt;
-            phys_path_nodes_at(&nodes, t[i], x, x + dof);
-            for (size_t k = 0; k < dof; k++) {
-                q[k * n + i] = x[k];
-                v[k * n + i] = x[dof + k];
-            }
-        }
-        jumps = phys_check_jumps(system, &(struct phys_points){n, q, v, t});
-    }
-    phys_path_nodes_free(&nodes);
-    free(q);
-    return jumps;
 }
 
 /* ---- all of it ---- */
@@ -289,12 +256,15 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
     if (find_kind(s, error) != AD_OK || compare_motion(s, error) != AD_OK || !found->stationary)
         return error->status;
     bool rounding = found->spectrum.undetermined;
-    if (compare_finer(s->system, s->settings, NULL, s->path, false, &found->discretisation,
-                      &found->spectrum, error) != AD_OK)
-        return error->status;
-    found->unbounded = found->spectrum.undetermined &&
-                       (rounding || !isfinite(found->discretisation)) &&
-                       !(found->discretisation <= CLEAR * extent(s->path, s->dof, s->slices));
+    struct ad_error lost = {0};
+    if (phys_path_discretisation(s->system, s->settings, NULL, s->path, false,
+                                 &found->discretisation, &found->spectrum, &lost) == AD_E_ACCURACY)
+        return give_up(s);
+    if (lost.status != AD_OK)
+        return ad_fail(error, lost.status, "%s", lost.message);
+    found->unknown = found->spectrum.undetermined &&
+                     (rounding || !isfinite(found->discretisation)) &&
+                     !(found->discretisation <= CLEAR * extent(s->path, s->dof, s->slices));
     if (isinf(found->discretisation))
         found->discretisation = (double)NAN;
     return compare ? compare_given(s, error) : AD_OK;

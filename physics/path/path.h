@@ -205,9 +205,9 @@ struct phys_spectrum {
                                 converges to that of the operator; NaN likewise */
     double around[2];  /* the eigenvalues of the latter next to zero, to 1 %, below it and not; NaN,
                           INFINITY: none, or not computed */
-    bool undetermined; /* one of them is zero within rounding or, with phys_path_find, half of it is
-                          of another sign or larger by a rule of higher order: the index is not
-                          known, and the ends are conjugate, or nearly */
+    bool undetermined; /* one of them is zero within rounding, or (phys_path_find) a rule of higher
+                          order has one between half of the one and half of the other: the index
+                          is not known, and the ends are conjugate, or nearly */
     size_t n_conjugate;
     struct phys_conjugate *conjugate; /* in order of time; the intervals of slices until refined */
     bool of_motion;                   /* they are those of the motion: see phys_path_conjugate */
@@ -236,7 +236,7 @@ struct phys_path_found {
     bool stationary;   /* found by newton, to rounding or a tolerance of 1e-6 or less: then ... */
     struct phys_spectrum spectrum; /* ... its kind, with the conjugate points of the motion */
     double discretisation;         /* from the path of a rule of higher order; NaN: none nearby */
-    bool unbounded; /* undetermined, and far from the path of a rule of higher order: the path is
+    bool unknown; /* undetermined, and far from the path of a rule of higher order: the path is
                        not known */
     double true_distance; /* from the motion from the path's own start, by another method ... */
     double true_known;    /* ... and the uncertainty of that motion */

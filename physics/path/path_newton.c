@@ -262,15 +262,23 @@ bool phys_newton_confirms(struct phys_newton *s, const double *path,
     return phys_hessian_confirms(&s->hessian, path, spectrum, error);
 }
 
+static enum ad_status solve_over(const struct phys_system *system,
+                                 const struct phys_path_settings *settings,
+                                 struct phys_derivatives *of, double *path,
+                                 struct phys_path_info *info, struct ad_error *error)
+{
+    struct phys_newton s;
+    if (phys_newton_new(&s, system, settings, of, error) == AD_OK)
+        phys_newton_solve(&s, path, info, error);
+    phys_newton_free(&s);
+    return error->status;
+}
+
 static enum ad_status solve(const struct phys_system *system,
                             const struct phys_path_settings *settings, double *path,
                             struct phys_path_info *info, struct ad_error *error)
 {
-    struct phys_newton s;
-    if (phys_newton_new(&s, system, settings, NULL, error) == AD_OK)
-        phys_newton_solve(&s, path, info, error);
-    phys_newton_free(&s);
-    return error->status;
+    return solve_over(system, settings, NULL, path, info, error);
 }
 
 enum ad_status phys_newton_over(const struct phys_system *system,
@@ -278,13 +286,9 @@ enum ad_status phys_newton_over(const struct phys_system *system,
                                 struct phys_derivatives *of, double *path,
                                 struct phys_path_info *info, struct ad_error *error)
 {
-    struct phys_newton s = {0};
     if (phys_path_check(&phys_solver_newton, system, settings, path, info, error) != AD_OK)
         return error->status;
-    if (phys_newton_new(&s, system, settings, of, error) == AD_OK)
-        phys_newton_solve(&s, path, info, error);
-    phys_newton_free(&s);
-    return error->status;
+    return solve_over(system, settings, of, path, info, error);
 }
 
 const struct phys_solver phys_solver_newton = {

@@ -183,7 +183,7 @@ static bool verified(struct climb *c, struct phys_level *level, struct ad_error 
     double finer = (double)NAN;
     struct phys_spectrum spectrum = {0};
     if (level->estimate < c->tolerance && find_spectrum(c, &spectrum, error) == AD_OK)
-        phys_path_discretisation(c->system, &c->to->settings, &c->of, c->here.path, &finer,
+        phys_path_discretisation(c->system, &c->to->settings, &c->of, c->here.path, true, &finer,
                                  &spectrum, error);
     level->estimate = fmax(level->estimate, MARGIN * finer); /* fmax ignores NaN */
     bool close = level->estimate < c->tolerance && error->status == AD_OK;

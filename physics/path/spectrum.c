@@ -48,7 +48,7 @@ static double entry(const struct chain *c, size_t e, size_t i, size_t j)
 
 /* What is given at an end where coordinates move gets, in the condensed element e there, a positive
    block of its own, beyond the spectrum. */
-static bool hold_given(struct chain *c, size_t e)
+static void hold_given(struct chain *c, size_t e)
 {
     size_t n = c->side;
     for (size_t k = 0; k < n; k++) {
@@ -59,7 +59,6 @@ static bool hold_given(struct chain *c, size_t e)
         for (size_t j = 0; j < n; j++)
             c->S[j * n + k] = c->S[k * n + j] = j == k ? BEYOND * c->largest : 0;
     }
-    return true;
 }
 
 /* Puts the element without its inner nodes, shifted by -sigma there, into c->S. False: sigma is an
@@ -71,8 +70,10 @@ static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
             c->S[j * n + i] = entry(c, e, m + i, m + j);
-    if (m == 0)
-        return hold_given(c, e);
+    if (m == 0) {
+        hold_given(c, e);
+        return true;
+    }
     for (size_t j = 0; j < m; j++)
         for (size_t i = 0; i < m; i++)
             c->K[j * m + i] = entry(c, e, i, j) - (i == j ? sigma * c->mass[1 + i / c->dof] : 0);
@@ -87,7 +88,8 @@ static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
         solved[k] = -c->C[k];
     phys_lapack_symmetric_solve(m, c->K, c->pivots, n, solved);
     ad_blas_gemm(AD_F64, false, true, n, n, m, solved, m, c->C, m, true, c->S, n);
-    return hold_given(c, e);
+    hold_given(c, e);
+    return true;
 }
 
 /* ---- the chain ---- */
@@ -357,7 +359,9 @@ bool phys_hessian_confirms(struct phys_hessian *h, const double *path,
         ad_blas_threads();
     }
     chain_free(&c);
-    return same && !h->stopped;
+    if (h->stopped)
+        ad_fail(error, AD_E_ACCURACY, "interrupted");
+    return same;
 }
 
 enum ad_status phys_path_spectrum(const struct phys_system *system,

@@ -338,7 +338,7 @@ static void conjugate_ends_have_no_index(void **state)
         const char *rule;
         size_t slices;
         double time, end;
-        bool undetermined, unbounded;
+        bool undetermined, unknown;
         size_t index;
     } cases[] = {
         {"gauss2", 101, M_PI, -1, true, false, 0},    {"left", 101, M_PI, -1, true, false, 0},
@@ -366,10 +366,10 @@ static void conjugate_ends_have_no_index(void **state)
                        &error);
         assert_no_error(&error);
         if (found.spectrum.undetermined != cases[k].undetermined ||
-            found.unbounded != cases[k].unbounded ||
+            found.unknown != cases[k].unknown ||
             (!cases[k].undetermined && found.spectrum.index != cases[k].index))
-            fail_msg("case %zu: undetermined %d, unbounded %d, index %zu", k,
-                     found.spectrum.undetermined, found.unbounded, found.spectrum.index);
+            fail_msg("case %zu: undetermined %d, unknown %d, index %zu", k,
+                     found.spectrum.undetermined, found.unknown, found.spectrum.index);
         phys_path_found_free(&found);
         free(path);
     }

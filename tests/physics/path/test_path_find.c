@@ -316,12 +316,54 @@ static void lines_and_bent_paths_have_the_ends(void **state)
     assert_true(line[3] == 5 && bent[3] == 5);
 }
 
+static bool proceed_for(void *context)
+{
+    size_t *left = context;
+    *left -= *left > 0;
+    return *left > 0;
+}
+
+/* Wherever it is interrupted, no kind is claimed that was not looked at, and none is denied. */
+static void an_interrupted_verification_claims_nothing(void **state)
+{
+    (void)state;
+    struct phys_system pendulum = unit_pendulum_opened();
+    size_t interrupted = 0, late = 0;
+    for (size_t calls = 1; calls < 4000; calls += 1 + calls / 40) {
+        struct phys_path_settings settings = settings_of("gauss2");
+        struct phys_path_found found;
+        struct ad_error error = {0};
+        double path[DEGREE * SLICES];
+        size_t left = calls;
+        settings.proceed = proceed_for;
+        settings.context = &left;
+        swing(&pendulum, 1.76375516, path);
+        phys_rule_interpolate(settings.rule, 1, SLICES, path);
+        phys_path_find(phys_solver_find("newton", &error), &pendulum, &settings, path, &found,
+                       &error);
+        assert_no_error(&error);
+        assert_false(found.unknown);
+        if (found.info.stop == PHYS_STOP_INTERRUPTED) {
+            interrupted++;
+            late += isfinite(found.spectrum.second_variation);
+            assert_false(found.stationary);
+        } else if (found.stationary) {
+            assert_false(found.spectrum.undetermined);
+            assert_int_equal(found.spectrum.index, 3);
+        }
+        phys_path_found_free(&found);
+    }
+    assert_true(interrupted > 0 && late > 0); /* also after the kind was found */
+    phys_system_close(&pendulum);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_path_comes_with_kind_and_distances),
         cmocka_unit_test(other_paths_and_coarse_rules_are_told_apart),
         cmocka_unit_test(a_descent_has_no_verdict),
+        cmocka_unit_test(an_interrupted_verification_claims_nothing),
         cmocka_unit_test(the_coarsest_setting_that_meets_an_error),
         cmocka_unit_test(errors_out_of_reach_are_told),
         cmocka_unit_test(motions_say_what_they_are),
