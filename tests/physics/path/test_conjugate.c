@@ -376,6 +376,27 @@ static void conjugate_ends_have_no_index(void **state)
     phys_system_close(&spring);
 }
 
+/* By one rule alone, as far as rounding says. */
+static void an_eigenvalue_within_rounding_has_no_sign(void **state)
+{
+    (void)state;
+    struct phys_system spring;
+    struct ad_error error = {0};
+    phys_system_open("spring", &spring, &error);
+    for (int conjugate = 0; conjugate < 2; conjugate++) {
+        struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+                                              .slices = SLICES,
+                                              .dt = (conjugate ? M_PI : 3) / (SLICES - 1)};
+        struct phys_spectrum found;
+        double path[4 * SLICES] = {0};
+        phys_path_spectrum(&spring, &settings, path, &found, &error);
+        assert_no_error(&error);
+        assert_int_equal(found.undetermined, conjugate);
+        phys_spectrum_free(&found);
+    }
+    phys_system_close(&spring);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -386,6 +407,7 @@ int main(void)
         cmocka_unit_test(top_meets_twice_in_short_order),
         cmocka_unit_test(toda_meets_where_the_determinant_vanishes),
         cmocka_unit_test(conjugate_ends_have_no_index),
+        cmocka_unit_test(an_eigenvalue_within_rounding_has_no_sign),
         cmocka_unit_test(negative_masses_make_a_maximum),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
