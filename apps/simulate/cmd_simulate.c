@@ -145,6 +145,8 @@ static enum ad_status find_exponents(struct simulate_run *run, struct ad_error *
     return error->status;
 }
 
+enum { MOST_STATES = 1000 }; /* coordinates and velocities with a matrix */
+
 /* How its end depends on its start. */
 static enum ad_status find_sensitivity(struct simulate_run *run, struct ad_error *error)
 {
@@ -155,7 +157,10 @@ static enum ad_status find_sensitivity(struct simulate_run *run, struct ad_error
     struct ad_error cause = {0};
     if (!run->options->sensitivity || m->info.stop == PHYS_SIMULATION_INTERRUPTED)
         return AD_OK;
-    double *values = d < 1000 ? malloc(2 * d * d * sizeof *values) : NULL;
+    if (d > MOST_STATES)
+        return ad_fail(error, AD_E_ARGUMENT, "--sensitivity: %zu coordinates; expected at most %d",
+                       d / 2, MOST_STATES / 2);
+    double *values = malloc(2 * d * d * sizeof *values);
     if (!values)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (phys_transition(&run->system, m->start, &how, values, values + d * d, &cause) != AD_OK)

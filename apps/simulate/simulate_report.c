@@ -224,25 +224,30 @@ static void report_gas(const struct simulate_run *run, struct report *report)
     report->object = NULL;
 }
 
-/* The state-transition matrix, row after row. */
+/* The state-transition matrix, row after row. Two runs of a chaotic motion may be nearer to each
+   other than to the truth: digits are printed of ten times what they differ by. */
 static void report_sensitivity(const struct simulate_run *run, struct report *report)
 {
+    enum { COLUMNS = 48 };
     const size_t d = 2 * run->system.dof;
+    const double *x = run->sensitivity;
     char name[64];
-    if (!run->sensitivity)
+    if (!x)
         return;
-    report_line(report, "derivatives of the end by the start (columns in the same order)");
-    for (size_t i = 0; i < d; i++) {
-        char line[40 * 16] = "";
-        size_t used = 0;
-        for (size_t j = 0; j < d && used + 24 < sizeof line; j++)
-            used += (size_t)snprintf(line + used, sizeof line - used, " %12.6g",
-                                     run->sensitivity[i * d + j]);
+    const double *u = x + d * d;
+    report_line(report, "derivatives of the end by the start (columns in the same order)%s",
+                d > COLUMNS ? ": too many, see --json" : "");
+    for (size_t i = 0; i < d && d <= COLUMNS; i++) {
+        char line[COLUMNS * 16 + 1] = "";
+        for (size_t k = i * d, used = 0; k < (i + 1) * d; k++)
+            used +=
+                (size_t)snprintf(line + used, sizeof line - used, " %12.6g",
+                                 fabs(x[k]) > 10 * u[k] ? phys_known_digits(x[k], 10 * u[k]) : 0);
         phys_ode_component(&run->motion.ode, i, name, sizeof name);
         report_line(report, "  %-12.40s%s", name, line);
     }
-    report_list(report, "sensitivity", NULL, NULL, d * d, run->sensitivity);
-    report_list(report, "sensitivity_uncertainty", NULL, NULL, d * d, run->sensitivity + d * d);
+    report_list(report, "sensitivity", NULL, NULL, d * d, x);
+    report_list(report, "sensitivity_uncertainty", NULL, NULL, d * d, u);
 }
 
 static void report_diagnosis(const struct simulate_run *run, struct report *report)

@@ -95,6 +95,41 @@ static void test_transition(void **state)
     phys_system_close(&system);
 }
 
+/* The stiffness of an oscillator drops for 1e-4 s: a kick dv = 0.0709 q at t = 5. */
+static ad_var pulsed(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params;
+    ad_var pulse = ad_exp(ad_mul(-1e8, ad_square(ad_sub(t, 5.0))));
+    ad_var stiffness = ad_sub(0.5, ad_mul(200.0, pulse));
+    return ad_sub(ad_mul(0.5, ad_square(v)), ad_mul(stiffness, ad_square(q)));
+}
+
+/* Steps of either run are much longer: it is seen in both directions of time. */
+static void test_transition_through_a_pulse(void **state)
+{
+    (void)state;
+    struct phys_system system;
+    struct ad_error error = {0};
+    double x[MOST], matrix[4], u[4];
+    open_system(&system, "spring", x);
+    struct phys_scene scene = *system.scene;
+    scene.lagrangian = pulsed;
+    scene.kinetic = scene.potential = NULL;
+    system.scene = &scene;
+    for (int back = 0; back < 2; back++) {
+        const struct phys_lyapunov_settings how = {.t0 = back ? 8 : 0, .t1 = back ? 0 : 8};
+        const double a = back ? -3 : 5, b = back ? -5 : 3,
+                     kick = (back ? -400 : 400) * sqrt(M_PI / 1e8);
+        const double exact[] = {
+            cos(a + b) + kick * sin(b) * cos(a), sin(a + b) + kick * sin(b) * sin(a),
+            -sin(a + b) + kick * cos(b) * cos(a), cos(a + b) + kick * cos(b) * sin(a)};
+        assert_int_equal(phys_transition(&system, x, &how, matrix, u, &error), AD_OK);
+        for (size_t k = 0; k < 4; k++)
+            assert_close(matrix[k], exact[k], 0, 1e-5);
+    }
+    phys_system_close(&system);
+}
+
 /* Against central differences of dop853's motions: constant masses, and masses that vary. */
 static void test_against_differences(void **state)
 {
@@ -256,9 +291,13 @@ static void test_interrupted(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_transition),      cmocka_unit_test(test_against_differences),
-        cmocka_unit_test(test_symplectic),      cmocka_unit_test(test_linear_saddle),
-        cmocka_unit_test(test_double_pendulum), cmocka_unit_test(test_interrupted),
+        cmocka_unit_test(test_transition),
+        cmocka_unit_test(test_transition_through_a_pulse),
+        cmocka_unit_test(test_against_differences),
+        cmocka_unit_test(test_symplectic),
+        cmocka_unit_test(test_linear_saddle),
+        cmocka_unit_test(test_double_pendulum),
+        cmocka_unit_test(test_interrupted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
