@@ -163,7 +163,7 @@ static enum ad_status check_box(const struct preset *preset, const struct quantu
             return ad_fail(
                 error, AD_E_ARGUMENT,
                 "--packet %g,%g,%g: %.3g %% of it is within half a turn of the ring from "
-                "%g to %g; expected 99 %% or more; try a width of %.2g",
+                "%g to %g; expected 99 %% or more; try a width of %.3g",
                 p->x, p->sigma, p->p, 100 * inside, box->low, box->high,
                 0.19 * (box->high - box->low));
         return ad_fail(error, AD_E_ARGUMENT,

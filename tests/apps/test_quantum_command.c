@@ -120,7 +120,8 @@ static void test_refusals(void **state)
         {"--power 2 --method fft", "--method --power"},
         {"--method crank-nicolson --rule left", "--rule crank-nicolson"},
         {"--scene double-slit --tol 1", "--tol double"},
-        {"--scene pendulum --packet 0,2,0", "2 ring 1.2"},
+        {"--scene pendulum --packet 0,2,0", "2 ring 1.19"},
+        {"--walls ring --box=0,5.53 --packet 1,2,0", "2 ring 1.05"},
     };
     shell_clean();
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
