@@ -1,14 +1,14 @@
 /* The picture of a path run (path.h), as in the paper: left the reference path, the start, some
-   paths on the way and the one found; right S, T and V over the steps. A GIF shows the path deform.
- */
+   paths on the way and the one found, or those of --all with their energies; right S, T and V over
+   the steps, if there are any. A GIF shows the path deform. */
 #include "apps/output/coordinates.h"
 #include "path.h"
 
 #include <math.h>
 
 /* Blocks of the data file: the reference, the frames (the start first), the path found, the
-   history. */
-enum { FIRST_FRAME = 1, HOLD = 15 }; /* HOLD: frames of an animation that show the end */
+   solutions of --all, the history. */
+enum { FIRST_FRAME = 1, HOLD = 15, LEGEND = 8 }; /* HOLD: frames that show an animation's end */
 
 /* ---- data ---- */
 
@@ -35,6 +35,8 @@ static void write_data(const struct path_run *run, FILE *out)
         write_path(run, name, run->record.frames + f * size, out);
     }
     write_path(run, "found", run->path, out);
+    for (size_t k = 0; k < run->solutions.n; k++)
+        write_path(run, "solution", run->solutions.solution[k].path, out);
     fputs("# history: step, S, T, V\n", out);
     for (size_t i = 0; i < run->record.n; i++)
         fprintf(out, "%zu %.9g %.9g %.9g\n", i, run->record.figures[i].action_mean,
@@ -83,6 +85,21 @@ static void left_still(struct figure *figure, const struct coordinates *view,
     elements(figure, view, block, STYLE("#1f4e79", 0, 1.8, 0), "found");
 }
 
+/* All of them, the result with a thick line. */
+static void solutions(struct figure *figure, const struct coordinates *view,
+                      const struct path_run *run)
+{
+    char block[32], title[32];
+    fputs("set key at graph 1.02,1 left top vertical Left reverse\n", figure->plot->script);
+    for (size_t k = 0; k < run->solutions.n; k++) {
+        snprintf(block, sizeof block, "index %zu", FIRST_FRAME + run->record.n_frames + 1 + k);
+        snprintf(title, sizeof title, "E = %.5g", run->solutions.solution[k].energy);
+        elements(figure, view, block,
+                 STYLE(figure_colours[k % LEGEND], 0, k == run->chosen ? 3 : 1.2, 0),
+                 k < LEGEND ? title : NULL);
+    }
+}
+
 static void left(struct figure *figure, const struct path_run *run)
 {
     struct coordinates view;
@@ -92,10 +109,14 @@ static void left(struct figure *figure, const struct path_run *run)
                                    run->path};
     for (size_t p = 0; p < 3; p++) /* all frames of an animation share the axes */
         coordinates_widen(&view, n, paths[p], n, 1);
+    for (size_t k = 0; k < run->solutions.n; k++)
+        coordinates_widen(&view, n, run->solutions.solution[k].path, n, 1);
     coordinates_panel(&view, figure);
-    if (run->reference)
+    if (run->reference && !run->solutions.n)
         elements(figure, &view, "index 0", STYLE("#c8c8c8", 0, 6, 0), "reference");
-    if (figure->layout.frames)
+    if (run->solutions.n)
+        solutions(figure, &view, run);
+    else if (figure->layout.frames)
         elements(figure, &view, "index frame(f)", STYLE("#1f4e79", 0, 2, 0), "path");
     else
         left_still(figure, &view, run);
@@ -126,7 +147,8 @@ static void right(struct figure *figure, const struct path_run *run)
                     NULL, "%.9g", rows[k].reference / pow(10, power));
     for (size_t k = 0; k < 3; k++)
         figure_draw(figure, STYLE(rows[k].colour, 0, 2, 0), rows[k].name,
-                    "data index %zu%s using 1:($%zu/1e%d)", FIRST_FRAME + run->record.n_frames + 1,
+                    "data index %zu%s using 1:($%zu/1e%d)",
+                    FIRST_FRAME + run->record.n_frames + 1 + run->solutions.n,
                     figure->layout.frames ? " every ::0::step(f)" : "", k + 2, power);
 }
 
@@ -135,6 +157,7 @@ enum ad_status path_picture(const void *context, struct plot *plot, struct ad_er
     const struct path_run *run = context;
     FILE *out = plot->script;
     size_t frames = run->record.n_frames, found = FIRST_FRAME + frames;
+    bool history = run->found.info.steps > 0 && run->solutions.n == 0;
     struct layout layout = figure_pair;
     struct figure figure;
     write_data(run, plot->data);
@@ -142,6 +165,10 @@ enum ad_status path_picture(const void *context, struct plot *plot, struct ad_er
     quote_gnuplot_label(out, run->system.scene->name);
     fputc('\n', out);
     layout.expression = "name";
+    if (!history) {
+        layout.columns = 1;
+        layout.right = run->solutions.n ? 0.86 : layout.right; /* a legend beside */
+    }
     if (plot->animated) {
         layout.frames = frames + 1 + HOLD;
         layout.expression = "sprintf('%s: step %d of %d', name, step(f), last)";
@@ -152,7 +179,8 @@ enum ad_status path_picture(const void *context, struct plot *plot, struct ad_er
     }
     figure_begin(&figure, plot, &layout);
     left(&figure, run);
-    right(&figure, run);
+    if (history)
+        right(&figure, run);
     figure_end(&figure);
     return error->status;
 }

@@ -56,12 +56,24 @@ static void test_pictures(void **state)
     assert_int_equal(shell_files(), 3);
 }
 
+/* Every path that was found is a curve with its energy, and there is no panel without one. */
+static void test_picture_of_all_paths(void **state)
+{
+    (void)state;
+    shell_works("mkdir none && PATH=$PWD/none $LA path pendulum --all --plot all.svg --quiet");
+    shell_works(
+        "grep -c '^# solution' all.svg.dat; grep -o 'title \"E = [0-9.]*\"' all.svg.gp | wc -l; "
+        "grep -c '^plot' all.svg.gp");
+    assert_string_equal(shell_out(), "3\n3\n1\n");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_picture_without_gnuplot, shell_empty),
         cmocka_unit_test_teardown(test_half_a_picture, shell_empty),
         cmocka_unit_test_teardown(test_pictures, shell_empty),
+        cmocka_unit_test_teardown(test_picture_of_all_paths, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }
