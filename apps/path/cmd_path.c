@@ -88,7 +88,10 @@ static const char *kinks_in_doubt(const struct path_run *run)
 static int judge(const struct path_run *run, struct ad_error *error)
 {
     const char *kinks = kinks_in_doubt(run);
-    if (run->found.info.stop == PHYS_STOP_INTERRUPTED)
+    if (run->solutions.interrupted)
+        ad_fail(error, AD_E_ACCURACY, "interrupted after %zu path%s; there may be more",
+                run->solutions.n, run->solutions.n == 1 ? "" : "s");
+    else if (run->found.info.stop == PHYS_STOP_INTERRUPTED)
         ad_fail(error, AD_E_ACCURACY, "interrupted after step %zu of %zu; results are partial",
                 run->found.info.steps, run->settings.steps);
     else if (!converged(run))

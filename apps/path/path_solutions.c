@@ -49,8 +49,9 @@ static enum ad_status choose(struct path_run *run, struct ad_error *error)
         n += (size_t)snprintf(list + n, sizeof list - n, " %.6g", all->solution[k++].energy);
     return ad_fail(error, AD_E_ACCURACY,
                    "no stationary path of energy %g +- %.2g between these ends; the nearest has "
-                   "%.9g, those found have%s%s",
-                   energy, tolerance, found, list, k < all->n ? " ... (see --all)" : "");
+                   "%.9g, those found have%s%s%s",
+                   energy, tolerance, found, list, k < all->n ? " ... (see --all)" : "",
+                   all->interrupted ? "; interrupted: there may be more" : "");
 }
 
 enum ad_status path_find_all(struct path_run *run, struct ad_error *error)
@@ -85,7 +86,8 @@ static void report_coverings(const struct phys_solutions *all, struct report *re
     report_flag(report, "saturated", NULL, all->saturated);
     report_flag(report, "exhausted", NULL, all->exhausted);
     report_flag(report, "interrupted", NULL, all->interrupted);
-    report_number(report, "unseen_paths", NULL, NULL, all->unseen_paths);
+    report_number(report, "unseen_paths", NULL, NULL,
+                  all->interrupted ? (double)NAN : all->unseen_paths);
     report_number(report, "unseen_paths_limit", NULL, NULL,
                   all->saturated ? all->unseen_paths_limit : (double)NAN);
     report_number(report, "start_energy_limit", NULL, NULL, 0.5 * all->fastest * all->fastest);
@@ -103,6 +105,11 @@ static void report_coverings(const struct phys_solutions *all, struct report *re
                     "with 95%% confidence,\n  if each is as easy to find as those listed and the "
                     "searches miss independently",
                     all->unseen_paths_limit);
+    else if (all->found_once == 0)
+        report_line(report,
+                    "  both searches found the same motions, but %.3g%% of these velocities are "
+                    "undecided%s:\n  there may be more",
+                    100 * fmin(1, all->undecided), all->exhausted ? above : "");
     else
         report_line(report,
                     "  not saturated: %.3g%% of these velocities are undecided%s, and %zu motions "

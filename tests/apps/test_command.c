@@ -347,6 +347,18 @@ static void test_interrupted(void **state)
     assert_string_equal(shell_out(), "    stop = interrupted\n");
 }
 
+/* The paths so far are listed, and no number is given for the rest. */
+static void test_interrupted_search(void **state)
+{
+    (void)state;
+    assert_int_equal(shell("$LA path kepler --start x=1,y=0 --end x=-.5,y=1.2 --time 20 --rule "
+                           "gauss4 --slices 81 --all --json & pid=$!; " SHELL_INTERRUPT),
+                     1);
+    assert_mentions(shell_err(), "leastaction path: interrupted more");
+    assert_non_null(strstr(shell_last_line(), "\"interrupted\": true"));
+    assert_non_null(strstr(shell_last_line(), "\"unseen_paths\": null"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -367,6 +379,7 @@ int main(void)
         cmocka_unit_test_teardown(test_energy_that_no_path_has, shell_empty),
         cmocka_unit_test_teardown(test_not_finite, shell_empty),
         cmocka_unit_test_teardown(test_interrupted, shell_empty),
+        cmocka_unit_test_teardown(test_interrupted_search, shell_empty),
         cmocka_unit_test_teardown(test_equal_runs_equal_files, shell_empty),
     };
     return cmocka_run_group_tests(tests, first_run, shell_teardown);
