@@ -142,6 +142,9 @@ enum ad_status path_ends(struct path_run *run, struct ad_error *error)
         {options->time && ((!isnan(options->dt) && !path_time_is_free(options)) || options->data ||
                            options->preset),
          "--time does not go with --dt, --data, --preset: these give the time"},
+        {options->time && !path_time_is_free(options) && run->system.scene->free_time,
+         "--time: the end time of this scene is free, expected free; --dt is where its search "
+         "begins"},
         {path_time_is_free(options) && options->solver && strcmp(options->solver, "newton") != 0,
          "--time free needs --solver newton; leave out --solver"},
         {path_time_is_free(options) && strcmp(options->ends, "both") != 0,
