@@ -1,9 +1,9 @@
 /* Roots of an end map by boxes (covering.h). The centre of each box has the map's value g and
    Jacobian J. From those of its parent and siblings follows by how much the map departs from its
    linear part on the box. A box is left out where, for some direction u, |u g| is more than the
-   linear part and this departure can make up. Where J varies by less than half of itself, as J^-1
-   sees it, the box has one root at most, to which Newton's method leads. Other boxes are
-   divided. */
+   linear part and twice this departure can make up. Where J varies by less than a quarter of
+   itself, as J^-1 sees it, the box has one root at most, to which Newton's method leads. Other
+   boxes are divided. */
 #include "covering.h"
 #include "end_box.h"
 #include "physics/io/grow.h"

@@ -109,6 +109,8 @@ static void keep_family(struct phys_covering *c, const double *w, size_t dimensi
             continue;
         size_t from = family < a->family ? a->family : family;
         size_t to = family < a->family ? family : a->family;
+        if (from < had)
+            c->roots->root[to].coverings |= c->roots->root[from].coverings;
         for (size_t j = 0; j < had; j++)
             if (c->roots->root[j].family == from)
                 c->roots->root[j].family = to;

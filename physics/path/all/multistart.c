@@ -5,9 +5,8 @@
    velocities, bent to meet the second end, and Newton's method makes each stationary. For one
    coordinate the initial velocity is swept and bisected wherever the miss of the second end changes
    sign; for many, velocities are drawn at random until another start is unlikely to find a new
-   path: after N
-   successful starts the probability of an unseen path is about the fraction of paths seen once
-   (Good, Biometrika 40, 1953). */
+   path: after N successful starts the probability of an unseen path is about the fraction of paths
+   seen once (Good, Biometrika 40, 1953). */
 #include "multistart.h"
 #include "end_map.h"
 #include "physics/io/random.h"

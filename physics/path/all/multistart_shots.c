@@ -50,7 +50,7 @@ static enum ad_status cover_given(struct phys_multistart *s, struct phys_end_map
 static enum ad_status take(struct phys_multistart *s, size_t dimension, double *nodes,
                            const double *times, size_t m, struct ad_error *error)
 {
-    size_t degree = s->settings.rule->degree, paths = 0, now = 0;
+    size_t degree = s->settings.rule->degree, paths = 0, now = 0, listed = s->solutions->n;
     struct ad_error lost = {0};
     const struct phys_simulation how = {
         .integrator = phys_integrator_find(s->motion.series ? "taylor" : "dop853", &lost),
@@ -78,12 +78,12 @@ static enum ad_status take(struct phys_multistart *s, size_t dimension, double *
         return error->status;
     for (size_t k = 0; k < s->solutions->n; k++)
         now += s->solutions->solution[k].copies;
-    struct phys_solution *last = s->solutions->solution + s->solutions->n - 1;
     if (now == paths && !phys_multistart_goes_on(s))
         return AD_OK; /* it may be one, with more time */
     if (now == paths) /* none, one of the grid alone, or another motion has the same */
         return phys_multistart_unresolved(s, error);
-    last->family = last->copies == 1 ? dimension : last->family;
+    if (s->solutions->n > listed)
+        s->solutions->solution[listed].family = dimension;
     return AD_OK;
 }
 
@@ -182,21 +182,20 @@ static enum ad_status cover_all(struct phys_end_map *map, struct phys_end_roots 
     return error->status;
 }
 
-/* Motions that both coverings may have missed; the limit replaces q1 by its own at 95 %, as a
-   Poisson number. */
+/* Motions that both coverings may have missed; the limit, where each found all of them, has 3 in
+   place of q1: what a Poisson number that is seen as 0 is under, at 95 %. */
 static void estimate(const struct phys_end_roots *roots, struct phys_solutions *all)
 {
     double once = (double)all->found_once, twice = 0;
     for (size_t k = 0; k < roots->n; k++)
         if (roots->root[k].family == k)
             *((roots->root[k].coverings & 3) == 3 ? &twice : &once) += 1;
-    double most = once + 1.645 * sqrt(once + 0.5) + 1.84;
     all->found_once = (size_t)once;
     all->unseen_paths = once > 0 && !all->interrupted ? once * (once - 1) / (4 * (twice + 1)) : 0;
     all->saturated =
         once == 0 && !all->exhausted && !all->interrupted && all->undecided <= NEGLIGIBLE;
     all->unseen_paths_limit =
-        all->saturated ? ceil(most * most / (4 * fmax(1, twice))) : (double)INFINITY;
+        all->saturated ? ceil(3 * 3 / (4 * fmax(1, twice))) : (double)INFINITY;
 }
 
 static bool goes_on(void *context) { return phys_multistart_goes_on(context); }
