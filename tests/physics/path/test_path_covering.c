@@ -134,10 +134,10 @@ static size_t count_swings(double a, double b, double time, double fastest)
 static void claims_hold_where_the_number_is_known(void **state)
 {
     enum { PROBLEMS = 4 };
-    size_t complete = 0, wrong = 0;
+    size_t complete = 0, wrong = 0, saturated = 0;
     (void)state;
     for (uint64_t k = 0; k < PROBLEMS; k++) {
-        double ends[4], time = 2 + 0.7 * (double)k;
+        double ends[4], time = 6 + 0.7 * (double)k;
         for (size_t i = 0; i < 4; i++)
             ends[i] = 1.5 * sin(1.7 * (double)k + 2.3 * (double)i + 0.4);
         struct phys_solutions all;
@@ -149,12 +149,14 @@ static void claims_hold_where_the_number_is_known(void **state)
         print_message("time %g: %zu of %zu, %s, at most %g more\n", time, n, known,
                       all.saturated ? "saturated" : "not saturated", all.unseen_paths_limit);
         complete += n == known;
+        saturated += all.saturated;
         wrong += all.saturated && (double)known > (double)n + all.unseen_paths_limit;
         assert_true(n <= known);
         phys_solutions_free(&all);
     }
     assert_int_equal(complete, PROBLEMS);
     assert_int_equal(wrong, 0);
+    assert_true(saturated > 0);
 }
 
 /* What a search has found when it is ended is listed, and nothing is claimed of the rest. */
