@@ -5,6 +5,24 @@
 
 #include <stdlib.h>
 
+struct phys_scene scene_of(const char *name, size_t dof, phys_lagrangian *L, size_t slices,
+                           double dt, scene_start *start)
+{
+    return (struct phys_scene){.version = PHYS_SCENE_VERSION,
+                               .size = sizeof(struct phys_scene),
+                               .name = name,
+                               .what = name,
+                               .dof = dof,
+                               .dims = 1,
+                               .unit = "1",
+                               .time_unit = "1",
+                               .energy_unit = "1",
+                               .lagrangian = L,
+                               .slices = slices,
+                               .dt = dt,
+                               .start = start};
+}
+
 struct phys_system system_opened(const char *name)
 {
     struct phys_system system;

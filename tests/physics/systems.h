@@ -4,6 +4,12 @@
 
 #include "physics/physics.h"
 
+typedef enum ad_status scene_start(const void *params, uint64_t seed, double *q, double *v,
+                                   struct ad_error *error);
+
+/* A scene of coordinates x1, x2, ... without parameters and units. */
+struct phys_scene scene_of(const char *name, size_t dof, phys_lagrangian *L, size_t slices,
+                           double dt, scene_start *start);
 struct phys_system system_opened(const char *name);
 void system_set(struct phys_system *system, const char *name, double value);
 /* q, v [dof] of the scene's start. */

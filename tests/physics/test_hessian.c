@@ -1,5 +1,6 @@
 /* Second derivatives of the discretised action (docs/theory.md, Newton's method): those of the
    rule's table agree with differences of the gradient, and vanish beyond the band. */
+#include "tests/physics/systems.h"
 #include "tests/close.h"
 #include "physics/action/hessian.h"
 
@@ -123,19 +124,7 @@ static void couple_all(struct phys_coupling *c)
 
 static void test_colours(void **state)
 {
-    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
-                                     .size = sizeof(struct phys_scene),
-                                     .name = "lattice",
-                                     .what = "a lattice",
-                                     .dof = SITES,
-                                     .dims = 1,
-                                     .unit = "1",
-                                     .time_unit = "1",
-                                     .energy_unit = "1",
-                                     .lagrangian = lattice,
-                                     .slices = SLICES,
-                                     .dt = 0.1,
-                                     .start = at_rest};
+    const struct phys_scene scene = scene_of("lattice", SITES, lattice, SLICES, 0.1, at_rest);
     struct phys_system system;
     struct phys_hessian h[2];
     double path[3 * SITES * SLICES];

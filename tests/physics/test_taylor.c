@@ -1,5 +1,6 @@
 /* Taylor series of motions: against closed forms, another method, and themselves backwards. */
 #include "motion.h"
+#include "tests/physics/systems.h"
 #include "tests/close.h"
 #include "physics/lagrangian/internal.h"
 #include "physics/physics.h"
@@ -172,23 +173,6 @@ static enum ad_status begin(const void *params, uint64_t seed, double *q, double
     return AD_OK;
 }
 
-static struct phys_scene scene_of(phys_lagrangian *lagrangian)
-{
-    return (struct phys_scene){.version = PHYS_SCENE_VERSION,
-                               .size = sizeof(struct phys_scene),
-                               .name = "own",
-                               .what = "own",
-                               .dof = 1,
-                               .dims = 1,
-                               .unit = "",
-                               .time_unit = "",
-                               .energy_unit = "",
-                               .lagrangian = lagrangian,
-                               .slices = 11,
-                               .dt = 0.1,
-                               .start = begin};
-}
-
 static enum ad_status follow(const struct phys_scene *scene, const char *method, double t,
                              double y[2])
 {
@@ -212,7 +196,7 @@ static enum ad_status follow(const struct phys_scene *scene, const char *method,
 static void test_time_in_the_lagrangian(void **state)
 {
     (void)state;
-    struct phys_scene scene = scene_of(driven);
+    struct phys_scene scene = scene_of("own", 1, driven, 11, 0.1, begin);
     double y[2], t = 20;
     assert_int_equal(follow(&scene, taylor, t, y), AD_OK);
     assert_close(y[0], (0.5 + 1.0 / 3) * cos(t) + 0.25 * sin(t) - cos(2 * t) / 3, 0, 1e-13);
@@ -221,7 +205,7 @@ static void test_time_in_the_lagrangian(void **state)
 static void test_masses_that_vary(void **state)
 {
     (void)state;
-    struct phys_scene scene = scene_of(heavy);
+    struct phys_scene scene = scene_of("own", 1, heavy, 11, 0.1, begin);
     double y[2], other[2];
     assert_int_equal(follow(&scene, taylor, 5, y), AD_OK);
     assert_int_equal(follow(&scene, "dop853", 5, other), AD_OK);
@@ -251,16 +235,17 @@ static ad_var far_away(ad_var q, ad_var v, ad_var t, const void *params)
 static void test_coefficients_that_vanish_or_differ(void **state)
 {
     (void)state;
-    struct phys_scene scene = scene_of(falling);
+    struct phys_scene scene = scene_of("own", 1, falling, 11, 0.1, begin);
     double y[2], other[2];
     assert_int_equal(follow(&scene, taylor, 50, y), AD_OK);
     assert_close(y[0], 0.5 + 0.25 * 50 - 0.5 * 9.81 * 2500, 1e-15, 0);
     assert_close(y[1], 0.25 - 9.81 * 50, 1e-15, 0);
-    scene = scene_of(stretching); /* q'' = q'^2: q = q0 - log(1 - v0 t), singular at t = 4 */
+    scene = scene_of("own", 1, stretching, 11, 0.1,
+                     begin); /* q'' = q'^2: q = q0 - log(1 - v0 t), singular at t = 4 */
     assert_int_equal(follow(&scene, taylor, 3.9, y), AD_OK);
     assert_close(y[0], 0.5 - log(1 - 0.25 * 3.9), 1e-12, 0);
     assert_int_not_equal(follow(&scene, taylor, 5, y), AD_OK);
-    scene = scene_of(far_away);
+    scene = scene_of("own", 1, far_away, 11, 0.1, begin);
     assert_int_equal(follow(&scene, taylor, 1e5, y), AD_OK);
     assert_int_equal(follow(&scene, "dop853", 1e5, other), AD_OK);
     assert_close(y[0], other[0], 1e-12, 0);
@@ -271,7 +256,7 @@ static void test_coefficients_that_vanish_or_differ(void **state)
 static void test_kinks_are_refused(void **state)
 {
     (void)state;
-    struct phys_scene scene = scene_of(bounce);
+    struct phys_scene scene = scene_of("own", 1, bounce, 11, 0.1, begin);
     double y[2];
     assert_int_equal(follow(&scene, taylor, 5, y), AD_E_ARGUMENT);
     assert_int_equal(follow(&scene, "dop853", 0.1, y), AD_OK);
@@ -305,14 +290,14 @@ static void test_kinks_by_other_names(void **state)
     phys_lagrangian *const smooth[] = {softened, powers, of_two};
     double y[2];
     for (size_t k = 0; k < LENGTH(sharp); k++) {
-        struct phys_scene scene = scene_of(sharp[k]);
+        struct phys_scene scene = scene_of("own", 1, sharp[k], 11, 0.1, begin);
         enum ad_status status = follow(&scene, taylor, 1, y);
         if (status != AD_E_ARGUMENT)
             print_error("kink %zu is not seen\n", k);
         assert_int_equal(status, AD_E_ARGUMENT);
     }
     for (size_t k = 0; k < LENGTH(smooth); k++) {
-        struct phys_scene scene = scene_of(smooth[k]);
+        struct phys_scene scene = scene_of("own", 1, smooth[k], 11, 0.1, begin);
         assert_int_equal(follow(&scene, taylor, 1, y), AD_OK);
     }
 }
@@ -349,7 +334,7 @@ static ad_var wall(ad_var q, ad_var v, ad_var t, const void *params)
 static void test_a_wall_turns_it_around(void **state)
 {
     (void)state;
-    struct phys_scene scene = scene_of(wall);
+    struct phys_scene scene = scene_of("own", 1, wall, 11, 0.1, begin);
     double y[2], other[2];
     assert_int_equal(follow(&scene, taylor, 2.1, y), AD_OK); /* met about t = 1.8 */
     assert_int_equal(follow(&scene, "dop853", 2.1, other), AD_OK);
@@ -362,7 +347,7 @@ static void test_a_wall_turns_it_around(void **state)
 static void test_what_the_series_does_not_see(void **state)
 {
     (void)state;
-    struct phys_scene scene = scene_of(wall);
+    struct phys_scene scene = scene_of("own", 1, wall, 11, 0.1, begin);
     struct phys_system system;
     struct phys_motion_solution motion;
     struct ad_error error = {0};

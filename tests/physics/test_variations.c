@@ -1,6 +1,7 @@
 /* Variations of motions: against differences of motions, the symplectic form, and exponents that
    are known. */
 #include "motion.h"
+#include "tests/physics/systems.h"
 #include "tests/close.h"
 #include "physics/physics.h"
 
@@ -210,19 +211,7 @@ static void spectrum_of(const struct phys_system *system, const double *x, doubl
 static void test_linear_saddle(void **state)
 {
     (void)state;
-    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
-                                     .size = sizeof scene,
-                                     .name = "saddle",
-                                     .what = "",
-                                     .unit = "",
-                                     .time_unit = "",
-                                     .energy_unit = "",
-                                     .dof = 2,
-                                     .dims = 1,
-                                     .lagrangian = saddle,
-                                     .start = start,
-                                     .slices = 11,
-                                     .dt = 0.1};
+    const struct phys_scene scene = scene_of("saddle", 2, saddle, 11, 0.1, start);
     struct phys_system system;
     double x[4], exponents[4], spread[4];
     const double exact[] = {1.5, 0, 0, -1.5};

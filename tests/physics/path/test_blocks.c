@@ -1,6 +1,7 @@
 /* Damped Newton steps: (H - i m) x = b by block elimination, put back into the equations. */
 #include "physics/path/newton_system.h"
 #include "tests/physics/published.h"
+#include "tests/physics/systems.h"
 #include "tests/close.h"
 
 #include <complex.h>
@@ -93,19 +94,7 @@ static void a_band_solves_what_blocks_do(void **state)
 {
     static const char *const rules[] = {"left", "midpoint", "gauss2", "gauss4"};
     static const double damping[] = {0.2, 1e-4, 0};
-    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
-                                     .size = sizeof(struct phys_scene),
-                                     .name = "chain",
-                                     .what = "a chain",
-                                     .dof = SITES,
-                                     .dims = 1,
-                                     .unit = "1",
-                                     .time_unit = "1",
-                                     .energy_unit = "1",
-                                     .lagrangian = chain,
-                                     .slices = 41,
-                                     .dt = 0.1,
-                                     .start = start};
+    const struct phys_scene scene = scene_of("chain", SITES, chain, 41, 0.1, start);
     enum { SLICES = 41, MOST = 4 * SITES * SLICES };
     struct phys_system system;
     struct ad_error error = {0};

@@ -3,6 +3,7 @@
 #include "physics/path/internal.h"
 #include "physics/physics.h"
 #include "tests/physics/published.h"
+#include "tests/physics/systems.h"
 #include "tests/close.h"
 
 #include <math.h>
@@ -56,23 +57,6 @@ static ad_var geodesic(ad_var q, ad_var v, ad_var t, const void *params)
                     ad_mul(ad_square(r), ad_square(ad_row(v, 2)))));
 }
 
-static struct phys_scene scene_of(phys_lagrangian *L, size_t dof)
-{
-    return (struct phys_scene){.version = PHYS_SCENE_VERSION,
-                               .size = sizeof(struct phys_scene),
-                               .name = "test",
-                               .what = "a test",
-                               .dof = dof,
-                               .dims = 1,
-                               .unit = "1",
-                               .time_unit = "1",
-                               .energy_unit = "1",
-                               .lagrangian = L,
-                               .slices = SLICES,
-                               .dt = 0.1,
-                               .start = at_one};
-}
-
 /* Of a path made stationary by the rule, from the motion of the scene's start. */
 static struct phys_spectrum examine(const struct phys_system *system, const char *rule, double dt)
 {
@@ -120,7 +104,7 @@ static void oscillator_meets_again_at_half_periods(void **state)
 /* A9: two at a time, counted twice. */
 static void foucault_meets_again_in_both_directions(void **state)
 {
-    struct phys_scene scene = scene_of(foucault, 2);
+    struct phys_scene scene = scene_of("test", 2, foucault, SLICES, 0.1, at_one);
     struct phys_system system;
     struct ad_error error = {0};
     (void)state;
@@ -217,7 +201,7 @@ static void assert_signs_change(const struct phys_system *system, const struct p
 /* A8: L_vv is indefinite: no index, but the fields are singular where the determinant is. */
 static void geodesic_has_no_index(void **state)
 {
-    struct phys_scene scene = scene_of(geodesic, 3);
+    struct phys_scene scene = scene_of("test", 3, geodesic, SLICES, 0.1, at_one);
     struct phys_system system;
     struct ad_error error = {0};
     (void)state;
@@ -259,7 +243,7 @@ static enum ad_status spinning(const void *params, uint64_t seed, double *q, dou
 /* A9: twos that lie 0.2 % apart. */
 static void top_meets_twice_in_short_order(void **state)
 {
-    struct phys_scene scene = scene_of(top, 3);
+    struct phys_scene scene = scene_of("test", 3, top, SLICES, 0.1, at_one);
     struct phys_system system;
     struct ad_error error = {0};
     (void)state;
@@ -300,7 +284,7 @@ static enum ad_status by_sines(const void *params, uint64_t seed, double *q, dou
 /* A9: many coordinates, several points. */
 static void toda_meets_where_the_determinant_vanishes(void **state)
 {
-    struct phys_scene scene = scene_of(toda, 20);
+    struct phys_scene scene = scene_of("test", 20, toda, SLICES, 0.1, at_one);
     struct phys_system system;
     struct ad_error error = {0};
     (void)state;
@@ -317,7 +301,7 @@ static void toda_meets_where_the_determinant_vanishes(void **state)
 /* F3: where L_vv is negative definite the index is that of -S. */
 static void negative_masses_make_a_maximum(void **state)
 {
-    struct phys_scene scene = scene_of(falling, 1);
+    struct phys_scene scene = scene_of("test", 1, falling, SLICES, 0.1, at_one);
     struct phys_system system;
     struct ad_error error = {0};
     (void)state;

@@ -2,6 +2,7 @@
    of motion, and the kind of stationary point. */
 #include "tests/physics/published.h"
 #include "physics/physics.h"
+#include "tests/physics/systems.h"
 #include "tests/close.h"
 
 #include <math.h>
@@ -333,19 +334,7 @@ static enum ad_status kink_start(const void *params, uint64_t seed, double *q, d
 static void a_kink_is_found_from_a_line(void **state)
 {
     enum { SLICES = 21 };
-    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
-                                     .size = sizeof(struct phys_scene),
-                                     .name = "kink",
-                                     .what = "a kink",
-                                     .dof = SITES,
-                                     .dims = 1,
-                                     .unit = "1",
-                                     .time_unit = "1",
-                                     .energy_unit = "1",
-                                     .lagrangian = sine_gordon,
-                                     .slices = SLICES,
-                                     .dt = 0.15,
-                                     .start = kink_start};
+    const struct phys_scene scene = scene_of("kink", SITES, sine_gordon, SLICES, 0.15, kink_start);
     static double path[SITES * SLICES];
     struct phys_system system;
     struct ad_error error = {0};
@@ -394,19 +383,7 @@ static enum ad_status chain_start(const void *params, uint64_t seed, double *q, 
 static void chain_of_neighbours(void **state)
 {
     static const char *const rules[] = {"left", "gauss2", "gauss3"};
-    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
-                                     .size = sizeof(struct phys_scene),
-                                     .name = "chain",
-                                     .what = "a chain",
-                                     .dof = 12,
-                                     .dims = 1,
-                                     .unit = "1",
-                                     .time_unit = "1",
-                                     .energy_unit = "1",
-                                     .lagrangian = chain,
-                                     .slices = 9,
-                                     .dt = 0.05,
-                                     .start = chain_start};
+    const struct phys_scene scene = scene_of("chain", 12, chain, 9, 0.05, chain_start);
     struct phys_system system;
     struct ad_error error = {0};
     (void)state;

@@ -3,6 +3,7 @@
 #include "physics/path/grid_independence.h"
 #include "physics/path/newton.h"
 #include "tests/physics/published.h"
+#include "tests/physics/systems.h"
 #include "tests/close.h"
 
 #include <math.h>
@@ -95,19 +96,7 @@ static void none_is_left_out_from_the_top(void **state)
 {
     enum { SLICES = 81 };
     static const double to[] = {-1.33, 0.7, 0};
-    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
-                                     .size = sizeof(struct phys_scene),
-                                     .name = "wells",
-                                     .what = "two wells",
-                                     .dof = 1,
-                                     .dims = 1,
-                                     .unit = "1",
-                                     .time_unit = "1",
-                                     .energy_unit = "1",
-                                     .lagrangian = wells,
-                                     .slices = SLICES,
-                                     .dt = 0.25,
-                                     .start = on_the_top};
+    const struct phys_scene scene = scene_of("wells", 1, wells, SLICES, 0.25, on_the_top);
     struct phys_system system;
     struct ad_error error = {0};
     (void)state;

@@ -2,6 +2,7 @@
    searches, and refusals. */
 #include "physics/path/internal.h"
 #include "tests/physics/published.h"
+#include "tests/physics/systems.h"
 #include "tests/close.h"
 
 #include <math.h>
@@ -45,19 +46,8 @@ static void a_mass_that_depends_on_the_velocity(void **state)
 {
     enum { SLICES = 101, TURNS = 3 };
     const double time = 10;
-    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
-                                     .size = sizeof(struct phys_scene),
-                                     .name = "relativistic",
-                                     .what = "an oscillator",
-                                     .dof = 1,
-                                     .dims = 1,
-                                     .unit = "1",
-                                     .time_unit = "1",
-                                     .energy_unit = "1",
-                                     .lagrangian = relativistic,
-                                     .slices = SLICES,
-                                     .dt = time / (SLICES - 1),
-                                     .start = slowly_at_zero};
+    const struct phys_scene scene =
+        scene_of("relativistic", 1, relativistic, SLICES, time / (SLICES - 1), slowly_at_zero);
     struct phys_system system;
     struct ad_error error = {0};
     double path[4 * SLICES] = {0};
@@ -117,19 +107,7 @@ static void a_mass_that_depends_on_the_place(void **state)
 {
     static const double known[] = {0, 0.42766904, 1.76375516, 1.99854509};
     enum { SLICES = 81 };
-    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
-                                     .size = sizeof(struct phys_scene),
-                                     .name = "bent",
-                                     .what = "a pendulum",
-                                     .dof = 1,
-                                     .dims = 1,
-                                     .unit = "1",
-                                     .time_unit = "1",
-                                     .energy_unit = "1",
-                                     .lagrangian = bent,
-                                     .slices = SLICES,
-                                     .dt = 10. / (SLICES - 1),
-                                     .start = at_zero};
+    const struct phys_scene scene = scene_of("bent", 1, bent, SLICES, 10. / (SLICES - 1), at_zero);
     struct phys_system system;
     struct ad_error error = {0};
     double path[4 * SLICES] = {0};
@@ -177,19 +155,8 @@ static enum ad_status all_at_one(const void *params, uint64_t seed, double *q, d
 static void many_coordinates_are_listed(void **state)
 {
     enum { SLICES = 9 };
-    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
-                                     .size = sizeof(struct phys_scene),
-                                     .name = "oscillators",
-                                     .what = "many",
-                                     .dof = MANY,
-                                     .dims = 1,
-                                     .unit = "1",
-                                     .time_unit = "1",
-                                     .energy_unit = "1",
-                                     .lagrangian = oscillators,
-                                     .slices = SLICES,
-                                     .dt = 0.1,
-                                     .start = all_at_one};
+    const struct phys_scene scene =
+        scene_of("oscillators", MANY, oscillators, SLICES, 0.1, all_at_one);
     static const double steps[] = {0.1, 1.5};
     struct phys_system system;
     struct ad_error error = {0};
