@@ -1,7 +1,7 @@
 /* Products, gathers of columns and concatenations in passes over columns: the same to rounding as
    without passes, and to the last bit for all numbers of threads; what only a pass reads needs no
    memory; a product that is not finite is found. */
-#include "support.h"
+#include "tests/autodiff/support.h"
 #include "tests/native.h"
 
 #include <math.h>
@@ -166,13 +166,63 @@ static void test_product_beside_a_sum(void **state)
     free(b);
 }
 
+/* Two products into the same memory, the second at the end of a long pass: a block may not add the
+   first before the block before it has added the second. */
+static void test_products_in_turn(void **state)
+{
+    enum { COLS = 4000, LAYERS = 12, THREADS = 4, RUNS = 5 };
+    (void)state;
+    uint64_t random = 5;
+    double *values = random_values(&random, UNITS * COLS, -1, 1), got[UNITS * UNITS],
+           first[UNITS * UNITS];
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, UNITS, COLS, "x"), weight = ad_slice_cols(x, 0, UNITS), deep = x;
+    for (size_t k = 0; k < LAYERS; k++)
+        deep = ad_sin(ad_add(ad_matmul(weight, k % 2, deep, false), ad_log(ad_add(2.0, x))));
+    ad_var y = ad_add(ad_matmul(ad_cos(x), false, x, true), ad_matmul(deep, false, x, true));
+    setenv("LEASTACTION_COLUMNS", "100", 1);
+    ad_program *p = compile(t, 1, &y);
+    unsetenv("LEASTACTION_COLUMNS");
+    assert_int_equal(ad_set(p, x, values), AD_OK);
+    ad_run(p);
+    assert_int_equal(ad_get(p, y, first), AD_OK);
+    ad_set_threads(p, THREADS);
+    for (int run = 0; run < RUNS; run++) {
+        ad_run(p);
+        assert_int_equal(ad_get(p, y, got), AD_OK);
+        assert_memory_equal(got, first, sizeof got);
+    }
+    ad_program_free(p);
+    ad_tape_free(t);
+    free(values);
+}
+
+/* Values of two widths that depend on each other nowhere: those of one form one pass, whatever
+   order they were recorded in. */
+static void test_widths_apart(void **state)
+{
+    enum { COLS = 30000, LAYERS = 8 };
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var weight = ad_input(t, UNITS, UNITS, "weight"),
+           y[] = {ad_input(t, UNITS, COLS, "x"), ad_input(t, UNITS, COLS / 2, "u")};
+    for (size_t k = 0; k < LAYERS; k++)
+        for (size_t w = 0; w < 2; w++)
+            y[w] = ad_tanh(ad_matmul(weight, false, y[w], false));
+    ad_var sums[] = {ad_mean(y[0]), ad_mean(y[1])};
+    ad_program *p = compile(t, 2, sums);
+    size_t inputs = UNITS * (COLS + COLS / 2) * sizeof(double);
+    assert_in_range(ad_program_info(p).value_bytes, inputs, inputs * 11 / 10);
+    ad_program_free(p);
+    ad_tape_free(t);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_products),
-        cmocka_unit_test(test_products_native),
-        cmocka_unit_test(test_products_memory),
-        cmocka_unit_test(test_product_beside_a_sum),
+        cmocka_unit_test(test_products),         cmocka_unit_test(test_products_native),
+        cmocka_unit_test(test_products_memory),  cmocka_unit_test(test_product_beside_a_sum),
+        cmocka_unit_test(test_products_in_turn), cmocka_unit_test(test_widths_apart),
     };
     return cmocka_run_group_tests(tests, native_share_cache, native_remove_cache);
 }

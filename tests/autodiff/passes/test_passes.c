@@ -1,7 +1,7 @@
 /* Passes over columns (autodiff/compile/passes.c): arrays are the same to the last bit for all
    sizes of blocks and numbers of threads, sums for all numbers of threads; what only a pass reads
    needs no memory; a value that is not finite is found. */
-#include "support.h"
+#include "tests/autodiff/support.h"
 #include "tests/native.h"
 
 #include <math.h>
