@@ -1,8 +1,9 @@
 /* Machine code of a series: the coefficients of all jets as C for one point. Values come first
-(coefficients 0). Then the loop over orders is outside; in it one loop sums the middles of all
-convolutions, whose coefficients are known, and straight code does the rest. Operations and their
-order are those of advance.c. gcc 12 takes wrong lanes where a vector is made of those of a longer
-one, unless forward propagation is off (flow.c compares the first results in any case). */
+   (coefficients 0). Then the loop over orders is outside; in it one loop sums the middles of
+   all convolutions, whose coefficients are known, and straight code does the rest. Operations
+   and their order are those of advance.c. gcc 12 takes wrong lanes where a vector is made of
+   those of a longer one, unless forward propagation is off (flow.c compares the first results
+   in any case). */
 #include "lanes.h"
 
 #include <stdio.h>
