@@ -85,7 +85,7 @@ static bool record(ad_jacobian *J, ad_var y, size_t n, const ad_var x[], bool fo
     const uint32_t end = (uint32_t)y.tape->n_nodes;
     J->n_seeds = forward ? n : 1;
     J->n_results = forward ? 1 : n;
-    size_t most = J->colours < MOST_NODES ? J->colours : 1;
+    size_t most = J->colours <= MOST_NODES ? J->colours : 1;
     ad_var *seed = calloc(most * J->n_seeds + 1, sizeof *seed);
     ad_var *result = calloc(most * J->n_results + 1, sizeof *result);
     bool done = seed && result && record_colour(J, y, n, x, forward, cols, seed, result);
