@@ -101,8 +101,8 @@ static enum ad_status finer(const struct question *ask, qm_complex *truth, struc
     qm_complex *psi = malloc(slice.grid.n * sizeof *psi);
     if (!psi)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", slice.grid.n);
-    qm_packet_wound(&slice, &slice.grid, ask->packet, 1, 0, psi);
-    if (qm_propagator_new(ask->method, &slice, &propagator, error) == AD_OK)
+    if (qm_packet_wound(&slice, &slice.grid, ask->packet, 1, 0, psi, error) == AD_OK &&
+        qm_propagator_new(ask->method, &slice, &propagator, error) == AD_OK)
         for (size_t k = 0; k < steps && error->status == AD_OK; k++)
             qm_propagate(propagator, 1, psi, error);
     for (size_t a = 0; a < n; a++)

@@ -37,10 +37,11 @@ enum ad_status qm_kernel_rows(const struct qm_slice *slice, size_t first, size_t
  */
 enum ad_status qm_check_mirror(const struct qm_slice *slice, struct ad_error *error);
 
-/* qm_packet on a grid in the box of a slice; around a ring the packet is wound, with norm 1. */
-void qm_packet_wound(const struct qm_slice *slice, const struct qm_grid *grid,
-                     const struct qm_gaussian *packet, size_t packets, size_t column,
-                     qm_complex *psi);
+/* qm_packet on a grid in the box of a slice; around a ring the packet is wound, with norm 1:
+   AD_E_ARGUMENT where its turns cancel or are too many to add. */
+enum ad_status qm_packet_wound(const struct qm_slice *slice, const struct qm_grid *grid,
+                               const struct qm_gaussian *packet, size_t packets, size_t column,
+                               qm_complex *psi, struct ad_error *error);
 
 /* psi [n], elements `stride` apart, becomes NaN: what a function without a status leaves of
    arguments that make no sense. Takes NULL. */

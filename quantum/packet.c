@@ -4,9 +4,9 @@
 #include <complex.h>
 #include <math.h>
 
-/* Standard deviations beyond which a packet is below 1e-16 of its height; turns of a ring that the
-   tails of a wide packet are followed for. */
-enum { NEGLIGIBLE = 13, MOST_TURNS = 100 };
+/* Standard deviations by which two packets of norm 1 overlap by less than 1e-16; turns of a ring
+   that the tails of a wide packet are followed for. */
+enum { NEGLIGIBLE = 18, MOST_TURNS = 100 };
 
 static void add(const struct qm_grid *grid, double hbar, const struct qm_gaussian *packet,
                 size_t packets, qm_complex *psi)
@@ -30,21 +30,21 @@ void qm_packet(const struct qm_grid *grid, double hbar, const struct qm_gaussian
         add(grid, hbar, packet, packets, psi + column);
 }
 
-void qm_packet_wound(const struct qm_slice *slice, const struct qm_grid *grid,
-                     const struct qm_gaussian *packet, size_t packets, size_t column,
-                     qm_complex *psi)
+enum ad_status qm_packet_wound(const struct qm_slice *slice, const struct qm_grid *grid,
+                               const struct qm_gaussian *packet, size_t packets, size_t column,
+                               qm_complex *psi, struct ad_error *error)
 {
-    double low = slice->grid.low, turn = slice->grid.high - low;
+    const double least = 1e-6, low = slice->grid.low, turn = slice->grid.high - low;
     struct qm_gaussian one = *packet;
     bool ring = slice->walls == QM_RING && slice->absorb == 0;
     if (ring)
         one.x -= turn * floor((one.x - low) / turn);
     qm_packet(grid, slice->hbar, &one, packets, column, psi);
     if (!ring)
-        return;
-    int turns = (int)fmin(ceil(NEGLIGIBLE * one.sigma / turn), MOST_TURNS);
+        return AD_OK;
+    double turns = ceil(NEGLIGIBLE * one.sigma / turn);
     double norm = 1; /* with <g(x)|g(x + a)> = exp(-a^2 / 8 sigma^2 + i p a / hbar) */
-    for (int j = 1; j <= turns; j++) {
+    for (int j = 1; j <= turns && j <= MOST_TURNS; j++) {
         double away = j * turn, u = away / one.sigma;
         norm += 2 * exp(-u * u / 8) * cos(one.p * away / slice->hbar);
         for (int side = -1; side <= 1; side += 2) {
@@ -52,8 +52,15 @@ void qm_packet_wound(const struct qm_slice *slice, const struct qm_grid *grid,
             add(grid, slice->hbar, &other, packets, psi + column);
         }
     }
+    if (turns > MOST_TURNS || norm < least)
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "packet %g,%g,%g: too wide for a ring of %g, or its turns cancel; expected a "
+            "smaller width",
+            packet->x, packet->sigma, packet->p, turn);
     for (size_t a = 0; a < grid->n; a++)
         psi[a * packets + column] /= sqrt(norm);
+    return AD_OK;
 }
 
 static double square(qm_complex z) { return creal(z) * creal(z) + cimag(z) * cimag(z); }

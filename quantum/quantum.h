@@ -160,7 +160,8 @@ struct qm_gaussian {
 };
 /* Fills column `column` of psi [n x packets]; the norm is 1 less the part outside the box. On a
    ring qm_reference, qm_error and qm_run begin with the packet wound around it: the sum of this
-   over x + j (high - low), with norm 1. */
+   over x + j (high - low), with norm 1; they refuse one whose turns cancel, or of a width of more
+   than 5 turns. */
 void qm_packet(const struct qm_grid *grid, double hbar, const struct qm_gaussian *packet,
                size_t packets, size_t column, qm_complex *psi);
 

@@ -50,8 +50,8 @@ static enum ad_status fill(struct split *s, const struct qm_gaussian *packet,
     qm_complex *psi = malloc(half * sizeof *psi);
     if (!psi)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", m);
-    if (qm_potential(s->slice->system, &grid, s->V, &s->mass, error) == AD_OK) {
-        qm_packet_wound(s->slice, &grid, packet, 1, 0, psi);
+    if (qm_potential(s->slice->system, &grid, s->V, &s->mass, error) == AD_OK &&
+        qm_packet_wound(s->slice, &grid, packet, 1, 0, psi, error) == AD_OK) {
         for (size_t j = 0; j < m; j++) {
             size_t i = j < half ? j : m - j;
             double x = place(s, i), sign = j < half ? 1 : -1;

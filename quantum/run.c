@@ -115,8 +115,9 @@ enum ad_status qm_run(const struct qm_run_settings *run, struct qm_run_result *r
     if (reserve(run, result, error) != AD_OK)
         return error->status;
     for (size_t p = 0; p < run->packets; p++)
-        qm_packet_wound(&run->slice, &run->slice.grid, &run->packet[p], run->packets, p,
-                        result->psi);
+        if (qm_packet_wound(&run->slice, &run->slice.grid, &run->packet[p], run->packets, p,
+                            result->psi, error) != AD_OK)
+            return error->status;
     sample(run, 0, result);
     if ((run->leap ? leap : step_by_step)(run, result, error) != AD_OK ||
         qm_classical(&run->slice, run->packet, result->n, result->t, result->classical, error) !=

@@ -67,6 +67,25 @@ static void rings_have_no_seam(void **state)
         for (size_t k = 1; k < 3; k++)
             assert_close(cabs(result.psi[3 * a + k] - result.psi[3 * a]), 0, 0, 1e-12);
     qm_run_free(&result);
+    /* wide ones: a momentum that fits the ring is a wave of norm 1, others cancel */
+    static const struct {
+        struct qm_gaussian packet;
+        enum ad_status status;
+    } wide[] = {{{1, 20, 1}, AD_OK},
+                {{1, 20, 0.5}, AD_E_ARGUMENT},
+                {{1, 200, 1}, AD_E_ARGUMENT},
+                {{1, 200, 0.5}, AD_E_ARGUMENT}};
+    for (size_t k = 0; k < LENGTH(wide); k++) {
+        struct qm_run_settings one = run;
+        struct ad_error refused = {0};
+        one.packet = &wide[k].packet;
+        one.packets = 1;
+        one.reference = false;
+        assert_int_equal(qm_run(&one, &result, &refused), wide[k].status);
+        if (wide[k].status == AD_OK)
+            assert_close(result.moments[0].norm, 1, 1e-12, 0);
+        qm_run_free(&result);
+    }
     /* cut on the other side, the points are the same */
     struct qm_run_settings other = run;
     struct qm_run_result turned;
