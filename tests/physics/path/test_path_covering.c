@@ -48,22 +48,28 @@ static bool goes_on(void *context)
     return !watched || watched->n == 0 || ++asked < 20000;
 }
 
+/* L in a plane. */
+static struct phys_scene plane(phys_lagrangian *L)
+{
+    return (struct phys_scene){.version = PHYS_SCENE_VERSION,
+                               .size = sizeof(struct phys_scene),
+                               .name = "plane",
+                               .what = "a plane",
+                               .dof = 2,
+                               .dims = 1,
+                               .unit = "1",
+                               .time_unit = "1",
+                               .energy_unit = "1",
+                               .lagrangian = L,
+                               .slices = SLICES,
+                               .dt = 0.1,
+                               .start = begin};
+}
+
 static void search(phys_lagrangian *L, const double *ends, double time, uint64_t seed,
                    struct phys_solutions *all)
 {
-    const struct phys_scene scene = {.version = PHYS_SCENE_VERSION,
-                                     .size = sizeof(struct phys_scene),
-                                     .name = "plane",
-                                     .what = "a plane",
-                                     .dof = 2,
-                                     .dims = 1,
-                                     .unit = "1",
-                                     .time_unit = "1",
-                                     .energy_unit = "1",
-                                     .lagrangian = L,
-                                     .slices = SLICES,
-                                     .dt = 0.1,
-                                     .start = begin};
+    const struct phys_scene scene = plane(L);
     struct phys_system system;
     struct ad_error error = {0};
     double path[8 * SLICES];
@@ -102,6 +108,36 @@ static void families_are_one_entry(void **state)
         assert_int_equal(all.solution[0].family, cases[c].dimension);
         assert_true(all.saturated && all.unseen_paths_limit >= 1);
         phys_solutions_free(&all);
+    }
+}
+
+/* After half a period of small swings both kinds of motion from rest have a singular derivative at
+   velocity 0; larger swings of a pendulum take longer, so that it is alone there. */
+static void a_singular_root_alone_is_no_family(void **state)
+{
+    static const struct {
+        phys_lagrangian *L;
+        int dimension;
+    } cases[] = {{oscillator, 2}, {pendulums, 0}};
+    const double zero[2] = {0};
+    (void)state;
+    stiffness = 1;
+    for (size_t c = 0; c < LENGTH(cases); c++) {
+        const struct phys_scene scene = plane(cases[c].L);
+        struct phys_system system;
+        struct ad_error error = {0};
+        struct phys_end_map map;
+        struct phys_end_roots roots = {0};
+        double w[PHYS_END_MAP_DOF] = {0};
+        assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+        assert_int_equal(phys_end_map_new(&map, &system, zero, zero, M_PI, 1, &error), AD_OK);
+        struct phys_covering covering = {.map = &map, .outer = 3, .roots = &roots};
+        assert_int_equal(phys_cover_near(&covering, w, &error), cases[c].dimension);
+        assert_int_equal(roots.n, 1);
+        assert_int_equal(roots.root[0].dimension, cases[c].dimension);
+        free(roots.root);
+        phys_end_map_free(&map);
+        phys_system_close(&system);
     }
 }
 
@@ -178,6 +214,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(families_are_one_entry),
+        cmocka_unit_test(a_singular_root_alone_is_no_family),
         cmocka_unit_test(claims_hold_where_the_number_is_known),
         cmocka_unit_test(an_ended_search_lists_its_paths),
     };
