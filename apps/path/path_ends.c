@@ -135,6 +135,7 @@ enum ad_status path_ends(struct path_run *run, struct ad_error *error)
     const struct path_options *options = run->options;
     size_t dof = run->system.dof;
     bool given = options->start || options->end;
+    bool free_time = run->system.scene->free_time || path_time_is_free(options);
     const struct conflict rows[] = {
         {options->start && !options->end, "--start needs --end, the other end"},
         {given && (options->data || options->preset || strcmp(options->ends, "both") != 0),
@@ -145,6 +146,9 @@ enum ad_status path_ends(struct path_run *run, struct ad_error *error)
         {options->time && !path_time_is_free(options) && run->system.scene->free_time,
          "--time: the end time of this scene is free, expected free; --dt is where its search "
          "begins"},
+        {free_time && options->hold != 1,
+         "--hold does not go with a free end time: its slices would keep their places, not their "
+         "times"},
         {path_time_is_free(options) && options->solver && strcmp(options->solver, "newton") != 0,
          "--time free needs --solver newton; leave out --solver"},
         {path_time_is_free(options) && strcmp(options->ends, "both") != 0,
@@ -153,7 +157,7 @@ enum ad_status path_ends(struct path_run *run, struct ad_error *error)
     if (options_conflicts(sizeof rows / sizeof *rows, rows, error) != AD_OK ||
         read_time(run, error) != AD_OK)
         return error->status;
-    run->ends.free_time = run->system.scene->free_time || path_time_is_free(options);
+    run->ends.free_time = free_time;
     run->ends.energy = option_number_or(options->energy, 0);
     run->settings.ends = &run->ends;
     if (!given)

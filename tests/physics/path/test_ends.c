@@ -3,7 +3,7 @@
 #include "tests/close.h"
 #include "tests/physics/published.h"
 #include "tests/physics/systems.h"
-#include "physics/path/internal.h"
+#include "physics/path/newton.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -263,6 +263,50 @@ static void what_is_refused(void **state)
     phys_system_close(&body);
 }
 
+/* A path by the derivatives of L that grids share is that by a recording of its own: action,
+   energy, gradient and what is held. */
+static void shared_derivatives_find_the_same(void **state)
+{
+    enum { SLICES = 33 };
+    static const struct phys_ends given = {0}, end = {.free = {NULL, free_one}};
+    static const struct {
+        const char *rule;
+        size_t hold;
+        const struct phys_ends *ends;
+    } cases[] = {{"left", 1, &given},        {"left", 4, &given}, {"gauss3", 3, &given},
+                 {"left+repeat", 2, &given}, {"left", 1, &end},   {"gauss2", 1, &end}};
+    struct phys_system system = system_opened("spring");
+    struct ad_error error = {0};
+    (void)state;
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        double path[2][4 * SLICES];
+        struct phys_path_info info[2];
+        struct phys_derivatives of = {0};
+        const struct phys_path_settings settings = {.rule = phys_rule_find(cases[c].rule, &error),
+                                                    .slices = SLICES,
+                                                    .steps = 100,
+                                                    .dt = 2.0 / (SLICES - 1),
+                                                    .hold = cases[c].hold,
+                                                    .ends = cases[c].ends};
+        for (size_t i = 0; i < SLICES; i++)
+            path[0][i] = 0.3 + 0.2 * sin(0.4 * (double)i);
+        phys_rule_interpolate(settings.rule, 1, SLICES, path[0]);
+        memcpy(path[1], path[0], sizeof *path);
+        phys_derivatives_new(&of, &system, 20, NULL, &error);
+        phys_newton_over(&system, &settings, &of, path[0], &info[0], &error);
+        phys_path_solve(&phys_solver_newton, &system, &settings, path[1], &info[1], &error);
+        assert_no_error(&error);
+        for (size_t k = 0; k < 2; k++)
+            assert_int_equal(info[k].stop, PHYS_STOP_ROUNDING);
+        for (size_t i = 0; i < SLICES; i++)
+            assert_close(path[0][i], path[1][i], 0, 1e-12);
+        assert_close(info[0].action, info[1].action, 0, 1e-12);
+        assert_close(info[0].energy_mean, info[1].energy_mean, 0, 1e-12);
+        phys_derivatives_free(&of);
+    }
+    phys_system_close(&system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -270,6 +314,7 @@ int main(void)
         cmocka_unit_test(body_in_gravity),
         cmocka_unit_test(chute_to_a_wall),
         cmocka_unit_test(pendulum_that_turns_over),
+        cmocka_unit_test(shared_derivatives_find_the_same),
         cmocka_unit_test(what_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -345,7 +345,7 @@ static void an_interrupted_verification_claims_nothing(void **state)
         assert_false(found.unknown);
         if (found.info.stop == PHYS_STOP_INTERRUPTED) {
             interrupted++;
-            late += isfinite(found.spectrum.second_variation);
+            late += isfinite(found.spectrum.second_variation) ? 1 : 0;
             assert_false(found.stationary);
         } else if (found.stationary) {
             assert_false(found.spectrum.undetermined);
