@@ -274,8 +274,8 @@ static bool is_blind(const struct phys_motion_trial *trial, double missed)
            missed > grossly * trial->estimate;
 }
 
-static enum ad_status choose_another(struct solving *s, struct phys_motion_trial *trial,
-                                     struct ad_error *error)
+static bool choose_another(struct solving *s, struct phys_motion_trial *trial,
+                           struct ad_error *error)
 {
     struct phys_motion_solution *m = s->solution;
     trial->chosen = false;
@@ -283,9 +283,8 @@ static enum ad_status choose_another(struct solving *s, struct phys_motion_trial
     s->blind = true;
     m->integrator = NULL;
     phys_ode_free(&m->ode);
-    if (phys_motion_choose(s, error) != AD_OK)
-        return error->status;
-    return phys_ode_for(m->system, m->integrator, &m->ode, error);
+    return phys_motion_choose(s, error) == AD_OK &&
+           phys_ode_for(m->system, m->integrator, &m->ode, error) == AD_OK;
 }
 
 bool phys_motion_tighten(struct solving *s, double missed, struct ad_error *error)
@@ -293,7 +292,7 @@ bool phys_motion_tighten(struct solving *s, double missed, struct ad_error *erro
     struct phys_motion_solution *m = s->solution;
     const bool given = s->settings->integrator != NULL;
     if (!given && m->n_trials > 0 && is_blind(&m->trial[0], missed))
-        return choose_another(s, &m->trial[0], error) == AD_OK;
+        return choose_another(s, &m->trial[0], error);
     for (size_t k = 0; k < m->n_trials; k++) {
         struct phys_motion_trial *trial = &m->trial[k];
         double next = predict(s, trial->integrator, trial->setting, missed);

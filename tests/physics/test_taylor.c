@@ -6,6 +6,7 @@
 #include "physics/physics.h"
 
 #include <float.h>
+#include <limits.h>
 #include <string.h>
 
 static const char *const taylor = "taylor";
@@ -362,6 +363,52 @@ static void test_what_the_series_does_not_see(void **state)
     phys_system_close(&system);
 }
 
+static ad_var thin_wall(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params, (void)t;
+    ad_var x = ad_mul(ad_sub(q, 1.0), 200.0);
+    return ad_sub(ad_mul(0.5, ad_square(v)), ad_exp(ad_neg(ad_square(x))));
+}
+
+static int calls, last_call;
+
+static bool count_calls(void *context)
+{
+    (void)context;
+    return ++calls < last_call;
+}
+
+/* A wall thinner than the first steps of dop853, too: its tolerance is tightened, and that of the
+   series, which was given up, stays as it was tried. An interruption at any time ends all. */
+static void test_what_is_tightened(void **state)
+{
+    (void)state;
+    struct phys_scene scene = scene_of("own", 1, thin_wall, 11, 0.1, begin);
+    struct phys_system system;
+    struct phys_motion_solution motion;
+    struct ad_error error = {0};
+    const struct phys_motion_settings settings = {
+        .time = 20, .error = 1e-8, .proceed = count_calls};
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    calls = 0, last_call = INT_MAX;
+    assert_int_equal(phys_motion_solve(&system, &settings, &motion, &error), AD_OK);
+    const struct phys_motion_trial *trial = motion.trial;
+    assert_true(motion.n_trials == 2 && !trial[0].chosen && trial[1].chosen);
+    assert_true(isfinite(trial[0].estimate) && isnan(trial[1].estimate)); /* tightened */
+    assert_true(motion.setting == trial[1].setting && trial[1].integrator == motion.integrator);
+    assert_true(motion.error <= 1e-8);
+    phys_motion_solution_free(&motion);
+    for (int all = calls, k = 1; k < all; k += 1 + all / 40) {
+        calls = 0, last_call = k;
+        error = (struct ad_error){0};
+        enum ad_status status = phys_motion_solve(&system, &settings, &motion, &error);
+        assert_true(status == AD_E_ACCURACY || (status == AD_OK && motion.info.stop));
+        assert_true(calls < k + 3);
+        phys_motion_solution_free(&motion);
+    }
+    phys_system_close(&system);
+}
+
 /* Coefficients themselves: of q = cos t, v = -sin t. */
 static void test_coefficients(void **state)
 {
@@ -394,6 +441,7 @@ int main(void)
         cmocka_unit_test(test_fields_without_a_series_are_refused),
         cmocka_unit_test(test_a_wall_turns_it_around),
         cmocka_unit_test(test_what_the_series_does_not_see),
+        cmocka_unit_test(test_what_is_tightened),
         cmocka_unit_test(test_coefficients),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
