@@ -307,25 +307,6 @@ static void test_resumes_bitwise(void **state)
 
 /* ---- the model itself ---- */
 
-static void test_names(void **state)
-{
-    (void)state;
-    struct hnn_settings s = hnn_pixel_defaults(HNN_HAMILTONIAN, 1568);
-    s.start = HNN_XAVIER;
-    hnn_model *model = small_model(&s);
-    size_t n;
-    const struct hnn_block *block = hnn_model_blocks(model, &n);
-    assert_int_equal(n, 16 + 5);
-    assert_string_equal(block[0].name, "autoencoder.linear1.weight");
-    assert_true(block[0].rows == 200 && block[0].cols == 1568);
-    assert_string_equal(block[15].name, "autoencoder.linear8.bias");
-    assert_int_equal(block[15].rows, 1568);
-    assert_string_equal(block[16].name, "hnn.linear1.weight");
-    assert_string_equal(block[20].name, "hnn.linear3.weight");
-    assert_true(block[20].rows == 1 && block[20].cols == 200);
-    hnn_model_free(model);
-}
-
 static void test_encode_decode_and_files(void **state)
 {
     (void)state;
@@ -407,7 +388,6 @@ int main(void)
         cmocka_unit_test(test_nothing_to_see),
         cmocka_unit_test(test_training_halves_the_loss),
         cmocka_unit_test(test_resumes_bitwise),
-        cmocka_unit_test(test_names),
         cmocka_unit_test(test_encode_decode_and_files),
         cmocka_unit_test(test_refusals),
     };

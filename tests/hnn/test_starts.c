@@ -191,9 +191,29 @@ static void orthonormal_rows_are_those_of_gram_and_schmidt(void **state)
     assert_true(one == -1);
 }
 
+static void test_names_of_pixel_models(void **state)
+{
+    (void)state;
+    struct hnn_settings s = hnn_pixel_defaults(HNN_HAMILTONIAN, 1568);
+    s.start = HNN_XAVIER;
+    hnn_model *model = small_model(&s);
+    size_t n;
+    const struct hnn_block *block = hnn_model_blocks(model, &n);
+    assert_int_equal(n, 16 + 5);
+    assert_string_equal(block[0].name, "autoencoder.linear1.weight");
+    assert_true(block[0].rows == 200 && block[0].cols == 1568);
+    assert_string_equal(block[15].name, "autoencoder.linear8.bias");
+    assert_int_equal(block[15].rows, 1568);
+    assert_string_equal(block[16].name, "hnn.linear1.weight");
+    assert_string_equal(block[20].name, "hnn.linear3.weight");
+    assert_true(block[20].rows == 1 && block[20].cols == 200);
+    hnn_model_free(model);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_names_of_pixel_models),
         cmocka_unit_test(test_orthogonal),
         cmocka_unit_test(orthonormal_rows_are_those_of_gram_and_schmidt),
         cmocka_unit_test(test_normal),

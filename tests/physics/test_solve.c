@@ -216,89 +216,6 @@ static void a_small_coordinate_is_judged_by_its_own_size(void **state)
     phys_system_close(&s.system);
 }
 
-/* A pulse exp(-((t - t0)/w)^2 / 2) / w in a force, or a rectangle of width w, beside a drive. */
-static double width, centre;
-static bool rectangle;
-
-static ad_var pulsed(ad_var q, ad_var v, ad_var t, const void *params)
-{
-    (void)params;
-    ad_var d = ad_mul(1 / width, ad_sub(t, centre));
-    ad_var pulse = rectangle ? ad_sub(ad_step(d), ad_step(ad_sub(d, 1.0)))
-                             : ad_exp(ad_mul(-0.5, ad_square(d)));
-    ad_var force = ad_add(ad_mul(0.3, ad_cos(ad_mul(1.7, t))), ad_mul(1 / width, pulse));
-    return ad_add(ad_mul(0.5, ad_square(v)), ad_mul(q, force));
-}
-
-/* Much thinner than the time between two looks of the reference, and wherever they lie: the error
-   is measured, or the run is refused. */
-static void pulses_are_never_missed(void **state)
-{
-    (void)state;
-    static const double widths[] = {0.05, 2e-3, 1e-3, 3e-4, 1e-4};
-    for (size_t k = 0; k < 2 * LENGTH(widths); k++) {
-        struct solved s = {0};
-        const double q = 0, v = 0;
-        const struct phys_motion_settings settings = {
-            .time = 100, .q = &q, .v = &v, .error = 1e-6, .n_samples = 10};
-        width = widths[k / 2];
-        rectangle = k % 2 == 1;
-        centre = 10 + 7.3856 * (double)k;
-        if (rectangle && width < 1e-3)
-            continue; /* without tails, it is thinner than the scan */
-        phys_system_open("spring", &s.system, &s.error);
-        struct phys_scene scene = *s.system.scene;
-        scene.lagrangian = pulsed;
-        scene.kinetic = scene.potential = NULL;
-        s.system.scene = &scene;
-        phys_motion_solve(&s.system, &settings, &s.motion, &s.error);
-        if (s.error.status == AD_OK) {
-            const double *end_of = s.motion.x + 2 * (s.motion.n - 1),
-                         kick = rectangle ? 1 : sqrt(2 * M_PI);
-            double middle = rectangle ? centre + width / 2 : centre;
-            double x = 0.3 / 1.7 / 1.7 * (1 - cos(170)) + kick * (100 - middle);
-            assert_true(s.motion.time_resolution > 0 && s.motion.time_resolution < 1e-3);
-            /* the measured error is the true one, also where the pulse was stepped over */
-            assert_close(s.motion.error_end, fabs(end_of[0] - x), 1e-6, 1e-9);
-            phys_motion_met(&settings, &s.motion, &s.error);
-            assert_int_equal(s.error.status == AD_OK, fabs(end_of[0] - x) < 1e-6);
-        } else {
-            assert_true(rectangle && s.error.status == AD_E_ACCURACY);
-        }
-        phys_motion_solution_free(&s.motion);
-        phys_system_close(&s.system);
-    }
-}
-
-/* A force that changes its sign with sin t: L_t is 0 wherever it is defined, but the energy jumps.
-   x'' = 1 up to pi, then -1. */
-static ad_var switched(ad_var q, ad_var v, ad_var t, const void *params)
-{
-    (void)params;
-    ad_var force = ad_sub(ad_mul(2.0, ad_step(ad_sin(t))), 1.0);
-    return ad_add(ad_mul(0.5, ad_square(v)), ad_mul(q, force));
-}
-
-static void switches_of_time_keep_no_energy(void **state)
-{
-    (void)state;
-    struct solved s = {0};
-    const double q = 0, v = 0;
-    const struct phys_motion_settings settings = {.time = 6, .q = &q, .v = &v, .error = 1e-9};
-    phys_system_open("spring", &s.system, &s.error);
-    struct phys_scene scene = *s.system.scene;
-    scene.lagrangian = switched;
-    scene.kinetic = scene.potential = NULL;
-    s.system.scene = &scene;
-    phys_motion_solve(&s.system, &settings, &s.motion, &s.error);
-    assert_int_equal(s.error.status, AD_OK);
-    assert_false(phys_keeps_energy(&s.system, &s.error)); /* paths say the same */
-    assert_true(!s.motion.keeps_energy && s.motion.error <= 1e-9);
-    double T = 6 - M_PI, x = M_PI * M_PI / 2 + M_PI * T - T * T / 2;
-    assert_close(s.motion.x[2 * (s.motion.n - 1)], x, 0, 1e-9);
-    end(&s);
-}
-
 static void an_error_that_both_runs_share_is_seen_on_the_way_back(void **state)
 {
     (void)state;
@@ -343,62 +260,6 @@ static void defaults_follow_the_scenes_start_or_a_given_one(void **state)
     assert_true(s.motion.x[0] == 0.3 && s.motion.x[1] == -0.2);
     assert_true(!s.motion.distance && isnan(s.motion.error));
     end(&s);
-}
-
-/* Upwards through zero: at 3/4, 7/4, ... of a period from the turning point. */
-static void crossings_are_found_in_their_order(void **state)
-{
-    (void)state;
-    struct solved s = {0};
-    struct phys_crossing crossings[2];
-    const double one = 1, zero = 0;
-    phys_system_open("spring", &s.system, &s.error);
-    phys_system_set(&s.system, "m", 1, &s.error);
-    phys_system_set(&s.system, "k", 1, &s.error);
-    assert_int_equal(phys_crossing_read(&s.system, "q>0", &crossings[0], &s.error), AD_OK);
-    assert_int_equal(phys_crossing_read(&s.system, "v_q=0.5", &crossings[1], &s.error), AD_OK);
-    const struct phys_motion_settings settings = {.time = 20,
-                                                  .q = &one,
-                                                  .v = &zero,
-                                                  .tolerance = 1e-12,
-                                                  .integrator =
-                                                      phys_integrator_find("dop853", &s.error),
-                                                  .n_crossings = 2,
-                                                  .crossings = crossings};
-    phys_motion_solve(&s.system, &settings, &s.motion, &s.error);
-    const struct phys_crossed *c = &s.motion.crossed;
-    const double t[] = {7 * M_PI / 6, 3 * M_PI / 2, 11 * M_PI / 6};
-    assert_int_equal(s.error.status, AD_OK);
-    assert_int_equal(c->n, 3 + 6);
-    for (size_t k = 0; k < 9; k++) {
-        assert_close(c->t[k], t[k % 3] + 2 * M_PI * (double)(k / 3), 0, 1e-9);
-        assert_int_equal((int)c->which[k], k % 3 == 1 ? 1 : 2);
-        assert_true(c->touch[k] == 0);
-    }
-    phys_motion_solution_free(&s.motion);
-    crossings[0].last = true;
-    phys_motion_solve(&s.system, &settings, &s.motion, &s.error);
-    assert_int_equal(s.motion.info.stop, PHYS_SIMULATION_EVENT);
-    assert_close(s.motion.info.t, 3 * M_PI / 2, 0, 1e-9);
-    assert_int_equal(s.motion.crossed.n, 2);
-    end(&s);
-}
-
-static void texts_that_are_no_crossing_are_refused(void **state)
-{
-    (void)state;
-    static const char *const texts[] = {"x",    "x=",           "x=1s",  "y=1",
-                                        "v_=1", "distance:1=1", "q=nan", ""};
-    struct ad_error error = {0};
-    struct phys_system system;
-    struct phys_crossing crossing;
-    phys_system_open("spring", &system, &error);
-    for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
-        error = (struct ad_error){0};
-        assert_int_equal(phys_crossing_read(&system, texts[k], &crossing, &error), AD_E_ARGUMENT);
-        assert_mentions(error.message, "event");
-    }
-    phys_system_close(&system);
 }
 
 static void what_is_out_of_reach_is_an_error(void **state)
@@ -466,12 +327,8 @@ int main(void)
         cmocka_unit_test(an_error_counts_the_rounding_of_the_start),
         cmocka_unit_test(the_clock_does_not_drift),
         cmocka_unit_test(a_small_coordinate_is_judged_by_its_own_size),
-        cmocka_unit_test(switches_of_time_keep_no_energy),
-        cmocka_unit_test(pulses_are_never_missed),
         cmocka_unit_test(an_error_that_both_runs_share_is_seen_on_the_way_back),
         cmocka_unit_test(defaults_follow_the_scenes_start_or_a_given_one),
-        cmocka_unit_test(crossings_are_found_in_their_order),
-        cmocka_unit_test(texts_that_are_no_crossing_are_refused),
         cmocka_unit_test(what_is_out_of_reach_is_an_error),
         cmocka_unit_test(an_interruption_keeps_what_was_reached),
         cmocka_unit_test(diagnoses_name_what_is_wrong),

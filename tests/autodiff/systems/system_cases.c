@@ -1,6 +1,6 @@
 /* Small systems of structure_cases.h: 3 x 3 in each column, with pivots off the diagonal for LU,
    symmetric for Cholesky. */
-#include "structure_cases.h"
+#include "tests/autodiff/structure_cases.h"
 
 #include <math.h>
 

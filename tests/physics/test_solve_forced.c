@@ -1,0 +1,105 @@
+/* Motions driven by forces of time: pulses thinner than any step and switches, each against its
+   closed form. */
+#include "tests/close.h"
+#include "physics/physics.h"
+
+#include <math.h>
+
+struct forced {
+    struct phys_system system;
+    struct phys_motion_solution motion;
+    struct ad_error error;
+};
+
+/* A pulse exp(-((t - t0)/w)^2 / 2) / w in a force, or a rectangle of width w, beside a drive. */
+static double width, centre;
+static bool rectangle;
+
+static ad_var pulsed(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params;
+    ad_var d = ad_mul(1 / width, ad_sub(t, centre));
+    ad_var pulse = rectangle ? ad_sub(ad_step(d), ad_step(ad_sub(d, 1.0)))
+                             : ad_exp(ad_mul(-0.5, ad_square(d)));
+    ad_var force = ad_add(ad_mul(0.3, ad_cos(ad_mul(1.7, t))), ad_mul(1 / width, pulse));
+    return ad_add(ad_mul(0.5, ad_square(v)), ad_mul(q, force));
+}
+
+/* Much thinner than the time between two looks of the reference, and wherever they lie: the error
+   is measured, or the run is refused. */
+static void pulses_are_never_missed(void **state)
+{
+    (void)state;
+    static const double widths[] = {0.05, 2e-3, 1e-3, 3e-4, 1e-4};
+    for (size_t k = 0; k < 2 * LENGTH(widths); k++) {
+        struct forced s = {0};
+        const double q = 0, v = 0;
+        const struct phys_motion_settings settings = {
+            .time = 100, .q = &q, .v = &v, .error = 1e-6, .n_samples = 10};
+        width = widths[k / 2];
+        rectangle = k % 2 == 1;
+        centre = 10 + 7.3856 * (double)k;
+        if (rectangle && width < 1e-3)
+            continue; /* without tails, it is thinner than the scan */
+        phys_system_open("spring", &s.system, &s.error);
+        struct phys_scene scene = *s.system.scene;
+        scene.lagrangian = pulsed;
+        scene.kinetic = scene.potential = NULL;
+        s.system.scene = &scene;
+        phys_motion_solve(&s.system, &settings, &s.motion, &s.error);
+        if (s.error.status == AD_OK) {
+            const double *end_of = s.motion.x + 2 * (s.motion.n - 1),
+                         kick = rectangle ? 1 : sqrt(2 * M_PI);
+            double middle = rectangle ? centre + width / 2 : centre;
+            double x = 0.3 / 1.7 / 1.7 * (1 - cos(170)) + kick * (100 - middle);
+            assert_true(s.motion.time_resolution > 0 && s.motion.time_resolution < 1e-3);
+            /* the measured error is the true one, also where the pulse was stepped over */
+            assert_close(s.motion.error_end, fabs(end_of[0] - x), 1e-6, 1e-9);
+            phys_motion_met(&settings, &s.motion, &s.error);
+            assert_int_equal(s.error.status == AD_OK, fabs(end_of[0] - x) < 1e-6);
+        } else {
+            assert_true(rectangle && s.error.status == AD_E_ACCURACY);
+        }
+        phys_motion_solution_free(&s.motion);
+        phys_system_close(&s.system);
+    }
+}
+
+/* A force that changes its sign with sin t: L_t is 0 wherever it is defined, but the energy jumps.
+   x'' = 1 up to pi, then -1. */
+static ad_var switched(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params;
+    ad_var force = ad_sub(ad_mul(2.0, ad_step(ad_sin(t))), 1.0);
+    return ad_add(ad_mul(0.5, ad_square(v)), ad_mul(q, force));
+}
+
+static void switches_of_time_keep_no_energy(void **state)
+{
+    (void)state;
+    struct forced s = {0};
+    const double q = 0, v = 0;
+    const struct phys_motion_settings settings = {.time = 6, .q = &q, .v = &v, .error = 1e-9};
+    phys_system_open("spring", &s.system, &s.error);
+    struct phys_scene scene = *s.system.scene;
+    scene.lagrangian = switched;
+    scene.kinetic = scene.potential = NULL;
+    s.system.scene = &scene;
+    phys_motion_solve(&s.system, &settings, &s.motion, &s.error);
+    assert_int_equal(s.error.status, AD_OK);
+    assert_false(phys_keeps_energy(&s.system, &s.error)); /* paths say the same */
+    assert_true(!s.motion.keeps_energy && s.motion.error <= 1e-9);
+    double T = 6 - M_PI, x = M_PI * M_PI / 2 + M_PI * T - T * T / 2;
+    assert_close(s.motion.x[2 * (s.motion.n - 1)], x, 0, 1e-9);
+    phys_motion_solution_free(&s.motion);
+    phys_system_close(&s.system);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(switches_of_time_keep_no_energy),
+        cmocka_unit_test(pulses_are_never_missed),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
