@@ -41,7 +41,9 @@ typedef struct ad_jacobian ad_jacobian;
 /* The Jacobian of the elements of y (row-major) by those of x[0], then x[1], and so on. Its
    sparsity pattern is found on the tape, whatever the values: both branches of a select count, and
    every element of a matrix product. Columns that share no row are computed together, forward; or
-   rows that share no column, backward, where that takes fewer runs. Compiles a program of its own
+   rows that share no column, backward, where that takes fewer runs. Where y reads an x through
+   gathers and other views alone, rows that share its columns still go together if they share no
+   copy. Compiles a program of its own
    and appends nothing to the tape. On failure *jacobian is NULL; the status is returned and kept in
    the tape. */
 enum ad_status ad_jacobian_new(ad_var y, size_t n, const ad_var x[], ad_jacobian **jacobian);

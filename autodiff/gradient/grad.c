@@ -30,8 +30,30 @@ ad_var ad_reduce_to(ad_var c, const struct node *y, const struct node *x)
     return ad_mul(c, times);
 }
 
+bool ad_is_zero(ad_var x)
+{
+    const struct node *n = node_at(x.tape, x.id);
+    uint32_t row = 0, col = 0, rows = n->rows, cols = n->cols;
+    for (; n->op == AD_OP_slice || n->op == AD_OP_broadcast; n = node_at(x.tape, n->in[0])) {
+        row += n->op == AD_OP_slice ? n->in[1] : 0;
+        col += n->op == AD_OP_slice ? n->in[2] : 0;
+        const struct node *of = node_at(x.tape, n->in[0]);
+        if (of->rows == 1)
+            row = 0, rows = 1;
+        if (of->cols == 1)
+            col = 0, cols = 1;
+    }
+    bool zero = n->op == AD_OP_constant;
+    for (uint32_t r = row; zero && r < row + rows; r++)
+        for (uint32_t c = col; zero && c < col + cols; c++)
+            zero = x.tape->numbers[n->aux + (size_t)r * n->cols + c] == 0;
+    return zero;
+}
+
 void ad_accumulate(struct sweep *s, uint32_t to, ad_var c)
 {
+    if (s->tainted && ad_is_zero(c))
+        return;
     uint32_t sum = s->adjoint[to];
     s->adjoint[to] = sum ? ad_add(sweep_var(s, sum), c).id : c.id;
     if (s->tainted)

@@ -8,6 +8,8 @@ static ad_var full(ad_var g, const struct node *y) { return ad_broadcast(g, y->r
 
 static void add_part(struct sweep *s, uint32_t to, ad_var g, uint32_t row, uint32_t col)
 {
+    if (s->tainted && ad_is_zero(g))
+        return;
     if (!ad_reserve((void **)&s->parts, s->n_parts, &s->max_parts, 1, sizeof *s->parts)) {
         ad_fail(&s->tape->error, AD_E_MEMORY, "out of memory in the gradient");
         return;

@@ -49,6 +49,8 @@ static inline uint32_t ad_end_of(size_t n, const ad_var x[])
     return end;
 }
 
+/* True for a part of a constant (a seed) that is 0: behind branches it need not be passed on. */
+bool ad_is_zero(ad_var x);
 /* Operations that send an exact zero to the branch not taken. */
 bool ad_branches(uint16_t op);
 /* Adds c to the adjoint of node `to`. */

@@ -98,7 +98,7 @@ static ad_var derivative(const struct forward *f, uint32_t id)
 static void add(struct forward *f, uint32_t id, ad_var t)
 {
     const struct node *n = node_at(f->tape, id);
-    if (!t.id)
+    if (!t.id || (f->tainted[id] && ad_is_zero(t)))
         return;
     t = ad_broadcast(t, n->rows, n->cols);
     f->tangent[id] = f->tangent[id] ? ad_add(tangent_of(f, id), t).id : t.id;

@@ -21,7 +21,8 @@ static bool is_dense(const struct pattern *p)
     return steps > MOST_STEPS;
 }
 
-size_t ad_colour_columns(const struct pattern *p, const struct pattern *t, uint32_t *colour)
+size_t ad_colour_columns(const struct pattern *p, const struct pattern *t, size_t most,
+                         uint32_t *colour)
 {
     size_t n = 0;
     for (size_t c = 0; c < p->cols; c++)
@@ -32,7 +33,7 @@ size_t ad_colour_columns(const struct pattern *p, const struct pattern *t, uint3
         return p->cols;
     }
     size_t *taken = calloc(p->cols + 1, sizeof *taken); /* per colour: 1 + the column it met last */
-    for (size_t c = 0; taken && c < p->cols; c++) {
+    for (size_t c = 0; taken && c < p->cols && n <= most; c++) {
         if (t->start[c] == t->start[c + 1])
             continue; /* an empty column */
         for (size_t i = t->start[c]; i < t->start[c + 1]; i++)

@@ -1,9 +1,10 @@
 /* Internals of sparse Jacobians: their sparsity pattern (pattern.c, over sets of columns in
-   sets.c), the colouring of columns or rows (colours.c), and the program that computes them
-   (jacobian.c). */
+   sets.c), the colouring of columns or rows (colours.c), which of these takes the fewest runs
+   (directions.c), the seeds and the program (record.c), and its runs (jacobian.c). */
 #ifndef AUTODIFF_JACOBIAN_H
 #define AUTODIFF_JACOBIAN_H
 
+#include "autodiff/derivatives.h"
 #include "autodiff/internal.h"
 
 /* Entries by rows, as in struct ad_sparse. */
@@ -35,12 +36,65 @@ uint32_t ad_set_union_all(struct sets *sets, size_t n, const uint32_t of[]);
 
 /* Which elements of y depend on which of the x; false when out of memory. */
 bool ad_pattern_find(struct pattern *pattern, ad_var y, size_t n, const ad_var x[]);
+/* The element of its operand that element (r, c) of a slice, reshape, transpose, gather or
+   broadcast is a copy of. */
+size_t ad_viewed_element(const ad_tape *tape, const struct node *n, size_t r, size_t c);
 bool ad_pattern_transpose(const struct pattern *pattern, struct pattern *transposed);
 void ad_pattern_free(struct pattern *pattern);
 
 /* Colours the columns such that no row has a colour twice; `rows` is the transpose. Returns the
-   number of colours, 0 when out of memory. */
+   number of colours, 0 when out of memory; gives up beyond `most` colours and returns more. */
 size_t ad_colour_columns(const struct pattern *pattern, const struct pattern *transposed,
-                         uint32_t *colour);
+                         size_t most, uint32_t *colour);
+
+/* What the runs compute: each the elements of one colour, columns of `pattern` (forward) or rows
+   (backward) of `computed`. */
+struct directions {
+    struct pattern pattern;  /* of the matrix */
+    struct pattern computed; /* by the elements of the variables; the same, or with copies */
+    size_t n;                /* variables of the runs: those of the matrix, or gathered from them */
+    ad_var *x;
+    uint32_t *column; /* per column of `computed` that of the matrix; NULL: the same */
+    bool forward;
+    size_t colours;
+    uint32_t *colour;
+};
+
+/* Those with the fewest colours. False when out of memory. */
+bool ad_directions_choose(struct directions *d, ad_var y, size_t n, const ad_var x[]);
+void ad_directions_free(struct directions *d);
+
+/* A variable in the program's memory. */
+struct vector {
+    void *data;
+    size_t size;
+};
+
+struct ad_jacobian {
+    struct ad_sparse matrix;
+    struct directions by;
+    double *value;
+    ad_program *program;
+    enum ad_type type;
+    bool at_once;                 /* one run computes all colours, by constant seeds */
+    bool adds;                    /* some entries have several terms */
+    struct vector *seed, *result; /* n_seeds of a run; n_results of each colour of a run */
+    size_t n_seeds, n_results;
+    size_t results;              /* elements of one colour */
+    size_t *first_seed;          /* per colour, in: */
+    size_t *seeds;               /* elements of the seeds that are 1 */
+    size_t *first_term;          /* per batch of runs, in: */
+    struct jacobian_term *terms; /* of entries of the matrix */
+    double *batch;               /* results of its runs, one behind the other */
+};
+
+/* An element of the results of a batch, or of the program's memory, and the entry it is added to.
+ */
+struct jacobian_term {
+    uint32_t element, entry;
+};
+
+/* Compiles the program of J, whose directions are known, and finds its seeds. */
+bool ad_jacobian_record(ad_jacobian *J, ad_var y);
 
 #endif

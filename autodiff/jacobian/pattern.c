@@ -33,23 +33,30 @@ static uint32_t of_operands(struct search *s, const struct node *n, size_t r, si
     return all;
 }
 
-static uint32_t viewed(const struct search *s, const struct node *n, size_t r, size_t c)
+size_t ad_viewed_element(const ad_tape *tape, const struct node *n, size_t r, size_t c)
 {
-    const uint32_t x = n->in[0], *list = s->tape->lists ? s->tape->lists + n->aux + 1 : NULL;
+    const struct node *x = node_at(tape, n->in[0]);
+    const uint32_t *list = tape->lists ? tape->lists + n->aux + 1 : NULL;
     switch (n->op) {
     case AD_OP_slice:
-        return element(s, x, r + n->in[1], c + n->in[2]);
+        return (r + n->in[1]) * x->cols + c + n->in[2];
     case AD_OP_reshape:
-        return s->of[x] ? s->of[x][r * n->cols + c] : 0;
+        return r * n->cols + c;
     case AD_OP_transpose:
-        return element(s, x, c, r);
+        return c * x->cols + r;
     case AD_OP_gather:
-        return element(s, x, list[r], c);
+        return list[r] * (size_t)x->cols + c;
     case AD_OP_gather_cols:
-        return element(s, x, r, list[c]);
+        return r * x->cols + list[c];
     default: /* broadcast */
-        return element(s, x, r, c);
+        return (x->rows == 1 ? 0 : r) * x->cols + (x->cols == 1 ? 0 : c);
     }
+}
+
+static uint32_t viewed(const struct search *s, const struct node *n, size_t r, size_t c)
+{
+    const uint32_t *of = s->of[n->in[0]];
+    return of ? of[ad_viewed_element(s->tape, n, r, c)] : 0;
 }
 
 /* ---- sums: each element is one of several terms ---- */

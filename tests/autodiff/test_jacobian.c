@@ -3,6 +3,7 @@
 #include "structure_cases.h"
 #include "support.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -145,6 +146,148 @@ static void test_pattern_of_branches(void **state)
     ad_tape_free(t);
 }
 
+/* ---- variables that are gathered ---- */
+
+enum { SEEN = 20 }; /* columns that the gathers make of 4 x 5 elements */
+
+/* So many steps of a coupled map of both operands' columns. */
+static ad_var mixed(ad_var a, ad_var b, size_t steps)
+{
+    for (size_t k = 0; k < steps; k++) {
+        ad_var next = ad_tanh(ad_add(ad_mul(0.9, a), ad_mul(0.1, ad_mul(b, ad_row(a, k % 4)))));
+        b = ad_sub(ad_mul(0.99, b), ad_mul(0.1, ad_square(next)));
+        a = next;
+    }
+    return ad_concat_rows(3,
+                          (ad_var[]){ad_slice_rows(a, 0, 2), ad_row(b, 3), ad_exp(ad_row(b, 1))});
+}
+
+static void columns_seen(uint32_t list[SEEN], uint32_t factor)
+{
+    for (uint32_t k = 0; k < SEEN; k++)
+        list[k] = (k * factor + k / 5) % 5;
+}
+
+static ad_var two_columns(ad_var x, ad_var w, size_t steps)
+{
+    uint32_t one[SEEN], other[SEEN]; /* the same in a fifth of the places */
+    columns_seen(one, 1);
+    columns_seen(other, 3);
+    return mixed(ad_gather_cols(x, SEEN, one), ad_mul(ad_gather_cols(x, SEEN, other), w), steps);
+}
+
+static ad_var columns_and_rows(ad_var x, ad_var w, size_t steps)
+{
+    uint32_t one[SEEN];
+    columns_seen(one, 2);
+    ad_var rows = ad_gather_rows(ad_transpose(ad_reshape(ad_transpose(x), 5, 4)), 4,
+                                 (uint32_t[]){3, 3, 0, 1});
+    return mixed(ad_gather_cols(x, SEEN, one), ad_mul(w, ad_gather_cols(rows, SEEN, one)), steps);
+}
+
+/* Read as a whole, too. */
+static ad_var and_whole(ad_var x, ad_var w, size_t steps)
+{
+    uint32_t one[SEEN];
+    columns_seen(one, 2);
+    return mixed(ad_gather_cols(x, SEEN, one), ad_mul(w, ad_sum(ad_square(x))), steps);
+}
+
+static ad_var gather_alone(ad_var x, ad_var w, size_t steps)
+{
+    uint32_t one[SEEN];
+    columns_seen(one, steps & 1);
+    (void)w;
+    return ad_gather_cols(x, SEEN, one);
+}
+
+/* Rows of one observation take a run each, however many observations see a column; in one program
+   (few steps) or run after run. */
+static void test_gathered(void **state)
+{
+    (void)state;
+    static const struct {
+        ad_var (*record)(ad_var x, ad_var w, size_t steps);
+        size_t steps, runs; /* of 4 rows */
+    } cases[] = {
+        {two_columns, 3, 4},        {two_columns, 110, 4}, {columns_and_rows, 2, 4},
+        {columns_and_rows, 121, 4}, {gather_alone, 1, 1},  {and_whole, 4, 0},
+        {and_whole, 100, 0},
+    };
+    for (size_t k = 0; k < LENGTH(cases); k++)
+        for (int type = 0; type < 2; type++) {
+            uint64_t random = 5 + k;
+            ad_tape *t = ad_tape_new(type ? AD_F64 : AD_F32);
+            ad_var x[2] = {ad_input(t, 4, 5, "x"), ad_input(t, 1, SEEN, "w")};
+            double *at[2] = {random_values(&random, 20, -1, 1),
+                             random_values(&random, SEEN, -1, 1)};
+            ad_var y = cases[k].record(x[0], x[1], cases[k].steps);
+            ad_jacobian *J;
+            assert_int_equal(ad_jacobian_new(y, 2, x, &J), AD_OK);
+            if (cases[k].runs)
+                assert_int_equal(ad_jacobian_runs(J), cases[k].runs);
+            ad_set_threads(ad_jacobian_program(J), 1 + (int)(k & 1));
+            assert_jacobian(J, y, 2, x, (const double *const *)at, type ? 1e-12 : 1e-4);
+            ad_jacobian_free(J);
+            free(at[0]);
+            free(at[1]);
+            ad_tape_free(t);
+        }
+}
+
+/* More colours than results are kept of. */
+static void test_many_runs(void **state)
+{
+    (void)state;
+    enum { N = 37 };
+    uint64_t random = 8;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, N, 1, "x"), y = x;
+    double *values = random_values(&random, N, -1, 1),
+           *m = random_values(&random, N * N, -0.25, 0.25);
+    const double *const at[] = {values};
+    ad_var mix = ad_const(t, N, N, m);
+    for (size_t k = 0; k < 60; k++)
+        y = ad_sin(ad_add(0.5, ad_matmul(mix, false, y, false)));
+    ad_jacobian *J;
+    assert_int_equal(ad_jacobian_new(y, 1, &x, &J), AD_OK);
+    assert_int_equal(ad_jacobian_runs(J), N);
+    assert_jacobian(J, y, 1, &x, at, 1e-9);
+    ad_jacobian_free(J);
+    free(values);
+    free(m);
+    ad_tape_free(t);
+}
+
+/* Seeds of zeros are not passed on; an infinite derivative there makes no NaN. */
+static void test_zero_seeds(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 3, 4, "x");
+    static const double at[] = {0, 4, 0, 9, 1, 2, 3, 4, 5, 6, 7, 8};
+    ad_var y = ad_concat_rows(
+        2, (ad_var[]){ad_sqrt(ad_row(x, 0)), ad_mul(ad_row(x, 1), ad_square(ad_row(x, 2)))});
+    ad_jacobian *J;
+    double dense[8 * 12];
+    assert_int_equal(ad_jacobian_new(y, 1, &x, &J), AD_OK);
+    ad_set(ad_jacobian_program(J), x, at);
+    ad_jacobian_run(J);
+    ad_jacobian_dense(J, dense);
+    for (size_t r = 0; r < 8; r++)
+        for (size_t c = 0; c < 12; c++) {
+            const size_t k = r % 4; /* column of y, row r / 4 */
+            double expected = 0;
+            if (c == r && r < 4)
+                expected = at[k] == 0 ? INFINITY : 0.5 / sqrt(at[k]);
+            else if (r >= 4 && c % 4 == k && c >= 4)
+                expected = c < 8 ? at[8 + k] * at[8 + k] : 2 * at[4 + k] * at[8 + k];
+            assert_same(dense[r * 12 + c], expected, "entry");
+        }
+    ad_jacobian_free(J);
+    ad_tape_free(t);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -152,6 +295,9 @@ int main(void)
         cmocka_unit_test(test_bands),
         cmocka_unit_test(test_arrows),
         cmocka_unit_test(test_pattern_of_branches),
+        cmocka_unit_test(test_gathered),
+        cmocka_unit_test(test_many_runs),
+        cmocka_unit_test(test_zero_seeds),
     };
     return cmocka_run_group_tests_name("Jacobians", tests, NULL, NULL);
 }
