@@ -15,9 +15,10 @@ enum { FIRST_FRAME = 1, HOLD = 15, LEGEND = 8 }; /* HOLD: frames that show an an
 static void write_path(const struct path_run *run, const char *name, const double *path, FILE *out)
 {
     size_t n = run->settings.slices;
+    const struct phys_grid grid = phys_grid_of(&run->settings);
     fprintf(out, "# %s: time, coordinates\n", name);
     for (size_t i = 0; i < n; i++) {
-        fprintf(out, "%.9g", (double)i * run->settings.dt);
+        fprintf(out, "%.9g", phys_grid_time(&grid, i));
         for (size_t k = 0; k < run->system.dof; k++)
             fprintf(out, " %.9g", path[k * n + i]);
         fputc('\n', out);

@@ -10,6 +10,7 @@ void path_write_csv(const void *context, FILE *out)
 {
     const struct path_run *run = context;
     size_t dof = run->system.dof, n = run->settings.slices;
+    const struct phys_grid grid = phys_grid_of(&run->settings);
     char name[32];
     fputc('t', out);
     for (size_t k = 0; k < dof; k++) {
@@ -18,7 +19,7 @@ void path_write_csv(const void *context, FILE *out)
     }
     fputc('\n', out);
     for (size_t i = 0; i < n; i++) {
-        fprintf(out, "%.17g", (double)i * run->settings.dt);
+        fprintf(out, "%.17g", phys_grid_time(&grid, i));
         for (size_t k = 0; k < dof; k++)
             fprintf(out, ",%.17g", run->path[k * n + i]);
         fputc('\n', out);
@@ -39,11 +40,12 @@ static enum ad_status file_times(const struct path_run *run, phys_hdf5 *file,
                                  struct ad_error *error)
 {
     size_t n = run->settings.slices;
+    const struct phys_grid grid = phys_grid_of(&run->settings);
     double *time = malloc(n * sizeof *time);
     if (!time)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     for (size_t i = 0; i < n; i++)
-        time[i] = (double)i * run->settings.dt;
+        time[i] = phys_grid_time(&grid, i);
     phys_hdf5_write(file, "time", AD_F64, 1, &n, time);
     phys_hdf5_text(file, "time", "unit", run->system.scene->time_unit);
     free(time);

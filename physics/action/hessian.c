@@ -80,8 +80,8 @@ bool phys_hessian_keep_mass(struct phys_hessian *h)
 
 /* ---- points of a path ---- */
 
-/* How the points of an element hang on its nodes: weight * dt, and q and v. Left+repeat has one
-   point more, of the last element alone. */
+/* How the points of an element of length dt hang on its nodes: weight * dt, and q and v.
+   Left+repeat has one point more, of the last element alone. */
 static void place_points(struct phys_hessian *h)
 {
     for (size_t j = 0; j < h->table.points; j++) {
@@ -103,11 +103,16 @@ static size_t element_of(const struct phys_hessian *h, size_t p)
     return p / h->elements == h->table.points ? h->elements - 1 : p % h->elements;
 }
 
+double phys_hessian_slice_time(const struct phys_hessian *h, size_t i)
+{
+    return (h->mesh ? h->mesh[i] : (double)i) * h->dt;
+}
+
 double phys_hessian_time(const struct phys_hessian *h, size_t p)
 {
-    size_t j = p / h->elements;
+    size_t j = p / h->elements, e = element_of(h, p);
     double time = j < h->table.points ? h->table.time[j] : 1;
-    return ((double)element_of(h, p) + time) * h->dt;
+    return ((h->mesh ? h->mesh[e] : (double)e) + time * phys_hessian_length(h, e)) * h->dt;
 }
 
 /* A block of points of the path: point first + c is in column c < count. */
@@ -134,7 +139,8 @@ static void set_block(struct phys_hessian *h, struct block b, const double *path
     for (size_t c = 0; c < n; c++) {
         size_t p = b.first + (c < b.count ? c : b.count - 1), e = element_of(h, p);
         const struct phys_hessian_point *at = &h->point[p / h->elements];
-        t[c] = start + (double)e * h->dt + at->time;
+        double length = phys_hessian_length(h, e);
+        t[c] = start + phys_hessian_slice_time(h, e) + at->time * length;
         for (size_t d = 0; d < h->dof; d++) {
             double qd = 0, vd = 0;
             for (size_t k = 0; k <= degree; k++) {
@@ -144,7 +150,7 @@ static void set_block(struct phys_hessian *h, struct block b, const double *path
                 vd += at->v[k] * x;
             }
             q[d * n + c] = qd;
-            v[d * n + c] = vd;
+            v[d * n + c] = vd / length;
         }
     }
     phys_derivatives_set(h->of, program);
@@ -158,11 +164,13 @@ static void add_gradient(struct phys_hessian *h, struct block b, ad_program *pro
     const double *by_q = ad_data(program, h->of->L_q), *by_v = ad_data(program, h->of->L_v);
     for (size_t c = 0; c < b.count; c++) {
         const struct phys_hessian_point *at = &h->point[(b.first + c) / h->elements];
-        double *g = h->gradient + element_of(h, b.first + c) * h->side;
+        size_t e = element_of(h, b.first + c);
+        double *g = h->gradient + e * h->side, length = phys_hessian_length(h, e);
+        double weight = at->weight * length, rate = 1 / length;
         for (size_t a = 0; a <= h->table.degree; a++)
             for (size_t d = 0; d < h->dof; d++)
                 g[a * h->dof + d] +=
-                    at->weight * (at->q[a] * by_q[d * n + c] + at->v[a] * by_v[d * n + c]);
+                    weight * (at->q[a] * by_q[d * n + c] + at->v[a] * rate * by_v[d * n + c]);
     }
 }
 
@@ -175,10 +183,13 @@ static void add_values(struct phys_hessian *h, struct block b)
     const double *v = of->work + h->dof * n;
     for (size_t c = 0; c < b.count; c++) {
         double weight = h->point[(b.first + c) / h->elements].weight, vp = 0;
+        weight *= phys_hessian_length(h, element_of(h, b.first + c));
         for (size_t d = 0; d < h->dof; d++)
             vp += v[d * n + c] * L_v[d * n + c];
         h->action += weight * L[c];
         h->kinetic += weight * vp / 2;
+        h->energy = b.first + c == 0 ? vp - L[c] : h->energy;
+        h->drift = fmax(h->drift, fabs(vp - L[c] - h->energy));
     }
 }
 
@@ -210,15 +221,17 @@ static void add_column(struct phys_hessian *h, struct block b, size_t seed, ad_v
     size_t rows = find_rows(h, b, seed, by_q, by_v), n = h->of->columns;
     for (size_t c = 0; c < b.count; c++) {
         const struct phys_hessian_point *at = &h->point[(b.first + c) / h->elements];
-        double *K = h->element + element_of(h, b.first + c) * h->side * h->side;
+        size_t e = element_of(h, b.first + c);
+        double *K = h->element + e * h->side * h->side;
+        double length = phys_hessian_length(h, e), rate = 1 / length;
         for (size_t k = 0; k <= h->table.degree; k++) {
-            double share = at->weight * (for_q ? at->q[k] : at->v[k]);
+            double share = at->weight * (for_q ? at->q[k] * length : at->v[k]);
             double *column = K + (k * h->dof + seed) * h->side;
             for (size_t a = 0; share != 0 && a <= h->table.degree; a++)
                 for (size_t r = 0; r < rows; r++) {
                     size_t d = h->rows[r];
                     column[a * h->dof + d] +=
-                        share * (at->q[a] * by_q[d * n + c] + at->v[a] * by_v[d * n + c]);
+                        share * (at->q[a] * by_q[d * n + c] + at->v[a] * rate * by_v[d * n + c]);
                 }
         }
     }
@@ -233,7 +246,8 @@ static void add_masses(struct phys_hessian *h, struct block b, size_t seed)
     const double *vv = ad_data(h->of->second, h->of->L_vv);
     double share = 1 / ((double)h->points * h->dt);
     for (size_t c = 0; c < b.count; c++)
-        h->stiffness[seed] += share * fabs(vv[seed * n + c]);
+        h->stiffness[seed] +=
+            share * fabs(vv[seed * n + c]) / phys_hessian_length(h, element_of(h, b.first + c));
     for (size_t c = 0; h->mass && c < b.count; c++)
         for (size_t k = coupling->start[seed]; k < coupling->start[seed + 1]; k++)
             h->mass[((b.first + c) * h->dof + seed) * h->dof + coupling->row[k]] =
@@ -285,7 +299,7 @@ void phys_hessian_at(struct phys_hessian *h, const double *path, double start)
 void phys_hessian_gradient_at(struct phys_hessian *h, const double *path, double start)
 {
     place_points(h);
-    h->action = h->kinetic = 0;
+    h->action = h->kinetic = h->drift = 0;
     memset(h->gradient, 0, h->elements * h->side * sizeof *h->gradient);
     for (struct block b = block_from(h, 0); b.count > 0; b = block_from(h, b.first + b.count)) {
         ad_program *program = h->of->first ? h->of->first : h->of->second;

@@ -18,6 +18,7 @@ struct phys_hessian {
     size_t dof, elements, points;
     size_t side; /* of an element's matrix: (degree + 1) dof */
     double dt;
+    const double *mesh; /* [elements + 1]: times of the slices in units of dt; NULL: 0, 1, 2 ... */
 
     struct phys_derivatives *of, *own; /* at its points; own: freed with it, or NULL */
     struct phys_hessian_point *point;  /* room */
@@ -28,7 +29,8 @@ struct phys_hessian {
     size_t reach;
     double *element;        /* [elements][side x side]: node by node, coordinate by coordinate */
     double *gradient;       /* [elements][side]: of the element's part of S */
-    double action, kinetic; /* with the gradient alone: integrals of L and of v L_v / 2 */
+    double action, kinetic; /* with the gradient alone: integrals of L and of v L_v / 2, ... */
+    double energy, drift;   /* ... v L_v - L at the first point, and its largest change */
     double *stiffness;      /* [dof]: mean over points of |L_vv| / dt on the diagonal */
     double *mass; /* [points][dof x dof]: L_vv, where phys_hessian_keep_mass asks for it */
 
@@ -51,7 +53,13 @@ void phys_hessian_free(struct phys_hessian *h);
 
 /* From then on phys_hessian_at fills `mass`, too. False: no memory. */
 bool phys_hessian_keep_mass(struct phys_hessian *h);
-/* When point p of the path is, from its beginning. */
+/* The length of element e in units of dt. */
+static inline double phys_hessian_length(const struct phys_hessian *h, size_t e)
+{
+    return h->mesh ? h->mesh[e + 1] - h->mesh[e] : 1;
+}
+/* When slice i is, and point p of the path, from its beginning. */
+double phys_hessian_slice_time(const struct phys_hessian *h, size_t i);
 double phys_hessian_time(const struct phys_hessian *h, size_t p);
 
 /* Whether `proceed` says or has said that it ends. */

@@ -85,9 +85,10 @@ static enum ad_status own_start(const struct search *s, double *q, double *v,
                                 struct ad_error *error)
 {
     phys_legendre *legendre = NULL;
+    const struct phys_grid grid = phys_grid_of(s->settings);
     for (size_t k = 0; k < s->dof; k++) {
         q[k] = s->path[k * s->slices];
-        v[k] = (s->path[k * s->slices + 1] - q[k]) / s->settings->dt;
+        v[k] = (s->path[k * s->slices + 1] - q[k]) / phys_grid_time(&grid, 1);
     }
     if (s->settings->rule->order > 1 && phys_legendre_new(s->system, &legendre, error) == AD_OK)
         phys_legendre_velocity(legendre, q, s->settings->start_momentum, 0, v, error);
@@ -95,14 +96,19 @@ static enum ad_status own_start(const struct search *s, double *q, double *v,
     return error->status;
 }
 
-/* From the start (q, v) to path [dof x slices], which ends in y [2 dof]. */
+/* From the start (q, v) to path [dof x slices], which ends in y [2 dof]; room `times` [slices]. */
 static enum ad_status follow(const struct search *s, const struct phys_ode *ode, double rtol,
-                             const double *q, double *path, double *y, struct ad_error *error)
+                             const double *q, double *path, double *y, double *times,
+                             struct ad_error *error)
 {
     const struct phys_path_settings *settings = s->settings;
+    const struct phys_grid grid = phys_grid_of(settings);
+    for (size_t i = 0; i < s->slices; i++)
+        times[i] = phys_grid_time(&grid, i);
     const struct phys_simulation how = {.integrator = phys_integrator_find("dop853", error),
                                         .t1 = (double)(s->slices - 1) * settings->dt,
                                         .n_samples = s->slices - 1,
+                                        .times = settings->mesh ? times + 1 : NULL,
                                         .rtol = rtol,
                                         .max_steps = PHYS_MOTION_STEPS,
                                         .proceed = settings->proceed,
@@ -141,14 +147,14 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
     size_t n = s->slices * s->dof;
     if (s->system->scene->between)
         return AD_OK; /* no initial-value problem: the closed form is the reference */
-    double *q = malloc((7 * s->dof + 2 * n) * sizeof *q), *v = q ? q + s->dof : NULL;
+    double *q = malloc((7 * s->dof + 2 * n + s->slices) * sizeof *q), *v = q ? q + s->dof : NULL;
     if (!q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    double *motion = v + s->dof, *check = motion + n, *y = check + n;
+    double *motion = v + s->dof, *check = motion + n, *y = check + n, *times = y + 5 * s->dof;
     if (own_start(s, q, v, &lost) == AD_OK &&
         phys_ode_lagrangian(s->system, &ode, &lost) == AD_OK &&
-        follow(s, &ode, LOOSE, q, check, y, &lost) == AD_OK &&
-        follow(s, &ode, TIGHT, q, motion, y, &lost) == AD_OK) {
+        follow(s, &ode, LOOSE, q, check, y, times, &lost) == AD_OK &&
+        follow(s, &ode, TIGHT, q, motion, y, times, &lost) == AD_OK) {
         found->true_distance = largest(s->path, motion, n);
         found->true_known = largest(motion, check, n);
         if (found->true_known >
@@ -191,6 +197,23 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
     return error->status;
 }
 
+/* The mesh of as many slices `m` that divides the elements of the settings' mesh evenly. */
+static double *split_mesh(const struct phys_path_settings *settings, size_t m,
+                          struct ad_error *error)
+{
+    double *mesh = malloc(m * sizeof *mesh),
+           share = (double)(settings->slices - 1) / (double)(m - 1);
+    if (!mesh)
+        ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", m);
+    for (size_t j = 0; mesh && j < m; j++) {
+        size_t e = j * (settings->slices - 1) / (m - 1);
+        const double *at = settings->mesh + e;
+        double rest = (double)j * share - (double)e;
+        mesh[j] = j + 1 < m ? (at[0] + rest * (at[1] - at[0])) / share : (double)j;
+    }
+    return mesh;
+}
+
 enum ad_status phys_path_discretisation(const struct phys_system *system,
                                         const struct phys_path_settings *settings,
                                         struct phys_derivatives *of, const double *path, bool more,
@@ -213,9 +236,12 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
     size_t each = more && n % 2 == 1 ? 3 : 2, m = (n - 1) * each / 2 + 1;
     finer.slices = m;
     finer.dt = 2 * settings->dt / (double)each;
-    const struct phys_grid from = {settings->rule, n, settings->dt}, to = {finer.rule, m, finer.dt};
+    double *mesh = settings->mesh ? split_mesh(settings, m, error) : NULL;
+    finer.mesh = mesh;
+    const struct phys_grid from = phys_grid_of(settings), to = phys_grid_of(&finer);
     *distance = (double)INFINITY;
-    double *moved = phys_path_resample(&from, path, &to, dof, error);
+    double *moved =
+        error->status == AD_OK ? phys_path_resample(&from, path, &to, dof, error) : NULL;
     if (moved && !of)
         phys_derivatives_new(of = &own, system, PHYS_LADDER_COLUMNS, NULL, &lost);
     bool made = moved && lost.status == AD_OK &&
@@ -241,6 +267,7 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
     phys_newton_free(&newton);
     phys_derivatives_free(&own);
     free(moved);
+    free(mesh);
     return error->status;
 }
 

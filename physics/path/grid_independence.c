@@ -65,7 +65,7 @@ static bool defects_are_small(const struct phys_system *system,
                               struct ad_error *error)
 {
     struct phys_path_nodes nodes = {0};
-    const struct phys_grid grid = {settings->rule, settings->slices, settings->dt};
+    const struct phys_grid grid = phys_grid_of(settings);
     struct phys_ode ode = {0};
     double *room = malloc(10 * system->dof * sizeof *room);
     bool small = false;

@@ -21,8 +21,8 @@ struct phys_newton {
 };
 
 /* Of the settings `reference` is ignored. `of`: by these derivatives alone, without a recording of
-   its own, energy drift and machine code; NULL: with them. Ends with phys_newton_free, whatever it
-   returned. */
+   its own and machine code; NULL: with them, the former but on a mesh. Ends with phys_newton_free,
+   whatever it returned. */
 enum ad_status phys_newton_new(struct phys_newton *newton, const struct phys_system *system,
                                const struct phys_path_settings *settings,
                                struct phys_derivatives *of, struct ad_error *error);

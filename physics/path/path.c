@@ -37,6 +37,23 @@ struct phys_path_settings phys_path_defaults(const struct phys_system *system)
 
 static bool positive(double x) { return x > 0 && isfinite(x); }
 
+static enum ad_status check_mesh(const struct phys_solver *solver,
+                                 const struct phys_path_settings *s, struct ad_error *error)
+{
+    const double *mesh = s->mesh;
+    if (mesh && (strcmp(solver->name, "newton") != 0 || s->rule->repeat))
+        return ad_fail(error, AD_E_ARGUMENT, "mesh: expected solver newton, got %s and rule %s",
+                       solver->name, s->rule->name);
+    for (size_t i = 0; mesh && i + 1 < s->slices; i++)
+        if (!(mesh[i + 1] > mesh[i]))
+            return ad_fail(error, AD_E_ARGUMENT, "mesh: got %g after %g, expected ascending times",
+                           mesh[i + 1], mesh[i]);
+    if (mesh && (mesh[0] != 0 || mesh[s->slices - 1] != (double)(s->slices - 1)))
+        return ad_fail(error, AD_E_ARGUMENT, "mesh: got %g to %g, expected 0 to %zu", mesh[0],
+                       mesh[s->slices - 1], s->slices - 1);
+    return AD_OK;
+}
+
 static enum ad_status check_settings(const struct phys_solver *solver,
                                      const struct phys_path_settings *s, struct ad_error *error)
 {
@@ -63,6 +80,8 @@ static enum ad_status check_settings(const struct phys_solver *solver,
     if (s->hold > (s->slices - 1) / 2)
         return ad_fail(error, AD_E_ARGUMENT, "%zu slices held at either end of %zu: none may move",
                        s->hold, s->slices);
+    if (check_mesh(solver, s, error) != AD_OK)
+        return error->status;
     if (phys_free_ends(s) && (strcmp(solver->name, "newton") != 0 || s->hold > 1))
         return ad_fail(error, AD_E_ARGUMENT,
                        "free coordinates at an end: expected solver newton and 1 slice held, got "

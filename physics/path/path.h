@@ -81,6 +81,9 @@ struct phys_path_settings {
        progress does, at the last complete step. May be NULL. */
     bool (*proceed)(void *context);
     void *context; /* of both */
+    /* newton: [slices] times of the slices in units of dt, ascending from 0 to slices - 1; NULL:
+       0, 1, 2 ... */
+    const double *mesh;
 };
 
 /* Defaults: rule left, the scene's slices and time step, 500 steps at a learning rate of 1e-2, or
@@ -145,7 +148,11 @@ struct phys_grid {
     const struct phys_rule *rule;
     size_t slices;
     double dt;
+    const double *mesh; /* as in phys_path_settings */
 };
+struct phys_grid phys_grid_of(const struct phys_path_settings *settings);
+/* When a slice is. */
+double phys_grid_time(const struct phys_grid *grid, size_t slice);
 /* A path on the grid `to`, interpolated from the grid `from` over the same time: [degree*dof x
    slices], freed by the caller. NULL: out of memory, or no path. */
 double *phys_path_resample(const struct phys_grid *from, const double *path,

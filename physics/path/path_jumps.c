@@ -12,14 +12,14 @@ bool phys_path_jumps(const struct phys_system *system, const struct phys_path_se
     if (AD_LACKS(&error, system, system->scene, settings, path))
         return false;
     struct phys_path_nodes nodes = {0};
-    const struct phys_grid grid = {settings->rule, settings->slices, settings->dt};
+    const struct phys_grid grid = phys_grid_of(settings);
     size_t n = settings->slices, dof = system->dof;
     double *q = malloc(((2 * dof + 1) * n + 2 * dof) * sizeof *q), *v = q ? q + dof * n : NULL;
     bool jumps = false;
     if (q && phys_path_nodes_new(&nodes, dof, &grid, 3, path, &error) == AD_OK) {
         double *t = v + dof * n, *x = t + n;
         for (size_t i = 0; i < n; i++) {
-            t[i] = (double)i * settings->dt;
+            t[i] = phys_grid_time(&grid, i);
             phys_path_nodes_at(&nodes, t[i], x, x + dof);
             for (size_t k = 0; k < dof; k++) {
                 q[k * n + i] = x[k];

@@ -39,6 +39,26 @@ static enum ad_status check_memory(const struct phys_system *system,
         system->dof, settings->slices, 1e-9 * bytes, 0.5e-9 * memory);
 }
 
+/* Action and gradient from a recording of the path, or with the Hessian's from L at its points. */
+static enum ad_status record(struct phys_newton *s, const struct phys_system *system,
+                             struct phys_derivatives *of, struct ad_error *error)
+{
+    const struct phys_path_settings *settings = &s->settings;
+    size_t slices = settings->slices;
+    double dt = settings->dt;
+    bool over = of || settings->mesh;
+    if (!over && phys_path_program_new(&s->path, system, settings, NULL, error) != AD_OK)
+        return error->status;
+    if (of)
+        phys_hessian_over(&s->hessian, of, settings->rule, slices, dt, error);
+    else
+        phys_hessian_new(&s->hessian, system, settings->rule, slices, dt,
+                         over ? NULL : &s->path.action, error);
+    if (over && error->status == AD_OK)
+        phys_path_program_over(&s->path, system, settings, &s->hessian, error);
+    return error->status;
+}
+
 enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *system,
                                const struct phys_path_settings *settings,
                                struct phys_derivatives *of, struct ad_error *error)
@@ -55,14 +75,9 @@ enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *
                        settings->energy_weight);
     if (check_memory(system, settings, error) != AD_OK)
         return error->status;
-    if (of ? phys_hessian_over(&s->hessian, of, settings->rule, settings->slices, settings->dt,
-                               error) != AD_OK ||
-                 phys_path_program_over(&s->path, system, &s->settings, &s->hessian, error) != AD_OK
-           : phys_path_program_new(&s->path, system, &s->settings, NULL, error) != AD_OK ||
-                 phys_hessian_new(&s->hessian, system, settings->rule, settings->slices,
-                                  settings->dt, &s->path.action, error) != AD_OK)
+    if (record(s, system, of, error) != AD_OK)
         return error->status;
-    phys_hessian_free_ends(&s->hessian, settings);
+    phys_hessian_settings(&s->hessian, settings);
     if (phys_newton_system_new(&s->band, &s->hessian, hold, error) != AD_OK)
         return error->status;
     s->hessian.proceed = settings->proceed;

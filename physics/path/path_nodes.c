@@ -5,13 +5,40 @@
 #include <stdlib.h>
 #include <string.h>
 
+struct phys_grid phys_grid_of(const struct phys_path_settings *settings)
+{
+    return (struct phys_grid){settings->rule, settings->slices, settings->dt, settings->mesh};
+}
+
+double phys_grid_time(const struct phys_grid *grid, size_t slice)
+{
+    return (grid->mesh ? grid->mesh[slice] : (double)slice) * grid->dt;
+}
+
+/* Time in units of dt at a share of the element behind a slice. */
+static double at_node(const struct phys_grid *grid, size_t slice, double share)
+{
+    const double *mesh = grid->mesh ? grid->mesh + slice : NULL;
+    return mesh ? mesh[0] + (share > 0 ? share * (mesh[1] - mesh[0]) : 0) : (double)slice + share;
+}
+
+/* phys_rule_nodes has even elements. */
+static void move_times(const struct phys_grid *grid, struct phys_path_nodes *nodes)
+{
+    size_t s = nodes->degree;
+    for (size_t j = 0; grid->mesh && j < nodes->n; j++) {
+        double share = j % s ? nodes->time[j] / grid->dt - (double)(j / s) : 0;
+        nodes->time[j] = at_node(grid, j / s, share) * grid->dt;
+    }
+}
+
 enum ad_status phys_path_nodes_new(struct phys_path_nodes *nodes, size_t dof,
                                    const struct phys_grid *grid, size_t least, const double *path,
                                    struct ad_error *error)
 {
     const struct phys_rule *rule = grid->rule;
     size_t slices = grid->slices;
-    if (rule->degree < least)
+    if (rule->degree < least && !grid->mesh) /* cubics through even slices */
         rule = phys_rule_find("gauss3", error);
     *nodes = (struct phys_path_nodes){
         .degree = rule->degree, .dof = dof, .slices = slices, .n = rule->degree * (slices - 1) + 1};
@@ -25,6 +52,7 @@ enum ad_status phys_path_nodes_new(struct phys_path_nodes *nodes, size_t dof,
     if (rule != grid->rule)
         phys_rule_interpolate(rule, dof, slices, nodes->memory);
     phys_rule_nodes(rule, dof, slices, grid->dt, nodes->memory, nodes->x, nodes->time);
+    move_times(grid, nodes);
     return AD_OK;
 }
 
@@ -83,7 +111,7 @@ double *phys_path_resample(const struct phys_grid *from, const double *path,
     else if (phys_path_nodes_new(&nodes, dof, from, 0, path, error) == AD_OK) {
         to->rule->fill(to->rule, &table);
         for (size_t i = 0; i < n * s; i++) {
-            double t = (double)(i / s) + (i / s + 1 < n ? table.node[i % s] : 0);
+            double t = at_node(to, i / s, i / s + 1 < n ? table.node[i % s] : 0);
             phys_path_nodes_at(&nodes, t * to->dt, q, q + dof);
             for (size_t d = 0; d < dof; d++)
                 result[(i % s * dof + d) * n + i / s] = q[d];

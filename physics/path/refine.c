@@ -214,7 +214,8 @@ static bool climb(struct climb *c, const struct phys_rule *rule, size_t elements
     *level = (struct phys_level){.rule = rule, .elements = elements};
     if (c->before.path && time_is_free(c))
         c->time = c->before.grid.dt * (double)(c->before.grid.slices - 1);
-    c->here.grid = (struct phys_grid){rule, elements + 1, c->time / (double)elements};
+    c->here.grid =
+        (struct phys_grid){.rule = rule, .slices = elements + 1, .dt = c->time / (double)elements};
     if (solve(c, level, error) != AD_OK)
         return true;
     estimate(c, level);
@@ -309,7 +310,7 @@ enum ad_status phys_path_refine(const struct phys_system *system,
         return error->status;
     struct climb c = {.system = system,
                       .guess = guess,
-                      .given = {&phys_rule_left, settings->slices, settings->dt},
+                      .given = {&phys_rule_left, settings->slices, settings->dt, NULL},
                       .adam_steps = settings->adam_steps,
                       .time = (double)(settings->slices - 1) * settings->dt,
                       .tolerance = tolerance,

@@ -156,7 +156,7 @@ bool phys_shooting_new(struct phys_shooting *s, const struct phys_system *system
                        struct ad_error *error)
 {
     struct phys_path_nodes nodes;
-    const struct phys_grid grid = {settings->rule, settings->slices, settings->dt};
+    const struct phys_grid grid = phys_grid_of(settings);
     *s = (struct phys_shooting){.system = system, .dof = system->dof};
     if (s->dof > PHYS_SHOOTING_DOF || phys_curvature_new(&s->at, system, error) != AD_OK)
         return false;

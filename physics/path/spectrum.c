@@ -30,8 +30,8 @@ struct chain {
     double *work;
     int *pivots;
     size_t *order; /* [inner + side] place in an element of inner nodes, slice before, behind */
-    double mass[PHYS_RULE_MOST]; /* of a slice and of each inner node: sigma counts times it */
-    double end_mass;             /* of the first and last slice, where they move */
+    double mass[PHYS_RULE_MOST]; /* of a slice and of each inner node: sigma counts times it ... */
+    bool integral;               /* ... and the length of the element in units of dt */
     double largest;              /* entry of any element ... */
     double scale;                /* ... and of the spectrum */
     bool lost;                   /* out of memory for conjugate points */
@@ -44,6 +44,20 @@ static double entry(const struct chain *c, size_t e, size_t i, size_t j)
 {
     const struct phys_hessian *h = c->hessian;
     return h->element[(e * h->side + c->order[j]) * h->side + c->order[i]];
+}
+
+/* Of the mass of its inner nodes, and of half that of its slices. */
+static double length_of(const struct chain *c, size_t e)
+{
+    return c->integral ? phys_hessian_length(c->hessian, e) : 1;
+}
+
+/* Of a slice, which ends one element and begins another. */
+static double slice_mass(const struct chain *c, size_t i)
+{
+    double before = i > 0 ? length_of(c, i - 1) : 0;
+    double after = i < c->hessian->elements ? length_of(c, i) : 0;
+    return c->integral ? 0.5 * c->mass[0] * (before + after) : 1;
 }
 
 /* What is given at an end where coordinates move gets, in the condensed element e there, a positive
@@ -66,6 +80,7 @@ static void hold_given(struct chain *c, size_t e)
 static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
 {
     size_t m = c->inner, n = c->side;
+    double length = length_of(c, e);
     *negative = 0;
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
@@ -76,7 +91,8 @@ static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
     }
     for (size_t j = 0; j < m; j++)
         for (size_t i = 0; i < m; i++)
-            c->K[j * m + i] = entry(c, e, i, j) - (i == j ? sigma * c->mass[1 + i / c->dof] : 0);
+            c->K[j * m + i] =
+                entry(c, e, i, j) - (i == j ? sigma * length * c->mass[1 + i / c->dof] : 0);
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < m; i++)
             c->C[j * m + i] = entry(c, e, i, m + j);
@@ -115,10 +131,11 @@ static void eliminate(struct chain *c)
 /* `more` points conjugate to the start between slices i and i + 1. */
 static void note_conjugate(struct chain *c, size_t i, size_t more, struct phys_spectrum *spectrum)
 {
-    double dt = c->hessian->dt;
+    double from = phys_hessian_slice_time(c->hessian, i);
+    double half = 0.5 * (phys_hessian_slice_time(c->hessian, i + 1) - from);
     for (size_t *n = &spectrum->n_conjugate; more > 0 && !c->lost; more--)
         if (phys_grow(&spectrum->conjugate, *n, sizeof *spectrum->conjugate))
-            spectrum->conjugate[(*n)++] = (struct phys_conjugate){((double)i + 0.5) * dt, 0.5 * dt};
+            spectrum->conjugate[(*n)++] = (struct phys_conjugate){from + half, half};
         else
             c->lost = true;
 }
@@ -127,7 +144,7 @@ static void note_conjugate(struct chain *c, size_t i, size_t more, struct phys_s
 static bool next_block(struct chain *c, size_t i, double sigma)
 {
     size_t n = c->dof, last = c->hessian->elements;
-    double mass = i == 0 || i == last ? c->end_mass : c->mass[0];
+    double mass = slice_mass(c, i);
     for (size_t b = 0; b < n; b++)
         for (size_t a = 0; a < n; a++)
             c->D[b * n + a] = (i > 0 ? block(c, c->before, 1, 1, a, b) : 0) +
@@ -188,8 +205,9 @@ static size_t count_below(struct chain *c, double sigma, size_t enough,
 static const struct phys_spectrum unknown = {
     .smallest = (double)NAN, .second_variation = (double)NAN, .around = {(double)NAN, (double)NAN}};
 
-void phys_hessian_free_ends(struct phys_hessian *h, const struct phys_path_settings *settings)
+void phys_hessian_settings(struct phys_hessian *h, const struct phys_path_settings *settings)
 {
+    h->mesh = settings->mesh;
     for (size_t end = 0; settings->ends && end < 2; end++)
         h->free[end] = settings->ends->free[end];
 }
@@ -233,12 +251,15 @@ static void chain_free(struct chain *c)
 }
 
 /* Masses that are 1 give the eigenvalues of the Hessian. Those of the second variation are measured
-   against the integral of x^2: node k has the mass dt times the integral of its polynomial, which
-   the points of a rule give exactly, and a slice that of both its elements. */
+   against the integral of x^2: node k has the mass of an element's length times the integral of its
+   polynomial, which the points of a rule give exactly, and a slice that of both its elements. */
 static void set_masses(struct chain *c, bool integral)
 {
     const struct phys_rule_table *table = &c->hessian->table;
-    double least = (double)INFINITY;
+    double least = (double)INFINITY, shortest = (double)INFINITY;
+    c->integral = integral;
+    for (size_t e = 0; e < c->hessian->elements; e++)
+        shortest = fmin(shortest, length_of(c, e));
     memset(c->mass, 0, sizeof c->mass);
     for (size_t k = 0; k <= table->degree; k++)
         for (size_t j = 0; j < table->points; j++)
@@ -247,8 +268,7 @@ static void set_masses(struct chain *c, bool integral)
         c->mass[k] = integral ? c->mass[k] : 1;
         least = fmin(least, c->mass[k]);
     }
-    c->end_mass = integral ? 0.5 * c->mass[0] : 1;
-    c->scale = c->largest / least;
+    c->scale = c->largest / (least * shortest);
 }
 
 /* Eigenvalue k, ascending from 0, by bisection on the count, to rounding or a relative error;
@@ -378,7 +398,7 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
         AD_OK) {
         h.proceed = settings->proceed;
         h.context = settings->context;
-        phys_hessian_free_ends(&h, settings);
+        phys_hessian_settings(&h, settings);
         phys_hessian_spectrum(&h, path, spectrum, error);
     }
     phys_hessian_free(&h);

@@ -8,8 +8,8 @@
 /* Of h->mass, which it destroys: positive or negative definite at all points, else indefinite from
    `time` on, the first point where it is not. (definite.c) */
 enum phys_definite phys_hessian_definite(struct phys_hessian *h, double *time);
-/* The Hessian takes from the settings which coordinates move at the ends. */
-void phys_hessian_free_ends(struct phys_hessian *h, const struct phys_path_settings *settings);
+/* The Hessian takes from the settings which coordinates move at the ends, and the mesh. */
+void phys_hessian_settings(struct phys_hessian *h, const struct phys_path_settings *settings);
 /* As phys_path_spectrum, of any rule and grid h was made for; h keeps nothing of it. */
 enum ad_status phys_hessian_spectrum(struct phys_hessian *h, const double *path,
                                      struct phys_spectrum *spectrum, struct ad_error *error);

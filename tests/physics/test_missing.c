@@ -333,15 +333,15 @@ static void test_nothing_done(void **state)
     for (size_t k = 0; k < LENGTH(path); k++)
         assert_true(path[k] == 1);
     assert_int_equal(phys_path_defaults(NULL).slices, 0);
-    const struct phys_grid grid = {phys_rule_find("midpoint", &e), 3, 0.5},
-                           still = {grid.rule, 3, 0};
+    const struct phys_grid grid = {phys_rule_find("midpoint", &e), 3, 0.5, NULL},
+                           still = {grid.rule, 3, 0, NULL};
     assert_null(phys_path_resample(NULL, path, &grid, 1, &e));
     assert_int_equal(e.status, AD_E_ARGUMENT);
     e = (struct ad_error){0};
     assert_null(phys_path_resample(&grid, path, &still, 1, &e));
     assert_int_equal(e.status, AD_E_ARGUMENT);
     e = (struct ad_error){0};
-    assert_null(phys_path_resample(&(struct phys_grid){NULL, 3, 0.5}, path, &grid, 1, &e));
+    assert_null(phys_path_resample(&(struct phys_grid){NULL, 3, 0.5, NULL}, path, &grid, 1, &e));
     assert_int_equal(e.status, AD_E_ARGUMENT);
     phys_system_close(&pendulum);
     phys_system_close(NULL);

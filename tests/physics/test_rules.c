@@ -313,8 +313,8 @@ static void resampling_keeps_polynomials(void **state)
 {
     (void)state;
     enum { DOF = 2, FROM = 4, TO = 6, MOST = 4 };
-    const struct phys_grid from = {rule_named("gauss3"), FROM, 0.5},
-                           to = {rule_named("gauss4"), TO, 0.3};
+    const struct phys_grid from = {rule_named("gauss3"), FROM, 0.5, NULL},
+                           to = {rule_named("gauss4"), TO, 0.3, NULL};
     const struct phys_grid *const grids[] = {&from, &to};
     double path[2][MOST * DOF * TO] = {{0}};
     struct ad_error error = {0};

@@ -249,6 +249,9 @@ enum ad_status phys_path_all(const struct phys_system *system,
     if (AD_LACKS_RESULT(error, solutions) ||
         AD_LACKS(error, system, system->scene, settings, settings->rule, path))
         return error->status;
+    if (settings->mesh)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "mesh: expected even slices in a search for all paths");
     if (phys_free_ends(settings))
         return ad_fail(error, AD_E_ARGUMENT, "all paths: expected both ends given, got free ones");
     struct phys_multistart s = {.system = system,

@@ -25,7 +25,7 @@ static enum ad_status cover_given(struct phys_multistart *s, struct phys_end_map
     struct phys_covering c = {
         .map = map, .outer = FASTEST * map->speed, .number = COVERINGS, .roots = roots};
     struct phys_path_nodes nodes = {0};
-    const struct phys_grid grid = {s->settings.rule, s->slices, s->settings.dt};
+    const struct phys_grid grid = phys_grid_of(&s->settings);
     double q[PHYS_END_MAP_DOF], w[PHYS_END_MAP_DOF] = {0};
     double unit[PHYS_END_MAP_DOF * PHYS_END_MAP_DOF];
     size_t led = s->led, known = s->solutions->n;

@@ -1,0 +1,219 @@
+/* Paths on uneven elements: closed forms, and all that is said of them. */
+#include "physics/path/newton.h"
+#include "physics/path/path_nodes.h"
+#include "tests/physics/published.h"
+#include "tests/close.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SLICES = 41, MOST = 4 };
+static const double TIME = 5; /* half a period of the spring is 3.14 */
+
+/* Elements from 1 to about 1/40 of the mean, back and forth. */
+static void uneven(size_t slices, double *mesh)
+{
+    for (size_t i = 0; i < slices; i++)
+        mesh[i] = i == 0 ? 0 : mesh[i - 1] + 0.02 + pow(sin(0.61 * (double)i), 4);
+    for (size_t i = 0; i < slices; i++)
+        mesh[i] *= i + 1 < slices ? (double)(slices - 1) / mesh[slices - 1] : 1;
+    mesh[slices - 1] = (double)(slices - 1);
+}
+
+static ad_var spring(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params;
+    ad_var force =
+        ad_mul(q, ad_sin(ad_mul(2.0, t))); /* q'' = -q + sin 2t: q = A sin t - sin(2t)/3 */
+    ad_var free = ad_mul(0.5, ad_sub(ad_square(v), ad_square(q)));
+    return ad_add(free, force);
+}
+
+static ad_var still(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_mul(0.5, ad_sub(ad_square(v), ad_square(q)));
+}
+
+static enum ad_status start(const void *params, uint64_t seed, double *q, double *v,
+                            struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = 0;
+    v[0] = 1;
+    return AD_OK;
+}
+
+static const struct phys_scene driven = {.version = PHYS_SCENE_VERSION,
+                                         .size = sizeof(struct phys_scene),
+                                         .name = "driven",
+                                         .what = "a driven spring",
+                                         .dof = 1,
+                                         .dims = 1,
+                                         .unit = "1",
+                                         .time_unit = "1",
+                                         .energy_unit = "1",
+                                         .lagrangian = spring,
+                                         .slices = SLICES,
+                                         .dt = 0.1,
+                                         .start = start};
+
+static double exact(double t) { return 2 * sin(t) - sin(2 * t) / 3; }
+
+struct solved {
+    double path[MOST * SLICES], mesh[SLICES], error;
+    struct phys_path_settings settings;
+    struct phys_path_found found;
+    struct phys_system system;
+    struct phys_scene scene;
+};
+
+/* The path of the driven spring, or of the free one, over TIME on a mesh. */
+static void solve(const char *rule, size_t slices, bool is_driven, struct solved *s)
+{
+    struct ad_error error = {0};
+    memset(s, 0, sizeof *s);
+    s->scene = driven;
+    s->scene.lagrangian = is_driven ? spring : still;
+    uneven(slices, s->mesh);
+    assert_int_equal(phys_system_make(&s->scene, &s->system, &error), AD_OK);
+    s->settings = phys_path_defaults(&s->system);
+    s->settings.rule = phys_rule_find(rule, &error);
+    s->settings.slices = slices;
+    s->settings.dt = TIME / (double)(slices - 1);
+    s->settings.mesh = s->mesh;
+    s->path[slices - 1] = is_driven ? exact(TIME) : sin(TIME);
+    assert_int_equal(
+        phys_path_find(&phys_solver_newton, &s->system, &s->settings, s->path, &s->found, &error),
+        AD_OK);
+    assert_int_equal(s->found.info.stop, PHYS_STOP_ROUNDING);
+    const struct phys_grid grid = phys_grid_of(&s->settings);
+    for (size_t i = 0; i < slices; i++) {
+        double t = phys_grid_time(&grid, i);
+        s->error = fmax(s->error, fabs(s->path[i] - (is_driven ? exact(t) : sin(t))));
+    }
+}
+
+static void close_all(struct solved *s)
+{
+    phys_path_found_free(&s->found);
+    phys_system_close(&s->system);
+}
+
+/* Time is an input of L, so a wrong one shows; every rule keeps an order near its own. */
+static void every_rule_converges(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *rule;
+        double least; /* error on 21 slices by that on 41 */
+    } cases[] = {{"left", 1.5}, {"midpoint", 3}, {"trapezoid", 3}, {"gauss2", 10}, {"gauss4", 80}};
+    for (size_t k = 0; k < LENGTH(cases); k++) {
+        struct solved coarse, fine;
+        solve(cases[k].rule, 21, true, &coarse);
+        solve(cases[k].rule, 41, true, &fine);
+        print_message("%s: %g, %g\n", cases[k].rule, coarse.error, fine.error);
+        assert_true(coarse.error > cases[k].least * fine.error);
+        assert_true(fine.error < 0.5);
+        /* what is said of it: the motion from its own start, and a rule of higher order */
+        if (k > 0) {
+            assert_close(fine.found.discretisation, fine.error, 0.3, 1e-12);
+            assert_true(fine.found.true_distance < 20 * fine.error);
+        }
+        close_all(&coarse);
+        close_all(&fine);
+    }
+}
+
+/* S = sin(2T)/4 between 0 and sin T; its energy is 1/2; one point, pi, is conjugate to the start.
+ */
+static void what_is_said_of_it(void **state)
+{
+    (void)state;
+    struct solved s;
+    solve("gauss4", SLICES, false, &s);
+    assert_close(s.error, 0, 0, 1e-8);
+    assert_close(s.found.info.action, sin(2 * TIME) / 4, 0, 1e-8);
+    assert_close(s.found.info.energy_mean, 0.5, 0, 1e-8);
+    assert_true(s.found.info.energy_drift < 1e-3);
+    assert_int_equal(s.found.spectrum.index, 1);
+    assert_int_equal(s.found.spectrum.n_conjugate, 1);
+    assert_close(s.found.spectrum.conjugate[0].time, M_PI, 0, 1e-10);
+    assert_true(s.found.true_distance < 1e-7);
+    /* second variation: (pi k / T)^2 - 1, whatever the mesh */
+    assert_close(s.found.spectrum.second_variation, pow(M_PI / TIME, 2) - 1, 1e-6, 0);
+    struct phys_spectrum spectrum;
+    struct ad_error error = {0};
+    assert_int_equal(phys_path_spectrum(&s.system, &s.settings, s.path, &spectrum, &error), AD_OK);
+    assert_true(fabs(spectrum.conjugate[0].time - M_PI) <= spectrum.conjugate[0].error);
+    phys_spectrum_free(&spectrum);
+    close_all(&s);
+}
+
+static void resampling_between_meshes(void **state)
+{
+    (void)state;
+    struct ad_error error = {0};
+    double mesh[SLICES], path[4 * SLICES];
+    uneven(SLICES, mesh);
+    struct phys_grid from = {phys_rule_find("gauss4", &error), SLICES, 0.1, mesh}, to = from;
+    struct phys_rule_table table;
+    from.rule->fill(from.rule, &table);
+    for (size_t i = 0; i < SLICES; i++)
+        for (size_t k = 0; k < 4; k++) {
+            double end = i + 1 < SLICES ? mesh[i + 1] : mesh[i];
+            path[k * SLICES + i] = pow(0.1 * (mesh[i] + table.node[k] * (end - mesh[i])), 4);
+        }
+    to.mesh = NULL;
+    to.slices = 18;
+    to.dt = from.dt * (SLICES - 1) / 17;
+    double *even = phys_path_resample(&from, path, &to, 1, &error);
+    assert_non_null(even);
+    for (size_t i = 0; i < to.slices; i++)
+        assert_close(even[i], pow((double)i * to.dt, 4), 1e-12, 1e-12);
+    double *back = phys_path_resample(&to, even, &from, 1, &error);
+    assert_non_null(back);
+    for (size_t k = 0; k < 4 * SLICES; k++)
+        assert_close(back[k], path[k], 1e-11, 1e-11);
+    free(even);
+    free(back);
+}
+
+static void refusals(void **state)
+{
+    (void)state;
+    struct solved s;
+    struct ad_error error = {0};
+    struct phys_path_info info;
+    solve("gauss4", SLICES, false, &s);
+    assert_int_equal(phys_path_solve(phys_solver_find("adam", &error), &s.system, &s.settings,
+                                     s.path, &info, &error),
+                     AD_E_ARGUMENT);
+    static const size_t at[] = {0, 20, SLICES - 1};
+    for (size_t k = 0; k < LENGTH(at); k++) {
+        double kept = s.mesh[at[k]];
+        s.mesh[at[k]] = at[k] == 20 ? s.mesh[19] : kept + 1e-9;
+        error = (struct ad_error){0};
+        assert_int_equal(
+            phys_path_solve(&phys_solver_newton, &s.system, &s.settings, s.path, &info, &error),
+            AD_E_ARGUMENT);
+        s.mesh[at[k]] = kept;
+    }
+    struct phys_solutions all;
+    error = (struct ad_error){0};
+    assert_int_equal(phys_path_all(&s.system, &s.settings, s.path, 10, 1, &all, &error),
+                     AD_E_ARGUMENT);
+    close_all(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_rule_converges),
+        cmocka_unit_test(what_is_said_of_it),
+        cmocka_unit_test(resampling_between_meshes),
+        cmocka_unit_test(refusals),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
