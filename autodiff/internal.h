@@ -322,9 +322,6 @@ ad_var ad_each_unit(ad_tape *tape, size_t n, size_t cols);
 ad_var ad_each_outer(ad_var u, ad_var v, size_t n, size_t m);
 ad_var ad_each_product(ad_var a, ad_var x, size_t n, size_t m, bool transposed);
 
-/* The value of a scalar constant; false if x is none. */
-bool ad_constant_value(ad_var x, double *value);
-
 /* ---- differences (check.c, kink.c) ---- */
 
 /* y as a function of one entry of one input. */

@@ -34,6 +34,8 @@ ad_var ad_refuse(ad_tape *tape, enum ad_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)))
 #endif
     ;
+/* Whether two tapes hold the same recording: operations, shapes and constants. */
+bool ad_tape_same(const ad_tape *a, const ad_tape *b);
 /* Number of values recorded so far. */
 size_t ad_tape_size(const ad_tape *tape);
 /* Bytes held by the tape (nodes, constants, labels, index lists, memory of direct evaluation). */
@@ -52,6 +54,8 @@ ad_var ad_hold(ad_var input);
 ad_var ad_const(ad_tape *tape, size_t rows, size_t cols, const double *values);
 /* A constant scalar. */
 ad_var ad_scalar(ad_tape *tape, double value);
+/* The value of a constant scalar; false, and *value stays, for anything else. */
+bool ad_constant_value(ad_var x, double *value);
 /* Names a value in error messages; returns it. The label is copied. */
 ad_var ad_label(ad_var x, const char *label);
 

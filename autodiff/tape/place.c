@@ -2,6 +2,8 @@
    the number of parts, then id, row and column of each. */
 #include "autodiff/internal.h"
 
+#include <stdlib.h>
+
 /* Room for the places of n parts, to be filled; NULL when out of memory. */
 static uint32_t *new_list(ad_tape *tape, size_t n, uint32_t *list)
 {
@@ -58,6 +60,23 @@ ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var 
     return append(tape, rows, cols, list);
 }
 
+/* Scalar constants, as one. */
+static bool constants(bool rows, size_t n, const ad_var parts[], ad_var *y)
+{
+    double value, *values = NULL;
+    for (size_t k = 0; k < n; k++)
+        if (!ad_constant_value(parts[k], &value) ||
+            (!values && !(values = malloc(n * sizeof *values)))) {
+            free(values);
+            return false;
+        } else {
+            values[k] = value;
+        }
+    *y = ad_const(parts->tape, rows ? n : 1, rows ? 1 : n, values);
+    free(values);
+    return true;
+}
+
 /* Adjacent parts, one below the other (rows) or side by side. */
 static ad_var concat(unsigned op, size_t n, const ad_var parts[])
 {
@@ -73,8 +92,8 @@ static ad_var concat(unsigned op, size_t n, const ad_var parts[])
                                       "part %zu differs from the first", k);
         along += rows ? ad_rows(parts[k]) : ad_cols(parts[k]);
     }
-    if (n == 1)
-        return parts[0];
+    if (n == 1 || constants(rows, n, parts, &none))
+        return n == 1 ? parts[0] : none;
     uint32_t list, at = 0, *to;
     if (!ad_shape_fits(tape, op, 1, parts, rows ? along : across, rows ? across : along) ||
         !(to = new_list(tape, n, &list)))

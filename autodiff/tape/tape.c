@@ -250,8 +250,8 @@ size_t ad_cols(ad_var x) { return ad_is_current(x) ? node_at(x.tape, x.id)->cols
 
 bool ad_constant_value(ad_var x, double *value)
 {
-    const struct node *n = node_at(x.tape, x.id);
-    if (n->op != AD_OP_constant || node_size(n) != 1)
+    const struct node *n = ad_is_current(x) && value ? node_at(x.tape, x.id) : NULL;
+    if (!n || n->op != AD_OP_constant || node_size(n) != 1)
         return false;
     *value = x.tape->numbers[n->aux];
     return true;

@@ -27,14 +27,14 @@ static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *params)
 {
     const struct chain *p = params;
     (void)q, (void)t;
-    return ad_mul(0.5 * p->m, ad_sum_rows(ad_square(v)));
+    return ad_mul(ad_mul(0.5, PHYS_PARAM(p, m)), ad_sum_rows(ad_square(v)));
 }
 
 /* k d^2/2 + alpha d^3/3 of springs stretched by the rows of d. */
 static ad_var springs(ad_var d, const struct chain *p)
 {
-    ad_var square = ad_square(d), each = ad_add(0.5 * p->k, ad_mul(p->alpha / 3, d));
-    return ad_sum_rows(ad_mul(square, each));
+    ad_var cubic = ad_mul(ad_div(PHYS_PARAM(p, alpha), 3), d);
+    return ad_sum_rows(ad_mul(ad_square(d), ad_add(ad_mul(0.5, PHYS_PARAM(p, k)), cubic)));
 }
 
 static ad_var potential(ad_var q, ad_var v, ad_var t, const void *params)

@@ -18,12 +18,14 @@ static const struct phys_param parameters[] = {
 static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)
 {
     const struct driven *p = params;
-    ad_var rising = ad_mul(-p->a * p->w, ad_sin(ad_mul(p->w, t)));
-    ad_var across = ad_mul(p->l, v), along = ad_mul(across, ad_sin(q));
+    ad_var m = PHYS_PARAM(p, m), l = PHYS_PARAM(p, l), a = PHYS_PARAM(p, a);
+    ad_var w = PHYS_PARAM(p, w), turn = ad_mul(w, t);
+    ad_var rising = ad_mul(ad_mul(ad_neg(a), w), ad_sin(turn));
+    ad_var across = ad_mul(l, v), along = ad_mul(across, ad_sin(q));
     ad_var T =
         ad_add(ad_square(across), ad_add(ad_mul(2.0, ad_mul(rising, along)), ad_square(rising)));
-    ad_var height = ad_sub(ad_mul(p->a, ad_cos(ad_mul(p->w, t))), ad_mul(p->l, ad_cos(q)));
-    return ad_sub(ad_mul(0.5 * p->m, T), ad_mul(p->m * p->g, height));
+    ad_var height = ad_sub(ad_mul(a, ad_cos(turn)), ad_mul(l, ad_cos(q)));
+    return ad_sub(ad_mul(ad_mul(0.5, m), T), ad_mul(ad_mul(m, PHYS_PARAM(p, g)), height));
 }
 
 static enum ad_status start(const void *params, uint64_t seed, double *q, double *v,

@@ -20,14 +20,18 @@ static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *params)
 {
     const struct elastic *p = params;
     ad_var across = ad_mul(ad_row(q, 0), ad_row(v, 1));
-    return ad_mul(0.5 * p->m, ad_add(ad_square(ad_row(v, 0)), ad_square(across)));
+    return ad_mul(ad_mul(0.5, PHYS_PARAM(p, m)),
+                  ad_add(ad_square(ad_row(v, 0)), ad_square(across)));
 }
 
 static ad_var potential(ad_var q, ad_var v, ad_var t, const void *params)
 {
     const struct elastic *p = params;
     ad_var r = ad_row(q, 0), height = ad_neg(ad_mul(r, ad_cos(ad_row(q, 1))));
-    return ad_add(ad_mul(0.5 * p->k, ad_square(ad_sub(r, p->l))), ad_mul(p->m * p->g, height));
+    ad_var stretch = ad_sub(r, PHYS_PARAM(p, l)),
+           weight = ad_mul(PHYS_PARAM(p, m), PHYS_PARAM(p, g));
+    return ad_add(ad_mul(ad_mul(0.5, PHYS_PARAM(p, k)), ad_square(stretch)),
+                  ad_mul(weight, height));
 }
 
 static enum ad_status start(const void *params, uint64_t seed, double *q, double *v,

@@ -20,9 +20,9 @@ static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)
 {
     const struct hoop *p = params;
     (void)t;
-    ad_var round = ad_mul(p->w, ad_sin(q));
-    ad_var T = ad_mul(0.5 * p->m * p->R * p->R, ad_add(ad_square(v), ad_square(round)));
-    return ad_add(T, ad_mul(p->m * p->g * p->R, ad_cos(q)));
+    ad_var m = PHYS_PARAM(p, m), R = PHYS_PARAM(p, R), round = ad_mul(PHYS_PARAM(p, w), ad_sin(q));
+    ad_var T = ad_mul(ad_mul(ad_mul(ad_mul(0.5, m), R), R), ad_add(ad_square(v), ad_square(round)));
+    return ad_add(T, ad_mul(ad_mul(ad_mul(m, PHYS_PARAM(p, g)), R), ad_cos(q)));
 }
 
 static enum ad_status start(const void *params, uint64_t seed, double *q, double *v,

@@ -20,8 +20,10 @@ static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)
     const struct magnetic *p = params;
     (void)t;
     ad_var x_vy = ad_mul(ad_row(q, 0), ad_row(v, 1)), y_vx = ad_mul(ad_row(q, 1), ad_row(v, 0));
-    ad_var A_v = ad_sub(ad_mul(1 - p->gauge, x_vy), ad_mul(p->gauge, y_vx));
-    return ad_add(ad_mul(0.5 * p->m, ad_sum_rows(ad_square(v))), ad_mul(p->charge * p->B, A_v));
+    ad_var gauge = PHYS_PARAM(p, gauge), strength = ad_mul(PHYS_PARAM(p, charge), PHYS_PARAM(p, B));
+    ad_var A_v = ad_sub(ad_mul(ad_sub(1, gauge), x_vy), ad_mul(gauge, y_vx));
+    ad_var T = ad_mul(ad_mul(0.5, PHYS_PARAM(p, m)), ad_sum_rows(ad_square(v)));
+    return ad_add(T, ad_mul(strength, A_v));
 }
 
 static enum ad_status start(const void *params, uint64_t seed, double *q, double *v,

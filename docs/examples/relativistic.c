@@ -18,8 +18,9 @@ static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)
 {
     const struct relativistic *p = params;
     (void)t;
-    ad_var slowing = ad_sqrt(ad_sub(1.0, ad_square(ad_mul(1 / p->c, v))));
-    return ad_sub(ad_mul(p->force, q), ad_mul(p->m * p->c * p->c, slowing));
+    ad_var c = PHYS_PARAM(p, c), rest = ad_mul(ad_mul(PHYS_PARAM(p, m), c), c);
+    ad_var slowing = ad_sqrt(ad_sub(1.0, ad_square(ad_mul(ad_div(1, c), v))));
+    return ad_sub(ad_mul(PHYS_PARAM(p, force), q), ad_mul(rest, slowing));
 }
 
 static enum ad_status start(const void *params, uint64_t seed, double *q, double *v,

@@ -16,8 +16,9 @@ static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)
 {
     const struct torus *p = params;
     (void)t;
-    ad_var round = ad_mul(ad_add(p->R, ad_mul(p->r, ad_cos(ad_row(q, 1)))), ad_row(v, 0));
-    ad_var tube = ad_mul(p->r, ad_row(v, 1));
+    ad_var R = PHYS_PARAM(p, R), r = PHYS_PARAM(p, r);
+    ad_var round = ad_mul(ad_add(R, ad_mul(r, ad_cos(ad_row(q, 1)))), ad_row(v, 0));
+    ad_var tube = ad_mul(r, ad_row(v, 1));
     return ad_mul(0.5, ad_add(ad_square(round), ad_square(tube)));
 }
 

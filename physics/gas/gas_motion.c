@@ -57,10 +57,12 @@ static enum ad_status record(struct context *c, struct ad_error *error)
     forget(c);
     c->q = ad_input(c->tape, c->system->dof, 1, "q");
     V = ad_mul(0, ad_sum(c->q));
+    phys_recording_begin(c->system, c->tape);
     if (!c->listed || c->near.n > 0)
         V = ad_sum(phys_gas_interaction(ad_label(pair_squares(c), "squared distance"), c->gas));
     if (c->gas->walls > 0)
         V = ad_add(V, phys_gas_walls(c->q, c->gas));
+    phys_recording_end();
     c->potential = ad_label(V, "potential energy");
     if (ad_grad(V, 1, &c->q, &gradient) == AD_OK) {
         c->acceleration = ad_label(ad_mul(-1 / c->gas->m, gradient), "acceleration");

@@ -19,7 +19,7 @@ static const struct phys_param params[] = {
 };
 
 /* 1 / distance from (-shift, 0). */
-static ad_var inverse(ad_var x, ad_var y, double shift)
+static ad_var inverse(ad_var x, ad_var y, ad_var shift)
 {
     return ad_recip(ad_sqrt(ad_add(ad_square(ad_add(x, shift)), ad_square(y))));
 }
@@ -31,8 +31,9 @@ static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *p)
     ad_var x = ad_row(q, 0), y = ad_row(q, 1);
     ad_var u = ad_sub(ad_row(v, 0), y), w = ad_add(ad_row(v, 1), x);
     ad_var T = ad_mul(0.5, ad_add(ad_square(u), ad_square(w)));
-    return ad_add(T, ad_add(ad_mul(1 - s->mu, inverse(x, y, s->mu)),
-                            ad_mul(s->mu, inverse(x, y, s->mu - 1))));
+    ad_var mu = PHYS_PARAM(s, mu);
+    return ad_add(T, ad_add(ad_mul(ad_sub(1, mu), inverse(x, y, mu)),
+                            ad_mul(mu, inverse(x, y, ad_sub(mu, 1)))));
 }
 
 static size_t dof_of(const void *p)

@@ -4,9 +4,12 @@
 
 #include "physics/system/system.h"
 
+/* n scalars or rows [1 x columns] as a column [n x 1] or rows of one width. */
+ad_var phys_stacked(size_t n, ad_var values[]);
+
 /* Sum of m_b v_b^2 / 2 over bodies [1 x n]. v: [bodies*dims x n]. */
-ad_var phys_attraction_kinetic(ad_var v, size_t bodies, size_t dims, const double m[]);
+ad_var phys_attraction_kinetic(ad_var v, size_t bodies, size_t dims, const ad_var m[]);
 /* -G sum over pairs of m_i m_j / r [1 x n]. */
-ad_var phys_attraction_potential(ad_var q, size_t bodies, size_t dims, const double m[], double G);
+ad_var phys_attraction_potential(ad_var q, size_t bodies, size_t dims, const ad_var m[], ad_var G);
 
 #endif

@@ -37,7 +37,7 @@ static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *p)
     ad_var ratio = ad_select(top, dw, ad_mul(slope, du)); /* at the start its limit */
     ad_var along = ad_square(ad_add(dw, ratio));
     ad_var metric = ad_add(ad_mul(4, ad_square(du)), along);
-    return ad_add(ad_mul(0.25 / s->g, metric), 0.5);
+    return ad_add(ad_mul(ad_div(0.25, PHYS_PARAM(s, g)), metric), 0.5);
 }
 
 /* Angle by which the circle that draws the cycloid has turned at the end. */

@@ -28,7 +28,7 @@ ad_var phys_particle_kinetic(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct phys_particle *s = p;
     (void)q, (void)t;
-    return ad_mul(0.5 * s->m, ad_square(v));
+    return ad_mul(ad_mul(0.5, PHYS_PARAM(s, m)), ad_square(v));
 }
 
 ad_var phys_centre_kinetic(ad_var q, ad_var v, ad_var t, const void *p)
@@ -41,5 +41,5 @@ ad_var phys_centre_potential(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const double *gm = p;
     (void)v, (void)t;
-    return ad_div(-*gm, ad_sqrt(ad_sum_rows(ad_square(q))));
+    return ad_div(ad_neg(phys_param(gm)), ad_sqrt(ad_sum_rows(ad_square(q))));
 }

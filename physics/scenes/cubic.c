@@ -19,7 +19,8 @@ static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct cubic *s = p;
     (void)v, (void)t;
-    return ad_mul(ad_square(q), ad_add(0.5 * s->k, ad_mul(s->a / 3, q)));
+    ad_var cubic = ad_mul(ad_div(PHYS_PARAM(s, a), 3), q);
+    return ad_mul(ad_square(q), ad_add(ad_mul(0.5, PHYS_PARAM(s, k)), cubic));
 }
 
 const struct phys_scene phys_scene_cubic = {

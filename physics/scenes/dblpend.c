@@ -26,10 +26,12 @@ static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *params_)
     const struct double_pendulum *p = params_;
     (void)t;
     ad_var a = ad_row(q, 0), b = ad_row(q, 1), va = ad_row(v, 0), vb = ad_row(v, 1);
+    ad_var m2 = PHYS_PARAM(p, m2), l1 = PHYS_PARAM(p, l1), l2 = PHYS_PARAM(p, l2);
+    ad_var both = ad_add(PHYS_PARAM(p, m1), m2);
     ad_var cross = ad_mul(ad_mul(va, vb), ad_cos(ad_sub(a, b)));
-    return ad_add(ad_mul(0.5 * (p->m1 + p->m2) * p->l1 * p->l1, ad_square(va)),
-                  ad_add(ad_mul(0.5 * p->m2 * p->l2 * p->l2, ad_square(vb)),
-                         ad_mul(p->m2 * p->l1 * p->l2, cross)));
+    ad_var upper = ad_mul(ad_mul(ad_mul(ad_mul(0.5, both), l1), l1), ad_square(va));
+    ad_var lower = ad_mul(ad_mul(ad_mul(ad_mul(0.5, m2), l2), l2), ad_square(vb));
+    return ad_add(upper, ad_add(lower, ad_mul(ad_mul(ad_mul(m2, l1), l2), cross)));
 }
 
 static ad_var potential(ad_var q, ad_var v, ad_var t, const void *params_)
@@ -37,8 +39,10 @@ static ad_var potential(ad_var q, ad_var v, ad_var t, const void *params_)
     const struct double_pendulum *p = params_;
     (void)v, (void)t;
     ad_var a = ad_row(q, 0), b = ad_row(q, 1);
-    return ad_neg(ad_add(ad_mul((p->m1 + p->m2) * p->g * p->l1, ad_cos(a)),
-                         ad_mul(p->m2 * p->g * p->l2, ad_cos(b))));
+    ad_var m2 = PHYS_PARAM(p, m2), g = PHYS_PARAM(p, g), both = ad_add(PHYS_PARAM(p, m1), m2);
+    ad_var upper = ad_mul(ad_mul(ad_mul(both, g), PHYS_PARAM(p, l1)), ad_cos(a));
+    ad_var lower = ad_mul(ad_mul(ad_mul(m2, g), PHYS_PARAM(p, l2)), ad_cos(b));
+    return ad_neg(ad_add(upper, lower));
 }
 
 static const struct phys_preset paper = {

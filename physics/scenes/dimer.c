@@ -17,16 +17,17 @@ static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct dimer *s = p;
     (void)q, (void)t;
-    return ad_mul(0.5 * s->m, ad_sum_rows(ad_square(v)));
+    return ad_mul(ad_mul(0.5, PHYS_PARAM(s, m)), ad_sum_rows(ad_square(v)));
 }
 
 static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct dimer *s = p;
     (void)v, (void)t;
-    ad_var u = ad_div(s->sigma * s->sigma, phys_pair_squares(q, 2, 2, 0));
+    ad_var sigma = PHYS_PARAM(s, sigma);
+    ad_var u = ad_div(ad_mul(sigma, sigma), phys_pair_squares(q, 2, 2, 0));
     ad_var u3 = ad_mul(u, ad_square(u));
-    return ad_mul(4 * s->epsilon, ad_sub(ad_square(u3), u3));
+    return ad_mul(ad_mul(4, PHYS_PARAM(s, epsilon)), ad_sub(ad_square(u3), u3));
 }
 
 static size_t dof_of(const void *p)

@@ -19,7 +19,8 @@ static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct double_well *s = p;
     (void)v, (void)t;
-    return ad_mul(s->height, ad_square(ad_sub(ad_square(ad_mul(1 / s->a, q)), 1.0)));
+    ad_var scaled = ad_mul(ad_div(1, PHYS_PARAM(s, a)), q);
+    return ad_mul(PHYS_PARAM(s, height), ad_square(ad_sub(ad_square(scaled), 1.0)));
 }
 
 const struct phys_scene phys_scene_double_well = {

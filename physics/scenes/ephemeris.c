@@ -2,10 +2,9 @@
    optionally, relativistic corrections. A mass is the measured GM over G, unless it is set: GM is
    known to ten digits, G to five. */
 #include "scenes.h"
+#include "attraction.h"
 #include "ephemeris.h"
 #include "post_newtonian.h"
-
-enum { MOST_PAIRS = PHYS_EPHEMERIS_MOST * (PHYS_EPHEMERIS_MOST - 1) / 2, MOST_DIMS = 3 };
 
 #define MASS(k, name)                                                                              \
     {                                                                                              \
@@ -35,13 +34,13 @@ const struct ephemeris_body *phys_ephemeris_body(const struct ephemeris *ephemer
     return ephemeris->n ? &ephemeris->body[k] : &phys_ephemeris_bodies[k];
 }
 
-static double mass(const struct ephemeris *s, size_t k)
+static ad_var mass(const struct ephemeris *s, size_t k)
 {
     const struct ephemeris_body *body = phys_ephemeris_body(s, k);
     for (size_t j = 0; j < PHYS_EPHEMERIS_BODIES; j++)
         if (phys_ephemeris_bodies[j].id == body->id && s->mass[j] != 0)
-            return s->mass[j];
-    return body->gm / s->G;
+            return PHYS_PARAM(s, mass[j]);
+    return ad_div(body->gm, PHYS_PARAM(s, G));
 }
 
 static size_t dims_of(const void *p)
@@ -54,40 +53,39 @@ static size_t dof_of(const void *p) { return dims_of(p) * phys_ephemeris_count(p
 
 static const char *body_name(const void *p, size_t k) { return phys_ephemeris_body(p, k)->name; }
 
+static void masses(const struct ephemeris *s, ad_var m[])
+{
+    for (size_t k = 0; k < phys_ephemeris_count(s); k++)
+        m[k] = mass(s, k);
+}
+
 static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
 {
-    size_t dims = dims_of(p), dof = dof_of(p);
-    double half[PHYS_EPHEMERIS_MOST * MOST_DIMS];
+    ad_var m[PHYS_EPHEMERIS_MOST];
     (void)q, (void)t;
-    for (size_t k = 0; k < dof; k++)
-        half[k] = 0.5 * mass(p, k / dims);
-    return ad_sum_rows(ad_mul(ad_const(v.tape, dof, 1, half), ad_square(v)));
+    masses(p, m);
+    return phys_attraction_kinetic(v, phys_ephemeris_count(p), dims_of(p), m);
 }
 
 static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct ephemeris *s = p;
-    size_t n = phys_ephemeris_count(s), pair = 0;
-    double strength[MOST_PAIRS];
+    ad_var m[PHYS_EPHEMERIS_MOST];
     (void)v, (void)t;
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = i + 1; j < n; j++)
-            strength[pair++] = -s->G * mass(s, i) * mass(s, j);
-    ad_var r = ad_sqrt(phys_pair_squares(q, n, dims_of(s), 0));
-    return ad_sum_rows(ad_div(ad_const(q.tape, pair, 1, strength), r));
+    masses(s, m);
+    return phys_attraction_potential(q, phys_ephemeris_count(s), dims_of(s), m, PHYS_PARAM(s, G));
 }
 
 static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct ephemeris *s = p;
-    size_t n = phys_ephemeris_count(s);
-    double m[PHYS_EPHEMERIS_MOST];
+    ad_var m[PHYS_EPHEMERIS_MOST];
     ad_var L = ad_sub(kinetic(q, v, t, p), potential(q, v, t, p));
     if (s->relativity == 0)
         return L;
-    for (size_t k = 0; k < n; k++)
-        m[k] = mass(s, k);
-    return ad_add(L, phys_post_newtonian(q, v, n, dims_of(s), m, s->G));
+    masses(s, m);
+    return ad_add(
+        L, phys_post_newtonian(q, v, phys_ephemeris_count(s), dims_of(s), m, PHYS_PARAM(s, G)));
 }
 
 static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,

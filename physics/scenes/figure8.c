@@ -20,14 +20,16 @@ static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct figure8 *s = p;
     (void)q, (void)t;
-    return phys_attraction_kinetic(v, BODIES, DIMS, (double[]){s->m, s->m, s->m});
+    ad_var m = PHYS_PARAM(s, m);
+    return phys_attraction_kinetic(v, BODIES, DIMS, (ad_var[]){m, m, m});
 }
 
 static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct figure8 *s = p;
     (void)v, (void)t;
-    return phys_attraction_potential(q, BODIES, DIMS, (double[]){s->m, s->m, s->m}, s->G);
+    ad_var m = PHYS_PARAM(s, m), G = PHYS_PARAM(s, G);
+    return phys_attraction_potential(q, BODIES, DIMS, (ad_var[]){m, m, m}, G);
 }
 
 static size_t dof_of(const void *p)

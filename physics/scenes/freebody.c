@@ -17,7 +17,7 @@ static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct freebody *s = p;
     (void)v, (void)t;
-    return ad_mul(s->at.m * s->g, q);
+    return ad_mul(ad_mul(PHYS_PARAM(s, at.m), PHYS_PARAM(s, g)), q);
 }
 
 static const struct phys_preset paper = {

@@ -57,23 +57,25 @@ static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct gas *s = p;
     (void)q, (void)t;
-    return ad_mul(0.5 * s->m, ad_sum_rows(ad_square(v)));
+    return ad_mul(ad_mul(0.5, PHYS_PARAM(s, m)), ad_sum_rows(ad_square(v)));
 }
 
 ad_var phys_gas_interaction(ad_var square, const struct gas *s)
 {
-    square = s->softening == 0 ? square : ad_add(square, s->softening);
-    ad_var u = ad_div(s->sigma * s->sigma, square), u3 = ad_mul(ad_square(u), u);
+    ad_var sigma = PHYS_PARAM(s, sigma);
+    square = ad_add(square, PHYS_PARAM(s, softening));
+    ad_var u = ad_div(ad_mul(sigma, sigma), square), u3 = ad_mul(ad_square(u), u);
     ad_var shape = ad_sub(ad_square(u3), u3);
     if (s->cutoff > 0) {
-        double far = pow(s->cutoff, -6);
-        shape = ad_select(ad_gt(u3, far), ad_sub(shape, far * far - far), 0);
+        ad_var far = ad_div(1, ad_cube(ad_square(PHYS_PARAM(s, cutoff))));
+        shape = ad_select(ad_gt(u3, far), ad_sub(shape, ad_sub(ad_square(far), far)), 0);
     }
     if (s->clamp > 0)
-        shape = ad_min(shape, s->clamp / s->strength);
-    ad_var V = ad_mul(s->strength, shape);
+        shape = ad_min(shape, ad_div(PHYS_PARAM(s, clamp), PHYS_PARAM(s, strength)));
+    ad_var V = ad_mul(PHYS_PARAM(s, strength), shape);
     if (s->cap_radius > 0)
-        V = ad_add(V, ad_mul(s->cap_slope, ad_relu(ad_sub(s->cap_radius, ad_sqrt(square)))));
+        V = ad_add(V, ad_mul(PHYS_PARAM(s, cap_slope),
+                             ad_relu(ad_sub(PHYS_PARAM(s, cap_radius), ad_sqrt(square)))));
     return V;
 }
 
@@ -84,8 +86,10 @@ double phys_gas_side(const struct gas *s)
 
 ad_var phys_gas_walls(ad_var q, const struct gas *s)
 {
-    ad_var outside = ad_relu(ad_sub(ad_abs(ad_sub(q, 0.5)), 0.5 * phys_gas_side(s)));
-    return ad_mul(0.5 * s->walls, ad_sum_rows(ad_square(outside)));
+    ad_var side = s->random_start != 0 ? PHYS_PARAM(s, box)
+                                       : ad_mul(PHYS_PARAM(s, spacing), ceil(sqrt(s->bodies)));
+    ad_var outside = ad_relu(ad_sub(ad_abs(ad_sub(q, 0.5)), ad_mul(0.5, side)));
+    return ad_mul(ad_mul(0.5, PHYS_PARAM(s, walls)), ad_sum_rows(ad_square(outside)));
 }
 
 static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
@@ -101,7 +105,7 @@ static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct gas *s = p;
     ad_var L = ad_sub(kinetic(q, v, t, p), potential(q, v, t, p));
-    return s->friction == 0 ? L : ad_mul(ad_exp(ad_mul(s->friction, t)), L);
+    return s->friction == 0 ? L : ad_mul(ad_exp(ad_mul(PHYS_PARAM(s, friction), t)), L);
 }
 
 static void place_lattice(const struct gas *s, struct phys_random *random, size_t n, double *q)

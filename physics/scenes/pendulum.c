@@ -20,14 +20,16 @@ static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct pendulum *s = p;
     (void)q, (void)t;
-    return ad_mul(0.5 * s->m * s->l * s->l, ad_square(v));
+    ad_var l = PHYS_PARAM(s, l);
+    return ad_mul(ad_mul(ad_mul(ad_mul(0.5, PHYS_PARAM(s, m)), l), l), ad_square(v));
 }
 
 static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct pendulum *s = p;
     (void)v, (void)t;
-    return ad_mul(s->m * s->g * s->l, ad_sub(1.0, ad_cos(q)));
+    ad_var weight = ad_mul(PHYS_PARAM(s, m), PHYS_PARAM(s, g));
+    return ad_mul(ad_mul(weight, PHYS_PARAM(s, l)), ad_sub(1.0, ad_cos(q)));
 }
 
 static const struct phys_preset paper = {

@@ -1,5 +1,6 @@
 /* The first post-Newtonian terms on a tape (post_newtonian.h). */
 #include "post_newtonian.h"
+#include "attraction.h"
 
 #include <stdlib.h>
 
@@ -9,12 +10,11 @@ static const double c_squared = 299792458.0 * 299792458.0;
 struct pairs {
     size_t n;
     uint32_t *a, *b, *rows; /* [n] each, rows for one axis */
-    double *mass;           /* [bodies] */
-    double *strength;       /* G m_a m_b [n] */
-    double *at_a, *at_b;    /* G m_b, G m_a [n]: the contributions to each other's potential */
+    ad_var *strength;       /* G m_a m_b [n] */
+    ad_var *at_a, *at_b;    /* G m_b, G m_a [n]: the contributions to each other's potential */
 };
 
-static bool list_pairs(struct pairs *p, size_t bodies, const double m[], double G)
+static bool list_pairs(struct pairs *p, size_t bodies, const ad_var m[], ad_var G)
 {
     size_t n = bodies * (bodies - 1) / 2, k = 0;
     *p = (struct pairs){.n = n};
@@ -30,9 +30,9 @@ static bool list_pairs(struct pairs *p, size_t bodies, const double m[], double 
         for (size_t j = i + 1; j < bodies; j++, k++) {
             p->a[k] = (uint32_t)i;
             p->b[k] = (uint32_t)j;
-            p->strength[k] = G * m[i] * m[j];
-            p->at_a[k] = G * m[j];
-            p->at_b[k] = G * m[i];
+            p->strength[k] = ad_mul(ad_mul(G, m[i]), m[j]);
+            p->at_a[k] = ad_mul(G, m[j]);
+            p->at_b[k] = ad_mul(G, m[i]);
         }
     return true;
 }
@@ -55,13 +55,7 @@ static ad_var axis_of(const struct pairs *p, ad_var x, size_t dims, size_t axis,
 /* Running sums begin with nothing. */
 static void add(ad_var *sum, ad_var term) { *sum = sum->tape ? ad_add(*sum, term) : term; }
 
-static ad_var column(ad_var like, size_t n, const double *values)
-{
-    return ad_const(like.tape, n, 1, values);
-}
-
-static ad_var record(struct pairs *p, ad_var q, ad_var v, size_t bodies, size_t dims,
-                     const double m[])
+static ad_var record(struct pairs *p, ad_var q, ad_var v, size_t bodies, size_t dims, ad_var m[])
 {
     ad_var square = {0}, va_n = {0}, vb_n = {0}, va_vb = {0}, speeds = {0}, d[8];
     uint32_t every[64];
@@ -82,15 +76,14 @@ static ad_var record(struct pairs *p, ad_var q, ad_var v, size_t bodies, size_t 
     ad_var along = ad_mul(ad_mul(va_n, vb_n), ad_square(near));
     ad_var moving = ad_sub(ad_sub(ad_mul(3, both), ad_mul(7, va_vb)), along);
     ad_var potential =
-        ad_add(ad_scatter_rows(ad_mul(column(q, p->n, p->at_a), near), p->a, bodies),
-               ad_scatter_rows(ad_mul(column(q, p->n, p->at_b), near), p->b, bodies));
+        ad_add(ad_scatter_rows(ad_mul(phys_stacked(p->n, p->at_a), near), p->a, bodies),
+               ad_scatter_rows(ad_mul(phys_stacked(p->n, p->at_b), near), p->b, bodies));
     ad_var alone = ad_sub(ad_mul(0.125, ad_square(speeds)), ad_mul(0.5, ad_square(potential)));
-    ad_var pairs = ad_mul(ad_mul(column(q, p->n, p->strength), near), ad_mul(0.5, moving));
-    return ad_add(ad_sum_rows(ad_mul(column(q, bodies, m), alone)), ad_sum_rows(pairs));
+    ad_var pairs = ad_mul(ad_mul(phys_stacked(p->n, p->strength), near), ad_mul(0.5, moving));
+    return ad_add(ad_sum_rows(ad_mul(phys_stacked(bodies, m), alone)), ad_sum_rows(pairs));
 }
 
-ad_var phys_post_newtonian(ad_var q, ad_var v, size_t bodies, size_t dims, const double m[],
-                           double G)
+ad_var phys_post_newtonian(ad_var q, ad_var v, size_t bodies, size_t dims, ad_var m[], ad_var G)
 {
     struct pairs p;
     ad_var L;

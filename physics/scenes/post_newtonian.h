@@ -11,7 +11,6 @@
            - 1/2 sum_a m_a U_a^2,  U_a = sum_{b != a} G m_b / r
    (Einstein, Infeld, Hoffmann; Landau and Lifshitz, The Classical Theory of Fields, section 106).
    q, v: [bodies*dims x n]. */
-ad_var phys_post_newtonian(ad_var q, ad_var v, size_t bodies, size_t dims, const double m[],
-                           double G);
+ad_var phys_post_newtonian(ad_var q, ad_var v, size_t bodies, size_t dims, ad_var m[], ad_var G);
 
 #endif

@@ -19,18 +19,27 @@ static const struct phys_param params[] = {
     {"G", "1", "strength of the attraction", 1, offsetof(struct pythagorean, G)},
 };
 
+static void masses(const struct pythagorean *s, ad_var m[BODIES])
+{
+    for (size_t k = 0; k < BODIES; k++)
+        m[k] = PHYS_PARAM(s, m[k]);
+}
+
 static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
 {
-    const struct pythagorean *s = p;
+    ad_var m[BODIES];
     (void)q, (void)t;
-    return phys_attraction_kinetic(v, BODIES, DIMS, s->m);
+    masses(p, m);
+    return phys_attraction_kinetic(v, BODIES, DIMS, m);
 }
 
 static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct pythagorean *s = p;
+    ad_var m[BODIES];
     (void)v, (void)t;
-    return phys_attraction_potential(q, BODIES, DIMS, s->m, s->G);
+    masses(s, m);
+    return phys_attraction_potential(q, BODIES, DIMS, m, PHYS_PARAM(s, G));
 }
 
 static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,

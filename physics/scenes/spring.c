@@ -17,7 +17,7 @@ static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct spring *s = p;
     (void)v, (void)t;
-    return ad_mul(0.5 * s->k, ad_square(q));
+    return ad_mul(ad_mul(0.5, PHYS_PARAM(s, k)), ad_square(q));
 }
 
 const struct phys_scene phys_scene_spring = {

@@ -2,6 +2,7 @@
        V = -G sum over pairs of m_i m_j / (r + offset),  r = sqrt(d^2 + softening).
    The published code replaces 1/(r + offset) by a line at small distances, which changes the law
    and its gradient there; that is off unless cap_radius is set. */
+#include "attraction.h"
 #include "scenes.h"
 
 #include <string.h>
@@ -29,26 +30,30 @@ static const struct phys_param params[] = {
 static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct threebody *s = p;
-    double half[BODIES * DIMS];
+    ad_var m[BODIES];
     (void)q, (void)t;
-    for (size_t k = 0; k < BODIES * DIMS; k++)
-        half[k] = 0.5 * s->m[k / DIMS];
-    return ad_sum_rows(ad_mul(ad_const(v.tape, BODIES * DIMS, 1, half), ad_square(v)));
+    for (size_t k = 0; k < BODIES; k++)
+        m[k] = PHYS_PARAM(s, m[k]);
+    return phys_attraction_kinetic(v, BODIES, DIMS, m);
 }
 
 static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct threebody *s = p;
-    const double strength[] = {s->G * s->m[0] * s->m[1], s->G * s->m[0] * s->m[2],
-                               s->G * s->m[1] * s->m[2]};
+    ad_var Gm1 = ad_mul(PHYS_PARAM(s, G), PHYS_PARAM(s, m[0])), m2 = PHYS_PARAM(s, m[1]),
+           m3 = PHYS_PARAM(s, m[2]);
+    ad_var strength[] = {ad_mul(Gm1, m2), ad_mul(Gm1, m3),
+                         ad_mul(ad_mul(PHYS_PARAM(s, G), m2), m3)};
     (void)v, (void)t;
-    ad_var r = ad_sqrt(phys_pair_squares(q, BODIES, DIMS, s->softening));
-    ad_var inverse = ad_recip(ad_add(r, s->offset));
+    ad_var squares = phys_pair_squares(q, BODIES, DIMS, 0);
+    ad_var r = ad_sqrt(ad_add(squares, PHYS_PARAM(s, softening)));
+    ad_var inverse = ad_recip(ad_add(r, PHYS_PARAM(s, offset)));
     if (s->cap_radius > 0) {
-        ad_var line = ad_add(ad_mul(s->cap_slope, ad_sub(s->cap_radius, r)), s->cap_value);
-        inverse = ad_select(ad_lt(r, s->cap_radius), line, inverse);
+        ad_var inside = ad_sub(PHYS_PARAM(s, cap_radius), r);
+        ad_var line = ad_add(ad_mul(PHYS_PARAM(s, cap_slope), inside), PHYS_PARAM(s, cap_value));
+        inverse = ad_select(ad_lt(r, PHYS_PARAM(s, cap_radius)), line, inverse);
     }
-    return ad_neg(ad_sum_rows(ad_mul(ad_const(q.tape, LENGTH(strength), 1, strength), inverse)));
+    return ad_neg(ad_sum_rows(ad_mul(phys_stacked(LENGTH(strength), strength), inverse)));
 }
 
 static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,

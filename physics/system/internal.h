@@ -33,6 +33,27 @@ const char *phys_scene_flaw(const struct phys_scene *scene);
 enum ad_status phys_system_begin(struct phys_system *system, const struct phys_scene *scene,
                                  struct ad_error *error);
 
+/* Parameters that PHYS_PARAM gives as variables vars[n], by their places which[n] in the scene's
+   table; taken[k] becomes true where one is. Of this thread; all zero: none. Returns those before.
+ */
+struct phys_variables {
+    const struct phys_system *system;
+    size_t n;
+    const size_t *which;
+    const ad_var *vars;
+    bool *taken;
+};
+struct phys_variables phys_variables_bind(struct phys_variables variables);
+/* Around what records on `tape` for a system: what PHYS_PARAM asks. */
+void phys_recording_begin(const struct phys_system *system, ad_tape *tape);
+void phys_recording_end(void);
+/* A parameter's place in the scene's table; SIZE_MAX: AD_E_ARGUMENT names the nearest. */
+size_t phys_param_find(const struct phys_system *system, const char *name, struct ad_error *error);
+double *phys_param_value(const struct phys_system *system, size_t k);
+/* AD_E_ARGUMENT, with the reason, for a parameter without derivatives (phys_param_use). */
+enum ad_status phys_param_refuse(const struct phys_system *system, const char *name,
+                                 struct ad_error *error);
+
 /* phys_scenes has at most so many. */
 enum { PHYS_SCENES_MOST = 64 };
 

@@ -1,6 +1,16 @@
 /* L and the energies of a system on a tape, from the callbacks that its scene has. */
 #include "internal.h"
 
+/* What a callback records, with its parameters. */
+static ad_var call(const struct phys_system *system, phys_lagrangian *callback, ad_var q, ad_var v,
+                   ad_var t)
+{
+    phys_recording_begin(system, q.tape);
+    ad_var y = callback(q, v, t, system->params);
+    phys_recording_end();
+    return y;
+}
+
 /* One value a slice, or a refusal that names the callback's mistake. */
 static ad_var checked(const struct phys_system *system, const char *what, ad_var q, ad_var y)
 {
@@ -26,11 +36,10 @@ ad_var phys_system_lagrangian(const struct phys_system *system, ad_var q, ad_var
     if (lacks_scene(system, q))
         return q;
     const struct phys_scene *scene = system->scene;
-    const void *params = system->params;
     if (scene->lagrangian)
-        return checked(system, "Lagrangian", q, scene->lagrangian(q, v, t, params));
-    return ad_sub(checked(system, "kinetic energy", q, scene->kinetic(q, v, t, params)),
-                  checked(system, "potential energy", q, scene->potential(q, v, t, params)));
+        return checked(system, "Lagrangian", q, call(system, scene->lagrangian, q, v, t));
+    return ad_sub(checked(system, "kinetic energy", q, call(system, scene->kinetic, q, v, t)),
+                  checked(system, "potential energy", q, call(system, scene->potential, q, v, t)));
 }
 
 void phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
@@ -42,10 +51,10 @@ void phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, 
     if (lacks_scene(system, q))
         return;
     const struct phys_scene *scene = system->scene;
-    const void *params = system->params;
     if (scene->kinetic && scene->potential) {
-        *kinetic = checked(system, "kinetic energy", q, scene->kinetic(q, v, t, params));
-        *potential = checked(system, "potential energy", q, scene->potential(q, v, t, params));
+        *kinetic = checked(system, "kinetic energy", q, call(system, scene->kinetic, q, v, t));
+        *potential =
+            checked(system, "potential energy", q, call(system, scene->potential, q, v, t));
         return;
     }
     ad_var L = phys_system_lagrangian(system, q, v, t), momentum;

@@ -6,13 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_PARAMS = 64 };
-
-static double *value_of(const struct phys_system *system, size_t k)
-{
-    return (double *)((char *)system->params + system->scene->params[k].offset);
-}
-
 /* Degrees of freedom, bodies and dimensions follow from the parameters. */
 static bool measure(struct phys_system *system)
 {
@@ -57,7 +50,7 @@ enum ad_status phys_system_begin(struct phys_system *system, const struct phys_s
     if (!system->params)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     for (size_t k = 0; k < scene->n_params; k++)
-        *value_of(system, k) = scene->params[k].value;
+        *phys_param_value(system, k) = scene->params[k].value;
     if (!measure(system))
         return ad_fail(error, AD_E_INPUT, "%s: the default parameters are invalid", scene->name);
     return AD_OK;
@@ -94,26 +87,20 @@ void phys_system_close(struct phys_system *system)
 enum ad_status phys_system_set(struct phys_system *system, const char *name, double value,
                                struct ad_error *error)
 {
-    const char *names[MOST_PARAMS];
     if (AD_LACKS(error, system, system->scene))
         return error->status;
     const struct phys_scene *scene = system->scene;
-    size_t n = scene->n_params < MOST_PARAMS ? scene->n_params : MOST_PARAMS;
-    for (size_t k = 0; k < n; k++)
-        names[k] = scene->params[k].name;
-    char what[80];
-    snprintf(what, sizeof what, "parameter of %s", scene->name);
-    size_t k = phys_find(what, name, n, names, error);
-    if (k == n)
+    const size_t k = phys_param_find(system, name, error);
+    if (k == SIZE_MAX)
         return AD_E_ARGUMENT;
     if (!isfinite(value))
         return ad_fail(error, AD_E_ARGUMENT, "%s: %s is %g, expected a finite number", scene->name,
                        name, value);
-    double before = *value_of(system, k);
-    *value_of(system, k) = value;
+    double before = *phys_param_value(system, k);
+    *phys_param_value(system, k) = value;
     if (measure(system))
         return AD_OK;
-    *value_of(system, k) = before;
+    *phys_param_value(system, k) = before;
     return ad_fail(error, AD_E_ARGUMENT, "%s: invalid %s = %g (%s)", scene->name, name, value,
                    scene->params[k].what);
 }
@@ -133,7 +120,7 @@ double phys_system_get(const struct phys_system *system, const char *name)
 {
     for (size_t k = 0; system && system->scene && name && k < system->scene->n_params; k++)
         if (strcmp(system->scene->params[k].name, name) == 0)
-            return *value_of(system, k);
+            return *phys_param_value(system, k);
     return (double)NAN;
 }
 

@@ -32,6 +32,12 @@ struct phys_param {
     size_t offset;
 };
 
+/* In a callback: member m of its params struct as a value of the tape. A constant, and a variable
+   where derivatives with respect to that parameter, or changes of it, are asked. The plain double
+   params->m goes on working, as a constant. */
+#define PHYS_PARAM(params, m) phys_param(&(params)->m)
+ad_var phys_param(const double *at); /* {0} outside of a callback that records L */
+
 /* A parameter by name. */
 struct phys_setting {
     const char *name;
@@ -151,6 +157,21 @@ void phys_coordinate_name(const struct phys_system *system, size_t k, char *name
 /* Records L [1 x n] of a system from its scene's callbacks. AD_E_SHAPE if they return another
    shape. */
 ad_var phys_system_lagrangian(const struct phys_system *system, ad_var q, ad_var v, ad_var t);
+/* The same with parameters names[n] as variables p[n], each a scalar or a row [1 x n]: changing
+   them needs no recording, and derivatives with respect to them come from the tape. AD_E_ARGUMENT
+   names one that phys_param_use does not find to be a variable. */
+ad_var phys_system_lagrangian_of(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
+                                 size_t n, const char *const names[], const ad_var p[]);
+enum phys_param_use {
+    PHYS_PARAM_VARIABLE, /* L has it by PHYS_PARAM alone, or not at all */
+    PHYS_PARAM_PLAIN,    /* as a plain number or in a condition: a constant */
+    PHYS_PARAM_MIXED,    /* both: a derivative would lack a part */
+    PHYS_PARAM_FIXED     /* it changes the coordinates, or numbers next to it are no values of it */
+};
+/* How L uses a parameter: recordings are compared whose plain numbers differ. On errors,
+   PHYS_PARAM_FIXED. */
+enum phys_param_use phys_param_use(const struct phys_system *system, const char *name,
+                                   struct ad_error *error);
 /* Records kinetic and potential energy [1 x n]: the scene's own, or, where its L does not split, (E
    + L)/2 and (E - L)/2 with E = v L_v - L. */
 void phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
