@@ -1,6 +1,6 @@
 /* Loop order of a compiled segment: which dimension fills the vectors, which loop is the inner one,
    and where chunks are split. */
-#include "native.h"
+#include "writer.h"
 
 /* Rows are combined, and lie in registers or the first-level cache if the loop over rows is the
    inner one. Rows that are read or written once each then are as many streams through memory, and
@@ -45,6 +45,14 @@ static uint32_t lanes_of(size_t element, uint32_t extent, size_t bytes)
     return 1;
 }
 
+bool ad_native_is_literal(const struct loop_order *w)
+{
+    enum { MOST = 256 }; /* instructions */
+    const struct segment *g = &w->segment;
+    return !w->along_rows && g->rows <= MAX_LITERAL_ROWS && g->rows * g->count <= MOST &&
+           !(g->by_rows && g->chunks > 1);
+}
+
 /* Accumulated rows need no private copies when columns are split instead of rows. A chunk is at
    least two vectors wide: its last vector is moved back to end with the chunk, and must stay
    inside. */
@@ -73,5 +81,7 @@ struct loop_order ad_native_loop_order(const ad_program *p, uint32_t number, siz
     w.rows_inside = !w.along_rows && runs_rows_inside(p, g);
     w.lanes = lanes_of(p->element, w.along_rows ? g->rows : g->cols, bytes);
     split(p, &w);
+    w.literal = w.rows_inside && ad_native_is_literal(&w);
+    w.joined = 1;
     return w;
 }

@@ -34,18 +34,28 @@ struct loop_order {
     uint32_t lanes;         /* of a vector */
     bool along_rows;        /* the space is one column: vectors run along rows */
     bool rows_inside;       /* the loop over rows is inside that over blocks of columns */
+    bool literal;           /* rows are written one by one, without a loop */
+    uint32_t joined;        /* this many segments from here on share one loop; 0: in another's */
 };
 
 /* The best loop order of segment `number` for vectors of `bytes`. */
 struct loop_order ad_native_loop_order(const ad_program *program, uint32_t number, size_t bytes);
+
+/* Its rows can be written one by one. */
+bool ad_native_is_literal(const struct loop_order *walk);
+/* How many segments, the first of n and those behind it, can share one loop over columns
+   (loops.c). */
+uint32_t ad_native_joined(const ad_program *program, size_t n, const struct loop_order walks[]);
 
 /* Bytes of a vector of the program's instruction set. */
 size_t ad_native_vector_bytes(const ad_program *program);
 /* Writes types, loads, stores and operations for vectors of `lanes`. */
 void ad_native_vectors(FILE *out, const ad_program *program, uint32_t lanes);
 
-/* Writes function s<number>, of type ad_segment_code; false when out of memory. */
-bool ad_native_segment(FILE *out, const ad_program *program, const struct loop_order *walk);
+/* Writes function s<number>, of type ad_segment_code, or j<number of the first> of n segments in
+   one loop; false when out of memory. */
+bool ad_native_segment(FILE *out, const ad_program *program, size_t n,
+                       const struct loop_order walks[]);
 
 /* The source of a program, freed by the caller, and the segments that replace the program's: the
    fused ones are, in order, its functions run0, run1, ... NULL when out of memory. */

@@ -63,10 +63,20 @@ static void write_listed(const struct writer *w, uint32_t list)
     ad_native_say(w, "(size_t)l[%u + r]", list + w->k);
 }
 
+static uint32_t literal_row(const struct writer *w, const struct loc *l)
+{
+    return l->list ? w->p->lists[l->list - 1 + w->k] : w->k;
+}
+
+size_t ad_native_at(const struct writer *w, const struct loc *l)
+{
+    return l->off + (size_t)literal_row(w, l) * l->rs * w->p->element;
+}
+
 void ad_native_row(const struct writer *w, const struct loc *l)
 {
-    if (w->literal || w->g->rows == 1)
-        ad_native_say(w, "%u", l->list ? w->p->lists[l->list - 1 + w->row + w->k] : w->row + w->k);
+    if (w->walk->literal || w->g->rows == 1)
+        ad_native_say(w, "%u", literal_row(w, l));
     else if (l->list)
         write_listed(w, l->list - 1);
     else
@@ -177,6 +187,40 @@ static void write_load_along_rows(const struct writer *w, const struct loc *l)
     ad_native_say(w, ")");
 }
 
+static void write_place(const struct writer *w, const struct place *place)
+{
+    ad_native_say(w, "%c%u", place->kind, place->number);
+    if (place->row != UINT32_MAX)
+        ad_native_say(w, place->kind == 'a' ? "[%u]" : "_%u", place->row);
+}
+
+static struct place *find_place(struct writer *w, uint8_t base, size_t at)
+{
+    for (size_t k = 0; k < w->n_places; k++)
+        if (w->places[k].base == base && w->places[k].at == at)
+            return &w->places[k];
+    return NULL;
+}
+
+void ad_native_remember(struct writer *w, struct place place)
+{
+    struct place *known = find_place(w, place.base, place.at);
+    if (w->walk->literal && (known || w->n_places < MAX_PLACES))
+        *(known ? known : &w->places[w->n_places++]) = place;
+}
+
+static void write_load(struct writer *w, const struct loc *l);
+
+void ad_native_fetch(struct writer *w, const struct loc *l)
+{
+    const struct place *place =
+        w->walk->literal && l->cs ? find_place(w, l->base, ad_native_at(w, l)) : NULL;
+    if (place)
+        write_place(w, place);
+    else
+        write_load(w, l);
+}
+
 static void write_load(struct writer *w, const struct loc *l)
 {
     const struct array *array = reads_array(w, l) ? array_of(w, l) : NULL;
@@ -204,7 +248,7 @@ void ad_native_name(const struct writer *w, uint32_t loc)
 static void declare(struct writer *w, uint32_t loc, enum scope scope)
 {
     const struct loc *l = &w->p->locs[loc];
-    uint8_t bit = (uint8_t)(scope == INNER ? 1u << w->k : EVERY_ROW);
+    uint32_t bit = scope == INNER ? 1u << w->k : EVERY_ROW;
     if ((w->known[loc] & (EVERY_ROW | bit)) || scope_of(w, l) != scope)
         return;
     w->known[loc] |= bit;
@@ -214,8 +258,11 @@ static void declare(struct writer *w, uint32_t loc, enum scope scope)
     if (l->base == BASE_TILE)
         ad_native_say(w, "a->x[%u]", ad_native_slot(w, loc));
     else
-        write_load(w, l);
+        ad_native_fetch(w, l);
     ad_native_say(w, ";\n");
+    if (l->cs && l->base != BASE_TILE)
+        ad_native_remember(w, (struct place){ad_native_at(w, l), l->base, 'v', loc,
+                                             scope == INNER ? w->k : UINT32_MAX});
 }
 
 void ad_native_declare(struct writer *w, const struct instruction *in, enum scope scope)

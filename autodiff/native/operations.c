@@ -98,7 +98,7 @@ void ad_native_prepare(const struct writer *w, const struct instruction *in)
     }
     if (in->kind != DO_ELEMENTWISE || !is_of_both(w, in) || first_of_both(w, in) != in)
         return;
-    ad_native_say(w, "const struct both@ b%u_%u = sincos@(", in->loc[1], w->k);
+    ad_native_say(w, "const struct both@ b%u_%u = sincos@(", in->loc[0], w->k);
     ad_native_name(w, in->loc[1]);
     ad_native_say(w, ");\n");
 }
@@ -111,7 +111,7 @@ static void elementwise(const struct writer *w, const struct instruction *in)
     uint32_t root;
     int exponent = 0;
     if (is_of_both(w, in)) {
-        ad_native_say(w, "b%u_%u.%s", in->loc[1], w->k, ad_op_name(op));
+        ad_native_say(w, "b%u_%u.%s", first_of_both(w, in)->loc[0], w->k, ad_op_name(op));
         return;
     }
     if (root_of(w, in, &root)) {
@@ -153,17 +153,24 @@ static void diff(const struct writer *w, const struct instruction *in)
 }
 
 /* scale*(u[i-1] - u[i]), where u is zero outside and a repeated column is added to the one before.
- */
-static void diff_adjoint(const struct writer *w, const struct instruction *in)
+   Among several segments u may come from this vector of columns, and the lane before it from the
+   vector before. */
+static void diff_adjoint(struct writer *w, const struct instruction *in)
 {
     uint32_t last = w->g->cols - 1;
     ad_native_say(w, "({ const char *u = ");
     ad_native_address(w, &w->p->locs[in->loc[1]]);
-    ad_native_say(w,
-                  "; V@ before = load@(u - sizeof(R)), here = load@(u); "
-                  "if (c == 0 || c + @ + 1 > %u) { const I@ at = columns@(c); "
-                  "before = only@(at != 0, before); here = only@(at != %u, here); ",
-                  last, last);
+    ad_native_say(w, "; V@ here = ");
+    ad_native_fetch(w, &w->p->locs[in->loc[1]]);
+    if (w->joined)
+        ad_native_say(w, ", before = shift@(b%u_%u, here); b%u_%u = here; ", in->loc[0], w->k,
+                      in->loc[0], w->k);
+    else
+        ad_native_say(w, ", before = load@(u - sizeof(R)); ");
+    ad_native_say(w, "if (c == 0 || c + @ + 1 > %u) { const I@ at = columns@(c); ", last);
+    if (w->joined && w->ragged)
+        ad_native_say(w, "if (c != next) before = load@(u - sizeof(R)); ");
+    ad_native_say(w, "before = only@(at != 0, before); here = only@(at != %u, here); ", last);
     if (in->loc[3])
         ad_native_say(w,
                       "const V@ more = splat@(u + (c + @ + 1 > %u ? %u - c : 0) * sizeof(R)); "
@@ -172,7 +179,19 @@ static void diff_adjoint(const struct writer *w, const struct instruction *in)
     ad_native_say(w, "} (R)%a * (before - here); })", w->p->numbers[in->loc[2]]);
 }
 
-void ad_native_operation(const struct writer *w, const struct instruction *in)
+void ad_native_carry(struct writer *w)
+{
+    for (const struct instruction *in = w->first; in < w->end; in++)
+        for (w->k = 0; in->kind == DO_DIFF_ADJOINT && w->k < w->g->rows; w->k++) {
+            ad_native_say(w, "V@ b%u_%u; { const size_t c = col; b%u_%u = splat@(", in->loc[0],
+                          w->k, in->loc[0], w->k);
+            ad_native_address(w, &w->p->locs[in->loc[1]]);
+            ad_native_say(w, " - sizeof(R)); }\n");
+        }
+    w->k = 0;
+}
+
+void ad_native_operation(struct writer *w, const struct instruction *in)
 {
     if (in->kind == DO_ELEMENTWISE)
         elementwise(w, in);

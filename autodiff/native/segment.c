@@ -7,6 +7,9 @@
                          vector of each, so that a pair law runs in the cache
        along rows        for each vector of rows, of a single column
 
+   Rows inside that are few are written one by one, and several such segments (loops.c) in one loop:
+   what one of them stores, the others have in a register.
+
    The last vector of a loop is moved back to end with the data: it computes some lanes again, and
    `on` excludes these from sums. */
 #include "writer.h"
@@ -14,11 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    MAX_LITERAL_ROWS = 16,
-    MAX_LITERAL = 256,           /* instructions at most when rows are unrolled */
-    MAX_INSTRUCTIONS_BESIDE = 24 /* of a row; a longer row fills the processor by itself */
-};
+enum { MAX_INSTRUCTIONS_BESIDE = 24 }; /* of a row; a longer row fills the processor by itself */
 
 static uint32_t count_known(const struct writer *w)
 {
@@ -39,16 +38,18 @@ void ad_native_instruction(struct writer *w, const struct instruction *in)
         return;
     }
     ad_native_prepare(w, in);
-    w->known[in->loc[0]] |= (uint8_t)(1u << w->k);
+    w->known[in->loc[0]] |= 1u << w->k;
     ad_native_say(w, "const V@ ");
     ad_native_name(w, in->loc[0]);
     ad_native_say(w, " = ");
     ad_native_operation(w, in);
     ad_native_say(w, ";\n");
-    if (w->p->locs[in->loc[0]].base != BASE_TILE) {
+    const struct loc *o = &w->p->locs[in->loc[0]];
+    if (o->base != BASE_TILE) {
         ad_native_say(w, "store@(");
-        ad_native_address(w, &w->p->locs[in->loc[0]]);
+        ad_native_address(w, o);
         ad_native_say(w, ", v%u_%u);\n", in->loc[0], w->k);
+        ad_native_remember(w, (struct place){ad_native_at(w, o), o->base, 'v', in->loc[0], w->k});
     } else if (w->crosses && w->crosses[in->loc[0]]) {
         ad_native_say(w, "a->x[%u] = v%u_%u;\n", ad_native_slot(w, in->loc[0]), in->loc[0], w->k);
     }
@@ -60,17 +61,22 @@ void ad_native_forget_rows(struct writer *w)
         w->known[i] &= EVERY_ROW;
 }
 
-/* All instructions, for `beside` rows interleaved. */
+/* All instructions, for rows [from, to) interleaved. */
+static void write_rows(struct writer *w, uint32_t from, uint32_t to)
+{
+    for (const struct instruction *in = w->first; in < w->end; in++)
+        for (w->k = from; w->k < to; w->k++)
+            ad_native_instruction(w, in);
+    w->k = 0;
+}
+
 static void write_instructions(struct writer *w, uint32_t beside)
 {
     if (w->crosses) {
         ad_native_call_parts(w);
         return;
     }
-    for (const struct instruction *in = w->first; in < w->end; in++)
-        for (w->k = 0; w->k < beside; w->k++)
-            ad_native_instruction(w, in);
-    w->k = 0;
+    write_rows(w, 0, beside);
     ad_native_forget_rows(w);
 }
 
@@ -92,19 +98,6 @@ static void open_vectors(const struct writer *w)
                       extent, lane);
 }
 
-/* A few rows are unrolled: their addresses are constants, and sums stay in registers. */
-static void write_literal_rows(struct writer *w)
-{
-    w->literal = true;
-    for (w->row = 0; w->row < w->g->rows; w->row += MAX_BESIDE) {
-        uint32_t left = w->g->rows - w->row;
-        ad_native_say(w, "{\n");
-        write_instructions(w, left < MAX_BESIDE ? left : MAX_BESIDE);
-        ad_native_say(w, "}\n");
-    }
-    w->literal = false;
-}
-
 static bool write_row_loop(struct writer *w)
 {
     bool written = false, done = w->crosses || ad_native_pipeline(w, &written);
@@ -123,20 +116,26 @@ static bool write_row_loop(struct writer *w)
     return true;
 }
 
-static bool write_rows_inside(struct writer *w)
+/* The rows of one vector of columns. */
+static bool write_columns(struct writer *w)
 {
+    const uint32_t rows = w->g->rows;
     bool done = true;
-    bool literal = w->g->rows <= MAX_LITERAL_ROWS && w->g->rows * w->g->count <= MAX_LITERAL &&
-                   !(w->g->by_rows && w->g->chunks > 1);
-    open_vectors(w);
     ad_native_sums(w, OPEN_COLUMNS);
     ad_native_fill_arrays(w);
     ad_native_declare_all(w, OUTER);
-    if (literal)
-        write_literal_rows(w);
-    else
+    for (uint32_t r = 0; w->walk->literal && r < rows; r += MAX_BESIDE)
+        write_rows(w, r, r + MAX_BESIDE < rows ? r + MAX_BESIDE : rows);
+    if (!w->walk->literal)
         done = write_row_loop(w);
     ad_native_sums(w, CLOSE_COLUMNS);
+    return done;
+}
+
+static bool write_rows_inside(struct writer *w)
+{
+    open_vectors(w);
+    bool done = write_columns(w);
     ad_native_say(w, "}\n");
     return done;
 }
@@ -160,44 +159,111 @@ static void write_along_rows(struct writer *w)
     ad_native_say(w, "}\n");
 }
 
-bool ad_native_segment(FILE *out, const ad_program *p, const struct loop_order *walk)
+/* ---- functions ---- */
+
+/* Turns to a segment; false when out of memory. */
+static bool enter(struct writer *w, const struct loop_order *walk)
 {
-    const struct segment *g = &walk->segment;
-    struct writer w = {.out = out, .p = p, .walk = walk, .g = g};
-    w.first = p->instructions + g->first;
-    w.end = w.first + g->count;
-    w.ragged = (walk->along_rows ? g->rows : g->cols) % walk->lanes != 0;
-    w.n_known = count_known(&w);
-    w.known = calloc(w.n_known, 1);
-    if (!w.known || !ad_native_find_scatters(&w)) {
-        free(w.known);
-        return false;
-    }
-    ad_native_find_lists(&w);
-    bool done = ad_native_parts(&w);
-    if (!w.crosses)
-        ad_native_find_arrays(&w);
-    w.newton = ad_native_newton(&w);
+    w->walk = walk;
+    w->g = &walk->segment;
+    w->first = w->p->instructions + w->g->first;
+    w->end = w->first + w->g->count;
+    w->ragged = (walk->along_rows ? w->g->rows : w->g->cols) % walk->lanes != 0;
+    w->newton = ad_native_newton(w);
+    return ad_native_find_scatters(w);
+}
+
+static void write_head(const struct writer *w, char kind)
+{
     ad_native_say(
-        &w,
-        "SEGMENT void s%u(char *m, char *win, const u32 *l, size_t chunk, size_t row,"
+        w,
+        "SEGMENT void %c%u(char *m, char *win, const u32 *l, size_t chunk, size_t row,"
         " size_t row_end, size_t col, size_t col_end)\n{\n"
         "(void)win; (void)l; (void)chunk; (void)row; (void)row_end; (void)col; (void)col_end;\n",
-        walk->number);
-    if (w.crosses)
-        ad_native_say(&w, "struct parts%u parts, *const a = &parts;\n", walk->number);
+        kind, w->walk->number);
+}
+
+static bool write_alone(struct writer *w)
+{
+    ad_native_find_lists(w);
+    bool done = ad_native_parts(w);
+    if (!w->crosses && !w->walk->literal)
+        ad_native_find_arrays(w);
+    w->newton = ad_native_newton(w);
+    write_head(w, 's');
+    if (w->crosses)
+        ad_native_say(w, "struct parts%u parts, *const a = &parts;\n", w->walk->number);
     else
-        ad_native_declare_sums(&w);
-    ad_native_sums(&w, OPEN_SEGMENT);
-    ad_native_declare_all(&w, FUNCTION);
-    if (walk->along_rows)
-        write_along_rows(&w);
-    else if (walk->rows_inside)
-        done = write_rows_inside(&w) && done;
+        ad_native_declare_sums(w);
+    ad_native_sums(w, OPEN_SEGMENT);
+    ad_native_declare_all(w, FUNCTION);
+    if (w->walk->along_rows)
+        write_along_rows(w);
+    else if (w->walk->rows_inside)
+        done = write_rows_inside(w) && done;
     else
-        write_rows_outside(&w);
-    ad_native_sums(&w, CLOSE_SEGMENT);
-    ad_native_say(&w, "}\n");
+        write_rows_outside(w);
+    ad_native_sums(w, CLOSE_SEGMENT);
+    ad_native_say(w, "}\n");
+    return done;
+}
+
+/* Columns beyond the block that another segment of it reads (compile/passes.c). */
+static void write_beyond(const struct writer *w)
+{
+    const struct segment *g = w->g;
+    if (g->before)
+        ad_native_say(w, "if (col) s%u(m, win, l, chunk, 0, %u, col < %u ? 0 : col - %u, col);\n",
+                      w->walk->number, g->rows, g->before, g->before);
+    if (g->after)
+        ad_native_say(w,
+                      "if (col_end < %u) s%u(m, win, l, chunk, 0, %u, col_end,"
+                      " col_end + %u < %u ? col_end + %u : %u);\n",
+                      g->cols, w->walk->number, g->rows, g->after, g->cols, g->after, g->cols);
+}
+
+static bool write_joined(struct writer *w, size_t n, const struct loop_order walks[])
+{
+    bool done = enter(w, &walks[0]);
+    w->joined = true;
+    write_head(w, 'j');
+    for (size_t k = 0; k < n && done; k++) {
+        done = enter(w, &walks[k]);
+        if (done)
+            write_beyond(w);
+    }
+    for (size_t k = 0; k < n && done; k++) {
+        done = enter(w, &walks[k]);
+        if (!done)
+            break;
+        ad_native_declare_sums(w);
+        ad_native_sums(w, OPEN_SEGMENT);
+        ad_native_declare_all(w, FUNCTION);
+        ad_native_carry(w);
+    }
+    open_vectors(w);
+    for (size_t k = 0; k < n && done; k++)
+        done = enter(w, &walks[k]) && write_columns(w);
+    ad_native_say(w, "}\n");
+    for (size_t k = 0; k < n && done; k++) {
+        done = enter(w, &walks[k]);
+        if (done)
+            ad_native_sums(w, CLOSE_SEGMENT);
+    }
+    ad_native_say(w, "}\n");
+    return done;
+}
+
+bool ad_native_segment(FILE *out, const ad_program *p, size_t n, const struct loop_order walks[])
+{
+    struct writer w = {.out = out, .p = p};
+    bool done = true;
+    for (size_t k = 0; k < n && done; k++) {
+        done = enter(&w, &walks[k]);
+        w.n_known = done && count_known(&w) > w.n_known ? count_known(&w) : w.n_known;
+    }
+    w.known = calloc(w.n_known + 1, sizeof *w.known);
+    done = done && w.known && (n > 1 ? write_joined(&w, n, walks) : write_alone(&w));
     free(w.known);
     free(w.crosses);
     free(w.scattered);

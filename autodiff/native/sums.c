@@ -12,6 +12,7 @@
 
 bool ad_native_find_scatters(struct writer *w)
 {
+    free(w->scattered);
     w->scattered = calloc(w->g->n_sinks + 1, 1);
     for (const struct instruction *in = w->first; in < w->end && w->scattered; in++)
         if (in->kind == DO_ADD_ROWS && w->p->locs[in->loc[0]].list)
@@ -92,7 +93,7 @@ void ad_native_declare_sums(const struct writer *w)
 
 /* ---- before and after all loops ---- */
 
-static void open_sink(const struct writer *w, uint32_t sink)
+static void open_sink(struct writer *w, uint32_t sink)
 {
     const struct sink *s = &w->p->sinks[sink];
     if (of_one_row(w, sink))
@@ -112,7 +113,7 @@ static void open_sink(const struct writer *w, uint32_t sink)
 }
 
 /* Chunks leave their sums to the executor; an unsplit segment stores the result. */
-static void close_sink(const struct writer *w, uint32_t sink)
+static void close_sink(struct writer *w, uint32_t sink)
 {
     const struct sink *s = &w->p->sinks[sink];
     size_t off = w->p->locs[w->p->instructions[s->instruction].loc[0]].off;
@@ -139,13 +140,13 @@ static void close_sink(const struct writer *w, uint32_t sink)
 
 /* ---- before and after the columns of one row ---- */
 
-static void open_row(const struct writer *w, uint32_t sink)
+static void open_row(struct writer *w, uint32_t sink)
 {
     if (of_one_row(w, sink))
         ad_native_say(w, "%s%u = (D@){0};\n", name(w), sink);
 }
 
-static void close_row(const struct writer *w, uint32_t sink)
+static void close_row(struct writer *w, uint32_t sink)
 {
     const struct sink *s = &w->p->sinks[sink];
     if (!of_one_row(w, sink))
@@ -161,9 +162,19 @@ static void close_row(const struct writer *w, uint32_t sink)
 
 /* ---- before and after the rows of one vector of columns ---- */
 
-static void open_columns(const struct writer *w, uint32_t sink)
+/* Its rows are written one by one and stay in registers. */
+static bool is_literal(const struct writer *w, uint32_t sink)
+{
+    return w->walk->literal && scatters(w, sink) && w->p->sinks[sink].rows <= MAX_LITERAL_ROWS;
+}
+
+static void open_columns(struct writer *w, uint32_t sink)
 {
     if (!kept_for_columns(w, sink))
+        return;
+    for (uint32_t r = 0; is_literal(w, sink) && r < w->p->sinks[sink].rows; r++)
+        ad_native_say(w, "%s%u[%u] = all@(0);\n", name(w), sink, r);
+    if (is_literal(w, sink))
         return;
     if (scatters(w, sink))
         ad_native_say(w, "for (size_t r = 0; r < %u; r++) { OPAQUE(r); %s%u[r] = all@(0); }\n",
@@ -172,24 +183,32 @@ static void open_columns(const struct writer *w, uint32_t sink)
         ad_native_say(w, "%s%u = all@(0);\n", name(w), sink);
 }
 
-static void close_columns(const struct writer *w, uint32_t sink)
+static void close_columns(struct writer *w, uint32_t sink)
 {
     if (!kept_for_columns(w, sink))
         return;
+    const struct loc *o = &w->p->locs[w->p->instructions[w->p->sinks[sink].instruction].loc[0]];
+    uint32_t rows = is_literal(w, sink) ? w->p->sinks[sink].rows : 1;
     bool array = scatters(w, sink);
-    if (array)
+    if (array && !is_literal(w, sink))
         ad_native_say(w, "for (size_t r = 0; r < %u; r++) ", w->p->sinks[sink].rows);
-    ad_native_say(w, "store@(");
-    write_rows(w, sink);
-    if (array)
-        ad_native_say(w, " + r * %zu", row_bytes(w, sink));
-    ad_native_say(w, " + c * %zu, %s%u%s);\n", w->p->element, name(w), sink, array ? "[r]" : "");
+    for (uint32_t k = 0; k < rows; k++) {
+        ad_native_say(w, is_literal(w, sink) ? "{ enum { r = %u }; store@(" : "store@(", k);
+        write_rows(w, sink);
+        if (array)
+            ad_native_say(w, " + r * %zu", row_bytes(w, sink));
+        ad_native_say(w, " + c * %zu, %s%u%s);%s\n", w->p->element, name(w), sink,
+                      array ? "[r]" : "", is_literal(w, sink) ? " }" : "");
+        if (is_literal(w, sink) || !array)
+            ad_native_remember(w, (struct place){o->off + k * row_bytes(w, sink), o->base, 'a',
+                                                 sink, array ? k : UINT32_MAX});
+    }
 }
 
 /* ---- all sums of a segment ---- */
 
 static const struct {
-    void (*write)(const struct writer *w, uint32_t sink);
+    void (*write)(struct writer *w, uint32_t sink);
     const char *name, *row_column;
 } moments[] = {
     [OPEN_SEGMENT] = {open_sink, "open", "0, 0"},
@@ -204,7 +223,7 @@ enum { MOST_SUMS = 64 }; /* of a function, where the segment has parts */
 
 static uint32_t n_blocks(const struct writer *w) { return (w->g->n_sinks - 1) / MOST_SUMS + 1; }
 
-static void write_block(const struct writer *w, enum moment moment, uint32_t first, uint32_t count)
+static void write_block(struct writer *w, enum moment moment, uint32_t first, uint32_t count)
 {
     uint32_t left = w->g->n_sinks - first;
     for (uint32_t k = 0; k < count && k < left; k++)
@@ -217,7 +236,7 @@ static bool happens(const struct writer *w, enum moment moment)
            (!w->walk->along_rows && w->walk->rows_inside == (moment >= OPEN_COLUMNS));
 }
 
-void ad_native_sums_parts(const struct writer *w)
+void ad_native_sums_parts(struct writer *w)
 {
     for (int moment = 0; w->g->n_sinks && moment < (int)LENGTH(moments); moment++)
         for (uint32_t b = 0; happens(w, (enum moment)moment) && b < n_blocks(w); b++) {
@@ -232,7 +251,7 @@ void ad_native_sums_parts(const struct writer *w)
         }
 }
 
-void ad_native_sums(const struct writer *w, enum moment moment)
+void ad_native_sums(struct writer *w, enum moment moment)
 {
     if (!w->crosses)
         write_block(w, moment, 0, w->g->n_sinks);

@@ -209,6 +209,20 @@ static void write_operation(FILE *out, enum ad_op op, uint32_t lanes)
             ad_op_name(op), lanes, (calls ? arguments : names)[ad_ops[op].arity], value);
 }
 
+/* The vector a lane further, behind the last lane of the one before. */
+static void write_shift(FILE *out, uint32_t lanes)
+{
+    fprintf(
+        out,
+        "#ifdef __clang__\n#define SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)"
+        "\n#else\n#define SHUFFLE(a, b, ...) __builtin_shuffle(a, b, (I%u){__VA_ARGS__})\n#endif"
+        "\nstatic inline V%u shift%u(V%u before, V%u v) { return SHUFFLE(before, v",
+        lanes, lanes, lanes, lanes, lanes);
+    for (uint32_t l = 0; l < lanes; l++)
+        fprintf(out, ", %u", lanes - 1 + l);
+    fputs("); }\n#undef SHUFFLE\n", out);
+}
+
 /* ---- mathematical functions ---- */
 
 struct function {
@@ -329,6 +343,7 @@ void ad_native_vectors(FILE *out, const ad_program *p, uint32_t lanes)
         fill_in(out, whole_power, 1);
     } else {
         fill_in(out, for_vectors, lanes);
+        write_shift(out, lanes);
         if (p->type == AD_F64) {
             fill_in(out, compared, lanes);
             fill_in(out, newton, lanes);

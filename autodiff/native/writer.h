@@ -13,7 +13,9 @@ enum {
     MAX_LISTS = 8,
     MAX_ARRAY_BYTES = 64 << 10, /* bytes that stay in the cache beside the rest */
     MAX_BESIDE = 4,             /* rows interleaved at most: registers run out beyond */
-    EVERY_ROW = 1 << 7          /* of `known`: a variable for all rows */
+    MAX_LITERAL_ROWS = 16,
+    MAX_PLACES = 512,
+    EVERY_ROW = 1 << 30 /* of `known`: a variable for all rows */
 };
 
 /* Where a variable is declared: before the loops, between the two, or where it is used. */
@@ -25,13 +27,22 @@ struct array {
     uint32_t stride, rows, uses;
 };
 
+/* A row of memory whose columns a variable holds: v<number>, v<number>_<row>, a<number>,
+   a<number>[row]. */
+struct place {
+    size_t at;
+    uint8_t base;
+    char kind;
+    uint32_t number, row; /* UINT32_MAX: none */
+};
+
 struct writer {
     FILE *out;
     const ad_program *p;
     const struct loop_order *walk;
     const struct segment *g;
     const struct instruction *first, *end;
-    uint8_t *known;     /* per location: which interleaved rows have a variable */
+    uint32_t *known;    /* per location: which rows have a variable */
     uint8_t *crosses;   /* per location: read by several parts; NULL in an unsplit segment */
     uint8_t *scattered; /* per sink of the segment: the target row comes from an index list */
     uint32_t n_known;
@@ -39,11 +50,14 @@ struct writer {
     size_t n_arrays;
     uint32_t lists[MAX_LISTS]; /* per index list: the first of those that differ by a constant */
     size_t n_lists;
-    bool ragged;     /* the last vector overlaps the one before */
-    bool halves;     /* a row is written in two halves that share as little as possible */
-    bool newton;     /* reciprocals and roots are corrected guesses */
-    bool literal;    /* row numbers are constants: `row` is the first of the interleaved ones */
-    uint32_t row, k; /* which interleaved row is being written */
+    struct place places[MAX_PLACES]; /* where rows are literal */
+    size_t n_places;
+    bool joined; /* one of several segments in a loop */
+    bool ragged; /* the last vector overlaps the one before */
+    bool halves; /* a row is written in two halves that share as little as possible */
+    bool newton; /* reciprocals and roots are corrected guesses */
+    uint32_t k;  /* which row is being written: of all where they are literal, else of the
+                    interleaved ones */
 };
 
 /* Writes; @ becomes the number of lanes. */
@@ -58,6 +72,12 @@ void ad_native_fill_arrays(const struct writer *w);
 /* The row of a location, and the address of its element in row r, column c. */
 void ad_native_row(const struct writer *w, const struct loc *l);
 void ad_native_address(const struct writer *w, const struct loc *l);
+/* Remembers the variable that holds a row of memory; names that of the row of a location, or loads
+   it. */
+void ad_native_remember(struct writer *w, struct place place);
+void ad_native_fetch(struct writer *w, const struct loc *l);
+/* Byte where the row of a location begins. */
+size_t ad_native_at(const struct writer *w, const struct loc *l);
 /* Where the first row of a location begins. */
 void ad_native_start(const struct writer *w, const struct loc *l);
 void ad_native_name(const struct writer *w, uint32_t loc);
@@ -80,7 +100,9 @@ static inline bool is_sum(const struct instruction *in) { return in->kind > DO_D
 bool ad_native_newton(const struct writer *w);
 /* The statements an instruction needs before it, and its expression if it is no sum. */
 void ad_native_prepare(const struct writer *w, const struct instruction *in);
-void ad_native_operation(const struct writer *w, const struct instruction *in);
+void ad_native_operation(struct writer *w, const struct instruction *in);
+/* Before the loop: the last columns of what adjoints of differences read. */
+void ad_native_carry(struct writer *w);
 
 /* ---- sums: sums.c ---- */
 
@@ -89,9 +111,9 @@ void ad_native_declare_sums(const struct writer *w);
 /* Code of the sums before and after all loops, the columns of one row, the rows of one vector of
    columns. */
 enum moment { OPEN_SEGMENT, CLOSE_SEGMENT, OPEN_ROW, CLOSE_ROW, OPEN_COLUMNS, CLOSE_COLUMNS };
-void ad_native_sums(const struct writer *w, enum moment moment);
+void ad_native_sums(struct writer *w, enum moment moment);
 /* The functions in which that is done where a segment has parts. */
-void ad_native_sums_parts(const struct writer *w);
+void ad_native_sums_parts(struct writer *w);
 void ad_native_add(const struct writer *w, const struct instruction *in);
 
 /* ---- statements: segment.c ---- */
