@@ -22,6 +22,7 @@ static enum ad_status check(const struct simulate_options *options, struct ad_er
          "--dt and --tol: expected one of them; leave the other out"},
         {fixed && !options->integrator,
          "--dt needs --integrator NAME, one with fixed steps such as rk4"},
+        {options->by && !options->sensitivity, "--by needs --sensitivity"},
         {options->every != OPTION_NO_COUNT && options->samples != OPTION_NO_COUNT,
          "--every and --samples: expected one of them; leave the other out"},
     };
@@ -93,7 +94,7 @@ static void release(struct simulate_run *run)
 {
     phys_motion_solution_free(&run->motion);
     free(run->exponents);
-    free(run->sensitivity);
+    simulate_sensitivity_free(run);
     simulate_ephemeris_free(run);
     free(run->crossings);
     phys_system_close(&run->system);
@@ -145,30 +146,6 @@ static enum ad_status find_exponents(struct simulate_run *run, struct ad_error *
     return error->status;
 }
 
-enum { MOST_STATES = 1000 }; /* coordinates and velocities with a matrix */
-
-/* How its end depends on its start. */
-static enum ad_status find_sensitivity(struct simulate_run *run, struct ad_error *error)
-{
-    const struct phys_motion_solution *m = &run->motion;
-    const size_t d = 2 * run->system.dof;
-    const struct phys_lyapunov_settings how = {
-        .t1 = m->info.t, .proceed = run->settings.proceed, .context = run->settings.context};
-    struct ad_error cause = {0};
-    if (!run->options->sensitivity || m->info.stop == PHYS_SIMULATION_INTERRUPTED)
-        return AD_OK;
-    if (d > MOST_STATES)
-        return ad_fail(error, AD_E_ARGUMENT, "--sensitivity: %zu coordinates; expected at most %d",
-                       d / 2, MOST_STATES / 2);
-    double *values = malloc(2 * d * d * sizeof *values);
-    if (!values)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (phys_transition(&run->system, m->start, &how, values, values + d * d, &cause) != AD_OK)
-        simulate_refuse("--sensitivity: ", &cause, error);
-    run->sensitivity = values;
-    return error->status;
-}
-
 /* What stopped the motion, with the option that is to blame. */
 static void refuse(const struct simulate_run *run, const struct ad_error *cause,
                    struct ad_error *error)
@@ -207,7 +184,7 @@ static enum ad_status follow(void *context, struct ad_error *error)
     if (error->status == AD_OK)
         find_exponents(run, error);
     if (error->status == AD_OK)
-        find_sensitivity(run, error);
+        simulate_sensitivity(run, error);
     for (size_t k = 0; k < run->diagnosis.n_warnings && !common->quiet; k++)
         fprintf(stderr, "leastaction simulate: warning: %s\n", run->diagnosis.warning[k]);
     return error->status;
@@ -273,7 +250,9 @@ static const struct option table[] = {
     {"horizon", "E", OPTION_POSITIVE, NULL,
      "time until a difference E of the start, in units of its size, has grown to 0.1", AT(horizon)},
     {"sensitivity", NULL, OPTION_FLAG, NULL,
-     "derivatives of the end by the start: the state-transition matrix", AT(sensitivity)},
+     "derivatives of the end by the start, and by parameters", AT(sensitivity)},
+    {"by", "NAME,NAME", OPTION_TEXT, NULL,
+     "of --sensitivity: parameters [all that L has by PHYS_PARAM, or not]", AT(by)},
     {"lyapunov", "K", OPTION_SOME, NULL, "the K largest Lyapunov exponents of this motion",
      AT(lyapunov)},
     {"no-reference", NULL, OPTION_FLAG, NULL, "no reference run, and no error", AT(no_reference)},

@@ -14,12 +14,14 @@
 
 struct simulate_options {
     struct common common;
-    const char *integrator, *data, *from, *rough, *until;
+    const char *integrator, *data, *from, *rough, *until, *by;
     struct texts events;
     double dt, tolerance, time, horizon;
     size_t every, samples, days, lyapunov;
     bool no_reference, reverse, sensitivity;
 };
+
+enum { SIMULATE_PARAMETERS = 64 };
 
 /* A run: what is asked, and what was found. */
 struct simulate_run {
@@ -31,7 +33,11 @@ struct simulate_run {
     struct phys_diagnosis diagnosis;
     double *exponents, *change; /* [options->lyapunov]; NULL: none */
     double *sensitivity;        /* [2][2 dof][2 dof] the matrix, its uncertainty; NULL: none */
-    bool has_order;             /* a gas */
+    size_t n_by; /* parameters with derivatives; the matrix [2][2 dof][n_by], or NULL */
+    const char *by[SIMULATE_PARAMETERS];
+    char *by_text;
+    double *by_parameters;
+    bool has_order; /* a gas */
     struct phys_gas_order order_start, order_end;
 
     struct phys_ephemeris_tables tables;      /* n 0: none asked for */
@@ -60,6 +66,11 @@ void simulate_ephemeris_free(struct simulate_run *run);
 enum ad_status simulate_ephemeris_compare(struct simulate_run *run, struct ad_error *error);
 /* AD_E_ACCURACY where the run misses what --tol asks. */
 enum ad_status simulate_ephemeris_judge(const struct simulate_run *run, struct ad_error *error);
+
+/* Derivatives of the end, with --sensitivity (simulate_sensitivity.c). */
+enum ad_status simulate_sensitivity(struct simulate_run *run, struct ad_error *error);
+void simulate_sensitivity_free(struct simulate_run *run);
+void simulate_report_sensitivity(const struct simulate_run *run, struct report *report);
 
 /* ---- writing ---- */
 

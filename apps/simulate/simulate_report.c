@@ -224,32 +224,6 @@ static void report_gas(const struct simulate_run *run, struct report *report)
     report->object = NULL;
 }
 
-/* The state-transition matrix, row after row. Two runs of a chaotic motion may be nearer to each
-   other than to the truth: digits are printed of ten times what they differ by. */
-static void report_sensitivity(const struct simulate_run *run, struct report *report)
-{
-    enum { COLUMNS = 48 };
-    const size_t d = 2 * run->system.dof;
-    const double *x = run->sensitivity;
-    char name[64];
-    if (!x)
-        return;
-    const double *u = x + d * d;
-    report_line(report, "derivatives of the end by the start (columns in the same order)%s",
-                d > COLUMNS ? ": too many, see --json" : "");
-    for (size_t i = 0; i < d && d <= COLUMNS; i++) {
-        char line[COLUMNS * 16 + 1] = "";
-        for (size_t k = i * d, used = 0; k < (i + 1) * d; k++)
-            used +=
-                (size_t)snprintf(line + used, sizeof line - used, " %12.6g",
-                                 fabs(x[k]) > 10 * u[k] ? phys_known_digits(x[k], 10 * u[k]) : 0);
-        phys_ode_component(&run->motion.ode, i, name, sizeof name);
-        report_line(report, "  %-12.40s%s", name, line);
-    }
-    report_list(report, "sensitivity", NULL, NULL, d * d, x);
-    report_list(report, "sensitivity_uncertainty", NULL, NULL, d * d, u);
-}
-
 static void report_diagnosis(const struct simulate_run *run, struct report *report)
 {
     const struct phys_diagnosis *d = &run->diagnosis;
@@ -281,7 +255,7 @@ static void report_diagnosis(const struct simulate_run *run, struct report *repo
         report_list(report, "lyapunov_change", "  change in the second half", rate,
                     run->options->lyapunov, run->change);
     }
-    report_sensitivity(run, report);
+    simulate_report_sensitivity(run, report);
     report_number(report, "mass_condition", NULL, NULL,
                   d->mass_condition > 0 ? d->mass_condition : (double)NAN);
     for (size_t k = 0; k < d->n_warnings; k++)

@@ -17,9 +17,12 @@
 struct phys_motion {
     const struct phys_system *system;
     ad_tape *tape;
-    ad_var q, v, t;                            /* inputs: [dof x 1] each, t a scalar */
-    ad_var p, energy;                          /* L_v [dof x 1], v p - L */
-    ad_var mass, force;                        /* M [dof x dof], right side [dof x 1] */
+    ad_var q, v, t;     /* inputs: [dof x 1] each, t a scalar */
+    ad_var p, energy;   /* L_v [dof x 1], v p - L */
+    ad_var mass, force; /* M [dof x dof], right side [dof x 1] */
+    size_t n_params;    /* variables: inputs [1 x 1], by their places in the scene's table */
+    size_t *which;
+    ad_var *params;
     ad_program *mass_program, *energy_program; /* the second: NULL until needed */
     bool constant;                             /* M is, and is known */
     ad_program *force_program;
@@ -72,11 +75,20 @@ ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad
 static enum ad_status record(phys_motion *m, struct ad_error *error)
 {
     size_t n = m->system->dof;
+    bool *taken = m->params ? calloc(m->n_params, sizeof *taken) : NULL;
+    if (m->params && !taken)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
     m->q = ad_input(m->tape, n, 1, "q");
     m->v = ad_input(m->tape, n, 1, "v");
     m->t = ad_input(m->tape, 1, 1, "t");
+    for (size_t k = 0; k < m->n_params; k++)
+        m->params[k] = ad_input(m->tape, 1, 1, m->system->scene->params[m->which[k]].name);
+    const struct phys_variables before = phys_variables_bind(
+        (struct phys_variables){m->system, m->n_params, m->which, m->params, taken});
     record_force(m);
     m->mass = phys_record_mass(m->system, m->q, m->v, m->t, m->p);
+    phys_variables_bind(before);
+    free(taken);
     if (phys_tape_status(m->tape, error) != AD_OK)
         return error->status;
     if (ad_compile(m->tape, 1, &m->force, &m->force_program) != AD_OK ||
@@ -85,6 +97,14 @@ static enum ad_status record(phys_motion *m, struct ad_error *error)
     ad_native_lazy(m->force_program);
     ad_native_lazy(m->mass_program);
     return AD_OK;
+}
+
+static void set_inputs(const phys_motion *m, ad_program *program, const double *q, const double *v,
+                       const double *t)
+{
+    ad_set(program, m->q, q);
+    ad_set(program, m->v, v);
+    ad_set(program, m->t, t);
 }
 
 static bool is_diagonal(size_t n, const double *M)
@@ -139,9 +159,27 @@ void phys_motion_round_mass(phys_motion *motion, double share)
         evaluate_mass(motion);
 }
 
+/* One that is a coordinate or a parameter takes no instruction either: it shows where these are not
+   numbers. */
+static bool has_inputs(phys_motion *m)
+{
+    const size_t n = m->system->dof;
+    double none = NAN, sum = 0;
+    for (size_t k = 0; k < n; k++)
+        m->factor[k] = NAN;
+    set_inputs(m, m->mass_program, m->factor, m->factor, &none);
+    for (size_t k = 0; k < m->n_params; k++)
+        ad_set(m->mass_program, m->params[k], &none);
+    ad_run(m->mass_program);
+    ad_get(m->mass_program, m->mass, m->factor);
+    for (size_t k = 0; k < n * n; k++)
+        sum += 0 * m->factor[k];
+    return sum != 0;
+}
+
 static void keep_constant_mass(phys_motion *m)
 {
-    m->constant = ad_program_info(m->mass_program).instructions == 0;
+    m->constant = ad_program_info(m->mass_program).instructions == 0 && !has_inputs(m);
     if (m->constant)
         evaluate_mass(m);
 }
@@ -149,18 +187,31 @@ static void keep_constant_mass(phys_motion *m)
 enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **motion,
                                struct ad_error *error)
 {
+    return phys_motion_new_of(system, 0, NULL, motion, error);
+}
+
+enum ad_status phys_motion_new_of(const struct phys_system *system, size_t n_params,
+                                  const size_t which[], phys_motion **motion,
+                                  struct ad_error *error)
+{
     if (AD_LACKS_RESULT(error, motion) || AD_LACKS(error, system, system->scene))
         return error->status;
     size_t n = system->dof;
     phys_motion *m = *motion = calloc(1, sizeof *m);
     if (!m)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    *m = (phys_motion){.system = system, .tape = ad_tape_new(AD_F64)};
+    *m = (phys_motion){.system = system, .tape = ad_tape_new(AD_F64), .n_params = n_params};
+    if (n_params) {
+        m->which = malloc(n_params * sizeof *m->which);
+        m->params = malloc(n_params * sizeof *m->params);
+    }
+    if (m->which)
+        memcpy(m->which, which, n_params * sizeof *which);
     if (n <= SIZE_MAX / sizeof(double) / n - 1)
         m->factor = malloc((n + 1) * n * sizeof *m->factor);
     m->column = m->factor ? m->factor + n * n : NULL;
     m->pivots = malloc(n * sizeof *m->pivots);
-    if (!m->tape || !m->factor || !m->pivots)
+    if (!m->tape || !m->factor || !m->pivots || (n_params && (!m->which || !m->params)))
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
     else if (record(m, error) == AD_OK)
         keep_constant_mass(m);
@@ -181,15 +232,17 @@ void phys_motion_free(phys_motion *motion)
     ad_tape_free(motion->tape);
     free(motion->factor);
     free(motion->pivots);
+    free(motion->which);
+    free(motion->params);
     free(motion);
 }
 
 static void set_state(phys_motion *m, ad_program *program, const double *q, const double *v,
                       double t)
 {
-    ad_set(program, m->q, q);
-    ad_set(program, m->v, v);
-    ad_set(program, m->t, &t);
+    set_inputs(m, program, q, v, &t);
+    for (size_t k = 0; k < m->n_params; k++)
+        ad_set(program, m->params[k], phys_param_value(m->system, m->which[k]));
 }
 
 /* b becomes the solution of M a = b. */
@@ -284,6 +337,33 @@ bool phys_motion_recorded(const phys_motion *motion, ad_var x[3], ad_var y[2])
     y[0] = motion->force;
     y[1] = motion->mass;
     return motion->constant;
+}
+
+size_t phys_motion_parameters(const phys_motion *motion) { return motion->n_params; }
+
+ad_var phys_motion_parameter(const phys_motion *motion, size_t k, double *value)
+{
+    *value = *phys_param_value(motion->system, motion->which[k]);
+    return motion->params[k];
+}
+
+bool phys_motion_is_diagonal(phys_motion *motion)
+{
+    phys_motion *m = motion;
+    const size_t n = m->system->dof;
+    double *x = malloc(2 * n * sizeof *x), *M = malloc(n * n * sizeof *M);
+    bool diagonal = x && M;
+    for (int place = 0; place < 2 && diagonal; place++) {
+        for (size_t k = 0; k < 2 * n; k++)
+            x[k] = 1 + sin(1.7 * (double)k + place) / 3;
+        set_state(m, m->mass_program, x, x + n, 0.7 + place);
+        ad_run(m->mass_program);
+        ad_get(m->mass_program, m->mass, M);
+        diagonal = is_diagonal(n, M);
+    }
+    free(x);
+    free(M);
+    return diagonal;
 }
 
 void phys_motion_solve_constant(const phys_motion *motion, double *b) { solve(motion, b); }

@@ -10,6 +10,13 @@
 
 /* The system that a motion was made of. */
 const struct phys_system *phys_motion_system(const phys_motion *motion);
+/* phys_motion_new with n parameters as variables, by their places in the scene's table: their
+   values are read from the system whenever something is evaluated. */
+enum ad_status phys_motion_new_of(const struct phys_system *system, size_t n, const size_t which[],
+                                  phys_motion **motion, struct ad_error *error);
+/* Their number, and parameter k as recorded [1 x 1]. */
+size_t phys_motion_parameters(const phys_motion *motion);
+ad_var phys_motion_parameter(const phys_motion *motion, size_t k, double *value);
 /* The masses are constant and the accelerations depend on q and t alone. Of errors, AD_E_MEMORY. */
 bool phys_motion_separates(phys_motion *motion, struct ad_error *error);
 /* L_v is M v, M constant, up to a constant: no L_vq or L_vt. Of errors, AD_E_MEMORY. */
@@ -21,6 +28,8 @@ void phys_motion_round_mass(phys_motion *motion, double share);
 double phys_motion_energy(phys_motion *motion, const double *q, const double *v, double t);
 /* Why its forces are interpreted (ad_native_note). */
 const char *phys_motion_interpreted(const phys_motion *motion);
+/* Whether the mass matrix has no element off its diagonal, by its values at irregular states. */
+bool phys_motion_is_diagonal(phys_motion *motion);
 /* Its recording: x = q, v [dof x 1 each], t; y = the force [dof x 1], the mass matrix [dof x dof].
    True where that is constant, and then solved with in place. */
 bool phys_motion_recorded(const phys_motion *motion, ad_var x[3], ad_var y[2]);
@@ -28,9 +37,9 @@ void phys_motion_solve_constant(const phys_motion *motion, double *b);
 bool phys_motion_is_singular(const phys_motion *motion); /* the mass matrix used last */
 
 /* Taylor coefficients of the motion (motion_series.c), which must outlive this: c [order + 1][n] of
-   (q, v) and of `columns` variations (dq, dv) of them about t, the first row given, up to `order`,
-   which is at most that of _new. What has no series, or kinks, is refused: AD_E_ARGUMENT;
-   AD_E_NONFINITE as for accelerations. */
+   (q, v), of `columns` variations (dq, dv) of them, and of one by each of the motion's parameters,
+   about t, the first row given, up to `order`, which is at most that of _new. What has no series,
+   or kinks, is refused: AD_E_ARGUMENT; AD_E_NONFINITE as for accelerations. */
 struct phys_motion_series;
 enum ad_status phys_motion_series_new(phys_motion *motion, size_t order, size_t columns,
                                       struct phys_motion_series **series, struct ad_error *error);

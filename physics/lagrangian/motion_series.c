@@ -21,7 +21,8 @@ enum { COORDINATES_MOST = 64, ELIMINATED_MOST = 6 };
 
 struct phys_motion_series {
     phys_motion *motion;
-    size_t dof, order, columns; /* variations */
+    size_t dof, order, columns; /* variations, with those by parameters */
+    size_t n_params;
     bool constant_mass;
     ad_series *flow;  /* of q, v, variations and t, if accelerations are recorded */
     ad_series *force; /* of the force and the mass matrix, where needed */
@@ -34,9 +35,12 @@ struct phys_motion_series {
 enum { Q, V, T, INPUTS };
 enum { FORCE, MASS };
 
-/* The flow: its inputs are q, v, the variations dq and dv in turn, and t; its outputs their rates,
-   then M and D. */
-static size_t flow_inputs(const struct phys_motion_series *s) { return INPUTS + 2 * s->columns; }
+/* The flow: its inputs are q, v, the variations dq and dv in turn, t, and the parameters; its
+   outputs their rates, then M and D. */
+static size_t flow_inputs(const struct phys_motion_series *s)
+{
+    return INPUTS + 2 * s->columns + s->n_params;
+}
 static size_t flow_time(const struct phys_motion_series *s) { return T + 2 * s->columns; }
 
 static enum ad_status too_much(const struct phys_motion_series *s, const char *why,
@@ -115,6 +119,27 @@ static ad_var eliminate(size_t n, ad_var mass, ad_var force, ad_var *D)
     return ad_concat_rows(n, a);
 }
 
+/* The same with a diagonal M, of any size. */
+static ad_var divide(size_t n, ad_var mass, ad_var force, ad_var *D)
+{
+    uint32_t *places = malloc(n * sizeof *places);
+    if (!places)
+        return ad_refuse(force.tape, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; k < n; k++)
+        places[k] = (uint32_t)(k * (n + 1));
+    *D = ad_gather_rows(ad_reshape(mass, n * n, 1), n, places);
+    free(places);
+    return ad_div(force, *D);
+}
+
+static ad_var accelerations(const struct phys_motion_series *s, const ad_var y[], ad_var *D)
+{
+    *D = y[MASS];
+    return s->constant_mass            ? times_inverse(s, y[FORCE])
+           : s->dof <= ELIMINATED_MOST ? eliminate(s->dof, y[MASS], y[FORCE], D)
+                                       : divide(s->dof, y[MASS], y[FORCE], D);
+}
+
 static enum ad_status record_flow(struct phys_motion_series *s, const ad_var x[], const ad_var y[],
                                   struct ad_error *error)
 {
@@ -122,11 +147,16 @@ static enum ad_status record_flow(struct phys_motion_series *s, const ad_var x[]
     ad_var *in = malloc((2 * n + 2) * sizeof *in);
     if (!in)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    ad_var *rate = in + n;
-    ad_var D = y[MASS], a = s->constant_mass ? times_inverse(s, y[FORCE])
-                                             : eliminate(s->dof, y[MASS], y[FORCE], &D);
+    ad_var *rate = in + n, *params = in + flow_time(s) + 1, D, a = accelerations(s, y, &D);
+    const ad_var one = ad_scalar(x[T].tape, 1);
+    double value;
     memcpy(in, x, 2 * sizeof *in);
-    in[n - 1] = x[T];
+    in[flow_time(s)] = x[T];
+    rate[flow_time(s)] = ad_add(ad_mul(x[T], 0.0), 1.0);
+    for (size_t k = 0; k < s->n_params; k++) {
+        params[k] = phys_motion_parameter(s->motion, k, &value);
+        rate[flow_time(s) + 1 + k] = ad_mul(params[k], 0.0);
+    }
     rate[Q] = x[V];
     rate[V] = a;
     for (size_t k = 1; k <= s->columns; k++) {
@@ -134,9 +164,11 @@ static enum ad_status record_flow(struct phys_motion_series *s, const ad_var x[]
         d[Q] = ad_input(x[Q].tape, s->dof, 1, "dq");
         d[V] = ad_input(x[Q].tape, s->dof, 1, "dv");
         rate_of_d[Q] = d[V];
-        ad_jvp(a, 2, x, d, &rate_of_d[V]);
+        const bool by_start = k + s->n_params <= s->columns;
+        const size_t param = by_start ? 0 : k + s->n_params - s->columns - 1;
+        ad_jvp(a, by_start ? 2 : 3, (ad_var[]){x[Q], x[V], by_start ? x[V] : params[param]},
+               (ad_var[]){d[Q], d[V], one}, &rate_of_d[V]);
     }
-    rate[n - 1] = ad_add(ad_mul(x[T], 0.0), 1.0);
     rate[n] = y[MASS];
     rate[n + 1] = D;
     series_of(s, s->constant_mass ? n : n + 2, rate, n, in, &s->flow, error);
@@ -171,7 +203,8 @@ static enum ad_status record(struct phys_motion_series *s, struct ad_error *erro
     s->constant_mass = phys_motion_recorded(s->motion, x, y);
     if (!s->constant_mass && s->dof > COORDINATES_MOST)
         return too_much(s, "masses that vary of more than 64 coordinates", error);
-    if (s->constant_mass || s->dof <= ELIMINATED_MOST)
+    if (s->constant_mass || s->dof <= ELIMINATED_MOST ||
+        (s->columns && phys_motion_is_diagonal(s->motion)))
         return record_flow(s, x, y, error);
     if (s->columns)
         return too_much(s, "variations with masses that vary of more than 6 coordinates", error);
@@ -185,8 +218,9 @@ enum ad_status phys_motion_series_new(phys_motion *motion, size_t order, size_t 
     struct phys_motion_series *s = *series = calloc(1, sizeof *s);
     if (!s)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    *s =
-        (struct phys_motion_series){.motion = motion, .dof = n, .order = order, .columns = columns};
+    *s = (struct phys_motion_series){
+        .motion = motion, .dof = n, .order = order, .n_params = phys_motion_parameters(motion)};
+    s->columns = columns + s->n_params;
     if (record(s, error) == AD_OK) {
         s->a = calloc((order + 1) * n, sizeof *s->a);
         s->factor = calloc(s->constant_mass ? 1 : (n + 2) * n, sizeof *s->factor);
@@ -293,6 +327,8 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
     bool good = s->flow;
     if (s->flow) {
         ad_series_input(s->flow, flow_time(s), 0)[0] = t;
+        for (size_t k = 0; k < s->n_params; k++)
+            phys_motion_parameter(s->motion, k, ad_series_input(s->flow, flow_time(s) + 1 + k, 0));
         ad_series_flow(s->flow, n, order, c);
         good = is_definite(s);
     }

@@ -58,6 +58,14 @@ enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys
    most 6 coordinates; AD_E_ARGUMENT otherwise. */
 enum ad_status phys_ode_variations(const struct phys_system *system, size_t columns,
                                    struct phys_ode *ode, struct ad_error *error);
+/* The same with n parameters of the scene, by name, as variables: their values are read from the
+   system whenever the motion is, so that phys_system_set holds without another recording. After the
+   `columns` follow n more, of the variations by these parameters; they begin as the derivatives of
+   the start by them, or at 0. AD_E_ARGUMENT, too, for what phys_param_use finds to be no variable.
+ */
+enum ad_status phys_ode_parameters(const struct phys_system *system, size_t columns, size_t n,
+                                   const char *const names[], struct phys_ode *ode,
+                                   struct ad_error *error);
 /* The same motion in y = (q, p), p = L_v, with q' = v(q, p) and p' = L_q: canonical for any
    Lagrangian with a regular mass matrix L_vv. v is found by Newton's method; where L is quadratic
    in v the first step is exact. */

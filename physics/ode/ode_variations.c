@@ -52,12 +52,36 @@ static void release(void *context)
 enum ad_status phys_ode_variations(const struct phys_system *system, size_t columns,
                                    struct phys_ode *ode, struct ad_error *error)
 {
-    if (AD_LACKS_RESULT(error, ode) || AD_LACKS(error, system, system->scene))
+    return phys_ode_parameters(system, columns, 0, NULL, ode, error);
+}
+
+/* The places of parameters that are variables. */
+static enum ad_status find_params(const struct phys_system *system, size_t n,
+                                  const char *const names[], size_t *which, struct ad_error *error)
+{
+    for (size_t k = 0; k < n; k++) {
+        if (phys_param_refuse(system, names[k], error) != AD_OK)
+            return error->status;
+        which[k] = phys_param_find(system, names[k], error);
+    }
+    return AD_OK;
+}
+
+enum ad_status phys_ode_parameters(const struct phys_system *system, size_t columns,
+                                   size_t n_params, const char *const names[], struct phys_ode *ode,
+                                   struct ad_error *error)
+{
+    if (AD_LACKS_RESULT(error, ode) || AD_LACKS(error, system, system->scene) ||
+        (n_params && AD_LACKS(error, names)))
         return error->status;
+    if (n_params > system->scene->n_params)
+        return ad_fail(error, AD_E_ARGUMENT, "%zu parameters; %s has %zu", n_params,
+                       system->scene->name, system->scene->n_params);
     if (system->scene->ode)
         return ad_fail(error, AD_E_ARGUMENT, "%s has equations of its own: no variations",
                        system->scene->name);
-    const size_t n = 2 * system->dof * (1 + columns);
+    const size_t n = 2 * system->dof * (1 + columns + n_params);
+    size_t *which = malloc((n_params + 1) * sizeof *which);
     struct context *x = calloc(1, sizeof *x);
     *ode = (struct phys_ode){.name = system->scene->name,
                              .n = n,
@@ -66,10 +90,13 @@ enum ad_status phys_ode_variations(const struct phys_system *system, size_t colu
                              .component = component,
                              .context = x,
                              .free = x ? release : NULL};
-    if (!x || !(x->rows = malloc(2 * n * sizeof *x->rows)))
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    x->n = n;
-    if (phys_motion_new(system, &x->motion, error) == AD_OK)
+    if (!x || !which || !(x->rows = malloc(2 * n * sizeof *x->rows)))
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else if (find_params(system, n_params, names, which, error) == AD_OK &&
+             phys_motion_new_of(system, n_params, which, &x->motion, error) == AD_OK)
         phys_motion_series_new(x->motion, PHYS_SERIES_MOST, columns, &x->series, error);
+    if (x)
+        x->n = n;
+    free(which);
     return error->status;
 }

@@ -112,5 +112,14 @@ enum ad_status phys_transition(const struct phys_system *system, const double *x
                                const struct phys_lyapunov_settings *settings, double *matrix,
                                double *uncertainty, struct ad_error *error);
 
+/* The derivatives [2 dof][n] of (q, v) at t1 by parameters names[n] of the scene, and their
+   uncertainties. The motion starts from x = (q, v), whatever the parameters; where x is NULL, from
+   the scene's start drawn from `seed`, whose own dependence on them counts. Settings and errors as
+   phys_transition; AD_E_ARGUMENT names a parameter that L has as a plain number. */
+enum ad_status phys_sensitivity(const struct phys_system *system, const double *x, uint64_t seed,
+                                const struct phys_lyapunov_settings *settings, size_t n,
+                                const char *const names[], double *matrix, double *uncertainty,
+                                struct ad_error *error);
+
 AD_HEADER_END
 #endif

@@ -55,6 +55,16 @@ static void test_sensitivity(void **state)
     assert_close(matrix[1], sin(6) / 3, 1e-14, 1e-14);
     assert_close(matrix[2], -3 * sin(6), 1e-14, 1e-14);
     assert_close(matrix[3], cos(6), 1e-14, 1e-14);
+    at = strstr(shell_last_line(), "\"parameter_sensitivity\": [");
+    assert_non_null(at);
+    assert_int_equal(sscanf(at, "\"parameter_sensitivity\": [%lf, %lf, %lf, %lf]", &matrix[0],
+                            &matrix[1], &matrix[2], &matrix[3]),
+                     4); /* by m, k, q0, v0 */
+    assert_close(matrix[0], 3 * sin(6), 1e-13, 0);
+    assert_close(matrix[1], -sin(6) / 3, 1e-13, 0);
+    assert_close(matrix[2], cos(6), 1e-13, 0);
+    assert_close(matrix[3], sin(6) / 3, 1e-13, 0);
+    assert_int_equal(shell("$LA simulate spring --sensitivity --by l"), 2);
     assert_int_equal(shell("$LA simulate dblpend --time 120 --no-reference --sensitivity"), 1);
     assert_int_equal(shell("$LA simulate gas --time 1 --no-reference --sensitivity"), 2);
 }

@@ -117,6 +117,23 @@ static void the_mass_may_depend_on_the_velocity(void **state)
     assert_close(a, -q * pow(1 - v * v, 1.5), 1e-13, 0);
 }
 
+static ad_var massive(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_mul(q, ad_mul(0.5, ad_square(v)));
+}
+
+/* A mass that is the coordinate itself takes no operation, and varies: q a = -v^2 / 2. */
+static void the_mass_may_be_the_coordinate(void **state)
+{
+    (void)state;
+    struct phys_scene scene;
+    struct phys_system system = made_of(&scene, massive, 1);
+    double a;
+    acceleration(&system, (double[]){1.7}, (double[]){0.6}, 0, &a);
+    assert_close(a, -0.5 * 0.36 / 1.7, 1e-15, 0);
+}
+
 static void bodies_attract_as_newton_says(void **state)
 {
     (void)state;
@@ -295,6 +312,7 @@ int main(void)
         cmocka_unit_test(time_in_the_lagrangian_counts),
         cmocka_unit_test(velocity_dependent_forces_count),
         cmocka_unit_test(the_mass_may_depend_on_the_velocity),
+        cmocka_unit_test(the_mass_may_be_the_coordinate),
         cmocka_unit_test(bodies_attract_as_newton_says),
         cmocka_unit_test(unsolvable_motion_names_the_coordinate),
         cmocka_unit_test(the_published_ode_paths_come_out),

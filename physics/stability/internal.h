@@ -1,0 +1,13 @@
+/* For physics/ only. */
+#ifndef PHYSICS_STABILITY_INTERNAL_H
+#define PHYSICS_STABILITY_INTERNAL_H
+
+#include "stability.h"
+
+/* The derivatives [n][2 dof] of the scene's start (q, v) by n parameters, and what they may be off
+   by; by differences. AD_E_NONFINITE where there is none. */
+enum ad_status phys_start_slopes(const struct phys_system *system, uint64_t seed, size_t n,
+                                 const char *const names[], double *slope, double *uncertainty,
+                                 struct ad_error *error);
+
+#endif
