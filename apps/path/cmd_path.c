@@ -185,8 +185,8 @@ static const struct option table[] = {
     {"stop-at-reference", NULL, OPTION_FLAG, NULL,
      "descents: end at the step nearest to the reference", AT(stop_at_reference)},
     {"tol", "E", OPTION_POSITIVE, NULL,
-     "newton: rule and slices, coarse to fine, until the estimated error of every coordinate is "
-     "under E",
+     "newton: rule and slices, coarse to fine and close where the path is steep, until the "
+     "estimated error of every coordinate is under E",
      AT(tolerance)},
     {"grad-tol", "E", OPTION_SIZE, NULL, "stop where |gradient| is E of its start [never]",
      AT(grad_tolerance)},

@@ -35,6 +35,16 @@ static void report_tables(const struct path_run *run, struct report *report)
     report_item(report, NULL);
 }
 
+/* The shortest time between slices, where they are uneven. */
+static double shortest(const struct path_run *run)
+{
+    const struct phys_grid grid = phys_grid_of(&run->settings);
+    double least = (double)INFINITY;
+    for (size_t i = 0; i + 1 < grid.slices; i++)
+        least = fmin(least, phys_grid_time(&grid, i + 1) - phys_grid_time(&grid, i));
+    return grid.mesh ? least : (double)NAN;
+}
+
 static void report_run(const struct path_run *run, struct report *report)
 {
     const struct phys_scene *scene = run->system.scene;
@@ -45,6 +55,7 @@ static void report_run(const struct path_run *run, struct report *report)
                 scene->name, settings->slices, settings->dt, unit_blank(time), time,
                 settings->rule->name, run->solver->name, info->steps, info->steps == 1 ? "" : "s",
                 info->seconds, info->native ? " as machine code" : "", path_stop_name(info->stop));
+    report_number(report, "shortest_dt", "shortest", scene->time_unit, shortest(run));
     if (run->options->common.verbose && *info->interpreted)
         report_line(report, "  interpreted: %s\n", info->interpreted);
     report_text(report, "scene", NULL, scene->name);

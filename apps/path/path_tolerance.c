@@ -57,6 +57,35 @@ static double ends_error(const struct path_run *run, struct ad_error *error)
     return most;
 }
 
+/* The motion at all nodes of a mesh: path [s*dof x slices]. */
+static enum ad_status motion_on_mesh(const struct path_run *run, double *path,
+                                     struct ad_error *error)
+{
+    const struct phys_grid grid = phys_grid_of(&run->settings);
+    struct phys_rule_table table;
+    grid.rule->fill(grid.rule, &table);
+    size_t s = table.degree, dof = run->system.dof, n = s * (grid.slices - 1) + 1;
+    double dt = phys_grid_time(&grid, grid.slices - 1) / (double)(n - 1);
+    double *times = malloc((dof + 1) * n * sizeof *times), *nodes = times + n;
+    const struct phys_simulation how = {.rtol = PATH_TIGHTEST,
+                                        .max_steps = PHYS_MOTION_STEPS,
+                                        .times = times + 1,
+                                        .proceed = interrupt_proceed};
+    if (!times)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t j = 0; j + 1 < n; j++) {
+        double from = phys_grid_time(&grid, j / s), to = phys_grid_time(&grid, j / s + 1);
+        times[j] = from + table.node[j % s] * (to - from);
+    }
+    times[n - 1] = (double)(n - 1) * dt;
+    phys_scene_path(&run->system, run->options->common.seed, &how, n, dt, nodes, error);
+    for (size_t k = 0; k < dof; k++)
+        for (size_t j = 0; j < s * grid.slices; j++) /* the last column repeats the last slice */
+            path[(j % s * dof + k) * grid.slices + j / s] = nodes[k * n + (j < n ? j : n - 1)];
+    free(times);
+    return error->status;
+}
+
 /* The run becomes that of the chosen level, about to be solved; its reference, the motion at the
    level's slices. */
 static enum ad_status adopt(struct path_run *run, struct ad_error *error)
@@ -73,13 +102,16 @@ static enum ad_status adopt(struct path_run *run, struct ad_error *error)
     run->settings.rule = rule;
     run->settings.slices = n;
     run->settings.dt = r->settings.dt;
+    run->settings.mesh = r->settings.mesh;
     run->settings.adam_steps = r->settings.adam_steps;
     if (!run->reference)
         return AD_OK;
     free(run->reference);
     run->reference = path_new(run, error);
-    if (run->reference &&
-        path_motion(run, n, r->settings.dt, PATH_TIGHTEST, run->reference, error) == AD_OK)
+    if (run->reference && run->settings.mesh)
+        motion_on_mesh(run, run->reference, error);
+    else if (run->reference &&
+             path_motion(run, n, r->settings.dt, PATH_TIGHTEST, run->reference, error) == AD_OK)
         phys_rule_interpolate(rule, dof, n, run->reference);
     return error->status;
 }

@@ -1,6 +1,7 @@
 /* Finds a path and verifies it (path.h): its kind of stationary point, and its distances from
    independent results: the motion from its start by an adaptive method, the path of a rule of
    higher order, and the stationary path at the given reference. */
+#include "mesh.h"
 #include "newton.h"
 #include "physics/lagrangian/conserved.h"
 #include "physics/motion/motion.h"
@@ -197,23 +198,6 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
     return error->status;
 }
 
-/* The mesh of as many slices `m` that divides the elements of the settings' mesh evenly. */
-static double *split_mesh(const struct phys_path_settings *settings, size_t m,
-                          struct ad_error *error)
-{
-    double *mesh = malloc(m * sizeof *mesh),
-           share = (double)(settings->slices - 1) / (double)(m - 1);
-    if (!mesh)
-        ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", m);
-    for (size_t j = 0; mesh && j < m; j++) {
-        size_t e = j * (settings->slices - 1) / (m - 1);
-        const double *at = settings->mesh + e;
-        double rest = (double)j * share - (double)e;
-        mesh[j] = j + 1 < m ? (at[0] + rest * (at[1] - at[0])) / share : (double)j;
-    }
-    return mesh;
-}
-
 enum ad_status phys_path_discretisation(const struct phys_system *system,
                                         const struct phys_path_settings *settings,
                                         struct phys_derivatives *of, const double *path, bool more,
@@ -236,7 +220,7 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
     size_t each = more && n % 2 == 1 ? 3 : 2, m = (n - 1) * each / 2 + 1;
     finer.slices = m;
     finer.dt = 2 * settings->dt / (double)each;
-    double *mesh = settings->mesh ? split_mesh(settings, m, error) : NULL;
+    double *mesh = settings->mesh ? phys_mesh_divide(settings->mesh, n, m, error) : NULL;
     finer.mesh = mesh;
     const struct phys_grid from = phys_grid_of(settings), to = phys_grid_of(&finer);
     *distance = (double)INFINITY;

@@ -173,15 +173,17 @@ struct phys_refined {
     struct phys_path_settings
         settings; /* the settings given, with rule, slices, dt and adam_steps of the result */
     double *start, *path; /* [degree*dof x slices] each: its start, and the path */
+    double *mesh;         /* [slices] that of the settings; NULL: its elements are even */
     bool unsettled;       /* AD_E_ACCURACY because levels converge to different paths */
 };
 /* Finds a path with an error below `tolerance` by the coarsest setting that has one: elements of
    settings->rule (NULL: gauss2, then gauss4) are doubled, over the time of settings->slices and dt,
-   until the estimated error is small enough. guess [dof x slices] is the start, and its ends, known
-   to ends_error, are the ends, but for what settings->ends leaves free. With free end time slices
-   of the same share of the time are compared, and the change of that time counts by the speed. Uses
-   Newton's method after settings->adam_steps. AD_E_ACCURACY if there is no such setting, or
-   settings->proceed returned false. Free with phys_refined_free in any case. */
+   until the estimated error is small enough, or placed anew where the path is much steeper than
+   elsewhere. With settings->mesh the first elements are its. guess [dof x slices] is the start, and
+   its ends, known to ends_error, are the ends, but for what settings->ends leaves free. With free
+   end time slices of the same share of the time are compared, and the change of that time counts by
+   the speed. Uses Newton's method after settings->adam_steps. AD_E_ACCURACY if there is no such
+   setting, or settings->proceed returned false. Free with phys_refined_free in any case. */
 enum ad_status phys_path_refine(const struct phys_system *system,
                                 const struct phys_path_settings *settings, const double *guess,
                                 double ends_error, double tolerance, struct phys_refined *refined,

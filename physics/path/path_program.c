@@ -245,6 +245,8 @@ static void measure_path(struct phys_path_program *p, const double *path,
     struct phys_action *a = &p->action;
     double most = 0;
     if (p->hessian) {
+        memcpy(p->x, path, p->n * sizeof *path); /* not that of compare */
+        phys_path_program_run(p, 0);
         phys_path_points_measure(p, info);
         return;
     }

@@ -6,7 +6,9 @@
    for a rule of order p; the error of the finer path is then d/(r - 1). Where r is not yet
    meaningful, d itself is used, which is the error of the coarser path. Far from the limit errors
    may change sign, and r mean nothing: an estimate that is small enough is raised to the distance
-   from the path of a rule of higher order on the same slices, if it is less. */
+   from the path of a rule of higher order on the same slices, if it is less. Where the path is much
+   steeper in some places than in others its elements are placed anew instead (mesh.h). */
+#include "mesh.h"
 #include "newton.h"
 
 #include <float.h>
@@ -15,6 +17,7 @@
 #include <string.h>
 
 enum { COARSEST = 4, FINEST = 1 << 14, UNSETTLED = 1 << 9 }; /* elements */
+enum { UNPLACED = 64 }; /* even elements that should do to tell where the path is steep */
 enum { DESCENT = 500 }; /* steps of Adam, where Newton's method alone finds no one path */
 enum { PARTED = 5 }; /* levels that find several paths from the guess: the next goes on with one */
 
@@ -25,6 +28,7 @@ static const double EXACT = 1e-14; /* of the path's size: no distance but roundi
 static const double FINE = 1e-7;   /* of the path's size: where rounding may stop the fall */
 static const double FALLING = 0.7; /* of the distance, from level to level, at the least */
 static const double NEAR = 1e-2;   /* of the path's size: as close as to be the same path */
+static const double WORTH = 3;     /* times fewer elements, for which they are placed anew */
 
 /* Without a rule: cheap elements while few will do, then those of high order. */
 static const struct rung {
@@ -35,8 +39,9 @@ static const struct rung {
 /* The path of a level. */
 struct stage {
     struct phys_grid grid;
-    double *start, *path;
+    double *start, *path, *mesh;
     double distance; /* from the level before; NaN: none to compare with */
+    bool apart;      /* its elements are not those of the level before, halved */
 };
 
 struct climb {
@@ -55,6 +60,7 @@ static void drop(struct stage *stage)
 {
     free(stage->start);
     free(stage->path);
+    free(stage->mesh);
     *stage = (struct stage){.distance = (double)NAN};
 }
 
@@ -64,6 +70,29 @@ static void drop(struct stage *stage)
 static bool settled(const struct climb *c, const struct stage *stage)
 {
     return stage->path && stage->distance <= NEAR * c->size;
+}
+
+/* Elements of c->here: placed by the level before, or its own, or those given, divided. */
+static enum ad_status choose_mesh(struct climb *c, struct ad_error *error)
+{
+    const struct stage *before = &c->before;
+    const struct phys_grid *from = before->path ? &before->grid : &c->given;
+    struct stage *here = &c->here;
+    size_t dof = c->system->dof, n = here->grid.slices;
+    double gain = 0;
+    if (before->path && (settled(c, before) || n > UNPLACED) && from->rule->degree > 1 &&
+        !c->system->scene->between)
+        phys_mesh_place(from, before->path, dof, 0, NULL, &gain, error);
+    here->apart =
+        gain > WORTH && !before->apart && 2 * (n - 1) <= FINEST; /* the next is compared with it */
+    if (here->apart && !(here->mesh = malloc(n * sizeof *here->mesh)))
+        ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", n);
+    else if (here->apart)
+        phys_mesh_place(from, before->path, dof, n - 1, here->mesh, &gain, error);
+    else if (from->mesh)
+        here->mesh = phys_mesh_divide(from->mesh, from->slices, n, error);
+    here->grid.mesh = here->mesh;
+    return error->status;
 }
 
 /* Start and settings of c->here, whose grid is set: from the level before once two agree on which
@@ -90,6 +119,7 @@ static enum ad_status begin(struct climb *c, struct ad_error *error)
     settings->rule = stage->grid.rule;
     settings->slices = n;
     settings->dt = stage->grid.dt;
+    settings->mesh = stage->grid.mesh;
     settings->adam_steps = again ? 0 : c->adam_steps;
     return AD_OK;
 }
@@ -146,6 +176,13 @@ static void estimate(struct climb *c, struct phys_level *level)
     c->size = 0;
     for (size_t k = 0; k < dof * m; k++)
         c->size = fmax(c->size, fabs(c->here.path[k]));
+    if (c->here.apart) { /* the path before errs more between its slices */
+        double moved = 0;
+        for (size_t k = 0; k < dof * m; k++)
+            moved = fmax(moved, fabs(c->here.start[k] - c->here.path[k]));
+        c->here.distance = settled(c, coarse) ? moved : (double)NAN;
+        return;
+    }
     if (!coarse->path || coarse->grid.rule != level->rule || 2 * n != m + 1)
         return;
     double d = 0, widest = 0; /* of a step between slices */
@@ -153,13 +190,14 @@ static void estimate(struct climb *c, struct phys_level *level)
         for (size_t i = 0; i < n; i++) {
             const double *x = coarse->path + k * n + i;
             d = fmax(d, fabs(*x - c->here.path[k * m + 2 * i]));
-            widest = fmax(widest, i > 0 ? fabs(x[0] - x[-1]) : 0);
+            double length = i > 0 && coarse->mesh ? coarse->mesh[i] - coarse->mesh[i - 1] : 1;
+            widest = fmax(widest, i > 0 ? fabs(x[0] - x[-1]) / length : 0);
         }
     double later = 2 * c->here.grid.dt - coarse->grid.dt; /* 0 unless the time is free */
     if (time_is_free(c))
         d = fmax(d, widest * (double)(n - 1) * fabs(later) / coarse->grid.dt);
     double fall = coarse->distance / d, most = pow(2, (double)level->rule->order);
-    double error = fall > 2 ? CAUTION * d / (fmin(fall, most) - 1) : d;
+    double error = fall > 2 && !coarse->apart ? CAUTION * d / (fmin(fall, most) - 1) : d;
     c->here.distance = d;
     if (isnan(coarse->distance) && d <= EXACT * c->size)
         return; /* the slices of two levels alone may be exact by symmetry */
@@ -216,7 +254,7 @@ static bool climb(struct climb *c, const struct phys_rule *rule, size_t elements
         c->time = c->before.grid.dt * (double)(c->before.grid.slices - 1);
     c->here.grid =
         (struct phys_grid){.rule = rule, .slices = elements + 1, .dt = c->time / (double)elements};
-    if (solve(c, level, error) != AD_OK)
+    if (choose_mesh(c, error) != AD_OK || solve(c, level, error) != AD_OK)
         return true;
     estimate(c, level);
     if (verified(c, level, error) || error->status != AD_OK)
@@ -261,7 +299,8 @@ static bool climb(struct climb *c, const struct phys_rule *rule, size_t elements
 static enum ad_status climb_once(struct climb *c, const struct phys_rule *given,
                                  struct ad_error *error)
 {
-    const struct rung fixed = {given ? given->name : NULL, COARSEST, FINEST};
+    size_t first = c->given.mesh ? c->given.slices - 1 : COARSEST;
+    const struct rung fixed = {given ? given->name : NULL, first, FINEST};
     const struct rung *rungs = given ? &fixed : ladder;
     for (size_t k = 0; k < (given ? 1 : LENGTH(ladder)); k++) {
         const struct phys_rule *rule = given ? given : phys_rule_find(rungs[k].rule, error);
@@ -310,7 +349,7 @@ enum ad_status phys_path_refine(const struct phys_system *system,
         return error->status;
     struct climb c = {.system = system,
                       .guess = guess,
-                      .given = {&phys_rule_left, settings->slices, settings->dt, NULL},
+                      .given = {&phys_rule_left, settings->slices, settings->dt, settings->mesh},
                       .adam_steps = settings->adam_steps,
                       .time = (double)(settings->slices - 1) * settings->dt,
                       .tolerance = tolerance,
@@ -329,8 +368,10 @@ enum ad_status phys_path_refine(const struct phys_system *system,
     if (error->status == AD_OK && climb_all(&c, settings->rule, error) == AD_OK) {
         refined->start = c.here.start;
         refined->path = c.here.path;
-        c.here.start = c.here.path = NULL;
+        refined->mesh = c.here.mesh;
+        c.here.start = c.here.path = c.here.mesh = NULL;
     }
+    refined->settings.mesh = refined->mesh;
     phys_derivatives_free(&c.of);
     drop(&c.before);
     drop(&c.here);
@@ -343,5 +384,6 @@ void phys_refined_free(struct phys_refined *refined)
         return;
     free(refined->start);
     free(refined->path);
+    free(refined->mesh);
     *refined = (struct phys_refined){0};
 }

@@ -145,6 +145,28 @@ static void test_ends_of_a_file(void **state)
     free(values);
 }
 
+/* Uneven slices: times in the CSV, and the motion that the path is compared with. */
+static void test_uneven_slices(void **state)
+{
+    (void)state;
+    size_t rows, columns;
+    double *values;
+    struct ad_error error = {0};
+    shell_works("$LA path double-well --set a=1 --set height=-1250 --start x=0 --end x=1 --time 1 "
+                "--tol 1e-9 --csv found.csv --json");
+    assert_true(shell_number("shortest_dt") < 0.5 * shell_number("dt"));
+    assert_int_equal(phys_table_read(shell_path("found.csv"), &rows, &columns, &values, &error),
+                     AD_OK);
+    for (size_t i = 0; i < rows; i++)
+        assert_close(values[2 * i + 1], tanh(values[2 * i] / 0.02), 0, 1e-9);
+    free(values);
+    shell_works("$LA path kepler --set e=0.9 --tol 1e-8 --json");
+    assert_true(shell_number("shortest_dt") < 0.5 * shell_number("dt"));
+    assert_close(shell_number("reference_action"), 1.5 * M_PI, 0, 1e-8);
+    assert_close(shell_number("max_error"), 0, 0, 1e-8);
+    assert_close(shell_number("true_distance"), 0, 0, 1e-7);
+}
+
 /* Each level finds another of several paths from the guess: the climb goes on with one of them. */
 static void test_one_of_several(void **state)
 {
@@ -278,6 +300,7 @@ int main(void)
         cmocka_unit_test_setup(test_least_that_will_do, shell_empty),
         cmocka_unit_test_setup(test_ends_of_a_file, shell_empty),
         cmocka_unit_test_setup(test_a_fall_that_is_too_fast, shell_empty),
+        cmocka_unit_test_setup(test_uneven_slices, shell_empty),
         cmocka_unit_test_setup(test_no_mass, shell_empty),
         cmocka_unit_test_setup(test_a_path_that_nothing_holds, shell_empty),
         cmocka_unit_test_setup(test_kinks, shell_empty),

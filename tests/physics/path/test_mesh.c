@@ -83,11 +83,14 @@ static void solve(const char *rule, size_t slices, bool is_driven, struct solved
     s->settings.slices = slices;
     s->settings.dt = TIME / (double)(slices - 1);
     s->settings.mesh = s->mesh;
+    double other[MOST * SLICES] = {1, 2, 3}; /* what is said is not of it */
+    s->settings.compare = other;
     s->path[slices - 1] = is_driven ? exact(TIME) : sin(TIME);
     assert_int_equal(
         phys_path_find(&phys_solver_newton, &s->system, &s->settings, s->path, &s->found, &error),
         AD_OK);
     assert_int_equal(s->found.info.stop, PHYS_STOP_ROUNDING);
+    s->settings.compare = NULL;
     const struct phys_grid grid = phys_grid_of(&s->settings);
     for (size_t i = 0; i < slices; i++) {
         double t = phys_grid_time(&grid, i);
@@ -180,6 +183,111 @@ static void resampling_between_meshes(void **state)
     free(back);
 }
 
+/* ---- elements placed by phys_path_refine ---- */
+
+static double centre, width;
+
+/* A force that holds the path q = tanh((t - centre)/width) + sin t, whose q'' + q it is. */
+static ad_var steep(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params;
+    ad_var u = ad_tanh(ad_mul(1 / width, ad_sub(t, centre)));
+    ad_var bend = ad_mul(-2 / width / width, ad_mul(u, ad_sub(1.0, ad_square(u))));
+    return ad_add(still(q, v, t, params), ad_mul(q, ad_add(bend, u)));
+}
+
+static double steep_exact(double t) { return tanh((t - centre) / width) + sin(t); }
+
+/* q = tanh(t / width), from 0 to 1. */
+static ad_var layer(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    ad_var apart = ad_sub(1.0, ad_square(q));
+    return ad_mul(0.5, ad_add(ad_square(v), ad_mul(1 / width / width, ad_square(apart))));
+}
+
+static double layer_exact(double t) { return tanh(t / width); }
+
+struct refined {
+    double error, estimate, longest; /* element, in units of the mean */
+    size_t elements;
+    enum ad_status status;
+};
+
+/* From a line between the ends of the closed form, over `time`. */
+static struct refined refine(phys_lagrangian *lagrangian, double (*closed)(double), double time,
+                             double tolerance, const char *rule)
+{
+    struct ad_error error = {0};
+    struct phys_system system;
+    struct phys_refined refined;
+    struct phys_scene scene = driven;
+    double guess[9];
+    scene.lagrangian = lagrangian;
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    for (size_t i = 0; i < LENGTH(guess); i++)
+        guess[i] = closed(0) + (closed(time) - closed(0)) * (double)i / 8;
+    struct phys_path_settings settings = phys_path_defaults(&system);
+    settings.rule = rule ? phys_rule_find(rule, &error) : NULL;
+    settings.slices = LENGTH(guess);
+    settings.dt = time / 8;
+    struct refined r = {
+        .status = phys_path_refine(&system, &settings, guess, 0, tolerance, &refined, &error)};
+    const struct phys_grid grid = phys_grid_of(&refined.settings);
+    r.elements = grid.slices - 1;
+    for (size_t i = 0; r.status == AD_OK && i < grid.slices; i++) {
+        r.error = fmax(r.error, fabs(refined.path[i] - closed(phys_grid_time(&grid, i))));
+        double before = i ? phys_grid_time(&grid, i - 1) : 0;
+        r.longest = fmax(r.longest, (phys_grid_time(&grid, i) - before) / grid.dt);
+    }
+    r.estimate = refined.n ? refined.level[refined.n - 1].estimate : (double)NAN;
+    phys_refined_free(&refined);
+    phys_system_close(&system);
+    return r;
+}
+
+/* An estimate that holds on even meshes alone would show here: places and widths at random. */
+static void estimates_hold_where_elements_are_placed(void **state)
+{
+    (void)state;
+    static const char *const rules[] = {NULL, "gauss3", "gauss5"};
+    size_t placed = 0, missed = 0;
+    double worst = 0;
+    for (size_t k = 0; k < 24; k++) {
+        double share = fmod(0.618034 * (double)(k + 1), 1);
+        centre = TIME * fmod(0.754878 * (double)(k + 1), 1);
+        width = pow(10, -2.5 * share);
+        double tolerance = pow(10, -3 - (double)(k % 7));
+        struct refined r = refine(steep, steep_exact, TIME, tolerance, rules[k % 3]);
+        missed += r.status != AD_OK;
+        if (r.status != AD_OK)
+            continue;
+        assert_true(r.error <= r.estimate && r.estimate < tolerance && r.longest <= 2.001);
+        placed += r.longest > 1.5;
+        worst = fmax(worst, r.error / r.estimate);
+    }
+    print_message("%zu placed, %zu not reached, worst share of the estimate %g\n", placed, missed,
+                  worst);
+    assert_true(placed >= 8 && missed <= 1);
+}
+
+/* H7: a boundary layer from a straight line. */
+static void layers_cost_little(void **state)
+{
+    (void)state;
+    static const struct {
+        double width;
+        size_t most;
+    } cases[] = {{0.02, 256}, {0.001, 2048}};
+    for (size_t k = 0; k < LENGTH(cases); k++) {
+        width = cases[k].width;
+        struct refined r = refine(layer, layer_exact, 1, 1e-9, NULL);
+        print_message("width %g: %zu elements, error %g\n", width, r.elements, r.error);
+        assert_int_equal(r.status, AD_OK);
+        assert_true(r.error <= 1e-9 && r.elements <= cases[k].most);
+    }
+}
+
 static void refusals(void **state)
 {
     (void)state;
@@ -213,6 +321,8 @@ int main(void)
         cmocka_unit_test(every_rule_converges),
         cmocka_unit_test(what_is_said_of_it),
         cmocka_unit_test(resampling_between_meshes),
+        cmocka_unit_test(estimates_hold_where_elements_are_placed),
+        cmocka_unit_test(layers_cost_little),
         cmocka_unit_test(refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
