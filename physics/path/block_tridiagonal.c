@@ -20,7 +20,7 @@ double phys_block_tridiagonal_cost(const struct phys_hessian *h)
 {
     double n = (double)h->dof, w = (double)inner_width(h), m = (double)(h->table.degree - 1) * n;
     /* Real blocks count as complex ones, too: a band also pivots between slices. */
-    return 4 * (double)h->elements * (6 * n * n * n + 12 * n * m * w + 2 * m * w * w);
+    return 4 * (double)h->elements * (6 * n * n * n + 6 * n * m * w + 2 * m * w * w);
 }
 
 bool phys_block_tridiagonal_new(struct phys_block_tridiagonal *b,
@@ -38,7 +38,7 @@ bool phys_block_tridiagonal_new(struct phys_block_tridiagonal *b,
                                          .reach = hessian->reach,
                                          .width = inner_width(hessian)};
     b->room = PHYS_BAND_ROWS(b->width) * inner;
-    size_t slices = 2 * count * dof * dof, condensed = 2 * (4 * dof * dof + 2 * dof * inner);
+    size_t slices = 2 * count * dof * dof, condensed = 2 * (dof * dof + 2 * dof * inner);
     if (count > SIZE_MAX / sizeof(double) / 8 / (b->room + dof * dof))
         return false;
     b->slice =
@@ -52,7 +52,7 @@ bool phys_block_tridiagonal_new(struct phys_block_tridiagonal *b,
     b->coupling = b->slice + slices;
     b->band = b->coupling + slices;
     b->condensed = b->band + 2 * count * b->room;
-    b->solved = b->condensed + 8 * dof * dof;
+    b->solved = b->condensed + 2 * dof * dof;
     b->work = b->solved + 4 * dof * inner;
     return true;
 }
@@ -82,11 +82,11 @@ static int *slice_pivots(const struct phys_block_tridiagonal *b, size_t s)
     return b->pivots + s * (b->dof + b->inner);
 }
 
-/* Completes D of slice s from the element behind it, and factors it. */
+/* Completes D of slice s from the element behind it, condensed, and factors it. */
 static bool factor_slice(const struct phys_block_tridiagonal *b, size_t s, double damping)
 {
     size_t n = b->dof;
-    double *D = slice_of(b, s), *A = phys_condensed_block(b, 0, 0);
+    double *D = slice_of(b, s), *A = b->condensed;
     for (size_t k = 0; k < b->parts * n * n; k++)
         D[k] += A[k];
     for (size_t k = 0; damping > 0 && k < n; k++)
@@ -100,15 +100,14 @@ bool phys_block_tridiagonal_factor(struct phys_block_tridiagonal *b, double damp
     b->parts = damping > 0 ? 2 : 1;
     size_t n = b->dof, bytes = b->parts * n * n * sizeof *b->slice;
     for (size_t e = 0; e < b->count; e++) {
-        if (!phys_condense(b, e, damping) || (e > 0 && !factor_slice(b, e - 1, damping)))
+        if (!phys_condense(b, e, damping, b->condensed, coupling_of(b, e), slice_of(b, e)) ||
+            (e > 0 && !factor_slice(b, e - 1, damping)))
             return false;
-        if (e + 1 == b->count)
-            break;
-        memcpy(slice_of(b, e), phys_condensed_block(b, 1, 1), bytes);
-        memcpy(coupling_of(b, e), phys_condensed_block(b, 0, 1), bytes);
-        if (e > 0)
-            phys_lapack_block_eliminate(damping > 0, n, slice_of(b, e - 1), slice_pivots(b, e - 1),
-                                        n, phys_condensed_block(b, 0, 1), b->work, slice_of(b, e));
+        if (e == 0 || e + 1 == b->count)
+            continue;
+        memcpy(b->condensed, coupling_of(b, e), bytes);
+        phys_lapack_block_eliminate(damping > 0, n, slice_of(b, e - 1), slice_pivots(b, e - 1), n,
+                                    b->condensed, b->work, slice_of(b, e));
     }
     return true;
 }

@@ -18,7 +18,7 @@ struct phys_block_tridiagonal {
     double *band;                      /* [count][room] */
     int *pivots;                       /* [count][dof + inner] */
     double *right;                     /* [count][dof + inner] */
-    double *condensed, *solved, *work; /* room: [4][dof x dof], [2 dof x inner], [2][dof x dof] */
+    double *condensed, *solved, *work; /* room: [dof x dof], [2 dof x inner], [2][dof x dof] */
 };
 
 /* About how many operations on real numbers the factors take where damped. */

@@ -95,29 +95,39 @@ static void subtract_coupled(const struct phys_block_tridiagonal *b, size_t e, s
         }
 }
 
-/* Row r of K^-1 C: all real parts of its 2 dof columns, then all imaginary ones. */
+/* Row r of K^-1 C: all real parts of its 2 dof columns, then all imaginary ones. Column 2 i + side
+   is that of coordinate i. */
 static double *row_of_solved(const struct phys_block_tridiagonal *b, size_t r)
 {
     return b->solved + 2 * b->parts * r * b->dof;
 }
 
-/* y -= c x, rows of n numbers; without `complex` both and c are real. */
-static void subtract_row(size_t n, const double *c, bool complex, const double *restrict x,
-                         double *restrict y)
+/* Columns of row r that are needed, as S is symmetric: those up to what a row that may be swapped
+   with r couples. In the first sweep the others are zero yet. */
+static size_t columns_at(const struct phys_block_tridiagonal *b, size_t r)
 {
+    size_t last = (r + b->width) / (b->hessian->table.degree - 1) + b->reach;
+    return 2 * (last < b->dof ? last + 1 : b->dof);
+}
+
+/* y -= c x, over `n` columns of rows of `all`; without `complex` both and c are real. */
+static void subtract_row(size_t n, size_t all, const double *c, bool complex,
+                         const double *restrict x, double *restrict y)
+{
+    if (!complex) {
 #pragma omp simd
-    for (size_t k = 0; k < n; k++)
-        y[k] -= c[0] * x[k];
-    if (!complex)
+        for (size_t k = 0; k < n; k++)
+            y[k] -= c[0] * x[k];
         return;
+    }
 #pragma omp simd
     for (size_t k = 0; k < n; k++) {
-        y[k] += c[1] * x[n + k];
-        y[n + k] -= c[0] * x[n + k] + c[1] * x[k];
+        y[k] -= c[0] * x[k] - c[1] * x[all + k];
+        y[all + k] -= c[0] * x[all + k] + c[1] * x[k];
     }
 }
 
-static void divide_row(size_t n, const double *c, bool complex, double *x)
+static void divide_row(size_t n, size_t all, const double *c, bool complex, double *x)
 {
     for (size_t k = 0; !complex && k < n; k++)
         x[k] /= c[0];
@@ -125,9 +135,9 @@ static void divide_row(size_t n, const double *c, bool complex, double *x)
         return;
     double size = c[0] * c[0] + c[1] * c[1], re = c[0] / size, im = c[1] / size;
     for (size_t k = 0; k < n; k++) {
-        double x_re = x[k], x_im = x[n + k];
+        double x_re = x[k], x_im = x[all + k];
         x[k] = re * x_re + im * x_im;
-        x[n + k] = re * x_im - im * x_re;
+        x[all + k] = re * x_im - im * x_re;
     }
 }
 
@@ -145,20 +155,23 @@ static void solve_couplings(const struct phys_block_tridiagonal *b, size_t e, bo
 {
     const double *band = band_of(b, e);
     const int *pivots = inner_pivots(b, e);
-    size_t n = 2 * b->dof, w = b->width;
+    size_t all = 2 * b->dof, w = b->width;
     for (size_t j = 0; j < b->inner; j++) {
+        size_t n = columns_at(b, j);
         if ((size_t)pivots[j] != j + 1)
-            swap_rows(b->parts * n, row_of_solved(b, j), row_of_solved(b, (size_t)pivots[j] - 1));
+            swap_rows(b->parts * all, row_of_solved(b, j), row_of_solved(b, (size_t)pivots[j] - 1));
         for (size_t i = j + 1; i < b->inner && i <= j + w; i++)
-            subtract_row(n, band + b->parts * PHYS_BAND(w, i, j), complex, row_of_solved(b, j),
+            subtract_row(n, all, band + b->parts * PHYS_BAND(w, i, j), complex, row_of_solved(b, j),
                          row_of_solved(b, i));
     }
     for (size_t j = b->inner; j-- > 0;) {
-        divide_row(n, band + b->parts * PHYS_BAND(w, j, j), complex, row_of_solved(b, j));
+        size_t n = columns_at(b, j);
+        divide_row(n, all, band + b->parts * PHYS_BAND(w, j, j), complex, row_of_solved(b, j));
         for (size_t i = j > 2 * w ? j - 2 * w : 0; i < j; i++) {
             const double *c = band + b->parts * PHYS_BAND(w, i, j);
             if (c[0] != 0 || (complex && c[1] != 0))
-                subtract_row(n, c, complex, row_of_solved(b, j), row_of_solved(b, i));
+                subtract_row(columns_at(b, i), all, c, complex, row_of_solved(b, j),
+                             row_of_solved(b, i));
         }
     }
 }
@@ -168,49 +181,62 @@ static void fill_couplings(const struct phys_block_tridiagonal *b, size_t e)
     size_t first, end;
     memset(b->solved, 0, 2 * b->parts * b->dof * b->inner * sizeof *b->solved);
     for (size_t k = 0; k < 2 * b->dof; k++) {
-        phys_hessian_coupled(b->hessian, k % b->dof, &first, &end);
+        phys_hessian_coupled(b->hessian, k / 2, &first, &end);
         for (size_t a = 1; a < b->hessian->table.degree; a++)
             for (size_t i = first; i < end; i++)
                 row_of_solved(b, inner_row(b, a, i))[k] =
-                    entry(b, e, a, i, slice_node(b, k / b->dof), k % b->dof);
+                    entry(b, e, a, i, slice_node(b, k % 2), k / 2);
     }
 }
 
-/* Row i of a slice of the condensed element, for all columns of both slices, in b->work. */
+/* Row i of a slice of the condensed element in b->work, over columns 2 j + side of j <= i. */
 static void condense_row(const struct phys_block_tridiagonal *b, size_t e, size_t side, size_t i,
                          bool complex)
 {
-    size_t n = 2 * b->dof, first, end;
-    memset(b->work, 0, b->parts * n * sizeof *b->work);
+    size_t all = 2 * b->dof, n = 2 * (i + 1), first, end;
+    memset(b->work, 0, b->parts * all * sizeof *b->work);
     phys_hessian_coupled(b->hessian, i, &first, &end);
-    for (size_t other = 0; other < 2; other++)
-        for (size_t j = first; j < end; j++)
-            b->work[other * b->dof + j] =
-                entry(b, e, slice_node(b, side), i, slice_node(b, other), j);
+    for (size_t k = 2 * first; k < n; k++)
+        b->work[k] = entry(b, e, slice_node(b, side), i, slice_node(b, k % 2), k / 2);
     for (size_t a = 1; a < b->hessian->table.degree; a++)
         for (size_t d = first; d < end; d++) {
             const double c[] = {entry(b, e, a, d, slice_node(b, side), i), 0};
-            subtract_row(n, c, complex, row_of_solved(b, inner_row(b, a, d)), b->work);
+            subtract_row(n, all, c, complex, row_of_solved(b, inner_row(b, a, d)), b->work);
         }
 }
 
-bool phys_condense(const struct phys_block_tridiagonal *b, size_t e, double damping)
+/* Entry (i, j) of a block of the condensed element. */
+static void put(const struct phys_block_tridiagonal *b, double *block, size_t i, size_t j,
+                const double *value)
 {
-    size_t n = b->dof;
+    for (size_t part = 0; part < b->parts; part++)
+        block[b->parts * (j * b->dof + i) + part] = value[part];
+}
+
+bool phys_condense(const struct phys_block_tridiagonal *b, size_t e, double damping, double *before,
+                   double *both, double *behind)
+{
     if (b->inner && !factor_inner(b, e, damping))
         return false;
     fill_couplings(b, e);
     solve_couplings(b, e, damping > 0);
-    for (size_t side = 0; side < 2; side++)
-        for (size_t i = 0; i < n; i++) {
+    for (size_t side = 0; side < 2; side++) {
+        double *own = side ? behind : before;
+        for (size_t i = 0; i < b->dof; i++) {
             condense_row(b, e, side, i, damping > 0);
-            for (size_t other = 0; other <= side; other++) { /* column i, as S is symmetric */
-                double *s = phys_condensed_block(b, other, side) + b->parts * i * n;
-                for (size_t j = 0; j < n; j++)
-                    for (size_t part = 0; part < b->parts; part++)
-                        s[b->parts * j + part] = b->work[(2 * part + other) * n + j];
+            for (size_t j = 0; j <= i; j++) {
+                const double *w = b->work + 2 * j, *im = w + 2 * b->dof;
+                double mine[] = {w[side], damping > 0 ? im[side] : 0};
+                double other[] = {w[!side], damping > 0 ? im[!side] : 0};
+                put(b, own, i, j, mine);
+                put(b, own, j, i, mine);
+                if (side == 0)
+                    put(b, both, i, j, other);
+                else
+                    put(b, both, j, i, other);
             }
         }
+    }
     return true;
 }
 

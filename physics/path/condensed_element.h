@@ -5,13 +5,6 @@
 
 #include "block_tridiagonal.h"
 
-/* Block (side, other) of the condensed element [dof x dof], by columns. */
-static inline double *phys_condensed_block(const struct phys_block_tridiagonal *b, size_t side,
-                                           size_t other)
-{
-    return b->condensed + b->parts * (2 * side + other) * b->dof * b->dof;
-}
-
 /* Inner nodes of element e and slice s in a right side. */
 static inline double *phys_inner_of(double *x, const struct phys_block_tridiagonal *b, size_t e)
 {
@@ -30,9 +23,11 @@ static inline double *phys_slice_beside(double *x, const struct phys_block_tridi
     return e + side == 0 || e + side == b->count ? NULL : phys_at_slice(x, b, e + side - 1);
 }
 
-/* Eliminates the inner nodes of element e: blocks (0, 0), (0, 1) and (1, 1) of what remains over
-   both slices become phys_condensed_block. False: the inner block is singular or not finite. */
-bool phys_condense(const struct phys_block_tridiagonal *b, size_t e, double damping);
+/* Eliminates the inner nodes of element e. What remains over both slices, [dof x dof] by columns:
+   `before` of the slice before, `behind` of the one behind, and rows of the first by columns of the
+   second in `both`. False: the inner block is singular or not finite. */
+bool phys_condense(const struct phys_block_tridiagonal *b, size_t e, double damping, double *before,
+                   double *both, double *behind);
 /* Of a right side: inner nodes become K^-1 b, in the order of the band; slices b - C^T K^-1 b. */
 void phys_condense_right(const struct phys_block_tridiagonal *b, size_t e, double *y);
 /* Inner nodes become K^-1 b - K^-1 C (slices), node by node again. */

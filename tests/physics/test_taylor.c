@@ -398,7 +398,7 @@ static void test_what_is_tightened(void **state)
     assert_true(motion.setting == trial[1].setting && trial[1].integrator == motion.integrator);
     assert_true(motion.error <= 1e-8);
     phys_motion_solution_free(&motion);
-    for (int all = calls, k = 1; k < all; k += 1 + all / 40) {
+    for (int all = calls, k = 1; k < all; k += 1 + all / 12) {
         calls = 0, last_call = k;
         error = (struct ad_error){0};
         enum ad_status status = phys_motion_solve(&system, &settings, &motion, &error);
