@@ -36,16 +36,42 @@ struct run {
     struct phys_roots_table *table; /* where there are events */
     size_t n_found;
     struct found_event *found;
-    bool last;     /* this step reaches its target */
+    bool last;    /* this step reaches its target */
+    double tried; /* length of the attempt; what made it impossible */
+    struct ad_error cause;
     double target; /* t1, or the time of the next sample to land on */
     double end;    /* time at its end */
     bool given;    /* as a sample */
     bool stop;
     double away; /* seconds in callbacks */
+    struct phys_simulation own;
+    double *sizes, begun;
 };
+
+/* ---- a simulation step by step (simulate.c) ---- */
+
+/* Ready for the first step, with its sample at the start. info must outlive the run. */
+enum ad_status phys_run_open(struct run *run, const struct phys_simulation *settings,
+                             const struct phys_ode *ode, const double *y,
+                             struct phys_simulation_info *info, struct ad_error *error);
+/* Whether another step is to be taken; *error where none may be. */
+bool phys_run_goes_on(struct run *run, struct ad_error *error);
+/* What belongs to the step that was taken: events, energy, samples. */
+enum ad_status phys_run_accept(struct run *run, struct ad_error *error);
+/* Whether that needs the polynomial of the step. */
+bool phys_run_looks_inside(const struct run *run);
+/* y and info as phys_simulate leaves them; in any case. */
+void phys_run_close(struct run *run, double *y);
+
+/* ---- steps ---- */
 
 /* stepper.next at stepper.t + stepper.h, the step under control. */
 enum ad_status phys_run_step(struct run *run, struct ad_error *error);
+/* The same of adaptive steps in parts: the step proposed, where the method knows its longest; the
+   length of the next attempt, in stepper.h; and, by its error, whether that is the step. */
+void phys_run_propose(struct run *run, double longest);
+enum ad_status phys_run_length(struct run *run, struct ad_error *error);
+bool phys_run_judge(struct run *run, double norm);
 /* The first step that suits tolerance and field. */
 enum ad_status phys_run_first_step(struct run *run, struct ad_error *error);
 

@@ -221,18 +221,20 @@ static enum ad_status out_of_steps(const struct run *run, struct ad_error *error
                    run->info->steps, m->t, name, m->y[m->worst]);
 }
 
-static enum ad_status advance(struct run *run, struct ad_error *error)
+bool phys_run_looks_inside(const struct run *run)
 {
     const struct phys_simulation *s = run->settings;
+    const struct phys_stepper *m = &run->stepper;
+    const double end = run->last ? run->target : m->t + m->h;
+    return run->table || (!s->every && run->next_sample <= s->n_samples &&
+                          (phys_run_sample_time(run, run->next_sample) - end) * run->direction < 0);
+}
+
+enum ad_status phys_run_accept(struct run *run, struct ad_error *error)
+{
     struct phys_stepper *m = &run->stepper;
-    if (s->max_steps && run->info->steps == s->max_steps)
-        return out_of_steps(run, error);
-    if (s->proceed && !s->proceed(s->context)) {
-        interrupt(run);
-        return AD_OK;
-    }
     run->dense = false;
-    if (phys_run_step(run, error) != AD_OK || check_finite(run, error) != AD_OK)
+    if (check_finite(run, error) != AD_OK)
         return error->status;
     run->whole = m->h;
     if (phys_run_events(run, error) != AD_OK)
@@ -246,20 +248,20 @@ static enum ad_status advance(struct run *run, struct ad_error *error)
     return error->status;
 }
 
-static enum ad_status run_steps(struct run *run, struct ad_error *error)
+bool phys_run_goes_on(struct run *run, struct ad_error *error)
 {
     const struct phys_simulation *s = run->settings;
-    struct phys_stepper *m = &run->stepper;
-    watch_energy(run, m->t, m->y);
-    if (s->every || s->n_samples)
-        give(run, m->t, m->y);
-    run->next_sample = 1;
-    while (!run->stop && m->t != s->t1)
-        if (advance(run, error) != AD_OK)
-            return error->status;
-    if (!run->stop)
+    if (run->stop)
+        return false;
+    if (run->stepper.t == s->t1)
         run->info->stop = PHYS_SIMULATION_END;
-    return AD_OK;
+    else if (s->max_steps && run->info->steps == s->max_steps)
+        out_of_steps(run, error);
+    else if (s->proceed && !s->proceed(s->context))
+        interrupt(run);
+    else
+        return true;
+    return false;
 }
 
 /* Of an ode without halves each component has a size of its own: what it starts with, or, from 0,
@@ -303,33 +305,54 @@ static enum ad_status default_sizes(struct run *run, struct phys_simulation *s,
     return error->status;
 }
 
+enum ad_status phys_run_open(struct run *run, const struct phys_simulation *settings,
+                             const struct phys_ode *ode, const double *y,
+                             struct phys_simulation_info *info, struct ad_error *error)
+{
+    *run = (struct run){.own = *settings, .info = info, .last_norm = 1e-4};
+    run->settings = &run->own;
+    *info = (struct phys_simulation_info){.t = settings->t0};
+    if (check_settings(settings, error) != AD_OK ||
+        (settings->integrator->adaptive &&
+         default_sizes(run, &run->own, ode, y, &run->sizes, error) != AD_OK))
+        return error->status;
+    run->tolerance = (struct phys_tolerance){run->own.rtol, run->own.atol, run->own.scale};
+    run->begun = ad_now();
+    if (begin(run, ode, y, error) != AD_OK)
+        return error->status;
+    watch_energy(run, run->stepper.t, run->stepper.y);
+    if (settings->every || settings->n_samples)
+        give(run, run->stepper.t, run->stepper.y);
+    run->next_sample = 1;
+    return AD_OK;
+}
+
+void phys_run_close(struct run *run, double *y)
+{
+    struct phys_simulation_info *info = run->info;
+    const struct phys_stepper *m = &run->stepper;
+    info->seconds = run->begun > 0 ? ad_now() - run->begun - run->away : 0;
+    if (m->memory) {
+        memcpy(y, m->y, m->n * sizeof *y);
+        info->t = m->t;
+        info->evaluations = m->evaluations;
+        info->interpolations = m->interpolations;
+    }
+    release(run);
+    free(run->sizes);
+}
+
 enum ad_status phys_simulate(const struct phys_simulation *settings, const struct phys_ode *ode,
                              double *y, struct phys_simulation_info *info, struct ad_error *error)
 {
     struct phys_simulation_info unwanted = {0};
+    struct run run;
     if (AD_LACKS(error, settings, settings->integrator, ode, ode->field, y))
         return error->status;
-    struct phys_simulation own = *settings;
-    struct run run = {.settings = &own, .info = info ? info : &unwanted, .last_norm = 1e-4};
-    info = run.info;
-    *info = (struct phys_simulation_info){.t = settings->t0};
-    if (check_settings(settings, error) != AD_OK)
-        return error->status;
-    double *sizes = NULL;
-    if (settings->integrator->adaptive && default_sizes(&run, &own, ode, y, &sizes, error) != AD_OK)
-        return error->status;
-    run.tolerance = (struct phys_tolerance){own.rtol, own.atol, own.scale};
-    double before = ad_now();
-    if (begin(&run, ode, y, error) == AD_OK)
-        run_steps(&run, error);
-    info->seconds = ad_now() - before - run.away;
-    if (run.stepper.memory) {
-        memcpy(y, run.stepper.y, ode->n * sizeof *y);
-        info->t = run.stepper.t;
-        info->evaluations = run.stepper.evaluations;
-        info->interpolations = run.stepper.interpolations;
-    }
-    release(&run);
-    free(sizes);
+    if (phys_run_open(&run, settings, ode, y, info ? info : &unwanted, error) == AD_OK)
+        while (phys_run_goes_on(&run, error))
+            if (phys_run_step(&run, error) != AD_OK || phys_run_accept(&run, error) != AD_OK)
+                break;
+    phys_run_close(&run, y);
     return error->status;
 }

@@ -49,21 +49,17 @@ static enum ad_status underflow(const struct run *run, const struct ad_error *ca
 }
 
 /* Tries one step; its error in *norm, infinite where the field or the result is not finite. */
-static enum ad_status attempt(struct run *run, double h, double *norm, struct ad_error *cause,
-                              struct ad_error *error)
+static enum ad_status attempt(struct run *run, double *norm, struct ad_error *error)
 {
     struct phys_stepper *m = &run->stepper;
     const struct phys_scheme *scheme = m->integrator->scheme;
-    volatile double end = m->t + h; /* as the clock will say: its rounding must not add up */
-    m->h = end - m->t;
-    m->has_next_rate = false;
+    struct ad_error *cause = &run->cause;
     *norm = INFINITY;
-    cause->status = AD_OK;
     if (scheme->step(m, m->h, cause) == AD_OK)
         scheme->error_norm(m, &run->tolerance, norm, cause);
     if (cause->status != AD_OK && cause->status != AD_E_NONFINITE)
         return ad_fail(error, cause->status, "%s", cause->message);
-    if (cause->status != AD_OK || !isfinite(*norm))
+    if (cause->status != AD_OK)
         *norm = INFINITY;
     return AD_OK;
 }
@@ -80,45 +76,67 @@ static double target(const struct run *run)
     return s->t1;
 }
 
+void phys_run_propose(struct run *run, double longest)
+{
+    const bool given = run->info->steps == 0 && run->settings->dt > 0;
+    run->target = target(run);
+    run->cause.status = AD_OK;
+    if (run->stepper.integrator->scheme->longest)
+        run->h = run->direction * (given ? run->settings->dt : longest);
+}
+
+enum ad_status phys_run_length(struct run *run, struct ad_error *error)
+{
+    struct phys_stepper *m = &run->stepper;
+    const double left = run->target - m->t;
+    run->last = fabs(run->h) * 1.01 >= fabs(left);
+    double h = run->last ? left : run->h;
+    if (!run->last && fabs(h) < floor_of(run))
+        return underflow(run, &run->cause, error);
+    volatile double end = m->t + h; /* as the clock will say: its rounding must not add up */
+    run->tried = h;
+    m->h = end - m->t;
+    m->has_next_rate = false;
+    run->cause.status = AD_OK;
+    return AD_OK;
+}
+
+bool phys_run_judge(struct run *run, double norm)
+{
+    const struct control c = control_of(run->stepper.integrator->order);
+    norm = isfinite(norm) ? norm : (double)INFINITY;
+    bool chosen =
+        norm <= 1 && run->stepper.integrator->scheme->longest; /* the next step is, anew */
+    double growth = chosen ? 1 : safety * pow(norm, -c.exponent);
+    if (norm <= 1) {
+        growth = chosen ? 1
+                        : clamp(growth * pow(run->last_norm, c.beta), c.least,
+                                run->rejected ? 1 : c.most);
+        if (!run->last || growth < 1)
+            run->h = run->tried * growth;
+        run->last_norm = fmax(norm, 1e-4);
+        run->rejected = false;
+        return true;
+    }
+    run->info->rejected++;
+    run->rejected = true;
+    run->h = run->tried * clamp(growth, c.least, 1);
+    return false;
+}
+
 static enum ad_status adaptive(struct run *run, struct ad_error *error)
 {
     struct phys_stepper *m = &run->stepper;
-    struct control c = control_of(m->integrator->order);
-    struct ad_error cause;
-    double norm;
-    cause.status = AD_OK;
-    run->target = target(run);
-    double left = run->target - m->t;
-    if (m->integrator->scheme->longest) {
-        const bool given = run->info->steps == 0 && run->settings->dt > 0;
-        if (m->integrator->scheme->longest(m, &run->tolerance, &run->h, error) != AD_OK)
+    double h = 0, norm;
+    if (m->integrator->scheme->longest &&
+        m->integrator->scheme->longest(m, &run->tolerance, &h, error) != AD_OK)
+        return error->status;
+    phys_run_propose(run, h);
+    do
+        if (phys_run_length(run, error) != AD_OK || attempt(run, &norm, error) != AD_OK)
             return error->status;
-        run->h = run->direction * (given ? run->settings->dt : run->h);
-    }
-    for (;;) {
-        bool last = fabs(run->h) * 1.01 >= fabs(left);
-        double h = last ? left : run->h;
-        if (!last && fabs(h) < floor_of(run))
-            return underflow(run, &cause, error);
-        if (attempt(run, h, &norm, &cause, error) != AD_OK)
-            return error->status;
-        bool chosen = norm <= 1 && m->integrator->scheme->longest; /* the next step is, anew */
-        double growth = chosen ? 1 : safety * pow(norm, -c.exponent);
-        if (norm <= 1) {
-            growth = chosen ? 1
-                            : clamp(growth * pow(run->last_norm, c.beta), c.least,
-                                    run->rejected ? 1 : c.most);
-            if (!last || growth < 1)
-                run->h = h * growth;
-            run->last_norm = fmax(norm, 1e-4);
-            run->rejected = false;
-            run->last = last;
-            return AD_OK;
-        }
-        run->info->rejected++;
-        run->rejected = true;
-        run->h = h * clamp(growth, c.least, 1);
-    }
+    while (!phys_run_judge(run, norm));
+    return AD_OK;
 }
 
 static enum ad_status fixed(struct run *run, struct ad_error *error)
