@@ -51,6 +51,36 @@ void ad_series_flow(ad_series *series, size_t n, size_t order, double *c);
 bool ad_series_native(ad_series *series, size_t n, struct ad_error *note);
 /* Whether ad_series_flow runs as machine code now. */
 bool ad_series_compiled(const ad_series *series);
+
+/* ---- many points at once (points.c) ---- */
+
+/* The same at AD_SERIES_POINTS points, by machine code for vectors that have one number of each
+   point; element i of a matrix [n] of them is at [AD_SERIES_POINTS * i]. Each point's bits are
+   those of ad_series_flow, whatever the others are. */
+enum { AD_SERIES_POINTS = 8 };
+typedef struct ad_points ad_points;
+/* For the flow of the first n elements of all inputs of `model`, which was evaluated at a point.
+   build: else only what was compiled before. NULL, with the reason in `note` unless NULL, where
+   there is no machine code, or it does not agree with the interpreter. */
+ad_points *ad_points_new(ad_series *model, size_t n, bool build, struct ad_error *note);
+void ad_points_free(ad_points *points); /* takes NULL */
+/* From now on point p is one of this series, which may differ from the model by numbers, such as
+   parameters of a formula; false if it differs by more. */
+bool ad_points_put(ad_points *points, size_t p, const ad_series *series);
+/* Coefficient 0 of element i of x[k], which is not of the flow; and those of the elements of all y
+   that are not rates, from the last flow to a series. */
+void ad_points_input(ad_points *points, size_t p, size_t k, size_t i, double value);
+void ad_points_values(const ad_points *points, size_t p, ad_series *to);
+/* c [order + 1][n], the first row given. */
+void ad_points_flow(ad_points *points, size_t order, double *c);
+/* Sums of the terms 1 to orders[p] of each series at h[p], from the last on, in sum [n]; of their
+   slopes, times h[p], in slope [n]; power [1] is h[p] to the orders[p]. `order` is the largest. */
+void ad_points_sum(const ad_points *points, size_t order, const double *c, const double *orders,
+                   const double *h, double *sum, double *slope, double *power);
+/* finite [1] is 0 where coefficients 1 to orders[p] are finite. */
+void ad_points_finite(const ad_points *points, size_t order, const double *c, const double *orders,
+                      double *finite);
+
 /* Number of kinks that values depend on: comparisons (abs, relu, min, max, select), and |x| by
    another name, such as sqrt(x^2), hypot(x, 0), acos(cos x). A series follows the branch taken at
    its point and does not see a kink nearby. */

@@ -18,13 +18,40 @@ struct emit {
     const ad_series *s;
     struct lanes l;
     bool *stored; /* packs of this order */
+    bool many;    /* AD_SERIES_POINTS points: every number is a vector, of one each */
 };
+
+/* The words that the text is written in: of one point, and of many. */
+static const char one_point[] =
+    "typedef double real;\n#define root(x) __builtin_sqrt(x)\n"
+    "#define pick(c, x, y) ((c) ? (x) : (y))\n"
+    "#define call(j, a, b, c, d) value(jets + (j), (const double[]){a, b, c, d})\n"
+    "#define power(j, x) ((x) > 1e-200 && (x) < 1e200 ? 1 / ((x) * root(x))"
+    " : call(j, x, 0, 0, 0))\n";
+static const char many_points[] =
+    "typedef double real __attribute__((vector_size(64)));\n"
+    "typedef long long mask __attribute__((vector_size(64)));\n"
+    "typedef double function(const char *, const double *);\n"
+    "static inline real pick(mask c, real x, real y)\n"
+    "{ return (real)(((mask)x & c) | ((mask)y & ~c)); }\n"
+    "static inline real root(real x)\n"
+    "{ for (int l = 0; l < 8; l++) x[l] = __builtin_sqrt(x[l]); return x; }\n"
+    "static inline real call_each(function *value, const char *jet, real a, real b, real c, real "
+    "d)\n"
+    "{ real y; for (int l = 0; l < 8; l++)\n"
+    "y[l] = value(jet, (const double[]){a[l], b[l], c[l], d[l]}); return y; }\n"
+    "static inline real power_each(function *value, const char *jet, real x)\n"
+    "{ real y = 1 / (x * root(x)); for (int l = 0; l < 8; l++)\n"
+    "if (!(x[l] > 1e-200 && x[l] < 1e200)) y[l] = value(jet, (const double[]){x[l], 0, 0, 0});"
+    " return y; }\n"
+    "#define call(j, a, b, c, d) call_each(value, jets + (j), a, b, c, d)\n"
+    "#define power(j, x) power_each(value, jets + (j), x)\n";
 
 /* The coefficient of a jet at the order under way. */
 static void name(const struct emit *e, uint32_t id)
 {
     if (e->s->jets[id].kind == JET_NUMBER || e->s->jets[id].kind == JET_PIECEWISE)
-        fputs("0.0", e->out);
+        fputs("zero", e->out);
     else
         fprintf(e->out, "x%u", id);
 }
@@ -88,7 +115,7 @@ static void evaluate(const struct emit *e, uint32_t id)
 {
     const struct jet *it = &e->s->jets[id];
     const uint32_t a = it->a, b = it->b;
-    fprintf(e->out, "const double y%u = ", id);
+    fprintf(e->out, "const real y%u = ", id);
     switch (it->kind) {
     case JET_COMBINE:
         if (it->number == 1 || it->number == -1)
@@ -100,8 +127,7 @@ static void evaluate(const struct emit *e, uint32_t id)
         fprintf(e->out, "u[%u]", id);
         break;
     case JET_INPUT:
-        fprintf(e->out, id < e->s->n_flow ? "c[%zu]" : "m[%zu]",
-                id * (id < e->s->n_flow ? 1 : e->s->stride));
+        fprintf(e->out, id < e->s->n_flow ? "c[%u]" : "m[%u * M]", id);
         break;
     case JET_SCALE:
         fprintf(e->out, "u[%u] * y%u", id, a);
@@ -122,18 +148,22 @@ static void evaluate(const struct emit *e, uint32_t id)
         fprintf(e->out, "1 / y%u", a);
         break;
     case JET_ROOT:
-        fprintf(e->out, "__builtin_sqrt(y%u)", a);
+        fprintf(e->out, "root(y%u)", a);
+        break;
+    case JET_SLOPE:
+        fputs("zero", e->out);
+        break;
+    case JET_SELECT:
+        fprintf(e->out, "pick(y%u != 0, y%u, y%u)", a, it->da, it->db);
         break;
     default:
         if (it->kind == JET_POWER && it->number == -1.5)
-            fprintf(e->out, "y%u > 1e-200 && y%u < 1e200 ? 1 / (y%u * __builtin_sqrt(y%u)) : ", a,
-                    a, a, a);
-        fprintf(e->out, "value(jets + %zu, (const double[]){y%u, ", id * sizeof *it, a);
-        fprintf(e->out, it->b == JET_NONE ? "0, " : "y%u, ", b);
-        if (it->kind == JET_SELECT)
-            fprintf(e->out, "y%u, y%u})", it->da, it->db);
+            fprintf(e->out, "power(%zu, y%u)", id * sizeof *it, a);
         else
-            fputs("0, 0})", e->out);
+            fprintf(e->out,
+                    it->b == JET_NONE ? "call(%zu, y%u, zero, zero, zero)"
+                                      : "call(%zu, y%u, y%u, zero, zero)",
+                    id * sizeof *it, a, b);
     }
     fputs(";\n", e->out);
 }
@@ -144,7 +174,7 @@ static void values(const struct emit *e)
     for (uint32_t id = 0; id < s->n; id++)
         evaluate(e, id);
     for (size_t i = s->n_input; i < s->n_output; i++)
-        fprintf(e->out, "m[%zu] = y%u;\n", s->output[i] * s->stride, s->output[i]);
+        fprintf(e->out, "m[%u * M] = y%u;\n", s->output[i], s->output[i]);
 }
 
 /* ---- before the orders ---- */
@@ -155,13 +185,18 @@ static void declare(const struct emit *e, size_t n)
     for (uint32_t w = 2; w <= MOST_LANES; w *= 2)
         fprintf(e->out, "typedef double v%u __attribute__((vector_size(%zu)));\n", w,
                 w * sizeof(double));
-    fputs("typedef double v1;\ntypedef __SIZE_TYPE__ size_t;\n"
-          "#ifdef __clang__\n#pragma STDC FP_CONTRACT OFF\n#else\n"
-          "#pragma GCC optimize(\"fp-contract=off\", \"no-tree-forwprop\")\n#endif\n"
-          "#define z(x, y) ((x) == 0 || (y) == 0 ? 0 : (x) * (y))\n"
-          "void run0(double value(const char *, const double *), const char *jets,"
-          " double *restrict m, const double *restrict u, double *restrict packs,"
-          " double *restrict c, size_t order)\n{\n",
+    fputs("#ifdef __clang__\n#pragma STDC FP_CONTRACT OFF\n#else\n"
+          "#pragma GCC optimize(\"fp-contract=off\", \"no-tree-forwprop\")\n#endif\n",
+          e->out);
+    fputs(e->many ? many_points : one_point, e->out);
+    fprintf(e->out,
+            "typedef real v1;\ntypedef __SIZE_TYPE__ size_t;\nenum { M = %zu };\n"
+            "static const real zero;\n#define keep(c, x) pick(c, x, zero)\n"
+            "#define z(x, y) keep(((x) != 0) & ((y) != 0), (x) * (y))\n",
+            e->many ? 1 : s->stride);
+    fputs("void run0(double value(const char *, const double *), const char *jets,"
+          " real *restrict m, const real *restrict u, real *restrict packs,"
+          " real *restrict c, size_t order)\n{\n",
           e->out);
     values(e);
     for (uint32_t k = 0; k < e->l.n_packs; k++) {
@@ -186,7 +221,7 @@ static void declare(const struct emit *e, size_t n)
         }
     }
     for (uint32_t i = 0; i < s->n_input; i++) {
-        fprintf(e->out, "double n%u = ", i);
+        fprintf(e->out, "real n%u = ", i);
         value(e, s->output[i]);
         fputs(";\n", e->out);
     }
@@ -306,10 +341,10 @@ static void finish(struct emit *e, uint32_t k)
         if (g->width > 1)
             snprintf(lane, sizeof lane, "[%u]", i);
         if (g->kind == JET_ROOT)
-            fprintf(e->out, "const double x%u = r%u%s == 0 ? 0 : r%u%s * i%u%s;\n", g->jets[i], k,
+            fprintf(e->out, "const real x%u = keep(r%u%s != 0, r%u%s * i%u%s);\n", g->jets[i], k,
                     lane, k, lane, k, lane);
         else
-            fprintf(e->out, "const double x%u = r%u%s;\n", g->jets[i], k, lane);
+            fprintf(e->out, "const real x%u = r%u%s;\n", g->jets[i], k, lane);
     }
 }
 
@@ -318,13 +353,13 @@ static void linear(const struct emit *e, uint32_t id)
     const struct jet *it = &e->s->jets[id];
     if (it->kind == JET_NUMBER || it->kind == JET_INPUT || it->kind == JET_PIECEWISE)
         return;
-    fprintf(e->out, "const double x%u = ", id);
+    fprintf(e->out, "const real x%u = ", id);
     if (it->kind == JET_SELECT) {
-        value(e, it->a);
-        fputs(" != 0 ? ", e->out);
+        fprintf(e->out, "pick(y%u != 0, ", it->a);
         name(e, it->da);
-        fputs(" : ", e->out);
+        fputs(", ", e->out);
         name(e, it->db);
+        fputs(")", e->out);
     } else if (it->kind == JET_COMBINE) {
         name(e, it->a);
         if (it->number == 1 || it->number == -1)
@@ -348,7 +383,7 @@ static void orders(struct emit *e, size_t n)
     fputs("for (size_t k = 1; k < order; k++) {\nconst double K = k, R = 1 / K, S = 1 / (K + 1);\n",
           e->out);
     for (uint32_t i = 0; i < s->n_input; i++)
-        fprintf(e->out, "const double x%u = n%u;\n", i, i);
+        fprintf(e->out, "const real x%u = n%u;\n", i, i);
     middles(e);
     for (size_t i = 0; i < s->n; i++) {
         const uint32_t id = e->l.order[i], group = e->l.group_of[id];
@@ -369,18 +404,42 @@ static void orders(struct emit *e, size_t n)
     fputs("}\n}\n", e->out);
 }
 
-char *ad_series_source(const ad_series *series, size_t most, size_t *packs)
+/* Sums of series whose order differs from point to point: terms beyond it are left out. */
+static void sums(const struct emit *e)
 {
-    struct emit e = {.s = series};
+    fprintf(e->out,
+            "void run1(const real *restrict c, const real *restrict least, const real *restrict h,"
+            " size_t order, real *restrict sum, real *restrict slope, real *restrict power)\n"
+            "{\nreal f[order + 1], g[order + 1];\nf[1] = g[1] = *h;\n"
+            "*power = pick(*least == 1, *h, zero);\n"
+            "for (size_t k = 2; k <= order; k++) {\nf[k] = f[k / 2] * f[k - k / 2];\n"
+            "g[k] = (double)k * f[k];\n*power = pick(*least == (double)k, f[k], *power);\n}\n"
+            "for (size_t i = 0; i < %zu; i++) {\nreal y = zero, d = zero;\n"
+            "for (size_t k = order; k > 0; k--) {\n"
+            "const real x = c[k * %zu + i];\nconst mask in = *least >= (double)k;\n"
+            "y = pick(in, y + x * f[k], y);\nd = pick(in, d + x * g[k], d);\n}\n"
+            "sum[i] = y;\nslope[i] = d;\n}\n}\n"
+            "void run2(const real *restrict c, const real *restrict least, size_t order,"
+            " real *restrict none)\n{\nreal sum = zero;\n"
+            "for (size_t k = 1; k <= order; k++)\nfor (size_t i = 0; i < %zu; i++)\n"
+            "sum += keep(*least >= (double)k, 0 * c[k * %zu + i]);\n*none = sum;\n}\n",
+            e->s->n_flow, e->s->n_flow, e->s->n_flow, e->s->n_flow);
+}
+
+char *ad_series_source(const ad_series *series, size_t most, bool many, size_t *packs)
+{
+    struct emit e = {.s = series, .many = many};
     char *text = NULL;
     size_t bytes;
-    bool done = ad_series_lanes(series, most, &e.l);
+    bool done = ad_series_lanes(series, many ? 1 : most, &e.l);
     e.stored = calloc(e.l.n_packs + 1, sizeof *e.stored);
     e.out = open_memstream(&text, &bytes);
     done = done && e.stored && e.out;
     if (done) {
         declare(&e, series->n_flow);
         orders(&e, series->n_flow);
+        if (many)
+            sums(&e);
         *packs = e.l.doubles;
     }
     if (e.out)

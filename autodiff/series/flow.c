@@ -39,8 +39,8 @@ static double seconds_of(const ad_series *s, size_t order)
     return 1e-9 * (double)s->n * (2.5 + 2 * k + 0.4 * k * k);
 }
 
-/* From the cache; compiled if not there and `build`. */
-static struct series_code *load(const ad_series *s, bool build, struct ad_error *note)
+void *ad_series_load(const ad_series *s, bool many, bool build, size_t *packs,
+                     ad_segment_code *functions[], struct ad_error *note)
 {
     struct compiler compiler = {.identity = ""};
     if (ad_native_turned_off()) {
@@ -50,21 +50,35 @@ static struct series_code *load(const ad_series *s, bool build, struct ad_error 
     if (!ad_cc_find(&compiler, note))
         return NULL;
     const char *isa = ad_kernels_for(AD_F64)->isa;
-    size_t packs = 0;
-    struct series_code *code = calloc(1, sizeof *code);
+    void *library = NULL;
     char *source =
-        ad_native_full_source(ad_series_source(s, lanes_of(isa), &packs), isa, &compiler);
+        ad_native_full_source(ad_series_source(s, lanes_of(isa), many, packs), isa, &compiler);
+    if (source)
+        library =
+            ad_native_load(source, isa, build ? &compiler : NULL, many ? 3 : 1, functions, note);
+    else
+        ad_fail(note, AD_E_MEMORY, "out of memory");
+    free(source);
+    return library;
+}
+
+/* From the cache; compiled if not there and `build`. */
+static struct series_code *load(const ad_series *s, bool build, struct ad_error *note)
+{
+    size_t packs = 0;
     ad_segment_code *function = NULL;
-    if (code && source) {
+    struct series_code *code = calloc(1, sizeof *code);
+    if (!code) {
+        ad_fail(note, AD_E_MEMORY, "out of memory");
+        return NULL;
+    }
+    if ((code->library = ad_series_load(s, false, build, &packs, &function, note))) {
         code->numbers = malloc((s->n + 1) * sizeof *code->numbers);
         code->packs = aligned_alloc(64, (packs + 8) * sizeof *code->packs / 64 * 64);
+        if (!code->numbers || !code->packs)
+            ad_fail(note, AD_E_MEMORY, "out of memory");
     }
-    if (!code || !source || !code->numbers || !code->packs)
-        ad_fail(note, AD_E_MEMORY, "out of memory");
-    else
-        code->library = ad_native_load(source, isa, build ? &compiler : NULL, 1, &function, note);
-    free(source);
-    if (!code || !code->library) {
+    if (!code->library || !code->numbers || !code->packs) {
         ad_series_code_free(code);
         return NULL;
     }
@@ -74,13 +88,14 @@ static struct series_code *load(const ad_series *s, bool build, struct ad_error 
     return code;
 }
 
-static void interpret(ad_series *s, size_t n, size_t order, double *c)
+void ad_series_interpret(ad_series *s, size_t n, size_t order, double *c)
 {
     const size_t stride = s->stride;
+    for (size_t i = 0; i < n; i++)
+        s->coefficients[i * stride] = c[i];
     for (size_t k = 0; k < order; k++) {
         double *next = c + (k + 1) * n, share = 1 / (double)(k + 1);
-        if (k > 0)
-            ad_series_advance(s, k);
+        ad_series_advance(s, k);
         for (size_t i = 0; i < s->n_input; i++)
             s->coefficients[i * stride + k + 1] =
                 s->coefficients[s->output[i] * stride + k] * share;
@@ -95,7 +110,7 @@ static void run(const ad_series *s, const struct series_code *code, double *c, s
 }
 
 /* Whether machine code does what the interpreter makes of c[0..n-1], at all orders: compilers err.
-   Values were evaluated last. */
+ */
 static bool agrees(ad_series *s, struct series_code *code, size_t n, const double *c)
 {
     const size_t rows = (s->order + 1) * n;
@@ -106,7 +121,7 @@ static bool agrees(ad_series *s, struct series_code *code, size_t n, const doubl
     bool same = true;
     memcpy(expected, c, n * sizeof *c);
     memcpy(got, c, n * sizeof *c);
-    interpret(s, n, s->order, expected);
+    ad_series_interpret(s, n, s->order, expected);
     run(s, code, got, s->order);
     for (size_t k = n; k < rows && same; k++)
         same = got[k] == expected[k] || (isnan(got[k]) && isnan(expected[k]));
@@ -159,10 +174,7 @@ void ad_series_flow(ad_series *series, size_t n, size_t order, double *c)
         run(s, s->code, c, order);
         return;
     }
-    for (size_t i = 0; i < n; i++)
-        s->coefficients[i * s->stride] = c[i];
-    ad_series_advance(s, 0);
-    interpret(s, n, order, c);
+    ad_series_interpret(s, n, order, c);
     s->spent += seconds_of(s, order);
     if (!s->code && (s->n_flow == n || s->n_flow == 0)) {
         s->n_flow = n;

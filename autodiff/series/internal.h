@@ -4,6 +4,7 @@
 #ifndef AUTODIFF_SERIES_INTERNAL_H
 #define AUTODIFF_SERIES_INTERNAL_H
 
+#include "autodiff/exec/program.h"
 #include "autodiff/internal.h"
 #include "autodiff/series.h"
 
@@ -77,8 +78,20 @@ struct series_code {
 };
 void ad_series_code_free(struct series_code *code);
 /* The source of `run`, for vectors of at most `lanes`, freed by the caller; *packs is the number of
-   doubles of its memory. NULL when out of memory. */
-char *ad_series_source(const ad_series *series, size_t lanes, size_t *packs);
+   doubles of its memory. many: of AD_SERIES_POINTS points at once, so that every double of the
+   above is a vector, and coefficients and values of jets lie without a stride; with the sums of the
+   series, ad_sums_code. NULL when out of memory. */
+char *ad_series_source(const ad_series *series, size_t lanes, bool many, size_t *packs);
+/* Machine code of that source: from the cache; compiled if not there and `build`. NULL, with the
+   reason in note. */
+void *ad_series_load(const ad_series *s, bool many, bool build, size_t *packs,
+                     ad_segment_code *functions[], struct ad_error *note);
+/* ad_series_flow by the interpreter. */
+void ad_series_interpret(ad_series *s, size_t n, size_t order, double *c);
+/* ad_points_sum and ad_points_finite. */
+typedef void ad_sums_code(const double *c, const double *orders, const double *h, size_t order,
+                          double *sum, double *slope, double *power);
+typedef void ad_finite_code(const double *c, const double *orders, size_t order, double *finite);
 
 /* A series being built. */
 struct jet_builder {

@@ -1,51 +1,7 @@
 /* The Taylor series of the motion, as far as the tolerance asks: its order grows with the digits
    wanted, its step with the radius of convergence, both after Jorba and Zou (Experimental
    Mathematics 14 (2005) 99). The series is the dense output. */
-#include "stepper.h"
-
-#include <float.h>
-#include <string.h>
-
-enum { ORDER = PHYS_SERIES_MOST, LEAST = 5, LOOKS = 4, POINTS = 2, PAIRS = 2 };
-
-/* The series about a point: about the step's start, and about its end, which is the next one's
-   start. work: both; [n] slopes at the end of the step's series, times h; [n] what each component
-   may err, inverse. A step of a few coordinates takes half a microsecond: sums stay in registers,
-   and there are no divisions, calls or branches that could be spared. */
-struct about {
-    size_t order; /* 0: the coefficients are of no point yet */
-    double t;
-};
-struct memory {
-    struct about about[POINTS];
-    size_t here;  /* which is of the step's start */
-    size_t order; /* of this step */
-    size_t usual; /* order for the tolerance `tol`: see longest */
-    double tol, log2_tol;
-    double last; /* size of the last coefficients, and that times |h|^order */
-    double last_term;
-    double h; /* of the step taken */
-};
-enum { HEADER = (sizeof(struct memory) + sizeof(double) - 1) / sizeof(double) };
-
-static struct memory *memory_of(const struct phys_stepper *s)
-{
-    return (struct memory *)(void *)s->work;
-}
-
-/* Coefficients [ORDER + 1][n] about the step's start or end; the first row is the point. */
-static double *coefficients(const struct phys_stepper *s, bool end)
-{
-    size_t which = memory_of(s)->here ^ (size_t)end;
-    return s->work + HEADER + which * (ORDER + 1) * s->n;
-}
-
-static double *slopes(const struct phys_stepper *s)
-{
-    return s->work + HEADER + POINTS * (ORDER + 1) * s->n;
-}
-
-static double *weights(const struct phys_stepper *s) { return slopes(s) + s->n; }
+#include "taylor.h"
 
 static size_t work(const struct phys_integrator *integrator, size_t n)
 {
@@ -102,62 +58,14 @@ static enum ad_status expand_start(struct phys_stepper *s, struct ad_error *erro
     return AD_OK;
 }
 
-/* Largest of the coefficients of order k in units of what is allowed; s->worst is its component. */
-static double size_of(struct phys_stepper *s, size_t k)
-{
-    const double *c = coefficients(s, false) + k * s->n, *weight = weights(s);
-    double most = 0;
-    size_t worst = s->worst;
-    for (size_t i = 0; i < s->n; i++) {
-        double x = fabs(c[i]) * weight[i];
-        worst = x > most ? i : worst;
-        most = x > most ? x : most;
-    }
-    s->worst = worst;
-    return most;
-}
-
-static void weigh(const struct phys_stepper *s, const struct phys_tolerance *tolerance)
-{
-    double *weight = weights(s);
-    for (size_t i = 0; i < s->n; i++) {
-        double x = 1 / phys_allowed(tolerance, i, s->y[i]);
-        weight[i] = x < DBL_MAX ? x : DBL_MAX; /* no error allowed: 0 has none */
-    }
-}
-
-/* The logarithm of x > 0 to base 2, to 0.09, of a radius to 2 %: exponent and mantissa as they lie
-   in the number. */
-static double about_log2(double x)
-{
-    int64_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return (double)(bits - (INT64_C(1023) << 52)) * 0x1p-52;
-}
-
-/* The radius of convergence as the last coefficients show it, of which some may be small by chance,
-   times what makes the last term that is kept as small as allowed, and a little less. */
 static enum ad_status longest(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                               double *h, struct ad_error *error)
 {
-    const double safety = 0.8, tol = fmax(fmax(tolerance->rtol, tolerance->atol), DBL_EPSILON);
-    struct memory *m = memory_of(s);
-    if (m->tol != tol) {
-        m->tol = tol;
-        m->usual = (size_t)fmin(fmax(ceil(-log(tol) / 2 + 7), LEAST), ORDER);
-        m->log2_tol = log2(tol);
-    }
-    double radius = INFINITY; /* its logarithm */
+    phys_taylor_tune(s, tolerance);
     if (expand_start(s, error) != AD_OK)
         return error->status;
-    const size_t order = m->order;
     weigh(s, tolerance);
-    for (size_t k = order - LOOKS + 1; k <= order; k++) {
-        double size = tol * (m->last = size_of(s, k)), x = -about_log2(size) / (double)k;
-        radius = size > 0 && x < radius ? x : radius;
-    }
-    double x = safety * exp2(radius + m->log2_tol / (double)order);
-    *h = x < DBL_MAX ? x : DBL_MAX;
+    *h = phys_taylor_length(s, coefficients(s, false), 1);
     return AD_OK;
 }
 
@@ -226,29 +134,21 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
     return AD_OK;
 }
 
-/* The last term; and the defect at the step's end, y' - f, where it is not rounding: there the
-   series of this point knows nothing of what comes. f is the first coefficient of the series about
-   the end, with which the next step begins. */
+enum ad_status phys_taylor_expand_end(struct phys_stepper *s, struct ad_error *error)
+{
+    return expand_finite(s, true, s->t + s->h, s->next, error);
+}
+
+/* f at the end is the first coefficient of the series about it, with which the next step begins. */
 static enum ad_status error_norm(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                                  double *norm, struct ad_error *error)
 {
-    const double slack = 1e3, rounding = 1e3 * DBL_EPSILON, end = s->t + s->h;
-    const double *slope = slopes(s);
-    double most = memory_of(s)->last_term;
+    const double end = s->t + s->h;
     if (!is_about(s, true, end, s->next) && expand_finite(s, true, end, s->next, error) != AD_OK)
         return error->status;
     memcpy(s->next_rate, coefficients(s, true) + s->n, s->n * sizeof *s->next_rate);
     s->has_next_rate = true;
-    for (size_t i = 0; i < s->n; i++) {
-        double rate = s->h * s->next_rate[i], before = fabs(s->y[i]), after = fabs(s->next[i]);
-        double y = before > after ? before : after, miss = fabs(slope[i] - rate);
-        double allowed = slack * phys_allowed(tolerance, i, y) + rounding * (y + fabs(rate));
-        if (!(miss <= most * allowed) && miss != 0) {
-            most = miss / allowed;
-            s->worst = i;
-        }
-    }
-    *norm = most;
+    *norm = phys_taylor_norm(s, tolerance, slopes(s), s->next_rate, 1);
     return AD_OK;
 }
 

@@ -2,6 +2,7 @@
 #ifndef PHYSICS_LAGRANGIAN_INTERNAL_H
 #define PHYSICS_LAGRANGIAN_INTERNAL_H
 
+#include "autodiff/series.h"
 #include "check.h"
 #include "conserved.h"
 #include "euler_lagrange.h"
@@ -48,6 +49,14 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
                                   double *c, struct ad_error *error);
 /* Whether it runs as machine code now. */
 bool phys_motion_series_compiled(const struct phys_motion_series *series);
+/* Many at once (autodiff/series.h) of series that are alike but for parameters; the first must
+   outlive the points, and has been evaluated. NULL: not as machine code. _begin before a flow, _end
+   after it: false where the mass matrix has no inverse by that flow. */
+ad_points *phys_motion_points(struct phys_motion_series *series, bool build);
+bool phys_motion_points_put(ad_points *points, size_t p, const struct phys_motion_series *series);
+void phys_motion_points_begin(ad_points *points, size_t p, const struct phys_motion_series *series,
+                              double t);
+bool phys_motion_points_end(const ad_points *points, size_t p, struct phys_motion_series *series);
 /* The unit matrix [n x n] as a constant: the seed of lanes. */
 ad_var phys_unit_matrix(ad_tape *tape, size_t n);
 /* L_vv [dof x dof] at q, v [dof x 1] and t, where p [dof x 1] is L_v. */

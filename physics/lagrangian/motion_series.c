@@ -343,3 +343,29 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
     }
     return good && none[0] + none[1] == 0 ? AD_OK : refuse(s, t, c, error);
 }
+
+/* ---- many motions at once ---- */
+
+ad_points *phys_motion_points(struct phys_motion_series *series, bool build)
+{
+    const size_t n = 2 * series->dof * (1 + series->columns);
+    return series->flow ? ad_points_new(series->flow, n, build, NULL) : NULL;
+}
+
+bool phys_motion_points_put(ad_points *points, size_t p, const struct phys_motion_series *series)
+{
+    return series->flow && ad_points_put(points, p, series->flow);
+}
+
+void phys_motion_points_begin(ad_points *points, size_t p, const struct phys_motion_series *series,
+                              double t)
+{
+    ad_points_input(points, p, flow_time(series), 0, t);
+}
+
+bool phys_motion_points_end(const ad_points *points, size_t p, struct phys_motion_series *series)
+{
+    if (!series->constant_mass)
+        ad_points_values(points, p, series->flow);
+    return is_definite(series);
+}

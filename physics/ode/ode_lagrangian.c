@@ -71,6 +71,11 @@ static enum ad_status series(void *context, size_t order, double t, double *c,
     return phys_motion_series(x->series, order, t, c, error);
 }
 
+struct phys_motion_series *phys_ode_motion_series(const struct phys_ode *ode)
+{
+    return ode->series == series ? ((struct context *)ode->context)->series : NULL;
+}
+
 static double energy(void *context, double t, const double *y)
 {
     const struct context *c = context;
