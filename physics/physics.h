@@ -40,6 +40,7 @@
 #include "physics/lagrangian/legendre.h"
 #include "physics/motion/checks.h"
 #include "physics/motion/motion.h"
+#include "physics/motion/ensemble.h"
 #include "physics/motion/solve.h"
 #include "physics/ode/ode.h"
 #include "physics/path/path.h"

@@ -1,5 +1,6 @@
 /* The parts of `leastaction simulate`: setup (cmd_simulate, simulate_ephemeris), output
-   (simulate_report, simulate_write, simulate_picture, gas_picture). */
+   (simulate_report, simulate_write, simulate_picture, gas_picture); many motions
+   (simulate_ensemble). */
 #ifndef APPS_SIMULATE_H
 #define APPS_SIMULATE_H
 
@@ -14,7 +15,7 @@
 
 struct simulate_options {
     struct common common;
-    const char *integrator, *data, *from, *rough, *until, *by;
+    const char *integrator, *data, *from, *rough, *until, *by, *ensemble;
     struct texts events;
     double dt, tolerance, time, horizon;
     size_t every, samples, days, lyapunov;
@@ -56,6 +57,9 @@ static inline enum ad_status simulate_refuse(const char *option, const struct ad
 {
     return ad_fail(error, cause->status, "%s%.400s", option, cause->message);
 }
+
+/* --ensemble: reads the table, runs and writes. */
+enum ad_status simulate_ensemble(const struct simulate_run *run, struct ad_error *error);
 
 /* With --data: system, start, method and steps from the tables, and, with --tol, of the least
    model. */

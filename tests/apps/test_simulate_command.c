@@ -244,9 +244,62 @@ static void test_refusals(void **state)
     }
 }
 
+/* Rows in their order, each as that motion alone; what fails is named, and the rest is there. */
+static void test_ensemble(void **state)
+{
+    (void)state;
+    size_t rows, cols, alone_rows, alone_cols;
+    double *table, *alone;
+    struct ad_error error = {0};
+    shell_works("printf 'e,v_y\\n0.1,1\\n0.5,0.7\\n0,1.1\\n' > starts.csv; "
+                "$LA simulate kepler --ensemble starts.csv --time 3 --samples 4 --threads 2 "
+                "--csv all.csv --out all.h5 --json");
+    assert_true(shell_number("members") == 3 && shell_number("failed") == 0);
+    assert_true(shell_number("error") < 1e-6);
+    assert_int_equal(phys_table_read(shell_path("all.csv"), &rows, &cols, &table, &error), AD_OK);
+    assert_true(rows == 15 && cols == 7);
+    shell_works("$LA simulate kepler --set e=0.5 --integrator taylor --tol 1e-9 --time 3 "
+                "--samples 4 --no-reference --csv one.csv --quiet");
+    assert_int_equal(
+        phys_table_read(shell_path("one.csv"), &alone_rows, &alone_cols, &alone, &error), AD_OK);
+    assert_true(alone_rows == 5 && alone_cols == 5);
+    for (size_t i = 0; i < rows; i++)
+        assert_true(table[i * cols] == (double)(i / 5 + 1));
+    assert_true(table[5 * cols + 2] == alone[1] && table[5 * cols + 5] == 0.7);
+    free(table);
+    free(alone);
+
+    shell_works("printf 'e\\n0.1\\n0.5\\n' > e.csv; "
+                "$LA simulate kepler --ensemble e.csv --time 3 --samples 4 --csv all.csv --quiet; "
+                "grep ^2 all.csv | cut -d , -f 2-6 > second; tail -n +2 one.csv | cmp - second");
+    assert_int_equal(shell("printf 'v_y,x\\n1,1\\n0,1\\n1,0.7\\n' > fall.csv; $LA simulate kepler "
+                           "--ensemble fall.csv --time 3 --json"),
+                     1);
+    assert_true(shell_number("failed") == 1);
+    assert_non_null(strstr(shell_err(), "row 2"));
+    assert_int_equal(shell("$LA simulate kepler --ensemble e.csv --time 3 --tol 1e-30"), 1);
+    assert_int_equal(shell("$LA simulate kepler --ensemble e.csv --event y=0 --until x=9"), 1);
+    const char *const wrong[] = {
+        "printf '1,2\\n3,4\\n' > f.csv; $LA simulate kepler --ensemble f.csv",
+        "printf 'x,x\\n3,4\\n' > f.csv; $LA simulate kepler --ensemble f.csv",
+        "printf 'x,z\\n3,4\\n' > f.csv; $LA simulate kepler --ensemble f.csv",
+        "printf 'x,y\\n3\\n' > f.csv; $LA simulate kepler --ensemble f.csv",
+        "printf 'x,y\\n3,nan\\n' > f.csv; $LA simulate kepler --ensemble f.csv",
+        "$LA simulate kepler --ensemble none.csv",
+        "$LA simulate kepler --ensemble e.csv --integrator rk4",
+        "$LA simulate kepler --ensemble e.csv --reverse",
+        "$LA simulate kepler --ensemble e.csv --sensitivity",
+        "$LA simulate kepler --ensemble e.csv --every 3",
+    };
+    for (size_t k = 0; k < LENGTH(wrong); k++)
+        if (shell("%s", wrong[k]) != 2)
+            fail_msg("%s: not exit status 2", wrong[k]);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(test_ensemble, shell_empty),
         cmocka_unit_test_setup(test_report, shell_empty),
         cmocka_unit_test_setup(test_bodies_and_reversal, shell_empty),
         cmocka_unit_test_setup(test_sensitivity, shell_empty),

@@ -1,0 +1,317 @@
+/* Ensembles of motions (ensemble.h): the division among threads, tolerances, errors. */
+#include "ensemble_run.h"
+#include "autodiff/clock.h"
+#include "autodiff/exec/pool.h"
+#include "physics/integrators/stepper.h"
+#include "solving.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { CHUNK = 32, TRIES = 3, SERIES_DOF = 32 /* beyond, dop853 costs less */ };
+static const double default_tolerance = 1e-9, aim = 0.3;
+static const double worth = 0.3; /* seconds of all members that pay for compiling */
+
+/* ---- running ---- */
+
+struct team {
+    struct ensemble_task task;
+    struct ensemble_worker **worker; /* [threads] */
+};
+
+static double wanted(const struct ensemble_task *task) { return task->settings->motion.error; }
+
+/* The error that was asked for is missed, and a smaller tolerance is to be tried. */
+static bool tighten(const struct ensemble_task *task, size_t i)
+{
+    struct phys_member *member = &task->ensemble->member[i];
+    const double floor = 1e-16, finer = 0.3;
+    if (!(wanted(task) > 0) || member->error <= wanted(task) || member->failure.status != AD_OK ||
+        !(member->tolerance > floor))
+        return false;
+    double ratio = isnan(member->error) ? 1e-3 : aim * wanted(task) / member->error;
+    member->tolerance = fmax(member->tolerance * fmax(fmin(ratio, finer), 1e-6), floor);
+    return true;
+}
+
+static void run_chunk(void *context, size_t thread, size_t k)
+{
+    const struct team *team = context;
+    const struct ensemble_task *task = &team->task;
+    struct ensemble_item items[CHUNK];
+    size_t n = 0, left = 0;
+    for (size_t i = k * CHUNK; i < task->ensemble->n && n < CHUNK; i++)
+        items[n++].member = i;
+    for (size_t try = 0; n > 0; try++, n = left, left = 0) {
+        for (size_t i = 0; i < n; i++)
+            items[i].fine = false;
+        phys_ensemble_run(team->worker[thread], n, items);
+        for (size_t i = 0; i < n; i++)
+            if (task->ensemble->member[items[i].member].failure.status == AD_OK)
+                items[left++] = (struct ensemble_item){items[i].member, true};
+        n = left;
+        left = 0;
+        if (task->settings->motion.no_reference)
+            return;
+        phys_ensemble_run(team->worker[thread], n, items);
+        for (size_t i = 0; i < n && try + 1 < TRIES; i++)
+            if (tighten(task, items[i].member))
+                items[left++] = items[i];
+    }
+}
+
+/* The method, and the tolerance of each member's steps. */
+static enum ad_status choose(const struct ensemble_task *task, struct ad_error *error)
+{
+    const struct phys_motion_settings *s = &task->settings->motion;
+    struct phys_ensemble *e = task->ensemble;
+    double *scale = malloc(4 * e->dof * sizeof *scale);
+    struct phys_ode ode = {0};
+    struct phys_system first;
+    struct ad_error none = {0};
+    if (!scale)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    e->integrator = s->integrator ? s->integrator : phys_integrator_find("taylor", error);
+    if (phys_ensemble_system(task, 0, &first, error) == AD_OK &&
+        phys_ode_for(&first, e->integrator, &ode, error) == AD_OK) {
+        memcpy(scale, e->start, 2 * e->dof * sizeof *scale);
+        bool has = ode.series && e->dof <= SERIES_DOF &&
+                   ode.series(ode.context, 1, 0, scale, &none) != AD_E_ARGUMENT;
+        if (!has && !s->integrator)
+            e->integrator = phys_integrator_find("dop853", error);
+    }
+    for (size_t i = 0; i < e->n && error->status == AD_OK; i++) {
+        double size = 1;
+        memcpy(scale, e->start + 2 * e->dof * i, 2 * e->dof * sizeof *scale);
+        none.status = AD_OK;
+        if (s->error > 0 && phys_typical_sizes(&ode, 0, scale, scale + 2 * e->dof, &none) == AD_OK)
+            size = scale[2 * e->dof];
+        e->member[i].tolerance = s->error > 0 ? fmin(fmax(1e-3 * s->error / size, 1e-14), 1e-2)
+                                 : s->tolerance > 0 ? s->tolerance
+                                                    : default_tolerance;
+    }
+    phys_ode_free(&ode);
+    phys_system_close(&first);
+    free(scale);
+    return error->status;
+}
+
+/* The first member alone, by which it is known whether machine code is worth compiling. */
+static void run_first(const struct team *team)
+{
+    struct phys_ensemble *e = team->task.ensemble;
+    const double before = ad_now();
+    struct ensemble_item first = {0, false};
+    phys_ensemble_run(team->worker[0], 1, &first);
+    const size_t at_once = team->task.settings->at_once;
+    bool pays = at_once > 1 || (double)e->n * (ad_now() - before) > worth;
+    e->vectors = at_once != 1 && e->n > 1 && phys_ensemble_worker_join(team->worker[0], pays);
+}
+
+static enum ad_status run_all(struct team *team, size_t threads, struct ad_error *error)
+{
+    struct phys_ensemble *e = team->task.ensemble;
+    team->worker = calloc(threads, sizeof *team->worker);
+    for (size_t k = 0; team->worker && k < threads; k++)
+        if (!(team->worker[k] = phys_ensemble_worker_new(&team->task, error)))
+            break;
+    if (!team->worker || error->status != AD_OK) {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    } else {
+        run_first(team);
+        for (size_t k = 1; k < threads && e->vectors; k++)
+            phys_ensemble_worker_join(team->worker[k], false);
+        ad_parallel(threads, (e->n + CHUNK - 1) / CHUNK, run_chunk, team);
+    }
+    for (size_t k = 0; team->worker && k < threads; k++)
+        phys_ensemble_worker_free(team->worker[k]);
+    free(team->worker);
+    return error->status;
+}
+
+/* ---- errors ---- */
+
+static void count(const struct ensemble_task *task)
+{
+    struct phys_ensemble *e = task->ensemble;
+    for (size_t i = 0; i < e->n; i++) {
+        struct phys_member *m = &e->member[i];
+        const bool failed = m->failure.status != AD_OK;
+        m->missed = !failed && wanted(task) > 0 && !(m->error <= wanted(task));
+        e->failed += failed;
+        e->missed += m->missed;
+        e->unknown += !failed && isnan(m->error) && !task->settings->motion.no_reference;
+    }
+}
+
+/* The distance of a member from its reference, and how far that is known. */
+static double distance(const struct ensemble_task *task, size_t i, double *uncertainty,
+                       struct ad_error *error)
+{
+    struct phys_ensemble *e = task->ensemble;
+    const struct phys_motion_settings *s = &task->settings->motion;
+    const double *start = e->start + 2 * e->dof * i, *x = e->x + 2 * e->dof * e->n_times * i;
+    struct phys_reference r = {0};
+    struct phys_system system = {0};
+    struct ad_error lost = {0};
+    double most = 0;
+    size_t n = 0;
+    while (n < e->n_times && isfinite(x[2 * e->dof * n]))
+        n++;
+    if (n < 2 || phys_ensemble_system(task, i, &system, error) != AD_OK ||
+        phys_reference(&system, start, start + e->dof, n, e->t, PHYS_MOTION_LOST, s->proceed,
+                       s->context, &r, &lost) != AD_OK)
+        most = (double)NAN;
+    for (size_t j = 0; j < n && lost.status == AD_OK && !isnan(most); j++) {
+        double apart = 0;
+        for (size_t k = 0; k < e->dof; k++)
+            apart = hypot(apart, x[2 * e->dof * j + k] - r.x[2 * e->dof * j + k]);
+        most = e->t[j] < r.horizon ? fmax(most, apart) : (double)NAN;
+        *uncertainty = fmax(*uncertainty, r.uncertainty[j]);
+    }
+    phys_reference_free(&r);
+    phys_system_close(&system);
+    return most;
+}
+
+static void check(const struct ensemble_task *task, struct ad_error *error)
+{
+    struct phys_ensemble *e = task->ensemble;
+    size_t worst = e->n, first = e->n;
+    for (size_t i = 0; i < e->n; i++) {
+        const struct phys_member *m = &e->member[i];
+        if (m->failure.status != AD_OK || isnan(m->error))
+            continue;
+        first = first == e->n ? i : first;
+        worst = worst == e->n || m->error > e->member[worst].error ? i : worst;
+    }
+    if (first == e->n || e->interrupted || e->system->bodies > PHYS_MOTION_FEW)
+        return;
+    e->checked[e->n_checked++] = first;
+    if (worst != first)
+        e->checked[e->n_checked++] = worst;
+    for (size_t k = 0; k < e->n_checked && error->status == AD_OK; k++)
+        e->measured[k] = distance(task, e->checked[k], &e->uncertainty[k], error);
+}
+
+enum ad_status phys_ensemble_met(const struct phys_ensemble_settings *settings,
+                                 const struct phys_ensemble *e, struct ad_error *error)
+{
+    if (AD_LACKS(error, settings, e))
+        return error->status;
+    for (size_t i = 0; e->failed && i < e->n; i++)
+        if (e->member[i].failure.status != AD_OK)
+            return ad_fail(error, AD_E_ACCURACY, "%zu of %zu members failed; row %zu: %.300s",
+                           e->failed, e->n, i + 1, e->member[i].failure.message);
+    for (size_t k = 0; k < e->n_checked; k++)
+        if (e->measured[k] > e->member[e->checked[k]].error + e->uncertainty[k])
+            return ad_fail(error, AD_E_ACCURACY,
+                           "row %zu errs by %.3g, not %.3g as estimated: a force that the series "
+                           "steps over; try dop853",
+                           e->checked[k] + 1, e->measured[k], e->member[e->checked[k]].error);
+    for (size_t i = 0; e->missed && i < e->n; i++)
+        if (e->member[i].missed)
+            return ad_fail(error, AD_E_ACCURACY,
+                           "an error of %g: %zu of %zu members miss it; row %zu: %.3g",
+                           settings->motion.error, e->missed, e->n, i + 1, e->member[i].error);
+    return AD_OK;
+}
+
+/* ---- all of it ---- */
+
+static enum ad_status refuse(const struct phys_ensemble_settings *s, struct ad_error *error)
+{
+    const struct phys_integrator *given = s->motion.integrator;
+    if (s->n == 0 || (s->n_columns && (!s->names || !s->values)))
+        return ad_fail(error, AD_E_ARGUMENT, "an ensemble of %zu members and %zu columns", s->n,
+                       s->n_columns);
+    if (!(s->motion.time > 0) || !isfinite(s->motion.time))
+        return ad_fail(error, AD_E_ARGUMENT, "time: expected more than 0, got %g", s->motion.time);
+    if (given && !given->adaptive)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s has fixed steps; expected one that chooses them: taylor, dop853 or "
+                       "dopri5",
+                       given->name);
+    if (given && s->motion.error > 0)
+        return ad_fail(error, AD_E_ARGUMENT, "an error and an integrator; expected one of them");
+    return AD_OK;
+}
+
+static enum ad_status allocate(struct phys_ensemble *e, double time, struct ad_error *error)
+{
+    const size_t states = 2 * e->dof, rows = e->n * e->n_times;
+    if (e->n > SIZE_MAX / 64 / sizeof(double) / states / e->n_times)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu members", e->n);
+    e->start = calloc(e->n * states, sizeof *e->start);
+    e->t = calloc(e->n_times, sizeof *e->t);
+    e->x = malloc(rows * states * sizeof *e->x);
+    e->energy = malloc(rows * sizeof *e->energy);
+    e->member = calloc(e->n, sizeof *e->member);
+    e->spread = calloc(e->n_times * (states + 1), sizeof *e->spread);
+    if (!e->start || !e->t || !e->x || !e->energy || !e->member || !e->spread)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu members", e->n);
+    for (size_t j = 0; j < e->n_times; j++)
+        e->t[j] = j + 1 == e->n_times ? time : time * (double)j / (double)(e->n_times - 1);
+    for (size_t i = 0; i < e->n; i++)
+        e->member[i].error = (double)NAN;
+    return AD_OK;
+}
+
+enum ad_status phys_ensemble_solve(const struct phys_system *system,
+                                   const struct phys_ensemble_settings *settings,
+                                   struct phys_ensemble *ensemble, struct ad_error *error)
+{
+    struct phys_ensemble *e = ensemble;
+    if (AD_LACKS(error, ensemble))
+        return error->status;
+    *e = (struct phys_ensemble){.system = system};
+    if (AD_LACKS(error, system, system->scene, settings) || refuse(settings, error) != AD_OK)
+        return error->status;
+    const size_t threads = settings->threads ? settings->threads : 1;
+    struct team team = {.task = {settings, e,
+                                 calloc(settings->n_columns + 1, sizeof(struct ensemble_column)),
+                                 false}};
+    e->n = settings->n;
+    e->dof = system->dof;
+    e->n_times =
+        (settings->motion.n_samples ? settings->motion.n_samples : PHYS_ENSEMBLE_TIMES) + 1;
+    if (!team.task.columns)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else if (allocate(e, settings->motion.time, error) == AD_OK &&
+             phys_ensemble_columns(&team.task, error) == AD_OK &&
+             phys_ensemble_starts(&team.task, error) == AD_OK &&
+             choose(&team.task, error) == AD_OK) {
+        const double before = ad_now();
+        run_all(&team, threads, error);
+        e->seconds = ad_now() - before;
+        if (error->status == AD_OK && !settings->motion.no_reference)
+            check(&team.task, error);
+        count(&team.task);
+        if (error->status == AD_OK)
+            phys_ensemble_spread(e, threads, error);
+    }
+    free(team.task.columns);
+    return error->status;
+}
+
+void phys_ensemble_free(struct phys_ensemble *ensemble)
+{
+    if (!ensemble)
+        return;
+    for (size_t i = 0; ensemble->member && i < ensemble->n; i++) {
+        struct phys_crossed *c = &ensemble->member[i].crossed;
+        free(c->which);
+        free(c->touch);
+        free(c->t);
+        free(c->x);
+        free(c->uncertainty);
+        free(c->constant);
+    }
+    free(ensemble->start);
+    free(ensemble->t);
+    free(ensemble->x);
+    free(ensemble->energy);
+    free(ensemble->member);
+    free(ensemble->spread);
+    *ensemble = (struct phys_ensemble){0};
+}

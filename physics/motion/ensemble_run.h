@@ -1,0 +1,48 @@
+/* Inside of ensembles: columns (ensemble_columns.c), running members (ensemble_run.c),
+   statistics (ensemble_spread.c). */
+#ifndef PHYSICS_MOTION_ENSEMBLE_RUN_H
+#define PHYSICS_MOTION_ENSEMBLE_RUN_H
+
+#include "ensemble.h"
+
+/* What a column sets. */
+struct ensemble_column {
+    enum { ENSEMBLE_STATE, ENSEMBLE_PARAMETER } kind;
+    size_t which; /* of q and v; or of the scene's parameters */
+};
+
+struct ensemble_task {
+    const struct phys_ensemble_settings *settings;
+    struct phys_ensemble *ensemble;
+    struct ensemble_column *columns; /* [settings->n_columns] */
+    bool has_parameters;             /* so that each member has a system of its own */
+};
+
+/* One run of a member: for its result, or at a hundredth of the tolerance for the error of that. */
+struct ensemble_item {
+    size_t member;
+    bool fine;
+};
+
+/* A thread's: steppers, and machine code. NULL when out of memory. */
+struct ensemble_worker;
+struct ensemble_worker *phys_ensemble_worker_new(const struct ensemble_task *task,
+                                                 struct ad_error *error);
+void phys_ensemble_worker_free(struct ensemble_worker *worker); /* takes NULL */
+/* Prepares for many members at once, as they are in member 0; build: compiles for it. False: there
+   is no machine code, and members are run one by one. */
+bool phys_ensemble_worker_join(struct ensemble_worker *worker, bool build);
+/* In any order: results are those of each alone. */
+void phys_ensemble_run(struct ensemble_worker *worker, size_t n, const struct ensemble_item *items);
+
+/* What the columns are; each once. */
+enum ad_status phys_ensemble_columns(struct ensemble_task *task, struct ad_error *error);
+/* The starts of all members: those of the scene, with the member's parameters, and its columns. */
+enum ad_status phys_ensemble_starts(const struct ensemble_task *task, struct ad_error *error);
+/* The system of a member, closed by the caller. AD_E_ARGUMENT names its row. */
+enum ad_status phys_ensemble_system(const struct ensemble_task *task, size_t member,
+                                    struct phys_system *system, struct ad_error *error);
+enum ad_status phys_ensemble_spread(struct phys_ensemble *ensemble, size_t threads,
+                                    struct ad_error *error);
+
+#endif
