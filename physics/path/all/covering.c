@@ -139,8 +139,8 @@ static void give_up(struct cover *s, const struct phys_end_box *b, bool look,
     place(s, b->x, w);
     for (size_t k = 0; k < s->c->roots->n; k++) {
         const struct phys_end_root *root = &s->c->roots->root[k];
-        if (phys_end_distance(s->n, root->w, w) < 4 * edge &&
-            s->c->roots->root[root->family].coverings >> s->c->number & 1)
+        if (s->c->roots->root[root->family].coverings >> s->c->number & 1 &&
+            phys_end_distance(s->n, root->w, w) < 4 * edge)
             return;
     }
     s->c->undecided += pow(edge, (double)s->n);

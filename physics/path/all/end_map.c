@@ -3,6 +3,7 @@
 #include "end_map.h"
 #include "physics/lagrangian/curvature.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,16 +18,21 @@ double phys_end_norm(size_t n, const double *a)
 {
     double sum = 0;
     for (size_t k = 0; k < n; k++)
+        sum += a[k] * a[k];
+    if (sum > DBL_MIN && sum < DBL_MAX)
+        return sqrt(sum);
+    sum = 0; /* squares are out of range */
+    for (size_t k = 0; k < n; k++)
         sum = hypot(sum, a[k]);
     return sum;
 }
 
 double phys_end_distance(size_t n, const double *a, const double *b)
 {
-    double sum = 0;
+    double d[PHYS_END_MAP_DOF];
     for (size_t k = 0; k < n; k++)
-        sum = hypot(sum, a[k] - b[k]);
-    return sum;
+        d[k] = a[k] - b[k];
+    return phys_end_norm(n, d);
 }
 
 /* unit = C^-T where L_vv = C C^T at rest, or 1 where L_vv is not positive definite; and a natural

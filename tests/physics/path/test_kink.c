@@ -81,9 +81,8 @@ static void a_whole_kink_is_right_or_refused(void **state)
     for (size_t k = 0; k < LENGTH(whole); k++) {
         double most = error_from(-1, whole[k]);
         print_message("width %g: error %g\n", whole[k], most);
-        assert_true(isnan(most) || most <= 1e-6);
+        assert_true(most <= 1e-6 || (isnan(most) && k > 0));
     }
-    assert_close(error_from(-1, 0.2), 0, 0, 1e-6);
 }
 
 int main(void)
