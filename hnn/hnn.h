@@ -151,11 +151,12 @@ struct hnn_record hnn_model_record(const hnn_model *model, ad_var parameters, ad
 /* Precision of the evaluations below; AD_F64 unless set, whatever the precision of the parameters.
    An unknown type changes nothing. */
 void hnn_model_evaluate_in(hnn_model *model, enum ad_type type);
-/* rate [2n] at one state x [2n]. AD_E_MEMORY, AD_E_ARGUMENT. */
+/* rate [2n] at one state x [2n]. AD_E_MEMORY, AD_E_ARGUMENT; AD_E_NONFINITE if x is not finite. */
 enum ad_status hnn_model_field(hnn_model *model, const double *x, double *rate);
 /* H at one state x [2n]; NaN if the model has none. */
 double hnn_model_energy(hnn_model *model, const double *x);
-/* rate [2n x samples] and H [1 x samples] at x [2n x samples]; either may be NULL. */
+/* rate [2n x samples] and H [1 x samples] at x [2n x samples]; either may be NULL. AD_E_NONFINITE
+   names the first coordinate and sample that is not finite. */
 enum ad_status hnn_model_evaluate(hnn_model *model, size_t samples, const double *x, double *rate,
                                   double *energy, struct ad_error *error);
 /* The model as a vector field for phys_simulate, y = (q, p): canonical if the field is symplectic,
@@ -168,7 +169,7 @@ enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_e
    in memory, and back. */
 ad_var hnn_record_encode(const hnn_model *model, ad_var parameters, ad_var pixels);
 ad_var hnn_record_decode(const hnn_model *model, ad_var parameters, ad_var x);
-/* The same on arrays. AD_E_ARGUMENT if the model has no autoencoder. */
+/* The same on arrays. AD_E_ARGUMENT if the model has no autoencoder, AD_E_NONFINITE as above. */
 enum ad_status hnn_model_encode(const hnn_model *model, size_t samples, const double *pixels,
                                 double *x, struct ad_error *error);
 enum ad_status hnn_model_decode(const hnn_model *model, size_t samples, const double *x,

@@ -1,6 +1,8 @@
 /* The table of propagation methods, and the handle of one in use. */
 #include "internal.h"
 
+#include <complex.h>
+#include <math.h>
 #include <stdlib.h>
 
 const struct qm_method *const qm_methods[] = {&qm_method_kernel, &qm_method_fft,
@@ -9,6 +11,7 @@ const struct qm_method *const qm_methods[] = {&qm_method_kernel, &qm_method_fft,
 struct qm_propagator {
     const struct qm_method *method;
     void *state;
+    size_t points;
 };
 
 const struct qm_method *qm_method_find(const char *name, struct ad_error *error)
@@ -30,6 +33,7 @@ enum ad_status qm_propagator_new(const struct qm_method *method, const struct qm
     if (!p)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     p->method = method;
+    p->points = slice->grid.n;
     if (method->open(slice, &p->state, error) == AD_OK)
         *propagator = p;
     else
@@ -50,5 +54,10 @@ enum ad_status qm_propagate(qm_propagator *propagator, size_t packets, qm_comple
 {
     if (AD_LACKS(error, propagator, packets, psi))
         return error->status;
+    for (size_t k = 0; k < propagator->points * packets; k++)
+        if (!isfinite(creal(psi[k])) || !isfinite(cimag(psi[k])))
+            return ad_fail(error, AD_E_NONFINITE,
+                           "psi at point %zu of packet %zu is (%g, %g), expected finite numbers",
+                           k / packets, k % packets, creal(psi[k]), cimag(psi[k]));
     return propagator->method->step(propagator->state, packets, psi, error);
 }

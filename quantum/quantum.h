@@ -142,7 +142,8 @@ typedef struct qm_propagator qm_propagator;
 enum ad_status qm_propagator_new(const struct qm_method *method, const struct qm_slice *slice,
                                  qm_propagator **propagator, struct ad_error *error);
 void qm_propagator_free(qm_propagator *propagator); /* takes NULL */
-/* Advances psi [n x packets] by one slice. */
+/* Advances psi [n x packets] by one slice. AD_E_NONFINITE names the point and the packet that are
+   not finite; psi stays. */
 enum ad_status qm_propagate(qm_propagator *propagator, size_t packets, qm_complex *psi,
                             struct ad_error *error);
 

@@ -4,6 +4,7 @@
        h = relu(L1 x); h += relu(L2 h); h += relu(L3 h); z = L4 h. */
 #include "internal.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Observations stay rows, one after another as frames lie in memory: a product takes samples either
@@ -77,6 +78,13 @@ static enum ad_status run(const hnn_model *model, bool encode, size_t samples, c
     enum ad_type type = model->settings.precision;
     if (!model->settings.pixels)
         return ad_fail(error, AD_E_ARGUMENT, "a model of states has no autoencoder");
+    size_t size = encode ? model->settings.pixels : hnn_states(model);
+    for (size_t k = 0; k < size * samples; k++)
+        if (!isfinite(from[k]))
+            return ad_fail(error, AD_E_NONFINITE,
+                           "%s %zu of sample %zu is %g, expected a finite number",
+                           encode ? "pixel" : "state", encode ? k % size : k / samples,
+                           encode ? k / size : k % samples, from[k]);
     if (samples == 0)
         return AD_OK;
     ad_tape *tape = ad_tape_new(type);
@@ -84,8 +92,8 @@ static enum ad_status run(const hnn_model *model, bool encode, size_t samples, c
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     ad_program *program = NULL;
     ad_var parameters = ad_input(tape, 1, model->size, "parameters");
-    ad_var x = encode ? ad_input(tape, samples, model->settings.pixels, "pixels")
-                      : ad_input(tape, hnn_states(model), samples, "state");
+    ad_var x =
+        encode ? ad_input(tape, samples, size, "pixels") : ad_input(tape, size, samples, "state");
     ad_var y =
         encode ? hnn_record_encode(model, parameters, x) : hnn_record_decode(model, parameters, x);
     ad_compile(tape, 1, &y, &program);

@@ -118,10 +118,24 @@ void hnn_model_evaluate_in(hnn_model *model, enum ad_type type)
         model->evaluate_in = type;
 }
 
+/* x [2n x samples] */
+static enum ad_status check_states(const hnn_model *model, size_t samples, const double *x,
+                                   struct ad_error *error)
+{
+    size_t states = hnn_states(model), n = model->settings.dof;
+    for (size_t k = 0; k < states * samples; k++)
+        if (!isfinite(x[k]))
+            return ad_fail(error, AD_E_NONFINITE,
+                           "%c%zu of sample %zu is %g, expected a finite state",
+                           k / samples < n ? 'q' : 'p', k / samples % n + 1, k % samples, x[k]);
+    return AD_OK;
+}
+
 enum ad_status hnn_model_field(hnn_model *model, const double *x, double *rate)
 {
     struct ad_error error = {0};
-    if (!AD_LACKS(&error, model, x, rate) && prepare(model, 1, &model->one, &error) == AD_OK)
+    if (!AD_LACKS(&error, model, x, rate) && check_states(model, 1, x, &error) == AD_OK &&
+        prepare(model, 1, &model->one, &error) == AD_OK)
         run(model->one, model->one->for_rate, model->one->rate, x, rate);
     return error.status;
 }
@@ -139,6 +153,7 @@ enum ad_status hnn_model_evaluate(hnn_model *model, size_t samples, const double
                                   double *energy, struct ad_error *error)
 {
     if (AD_LACKS(error, model) || samples == 0 || AD_LACKS(error, x) ||
+        check_states(model, samples, x, error) != AD_OK ||
         prepare(model, samples, &model->many, error) != AD_OK)
         return error->status;
     if (rate)

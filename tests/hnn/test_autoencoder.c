@@ -324,6 +324,12 @@ static void test_encode_decode_and_files(void **state)
         for (int i = 0; i < N; i++)
             pixels[i * PIXELS + k] = (double)film.pixels[i * FRAME + k];
     assert_int_equal(hnn_model_encode(loaded, N, pixels, z, &error), AD_OK);
+    struct ad_error lost = {0};
+    const double pixel = pixels[1];
+    pixels[1] = (double)NAN;
+    assert_int_equal(hnn_model_encode(loaded, N, pixels, z, &lost), AD_E_NONFINITE);
+    assert_non_null(strstr(lost.message, "pixel 1 of sample 0"));
+    pixels[1] = pixel;
     assert_int_equal(hnn_model_decode(loaded, N, z, back, &error), AD_OK);
     for (int i = 0; i < N; i++) {
         for (int k = 0; k < PIXELS; k++)

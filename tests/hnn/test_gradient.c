@@ -146,6 +146,33 @@ static void test_separable_halves(void **state)
     hnn_model_free(model);
 }
 
+/* A state that is not finite is named, and nothing is written. */
+static void test_states_that_are_not_finite(void **state)
+{
+    (void)state;
+    enum { N = 5 };
+    struct hnn_settings s = small_settings(&small_kinds[0], DOF, 2);
+    hnn_model *model = small_model(&s);
+    double *x = small_values(9, STATES, N), rates[STATES * N] = {7}, energy[N] = {7};
+    for (size_t k = 0; k < STATES * N; k++) {
+        struct ad_error error = {0};
+        char name[32];
+        double was = x[k], at[STATES];
+        x[k] = k % 2 ? (double)NAN : -INFINITY;
+        snprintf(name, sizeof name, "%c%zu of sample %zu", k / N < DOF ? 'q' : 'p', k / N % DOF + 1,
+                 k % N);
+        assert_int_equal(hnn_model_evaluate(model, N, x, rates, energy, &error), AD_E_NONFINITE);
+        assert_non_null(strstr(error.message, name));
+        for (size_t i = 0; i < STATES; i++)
+            at[i] = x[i * N + k % N];
+        assert_int_equal(hnn_model_field(model, at, rates), AD_E_NONFINITE);
+        x[k] = was;
+    }
+    assert_true(rates[0] == 7 && energy[0] == 7);
+    free(x);
+    hnn_model_free(model);
+}
+
 /* Many states at once, one at a time, and in the other precision. */
 static void test_evaluations_agree(void **state)
 {
@@ -184,6 +211,7 @@ int main(void)
         cmocka_unit_test(test_rollouts),
         cmocka_unit_test(test_symplectic_field),
         cmocka_unit_test(test_separable_halves),
+        cmocka_unit_test(test_states_that_are_not_finite),
         cmocka_unit_test(test_evaluations_agree),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -2,6 +2,7 @@
 #include "waves.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -135,9 +136,37 @@ static void test_bad_arguments(void **state)
     phys_system_close(&system);
 }
 
+/* A wave that is not finite at one point of one packet. */
+static void test_waves_that_are_not_finite(void **state)
+{
+    (void)state;
+    struct parameter set[] = {{"g", 0}};
+    struct phys_system system = system_with("freebody", 1, set);
+    struct qm_slice slice = {.system = &system, .grid = {-4, 4, 8}, .dt = 3, .hbar = 1};
+    for (size_t k = 0; qm_methods[k]; k++)
+        for (size_t at = 0; at < 16; at += 5) {
+            struct ad_error error = {0};
+            qm_propagator *propagator;
+            qm_complex psi[16];
+            char name[48];
+            for (size_t i = 0; i < 16; i++)
+                psi[i] = 0.25;
+            psi[at] = at % 2 ? (double)NAN : CMPLX(0, INFINITY);
+            snprintf(name, sizeof name, "point %zu of packet %zu", at / 2, at % 2);
+            slice.walls = k == 2 ? QM_REFLECT : QM_RING;
+            assert_int_equal(qm_propagator_new(qm_methods[k], &slice, &propagator, &error), AD_OK);
+            assert_int_equal(qm_propagate(propagator, 2, psi, &error), AD_E_NONFINITE);
+            assert_non_null(strstr(error.message, name));
+            assert_true(psi[(at + 1) % 16] == 0.25);
+            qm_propagator_free(propagator);
+        }
+    phys_system_close(&system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_waves_that_are_not_finite),
         cmocka_unit_test(test_closed_forms),
         cmocka_unit_test(test_walls),
         cmocka_unit_test(test_bad_arguments),
