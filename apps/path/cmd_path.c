@@ -188,6 +188,9 @@ static const struct option table[] = {
      "newton: rule and slices, coarse to fine and close where the path is steep, until the "
      "estimated error of every coordinate is under E",
      AT(tolerance)},
+    {"continue", "NAME=A:B", OPTION_TEXT, NULL,
+     "with --tol: the path at B of a parameter, followed from that at A where it is found easily",
+     AT(follow)},
     {"grad-tol", "E", OPTION_SIZE, NULL, "stop where |gradient| is E of its start [never]",
      AT(grad_tolerance)},
     {"init", "HOW", OPTION_INPUT, NULL,

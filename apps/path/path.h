@@ -16,6 +16,7 @@ struct path_options {
     struct common common;
     const char *solver, *rule, *init, *reference, *preset;
     const char *start, *end, *time;   /* the ends, and the time between them */
+    const char *follow;               /* --continue */
     const char *data, *from, *bodies; /* of the ephemeris */
     size_t slices, steps, every, days, dims, adam_steps, hold;
     double dt, learning_rate, momentum, noise, tolerance, grad_tolerance, energy_weight;
@@ -56,7 +57,10 @@ struct path_run {
     size_t n_tables;                  /* of --data, and what its first slice is in them */
     struct phys_horizons *tables;
     size_t first_epoch;
-    struct phys_refined refined; /* --tol; none else */
+    struct phys_refined refined;     /* --tol; none else */
+    struct phys_continuation follow; /* --continue; name NULL: none */
+    char followed[64];               /* its name */
+    struct phys_continued continued;
     struct path_record record;
     struct phys_path_found found;
     struct phys_solutions solutions; /* --all, --energy; none else */
@@ -123,6 +127,12 @@ enum ad_status path_refine(struct path_run *run, struct ad_error *error);
 double path_estimate(const struct path_run *run);
 /* What was tried and chosen; nothing without --tol. */
 void path_report_levels(const struct path_run *run, struct report *report);
+
+/* ---- continuation (path_continue.c) ---- */
+
+/* Reads --continue, if there is one, and sets its parameter to the last value. */
+enum ad_status path_continuation(struct path_run *run, struct ad_error *error);
+void path_report_continued(const struct path_run *run, struct report *report);
 
 /* The scene's motion, or its closed form, by steps whose relative error is under the tolerance:
    path [dof x slices]. (path_start.c) */

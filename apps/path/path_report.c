@@ -167,6 +167,7 @@ void path_report(const void *context, struct report *report)
 {
     const struct path_run *run = context;
     report_tables(run, report);
+    path_report_continued(run, report);
     path_report_levels(run, report);
     report_run(run, report);
     report_figures(run, &run->found.info, report);

@@ -147,7 +147,8 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
     double *observed = NULL;
     *run = (struct path_run){.options = options};
     if (phys_system_open(options->common.argument[0], &run->system, error) != AD_OK ||
-        choose_preset(options, run, error) != AD_OK || set_parameters(options, run, error) != AD_OK)
+        choose_preset(options, run, error) != AD_OK ||
+        set_parameters(options, run, error) != AD_OK || path_continuation(run, error) != AD_OK)
         return error->status;
     choose_solver(options, run, error);
     const char *rule = run->preset && !is_exact(run)                                ? "left+repeat"
@@ -172,6 +173,7 @@ void path_run_free(struct path_run *run)
         phys_horizons_free(&run->tables[k]);
     free(run->tables);
     phys_refined_free(&run->refined);
+    phys_continued_free(&run->continued);
     path_record_free(&run->record);
     phys_solutions_free(&run->solutions);
     phys_path_found_free(&run->found);

@@ -124,10 +124,15 @@ enum ad_status path_refine(struct path_run *run, struct ad_error *error)
     settings.rule = run->options->rule ? settings.rule : NULL;
     settings.proceed = interrupt_proceed;
     interrupt_catch();
-    if (error->status == AD_OK &&
+    if (error->status == AD_OK && run->follow.name)
+        phys_path_continue(&run->system, &settings, run->start, ends, run->options->tolerance,
+                           &run->follow, &run->refined, &run->continued, &lost);
+    else if (error->status == AD_OK)
         phys_path_refine(&run->system, &settings, run->start, ends, run->options->tolerance,
-                         &run->refined, &lost) != AD_OK)
-        ad_fail(error, lost.status, "--tol: %s%s", lost.message,
+                         &run->refined, &lost);
+    if (lost.status != AD_OK)
+        ad_fail(error, lost.status, "--%s: %s%s", run->follow.name ? "continue" : "tol",
+                lost.message,
                 run->refined.unsettled && !path_from_file(run->options) ? ": --init ode" : "");
     return error->status == AD_OK ? adopt(run, error) : error->status;
 }

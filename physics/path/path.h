@@ -190,6 +190,31 @@ enum ad_status phys_path_refine(const struct phys_system *system,
                                 struct ad_error *error);
 void phys_refined_free(struct phys_refined *refined);
 
+/* A parameter of the scene that changes: by equal ratios where both values have one sign. */
+struct phys_continuation {
+    const char *name;
+    double from, to;
+};
+/* A value on the way, and the Morse index of its path: where that changes, another branch begins or
+   ends. */
+struct phys_continued_step {
+    double value;
+    size_t elements, index;
+};
+struct phys_continued {
+    size_t n;
+    struct phys_continued_step *step; /* [n], the first value first */
+};
+/* phys_path_refine at of->to, which the system has afterwards, along the branch of paths that
+   begins at of->from with that found from the guess, between the same ends. AD_E_ACCURACY, naming
+   the value reached, where it cannot be followed. Free both results in any case. */
+enum ad_status phys_path_continue(struct phys_system *system,
+                                  const struct phys_path_settings *settings, const double *guess,
+                                  double ends_error, double tolerance,
+                                  const struct phys_continuation *of, struct phys_refined *refined,
+                                  struct phys_continued *continued, struct ad_error *error);
+void phys_continued_free(struct phys_continued *continued);
+
 /* Whether the forces jump along a path [s*dof x slices], as where L has a kink: estimates from
    coarser grids hold for smooth L. */
 bool phys_path_jumps(const struct phys_system *system, const struct phys_path_settings *settings,

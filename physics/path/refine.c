@@ -304,7 +304,8 @@ static enum ad_status climb_once(struct climb *c, const struct phys_rule *given,
     const struct rung *rungs = given ? &fixed : ladder;
     for (size_t k = 0; k < (given ? 1 : LENGTH(ladder)); k++) {
         const struct phys_rule *rule = given ? given : phys_rule_find(rungs[k].rule, error);
-        for (size_t elements = rungs[k].first; elements <= rungs[k].last; elements *= 2)
+        size_t from = c->given.mesh && first > rungs[k].first ? first : rungs[k].first;
+        for (size_t elements = from; elements <= rungs[k].last; elements *= 2)
             if (climb(c, rule, elements, error))
                 return error->status;
     }

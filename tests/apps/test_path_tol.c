@@ -167,6 +167,32 @@ static void test_uneven_slices(void **state)
     assert_close(shell_number("true_distance"), 0, 0, 1e-7);
 }
 
+static void test_continuation(void **state)
+{
+    (void)state;
+    size_t rows, columns;
+    double *values;
+    struct ad_error error = {0};
+    shell_works("$LA path double-well --set a=1 --continue height=-0.5:-5e5 --start x=0 --end x=1 "
+                "--time 1 --tol 1e-9 --csv found.csv --json");
+    assert_int_equal(phys_table_read(shell_path("found.csv"), &rows, &columns, &values, &error),
+                     AD_OK);
+    for (size_t i = 0; i < rows; i++)
+        assert_close(values[2 * i + 1], tanh(values[2 * i] / 1e-3), 0, 1e-9);
+    free(values);
+    assert_mentions(shell_out(), "\"continued_values\": [-0.5,");
+    /* a whole kink: between distant ends nothing holds its place */
+    assert_int_equal(shell("$LA path double-well --set a=1 --continue height=-0.5:-5e3 "
+                           "--start x=-1 --end x=1 --time 2 --tol 1e-6"),
+                     1);
+    assert_mentions(shell_err(), "height = -");
+    /* q'' = 4 height q near q = 0, whose index changes at height = -pi^2 / 4: that is told */
+    shell_works("$LA path double-well --set a=1 --continue height=-1:-4 --start x=0 --end x=0 "
+                "--time 1 --init line --tol 1e-6 --json");
+    assert_non_null(strstr(shell_out(), "\"continued_indices\": [0, 0"));
+    assert_non_null(strstr(shell_out(), "1, 1], "));
+}
+
 /* Each level finds another of several paths from the guess: the climb goes on with one of them. */
 static void test_one_of_several(void **state)
 {
@@ -301,6 +327,7 @@ int main(void)
         cmocka_unit_test_setup(test_ends_of_a_file, shell_empty),
         cmocka_unit_test_setup(test_a_fall_that_is_too_fast, shell_empty),
         cmocka_unit_test_setup(test_uneven_slices, shell_empty),
+        cmocka_unit_test_setup(test_continuation, shell_empty),
         cmocka_unit_test_setup(test_no_mass, shell_empty),
         cmocka_unit_test_setup(test_a_path_that_nothing_holds, shell_empty),
         cmocka_unit_test_setup(test_kinks, shell_empty),
