@@ -268,10 +268,9 @@ $(BUILD)/adbench: $(ADBENCH:%.c=$(BUILD)/%.o) $(A)
 	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) $(filter %.o,$^) $(A) $(LIBS) -o $@
 
 adbench: $(BUILD)/adbench
-	@$< docs/examples/adbench/reference.csv
-	@if $(PYTHON) -c 'import jax' 2>/dev/null; then \
-	    echo; echo 'in JAX:'; $(PYTHON) -B scripts/peers/adbench_jax.py docs/examples/adbench/reference.csv; \
-	else echo 'adbench_jax.py: skipped, jax not installed'; fi
+	@if command -v $(PYTHON) >/dev/null; then \
+	    $(PYTHON) -B scripts/peers/adbench.py $< docs/examples/adbench/reference.csv; \
+	else $< docs/examples/adbench/reference.csv; fi
 
 bench: all
 	@scripts/bench $(BUILD)/leastaction $(BUILD)/bench $(if $(ACCEPT),accept)

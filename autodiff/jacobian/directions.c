@@ -9,12 +9,6 @@
 
 enum { VIEWED = 1, OTHERWISE = 2 };
 
-static bool is_view(const struct node *n)
-{
-    return n->op == AD_OP_gather || n->op == AD_OP_gather_cols || n->op == AD_OP_slice ||
-           n->op == AD_OP_reshape || n->op == AD_OP_transpose || n->op == AD_OP_broadcast;
-}
-
 /* How y reads each node up to it. */
 static void find_readings(ad_var y, uint8_t *read)
 {
@@ -22,7 +16,7 @@ static void find_readings(ad_var y, uint8_t *read)
     for (uint32_t id = y.id; id > 0; id--) {
         const struct node *n = node_at(y.tape, id);
         for (size_t k = 0; read[id] && k < n_inputs(y.tape, n); k++)
-            read[input_of(y.tape, n, k)] |= is_view(n) ? VIEWED : OTHERWISE;
+            read[input_of(y.tape, n, k)] |= ad_is_view(n) ? VIEWED : OTHERWISE;
     }
 }
 
@@ -67,7 +61,7 @@ static bool find_copies(struct directions *d, ad_var y, const uint8_t *read, uin
     for (uint32_t id = 1; done && id <= y.id; id++) {
         const struct node *n = node_at(y.tape, id);
         const uint32_t from = n->in[0];
-        if (is_view(n) && read[id] && column[from] && read[from] == VIEWED) {
+        if (ad_is_view(n) && read[id] && column[from] && read[from] == VIEWED) {
             done = (column[id] = copied_columns(y.tape, n, column[from]));
             copied = true;
         }

@@ -11,17 +11,17 @@ enum { BATCH = 16 }; /* runs whose results become entries together, row by row *
 
 /* ---- terms ---- */
 
-/* The vector an element of the results of one colour lies in, and its place there. */
+/* The result an element of one colour lies in, and its place there. */
 struct where {
-    uint32_t vector, at;
+    uint32_t result, at;
 };
 
 static struct where *find_elements(const ad_jacobian *J)
 {
     struct where *where = malloc((J->results + 1) * sizeof *where), *to = where;
-    for (uint32_t v = 0; where && v < J->n_results; v++)
-        for (uint32_t at = 0; at < J->result[v].size; at++)
-            *to++ = (struct where){v, at};
+    for (uint32_t k = 0; where && k < J->n_results; k++)
+        for (uint32_t at = 0; at < ad_rows(J->result[k]) * ad_cols(J->result[k]); at++)
+            *to++ = (struct where){k, at};
     return where;
 }
 
@@ -30,8 +30,12 @@ static size_t place_of(const ad_jacobian *J, size_t colour, const struct where *
 {
     if (!J->at_once)
         return colour % BATCH * J->results + at;
-    const struct vector *v = &J->result[colour * J->n_results + where[at].vector];
-    return (size_t)((char *)v->data - J->program->memory) / J->program->element + where[at].at;
+    size_t element = where[at].at;
+    ad_var source =
+        ad_jacobian_source(J->result[colour * J->n_results + where[at].result], &element);
+    return (size_t)((char *)ad_data(J->program, source) - J->program->memory) /
+               J->program->element +
+           element;
 }
 
 /* The entry of row r in this column of the matrix. */
@@ -59,8 +63,10 @@ static void visit_terms(ad_jacobian *J, const struct where *where)
             }
             const size_t entry = d->column ? find_entry(&d->pattern, r, d->column[c]) : k;
             const size_t element = place_of(J, colour, where, d->forward ? r : c);
-            J->terms[J->first_term[batch + 1]++] =
-                (struct jacobian_term){(uint32_t)element, (uint32_t)entry};
+            const size_t term = J->entry ? J->first_term[batch + 1]++ : entry;
+            J->term[term] = (uint32_t)element;
+            if (J->entry)
+                J->entry[term] = (uint32_t)entry;
         }
 }
 
@@ -74,19 +80,23 @@ static bool find_terms(ad_jacobian *J)
     J->results = d->forward ? p->rows : d->column ? d->computed.cols : p->cols;
     J->adds = terms > entries;
     J->first_term = calloc(batches + 2, sizeof *J->first_term);
-    J->terms = malloc((terms + 1) * sizeof *J->terms);
+    J->term = malloc((terms + 1) * sizeof *J->term);
+    bool in_order = J->at_once && !J->adds;
+    J->entry = in_order ? NULL : malloc((terms + 1) * sizeof *J->entry);
     J->value = calloc(entries + 1, sizeof *J->value);
     J->batch = J->at_once ? NULL : malloc((width * J->results + 1) * sizeof *J->batch);
     struct where *where = find_elements(J);
     const size_t most =
         J->at_once ? J->program->memory_bytes / J->program->element : width * J->results;
-    bool done = J->first_term && J->terms && J->value && (J->batch || J->at_once) && where &&
-                most <= UINT32_MAX && entries <= UINT32_MAX;
+    bool done = J->first_term && J->term && (J->entry || in_order) && J->value &&
+                (J->batch || J->at_once) && where && most <= UINT32_MAX && entries <= UINT32_MAX;
     if (done) {
         visit_terms(J, NULL);
         for (size_t b = 1; b <= batches; b++)
             J->first_term[b + 1] += J->first_term[b];
         visit_terms(J, where);
+        if (in_order)
+            J->first_term[1] = terms;
         J->matrix = (struct ad_sparse){p->rows, p->cols, p->start, p->col, J->value};
     }
     free(where);
@@ -175,7 +185,9 @@ void ad_jacobian_free(ad_jacobian *J)
     free(J->first_seed);
     free(J->seeds);
     free(J->first_term);
-    free(J->terms);
+    free(J->term);
+    free(J->entry);
+    free(J->one);
     free(J->batch);
     free(J);
 }
@@ -212,23 +224,29 @@ static void set_seeds(const ad_jacobian *J, size_t colour, double value)
 /* Adds up the terms of a batch; `from` is of double or float. */
 static void take_terms(ad_jacobian *J, size_t batch, bool wide, const void *from)
 {
-    const struct jacobian_term *end = J->terms + J->first_term[batch + 1];
+    const double *doubles = from;
+    const float *floats = from;
+    const size_t first = J->first_term[batch], end = J->first_term[batch + 1];
     double *value = J->value;
     if (J->adds && batch == 0)
         memset(value, 0, J->matrix.start[J->matrix.rows] * sizeof *value);
-    for (const struct jacobian_term *t = J->terms + J->first_term[batch]; t < end; t++) {
-        double v =
-            wide ? ((const double *)from)[t->element] : (double)((const float *)from)[t->element];
-        value[t->entry] = J->adds ? value[t->entry] + v : v;
-    }
+    if (!J->entry && wide)
+        for (size_t k = first; k < end; k++)
+            value[k] = doubles[J->term[k]];
+    else
+        for (size_t k = first; k < end; k++) {
+            const double v = wide ? doubles[J->term[k]] : (double)floats[J->term[k]];
+            const size_t entry = J->entry ? J->entry[k] : k;
+            value[entry] = J->adds ? value[entry] + v : v;
+        }
 }
 
 /* Keeps the results of a run, and takes the terms of a batch of them. */
 static void collect(ad_jacobian *J, size_t colour)
 {
     double *to = J->batch + colour % BATCH * J->results;
-    for (size_t k = 0; k < J->n_results; to += J->result[k++].size)
-        J->program->kernels->to_double(J->result[k].size, to, J->result[k].data);
+    for (size_t k = 0; k < J->n_results; to += J->one[k++].size)
+        J->program->kernels->to_double(J->one[k].size, to, J->one[k].data);
     if (colour + 1 == J->by.colours || (colour + 1) % BATCH == 0)
         take_terms(J, colour / BATCH, true, J->batch);
 }

@@ -39,6 +39,7 @@ bool ad_pattern_find(struct pattern *pattern, ad_var y, size_t n, const ad_var x
 /* The element of its operand that element (r, c) of a slice, reshape, transpose, gather or
    broadcast is a copy of. */
 size_t ad_viewed_element(const ad_tape *tape, const struct node *n, size_t r, size_t c);
+bool ad_is_view(const struct node *n);
 bool ad_pattern_transpose(const struct pattern *pattern, struct pattern *transposed);
 void ad_pattern_free(struct pattern *pattern);
 
@@ -76,25 +77,24 @@ struct ad_jacobian {
     double *value;
     ad_program *program;
     enum ad_type type;
-    bool at_once;                 /* one run computes all colours, by constant seeds */
-    bool adds;                    /* some entries have several terms */
-    struct vector *seed, *result; /* n_seeds of a run; n_results of each colour of a run */
+    bool at_once;        /* one run computes all colours, by constant seeds */
+    bool adds;           /* some entries have several terms */
+    struct vector *seed; /* n_seeds of a run */
+    ad_var *result;      /* n_results of each colour of a run, on the tape of its recording */
     size_t n_seeds, n_results;
-    size_t results;              /* elements of one colour */
-    size_t *first_seed;          /* per colour, in: */
-    size_t *seeds;               /* elements of the seeds that are 1 */
-    size_t *first_term;          /* per batch of runs, in: */
-    struct jacobian_term *terms; /* of entries of the matrix */
-    double *batch;               /* results of its runs, one behind the other */
+    struct vector *one; /* the results of one colour, where each has a run */
+    size_t results;     /* elements of one colour */
+    size_t *first_seed; /* per colour, in: */
+    size_t *seeds;      /* elements of the seeds that are 1 */
+    size_t *first_term; /* per batch of runs, in: */
+    uint32_t *term;     /* elements of the results of a batch, or of the program's memory */
+    uint32_t *entry;    /* the entry of the matrix each is a term of; NULL: one after the other */
+    double *batch;      /* results of its runs, one behind the other */
 };
 
-/* An element of the results of a batch, or of the program's memory, and the entry it is added to.
- */
-struct jacobian_term {
-    uint32_t element, entry;
-};
-
-/* Compiles the program of J, whose directions are known, and finds its seeds. */
+/* Records the program of J, whose directions are known, and compiles it. Results that are copies of
+   other values are not computed: element `at` of a result is that of the value it is a copy of. */
 bool ad_jacobian_record(ad_jacobian *J, ad_var y);
+ad_var ad_jacobian_source(ad_var result, size_t *at);
 
 #endif

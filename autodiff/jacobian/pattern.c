@@ -33,6 +33,12 @@ static uint32_t of_operands(struct search *s, const struct node *n, size_t r, si
     return all;
 }
 
+bool ad_is_view(const struct node *n)
+{
+    return n->op == AD_OP_gather || n->op == AD_OP_gather_cols || n->op == AD_OP_slice ||
+           n->op == AD_OP_reshape || n->op == AD_OP_transpose || n->op == AD_OP_broadcast;
+}
+
 size_t ad_viewed_element(const ad_tape *tape, const struct node *n, size_t r, size_t c)
 {
     const struct node *x = node_at(tape, n->in[0]);

@@ -91,19 +91,62 @@ static bool record_colour(const ad_jacobian *J, ad_var y, const struct seeds *s,
 }
 
 /* All colours in one program, while it is short. */
-static bool record_at_once(const ad_jacobian *J, ad_var y, const struct seeds *s, ad_var *result)
+static bool record_at_once(const ad_jacobian *J, ad_var y, const struct seeds *s)
 {
     const size_t end = y.tape->n_nodes;
     double *values = malloc((s->n + 1) * sizeof *values);
     ad_var *x = malloc((2 * J->n_seeds + 1) * sizeof *x);
     bool done = values && x;
     for (uint32_t c = 0; done && c < J->by.colours; c++)
-        done = record_colour(J, y, s, c, values, x, result + c * J->n_results) &&
+        done = record_colour(J, y, s, c, values, x, J->result + c * J->n_results) &&
                y.tape->n_nodes - end <= MOST_NODES;
     free(values);
     free(x);
     return done;
 }
+
+/* ---- results ---- */
+
+ad_var ad_jacobian_source(ad_var x, size_t *at)
+{
+    const struct node *n = node_at(x.tape, x.id);
+    for (; ad_is_view(n); n = node_at(x.tape, x.id)) {
+        *at = ad_viewed_element(x.tape, n, *at / n->cols, *at % n->cols);
+        x.id = n->in[0];
+    }
+    return x;
+}
+
+/* x, or if it is a negated copy a copy of what is negated; a copy is at least as large. */
+static ad_var negated_first(ad_var x)
+{
+    const struct node *n = node_at(x.tape, x.id), *copy = node_at(x.tape, n->in[0]);
+    if (n->op != AD_OP_neg || !ad_is_view(copy) ||
+        node_size(node_at(x.tape, copy->in[0])) > node_size(n))
+        return x;
+    struct node again = *copy;
+    again.in[0] = ad_neg(ad_at(x.tape, copy->in[0])).id;
+    again.flags = 0;
+    return ad_append(x.tape, again);
+}
+
+/* Compiles n results, or what they are copies of. */
+static bool compile_results(ad_jacobian *J, ad_tape *tape, size_t n)
+{
+    ad_var *source = malloc((n + 1) * sizeof *source);
+    size_t first = 0;
+    for (size_t k = 0; source && k < n; k++) {
+        J->result[k] = negated_first(J->result[k]);
+        source[k] = ad_jacobian_source(J->result[k], &first);
+        first = 0;
+    }
+    bool done =
+        source && tape->error.status == AD_OK && ad_compile(tape, n, source, &J->program) == AD_OK;
+    free(source);
+    return done;
+}
+
+/* ---- a run for each colour ---- */
 
 static void hold_inputs(ad_tape *tape)
 {
@@ -144,16 +187,17 @@ static bool find_seeds(ad_jacobian *J, const struct seeds *s)
 }
 
 /* A program of one colour, run for each: its seeds are inputs, and the others are held. */
-static bool compile_one(ad_jacobian *J, ad_var y, const struct seeds *s, ad_var *result)
+static bool compile_one(ad_jacobian *J, ad_var y, const struct seeds *s)
 {
     ad_var *seed = calloc(J->n_seeds + 1, sizeof *seed);
     hold_inputs(y.tape);
     for (size_t k = 0; seed && k < J->n_seeds; k++)
         seed[k] = ad_input(y.tape, ad_rows(s->of[k]), s->cols[k], "seed");
     bool done = seed && y.tape->error.status == AD_OK &&
-                sweep(J, y, J->by.n, J->by.x, seed, result) &&
-                ad_compile(y.tape, J->n_results, result, &J->program) == AD_OK &&
-                (J->seed = vectors(J->program, J->n_seeds, seed)) && find_seeds(J, s);
+                sweep(J, y, J->by.n, J->by.x, seed, J->result) &&
+                ad_compile(y.tape, J->n_results, J->result, &J->program) == AD_OK &&
+                (J->seed = vectors(J->program, J->n_seeds, seed)) &&
+                (J->one = vectors(J->program, J->n_results, J->result)) && find_seeds(J, s);
     free(seed);
     return done;
 }
@@ -164,18 +208,14 @@ bool ad_jacobian_record(ad_jacobian *J, ad_var y)
     struct seeds s = {.of = J->by.forward ? J->by.x : &y};
     J->n_seeds = J->by.forward ? J->by.n : 1;
     J->n_results = J->by.forward ? 1 : J->by.n;
-    ad_var *result =
-        calloc((colours <= MOST_NODES ? colours : 1) * J->n_results + 1, sizeof *result);
-    bool done = result && make_seeds(&s, J->n_seeds, J->by.colour);
-    J->at_once = done && colours <= MOST_NODES && colours * s.n <= MOST_SEEDS &&
-                 record_at_once(J, y, &s, result);
-    const size_t n = J->n_results * (J->at_once ? colours : 1);
-    done = done && y.tape->error.status == AD_OK &&
-           (J->at_once ? ad_compile(y.tape, n, result, &J->program) == AD_OK
-                       : compile_one(J, y, &s, result)) &&
-           (J->result = vectors(J->program, n, result));
+    J->result = calloc((colours <= MOST_NODES ? colours : 1) * J->n_results + 1, sizeof *J->result);
+    bool done = J->result && make_seeds(&s, J->n_seeds, J->by.colour);
+    J->at_once =
+        done && colours <= MOST_NODES && colours * s.n <= MOST_SEEDS && record_at_once(J, y, &s);
+    done =
+        done && y.tape->error.status == AD_OK &&
+        (J->at_once ? compile_results(J, y.tape, colours * J->n_results) : compile_one(J, y, &s));
     free(s.cols);
     free(s.colour);
-    free(result);
     return done;
 }

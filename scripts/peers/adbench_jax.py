@@ -2,16 +2,16 @@
 """The problems of ADBench (docs/examples/adbench) in JAX, jit, f64, one thread: CPU milliseconds of value
 and derivative, and how far both are from the stored values.
 
-    scripts/peers/adbench_jax.py docs/examples/adbench/reference.csv
+    scripts/peers/adbench_jax.py docs/examples/adbench/reference.csv [PROBLEM ...]
 """
 import os
-import sys
-import time
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault(
     "XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
 )
+
+from adbench_common import ba_numbers, ba_sum, compare, hand_numbers, hand_parents, hand_sum, numbers
 
 import jax
 import jax.numpy as jnp
@@ -21,22 +21,21 @@ from jax.scipy.special import gammaln, logsumexp
 jax.config.update("jax_enable_x64", True)
 
 
-def number(series, k):
-    z = (np.uint64(series * 1000003 + 1) + np.asarray(k, np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
-    z = (z ^ z >> np.uint64(30)) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ z >> np.uint64(27)) * np.uint64(0x94D049BB133111EB)
-    return ((z ^ z >> np.uint64(31)) >> np.uint64(11)) / 2.0**52 - 1
-
-
-def numbers(shape, series, offset, scale):
-    return offset + scale * number(series, np.arange(np.prod(shape))).reshape(shape)
-
-
 def rotate(r, v):
     angle = jnp.sqrt(jnp.sum(r * r))
     w = r / angle
     c, s = jnp.cos(angle), jnp.sin(angle)
     return v * c + jnp.cross(w, v) * s + w * (jnp.dot(w, v) * (1 - c))
+
+
+def compiled(at, f, slope, gathered):
+    x, value, slope = tuple(jnp.asarray(v) for v in at), jax.jit(f), jax.jit(slope)
+    return lambda: jax.block_until_ready(value(x)), lambda: jax.block_until_ready(slope(x)), \
+        lambda j, w: gathered(jax.tree.map(np.asarray, j), w)
+
+
+def flat(g, w):
+    return np.concatenate([np.ravel(v) for v in g])
 
 
 def gmm(d, k, n):
@@ -59,37 +58,25 @@ def gmm(d, k, n):
         total = -0.5 * n * d * np.log(2 * np.pi) - n * logsumexp(alpha) + jnp.sum(logsumexp(terms, 0))
         return total + prior - k * constant
 
-    return at, f, jax.grad(f), lambda x, j, w: np.concatenate([np.ravel(v) for v in j])
+    return compiled(at, f, jax.grad(f), flat)
 
 
 def ba(cameras, points, n):
-    offset = np.array([0, 0, 0, 0, 0, -5, 1, 0, 0, 0, 0.0])[:, None]
-    scale = np.array([0.3, 0.3, 0.3, 0.3, 0.3, 0.3, 0.1, 0.1, 0.1, 0.05, 0.05])[:, None]
-    at = offset + scale * numbers((11, cameras), 11, 0, 1), numbers((3, points), 12, 0, 1), \
-        numbers((1, n), 13, 0.5, 0.4)
-    seen, k = numbers((2, n), 14, 0, 0.3), np.arange(n)
-    camera, point = k % cameras, (k * 7 + k // cameras) % points
+    at, seen, camera, point = ba_numbers(cameras, points, n)
 
     def one(c, p, w, s):
         v = rotate(c[:3], p - c[3:6])
         u = v[:2] / v[2]
         r = jnp.sum(u * u)
         e = w * (u * (1 + c[9] * r + c[10] * r * r) * c[6] + c[7:9] - s)
-        return jnp.concatenate([e, 1 - w[None] ** 2])
+        return jnp.concatenate([e, 1 - w**2])
 
     def all_of(what):
-        return lambda x: jax.vmap(what)(x[0].T[camera], x[1].T[point], x[2][0], seen.T)
-
-    def gathered(x, j, w):
-        g = [np.zeros((11, cameras)), np.zeros((3, points)), np.zeros((1, n))]
-        w = w.reshape(3, n).T
-        np.add.at(g[0].T, camera, np.einsum("no,noi->ni", w, j[0]))
-        np.add.at(g[1].T, point, np.einsum("no,noi->ni", w, j[1]))
-        g[2][0] = np.einsum("no,no->n", w, j[2])
-        return np.concatenate([v.ravel() for v in g])
+        return lambda x: jax.vmap(what)(x[0].T[camera], x[1].T[point], x[2].T, seen.T)
 
     value = all_of(one)
-    return at, lambda x: value(x).T, all_of(jax.jacfwd(one, (0, 1, 2))), gathered
+    return compiled(at, lambda x: value(x).T, all_of(jax.jacfwd(one, (0, 1, 2))),
+                    lambda j, w: ba_sum(at, camera, point, j, w))
 
 
 def lstm(layers, b, steps):
@@ -113,62 +100,55 @@ def lstm(layers, b, steps):
         _, each = jax.lax.scan(step, tuple(start.T), (sequence[:-1], sequence[1:]))
         return -jnp.sum(each) / ((steps - 1) * b)
 
-    return at, f, jax.grad(f), lambda x, j, w: np.concatenate([np.ravel(v) for v in j])
+    return compiled(at, f, jax.grad(f), flat)
 
 
-def hand(fingers, bones, n):
-    at = (numbers((6 + fingers * (bones + 1),), 31, 0, 0.4),)
-    measured, base = numbers((3, n), 32, 0, 1), numbers((3, n), 33, 0, 1)
-    weights, offsets = numbers((fingers * bones, n), 34, 0.05, 0.05), numbers((3, fingers * bones), 35, 0, 0.5)
+def hand(n, triangles):
+    at, measured, base, weights, relative, inverse, corners = hand_numbers(n, triangles)
 
-    def about(angle, first):
-        c, s = jnp.cos(angle), jnp.sin(angle)
-        return jnp.array([[1, 0, 0], [0, c, -s], [0, s, c]] if first else [[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    def about(a, x_axis):
+        c, s, o, l = jnp.cos(a), jnp.sin(a), 0.0, 1.0
+        return jnp.array([[l, o, o, o], [o, c, -s, o], [o, s, c, o], [o, o, o, l]] if x_axis
+                         else [[c, o, s, o], [o, l, o, o], [-s, o, c, o], [o, o, o, l]])
 
-    def f(x):
-        theta, angle, position = x[0], 6, 0
-        for finger in range(fingers):
-            turn, place, rest = jnp.eye(3), jnp.zeros(3), jnp.zeros(3)
-            for bone in range(bones):
-                step = offsets[:, finger * bones + bone]
-                rest, place = rest + step, place + turn @ step
-                turn, angle = turn @ about(theta[angle], True), angle + 1
-                if bone == 0:
-                    turn, angle = turn @ about(theta[angle], False), angle + 1
-                moved = turn @ (base - rest[:, None]) + place[:, None]
-                position = position + weights[finger * bones + bone] * moved
-        turned = jax.vmap(rotate, (None, 1), 1)(theta[:3], position)
-        return measured - turned - theta[3:6, None]
+    def vertices(theta):
+        absolute, position = [], 0
+        for bone, (parent, y, x) in enumerate(hand_parents()):
+            m = relative[bone]
+            m = m if y is None else m @ about(theta[y], False)
+            m = m if x is None else m @ about(theta[x], True)
+            absolute.append(m if parent is None else absolute[parent] @ m)
+            position = position + weights[bone] * ((absolute[bone] @ inverse[bone])[:3] @ base)
+        return jax.vmap(rotate, (None, 1), 1)(theta[:3], position) + theta[3:6, None]
 
-    return at, f, jax.jacfwd(f), lambda x, j, w: np.einsum("ij,ijk->k", w.reshape(3, n), j[0])
+    def seen(position, x):
+        if not triangles:
+            return measured - position[:, corners[0]]
+        u, v = x[1]
+        a, b, c = (position[:, k] for k in corners)
+        return measured - u * a - v * b - (1 - u - v) * c
+
+    # Two programs: in one, XLA computes the vertex anew for each element that is gathered, 10 times as slow.
+    first = jax.jit(lambda theta: (vertices(theta), jax.vmap(
+        lambda e: jax.jvp(vertices, (theta,), (e,))[1])(jnp.eye(26))))
+
+    @jax.jit
+    def second(position, directions, x):
+        by_theta = jax.vmap(lambda d: jax.jvp(lambda q: seen(q, x), (position,), (d,))[1])(directions)
+        by_us = [jax.jvp(lambda us: seen(position, (x[0], us)), (x[1],), (jnp.zeros_like(x[1]).at[k].set(1),))[1]
+                 for k in range(2 * triangles)]
+        return by_theta, by_us
+
+    x = tuple(jnp.asarray(v) for v in at)
+    place = jax.jit(vertices)
+    value = jax.jit(lambda position, x: seen(position, x))
+
+    def gathered(j, w):
+        by_theta, by_us = jax.tree.map(np.asarray, j)
+        return hand_sum(w, n, by_theta.transpose(1, 2, 0), np.stack(by_us, -1) if triangles else None)
+
+    return lambda: jax.block_until_ready(value(place(x[0]), x)), \
+        lambda: jax.block_until_ready(second(*first(x[0]), x)), gathered
 
 
-def least(run, x):
-    times = []
-    for _ in range(7):
-        began = time.process_time()
-        for _ in range(5):
-            jax.block_until_ready(run(x))
-        times.append(200 * (time.process_time() - began))
-    return min(times)
-
-
-stored = {}
-for line in open(sys.argv[1]):
-    name, what, value = line.strip().split(",")
-    stored[name, what] = float(value)
-print(f"{'problem':<14} {'value ms':>10} {'deriv. ms':>10} {'ratio':>8}   error")
-for name, (at, f, derivative, gathered) in {
-    "gmm d10 K25": gmm(10, 25, 1000), "gmm d20 K50": gmm(20, 50, 1000), "ba 1": ba(49, 7776, 31843),
-    "lstm l2 c1024": lstm(2, 14, 1024), "hand 5 x 3": hand(5, 3, 500),
-}.items():
-    x, value, slope = tuple(jnp.asarray(v) for v in at), jax.jit(f), jax.jit(derivative)
-    y = np.ravel(value(x))
-    w = number(100, np.arange(y.size)) if y.size > 1 else np.ones(1)
-    g = gathered(x, jax.tree.map(np.asarray, slope(x)), w)
-    error = abs(np.dot(w, y) - stored[name, "value"]) / max(abs(stored[name, "value"]), 1e-3)
-    for i in range(3):
-        want = stored[name, f"along {i}"]
-        error = max(error, abs(np.dot(g, number(101 + i, np.arange(g.size))) - want) / max(abs(want), 1e-3))
-    a, b = least(value, x), least(slope, x)
-    print(f"{name:<14} {a:10.3f} {b:10.3f} {b / a:8.1f}   {error:.1e}", flush=True)
+compare({"gmm": gmm, "ba": ba, "lstm": lstm, "hand": hand})

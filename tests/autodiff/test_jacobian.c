@@ -201,6 +201,26 @@ static ad_var gather_alone(ad_var x, ad_var w, size_t steps)
     return ad_gather_cols(x, SEEN, one);
 }
 
+/* Differences from few values that are looked up; the copies are not computed. */
+static ad_var looked_up(ad_var x, ad_var w, size_t steps)
+{
+    uint32_t one[SEEN];
+    columns_seen(one, 2);
+    ad_var few = ad_mul(ad_exp(ad_slice_rows(x, 1, 2)), ad_sum_cols(ad_slice_rows(x, 0, 2)));
+    for (size_t k = 0; k < steps; k++)
+        few = ad_sin(ad_add(few, ad_col(few, k % 5)));
+    ad_var seen = ad_gather_cols(ad_gather_rows(ad_neg(few), 3, (uint32_t[]){1, 0, 1}), SEEN, one);
+    return ad_concat_rows(2, (ad_var[]){ad_sub(0.5, seen), ad_neg(ad_sub(w, ad_row(seen, 1)))});
+}
+
+static ad_var looked_up_alone(ad_var x, ad_var w, size_t steps)
+{
+    uint32_t one[SEEN];
+    columns_seen(one, 3);
+    ad_var few = ad_mul(ad_sin(x), ad_sum(ad_mul((double)steps, x)));
+    return ad_sub(ad_detach(w), ad_row(ad_gather_cols(few, SEEN, one), 2));
+}
+
 /* Rows of one observation take a run each, however many observations see a column; in one program
    (few steps) or run after run. */
 static void test_gathered(void **state)
@@ -212,7 +232,7 @@ static void test_gathered(void **state)
     } cases[] = {
         {two_columns, 3, 4},        {two_columns, 110, 4}, {columns_and_rows, 2, 4},
         {columns_and_rows, 121, 4}, {gather_alone, 1, 1},  {and_whole, 4, 0},
-        {and_whole, 100, 0},
+        {and_whole, 100, 0},        {looked_up, 4, 0},     {looked_up_alone, 1, 0},
     };
     for (size_t k = 0; k < LENGTH(cases); k++)
         for (int type = 0; type < 2; type++) {

@@ -224,7 +224,7 @@ static bool run(const char *reference, const char *name,
         double error = error_of(reference, name, what, along(&p, i, gradient));
         worst = error > worst ? error : worst;
     }
-    printf("%-14s %8zu %8zu %6zu %10.3f %10.3f %8.1f", name, inputs, outputs, d.runs, took, d.took,
+    printf("%-16s %8zu %8zu %6zu %10.3f %10.3f %8.1f", name, inputs, outputs, d.runs, took, d.took,
            d.took / took);
     if (by_hand)
         printf(" %10.3f %8.2f", d.by_hand, d.took / d.by_hand);
@@ -252,14 +252,17 @@ int main(int argc, char **argv)
         {"ba 1", adbench_ba, {49, 7776, 31843}, true},
         {"lstm l2 c1024", adbench_lstm, {2, 14, 1024}, false},
         {"lstm loop", adbench_lstm_loop, {2, 14, 1024}, false},
-        {"hand 5 x 3", adbench_hand, {5, 3, 500}, false},
+        {"hand c100", adbench_hand, {100, false}, false},
+        {"hand c100000", adbench_hand, {100000, false}, false},
+        {"hand us c100", adbench_hand, {100, true}, false},
+        {"hand us c10000", adbench_hand, {10000, true}, false},
     };
     bool right = true;
     if (argc != 2) {
         fputs("usage: adbench REFERENCE.csv\n", stderr);
         return 2;
     }
-    printf("%-14s %8s %8s %6s %10s %10s %8s %10s %8s   %s\n", "problem", "inputs", "outputs",
+    printf("%-16s %8s %8s %6s %10s %10s %8s %10s %8s   %s\n", "problem", "inputs", "outputs",
            "runs", "value ms", "deriv. ms", "ratio", "by hand", "ratio", "error");
     for (size_t k = 0; k < sizeof problems / sizeof *problems; k++)
         right &= run(argv[1], problems[k].name, problems[k].record, problems[k].size,

@@ -36,7 +36,7 @@ void adbench_gmm(struct problem *p, const size_t size[3]);  /* dimensions, compo
 void adbench_ba(struct problem *p, const size_t size[3]);   /* cameras, points, observations */
 void adbench_lstm(struct problem *p, const size_t size[3]); /* layers, units, steps */
 void adbench_lstm_loop(struct problem *p, const size_t size[3]);
-void adbench_hand(struct problem *p, const size_t size[3]); /* fingers, bones each, vertices */
+void adbench_hand(struct problem *p, const size_t size[3]); /* points, whether of triangles */
 
 /* The entries of the Jacobian of bundle adjustment, row by row. */
 void adbench_ba_by_hand(const struct problem *p, const size_t size[3], const double *seen,

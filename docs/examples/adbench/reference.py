@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Values and directional derivatives of the problems, by complex steps: reference.py >reference.csv
+"""Values and directional derivatives of the problems, by complex steps: reference.py [PROBLEM ...] >reference.csv
 
 Written from the formulas of ADBench, one number at a time; shares no code with the programs in C."""
+import sys
 from cmath import cos, exp, log, sin, sqrt
 from math import lgamma, pi
 
@@ -128,42 +129,54 @@ def lstm(layers, b, steps):
     return start, f
 
 
-def hand(fingers, bones, n):
-    start = numbers(6 + fingers * (bones + 1), 31, 0, .4)
-    measured, base = numbers(3 * n, 32, 0, 1), numbers(3 * n, 33, 0, 1)
-    weights = numbers(fingers * bones * n, 34, .05, .05)
-    offsets = numbers(3 * fingers * bones, 35, 0, .5)
+def hand(n, triangles):
+    bones, vertices = 22, 544
+    start = numbers(26, 31, 0, .4) + (numbers(2 * n, 37, .3, .2) if triangles else [])
+    measured, base = numbers(3 * n, 32, 0, 1), numbers(3 * vertices, 33, 0, 1)
+    weights = numbers(bones * vertices, 34, .05, .05)
+    relative, inverse = numbers(12 * bones, 35, 0, .7), numbers(12 * bones, 36, 0, .7)
 
     def product(a, b):
-        return [[sum(a[i][k] * b[k][j] for k in range(3)) for j in range(len(b[0]))] for i in range(3)]
+        return [[sum(a[i][k] * b[k][j] for k in range(len(b))) for j in range(len(b[0]))] for i in range(len(a))]
+
+    def affine(of, bone):
+        return [[of[i * 4 * bones + 4 * bone + j] for j in range(4)] for i in range(3)] + [[0, 0, 0, 1]]
 
     def f(x):
-        y, angle, at_bone = [0] * (3 * n), 6, []
-        for finger in range(fingers):
-            turn = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
-            at, rest = [0, 0, 0], [0, 0, 0]
-            for bone in range(bones):
-                k = finger * bones + bone
-                step = [offsets[i * fingers * bones + k] for i in range(3)]
-                rest = [rest[i] + step[i] for i in range(3)]
-                at = [at[i] + sum(turn[i][j] * step[j] for j in range(3)) for i in range(3)]
+        angle, absolute, moved = 6, [], []
+        for bone in range(bones):
+            finger, place = divmod(bone - 2, 4)
+            local = affine(relative, bone)
+            if finger >= 0 and place < 3:
                 c, s = cos(x[angle]), sin(x[angle])
                 angle += 1
-                turn = product(turn, [[1, 0, 0], [0, c, -s], [0, s, c]])
-                if bone == 0:
-                    c, s = cos(x[angle]), sin(x[angle])
-                    angle += 1
-                    turn = product(turn, [[c, -s, 0], [s, c, 0], [0, 0, 1]])
-                at_bone.append((turn, at, rest))
-        for v in range(n):
-            p = [0, 0, 0]
-            for k, (turn, at, rest) in enumerate(at_bone):
-                u = [base[i * n + v] - rest[i] for i in range(3)]
+                local = product(local, [[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1]])
+            if finger >= 0 and place == 0:
+                c, s = cos(x[angle]), sin(x[angle])
+                angle += 1
+                local = product(local, [[1, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]])
+            if bone:
+                local = product(absolute[1 if bone >= 2 and place == 0 else bone - 1], local)
+            absolute.append(local)
+            moved.append(product(local, affine(inverse, bone)))
+        position = []
+        for v in range(vertices):
+            p, u = [0, 0, 0], [base[i * vertices + v] for i in range(3)] + [1]
+            for bone in range(bones):
                 for i in range(3):
-                    p[i] += weights[k * n + v] * (sum(turn[i][j] * u[j] for j in range(3)) + at[i])
+                    p[i] += weights[bone * vertices + v] * sum(moved[bone][i][j] * u[j] for j in range(4))
             p = rotate(x[:3], p)
+            position.append([p[i] + x[3 + i] for i in range(3)])
+        y = [0] * (3 * n)
+        for k in range(n):
+            if triangles:
+                a, b, c = (position[(k * 7 % 1084 * 5 + corner * 31) % vertices] for corner in range(3))
+                u, v = x[26 + k], x[26 + n + k]
+                seen = [u * a[i] + v * b[i] + (1 - u - v) * c[i] for i in range(3)]
+            else:
+                seen = position[k * 7 % vertices]
             for i in range(3):
-                y[i * n + v] = measured[i * n + v] - p[i] - x[3 + i]
+                y[i * n + k] = measured[i * n + k] - seen[i]
         return y
 
     return start, f
@@ -175,7 +188,10 @@ def scalar(y):
 
 for name, (start, f) in {"gmm d10 K25": gmm(10, 25, 1000), "gmm d20 K50": gmm(20, 50, 1000),
                          "ba 1": ba(49, 7776, 31843), "lstm l2 c1024": lstm(2, 14, 1024),
-                         "hand 5 x 3": hand(5, 3, 500)}.items():
+                         "hand c100": hand(100, False), "hand c100000": hand(100000, False),
+                         "hand us c100": hand(100, True), "hand us c10000": hand(10000, True)}.items():
+    if sys.argv[1:] and name not in sys.argv[1:]:
+        continue
     for i in range(3):
         y = scalar(f([v + 1j * STEP * number(101 + i, k) for k, v in enumerate(start)]))
         if i == 0:
