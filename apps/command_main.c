@@ -1,5 +1,6 @@
 /* The command `leastaction`: finds the subcommand, parses its options, runs it, prints its error.
  */
+#include "autodiff/free.h"
 #include "command.h"
 #include "quote.h"
 
@@ -77,14 +78,12 @@ static int run(const struct command *command, int argc, char *const argv[], stru
         else
             status = command->run(common, error);
         options_free(&command->line, common);
-        free(common);
-        free(text);
+        AD_FREE(common, text);
         return status;
     } else {
         options_free(&command->line, common);
     }
-    free(common);
-    free(text);
+    AD_FREE(common, text);
     return command_status(error);
 }
 

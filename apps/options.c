@@ -1,4 +1,5 @@
 /* Command lines from tables (options.h). */
+#include "autodiff/free.h"
 #include "option_values.h"
 #include "file_names.h"
 #include "quote.h"
@@ -191,8 +192,7 @@ static enum ad_status check_files(const struct command_line *line, const struct 
         files[n++] = (struct file_name){"--", option->name, beside[1], true};
     }
     file_names_check(n, files, error);
-    free(beside[0]);
-    free(beside[1]);
+    AD_FREE(beside[0], beside[1]);
     return error->status;
 }
 

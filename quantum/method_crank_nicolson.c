@@ -2,6 +2,7 @@
    / 2 hbar) psi (Crank, Nicolson, Proc. Camb. Phil. Soc. 43, 1947); unitary, of second order in dt
    and dx, and independent of sums over paths. H is tridiagonal: LAPACK's zgttrf once, zgttrs for
    every slice. */
+#include "autodiff/free.h"
 #include "internal.h"
 #include "physics/linear/linear.h"
 
@@ -35,10 +36,7 @@ static void close_cn(void *state)
     struct crank_nicolson *cn = state;
     if (!cn)
         return;
-    free(cn->own);
-    free(cn->pivots);
-    free(cn->mask);
-    free(cn);
+    AD_FREE(cn->own, cn->pivots, cn->mask, cn);
 }
 
 static enum ad_status reserve(const struct qm_slice *slice, struct crank_nicolson *cn,

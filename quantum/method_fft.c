@@ -2,6 +2,7 @@
    under a rule that evaluates L at the ends of paths, K is a Toeplitz matrix between two diagonal
    ones, and its product a convolution: n log n instead of n^2, with the same numbers as the matrix.
  */
+#include "autodiff/free.h"
 #include "internal.h"
 #include "fft.h"
 
@@ -46,9 +47,7 @@ static void close_fft(void *state)
     if (!c)
         return;
     qm_fft_free(&c->fft);
-    free(c->before);
-    free(c->tre);
-    free(c);
+    AD_FREE(c->before, c->tre, c);
 }
 
 static enum ad_status reserve(const struct qm_slice *slice, struct convolution *c,

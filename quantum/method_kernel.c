@@ -1,4 +1,5 @@
 /* Propagation by the whole matrix: zgemv for one packet, zgemm for several. */
+#include "autodiff/free.h"
 #include "internal.h"
 
 #include <stdlib.h>
@@ -26,9 +27,7 @@ static void close_dense(void *state)
     struct dense *dense = state;
     if (!dense)
         return;
-    free(dense->K);
-    free(dense->work);
-    free(dense);
+    AD_FREE(dense->K, dense->work, dense);
 }
 
 static enum ad_status open_dense(const struct qm_slice *slice, void **state, struct ad_error *error)

@@ -1,5 +1,6 @@
 /* The published matrix, and the same scene with a correct kernel (published.h). */
 #include "published.h"
+#include "autodiff/free.h"
 
 #include <complex.h>
 #include <math.h>
@@ -38,8 +39,7 @@ void qm_published_free(struct qm_published *p)
 {
     if (!p)
         return;
-    free(p->K);
-    free(p->density);
+    AD_FREE(p->K, p->density);
     *p = (struct qm_published){0};
 }
 

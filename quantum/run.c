@@ -1,5 +1,6 @@
 /* Complete runs of wave packets (run.h). */
 #include "run.h"
+#include "autodiff/free.h"
 #include "internal.h"
 #include "autodiff/clock.h"
 
@@ -29,11 +30,7 @@ void qm_run_free(struct qm_run_result *result)
 {
     if (!result)
         return;
-    free(result->t);
-    free(result->moments);
-    free(result->density);
-    free(result->classical);
-    free(result->psi);
+    AD_FREE(result->t, result->moments, result->density, result->classical, result->psi);
     *result = (struct qm_run_result){0};
 }
 
@@ -99,8 +96,7 @@ static enum ad_status leap(const struct qm_run_settings *run, struct qm_run_resu
         result->seconds = ad_now() - start - result->setup_seconds;
         sample(run, t, result);
     }
-    free(K);
-    free(before);
+    AD_FREE(K, before);
     return error->status;
 }
 

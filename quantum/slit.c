@@ -2,6 +2,7 @@
    imaginary potential -i hbar kappa(x) u(y) whose integral along a crossing gives the factor
    exp(-u): two Gaussian slits. */
 #include "slit.h"
+#include "autodiff/free.h"
 
 #include <complex.h>
 #include <math.h>
@@ -192,9 +193,6 @@ void qm_slit_free(struct qm_slit *s)
 {
     if (!s)
         return;
-    free(s->Kx);
-    free(s->density);
-    free(s->time);
-    free(s->screen);
+    AD_FREE(s->Kx, s->density, s->time, s->screen);
     *s = (struct qm_slit){0};
 }

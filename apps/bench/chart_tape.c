@@ -1,5 +1,6 @@
 /* leastaction chart tape: programs of scalars, LU decomposition and Burgers' equation, recorded
    number by number: CPU time and memory per operation against the number of operations. */
+#include "autodiff/free.h"
 #include "chart.h"
 #include "apps/bench/measure/timing.h"
 
@@ -94,9 +95,7 @@ enum { N_PROGRAMS = sizeof programs / sizeof *programs };
 static void release(struct recorded *r)
 {
     ad_tape_free(r->tape);
-    free(r->x);
-    free(r->values);
-    free(r->at);
+    AD_FREE(r->x, r->values, r->at);
     *r = (struct recorded){0};
 }
 

@@ -1,4 +1,5 @@
 /* leastaction build: compiles a user's Lagrangian in C to a scene for all subcommands. */
+#include "autodiff/free.h"
 #include "apps/command.h"
 #include "apps/file_names.h"
 #include "apps/quote.h"
@@ -99,9 +100,7 @@ static enum ad_status compile(const char *source, const char *include, const cha
         compile_paths(source, name, folder, output, error);
     else
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    free(name);
-    free(folder);
-    free(output);
+    AD_FREE(name, folder, output);
     return error->status;
 }
 

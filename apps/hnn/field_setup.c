@@ -1,4 +1,5 @@
 /* Sets up the grid of `leastaction field` and evaluates the model on it (field.h). */
+#include "autodiff/free.h"
 #include "field.h"
 #include "apps/numbers.h"
 
@@ -98,8 +99,7 @@ enum ad_status field_setup(const struct field_options *options, struct field *fi
 
 void field_free(struct field *f)
 {
-    free(f->x);
-    free(f->at);
+    AD_FREE(f->x, f->at);
     phys_ode_free(&f->ode);
     hnn_model_free(f->model);
 }

@@ -1,4 +1,5 @@
 /* Sets up the prediction of a film from the options (pixel_rollout.h). */
+#include "autodiff/free.h"
 #include "pixel_rollout.h"
 
 #include <math.h>
@@ -130,8 +131,7 @@ enum ad_status film_setup(const struct rollout_options *options, hnn_model *mode
 void film_free(struct film *film)
 {
     rollout_free_models(film->n_models, film->model);
-    free(film->truth.pixels);
-    free(film->truth.energy);
+    AD_FREE(film->truth.pixels, film->truth.energy);
     hnn_frames_free(&film->source);
     free(film->t);
 }

@@ -1,4 +1,5 @@
 /* Sets up a rollout from the options (rollout.h). */
+#include "autodiff/free.h"
 #include "apps/numbers.h"
 #include "rollout.h"
 
@@ -90,8 +91,7 @@ enum ad_status rollout_add_model(struct rollout_model models[], size_t *n, const
 void rollout_free_models(size_t n, struct rollout_model models[])
 {
     for (struct rollout_model *m = models; m < models + n; m++) {
-        free(m->strip.pixels);
-        free(m->strip.energy);
+        AD_FREE(m->strip.pixels, m->strip.energy);
         hnn_path_free(&m->path);
         phys_ode_free(&m->ode);
         hnn_model_free(m->model);
@@ -269,6 +269,5 @@ void rollout_free(struct rollout_run *run)
     phys_ode_free(&run->energy);
     phys_system_close(&run->system);
     hnn_path_free(&run->truth);
-    free(run->t);
-    free(run->x0);
+    AD_FREE(run->t, run->x0);
 }

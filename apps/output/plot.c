@@ -1,5 +1,6 @@
 /* Pictures by gnuplot (plot.h): commands and data go to temporary files, gnuplot writes a third. */
 #include "plot.h"
+#include "autodiff/free.h"
 #include "apps/interrupt.h"
 #include "autodiff/native/process.h"
 
@@ -189,8 +190,7 @@ static enum ad_status keep(struct plot *plot, struct ad_error *error)
         quote_terminal(stderr, script);
         fputc('\n', stderr);
     }
-    free(data);
-    free(script);
+    AD_FREE(data, script);
     return status;
 }
 

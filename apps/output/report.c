@@ -1,4 +1,5 @@
 /* One table of results, and what is written from it (report.h). */
+#include "autodiff/free.h"
 #include "report_rows.h"
 #include "unit.h"
 #include "physics/io/grow.h"
@@ -114,8 +115,7 @@ void report_item(struct report *report, const char *array)
 void report_free(struct report *report)
 {
     for (size_t k = 0; k < report->n; k++) {
-        free(report->row[k].text);
-        free(report->row[k].list);
+        AD_FREE(report->row[k].text, report->row[k].list);
     }
     free(report->row);
     *report = (struct report){0};

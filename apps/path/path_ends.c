@@ -1,4 +1,5 @@
 /* leastaction path --start, --end, --time: the ends of a path as they are given (path.h). */
+#include "autodiff/free.h"
 #include "path.h"
 #include "physics/io/names.h"
 
@@ -26,8 +27,7 @@ static size_t find_coordinate(const struct path_run *run, const char *name, stru
     }
     if (error->status == AD_OK)
         k = phys_find("coordinate", name, dof, list, error);
-    free(names);
-    free(list);
+    AD_FREE(names, list);
     return k;
 }
 
@@ -78,8 +78,7 @@ static enum ad_status read_list(struct path_run *run, const char *text, bool las
                     "--%s: no value of %s, expected one for every coordinate; or %s=free",
                     last ? "end" : "start", name, name);
         }
-    free(copy);
-    free(seen);
+    AD_FREE(copy, seen);
     return error->status;
 }
 
@@ -191,8 +190,7 @@ enum ad_status path_meet_ends(struct path_run *run, bool line, struct ad_error *
     size_t dof = run->system.dof, n = run->settings.slices;
     double *between = path_new(run, error), *q = malloc(dof * sizeof *q);
     if (!between || !q || (line && scene_start(run, q, error) != AD_OK)) {
-        free(between);
-        free(q);
+        AD_FREE(between, q);
         return error->status == AD_OK ? ad_fail(error, AD_E_MEMORY, "out of memory")
                                       : error->status;
     }
@@ -211,8 +209,7 @@ enum ad_status path_meet_ends(struct path_run *run, bool line, struct ad_error *
         run->start[k * n] = between[k * n];
         run->start[k * n + n - 1] = between[k * n + n - 1];
     }
-    free(between);
-    free(q);
+    AD_FREE(between, q);
     return AD_OK;
 }
 

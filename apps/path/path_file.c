@@ -1,5 +1,6 @@
 /* Reads paths from text files, --init and --reference (path.h), with columns of coordinates and
    time by name. */
+#include "autodiff/free.h"
 #include "path.h"
 #include "physics/io/csv.h"
 
@@ -130,8 +131,7 @@ static enum ad_status read_table(const struct path_run *run, const char *file, s
 static void free_table(struct path_file *f)
 {
     phys_fields_free(f->name, f->columns);
-    free(f->column);
-    free(f->table);
+    AD_FREE(f->column, f->table);
 }
 
 double *path_read(const struct path_run *run, const char *file, struct ad_error *error)

@@ -1,4 +1,5 @@
 /* Records the steps of a path run (path.h). */
+#include "autodiff/free.h"
 #include "path.h"
 #include "apps/interrupt.h"
 #include "physics/io/grow.h"
@@ -25,9 +26,7 @@ void path_record_begin(struct path_record *record, const struct path_run *run, p
 void path_record_free(struct path_record *record)
 {
     progress_end(&record->progress);
-    free(record->figures);
-    free(record->frame_step);
-    free(record->frames);
+    AD_FREE(record->figures, record->frame_step, record->frames);
     *record = (struct path_record){0};
 }
 

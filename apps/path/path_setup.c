@@ -1,4 +1,5 @@
 /* Sets up a path run (path.h) from the options, else the preset, else the scene. */
+#include "autodiff/free.h"
 #include "path.h"
 #include "apps/set_fault.h"
 
@@ -177,10 +178,6 @@ void path_run_free(struct path_run *run)
     path_record_free(&run->record);
     phys_solutions_free(&run->solutions);
     phys_path_found_free(&run->found);
-    free(run->given);
-    free(run->moves);
-    free(run->reference);
-    free(run->start);
-    free(run->path);
+    AD_FREE(run->given, run->moves, run->reference, run->start, run->path);
     phys_system_close(&run->system);
 }

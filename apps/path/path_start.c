@@ -1,5 +1,6 @@
 /* The start and the reference of a path run (path.h): from files, the scene's motion, tables, or a
    line. */
+#include "autodiff/free.h"
 #include "path.h"
 #include "apps/interrupt.h"
 
@@ -189,8 +190,6 @@ enum ad_status path_start(struct path_run *run, double *observed, struct ad_erro
         choose_start(run, error);
     if (options->stop_at_reference)
         run->settings.reference = run->reference;
-    free(file);
-    free(motion);
-    free(observed);
+    AD_FREE(file, motion, observed);
     return error->status;
 }

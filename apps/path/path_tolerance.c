@@ -1,4 +1,5 @@
 /* leastaction path --tol E: compatible options, and the levels tried (path.h). */
+#include "autodiff/free.h"
 #include "path.h"
 #include "apps/interrupt.h"
 
@@ -93,8 +94,7 @@ static enum ad_status adopt(struct path_run *run, struct ad_error *error)
     struct phys_refined *r = &run->refined;
     const struct phys_rule *rule = r->settings.rule;
     size_t n = r->settings.slices, dof = run->system.dof;
-    free(run->start);
-    free(run->path);
+    AD_FREE(run->start, run->path);
     run->start = r->start;
     run->path = r->path;
     r->start = r->path = NULL;

@@ -1,4 +1,5 @@
 /* --sensitivity: derivatives of a motion's end by its start and by parameters. */
+#include "autodiff/free.h"
 #include "simulate.h"
 #include "physics/io/names.h"
 
@@ -90,9 +91,7 @@ enum ad_status simulate_sensitivity(struct simulate_run *run, struct ad_error *e
 
 void simulate_sensitivity_free(struct simulate_run *run)
 {
-    free(run->sensitivity);
-    free(run->by_parameters);
-    free(run->by_text);
+    AD_FREE(run->sensitivity, run->by_parameters, run->by_text);
 }
 
 /* A matrix, row after row, and below the columns' names. Two runs of a chaotic motion may be nearer

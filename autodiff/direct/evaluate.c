@@ -1,4 +1,5 @@
 /* Public functions of direct evaluation (direct.h): memory, inputs, results. */
+#include "autodiff/free.h"
 #include "direct.h"
 
 #include <stdlib.h>
@@ -35,8 +36,7 @@ static bool reserve(const ad_tape *tape, struct ad_direct *d, uint32_t end, bool
         return false;
     if (d->bytes < d->elements * size) {
         size_t bytes = d->elements * size + d->elements * size / 2;
-        free(d->value);
-        free(d->adjoint);
+        AD_FREE(d->value, d->adjoint);
         d->adjoint = NULL;
         d->value = ad_allocate_large(bytes);
         d->bytes = d->value ? bytes : 0;
@@ -56,10 +56,7 @@ void ad_direct_free(struct ad_direct *d)
 {
     if (!d)
         return;
-    free(d->offset);
-    free(d->value);
-    free(d->adjoint);
-    free(d);
+    AD_FREE(d->offset, d->value, d->adjoint, d);
 }
 
 size_t ad_direct_bytes(const struct ad_direct *d)

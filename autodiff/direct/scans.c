@@ -1,5 +1,6 @@
 /* Loops in direct evaluation (direct.h). Their steps are compiled the first time, and kept with the
    tape. Backward, all adjoints are computed, from states stored on a run of their own. */
+#include "autodiff/free.h"
 #include "autodiff/gradient/sweep.h"
 #include "autodiff/scan/scan.h"
 #include "direct.h"
@@ -45,12 +46,7 @@ static bool prepare(const ad_tape *tape, uint32_t number, struct ready *r, struc
     return done;
 }
 
-static void release(struct ready *r)
-{
-    free(r->z);
-    free(r->value);
-    free(r->adjoints);
-}
+static void release(struct ready *r) { AD_FREE(r->z, r->value, r->adjoints); }
 
 static void keep_error(const struct ad_error *found, uint32_t id, const struct node *n,
                        struct ad_error *error)
@@ -209,8 +205,7 @@ static void adjoint_back(const ad_tape *tape, struct ad_direct *d, uint32_t id,
         }
     }
     release(&r);
-    free(zeros);
-    free(seed);
+    AD_FREE(zeros, seed);
 }
 
 void ad_direct_scan_back(const ad_tape *tape, struct ad_direct *d, uint32_t id)

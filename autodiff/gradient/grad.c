@@ -7,6 +7,7 @@
    Zeros behind branches: select, min, max, relu and abs send an exact zero to the branch not taken.
    Behind them 0 * inf would give NaN, so the chain rule multiplies with mul0 there, which keeps a
    zero whatever the other factor. */
+#include "autodiff/free.h"
 #include "autodiff/derivatives.h"
 #include "sweep.h"
 
@@ -107,9 +108,7 @@ static ad_var collect_parts(struct sweep *s, uint32_t id)
     const struct node *x = node_at(s->tape, id);
     y = ad_place(s->tape, x->rows, x->cols, distinct, vars, at, at + n);
 done:
-    free(parts);
-    free(vars);
-    free(at);
+    AD_FREE(parts, vars, at);
     return y;
 }
 
@@ -198,10 +197,7 @@ enum ad_status ad_sweep_back(ad_tape *tape, size_t m, const ad_var y[], const ad
         uint32_t id = x[k].id < end ? finish(&s, x[k].id) : 0; /* node 0 is the constant 0 */
         g[k] = ad_broadcast(ad_at(tape, id), ad_rows(x[k]), ad_cols(x[k]));
     }
-    free(s.adjoint);
-    free(s.first);
-    free(s.flags);
-    free(s.parts);
+    AD_FREE(s.adjoint, s.first, s.flags, s.parts);
     return tape->error.status;
 }
 

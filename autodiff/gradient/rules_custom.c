@@ -1,6 +1,7 @@
 /* Derivatives of a user's own operation y = f(x). First ones are its adjoint's: (df/dx)' g is an
    operation of x, y and g. Those of the adjoint come from its recorded form, in copies of x and g:
    what else x and g depend on is the sweep's. Forward, row i of df/dx is the adjoint of unit i. */
+#include "autodiff/free.h"
 #include "sweep.h"
 
 #include <stdlib.h>
@@ -73,8 +74,7 @@ static ad_var along(ad_tape *tape, uint32_t number, ad_var x, ad_var y, ad_var t
     }
     if (row && unit)
         result = rows == 1 ? row[0] : ad_concat_rows(rows, row);
-    free(row);
-    free(unit);
+    AD_FREE(row, unit);
     return result;
 }
 

@@ -10,6 +10,7 @@
 
    so that derivatives of any order are made of loops and adjoints of loops, each of which stores
    states by its own schedule. */
+#include "autodiff/free.h"
 #include "sweep.h"
 
 #include <stdlib.h>
@@ -136,11 +137,7 @@ static bool begin(struct derivative *d, ad_tape *tape, const struct node *n)
     return true;
 }
 
-static void finish(struct derivative *d)
-{
-    free(d->z);
-    free(d->wanted);
-}
+static void finish(struct derivative *d) { AD_FREE(d->z, d->wanted); }
 
 /* Whether F's adjoint by operand k is wanted. */
 static bool is_wanted(const ad_tape *tape, const struct node *n, uint32_t k)

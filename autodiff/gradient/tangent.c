@@ -1,6 +1,7 @@
 /* The derivative in a direction: one forward sweep over the recorded nodes, which appends
    operations. A tangent always has the shape of its value, so that linear operations apply to it
    unchanged. */
+#include "autodiff/free.h"
 #include "autodiff/derivatives.h"
 #include "sweep.h"
 
@@ -57,8 +58,7 @@ static ad_var placed(const struct forward *f, const struct node *n)
     }
     if (kept)
         y = ad_place(f->tape, n->rows, n->cols, kept, parts, at, at + count);
-    free(parts);
-    free(at);
+    AD_FREE(parts, at);
     return y;
 }
 
@@ -138,8 +138,7 @@ enum ad_status ad_sweep_forward(ad_tape *tape, bool tainted, size_t n, const ad_
         for (size_t k = 0; k < m; k++)
             dy[k] = ad_broadcast(tangent_of(&f, y[k].id), ad_rows(y[k]), ad_cols(y[k]));
     }
-    free(f.tangent);
-    free(f.tainted);
+    AD_FREE(f.tangent, f.tainted);
     return tape->error.status;
 }
 

@@ -1,6 +1,7 @@
 /* First-order optimisers (autodiff/optim.h). Adam: D. P. Kingma, J. Ba, "Adam: a method for
    stochastic optimization", ICLR 2015, algorithm 1; AdamW: I. Loshchilov, F. Hutter, "Decoupled
    weight decay regularization", ICLR 2019. */
+#include "autodiff/free.h"
 #include "autodiff/internal.h"
 #include "autodiff/kernels/kernels.h"
 #include "autodiff/optim.h"
@@ -97,8 +98,7 @@ void ad_optimiser_free(ad_optimiser *optimiser)
 {
     if (!optimiser)
         return;
-    free(optimiser->state);
-    free(optimiser);
+    AD_FREE(optimiser->state, optimiser);
 }
 
 /* Counts a step. beta^steps is one product a step, so that its bits depend on the number of steps

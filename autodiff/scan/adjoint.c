@@ -1,5 +1,6 @@
 /* A loop, backward: the adjoint of a step is a program that takes the state before the step, and
    adjoints of what it leaves. A step whose results have adjoints of exactly 0 is left out. */
+#include "autodiff/free.h"
 #include "autodiff/gradient/sweep.h"
 #include "steps.h"
 
@@ -112,11 +113,7 @@ void ad_scan_adjoint_free(struct scan_adjoint *a)
     if (!a)
         return;
     ad_program_free(a->program);
-    free(a->operand);
-    free(a->wanted);
-    free(a->sums);
-    free(a->bar);
-    free(a);
+    AD_FREE(a->operand, a->wanted, a->sums, a->bar, a);
 }
 
 const struct ad_error *ad_scan_adjoint_error(const struct scan_adjoint *a) { return &a->error; }

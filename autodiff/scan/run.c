@@ -1,4 +1,5 @@
 /* A loop, forward. */
+#include "autodiff/free.h"
 #include "steps.h"
 
 #include <stdlib.h>
@@ -69,11 +70,7 @@ void ad_scan_free(struct scan *s)
     if (!s)
         return;
     ad_program_free(s->program);
-    free(s->operand);
-    free(s->state);
-    free(s->states);
-    free(s->at);
-    free(s);
+    AD_FREE(s->operand, s->state, s->states, s->at, s);
 }
 
 const struct ad_error *ad_scan_error(const struct scan *s) { return &s->error; }

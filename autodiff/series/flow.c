@@ -1,5 +1,6 @@
 /* Series of the solution of x' = y: order by order by the interpreter; by machine code where its
    cost is paid for. Both give the same bits, so that it does not matter when. */
+#include "autodiff/free.h"
 #include "internal.h"
 #include "autodiff/kernels/kernels.h"
 #include "autodiff/native/native.h"
@@ -21,9 +22,7 @@ void ad_series_code_free(struct series_code *code)
         return;
     if (code->library)
         dlclose(code->library);
-    free(code->numbers);
-    free(code->packs);
-    free(code);
+    AD_FREE(code->numbers, code->packs, code);
 }
 
 static size_t lanes_of(const char *isa)

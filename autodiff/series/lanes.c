@@ -1,5 +1,6 @@
 /* Groups and packs (lanes.h). */
 #include "lanes.h"
+#include "autodiff/free.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -168,10 +169,4 @@ bool ad_series_lanes(const ad_series *s, size_t most, struct lanes *l)
     return done;
 }
 
-void ad_series_lanes_free(struct lanes *l)
-{
-    free(l->order);
-    free(l->group_of);
-    free(l->groups);
-    free(l->packs);
-}
+void ad_series_lanes_free(struct lanes *l) { AD_FREE(l->order, l->group_of, l->groups, l->packs); }

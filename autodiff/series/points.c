@@ -1,5 +1,6 @@
 /* Series of many points at once: vectors across the points, by code that does for each of them what
    the code for one point does (emit.c). */
+#include "autodiff/free.h"
 #include "internal.h"
 
 #include <dlfcn.h>
@@ -25,10 +26,7 @@ void ad_points_free(ad_points *points)
         return;
     if (points->library)
         dlclose(points->library);
-    free(points->values);
-    free(points->numbers);
-    free(points->packs);
-    free(points);
+    AD_FREE(points->values, points->numbers, points->packs, points);
 }
 
 static double *vectors(size_t n) { return aligned_alloc(64, (n + 1) * P * sizeof(double)); }
@@ -140,9 +138,7 @@ static bool agrees(ad_points *points, ad_series *s)
         for (size_t p = P; p-- > 0;) /* the model's point last, where it was */
             agrees = agrees && agrees_at(points, s, p, got, sum, sum + n * P, h[p], c);
     }
-    free(c);
-    free(got);
-    free(sum);
+    AD_FREE(c, got, sum);
     return agrees;
 }
 

@@ -1,4 +1,5 @@
 /* Series of a recording: what is needed of it, element by element (series.h). */
+#include "autodiff/free.h"
 #include "internal.h"
 
 #include <math.h>
@@ -172,8 +173,7 @@ static enum ad_status sweep(struct ad_series *s, size_t inputs)
             s->output[k] = to[s->output[k]];
         s->n = n;
     }
-    free(stack);
-    free(to);
+    AD_FREE(stack, to);
     return to && stack ? AD_OK : AD_E_MEMORY;
 }
 
@@ -308,10 +308,7 @@ enum ad_status ad_series_new(size_t n_y, const ad_var y[], size_t n_x, const ad_
         b.jets.series->order = order;
         status = build(&b, n_y, y, n_x, x);
     }
-    free(b.needed);
-    free(b.at);
-    free(b.elements);
-    free(b.jets.table);
+    AD_FREE(b.needed, b.at, b.elements, b.jets.table);
     if (status != AD_OK) {
         ad_series_free(b.jets.series);
         if (status == AD_E_MEMORY)
@@ -327,12 +324,8 @@ void ad_series_free(ad_series *series)
     if (!series)
         return;
     ad_series_code_free(series->code);
-    free(series->jets);
-    free(series->coefficients);
-    free(series->first_input);
-    free(series->output);
-    free(series->first_output);
-    free(series);
+    AD_FREE(series->jets, series->coefficients, series->first_input, series->output,
+            series->first_output, series);
 }
 
 double *ad_series_input(ad_series *series, size_t k, size_t i)

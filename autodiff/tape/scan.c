@@ -1,5 +1,6 @@
 /* Recording of loops: a body, copied, that a node of the tape runs so many times. All results of a
    node are one value, a row, one after the other; what the user sees are slices of it. */
+#include "autodiff/free.h"
 #include "autodiff/internal.h"
 
 #include <stdlib.h>
@@ -12,8 +13,7 @@ static void free_loop(struct loop *l)
     ad_scan_free(l->run);
     ad_scan_adjoint_free(l->adjoint);
     ad_tape_free(l->body);
-    free(l->ids);
-    free(l->along);
+    AD_FREE(l->ids, l->along);
 }
 
 void ad_loops_free(ad_tape *tape)

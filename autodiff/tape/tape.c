@@ -1,4 +1,5 @@
 /* The tape: growing arrays of nodes, constants, lists and labels. */
+#include "autodiff/free.h"
 #include "autodiff/internal.h"
 
 #include <stdatomic.h>
@@ -156,16 +157,10 @@ void ad_tape_free(ad_tape *tape)
     for (size_t i = 0; i < tape->n_blocks; i++)
         if (blocks_from(i))
             free(tape->blocks[i]);
-    free(tape->blocks);
-    free(tape->numbers);
-    free(tape->lists);
-    free(tape->customs);
-    free(tape->labels);
-    free(tape->texts);
+    AD_FREE(tape->blocks, tape->numbers, tape->lists, tape->customs, tape->labels, tape->texts);
     ad_direct_free(tape->direct);
     ad_loops_free(tape);
-    free(tape->loops);
-    free(tape);
+    AD_FREE(tape->loops, tape);
 }
 
 const struct ad_error *ad_tape_error(const ad_tape *tape)

@@ -1,5 +1,6 @@
 /* Reads data sets (data.h): a table is read, its rows are divided into training and test and become
    samples. */
+#include "autodiff/free.h"
 #include "data_table.h"
 
 #include <math.h>
@@ -196,11 +197,7 @@ void hnn_dataset_free(struct hnn_dataset *dataset)
 {
     if (!dataset)
         return;
-    free(dataset->values);
-    free(dataset->centre);
-    free(dataset->state_names);
-    free(dataset->coordinates);
-    free(dataset->momenta);
-    free(dataset->rate_names);
+    AD_FREE(dataset->values, dataset->centre, dataset->state_names, dataset->coordinates,
+            dataset->momenta, dataset->rate_names);
     *dataset = (struct hnn_dataset){0};
 }

@@ -1,5 +1,6 @@
 /* Columns of an HDF5 file: one-dimensional arrays, and the columns of two-dimensional ones (their
    rows, where the attribute "axes" says that samples run along them: "..., sample"). */
+#include "autodiff/free.h"
 #include "data_source.h"
 #include "physics/io/grow.h"
 
@@ -68,8 +69,7 @@ static void turn_array(struct hdf5 *h, const char *array)
     if (phys_hdf5_shape(h->file, array, &item, &ignored) != AD_OK || item.rank != 2)
         return;
     for (; s->columns && strcmp(h->column[s->columns - 1].array, array) == 0; s->columns--) {
-        free(h->column[s->columns - 1].array);
-        free(s->name[s->columns - 1]);
+        AD_FREE(h->column[s->columns - 1].array, s->name[s->columns - 1]);
     }
     size_t first = s->columns, rows = item.dims[1];
     item.dims[1] = item.dims[0];
@@ -197,9 +197,7 @@ static void hdf5_close(struct hnn_source *source)
         free(h->column[k].array);
     phys_fields_free(source->name, source->columns);
     phys_hdf5_close(h->file);
-    free(h->column);
-    free(h->order);
-    free(h);
+    AD_FREE(h->column, h->order, h);
 }
 
 static const struct hnn_source_kind hdf5_kind = {hdf5_read, hdf5_place, hdf5_close};

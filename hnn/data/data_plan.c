@@ -1,4 +1,5 @@
 /* Assigns a role to each column: as given, or inferred from the names. */
+#include "autodiff/free.h"
 #include "data_table.h"
 
 #include <stdio.h>
@@ -141,10 +142,7 @@ enum ad_status hnn_plan_make(const struct hnn_dataset_settings *settings,
 
 void hnn_plan_free(struct hnn_plan *plan)
 {
-    free(plan->state);
-    free(plan->rate);
-    free(plan->column);
-    free(plan->slot);
+    AD_FREE(plan->state, plan->rate, plan->column, plan->slot);
     *plan = (struct hnn_plan){0};
 }
 

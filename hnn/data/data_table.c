@@ -1,6 +1,7 @@
 /* Stores the chosen columns of a file as rows arrive; times and trials are checked at the same
    time, while line numbers are known. */
 #include "data_table.h"
+#include "autodiff/free.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -120,8 +121,7 @@ static enum ad_status read_rows(struct hnn_table *table, struct hnn_source *sour
         table->rows += kept;
         look_at_times(table, source, kept, from, error);
     }
-    free(from);
-    free(to);
+    AD_FREE(from, to);
     return error->status;
 }
 
@@ -235,13 +235,8 @@ void hnn_table_free(struct hnn_table *table)
 {
     for (size_t k = 0; table->column && k < table->plan.n; k++)
         free(table->column[k]);
-    free(table->column);
-    free(table->uses);
-    free(table->role);
-    free(table->state_names);
-    free(table->coordinates);
-    free(table->momenta);
-    free(table->rate_names);
+    AD_FREE(table->column, table->uses, table->role, table->state_names, table->coordinates,
+            table->momenta, table->rate_names);
     hnn_plan_free(&table->plan);
     *table = (struct hnn_table){0};
 }

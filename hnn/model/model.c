@@ -1,4 +1,5 @@
 /* A model: settings, parameters, notes. */
+#include "autodiff/free.h"
 #include "internal.h"
 
 #include <math.h>
@@ -78,11 +79,7 @@ enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **ou
     return error->status;
 }
 
-static void forget(struct note *note)
-{
-    free(note->name);
-    free(note->text);
-}
+static void forget(struct note *note) { AD_FREE(note->name, note->text); }
 
 void hnn_model_free(hnn_model *model)
 {
@@ -92,10 +89,7 @@ void hnn_model_free(hnn_model *model)
         forget(&model->note[k]);
     hnn_evaluator_free(model->one);
     hnn_evaluator_free(model->many);
-    free(model->scaling.centre);
-    free(model->range);
-    free(model->parameters);
-    free(model);
+    AD_FREE(model->scaling.centre, model->range, model->parameters, model);
 }
 
 const struct hnn_settings *hnn_model_settings(const hnn_model *model)

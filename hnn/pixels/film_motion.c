@@ -1,4 +1,5 @@
 /* Compares the motion of a model of pixels with the films it was trained on (latent.h). */
+#include "autodiff/free.h"
 #include "latent.h"
 #include "hnn/model/internal.h"
 #include "pixel_energy.h"
@@ -76,7 +77,6 @@ enum ad_status hnn_film_motion(hnn_model *model, const struct hnn_frames *f,
     for (size_t k = 0; k < films && k < FILMS * stride && error->status == AD_OK; k += stride)
         follow_film(model, f, pairs->train[k * each], foreseen, work, motion, error);
     sums_to_means(motion);
-    free(foreseen);
-    free(work);
+    AD_FREE(foreseen, work);
     return error->status;
 }

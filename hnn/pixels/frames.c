@@ -1,5 +1,6 @@
 /* Frames in memory, and the division of their pairs into training and test. */
 #include "frames.h"
+#include "autodiff/free.h"
 #include "hnn/data/data_table.h"
 
 #include <math.h>
@@ -34,9 +35,7 @@ void hnn_frames_free(struct hnn_frames *f)
 {
     if (!f)
         return;
-    free(f->pixels);
-    free(f->angle);
-    free(f->speed);
+    AD_FREE(f->pixels, f->angle, f->speed);
     *f = (struct hnn_frames){0};
 }
 

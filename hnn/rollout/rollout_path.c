@@ -1,4 +1,5 @@
 /* Paths, and measures of them (rollout.h). */
+#include "autodiff/free.h"
 #include "rollout.h"
 #include "hnn/data/data_table.h"
 
@@ -10,8 +11,7 @@ void hnn_path_free(struct hnn_path *path)
 {
     if (!path)
         return;
-    free(path->t);
-    free(path->x);
+    AD_FREE(path->t, path->x);
     *path = (struct hnn_path){0};
 }
 

@@ -1,5 +1,6 @@
 /* Published systems: their motion from random starts, observed at equal intervals of time. */
 #include "task.h"
+#include "autodiff/free.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -218,7 +219,6 @@ void hnn_observations_free(struct hnn_observations *o)
         return;
     for (size_t k = 0; o->names && k < o->cols; k++)
         free(o->names[k]);
-    free(o->names);
-    free(o->values);
+    AD_FREE(o->names, o->values);
     *o = (struct hnn_observations){0};
 }

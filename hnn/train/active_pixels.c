@@ -3,6 +3,7 @@
    decay to 0. The trained model therefore lacks these columns, and takes as many products less; in
    the final model they are 0. Other frames' values there are ignored, as they are after the weights
    have decayed. */
+#include "autodiff/free.h"
 #include "train.h"
 
 #include <assert.h>
@@ -64,8 +65,7 @@ void hnn_learner_free(hnn_trainer *t)
 {
     if (t->learner != t->model)
         hnn_model_free(t->learner);
-    free(t->lit.pixel);
-    free(t->selected);
+    AD_FREE(t->lit.pixel, t->selected);
 }
 
 /* ---- the same parameters, with and without those columns ---- */

@@ -1,6 +1,7 @@
 /* Training: each step runs one program (forward, gradient in the graph, loss, backward) over the
    blocks of a batch, then one step of an optimiser on the flat parameters. */
 #include "train.h"
+#include "autodiff/free.h"
 #include "train_speed.h"
 #include "autodiff/clock.h"
 #include "physics/io/grow.h"
@@ -177,11 +178,7 @@ void hnn_trainer_free(hnn_trainer *t)
     hnn_data_free(&t->train);
     hnn_data_free(&t->test);
     hnn_learner_free(t);
-    free(t->history);
-    free(t->best);
-    free(t->average);
-    free(t->rounded);
-    free(t);
+    AD_FREE(t->history, t->best, t->average, t->rounded, t);
 }
 
 /* ---- results ---- */

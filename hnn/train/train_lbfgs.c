@@ -1,5 +1,6 @@
 /* Limited-memory BFGS on the full batch (autodiff/lbfgs.h). Directions are in f64 whatever the type
    of the parameters. Weight decay is the term decay/2 |x|^2 of the objective. */
+#include "autodiff/free.h"
 #include "train.h"
 #include "autodiff/lbfgs.h"
 
@@ -20,8 +21,7 @@ static void destroy(void *method)
     if (!m)
         return;
     ad_lbfgs_free(m->method);
-    free(m->x);
-    free(m);
+    AD_FREE(m->x, m);
 }
 
 static void *create(const struct hnn_training *training, enum ad_type type, size_t n)

@@ -1,4 +1,5 @@
 /* The latent range of a model of pixels: the encoded observations at the end of training. */
+#include "autodiff/free.h"
 #include "train.h"
 
 #include <stdlib.h>
@@ -29,7 +30,6 @@ enum ad_status hnn_range_latents(hnn_trainer *t, struct ad_error *error)
     }
     if (error->status == AD_OK)
         hnn_model_see(t->model, n, x, error);
-    free(seen);
-    free(x);
+    AD_FREE(seen, x);
     return error->status;
 }

@@ -1,5 +1,6 @@
 /* The pattern of the second derivatives of L, and its colours (coupling.h). */
 #include "coupling.h"
+#include "autodiff/free.h"
 #include "internal.h"
 
 #include "autodiff/derivatives.h"
@@ -85,9 +86,4 @@ bool phys_coupling_new(struct phys_coupling *c, const struct phys_system *system
     return done;
 }
 
-void phys_coupling_free(struct phys_coupling *c)
-{
-    free(c->start);
-    free(c->row);
-    free(c->colour);
-}
+void phys_coupling_free(struct phys_coupling *c) { AD_FREE(c->start, c->row, c->colour); }

@@ -2,6 +2,7 @@
    table K_ab = dt weight (q_a q_b L_qq + q_a v_b / dt L_qv + v_a q_b / dt L_vq + v_a v_b / dt^2
    L_vv) couples nodes a and b of an element. */
 #include "hessian.h"
+#include "autodiff/free.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -60,13 +61,7 @@ void phys_hessian_free(struct phys_hessian *h)
 {
     if (h->own)
         phys_derivatives_free(h->own);
-    free(h->own);
-    free(h->rows);
-    free(h->element);
-    free(h->gradient);
-    free(h->stiffness);
-    free(h->point);
-    free(h->mass);
+    AD_FREE(h->own, h->rows, h->element, h->gradient, h->stiffness, h->point, h->mass);
 }
 
 bool phys_hessian_keep_mass(struct phys_hessian *h)

@@ -2,6 +2,7 @@
    solved by Newton's method with the element's own second derivatives; where they are linear, as
    for rule `left` and a separable L, one step solves them. */
 #include "variational_step.h"
+#include "autodiff/free.h"
 #include "physics/linear/linear.h"
 
 #include <float.h>
@@ -55,8 +56,7 @@ void phys_variational_step_free(phys_variational_step *stepper)
     if (!stepper)
         return;
     phys_hessian_free(&stepper->hessian);
-    free(stepper->x);
-    free(stepper);
+    AD_FREE(stepper->x, stepper);
 }
 
 const double *phys_variational_step_element(const phys_variational_step *stepper)

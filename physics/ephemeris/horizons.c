@@ -1,4 +1,5 @@
 /* Horizons tables: opening, reading, closing (horizons.h). */
+#include "autodiff/free.h"
 #include "horizons_reader.h"
 #include "physics/system/internal.h"
 
@@ -44,8 +45,6 @@ void phys_horizons_free(struct phys_horizons *table)
 {
     if (!table)
         return;
-    free(table->jd);
-    free(table->position);
-    free(table->velocity);
+    AD_FREE(table->jd, table->position, table->velocity);
     *table = (struct phys_horizons){.id = PHYS_HORIZONS_NO_ID};
 }

@@ -1,5 +1,6 @@
 /* Reads the Horizons tables of several bodies from one folder (horizons.h). Every file is opened
    once and read forward; its header decides whether its records are read. */
+#include "autodiff/free.h"
 #include "horizons_reader.h"
 #include "physics/system/internal.h"
 
@@ -245,10 +246,7 @@ static void release(struct search *s)
         phys_horizons_free(&s->candidates[k].table);
     for (int k = 0; k < s->n_files; k++)
         free(s->files[k]);
-    free(s->files);
-    free(s->candidates);
-    free(s->wanted);
-    free(s->list);
+    AD_FREE(s->files, s->candidates, s->wanted, s->list);
 }
 
 enum ad_status phys_horizons_folder(const char *folder, const char *bodies, size_t *n,

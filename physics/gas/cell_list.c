@@ -3,6 +3,7 @@
    Liquids, section 5.3.2). Half of these neighbours are searched, so that each pair is found once.
  */
 #include "cell_list.h"
+#include "autodiff/free.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -16,8 +17,7 @@ struct grid {
 
 void phys_near_free(struct phys_near *near)
 {
-    free(near->first);
-    free(near->second);
+    AD_FREE(near->first, near->second);
     *near = (struct phys_near){0};
 }
 

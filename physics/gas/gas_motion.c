@@ -2,6 +2,7 @@
    the pairs that can come nearer than the cutoff before any body has moved by half the skin; then
    the list is made anew (cell_list.h) and the program recorded again. Without a cutoff, or with few
    bodies, it is recorded once over all pairs. */
+#include "autodiff/free.h"
 #include "cell_list.h"
 #include "physics/motion/motion.h"
 #include "physics/lagrangian/internal.h"
@@ -165,8 +166,7 @@ static void release(void *context)
         forget(c);
     ad_tape_free(c->tape);
     phys_near_free(&c->near);
-    free(c->q_listed);
-    free(c);
+    AD_FREE(c->q_listed, c);
 }
 
 static enum ad_status begin(struct context *c, const struct phys_system *system,

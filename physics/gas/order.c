@@ -1,6 +1,7 @@
 /* Order in the plane (order.h). The hexatic order parameter is that of D. R. Nelson and B. I.
    Halperin, Phys. Rev. B 19 (1979). */
 #include "order.h"
+#include "autodiff/free.h"
 #include "cell_list.h"
 #include "physics/system/internal.h"
 
@@ -66,7 +67,6 @@ enum ad_status phys_order(size_t bodies, const double *x, double shell, uint32_t
     }
     order->state = state_of(order);
     phys_near_free(&near);
-    free(count);
-    free(sum);
+    AD_FREE(count, sum);
     return error->status;
 }

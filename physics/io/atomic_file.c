@@ -1,6 +1,7 @@
 /* Atomic replacement of files (atomic_file.h). The contents are synced before the renaming, and the
    folder after it, so that a crash leaves the old or the new file. */
 #include "atomic_file.h"
+#include "autodiff/free.h"
 #include "temporary_file.h"
 
 #include <errno.h>
@@ -87,8 +88,7 @@ static void forget(struct phys_atomic_file *file)
         replace(file->temporary, NULL);
         close(file->lock);
     }
-    free(file->target);
-    free(file->temporary);
+    AD_FREE(file->target, file->temporary);
     *file = (struct phys_atomic_file){0};
 }
 

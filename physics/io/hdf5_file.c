@@ -1,6 +1,7 @@
 /* HDF5 files (hdf5_file.h): opening, closing, and HDF5's reasons for failures. Only the files
    hdf5_*.c call HDF5. Each function closes the handles that it opened; H5Xclose of an invalid
    handle is avoided, because it would replace the first reason. */
+#include "autodiff/free.h"
 #include "hdf5_walk.h"
 #include "checksum.h"
 
@@ -85,8 +86,7 @@ static void handle_free(phys_hdf5 *file)
 {
     char *mine = file->name;
     atomic_compare_exchange_strong(&reading, &mine, NULL);
-    free(file->name);
-    free(file);
+    AD_FREE(file->name, file);
 }
 
 /* ---- writing ---- */

@@ -1,6 +1,7 @@
 /* Walks all objects of an HDF5 file (hdf5_walk.h), depth first with an explicit stack, so that deep
    groups and circular links are harmless. */
 #include "hdf5_walk.h"
+#include "autodiff/free.h"
 #include "grow.h"
 
 #include <search.h>
@@ -223,7 +224,6 @@ enum ad_status phys_h5_walk(phys_hdf5 *file,
     while (w.n > 0)
         leave(&w);
     forget_met(&w);
-    free(w.level);
-    free(w.path);
+    AD_FREE(w.level, w.path);
     return error->status;
 }

@@ -1,5 +1,6 @@
 /* Linear algebra by the LAPACK inside OpenBLAS (linear.h): the one file that calls it. */
 #include "linear.h"
+#include "autodiff/free.h"
 #include "autodiff/blas.h"
 #include "autodiff/lazy.h"
 
@@ -278,8 +279,7 @@ int phys_lapack_tridiagonal_eigenvectors(size_t n, double *diagonal, double *off
                       vectors, &size, support, all + n, &room, support + 2 * n, &pivots, &info);
     for (size_t k = 0; info == 0 && k < count; k++)
         values[k] = all[k];
-    free(support);
-    free(all);
+    AD_FREE(support, all);
     return info;
 }
 

@@ -1,4 +1,5 @@
 /* The motion of a Lagrangian in y = (q, p): q' = v with L_v(q, v) = p, and p' = L_q. */
+#include "autodiff/free.h"
 #include "internal.h"
 
 #include <math.h>
@@ -60,8 +61,7 @@ static void release(void *context)
 {
     struct context *c = context;
     phys_legendre_free(c->legendre);
-    free(c->v);
-    free(c);
+    AD_FREE(c->v, c);
 }
 
 enum ad_status phys_ode_canonical(const struct phys_system *system, struct phys_ode *ode,

@@ -1,4 +1,5 @@
 /* The motion of a Lagrangian in y = (q, v). */
+#include "autodiff/free.h"
 #include "internal.h"
 
 #include <stdlib.h>
@@ -97,9 +98,7 @@ static void release(void *context)
     struct context *c = context;
     phys_motion_series_free(c->series);
     phys_motion_free(c->motion);
-    free(c->still);
-    free(c->rows);
-    free(c);
+    AD_FREE(c->still, c->rows, c);
 }
 
 void phys_ode_round_mass(const struct phys_ode *ode, double share)

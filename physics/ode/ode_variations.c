@@ -1,4 +1,5 @@
 /* The motion of a Lagrangian and its variations, by their Taylor series. */
+#include "autodiff/free.h"
 #include "internal.h"
 
 #include <stdio.h>
@@ -45,8 +46,7 @@ static void release(void *context)
     struct context *x = context;
     phys_motion_series_free(x->series);
     phys_motion_free(x->motion);
-    free(x->rows);
-    free(x);
+    AD_FREE(x->rows, x);
 }
 
 enum ad_status phys_ode_variations(const struct phys_system *system, size_t columns,

@@ -1,5 +1,6 @@
 /* The first post-Newtonian terms on a tape (post_newtonian.h). */
 #include "post_newtonian.h"
+#include "autodiff/free.h"
 #include "attraction.h"
 
 #include <stdlib.h>
@@ -37,11 +38,7 @@ static bool list_pairs(struct pairs *p, size_t bodies, const ad_var m[], ad_var 
     return true;
 }
 
-static void free_pairs(struct pairs *p)
-{
-    free(p->strength);
-    free(p->a);
-}
+static void free_pairs(struct pairs *p) { AD_FREE(p->strength, p->a); }
 
 /* Coordinate `axis` of the bodies in `list`. */
 static ad_var axis_of(const struct pairs *p, ad_var x, size_t dims, size_t axis, size_t n,

@@ -1,5 +1,6 @@
 /* Diagnostics of a motion (diagnostics.h). */
 #include "diagnostics.h"
+#include "autodiff/free.h"
 #include "physics/system/internal.h"
 
 #include <math.h>
@@ -36,8 +37,7 @@ static void judge_steps(const struct phys_motion_solution *m, struct phys_diagno
         worst = advice;
     if (worst.verdict != PHYS_STEP_GOOD)
         snprintf(more(d), sizeof *d->warning, "%s", worst.text);
-    free(x);
-    free(t);
+    AD_FREE(x, t);
 }
 
 /* The largest condition number of the mass matrix at (some of) the samples. */

@@ -1,4 +1,5 @@
 /* The derivative of a scene's start by its parameters, by differences: starts are numbers. */
+#include "autodiff/free.h"
 #include "internal.h"
 #include "physics/system/internal.h"
 
@@ -85,7 +86,6 @@ enum ad_status phys_start_slopes(const struct phys_system *system, uint64_t seed
         if (which != SIZE_MAX)
             start_slope(&copy, which, seed, work, slope + k * d, uncertainty + k * d, error);
     }
-    free(copy.params);
-    free(work);
+    AD_FREE(copy.params, work);
     return error->status;
 }
