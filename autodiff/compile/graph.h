@@ -17,6 +17,8 @@ struct group {
     uint32_t margin, adds, turn; /* as in struct segment */
 };
 
+enum { KNOWN_LISTS = 64 };
+
 struct graph {
     const ad_tape *tape;
     struct value *values;
@@ -27,7 +29,10 @@ struct graph {
     size_t n_ports;
     uint32_t *lists; /* row numbers of gathers and scatters */
     size_t n_lists, max_lists;
-    uint32_t *renumber; /* node -> value; UINT32_MAX: no output needs it */
+    struct known_list {
+        uint32_t first, n;
+    } known_lists[KNOWN_LISTS]; /* by a hash; n 0: none */
+    uint32_t *renumber;         /* node -> value; UINT32_MAX: no output needs it */
     uint32_t *order, *group_of;
     uint32_t *host; /* for borrowed values: the value whose memory holds them */
     struct group *groups;

@@ -1,6 +1,7 @@
 /* Finds the values that are views of others: slices, gathers, reshapes and broadcasts are read from
    their operand's memory by strides and row lists. A view that is an output, or an operand of an
    operation that needs contiguous memory, becomes a copy. */
+#include "autodiff/hash.h"
 #include "graph.h"
 
 #include <stdlib.h>
@@ -34,15 +35,22 @@ static bool make_copy(struct graph *g, uint32_t i)
     return true;
 }
 
-/* Copies an index list of the tape; returns 1 + its offset, 0 when out of memory. */
+/* Copies an index list of the tape, or finds a copy: those of a gradient or of several directions
+   stay in the cache as one. Returns 1 + its offset, 0 when out of memory. */
 static uint32_t copy_list(struct graph *g, uint32_t at)
 {
     const uint32_t *list = g->tape->lists + at;
+    const size_t bytes = list[0] * sizeof *list;
+    struct known_list *known =
+        &g->known_lists[ad_hash(AD_HASH_BEGIN, list, bytes + sizeof *list) % KNOWN_LISTS];
+    if (known->n && known->n == list[0] && !memcmp(g->lists + known->first, list + 1, bytes))
+        return known->first + 1;
     if (!ad_reserve((void **)&g->lists, g->n_lists, &g->max_lists, list[0], sizeof *g->lists))
         return 0;
-    memcpy(g->lists + g->n_lists, list + 1, list[0] * sizeof *list);
+    memcpy(g->lists + g->n_lists, list + 1, bytes);
+    *known = (struct known_list){(uint32_t)g->n_lists, list[0]};
     g->n_lists += list[0];
-    return (uint32_t)(g->n_lists - list[0]) + 1;
+    return known->first + 1;
 }
 
 /* The location of v, given that of its operand x. */

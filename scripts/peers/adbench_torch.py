@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """The problems of ADBench (docs/examples/adbench) in PyTorch, f64, one thread: CPU milliseconds of value
-and derivative, the smaller of eager and torch.compile (not for the LSTM, which it would unroll), and how
-far both are from the stored values.
+and derivative, the smaller of eager and torch.compile (eager alone for the LSTM, which it would unroll, and
+for the hand, whose 22 bones it compiled for more than ten minutes), and how far both are from the stored
+values.
 
     scripts/peers/adbench_torch.py docs/examples/adbench/reference.csv [PROBLEM ...]
 """
@@ -164,7 +165,7 @@ def hand(n, triangles):
         parts = [v.transpose(1, 0, 2) for v in j]
         return hand_sum(w, n, parts[0], parts[1] if triangles else None)
 
-    return of(better(lambda: seen(vertices(at[0]), us).T), better(slope), gathered)
+    return of(lambda: seen(vertices(at[0]), us).T, slope, gathered)
 
 
 compare({"gmm": gmm, "ba": ba, "lstm": lstm, "hand": hand})

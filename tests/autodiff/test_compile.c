@@ -219,6 +219,35 @@ static void test_memory_is_reused(void **state)
     ad_tape_free(t);
 }
 
+/* Equal index lists have one copy; more different ones than are remembered stay apart. */
+static void test_many_index_lists(void **state)
+{
+    (void)state;
+    enum { LISTS = 300, N = 6, ROWS = 7 };
+    double x[N * N], want[ROWS * N] = {0};
+    uint32_t list[ROWS];
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var a = ad_input(t, N, N, "a"), y = ad_scalar(t, 0);
+    for (int k = 0; k < N * N; k++)
+        x[k] = sin(1 + k);
+    for (int k = 0; k < 2 * LISTS; k++) { /* each twice, of rows and of columns */
+        for (int i = 0; i < ROWS; i++)
+            list[i] = (uint32_t)((k % LISTS * (i + 1) + k % LISTS / N * i) % N);
+        y = ad_add(y, ad_gather_rows(ad_gather_cols(a, N, list), ROWS, list));
+        for (int i = 0; i < ROWS; i++)
+            for (int j = 0; j < N; j++)
+                want[i * N + j] += x[list[i] * N + list[j]];
+    }
+    ad_program *p = compile(t, 1, &y);
+    ad_set(p, a, x);
+    ad_run(p);
+    const double *is = ad_data(p, y);
+    for (int k = 0; k < ROWS * N; k++)
+        assert_close(is[k], want[k], 1e-12, 1e-12);
+    ad_program_free(p);
+    ad_tape_free(t);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -231,6 +260,7 @@ int main(void)
         cmocka_unit_test(test_products_add_themselves),
         cmocka_unit_test(test_reciprocals_are_reused),
         cmocka_unit_test(test_memory_is_reused),
+        cmocka_unit_test(test_many_index_lists),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
