@@ -1,6 +1,7 @@
 /* Writes the segments of a program: instructions over tiles, one segment per group of values. */
 #include "plan.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 static bool append_instruction(struct plan *p, struct instruction in)
@@ -191,7 +192,22 @@ static void mark_stages(struct plan *p, size_t group)
         p->program->n_held_segments = p->program->n_segments;
 }
 
-bool ad_plan_emit(struct plan *p)
+/* Which segment reads the memory of a value last, by those of the groups. */
+static void find_last(const struct plan *p, const uint32_t segments[])
+{
+    const struct graph *g = p->graph;
+    for (uint32_t i = 0; i < g->n; i++) {
+        struct value *v = &g->values[i];
+        uint32_t o = i, last = p->last[i];
+        while (g->values[o].flags & VALUE_BORROWED)
+            o = g->host[o];
+        bool stays = is_leaf(v) || (v->flags | g->values[o].flags) &
+                                       (VALUE_OUTPUT | VALUE_CONSTANT | VALUE_HELD | VALUE_VIEW);
+        v->last = stays ? UINT32_MAX : segments[p->last[o] > last ? p->last[o] : last];
+    }
+}
+
+static bool emit_groups(struct plan *p, uint32_t segments[])
 {
     struct graph *g = p->graph;
     memset(p->link, 0, g->n * sizeof *p->link);
@@ -200,6 +216,7 @@ bool ad_plan_emit(struct plan *p)
         return false;
     for (uint32_t i = 0; i < g->n_groups; i++) {
         mark_stages(p, i);
+        segments[i] = (uint32_t)p->program->n_segments;
         const struct group *group = &g->groups[i];
         if (!group->count)
             continue;
@@ -216,5 +233,14 @@ bool ad_plan_emit(struct plan *p)
             return false;
     }
     mark_stages(p, g->n_groups);
+    find_last(p, segments);
     return true;
+}
+
+bool ad_plan_emit(struct plan *p)
+{
+    uint32_t *segments = calloc(p->graph->n_groups + 1, sizeof *segments);
+    bool done = segments && emit_groups(p, segments);
+    free(segments);
+    return done;
 }

@@ -31,6 +31,7 @@ struct value {
     uint32_t in[3];
     uint32_t aux;
     uint32_t node; /* on the tape */
+    uint32_t last; /* segment that is the last to read its memory; UINT32_MAX: any may */
 };
 
 /* Where element (r, c) of a value lies: base + off + (row(r)*rs + c*cs) elements, with row(r) = r,

@@ -209,6 +209,24 @@ void ad_native_remember(struct writer *w, struct place place)
         *(known ? known : &w->places[w->n_places++]) = place;
 }
 
+/* Stencils read beyond the vector of columns at hand. */
+bool ad_native_is_read(const struct writer *w, uint32_t value, uint8_t base, size_t at)
+{
+    if (!w->n_joined || w->p->values[value].last > w->joined[w->n_joined - 1].number)
+        return true;
+    for (size_t k = 0; k < w->n_joined; k++) {
+        struct writer by = {.p = w->p};
+        const struct segment *g = &w->joined[k].segment;
+        const struct instruction *first = w->p->instructions + g->first;
+        for (const struct instruction *in = first; in < first + g->count; in++)
+            for (by.k = 0; !reads_lanes(in) && by.k < g->rows; by.k++)
+                if (w->p->locs[in->loc[1]].base == base &&
+                    ad_native_at(&by, &w->p->locs[in->loc[1]]) == at)
+                    return true;
+    }
+    return false;
+}
+
 static void write_load(struct writer *w, const struct loc *l);
 
 void ad_native_fetch(struct writer *w, const struct loc *l)

@@ -162,13 +162,13 @@ static void diff_adjoint(struct writer *w, const struct instruction *in)
     ad_native_address(w, &w->p->locs[in->loc[1]]);
     ad_native_say(w, "; V@ here = ");
     ad_native_fetch(w, &w->p->locs[in->loc[1]]);
-    if (w->joined)
+    if (w->n_joined)
         ad_native_say(w, ", before = shift@(b%u_%u, here); b%u_%u = here; ", in->loc[0], w->k,
                       in->loc[0], w->k);
     else
         ad_native_say(w, ", before = load@(u - sizeof(R)); ");
     ad_native_say(w, "if (c == 0 || c + @ + 1 > %u) { const I@ at = columns@(c); ", last);
-    if (w->joined && w->ragged)
+    if (w->n_joined && w->ragged)
         ad_native_say(w, "if (c != next) before = load@(u - sizeof(R)); ");
     ad_native_say(w, "before = only@(at != 0, before); here = only@(at != %u, here); ", last);
     if (in->loc[3])

@@ -46,9 +46,11 @@ void ad_native_instruction(struct writer *w, const struct instruction *in)
     ad_native_say(w, ";\n");
     const struct loc *o = &w->p->locs[in->loc[0]];
     if (o->base != BASE_TILE) {
-        ad_native_say(w, "store@(");
-        ad_native_address(w, o);
-        ad_native_say(w, ", v%u_%u);\n", in->loc[0], w->k);
+        if (ad_native_is_read(w, in->value, o->base, ad_native_at(w, o))) {
+            ad_native_say(w, "store@(");
+            ad_native_address(w, o);
+            ad_native_say(w, ", v%u_%u);\n", in->loc[0], w->k);
+        }
         ad_native_remember(w, (struct place){ad_native_at(w, o), o->base, 'v', in->loc[0], w->k});
     } else if (w->crosses && w->crosses[in->loc[0]]) {
         ad_native_say(w, "a->x[%u] = v%u_%u;\n", ad_native_slot(w, in->loc[0]), in->loc[0], w->k);
@@ -225,7 +227,8 @@ static void write_beyond(const struct writer *w)
 static bool write_joined(struct writer *w, size_t n, const struct loop_order walks[])
 {
     bool done = enter(w, &walks[0]);
-    w->joined = true;
+    w->joined = walks;
+    w->n_joined = n;
     write_head(w, 'j');
     for (size_t k = 0; k < n && done; k++) {
         done = enter(w, &walks[k]);

@@ -187,21 +187,25 @@ static void close_columns(struct writer *w, uint32_t sink)
 {
     if (!kept_for_columns(w, sink))
         return;
-    const struct loc *o = &w->p->locs[w->p->instructions[w->p->sinks[sink].instruction].loc[0]];
-    uint32_t rows = is_literal(w, sink) ? w->p->sinks[sink].rows : 1;
-    bool array = scatters(w, sink);
-    if (array && !is_literal(w, sink))
-        ad_native_say(w, "for (size_t r = 0; r < %u; r++) ", w->p->sinks[sink].rows);
-    for (uint32_t k = 0; k < rows; k++) {
-        ad_native_say(w, is_literal(w, sink) ? "{ enum { r = %u }; store@(" : "store@(", k);
+    const struct instruction *in = &w->p->instructions[w->p->sinks[sink].instruction];
+    const struct loc *o = &w->p->locs[in->loc[0]];
+    bool array = scatters(w, sink), literal = is_literal(w, sink), held = literal || !array;
+    for (uint32_t k = 0; k < (literal ? w->p->sinks[sink].rows : 1); k++) {
+        size_t at = o->off + k * row_bytes(w, sink);
+        if (held)
+            ad_native_remember(w, (struct place){at, o->base, 'a', sink, array ? k : UINT32_MAX});
+        if (held && !ad_native_is_read(w, in->value, o->base, at))
+            continue;
+        if (literal)
+            ad_native_say(w, "{ enum { r = %u }; ", k);
+        else if (array)
+            ad_native_say(w, "for (size_t r = 0; r < %u; r++) ", w->p->sinks[sink].rows);
+        ad_native_say(w, "store@(");
         write_rows(w, sink);
         if (array)
             ad_native_say(w, " + r * %zu", row_bytes(w, sink));
         ad_native_say(w, " + c * %zu, %s%u%s);%s\n", w->p->element, name(w), sink,
-                      array ? "[r]" : "", is_literal(w, sink) ? " }" : "");
-        if (is_literal(w, sink) || !array)
-            ad_native_remember(w, (struct place){o->off + k * row_bytes(w, sink), o->base, 'a',
-                                                 sink, array ? k : UINT32_MAX});
+                      array ? "[r]" : "", literal ? " }" : "");
     }
 }
 

@@ -14,7 +14,7 @@ enum {
     MAX_ARRAY_BYTES = 64 << 10, /* bytes that stay in the cache beside the rest */
     MAX_BESIDE = 4,             /* rows interleaved at most: registers run out beyond */
     MAX_LITERAL_ROWS = 16,
-    MAX_PLACES = 512,
+    MAX_PLACES = 768,
     EVERY_ROW = 1 << 30 /* of `known`: a variable for all rows */
 };
 
@@ -52,7 +52,8 @@ struct writer {
     size_t n_lists;
     struct place places[MAX_PLACES]; /* where rows are literal */
     size_t n_places;
-    bool joined; /* one of several segments in a loop */
+    size_t n_joined; /* segments in one loop, all of them; 0: one alone */
+    const struct loop_order *joined;
     bool ragged; /* the last vector overlaps the one before */
     bool halves; /* a row is written in two halves that share as little as possible */
     bool newton; /* reciprocals and roots are corrected guesses */
@@ -76,6 +77,8 @@ void ad_native_address(const struct writer *w, const struct loc *l);
    it. */
 void ad_native_remember(struct writer *w, struct place place);
 void ad_native_fetch(struct writer *w, const struct loc *l);
+/* Whether anything reads the row of a value from memory, or a register is enough. */
+bool ad_native_is_read(const struct writer *w, uint32_t value, uint8_t base, size_t at);
 /* Byte where the row of a location begins. */
 size_t ad_native_at(const struct writer *w, const struct loc *l);
 /* Where the first row of a location begins. */
