@@ -1,6 +1,8 @@
-/* H7: a kink, tanh(t / eps), from a straight line, by levels of phys_path_refine. */
+/* H7: a kink, tanh(t / eps), from a straight line, by levels of phys_path_refine; and on a lattice,
+   by Newton's method. */
 #include "physics/path/internal.h"
 #include "tests/physics/published.h"
+#include "tests/physics/systems.h"
 #include "tests/close.h"
 
 #include <math.h>
@@ -85,9 +87,71 @@ static void a_whole_kink_is_right_or_refused(void **state)
     }
 }
 
+/* C12: a kink of sine-Gordon between two of its shapes, from a line: Adam's steps before lead to
+   large gradients, as the action has no lower bound over so long a time. */
+enum { SITES = 48 };
+static const double spacing = 0.2, kink_speed = 0.6;
+
+static ad_var sine_gordon(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    ad_var apart = ad_sub(ad_slice_rows(q, 1, SITES - 1), ad_slice_rows(q, 0, SITES - 1));
+    ad_var potential = ad_add(ad_mul(0.5 / spacing, ad_sum_rows(ad_square(apart))),
+                              ad_mul(spacing, ad_sum_rows(ad_sub(1.0, ad_cos(q)))));
+    return ad_sub(ad_mul(0.5 * spacing, ad_sum_rows(ad_square(v))), potential);
+}
+
+static double on_lattice(size_t site, double t)
+{
+    double x = spacing * ((double)site - SITES / 3.0) - kink_speed * t;
+    return 4 * atan(exp(x / sqrt(1 - kink_speed * kink_speed)));
+}
+
+static enum ad_status lattice_start(const void *params, uint64_t seed, double *q, double *v,
+                                    struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    for (size_t k = 0; k < SITES; k++) {
+        q[k] = on_lattice(k, 0);
+        v[k] = (on_lattice(k, 1e-5) - on_lattice(k, -1e-5)) / 2e-5;
+    }
+    return AD_OK;
+}
+
+static void a_kink_of_a_lattice_is_found_from_a_line(void **state)
+{
+    enum { STEPS = 21 };
+    const struct phys_scene lattice =
+        scene_of("kink", SITES, sine_gordon, STEPS, 0.15, lattice_start);
+    static double path[SITES * STEPS];
+    struct phys_system system;
+    struct ad_error error = {0};
+    (void)state;
+    assert_int_equal(phys_system_make(&lattice, &system, &error), AD_OK);
+    struct phys_path_settings settings = phys_path_defaults(&system);
+    struct phys_path_info info;
+    settings.rule = phys_rule_find("left", &error);
+    const double end = lattice.dt * (STEPS - 1);
+    for (size_t k = 0; k < SITES; k++)
+        for (size_t i = 0; i < STEPS; i++)
+            path[k * STEPS + i] = on_lattice(k, 0) +
+                                  (on_lattice(k, end) - on_lattice(k, 0)) * (double)i / (STEPS - 1);
+    settings.adam_steps = 200;
+    settings.steps = 30;
+    phys_path_solve(&phys_solver_newton, &system, &settings, path, &info, &error);
+    assert_no_error(&error);
+    assert_int_equal(info.stop, PHYS_STOP_ROUNDING);
+    for (size_t k = SITES / 4; k < SITES * 3 / 4; k++)
+        for (size_t i = 0; i < STEPS; i++)
+            assert_close(path[k * STEPS + i], on_lattice(k, lattice.dt * (double)i), 0,
+                         0.2); /* of a lattice */
+    phys_system_close(&system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(a_kink_from_a_line),
-                                       cmocka_unit_test(a_whole_kink_is_right_or_refused)};
+                                       cmocka_unit_test(a_whole_kink_is_right_or_refused),
+                                       cmocka_unit_test(a_kink_of_a_lattice_is_found_from_a_line)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

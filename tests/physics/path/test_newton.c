@@ -300,63 +300,6 @@ static void steps_of_adam_that_lead_away_are_taken_back(void **state)
     phys_system_close(&dimer);
 }
 
-/* C12: a kink of sine-Gordon between two of its shapes, from a line: Adam's steps before lead to
-   large gradients, as the action has no lower bound over so long a time. */
-enum { SITES = 48 };
-static const double spacing = 0.2, kink_speed = 0.6;
-
-static ad_var sine_gordon(ad_var q, ad_var v, ad_var t, const void *params)
-{
-    (void)t, (void)params;
-    ad_var apart = ad_sub(ad_slice_rows(q, 1, SITES - 1), ad_slice_rows(q, 0, SITES - 1));
-    ad_var potential = ad_add(ad_mul(0.5 / spacing, ad_sum_rows(ad_square(apart))),
-                              ad_mul(spacing, ad_sum_rows(ad_sub(1.0, ad_cos(q)))));
-    return ad_sub(ad_mul(0.5 * spacing, ad_sum_rows(ad_square(v))), potential);
-}
-
-static double kink(size_t site, double t)
-{
-    double x = spacing * ((double)site - SITES / 3.0) - kink_speed * t;
-    return 4 * atan(exp(x / sqrt(1 - kink_speed * kink_speed)));
-}
-
-static enum ad_status kink_start(const void *params, uint64_t seed, double *q, double *v,
-                                 struct ad_error *error)
-{
-    (void)params, (void)seed, (void)error;
-    for (size_t k = 0; k < SITES; k++) {
-        q[k] = kink(k, 0);
-        v[k] = (kink(k, 1e-5) - kink(k, -1e-5)) / 2e-5;
-    }
-    return AD_OK;
-}
-
-static void a_kink_is_found_from_a_line(void **state)
-{
-    enum { SLICES = 21 };
-    const struct phys_scene scene = scene_of("kink", SITES, sine_gordon, SLICES, 0.15, kink_start);
-    static double path[SITES * SLICES];
-    struct phys_system system;
-    struct ad_error error = {0};
-    (void)state;
-    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
-    struct phys_path_settings settings = settings_of(&system, "left");
-    const double end = scene.dt * (SLICES - 1);
-    for (size_t k = 0; k < SITES; k++)
-        for (size_t i = 0; i < SLICES; i++)
-            path[k * SLICES + i] =
-                kink(k, 0) + (kink(k, end) - kink(k, 0)) * (double)i / (SLICES - 1);
-    settings.adam_steps = 200;
-    settings.steps = 30;
-    struct phys_path_info info = solve(&system, &settings, path);
-    assert_int_equal(info.stop, PHYS_STOP_ROUNDING);
-    for (size_t k = SITES / 4; k < SITES * 3 / 4; k++)
-        for (size_t i = 0; i < SLICES; i++)
-            assert_close(path[k * SLICES + i], kink(k, scene.dt * (double)i), 0,
-                         0.2); /* of a lattice */
-    phys_system_close(&system);
-}
-
 /* C12: a chain of neighbours goes by coordinate in Newton's band; where L is quadratic the first
    step is the answer. */
 static ad_var chain(ad_var q, ad_var v, ad_var t, const void *params)
@@ -449,7 +392,6 @@ int main(void)
         cmocka_unit_test(second_variation_of_every_rule),
         cmocka_unit_test(oscillator_turns_into_a_saddle),
         cmocka_unit_test(steps_of_adam_that_lead_away_are_taken_back),
-        cmocka_unit_test(a_kink_is_found_from_a_line),
         cmocka_unit_test(chain_of_neighbours),
         cmocka_unit_test(wrong_settings_are_refused),
     };
