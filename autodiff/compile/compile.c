@@ -1,4 +1,5 @@
 /* Compiles a tape into a program: runs all passes in order. */
+#include "autodiff/free.h"
 #include "autodiff/exec/exec.h"
 #include "plan.h"
 
@@ -105,9 +106,7 @@ static bool plan_program(struct graph *g, ad_program *p)
     bool done = plan.last && plan.link && plan.spot && copy_labels(p, g) &&
                 copy_customs(p, g->tape) && ad_plan_storage(&plan) && ad_plan_emit(&plan) &&
                 allocate_memory(p, &plan);
-    free(plan.last);
-    free(plan.link);
-    free(plan.spot);
+    AD_FREE(plan.last, plan.link, plan.spot);
     return done;
 }
 

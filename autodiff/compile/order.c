@@ -1,5 +1,6 @@
 /* Orders the groups so that those over the same columns follow each other where dependences allow,
    to form a pass (passes.c): what has no place in a pass waits until one ends. */
+#include "autodiff/free.h"
 #include "graph.h"
 
 #include <stdlib.h>
@@ -161,7 +162,6 @@ bool ad_graph_order(struct graph *g)
         take_all(&o);
         done = apply(&o);
     }
-    free(o.readers);
-    free(room);
+    AD_FREE(o.readers, room);
     return done;
 }

@@ -5,6 +5,7 @@
    it reads lane by lane, or one more where it needs the complete operand. sink.c then moves some to
    a later level. Values of one level and shape form a segment; operations that cannot be fused form
    one each. order.c puts these in order. */
+#include "autodiff/free.h"
 #include "graph.h"
 
 #include <stdlib.h>
@@ -179,8 +180,7 @@ static bool make_groups(struct graph *g, size_t levels, const uint32_t level[])
             sort_level(g, end[k] - n, g->order + n, members);
         cut_groups(g, n, end[k]);
     }
-    free(end);
-    free(members);
+    AD_FREE(end, members);
     return members;
 }
 

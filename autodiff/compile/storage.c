@@ -1,6 +1,7 @@
 /* Assigns memory to the values that cross segments, and reuses the memory of expired ones. The
    parts of a concatenation are computed in its memory: that saves 5 to 18 % of the gradient of a
    scene that builds its coordinates row by row. */
+#include "autodiff/free.h"
 #include "plan.h"
 
 #include <stdlib.h>
@@ -186,8 +187,7 @@ static bool allocate_all(struct plan *p)
             release(p, i - 1, free_list);
         }
     }
-    free(placed);
-    free(dying);
+    AD_FREE(placed, dying);
     return fits;
 }
 

@@ -1,4 +1,5 @@
 /* Public functions of programs: threads, inputs and outputs, checked runs, reports. */
+#include "autodiff/free.h"
 #include "exec.h"
 
 #include <math.h>
@@ -13,25 +14,10 @@ void ad_program_free(ad_program *p)
         free(p->labels[i]);
     if (p->back_end)
         p->back_end->free(p->back_end_state);
-    free(p->labels);
-    free(p->label_values);
-    free(p->values);
-    free(p->locs);
-    free(p->instructions);
-    free(p->segments);
-    free(p->sinks);
-    free(p->parts);
-    free(p->customs);
-    free(p->numbers);
-    free(p->lists);
-    free(p->ports);
-    free(p->calls);
-    free(p->factors);
+    AD_FREE(p->labels, p->label_values, p->values, p->locs, p->instructions, p->segments, p->sinks,
+            p->parts, p->customs, p->numbers, p->lists, p->ports, p->calls, p->factors);
     ad_free_scans(p);
-    free(p->memory);
-    free(p->tiles);
-    free(p->more_tiles);
-    free(p);
+    AD_FREE(p->memory, p->tiles, p->more_tiles, p);
 }
 
 void ad_set_threads(ad_program *p, size_t threads)

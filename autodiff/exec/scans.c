@@ -1,4 +1,5 @@
 /* Loops of a program: where their operands lie, and which loop a way back goes through. */
+#include "autodiff/free.h"
 #include "autodiff/scan/scan.h"
 #include "exec.h"
 
@@ -129,8 +130,7 @@ void ad_free_scans(ad_program *p)
     for (size_t k = 0; p->scans && k < p->n_scans; k++) {
         ad_scan_free(p->scans[k].scan);
         ad_scan_adjoint_free(p->scans[k].adjoint);
-        free(p->scans[k].operand);
-        free(p->scans[k].z);
+        AD_FREE(p->scans[k].operand, p->scans[k].z);
     }
     free(p->scans);
 }

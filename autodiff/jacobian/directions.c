@@ -2,6 +2,7 @@
    share no column. Where y reads a variable through gathers and other views alone, rows share its
    columns but not the copies (observations that see one camera): backward, the derivatives by the
    copies take a run for each row of an observation, and add up to those by the variable. */
+#include "autodiff/free.h"
 #include "jacobian.h"
 
 #include <stdlib.h>
@@ -82,8 +83,7 @@ static bool find_copies(struct directions *d, ad_var y, const uint8_t *read, uin
 /* The variables themselves, without copies. */
 static bool take_variables(struct directions *d, size_t n, const ad_var x[])
 {
-    free(d->x);
-    free(d->column);
+    AD_FREE(d->x, d->column);
     ad_pattern_free(&d->computed);
     d->column = NULL;
     d->n = n;
@@ -104,8 +104,7 @@ static bool find_variables(struct directions *d, ad_var y, size_t n, const ad_va
     }
     for (uint32_t id = 0; column && id <= y.id; id++)
         free(column[id]);
-    free(column);
-    free(read);
+    AD_FREE(column, read);
     return copies || take_variables(d, n, x);
 }
 
@@ -180,7 +179,5 @@ void ad_directions_free(struct directions *d)
 {
     ad_pattern_free(&d->pattern);
     ad_pattern_free(&d->computed);
-    free(d->x);
-    free(d->column);
-    free(d->colour);
+    AD_FREE(d->x, d->column, d->colour);
 }

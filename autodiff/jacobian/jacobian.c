@@ -1,5 +1,6 @@
 /* Jacobians and Hessians (derivatives.h): which elements of the results of the runs are terms of
    which entries, and the runs. */
+#include "autodiff/free.h"
 #include "autodiff/derivatives.h"
 #include "autodiff/exec/program.h"
 #include "jacobian.h"
@@ -179,17 +180,8 @@ void ad_jacobian_free(ad_jacobian *J)
         return;
     ad_program_free(J->program);
     ad_directions_free(&J->by);
-    free(J->value);
-    free(J->seed);
-    free(J->result);
-    free(J->first_seed);
-    free(J->seeds);
-    free(J->first_term);
-    free(J->term);
-    free(J->entry);
-    free(J->one);
-    free(J->batch);
-    free(J);
+    AD_FREE(J->value, J->seed, J->result, J->first_seed, J->seeds, J->first_term, J->term, J->entry,
+            J->one, J->batch, J);
 }
 
 /* ---- running ---- */

@@ -1,5 +1,6 @@
 /* The sparsity pattern of a Jacobian, found node by node: for each element of a value, the set of
    columns it depends on. It is independent of the values at which the Jacobian is taken. */
+#include "autodiff/free.h"
 #include "autodiff/gradient/sweep.h"
 #include "jacobian.h"
 
@@ -99,8 +100,7 @@ static bool add_up(struct search *s, const struct terms *t, size_t size, uint32_
         sorted[start[t->to[k] + 1]++] = t->set[k];
     for (size_t k = 0; done && k < size; k++)
         result[k] = ad_set_union_all(&s->sets, start[k + 1] - start[k], sorted + start[k]);
-    free(start);
-    free(sorted);
+    AD_FREE(start, sorted);
     return done;
 }
 
@@ -122,8 +122,7 @@ static bool sum(struct search *s, const struct node *n, uint32_t *result)
         for (size_t c = 0; done && c < x->cols; c++)
             done = add_term(&t, goes_to(s, n, r, c), element(s, n->in[0], r, c));
     done = done && add_up(s, &t, node_size(n), result);
-    free(t.to);
-    free(t.set);
+    AD_FREE(t.to, t.set);
     return done;
 }
 
@@ -141,8 +140,7 @@ static bool placed(struct search *s, const struct node *n, uint32_t *result)
                     add_term(&t, (part[1] + r) * n->cols + part[2] + c, element(s, part[0], r, c));
     }
     done = done && add_up(s, &t, node_size(n), result);
-    free(t.to);
-    free(t.set);
+    AD_FREE(t.to, t.set);
     return done;
 }
 
@@ -352,8 +350,7 @@ bool ad_pattern_find(struct pattern *p, ad_var y, size_t n, const ad_var x[])
     done = done && write_pattern(&s, p, s.of[y.id]);
     for (uint32_t id = 0; s.of && id <= y.id; id++)
         free(s.of[id]);
-    free(s.of);
-    free(s.room);
+    AD_FREE(s.of, s.room);
     ad_sets_free(&s.sets);
     if (!done)
         ad_pattern_free(p);
@@ -383,7 +380,6 @@ bool ad_pattern_transpose(const struct pattern *p, struct pattern *t)
 
 void ad_pattern_free(struct pattern *p)
 {
-    free(p->start);
-    free(p->col);
+    AD_FREE(p->start, p->col);
     *p = (struct pattern){0};
 }

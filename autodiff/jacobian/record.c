@@ -2,6 +2,7 @@
    colour. A short program has the sweeps of all colours, along constant seeds, so that what a
    colour does not reach is not computed; a long one has one sweep and runs once per colour. Where
    whole rows of a variable have one colour, its seed is a column. */
+#include "autodiff/free.h"
 #include "autodiff/exec/program.h"
 #include "autodiff/gradient/sweep.h"
 #include "jacobian.h"
@@ -100,8 +101,7 @@ static bool record_at_once(const ad_jacobian *J, ad_var y, const struct seeds *s
     for (uint32_t c = 0; done && c < J->by.colours; c++)
         done = record_colour(J, y, s, c, values, x, J->result + c * J->n_results) &&
                y.tape->n_nodes - end <= MOST_NODES;
-    free(values);
-    free(x);
+    AD_FREE(values, x);
     return done;
 }
 
@@ -215,7 +215,6 @@ bool ad_jacobian_record(ad_jacobian *J, ad_var y)
     done =
         done && y.tape->error.status == AD_OK &&
         (J->at_once ? compile_results(J, y.tape, colours * J->n_results) : compile_one(J, y, &s));
-    free(s.cols);
-    free(s.colour);
+    AD_FREE(s.cols, s.colour);
     return done;
 }

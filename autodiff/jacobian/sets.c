@@ -1,5 +1,6 @@
 /* Sets of columns (jacobian.h). Most unions are of a set with itself or a subset, and make no new
    set. */
+#include "autodiff/free.h"
 #include "jacobian.h"
 
 #include <stdlib.h>
@@ -21,13 +22,7 @@ bool ad_sets_init(struct sets *s, size_t limit)
     return true;
 }
 
-void ad_sets_free(struct sets *s)
-{
-    free(s->start);
-    free(s->items);
-    free(s->known);
-    free(s->stamp);
-}
+void ad_sets_free(struct sets *s) { AD_FREE(s->start, s->items, s->known, s->stamp); }
 
 /* Room for a set of up to n numbers behind the others, or NULL. */
 static uint32_t *begin(struct sets *s, size_t n)

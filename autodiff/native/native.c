@@ -1,5 +1,6 @@
 /* The native back end: decides when compiling pays, and replaces the interpreter. */
 #include "native.h"
+#include "autodiff/free.h"
 
 #include <dlfcn.h>
 #include <stdlib.h>
@@ -93,8 +94,7 @@ void ad_native_free(struct native *native)
         return;
     if (native->library)
         dlclose(native->library);
-    free(native->segments);
-    free(native);
+    AD_FREE(native->segments, native);
 }
 
 static void free_state(void *of)

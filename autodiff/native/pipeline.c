@@ -5,6 +5,7 @@
 
    Without it the product of the Hessian of three bodies, or of a gas, with a vector takes 1.2 to
    1.4 times as long. */
+#include "autodiff/free.h"
 #include "writer.h"
 
 #include <stdlib.h>
@@ -101,8 +102,6 @@ bool ad_native_pipeline(struct writer *w, bool *written)
         write_loop(&l);
         w->halves = false;
     }
-    free(l.head);
-    free(l.of_head);
-    free(l.carried);
+    AD_FREE(l.head, l.of_head, l.carried);
     return done;
 }

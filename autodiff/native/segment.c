@@ -12,6 +12,7 @@
 
    The last vector of a loop is moved back to end with the data: it computes some lanes again, and
    `on` excludes these from sums. */
+#include "autodiff/free.h"
 #include "writer.h"
 
 #include <stdlib.h>
@@ -267,8 +268,6 @@ bool ad_native_segment(FILE *out, const ad_program *p, size_t n, const struct lo
     }
     w.known = calloc(w.n_known + 1, sizeof *w.known);
     done = done && w.known && (n > 1 ? write_joined(&w, n, walks) : write_alone(&w));
-    free(w.known);
-    free(w.crosses);
-    free(w.scattered);
+    AD_FREE(w.known, w.crosses, w.scattered);
     return done;
 }

@@ -1,5 +1,6 @@
 /* The source of a program: vector types, a function for every fused segment, and one for every
    sequence of them between calls of the executor. */
+#include "autodiff/free.h"
 #include "native.h"
 
 #include <stdlib.h>
@@ -142,8 +143,7 @@ char *ad_native_source(const ad_program *p, struct native *native)
         done = fclose(out) == 0 && done;
     free(walks);
     if (!done) {
-        free(text);
-        free(native->segments);
+        AD_FREE(text, native->segments);
         native->segments = NULL;
         return NULL;
     }

@@ -5,6 +5,7 @@
    from the extrapolated polynomial of the last step; where that converges slowly or not at all, by
    Newton's method (stages.c). Both iterate down to rounding, because the remaining error would make
    the energy drift. */
+#include "autodiff/free.h"
 #include "stages.h"
 #include "physics/action/internal.h"
 
@@ -63,9 +64,7 @@ static void end(struct phys_stepper *s)
     struct phys_stages *g = s->state;
     if (!g)
         return;
-    free(g->memory);
-    free(g->pivots);
-    free(g);
+    AD_FREE(g->memory, g->pivots, g);
 }
 
 /* Slopes to begin with: the polynomial of the last step, or the rate at the start. */

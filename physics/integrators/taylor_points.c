@@ -1,5 +1,6 @@
 /* Many Taylor steps at once (taylor_points.h). */
 #include "taylor_points.h"
+#include "autodiff/free.h"
 #include "physics/ode/internal.h"
 #include "taylor.h"
 
@@ -37,8 +38,7 @@ void phys_taylor_points_free(struct phys_taylor_points *points)
     if (!points)
         return;
     ad_points_free(points->code);
-    free(points->memory);
-    free(points);
+    AD_FREE(points->memory, points);
 }
 
 bool phys_taylor_points_put(struct phys_taylor_points *points, size_t p, struct phys_stepper *s,

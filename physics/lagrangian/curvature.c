@@ -3,6 +3,7 @@
    column j, that with respect to their q column j of L_qv, and that with respect to their t L_vt.
  */
 #include "curvature.h"
+#include "autodiff/free.h"
 #include "physics/linear/linear.h"
 
 #include <math.h>
@@ -59,8 +60,7 @@ void phys_curvature_free(struct phys_curvature *c)
 {
     ad_program_free(c->program);
     ad_tape_free(c->tape);
-    free(c->q);
-    free(c->pivots);
+    AD_FREE(c->q, c->pivots);
 }
 
 bool phys_curvature_at(struct phys_curvature *c, const double *q, const double *v, double t)

@@ -3,6 +3,7 @@
    L_vq v + L_vt is the derivative of p along (v, 1) in (q, t). M comes from one run over dof lanes
    with the same state: column j of the gradient of sum_j p_j(lane j) with respect to the lanes' v
    is column j of M. A constant M is folded at compile time, and is evaluated and factored once. */
+#include "autodiff/free.h"
 #include "internal.h"
 #include "mass.h"
 #include "physics/linear/linear.h"
@@ -230,11 +231,7 @@ void phys_motion_free(phys_motion *motion)
     ad_program_free(motion->force_program);
     ad_program_free(motion->energy_program);
     ad_tape_free(motion->tape);
-    free(motion->factor);
-    free(motion->pivots);
-    free(motion->which);
-    free(motion->params);
-    free(motion);
+    AD_FREE(motion->factor, motion->pivots, motion->which, motion->params, motion);
 }
 
 static void set_state(phys_motion *m, ad_program *program, const double *q, const double *v,
@@ -361,8 +358,7 @@ bool phys_motion_is_diagonal(phys_motion *motion)
         ad_get(m->mass_program, m->mass, M);
         diagonal = is_diagonal(n, M);
     }
-    free(x);
-    free(M);
+    AD_FREE(x, M);
     return diagonal;
 }
 

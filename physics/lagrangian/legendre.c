@@ -1,5 +1,6 @@
 /* The Legendre transformation of a Lagrangian: momenta p = L_v, energy v p - L, and velocities from
    momenta. */
+#include "autodiff/free.h"
 #include "mass.h"
 #include "internal.h"
 #include "physics/linear/linear.h"
@@ -81,9 +82,7 @@ void phys_legendre_free(phys_legendre *legendre)
     ad_program_free(legendre->for_momentum);
     ad_program_free(legendre->for_velocity);
     ad_tape_free(legendre->tape);
-    free(legendre->M);
-    free(legendre->pivots);
-    free(legendre);
+    AD_FREE(legendre->M, legendre->pivots, legendre);
 }
 
 static void run(phys_legendre *l, ad_program *program, const double *q, const double *v, double t)

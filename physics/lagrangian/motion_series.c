@@ -5,6 +5,7 @@
    where D has both signs and would want other pivots, order by order
        M_0 a_k = f_k - sum_j M_j a_(k-j),   j = 1 ... k,
    with M_0 factored once. Variations (dq, dv) of the motion are further states of the recording. */
+#include "autodiff/free.h"
 #include "internal.h"
 #include "mass.h"
 #include "physics/linear/linear.h"
@@ -87,8 +88,7 @@ static ad_var times_inverse(const struct phys_motion_series *s, ad_var force)
         a = ad_matmul(ad_const(force.tape, n, n, inverse), false, force, false);
     else
         a = ad_refuse(force.tape, AD_E_MEMORY, "out of memory");
-    free(rows);
-    free(inverse);
+    AD_FREE(rows, inverse);
     return a;
 }
 
@@ -246,10 +246,7 @@ void phys_motion_series_free(struct phys_motion_series *series)
         return;
     ad_series_free(series->flow);
     ad_series_free(series->force);
-    free(series->a);
-    free(series->factor);
-    free(series->pivots);
-    free(series);
+    AD_FREE(series->a, series->factor, series->pivots, series);
 }
 
 /* ---- order by order ---- */

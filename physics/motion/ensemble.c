@@ -1,4 +1,5 @@
 /* Ensembles of motions (ensemble.h): the division among threads, tolerances, errors. */
+#include "autodiff/free.h"
 #include "ensemble_run.h"
 #include "autodiff/clock.h"
 #include "autodiff/exec/pool.h"
@@ -300,18 +301,9 @@ void phys_ensemble_free(struct phys_ensemble *ensemble)
         return;
     for (size_t i = 0; ensemble->member && i < ensemble->n; i++) {
         struct phys_crossed *c = &ensemble->member[i].crossed;
-        free(c->which);
-        free(c->touch);
-        free(c->t);
-        free(c->x);
-        free(c->uncertainty);
-        free(c->constant);
+        AD_FREE(c->which, c->touch, c->t, c->x, c->uncertainty, c->constant);
     }
-    free(ensemble->start);
-    free(ensemble->t);
-    free(ensemble->x);
-    free(ensemble->energy);
-    free(ensemble->member);
-    free(ensemble->spread);
+    AD_FREE(ensemble->start, ensemble->t, ensemble->x, ensemble->energy, ensemble->member,
+            ensemble->spread);
     *ensemble = (struct phys_ensemble){0};
 }

@@ -1,4 +1,5 @@
 /* The columns of an ensemble: systems and starts of its members (ensemble_run.h). */
+#include "autodiff/free.h"
 #include "ensemble_run.h"
 #include "physics/io/names.h"
 #include "solving.h"
@@ -33,8 +34,7 @@ static enum ad_status no_column(const struct phys_system *system, const char *na
     }
     if (text && names)
         phys_find("coordinate, velocity (v_...) or parameter", name, all, names, error);
-    free(text);
-    free(names);
+    AD_FREE(text, names);
     return error->status == AD_OK ? ad_fail(error, AD_E_MEMORY, "out of memory") : error->status;
 }
 

@@ -2,6 +2,7 @@
    machine code for that (physics/integrators/taylor_points.h). A place whose member has ended takes
    the next one. */
 #include "ensemble_run.h"
+#include "autodiff/free.h"
 #include "physics/integrators/taylor_points.h"
 #include "physics/ode/internal.h"
 #include "run.h"
@@ -57,12 +58,7 @@ static bool take_sample(void *context, double t, const double *y)
 
 static void forget_crossed(struct phys_crossed *c)
 {
-    free(c->which);
-    free(c->touch);
-    free(c->t);
-    free(c->x);
-    free(c->uncertainty);
-    free(c->constant);
+    AD_FREE(c->which, c->touch, c->t, c->x, c->uncertainty, c->constant);
     *c = (struct phys_crossed){0};
 }
 
@@ -379,11 +375,8 @@ void phys_ensemble_worker_free(struct ensemble_worker *w)
         return;
     for (size_t p = 0; p < P; p++) {
         leave(&w->place[p]);
-        free(w->place[p].events);
-        free(w->place[p].watches);
-        free(w->place[p].solving.state);
-        free(w->place[p].y);
-        free(w->place[p].x);
+        AD_FREE(w->place[p].events, w->place[p].watches, w->place[p].solving.state, w->place[p].y,
+                w->place[p].x);
     }
     phys_taylor_points_free(w->points);
     phys_ode_free(&w->ode);

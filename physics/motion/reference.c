@@ -1,6 +1,7 @@
 /* The reference motion, accurate to double precision (motion.h): two runs, whose distance shows how
    rounding grows, that of the start and of the mass matrix among it, and a run back to the start,
    which shows errors that both have in common. */
+#include "autodiff/free.h"
 #include "motion.h"
 #include "time_scan.h"
 #include "physics/integrators/stepper.h"
@@ -102,8 +103,7 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
     }
     runs->interrupted |= info.stop == PHYS_SIMULATION_INTERRUPTED;
     runs->longest = info.max_step;
-    free(landing);
-    free(row);
+    AD_FREE(landing, row);
     return known;
 }
 
@@ -273,7 +273,6 @@ void phys_reference_free(struct phys_reference *reference)
 {
     if (!reference)
         return;
-    free(reference->x);
-    free(reference->uncertainty);
+    AD_FREE(reference->x, reference->uncertainty);
     reference->x = reference->uncertainty = NULL;
 }

@@ -2,6 +2,7 @@
    others every root is isolated (roots.h), on the interpolating polynomial of adaptive methods.
    That of fixed steps is too crude: it only tells which steps are far from a root, the others are
    run again (simulate_within.c). */
+#include "autodiff/free.h"
 #include "run.h"
 #include "physics/io/grow.h"
 #include "physics/system/internal.h"
@@ -79,10 +80,7 @@ void phys_run_events_end(struct run *run)
                    run->settings->events[e].n * sizeof *signs);
     for (size_t i = 0; i < run->n_found; i++)
         free(run->found[i].y);
-    free(run->found);
-    free(run->values);
-    free(run->signs);
-    free(run->table);
+    AD_FREE(run->found, run->values, run->signs, run->table);
 }
 
 enum ad_status phys_run_dense(struct run *run, double theta, struct ad_error *error)

@@ -1,5 +1,6 @@
 /* Events within a fixed step, which may have many periods: they are found on a dop853 run over the
    step, corrected so that it ends at the step's end. */
+#include "autodiff/free.h"
 #include "run.h"
 
 #include <math.h>
@@ -122,8 +123,6 @@ enum ad_status phys_run_within(struct run *run, struct ad_error *error)
     }
     follow(&w, events, s->n_events, y, error);
 release:
-    free(memory);
-    free(events);
-    free(inner);
+    AD_FREE(memory, events, inner);
     return error->status;
 }

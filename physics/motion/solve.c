@@ -1,4 +1,5 @@
 /* Solves for a motion and measures its error (solve.h). */
+#include "autodiff/free.h"
 #include "solving.h"
 #include "physics/system/internal.h"
 
@@ -45,16 +46,8 @@ static bool sample(void *context, double t, const double *y)
 
 static void forget_samples(struct phys_motion_solution *m)
 {
-    free(m->t);
-    free(m->x);
-    free(m->energy);
-    free(m->distance);
-    free(m->crossed.which);
-    free(m->crossed.touch);
-    free(m->crossed.t);
-    free(m->crossed.x);
-    free(m->crossed.uncertainty);
-    free(m->crossed.constant);
+    AD_FREE(m->t, m->x, m->energy, m->distance, m->crossed.which, m->crossed.touch, m->crossed.t,
+            m->crossed.x, m->crossed.uncertainty, m->crossed.constant);
     m->t = m->x = m->energy = m->distance = NULL;
     m->n = m->room = 0;
     m->crossed = (struct phys_crossed){0};
@@ -106,8 +99,7 @@ static enum ad_status forward(struct solving *s, double *y, struct ad_error *err
             phys_crossings_settle(s, error);
     }
     phys_closest_approach_end(&m->closest);
-    free(watches);
-    free(events);
+    AD_FREE(watches, events);
     if (s->lost.status != AD_OK)
         return ad_fail(error, s->lost.status, "%s", s->lost.message);
     if (s->failed)
@@ -229,8 +221,7 @@ static enum ad_status compare(struct solving *s, struct ad_error *error)
         m->distance = NULL;
     }
     phys_reference_free(&reference);
-    free(samples);
-    free(times);
+    AD_FREE(samples, times);
     return error->status;
 }
 

@@ -4,6 +4,7 @@
    by coordinate where L couples neighbours alone. As H is symmetric, the imaginary part of every K
    and D_s is -m or below, so that their inverses are at most 1/m: no pivoting between blocks is
    needed. */
+#include "autodiff/free.h"
 #include "condensed_element.h"
 #include "physics/linear/linear.h"
 
@@ -59,9 +60,7 @@ bool phys_block_tridiagonal_new(struct phys_block_tridiagonal *b,
 
 void phys_block_tridiagonal_free(struct phys_block_tridiagonal *b)
 {
-    free(b->slice);
-    free(b->right);
-    free(b->pivots);
+    AD_FREE(b->slice, b->right, b->pivots);
     *b = (struct phys_block_tridiagonal){0};
 }
 

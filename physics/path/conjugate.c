@@ -5,6 +5,7 @@
    is symmetric and loses as much rank as J. Where L_vv is positive definite its eigenvalues begin
    at +inf and decrease, so each one that ends below zero has crossed it once; a point counts as
    often as the fields lose rank there (Morse; Duistermaat, Adv. Math. 21, 1976). */
+#include "autodiff/free.h"
 #include "shooting.h"
 #include "physics/io/grow.h"
 #include "physics/linear/linear.h"
@@ -53,11 +54,7 @@ static bool fields_new(struct fields *f, struct phys_shooting *s)
     return true;
 }
 
-static void fields_free(struct fields *f)
-{
-    free(f->X);
-    free(f->pivots);
-}
+static void fields_free(struct fields *f) { AD_FREE(f->X, f->pivots); }
 
 /* (J; P) = flow (X; Y) */
 static void carry(struct fields *f, const double *flow)
@@ -269,7 +266,6 @@ enum ad_status phys_path_conjugate(const struct phys_system *system,
         find(&s, &fine) && rough.n == fine.n)
         adopt(&rough, &fine, spectrum, error);
     phys_shooting_free(&s);
-    free(rough.at);
-    free(fine.at);
+    AD_FREE(rough.at, fine.at);
     return error->status;
 }

@@ -2,6 +2,7 @@
    Newton iteration begun at the path of the last one. A step is halved where it fails, where the
    path moves far, or faster than it did, or where a rule of higher order does not find it near:
    what is followed is then one branch, as long as nothing turns back. */
+#include "autodiff/free.h"
 #include "mesh.h"
 #include "newton.h"
 #include "physics/io/grow.h"
@@ -57,8 +58,7 @@ static double largest(size_t n, const double *a, const double *b)
 static void adopt(struct branch *b, const struct phys_path_settings *settings, double *path,
                   double *mesh)
 {
-    free(b->path);
-    free(b->mesh);
+    AD_FREE(b->path, b->mesh);
     b->settings = *settings;
     b->settings.mesh = mesh;
     b->path = path;
@@ -157,9 +157,7 @@ static bool try_step(struct branch *b, double at, double length, struct ad_error
             }
             phys_spectrum_free(&spectrum);
         }
-        free(start);
-        free(path);
-        free(mesh);
+        AD_FREE(start, path, mesh);
     }
     phys_derivatives_free(&of);
     return kept;
@@ -247,8 +245,7 @@ enum ad_status phys_path_continue(struct phys_system *system,
     own.rule = NULL;
     if (begin(&b, &own, guess, ends_error, error) == AD_OK && follow(&b, error) == AD_OK)
         end(&b, settings->rule, ends_error, refined, error);
-    free(b.path);
-    free(b.mesh);
+    AD_FREE(b.path, b.mesh);
     if (error->status != AD_OK)
         phys_system_set(system, of->name, of->to, &(struct ad_error){0});
     return error->status;

@@ -1,6 +1,7 @@
 /* Finds a path and verifies it (path.h): its kind of stationary point, and its distances from
    independent results: the motion from its start by an adaptive method, the path of a rule of
    higher order, and the stationary path at the given reference. */
+#include "autodiff/free.h"
 #include "mesh.h"
 #include "newton.h"
 #include "physics/lagrangian/conserved.h"
@@ -250,8 +251,7 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
     phys_keep_memory(&lost, error);
     phys_newton_free(&newton);
     phys_derivatives_free(&own);
-    free(moved);
-    free(mesh);
+    AD_FREE(moved, mesh);
     return error->status;
 }
 

@@ -5,6 +5,7 @@
    complex elimination of H - i m gives it. D scales each coordinate by its kinetic stiffness, so
    that a sun weighs no more than a planet. */
 #include "newton_system.h"
+#include "autodiff/free.h"
 #include "autodiff/blas.h"
 #include "physics/linear/linear.h"
 
@@ -38,10 +39,7 @@ enum ad_status phys_newton_system_new(struct phys_newton_system *band,
 
 void phys_newton_system_free(struct phys_newton_system *band)
 {
-    free(band->matrix);
-    free(band->right);
-    free(band->pivots);
-    free(band->scale);
+    AD_FREE(band->matrix, band->right, band->pivots, band->scale);
     phys_block_tridiagonal_free(&band->blocks);
 }
 

@@ -8,6 +8,7 @@
    may change sign, and r mean nothing: an estimate that is small enough is raised to the distance
    from the path of a rule of higher order on the same slices, if it is less. Where the path is much
    steeper in some places than in others its elements are placed anew instead (mesh.h). */
+#include "autodiff/free.h"
 #include "mesh.h"
 #include "newton.h"
 
@@ -58,9 +59,7 @@ struct climb {
 
 static void drop(struct stage *stage)
 {
-    free(stage->start);
-    free(stage->path);
-    free(stage->mesh);
+    AD_FREE(stage->start, stage->path, stage->mesh);
     *stage = (struct stage){.distance = (double)NAN};
 }
 
@@ -383,8 +382,6 @@ void phys_refined_free(struct phys_refined *refined)
 {
     if (!refined)
         return;
-    free(refined->start);
-    free(refined->path);
-    free(refined->mesh);
+    AD_FREE(refined->start, refined->path, refined->mesh);
     *refined = (struct phys_refined){0};
 }

@@ -5,6 +5,7 @@
    L_vq dq), dp' = L_qq dq + L_qv dv. Nodes are close enough that variations grow little from one to
    the next: a long unstable path is found to rounding, where single shooting would lose it. */
 #include "shooting.h"
+#include "autodiff/free.h"
 #include "path_nodes.h"
 #include "autodiff/blas.h"
 #include "physics/linear/linear.h"
@@ -256,12 +257,7 @@ static bool gaps_new(struct gaps *g, const struct phys_shooting *s)
     return g->band && g->right && g->pivots;
 }
 
-static void gaps_free(struct gaps *g)
-{
-    free(g->band);
-    free(g->right);
-    free(g->pivots);
-}
+static void gaps_free(struct gaps *g) { AD_FREE(g->band, g->right, g->pivots); }
 
 static void momentum(struct phys_shooting *s, size_t i, const double *state, double *p)
 {

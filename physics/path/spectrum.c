@@ -7,6 +7,7 @@
    there is a point conjugate to the start (Morse; Gelfand, Fomin, Calculus of Variations, section
    29). */
 #include "spectrum.h"
+#include "autodiff/free.h"
 #include "autodiff/blas.h"
 #include "physics/io/grow.h"
 #include "physics/linear/linear.h"
@@ -243,12 +244,7 @@ static bool chain_new(struct chain *c, struct phys_hessian *h)
     return true;
 }
 
-static void chain_free(struct chain *c)
-{
-    free(c->K);
-    free(c->pivots);
-    free(c->order);
-}
+static void chain_free(struct chain *c) { AD_FREE(c->K, c->pivots, c->order); }
 
 /* Masses that are 1 give the eigenvalues of the Hessian. Those of the second variation are measured
    against the integral of x^2: node k has the mass of an element's length times the integral of its

@@ -1,5 +1,6 @@
 /* The shape of the potential of one coordinate (energy_parts.h): its extrema, and the energies
    between which times are smooth functions of the energy. */
+#include "autodiff/free.h"
 #include "energy_parts.h"
 
 #include <math.h>
@@ -163,8 +164,7 @@ static bool find_levels(struct phys_energy_sweep *s)
 
 bool phys_energy_levels(struct phys_energy_sweep *s, size_t density)
 {
-    free(s->place);
-    free(s->level);
+    AD_FREE(s->place, s->level);
     s->place = NULL;
     s->level = NULL;
     return find_places(s, density) && find_levels(s);

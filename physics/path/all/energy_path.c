@@ -1,4 +1,5 @@
 /* The motion of a root of T(E) = time at given times (energy_sweep.h). */
+#include "autodiff/free.h"
 #include "energy_parts.h"
 #include "physics/io/grow.h"
 
@@ -105,7 +106,6 @@ bool phys_energy_sweep_path(struct phys_energy_sweep *s, const struct phys_energ
             q[i] = at->q + fmin(1, fmax(0, share)) * (at[1].q - at->q);
         }
     }
-    free(w.knot);
-    free(track.knot);
+    AD_FREE(w.knot, track.knot);
     return found;
 }

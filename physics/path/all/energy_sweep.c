@@ -6,6 +6,7 @@
    sampled at equal steps of that logarithm, from either side. Roots lie where the sign of T(E) -
    time changes, or where its magnitude has a minimum that reaches zero; closer to a maximum than
    the rounding of U, T keeps growing as that logarithm, which leaves one more root or none. */
+#include "autodiff/free.h"
 #include "energy_parts.h"
 #include "physics/io/grow.h"
 #include "physics/lagrangian/conserved.h"
@@ -163,8 +164,7 @@ static bool sweep_side(struct phys_energy_sweep *s, double level, double side, d
             s->n_roots = before;
         }
     }
-    free(w.knot);
-    free(x);
+    AD_FREE(w.knot, x);
     return !s->ended;
 }
 
@@ -219,10 +219,7 @@ void phys_energy_sweep_free(struct phys_energy_sweep *sweep)
     if (!sweep)
         return;
     phys_potential_free(&sweep->U);
-    free(sweep->place);
-    free(sweep->level);
-    free(sweep->root);
-    free(sweep);
+    AD_FREE(sweep->place, sweep->level, sweep->root, sweep);
 }
 
 size_t phys_energy_sweep_roots(const struct phys_energy_sweep *sweep,

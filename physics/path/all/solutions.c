@@ -1,4 +1,5 @@
 /* The solutions of a search, without duplicates (multistart.h). */
+#include "autodiff/free.h"
 #include "physics/io/grow.h"
 #include "physics/path/grid_independence.h"
 #include "multistart.h"
@@ -132,7 +133,6 @@ void phys_solutions_free(struct phys_solutions *solutions)
         return;
     for (size_t k = 0; k < solutions->n; k++)
         solution_free(&solutions->solution[k]);
-    free(solutions->solution);
-    free(solutions->motion_energy);
+    AD_FREE(solutions->solution, solutions->motion_energy);
     *solutions = (struct phys_solutions){0};
 }
