@@ -60,18 +60,20 @@ ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var 
     return append(tape, rows, cols, list);
 }
 
-/* Scalar constants, as one. */
+/* Scalar constants, as one; refused where memory is missing, for a recording that depends on it has
+   other roundings. */
 static bool constants(bool rows, size_t n, const ad_var parts[], ad_var *y)
 {
-    double value, *values = NULL;
+    double value, *values;
     for (size_t k = 0; k < n; k++)
-        if (!ad_constant_value(parts[k], &value) ||
-            (!values && !(values = malloc(n * sizeof *values)))) {
-            free(values);
+        if (!ad_constant_value(parts[k], &value))
             return false;
-        } else {
-            values[k] = value;
-        }
+    if (!(values = malloc(n * sizeof *values))) {
+        *y = ad_refuse(parts->tape, AD_E_MEMORY, "out of memory for %zu parts", n);
+        return true;
+    }
+    for (size_t k = 0; k < n; k++)
+        ad_constant_value(parts[k], &values[k]);
     *y = ad_const(parts->tape, rows ? n : 1, rows ? 1 : n, values);
     free(values);
     return true;
