@@ -19,6 +19,9 @@
 
 enum { COARSEST = 4, FINEST = 1 << 14, UNSETTLED = 1 << 9 }; /* elements */
 enum { UNPLACED = 64 }; /* even elements that should do to tell where the path is steep */
+enum {
+    MOST_PLACED = 4
+}; /* times that elements are placed anew: a path that asks for more is singular */
 enum { DESCENT = 500 }; /* steps of Adam, where Newton's method alone finds no one path */
 enum { PARTED = 5 }; /* levels that find several paths from the guess: the next goes on with one */
 
@@ -49,7 +52,7 @@ struct climb {
     const struct phys_system *system;
     const double *guess; /* on the grid `given` */
     struct phys_grid given;
-    size_t adam_steps;
+    size_t adam_steps, placed;                /* placed: how often the elements were */
     double time, tolerance, ends_error, size; /* size: the path's largest coordinate */
     struct stage before, here;
     struct phys_derivatives of; /* for all levels */
@@ -84,6 +87,13 @@ static enum ad_status choose_mesh(struct climb *c, struct ad_error *error)
         phys_mesh_place(from, before->path, dof, 0, NULL, &gain, error);
     here->apart =
         gain > WORTH && !before->apart && 2 * (n - 1) <= FINEST; /* the next is compared with it */
+    if (here->apart && c->placed++ == MOST_PLACED)
+        return ad_fail(
+            error, AD_E_ACCURACY,
+            "error %g is out of reach: the path is singular, as at a collision, or "
+            "nearly: %zu elements placed where it is steep do not resolve it; try another "
+            "start, or other ends",
+            c->tolerance, from->slices - 1);
     if (here->apart && !(here->mesh = malloc(n * sizeof *here->mesh)))
         ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", n);
     else if (here->apart)
@@ -325,7 +335,7 @@ static enum ad_status climb_all(struct climb *c, const struct phys_rule *given,
     if (c->to->unsettled && c->adam_steps < DESCENT) {
         drop(&c->before);
         drop(&c->here);
-        c->to->n = 0;
+        c->to->n = c->placed = 0;
         c->to->unsettled = false;
         c->adam_steps = DESCENT;
         lost = (struct ad_error){0};
