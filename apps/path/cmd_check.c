@@ -39,13 +39,16 @@ static void report_failure(struct report *report, const char *key, const char *w
 }
 
 static void report_check(struct report *report, const struct phys_system *system, const char *key,
-                         const char *what, const struct ad_check *check)
+                         const char *what, double tolerance, const struct ad_check *check)
 {
     char name[48], failed[128] = "";
     row_name(system, check->input * system->dof + check->row, name, sizeof name);
     if (!check->passed)
         snprintf(failed, sizeof failed, " (tape %.9g, difference %.9g%s)", check->tape,
                  check->difference, check->kink ? "; L has a kink near there" : "");
+    else if (check->worst == tolerance)
+        snprintf(failed, sizeof failed, " (terms of L cancel: tape %.9g, differences know %.3g)",
+                 check->tape, check->difference);
     report_line(report, "  %-15s %-7s worst of %zu entries: %.2g at %s, slice %zu%s", what,
                 check->passed ? "ok" : "FAILED", check->entries, check->worst, name, check->col,
                 failed);
@@ -79,7 +82,7 @@ static void report_locality(struct report *report, const struct phys_system *sys
     report->object = NULL;
 }
 
-static void report_checks(struct report *report, const struct phys_system *system,
+static void report_checks(struct report *report, const struct phys_system *system, double tolerance,
                           const struct phys_checks *c)
 {
     report_line(report, "%s", system->scene->name);
@@ -91,8 +94,8 @@ static void report_checks(struct report *report, const struct phys_system *syste
         report_line(report, "  the other checks need finite values");
         return;
     }
-    report_check(report, system, "gradient", "gradient", &c->gradient);
-    report_check(report, system, "second", "second order", &c->second);
+    report_check(report, system, "gradient", "gradient", tolerance, &c->gradient);
+    report_check(report, system, "second", "second order", tolerance, &c->second);
     report_locality(report, system, &c->locality);
     report_failure(report, "energies", "energies", &c->energies);
     report_text(report, "kink", NULL, c->kink);
@@ -119,7 +122,7 @@ static int run(const void *values, struct ad_error *error)
                          option_number_or(options->dt, system.scene->dt), options->tolerance,
                          options->entries, &checks, error) == AD_OK) {
         struct report report = {0};
-        report_checks(&report, &system, &checks);
+        report_checks(&report, &system, options->tolerance, &checks);
         (options->common.json ? report_json : report_print)(&report, stdout, error);
         report_free(&report);
     }

@@ -19,6 +19,7 @@
 #define ad_branches wrong_branches
 #define ad_reduce_to wrong_reduce_to
 #define ad_accumulate wrong_accumulate
+#define ad_is_zero wrong_is_zero
 #include "autodiff/gradient/rules_elementwise.c"
 #include "autodiff/gradient/grad.c"
 #include "autodiff/check.c"
@@ -116,6 +117,29 @@ static void test_beside_a_pole(void **state)
     assert_int_equal(ad_check_second(y, 1, &x, at, 1e-6, 0, &r), AD_OK);
     assert_true(r.passed);
     ad_tape_free(t);
+}
+
+/* Large terms that cancel hide some digits of the differences from them: what is within their
+   rounding passes, with the tolerance for an error, and a wrong slope beyond it does not. */
+static void test_terms_that_cancel(void **state)
+{
+    (void)state;
+    const double at_0[] = {0.3, -0.7, 1.9};
+    const double *const at[] = {at_0};
+    const double tolerance = 1e-6;
+    struct ad_check r;
+    for (int k = 0; k < 4; k++) {
+        ad_tape *t = ad_tape_new(AD_F64);
+        ad_var x = ad_input(t, 1, 3, NULL), far = ad_mul(x, sqrt(7e9));
+        ad_var nothing = ad_sub(ad_mul(7e9, ad_square(x)), ad_square(far));
+        ad_var y = ad_sum(ad_add(nothing, ad_mul(k < 2 ? 1e-3 : 1, ad_cos(x))));
+        assert_int_equal(
+            (k % 2 ? ad_check_second : ad_check_gradient)(y, 1, &x, at, tolerance, 0, &r), AD_OK);
+        assert_true(r.passed && r.worst == tolerance);
+        assert_int_equal(wrong_check_gradient(y, 1, &x, at, tolerance, 0, &r), AD_OK);
+        assert_true(k < 2 || !r.passed);
+        ad_tape_free(t);
+    }
 }
 
 /* G6: near a kink the gradient is right, and another one a step on. */
@@ -296,6 +320,7 @@ int main(void)
         cmocka_unit_test(test_wrong_at_second_order),
         cmocka_unit_test(test_a_jump_is_no_gradient),
         cmocka_unit_test(test_beside_a_pole),
+        cmocka_unit_test(test_terms_that_cancel),
         cmocka_unit_test(test_beside_a_kink),
         cmocka_unit_test(test_smooth_is_no_kink),
         cmocka_unit_test(test_infinite_gradients_fail),

@@ -79,7 +79,7 @@ static void a_kink_from_a_line(void **state)
 static void a_whole_kink_is_right_or_refused(void **state)
 {
     (void)state;
-    static const double whole[] = {0.2, 0.05};
+    static const double whole[] = {0.2, 0.02};
     for (size_t k = 0; k < LENGTH(whole); k++) {
         double most = error_from(-1, whole[k]);
         print_message("width %g: error %g\n", whole[k], most);
