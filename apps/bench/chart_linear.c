@@ -98,7 +98,7 @@ static enum ad_status subject_open(const struct size *size, struct subject *s, d
 /* Rounds that fit into the budget, measured by one of each. */
 static size_t affordable(struct timed jobs[WAYS], bool quick)
 {
-    double rounds = quick ? 3 : TIMING_QUICK;
+    double rounds = quick ? 3 : TIMING_SOME;
     time_in_turn(WAYS, jobs, 1);
     double ns = jobs[0].nanoseconds + jobs[1].nanoseconds;
     return (size_t)fmax(1, fmin(rounds, budget_ns / ns));

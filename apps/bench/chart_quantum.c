@@ -246,7 +246,7 @@ static enum ad_status time_slices(const struct phys_system *system, size_t n, si
         struct timed jobs[] = {{.run = product, .context = &s, .processor = true},
                                {.run = by_kernel, .context = &s, .processor = true},
                                {.run = by_fft, .context = &s, .processor = true}};
-        time_in_turn(3, jobs, brief ? 3 : TIMING_QUICK);
+        time_in_turn(3, jobs, brief ? 3 : TIMING_SOME);
         sheet_row(sheet,
                   ROW(NUMBER(n), NUMBER(packets), NUMBER(s.build),
                       NUMBER(1e-9 * jobs[0].nanoseconds), NUMBER(1e-9 * jobs[1].nanoseconds),

@@ -220,12 +220,12 @@ static enum ad_status measure_round(const struct scalars *s, size_t side, struct
     return error->status;
 }
 
-static enum ad_status measure(const struct scalars *s, double wanted, struct sheet *sheet,
-                              struct ad_error *error)
+static enum ad_status measure(const struct scalars *s, double wanted, double rounds,
+                              struct sheet *sheet, struct ad_error *error)
 {
     size_t side = (size_t)lround(cbrt(wanted / s->share));
     struct measured m = {.seconds = {INFINITY, INFINITY, INFINITY, INFINITY, INFINITY}};
-    for (double round = 0; round < fmin(5, 1e6 / wanted) && error->status == AD_OK; round++)
+    for (double round = 0; round < fmin(rounds, 1e6 / wanted) && error->status == AD_OK; round++)
         measure_round(s, side, &m, error);
     double n = (double)m.operations, ns = 1e9 / n;
     return sheet_row(sheet,
@@ -270,7 +270,7 @@ enum ad_status chart_tape(struct chart *chart, struct ad_error *error)
     double most = chart->quick ? 1e5 : 1e7;
     for (size_t s = 0; s < N_PROGRAMS; s++)
         for (double n = 1e3; n < 1.1 * most && error->status == AD_OK; n *= 10)
-            measure(&programs[s], n, sheet, error);
+            measure(&programs[s], n, chart->quick ? 2 : 5, sheet, error);
     for (size_t r = 0; r < sheet->rows && error->status == AD_OK; r++)
         if (!(sheet_number(sheet, r, "error") <= tolerance))
             chart->missed = "a gradient differs from the difference of two values";

@@ -140,7 +140,7 @@ static void give_up(struct cover *s, const struct phys_end_box *b, bool look,
     for (size_t k = 0; k < s->c->roots->n; k++) {
         const struct phys_end_root *root = &s->c->roots->root[k];
         if (s->c->roots->root[root->family].coverings >> s->c->number & 1 &&
-            phys_end_distance(s->n, root->w, w) < 4 * edge)
+            phys_end_near(s->n, root->w, w, 4 * edge))
             return;
     }
     s->c->undecided += pow(edge, (double)s->n);

@@ -97,7 +97,7 @@ static void keep_family(struct phys_covering *c, const double *w, size_t dimensi
     size_t n = c->map->dof, had = c->roots->n, family = had;
     for (size_t k = 0; k < had; k++) { /* one of its roots is near: a smooth family has no other */
         const struct phys_end_root *a = &c->roots->root[k];
-        if (a->dimension > 0 && phys_end_distance(n, a->w, w) < SPREAD * c->outer) {
+        if (a->dimension > 0 && phys_end_near(n, a->w, w, SPREAD * c->outer)) {
             c->roots->root[a->family].coverings |= 1u << c->number;
             return;
         }
@@ -105,7 +105,7 @@ static void keep_family(struct phys_covering *c, const double *w, size_t dimensi
     for (size_t k = 0; k < had; k++) {
         const struct phys_end_root *a = &c->roots->root[k];
         if (a->dimension == 0 || a->family == family ||
-            phys_end_distance(n, a->w, w) > NEIGHBOUR * c->outer || !joined(c->map, a->w, w))
+            !phys_end_near(n, a->w, w, NEIGHBOUR * c->outer) || !joined(c->map, a->w, w))
             continue;
         size_t from = family < a->family ? a->family : family;
         size_t to = family < a->family ? family : a->family;
@@ -135,10 +135,10 @@ int phys_cover_near(struct phys_covering *c, double *w, struct ad_error *error)
         keep_family(c, w, (size_t)dimension, error);
         return dimension;
     }
+    const double same = SAME * (phys_end_norm(n, w) + c->map->speed);
     struct phys_end_root *known = NULL;
     for (size_t k = 0; k < c->roots->n && !known; k++)
-        if (phys_end_distance(n, c->roots->root[k].w, w) <=
-            SAME * (phys_end_norm(n, w) + c->map->speed))
+        if (phys_end_near(n, c->roots->root[k].w, w, same))
             known = &c->roots->root[k];
     if (!known)
         known = add_root(c->roots, w, n, error);

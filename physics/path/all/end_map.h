@@ -38,6 +38,14 @@ bool phys_end_map_at(struct phys_end_map *map, const double *w, double tolerance
 
 double phys_end_norm(size_t n, const double *a);
 double phys_end_distance(size_t n, const double *a, const double *b);
+/* |a - b| < by, in loops over all roots. */
+static inline bool phys_end_near(size_t n, const double *a, const double *b, double by)
+{
+    double sum = 0;
+    for (size_t k = 0; k < n; k++)
+        sum += (a[k] - b[k]) * (a[k] - b[k]);
+    return sum < by * by;
+}
 
 /* J [n x n] = sum of size_k left_k right_k^T, row k of left and right being left_k and right_k;
    sizes descend. */
