@@ -91,7 +91,7 @@ PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/status.h autodiff/tape.h aut
               quantum/run.h quantum/slit.h quantum/published.h)
 
 # Raised whenever a public struct changes its size (scripts/check-abi).
-SOVERSION = 3
+SOVERSION = 4
 
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so

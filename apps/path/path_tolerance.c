@@ -96,14 +96,17 @@ static enum ad_status adopt(struct path_run *run, struct ad_error *error)
     size_t n = r->settings.slices, dof = run->system.dof;
     AD_FREE(run->start, run->path);
     run->start = r->start;
-    run->path = r->path;
-    r->start = r->path = NULL;
-    memcpy(run->path, run->start, rule->degree * dof * n * sizeof *run->path);
+    r->start = NULL;
     run->settings.rule = rule;
     run->settings.slices = n;
     run->settings.dt = r->settings.dt;
     run->settings.mesh = r->settings.mesh;
     run->settings.adam_steps = r->settings.adam_steps;
+    run->settings.refined = r;
+    run->path = path_new(run, error);
+    if (!run->path)
+        return error->status;
+    memcpy(run->path, run->start, rule->degree * dof * n * sizeof *run->path);
     if (!run->reference)
         return AD_OK;
     free(run->reference);

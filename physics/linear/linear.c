@@ -56,7 +56,7 @@ static const lapack_int one = 1;
 
 /* Element (i, j) of a narrow system is a[i * row + j * column], up to `width` below and 2 width
    above the diagonal, of which pivoting fills the upper half. */
-enum { NARROW = 16 };
+enum { NARROW = 40 };
 struct narrow {
     size_t n, width, row, column;
 };

@@ -69,8 +69,9 @@ int phys_lapack_tridiagonal_eigenvectors(size_t n, double *diagonal, double *off
 /* Factors a symmetric matrix a [n x n] in place as L D L^T with diagonal pivoting (Bunch, Kaufman);
    `pivots` [n], `work` [64 n] are room. Returns 0, or 1 + the index of a zero pivot. */
 int phys_lapack_symmetric_factor(size_t n, double *a, int *pivots, double *work);
-/* Of a matrix so factored: how many eigenvalues are negative. */
-size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivots);
+/* Of a matrix so factored: how many eigenvalues are negative; adds log |det|. */
+size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivots,
+                                     double *log_determinant);
 /* Solves a x = b for m right sides, b [m x n], one a row, in place. */
 void phys_lapack_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b);
 /* Both by LAPACK, where they take long enough for it. */

@@ -30,8 +30,14 @@ static int NAME(factor)(struct narrow s, void *matrix, int *pivots)
             NUMBER *to = a + k * s.column, above = to[p * s.row];
             to[p * s.row] = to[j * s.row];
             to[j * s.row] = above;
-            for (size_t i = j + 1; i <= below; i++)
-                to[i * s.row] -= TIMES(column[i * s.row], above);
+            if (s.row == 1) {
+#pragma omp simd
+                for (size_t i = j + 1; i <= below; i++)
+                    to[i] -= TIMES(column[i], above);
+            } else {
+                for (size_t i = j + 1; i <= below; i++)
+                    to[i * s.row] -= TIMES(column[i * s.row], above);
+            }
         }
     }
     return info;

@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-enum { SMALL = 12 };
+enum { SMALL = 40 };
 
 static const double GROWTH = 0.6403882032022076; /* (1 + sqrt 17) / 8 */
 
@@ -163,9 +163,11 @@ int phys_lapack_symmetric_factor(size_t n, double *a, int *pivots, double *work)
                       : phys_lapack_symmetric_factor_large(n, a, pivots, work);
 }
 
-size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivots)
+size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivots,
+                                     double *log_determinant)
 {
     size_t negative = 0;
+    double product = 1;
     for (size_t k = 0; k < n; k++) {
         double d = a[k * n + k], det = d;
         if (pivots[k] < 0) { /* a 2 x 2 pivot: one eigenvalue of either sign */
@@ -174,7 +176,13 @@ size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivot
             k++;
         }
         negative += det < 0;
+        product *= fabs(det);
+        if (!(product > 1e-150 && product < 1e150)) {
+            *log_determinant += log(product);
+            product = 1;
+        }
     }
+    *log_determinant += log(product);
     return negative;
 }
 

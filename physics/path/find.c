@@ -17,16 +17,18 @@ static const double STATIONARY =
 static const double TIGHT = 1e-13, LOOSE = 1e-12; /* of the motion, and to check it */
 static const double KNOWN = 0.1;  /* relative error allowed for the motion, of a distance */
 static const double SAME = 1e-6;  /* of the extent: two stationary paths of one grid are one */
+static const double AGREE = 1e-9; /* of the extent: and they are to that */
 static const double APART = 10;   /* errors of discretisation: a motion further away is another */
 static const double CLEAR = 1e-3; /* of the extent: and as far at the least */
 static const double NEAR = 0.3;   /* of the extent: a finer path further away is another one */
-enum { DEGREE = 4, MOST = 160 };  /* of the finer rule, at least; coordinates in one element */
+enum { DEGREE = 4 };              /* of the finer rule, at least */
 
 struct search {
     const struct phys_system *system;
     const struct phys_path_settings *settings;
     const double *path;
-    struct phys_newton *newton; /* that found it; NULL: another solver did */
+    struct phys_newton *newton;   /* that found it; NULL: another solver did */
+    struct phys_refined *refined; /* whose path it is; or NULL */
     struct phys_path_found *found;
     size_t dof, slices;
 };
@@ -69,8 +71,12 @@ static enum ad_status find_kind(struct search *s, struct ad_error *error)
     struct ad_error lost = {0};
     if (!s->found->stationary)
         return AD_OK;
-    if (phys_newton_spectrum(s->newton, s->path, spectrum, &lost) == AD_E_ACCURACY)
+    if (s->refined) {
+        *spectrum = s->refined->spectrum;
+        s->refined->spectrum = (struct phys_spectrum){0};
+    } else if (phys_newton_spectrum(s->newton, s->path, spectrum, &lost) == AD_E_ACCURACY) {
         return give_up(s);
+    }
     if (lost.status != AD_OK)
         return ad_fail(error, lost.status, "%s", lost.message);
     if (!phys_free_ends(s->settings) &&
@@ -199,6 +205,25 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
     return error->status;
 }
 
+/* How much the momenta differ at slices i of a path and i * each / 2 of a finer one that is
+   settled, by what they move in a step: their slices alone may agree by symmetry. */
+static double momenta_apart(struct phys_hessian *h, const double *path, struct phys_hessian *finer,
+                            const double *moved, size_t each)
+{
+    double most = 0;
+    phys_hessian_gradient_at(h, path, 0);
+    phys_hessian_gradient_at(finer, moved, 0);
+    for (size_t i = 0; i < h->elements; i += 2)
+        for (size_t k = 0; k < h->dof; k++) {
+            double apart = fabs(h->gradient[i * h->side + k] -
+                                finer->gradient[i * each / 2 * finer->side + k]);
+            if (apart > 0)
+                most = fmax(most, apart * phys_hessian_length(h, i) * (double)each / 2 /
+                                      finer->stiffness[k]);
+        }
+    return most;
+}
+
 enum ad_status phys_path_discretisation(const struct phys_system *system,
                                         const struct phys_path_settings *settings,
                                         struct phys_derivatives *of, const double *path, bool more,
@@ -207,14 +232,16 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
 {
     struct phys_path_settings finer = *settings;
     struct phys_newton newton = {0};
+    struct phys_hessian coarse = {0};
     struct phys_derivatives own = {0};
     struct phys_path_info info = {0};
     struct ad_error lost = {0};
-    size_t n = settings->slices, dof = system->dof, degree = finer.rule->degree + 2;
+    size_t n = settings->slices, dof = system->dof,
+           degree = finer.rule->degree + PHYS_FINER_DEGREES;
     char name[24];
     *distance = (double)NAN;
     degree = degree < DEGREE ? DEGREE : degree;
-    if (finer.rule->repeat || degree > PHYS_RULE_MOST || degree * dof > MOST)
+    if (finer.rule->repeat || degree > PHYS_RULE_MOST || degree * dof > PHYS_FINER_MOST)
         return AD_OK;
     snprintf(name, sizeof name, "gauss%zu", degree);
     finer.rule = phys_rule_find(name, error);
@@ -230,14 +257,18 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
     if (moved && !of)
         phys_derivatives_new(of = &own, system, PHYS_LADDER_COLUMNS, NULL, &lost);
     bool made = moved && lost.status == AD_OK &&
+                phys_hessian_over(&coarse, of, settings->rule, n, settings->dt, &lost) == AD_OK &&
                 phys_newton_new(&newton, system, &finer, of, &lost) == AD_OK;
+    coarse.mesh = settings->mesh;
     if (made && phys_newton_settle(&newton, moved, &info, error)) {
         double most = 0;
         for (size_t k = 0; k < dof; k++)
             for (size_t i = 0; i < n; i += each == 3 ? 2 : 1)
                 most = fmax(most, fabs(moved[k * m + i * each / 2] - path[k * n + i]));
         if (most <= NEAR * extent(path, dof, n))
-            *distance = most;
+            *distance = each == 3 && settings->rule->order > 1
+                            ? fmax(most, momenta_apart(&coarse, path, &newton.hessian, moved, each))
+                            : most;
     } else if (info.stop == PHYS_STOP_INTERRUPTED) {
         ad_fail(error, AD_E_ACCURACY, "interrupted");
     }
@@ -250,12 +281,23 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
         spectrum->undetermined |= !phys_newton_confirms(&newton, moved, spectrum, error);
     phys_keep_memory(&lost, error);
     phys_newton_free(&newton);
+    phys_hessian_free(&coarse);
     phys_derivatives_free(&own);
     AD_FREE(moved, mesh);
     return error->status;
 }
 
 /* ---- all of it ---- */
+
+/* Whether the path is the one that was refined, on the same grid. */
+static bool is_refined(const struct search *s, const struct phys_refined *refined)
+{
+    const struct phys_path_settings *own = s->settings, *theirs = &refined->settings;
+    return refined->path && own->rule == theirs->rule && own->slices == theirs->slices &&
+           own->dt == theirs->dt &&
+           largest(s->path, refined->path, s->dof * s->slices) <=
+               AGREE * extent(s->path, s->dof, s->slices);
+}
 
 static enum ad_status measure(struct search *s, struct ad_error *error)
 {
@@ -268,8 +310,11 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
         return error->status;
     bool rounding = found->spectrum.undetermined;
     struct ad_error lost = {0};
-    if (phys_path_discretisation(s->system, s->settings, NULL, s->path, false,
-                                 &found->discretisation, &found->spectrum, &lost) == AD_E_ACCURACY)
+    if (s->refined)
+        found->discretisation = s->refined->finer;
+    else if (phys_path_discretisation(s->system, s->settings, NULL, s->path, false,
+                                      &found->discretisation, &found->spectrum,
+                                      &lost) == AD_E_ACCURACY)
         return give_up(s);
     if (lost.status != AD_OK)
         return ad_fail(error, lost.status, "%s", lost.message);
@@ -296,6 +341,7 @@ enum ad_status phys_path_find(const struct phys_solver *solver, const struct phy
     if (phys_path_check(solver, system, settings, path, &found->info, error) != AD_OK)
         return error->status;
     struct phys_path_settings own = *settings;
+    struct phys_refined *refined = settings->refined;
     double *momentum = malloc(system->dof * sizeof *momentum);
     if (!momentum)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
@@ -310,8 +356,10 @@ enum ad_status phys_path_find(const struct phys_solver *solver, const struct phy
                        .slices = settings->slices};
     if (!s.newton)
         solver->solve(system, &own, path, &found->info, error);
-    else if (phys_newton_new(&newton, system, &own, NULL, error) == AD_OK)
+    else if (phys_newton_new(&newton, system, &own, refined ? refined->of : NULL, error) == AD_OK)
         phys_newton_solve(&newton, path, &found->info, error);
+    if (refined && s.newton && is_refined(&s, refined))
+        s.refined = refined;
     if (error->status == AD_OK)
         measure(&s, error);
     phys_newton_free(&newton);

@@ -8,6 +8,9 @@
 
 /* Points of a block of derivatives that grids of four elements and of thousands share. */
 enum { PHYS_LADDER_COLUMNS = 32 };
+/* Coordinates in one element of the rule of higher order (phys_path_discretisation), at most, and
+   by how much its degree is higher. */
+enum { PHYS_FINER_MOST = 160, PHYS_FINER_DEGREES = 2 };
 
 struct phys_newton {
     struct phys_path_settings settings;
@@ -55,7 +58,8 @@ bool phys_newton_confirms(struct phys_newton *newton, const double *path,
 
 /* Distance of a stationary path [s*dof x slices] from that of a rule of higher order: its
    discretisation error; INFINITY: none nearby; NaN: too large for one. With `more`, there are half
-   as many elements more, where their number is even: what the grid alone holds in place moves. `of`
+   as many elements more, where their number is even: what the grid alone holds in place moves, and
+   momenta count, by what they move in a step. `of`
    as in phys_newton_over; NULL: its own. Judges whether the path's `spectrum` is that of the other
    rule; may be NULL. AD_E_ACCURACY where it is interrupted. */
 enum ad_status phys_path_discretisation(const struct phys_system *system,

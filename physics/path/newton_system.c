@@ -105,6 +105,7 @@ static bool make_room(struct phys_newton_system *band, size_t parts)
         band->matrix = malloc(parts * rows * band->n * sizeof *band->matrix);
         band->room = band->matrix ? parts * rows * band->n : 0;
     }
+    band->no_memory = !band->matrix;
     return band->matrix != NULL;
 }
 
@@ -160,8 +161,10 @@ static bool factor_blocks(struct phys_newton_system *band)
     if (band->blocks.reach != band->hessian->reach)
         phys_block_tridiagonal_free(&band->blocks);
     if (!band->blocks.slice &&
-        !phys_block_tridiagonal_new(&band->blocks, band->hessian, band->hold, band->scale))
+        !phys_block_tridiagonal_new(&band->blocks, band->hessian, band->hold, band->scale)) {
+        band->no_memory = true;
         return false;
+    }
     return phys_block_tridiagonal_factor(&band->blocks, band->damping);
 }
 

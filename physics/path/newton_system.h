@@ -16,6 +16,7 @@ struct phys_newton_system {
     bool by_blocks;     /* there is no band */
     size_t room;        /* numbers in `matrix` */
     double damping;     /* of the factors */
+    bool no_memory;     /* for the last factors */
     int *pivots;
     double *scale; /* [dof]: D^-1 */
     double *matrix, *right;

@@ -70,8 +70,10 @@ struct phys_path_settings {
                                 distance has not decreased for PHYS_PATIENCE steps; or NULL */
     const double *compare;   /* [s*dof x slices]: a path to be measured as well; or NULL */
     bool compare_true;       /* it is a motion of the system, not of the grid (phys_path_find) */
-    double *start_momentum;  /* [dof]: receives -dS/dq at the first slice of the path found, a
-                                momentum of the order of the rule; or NULL */
+    struct phys_refined *refined; /* phys_path_find: of phys_path_refine, whose recording and
+                                     verdicts serve where the same path is found; or NULL */
+    double *start_momentum;       /* [dof]: receives -dS/dq at the first slice of the path found, a
+                                     momentum of the order of the rule; or NULL */
     size_t threads;
     bool native; /* use machine code where it pays (ad_native) */
     /* Called after step 0 (the start) and every step; false stops the run. path is [s*dof x slices]
@@ -158,6 +160,32 @@ double phys_grid_time(const struct phys_grid *grid, size_t slice);
 double *phys_path_resample(const struct phys_grid *from, const double *path,
                            const struct phys_grid *to, size_t dof, struct ad_error *error);
 
+/* L_vv along a path (Legendre's condition); singular counts as indefinite. */
+enum phys_definite { PHYS_INDEFINITE, PHYS_POSITIVE, PHYS_NEGATIVE };
+
+/* A point conjugate to the start, and the error bound of its time. */
+struct phys_conjugate {
+    double time, error;
+};
+
+/* The kind of a stationary path. */
+struct phys_spectrum {
+    enum phys_definite legendre;
+    double not_definite; /* time at which L_vv first is indefinite or changes sign */
+    /* Of S where L_vv is positive definite, of -S where it is negative definite; else unset. */
+    size_t index;    /* Morse index: negative eigenvalues of the Hessian; 0 is a minimum */
+    double smallest; /* eigenvalue; NaN where the number of coordinates makes it expensive */
+    double second_variation; /* its smallest eigenvalue relative to the integral of x^2, which
+                                converges to that of the operator; NaN likewise */
+    double around[2];  /* the eigenvalues of the latter next to zero, to 1 %, below it and not; NaN,
+                          INFINITY: none, or not computed */
+    bool undetermined; /* one of them is zero within rounding, or (phys_path_find) a rule of higher
+                          order has one between half of the one and half of the other: the index
+                          is not known, and the ends are conjugate, or nearly */
+    size_t n_conjugate;
+    struct phys_conjugate *conjugate; /* in order of time; the intervals of slices until refined */
+    bool of_motion;                   /* they are those of the motion: see phys_path_conjugate */
+};
 /* A rule and a number of elements that phys_path_refine tried. */
 struct phys_level {
     const struct phys_rule *rule;
@@ -172,18 +200,22 @@ struct phys_refined {
     struct phys_level level[PHYS_LEVELS];
     struct phys_path_settings
         settings; /* the settings given, with rule, slices, dt and adam_steps of the result */
-    double *start, *path; /* [degree*dof x slices] each: its start, and the path */
+    double *start, *path; /* [degree*dof x slices] each: its start, and the path ... */
     double *mesh;         /* [slices] that of the settings; NULL: its elements are even */
-    bool unsettled;       /* AD_E_ACCURACY because levels converge to different paths */
+    struct phys_spectrum spectrum;
+    double finer; /* ... and its distance from that of a rule of higher order on more elements */
+    struct phys_derivatives *of; /* of L, for all levels */
+    bool unsettled;              /* AD_E_ACCURACY because levels converge to different paths */
 };
 /* Finds a path with an error below `tolerance` by the coarsest setting that has one: elements of
-   settings->rule (NULL: gauss2, then gauss4) are doubled, over the time of settings->slices and dt,
-   until the estimated error is small enough, or placed anew where the path is much steeper than
-   elsewhere. With settings->mesh the first elements are its. guess [dof x slices] is the start, and
-   its ends, known to ends_error, are the ends, but for what settings->ends leaves free. With free
-   end time slices of the same share of the time are compared, and the change of that time counts by
-   the speed. Uses Newton's method after settings->adam_steps. AD_E_ACCURACY if there is no such
-   setting, or settings->proceed returned false. Free with phys_refined_free in any case. */
+   settings->rule (NULL: gauss2, until two levels agree on a path, then a rule of higher order) are
+   doubled, over the time of settings->slices and dt, until the estimated error is small enough, or
+   placed anew where the path is much steeper than elsewhere. With settings->mesh the first elements
+   are its. guess [dof x slices] is the start, and its ends, known to ends_error, are the ends, but
+   for what settings->ends leaves free. With free end time slices of the same share of the time are
+   compared, and the change of that time counts by the speed. Uses Newton's method after
+   settings->adam_steps. AD_E_ACCURACY if there is no such setting, or settings->proceed returned
+   false. Free with phys_refined_free in any case. */
 enum ad_status phys_path_refine(const struct phys_system *system,
                                 const struct phys_path_settings *settings, const double *guess,
                                 double ends_error, double tolerance, struct phys_refined *refined,
@@ -220,32 +252,6 @@ void phys_continued_free(struct phys_continued *continued);
 bool phys_path_jumps(const struct phys_system *system, const struct phys_path_settings *settings,
                      const double *path);
 
-/* L_vv along a path (Legendre's condition); singular counts as indefinite. */
-enum phys_definite { PHYS_INDEFINITE, PHYS_POSITIVE, PHYS_NEGATIVE };
-
-/* A point conjugate to the start, and the error bound of its time. */
-struct phys_conjugate {
-    double time, error;
-};
-
-/* The kind of a stationary path. */
-struct phys_spectrum {
-    enum phys_definite legendre;
-    double not_definite; /* time at which L_vv first is indefinite or changes sign */
-    /* Of S where L_vv is positive definite, of -S where it is negative definite; else unset. */
-    size_t index;    /* Morse index: negative eigenvalues of the Hessian; 0 is a minimum */
-    double smallest; /* eigenvalue; NaN where the number of coordinates makes it expensive */
-    double second_variation; /* its smallest eigenvalue relative to the integral of x^2, which
-                                converges to that of the operator; NaN likewise */
-    double around[2];  /* the eigenvalues of the latter next to zero, to 1 %, below it and not; NaN,
-                          INFINITY: none, or not computed */
-    bool undetermined; /* one of them is zero within rounding, or (phys_path_find) a rule of higher
-                          order has one between half of the one and half of the other: the index
-                          is not known, and the ends are conjugate, or nearly */
-    size_t n_conjugate;
-    struct phys_conjugate *conjugate; /* in order of time; the intervals of slices until refined */
-    bool of_motion;                   /* they are those of the motion: see phys_path_conjugate */
-};
 /* The spectrum of the action S between its ends, at a stationary path [s*dof x slices]; of the
    settings rule, slices, dt and ends are used. Without conjugate points where coordinates are free
    at the ends. Free with phys_spectrum_free in any case. */

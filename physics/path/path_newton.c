@@ -13,6 +13,7 @@
 static const double LEAST_DAMPING = 1e-5, MOST_DAMPING = 1e4, DAMPING_FACTOR = 10;
 
 static const double POOR = 0.25;  /* a step that leaves more of the gradient may have been short */
+static const double FAST = 1e-3;  /* one that leaves so little: Newton's method converges */
 static const double SLOW = 0.999; /* ... and one that leaves so much is hardly a step */
 
 enum { PATIENCE = 10 }; /* slow steps in a row: |g| has a minimum here that is not zero */
@@ -133,9 +134,28 @@ static bool lengthen(struct phys_newton *s, double from, double here, size_t num
     return length > 1;
 }
 
+/* Repeats Newton's step with the matrix that is factored, which is cheaper than another one, as
+   long as that makes |g| smaller: by much, or at all where it is zero to `rounding`. */
+static void repeat(struct phys_newton *s, double rounding, size_t number, struct phys_path_step *at)
+{
+    double from, here = norm(s);
+    do {
+        from = here;
+        norm(s);
+        phys_newton_system_step(&s->band, s->gradient, s->step);
+        memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
+        here = norm_at(s, 1, number, at);
+    } while (here < (here <= rounding ? 1 : FAST) * from);
+    if (!(here < from)) {
+        memcpy(s->path.x, s->before, s->path.n * sizeof *s->before);
+        *at = phys_path_program_run(&s->path, number);
+    }
+}
+
 /* Moves the path by a step with the present damping. False, and the path back, if the gradient does
    not fall below `from`. */
-static bool try_step(struct phys_newton *s, double from, size_t number, struct phys_path_step *at)
+static bool try_step(struct phys_newton *s, double from, double rounding, size_t number,
+                     struct phys_path_step *at)
 {
     norm(s);
     if (!phys_newton_system_factor(&s->band, s->damping))
@@ -149,6 +169,8 @@ static bool try_step(struct phys_newton *s, double from, size_t number, struct p
         return false;
     }
     s->lengthened = lengthen(s, from, here, number, at);
+    if (s->damping == 0 && (here < FAST * from || here <= rounding))
+        repeat(s, rounding, number, at);
     return true;
 }
 
@@ -162,8 +184,9 @@ static bool improve(struct phys_newton *s, struct phys_path_step *at, size_t *sl
     phys_newton_system_scale(&s->band);
     double from = norm(s), rounding = ROUNDING * phys_newton_system_rounding(&s->band, s->path.x);
     bool first = true;
-    while (!try_step(s, from, number, at)) {
-        if (from <= rounding || s->damping >= MOST_DAMPING || phys_hessian_stopped(&s->hessian))
+    while (!try_step(s, from, rounding, number, at)) {
+        if (from <= rounding || s->damping >= MOST_DAMPING || s->band.no_memory ||
+            phys_hessian_stopped(&s->hessian))
             return false;
         s->damping = s->damping > 0 ? s->damping * DAMPING_FACTOR : LEAST_DAMPING;
         first = false;
@@ -190,6 +213,8 @@ static enum phys_stop follow(struct phys_newton *s, struct phys_path_step *at)
         bool moved = improve(s, at, &slow);
         if (moved)
             stop = phys_path_program_report(&s->path, at);
+        if (moved && !stop && s->damping == 0 && at_rounding(s))
+            stop = PHYS_STOP_ROUNDING;
         if (!stop && s->hessian.stopped)
             stop = PHYS_STOP_INTERRUPTED;
         else if (!stop && (!moved || slow >= PATIENCE))
@@ -232,6 +257,8 @@ static enum ad_status iterate(struct phys_newton *s, double *path, struct phys_p
         at = phys_path_program_run(&s->path, at.step + 1);
         stop = follow(s, &at);
     }
+    if (s->band.no_memory)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for a step of newton");
     phys_path_program_end(&s->path, stop, &at, path, info);
     return AD_OK;
 }

@@ -299,11 +299,11 @@ void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
                                     .kinetic_mean = found.kinetic_mean,
                                     .potential_mean = found.potential_mean,
                                     .grad_norm = found.grad_norm,
-                                    .start = p->start,
-                                    .compared = compare(p, p->settings->compare)};
+                                    .start = p->start};
     measure_path(p, path, info);
+    info->compared = compare(p, p->settings->compare);
     snprintf(info->interpreted, sizeof info->interpreted, "%s",
-             p->hessian ? "" : ad_native_note(p->program));
+             ad_native_note(p->hessian ? p->hessian->of->first : p->program));
     info->native = !*info->interpreted;
     p->started = ad_now(); /* of another path by this recording */
     p->in_progress = 0;

@@ -31,7 +31,7 @@ enum ad_status phys_path_program_new(struct phys_path_program *p, const struct p
                                      const struct phys_path_settings *settings, const double *path,
                                      struct ad_error *error);
 /* The same without a recording: from a Hessian of the settings' grid. Without penalties on the
-   energy, reference and machine code. (path_points.c) */
+   energy and reference. (path_points.c) */
 enum ad_status phys_path_program_over(struct phys_path_program *p, const struct phys_system *system,
                                       const struct phys_path_settings *settings,
                                       struct phys_hessian *hessian, struct ad_error *error);

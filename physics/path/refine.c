@@ -1,6 +1,10 @@
 /* Finds the coarsest setting that meets an error (path.h) by doubling elements, with the same ends
-   and time. The error of a path is estimated from its distance to the previous one, at the slices
-   of both.
+   and time. Cheap elements say which path it is; once two levels agree on that, a rule of as high
+   an order as the error needs begins with as many elements. The error of its path is the distance
+   from that of a rule of higher order on half as many elements more.
+
+   With a given rule, free time, or more coordinates than that takes, the error of a path is
+   estimated from its distance to the previous one, at the slices of both.
 
    With d that distance and d' the one before it, errors fall by r = d'/d per level, at most by 2^p
    for a rule of order p; the error of the finer path is then d/(r - 1). Where r is not yet
@@ -14,10 +18,11 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { COARSEST = 4, FINEST = 1 << 14, UNSETTLED = 1 << 9 }; /* elements */
+enum { COARSEST = 4, CHEAP = 32, FINEST = 1 << 14, UNSETTLED = 1 << 9 }; /* elements */
 enum { UNPLACED = 64 }; /* even elements that should do to tell where the path is steep */
 enum {
     MOST_PLACED = 4
@@ -26,7 +31,8 @@ enum { DESCENT = 500 }; /* steps of Adam, where Newton's method alone finds no o
 enum { PARTED = 5 }; /* levels that find several paths from the guess: the next goes on with one */
 
 static const double CAUTION = 2;   /* the law of convergence holds in the limit */
-static const double MARGIN = 1.5;  /* the path of the rule of higher order errs, too */
+static const double MARGIN = 1.5;  /* the path of the rule of higher order errs, too ... */
+static const double ALONE = 3;     /* ... and without levels to compare, at other slices more */
 static const double LOST = 1e-12;  /* of the path's size: not by rounding alone */
 static const double EXACT = 1e-14; /* of the path's size: no distance but rounding */
 static const double FINE = 1e-7;   /* of the path's size: where rounding may stop the fall */
@@ -34,17 +40,15 @@ static const double FALLING = 0.7; /* of the distance, from level to level, at t
 static const double NEAR = 1e-2;   /* of the path's size: as close as to be the same path */
 static const double WORTH = 3;     /* times fewer elements, for which they are placed anew */
 
-/* Without a rule: cheap elements while few will do, then those of high order. */
-static const struct rung {
-    const char *rule;
-    size_t first, last;
-} ladder[] = {{"gauss2", COARSEST, 32}, {"gauss4", 8, FINEST}};
+/* Degrees of the rule of high order, and coordinates of its element: larger ones cost more than
+   twice as many. */
+enum { LOWEST = 4, HIGHEST = 12, LARGEST = 96 };
 
 /* The path of a level. */
 struct stage {
     struct phys_grid grid;
     double *start, *path, *mesh;
-    double distance; /* from the level before; NaN: none to compare with */
+    double distance; /* from the level before, or of high order from a finer one; NaN: none */
     bool apart;      /* its elements are not those of the level before, halved */
 };
 
@@ -55,7 +59,7 @@ struct climb {
     size_t adam_steps, placed;                /* placed: how often the elements were */
     double time, tolerance, ends_error, size; /* size: the path's largest coordinate */
     struct stage before, here;
-    struct phys_derivatives of; /* for all levels */
+    bool high; /* rungs of high order */
     struct phys_refined *to;
     struct ad_error lost; /* why the last level has no path */
 };
@@ -148,10 +152,10 @@ static enum ad_status solve(struct climb *c, struct phys_level *level, struct ad
     struct phys_path_settings *settings = &c->to->settings;
     bool free_time = time_is_free(c);
     if (free_time)
-        phys_newton_free_time(c->system, settings, &c->of, settings->ends->energy, c->here.path,
+        phys_newton_free_time(c->system, settings, c->to->of, settings->ends->energy, c->here.path,
                               &info, &lost);
     else
-        phys_newton_over(c->system, settings, &c->of, c->here.path, &info, &lost);
+        phys_newton_over(c->system, settings, c->to->of, c->here.path, &info, &lost);
     if (lost.status != AD_OK && lost.status != AD_E_NONFINITE &&
         !(free_time && lost.status == AD_E_ACCURACY))
         return ad_fail(error, lost.status, "%s", lost.message);
@@ -192,7 +196,7 @@ static void estimate(struct climb *c, struct phys_level *level)
         c->here.distance = settled(c, coarse) ? moved : (double)NAN;
         return;
     }
-    if (!coarse->path || coarse->grid.rule != level->rule || 2 * n != m + 1)
+    if (c->high || !coarse->path || coarse->grid.rule != level->rule || 2 * n != m + 1)
         return;
     double d = 0, widest = 0; /* of a step between slices */
     for (size_t k = 0; k < dof; k++)
@@ -217,7 +221,7 @@ static enum ad_status find_spectrum(struct climb *c, struct phys_spectrum *spect
                                     struct ad_error *error)
 {
     struct phys_newton newton = {0};
-    if (phys_newton_new(&newton, c->system, &c->to->settings, &c->of, error) == AD_OK)
+    if (phys_newton_new(&newton, c->system, &c->to->settings, c->to->of, error) == AD_OK)
         phys_newton_spectrum(&newton, c->here.path, spectrum, error);
     phys_newton_free(&newton);
     return error->status;
@@ -227,19 +231,27 @@ static enum ad_status find_spectrum(struct climb *c, struct phys_spectrum *spect
    ends all levels may agree on a path that the grid alone holds. */
 static bool verified(struct climb *c, struct phys_level *level, struct ad_error *error)
 {
-    double finer = (double)NAN;
-    struct phys_spectrum spectrum = {0};
-    if (level->estimate < c->tolerance && find_spectrum(c, &spectrum, error) == AD_OK)
-        phys_path_discretisation(c->system, &c->to->settings, &c->of, c->here.path, true, &finer,
-                                 &spectrum, error);
-    level->estimate = fmax(level->estimate, MARGIN * finer); /* fmax ignores NaN */
+    double *finer = &c->to->finer;
+    struct phys_spectrum *spectrum = &c->to->spectrum;
+    if (!level->found || !(c->high || level->estimate < c->tolerance))
+        return false;
+    if (find_spectrum(c, spectrum, error) == AD_OK)
+        phys_path_discretisation(c->system, &c->to->settings, c->to->of, c->here.path, true, finer,
+                                 spectrum, error);
+    if (c->high) {
+        c->here.distance = *finer;
+        level->estimate = rounding(c, level->elements);
+    }
+    level->estimate =
+        fmax(level->estimate, (c->high ? ALONE : MARGIN) * *finer); /* fmax ignores NaN */
     bool close = level->estimate < c->tolerance && error->status == AD_OK;
-    if (close && spectrum.undetermined)
+    if (close && spectrum->undetermined)
         ad_fail(error, AD_E_ACCURACY,
                 "error %g cannot be verified: an eigenvalue of the second variation is zero within "
                 "its error, so that the path may lie elsewhere; try other ends, or another time",
                 c->tolerance);
-    phys_spectrum_free(&spectrum);
+    if (!close)
+        phys_spectrum_free(spectrum);
     return close;
 }
 
@@ -304,20 +316,55 @@ static bool climb(struct climb *c, const struct phys_rule *rule, size_t elements
     return false;
 }
 
+/* The rule with which as many elements as two levels needed to agree come to the tolerance: in each
+   the error of order p falls by the same factor per order. NULL: none, the levels of one rule are
+   compared. */
+static const struct phys_rule *high_rule(const struct climb *c, struct ad_error *error)
+{
+    size_t dof = c->system->dof;
+    if (!settled(c, &c->before) || time_is_free(c) ||
+        (LOWEST + PHYS_FINER_DEGREES) * dof > PHYS_FINER_MOST)
+        return NULL;
+    double order = (double)c->before.grid.rule->order;
+    double left = c->before.distance / exp2(order / 2); /* it falls by 2^order in the limit */
+    double here = log(fmax(left / c->size, DBL_EPSILON));
+    double degree = 1 + ceil(order / 2 * log(c->tolerance / c->size) / here);
+    double most = fmin(HIGHEST, LARGEST / (double)dof);
+    char name[24];
+    snprintf(name, sizeof name, "gauss%.0f", fmax(LOWEST, floor(fmin(degree, most))));
+    return phys_rule_find(name, error);
+}
+
+/* Levels of a rule, and with `any` one of high order once two agree. True when the climb is over.
+ */
+static bool climb_rungs(struct climb *c, const struct phys_rule *rule, size_t first, size_t last,
+                        bool any, struct ad_error *error)
+{
+    for (size_t elements = first; elements <= last; elements *= 2) {
+        if (climb(c, rule, elements, error))
+            return true;
+        const struct phys_rule *high = any ? high_rule(c, error) : NULL;
+        if (high) {
+            c->high = true;
+            return climb_rungs(c, high, elements, FINEST, false, error);
+        }
+    }
+    return false;
+}
+
 /* All levels from the guess, after c->adam_steps. */
 static enum ad_status climb_once(struct climb *c, const struct phys_rule *given,
                                  struct ad_error *error)
 {
     size_t first = c->given.mesh ? c->given.slices - 1 : COARSEST;
-    const struct rung fixed = {given ? given->name : NULL, first, FINEST};
-    const struct rung *rungs = given ? &fixed : ladder;
-    for (size_t k = 0; k < (given ? 1 : LENGTH(ladder)); k++) {
-        const struct phys_rule *rule = given ? given : phys_rule_find(rungs[k].rule, error);
-        size_t from = c->given.mesh && first > rungs[k].first ? first : rungs[k].first;
-        for (size_t elements = from; elements <= rungs[k].last; elements *= 2)
-            if (climb(c, rule, elements, error))
-                return error->status;
-    }
+    const struct phys_rule *coarse = phys_rule_find("gauss2", error);
+    c->high = false;
+    if (given ? climb_rungs(c, given, first, FINEST, false, error)
+              : climb_rungs(c, coarse, first, CHEAP, true, error) ||
+                    (!c->high &&
+                     climb_rungs(c, phys_rule_find("gauss4", error),
+                                 first < 2 * COARSEST ? 2 * COARSEST : first, FINEST, true, error)))
+        return error->status;
     const struct phys_level *last = &c->to->level[c->to->n - 1];
     return ad_fail(error, AD_E_ACCURACY,
                    "error %g is out of reach: %zu elements of %s come to %.2g; allow a larger "
@@ -366,15 +413,20 @@ enum ad_status phys_path_refine(const struct phys_system *system,
                       .ends_error = ends_error,
                       .before.distance = NAN,
                       .to = refined};
+    refined->finer = (double)NAN;
     refined->settings = *settings;
     refined->settings.progress = NULL;
     refined->settings.reference = refined->settings.compare = NULL;
+    refined->settings.refined = NULL;
     refined->settings.start_momentum = NULL;
     refined->settings.tolerance = 0;
     refined->settings.hold = 0;
-    if (phys_derivatives_new(&c.of, system, PHYS_LADDER_COLUMNS, NULL, error) == AD_OK &&
+    refined->of = calloc(1, sizeof *refined->of);
+    if (!refined->of)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (phys_derivatives_new(refined->of, system, PHYS_LADDER_COLUMNS, NULL, error) == AD_OK &&
         settings->native)
-        phys_derivatives_native(&c.of);
+        phys_derivatives_native(refined->of);
     if (error->status == AD_OK && climb_all(&c, settings->rule, error) == AD_OK) {
         refined->start = c.here.start;
         refined->path = c.here.path;
@@ -382,7 +434,6 @@ enum ad_status phys_path_refine(const struct phys_system *system,
         c.here.start = c.here.path = c.here.mesh = NULL;
     }
     refined->settings.mesh = refined->mesh;
-    phys_derivatives_free(&c.of);
     drop(&c.before);
     drop(&c.here);
     return error->status;
@@ -392,6 +443,9 @@ void phys_refined_free(struct phys_refined *refined)
 {
     if (!refined)
         return;
-    AD_FREE(refined->start, refined->path, refined->mesh);
+    if (refined->of)
+        phys_derivatives_free(refined->of);
+    phys_spectrum_free(&refined->spectrum);
+    AD_FREE(refined->of, refined->start, refined->path, refined->mesh);
     *refined = (struct phys_refined){0};
 }

@@ -19,6 +19,7 @@
 
 static const double BEYOND = 1e6;  /* times the largest entry: not in the spectrum */
 static const double ROUNDING = 16; /* of an eigenvalue, in units of the largest */
+enum { SLOW = 3 };                 /* steps that leave more than half */
 static const double ROUGH = 0.01;  /* relative error of eigenvalues that are not reported */
 
 struct chain {
@@ -35,6 +36,7 @@ struct chain {
     bool integral;               /* ... and the length of the element in units of dt */
     double largest;              /* entry of any element ... */
     double scale;                /* ... and of the spectrum */
+    double log_determinant;      /* of H - sigma, of the last sigma, unless it was left early */
     bool lost;                   /* out of memory for conjugate points */
 };
 
@@ -99,7 +101,7 @@ static bool condense(struct chain *c, size_t e, double sigma, size_t *negative)
             c->C[j * m + i] = entry(c, e, i, m + j);
     if (phys_lapack_symmetric_factor(m, c->K, c->pivots, c->work) != 0)
         return false;
-    *negative = phys_lapack_symmetric_inertia(m, c->K, c->pivots);
+    *negative = phys_lapack_symmetric_inertia(m, c->K, c->pivots, &c->log_determinant);
     double *solved = c->C + n * m;
     for (size_t k = 0; k < n * m; k++)
         solved[k] = -c->C[k];
@@ -162,6 +164,7 @@ static bool eliminate_all(struct chain *c, double sigma, size_t enough, size_t *
 {
     const struct phys_hessian *h = c->hessian;
     size_t more = 0, first = h->free[0] ? 0 : 1, end = h->elements + (h->free[1] ? 1 : 0);
+    c->log_determinant = 0;
     if (!condense(c, 0, sigma, total))
         return false;
     memset(c->X, 0, c->dof * c->dof * sizeof *c->X);
@@ -176,7 +179,7 @@ static bool eliminate_all(struct chain *c, double sigma, size_t enough, size_t *
         more = 0;
         if ((i > 0 && i < h->elements && !condense(c, i, sigma, &more)) || !next_block(c, i, sigma))
             return false;
-        more += phys_lapack_symmetric_inertia(c->dof, c->D, c->pivots);
+        more += phys_lapack_symmetric_inertia(c->dof, c->D, c->pivots, &c->log_determinant);
         if (i < h->elements)
             eliminate(c);
         if (spectrum)
@@ -267,25 +270,61 @@ static void set_masses(struct chain *c, bool integral)
     c->scale = c->largest / (least * shortest);
 }
 
-/* Eigenvalue k, ascending from 0, by bisection on the count, to rounding or a relative error;
-   INFINITY: there are fewer. */
+/* A shift, the number of eigenvalues below it, and log |det(H - shift)|. */
+struct shift {
+    double at, log;
+    size_t below;
+};
+
+/* Whether the shift is above eigenvalue k. */
+static bool is_above(struct chain *c, size_t k, struct shift *shift)
+{
+    shift->below = count_below(c, shift->at, SIZE_MAX, NULL);
+    shift->log = c->log_determinant;
+    return shift->below > k;
+}
+
+/* A shift between both, not nearer to either than half of `least`: by their order of size, else by
+   the determinant where that changes its sign once between them. */
+static double between(const struct shift *low, const struct shift *high, double least)
+{
+    double width = high->at - low->at, near = fmin(fabs(low->at), fabs(high->at));
+    double far = fmax(fabs(low->at), fabs(high->at)), share = 0.5;
+    if (far > 4 * fmax(near, least) && low->at * high->at >= 0)
+        return (high->at > 0 ? 1 : -1) * sqrt(fmax(near, least) * far);
+    if (high->below == low->below + 1)
+        share = 1 / (1 + exp(high->log - low->log));
+    return low->at + fmax(least / 2, fmin(width - least / 2, share * width));
+}
+
+/* Eigenvalue k, ascending from 0, to rounding or a relative error: shifts on either side of it are
+   brought together by the secant method (Illinois), or by halves where that is slow. INFINITY:
+   there are fewer. */
 static double eigenvalue(struct chain *c, size_t k, double relative)
 {
-    double low = -c->scale, high = c->scale;
-    while (count_below(c, low, k, NULL) > k && !c->hessian->stopped)
-        low *= 2;
-    while (count_below(c, high, k, NULL) <= k && !c->hessian->stopped)
-        if ((high *= 2) > BEYOND * c->scale)
+    struct shift end[2] = {{0}}, next = {0};
+    bool side = is_above(c, k, &next), above = side;
+    for (; above == side && !c->hessian->stopped; above = is_above(c, k, &next)) {
+        end[side] = next;
+        next.at = next.at == 0 ? (side ? -c->scale : c->scale) : 2 * next.at;
+        if (next.at > BEYOND * c->scale)
             return (double)INFINITY;
-    while (high - low > fmax(4 * DBL_EPSILON * c->scale, relative * fmin(fabs(low), fabs(high))) &&
-           !c->hessian->stopped) {
-        double middle = 0.5 * (low + high);
-        if (count_below(c, middle, k, NULL) > k)
-            high = middle;
-        else
-            low = middle;
     }
-    return 0.5 * (low + high);
+    end[!side] = next;
+    for (size_t slow = 0; !c->hessian->stopped;) {
+        double near = fmin(fabs(end[0].at), fabs(end[1].at)), width = end[1].at - end[0].at;
+        double least = fmax(4 * DBL_EPSILON * c->scale, relative * near);
+        if (width <= least)
+            break;
+        next.at = slow < SLOW ? between(&end[0], &end[1], least) : end[0].at + 0.5 * width;
+        bool before = above;
+        above = is_above(c, k, &next);
+        end[above] = next;
+        if (above == before)
+            end[!above].log -= M_LN2;
+        slow = slow < SLOW && end[1].at - end[0].at > 0.5 * width ? slow + 1 : 0;
+    }
+    return 0.5 * (end[0].at + end[1].at);
 }
 
 enum { CHEAP = 40 }; /* dof * degree up to which sixty eliminations are cheap */

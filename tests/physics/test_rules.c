@@ -152,7 +152,7 @@ static void check_orders(const struct phys_system *system, struct problem *probl
         size_t coarse, fine; /* elements a unit of time */
         double path_order;
     } cases[] = {{"left", 64, 128, 2},  {"midpoint", 64, 128, 2}, {"trapezoid", 64, 128, 2},
-                 {"gauss2", 16, 32, 4}, {"gauss3", 8, 16, 6},     {"gauss4", 4, 8, 8},
+                 {"gauss2", 16, 32, 4}, {"gauss3", 8, 16, 6},     {"gauss4", 4, 6, 8},
                  {"gauss5", 3, 4, 10}};
     const double rounding = 1e-13;
     solve_exactly(system, problem);
