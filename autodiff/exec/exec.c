@@ -161,9 +161,9 @@ static size_t together(const struct segment *segments, size_t i, size_t last)
 
 static void run_code(const ad_program *p, const struct segment *g)
 {
-    if (g->chunks == 1) {
-        run_code_chunk(p, g, 0);
-        return; /* whole segments leave their sums where they belong */
+    if (g->chunks == 1) { /* whole segments leave their sums where they belong */
+        g->code(p->memory, NULL, p->lists, 0, 0, g->rows, 0, g->cols);
+        return;
     }
     ad_parallel(p->threads, g->chunks, run_code_piece, &(struct piece){p, g});
     ad_collect_sinks(p, g, NULL);
