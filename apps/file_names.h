@@ -13,10 +13,9 @@ struct file_name {
     bool output;
 };
 
-/* AD_E_ARGUMENT where an output is an input or another output, by whatever name, or the file to
-   which standard output or error goes; or is, by whatever name, a file in a folder that is an input
-   (or in a folder in that), unless the extension it has there says that nobody reads it. "-" is no
-   file. */
+/* AD_E_ARGUMENT where an output is the same file as an input, another output, standard output or
+   standard error, whatever its name; or a file anywhere below a folder that is an input, unless
+   files of its extension are not read there. "-" is not a file. */
 enum ad_status file_names_check(size_t n, const struct file_name names[], struct ad_error *error);
 
 #endif

@@ -26,7 +26,7 @@ struct chart {
     const char *data, *from;     /* ephemeris: the folder of tables, and the first day */
     size_t days;
 
-    struct json json;   /* for what is more than rows */
+    struct json json;   /* of results that are not rows */
     const char *missed; /* why the exit status is 1; NULL: it is 0 */
     size_t sheets, pictures;
     struct sheet sheet[CHART_SHEETS];

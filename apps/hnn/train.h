@@ -48,8 +48,8 @@ enum ad_status train_setup(const struct train_options *options, struct train_run
                            struct ad_error *error);
 void train_free(struct train_run *run);
 
-/* Of a model of pixels: reads the frames and keeps some for the test; and what the model's file
-   tells of them (train_frames.c). */
+/* Model of pixels: reads the frames, splits them into training and test, and notes their source in
+   the model (train_frames.c). */
 enum ad_status train_read_frames(struct train_run *run, struct ad_error *error);
 enum ad_status train_note_frames(struct train_run *run, struct ad_error *error);
 

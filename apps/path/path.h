@@ -38,8 +38,8 @@ struct path_record {
     bool failed;    /* out of memory */
 };
 
-/* A run made definite, and what it found. Paths are [degree of the rule * dof x slices], the slices
-   first: what is said of a path [dof x slices] holds for its first rows. */
+/* The settings of a run with all defaults resolved, and its results. Paths are [degree of the rule
+   * dof x slices]; their first dof rows are the slices. */
 struct path_run {
     const struct path_options *options;
     struct phys_system system;

@@ -95,7 +95,7 @@ static enum ad_status find_columns(const struct path_run *run, struct path_file 
     return AD_OK;
 }
 
-/* Whether its column is the time of the slices, wherever it begins. */
+/* Checks that its column is the time of the slices; it may begin at any time. */
 static enum ad_status check_times(const struct path_run *run, const struct path_file *f,
                                   struct ad_error *error)
 {

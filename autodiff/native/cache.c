@@ -1,6 +1,6 @@
 /* The cache of compiled programs: $XDG_CACHE_HOME/leastaction or ~/.cache/leastaction, one file per
    program. Code is loaded from it, so the folder and its files must belong to the user and be
-   writable by nobody else.
+   writable by no one else.
 
    A file is the shared object, followed by its source, both lengths and a checksum. It is named by
    a hash of the source and loaded only if source and checksum agree: a hash collision or a

@@ -24,7 +24,7 @@ static inline struct port_at port_of(const struct loop *l, uint32_t k, char *dat
                             row};
 }
 
-/* Rows of so many bytes; most are one number. */
+/* Rows of a given number of bytes; most are one number. */
 static inline void copy_rows(size_t rows, size_t bytes, char *to, size_t to_step, const char *from,
                              size_t from_step)
 {

@@ -110,7 +110,7 @@ static void ready(struct emit *e, uint32_t pack)
 
 /* ---- coefficients 0 ---- */
 
-/* Of jet `id`, as ad_jet_evaluate has it, which is called for what is more than arithmetic. */
+/* Coefficient 0 of jet `id`: arithmetic as in ad_jet_evaluate, which is called for functions. */
 static void evaluate(const struct emit *e, uint32_t id)
 {
     const struct jet *it = &e->s->jets[id];

@@ -1,5 +1,5 @@
-/* Recording of loops: a body, copied, that a node of the tape runs so many times. All results of a
-   node are one value, a row, one after the other; what the user sees are slices of it. */
+/* Recording of loops: a node of the tape runs a copy of the body a given number of times. All
+   results of the node are concatenated in one row, of which the caller receives slices. */
 #include "autodiff/free.h"
 #include "autodiff/internal.h"
 

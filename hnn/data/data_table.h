@@ -85,8 +85,8 @@ void hnn_table_release(struct hnn_table *table, size_t column);
 
 /* Every row that has a target: HNN_TRAIN. Returns their number. */
 size_t hnn_roles_usable(const struct hnn_dataset_settings *settings, struct hnn_table *table);
-/* Whether the next of `left` is one of the `wanted`: each with the chance that makes exactly so
-   many of them in the end. */
+/* Selection sampling: whether the next of `left` items is one of the `wanted`; exactly that many
+   are selected in the end. */
 bool hnn_select(struct phys_random *random, size_t *wanted, size_t *left);
 /* Makes some of `usable` rows HNN_TEST. AD_E_ARGUMENT where that leaves nothing for one part. */
 enum ad_status hnn_roles_split(const struct hnn_dataset_settings *settings, struct hnn_table *table,

@@ -62,7 +62,7 @@ extern const struct hnn_objective hnn_learn_pixels; /* train_pixels.c */
 size_t hnn_x_rows(const hnn_model *model, const struct hnn_training *training);
 size_t hnn_target_rows(const hnn_model *model, const struct hnn_training *training);
 bool hnn_by_rows(const hnn_model *model, const struct hnn_training *training);
-/* An input for so many samples of `components` each. */
+/* An input for a number of samples, of `components` each. */
 ad_var hnn_record_samples(ad_tape *tape, bool by_rows, size_t components, size_t samples,
                           const char *label);
 ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *training,

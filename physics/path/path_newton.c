@@ -236,8 +236,8 @@ static bool begins_at_rounding(struct phys_newton *s)
     return at_rounding(s);
 }
 
-/* Near a saddle the Adam steps before may have led away: where they made the gradient larger, the
-   given start comes first, else second. */
+/* Near a saddle, the Adam steps before Newton's may diverge: if they increased the gradient, the
+   given start is tried first, else second. */
 static enum ad_status iterate(struct phys_newton *s, double *path, struct phys_path_info *info,
                               struct ad_error *error)
 {

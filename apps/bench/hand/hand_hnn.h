@@ -24,7 +24,7 @@ struct hand_hnn {
 };
 
 static inline size_t hand_hnn_parameters(size_t width) { return (width + 5) * width; }
-/* Samples are taken in blocks of so many; room is for six matrices of a block. */
+/* Samples in a block; there is room for six matrices of one. */
 enum { HAND_HNN_BLOCK = 192 };
 static inline size_t hand_hnn_room(size_t width) { return 6 * width * HAND_HNN_BLOCK; }
 

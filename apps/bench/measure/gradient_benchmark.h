@@ -15,7 +15,7 @@ enum {
     HAND_PRIMAL,
     ADAM_STEP,                 /* gradient by the tape, interpreted, and the step */
     NATIVE_ADAM_STEP,          /* compiled */
-    RACE_FIRST,                /* so many of first order; of second: */
+    RACE_FIRST,                /* number of first-order jobs; second order: */
     TAPE_PRODUCT = RACE_FIRST, /* Hessian times a vector */
     NATIVE_PRODUCT,
     HAND_PRODUCT,
@@ -26,7 +26,7 @@ enum {
 enum { RACE_ADAM_STEPS = 100 };
 
 /* Values of a scene's race, [dof x HAND_SLICES] each: the path, a vector; by the tape the gradient,
-   the Hessian times the vector, and where so many steps of Adam lead. */
+   the Hessian times the vector, and the path after the steps of Adam. */
 struct race_values {
     size_t n;
     double adam_rate;                          /* its learning rate */

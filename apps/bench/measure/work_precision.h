@@ -33,8 +33,8 @@ void work_draw(const char *title, size_t n, const struct work_curve curves[], do
                struct plot *plot);
 /* An element of a method's curve with a block of data, `error seconds evaluations`, of which
    columns such as "1:2" are drawn. Methods look the same in every picture: families by colour,
-   members by shade and mark. Runs that err more than a coarser one, for rounding or by accident,
-   are nobody's choice: they are left out. */
+   members by shade and mark. Runs with a larger error than a coarser one, from rounding or by
+   chance, are left out. */
 void work_curve_element(struct figure *figure, const struct work_curve *curve, const char *columns,
                         double width, double size, const char *title);
 /* The fastest at 1e-3, 1e-6, 1e-9 and 1e-12: setting, steps, seconds. */

@@ -29,8 +29,8 @@ struct phys_energy_sweep {
     bool certified, limited, lost, ended;
 };
 
-/* Places and levels, from so many times the least number of samples of U. False: no memory, or U is
-   not finite between the ends. */
+/* Places and levels, from `density` times the least number of samples of U. False: out of memory,
+   or U is not finite between the ends. */
 bool phys_energy_levels(struct phys_energy_sweep *s, size_t density);
 /* Where a motion of energy E turns on that side (1 or -1) of the ends; false, and the end: nowhere.
  */
