@@ -39,7 +39,7 @@ struct path_record {
 };
 
 /* The settings of a run with all defaults resolved, and its results. Paths are [degree of the rule
-   * dof x slices]; their first dof rows are the slices. */
+ * dof x slices]; their first dof rows are the slices. */
 struct path_run {
     const struct path_options *options;
     struct phys_system system;

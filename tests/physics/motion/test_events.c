@@ -1,7 +1,7 @@
 /* Events of the driver: roots of functions of the state, in order, at the ends of steps, by
  * direction. */
 #include "tests/close.h"
-#include "motion.h"
+#include "tests/physics/motion.h"
 
 struct roots {
     size_t n, stop_at;
