@@ -431,7 +431,7 @@ char *ad_series_source(const ad_series *series, size_t most, bool many, size_t *
     struct emit e = {.s = series, .many = many};
     char *text = NULL;
     size_t bytes;
-    bool done = ad_series_lanes(series, many ? 1 : most, &e.l);
+    bool done = ad_series_lanes(series, many ? 1 : most, many ? 1 : MOST_LANES, &e.l);
     e.stored = calloc(e.l.n_packs + 1, sizeof *e.stored);
     e.out = open_memstream(&text, &bytes);
     done = done && e.stored && e.out;

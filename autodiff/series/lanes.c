@@ -80,7 +80,7 @@ static uint32_t find_pack(struct lanes *l, size_t stride, uint32_t n, uint32_t w
             return k;
     }
     l->packs[l->n_packs] = made;
-    l->doubles += (stride * width + MOST_LANES - 1) / MOST_LANES * MOST_LANES;
+    l->doubles += (stride * width + l->align - 1) / l->align * l->align;
     return (uint32_t)l->n_packs++;
 }
 
@@ -151,10 +151,11 @@ static void find_groups(const ad_series *s, const uint32_t *level, size_t most, 
         pack_operands(s, l, &l->groups[k]);
 }
 
-bool ad_series_lanes(const ad_series *s, size_t most, struct lanes *l)
+bool ad_series_lanes(const ad_series *s, size_t most, size_t align, struct lanes *l)
 {
     uint32_t *level = calloc(s->n + 1, sizeof *level);
-    *l = (struct lanes){.order = malloc((s->n + 1) * sizeof *l->order),
+    *l = (struct lanes){.align = align,
+                        .order = malloc((s->n + 1) * sizeof *l->order),
                         .group_of = malloc((s->n + 1) * sizeof *l->group_of),
                         .groups = malloc((s->n + 1) * sizeof *l->groups),
                         .packs = calloc(GROUP_OPERANDS * (s->n + 1), sizeof *l->packs)};

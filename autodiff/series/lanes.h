@@ -31,10 +31,11 @@ struct lanes {
     uint32_t *group_of; /* [n], or JET_NONE */
     struct group *groups;
     struct pack *packs;
-    size_t n_groups, n_packs, doubles;
+    size_t n_groups, n_packs, doubles, align;
 };
 
-bool ad_series_lanes(const ad_series *series, size_t most, struct lanes *lanes);
+/* Groups of at most `most` jets; packs begin at multiples of `align`. */
+bool ad_series_lanes(const ad_series *series, size_t most, size_t align, struct lanes *lanes);
 void ad_series_lanes_free(struct lanes *lanes);
 
 #endif

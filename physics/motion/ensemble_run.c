@@ -28,7 +28,8 @@ struct place {
     struct phys_motion_solution solution;
     struct phys_events *events;
     struct crossing_watch *watches;
-    double *y, *x; /* [2 dof]; [n_times][2 dof] of a fine run */
+    double *y, *x;                  /* [2 dof]; [n_times][2 dof] of a fine run */
+    struct ensemble_energy *energy; /* the worker's, where there is one */
 };
 
 struct ensemble_worker {
@@ -36,6 +37,7 @@ struct ensemble_worker {
     struct phys_ode ode, model; /* of members without parameters; of the machine code */
     struct phys_system system;  /* of the model */
     struct phys_taylor_points *points;
+    struct ensemble_energy *energy; /* of the motions of `ode`; NULL: one by one */
     struct place place[P];
 };
 
@@ -77,8 +79,11 @@ static const struct phys_ode *ode_of(struct ensemble_worker *w, struct place *pl
     const struct phys_integrator *method = task->ensemble->integrator;
     struct ad_error *error = &place->error;
     if (!task->has_parameters) {
-        if (!w->ode.context)
-            phys_ode_for(task->ensemble->system, method, &w->ode, error);
+        const struct phys_ensemble *e = task->ensemble;
+        if (!w->ode.context && phys_ode_for(e->system, method, &w->ode, error) == AD_OK &&
+            !e->system->scene->ode)
+            w->energy = phys_ensemble_energy_new(e->system, e->n_times, e->t);
+        place->energy = w->energy;
         return &w->ode;
     }
     if (phys_ensemble_system(task, place->item.member, &place->system, error) == AD_OK)
@@ -148,7 +153,7 @@ static void enter(struct ensemble_worker *w, struct place *place, struct ensembl
         return;
     for (size_t k = 0; item.fine && k < ode->n; k++)
         place->y[k] *= 1 + DBL_EPSILON; /* what rounding of the start makes of the motion */
-    phys_run_open(&place->run, &how, &m->ode, place->y, &place->info, &place->error);
+    phys_run_open(&place->run, &how, &m->ode, place->y, &place->info, false, &place->error);
 }
 
 /* The times of crossings by two runs. */
@@ -197,6 +202,23 @@ static void measure(struct place *place)
     compare_crossed(&place->solution.crossed, &member->crossed);
 }
 
+static void find_energies(struct place *place, double *energy)
+{
+    const struct phys_ensemble *e = place->task->ensemble;
+    struct phys_motion_solution *m = &place->solution;
+    if (place->energy) {
+        phys_ensemble_energies(place->energy, m->n, m->x, energy);
+        return;
+    }
+    for (size_t j = 0; j < e->n_times; j++) {
+        const double *x = m->x + 2 * e->dof * j;
+        energy[j] = (double)NAN;
+        if (j < m->n && m->ode.energy &&
+            phys_ode_enter(&m->ode, m->t[j], x, x + e->dof, place->y, &place->error) == AD_OK)
+            energy[j] = m->ode.energy(m->ode.context, m->t[j], place->y);
+    }
+}
+
 /* The result of a run that has ended. */
 static void finish(struct place *place)
 {
@@ -218,14 +240,7 @@ static void finish(struct place *place)
         measure(place);
         return;
     }
-    double *energy = e->energy + e->n_times * place->item.member;
-    for (size_t j = 0; j < e->n_times; j++)
-        energy[j] =
-            j < m->n && m->ode.energy &&
-                    phys_ode_enter(&m->ode, m->t[j], m->x + 2 * e->dof * j,
-                                   m->x + 2 * e->dof * j + e->dof, place->y, &place->error) == AD_OK
-                ? m->ode.energy(m->ode.context, m->t[j], place->y)
-                : (double)NAN;
+    find_energies(place, e->energy + e->n_times * place->item.member);
     forget_crossed(&member->crossed);
     member->info = place->info;
     member->failure = place->error;
@@ -314,7 +329,8 @@ static bool conclude(struct ensemble_worker *w, size_t p, const struct ad_error 
     }
     if (first)
         return true;
-    run->cause = *cause;
+    if (lost)
+        run->cause = *cause;
     place->again = !phys_run_judge(
         run, lost ? (double)INFINITY : phys_taylor_points_norm(w->points, p, &run->tolerance));
     if (place->again)
@@ -379,6 +395,7 @@ void phys_ensemble_worker_free(struct ensemble_worker *w)
                 w->place[p].x);
     }
     phys_taylor_points_free(w->points);
+    phys_ensemble_energy_free(w->energy);
     phys_ode_free(&w->ode);
     phys_ode_free(&w->model);
     phys_system_close(&w->system);

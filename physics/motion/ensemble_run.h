@@ -42,6 +42,14 @@ enum ad_status phys_ensemble_starts(const struct ensemble_task *task, struct ad_
 /* The system of a member, closed by the caller. AD_E_ARGUMENT names its row. */
 enum ad_status phys_ensemble_system(const struct ensemble_task *task, size_t member,
                                     struct phys_system *system, struct ad_error *error);
+/* Energies [n] of states x [n][2 dof] at the times, the first `known` of them, the others NaN.
+   NULL: it cannot be recorded. */
+struct ensemble_energy;
+struct ensemble_energy *phys_ensemble_energy_new(const struct phys_system *system, size_t n,
+                                                 const double *times);
+void phys_ensemble_energies(struct ensemble_energy *energy, size_t known, const double *x,
+                            double *energies);
+void phys_ensemble_energy_free(struct ensemble_energy *energy); /* takes NULL */
 enum ad_status phys_ensemble_spread(struct phys_ensemble *ensemble, size_t threads,
                                     struct ad_error *error);
 

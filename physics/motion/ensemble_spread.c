@@ -13,11 +13,18 @@ struct spread_task {
     double *values; /* [threads][n] */
 };
 
-static void swap(double *a, double *b)
+/* Moves what is less than the pivot, or equal to it, to the front: how many these are. Without a
+   branch that depends on x, which could not be predicted. */
+static size_t part(double *x, size_t n, double pivot, bool equal)
 {
-    const double c = *a;
-    *a = *b;
-    *b = c;
+    size_t front = 0;
+    for (size_t i = 0; i < n; i++) {
+        const double y = x[i];
+        x[i] = x[front];
+        x[front] = y;
+        front += equal ? y <= pivot : y < pivot;
+    }
+    return front;
 }
 
 /* Sorts x [n], whose first is number `first` of all, as far as to have those of the n_wanted
@@ -27,22 +34,15 @@ static void sort_at(double *x, size_t first, size_t n, size_t n_wanted, const si
     while (n > 1 && n_wanted > 0) {
         const double a = x[0], b = x[n / 2], c = x[n - 1];
         const double pivot = fmax(fmin(a, b), fmin(fmax(a, b), c));
-        size_t low = 0, high = n, below = 0;
-        for (size_t i = 0; i < high;)
-            if (x[i] < pivot)
-                swap(&x[i++], &x[low++]);
-            else if (x[i] > pivot)
-                swap(&x[i], &x[--high]);
-            else
-                i++;
+        size_t low = part(x, n, pivot, false), below = 0;
+        if (low == 0)
+            low = part(x, n, pivot, true); /* all of them are in their places */
         while (below < n_wanted && wanted[below] < first + low)
             below++;
-        sort_at(x, first, low, below, wanted);
-        while (below < n_wanted && wanted[below] < first + high)
-            below++;
-        x += high;
-        first += high;
-        n -= high;
+        sort_at(x, first, x[0] < pivot ? low : 0, below, wanted);
+        x += low;
+        first += low;
+        n -= low;
         wanted += below;
         n_wanted -= below;
     }

@@ -45,15 +45,16 @@ struct run {
     bool stop;
     double away; /* seconds in callbacks */
     struct phys_simulation own;
-    double *sizes, begun;
+    double *sizes, begun; /* at; 0: it is not timed */
 };
 
 /* ---- a simulation step by step (simulate.c) ---- */
 
-/* Ready for the first step, with its sample at the start. info must outlive the run. */
+/* Ready for the first step, with its sample at the start. info must outlive the run; timed: it has
+   the seconds. */
 enum ad_status phys_run_open(struct run *run, const struct phys_simulation *settings,
                              const struct phys_ode *ode, const double *y,
-                             struct phys_simulation_info *info, struct ad_error *error);
+                             struct phys_simulation_info *info, bool timed, struct ad_error *error);
 /* Whether another step is to be taken; *error where none may be. */
 bool phys_run_goes_on(struct run *run, struct ad_error *error);
 /* What belongs to the step that was taken: events, energy, samples. */

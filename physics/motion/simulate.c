@@ -63,17 +63,19 @@ static void interrupt(struct run *run)
     run->info->stop = PHYS_SIMULATION_INTERRUPTED;
 }
 
+static double clock_of(const struct run *run) { return run->begun > 0 ? ad_now() : 0; }
+
 static void give(struct run *run, double t, const double *y)
 {
     const struct phys_simulation *s = run->settings;
     run->info->samples++;
     if (!s->sample)
         return;
-    double before = ad_now();
+    double before = clock_of(run);
     run->given = t == run->end;
     if (!s->sample(s->context, t, y))
         interrupt(run);
-    run->away += ad_now() - before;
+    run->away += clock_of(run) - before;
 }
 
 /* Whether a sample is due after this many fixed steps: the nearest to its time. Of several that
@@ -147,7 +149,7 @@ static void watch_energy(struct run *run, double t, const double *y)
     struct phys_simulation_info *info = run->info;
     if (!run->settings->watch_energy || !ode->energy)
         return;
-    double before = ad_now(), E = ode->energy(ode->context, t, y);
+    double before = clock_of(run), E = ode->energy(ode->context, t, y);
     if (info->steps == 0)
         info->energy_start = E;
     double drift = fabs(E - info->energy_start);
@@ -155,7 +157,7 @@ static void watch_energy(struct run *run, double t, const double *y)
         drift /= fabs(info->energy_start);
     if (!(drift <= info->energy_drift))
         info->energy_drift = drift;
-    run->away += ad_now() - before;
+    run->away += clock_of(run) - before;
 }
 
 /* Adaptive steps look at themselves; those of fixed length are looked at here. */
@@ -307,7 +309,7 @@ static enum ad_status default_sizes(struct run *run, struct phys_simulation *s,
 
 enum ad_status phys_run_open(struct run *run, const struct phys_simulation *settings,
                              const struct phys_ode *ode, const double *y,
-                             struct phys_simulation_info *info, struct ad_error *error)
+                             struct phys_simulation_info *info, bool timed, struct ad_error *error)
 {
     *run = (struct run){.own = *settings, .info = info, .last_norm = 1e-4};
     run->settings = &run->own;
@@ -317,7 +319,7 @@ enum ad_status phys_run_open(struct run *run, const struct phys_simulation *sett
          default_sizes(run, &run->own, ode, y, &run->sizes, error) != AD_OK))
         return error->status;
     run->tolerance = (struct phys_tolerance){run->own.rtol, run->own.atol, run->own.scale};
-    run->begun = ad_now();
+    run->begun = timed ? ad_now() : 0;
     if (begin(run, ode, y, error) != AD_OK)
         return error->status;
     watch_energy(run, run->stepper.t, run->stepper.y);
@@ -349,7 +351,7 @@ enum ad_status phys_simulate(const struct phys_simulation *settings, const struc
     struct run run;
     if (AD_LACKS(error, settings, settings->integrator, ode, ode->field, y))
         return error->status;
-    if (phys_run_open(&run, settings, ode, y, info ? info : &unwanted, error) == AD_OK)
+    if (phys_run_open(&run, settings, ode, y, info ? info : &unwanted, true, error) == AD_OK)
         while (phys_run_goes_on(&run, error))
             if (phys_run_step(&run, error) != AD_OK || phys_run_accept(&run, error) != AD_OK)
                 break;
