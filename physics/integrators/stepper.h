@@ -11,6 +11,7 @@ struct phys_stepper {
     const struct phys_ode *ode;
     size_t n;
     double t, h;              /* the step goes from t to t + h */
+    double end;               /* t + h on the clock, where the method knows its longest step */
     double *y, *next;         /* [n] at its ends */
     double *cut, *next_cut;   /* [n] what rounding cut off y and next: phys_stepper_sum */
     double *rate, *next_rate; /* f at its ends, where known */

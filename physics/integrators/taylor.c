@@ -136,15 +136,15 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
 
 enum ad_status phys_taylor_expand_end(struct phys_stepper *s, struct ad_error *error)
 {
-    return expand_finite(s, true, s->t + s->h, s->next, error);
+    return expand_finite(s, true, s->end, s->next, error);
 }
 
 /* f at the end is the first coefficient of the series about it, with which the next step begins. */
 static enum ad_status error_norm(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                                  double *norm, struct ad_error *error)
 {
-    const double end = s->t + s->h;
-    if (!is_about(s, true, end, s->next) && expand_finite(s, true, end, s->next, error) != AD_OK)
+    if (!is_about(s, true, s->end, s->next) &&
+        expand_finite(s, true, s->end, s->next, error) != AD_OK)
         return error->status;
     memcpy(s->next_rate, coefficients(s, true) + s->n, s->n * sizeof *s->next_rate);
     s->has_next_rate = true;

@@ -93,6 +93,7 @@ static void sum_steps(struct phys_taylor_points *points)
             phys_stepper_sum(s, i, points->sum[i * P + p]);
         if (!points->order[p]) {
             s->h = 0;
+            s->end = s->t;
             memcpy(s->next, s->y, s->n * sizeof *s->y);
         }
     }
@@ -119,7 +120,7 @@ static void expand_ends(struct phys_taylor_points *points, struct ad_error *erro
             continue;
         for (size_t i = 0; i < s->n; i++)
             points->end[i * P + p] = s->next[i];
-        phys_motion_points_begin(points->code, p, phys_ode_motion_series(s->ode), s->t + s->h);
+        phys_motion_points_begin(points->code, p, phys_ode_motion_series(s->ode), s->end);
         s->evaluations += memory_of(s)->usual;
     }
     ad_points_flow(points->code, most(points->next_order), points->end);

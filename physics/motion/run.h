@@ -41,7 +41,9 @@ struct run {
     struct ad_error cause;
     double target; /* t1, or the time of the next sample to land on */
     double end;    /* time at its end */
-    bool given;    /* as a sample */
+    double late;   /* the time is stepper.t + late, and there stepper.end + next_late */
+    double next_late;
+    bool given; /* as a sample */
     bool stop;
     double away; /* seconds in callbacks */
     struct phys_simulation own;

@@ -115,7 +115,7 @@ static enum ad_status sample_within(struct run *run, struct ad_error *error)
             return AD_OK;
         if (t == end)
             give(run, end, m->next);
-        else if (phys_run_dense(run, (t - m->t) / run->whole, error) == AD_OK)
+        else if (phys_run_dense(run, ((t - m->t) - run->late) / run->whole, error) == AD_OK)
             give(run, t, run->point);
         else
             return error->status;
@@ -193,7 +193,7 @@ static double end_of_step(const struct run *run)
     if (run->stop)
         return m->t + m->h;
     if (s->integrator->adaptive)
-        return run->last ? run->target : m->t + m->h;
+        return run->last ? run->target : s->integrator->scheme->longest ? m->end : m->t + m->h;
     if (run->info->steps == run->n_steps)
         return s->t1;
     return s->t0 + (s->t1 - s->t0) * ((double)run->info->steps / (double)run->n_steps);
@@ -247,6 +247,7 @@ enum ad_status phys_run_accept(struct run *run, struct ad_error *error)
     watch_energy(run, run->end, m->next);
     if (sample(run, error) == AD_OK)
         phys_stepper_accept(m, run->end);
+    run->late = run->next_late;
     return error->status;
 }
 

@@ -85,17 +85,34 @@ void phys_run_propose(struct run *run, double longest)
         run->h = run->direction * (given ? run->settings->dt : longest);
 }
 
+/* The end of a step as the clock says: its rounding must not add up. A method that takes the
+   longest step that it can takes few of them, and rounded lengths would show in its energy after
+   1e5 periods: there the clock has a remainder instead. */
+static void set_end(struct run *run, double h)
+{
+    struct phys_stepper *m = &run->stepper;
+    volatile double end = m->t + h;
+    m->h = end - m->t;
+    if (!m->integrator->scheme->longest)
+        return;
+    m->h = h;
+    phys_add_with_cut(m->t, h, run->late, &m->end, &run->next_late);
+    if (run->last) {
+        m->end = run->target;
+        run->next_late = 0;
+    }
+}
+
 enum ad_status phys_run_length(struct run *run, struct ad_error *error)
 {
     struct phys_stepper *m = &run->stepper;
-    const double left = run->target - m->t;
+    const double left = (run->target - m->t) - run->late;
     run->last = fabs(run->h) * 1.01 >= fabs(left);
     double h = run->last ? left : run->h;
     if (!run->last && fabs(h) < floor_of(run))
         return underflow(run, &run->cause, error);
-    volatile double end = m->t + h; /* as the clock will say: its rounding must not add up */
     run->tried = h;
-    m->h = end - m->t;
+    set_end(run, h);
     m->has_next_rate = false;
     run->cause.status = AD_OK;
     return AD_OK;
