@@ -315,9 +315,25 @@ static void symmetric_factors(void **state)
     assert_int_not_equal(phys_lapack_symmetric_factor(2, lost, pivots, work), 0);
 }
 
+/* Of one row, which needs no LAPACK: as a diagonal of two, but for the bits. */
+static void eigenvalues_of_one_row(void **state)
+{
+    (void)state;
+    double a[] = {-3}, b[] = {4}, A[] = {-3, 0, 0, 5}, B[] = {4, 0, 0, 1}, value, values[2];
+    assert_int_equal(phys_lapack_eigenvectors(1, a, b, &value), 0);
+    assert_int_equal(phys_lapack_eigenvectors(2, A, B, values), 0);
+    assert_close(value, values[0], 1e-15, 0);
+    assert_close(a[0], fabs(A[0]), 1e-15, 0);
+    b[0] = -4;
+    assert_int_equal(phys_lapack_eigenvectors(1, a, b, &value), 2);
+    a[0] = (double)NAN;
+    assert_true(phys_lapack_eigenvectors(1, a, b, &value) < 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(eigenvalues_of_one_row),
         cmocka_unit_test(symmetric_factors),
         cmocka_unit_test(test_dense),
         cmocka_unit_test(test_band),
