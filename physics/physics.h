@@ -19,6 +19,7 @@
        integrators/    methods by name                         integrators.h
        motion/         one method; a complete motion           motion.h; solve.h
        stability/      step limits, chaos, warnings            stability.h, diagnostics.h
+       fit/            parameters from measured motions        fit.h
        gas/            order and fast motion of a gas          order.h
        ephemeris/      Horizons tables, models of the planets  horizons.h, models.h
        path/           stationary paths; all/: all of them     path.h */
@@ -31,6 +32,7 @@
 #include "physics/ephemeris/ephemeris.h"
 #include "physics/ephemeris/horizons.h"
 #include "physics/ephemeris/models.h"
+#include "physics/fit/fit.h"
 #include "physics/gas/order.h"
 #include "physics/integrators/integrators.h"
 #include "physics/io/names.h"

@@ -31,6 +31,12 @@ ad_var phys_particle_kinetic(ad_var q, ad_var v, ad_var t, const void *p)
     return ad_mul(ad_mul(0.5, PHYS_PARAM(s, m)), ad_square(v));
 }
 
+ad_var phys_damped(ad_var L, ad_var c, ad_var t)
+{
+    double rate = 1;
+    return ad_constant_value(c, &rate) && rate == 0 ? L : ad_mul(ad_exp(ad_mul(c, t)), L);
+}
+
 ad_var phys_centre_kinetic(ad_var q, ad_var v, ad_var t, const void *p)
 {
     (void)q, (void)t, (void)p;

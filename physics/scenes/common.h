@@ -16,6 +16,10 @@ struct phys_particle {
 };
 phys_lagrangian phys_particle_kinetic; /* m v^2 / 2 */
 
+/* L in which the velocity is damped at the rate c: exp(c t) L (Caldirola and Kanai), from which
+   p' = ... - c p. L itself where c is the constant 0. */
+ad_var phys_damped(ad_var L, ad_var c, ad_var t);
+
 /* A body around a fixed centre, per unit of its mass; the first parameter is gm. */
 phys_lagrangian phys_centre_kinetic, phys_centre_potential; /* v^2 / 2, -gm / r */
 

@@ -4,7 +4,7 @@
 #include <math.h>
 
 struct pendulum {
-    double start[2], m, l, g;
+    double start[2], m, l, g, damping;
 };
 
 static const struct phys_param params[] = {
@@ -14,6 +14,8 @@ static const struct phys_param params[] = {
     {"theta0", "rad", "angle at the start, 0 hangs down", M_PI / 2,
      offsetof(struct pendulum, start[0])},
     {"rate0", "rad/s", "angular velocity at the start", 0, offsetof(struct pendulum, start[1])},
+    {"damping", "1/s", "the angular velocity falls by this share in a unit of time", 0,
+     offsetof(struct pendulum, damping)},
 };
 
 static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *p)
@@ -30,6 +32,13 @@ static ad_var potential(ad_var q, ad_var v, ad_var t, const void *p)
     (void)v, (void)t;
     ad_var weight = ad_mul(PHYS_PARAM(s, m), PHYS_PARAM(s, g));
     return ad_mul(ad_mul(weight, PHYS_PARAM(s, l)), ad_sub(1.0, ad_cos(q)));
+}
+
+static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *p)
+{
+    const struct pendulum *s = p;
+    ad_var L = ad_sub(kinetic(q, v, t, p), potential(q, v, t, p));
+    return phys_damped(L, PHYS_PARAM(s, damping), t);
 }
 
 static const struct phys_preset paper = {
@@ -53,6 +62,7 @@ const struct phys_scene phys_scene_pendulum = {
     .unit = "rad",
     .time_unit = "s",
     .energy_unit = "J",
+    .lagrangian = lagrangian,
     .kinetic = kinetic,
     .potential = potential,
     .slices = 100,

@@ -1,0 +1,277 @@
+/* Parameters and starts from motions that are known, with and without noise. */
+#include "systems.h"
+#include "tests/close.h"
+#include "tests/mentions.h"
+#include "physics/io/random.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROWS = 600, MOST = 4 };
+
+struct measured {
+    double t[ROWS], x[ROWS * MOST];
+    size_t trial[ROWS];
+    struct phys_fit_data data;
+};
+
+/* Adds a trial of `rows` rows dt apart from t0 on, with noise on coordinates and velocities. */
+static void add_trial(struct measured *m, const struct phys_system *system, const double *start,
+                      double t0, double dt, size_t rows, const double noise[2],
+                      struct phys_random *random)
+{
+    struct ad_error error = {0};
+    struct phys_ode ode;
+    const size_t d = 2 * system->dof, at = m->data.n;
+    double y[MOST];
+    assert_true(at + rows <= ROWS && d <= MOST);
+    memcpy(y, start, d * sizeof *y);
+    assert_int_equal(phys_ode_lagrangian(system, &ode, &error), AD_OK);
+    for (size_t k = 0; k < rows; k++) {
+        const struct phys_simulation how = {.integrator = phys_integrator_find("taylor", &error),
+                                            .t0 = t0 + dt * ((double)k - 1),
+                                            .t1 = t0 + dt * (double)k,
+                                            .rtol = 1e-14};
+        if (k > 0)
+            assert_int_equal(phys_simulate(&how, &ode, y, NULL, &error), AD_OK);
+        m->t[at + k] = t0 + dt * (double)k;
+        m->trial[at + k] = at == 0 ? 0 : m->trial[at - 1] + 1;
+        for (size_t i = 0; i < d; i++)
+            m->x[(at + k) * d + i] =
+                y[i] + (noise ? noise[i >= d / 2] * phys_random_normal(random) : 0);
+    }
+    phys_ode_free(&ode);
+    m->data = (struct phys_fit_data){at + rows, m->t, m->trial, m->x};
+}
+
+static void forget_velocities(struct measured *m, size_t dof)
+{
+    for (size_t k = 0; k < m->data.n; k++)
+        for (size_t i = dof; i < 2 * dof; i++)
+            m->x[k * 2 * dof + i] = NAN;
+}
+
+static struct phys_fit fitted(const struct phys_system *system, const struct measured *m,
+                              const struct phys_fit_settings *how)
+{
+    struct phys_fit fit;
+    struct ad_error error = {0};
+    phys_fit_solve(system, &m->data, how, &fit, &error);
+    assert_string_equal(error.message, "");
+    return fit;
+}
+
+static struct phys_system spring(double k, double damping, double rest)
+{
+    struct phys_system system = system_opened("spring");
+    system_set(&system, "k", k);
+    system_set(&system, "damping", damping);
+    system_set(&system, "rest", rest);
+    return system;
+}
+
+/* Two trials, rows without numbers, positions alone: all digits of exact data come back. */
+static void exact_data_give_the_truth(void **state)
+{
+    static const char *const names[] = {"k", "damping", "rest"};
+    (void)state;
+    static struct measured m;
+    struct phys_system system = spring(7.3, 0.21, 0.4);
+    memset(&m, 0, sizeof m);
+    add_trial(&m, &system, (double[]){1.2, -0.3}, 5, 0.07, 90, NULL, NULL);
+    add_trial(&m, &system, (double[]){-0.4, 1.9}, 2, 0.05, 70, NULL, NULL);
+    forget_velocities(&m, 1);
+    for (size_t k = 0; k < m.data.n; k += 7)
+        m.x[2 * k] = NAN;
+    phys_system_close(&system);
+    system = spring(1, 0, 0);
+    const struct phys_fit_settings how = {.n_free = 3, .free = names};
+    struct phys_fit fit = fitted(&system, &m, &how);
+    assert_int_equal(fit.n_trials, 2);
+    assert_int_equal(fit.n_unknown, 7);
+    assert_close(fit.value[0], 7.3, 1e-8, 0);
+    assert_close(fit.value[1], 0.21, 1e-7, 0);
+    assert_close(fit.value[2], 0.4, 1e-8, 0);
+    assert_close(fit.value[3], 1.2, 1e-8, 0);
+    assert_close(fit.value[6], 1.9, 1e-8, 0);
+    phys_fit_free(&fit);
+    phys_system_close(&system);
+}
+
+/* Differences from the truth, in the standard deviations that each fit gives, have variance 1; so
+   do predictions of what was held out. Noise is known, or found for coordinates and velocities
+   apart from each other: few rows, so that wrong degrees of freedom show. */
+static void pulls(bool known, bool velocities, size_t repeats)
+{
+    static const char *const names[] = {"k", "damping"};
+    static const double noise[] = {0.02, 0.3};
+    const double truth[] = {4.1, 0.3, 0.9, 0.2};
+    struct phys_random random;
+    double mean[4] = {0}, square[4] = {0}, found[2] = {0};
+    phys_random_seed(&random, 7);
+    struct phys_system system = spring(truth[0], truth[1], 0);
+    for (size_t k = 0; k < repeats; k++) {
+        static struct measured m;
+        memset(&m, 0, sizeof m);
+        add_trial(&m, &system, truth + 2, 0, 0.3, 14, noise, &random);
+        if (!velocities)
+            forget_velocities(&m, 1);
+        const struct phys_fit_settings how = {
+            .n_free = 2, .free = names, .tries = 1, .noise = known ? noise : NULL};
+        struct phys_fit fit = fitted(&system, &m, &how);
+        for (size_t j = 0; j < 4; j++) {
+            const double pull = (fit.value[j] - truth[j]) / fit.deviation[j];
+            mean[j] += pull / (double)repeats;
+            square[j] += pull * pull / (double)repeats;
+        }
+        for (size_t i = 0; i < 2; i++)
+            found[i] += fit.noise[i] * fit.noise[i] / (double)repeats;
+        phys_fit_free(&fit);
+    }
+    for (size_t j = 0; j < 4; j++) {
+        const double wider = sqrt(200 / (double)repeats); /* 3.5 standard deviations */
+        assert_close(mean[j], 0, 0, 0.25 * wider);
+        assert_close(square[j], 1, 0,
+                     wider * (known ? 0.35 : 0.45)); /* of t with 10 degrees: 1.25 */
+    }
+    assert_close(sqrt(found[0]), noise[0], 0.1, 0);
+    if (velocities)
+        assert_close(sqrt(found[1]), noise[1], 0.1, 0);
+    phys_system_close(&system);
+}
+
+static void deviations_are_those_of_repeated_fits(void **state)
+{
+    (void)state;
+    pulls(true, true, 50);
+    pulls(false, true, 200);
+    pulls(false, false, 50);
+}
+
+/* A pendulum moves by g/l alone. */
+static void what_the_data_cannot_tell_is_named(void **state)
+{
+    static const char *const names[] = {"l", "g", "damping"};
+    (void)state;
+    static struct measured m;
+    struct phys_system system = system_opened("pendulum");
+    system_set(&system, "l", 1.1);
+    system_set(&system, "g", 9.81);
+    memset(&m, 0, sizeof m);
+    add_trial(&m, &system, (double[]){1.2, 0}, 0, 0.05, 80, NULL, NULL);
+    struct phys_fit fit;
+    struct ad_error error = {0};
+    const struct phys_fit_settings how = {.n_free = 3, .free = names};
+    assert_int_equal(phys_fit_solve(&system, &m.data, &how, &fit, &error), AD_E_ACCURACY);
+    assert_mentions(error.message, "l, g apart");
+    assert_true(isinf(fit.deviation[0]));
+    phys_fit_free(&fit);
+    phys_system_close(&system);
+}
+
+/* Parameters of the start, masses of a varying mass matrix, rows held out, from values far off. */
+static void starts_of_the_scene_are_followed(void **state)
+{
+    static const char *const names[] = {"m2", "l1", "a0", "b_rate0"};
+    static const double noise[] = {2e-3, 0.02}, truth[] = {1.7, 0.8, 1.1, -0.7};
+    (void)state;
+    static struct measured m;
+    struct phys_random random;
+    struct phys_system system = system_opened("dblpend");
+    double start[4];
+    phys_random_seed(&random, 3);
+    for (size_t k = 0; k < 4; k++)
+        system_set(&system, names[k], truth[k]);
+    system_start(&system, 1, start, start + 2);
+    memset(&m, 0, sizeof m);
+    add_trial(&m, &system, start, 0, 0.1, 100, noise, &random);
+    for (size_t k = 0; k < 4; k++)
+        system_set(&system, names[k], truth[k] * (k % 2 ? 1.2 : 0.75));
+    const struct phys_fit_settings how = {
+        .n_free = 4, .free = names, .fixed_start = true, .held_out = 0.2};
+    struct phys_fit fit = fitted(&system, &m, &how);
+    assert_int_equal(fit.n_unknown, 4);
+    assert_true(fit.held[80] && !fit.held[79]);
+    for (size_t k = 0; k < 4; k++)
+        assert_true(fabs(fit.value[k] - truth[k]) < 4 * fit.deviation[k]);
+    assert_close(fit.held_rms[0], noise[0], 0.5, 0);
+    assert_close(fit.held_rms[3], noise[1], 0.5, 0);
+    phys_fit_free(&fit);
+    phys_system_close(&system);
+}
+
+/* Angles of a chaotic double pendulum over 14 Lyapunov times: one stretch from the start would not
+   find it. */
+static void chaotic_motions_are_fitted(void **state)
+{
+    static const char *const names[] = {"l1", "m2", "g"};
+    static const double noise[] = {1e-3, 0}, truth[] = {1, 1, 1};
+    (void)state;
+    static struct measured m;
+    struct phys_random random;
+    struct phys_system system = system_opened("dblpend");
+    double start[4];
+    phys_random_seed(&random, 5);
+    system_start(&system, 1, start, start + 2);
+    memset(&m, 0, sizeof m);
+    add_trial(&m, &system, start, 0, 0.1, 300, noise, &random);
+    forget_velocities(&m, 2);
+    system_set(&system, "l1", 1.2);
+    system_set(&system, "m2", 0.7);
+    system_set(&system, "g", 1.15);
+    const struct phys_fit_settings how = {.n_free = 3, .free = names, .stretch = 10, .tries = 1};
+    struct phys_fit fit = fitted(&system, &m, &how);
+    for (size_t k = 0; k < 3; k++)
+        assert_true(fabs(fit.value[k] - truth[k]) < 4 * fit.deviation[k]);
+    assert_close(fit.noise[0], noise[0], 0.15, 0);
+    assert_true(fit.deviation[0] < 1e-3);
+    phys_fit_free(&fit);
+    phys_system_close(&system);
+}
+
+static void misuse_is_refused(void **state)
+{
+    static const char *const twice[] = {"k", "k"}, *const nobody[] = {"kk"}, *const k[] = {"k"};
+    (void)state;
+    static struct measured m;
+    struct phys_system system = spring(2, 0, 0);
+    memset(&m, 0, sizeof m);
+    add_trial(&m, &system, (double[]){1, 0}, 0, 0.3, 20, NULL, NULL);
+    const struct {
+        struct phys_fit_settings how;
+        size_t rows;
+    } wrong[] = {{{.n_free = 2, .free = twice}, 20},
+                 {{.n_free = 1, .free = nobody}, 20},
+                 {{.n_free = 0, .fixed_start = true}, 20},
+                 {{.n_free = 1, .free = k}, 1},
+                 {{.n_free = 1, .free = k, .held_out = 1}, 20}};
+    for (size_t i = 0; i < LENGTH(wrong); i++) {
+        struct phys_fit fit;
+        struct ad_error error = {0};
+        m.data.n = wrong[i].rows;
+        assert_int_equal(phys_fit_solve(&system, &m.data, &wrong[i].how, &fit, &error),
+                         AD_E_ARGUMENT);
+        phys_fit_free(&fit);
+    }
+    m.data.n = 20;
+    m.t[7] = m.t[6];
+    struct phys_fit fit;
+    struct ad_error error = {0};
+    assert_int_equal(phys_fit_solve(&system, &m.data, &wrong[3].how, &fit, &error), AD_E_ARGUMENT);
+    assert_mentions(error.message, "row 8");
+    phys_fit_free(&fit);
+    phys_system_close(&system);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(exact_data_give_the_truth),
+        cmocka_unit_test(deviations_are_those_of_repeated_fits),
+        cmocka_unit_test(what_the_data_cannot_tell_is_named),
+        cmocka_unit_test(starts_of_the_scene_are_followed),
+        cmocka_unit_test(chaotic_motions_are_fitted),
+        cmocka_unit_test(misuse_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
