@@ -4,6 +4,7 @@
 #include "physics/system/internal.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { SAMPLES = 1000, SAMPLES_OF_MANY = 200, MOST_COMPARED = 4000, TRIES = 3 };
@@ -99,7 +100,8 @@ static enum ad_status forward(struct solving *s, double *y, struct ad_error *err
             phys_crossings_settle(s, error);
     }
     phys_closest_approach_end(&m->closest);
-    AD_FREE(watches, events);
+    free(watches);
+    free(events);
     if (s->lost.status != AD_OK)
         return ad_fail(error, s->lost.status, "%s", s->lost.message);
     if (s->failed)
