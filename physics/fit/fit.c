@@ -2,6 +2,7 @@
 #include "internal.h"
 #include "physics/io/random.h"
 #include "physics/system/internal.h"
+#include "physics/system/params.h"
 
 #include <float.h>
 #include <math.h>
@@ -472,7 +473,8 @@ static enum ad_status search(struct phys_fitting *s, struct point p[3], struct a
     return error->status;
 }
 
-static enum ad_status solve(struct phys_fitting *s, struct point p[3], struct ad_error *error)
+static enum ad_status solve(struct phys_fitting *s, const struct phys_system *first,
+                            struct point p[3], struct ad_error *error)
 {
     bool met = false, still = false;
     if (search(s, p, error) != AD_OK)
@@ -482,6 +484,12 @@ static enum ad_status solve(struct phys_fitting *s, struct point p[3], struct ad
             judge(s, &still, error);
     if (error->status == AD_OK)
         phys_fitting_predict(s, error);
+    if (error->status == AD_OK &&
+        !phys_params_keep_form(first, &s->system, s->fit->n_free, s->settings->free, error))
+        ad_fail(error, AD_E_ACCURACY,
+                "L has another form where the fit went: a condition on %s%s comes out otherwise; "
+                "try other values to begin with",
+                s->settings->free[0], s->fit->n_free > 1 ? " or another parameter" : "");
     s->fit->chi_square = s->squares;
     store(s);
     find_rms(s);
@@ -517,7 +525,7 @@ enum ad_status phys_fit_solve(const struct phys_system *system, const struct phy
                 ad_fail(error, AD_E_MEMORY, "out of memory");
         }
         if (error->status == AD_OK)
-            solve(&s, p, error);
+            solve(&s, system, p, error);
     }
     for (size_t k = 0; k < LENGTH(p); k++) {
         free(p[k].params);

@@ -1,6 +1,7 @@
 /* Parameters of a scene as variables of a tape (PHYS_PARAM). Callbacks get a params struct and no
    tape: while one records, its thread keeps which tape that is, and which parameters are variables
    there, known by their addresses. */
+#include "params.h"
 #include "internal.h"
 
 #include <math.h>
@@ -76,25 +77,53 @@ double *phys_param_value(const struct phys_system *system, size_t k)
 
 /* ---- plain numbers ---- */
 
-/* L with parameter `which` as a variable, and `shift` added to its plain number. */
-static ad_tape *record(const struct phys_system *system, size_t which, double shift, bool *taken,
-                       struct ad_error *error)
+/* L with n parameters as variables. */
+static ad_tape *record(const struct phys_system *system, size_t n, const size_t which[],
+                       bool taken[], struct ad_error *error)
 {
-    const size_t n = system->dof;
     ad_tape *tape = ad_tape_new(AD_F64);
-    double *at = phys_param_value(system, which), before = *at;
+    ad_var p[MOST_PARAMS];
     if (!tape)
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    ad_var q = ad_input(tape, n, 2, "q"), v = ad_input(tape, n, 2, "v"),
-           t = ad_input(tape, 1, 2, "t"), p = ad_input(tape, 1, 1, "parameter");
-    *taken = false;
-    *at += shift;
+    ad_var q = ad_input(tape, system->dof, 2, "q"), v = ad_input(tape, system->dof, 2, "v"),
+           t = ad_input(tape, 1, 2, "t");
+    for (size_t k = 0; k < n; k++) {
+        p[k] = ad_input(tape, 1, 1, "parameter");
+        taken[k] = false;
+    }
     const struct phys_variables old = phys_variables_bind((struct phys_variables){
-        .system = system, .n = 1, .which = &which, .vars = &p, .taken = taken});
+        .system = system, .n = n, .which = which, .vars = p, .taken = taken});
     phys_system_lagrangian(system, q, v, t);
     phys_variables_bind(old);
+    return tape;
+}
+
+/* The same with `shift` added to the plain number of the only one. */
+static ad_tape *record_shifted(const struct phys_system *system, size_t which, double shift,
+                               bool *taken, struct ad_error *error)
+{
+    double *at = phys_param_value(system, which), before = *at;
+    *at += shift;
+    ad_tape *tape = record(system, 1, &which, taken, error);
     *at = before;
     return tape;
+}
+
+bool phys_params_keep_form(const struct phys_system *a, const struct phys_system *b, size_t n,
+                           const char *const names[], struct ad_error *error)
+{
+    size_t which[MOST_PARAMS];
+    bool taken[MOST_PARAMS];
+    for (size_t k = 0; k < n && k < MOST_PARAMS; k++)
+        if ((which[k] = phys_param_find(a, names[k], error)) == SIZE_MAX)
+            return false;
+    ad_tape *first = record(a, n, which, taken, error), *second = record(b, n, which, taken, error);
+    const bool same = ad_tape_same(first, second);
+    phys_keep_memory(ad_tape_error(first), error);
+    phys_keep_memory(ad_tape_error(second), error);
+    ad_tape_free(first);
+    ad_tape_free(second);
+    return same;
 }
 
 /* Whether the parameter's neighbours are values of it, too, that do not change the coordinates. */
@@ -128,14 +157,14 @@ enum phys_param_use phys_param_use(const struct phys_system *system, const char 
     const double value = *phys_param_value(system, which),
                  shift = 1e-3 * (value == 0 ? 1 : fabs(value));
     bool taken = false, other;
-    ad_tape *tape = record(&copy, which, 0, &taken, error);
+    ad_tape *tape = record_shifted(&copy, which, 0, &taken, error);
     phys_tape_status(tape, error);
     for (int sign = -1; sign <= 1; sign += 2) {
         if (!moves(&copy, which, sign * shift)) {
             use = PHYS_PARAM_FIXED;
             break;
         }
-        ad_tape *shifted = record(&copy, which, sign * shift, &other, error);
+        ad_tape *shifted = record_shifted(&copy, which, sign * shift, &other, error);
         if (!ad_tape_same(tape, shifted))
             use = taken ? PHYS_PARAM_MIXED : PHYS_PARAM_PLAIN;
         phys_keep_memory(ad_tape_error(shifted), error);

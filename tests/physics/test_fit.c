@@ -229,6 +229,54 @@ static void chaotic_motions_are_fitted(void **state)
     phys_system_close(&system);
 }
 
+struct dragged {
+    double k, drag;
+};
+
+/* Drag counts forwards alone. */
+static ad_var dragged(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    const struct dragged *p = params;
+    ad_var L = ad_mul(0.5, ad_sub(ad_square(v), ad_mul(PHYS_PARAM(p, k), ad_square(q))));
+    return p->drag > 0 ? ad_mul(ad_exp(ad_mul(PHYS_PARAM(p, drag), t)), L) : L;
+}
+
+static enum ad_status dragged_start(const void *params, uint64_t seed, double *q, double *v,
+                                    struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = 1;
+    v[0] = 0;
+    return AD_OK;
+}
+
+/* A condition that the recording took one way, and the values found would take the other. */
+static void another_form_of_L_is_no_fit(void **state)
+{
+    static const struct phys_param params[] = {
+        {"k", "1", "stiffness", 2, offsetof(struct dragged, k)},
+        {"drag", "1", "drag", 0.05, offsetof(struct dragged, drag)}};
+    static const char *const names[] = {"k", "drag"};
+    static struct measured m;
+    (void)state;
+    struct phys_scene scene = scene_of("dragged", 1, dragged, 11, 0.1, dragged_start);
+    struct phys_system truth = spring(2.2, -0.1, 0), system;
+    struct ad_error error = {0};
+    struct phys_fit fit;
+    scene.params = params;
+    scene.n_params = LENGTH(params);
+    scene.params_bytes = sizeof(struct dragged);
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    memset(&m, 0, sizeof m);
+    add_trial(&m, &truth, (double[]){1, 0}, 0, 0.1, 60, NULL, NULL);
+    const struct phys_fit_settings how = {.n_free = 2, .free = names, .tries = 1};
+    assert_int_equal(phys_fit_solve(&system, &m.data, &how, &fit, &error), AD_E_ACCURACY);
+    assert_mentions(error.message, "another form");
+    phys_fit_free(&fit);
+    phys_system_close(&system);
+    phys_system_close(&truth);
+}
+
 static void misuse_is_refused(void **state)
 {
     static const char *const twice[] = {"k", "k"}, *const nobody[] = {"kk"}, *const k[] = {"k"};
@@ -271,6 +319,7 @@ int main(void)
         cmocka_unit_test(what_the_data_cannot_tell_is_named),
         cmocka_unit_test(starts_of_the_scene_are_followed),
         cmocka_unit_test(chaotic_motions_are_fitted),
+        cmocka_unit_test(another_form_of_L_is_no_fit),
         cmocka_unit_test(misuse_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
