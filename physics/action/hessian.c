@@ -161,11 +161,11 @@ static void add_gradient(struct phys_hessian *h, struct block b, ad_program *pro
         const struct phys_hessian_point *at = &h->point[(b.first + c) / h->elements];
         size_t e = element_of(h, b.first + c);
         double *g = h->gradient + e * h->side, length = phys_hessian_length(h, e);
-        double weight = at->weight * length, rate = 1 / length;
-        for (size_t a = 0; a <= h->table.degree; a++)
+        for (size_t a = 0; a <= h->table.degree; a++) {
+            double of_q = at->weight * length * at->q[a], of_v = at->weight * at->v[a];
             for (size_t d = 0; d < h->dof; d++)
-                g[a * h->dof + d] +=
-                    weight * (at->q[a] * by_q[d * n + c] + at->v[a] * rate * by_v[d * n + c]);
+                g[a * h->dof + d] += of_q * by_q[d * n + c] + of_v * by_v[d * n + c];
+        }
     }
 }
 
@@ -207,12 +207,13 @@ static size_t find_rows(struct phys_hessian *h, struct block b, size_t seed, con
     return n;
 }
 
-/* Contribution of column `seed` of the second derivatives at a block: with `of_q` that of L_qq and
-   L_vq, which multiplies the q of node k; else that of L_qv and L_vv, which multiplies its v. */
-static void add_column(struct phys_hessian *h, struct block b, size_t seed, ad_var of_q,
-                       ad_var of_v, bool for_q)
+/* Contribution of column `seed` of the second derivatives at a block: with `for_q` those of L_qq
+   and L_vq, which multiplies the q of node k; else those of L_qv and L_vv, which multiplies its v.
+ */
+static void add_column(struct phys_hessian *h, struct block b, size_t seed, ad_var L_q, ad_var L_v,
+                       bool for_q)
 {
-    const double *by_q = ad_data(h->of->second, of_q), *by_v = ad_data(h->of->second, of_v);
+    const double *by_q = ad_data(h->of->second, L_q), *by_v = ad_data(h->of->second, L_v);
     size_t rows = find_rows(h, b, seed, by_q, by_v), n = h->of->columns;
     for (size_t c = 0; c < b.count; c++) {
         const struct phys_hessian_point *at = &h->point[(b.first + c) / h->elements];
@@ -222,12 +223,13 @@ static void add_column(struct phys_hessian *h, struct block b, size_t seed, ad_v
         for (size_t k = 0; k <= h->table.degree; k++) {
             double share = at->weight * (for_q ? at->q[k] * length : at->v[k]);
             double *column = K + (k * h->dof + seed) * h->side;
-            for (size_t a = 0; share != 0 && a <= h->table.degree; a++)
+            for (size_t a = 0; share != 0 && a <= h->table.degree; a++) {
+                double of_q = share * at->q[a], of_v = share * rate * at->v[a];
                 for (size_t r = 0; r < rows; r++) {
                     size_t d = h->rows[r];
-                    column[a * h->dof + d] +=
-                        share * (at->q[a] * by_q[d * n + c] + at->v[a] * rate * by_v[d * n + c]);
+                    column[a * h->dof + d] += of_q * by_q[d * n + c] + of_v * by_v[d * n + c];
                 }
+            }
         }
     }
 }
