@@ -112,7 +112,7 @@ bool ad_native_turned_off(void)
     return wanted && strcmp(wanted, "0") == 0;
 }
 
-/* 15 s of compiling at most. */
+/* About 100 s of compiling at most. */
 enum { MOST_INSTRUCTIONS = 1 << 16 };
 
 /* Seconds that machine code saves per run, and that compiling takes: a model fitted on one machine,

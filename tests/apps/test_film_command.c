@@ -130,6 +130,7 @@ static void test_no_motion(void **state)
     assert_null(strstr(shell_out(), "\"motion\": \"as the data\""));
     assert_true(shell_number("latent_spread") > 3 * shell_number("latent_spread_data"));
     assert_true(isfinite(shell_number("frame_energy_data")));
+    assert_true(shell_number("frame_energy") > 0);
     shell_works("$LA rollout still-model.h5 --truth still.h5 --time 20 --json");
     assert_null(strstr(shell_out(), "\"motion\": \"as the data\""));
     assert_int_equal(shell("$LA dump still-model.h5 | grep -w range"), 0);

@@ -36,7 +36,8 @@ static const struct {
     {"a,b,c,d", "t", NULL},
     {"a,b,c,d", NULL, NULL},
     {"q1,p1,q2,pp", "t", NULL},
-    {"x,v,p,y", "t", NULL}, /* two momenta of x */
+    {"x,v,p,y", "t", NULL},    /* two momenta of x */
+    {"x,vx,pvx,y", "t", NULL}, /* vx is a momentum and has one */
     {"q1,q2,q3,p1", NULL, NULL},
     {"q1,p1,q2", "t", NULL},
     {"p1,p2,p3,p4", "t", NULL},
