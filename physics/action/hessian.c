@@ -131,8 +131,8 @@ static void set_block(struct phys_hessian *h, struct block b, const double *path
         ad_set(program, h->of->path, path);
         return;
     }
-    for (size_t c = 0; c < n; c++) {
-        size_t p = b.first + (c < b.count ? c : b.count - 1), e = element_of(h, p);
+    for (size_t c = 0; c < b.count; c++) {
+        size_t p = b.first + c, e = element_of(h, p);
         const struct phys_hessian_point *at = &h->point[p / h->elements];
         double length = phys_hessian_length(h, e);
         t[c] = start + phys_hessian_slice_time(h, e) + at->time * length;
@@ -148,6 +148,9 @@ static void set_block(struct phys_hessian *h, struct block b, const double *path
             v[d * n + c] = vd / length;
         }
     }
+    for (size_t row = 0; row < 2 * h->dof + 1; row++) /* of q, v and t */
+        for (size_t c = b.count; c < n; c++)
+            q[row * n + c] = q[row * n + b.count - 1];
     phys_derivatives_set(h->of, program);
 }
 
