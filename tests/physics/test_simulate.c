@@ -108,6 +108,11 @@ static void test_first_step(void **state)
             assert_true(m.info.rejected > 0);
             assert_close(m.y[0], cos(5), 0, 1e-8);
             motion_close(&m);
+            open_spring(&m); /* without one: some time of the motion, no share of the whole */
+            m.settings.every = 1;
+            motion_run(&m, methods[k], 1e-6, end, AD_OK);
+            assert_true(fabs(record.t[1]) > 0.02 && fabs(record.t[1]) < 5);
+            motion_close(&m);
         }
 }
 
