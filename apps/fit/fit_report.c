@@ -33,10 +33,29 @@ static void report_unknowns(const struct fit_run *run, struct report *report)
     report_item(report, NULL);
 }
 
+/* Of the residuals of component i in neighbouring rows; 0 for independent noise. */
+static double autocorrelation(const struct fit_run *run, size_t i)
+{
+    const size_t d = 2 * run->system.dof;
+    const struct phys_fit_data *data = &run->data;
+    double sum = 0, square = 0, last = NAN;
+    for (size_t k = 0; k < data->n; k++) {
+        const double off = data->x[k * d + i] - run->fit.model[k * d + i];
+        const bool follows = k > 0 && data->trial[k] == data->trial[k - 1] && isfinite(last);
+        if (run->fit.held[k] || !isfinite(off))
+            continue;
+        sum += follows ? off * last : 0;
+        square += off * off;
+        last = off;
+    }
+    return sum / square;
+}
+
 static void report_residuals(const struct fit_run *run, struct report *report)
 {
     const struct phys_fit *fit = &run->fit;
     char name[64];
+    double most = 0;
     for (size_t i = 0; i < 2 * run->system.dof; i++) {
         if (isnan(fit->noise[i]))
             continue;
@@ -49,8 +68,16 @@ static void report_residuals(const struct fit_run *run, struct report *report)
                       phys_known_digits(fit->rms[i], fit->rms[i] / 100));
         report_number(report, "held_rms", "rms held out", NULL,
                       phys_known_digits(fit->held_rms[i], fit->held_rms[i] / 100));
+        report_number(report, "autocorrelation", "neighbours", NULL,
+                      phys_known_digits(autocorrelation(run, i), 0.001));
+        most = fmax(most, autocorrelation(run, i));
     }
     report_item(report, NULL);
+    if (most > 0.4)
+        report_line(report,
+                    "  residuals of neighbouring rows are correlated (%.2f): the motion is not all "
+                    "of the data, and deviations are too small",
+                    most);
 }
 
 /* Pairs that the data hardly tell apart. */

@@ -78,6 +78,7 @@ static void the_measured_spring_is_linear(void **state)
     unknown("damping", &value, &deviation);
     assert_close(value, 0.1, 0.01, 0);
     assert_true(number("held_rms") < 2 * number("rms"));
+    assert_true(number("autocorrelation") > 0.5); /* its noise is not independent */
 }
 
 static void misuse_is_refused(void **state)
