@@ -91,7 +91,7 @@ PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/status.h autodiff/tape.h aut
               quantum/run.h quantum/slit.h quantum/published.h)
 
 # Raised whenever a public struct changes its size (scripts/check-abi).
-SOVERSION = 4
+SOVERSION = 2
 
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
@@ -399,6 +399,7 @@ install: all
 	ln -sf libleastaction.so.$(VERSION) $(ROOT)/lib/libleastaction.so.$(SOVERSION)
 	ln -sf libleastaction.so.$(SOVERSION) $(ROOT)/lib/libleastaction.so
 	for h in $(PUBLIC); do install -D -m 644 $$h $(ROOT)/include/leastaction/$$h; done
+	install -D -m 644 physics/cmocka.h $(ROOT)/include/leastaction/leastaction/cmocka.h
 	sed 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' scripts/leastaction.pc.in > $(ROOT)/lib/pkgconfig/leastaction.pc
 	$(BUILD)/leastaction manual > $(MAN1)/leastaction.1
 	for c in $$($(BUILD)/leastaction manual | sed -n 's/^\.BR leastaction.-\([a-z]*\).*/\1/p'); do \

@@ -64,8 +64,10 @@ struct ad_check {
     size_t row, col;
     double tape;       /* of the worst entry: the gradient on the tape ... */
     double difference; /* ... and by differences */
-    bool kink; /* the worst entry lies within 1e-3 (relative) of a kink of y: `difference` is
-                  then the mean of the slopes on either side */
+    bool kink;    /* the worst entry lies within 1e-3 (relative) of a kink of y: `difference` is
+                     then the mean of the slopes on either side */
+    bool cancels; /* terms of y cancel there: the tape agrees with `difference` as far as the
+                     rounding of y lets it know, and `worst` is the tolerance */
 };
 
 /* Compares the gradient of the scalar y at x[k] = at[k] (rows*cols doubles each) with differences,
@@ -78,6 +80,22 @@ enum ad_status ad_check_gradient(ad_var y, size_t n, const ad_var x[], const dou
    u. */
 enum ad_status ad_check_second(ad_var y, size_t n, const ad_var x[], const double *const at[],
                                double tolerance, size_t entries, struct ad_check *report);
+
+/* What ad_check_all found. */
+struct ad_checks {
+    bool passed;
+    struct ad_error not_finite;    /* of y and its gradient; if set, nothing else was checked */
+    struct ad_check first, second; /* ad_check_gradient of 200 entries an input, ad_check_second */
+};
+/* Every check of y at a point, arguments as in ad_check_gradient; tolerance 0: 1e-6, where a wrong
+   term shows and rounding of differences does not. Appends to the tape. Returns AD_OK if the checks
+   were made. */
+enum ad_status ad_check_all(ad_var y, size_t n, const ad_var x[], const double *const at[],
+                            double tolerance, struct ad_checks *checks);
+/* The report of checks of the inputs x, by their labels, as lines of text, as snprintf: at most
+   `size` bytes with the closing 0, and returns the length of all. */
+size_t ad_checks_text(const struct ad_checks *checks, size_t n, const ad_var x[], char *text,
+                      size_t size);
 
 AD_HEADER_END
 #endif

@@ -107,7 +107,7 @@ struct comparison {
 };
 
 static void note(struct ad_check *r, double error, size_t input, size_t row, size_t col,
-                 double tape, double difference, bool kink)
+                 double tape, double difference, bool kink, bool cancels)
 {
     r->entries++;
     if (r->entries > 1 && (kink < r->kink || (kink == r->kink && error <= r->worst)))
@@ -119,6 +119,7 @@ static void note(struct ad_check *r, double error, size_t input, size_t row, siz
     r->tape = tape;
     r->difference = difference;
     r->kink = kink;
+    r->cancels = cancels;
 }
 
 /* The scale of the errors has a lower bound: differences cannot resolve slopes below the rounding
@@ -146,12 +147,13 @@ static void compare_input(const struct comparison *c, size_t k, ad_var x, ad_var
             difference = kink ? mean : difference;
         }
         double error = fabs(tape[i] - difference) / scale;
-        if (data && !kink && isfinite(error) && error > c->tolerance &&
-            hidden(&(struct ad_section){c->value, c->y, data + i}, h, tape[i]))
+        bool cancels = data && !kink && isfinite(error) && error > c->tolerance &&
+                       hidden(&(struct ad_section){c->value, c->y, data + i}, h, tape[i]);
+        if (cancels)
             error = c->tolerance; /* as much as can be said */
         if (!isfinite(tape[i]) || !isfinite(error))
             error = INFINITY;
-        note(c->report, error, k, i / cols, i % cols, tape[i], difference, kink);
+        note(c->report, error, k, i / cols, i % cols, tape[i], difference, kink, cancels);
     }
 }
 

@@ -322,6 +322,11 @@ ad_var ad_each_unit(ad_tape *tape, size_t n, size_t cols);
 ad_var ad_each_outer(ad_var u, ad_var v, size_t n, size_t m);
 ad_var ad_each_product(ad_var a, ad_var x, size_t n, size_t m, bool transposed);
 
+struct ad_text;
+/* Adds shape and label of a value of the tape to a text, or the nearest label before it. Returns
+   whether there is one. */
+bool ad_describe(struct ad_text *text, ad_var x);
+
 /* ---- differences (check.c, kink.c) ---- */
 
 /* y as a function of one entry of one input. */

@@ -5,6 +5,7 @@
 #include "physics/motion/checks.h"
 
 #include <stdio.h>
+#include <string.h>
 
 struct options {
     struct common common;
@@ -12,46 +13,20 @@ struct options {
     double dt, tolerance;
 };
 
-/* "q theta" for row k of q over v over t. */
-static void row_name(const struct phys_system *system, size_t row, char *name, size_t size)
-{
-    char coordinate[32];
-    size_t dof = system->dof;
-    if (row == SIZE_MAX) {
-        snprintf(name, size, "several coordinates");
-    } else if (row == 2 * dof) {
-        snprintf(name, size, "t");
-    } else {
-        phys_coordinate_name(system, row % dof, coordinate, sizeof coordinate);
-        snprintf(name, size, "%s %s", row < dof ? "q" : "v", coordinate);
-    }
-}
-
-static void report_failure(struct report *report, const char *key, const char *what,
-                           const struct ad_error *error)
+static void add_failure(struct report *report, const char *key, const struct ad_error *error)
 {
     bool passed = error->status == AD_OK;
-    report_line(report, "  %-15s %s%s", what, passed ? "ok" : "FAILED  ", error->message);
     report->object = key;
     report_flag(report, "passed", NULL, passed);
     report_text(report, "message", NULL, passed ? NULL : error->message);
     report->object = NULL;
 }
 
-static void report_check(struct report *report, const struct phys_system *system, const char *key,
-                         const char *what, double tolerance, const struct ad_check *check)
+static void add_check(struct report *report, const struct phys_system *system, const char *key,
+                      const struct ad_check *check)
 {
-    char name[48], failed[128] = "";
-    row_name(system, check->input * system->dof + check->row, name, sizeof name);
-    if (!check->passed)
-        snprintf(failed, sizeof failed, " (tape %.9g, difference %.9g%s)", check->tape,
-                 check->difference, check->kink ? "; L has a kink near there" : "");
-    else if (check->worst == tolerance)
-        snprintf(failed, sizeof failed, " (terms of L cancel: tape %.9g, differences know %.3g)",
-                 check->tape, check->difference);
-    report_line(report, "  %-15s %-7s worst of %zu entries: %.2g at %s, slice %zu%s", what,
-                check->passed ? "ok" : "FAILED", check->entries, check->worst, name, check->col,
-                failed);
+    char name[48];
+    phys_check_row_name(system, check->input * system->dof + check->row, name, sizeof name);
     report->object = key;
     report_flag(report, "passed", NULL, check->passed);
     report_count(report, "entries", NULL, check->entries);
@@ -63,18 +38,14 @@ static void report_check(struct report *report, const struct phys_system *system
     report->object = NULL;
 }
 
-static void report_locality(struct report *report, const struct phys_system *system,
-                            const struct phys_locality *locality)
+static void add_locality(struct report *report, const struct phys_system *system,
+                         const struct phys_locality *locality)
 {
     char name[48];
     report->object = "locality";
     report_flag(report, "passed", NULL, locality->passed);
-    if (locality->passed) {
-        report_line(report, "  %-15s ok", "slice locality");
-    } else {
-        row_name(system, locality->row, name, sizeof name);
-        report_line(report, "  %-15s FAILED  L of slice %zu reacts to %s of slice %zu",
-                    "slice locality", locality->slice, name, locality->moved);
+    if (!locality->passed) {
+        phys_check_row_name(system, locality->row, name, sizeof name);
         report_count(report, "slice", NULL, locality->slice);
         report_count(report, "reacts_to", NULL, locality->moved);
         report_text(report, "coordinate", NULL, name);
@@ -82,31 +53,33 @@ static void report_locality(struct report *report, const struct phys_system *sys
     report->object = NULL;
 }
 
-static void report_checks(struct report *report, const struct phys_system *system, double tolerance,
+static void add_text(struct report *report, const struct phys_system *system,
+                     const struct phys_checks *c)
+{
+    char text[4096], *next = NULL;
+    phys_checks_text(system, c, text, sizeof text);
+    for (char *line = strtok_r(text, "\n", &next); line; line = strtok_r(NULL, "\n", &next))
+        report_line(report, "%s", line);
+}
+
+static void report_checks(struct report *report, const struct phys_system *system,
                           const struct phys_checks *c)
 {
-    report_line(report, "%s", system->scene->name);
+    add_text(report, system, c);
     report_text(report, "scene", NULL, system->scene->name);
     report_flag(report, "passed", NULL, c->passed);
-    report_failure(report, "reference_path", "reference path", &c->no_path);
-    report_failure(report, "finite", "finite there", &c->not_finite);
-    if (c->not_finite.status != AD_OK) {
-        report_line(report, "  the other checks need finite values");
+    add_failure(report, "reference_path", &c->no_path);
+    add_failure(report, "finite", &c->not_finite);
+    if (c->not_finite.status != AD_OK)
         return;
-    }
-    report_check(report, system, "gradient", "gradient", tolerance, &c->gradient);
-    report_check(report, system, "second", "second order", tolerance, &c->second);
-    report_locality(report, system, &c->locality);
-    report_failure(report, "energies", "energies", &c->energies);
+    add_check(report, system, "gradient", &c->gradient);
+    add_check(report, system, "second", &c->second);
+    add_locality(report, system, &c->locality);
+    add_failure(report, "energies", &c->energies);
     report_text(report, "kink", NULL, c->kink);
-    if (c->kink)
-        report_line(report, "  %-15s by %s: gradients and methods are right away from them only",
-                    "kinks", c->kink);
     report_number(report, "mass_condition", NULL, NULL, c->mass_condition);
-    if (c->locality.passed)
-        report_line(
-            report, "  %-15s condition number %.2g or more%s", "mass matrix", c->mass_condition,
-            c->mass_condition > 1e8 ? ": nearly singular, accelerations lose as many digits" : "");
+    if (c->negative_most != SIZE_MAX)
+        report_count(report, "mass_negative", NULL, c->negative_most);
 }
 
 static int run(const void *values, struct ad_error *error)
@@ -122,7 +95,7 @@ static int run(const void *values, struct ad_error *error)
                          option_number_or(options->dt, system.scene->dt), options->tolerance,
                          options->entries, &checks, error) == AD_OK) {
         struct report report = {0};
-        report_checks(&report, &system, options->tolerance, &checks);
+        report_checks(&report, &system, &checks);
         (options->common.json ? report_json : report_print)(&report, stdout, error);
         report_free(&report);
     }

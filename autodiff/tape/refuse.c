@@ -1,6 +1,7 @@
 /* Errors of recording: which operands an operation refuses, and the message: the operation, its
    number, and its operands by label or by the nearest label recorded before them. */
 #include "autodiff/internal.h"
+#include "autodiff/text.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -18,27 +19,6 @@ static const char *name_of(unsigned op)
 
 /* ---- descriptions ---- */
 
-struct text {
-    char *to;
-    size_t size, length;
-};
-
-static void append_list(struct text *t, const char *format, va_list list)
-{
-    int n = vsnprintf(t->to + t->length, t->size - t->length, format, list);
-    if (n > 0)
-        t->length = t->length + (size_t)n < t->size ? t->length + (size_t)n : t->size - 1;
-}
-
-static void append(struct text *t, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void append(struct text *t, const char *format, ...)
-{
-    va_list list;
-    va_start(list, format);
-    append_list(t, format, list);
-    va_end(list);
-}
-
 /* The label of node `last`, or the nearest one before it; NULL if there is none. */
 static const struct label *nearest_label(const ad_tape *tape, size_t last)
 {
@@ -49,24 +29,25 @@ static const struct label *nearest_label(const ad_tape *tape, size_t last)
     return nearest;
 }
 
-/* Returns whether a label was found. */
-static bool append_operand(struct text *t, const ad_tape *tape, uint32_t id)
+bool ad_describe(struct ad_text *t, ad_var x)
 {
+    const ad_tape *tape = x.tape;
+    uint32_t id = x.id;
     const struct node *n = node_at(tape, id);
     const struct label *label = nearest_label(tape, id);
     const char *name = label ? tape->texts + label->text : NULL;
-    append(t, "%u x %u ", n->rows, n->cols);
+    ad_text_add(t, "%u x %u ", n->rows, n->cols);
     if (name && label->id == id)
-        append(t, "\"%.32s\"", name);
+        ad_text_add(t, "\"%.32s\"", name);
     else if (name)
-        append(t, "%s (operation %u, after \"%.32s\")", ad_ops[n->op].name, id, name);
+        ad_text_add(t, "%s (operation %u, after \"%.32s\")", ad_ops[n->op].name, id, name);
     else
-        append(t, "%s (operation %u)", ad_ops[n->op].name, id);
+        ad_text_add(t, "%s (operation %u)", ad_ops[n->op].name, id);
     return name;
 }
 
 /* The operands that exist; if there are none, the last label recorded. */
-static void append_operands(struct text *t, const ad_tape *tape, size_t n, const ad_var x[])
+static void append_operands(struct ad_text *t, const ad_tape *tape, size_t n, const ad_var x[])
 {
     const struct label *label = nearest_label(tape, tape->n_nodes);
     const char *between = ", of ";
@@ -74,23 +55,23 @@ static void append_operands(struct text *t, const ad_tape *tape, size_t n, const
     for (size_t k = 0; k < n; k++) {
         if (x[k].tape != tape || !ad_is_current(x[k]))
             continue;
-        append(t, "%s", between);
-        labelled |= append_operand(t, tape, x[k].id);
+        ad_text_add(t, "%s", between);
+        labelled |= ad_describe(t, x[k]);
         between = " and ";
     }
     if (!labelled && label)
-        append(t, ", after \"%.32s\"", tape->texts + label->text);
+        ad_text_add(t, ", after \"%.32s\"", tape->texts + label->text);
 }
 
 ad_var ad_refuse_operands(ad_tape *tape, enum ad_status status, unsigned op, size_t n,
                           const ad_var x[], const char *format, ...)
 {
     char message[sizeof tape->error.message];
-    struct text t = {message, sizeof message, 0};
+    struct ad_text t = {message, sizeof message, 0};
     va_list list;
-    append(&t, "%s (operation %zu): ", name_of(op), tape->n_nodes);
+    ad_text_add(&t, "%s (operation %zu): ", name_of(op), tape->n_nodes);
     va_start(list, format);
-    append_list(&t, format, list);
+    ad_text_add_list(&t, format, list);
     va_end(list);
     append_operands(&t, tape, n, x);
     return ad_refuse(tape, status, "%s", message);

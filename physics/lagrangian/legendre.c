@@ -146,6 +146,22 @@ double phys_legendre_condition(phys_legendre *legendre, const double *q, const d
     return legendre->condition;
 }
 
+size_t phys_legendre_negative(phys_legendre *legendre, const double *q, const double *v, double t)
+{
+    if (!legendre || !q || !v)
+        return SIZE_MAX;
+    size_t n = legendre->system->dof, negative = SIZE_MAX;
+    double unused = 0, *work = malloc(64 * n * sizeof *work);
+    factor_mass(legendre, q, v, t);
+    if (work && legendre->condition <= PHYS_MASS_SINGULAR) {
+        ad_get(legendre->for_velocity, legendre->mass, legendre->M);
+        if (phys_lapack_symmetric_factor(n, legendre->M, legendre->pivots, work) == 0)
+            negative = phys_lapack_symmetric_inertia(n, legendre->M, legendre->pivots, &unused);
+    }
+    free(work);
+    return negative;
+}
+
 /* Largest entry of p - L_v at v, infinite where M is singular there; *worst: see factor_mass. */
 static double residual(phys_legendre *l, const double *q, const double *p, double t,
                        const double *v, size_t *worst)

@@ -25,6 +25,9 @@ enum ad_status phys_legendre_velocity(phys_legendre *legendre, const double *q, 
 /* A lower bound of the condition number of the mass matrix L_vv; its decimal digits are lost from
    the accelerations. Beyond 1e12 L is refused as degenerate. */
 double phys_legendre_condition(phys_legendre *legendre, const double *q, const double *v, double t);
+/* How many eigenvalues of L_vv are negative: 0 where it is positive definite. SIZE_MAX where memory
+   is exhausted, an argument is NULL, or L_vv is singular or not finite. */
+size_t phys_legendre_negative(phys_legendre *legendre, const double *q, const double *v, double t);
 
 /* Totals of a system of bodies; zero for scenes without bodies (not drawn in the plane). */
 struct phys_totals {

@@ -51,12 +51,15 @@ static double *find_points(const struct phys_system *system, uint64_t seed, size
     return values;
 }
 
-static double find_condition(const struct phys_system *system, const struct phys_points *at,
-                             struct ad_error *error)
+/* Condition and definiteness of L_vv at all points. */
+static void examine_mass(const struct phys_system *system, const struct phys_points *at,
+                         struct phys_checks *c, struct ad_error *error)
 {
     size_t dof = system->dof;
     phys_legendre *legendre = NULL;
-    double most = 0, *x = malloc(2 * dof * sizeof *x);
+    double *x = malloc(2 * dof * sizeof *x);
+    c->mass_condition = 0;
+    c->negative_most = 0;
     if (!x)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else if (phys_legendre_new(system, &legendre, error) == AD_OK)
@@ -65,11 +68,14 @@ static double find_condition(const struct phys_system *system, const struct phys
                 x[k] = at->q[k * at->n + i];
                 x[dof + k] = at->v[k * at->n + i];
             }
-            most = fmax(most, phys_legendre_condition(legendre, x, x + dof, at->t[i]));
+            double condition = phys_legendre_condition(legendre, x, x + dof, at->t[i]);
+            size_t negative = phys_legendre_negative(legendre, x, x + dof, at->t[i]);
+            c->mass_condition = fmax(c->mass_condition, condition);
+            c->negative_least = negative < c->negative_least ? negative : c->negative_least;
+            c->negative_most = negative > c->negative_most ? negative : c->negative_most;
         }
     phys_legendre_free(legendre);
     free(x);
-    return most;
 }
 
 /* A failed check is recorded; a failure of another status is an error. */
@@ -94,7 +100,7 @@ static void examine(const struct phys_system *system, const struct phys_points *
     phys_check_locality(system, at, &c->locality, error);
     phys_check_energies(system, at, &c->energies);
     if (!is_error(&c->energies, AD_E_ARGUMENT, error) && c->locality.passed)
-        c->mass_condition = find_condition(system, at, error); /* it is recorded at one slice */
+        examine_mass(system, at, c, error); /* it is recorded at one slice */
     if (c->locality.passed)
         c->kink = phys_check_kinks(system);
     if (c->locality.passed && !c->kink && system->dof <= MOST_FOR_JUMPS &&
@@ -104,27 +110,53 @@ static void examine(const struct phys_system *system, const struct phys_points *
                 c->locality.passed && c->energies.status == AD_OK;
 }
 
+static enum ad_status begin(const struct phys_system *system, double tolerance,
+                            struct phys_checks *checks, struct ad_error *error)
+{
+    if (AD_LACKS(error, checks))
+        return error->status;
+    *checks = (struct phys_checks){
+        .mass_condition = (double)NAN, .negative_least = SIZE_MAX, .negative_most = SIZE_MAX};
+    if (AD_LACKS(error, system, system->scene))
+        return error->status;
+    if (!(tolerance > 0))
+        return ad_fail(error, AD_E_ARGUMENT, "tol: expected more than 0, such as 1e-6, got %g",
+                       tolerance);
+    return AD_OK;
+}
+
 enum ad_status phys_check_scene(const struct phys_system *system, uint64_t seed, size_t slices,
                                 double dt, double tolerance, size_t entries,
                                 struct phys_checks *checks, struct ad_error *error)
 {
-    if (AD_LACKS(error, checks))
-        return error->status;
-    *checks = (struct phys_checks){.mass_condition = (double)NAN};
-    if (AD_LACKS(error, system, system->scene))
+    if (begin(system, tolerance, checks, error) != AD_OK)
         return error->status;
     if (slices < 3)
         return ad_fail(error, AD_E_ARGUMENT, "slices: expected at least 3, got %zu", slices);
     if (!(dt > 0))
         return ad_fail(error, AD_E_ARGUMENT, "dt: expected more than 0, such as 0.01, got %g", dt);
-    if (!(tolerance > 0))
-        return ad_fail(error, AD_E_ARGUMENT, "tol: expected more than 0, such as 1e-6, got %g",
-                       tolerance);
     size_t n = slices - 1;
     double *q = find_points(system, seed, slices, dt, &checks->no_path, error);
     if (q)
         examine(system, &(struct phys_points){n, q, q + system->dof * n, q + 2 * system->dof * n},
                 tolerance, entries, checks, error);
     free(q);
+    return error->status;
+}
+
+enum ad_status phys_check_all(const struct phys_system *system, const struct phys_points *at,
+                              double tolerance, struct phys_checks *checks, struct ad_error *error)
+{
+    tolerance = tolerance == 0 ? 1e-6 : tolerance;
+    if (begin(system, tolerance, checks, error) != AD_OK)
+        return error->status;
+    if (!at)
+        return phys_check_scene(system, 1, system->scene->slices, system->scene->dt, tolerance, 200,
+                                checks, error);
+    if (AD_LACKS(error, at->q, at->v, at->t))
+        return error->status;
+    if (at->n < 2)
+        return ad_fail(error, AD_E_ARGUMENT, "points: expected at least 2, got %zu", at->n);
+    examine(system, at, tolerance, 0, checks, error);
     return error->status;
 }

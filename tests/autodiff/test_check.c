@@ -5,6 +5,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* The rule of cos is ad_neg(ad_sin(x)). */
 #define ad_sin(x) ad_neg((ad_sin)(x))
@@ -135,7 +136,7 @@ static void test_terms_that_cancel(void **state)
         ad_var y = ad_sum(ad_add(nothing, ad_mul(k < 2 ? 1e-3 : 1, ad_cos(x))));
         assert_int_equal(
             (k % 2 ? ad_check_second : ad_check_gradient)(y, 1, &x, at, tolerance, 0, &r), AD_OK);
-        assert_true(r.passed && r.worst == tolerance);
+        assert_true(r.passed && r.cancels && r.worst == tolerance);
         assert_int_equal(wrong_check_gradient(y, 1, &x, at, tolerance, 0, &r), AD_OK);
         assert_true(k < 2 || !r.passed);
         ad_tape_free(t);
@@ -313,6 +314,65 @@ static void test_wrong_use(void **state)
     ad_tape_free(t);
 }
 
+/* ---- all checks, and their report ---- */
+
+static void test_all_checks(void **state)
+{
+    static const double values[] = {0.5, 1e-9};
+    const double *const at[] = {values};
+    struct ad_checks c;
+    char text[1000], part[8];
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, 2, "length");
+    ad_var smooth = ad_sum(ad_sin(x)), kink = ad_sum(ad_abs(x)),
+           pole = ad_sum(ad_log(ad_sub(x, 1e-9)));
+    assert_int_equal(ad_check_all(smooth, 1, &x, at, 0, &c), AD_OK);
+    assert_true(c.passed && c.first.passed && c.second.passed);
+    assert_int_equal(ad_check_all(smooth, 1, &x, at, 1e-300, &c), AD_OK);
+    assert_false(c.passed);
+
+    assert_int_equal(ad_check_all(kink, 1, &x, at, 0, &c), AD_OK);
+    assert_false(c.passed);
+    assert_true(c.first.kink);
+    assert_int_equal(c.first.col, 1);
+    size_t length = ad_checks_text(&c, 1, &x, text, sizeof text);
+    assert_int_equal(length, strlen(text));
+    assert_non_null(strstr(text, "\"length\""));
+    assert_int_equal(ad_checks_text(&c, 1, &x, part, sizeof part), length);
+    assert_int_equal(strlen(part), sizeof part - 1);
+
+    assert_int_equal(ad_check_all(pole, 1, &x, at, 0, &c), AD_OK);
+    assert_false(c.passed);
+    assert_int_equal(c.not_finite.status, AD_E_NONFINITE);
+    ad_checks_text(&c, 1, &x, text, sizeof text);
+    assert_non_null(strstr(text, c.not_finite.message));
+    ad_tape_free(t);
+
+    assert_int_equal(ad_check_all((ad_var){0}, 1, &x, at, 0, &c), AD_E_TAPE);
+    assert_false(c.passed);
+}
+
+/* A value whose adjoint is right and whose recorded derivative is not. */
+static void test_all_checks_see_the_second_order(void **state)
+{
+    static const double values[] = {0.5, 0.9};
+    const double *const at[] = {values};
+    struct ad_checks c;
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, 2, "x");
+    ad_var right = ad_sum(ad_mul(x, ad_square(x))), held = ad_detach(ad_mul(3.0, ad_square(x)));
+    /* x^3, with the slope 3 x^2 held */
+    ad_var y = ad_add(ad_detach(ad_sub(right, ad_sum(ad_mul(held, x)))), ad_sum(ad_mul(held, x)));
+    assert_int_equal(ad_check_all(right, 1, &x, at, 0, &c), AD_OK);
+    assert_true(c.passed);
+    assert_int_equal(ad_check_all(y, 1, &x, at, 0, &c), AD_OK);
+    assert_true(c.first.passed);
+    assert_false(c.second.passed || c.passed);
+    ad_tape_free(t);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -329,6 +389,8 @@ int main(void)
         cmocka_unit_test(test_entries_are_spread),
         cmocka_unit_test(test_independent_inputs),
         cmocka_unit_test(test_wrong_use),
+        cmocka_unit_test(test_all_checks),
+        cmocka_unit_test(test_all_checks_see_the_second_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,6 +4,8 @@
 #include "physics/motion/checks.h"
 #include "physics/physics.h"
 
+#include <string.h>
+
 enum { N = 7, DOF = 2 };
 
 static double q[DOF * N], v[DOF * N], t[N];
@@ -241,6 +243,80 @@ static void a_scene_is_checked_along_its_motion(void **state)
     phys_system_close(&pendulum);
 }
 
+/* ---- all checks, and their report ---- */
+
+static ad_var signs(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    ad_var kinetic = ad_mul(0.5, ad_sub(ad_square(ad_row(u, 0)), ad_square(ad_row(u, 1))));
+    (void)s, (void)params;
+    return ad_sub(kinetic, ad_sum_rows(ad_square(x)));
+}
+
+static ad_var negative(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    return ad_neg(local(x, u, s, params));
+}
+
+static ad_var degenerate(ad_var x, ad_var u, ad_var s, const void *params)
+{
+    (void)s, (void)params;
+    return ad_sub(ad_square(ad_sum_rows(u)), ad_sum_rows(ad_square(x)));
+}
+
+static void all_checks_at_points_of_the_caller(void **state)
+{
+    static const struct {
+        phys_lagrangian *L;
+        bool passed;
+        size_t least, most; /* negative eigenvalues */
+        const char *says;
+    } cases[] = {
+        {local, true, 0, 0, "positive definite"},
+        {negative, true, DOF, DOF, "negative definite"},
+        {signs, true, 1, 1, "indefinite"},
+        {degenerate, true, SIZE_MAX, SIZE_MAX, "singular"},
+        {reacts_to_v, false, SIZE_MAX, SIZE_MAX, "reacts to v"},
+        {jumps, false, 0, 0, "FAILED"},
+    };
+    (void)state;
+    for (size_t k = 0; k < LENGTH(cases); k++) {
+        char text[2000], part[10];
+        struct phys_scene scene = {.name = "try", .dof = DOF, .lagrangian = cases[k].L};
+        const struct phys_system system = {.scene = &scene, .dof = DOF, .bodies = 1, .dims = DOF};
+        struct phys_checks c;
+        struct ad_error error = {0};
+        assert_int_equal(phys_check_all(&system, &at, 0, &c, &error), AD_OK);
+        assert_int_equal(c.passed, cases[k].passed);
+        assert_int_equal(c.negative_least, cases[k].least);
+        assert_int_equal(c.negative_most, cases[k].most);
+        size_t length = phys_checks_text(&system, &c, text, sizeof text);
+        assert_int_equal(length, strlen(text));
+        assert_mentions(text, cases[k].says);
+        assert_int_equal(phys_checks_text(&system, &c, part, sizeof part), length);
+        assert_int_equal(strlen(part), sizeof part - 1);
+        assert_int_equal(phys_checks_text(&system, &c, NULL, 0), length);
+    }
+}
+
+static void all_checks_on_the_motion_of_the_scene(void **state)
+{
+    struct phys_system pendulum;
+    struct phys_checks c;
+    struct ad_error error = {0}, none = {0}, few = {0}, not_positive = {0};
+    const struct phys_points one = {1, q, v, t};
+    (void)state;
+    phys_system_open("pendulum", &pendulum, &error);
+    assert_int_equal(phys_check_all(&pendulum, NULL, 0, &c, &error), AD_OK);
+    assert_true(c.passed && c.negative_most == 0);
+    assert_int_equal(phys_check_all(&pendulum, NULL, 1e-300, &c, &error), AD_OK);
+    assert_false(c.passed);
+    assert_int_equal(phys_check_all(NULL, NULL, 0, &c, &none), AD_E_ARGUMENT);
+    assert_int_equal(phys_check_all(&pendulum, &one, 0, &c, &few), AD_E_ARGUMENT);
+    assert_int_equal(phys_check_all(&pendulum, NULL, -1, &c, &not_positive), AD_E_ARGUMENT);
+    assert_int_equal(phys_checks_text(NULL, &c, NULL, 0), 0);
+    phys_system_close(&pendulum);
+}
+
 /* ---- jumps of the forces ---- */
 
 typedef ad_var function(ad_var x);
@@ -300,6 +376,8 @@ int main(void)
         cmocka_unit_test(test_energies),
         cmocka_unit_test(kinks_by_any_name_jump_and_smooth_forces_do_not),
         cmocka_unit_test(a_scene_is_checked_along_its_motion),
+        cmocka_unit_test(all_checks_at_points_of_the_caller),
+        cmocka_unit_test(all_checks_on_the_motion_of_the_scene),
     };
     return cmocka_run_group_tests(tests, fill, NULL);
 }
