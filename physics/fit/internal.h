@@ -21,7 +21,20 @@ void phys_squares_free(struct phys_squares *squares);
 /* x [n] of min |J x - r|^2 + lambda |scaled x|^2. */
 void phys_squares_solve(const struct phys_squares *squares, double lambda, double *x);
 
-/* ---- stretches of motions (stretches.c) ---- */
+/* ---- data (prepare.c) ---- */
+
+static inline size_t phys_fit_trial(const struct phys_fit_data *data, size_t row)
+{
+    return data->trial ? data->trial[row] : 0;
+}
+/* Of component i of d; where it is constant its size, else 1. */
+double phys_fit_spread(const struct phys_fit_data *data, size_t d, size_t i);
+/* Checks all; sizes and memory of the fit, held rows, and a first noise. */
+enum ad_status phys_fit_prepare(const struct phys_system *system, const struct phys_fit_data *data,
+                                const struct phys_fit_settings *how, struct phys_fit *fit,
+                                struct ad_error *error);
+
+/* ---- stretches of motions (stretches.c, measure.c) ---- */
 
 struct phys_stretch {
     size_t trial, first, end; /* rows [first, end) */
@@ -60,9 +73,38 @@ static inline size_t phys_fitting_rows(const struct phys_fit_settings *settings)
 {
     return settings->stretch ? settings->stretch : 20;
 }
+static inline bool phys_fitting_begins_trial(const struct phys_fitting *s, size_t k)
+{
+    return k == 0 || s->stretch[k].trial != s->stretch[k - 1].trial;
+}
 /* Follows all stretches: model, J, r, chain. */
 enum ad_status phys_fitting_measure(struct phys_fitting *s, struct ad_error *error);
 /* The model at the held rows, from the last stretches on. */
 enum ad_status phys_fitting_predict(struct phys_fitting *s, struct ad_error *error);
+
+/* ---- one minimum (minimise.c) ---- */
+
+/* What a step changes. */
+struct phys_fitting_point {
+    double *params, *begin;
+};
+void phys_fitting_keep(const struct phys_fitting *s, struct phys_fitting_point *to);
+void phys_fitting_restore(struct phys_fitting *s, const struct phys_fitting_point *from);
+/* From the present point to a minimum; *met: it is one. `here` is its memory. */
+enum ad_status phys_fitting_minimise(struct phys_fitting *s, struct phys_fitting_point *here,
+                                     bool *met, struct ad_error *error);
+/* Whether the error ends the fit rather than a step or a try. */
+bool phys_fitting_is_fatal(const struct ad_error *error);
+
+/* ---- at a minimum (estimate.c, verdict.c) ---- */
+
+/* Singular values below it, of the largest, are rounding of the motion. */
+#define PHYS_FIT_INDISTINCT 1e-8
+
+/* Noise and covariance; *still: the noise does not change any more. */
+enum ad_status phys_fitting_estimate(struct phys_fitting *s, bool *still, struct ad_error *error);
+void phys_fitting_rms(const struct phys_fitting *s);
+/* AD_E_ACCURACY: unknowns that the data cannot tell apart, or a motion unlike the data. */
+enum ad_status phys_fitting_refuse(const struct phys_fitting *s, struct ad_error *error);
 
 #endif
