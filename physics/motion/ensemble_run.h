@@ -1,5 +1,5 @@
-/* Inside of ensembles: columns (ensemble_columns.c), running members (ensemble_run.c),
-   statistics (ensemble_spread.c). */
+/* Inside of ensembles: columns (ensemble_columns.c), running members (ensemble_place.c,
+   ensemble_run.c), energies (ensemble_energy.c), statistics (ensemble_spread.c). */
 #ifndef PHYSICS_MOTION_ENSEMBLE_RUN_H
 #define PHYSICS_MOTION_ENSEMBLE_RUN_H
 

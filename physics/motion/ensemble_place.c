@@ -1,0 +1,222 @@
+/* A member of an ensemble in a place (ensemble_place.h): its start, its samples, its result. */
+#include "ensemble_place.h"
+#include "autodiff/free.h"
+#include "physics/ode/internal.h"
+
+#include <float.h>
+#include <math.h>
+
+static const double finer = 1e-2, least_tolerance = 1e-16, caution = 2;
+
+static bool take_sample(void *context, double t, const double *y)
+{
+    struct ensemble_place *place = context;
+    struct phys_motion_solution *m = &place->solution;
+    const struct phys_ensemble *e = place->task->ensemble;
+    const size_t dof = e->dof;
+    if (m->n < e->n_times && t == e->t[m->n]) { /* else where an event ends the motion */
+        double *x = m->x + 2 * dof * m->n;
+        if (phys_ode_leave(&m->ode, t, y, x, x + dof, &place->solving.lost) != AD_OK)
+            return false;
+        m->n++;
+    }
+    return true;
+}
+
+static void forget_crossed(struct phys_crossed *c)
+{
+    AD_FREE(c->which, c->touch, c->t, c->x, c->uncertainty, c->constant);
+    *c = (struct phys_crossed){0};
+}
+
+void phys_place_leave(struct ensemble_place *place)
+{
+    forget_crossed(&place->solution.crossed);
+    phys_ode_free(&place->own);
+    phys_system_close(&place->system);
+    place->own = (struct phys_ode){0};
+    place->system = (struct phys_system){0};
+}
+
+static const struct phys_ode *ode_of(struct ensemble_worker *w, struct ensemble_place *place)
+{
+    const struct ensemble_task *task = w->task;
+    const struct phys_integrator *method = task->ensemble->integrator;
+    struct ad_error *error = &place->error;
+    if (!task->has_parameters) {
+        const struct phys_ensemble *e = task->ensemble;
+        if (!w->ode.context && phys_ode_for(e->system, method, &w->ode, error) == AD_OK &&
+            !e->system->scene->ode)
+            w->energy = phys_ensemble_energy_new(e->system, e->n_times, e->t);
+        place->energy = w->energy;
+        return &w->ode;
+    }
+    if (phys_ensemble_system(task, place->item.member, &place->system, error) == AD_OK)
+        phys_ode_for(&place->system, method, &place->own, error);
+    return &place->own;
+}
+
+static struct phys_simulation how_of(const struct ensemble_place *place)
+{
+    const struct ensemble_task *task = place->task;
+    const struct phys_ensemble *e = task->ensemble;
+    const double tolerance = e->member[place->item.member].tolerance;
+    struct phys_simulation how = phys_simulation_of(
+        e->integrator, place->item.fine ? fmax(tolerance * finer, least_tolerance) : tolerance,
+        task->settings->motion.time);
+    how.n_samples = e->n_times - 1;
+    how.sample = take_sample;
+    how.proceed = task->settings->motion.proceed;
+    how.context = (void *)place;
+    how.events = place->events;
+    how.n_events = task->settings->motion.n_crossings;
+    return how;
+}
+
+/* proceed has the caller's context, samples have the place. */
+static bool proceed(void *context)
+{
+    const struct ensemble_place *place = context;
+    const struct phys_motion_settings *s = &place->task->settings->motion;
+    return s->proceed(s->context);
+}
+
+void phys_place_enter(struct ensemble_worker *w, struct ensemble_place *place,
+                      struct ensemble_item item)
+{
+    const struct ensemble_task *task = w->task;
+    const struct phys_motion_settings *settings = &task->settings->motion;
+    struct phys_ensemble *e = task->ensemble;
+    struct phys_motion_solution *m = &place->solution;
+    const double *start = e->start + 2 * e->dof * item.member;
+    phys_place_leave(place);
+    place->item = item;
+    place->again = false;
+    place->error = place->solving.lost = (struct ad_error){0};
+    place->run = (struct run){.info = &place->info};
+    place->info = (struct phys_simulation_info){0};
+    const struct phys_ode *ode = ode_of(w, place);
+    *m = (struct phys_motion_solution){
+        .system = ode->system ? ode->system : e->system,
+        .ode = *ode,
+        .t = e->t,
+        .x = item.fine ? place->x : e->x + 2 * e->dof * e->n_times * item.member};
+    m->crossed.constant = calloc(settings->n_crossings + 1, sizeof *m->crossed.constant);
+    if (!m->crossed.constant)
+        ad_fail(&place->error, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; k < 2 * e->dof * e->n_times; k++)
+        m->x[k] = (double)NAN;
+    if (place->error.status != AD_OK)
+        return;
+    if (settings->n_crossings > 0)
+        m->keeps_energy = ode->friction == 0 &&
+                          (m->system->scene->ode || phys_keeps_energy(m->system, &place->error));
+    phys_crossings_watch(&place->solving, place->watches, place->events);
+    struct phys_simulation how = how_of(place);
+    how.proceed = settings->proceed ? proceed : NULL;
+    if (phys_ode_enter(ode, 0, start, start + e->dof, place->y, &place->error) != AD_OK)
+        return;
+    for (size_t k = 0; item.fine && k < ode->n; k++)
+        place->y[k] *= 1 + DBL_EPSILON; /* what rounding of the start makes of the motion */
+    phys_run_open(&place->run, &how, &m->ode, place->y, &place->info, false, &place->error);
+}
+
+/* The times of crossings by two runs. */
+static void compare_crossed(const struct phys_crossed *fine, struct phys_crossed *c)
+{
+    for (size_t i = 0; i < c->n; i++) {
+        if (i >= fine->n || fine->which[i] != c->which[i])
+            return;
+        c->uncertainty[i] = caution * fabs(fine->t[i] - c->t[i]) + DBL_EPSILON * c->t[i];
+    }
+}
+
+static double length(size_t n, const double *a, const double *b)
+{
+    double sum = 0;
+    for (size_t k = 0; k < n; k++) {
+        double d = a[k] - (b ? b[k] : 0);
+        sum += d * d;
+    }
+    return sqrt(sum);
+}
+
+/* The error of the run before by this, the finer one. */
+static void estimate_error(struct ensemble_place *place)
+{
+    const struct phys_ensemble *e = place->task->ensemble;
+    struct phys_member *member = &e->member[place->item.member];
+    const double *x = e->x + 2 * e->dof * e->n_times * place->item.member;
+    double most = 0, size = 0;
+    size_t n = place->solution.n;
+    bool cut =
+        member->info.stop == PHYS_SIMULATION_EVENT && place->info.stop == PHYS_SIMULATION_EVENT;
+    for (size_t j = 0; j < e->n_times && most <= DBL_MAX; j++) {
+        const double *a = x + 2 * e->dof * j, *b = place->x + 2 * e->dof * j;
+        if (isnan(a[0]) && (j >= n || cut))
+            break;
+        if (j >= n && cut)
+            break;
+        double apart = length(e->dof, a, b);
+        most = apart <= most ? most : apart;
+        size = fmax(size, length(e->dof, a, NULL));
+    }
+    double error = caution * most + DBL_EPSILON * size;
+    member->error =
+        place->error.status == AD_OK && error <= PHYS_MOTION_LOST * size ? error : (double)NAN;
+    compare_crossed(&place->solution.crossed, &member->crossed);
+}
+
+static void find_energies(struct ensemble_place *place, double *energy)
+{
+    const struct phys_ensemble *e = place->task->ensemble;
+    struct phys_motion_solution *m = &place->solution;
+    if (place->energy) {
+        phys_ensemble_energies(place->energy, m->n, m->x, energy);
+        return;
+    }
+    for (size_t j = 0; j < e->n_times; j++) {
+        const double *x = m->x + 2 * e->dof * j;
+        energy[j] = (double)NAN;
+        if (j < m->n && m->ode.energy &&
+            phys_ode_enter(&m->ode, m->t[j], x, x + e->dof, place->y, &place->error) == AD_OK)
+            energy[j] = m->ode.energy(m->ode.context, m->t[j], place->y);
+    }
+}
+
+void phys_place_finish(struct ensemble_place *place)
+{
+    struct phys_ensemble *e = place->task->ensemble;
+    struct phys_motion_solution *m = &place->solution;
+    struct phys_member *member = &e->member[place->item.member];
+    if (place->run.settings)
+        phys_run_close(&place->run, place->y);
+    place->busy = false;
+    if (place->solving.lost.status != AD_OK)
+        place->error = place->solving.lost;
+    if (place->solving.failed)
+        ad_fail(&place->error, AD_E_MEMORY, "out of memory for events");
+    if (place->info.stop == PHYS_SIMULATION_INTERRUPTED)
+        __atomic_store_n(&e->interrupted, true, __ATOMIC_RELAXED);
+    if (place->error.status == AD_OK && place->task->settings->motion.n_crossings > 0)
+        phys_crossings_settle(&place->solving, &place->error);
+    if (place->item.fine) {
+        estimate_error(place);
+        return;
+    }
+    find_energies(place, e->energy + e->n_times * place->item.member);
+    forget_crossed(&member->crossed);
+    member->info = place->info;
+    member->failure = place->error;
+    member->crossed = m->crossed;
+    m->crossed = (struct phys_crossed){0};
+}
+
+void phys_place_run(struct ensemble_place *place)
+{
+    struct run *run = &place->run;
+    while (place->error.status == AD_OK && phys_run_goes_on(run, &place->error))
+        if (phys_run_step(run, &place->error) == AD_OK)
+            phys_run_accept(run, &place->error);
+    phys_place_finish(place);
+}

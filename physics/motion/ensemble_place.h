@@ -1,0 +1,47 @@
+/* Places of an ensemble's worker, each for one member at a time. For ensemble_place.c and
+   ensemble_run.c only. */
+#ifndef PHYSICS_MOTION_ENSEMBLE_PLACE_H
+#define PHYSICS_MOTION_ENSEMBLE_PLACE_H
+
+#include "ensemble_run.h"
+#include "physics/integrators/taylor_points.h"
+#include "run.h"
+#include "solving.h"
+
+struct ensemble_place {
+    const struct ensemble_task *task;
+    struct ensemble_item item;
+    bool busy, again; /* the last attempt at a step was rejected */
+    struct run run;
+    struct phys_simulation_info info;
+    struct ad_error error;
+    struct phys_system system; /* of a member's parameters */
+    struct phys_ode own;       /* of that */
+    struct solving solving;    /* as events see the motion; its ode is not its own */
+    struct phys_motion_solution solution;
+    struct phys_events *events;
+    struct crossing_watch *watches;
+    double *y, *x;                  /* [2 dof]; [n_times][2 dof] of a fine run */
+    struct ensemble_energy *energy; /* the worker's, where there is one */
+};
+
+struct ensemble_worker {
+    const struct ensemble_task *task;
+    struct phys_ode ode, model; /* of members without parameters; of the machine code */
+    struct phys_system system;  /* of the model */
+    struct phys_taylor_points *points;
+    struct ensemble_energy *energy; /* of the motions of `ode`; NULL: one by one */
+    struct ensemble_place place[AD_SERIES_POINTS];
+};
+
+/* Begins the motion of an item; place->error where it cannot begin. */
+void phys_place_enter(struct ensemble_worker *w, struct ensemble_place *place,
+                      struct ensemble_item item);
+/* Runs to the end, alone, and finishes. */
+void phys_place_run(struct ensemble_place *place);
+/* Stores the result of a run that has ended. */
+void phys_place_finish(struct ensemble_place *place);
+/* Frees what belongs to the last member. */
+void phys_place_leave(struct ensemble_place *place);
+
+#endif
