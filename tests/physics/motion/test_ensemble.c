@@ -1,5 +1,5 @@
 /* Ensembles: each member is what phys_motion_solve makes of it alone, whatever the others do. */
-#include "systems.h"
+#include "tests/physics/systems.h"
 #include "tests/close.h"
 #include "tests/native.h"
 #include "physics/motion/ensemble.h"

@@ -1,6 +1,6 @@
 /* Isolation of roots: polynomials, functions of many oscillations, close pairs, touches, noise. */
 #include "tests/close.h"
-#include "motion.h"
+#include "tests/physics/motion.h"
 #include "physics/motion/roots.h"
 
 static struct phys_root found[PHYS_ROOTS_MOST];
