@@ -6,7 +6,7 @@
 #include "physics/action/hessian.h"
 
 /* Of h->mass, which it destroys: positive or negative definite at all points, else indefinite from
-   `time` on, the first point where it is not. (definite.c) */
+   `time` on, the first point where it is not. (legendre_condition.c) */
 enum phys_definite phys_hessian_definite(struct phys_hessian *h, double *time);
 /* The Hessian takes from the settings which coordinates move at the ends, and the mesh. */
 void phys_hessian_settings(struct phys_hessian *h, const struct phys_path_settings *settings);

@@ -1,0 +1,234 @@
+/* Numbers of eigenvalues of the action's Hessian, by elimination in order of time (Sylvester's law
+   of inertia). Eliminating the inner nodes of each element leaves a block tridiagonal matrix over
+   the slices with blocks A_i and couplings B_i; then
+       D_1 = A_1,   D_i+1 = A_i+1 - B_i^T D_i^-1 B_i,
+   and the number of negative eigenvalues of the Hessian is that of all D_i and inner blocks
+   together. The count up to D_i is the index of the path up to slice i + 1: where it increases
+   there is a point conjugate to the start (Morse; Gelfand, Fomin, Calculus of Variations, section
+   29). */
+#include "inertia.h"
+#include "autodiff/blas.h"
+#include "autodiff/free.h"
+#include "physics/io/grow.h"
+#include "physics/linear/linear.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- elements ---- */
+
+/* Entry of an element's matrix in the order inner nodes, slice before, slice behind. */
+static double entry(const struct phys_inertia *c, size_t e, size_t i, size_t j)
+{
+    const struct phys_hessian *h = c->hessian;
+    return h->element[(e * h->side + c->order[j]) * h->side + c->order[i]];
+}
+
+/* Of the mass of its inner nodes, and of half that of its slices. */
+static double length_of(const struct phys_inertia *c, size_t e)
+{
+    return c->integral ? phys_hessian_length(c->hessian, e) : 1;
+}
+
+/* Of a slice, which ends one element and begins another. */
+static double slice_mass(const struct phys_inertia *c, size_t i)
+{
+    double before = i > 0 ? length_of(c, i - 1) : 0;
+    double after = i < c->hessian->elements ? length_of(c, i) : 0;
+    return c->integral ? 0.5 * c->mass[0] * (before + after) : 1;
+}
+
+/* What is given at an end where coordinates move gets, in the condensed element e there, a positive
+   block of its own, beyond the spectrum. */
+static void hold_given(struct phys_inertia *c, size_t e)
+{
+    size_t n = c->side;
+    for (size_t k = 0; k < n; k++) {
+        size_t end = k / c->dof;
+        const bool *free = c->hessian->free[end];
+        if (!free || free[k % c->dof] || e != end * (c->hessian->elements - 1))
+            continue;
+        for (size_t j = 0; j < n; j++)
+            c->S[j * n + k] = c->S[k * n + j] = j == k ? PHYS_BEYOND_SPECTRUM * c->largest : 0;
+    }
+}
+
+/* Puts the element without its inner nodes, shifted by -sigma there, into c->S. False: sigma is an
+   eigenvalue of the inner block to the last bit; else `negative` of them are below it. */
+static bool condense(struct phys_inertia *c, size_t e, double sigma, size_t *negative)
+{
+    size_t m = c->inner, n = c->side;
+    double length = length_of(c, e);
+    *negative = 0;
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
+            c->S[j * n + i] = entry(c, e, m + i, m + j);
+    if (m == 0) {
+        hold_given(c, e);
+        return true;
+    }
+    for (size_t j = 0; j < m; j++)
+        for (size_t i = 0; i < m; i++)
+            c->K[j * m + i] =
+                entry(c, e, i, j) - (i == j ? sigma * length * c->mass[1 + i / c->dof] : 0);
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < m; i++)
+            c->C[j * m + i] = entry(c, e, i, m + j);
+    if (phys_lapack_symmetric_factor(m, c->K, c->pivots, c->work) != 0)
+        return false;
+    *negative = phys_lapack_symmetric_inertia(m, c->K, c->pivots, &c->log_determinant);
+    double *solved = c->C + n * m;
+    for (size_t k = 0; k < n * m; k++)
+        solved[k] = -c->C[k];
+    phys_lapack_symmetric_solve(m, c->K, c->pivots, n, solved);
+    ad_blas_gemm(AD_F64, false, true, n, n, m, solved, m, c->C, m, true, c->S, n);
+    hold_given(c, e);
+    return true;
+}
+
+/* ---- the chain ---- */
+
+/* A block of a condensed element: slices a and b, 0 or 1. */
+static double block(const struct phys_inertia *c, const double *S, size_t a, size_t b, size_t i,
+                    size_t j)
+{
+    return S[(b * c->dof + j) * c->side + a * c->dof + i];
+}
+
+/* Y = D^-1 B for the B of the element in c->S, by columns; X = B^T Y. D is factored. */
+static void eliminate(struct phys_inertia *c)
+{
+    size_t n = c->dof;
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++)
+            c->Y[j * n + i] = block(c, c->S, 0, 1, i, j);
+    phys_lapack_symmetric_solve(n, c->D, c->pivots, n, c->Y);
+    ad_blas_gemm(AD_F64, false, true, n, n, n, c->Y, n, c->S + n * c->side, c->side, false, c->X,
+                 n);
+}
+
+/* `more` points conjugate to the start between slices i and i + 1. */
+static void note_conjugate(struct phys_inertia *c, size_t i, size_t more,
+                           struct phys_spectrum *spectrum)
+{
+    double from = phys_hessian_slice_time(c->hessian, i);
+    double half = 0.5 * (phys_hessian_slice_time(c->hessian, i + 1) - from);
+    for (size_t *n = &spectrum->n_conjugate; more > 0 && !c->lost; more--)
+        if (phys_grow(&spectrum->conjugate, *n, sizeof *spectrum->conjugate))
+            spectrum->conjugate[(*n)++] = (struct phys_conjugate){from + half, half};
+        else
+            c->lost = true;
+}
+
+/* D of slice i, from the elements before and after it and the blocks eliminated so far. */
+static bool next_block(struct phys_inertia *c, size_t i, double sigma)
+{
+    size_t n = c->dof, last = c->hessian->elements;
+    double mass = slice_mass(c, i);
+    for (size_t b = 0; b < n; b++)
+        for (size_t a = 0; a < n; a++)
+            c->D[b * n + a] = (i > 0 ? block(c, c->before, 1, 1, a, b) : 0) +
+                              (i < last ? block(c, c->S, 0, 0, a, b) : 0) - c->X[b * n + a] -
+                              (a == b ? sigma * mass : 0);
+    return phys_lapack_symmetric_factor(n, c->D, c->pivots, c->work) == 0;
+}
+
+/* Number of eigenvalues of the Hessian below sigma, in `total`, and conjugate points in a spectrum
+   to keep those in. False: sigma is an eigenvalue of some part to the last bit. Any number where it
+   is stopped. */
+static bool eliminate_all(struct phys_inertia *c, double sigma, size_t *total,
+                          struct phys_spectrum *spectrum)
+{
+    const struct phys_hessian *h = c->hessian;
+    size_t more = 0, first = h->free[0] ? 0 : 1, end = h->elements + (h->free[1] ? 1 : 0);
+    c->log_determinant = 0;
+    if (!condense(c, 0, sigma, total))
+        return false;
+    memset(c->X, 0, c->dof * c->dof * sizeof *c->X);
+    if (spectrum)
+        note_conjugate(c, 0, *total, spectrum);
+    for (size_t i = first; i < end && !phys_hessian_stopped(c->hessian); i++) {
+        if (i > 0) {
+            double *swap = c->before;
+            c->before = c->S;
+            c->S = swap;
+        }
+        more = 0;
+        if ((i > 0 && i < h->elements && !condense(c, i, sigma, &more)) || !next_block(c, i, sigma))
+            return false;
+        more += phys_lapack_symmetric_inertia(c->dof, c->D, c->pivots, &c->log_determinant);
+        if (i < h->elements)
+            eliminate(c);
+        if (spectrum)
+            note_conjugate(c, i, more, spectrum);
+        *total += more;
+    }
+    return true;
+}
+
+/* A pivot that is zero to the last bit is passed by a shift below rounding. */
+size_t phys_inertia_below(struct phys_inertia *c, double sigma, struct phys_spectrum *spectrum)
+{
+    size_t total;
+    while (!eliminate_all(c, sigma, &total, spectrum)) {
+        sigma -= DBL_EPSILON * c->scale;
+        if (spectrum)
+            spectrum->n_conjugate = 0;
+    }
+    return total;
+}
+
+/* ---- construction ---- */
+
+static double largest_entry(const struct phys_hessian *h)
+{
+    double most = 0;
+    for (size_t k = 0; k < h->elements * h->side * h->side; k++)
+        most = fmax(most, fabs(h->element[k]));
+    return most;
+}
+
+bool phys_inertia_new(struct phys_inertia *c, struct phys_hessian *h)
+{
+    size_t n = h->dof, m = (h->table.degree - 1) * n;
+    *c = (struct phys_inertia){.hessian = h, .dof = n, .inner = m, .side = 2 * n};
+    size_t larger = m > n ? m : n;
+    c->K = malloc((m * m + 4 * n * m + 8 * n * n + 3 * n * n + 64 * larger) * sizeof *c->K);
+    c->pivots = malloc(larger * sizeof *c->pivots);
+    c->order = malloc((m + 2 * n) * sizeof *c->order);
+    if (!c->K || !c->pivots || !c->order)
+        return false;
+    for (size_t k = 0; k < m + 2 * n; k++)
+        c->order[k] = k < m ? n + k : k < m + n ? k - m : k;
+    c->C = c->K + m * m;
+    c->S = c->C + 4 * n * m;
+    c->before = c->S + 4 * n * n;
+    c->D = c->before + 4 * n * n;
+    c->X = c->D + n * n;
+    c->Y = c->X + n * n;
+    c->work = c->Y + n * n;
+    c->largest = largest_entry(h);
+    return true;
+}
+
+void phys_inertia_free(struct phys_inertia *c) { AD_FREE(c->K, c->pivots, c->order); }
+
+void phys_inertia_masses(struct phys_inertia *c, bool integral)
+{
+    const struct phys_rule_table *table = &c->hessian->table;
+    double least = (double)INFINITY, shortest = (double)INFINITY;
+    c->integral = integral;
+    for (size_t e = 0; e < c->hessian->elements; e++)
+        shortest = fmin(shortest, length_of(c, e));
+    memset(c->mass, 0, sizeof c->mass);
+    for (size_t k = 0; k <= table->degree; k++)
+        for (size_t j = 0; j < table->points; j++)
+            c->mass[k % table->degree] += c->hessian->dt * table->weight[j] * table->q[j][k];
+    for (size_t k = 0; k < table->degree; k++) {
+        c->mass[k] = integral ? c->mass[k] : 1;
+        least = fmin(least, c->mass[k]);
+    }
+    c->scale = c->largest / (least * shortest);
+}
