@@ -200,6 +200,38 @@ static void starts_of_the_scene_are_followed(void **state)
     phys_system_close(&system);
 }
 
+/* However many stretches there are, their gaps close, and the minimum is the same. */
+static void stretches_join(void **state)
+{
+    static const char *const names[] = {"l", "damping"};
+    static const double noise[] = {0.02, 0.02};
+    (void)state;
+    for (uint64_t seed = 1; seed <= 2; seed++) {
+        static struct measured m;
+        struct phys_random random;
+        struct phys_system system = system_opened("pendulum");
+        double whole[2];
+        phys_random_seed(&random, seed);
+        system_set(&system, "l", 2);
+        system_set(&system, "damping", 0.15);
+        memset(&m, 0, sizeof m);
+        add_trial(&m, &system, (double[]){1.9, 0.3}, 100, 0.25, 120, noise, &random);
+        forget_velocities(&m, 1);
+        system_set(&system, "l", 3);
+        system_set(&system, "damping", 0);
+        for (size_t rows = 120; rows >= 5; rows /= 2) {
+            const struct phys_fit_settings how = {.n_free = 2, .free = names, .stretch = rows};
+            struct phys_fit fit = fitted(&system, &m, &how);
+            for (size_t k = 0; k < 2; k++) {
+                whole[k] = rows == 120 ? fit.value[k] : whole[k];
+                assert_close(fit.value[k], whole[k], 0, 0.01 * fit.deviation[k]);
+            }
+            phys_fit_free(&fit);
+        }
+        phys_system_close(&system);
+    }
+}
+
 /* Angles of a chaotic double pendulum over 14 Lyapunov times: one stretch from the start would not
    find it. */
 static void chaotic_motions_are_fitted(void **state)
@@ -318,6 +350,7 @@ int main(void)
         cmocka_unit_test(deviations_are_those_of_repeated_fits),
         cmocka_unit_test(what_the_data_cannot_tell_is_named),
         cmocka_unit_test(starts_of_the_scene_are_followed),
+        cmocka_unit_test(stretches_join),
         cmocka_unit_test(chaotic_motions_are_fitted),
         cmocka_unit_test(another_form_of_L_is_no_fit),
         cmocka_unit_test(misuse_is_refused),
