@@ -21,6 +21,7 @@ struct phys_newton {
     double unit;                      /* action in units of the objective */
     double damping;
     bool lengthened; /* the last step */
+    bool settled;    /* no repetition of the last step makes the gradient smaller */
 };
 
 /* Of the settings `reference` is ignored. `of`: by these derivatives alone, without a recording of

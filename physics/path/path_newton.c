@@ -5,6 +5,7 @@
 #include "newton.h"
 #include "spectrum.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -134,19 +135,34 @@ static bool lengthen(struct phys_newton *s, double from, double here, size_t num
     return length > 1;
 }
 
+static double length_of(size_t n, const double *step)
+{
+    double sum = 0;
+    for (size_t i = 0; i < n; i++)
+        sum += step[i] * step[i];
+    return sqrt(sum);
+}
+
 /* Repeats Newton's step with the matrix that is factored, which is cheaper than another one, as
-   long as that makes |g| smaller: by much, or at all where it is zero to `rounding`. */
+   long as that makes |g| smaller: by much, or at all where it is zero to `rounding`. A step that is
+   not much shorter than the last is not taken: along an eigenvector of nearly zero eigenvalue an
+   old matrix leads astray, and |g| does not show it. */
 static void repeat(struct phys_newton *s, double rounding, size_t number, struct phys_path_step *at)
 {
-    double from, here = norm(s);
+    double from, here = norm(s), last = length_of(s->path.n, s->step);
     do {
         from = here;
         norm(s);
         phys_newton_system_step(&s->band, s->gradient, s->step);
+        double length = length_of(s->path.n, s->step);
+        if (!(length <= FAST * last))
+            return;
+        last = length;
         memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
         here = norm_at(s, 1, number, at);
     } while (here < (here <= rounding ? 1 : FAST) * from);
-    if (!(here < from)) {
+    s->settled = !(here < from);
+    if (s->settled) {
         memcpy(s->path.x, s->before, s->path.n * sizeof *s->before);
         *at = phys_path_program_run(&s->path, number);
     }
@@ -169,6 +185,7 @@ static bool try_step(struct phys_newton *s, double from, double rounding, size_t
         return false;
     }
     s->lengthened = lengthen(s, from, here, number, at);
+    s->settled = false;
     if (s->damping == 0 && (here < FAST * from || here <= rounding))
         repeat(s, rounding, number, at);
     return true;
@@ -213,7 +230,7 @@ static enum phys_stop follow(struct phys_newton *s, struct phys_path_step *at)
         bool moved = improve(s, at, &slow);
         if (moved)
             stop = phys_path_program_report(&s->path, at);
-        if (moved && !stop && s->damping == 0 && at_rounding(s))
+        if (moved && !stop && s->settled && at_rounding(s))
             stop = PHYS_STOP_ROUNDING;
         if (!stop && s->hessian.stopped)
             stop = PHYS_STOP_INTERRUPTED;
