@@ -6,9 +6,8 @@
 #include <string.h>
 
 enum { UNPLACED = 64 }; /* even elements that should do to tell where the path is steep */
-enum {
-    MOST_PLACED = 4
-}; /* times that elements are placed: a path that asks for more is singular */
+/* Times that elements are placed anew: a path that asks for more is singular. */
+enum { MOST_PLACED = 4 };
 static const double WORTH = 3; /* times fewer elements, for which they are placed anew */
 
 enum ad_status phys_climb_mesh(struct phys_climb *c, struct ad_error *error)
