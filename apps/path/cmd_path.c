@@ -3,7 +3,9 @@
 #include "apps/interrupt.h"
 #include "apps/output/outputs.h"
 #include "path.h"
+#include "physics/motion/time_scan.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* --tol, and the start of the output files. */
@@ -84,6 +86,30 @@ static const char *kinks_in_doubt(const struct path_run *run)
     return kinks;
 }
 
+/* Whether the forces change abruptly with time, where the path is further from the motion of its
+   own start than --tol: elements may be blind to a pulse, coarse and fine ones alike. */
+static bool pulses_in_doubt(const struct path_run *run)
+{
+    if (!path_wants_tolerance(run->options) ||
+        !(run->found.true_distance > run->options->tolerance))
+        return false;
+    const size_t dof = run->system.dof, slices = run->settings.slices;
+    double *q = malloc(2 * dof * sizeof *q);
+    struct phys_time_scan scan = {0};
+    struct ad_error none = {0};
+    for (size_t k = 0; q && k < dof; k++) {
+        q[k] = run->path[k * slices];
+        q[dof + k] = (run->path[k * slices + 1] - q[k]) / run->settings.dt;
+    }
+    if (q)
+        phys_time_scan(&run->system, q, q + dof, 0, (double)(slices - 1) * run->settings.dt, &scan,
+                       &none);
+    const bool any = scan.n > 0;
+    phys_time_scan_free(&scan);
+    free(q);
+    return any;
+}
+
 /* True if the run reached what was asked. */
 static int judge(const struct path_run *run, struct ad_error *error)
 {
@@ -120,6 +146,12 @@ static int judge(const struct path_run *run, struct ad_error *error)
                 "and the motion from the path's start is %.2g away; try other --slices, or a "
                 "smooth L",
                 run->options->tolerance, kinks, run->found.true_distance);
+    else if (pulses_in_doubt(run))
+        ad_fail(error, AD_E_ACCURACY,
+                "--tol %g is not met: the forces change abruptly with time, where elements may be "
+                "blind, and the motion from the path's start is %.2g away; try to --continue from "
+                "a wider pulse",
+                run->options->tolerance, run->found.true_distance);
     else if (run->options->reference && run->found.another && !path_wants_all(run->options))
         ad_fail(error, AD_E_ACCURACY,
                 "--reference %s leads to another stationary path between the same ends, up to %.3g "

@@ -6,6 +6,7 @@
 #include "newton.h"
 #include "physics/lagrangian/conserved.h"
 #include "physics/motion/motion.h"
+#include "physics/motion/time_scan.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -104,25 +105,40 @@ static enum ad_status own_start(const struct search *s, double *q, double *v,
     return error->status;
 }
 
-/* From the start (q, v) to path [dof x slices], which ends in y [2 dof]; room `times` [slices]. */
-static enum ad_status follow(const struct search *s, const struct phys_ode *ode, double rtol,
-                             const double *q, double *path, double *y, double *times,
-                             struct ad_error *error)
+/* From the start (q, v) to path [dof x slices], which ends in y [2 dof]. Steps end where the forces
+   change abruptly with time; room `times` [(1 + dof) x (slices + scan->n)]. */
+static enum ad_status follow(const struct search *s, const struct phys_ode *ode,
+                             const struct phys_time_scan *scan, double rtol, const double *q,
+                             double *path, double *y, double *times, struct ad_error *error)
 {
     const struct phys_path_settings *settings = s->settings;
     const struct phys_grid grid = phys_grid_of(settings);
-    for (size_t i = 0; i < s->slices; i++)
-        times[i] = phys_grid_time(&grid, i);
+    double *wide = times + s->slices + scan->n;
+    size_t n = 0;
+    for (size_t i = 0, k = 0; i < s->slices; i++) {
+        const double t = phys_grid_time(&grid, i);
+        for (; k < scan->n && scan->times[k] < t; k++)
+            if (n > 0 && scan->times[k] > times[n - 1])
+                times[n++] = scan->times[k];
+        times[n++] = t;
+    }
     const struct phys_simulation how = {.integrator = phys_integrator_find("dop853", error),
                                         .t1 = (double)(s->slices - 1) * settings->dt,
-                                        .n_samples = s->slices - 1,
-                                        .times = settings->mesh ? times + 1 : NULL,
+                                        .n_samples = n - 1,
+                                        .times = settings->mesh || scan->n ? times + 1 : NULL,
+                                        .land = scan->n > 0,
                                         .rtol = rtol,
                                         .max_steps = PHYS_MOTION_STEPS,
                                         .proceed = settings->proceed,
                                         .context = settings->context};
     if (phys_ode_enter(ode, 0, q, q + s->dof, y, error) == AD_OK)
-        phys_trajectory(&how, ode, y, s->dof, s->slices, path, NULL, error);
+        phys_trajectory(&how, ode, y, s->dof, n, wide, NULL, error);
+    for (size_t i = 0, k = 0; i < s->slices; i++, k++) {
+        while (times[k] != phys_grid_time(&grid, i))
+            k++;
+        for (size_t d = 0; d < s->dof && error->status == AD_OK; d++)
+            path[d * s->slices + i] = wide[d * n + k];
+    }
     return error->status;
 }
 
@@ -155,14 +171,21 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
     size_t n = s->slices * s->dof;
     if (s->system->scene->between)
         return AD_OK; /* no initial-value problem: the closed form is the reference */
-    double *q = malloc((7 * s->dof + 2 * n + s->slices) * sizeof *q), *v = q ? q + s->dof : NULL;
+    double *q = malloc((7 * s->dof + 2 * n) * sizeof *q), *v = q ? q + s->dof : NULL, *times = NULL;
     if (!q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    double *motion = v + s->dof, *check = motion + n, *y = check + n, *times = y + 5 * s->dof;
+    double *motion = v + s->dof, *check = motion + n, *y = check + n;
+    struct phys_time_scan scan = {0};
+    const double T = (double)(s->slices - 1) * s->settings->dt;
     if (own_start(s, q, v, &lost) == AD_OK &&
-        phys_ode_lagrangian(s->system, &ode, &lost) == AD_OK &&
-        follow(s, &ode, LOOSE, q, check, y, times, &lost) == AD_OK &&
-        follow(s, &ode, TIGHT, q, motion, y, times, &lost) == AD_OK) {
+        phys_time_scan(s->system, q, v, 0, T, &scan, &lost) == AD_OK) {
+        times = malloc((1 + s->dof) * (s->slices + scan.n) * sizeof *times);
+        if (!times)
+            ad_fail(&lost, AD_E_MEMORY, "out of memory");
+    }
+    if (lost.status == AD_OK && phys_ode_lagrangian(s->system, &ode, &lost) == AD_OK &&
+        follow(s, &ode, &scan, LOOSE, q, check, y, times, &lost) == AD_OK &&
+        follow(s, &ode, &scan, TIGHT, q, motion, y, times, &lost) == AD_OK) {
         found->true_distance = largest(s->path, motion, n);
         found->true_known = largest(motion, check, n);
         if (found->true_known >
@@ -176,6 +199,8 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
     }
     snprintf(found->no_motion, sizeof found->no_motion, "%.150s", lost.message);
     phys_ode_free(&ode);
+    phys_time_scan_free(&scan);
+    free(times);
     free(q);
     return phys_keep_memory(&lost, error);
 }

@@ -330,6 +330,31 @@ static void test_kinks(void **state)
     }
 }
 
+/* A14: kicks of 1 at t0 on the way from 0 to 1 in 10, which elements may be blind to: no success
+   unless the motion from the path's start, which begins at 1/10 - (10 - t0)/10, takes them. */
+static void test_pulses(void **state)
+{
+    (void)state;
+    static const double places[] = {5, 7.35}, widths[] = {1, 0.01, 1e-3, 1e-5};
+    int missed = 0;
+    shell_works(
+        "${CC:-cc} -std=c11 -shared -fPIC -I$ROOT $ROOT/tests/apps/scenes/narrow.c -o narrow.so");
+    for (size_t i = 0; i < LENGTH(places); i++)
+        for (size_t k = 0; k < LENGTH(widths); k++) {
+            int status =
+                shell("$LA path ./narrow.so --set pulse=1 --set t0=%g --set w=%g --time 10 "
+                      "--start x1=0 --end x1=1 --tol 1e-6 --json --csv pulse.csv",
+                      places[i], widths[k]);
+            assert_true(status == 1 || (status == 0 && shell_number("true_distance") <= 1e-6));
+            if (status == 0 && widths[k] < 1)
+                shell_works("awk -F, 'NR == 3 { d = $2 - $1 * (%g - 9) / 10; exit d > 1e-6 || d < "
+                            "-1e-6 }' pulse.csv",
+                            places[i]);
+            missed += status == 1;
+        }
+    assert_in_range(missed, 1, 7);
+}
+
 /* H7: a kink tanh(t/eps), eps .02, between distant ends may lie anywhere, for all that double
    precision can tell. */
 static void test_a_path_that_nothing_holds(void **state)
@@ -356,6 +381,7 @@ int main(void)
         cmocka_unit_test_setup(test_no_mass, shell_empty),
         cmocka_unit_test_setup(test_a_path_that_nothing_holds, shell_empty),
         cmocka_unit_test_setup(test_kinks, shell_empty),
+        cmocka_unit_test_setup(test_pulses, shell_empty),
         cmocka_unit_test_setup(test_one_of_several, shell_empty),
         cmocka_unit_test_setup(test_refusals, shell_empty),
     };
