@@ -34,8 +34,54 @@ void phys_place_leave(struct ensemble_place *place)
     forget_crossed(&place->solution.crossed);
     phys_ode_free(&place->own);
     phys_system_close(&place->system);
+    phys_time_scan_free(&place->scan);
     place->own = (struct phys_ode){0};
     place->system = (struct phys_system){0};
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Times at which the forces change abruptly, and equal parts, within which the scan is blind to
+   slow changes. */
+static void scan_time(const struct phys_system *system, const double *start, double time,
+                      struct phys_time_scan *scan, struct ad_error *error)
+{
+    enum { PARTS = 256 };
+    if (phys_time_scan(system, start, start + system->dof, 0, time, scan, error) != AD_OK ||
+        !(scan->resolution > 0))
+        return;
+    double *times = realloc(scan->times, (scan->n + PARTS) * sizeof *times);
+    if (!times) {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+        return;
+    }
+    scan->times = times;
+    for (size_t k = 1; k < PARTS; k++)
+        times[scan->n++] = time * (double)k / PARTS;
+    qsort(times, scan->n, sizeof *times, ascending);
+}
+
+/* Steps end where L changes with time, or both runs of a member would step over the same pulse. */
+static void land(struct ensemble_worker *w, struct ensemble_place *place, const double *start)
+{
+    const struct ensemble_task *task = w->task;
+    const struct phys_ensemble *e = task->ensemble;
+    const bool own = task->has_parameters;
+    struct phys_time_scan *scan = own ? &place->scan : &w->scan;
+    place->blind = false;
+    if (e->system->scene->ode)
+        return;
+    if (own || !w->scanned)
+        scan_time(own ? &place->system : e->system, start, task->settings->motion.time, scan,
+                  &place->error);
+    w->scanned = !own;
+    place->blind = scan->n > 0 && isfinite(scan->unresolved);
+    place->run.landings = scan->times;
+    place->run.n_landings = scan->n;
 }
 
 static const struct phys_ode *ode_of(struct ensemble_worker *w, struct ensemble_place *place)
@@ -118,7 +164,9 @@ void phys_place_enter(struct ensemble_worker *w, struct ensemble_place *place,
         return;
     for (size_t k = 0; item.fine && k < ode->n; k++)
         place->y[k] *= 1 + DBL_EPSILON; /* what rounding of the start makes of the motion */
-    phys_run_open(&place->run, &how, &m->ode, place->y, &place->info, false, &place->error);
+    if (phys_run_open(&place->run, &how, &m->ode, place->y, &place->info, false, &place->error) ==
+        AD_OK)
+        land(w, place, start);
 }
 
 /* The times of crossings by two runs. */
@@ -163,7 +211,9 @@ static void estimate_error(struct ensemble_place *place)
     }
     double error = caution * most + DBL_EPSILON * size;
     member->error =
-        place->error.status == AD_OK && error <= PHYS_MOTION_LOST * size ? error : (double)NAN;
+        place->error.status == AD_OK && !place->blind && error <= PHYS_MOTION_LOST * size
+            ? error
+            : (double)NAN;
     compare_crossed(&place->solution.crossed, &member->crossed);
 }
 

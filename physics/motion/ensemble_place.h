@@ -7,6 +7,7 @@
 #include "physics/integrators/taylor_points.h"
 #include "run.h"
 #include "solving.h"
+#include "time_scan.h"
 
 struct ensemble_place {
     const struct ensemble_task *task;
@@ -22,6 +23,8 @@ struct ensemble_place {
     struct phys_events *events;
     struct crossing_watch *watches;
     double *y, *x;                  /* [2 dof]; [n_times][2 dof] of a fine run */
+    struct phys_time_scan scan;     /* of a member's parameters; steps end at its times */
+    bool blind;                     /* the forces change with time too often to be followed */
     struct ensemble_energy *energy; /* the worker's, where there is one */
 };
 
@@ -31,6 +34,8 @@ struct ensemble_worker {
     struct phys_system system;  /* of the model */
     struct phys_taylor_points *points;
     struct ensemble_energy *energy; /* of the motions of `ode`; NULL: one by one */
+    bool scanned;
+    struct phys_time_scan scan; /* of members without parameters */
     struct ensemble_place place[AD_SERIES_POINTS];
 };
 

@@ -145,6 +145,7 @@ void phys_ensemble_worker_free(struct ensemble_worker *w)
     }
     phys_taylor_points_free(w->points);
     phys_ensemble_energy_free(w->energy);
+    phys_time_scan_free(&w->scan);
     phys_ode_free(&w->ode);
     phys_ode_free(&w->model);
     phys_system_close(&w->system);

@@ -39,9 +39,11 @@ struct run {
     bool last;    /* this step reaches its target */
     double tried; /* length of the attempt; what made it impossible */
     struct ad_error cause;
-    double target; /* t1, or the time of the next sample to land on */
-    double end;    /* time at its end */
-    double late;   /* the time is stepper.t + late, and there stepper.end + next_late */
+    double target;          /* t1, or the time of the next sample or landing to land on */
+    const double *landings; /* [n_landings] ascending; set after phys_run_open, for t1 > t0 only */
+    size_t n_landings, next_landing;
+    double end;  /* time at its end */
+    double late; /* the time is stepper.t + late, and there stepper.end + next_late */
     double next_late;
     bool given; /* as a sample */
     bool stop;

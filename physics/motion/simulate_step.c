@@ -64,16 +64,28 @@ static enum ad_status attempt(struct run *run, double *norm, struct ad_error *er
     return AD_OK;
 }
 
+/* The landing that is next, or t1. */
+static double landing(struct run *run)
+{
+    while (run->next_landing < run->n_landings &&
+           !(run->landings[run->next_landing] > run->stepper.t))
+        run->next_landing++;
+    return run->next_landing < run->n_landings
+               ? fmin(run->landings[run->next_landing], run->settings->t1)
+               : run->settings->t1;
+}
+
 /* Where steps have to end. */
-static double target(const struct run *run)
+static double target(struct run *run)
 {
     const struct phys_simulation *s = run->settings;
+    const double until = run->n_landings > 0 ? landing(run) : s->t1;
     for (size_t i = run->next_sample; s->land && i <= s->n_samples; i++) {
         double t = phys_run_sample_time(run, i);
         if ((t - run->stepper.t) * run->direction > 0)
-            return t;
+            return run->n_landings > 0 ? fmin(t, until) : t;
     }
-    return s->t1;
+    return until;
 }
 
 void phys_run_propose(struct run *run, double longest)

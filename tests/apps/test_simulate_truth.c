@@ -146,6 +146,25 @@ static void test_pulses_where_steps_end(void **state)
 
 /* C1: a tighter tolerance is tried as long as it helps, in no more evaluations than four runs of
    the answer. Motions of ten orbits and more. */
+/* Members of an ensemble whose pulses lie anywhere and last from 1e-4 to a twentieth of the time:
+   x = t + p (t - t0). */
+static void test_pulses_of_an_ensemble(void **state)
+{
+    static const char *const options[] = {"", "--tol 1e-6", "--integrator dop853 --threads 2"};
+    (void)state;
+    build("narrow");
+    shell_works("printf 'w,pulse,t0\\n.1,0,5\\n1e-3,1,3.3\\n.1,1,2\\n.3,1,4\\n.5,1,4\\n.2,-1,7\\n' "
+                ">rows.csv");
+    for (size_t k = 0; k < LENGTH(options); k++) {
+        shell_works("$LA simulate ./narrow.so --ensemble rows.csv --time 10 --samples 1 --quiet "
+                    "--csv all.csv %s",
+                    options[k]);
+        shell_works("awk -F, 'FNR == NR { if (FNR > 1) ends[FNR - 1] = 10 + $2 * (10 - $3); next } "
+                    "$2 == 10 { d = $3 - ends[$1]; n++; far += d > 1e-6 || d < -1e-6 } "
+                    "END { exit !(n == 6 && far == 0) }' rows.csv all.csv");
+    }
+}
+
 static void test_tolerance_is_reached(void **state)
 {
     (void)state;
@@ -367,6 +386,7 @@ int main(void)
         cmocka_unit_test_setup(test_the_reference_comes_back, shell_empty),
         cmocka_unit_test_setup(test_horizon, shell_empty),
         cmocka_unit_test_setup(test_narrow_forces, shell_empty),
+        cmocka_unit_test_setup(test_pulses_of_an_ensemble, shell_empty),
         cmocka_unit_test_setup(test_pulses_where_steps_end, shell_empty),
         cmocka_unit_test_setup(test_tolerance_is_reached, shell_empty),
         cmocka_unit_test_setup(test_every_crossing, shell_empty),
