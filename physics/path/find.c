@@ -21,6 +21,7 @@ static const double SAME = 1e-6;  /* of the extent: two stationary paths of one 
 static const double AGREE = 1e-9; /* of the extent: and they are to that */
 static const double APART = 10;   /* errors of discretisation: a motion further away is another */
 static const double CLEAR = 1e-3; /* of the extent: and as far at the least */
+static const double BETWEEN = 3;  /* times as far at other slices: they are looked at */
 static const double NEAR = 0.3;   /* of the extent: a finer path further away is another one */
 enum { DEGREE = 4 };              /* of the finer rule, at least */
 
@@ -249,6 +250,20 @@ static double momenta_apart(struct phys_hessian *h, const double *path, struct p
     return most;
 }
 
+/* How far a finer path, of 3 elements for 2, is from a path at the slices that it has not, by
+   interpolation, which may err more than either. */
+static double odd_slices_apart(const struct phys_grid *from, const double *path,
+                               const struct phys_grid *to, const double *finer, size_t dof,
+                               struct ad_error *error)
+{
+    double most = 0, *back = phys_path_resample(to, finer, from, dof, error);
+    for (size_t k = 0; back && k < dof; k++)
+        for (size_t i = 1; i < from->slices; i += 2)
+            most = fmax(most, fabs(back[k * from->slices + i] - path[k * from->slices + i]));
+    free(back);
+    return most;
+}
+
 enum ad_status phys_path_discretisation(const struct phys_system *system,
                                         const struct phys_path_settings *settings,
                                         struct phys_derivatives *of, const double *path, bool more,
@@ -294,6 +309,12 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
             *distance = each == 3 && settings->rule->order > 1
                             ? fmax(most, momenta_apart(&coarse, path, &newton.hessian, moved, each))
                             : most;
+        /* in a layer at an end the slices between may err more: they need a path that has them */
+        if (each == 3 && odd_slices_apart(&from, path, &to, moved, dof, error) > BETWEEN * most) {
+            double same = 0;
+            phys_path_discretisation(system, settings, of, path, false, &same, NULL, error);
+            *distance = fmax(*distance, same);
+        }
     } else if (info.stop == PHYS_STOP_INTERRUPTED) {
         ad_fail(error, AD_E_ACCURACY, "interrupted");
     }

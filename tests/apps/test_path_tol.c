@@ -355,6 +355,27 @@ static void test_pulses(void **state)
     assert_in_range(missed, 1, 7);
 }
 
+/* Layers exp(-t/eps) at both ends, thinner than the elements there: the slices next to the ends err
+   most, and count. */
+static void test_layers_at_the_ends(void **state)
+{
+    (void)state;
+    static const double widths[] = {1e-4, 2e-4, 1e-3};
+    for (size_t k = 0; k < LENGTH(widths); k++) {
+        shell_works("${CC:-cc} -std=c11 -shared -fPIC -I$ROOT "
+                    "'-DV(x)=ad_mul(%.17g,ad_square(x))' $ROOT/tests/apps/scenes/kink.c -o k.so",
+                    -1 / (widths[k] * widths[k])); /* the mass is 2 */
+        int status = shell("$LA path ./k.so --start x1=1 --end x1=2 --time 1 --tol 1e-3 --quiet "
+                           "--csv layer.csv");
+        if (status == 0)
+            shell_works("awk -F, -v e=%g 'NR > 1 { d = $2 - exp(-$1 / e) - 2 * exp(($1 - 1) / e); "
+                        "wrong += d > 1e-3 || d < -1e-3; n++ } END { exit !(n > 10 && wrong == 0) "
+                        "}' layer.csv",
+                        widths[k]);
+        assert_true(status == 0 || (status == 1 && widths[k] < 2e-4));
+    }
+}
+
 /* H7: a kink tanh(t/eps), eps .02, between distant ends may lie anywhere, for all that double
    precision can tell. */
 static void test_a_path_that_nothing_holds(void **state)
@@ -373,6 +394,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_estimate_is_honest, shell_empty),
         cmocka_unit_test_setup(test_rule_stays, shell_empty),
+        cmocka_unit_test_setup(test_layers_at_the_ends, shell_empty),
         cmocka_unit_test_setup(test_least_that_will_do, shell_empty),
         cmocka_unit_test_setup(test_ends_of_a_file, shell_empty),
         cmocka_unit_test_setup(test_a_fall_that_is_too_fast, shell_empty),
