@@ -18,16 +18,16 @@
 #include "autodiff/autodiff.h"
 #include "physics/motion/checks.h"
 
-#define assert_lagrangian(scene) assert_lagrangian_at((scene), NULL)
-#define assert_lagrangian_at(scene, points)                                                        \
-    phys_assert_lagrangian((scene), (points), __FILE__, __LINE__)
-#define assert_gradient(y, n, x, at) ad_assert_gradient((y), (n), (x), (at), __FILE__, __LINE__)
+/* Arguments may be compound literals, whose commas a macro of fixed arguments would count. */
+#define assert_lagrangian(...) phys_assert_lagrangian(__FILE__, __LINE__, __VA_ARGS__, NULL)
+#define assert_lagrangian_at(...) phys_assert_lagrangian(__FILE__, __LINE__, __VA_ARGS__)
+#define assert_gradient(...) ad_assert_gradient(__FILE__, __LINE__, __VA_ARGS__)
 
 enum { AD_CHECKS_TEXT = 4096 };
 
-static inline void phys_assert_lagrangian(const struct phys_scene *scene,
-                                          const struct phys_points *points, const char *file,
-                                          int line)
+static inline void phys_assert_lagrangian(const char *file, int line,
+                                          const struct phys_scene *scene,
+                                          const struct phys_points *points)
 {
     char text[AD_CHECKS_TEXT] = "";
     struct phys_system system;
@@ -44,8 +44,8 @@ static inline void phys_assert_lagrangian(const struct phys_scene *scene,
     _fail(file, line);
 }
 
-static inline void ad_assert_gradient(ad_var y, size_t n, const ad_var x[],
-                                      const double *const at[], const char *file, int line)
+static inline void ad_assert_gradient(const char *file, int line, ad_var y, size_t n,
+                                      const ad_var x[], const double *const at[])
 {
     char text[AD_CHECKS_TEXT] = "";
     struct ad_checks checks;
