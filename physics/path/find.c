@@ -2,7 +2,6 @@
    independent results: the motion from its start by an adaptive method, the path of a rule of
    higher order, and the stationary path at the given reference. */
 #include "autodiff/free.h"
-#include "mesh.h"
 #include "newton.h"
 #include "physics/lagrangian/conserved.h"
 #include "physics/motion/motion.h"
@@ -21,9 +20,6 @@ static const double SAME = 1e-6;  /* of the extent: two stationary paths of one 
 static const double AGREE = 1e-9; /* of the extent: and they are to that */
 static const double APART = 10;   /* errors of discretisation: a motion further away is another */
 static const double CLEAR = 1e-3; /* of the extent: and as far at the least */
-static const double BETWEEN = 3;  /* times as far at other slices: they are looked at */
-static const double NEAR = 0.3;   /* of the extent: a finer path further away is another one */
-enum { DEGREE = 4 };              /* of the finer rule, at least */
 
 struct search {
     const struct phys_system *system;
@@ -41,15 +37,6 @@ static double largest(const double *a, const double *b, size_t n)
     for (size_t k = 0; k < n; k++)
         if (!(fabs(a[k] - b[k]) <= most)) /* NaN, too */
             most = fabs(a[k] - b[k]);
-    return most;
-}
-
-static double extent(const double *path, size_t dof, size_t slices)
-{
-    double most = 0;
-    for (size_t k = 0; k < dof; k++)
-        for (size_t i = 0; i < slices; i++)
-            most = fmax(most, fabs(path[k * slices + i] - path[k * slices]));
     return most;
 }
 
@@ -189,8 +176,8 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
         follow(s, &ode, &scan, TIGHT, q, motion, y, times, &lost) == AD_OK) {
         found->true_distance = largest(s->path, motion, n);
         found->true_known = largest(motion, check, n);
-        if (found->true_known >
-            fmax(KNOWN * found->true_distance, SAME * extent(motion, s->dof, s->slices))) {
+        if (found->true_known > fmax(KNOWN * found->true_distance,
+                                     SAME * phys_path_extent(motion, s->dof, s->slices))) {
             snprintf(lost.message, sizeof lost.message, "it is unstable and known to %.2g only",
                      found->true_known);
             found->true_distance = NAN;
@@ -214,7 +201,7 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
     const struct phys_path_settings *settings = s->settings;
     size_t n = s->slices, dof = s->dof, size = settings->rule->degree * dof * n;
     struct phys_path_info info;
-    double *path = malloc(size * sizeof *path), wide = extent(s->path, dof, n);
+    double *path = malloc(size * sizeof *path), wide = phys_path_extent(s->path, dof, n);
     if (!path)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     memcpy(path, settings->compare, size * sizeof *path);
@@ -231,108 +218,6 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
     return error->status;
 }
 
-/* How much the momenta differ at slices i of a path and i * each / 2 of a finer one that is
-   settled, by what they move in a step: their slices alone may agree by symmetry. */
-static double momenta_apart(struct phys_hessian *h, const double *path, struct phys_hessian *finer,
-                            const double *moved, size_t each)
-{
-    double most = 0;
-    phys_hessian_gradient_at(h, path, 0);
-    phys_hessian_gradient_at(finer, moved, 0);
-    for (size_t i = 0; i < h->elements; i += 2)
-        for (size_t k = 0; k < h->dof; k++) {
-            double apart = fabs(h->gradient[i * h->side + k] -
-                                finer->gradient[i * each / 2 * finer->side + k]);
-            if (apart > 0)
-                most = fmax(most, apart * phys_hessian_length(h, i) * (double)each / 2 /
-                                      finer->stiffness[k]);
-        }
-    return most;
-}
-
-/* How far a finer path, of 3 elements for 2, is from a path at the slices that it has not, by
-   interpolation, which may err more than either. */
-static double odd_slices_apart(const struct phys_grid *from, const double *path,
-                               const struct phys_grid *to, const double *finer, size_t dof,
-                               struct ad_error *error)
-{
-    double most = 0, *back = phys_path_resample(to, finer, from, dof, error);
-    for (size_t k = 0; back && k < dof; k++)
-        for (size_t i = 1; i < from->slices; i += 2)
-            most = fmax(most, fabs(back[k * from->slices + i] - path[k * from->slices + i]));
-    free(back);
-    return most;
-}
-
-enum ad_status phys_path_discretisation(const struct phys_system *system,
-                                        const struct phys_path_settings *settings,
-                                        struct phys_derivatives *of, const double *path, bool more,
-                                        double *distance, struct phys_spectrum *spectrum,
-                                        struct ad_error *error)
-{
-    struct phys_path_settings finer = *settings;
-    struct phys_newton newton = {0};
-    struct phys_hessian coarse = {0};
-    struct phys_derivatives own = {0};
-    struct phys_path_info info = {0};
-    struct ad_error lost = {0};
-    size_t n = settings->slices, dof = system->dof,
-           degree = finer.rule->degree + PHYS_FINER_DEGREES;
-    char name[24];
-    *distance = (double)NAN;
-    degree = degree < DEGREE ? DEGREE : degree;
-    if (finer.rule->repeat || degree > PHYS_RULE_MOST || degree * dof > PHYS_FINER_MOST)
-        return AD_OK;
-    snprintf(name, sizeof name, "gauss%zu", degree);
-    finer.rule = phys_rule_find(name, error);
-    size_t each = more && n % 2 == 1 ? 3 : 2, m = (n - 1) * each / 2 + 1;
-    finer.slices = m;
-    finer.dt = 2 * settings->dt / (double)each;
-    double *mesh = settings->mesh ? phys_mesh_divide(settings->mesh, n, m, error) : NULL;
-    finer.mesh = mesh;
-    const struct phys_grid from = phys_grid_of(settings), to = phys_grid_of(&finer);
-    *distance = (double)INFINITY;
-    double *moved =
-        error->status == AD_OK ? phys_path_resample(&from, path, &to, dof, error) : NULL;
-    if (moved && !of)
-        phys_derivatives_new(of = &own, system, PHYS_LADDER_COLUMNS, NULL, &lost);
-    bool made = moved && lost.status == AD_OK &&
-                phys_hessian_over(&coarse, of, settings->rule, n, settings->dt, &lost) == AD_OK &&
-                phys_newton_new(&newton, system, &finer, of, &lost) == AD_OK;
-    coarse.mesh = settings->mesh;
-    if (made && phys_newton_settle(&newton, moved, &info, error)) {
-        double most = 0;
-        for (size_t k = 0; k < dof; k++)
-            for (size_t i = 0; i < n; i += each == 3 ? 2 : 1)
-                most = fmax(most, fabs(moved[k * m + i * each / 2] - path[k * n + i]));
-        if (most <= NEAR * extent(path, dof, n))
-            *distance = each == 3 && settings->rule->order > 1
-                            ? fmax(most, momenta_apart(&coarse, path, &newton.hessian, moved, each))
-                            : most;
-        /* in a layer at an end the slices between may err more: they need a path that has them */
-        if (each == 3 && odd_slices_apart(&from, path, &to, moved, dof, error) > BETWEEN * most) {
-            double same = 0;
-            phys_path_discretisation(system, settings, of, path, false, &same, NULL, error);
-            *distance = fmax(*distance, same);
-        }
-    } else if (info.stop == PHYS_STOP_INTERRUPTED) {
-        ad_fail(error, AD_E_ACCURACY, "interrupted");
-    }
-    if (made && spectrum && !isfinite(*distance)) { /* none nearby: judged at this one */
-        free(moved);
-        moved = phys_path_resample(&from, path, &to, dof, error);
-    }
-    if (made && spectrum && moved && error->status == AD_OK &&
-        spectrum->legendre != PHYS_INDEFINITE)
-        spectrum->undetermined |= !phys_newton_confirms(&newton, moved, spectrum, error);
-    phys_keep_memory(&lost, error);
-    phys_newton_free(&newton);
-    phys_hessian_free(&coarse);
-    phys_derivatives_free(&own);
-    AD_FREE(moved, mesh);
-    return error->status;
-}
-
 /* ---- all of it ---- */
 
 /* Whether the path is the one that was refined, on the same grid. */
@@ -342,7 +227,7 @@ static bool is_refined(const struct search *s, const struct phys_refined *refine
     return refined->path && own->rule == theirs->rule && own->slices == theirs->slices &&
            own->dt == theirs->dt &&
            largest(s->path, refined->path, s->dof * s->slices) <=
-               AGREE * extent(s->path, s->dof, s->slices);
+               AGREE * phys_path_extent(s->path, s->dof, s->slices);
 }
 
 static enum ad_status measure(struct search *s, struct ad_error *error)
@@ -364,9 +249,9 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
         return give_up(s);
     if (lost.status != AD_OK)
         return ad_fail(error, lost.status, "%s", lost.message);
-    found->unknown = found->spectrum.undetermined &&
-                     (rounding || !isfinite(found->discretisation)) &&
-                     !(found->discretisation <= CLEAR * extent(s->path, s->dof, s->slices));
+    found->unknown =
+        found->spectrum.undetermined && (rounding || !isfinite(found->discretisation)) &&
+        !(found->discretisation <= CLEAR * phys_path_extent(s->path, s->dof, s->slices));
     if (isinf(found->discretisation))
         found->discretisation = (double)NAN;
     return compare ? compare_given(s, error) : AD_OK;

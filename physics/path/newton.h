@@ -57,6 +57,8 @@ enum ad_status phys_newton_spectrum(struct phys_newton *newton, const double *pa
 bool phys_newton_confirms(struct phys_newton *newton, const double *path,
                           const struct phys_spectrum *spectrum, struct ad_error *error);
 
+/* The largest distance of a slice's coordinate from the first slice's. */
+double phys_path_extent(const double *path, size_t dof, size_t slices);
 /* Distance of a stationary path [s*dof x slices] from that of a rule of higher order: its
    discretisation error; INFINITY: none nearby; NaN: too large for one. With `more`, there are half
    as many elements more, where their number is even: what the grid alone holds in place moves, and

@@ -3,7 +3,7 @@
    program and one step of the optimiser on the program's storage, and allocates nothing. Descents
    find minima, and the true path often is none (Morse index > 0). */
 #include "autodiff/optim.h"
-#include "path_program.h"
+#include "physics/path/path_program.h"
 
 #include <math.h>
 #include <stdlib.h>

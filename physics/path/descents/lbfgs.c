@@ -1,5 +1,5 @@
 /* Descent of the action by limited-memory BFGS (autodiff/lbfgs.h). */
-#include "path_program.h"
+#include "physics/path/path_program.h"
 #include "autodiff/lbfgs.h"
 
 #include <stdlib.h>
