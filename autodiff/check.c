@@ -3,6 +3,7 @@
    of a central difference is a series in h^2, so each row of Neville's scheme on halved steps
    removes one order, and neighbouring entries of the table show where rounding dominates. */
 #include "internal.h"
+#include "ascending.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -59,12 +60,6 @@ static double nearest(const struct ad_section *p, double h, double tape, double 
     return fabs(near - tape) < fabs(far - tape) ? near : far;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* The rounding of y: the median of second differences over steps that leave nothing of a smooth
    function, and two of a jump (J. J. More, S. M. Wild, "Estimating computational noise", SIAM J.
    Sci. Comput. 33 (2011) 1292). */
@@ -76,7 +71,7 @@ static double noise_of(const struct ad_section *p, double h)
         y[k] = ad_section_value(p, *p->x + h * 0x1p-20 * (k - SECONDS / 2 - 1));
     for (int k = 0; k < SECONDS; k++)
         y[k] = fabs(y[k] - 2 * y[k + 1] + y[k + 2]);
-    qsort(y, SECONDS, sizeof *y, ascending);
+    qsort(y, SECONDS, sizeof *y, ad_ascending);
     return y[SECONDS / 2];
 }
 

@@ -1,6 +1,7 @@
 /* Stores the chosen columns of a file as rows arrive; times and trials are checked at the same
    time, while line numbers are known. */
 #include "data_table.h"
+#include "autodiff/ascending.h"
 #include "autodiff/free.h"
 
 #include <math.h>
@@ -125,12 +126,6 @@ static enum ad_status read_rows(struct hnn_table *table, struct hnn_source *sour
     return error->status;
 }
 
-static int by_value(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Rows of one trajectory have to follow each other: no number begins twice. */
 static enum ad_status look_at_trials(const struct hnn_table *table, struct ad_error *error)
 {
@@ -141,7 +136,7 @@ static enum ad_status look_at_trials(const struct hnn_table *table, struct ad_er
     for (size_t i = 0; i < table->rows; i++)
         if (hnn_table_begins(table, i))
             starts[n++] = hnn_table_column(table, table->plan.trial)[i];
-    qsort(starts, n, sizeof *starts, by_value);
+    qsort(starts, n, sizeof *starts, ad_ascending);
     for (size_t k = 1; k < n && error->status == AD_OK; k++)
         if (starts[k] == starts[k - 1])
             ad_fail(error, AD_E_INPUT, "%s: the rows of trial %.9g are not consecutive",
@@ -164,7 +159,7 @@ static enum ad_status look_at_steps(struct hnn_table *table, struct ad_error *er
     for (size_t i = 1; i < table->rows; i++)
         if (!hnn_table_begins(table, i))
             step[n++] = time[i] - time[i - 1];
-    qsort(step, n, sizeof *step, by_value);
+    qsort(step, n, sizeof *step, ad_ascending);
     table->step = n ? step[n / 2] : 0;
     table->longest = gap * table->step;
     free(step);

@@ -1,5 +1,6 @@
 /* A member of an ensemble in a place (ensemble_place.h): its start, its samples, its result. */
 #include "ensemble_place.h"
+#include "autodiff/ascending.h"
 #include "autodiff/free.h"
 #include "physics/ode/internal.h"
 
@@ -39,12 +40,6 @@ void phys_place_leave(struct ensemble_place *place)
     place->system = (struct phys_system){0};
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Times at which the forces change abruptly, and equal parts, within which the scan is blind to
    slow changes. */
 static void scan_time(const struct phys_system *system, const double *start, double time,
@@ -62,7 +57,7 @@ static void scan_time(const struct phys_system *system, const double *start, dou
     scan->times = times;
     for (size_t k = 1; k < PARTS; k++)
         times[scan->n++] = time * (double)k / PARTS;
-    qsort(times, scan->n, sizeof *times, ascending);
+    qsort(times, scan->n, sizeof *times, ad_ascending);
 }
 
 /* Steps end where L changes with time, or both runs of a member would step over the same pulse. */

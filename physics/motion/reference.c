@@ -2,6 +2,7 @@
    rounding grows, that of the start and of the mass matrix among it, and a run back to the start,
    which shows errors that both have in common. */
 #include "autodiff/free.h"
+#include "autodiff/ascending.h"
 #include "motion.h"
 #include "time_scan.h"
 #include "physics/integrators/stepper.h"
@@ -33,13 +34,7 @@ struct runs {
     double longest; /* step of the last run */
 };
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static int descending(const void *a, const void *b) { return ascending(b, a); }
+static int descending(const void *a, const void *b) { return ad_ascending(b, a); }
 
 /* Times at which steps end: equal parts of the stretches between n times, `share` (0: not) of each
    part, and those of the scan; row [n] of each time among them, that of the first being 0 and none
@@ -67,7 +62,7 @@ static size_t find_landings(const struct runs *runs, size_t n, const double *tim
             if (back ? t < from : t > from)
                 landing[m++] = t;
         }
-        qsort(landing + first, m - first, sizeof *landing, back ? descending : ascending);
+        qsort(landing + first, m - first, sizeof *landing, back ? descending : ad_ascending);
         landing[m++] = to;
         row[i + 1] = m;
     }

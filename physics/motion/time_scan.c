@@ -5,6 +5,7 @@
    times returned have equal shares of the integral of |d4 f/dt4|^(1/4), as the nodes of an adapted
    mesh. */
 #include "time_scan.h"
+#include "autodiff/ascending.h"
 #include "physics/lagrangian/conserved.h"
 #include "physics/lagrangian/internal.h"
 
@@ -145,12 +146,6 @@ static void search(struct scan *s, double a, double b, size_t n, size_t count, d
     }
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 enum ad_status phys_time_scan(const struct phys_system *system, const double *q, const double *v,
                               double t0, double t1, struct phys_time_scan *scan,
                               struct ad_error *error)
@@ -164,7 +159,7 @@ enum ad_status phys_time_scan(const struct phys_system *system, const double *q,
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (record(&s, system, q, v, error) == AD_OK)
         search(&s, t0, t1, GRID, LANDINGS, scan->times + MOST);
-    qsort(scan->times, scan->n, sizeof *scan->times, ascending);
+    qsort(scan->times, scan->n, sizeof *scan->times, ad_ascending);
     scan->resolution = (t1 - t0) / (GRID - 1);
     ad_program_free(s.program);
     ad_tape_free(s.tape);

@@ -1,6 +1,7 @@
 /* Timing of short jobs (timing.h), in many batches, each long enough for the clock and short enough
    to avoid most interruptions. */
 #include "timing.h"
+#include "autodiff/ascending.h"
 #include "autodiff/autodiff.h"
 #include "autodiff/clock.h"
 
@@ -38,17 +39,11 @@ static size_t calls_in_a_batch(const struct timed *job)
     return 1 + (size_t)(batch_ns / ns);
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static double ranked(size_t rank, size_t n, const double values[])
 {
     double sorted[TIMING_ROUNDS];
     memcpy(sorted, values, n * sizeof *sorted);
-    qsort(sorted, n, sizeof *sorted, ascending);
+    qsort(sorted, n, sizeof *sorted, ad_ascending);
     return sorted[rank];
 }
 

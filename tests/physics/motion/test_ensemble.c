@@ -1,5 +1,6 @@
 /* Ensembles: each member is what phys_motion_solve makes of it alone, whatever the others do. */
 #include "tests/physics/systems.h"
+#include "autodiff/ascending.h"
 #include "tests/close.h"
 #include "tests/native.h"
 #include "physics/motion/ensemble.h"
@@ -273,12 +274,6 @@ static void test_chaos_is_unknown(void **state)
     close_all(&system, &e);
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static void test_statistics(void **state)
 {
     (void)state;
@@ -295,7 +290,7 @@ static void test_statistics(void **state)
         mean /= (double)n;
         for (size_t i = 0; i < n; i++)
             squares += pow(x[i] - mean, 2);
-        qsort(x, n, sizeof *x, ascending);
+        qsort(x, n, sizeof *x, ad_ascending);
         assert_int_equal(s->n, n);
         assert_close(s->mean, mean, 1e-12, 1e-14);
         if (n > 1)

@@ -1,6 +1,7 @@
 /* Stationary paths by Adam: the published results, from the published starts and from our own
    noise; held ends, clean stops, values that are not finite. */
 #include "tests/physics/published.h"
+#include "autodiff/ascending.h"
 #include "tests/close.h"
 #include "tests/mentions.h"
 
@@ -122,12 +123,6 @@ static double error_from_own_noise(const struct phys_system *system, uint64_t se
     return end;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* The median of five noises; for the gas, of one: it has a hundred coordinates to average over. */
 static void our_own_noise_gives_errors_of_the_same_size(void **state)
 {
@@ -139,7 +134,7 @@ static void our_own_noise_gives_errors_of_the_same_size(void **state)
         size_t seeds = system.dof > 50 ? 1 : 5;
         for (size_t seed = 0; seed < seeds; seed++)
             end[seed] = error_from_own_noise(&system, seed, p->mse_start);
-        qsort(end, seeds, sizeof *end, ascending);
+        qsort(end, seeds, sizeof *end, ad_ascending);
         double median = end[seeds / 2];
         if (median > 3 * p->mse_end || median < p->mse_end / 3)
             fail_msg("%s: error %g, published %g", p->scene, median, p->mse_end);
