@@ -50,6 +50,7 @@ static enum ad_status refuse_indistinct(const struct phys_fitting *s, struct ad_
 static enum ad_status refuse_unlike(const struct phys_fitting *s, struct ad_error *error)
 {
     double least = INFINITY;
+    bool changes = false;
     for (size_t i = 0; i < s->d; i++) {
         double n = 0, mean = 0, square = 0;
         for (size_t k = 0; k < s->data->n; k++)
@@ -58,9 +59,15 @@ static enum ad_status refuse_unlike(const struct phys_fitting *s, struct ad_erro
                 mean += off / ++n;
                 square += off * (x - mean);
             }
-        if (n > 0)
+        if (n > 0 && square > 0) {
             least = fmin(least, s->fit->rms[i] / sqrt(square / n));
+            changes = true;
+        }
     }
+    if (!changes)
+        return ad_fail(error, AD_E_ACCURACY,
+                       "the data do not change: a motion at rest follows them, whatever the "
+                       "parameters; expected a motion");
     return least < unlike ? AD_OK
                           : ad_fail(error, AD_E_ACCURACY,
                                     "the motion found does not follow the data: residuals are %.2g "

@@ -81,6 +81,15 @@ static void the_measured_spring_is_linear(void **state)
     assert_true(number("autocorrelation") > 0.5); /* its noise is not independent */
 }
 
+static void what_does_not_move_tells_nothing(void **state)
+{
+    (void)state;
+    shell_works("awk 'BEGIN { print \"t,theta\"; for (i = 0; i < 50; i++) print i / 10 \",0.5\" }' "
+                ">still.csv");
+    assert_int_equal(shell("$LA fit pendulum still.csv --free l --tries 1"), 1);
+    assert_mentions(shell_err(), "do not change");
+}
+
 static void misuse_is_refused(void **state)
 {
     (void)state;
@@ -102,6 +111,7 @@ int main(void)
         cmocka_unit_test_setup(a_simulated_motion_is_found_again, shell_empty),
         cmocka_unit_test_setup(the_measured_pendulum_has_a_length, shell_empty),
         cmocka_unit_test_setup(the_measured_spring_is_linear, shell_empty),
+        cmocka_unit_test_setup(what_does_not_move_tells_nothing, shell_empty),
         cmocka_unit_test_setup(misuse_is_refused, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
