@@ -28,7 +28,9 @@ static ad_var kinetic(ad_var q, ad_var v, ad_var t, const void *params_)
     ad_var a = ad_row(q, 0), b = ad_row(q, 1), va = ad_row(v, 0), vb = ad_row(v, 1);
     ad_var m2 = PHYS_PARAM(p, m2), l1 = PHYS_PARAM(p, l1), l2 = PHYS_PARAM(p, l2);
     ad_var both = ad_add(PHYS_PARAM(p, m1), m2);
-    ad_var cross = ad_mul(ad_mul(va, vb), ad_cos(ad_sub(a, b)));
+    /* cos(a - b), of the sines and cosines that potential and forces want, too */
+    ad_var cosine = ad_add(ad_mul(ad_cos(a), ad_cos(b)), ad_mul(ad_sin(a), ad_sin(b)));
+    ad_var cross = ad_mul(ad_mul(va, vb), cosine);
     ad_var upper = ad_mul(ad_mul(ad_mul(ad_mul(0.5, both), l1), l1), ad_square(va));
     ad_var lower = ad_mul(ad_mul(ad_mul(ad_mul(0.5, m2), l2), l2), ad_square(vb));
     return ad_add(upper, ad_add(lower, ad_mul(ad_mul(ad_mul(m2, l1), l2), cross)));
