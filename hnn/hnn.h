@@ -39,6 +39,19 @@ enum hnn_start {
 
 enum { HNN_LAYERS_MOST = 16 };
 
+/* A network of the caller's own in place of the perceptrons. Files of its models keep `name` and
+   the parameters; the function stays with the program. */
+struct hnn_network {
+    const char *name;    /* 1 to 63 characters */
+    size_t size;         /* number of parameters, 1 to 2^30 */
+    const double *start; /* [size] initial parameters; NULL where a file has them */
+    /* Records, at states x [2n x samples] (in units of hnn_model_normalise, if there are) with
+       parameters [1 x size], H [1 x samples]; with HNN_BOTH F and H [2 x samples]; of a baseline
+       the rates [2n x samples]. Column k of the value depends on column k of x alone. */
+    ad_var (*record)(void *context, ad_var parameters, ad_var x);
+    void *context; /* of the caller; outlives the model */
+};
+
 struct hnn_settings {
     enum hnn_kind kind;
     size_t dof;                         /* n: a state has 2n components */
@@ -55,6 +68,9 @@ struct hnn_settings {
        autoencoder. 0: states are observed. */
     size_t pixels;
     size_t autoencoder; /* width of its hidden layers */
+    /* NULL: perceptrons. Else layers, hidden, activation, start and seed are not used; for states
+       alone, not separable, without dissipation. Copied, `start` included. */
+    const struct hnn_network *network;
 };
 
 /* As published: 200 and 200 units, tanh, orthogonal, symplectic, f32, seed 0. */
@@ -95,8 +111,9 @@ void hnn_model_set_parameters(hnn_model *model, const void *parameters);
 
 /* One matrix or vector of the parameters: "linear1.weight" [out x in], "linear1.bias" [out x 1];
    with the prefix "kinetic.", "potential." or "dissipation." where there are several networks. The
-   last map has no bias. With an autoencoder all these have the prefix "hnn."; its own maps are
-   "autoencoder.linear1" to "autoencoder.linear4", which encode, and 5 to 8, which decode. */
+   last map has no bias. Those of an hnn_network are "network.parameters" [size]. With an
+   autoencoder all these have the prefix "hnn."; its own maps are "autoencoder.linear1" to
+   "autoencoder.linear4", which encode, and 5 to 8, which decode. */
 struct hnn_block {
     char name[40];
     bool bias;
@@ -182,6 +199,10 @@ enum ad_status hnn_model_save(const hnn_model *model, const char *file, const ch
                               struct ad_error *error);
 /* Loads a model, for hnn_model_free. AD_E_INPUT if the file is damaged or not a model. */
 enum ad_status hnn_model_load(const char *file, hnn_model **model, struct ad_error *error);
+/* Loads a model with a network of the caller's own. AD_E_INPUT if the file's has another name or
+   size, or had another field at the states stored with it. */
+enum ad_status hnn_model_load_network(const char *file, const struct hnn_network *network,
+                                      hnn_model **model, struct ad_error *error);
 
 /* ---- training ---- */
 
@@ -232,9 +253,17 @@ struct hnn_training {
                         its minimum; 0: never */
     uint64_t seed;   /* of the permutations */
     size_t threads;
-    /* Called after every step; false stops the training. May call hnn_trainer_save. */
+    /* Called after every step; false stops the training. May call the functions of a trainer, but
+       neither run, advance, resume nor free it. */
     bool (*progress)(void *context, hnn_trainer *trainer);
-    void *context;
+    void *context; /* of progress */
+    /* A loss of the caller's own, for models of states; NULL: the mean square. Records the loss of
+       every sample [1 x samples], of x and target as in hnn_samples (of rollouts, K rows with the
+       steps' lengths follow), from hnn_model_record(model, parameters, x). Column k depends on
+       columns k alone. The loss of a set is the mean. */
+    ad_var (*loss)(void *context, const hnn_model *model, ad_var parameters, ad_var x,
+                   ad_var target);
+    void *loss_context;
 };
 /* As published: adam, constant, 2000 steps, full batch, rate 1e-3, weight decay 1e-4; except for
    the average over the last tenth of the steps, where published models have their last weights. */
@@ -262,15 +291,27 @@ struct hnn_row {
    pixels, where x is the latent state and rates are per frame, see train_pixels.c. Weights of
    pixels that are dark in every training frame are 0 after training. Model and the arrays of
    samples are referenced and must outlive the trainer; settings are copied. `test` may be NULL or
-   have n 0. */
+   have n 0. The model may get other parameters between steps, which go on from there; normalised
+   anew, it is refused. */
 enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *training,
                                const struct hnn_samples *train, const struct hnn_samples *test,
                                hnn_trainer **trainer, struct ad_error *error);
 void hnn_trainer_free(hnn_trainer *trainer); /* takes NULL */
 /* Trains up to settings.steps. `stop` may be NULL. The model gets the result, also after an
    interruption. AD_E_NONFINITE, naming the step, if the loss is not finite; the model is then
-   unchanged. */
+   unchanged; so for parameters that are not finite. */
 enum ad_status hnn_trainer_run(hnn_trainer *trainer, enum hnn_stop *stop, struct ad_error *error);
+/* The next n steps of the same training, to the last bit, for loops of the caller's own: the model
+   then has the result, which costs an evaluation of H at some thousands of samples. *stop (may be
+   NULL) is why no step can follow, as after settings.steps; 0: one can. */
+enum ad_status hnn_trainer_advance(hnn_trainer *trainer, size_t n, enum hnn_stop *stop,
+                                   struct ad_error *error);
+/* Sets the learning rate from the next step on, in place of settings.learning_rate; the schedule
+   still multiplies it. Saved and resumed with the trainer. AD_E_ARGUMENT unless above 0 and
+   finite, and for lbfgs, which searches for its own. */
+enum ad_status hnn_trainer_set_rate(hnn_trainer *trainer, double rate, struct ad_error *error);
+/* The learning rate of the next step, schedule included. */
+double hnn_trainer_rate(const hnn_trainer *trainer);
 
 size_t hnn_trainer_step(const hnn_trainer *trainer);    /* steps taken */
 double hnn_trainer_seconds(const hnn_trainer *trainer); /* seconds of training since trainer_new */

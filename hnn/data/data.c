@@ -10,11 +10,22 @@
 const char *const hnn_differences_names[] = {"forward", "central", NULL};
 const char *const hnn_split_names[] = {"tail", "random", "trial", NULL};
 
+/* The test has data of its own. */
+static bool has_test(const struct hnn_dataset_settings *s)
+{
+    return s->test_file || s->test_columns;
+}
+
 static enum ad_status check_settings(const struct hnn_dataset_settings *s, struct ad_error *error)
 {
     double f = s->test_fraction;
-    if (!s->file)
-        return ad_fail(error, AD_E_ARGUMENT, "a data set needs a file");
+    if (!s->file == !s->columns)
+        return ad_fail(error, AD_E_ARGUMENT, "a data set needs a file or columns, got %s",
+                       s->file ? "both" : "none");
+    if (s->test_file && s->test_columns)
+        return ad_fail(error, AD_E_ARGUMENT, "test samples: expected a file or columns, got both");
+    if (s->columns && s->skip_rows)
+        return ad_fail(error, AD_E_ARGUMENT, "lines are skipped in files alone, not in columns");
     if (s->differences > HNN_CENTRAL || s->split > HNN_SPLIT_TRIAL)
         return ad_fail(error, AD_E_ARGUMENT,
                        "differences and split of a data set: expected 0 to %d and 0 to %d, got %d "
@@ -23,7 +34,7 @@ static enum ad_status check_settings(const struct hnn_dataset_settings *s, struc
     if (!(f >= 0 && f < 1))
         return ad_fail(error, AD_E_ARGUMENT,
                        "test fraction: expected at least 0 and less than 1, got %g", f);
-    if (f > 0 && s->test_file)
+    if (f > 0 && has_test(s))
         return ad_fail(
             error, AD_E_ARGUMENT,
             "test samples: expected a file of their own or a fraction, got both; leave one out");
@@ -144,12 +155,13 @@ static enum ad_status read_test(const struct hnn_dataset_settings *s, struct hnn
                                 struct hnn_table *test, struct ad_error *error)
 {
     struct hnn_dataset other = {0};
-    if (hnn_table_read(s, s->test_file, test, error) != AD_OK ||
+    if (hnn_table_read(s, s->test_file, s->test_columns, test, error) != AD_OK ||
         assign(s, test, &other, error) != AD_OK)
         return error->status;
     if (test->plan.components != 2 * dataset->dof)
         return ad_fail(error, AD_E_INPUT, "%s: expected %zu columns of state as in %s, found %zu",
-                       s->test_file, 2 * dataset->dof, s->file, test->plan.components);
+                       test->file, 2 * dataset->dof, s->file ? s->file : "the columns",
+                       test->plan.components);
     for (size_t i = 0; i < test->rows; i++)
         if (test->role[i] == HNN_TRAIN)
             test->role[i] = HNN_TEST;
@@ -175,7 +187,7 @@ enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
     if (AD_LACKS(error, settings, dataset))
         return error->status;
     if (check_settings(settings, error) == AD_OK &&
-        hnn_table_read(settings, settings->file, &table, error) == AD_OK &&
+        hnn_table_read(settings, settings->file, settings->columns, &table, error) == AD_OK &&
         assign(settings, &table, dataset, error) == AD_OK) {
         dataset->dof = table.plan.components / 2;
         dataset->trials = table.trials;
@@ -183,9 +195,9 @@ enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
         dataset->units_line = table.units_line;
         note_left_out(dataset, &table);
         take_names(dataset, &table);
-        if ((!settings->test_file || read_test(settings, dataset, &other, error) == AD_OK) &&
-            hnn_samples_make(settings, &table, settings->test_file ? &other : &table, dataset,
-                             error) == AD_OK)
+        bool apart = has_test(settings);
+        if ((!apart || read_test(settings, dataset, &other, error) == AD_OK) &&
+            hnn_samples_make(settings, &table, apart ? &other : &table, dataset, error) == AD_OK)
             measure_scales(dataset, settings->rollout == 0, error);
     }
     hnn_table_free(&other);

@@ -38,9 +38,18 @@ enum hnn_split {
 /* Names as on the command line; NULL-terminated, in the order of the enums. */
 extern const char *const hnn_differences_names[], *const hnn_split_names[];
 
-/* Zero means the default, except for `file`. */
+/* Columns of numbers in memory, in the place of a file, and read as one: a row is an observation.
+ */
+struct hnn_columns {
+    size_t n, rows;
+    const double *const *column; /* [n], each [rows] */
+    const char *const *names;    /* [n], or NULL: columns are chosen by number */
+};
+
+/* Zero means the default. All is read during a call only. */
 struct hnn_dataset_settings {
-    const char *file;
+    const char *file;                  /* one of these two */
+    const struct hnn_columns *columns; /* ... */
     /* Coordinates, then as many momenta: "q,p". NULL: every column X that has a column dXdt; or, if
        there is none, all but time and trial. Names then distinguish momenta from coordinates (q1
        and p1, x and px, theta and p_theta); two columns alone are in the order of the file. */
@@ -62,8 +71,10 @@ struct hnn_dataset_settings {
     bool skip_missing; /* skip rows in which a chosen column lacks a value, instead of refusing them
                         */
     size_t skip_rows;  /* lines of text skipped at the beginning of every file */
-    const char *test_file; /* another file with these columns, used for the test; or ... */
-    double test_fraction;  /* ... this fraction of the samples (or trajectories), 0 <= f < 1 */
+    /* Another file, or other columns, with these names, used for the test; or ... */
+    const char *test_file;
+    const struct hnn_columns *test_columns;
+    double test_fraction; /* ... this fraction of the samples (or trajectories), 0 <= f < 1 */
     enum hnn_split split;
     uint64_t seed;
 };

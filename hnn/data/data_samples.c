@@ -147,9 +147,9 @@ enum ad_status hnn_samples_make(const struct hnn_dataset_settings *s, struct hnn
     struct part part[2] = {{.table = table, .role = HNN_TRAIN}, {.table = test, .role = HNN_TEST}};
     for (size_t k = 0; k < 2; k++)
         part[k].n = count(part[k].table, part[k].role);
-    if (part[0].n == 0 || (part[1].n == 0 && (s->test_file || s->test_fraction > 0)))
+    if (part[0].n == 0 || (part[1].n == 0 && (test != table || s->test_fraction > 0)))
         return ad_fail(error, AD_E_INPUT, "%s: no sample is left %s: expected longer trajectories",
-                       s->file, part[0].n ? "for the test" : "to train on");
+                       table->file, part[0].n ? "for the test" : "to train on");
     if (allocate(dataset, part, s->rollout, error) != AD_OK)
         return error->status;
     for (size_t c = 0; c < 2 * dataset->dof; c++) {

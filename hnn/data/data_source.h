@@ -42,6 +42,11 @@ enum ad_status hnn_text_open(const char *file, size_t skip, struct hnn_source **
                              struct ad_error *error);
 enum ad_status hnn_hdf5_open(const char *file, struct hnn_source **source, struct ad_error *error);
 
+/* Columns in memory, which must outlive it; `what` stands for a file in messages. */
+struct hnn_columns;
+enum ad_status hnn_columns_open(const struct hnn_columns *columns, const char *what,
+                                struct hnn_source **source, struct ad_error *error);
+
 /* ---- choosing columns (data_choose.c) ---- */
 
 /* Columns by names or numbers, commas between. `role` is for messages: "--state". A column that is

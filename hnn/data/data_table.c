@@ -197,11 +197,13 @@ static enum ad_status prepare(const struct hnn_dataset_settings *settings, struc
 }
 
 enum ad_status hnn_table_read(const struct hnn_dataset_settings *settings, const char *file,
-                              struct hnn_table *table, struct ad_error *error)
+                              const struct hnn_columns *columns, struct hnn_table *table,
+                              struct ad_error *error)
 {
     struct hnn_source *source;
-    *table = (struct hnn_table){.file = file};
-    if (hnn_source_open(file, settings->skip_rows, &source, error) != AD_OK)
+    *table = (struct hnn_table){.file = file ? file : "columns in memory"};
+    if ((file ? hnn_source_open(file, settings->skip_rows, &source, error)
+              : hnn_columns_open(columns, table->file, &source, error)) != AD_OK)
         return error->status;
     source->skip_missing = settings->skip_missing;
     table->units_line = source->units_line;

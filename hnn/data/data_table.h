@@ -69,9 +69,11 @@ struct hnn_table {
     size_t *uses;        /* [plan.n] of a column that are still to come */
     unsigned char *role; /* [rows], enum hnn_role */
 };
-/* Reads all rows; their roles are HNN_UNUSED. Ends with hnn_table_free, whatever it returned. */
+/* Reads all rows of a file, or of columns if it is NULL; their roles are HNN_UNUSED. Ends with
+   hnn_table_free, whatever it returned. */
 enum ad_status hnn_table_read(const struct hnn_dataset_settings *settings, const char *file,
-                              struct hnn_table *table, struct ad_error *error);
+                              const struct hnn_columns *columns, struct hnn_table *table,
+                              struct ad_error *error);
 void hnn_table_free(struct hnn_table *table);
 /* A trajectory begins with this row. */
 bool hnn_table_begins(const struct hnn_table *table, size_t row);

@@ -64,7 +64,8 @@ static void write_settings(const hnn_model *model, phys_hdf5 *file)
     }
 }
 
-void hnn_model_write(const hnn_model *model, phys_hdf5 *file, const char *command)
+enum ad_status hnn_model_write(const hnn_model *model, phys_hdf5 *file, const char *command,
+                               struct ad_error *error)
 {
     const struct hnn_settings *s = &model->settings;
     const struct hnn_scaling *scaling = &model->scaling;
@@ -89,6 +90,7 @@ void hnn_model_write(const hnn_model *model, phys_hdf5 *file, const char *comman
                         model->range);
         phys_hdf5_text(file, "range", "axes", "least and largest seen; state, then H");
     }
+    return s->network ? hnn_network_write(model, file, error) : AD_OK;
 }
 
 enum ad_status hnn_model_save(const hnn_model *model, const char *name, const char *command,
@@ -99,8 +101,10 @@ enum ad_status hnn_model_save(const hnn_model *model, const char *name, const ch
         return error->status;
     if (phys_hdf5_create(name, &file, error) != AD_OK)
         return error->status;
-    hnn_model_write(model, file, command);
-    return phys_hdf5_commit(file, error);
+    if (hnn_model_write(model, file, command, error) == AD_OK)
+        return phys_hdf5_commit(file, error);
+    phys_hdf5_abandon(file);
+    return error->status;
 }
 
 /* ---- reading ---- */
@@ -108,6 +112,7 @@ enum ad_status hnn_model_save(const hnn_model *model, const char *name, const ch
 struct reading {
     const char *name; /* of the file */
     phys_hdf5 *file;
+    const struct hnn_network *network; /* of the caller, or NULL */
     struct ad_error *error;
 };
 
@@ -184,6 +189,9 @@ static void read_settings(const struct reading *r, struct hnn_settings *s)
     struct choice choice[N_CHOICES];
     *s = hnn_defaults(HNN_HAMILTONIAN, 1);
     read_format(r);
+    if (!failed(r))
+        hnn_network_expect(r->network, r->name, r->file, r->error);
+    s->network = r->network;
     choices(s, choice);
     s->kind = (enum hnn_kind)read_choice(r, &choice[0]);
     s->field = (enum hnn_field_type)read_choice(r, &choice[1]);
@@ -286,13 +294,10 @@ static void read_parameters(const struct reading *r, hnn_model *model)
     free(values);
 }
 
-enum ad_status hnn_model_load(const char *name, hnn_model **model, struct ad_error *error)
+static enum ad_status load(const char *name, const struct hnn_network *network, hnn_model **model,
+                           struct ad_error *error)
 {
-    if (model)
-        *model = NULL;
-    if (AD_LACKS(error, name, model))
-        return error->status;
-    struct reading r = {.name = name, .error = error};
+    struct reading r = {.name = name, .network = network, .error = error};
     if (phys_hdf5_open(name, &r.file, error) != AD_OK)
         return error->status;
     struct hnn_settings settings;
@@ -308,6 +313,8 @@ enum ad_status hnn_model_load(const char *name, hnn_model **model, struct ad_err
         read_parameters(&r, *model);
         if (!failed(&r))
             phys_hdf5_list(r.file, read_note, &(struct note_reading){*model, error}, error);
+        if (!failed(&r) && network)
+            hnn_network_verify(*model, name, r.file, error);
     }
     phys_hdf5_close(r.file);
     if (failed(&r)) {
@@ -315,4 +322,20 @@ enum ad_status hnn_model_load(const char *name, hnn_model **model, struct ad_err
         *model = NULL;
     }
     return error->status;
+}
+
+enum ad_status hnn_model_load(const char *name, hnn_model **model, struct ad_error *error)
+{
+    if (model)
+        *model = NULL;
+    return AD_LACKS(error, name, model) ? error->status : load(name, NULL, model, error);
+}
+
+enum ad_status hnn_model_load_network(const char *name, const struct hnn_network *network,
+                                      hnn_model **model, struct ad_error *error)
+{
+    if (model)
+        *model = NULL;
+    return AD_LACKS(error, name, network, model) ? error->status
+                                                 : load(name, network, model, error);
 }

@@ -14,6 +14,8 @@ ad_var hnn_record_block(const hnn_model *model, ad_var parameters, size_t k)
 static ad_var network(const hnn_model *model, const struct hnn_net *net, ad_var parameters,
                       ad_var x)
 {
+    if (model->settings.network)
+        return hnn_network_record(model, net->outputs, parameters, x);
     size_t layers = model->settings.layers, k = net->block;
     ad_var h = net->inputs < ad_rows(x) ? ad_slice_rows(x, net->first, net->inputs) : x;
     for (size_t layer = 0; layer + 1 < layers; layer++, k += 2) {

@@ -17,7 +17,7 @@
 
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
-enum { HNN_NETS_MOST = 3, HNN_NOTES_MOST = 16 };
+enum { HNN_NETS_MOST = 3, HNN_NOTES_MOST = 16, HNN_NETWORK_NAME = 64, HNN_PROBES = 3 };
 enum { HNN_CODER_LAYERS = 4, HNN_ENCODE_MOST = 2 };
 enum { HNN_BLOCKS_MOST = HNN_NETS_MOST * 2 * HNN_LAYERS_MOST + 2 * 2 * HNN_CODER_LAYERS };
 
@@ -39,6 +39,8 @@ struct hnn_evaluator; /* evaluate.c */
 struct hnn_model {
     struct hnn_settings settings;
     const struct hnn_activation *activation;
+    struct hnn_network network; /* settings.network, or unused */
+    char network_name[HNN_NETWORK_NAME];
     size_t n_nets, n_blocks, size;
     struct hnn_net net[HNN_NETS_MOST];
     size_t encoder, decoder; /* first blocks of an autoencoder; two a layer, all layers */
@@ -46,9 +48,10 @@ struct hnn_model {
     size_t shift;            /* of these, those of one frame: known in training */
     struct hnn_block block[HNN_BLOCKS_MOST];
     struct hnn_scaling scaling;
-    double *range;    /* low [2n + 1], then high, H last; NULL: not known */
-    void *parameters; /* [size] of settings.precision */
-    uint64_t version; /* counts changes of the parameters */
+    uint64_t normalised; /* counts changes of scaling, which recordings hold as constants */
+    double *range;       /* low [2n + 1], then high, H last; NULL: not known */
+    void *parameters;    /* [size] of settings.precision */
+    uint64_t version;    /* counts changes of the parameters */
     enum ad_type evaluate_in;
     struct hnn_evaluator *one, *many; /* one state; the last number of them; NULL until needed */
     struct note {
@@ -105,8 +108,29 @@ enum ad_status hnn_range_states(hnn_model *model, size_t n, const double *x,
 enum ad_status hnn_range_energy(hnn_model *model, size_t n, const double *x,
                                 struct ad_error *error);
 
+/* ---- a network of the caller's own (network.c) ---- */
+
+enum ad_status hnn_network_check(const struct hnn_settings *settings, struct ad_error *error);
+/* Its value [outputs x samples]; AD_E_SHAPE in the tape where it has another shape. */
+ad_var hnn_network_record(const hnn_model *model, size_t outputs, ad_var parameters, ad_var x);
+/* AD_E_ARGUMENT where the field of several states is not that of each alone. */
+enum ad_status hnn_network_check_columns(const hnn_model *model, struct ad_error *error);
+/* The field [2n x n] at fixed states `first` ..., with these parameters, in f64. */
+enum ad_status hnn_probe(const hnn_model *model, const double *parameters, size_t first, size_t n,
+                         double *field, struct ad_error *error);
+/* In a file: its name and its field; whether the name, and then the field, are the caller's:
+   AD_E_INPUT. `name` is the file's; network NULL: perceptrons. */
+enum ad_status hnn_network_write(const hnn_model *model, phys_hdf5 *file, struct ad_error *error);
+void hnn_network_expect(const struct hnn_network *network, const char *name, phys_hdf5 *file,
+                        struct ad_error *error);
+void hnn_network_verify(const hnn_model *model, const char *name, phys_hdf5 *file,
+                        struct ad_error *error);
+/* Whether values [n] agree but for rounding; NaN agrees with NaN. */
+bool hnn_agree(size_t n, const double *a, const double *b, double tolerance);
+
 void hnn_evaluator_free(struct hnn_evaluator *evaluator);
 
 /* The model's part of a checkpoint (checkpoint.c). */
-void hnn_model_write(const hnn_model *model, phys_hdf5 *file, const char *command);
+enum ad_status hnn_model_write(const hnn_model *model, phys_hdf5 *file, const char *command,
+                               struct ad_error *error);
 #endif

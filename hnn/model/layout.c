@@ -8,8 +8,11 @@ static void add_block(hnn_model *model, const char *room, const char *prefix, si
 {
     struct hnn_block *b = &model->block[model->n_blocks++];
     *b = (struct hnn_block){.bias = bias, .rows = rows, .cols = cols, .offset = model->size};
-    snprintf(b->name, sizeof b->name, "%s%slinear%zu.%s", room, prefix, layer + 1,
-             bias ? "bias" : "weight");
+    if (model->settings.network)
+        snprintf(b->name, sizeof b->name, "network.parameters");
+    else
+        snprintf(b->name, sizeof b->name, "%s%slinear%zu.%s", room, prefix, layer + 1,
+                 bias ? "bias" : "weight");
     model->size += rows * cols;
 }
 
@@ -19,7 +22,9 @@ static void add_net(hnn_model *model, const char *prefix, size_t first, size_t i
     const struct hnn_settings *s = &model->settings;
     const char *room = s->pixels ? "hnn." : "";
     model->net[model->n_nets++] = (struct hnn_net){prefix, first, inputs, outputs, model->n_blocks};
-    for (size_t k = 0, in = inputs; k < s->layers; k++) {
+    if (s->network)
+        add_block(model, "", "", 0, true, s->network->size, 1);
+    for (size_t k = 0, in = inputs; k < s->layers && !s->network; k++) {
         bool last = k + 1 == s->layers;
         size_t out = last ? outputs : s->hidden[k];
         add_block(model, room, prefix, k, false, out, in);

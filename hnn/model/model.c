@@ -34,7 +34,8 @@ enum ad_status hnn_model_blank(const struct hnn_settings *settings, hnn_model **
     if (AD_LACKS(error, settings, out))
         return error->status;
     *out = NULL;
-    if (hnn_activation_find(settings->activation, &activation, error) != AD_OK ||
+    const char *name = settings->network ? hnn_activations[0].name : settings->activation;
+    if (hnn_activation_find(name, &activation, error) != AD_OK ||
         hnn_settings_check(settings, error) != AD_OK)
         return error->status;
     hnn_model *model = calloc(1, sizeof *model);
@@ -43,6 +44,14 @@ enum ad_status hnn_model_blank(const struct hnn_settings *settings, hnn_model **
     model->settings = *settings;
     model->settings.activation = activation->name;
     model->activation = activation;
+    if (settings->network) {
+        model->network = *settings->network;
+        snprintf(model->network_name, sizeof model->network_name, "%s", settings->network->name);
+        model->network.name = model->network_name;
+        model->network.start = NULL; /* the caller's */
+        model->settings.network = &model->network;
+        model->settings.layers = 1;
+    }
     model->scaling.energy = 1;
     model->evaluate_in = AD_F64;
     model->version = 1;
@@ -63,14 +72,23 @@ enum ad_status hnn_model_make_room(hnn_model *model, struct ad_error *error)
 enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **out,
                              struct ad_error *error)
 {
-    if (AD_LACKS(error, settings, out) || hnn_model_blank(settings, out, error) != AD_OK)
+    if (out)
+        *out = NULL;
+    if (AD_LACKS(error, settings, out) ||
+        (settings->network && AD_LACKS(error, settings->network->start)) ||
+        hnn_model_blank(settings, out, error) != AD_OK)
         return error->status;
     hnn_model *model = *out;
     double *values = malloc(model->size * sizeof *values);
     if (hnn_model_make_room(model, error) != AD_OK || !values)
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu parameters", model->size);
+    else if (settings->network)
+        hnn_from_double(settings->precision, model->size, settings->network->start,
+                        model->parameters);
     else if (hnn_start_draw(model, values, error) == AD_OK)
         hnn_from_double(settings->precision, model->size, values, model->parameters);
+    if (error->status == AD_OK && settings->network)
+        hnn_network_check_columns(model, error);
     free(values);
     if (error->status != AD_OK) {
         hnn_model_free(model);
@@ -223,5 +241,9 @@ enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const
     free(model->scaling.centre);
     model->scaling = (struct hnn_scaling){.centre = all, .scale = all + m, .rate = all + 2 * m};
     model->scaling.energy = energy_size(model);
+    model->normalised++;
+    hnn_evaluator_free(model->one);
+    hnn_evaluator_free(model->many);
+    model->one = model->many = NULL;
     return AD_OK;
 }

@@ -115,6 +115,8 @@ enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error 
         return ad_fail(error, AD_E_ARGUMENT,
                        "degrees of freedom of a model: expected 1 to %d, got %zu", DOF_MOST,
                        s->dof);
+    if (s->network)
+        return hnn_network_check(s, error);
     if (s->layers < 1 || s->layers > HNN_LAYERS_MOST)
         return ad_fail(error, AD_E_ARGUMENT, "layers of a network: expected 1 to %d, got %zu",
                        HNN_LAYERS_MOST, s->layers);

@@ -94,7 +94,7 @@ enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double
     *path = (struct hnn_path){0};
     if (!s.time)
         return ad_fail(error, AD_E_ARGUMENT, "%s: a trajectory needs a time column", s.file);
-    if (hnn_table_read(&s, s.file, &table, error) == AD_OK)
+    if (hnn_table_read(&s, s.file, NULL, &table, error) == AD_OK)
         choose_rows(&table, from, time, path, error);
     hnn_table_free(&table);
     if (error->status != AD_OK)

@@ -88,6 +88,8 @@ static enum ad_status check(const hnn_model *model, const struct hnn_training *s
         return ad_fail(error, AD_E_ARGUMENT,
                        "fraction of the steps to average over: expected 0 to 1, got %g",
                        s->average);
+    if (pixels && s->loss)
+        return ad_fail(error, AD_E_ARGUMENT, "a loss of one's own needs a model of states");
     if (s->rollout && !(steps_are_positive(s, train) && steps_are_positive(s, test)))
         return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs positive time steps");
     if (s->optimiser->full_batch && s->batch && s->batch != train->n)
@@ -153,7 +155,11 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
     t->settings.every = training->every ? training->every : 10;
     t->best_loss = INFINITY;
     t->delivered = true;
+    t->rate = training->learning_rate;
+    t->version = model->version;
+    t->normalised = model->normalised;
     if (hnn_learner_new(t, train, error) != AD_OK || prepare_data(t, train, test, error) != AD_OK ||
+        hnn_own_loss_check(t->learner, &t->settings, &t->train, error) != AD_OK ||
         hnn_problem_new(&t->problem, t->learner, &t->settings, &t->train, error) != AD_OK ||
         hnn_loss_evaluator_new(&t->train_loss, t->learner, &t->settings, &t->train, error) !=
             AD_OK ||
@@ -188,6 +194,25 @@ size_t hnn_trainer_steps_now(const hnn_trainer *trainer)
 {
     return trainer ? trainer->steps_now : 0;
 }
+
+enum ad_status hnn_trainer_set_rate(hnn_trainer *t, double rate, struct ad_error *error)
+{
+    if (AD_LACKS(error, t))
+        return error->status;
+    if (t->settings.optimiser == &hnn_lbfgs)
+        return ad_fail(error, AD_E_ARGUMENT, "learning rate: lbfgs searches for its own");
+    if (!(rate > 0) || !isfinite(rate))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "learning rate: expected more than 0, such as 1e-3, got %g", rate);
+    t->rate = rate;
+    return AD_OK;
+}
+
+double hnn_trainer_rate(const hnn_trainer *t)
+{
+    return t ? t->rate * t->settings.schedule->factor(t->step, t->settings.steps) : (double)NAN;
+}
+
 double hnn_trainer_seconds(const hnn_trainer *trainer) { return trainer ? trainer->seconds : 0; }
 
 const struct hnn_row *hnn_trainer_history(const hnn_trainer *trainer, size_t *rows)
@@ -221,10 +246,25 @@ double hnn_trainer_product_share(hnn_trainer *t)
     return products / (ad_now() - began);
 }
 
+static bool is_finite(const struct hnn_problem *p, const void *point)
+{
+    bool finite = true;
+    for (size_t k = 0; k < p->n; k++)
+        finite &= p->type == AD_F32 ? isfinite(((const float *)point)[k]) != 0
+                                    : isfinite(((const double *)point)[k]) != 0;
+    return finite;
+}
+
 enum ad_status hnn_trainer_deliver(hnn_trainer *t, struct ad_error *error)
 {
     bool best = t->best && isfinite(t->best_loss);
-    hnn_learner_deliver(t, best ? t->best : hnn_trainer_outcome(t));
+    const void *point = best ? t->best : hnn_trainer_outcome(t);
+    if (!is_finite(&t->problem, point))
+        return ad_fail(error, AD_E_NONFINITE,
+                       "parameters are not finite after step %zu; try a smaller learning rate",
+                       t->step);
+    hnn_learner_deliver(t, point);
+    t->version = t->model->version;
     if (t->model->settings.pixels)
         return hnn_range_latents(t, error);
     return hnn_range_energy(t->model, t->train.n, t->train.samples.x, error);
@@ -265,15 +305,36 @@ static bool out_of_patience(const hnn_trainer *t)
            t->step - t->best_step >= t->settings.patience;
 }
 
-static enum ad_status take_step(hnn_trainer *t, bool *stalled, struct ad_error *error)
+enum ad_status hnn_trainer_idle(const hnn_trainer *t, struct ad_error *error)
+{
+    if (t->running)
+        return ad_fail(error, AD_E_ARGUMENT, "a training cannot go on inside its own progress");
+    if (t->normalised != t->model->normalised)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "the model was normalised after its trainer was made; expected before");
+    return AD_OK;
+}
+
+/* The model got other parameters than the trainer's. */
+static void take_parameters(hnn_trainer *t)
+{
+    memcpy(hnn_problem_point(&t->problem), hnn_learner_point(t), t->size_bytes);
+    hnn_average_restart(t);
+    t->version = t->model->version;
+    t->stalled = false;
+}
+
+static enum ad_status take_step(hnn_trainer *t, struct ad_error *error)
 {
     const struct hnn_training *s = &t->settings;
     struct hnn_problem *p = &t->problem;
-    double rate = s->learning_rate * s->schedule->factor(t->step, s->steps), loss;
+    double rate = hnn_trainer_rate(t), loss;
+    if (t->version != t->model->version)
+        take_parameters(t);
     if (s->batch)
         hnn_data_draw(&t->train, s->batch, p->drawn);
     t->delivered = false;
-    *stalled = !s->optimiser->step(t->method, p, rate, &loss);
+    t->stalled = !s->optimiser->step(t->method, p, rate, &loss);
     t->step++;
     t->steps_now++;
     t->loss_sum += loss;
@@ -288,42 +349,55 @@ static enum ad_status take_step(hnn_trainer *t, bool *stalled, struct ad_error *
 
 enum ad_status hnn_trainer_take_step(hnn_trainer *t, struct ad_error *error)
 {
-    bool stalled;
-    return AD_LACKS(error, t) ? error->status : take_step(t, &stalled, error);
+    return AD_LACKS(error, t) ? error->status : take_step(t, error);
 }
 
-static enum ad_status take_steps(hnn_trainer *t, enum hnn_stop *stop, struct ad_error *error)
+/* Why no step can follow; 0: one can. */
+static enum hnn_stop reason(const hnn_trainer *t)
 {
-    bool stalled = false;
-    while (!*stop) {
+    return t->step >= t->settings.steps ? HNN_STOP_STEPS
+           : out_of_patience(t)         ? HNN_STOP_PATIENCE
+           : t->stalled                 ? HNN_STOP_STALLED
+                                        : (enum hnn_stop)0;
+}
+
+static enum ad_status take_steps(hnn_trainer *t, size_t n, enum hnn_stop *stop,
+                                 struct ad_error *error)
+{
+    for (size_t k = 0; k < n && !reason(t); k++) {
         double began = ad_now();
-        if (t->step >= t->settings.steps)
-            *stop = HNN_STOP_STEPS;
-        else if (out_of_patience(t))
-            *stop = HNN_STOP_PATIENCE;
-        else if (stalled)
-            *stop = HNN_STOP_STALLED;
-        else if (take_step(t, &stalled, error) != AD_OK)
+        if (take_step(t, error) != AD_OK)
             return error->status;
         t->seconds += ad_now() - began;
-        bool last = stalled || t->step >= t->settings.steps;
-        if (!*stop && (last || t->step % t->settings.every == 0) &&
-            evaluate_losses(t, error) != AD_OK)
+        bool last = t->stalled || t->step >= t->settings.steps;
+        if ((last || t->step % t->settings.every == 0) && evaluate_losses(t, error) != AD_OK)
             return error->status;
-        if (!*stop && t->settings.progress && !t->settings.progress(t->settings.context, t))
+        if (t->settings.progress && !t->settings.progress(t->settings.context, t)) {
             *stop = HNN_STOP_INTERRUPTED;
+            return AD_OK;
+        }
     }
+    *stop = reason(t);
     return AD_OK;
 }
 
-enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_error *error)
+enum ad_status hnn_trainer_advance(hnn_trainer *t, size_t n, enum hnn_stop *stop,
+                                   struct ad_error *error)
 {
     enum hnn_stop unused = 0;
     stop = stop ? stop : &unused;
     *stop = 0;
-    if (!AD_LACKS(error, t) && take_steps(t, stop, error) == AD_OK)
+    if (AD_LACKS(error, t) || hnn_trainer_idle(t, error) != AD_OK)
+        return error->status;
+    t->running = true;
+    if (take_steps(t, n, stop, error) == AD_OK)
         hnn_trainer_deliver(t, error);
-    if (t)
-        t->delivered = true; /* or as it was */
+    t->running = false;
+    t->delivered = true; /* or as it was */
     return error->status;
+}
+
+enum ad_status hnn_trainer_run(hnn_trainer *t, enum hnn_stop *stop, struct ad_error *error)
+{
+    return hnn_trainer_advance(t, SIZE_MAX, stop, error);
 }

@@ -58,6 +58,12 @@ struct hnn_objective {
 };
 extern const struct hnn_objective hnn_learn_pixels; /* train_pixels.c */
 
+/* A loss of the caller's own (train_own.c); AD_E_ARGUMENT where that of a sample depends on
+   others. */
+extern const struct hnn_objective hnn_learn_own;
+enum ad_status hnn_own_loss_check(const hnn_model *model, const struct hnn_training *training,
+                                  const struct hnn_data *data, struct ad_error *error);
+
 /* These of the model's objective. */
 size_t hnn_x_rows(const hnn_model *model, const struct hnn_training *training);
 size_t hnn_target_rows(const hnn_model *model, const struct hnn_training *training);
@@ -139,7 +145,12 @@ struct hnn_trainer {
     struct hnn_problem problem;
     struct hnn_loss_evaluator train_loss, test_loss;
     void *method;
-    bool delivered; /* no step was taken since the model had the result */
+    bool delivered;      /* no step was taken since the model had the result */
+    bool running;        /* inside hnn_trainer_run or _advance */
+    bool stalled;        /* no step reduces the loss */
+    double rate;         /* settings.learning_rate, or as it was set */
+    uint64_t version;    /* of the model's parameters that the trainer knows */
+    uint64_t normalised; /* of the model when its loss was recorded */
     size_t step, steps_now, size_bytes;
     double seconds;
     double loss_sum; /* of the steps since the last row ... */
@@ -161,12 +172,16 @@ void hnn_learner_free(hnn_trainer *trainer);
 const void *hnn_learner_point(hnn_trainer *trainer);
 void hnn_learner_deliver(hnn_trainer *trainer, const void *point);
 
-/* The mean of the parameters (train_average.c): memory for it, false where there is none; the
-   present parameters, after a step, taken into it. */
+/* The mean of the parameters (train_average.c): memory for it, false where there is none; begun
+   anew at the present parameters; these, after a step, taken into it. */
 bool hnn_average_new(hnn_trainer *trainer);
+void hnn_average_restart(hnn_trainer *trainer);
 void hnn_average_step(hnn_trainer *trainer);
 /* What the model would be if training ended here, [n]: that mean, or the present parameters. */
 const void *hnn_trainer_outcome(const hnn_trainer *trainer);
+
+/* AD_E_ARGUMENT inside `progress`, and where the model was normalised since. */
+enum ad_status hnn_trainer_idle(const hnn_trainer *trainer, struct ad_error *error);
 
 /* Appends a row to the history; AD_E_MEMORY. */
 enum ad_status hnn_history_add(hnn_trainer *trainer, const struct hnn_row *row,

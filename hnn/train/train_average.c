@@ -19,6 +19,12 @@ bool hnn_average_new(hnn_trainer *t)
     return t->average && t->rounded;
 }
 
+void hnn_average_restart(hnn_trainer *t)
+{
+    if (t->average)
+        hnn_to_double(t->problem.type, t->problem.n, hnn_problem_point(&t->problem), t->average);
+}
+
 void hnn_average_step(hnn_trainer *t)
 {
     double weight = 1 / fmax(1, t->settings.average * (double)t->step), *mean = t->average;

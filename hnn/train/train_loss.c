@@ -99,6 +99,7 @@ static const struct hnn_objective *objective(const hnn_model *model,
                                              const struct hnn_training *training)
 {
     return model->settings.pixels ? &hnn_learn_pixels
+           : training->loss       ? &hnn_learn_own
            : training->rollout    ? &learn_rollouts
                                   : &learn_rates;
 }

@@ -19,10 +19,11 @@ static void settings_text(const hnn_trainer *t, char text[TEXT_ROOM])
     snprintf(
         text, TEXT_ROOM,
         "optimiser=%s schedule=%s batch=%zu learning_rate=%.17g weight_decay=%.17g "
-        "momentum=%.17g average=%.17g rollout=%zu dt=%.17g every=%zu patience=%zu seed=%" PRIu64,
+        "momentum=%.17g average=%.17g rollout=%zu dt=%.17g every=%zu patience=%zu seed=%" PRIu64
+        "%s",
         s->optimiser->name, s->schedule->name, s->batch, s->learning_rate, s->weight_decay,
         s->momentum, s->average, s->rollout, s->rollout ? s->dt : 0.0, s->every, s->patience,
-        s->seed);
+        s->seed, s->loss ? " loss=own" : "");
 }
 
 static void data_text(const hnn_trainer *t, char text[HASH_ROOM])
@@ -77,6 +78,10 @@ static void write_state(hnn_trainer *t, phys_hdf5 *file)
     phys_hdf5_integer(file, folder, "loss_count", (int64_t)t->loss_count, NULL);
     phys_hdf5_number(file, folder, "best_loss", t->best_loss, NULL);
     phys_hdf5_integer(file, folder, "best_step", (int64_t)t->best_step, NULL);
+    if (t->rate != t->settings.learning_rate)
+        phys_hdf5_number(file, folder, "rate", t->rate, NULL);
+    if (t->settings.loss)
+        phys_hdf5_number(file, folder, "own_loss", hnn_trainer_train_loss(t), NULL);
     write_random(t, file);
     write_history(t, file);
     phys_hdf5_write(file, "training/optimiser", type, 1, &n, state);
@@ -95,7 +100,10 @@ enum ad_status hnn_trainer_save(hnn_trainer *t, const char *name, const char *co
         return error->status;
     if (hnn_trainer_deliver(t, error) != AD_OK || phys_hdf5_create(name, &file, error) != AD_OK)
         return error->status;
-    hnn_model_write(t->model, file, command);
+    if (hnn_model_write(t->model, file, command, error) != AD_OK) {
+        phys_hdf5_abandon(file);
+        return error->status;
+    }
     write_state(t, file);
     return phys_hdf5_commit(file, error);
 }
@@ -223,6 +231,7 @@ static void read_state(const struct reading *r)
     char settings[TEXT_ROOM], data[HASH_ROOM];
     size_t n;
     enum ad_type type;
+    struct ad_error none = {0};
     void *state = method_state(t, &n, &type), *point = hnn_problem_point(&t->problem);
     settings_text(t, settings);
     data_text(t, data);
@@ -234,6 +243,8 @@ static void read_state(const struct reading *r)
     t->loss_count = read_count(r, "loss_count");
     t->best_loss = read_number(r, "best_loss");
     t->best_step = read_count(r, "best_step");
+    if (phys_hdf5_get(r->file, folder, "rate", &t->rate, &none) != AD_OK)
+        t->rate = t->settings.learning_rate;
     read_random(r);
     read_history(r);
     read_vector(r, "training/optimiser", type, n, state);
@@ -248,6 +259,22 @@ static void read_state(const struct reading *r)
     }
 }
 
+/* Another loss of the caller's own has the same settings. */
+static void check_loss(const struct reading *r)
+{
+    double there = r->t->settings.loss ? read_number(r, "own_loss") : 0;
+    double now = r->t->settings.loss ? hnn_trainer_train_loss(r->t) : 0;
+    if (!failed(r) && !(fabs(now - there) <= 1e-5 * fabs(there)))
+        ad_fail(r->error, AD_E_INPUT,
+                "%s: was trained with another loss: %g of all samples there, %g now", r->name,
+                there, now);
+}
+
+static bool same_network(const struct hnn_network *a, const struct hnn_network *b)
+{
+    return !a == !b && (!a || (strcmp(a->name, b->name) == 0 && a->size == b->size));
+}
+
 static bool same_settings(const struct hnn_settings *a, const struct hnn_settings *b)
 {
     for (size_t k = 0; k + 1 < a->layers; k++)
@@ -257,7 +284,8 @@ static bool same_settings(const struct hnn_settings *a, const struct hnn_setting
            strcmp(a->activation, b->activation) == 0 && a->field == b->field &&
            a->separable == b->separable && a->dissipation == b->dissipation &&
            a->precision == b->precision && a->start == b->start && a->seed == b->seed &&
-           a->pixels == b->pixels && a->autoencoder == b->autoencoder;
+           a->pixels == b->pixels && a->autoencoder == b->autoencoder &&
+           same_network(a->network, b->network);
 }
 
 static bool same_scaling(const hnn_model *a, const hnn_model *b)
@@ -270,9 +298,11 @@ enum ad_status hnn_trainer_resume(hnn_trainer *t, const char *name, struct ad_er
 {
     hnn_model *stored;
     struct reading r = {t, name, NULL, error};
-    if (AD_LACKS(error, t, name))
+    if (AD_LACKS(error, t, name) || hnn_trainer_idle(t, error) != AD_OK)
         return error->status;
-    if (hnn_model_load(name, &stored, error) != AD_OK)
+    const struct hnn_network *network = t->model->settings.network;
+    if ((network ? hnn_model_load_network(name, network, &stored, error)
+                 : hnn_model_load(name, &stored, error)) != AD_OK)
         return error->status;
     if (!same_settings(&stored->settings, &t->model->settings) || !same_scaling(stored, t->model))
         ad_fail(error, AD_E_INPUT,
@@ -284,6 +314,10 @@ enum ad_status hnn_trainer_resume(hnn_trainer *t, const char *name, struct ad_er
     hnn_model_free(stored);
     if (!failed(&r) && phys_hdf5_open(name, &r.file, error) == AD_OK)
         read_state(&r);
+    t->version = t->model->version;
+    t->delivered = true;
+    if (!failed(&r))
+        check_loss(&r);
     phys_hdf5_close(r.file);
     return error->status;
 }
