@@ -43,11 +43,11 @@ double ad_run_timed(ad_program *program);
 /* Compiles the program to machine code by the system's C compiler (CC, or cc), cached in the user's
    cache folder ($XDG_CACHE_HOME/leastaction, or ~/.cache/leastaction). `runs` is roughly how often
    ad_run will be called: the program is compiled only if that saves more time than compiling takes,
-   0.15 s and 6.5 s for a megabyte of source, up to 1.6 ms an instruction; INFINITY compiles in any
-   case (up to 65536 instructions). Returns true if the program now runs as machine code. False if
-   it stays interpreted, with the reason in `note` (may be NULL): compiling does not pay, there is
-   no compiler or no safe folder, or LEASTACTION_NATIVE=0 is in the environment. Values agree to
-   rounding. */
+   0.15 s and 6.5 s for a megabyte of source, 2.5 ms for a loop, 2 ms for a sine; INFINITY compiles
+   in any case (up to 65536 instructions). Returns true if the program now runs as machine code.
+   False if it stays interpreted, with the reason in `note` (may be NULL): compiling does not pay,
+   there is no compiler or no safe folder, or LEASTACTION_NATIVE=0 is in the environment. Values
+   agree to rounding. */
 bool ad_native(ad_program *program, double runs, struct ad_error *note);
 
 /* As ad_native, for an unknown number of runs: ad_run or ad_rerun compiles the program first once

@@ -20,8 +20,8 @@
 /* Replaces a program's segments. */
 struct native {
     struct segment *segments;
-    size_t n_segments, n_held; /* held: the first ones, skipped by ad_rerun */
-    size_t bytes;              /* length of the source of functions */
+    size_t n_segments, n_held;   /* held: the first ones, skipped by ad_rerun */
+    size_t bytes, loops, sincos; /* in the source of the functions */
     void *library;
 };
 

@@ -119,6 +119,16 @@ static bool write_segments(FILE *out, const ad_program *p, const struct loop_ord
     return done && (n == 1 || ad_native_segment(out, p, n, walks));
 }
 
+static size_t count(const char *text, const char *word)
+{
+    size_t n = 0;
+    while ((text = strstr(text, word))) {
+        text += strlen(word);
+        n++;
+    }
+    return n;
+}
+
 char *ad_native_source(const ad_program *p, struct native *native)
 {
     size_t n, bytes;
@@ -138,6 +148,8 @@ char *ad_native_source(const ad_program *p, struct native *native)
         write_runs(out, p, n, walks, native);
         fflush(out);
         native->bytes = bytes - vectors;
+        native->loops = count(text + vectors, "\nfor (");
+        native->sincos = count(text + vectors, " = sincos");
     }
     if (out)
         done = fclose(out) == 0 && done;
