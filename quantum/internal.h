@@ -43,6 +43,9 @@ enum ad_status qm_packet_wound(const struct qm_slice *slice, const struct qm_gri
                                const struct qm_gaussian *packet, size_t packets, size_t column,
                                qm_complex *psi, struct ad_error *error);
 
+/* The grid that a propagator was made for. */
+const struct qm_grid *qm_propagator_grid(const qm_propagator *propagator);
+
 /* psi [n], elements `stride` apart, becomes NaN: what a function without a status leaves of
    arguments that make no sense. Takes NULL. */
 void qm_unknown(size_t n, size_t stride, qm_complex *psi);

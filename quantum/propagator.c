@@ -11,7 +11,7 @@ const struct qm_method *const qm_methods[] = {&qm_method_kernel, &qm_method_fft,
 struct qm_propagator {
     const struct qm_method *method;
     void *state;
-    size_t points;
+    struct qm_grid grid;
 };
 
 const struct qm_method *qm_method_find(const char *name, struct ad_error *error)
@@ -33,12 +33,17 @@ enum ad_status qm_propagator_new(const struct qm_method *method, const struct qm
     if (!p)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     p->method = method;
-    p->points = slice->grid.n;
+    p->grid = slice->grid;
     if (method->open(slice, &p->state, error) == AD_OK)
         *propagator = p;
     else
         qm_propagator_free(p);
     return error->status;
+}
+
+const struct qm_grid *qm_propagator_grid(const qm_propagator *propagator)
+{
+    return &propagator->grid;
 }
 
 void qm_propagator_free(qm_propagator *propagator)
@@ -54,7 +59,7 @@ enum ad_status qm_propagate(qm_propagator *propagator, size_t packets, qm_comple
 {
     if (AD_LACKS(error, propagator, packets, psi))
         return error->status;
-    for (size_t k = 0; k < propagator->points * packets; k++)
+    for (size_t k = 0; k < propagator->grid.n * packets; k++)
         if (!isfinite(creal(psi[k])) || !isfinite(cimag(psi[k])))
             return ad_fail(error, AD_E_NONFINITE,
                            "psi at point %zu of packet %zu is (%g, %g), expected finite numbers",

@@ -103,6 +103,13 @@ void qm_kernel_apply(size_t n, const qm_complex *K, size_t packets, const qm_com
 enum ad_status qm_potential(const struct phys_system *system, const struct qm_grid *grid, double *V,
                             double *mass, struct ad_error *error);
 
+/* A system of L = mass v^2/2 - V(q) from values V [n] at the points of `grid`, which need not be
+   those of the slices: their cubic spline, of fourth order. Outside of the box V is unknown, NaN,
+   and what looks there is AD_E_NONFINITE. V is copied; close with phys_system_close after all that
+   uses it. AD_E_ARGUMENT for fewer than 4 points, AD_E_NONFINITE names a point. */
+enum ad_status qm_sampled(const struct qm_grid *grid, const double *V, double mass,
+                          struct phys_system *system, struct ad_error *error);
+
 /* Energies [states], ascending, and wave functions psi [states x n], real and of norm 1, of the
    lowest states between walls where psi = 0: second-order differences, LAPACK tridiagonal. */
 enum ad_status qm_eigenstates(const struct phys_system *system, const struct qm_grid *grid,
@@ -147,6 +154,11 @@ void qm_propagator_free(qm_propagator *propagator); /* takes NULL */
 enum ad_status qm_propagate(qm_propagator *propagator, size_t packets, qm_complex *psi,
                             struct ad_error *error);
 
+/* c [steps+1 x packets]: <psi(0)|psi(k dt)> for k = 0 ... steps of psi [n x packets], which moves
+   on by as many slices. Errors as of qm_propagate. */
+enum ad_status qm_correlation(qm_propagator *propagator, size_t steps, size_t packets,
+                              qm_complex *psi, qm_complex *c, struct ad_error *error);
+
 /* Two coordinates without interaction: `steps` times psi [nx x ny] becomes Kx psi Ky^T, times mask
    [nx x ny] element by element (NULL: no mask). work [nx x ny] is scratch. */
 void qm_propagate_plane(size_t nx, const qm_complex *Kx, size_t ny, const qm_complex *Ky,
@@ -175,6 +187,24 @@ struct qm_moments qm_moments(const struct qm_grid *grid, size_t stride, const qm
 /* <a|b> = sum conj(a) b dx of two wave functions [n], elements `stride` apart. */
 qm_complex qm_overlap(const struct qm_grid *grid, size_t stride, const qm_complex *a,
                       const qm_complex *b);
+
+/* The probability, sum |psi|^2 dx, from `from` to `to`, with the part of the cells there: of second
+   order in dx, and as a part of the norm. What is outside of the box counts 0; NaN for from > to.
+ */
+double qm_probability(const struct qm_grid *grid, double from, double to, size_t stride,
+                      const qm_complex *psi);
+
+/* Mean values of a wave, divided by its norm: momentum and its deviation, kinetic and potential
+   energy and their sum. */
+struct qm_observables {
+    double mean_p, std_p, kinetic, potential, energy;
+};
+/* Of psi [n], elements `stride` apart, on the slice's grid and between its walls, by derivatives in
+   Fourier space: momenta up to pi hbar / dx are known, others appear among them. Time: n^2.
+   AD_E_ARGUMENT where L is not m v^2/2 - V(q); AD_E_NONFINITE for a wave that is 0 or not finite;
+   AD_E_ACCURACY for one that is cut at an open wall. */
+enum ad_status qm_observe(const struct qm_slice *slice, size_t stride, const qm_complex *psi,
+                          struct qm_observables *observables, struct ad_error *error);
 
 /* ---- exact solutions (exact.c) ---- */
 

@@ -10,27 +10,41 @@ enum { PLACES = 64 }; /* states at which the rates of totals are looked at */
 
 static const double rounding = 1e-9; /* of the forces or torques that add up to a rate */
 
+/* Instructions of L, or of its derivative by t, at a fixed state, t being an input or fixed, too.
+ */
+static size_t instructions(const struct phys_system *system, bool moves, bool derivative,
+                           struct ad_error *error)
+{
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_program *program = NULL;
+    size_t n = SIZE_MAX;
+    if (!tape) {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+        return n;
+    }
+    ad_var t = moves ? ad_input(tape, 1, 1, "t") : phys_irregular(tape, 1, 1, 0.9);
+    ad_var L = phys_system_lagrangian(system, phys_irregular(tape, system->dof, 1, 0.3),
+                                      phys_irregular(tape, system->dof, 1, 0.7), t);
+    if (derivative)
+        ad_grad(L, 1, &t, &L);
+    if (ad_compile(tape, 1, &L, &program) == AD_OK)
+        n = ad_program_info(program).instructions;
+    phys_keep_memory(ad_tape_error(tape), error);
+    ad_program_free(program);
+    ad_tape_free(tape);
+    return n;
+}
+
 /* At a fixed state an L without t is a constant, which the compiler folds; its derivative by t
-   would not show switches such as step(sin(t)). */
+   would not show switches such as step(sin(t)). An ad_custom is not folded: it has no t if L has no
+   derivative by t, and no instruction more than where t is fixed. */
 bool phys_keeps_energy(const struct phys_system *system, struct ad_error *error)
 {
     if (!system || !system->scene)
         return false;
-    ad_tape *tape = ad_tape_new(AD_F64);
-    ad_program *program = NULL;
-    if (!tape) {
-        ad_fail(error, AD_E_MEMORY, "out of memory");
-        return false;
-    }
-    ad_var t = ad_input(tape, 1, 1, "t");
-    ad_var L = phys_system_lagrangian(system, phys_irregular(tape, system->dof, 1, 0.3),
-                                      phys_irregular(tape, system->dof, 1, 0.7), t);
-    bool keeps =
-        ad_compile(tape, 1, &L, &program) == AD_OK && ad_program_info(program).instructions == 0;
-    phys_keep_memory(ad_tape_error(tape), error);
-    ad_program_free(program);
-    ad_tape_free(tape);
-    return keeps;
+    size_t n = instructions(system, true, false, error);
+    return n == 0 || (n != SIZE_MAX && n == instructions(system, false, false, error) &&
+                      instructions(system, true, true, error) == 0);
 }
 
 /* Rates of the totals at one state, and the sums of their parts' sizes. */
