@@ -20,6 +20,7 @@
        motion/         one method; a complete motion           motion.h; solve.h
        stability/      step limits, chaos, warnings            stability.h, diagnostics.h
        fit/            parameters from measured motions        fit.h
+       modes/          equilibria, small oscillations          modes.h
        gas/            order and fast motion of a gas          order.h
        ephemeris/      Horizons tables, models of the planets  horizons.h, models.h
        path/           stationary paths; all/: all of them     path.h */
@@ -40,6 +41,7 @@
 #include "physics/lagrangian/conserved.h"
 #include "physics/lagrangian/euler_lagrange.h"
 #include "physics/lagrangian/legendre.h"
+#include "physics/modes/modes.h"
 #include "physics/motion/checks.h"
 #include "physics/motion/motion.h"
 #include "physics/motion/ensemble.h"

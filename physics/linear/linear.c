@@ -20,6 +20,7 @@
 #define cblas_ztrsm AD_LAZY(ad_blas_load, cblas_ztrsm)
 #define dgbtrf_ AD_LAZY(ad_blas_load, dgbtrf_)
 #define dgbtrs_ AD_LAZY(ad_blas_load, dgbtrs_)
+#define dgeev_ AD_LAZY(ad_blas_load, dgeev_)
 #define dgeqrf_ AD_LAZY(ad_blas_load, dgeqrf_)
 #define dgetrf_ AD_LAZY(ad_blas_load, dgetrf_)
 #define dgetrs_ AD_LAZY(ad_blas_load, dgetrs_)
@@ -308,6 +309,18 @@ int phys_lapack_eigenvectors(size_t n, double *a, double *b, double *values)
     double *work = malloc((size_t)room * sizeof *work);
     if (work && !any_nan(n * n, a) && !any_nan(n * n, b))
         LAPACK_dsygv(&one, "V", "L", &size, a, &size, b, &size, values, work, &room, &info);
+    free(work);
+    return info;
+}
+
+int phys_lapack_eigenvalues(size_t n, double *a, double *re, double *im, double *left,
+                            double *right)
+{
+    lapack_int size = (lapack_int)n, room = 40 * size, info = -1;
+    double *work = malloc((size_t)room * sizeof *work);
+    if (work && !any_nan(n * n, a))
+        LAPACK_dgeev("V", "V", &size, a, &size, re, im, left, &size, right, &size, work, &room,
+                     &info);
     free(work);
     return info;
 }

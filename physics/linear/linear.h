@@ -82,6 +82,12 @@ void phys_lapack_symmetric_solve_large(size_t n, const double *a, const int *piv
    ascending; row k of a becomes eigenvector k; b is destroyed. Returns 0, up to n where they do not
    converge, more where b is not positive definite, negative where memory is exhausted. */
 int phys_lapack_eigenvectors(size_t n, double *a, double *b, double *values);
+/* Eigenvalues re + i im [n] of a general matrix a [n x n] by columns, which is destroyed, and left
+   and right eigenvectors of length 1, columns of [n x n]: for a pair, whose first has im > 0, real
+   and imaginary part in two columns. Returns 0, positive where they do not converge, negative where
+   memory is exhausted or a number is NaN. */
+int phys_lapack_eigenvalues(size_t n, double *a, double *re, double *im, double *left,
+                            double *right);
 
 /* Makes the rows of a [n x length] orthonormal, n <= length, as Gram's and Schmidt's method would:
    the first j of them span what they did, and none is turned around. `work` [2 n] is room. False:

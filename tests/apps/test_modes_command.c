@@ -1,0 +1,58 @@
+/* leastaction modes: tables, files and pictures of one run, and what it refuses. */
+#include "tests/close.h"
+#include "tests/files.h"
+#include "shell.h"
+#include "tests/mentions.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void the_table_is_the_file(void **state)
+{
+    char line[256];
+    int equilibrium, mode;
+    double frequency, growth;
+    (void)state;
+    shell_works("$LA modes dblpend --json --csv modes.csv --out modes.h5 --plot mode.svg");
+    const char *at = strstr(shell_last_line(), "\"modes\": [{\"equilibrium\": 1, \"mode\": 1");
+    assert_non_null(at);
+    assert_non_null(at = strstr(at, "\"frequency\": "));
+    FILE *csv = fopen(shell_path("modes.csv"), "r");
+    assert_non_null(csv);
+    assert_non_null(fgets(line, sizeof line, csv));
+    assert_string_equal(line, "equilibrium,mode,frequency,growth,uncertainty,a,shape_a,"
+                              "shape_imaginary_a,b,shape_b,shape_imaginary_b\n");
+    assert_non_null(fgets(line, sizeof line, csv));
+    fclose(csv);
+    assert_int_equal(sscanf(line, "%d,%d,%lf,%lf", &equilibrium, &mode, &frequency, &growth), 4);
+    assert_close(frequency, sqrt(2 - sqrt(2)), 1e-13, 0);
+    assert_close(strtod(at + 13, NULL), frequency, 1e-13, 0);
+    shell_works("$LA dump modes.h5");
+}
+
+static void boxes_and_modes_are_chosen(void **state)
+{
+    (void)state;
+    shell_works("$LA modes double-well --within x=.5:3 --json");
+    assert_mentions(shell_last_line(), "\"q\": [1.5]");
+    assert_int_equal(shell("$LA modes double-well --within y=0:1"), 2);
+    assert_mentions(shell_err(), "--within: expected a coordinate of double-well, got 'y'");
+    assert_int_equal(shell("$LA modes double-well --within x=1:0"), 2);
+    assert_int_equal(shell("$LA modes double-well --equilibrium 9"), 2);
+    assert_mentions(shell_err(), "--equilibrium: expected at most 3, got 9");
+    assert_int_equal(shell("$LA modes double-well --mode 2"), 2);
+    assert_int_equal(shell("$LA modes kepler"), 1);
+    assert_mentions(shell_err(), "no equilibrium");
+    assert_int_equal(shell("$LA modes pendulum --set damping=.1"), 2);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(the_table_is_the_file, shell_empty),
+        cmocka_unit_test_setup(boxes_and_modes_are_chosen, shell_empty),
+    };
+    return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
+}
