@@ -14,10 +14,16 @@ enum { BLOCK = 128 }; /* points that are evaluated at once, at most */
 
 static bool allocate(struct phys_hessian *h)
 {
-    size_t matrix = h->side * h->side;
-    if (h->elements > SIZE_MAX / sizeof(double) / matrix)
+    const struct phys_coupling *coupling = &h->of->coupling;
+    for (size_t j = 0; j < h->dof; j++)
+        for (size_t k = coupling->start[j]; k < coupling->start[j + 1]; k++) {
+            size_t i = coupling->row[k], apart = i > j ? i - j : j - i;
+            h->around = apart > h->around ? apart : h->around;
+        }
+    h->width = h->around < h->dof / 2 ? 2 * h->around + 1 : h->dof;
+    if (h->elements > SIZE_MAX / sizeof(double) / (h->side * (h->table.degree + 1) * h->width))
         return false;
-    h->element = calloc(h->elements * matrix, sizeof(double));
+    h->element = calloc(phys_hessian_size(h), sizeof(double));
     h->gradient = malloc(h->elements * h->side * sizeof(double));
     h->stiffness = malloc(h->dof * sizeof(double));
     h->rows = malloc(h->dof * sizeof *h->rows);
@@ -221,16 +227,15 @@ static void add_column(struct phys_hessian *h, struct block b, size_t seed, ad_v
     for (size_t c = 0; c < b.count; c++) {
         const struct phys_hessian_point *at = &h->point[(b.first + c) / h->elements];
         size_t e = element_of(h, b.first + c);
-        double *K = h->element + e * h->side * h->side;
         double length = phys_hessian_length(h, e), rate = 1 / length;
         for (size_t k = 0; k <= h->table.degree; k++) {
             double share = at->weight * (for_q ? at->q[k] * length : at->v[k]);
-            double *column = K + (k * h->dof + seed) * h->side;
             for (size_t a = 0; share != 0 && a <= h->table.degree; a++) {
                 double of_q = share * at->q[a], of_v = share * rate * at->v[a];
+                size_t column = phys_hessian_place(h, e, a, seed, k, seed) - seed;
                 for (size_t r = 0; r < rows; r++) {
                     size_t d = h->rows[r];
-                    column[a * h->dof + d] += of_q * by_q[d * n + c] + of_v * by_v[d * n + c];
+                    h->element[column + d] += of_q * by_q[d * n + c] + of_v * by_v[d * n + c];
                 }
             }
         }
@@ -264,10 +269,10 @@ bool phys_hessian_stopped(struct phys_hessian *h)
 static void clear(struct phys_hessian *h)
 {
     for (size_t column = 0; column < h->elements * h->side; column++) {
-        size_t first, end;
-        phys_hessian_coupled(h, column % h->side % h->dof, &first, &end);
+        size_t first, end, j = column % h->dof;
+        phys_hessian_coupled(h, j, &first, &end);
         for (size_t a = 0; a <= h->table.degree; a++)
-            memset(h->element + column * h->side + a * h->dof + first, 0,
+            memset(h->element + phys_hessian_place(h, 0, a, first, column / h->dof, j), 0,
                    (end - first) * sizeof *h->element);
     }
     memset(h->stiffness, 0, h->dof * sizeof *h->stiffness);

@@ -27,8 +27,11 @@ struct phys_hessian {
     /* How far apart the coordinates are that L has coupled so far: of each pair of nodes an element
        matrix has a band of coordinates, and zeros elsewhere. */
     size_t reach;
-    double *element;        /* [elements][side x side]: node by node, coordinate by coordinate */
-    double *gradient;       /* [elements][side]: of the element's part of S */
+    /* What L may couple at all is at most `around` apart; element matrices keep `width` places of
+       the coordinates of a node in each column: of those, or of all. */
+    size_t around, width;
+    double *element;  /* [elements][side columns][degree + 1 nodes][width]: phys_hessian_place */
+    double *gradient; /* [elements][side]: of the element's part of S */
     double action, kinetic; /* with the gradient alone: integrals of L and of v L_v / 2, ... */
     double energy, drift;   /* ... v L_v - L at the first point, and its largest change */
     double *stiffness;      /* [dof]: mean over points of |L_vv| / dt on the diagonal */
@@ -73,6 +76,27 @@ static inline void phys_hessian_coupled(const struct phys_hessian *h, size_t j, 
 {
     *first = j > h->reach ? j - h->reach : 0;
     *end = h->dof - j > h->reach + 1 ? j + h->reach + 1 : h->dof;
+}
+/* Where element e has the entry of coordinate i of node a and coordinate j of node b, which may be
+   coupled. */
+static inline size_t phys_hessian_place(const struct phys_hessian *h, size_t e, size_t a, size_t i,
+                                        size_t b, size_t j)
+{
+    size_t column = e * h->side + b * h->dof + j;
+    return (column * (h->table.degree + 1) + a) * h->width + i +
+           (h->width < h->dof ? h->around - j : 0);
+}
+/* That entry, of any two. */
+static inline double phys_hessian_entry(const struct phys_hessian *h, size_t e, size_t a, size_t i,
+                                        size_t b, size_t j)
+{
+    return (i > j ? i - j : j - i) > h->around ? 0
+                                               : h->element[phys_hessian_place(h, e, a, i, b, j)];
+}
+/* How many numbers `element` has. */
+static inline size_t phys_hessian_size(const struct phys_hessian *h)
+{
+    return h->elements * h->side * (h->table.degree + 1) * h->width;
 }
 /* Fills the gradients of the elements alone; action and kinetic where L is not an action's. */
 void phys_hessian_gradient_at(struct phys_hessian *h, const double *path, double start);

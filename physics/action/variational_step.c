@@ -108,7 +108,8 @@ static double newton_step(phys_variational_step *m, double t, const double *mome
     for (size_t i = 0; i < n; i++) {
         m->right[i] = h->gradient[row + i] + (row + i < m->dof ? momentum[row + i] : 0);
         for (size_t j = 0; j < n; j++)
-            m->matrix[i * n + j] = h->element[(first + j) * h->side + row + i];
+            m->matrix[i * n + j] = phys_hessian_entry(h, 0, (row + i) / h->dof, (row + i) % h->dof,
+                                                      (first + j) / h->dof, (first + j) % h->dof);
     }
     int singular = phys_lapack_lu_solve_once(n, m->matrix, m->right);
     if (singular) {

@@ -12,8 +12,7 @@ static double entry(const struct phys_block_tridiagonal *t, size_t e, size_t a, 
                     size_t j)
 {
     const struct phys_hessian *h = t->hessian;
-    size_t column = (t->first + e) * h->side + b * t->dof + j;
-    return h->element[column * h->side + a * t->dof + i] * t->scale[i] * t->scale[j];
+    return phys_hessian_entry(h, t->first + e, a, i, b, j) * t->scale[i] * t->scale[j];
 }
 
 /* Node 0 or 1 of a condensed element: the slice before or behind. */
@@ -205,12 +204,33 @@ static void condense_row(const struct phys_block_tridiagonal *b, size_t e, size_
         }
 }
 
-/* Entry (i, j) of a block of the condensed element. */
-static void put(const struct phys_block_tridiagonal *b, double *block, size_t i, size_t j,
-                const double *value)
+/* Columns of `side` of the row in b->work up to column i, to column i of a block. */
+static void put(const struct phys_block_tridiagonal *b, size_t side, size_t i, double *block)
 {
-    for (size_t part = 0; part < b->parts; part++)
-        block[b->parts * (j * b->dof + i) + part] = value[part];
+    const double *re = b->work + side, *im = re + 2 * b->dof;
+    double *to = block + b->parts * i * b->dof;
+    for (size_t j = 0; b->parts == 1 && j <= i; j++)
+        to[j] = re[2 * j];
+    for (size_t j = 0; b->parts == 2 && j <= i; j++) {
+        to[2 * j] = re[2 * j];
+        to[2 * j + 1] = im[2 * j];
+    }
+}
+
+/* The entries below the diagonal of a block of n columns from those above of another, a tile of
+   both at a time, so that each stays in the cache. */
+static void mirror(size_t n, size_t parts, const double *above, double *below)
+{
+    enum { TILE = 16 };
+    for (size_t from = 0; from < n; from += TILE)
+        for (size_t j = 0; j < n; j++) /* a column */
+            for (size_t i = from > j ? from : j + 1; i < n && i < from + TILE; i++) {
+                const double *entry_above = above + parts * (i * n + j);
+                double *entry_below = below + parts * (j * n + i);
+                entry_below[0] = entry_above[0];
+                if (parts == 2)
+                    entry_below[1] = entry_above[1];
+            }
 }
 
 bool phys_condense(const struct phys_block_tridiagonal *b, size_t e, double damping, double *before,
@@ -224,18 +244,12 @@ bool phys_condense(const struct phys_block_tridiagonal *b, size_t e, double damp
         double *own = side ? behind : before;
         for (size_t i = 0; i < b->dof; i++) {
             condense_row(b, e, side, i, damping > 0);
-            for (size_t j = 0; j <= i; j++) {
-                const double *w = b->work + 2 * j, *im = w + 2 * b->dof;
-                double mine[] = {w[side], damping > 0 ? im[side] : 0};
-                double other[] = {w[!side], damping > 0 ? im[!side] : 0};
-                put(b, own, i, j, mine);
-                put(b, own, j, i, mine);
-                if (side == 0)
-                    put(b, both, i, j, other);
-                else
-                    put(b, both, j, i, other);
-            }
+            put(b, side, i, own);
+            put(b, !side, i, side ? both : behind); /* which is room until it is its turn */
         }
+        mirror(b->dof, b->parts, own, own);
+        if (side == 0)
+            mirror(b->dof, b->parts, behind, both);
     }
     return true;
 }

@@ -23,7 +23,8 @@
 static double entry(const struct phys_inertia *c, size_t e, size_t i, size_t j)
 {
     const struct phys_hessian *h = c->hessian;
-    return h->element[(e * h->side + c->order[j]) * h->side + c->order[i]];
+    size_t a = c->order[i], b = c->order[j];
+    return phys_hessian_entry(h, e, a / h->dof, a % h->dof, b / h->dof, b % h->dof);
 }
 
 /* Of the mass of its inner nodes, and of half that of its slices. */
@@ -185,7 +186,7 @@ size_t phys_inertia_below(struct phys_inertia *c, double sigma, struct phys_spec
 static double largest_entry(const struct phys_hessian *h)
 {
     double most = 0;
-    for (size_t k = 0; k < h->elements * h->side * h->side; k++)
+    for (size_t k = 0; k < phys_hessian_size(h); k++)
         most = fmax(most, fabs(h->element[k]));
     return most;
 }

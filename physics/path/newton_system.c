@@ -127,16 +127,16 @@ static void fill(struct phys_newton_system *band, size_t parts)
             size_t col = e * stride + b - band->first;
             if (col >= band->n || held(band, col)) /* below the first it has wrapped around */
                 continue;
-            const double *column = h->element + (e * h->side + b) * h->side;
-            double factor = band->scale[b % h->dof];
-            size_t to = row_of(band, col), first, end;
-            phys_hessian_coupled(h, b % h->dof, &first, &end);
+            double factor = band->scale[b % h->dof], entry;
+            size_t to = row_of(band, col), first, end, j = b % h->dof;
+            phys_hessian_coupled(h, j, &first, &end);
             for (size_t node = 0; node <= h->table.degree; node++)
                 for (size_t i = first; i < end; i++) {
-                    size_t a = node * h->dof + i, row = e * stride + a - band->first;
-                    if (row < band->n && column[a] != 0 && !held(band, row))
+                    size_t row = e * stride + node * h->dof + i - band->first;
+                    entry = phys_hessian_entry(h, e, node, i, b / h->dof, j);
+                    if (row < band->n && entry != 0 && !held(band, row))
                         band->matrix[parts * PHYS_BAND(band->width, row_of(band, row), to)] +=
-                            column[a] * factor * band->scale[i];
+                            entry * factor * band->scale[i];
                 }
         }
     for (size_t u = 0; parts == 2 && u < band->n; u++)
@@ -228,17 +228,15 @@ double phys_newton_system_rounding(const struct phys_newton_system *band, const 
     memset(band->right, 0, band->n * sizeof *band->right);
     for (size_t e = 0; e < h->elements; e++)
         for (size_t b = 0; b < h->side; b++) {
-            const double *column = h->element + (e * h->side + b) * h->side;
-            size_t node = e * h->table.degree + b / h->dof;
-            double x = fabs(path[(node % h->table.degree * h->dof + b % h->dof) * slices +
-                                 node / h->table.degree]);
-            size_t first, end;
-            phys_hessian_coupled(h, b % h->dof, &first, &end);
+            size_t node = e * h->table.degree + b / h->dof, j = b % h->dof, first, end;
+            double x =
+                fabs(path[(node % h->table.degree * h->dof + j) * slices + node / h->table.degree]);
+            phys_hessian_coupled(h, j, &first, &end);
             for (size_t a = 0; a <= h->table.degree; a++)
                 for (size_t i = first; i < end; i++) {
                     size_t row = e * stride + a * h->dof + i - band->first;
                     if (row < band->n && !held(band, row))
-                        band->right[row] += fabs(column[a * h->dof + i]) * x;
+                        band->right[row] += x * fabs(phys_hessian_entry(h, e, a, i, b / h->dof, j));
                 }
         }
     for (size_t u = 0; u < band->n; u++)

@@ -87,7 +87,7 @@ void phys_hessian_settings(struct phys_hessian *h, const struct phys_path_settin
 /* The Hessian of -S. */
 static void negate(struct phys_hessian *h)
 {
-    for (size_t k = 0; k < h->elements * h->side * h->side; k++)
+    for (size_t k = 0; k < phys_hessian_size(h); k++)
         h->element[k] = -h->element[k];
 }
 

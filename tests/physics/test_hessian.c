@@ -65,7 +65,7 @@ static void test_elements(void **state)
             for (size_t i = 0; i < h.side; i++)
                 for (size_t j = 0; j < h.side; j++)
                     found[e * s * dof + i][e * s * dof + j] +=
-                        h.element[(e * h.side + j) * h.side + i];
+                        phys_hessian_entry(&h, e, i / dof, i % dof, j / dof, j % dof);
         phys_hessian_free(&h);
         for (size_t r = 0; r < n; r++)
             for (size_t c = 0; c < n; c++)
@@ -145,7 +145,7 @@ static void test_colours(void **state)
             phys_hessian_at(&h[all], path, 0.3);
     }
     assert_int_equal(h[0].reach, SITES - 1);
-    for (size_t k = 0; k < h[0].elements * h[0].side * h[0].side; k++)
+    for (size_t k = 0; k < phys_hessian_size(&h[0]); k++)
         assert_close(h[0].element[k], h[1].element[k], 1e-13, 1e-13);
     for (size_t k = 0; k < h[0].points * SITES * SITES; k++)
         assert_close(h[0].mass[k], h[1].mass[k], 1e-13, 0);
@@ -180,7 +180,7 @@ static void test_of_an_action(void **state)
             phys_hessian_at(&own, path, 0);
             for (int again = 0; again < 2; again++)
                 phys_hessian_at(&shared, path, 0);
-            for (size_t i = 0; i < own.elements * own.side * own.side; i++)
+            for (size_t i = 0; i < phys_hessian_size(&own); i++)
                 assert_close(shared.element[i], own.element[i], 1e-13, 1e-12);
             phys_hessian_gradient_at(&shared, path, 0);
             for (size_t i = 0; i < own.elements * own.side; i++)

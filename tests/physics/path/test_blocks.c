@@ -23,8 +23,9 @@ static double residual(const struct phys_hessian *h, size_t hold, const double *
             for (size_t j = 0; j < h->side; j++) {
                 size_t row = e * stride + i - first, col = e * stride + j - first;
                 if (row < n && col < n)
-                    r[row] += h->element[(e * h->side + j) * h->side + i] * scale[i % h->dof] *
-                              scale[j % h->dof] * (x[2 * col] + I * x[2 * col + 1]);
+                    r[row] +=
+                        phys_hessian_entry(h, e, i / h->dof, i % h->dof, j / h->dof, j % h->dof) *
+                        scale[i % h->dof] * scale[j % h->dof] * (x[2 * col] + I * x[2 * col + 1]);
             }
     for (size_t k = 0; k < n; k++)
         most = fmax(most, cabs(r[k]));
@@ -114,6 +115,7 @@ static void a_band_solves_what_blocks_do(void **state)
         phys_hessian_at(&h, path, 0);
         phys_hessian_at(&h, path, 0); /* nothing is left of the first time */
         assert_int_equal(h.reach, 1);
+        assert_int_equal(h.width, 3); /* C12: a chain's matrices grow as its sites */
         phys_newton_system_scale(&newton);
         for (int full = 0; full < 2; full++) {
             double m = damping[r % LENGTH(damping)];
