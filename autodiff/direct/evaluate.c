@@ -27,9 +27,28 @@ static bool place_nodes(const ad_tape *tape, struct ad_direct *d, uint32_t end)
     return true;
 }
 
+static bool list_scalars(const ad_tape *tape, struct ad_direct *d, uint32_t end)
+{
+    _Static_assert(AD_N_OPS <= UINT8_MAX, "operations are listed as bytes");
+    if (end > d->max_listed) {
+        const size_t most = (size_t)end + end / 4;
+        AD_FREE(d->op, d->in);
+        d->op = ad_allocate_large(most);
+        d->in = ad_allocate_large(most * sizeof *d->in);
+        d->n_listed = 0;
+        d->max_listed = d->op && d->in ? (uint32_t)(most < UINT32_MAX ? most : UINT32_MAX) : 0;
+    }
+    for (; d->n_listed < end && d->max_listed; d->n_listed++) {
+        const struct node *n = node_at(tape, d->n_listed);
+        d->op[d->n_listed] = (uint8_t)n->op;
+        d->in[d->n_listed] = (struct operands){n->in[0], n->in[1]};
+    }
+    return d->max_listed;
+}
+
 static bool reserve(const ad_tape *tape, struct ad_direct *d, uint32_t end, bool adjoints)
 {
-    if (!place_nodes(tape, d, end))
+    if (!place_nodes(tape, d, end) || (end <= d->n_scalars && !list_scalars(tape, d, end)))
         return false;
     const size_t size = type_bytes(tape->type);
     if (d->elements > SIZE_MAX / 2 / size)
@@ -49,19 +68,21 @@ static bool reserve(const ad_tape *tape, struct ad_direct *d, uint32_t end, bool
 void ad_direct_reset(struct ad_direct *d)
 {
     if (d)
-        d->n_offsets = d->elements = 0;
+        d->n_offsets = d->elements = d->n_listed = 0;
 }
 
 void ad_direct_free(struct ad_direct *d)
 {
     if (!d)
         return;
-    AD_FREE(d->offset, d->value, d->adjoint, d);
+    AD_FREE(d->offset, d->value, d->adjoint, d->op, d->in, d);
 }
 
 size_t ad_direct_bytes(const struct ad_direct *d)
 {
-    return d ? sizeof *d + d->bytes * (d->adjoint ? 2 : 1) + d->max_offsets * sizeof *d->offset : 0;
+    return d ? sizeof *d + d->bytes * (d->adjoint ? 2 : 1) + d->max_offsets * sizeof *d->offset +
+                   d->max_listed * (sizeof *d->op + sizeof *d->in)
+             : 0;
 }
 
 static void put(const ad_tape *tape, void *array, size_t at, size_t n, const double *from)

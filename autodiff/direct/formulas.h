@@ -16,20 +16,15 @@ static inline bool is_scalar(const struct node *n)
     return is_elementwise(n) && n->rows == 1 && n->cols == 1;
 }
 
-ALWAYS_INLINE R scalar_value(const struct node *n, R a, R b, R c)
-{
-    return value_of(n->op, a, b, c);
-}
-
 /* A derivative of 0 is no dependence, whatever g is. */
 #define IS_NONE(d) (__builtin_constant_p(d) && (d) == 0)
 
 /* Adds g times the local derivatives to the adjoints of the operands. */
-ALWAYS_INLINE void scalar_adjoint(const struct node *n, R y, R g, R a, R b, R *ga, R *gb, R *gc)
+ALWAYS_INLINE void scalar_adjoint(unsigned op, R y, R g, R a, R b, R *ga, R *gb, R *gc)
 {
     const R x = a;
     (void)x, (void)y, (void)b, (void)gb, (void)gc;
-    switch (n->op) {
+    switch (op) {
 #define AD_UNARY(name, value, dx, lo, hi)                                                          \
     case AD_OP_##name:                                                                             \
         if (!IS_NONE(dx))                                                                          \

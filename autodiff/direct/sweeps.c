@@ -53,9 +53,9 @@ static void elementwise(const ad_tape *tape, struct ad_direct *d, uint32_t id, b
             for (size_t k = 0; k < 3; k++)
                 i[k] = in[k].offset + r * in[k].row + c * in[k].col;
             if (!backward)
-                v[o] = scalar_value(n, v[i[0]], v[i[1]], v[i[2]]);
+                v[o] = value_of(n->op, v[i[0]], v[i[1]], v[i[2]]);
             else if (adjoint[o] != 0)
-                scalar_adjoint(n, v[o], adjoint[o], v[i[0]], v[i[1]], &adjoint[i[0]],
+                scalar_adjoint(n->op, v[o], adjoint[o], v[i[0]], v[i[1]], &adjoint[i[0]],
                                &adjoint[i[1]], &adjoint[i[2]]);
         }
 }
@@ -99,51 +99,71 @@ static void other_backward(const ad_tape *tape, struct ad_direct *d, uint32_t id
         structure(tape, d, id, true);
 }
 
-/* Blocks of nodes [first, last) one after the other, or backward. */
-static inline uint32_t block_end(uint32_t first, uint32_t end)
+/* The third operand of a listed node. */
+static inline uint32_t third(const ad_tape *tape, uint8_t op, uint32_t id)
 {
-    return end - first < BLOCK_SIZE ? end : first + BLOCK_SIZE;
+    return op == AD_OP_select ? node_at(tape, id)->in[2] : 0;
 }
 
-/* at(id): where a node's value lies. Written twice, so that scalars alone read neither shapes nor a
-   table of places. */
-#define SWEEPS(name, is_scalar, at)                                                                \
-    static void forward_##name(const ad_tape *tape, struct ad_direct *d, uint32_t end)             \
-    {                                                                                              \
-        R *v = d->value;                                                                           \
-        for (uint32_t first = 0; first < end; first += BLOCK_SIZE) {                               \
-            const struct node *n = node_at(tape, first);                                           \
-            const uint32_t last = block_end(first, end);                                           \
-            for (uint32_t id = first; id < last; id++, n++) {                                      \
-                if (is_scalar(n))                                                                  \
-                    v[at(id)] =                                                                    \
-                        scalar_value(n, v[at(n->in[0])], v[at(n->in[1])], v[at(n->in[2])]);        \
-                else                                                                               \
-                    other_forward(tape, d, id);                                                    \
-            }                                                                                      \
-        }                                                                                          \
-    }                                                                                              \
-    static void backward_##name(const ad_tape *tape, struct ad_direct *d, uint32_t end)            \
-    {                                                                                              \
-        const R *restrict v = d->value;                                                            \
-        R *g = d->adjoint;                                                                         \
-        for (uint32_t id = end; id > 0;) {                                                         \
-            const uint32_t first = (id - 1) & ~(BLOCK_SIZE - 1);                                   \
-            const struct node *n = node_at(tape, id - 1);                                          \
-            for (; id-- > first; n--) {                                                            \
-                if (!is_scalar(n))                                                                 \
-                    other_backward(tape, d, id);                                                   \
-                else if (g[at(id)] != 0)                                                           \
-                    scalar_adjoint(n, v[at(id)], g[at(id)], v[at(n->in[0])], v[at(n->in[1])],      \
-                                   &g[at(n->in[0])], &g[at(n->in[1])], &g[at(n->in[2])]);          \
-            }                                                                                      \
-            id = first;                                                                            \
-        }                                                                                          \
+static void forward_scalars(const ad_tape *tape, struct ad_direct *d, uint32_t end)
+{
+    const uint8_t *ops = d->op;
+    const struct operands *in = d->in;
+    R *v = d->value;
+    for (uint32_t id = 0; id < end; id++) {
+        const uint8_t op = ops[id];
+        if (op >= AD_OP_copy)
+            v[id] = value_of(op, v[in[id].a], v[in[id].b], v[third(tape, op, id)]);
+        else
+            other_forward(tape, d, id);
     }
-#define ITSELF(id) (id)
-#define PLACE(id) (d->offset[id])
-SWEEPS(scalars, is_elementwise, ITSELF)
-SWEEPS(shapes, is_scalar, PLACE)
+}
+
+static void backward_scalars(const ad_tape *tape, struct ad_direct *d, uint32_t end)
+{
+    const uint8_t *ops = d->op;
+    const struct operands *in = d->in;
+    const R *restrict v = d->value;
+    R *g = d->adjoint;
+    for (uint32_t id = end; id-- > 0;) {
+        const uint8_t op = ops[id];
+        if (g[id] == 0)
+            continue;
+        if (op >= AD_OP_copy)
+            scalar_adjoint(op, v[id], g[id], v[in[id].a], v[in[id].b], &g[in[id].a], &g[in[id].b],
+                           &g[third(tape, op, id)]);
+        else
+            other_backward(tape, d, id);
+    }
+}
+
+static void forward_shapes(const ad_tape *tape, struct ad_direct *d, uint32_t end)
+{
+    const size_t *at = d->offset;
+    R *v = d->value;
+    for (uint32_t id = 0; id < end; id++) {
+        const struct node *n = node_at(tape, id);
+        if (is_scalar(n))
+            v[at[id]] = value_of(n->op, v[at[n->in[0]]], v[at[n->in[1]]], v[at[n->in[2]]]);
+        else
+            other_forward(tape, d, id);
+    }
+}
+
+static void backward_shapes(const ad_tape *tape, struct ad_direct *d, uint32_t end)
+{
+    const size_t *at = d->offset;
+    const R *v = d->value;
+    R *g = d->adjoint;
+    for (uint32_t id = end; id-- > 0;) {
+        const struct node *n = node_at(tape, id);
+        if (!is_scalar(n))
+            other_backward(tape, d, id);
+        else if (g[at[id]] != 0)
+            scalar_adjoint(n->op, v[at[id]], g[at[id]], v[at[n->in[0]]], v[at[n->in[1]]],
+                           &g[at[n->in[0]]], &g[at[n->in[1]]], &g[at[n->in[2]]]);
+    }
+}
 
 void FORWARD(const ad_tape *tape, struct ad_direct *d, uint32_t end)
 {

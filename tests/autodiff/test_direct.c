@@ -186,6 +186,36 @@ static double value_at(ad_var y, ad_var x, double at, double *slope)
     return value;
 }
 
+/* A recording of scalars that grows between its runs, and another one after a reset. */
+static void test_scalars_recorded_further(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    double slope, value;
+    for (int round = 0; round < 2; round++) {
+        ad_var x = ad_input(t, 1, 1, "x"), y = round ? ad_exp(x) : ad_sin(x);
+        for (int n = 0; n < 300; n++) {
+            y = round ? ad_select(ad_lt(y, 40.0), ad_add(y, x), ad_sub(y, x)) : ad_mul(y, x);
+            if (n % 7 == 0)
+                value_at(y, x, 1.01, &slope);
+        }
+        value = value_at(y, x, 1.01, &slope);
+        double p = pow(1.01, 300);
+        double expected = sin(1.01) * p, slopes = cos(1.01) * p + 300 * sin(1.01) * p / 1.01;
+        if (round) {
+            int ups = 0;
+            for (int n = 0; n < 300; n++)
+                ups += exp(1.01) + ups * 1.01 < 40.0 ? 1 : -1;
+            expected = exp(1.01) + 1.01 * ups;
+            slopes = exp(1.01) + ups;
+        }
+        assert_close(value, expected, 1e-12, 0);
+        assert_close(slope, slopes, 1e-12, 0);
+        ad_tape_reset(t);
+    }
+    ad_tape_free(t);
+}
+
 /* A number is recorded once however often it is used; a constant of the caller's is a value of its
    own, and after a reset nothing is left of either. */
 static void test_numbers(void **state)
@@ -316,7 +346,7 @@ int main(void)
         cmocka_unit_test(test_every_operation),  cmocka_unit_test(test_long_chain),
         cmocka_unit_test(test_recorded_further), cmocka_unit_test(test_zeros_behind_branches),
         cmocka_unit_test(test_refused),          cmocka_unit_test(test_numbers),
-        cmocka_unit_test(test_many_blocks),
+        cmocka_unit_test(test_many_blocks),      cmocka_unit_test(test_scalars_recorded_further),
     };
     return cmocka_run_group_tests_name("direct evaluation", tests, NULL, NULL);
 }
