@@ -167,7 +167,7 @@ static inline bool ad_is_custom(uint16_t op)
 /* What an operation reads is in its list: three numbers each, an id first. */
 static inline bool has_operand_list(uint16_t op)
 {
-    return op == AD_OP_place || op == AD_OP_scan || op == AD_OP_scan_adjoint;
+    return op < AD_OP_copy && (op == AD_OP_place || op == AD_OP_scan || op == AD_OP_scan_adjoint);
 }
 
 /* The inputs of a node. */

@@ -17,15 +17,6 @@ static bool is_adder(const struct value *v)
     return v->op == AD_OP_sum_rows || v->op == AD_OP_scatter || (v->flags & VALUE_ACCUMULATED);
 }
 
-/* There is a sum, scatter or product that others could accumulate onto. */
-static bool has_adder(const struct graph *g)
-{
-    for (uint32_t i = 0; i < g->n; i++)
-        if (is_adder(&g->values[i]) || g->values[i].op == AD_OP_matmul)
-            return true;
-    return false;
-}
-
 /* Number of readers of each value. */
 static void count_uses(const struct graph *g, uint32_t *uses)
 {
@@ -34,7 +25,7 @@ static void count_uses(const struct graph *g, uint32_t *uses)
         if (v->flags & VALUE_OUTPUT)
             uses[i]++;
         for (size_t k = 0; !is_given(v) && k < n_operands(g, v); k++)
-            uses[operand_loc(g, v, k)->root]++;
+            uses[operand_root(g, v, k)]++;
     }
 }
 
@@ -101,7 +92,7 @@ static void merge(struct graph *g, uint32_t i)
 bool ad_graph_accumulate(struct graph *g)
 {
     g->host = ad_allocate_zeroed(g->n + 1, sizeof *g->host);
-    if (!g->host || !has_adder(g))
+    if (!g->host || !may_accumulate(g))
         return g->host;
     uint32_t *uses = ad_allocate_zeroed(g->n + 1, sizeof *uses);
     if (!uses)

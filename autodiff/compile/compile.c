@@ -52,6 +52,7 @@ static bool copy_customs(ad_program *p, const ad_tape *tape)
 static void take_arrays(ad_program *p, struct graph *g)
 {
     p->values = g->values;
+    p->nodes = g->nodes;
     p->n_values = g->n;
     p->locs = g->locs;
     p->lists = g->lists;
@@ -59,6 +60,7 @@ static void take_arrays(ad_program *p, struct graph *g)
     p->ports = g->ports;
     p->n_ports = g->n_ports;
     g->values = NULL;
+    g->nodes = NULL;
     g->locs = NULL;
     g->lists = NULL;
     g->ports = NULL;
@@ -90,6 +92,8 @@ static void trim(ad_program *p, const struct graph *g)
 {
     p->instructions = trimmed(p->instructions, p->n_instructions, sizeof *p->instructions);
     p->values = trimmed(p->values, p->n_values, sizeof *p->values);
+    p->nodes = trimmed(p->nodes, p->n_values, sizeof *p->nodes);
+    p->last = trimmed(p->last, p->n_values, sizeof *p->last);
     p->locs = trimmed(p->locs, g->n_locs, sizeof *p->locs);
 }
 
@@ -106,7 +110,8 @@ static bool plan_program(struct graph *g, ad_program *p)
     bool done = plan.last && plan.link && plan.spot && copy_labels(p, g) &&
                 copy_customs(p, g->tape) && ad_plan_storage(&plan) && ad_plan_emit(&plan) &&
                 allocate_memory(p, &plan);
-    AD_FREE(plan.last, plan.link, plan.spot);
+    p->last = plan.last;
+    AD_FREE(plan.link, plan.spot);
     return done;
 }
 

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool append_instruction(struct plan *p, struct instruction in)
+static inline bool append_instruction(struct plan *p, struct instruction in)
 {
     return APPEND(p->program->instructions, p->program->n_instructions, p->max_instructions, in);
 }
@@ -36,8 +36,10 @@ static bool place_operand(struct plan *p, const struct value *v, uint32_t k, uin
 {
     struct graph *g = p->graph;
     const struct loc *at = operand_loc(g, v, k);
-    const struct value *x = v->op == AD_OP_copy && v->in[1] ? v : &g->values[v->in[k]];
     *index = (uint32_t)(at - g->locs);
+    if (rows == 1 && cols == 1)
+        return true;
+    const struct value *x = v->op == AD_OP_copy && v->in[1] ? v : &g->values[v->in[k]];
     if (x->rows == rows && x->cols == cols)
         return true;
     struct loc l = *at;
@@ -59,9 +61,9 @@ static bool place_operand(struct plan *p, const struct value *v, uint32_t k, uin
 /* ---- instructions ---- */
 
 /* True if a tile at this location is contiguous, or one number. */
-static bool tile_is_flat(const struct loc *l, const struct segment *s)
+static inline bool tile_is_flat(const struct loc *l, const struct segment *s)
 {
-    if (ad_is_number(l) || l->base == BASE_TILE)
+    if (l->base == BASE_TILE || ad_is_number(l))
         return true;
     return !l->list && l->cs == 1 && (s->tile_rows == 1 || l->rs == s->tile_cols);
 }
@@ -74,15 +76,15 @@ static bool emit_elementwise(struct plan *p, const struct segment *s, uint32_t i
     struct instruction in = {
         .kind = DO_ELEMENTWISE, .n_in = ad_ops[v->op].arity, .value = id, .loc = {id}};
     unsigned variant = 0;
+    in.flat = tile_is_flat(&g->locs[id], s);
     for (uint32_t k = 0; k < in.n_in; k++) {
         if (!place_operand(p, v, k, v->rows, v->cols, &in.loc[1 + k]))
             return false;
-        variant |= (g->locs[in.loc[1 + k]].cs == 0 ? 1u : 0) << k;
+        const struct loc *l = &g->locs[in.loc[1 + k]];
+        variant |= (l->cs == 0 ? 1u : 0) << k;
+        in.flat = in.flat && tile_is_flat(l, s);
     }
     in.run = kernels->op[v->op][variant];
-    in.flat = true;
-    for (uint32_t k = 0; k <= in.n_in; k++)
-        in.flat = in.flat && tile_is_flat(&g->locs[in.loc[k]], s);
     return append_instruction(p, in);
 }
 
@@ -192,18 +194,19 @@ static void mark_stages(struct plan *p, size_t group)
         p->program->n_held_segments = p->program->n_segments;
 }
 
-/* Which segment reads the memory of a value last, by those of the groups. */
+/* Which segment reads the memory of a value last, by those of the groups: hosts come behind those
+   that borrow from them. */
 static void find_last(const struct plan *p, const uint32_t segments[])
 {
     const struct graph *g = p->graph;
     for (uint32_t i = 0; i < g->n; i++) {
-        struct value *v = &g->values[i];
+        const struct value *v = &g->values[i];
         uint32_t o = i, last = p->last[i];
         while (g->values[o].flags & VALUE_BORROWED)
             o = g->host[o];
         bool stays = is_leaf(v) || (v->flags | g->values[o].flags) &
                                        (VALUE_OUTPUT | VALUE_CONSTANT | VALUE_HELD | VALUE_VIEW);
-        v->last = stays ? UINT32_MAX : segments[p->last[o] > last ? p->last[o] : last];
+        p->last[i] = stays ? UINT32_MAX : segments[p->last[o] > last ? p->last[o] : last];
     }
 }
 
@@ -211,9 +214,10 @@ static bool emit_groups(struct plan *p, uint32_t segments[])
 {
     struct graph *g = p->graph;
     memset(p->link, 0, g->n * sizeof *p->link);
-    if (!ad_reserve((void **)&p->program->instructions, 0, &p->max_instructions, g->n,
-                    sizeof *p->program->instructions))
+    p->program->instructions = ad_allocate_large((g->n + 1) * sizeof *p->program->instructions);
+    if (!p->program->instructions)
         return false;
+    p->max_instructions = g->n + 1;
     for (uint32_t i = 0; i < g->n_groups; i++) {
         mark_stages(p, i);
         segments[i] = (uint32_t)p->program->n_segments;

@@ -15,7 +15,7 @@ static void mark_live(const ad_tape *tape, uint8_t *live)
         const struct node *n = node_at(tape, (uint32_t)id);
         if (n->op == AD_OP_input)
             live[id] = 1; /* programs keep all inputs: they can always be set */
-        for (size_t k = 0; live[id] && k < n_inputs(tape, n); k++)
+        for (size_t k = 0, inputs = live[id] ? n_inputs(tape, n) : 0; k < inputs; k++)
             live[input_of(tape, n, k)] = 1;
     }
 }
@@ -154,6 +154,7 @@ static uint32_t share(struct graph *g, const struct known *known)
             return slot->number - 1;
         slot->number = (uint32_t)g->n + 1;
     }
+    g->has[v->op] = true;
     return (uint32_t)g->n++;
 }
 
@@ -186,14 +187,15 @@ static void renumber(struct graph *g, uint32_t id)
 {
     const struct node *n = node_at(g->tape, id);
     struct value *v = &g->values[g->n];
-    *v = (struct value){.op = n->op, .rows = n->rows, .cols = n->cols, .aux = n->aux, .node = id};
+    *v = (struct value){.op = n->op, .rows = n->rows, .cols = n->cols, .aux = n->aux};
+    g->nodes[g->n] = id;
     renumber_operands(g, n, v->in);
     uint16_t fixed = n->op != AD_OP_input     ? VALUE_CONSTANT | VALUE_HELD
                      : (n->flags & NODE_HELD) ? VALUE_HELD
                                               : 0;
     if (n->op < AD_OP_copy && has_custom(g->tape, n))
         fixed = 0;
-    for (size_t k = 0; k < n_inputs(g->tape, n); k++)
+    for (size_t k = 0, inputs = n_inputs(g->tape, n); k < inputs; k++)
         fixed &= g->values[g->renumber[input_of(g->tape, n, k)]].flags;
     v->flags = fixed;
 }
@@ -209,14 +211,14 @@ static int by_node(const void *a, const void *b)
 static bool list_ports(struct graph *g, size_t n_out, const ad_var out[])
 {
     size_t inputs = 0;
-    for (size_t i = 0; i < g->n; i++)
-        inputs += g->values[i].op == AD_OP_input;
+    const uint32_t last = g->tape->last_input;
+    for (uint32_t id = last; id; id = node_at(g->tape, id)->in[0])
+        inputs++;
     g->ports = malloc((inputs + n_out + 1) * sizeof *g->ports);
     if (!g->ports)
         return false;
-    for (size_t i = 0; i < g->n; i++)
-        if (g->values[i].op == AD_OP_input)
-            g->ports[g->n_ports++] = (struct port){g->values[i].node, (uint32_t)i, true};
+    for (uint32_t id = last; id; id = node_at(g->tape, id)->in[0])
+        g->ports[g->n_ports++] = (struct port){id, g->renumber[id], true};
     for (size_t k = 0; k < n_out; k++) {
         uint32_t value = g->renumber[out[k].id];
         g->values[value].flags |= VALUE_OUTPUT;
@@ -253,7 +255,8 @@ bool ad_graph_build(struct graph *g, const ad_tape *tape, size_t n_out, const ad
     known.mask = power_of_two_above(2 * live_nodes) - 1;
     known.table = ad_allocate_zeroed(known.mask + 1, sizeof *known.table);
     g->values = ad_allocate_large((live_nodes + 1) * sizeof *g->values);
-    if (!known.table || !g->values)
+    g->nodes = ad_allocate_large((live_nodes + 1) * sizeof *g->nodes);
+    if (!known.table || !g->values || !g->nodes)
         goto done;
     for (uint32_t id = 0; id < tape->n_nodes; id++) {
         if (!live[id])
@@ -269,7 +272,7 @@ done:
 
 void ad_graph_release(struct graph *g)
 {
-    AD_FREE(g->values, g->locs, g->ports, g->lists, g->renumber, g->order, g->group_of, g->host,
-            g->groups);
+    AD_FREE(g->values, g->nodes, g->locs, g->ports, g->lists, g->renumber, g->order, g->group_of,
+            g->host, g->groups);
     *g = (struct graph){0};
 }

@@ -22,6 +22,7 @@ enum { KNOWN_LISTS = 64 };
 struct graph {
     const ad_tape *tape;
     struct value *values;
+    uint32_t *nodes; /* of the values, on the tape */
     size_t n;
     struct loc *locs; /* one per value, then sources of copies and broadcast operands */
     size_t n_locs, max_locs;
@@ -34,7 +35,8 @@ struct graph {
     } known_lists[KNOWN_LISTS]; /* by a hash; n 0: none */
     uint32_t *renumber;         /* node -> value; UINT32_MAX: no output needs it */
     uint32_t *order, *group_of;
-    uint32_t *host; /* for borrowed values: the value whose memory holds them */
+    uint32_t *host;     /* for borrowed values: the value whose memory holds them */
+    bool has[AD_N_OPS]; /* operations that occur, copies of views excepted */
     struct group *groups;
     size_t n_groups, n_constant_groups, n_held_groups; /* held: includes the constant ones */
 };
@@ -89,6 +91,12 @@ static inline bool is_alone(uint16_t op)
                           OP_BIT(custom_adjoint));
 }
 
+/* There is a sum, scatter or product that others could accumulate onto. */
+static inline bool may_accumulate(const struct graph *g)
+{
+    return g->has[AD_OP_sum_rows] || g->has[AD_OP_scatter] || g->has[AD_OP_matmul];
+}
+
 /* No instruction computes it: a leaf or a view. */
 static inline bool is_given(const struct value *v) { return is_leaf(v) || (v->flags & VALUE_VIEW); }
 
@@ -113,8 +121,17 @@ static inline uint32_t operand(const struct graph *g, const struct value *v, siz
 /* The location operand k of v is read from, before broadcasting. */
 static inline const struct loc *operand_loc(const struct graph *g, const struct value *v, size_t k)
 {
+    if (v->op > AD_OP_copy)
+        return &g->locs[v->in[k]];
     bool copied_view = v->op == AD_OP_copy && v->in[1];
     return &g->locs[copied_view ? v->in[1] : operand(g, v, k)];
+}
+
+/* The value in whose memory operand k of v lies. */
+static inline uint32_t operand_root(const struct graph *g, const struct value *v, size_t k)
+{
+    const bool own = v->op > AD_OP_copy && !(g->values[v->in[k]].flags & VALUE_VIEW);
+    return own ? v->in[k] : operand_loc(g, v, k)->root;
 }
 
 /* Adds a location that belongs to no value: the source of a copy, a broadcast operand. */
@@ -129,6 +146,11 @@ static inline bool is_contiguous(const struct value *x, const struct loc *l)
 /* Operand k of v has v's iteration space and is read lane by lane. */
 static inline bool reads_in_step(const struct graph *g, const struct value *v, size_t k)
 {
+    if (v->op > AD_OP_copy && g->values[v->in[k]].op > AD_OP_copy) { /* most are */
+        const struct value *x = &g->values[v->in[k]];
+        return x->rows == v->rows && x->cols == v->cols &&
+               !(x->flags & (VALUE_VIEW | VALUE_ACCUMULATED));
+    }
     if (is_alone(v->op) || is_stencil(v->op) || (v->op == AD_OP_copy && v->in[1]))
         return false;
     const struct value *x = &g->values[v->in[k]];

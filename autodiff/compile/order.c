@@ -54,7 +54,7 @@ static void visit_operands(struct order *o, size_t k, bool list)
     for (uint32_t m = 0; m < group->count; m++) {
         const struct value *v = &g->values[g->order[group->first + m]];
         for (size_t j = 0; j < n_operands(g, v); j++) {
-            uint32_t root = operand_loc(g, v, j)->root;
+            uint32_t root = operand_root(g, v, j);
             size_t of = is_given(&g->values[root]) ? SIZE_MAX : g->group_of[root] - o->first;
             if (of >= o->n || of == k)
                 continue; /* an input, or of an earlier stage */

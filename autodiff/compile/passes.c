@@ -11,7 +11,7 @@
 
 #include <stdlib.h>
 
-enum { MOST_GROUPS = 250 }; /* of a pass */
+enum { MOST_GROUPS = 250, LEAST_COLUMNS = 4 * WINDOW_STEP }; /* of a pass */
 
 static void find_owners(struct passes *s)
 {
@@ -38,7 +38,7 @@ static bool stored_in_pass(const struct passes *s, uint32_t group, const struct 
                            uint32_t *root)
 {
     const struct graph *g = s->g;
-    *root = operand_loc(g, v, k)->root;
+    *root = operand_root(g, v, k);
     return !is_given(&g->values[*root]) && g->group_of[*root] >= s->first &&
            (g->group_of[*root] != group || g->values[*root].flags & VALUE_STORED);
 }
@@ -149,6 +149,13 @@ static bool widen_all(struct passes *s)
 
 /* ---- all passes ---- */
 
+/* The columns of a pass that a group could begin. */
+static uint32_t columns_of(const struct graph *g, uint32_t group)
+{
+    const struct group *of = &g->groups[group];
+    return of->count ? ad_pass_columns(g, &g->values[g->order[of->first]]) : 0;
+}
+
 /* Makes the longest pass that begins with a group; returns the group behind it. */
 static uint32_t pass_from(struct passes *s, uint32_t first)
 {
@@ -156,8 +163,8 @@ static uint32_t pass_from(struct passes *s, uint32_t first)
     if (!g->groups[first].count)
         return first + 1;
     s->first = s->end = first;
-    s->cols = ad_pass_columns(g, &g->values[g->order[g->groups[first].first]]);
-    while (s->cols >= 4 * WINDOW_STEP && s->end < g->n_groups && s->end - first < MOST_GROUPS &&
+    s->cols = columns_of(g, first);
+    while (s->cols >= LEAST_COLUMNS && s->end < g->n_groups && s->end - first < MOST_GROUPS &&
            joins(s, s->end))
         s->end++;
     for (; s->end > first + 1; s->end--)
@@ -170,6 +177,11 @@ bool ad_plan_passes(struct plan *plan)
 {
     struct graph *g = plan->graph;
     struct passes s = {.plan = plan, .g = g};
+    uint32_t cols = 0;
+    for (uint32_t group = 0; group < g->n_groups; group++)
+        cols = larger(cols, columns_of(g, group));
+    if (cols < LEAST_COLUMNS)
+        return true;
     s.owners = ad_allocate_zeroed(g->n + 1, sizeof *s.owners);
     if (!s.owners)
         return false;

@@ -51,7 +51,7 @@ bool ad_plan_alone(struct plan *plan, const struct group *group, struct segment 
 
 /* Adds to an array of the program; false when out of memory. */
 #define APPEND(array, count, max, element)                                                         \
-    (ad_reserve((void **)&(array), (count), &(max), 1, sizeof *(array))                            \
+    ((count) < (max) || ad_reserve((void **)&(array), (count), &(max), 1, sizeof *(array))         \
          ? ((array)[(count)++] = (element), true)                                                  \
          : false)
 

@@ -14,6 +14,7 @@
 
 /* Constants, values fixed by held inputs, and the rest are scheduled one after the other. */
 enum { STAGES = 3 };
+static const uint32_t none = UINT32_MAX; /* level of what no instruction computes */
 
 static int stage(const struct value *v)
 {
@@ -23,8 +24,8 @@ static int stage(const struct value *v)
 static uint32_t earliest(const struct graph *g, const struct value *v, const uint32_t *level)
 {
     uint32_t earliest = 0;
-    for (size_t k = 0; k < n_operands(g, v); k++) {
-        uint32_t root = operand_loc(g, v, k)->root;
+    for (size_t k = 0, n = n_operands(g, v); k < n; k++) {
+        uint32_t root = operand_root(g, v, k);
         const struct value *x = &g->values[root];
         if (is_leaf(x) || stage(x) < stage(v))
             continue;
@@ -41,9 +42,9 @@ static uint32_t assign_levels(const struct graph *g, uint32_t *level, bool *with
     uint32_t end[STAGES] = {0};
     for (uint32_t i = 0; i < g->n; i++) {
         const struct value *v = &g->values[i];
-        if (is_given(v))
+        level[i] = is_given(v) ? none : earliest(g, v, level);
+        if (level[i] == none)
             continue;
-        level[i] = earliest(g, v, level);
         if (level[i] >= end[stage(v)])
             end[stage(v)] = level[i] + 1;
     }
@@ -51,7 +52,7 @@ static uint32_t assign_levels(const struct graph *g, uint32_t *level, bool *with
     for (int k = 1; k < STAGES; k++)
         end[k] += end[k - 1];
     for (uint32_t i = 0; end[1] && i < g->n; i++)
-        if (stage(&g->values[i]) > 0)
+        if (level[i] != none && stage(&g->values[i]) > 0)
             level[i] += end[stage(&g->values[i]) - 1];
     return end[STAGES - 1];
 }
@@ -70,12 +71,12 @@ static uint32_t postpone_numbers(const struct graph *g, uint32_t levels, uint32_
         if (!ad_ops[v->op].elementwise || v->rows > 1 || v->cols > 1 || stage(v) != 2)
             is[i] = NEEDED;
         for (size_t k = 0; !is_given(v) && is[i] && k < n_operands(g, v); k++)
-            is[operand_loc(g, v, k)->root] = NEEDED;
+            is[operand_root(g, v, k)] = NEEDED;
     }
     for (uint32_t i = 0; is && i < g->n; i++) {
         const struct value *v = &g->values[i];
         for (size_t k = 0; !is_given(v) && !is[i] && k < n_operands(g, v); k++) {
-            uint32_t root = operand_loc(g, v, k)->root;
+            uint32_t root = operand_root(g, v, k);
             if (g->values[root].op == AD_OP_sum || is[root] == POSTPONED)
                 is[i] = POSTPONED;
         }
@@ -120,18 +121,9 @@ static int by_group_and_value(const void *a, const void *b)
     return 0;
 }
 
-/* Sorts the values of a level by group, unless they are in order, as those of one group are. */
+/* Sorts the values of a level by group. */
 static void sort_level(const struct graph *g, size_t n, uint32_t order[], struct member members[])
 {
-    bool ordered = true;
-    struct member last = member_of(g, order[0]);
-    for (size_t i = 1; ordered && i < n; i++) {
-        struct member next = member_of(g, order[i]);
-        ordered = same_group(&last, &next) || by_group_and_value(&last, &next) < 0;
-        last = next;
-    }
-    if (ordered)
-        return;
     for (size_t i = 0; i < n; i++)
         members[i] = member_of(g, order[i]);
     qsort(members, n, sizeof *members, by_group_and_value);
@@ -139,21 +131,38 @@ static void sort_level(const struct graph *g, size_t n, uint32_t order[], struct
         order[i] = members[i].value;
 }
 
-static void cut_groups(struct graph *g, size_t first, size_t end)
+/* Makes groups of the values of a level; false, having made some, if they are not in order, as
+   those of one group are. */
+static bool cut_groups(struct graph *g, size_t first, size_t end)
 {
     struct member of = {0};
     for (size_t i = first; i < end; i++) {
         struct member next = member_of(g, g->order[i]);
         const struct value *v = &g->values[next.value];
         if (i == first || !same_group(&of, &next)) {
+            if (i > first && by_group_and_value(&of, &next) > 0)
+                return false;
             of = next;
             g->groups[g->n_groups++] = (struct group){.first = (uint32_t)i};
             g->n_constant_groups += (v->flags & VALUE_CONSTANT) != 0;
             g->n_held_groups += (v->flags & VALUE_HELD) != 0;
         }
-        g->groups[g->n_groups - 1].count = (uint32_t)i + 1 - g->groups[g->n_groups - 1].first;
+        g->groups[g->n_groups - 1].count++;
         g->group_of[next.value] = (uint32_t)g->n_groups - 1;
     }
+    return true;
+}
+
+static void make_level(struct graph *g, size_t first, size_t end, struct member members[])
+{
+    const size_t all = g->n_groups, constant = g->n_constant_groups, held = g->n_held_groups;
+    if (cut_groups(g, first, end))
+        return;
+    g->n_groups = all;
+    g->n_constant_groups = constant;
+    g->n_held_groups = held;
+    sort_level(g, end - first, g->order + first, members);
+    cut_groups(g, first, end);
 }
 
 /* Orders the values by level, in time linear in their number, and within each by group. */
@@ -164,7 +173,7 @@ static bool make_groups(struct graph *g, size_t levels, const uint32_t level[])
         return false;
     for (uint32_t i = 0; i < g->n; i++) {
         g->group_of[i] = UINT32_MAX;
-        if (!is_given(&g->values[i]))
+        if (level[i] != none)
             end[level[i] + 1]++;
     }
     for (size_t k = 0; k < levels; k++) {
@@ -172,14 +181,11 @@ static bool make_groups(struct graph *g, size_t levels, const uint32_t level[])
         end[k + 1] += end[k];
     }
     for (uint32_t i = 0; i < g->n; i++)
-        if (!is_given(&g->values[i]))
+        if (level[i] != none)
             g->order[end[level[i]]++] = i;
     struct member *members = malloc((most + 1) * sizeof *members);
-    for (size_t k = 0; members && k < levels; n = end[k++]) {
-        if (end[k] > n)
-            sort_level(g, end[k] - n, g->order + n, members);
-        cut_groups(g, n, end[k]);
-    }
+    for (size_t k = 0; members && k < levels; n = end[k++])
+        make_level(g, n, end[k], members);
     AD_FREE(end, members);
     return members;
 }

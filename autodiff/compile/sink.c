@@ -30,7 +30,7 @@ static void note_uses(const struct graph *g, uint32_t i, const uint32_t *level, 
     const struct value *v = &g->values[i];
     bool in_place = v->op == AD_OP_add && (is_product(g, v->in[0]) || is_product(g, v->in[1]));
     for (size_t k = 0; k < n_operands(g, v); k++) {
-        uint32_t root = operand_loc(g, v, k)->root;
+        uint32_t root = operand_root(g, v, k);
         const uint16_t stage = VALUE_CONSTANT | VALUE_HELD;
         struct uses *u = &uses[root];
         u->whole |= in_place || !reads_in_step(g, v, k) ||
@@ -54,7 +54,7 @@ static unsigned kept_alive(const struct graph *g, const struct value *v, uint32_
 {
     unsigned n = 0;
     for (size_t k = 0; k < n_operands(g, v); k++) {
-        uint32_t root = operand_loc(g, v, k)->root;
+        uint32_t root = operand_root(g, v, k);
         const struct value *x = &g->values[root];
         bool again = (k > 0 && v->in[0] == v->in[k]) || (k > 1 && v->in[1] == v->in[k]);
         bool lives = is_leaf(x) || (x->flags & VALUE_OUTPUT) || uses[root].last >= level;
@@ -87,7 +87,7 @@ bool ad_graph_sink(const struct graph *g, uint32_t *level)
             kept_alive(g, v, u->first, uses, DEPTH) <= 1)
             level[i] = u->first;
         for (size_t k = 0; k < n_operands(g, v); k++) {
-            struct uses *x = &uses[operand_loc(g, v, k)->root];
+            struct uses *x = &uses[operand_root(g, v, k)];
             x->first = level[i] < x->first ? level[i] : x->first;
         }
     }

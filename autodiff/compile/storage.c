@@ -33,8 +33,8 @@ static void find_uses(struct plan *p)
             p->last[i] = group;
         if (is_sink(v->op) || is_alone(v->op) || (v->flags & VALUE_OUTPUT))
             v->flags |= VALUE_STORED;
-        for (size_t k = 0; k < n_operands(g, v); k++)
-            use(p, operand_loc(g, v, k)->root, group, reads_in_step(g, v, k));
+        for (size_t k = 0, n = n_operands(g, v); k < n; k++)
+            use(p, operand_root(g, v, k), group, reads_in_step(g, v, k));
         if (v->flags & VALUE_BORROWED && p->last[g->host[i]] < group)
             p->last[g->host[i]] = group;
     }
@@ -205,12 +205,13 @@ bool ad_plan_storage(struct plan *p)
 {
     struct graph *g = p->graph;
     find_uses(p);
-    for (uint32_t i = 0; i < g->n; i++)
+    for (uint32_t i = 0; g->has[AD_OP_place] && i < g->n; i++)
         if (g->values[i].op == AD_OP_place)
             lend(p, i);
     if (!ad_plan_passes(p) || !allocate_all(p))
         return false;
-    for (uint32_t i = (uint32_t)g->n; i-- > 0;) /* hosts have higher numbers than their borrowers */
+    const bool borrows = g->has[AD_OP_place] || may_accumulate(g);
+    for (uint32_t i = borrows ? (uint32_t)g->n : 0; i-- > 0;) /* hosts have higher numbers */
         if (g->values[i].flags & VALUE_BORROWED)
             g->locs[i].off = g->locs[g->host[i]].off + offset(p, i, g->locs[i].off);
     for (uint32_t i = 0; i < g->n_locs; i++) {

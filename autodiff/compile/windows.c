@@ -91,8 +91,8 @@ static size_t place_rows(struct passes *s)
             const struct value *v = &g->values[member[m]];
             release(s, &r, member[m], k);
             for (size_t j = 0; j < n_operands(g, v); j++)
-                if (!is_given(&g->values[operand_loc(g, v, j)->root]))
-                    release(s, &r, operand_loc(g, v, j)->root, k);
+                if (!is_given(&g->values[operand_root(g, v, j)]))
+                    release(s, &r, operand_root(g, v, j), k);
         }
     }
     return r.n;
@@ -152,7 +152,7 @@ static void make_pass(struct passes *s, size_t rows, uint32_t blocks)
             if (v->flags & VALUE_STORED)
                 place_window(s, i);
             for (size_t j = 0; j < n_operands(g, v); j++) {
-                uint32_t root = operand_loc(g, v, j)->root, o = owner_of(g, root);
+                uint32_t root = operand_root(g, v, j), o = owner_of(g, root);
                 if (!is_given(&g->values[root]) && !is_window(s, o))
                     place_window(s, root);
             }

@@ -14,8 +14,9 @@ void ad_program_free(ad_program *p)
         free(p->labels[i]);
     if (p->back_end)
         p->back_end->free(p->back_end_state);
-    AD_FREE(p->labels, p->label_values, p->values, p->locs, p->instructions, p->segments, p->sinks,
-            p->parts, p->customs, p->numbers, p->lists, p->ports, p->calls, p->factors);
+    AD_FREE(p->labels, p->label_values, p->values, p->nodes, p->last, p->locs, p->instructions,
+            p->segments, p->sinks, p->parts, p->customs, p->numbers, p->lists, p->ports, p->calls,
+            p->factors);
     ad_free_scans(p);
     AD_FREE(p->memory, p->tiles, p->more_tiles, p);
 }
@@ -128,10 +129,10 @@ enum ad_status ad_run_checked(ad_program *p, struct ad_error *error)
     const char *label = label_of(p, check.value);
     check.row += check.col / v->cols; /* flat segments run all rows as one */
     check.col %= v->cols;
-    return ad_fail(error, AD_E_NONFINITE, "node %u (%s%s%s%s) is %g at row %u, column %u", v->node,
-                   ad_op_name((enum ad_op)v->op), label ? ", \"" : "", label ? label : "",
-                   label ? "\"" : "", isnan(check.found) ? (double)NAN : check.found, check.row,
-                   check.col);
+    return ad_fail(error, AD_E_NONFINITE, "node %u (%s%s%s%s) is %g at row %u, column %u",
+                   p->nodes[check.value], ad_op_name((enum ad_op)v->op), label ? ", \"" : "",
+                   label ? label : "", label ? "\"" : "",
+                   isnan(check.found) ? (double)NAN : check.found, check.row, check.col);
 }
 
 struct ad_program_info ad_program_info(const ad_program *p)

@@ -30,8 +30,6 @@ struct value {
     uint32_t rows, cols;
     uint32_t in[3];
     uint32_t aux;
-    uint32_t node; /* on the tape */
-    uint32_t last; /* segment that is the last to read its memory; UINT32_MAX: any may */
 };
 
 /* Where element (r, c) of a value lies: base + off + (row(r)*rs + c*cs) elements, with row(r) = r,
@@ -184,6 +182,8 @@ struct ad_program {
     const struct ad_kernels *kernels;
     struct value *values; /* shapes and operations, for reports */
     size_t n_values;
+    uint32_t *nodes; /* of the values, on the tape */
+    uint32_t *last;  /* segments that are the last to read their memory; UINT32_MAX: any may */
     struct loc *locs;
     struct instruction *instructions;
     size_t n_instructions;

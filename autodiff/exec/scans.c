@@ -31,8 +31,7 @@ static bool make_adjoint(ad_program *p, struct program_scan *s, const struct loo
 static bool make(ad_program *p, ad_tape *tape, const struct instruction *in,
                  const uint32_t *renumber)
 {
-    const struct value *v = &p->values[in->value];
-    const struct node *node = node_at(tape, v->node);
+    const struct node *node = node_at(tape, p->nodes[in->value]);
     const struct loop *l = &tape->loops[node->in[1]];
     const uint32_t *list = tape->lists + node->aux;
     struct program_scan *s = &p->scans[in->loc[1]];
@@ -96,7 +95,7 @@ uint32_t ad_report_run(const ad_program *p, struct ad_error *error)
             continue;
         first = s->value;
         error->status = AD_OK;
-        ad_fail(error, error_of(s)->status, "node %u (%s): %s", p->values[first].node,
+        ad_fail(error, error_of(s)->status, "node %u (%s): %s", p->nodes[first],
                 ad_op_name((enum ad_op)p->values[first].op), error_of(s)->message);
     }
     return first;

@@ -71,11 +71,12 @@ const struct factor *ad_report_singular(const ad_program *p, struct ad_error *er
     if (!first)
         return NULL;
     const struct value *v = &p->values[first->value];
+    const uint32_t node = p->nodes[first->value];
     if (ad_is_custom(v->op))
-        ad_custom_report(error, v->node, v->op == AD_OP_custom_adjoint, &p->customs[v->aux],
+        ad_custom_report(error, node, v->op == AD_OP_custom_adjoint, &p->customs[v->aux],
                          first->fault, first->found.singular);
     else
-        ad_name_singular(error, v->node, v->aux, first->found.singular);
+        ad_name_singular(error, node, v->aux, first->found.singular);
     return first;
 }
 

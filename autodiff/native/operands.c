@@ -212,7 +212,7 @@ void ad_native_remember(struct writer *w, struct place place)
 /* Stencils read beyond the vector of columns at hand. */
 bool ad_native_is_read(const struct writer *w, uint32_t value, uint8_t base, size_t at)
 {
-    if (!w->n_joined || w->p->values[value].last > w->joined[w->n_joined - 1].number)
+    if (!w->n_joined || w->p->last[value] > w->joined[w->n_joined - 1].number)
         return true;
     for (size_t k = 0; k < w->n_joined; k++) {
         struct writer by = {.p = w->p};
