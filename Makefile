@@ -97,7 +97,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests objects test check demo abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan run-threaded recipes fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests objects test check demo abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan test-page run-threaded recipes fuzz run-fuzzers install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -121,6 +121,7 @@ help:
 	@echo '  sanitize   all tests under ASan and UBSan, each parser under libFuzzer for 2 s (clang)'
 	@echo '  test-o1    tests of the tape with scalar kernels at -O1, the oracle'
 	@echo '  fuzz-native  PROGRAMS=1000 random programs from SEED=1 on: machine code (gcc, clang), interpreter, kernels at -O1'
+	@echo '  test-page  pages of runs in a headless Chromium, where one is installed'
 	@echo '  coverage   line coverage by gcov: each folder, and files under 90 %'
 	@echo '  matrix     the runs of docs/accuracy.md, by gcc and clang, -O0 to -O3, with and without AVX, 1 and 2 threads'
 	@echo '  mutants    tests must fail for each flipped sign in a gradient rule; LINES=60: for random changed lines'
@@ -148,6 +149,12 @@ $(BUILD)/libraries.h: $(BUILD)/flags
 
 LAZY := tests/physics/test_linear autodiff/blas autodiff/lazy physics/linear/linear $(basename $(wildcard physics/io/hdf5_*.c))
 $(LAZY:%=$(BUILD)/%.o): $(BUILD)/libraries.h
+
+# The template of pages as the elements of an array.
+$(BUILD)/apps/output/page.html.inc: apps/output/page.html
+	@mkdir -p $(@D)
+	@{ od -An -v -tu1 $< | sed 's/  */,/g; s/^,//; s/$$/,/'; echo 0; } > $@
+$(BUILD)/apps/output/page.o: $(BUILD)/apps/output/page.html.inc
 
 compile = $(CC) $(ALL_CFLAGS) -MMD -MP -c $< -o $@
 
@@ -366,6 +373,9 @@ recipes: all
 # Fails each file call and each allocation of a run; the tests try only a few.
 faults: all $(BUILD)/tests/apps/test_failing_files $(BUILD)/tests/apps/test_alloc_commands
 	@FAULTS=100000 LEASTACTION_BUILD=$(BUILD) scripts/run-tests $(filter %/test_failing_files %/test_alloc_commands,$^)
+
+test-page: all
+	@scripts/test-page $(BUILD)
 
 # By clang, whose OpenMP reports barriers and locks to the sanitizer (libarcher); gcc's does not.
 THREADED = autodiff/test_threads autodiff/native/test_native hnn/test_batches

@@ -30,7 +30,8 @@ static const struct option scene[] = {
 static const struct option outputs[] = {
     {"out", "FILE.h5", OPTION_OUTPUT, NULL, "everything, as HDF5", AT(out)},
     {"csv", "FILE", OPTION_OUTPUT, NULL, "the result as CSV; - is standard output", AT(csv)},
-    {"plot", "FILE", OPTION_PICTURE, NULL, "picture: .svg, .png or animated .gif", AT(plot)},
+    {"plot", "FILE", OPTION_PICTURE, NULL,
+     "picture: .svg, .png or animated .gif; .html: a page to explore", AT(plot)},
 };
 
 enum { FILES_MOST = 16 }; /* arguments and options of a subcommand that name files */

@@ -159,11 +159,17 @@ void fit_write_csv(const void *context, FILE *out)
     write_rows(run, ",", out);
 }
 
+static void quantity(const void *system, size_t k, char *text, size_t size)
+{
+    fit_quantity(system, k, text, size);
+}
+
 enum ad_status fit_file(const void *context, phys_hdf5 *file, struct ad_error *error)
 {
     const struct fit_run *run = context;
     const size_t shape[] = {run->data.n, 2 * run->system.dof};
     (void)error;
+    report_coordinates(file, shape[1], &run->system, quantity, 0);
     phys_hdf5_write(file, "t", AD_F64, 1, shape, run->data.t);
     phys_hdf5_write(file, "data", AD_F64, 2, shape, run->data.x);
     phys_hdf5_write(file, "model", AD_F64, 2, shape, run->fit.model);

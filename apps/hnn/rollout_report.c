@@ -142,14 +142,21 @@ static void file_curve(const struct rollout_run *run, const struct rollout_curve
     }
 }
 
+static void component(const void *ode, size_t k, char *text, size_t size)
+{
+    phys_ode_component(ode, k, text, size);
+}
+
 static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad_error *error)
 {
     const struct rollout_run *run = context;
+    const struct phys_ode *ode = &run->model[0].ode;
     struct rollout_curve curve[ROLLOUT_MODELS + 1];
     size_t n = rollout_curves(run, curve);
     double *values = malloc(2 * run->settings.n * sizeof *values);
     if (!values)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
+    report_coordinates(file, ode->n, ode, component, 0);
     phys_hdf5_write(file, "time", AD_F64, 1, &run->settings.n, run->t);
     for (size_t c = 0; c < n; c++)
         file_curve(run, &curve[c], values, file);

@@ -85,3 +85,21 @@ void json_object(struct json *json, const char *key) { begin(json, key, '{'); }
 void json_end_object(struct json *json) { end(json, '}'); }
 void json_array(struct json *json, const char *key) { begin(json, key, '['); }
 void json_end_array(struct json *json) { end(json, ']'); }
+
+void json_base64(struct json *json, const char *key, size_t n, const unsigned char *bytes)
+{
+    static const char digit[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    member(json, key);
+    fputc('"', json->out);
+    for (size_t i = 0; i < n; i += 3) {
+        const size_t left = n - i;
+        const unsigned three = (unsigned)bytes[i] << 16 |
+                               (left > 1 ? (unsigned)bytes[i + 1] << 8 : 0) |
+                               (left > 2 ? (unsigned)bytes[i + 2] : 0);
+        fputc(digit[three >> 18], json->out);
+        fputc(digit[three >> 12 & 63], json->out);
+        fputc(left > 1 ? digit[three >> 6 & 63] : '=', json->out);
+        fputc(left > 2 ? digit[three & 63] : '=', json->out);
+    }
+    fputc('"', json->out);
+}

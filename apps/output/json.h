@@ -21,6 +21,7 @@ void json_number(struct json *json, const char *key, double value); /* shortest 
 void json_count(struct json *json, const char *key, size_t value);
 void json_bool(struct json *json, const char *key, bool value);
 void json_null(struct json *json, const char *key);
+void json_base64(struct json *json, const char *key, size_t n, const unsigned char *bytes);
 
 /* Nested objects and arrays. */
 void json_object(struct json *json, const char *key);

@@ -2,30 +2,39 @@
 #include "outputs.h"
 #include "apps/command.h"
 #include "apps/interrupt.h"
+#include "page.h"
 
 static void abandon(struct outputs *outputs)
 {
     phys_hdf5_abandon(outputs->file);
     outputs->file = NULL;
     result_abandon(&outputs->csv);
+    result_abandon(&outputs->page);
     plot_abandon(&outputs->plot);
 }
 
 static enum ad_status begin(const struct common *common, struct outputs *outputs,
                             struct ad_error *error)
 {
+    const bool page = page_wanted(common->plot);
+    const char *file = page && !common->out ? common->plot : common->out;
     *outputs = (struct outputs){0};
-    if ((common->out && phys_hdf5_create(common->out, &outputs->file, error) != AD_OK) ||
+    if ((file && phys_hdf5_create(file, &outputs->file, error) != AD_OK) ||
         result_begin(&outputs->csv, common->csv, error) != AD_OK ||
-        (common->plot && plot_begin(&outputs->plot, common->plot, error) != AD_OK))
+        (page && result_begin(&outputs->page, common->plot, error) != AD_OK) ||
+        (common->plot && !page && plot_begin(&outputs->plot, common->plot, error) != AD_OK))
         abandon(outputs);
     return error->status;
 }
 
-static enum ad_status commit(struct outputs *outputs, struct ad_error *error)
+static enum ad_status commit(struct outputs *outputs, bool keep_file, struct ad_error *error)
 {
-    if (phys_hdf5_commit(outputs->file, error) == AD_OK &&
-        result_commit(&outputs->csv, error) == AD_OK)
+    if (!keep_file)
+        phys_hdf5_abandon(outputs->file);
+    else
+        phys_hdf5_commit(outputs->file, error);
+    if (error->status == AD_OK && result_commit(&outputs->csv, error) == AD_OK &&
+        result_commit(&outputs->page, error) == AD_OK)
         plot_commit(&outputs->plot, error);
     outputs->file = NULL; /* committing frees it, whatever it returns */
     abandon(outputs);
@@ -47,8 +56,9 @@ enum ad_status outputs_run(const struct output_kind *kind, const struct common *
         if (outputs.file) {
             phys_hdf5_text(outputs.file, "/", "program", "leastaction " LEASTACTION_VERSION);
             phys_hdf5_text(outputs.file, "/", "command", common->command);
-            if (report_file(&report, outputs.file, error) == AD_OK)
-                kind->file(run, outputs.file, error);
+            if (report_file(&report, outputs.file, error) == AD_OK &&
+                kind->file(run, outputs.file, error) == AD_OK && outputs.page.out)
+                page_of_run(outputs.file, common->plot, outputs.page.out, error);
         }
         if (outputs.csv.out && error->status == AD_OK)
             kind->csv(run, outputs.csv.out);
@@ -56,7 +66,7 @@ enum ad_status outputs_run(const struct output_kind *kind, const struct common *
             kind->picture(run, &outputs.plot, error);
     }
     if (error->status == AD_OK)
-        commit(&outputs, error);
+        commit(&outputs, common->out != NULL, error);
     else
         abandon(&outputs);
     return report_show(&report, common, error); /* nothing where a file cannot be written */

@@ -9,8 +9,8 @@
 #include "result.h"
 
 struct outputs {
-    phys_hdf5 *file; /* NULL, or with .out or .script NULL: not asked for */
-    struct result csv;
+    phys_hdf5 *file;         /* NULL, or with .out or .script NULL: not asked for */
+    struct result csv, page; /* the page is made of the file, which is kept where --out asks */
     struct plot plot;
 };
 

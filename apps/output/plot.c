@@ -49,8 +49,7 @@ enum ad_status plot_begin(struct plot *plot, const char *target, struct ad_error
     *plot = (struct plot){.width = 1040, .height = 440, .format = format};
     if (!format)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "--plot: expected a name ending in .svg, .png or .gif, "
-                       "got '%s'",
+                       "--plot: expected a name ending in .svg, .png, .gif or .html, got '%s'",
                        target);
     plot->animated = format->animated;
     if (phys_atomic_file_begin(&plot->picture_file, target, error) != AD_OK ||

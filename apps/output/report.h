@@ -62,7 +62,13 @@ enum ad_status report_json(const struct report *report, FILE *out, struct ad_err
 /* Attributes of the file, lists as datasets, arrays as folders ARRAY/0, ARRAY/1, ..., an object as
    a folder. */
 enum ad_status report_file(const struct report *report, phys_hdf5 *file, struct ad_error *error);
-/* The parameters of a system: attributes of the folder "parameters". */
+/* Names of what the columns or rows of a run file's main dataset are: an attribute with a name a
+   line; and how many of them place a body in space (0: they do not). */
+void report_coordinates(phys_hdf5 *file, size_t n, const void *context,
+                        void (*name)(const void *context, size_t k, char *text, size_t size),
+                        size_t of_body);
+/* The parameters of a system: attributes of the folder "parameters"; its coordinates: attributes of
+   the file. */
 void report_parameters(const struct phys_system *system, phys_hdf5 *file);
 /* On standard output what the options ask for: JSON, text, or nothing; nothing, too, where `error`
    has something. Frees the report. */

@@ -127,9 +127,33 @@ enum ad_status report_file(const struct report *report, phys_hdf5 *file, struct 
     return report_complete(report, error);
 }
 
+void report_coordinates(phys_hdf5 *file, size_t n, const void *context,
+                        void (*name)(const void *context, size_t k, char *text, size_t size),
+                        size_t of_body)
+{
+    char *names = NULL, text[80];
+    size_t length;
+    FILE *out = open_memstream(&names, &length);
+    for (size_t k = 0; out && k < n; k++) {
+        name(context, k, text, sizeof text);
+        fprintf(out, "%s%s", k ? "\n" : "", text);
+    }
+    if (out && fclose(out) == 0)
+        phys_hdf5_text(file, "/", "coordinates", names);
+    phys_hdf5_integer(file, "/", "body_coordinates", (int64_t)of_body, NULL);
+    free(names);
+}
+
+static void coordinate_name(const void *system, size_t k, char *text, size_t size)
+{
+    phys_coordinate_name(system, k, text, size);
+}
+
 void report_parameters(const struct phys_system *system, phys_hdf5 *file)
 {
     const struct phys_scene *scene = system->scene;
+    const bool placed = scene->picture == PHYS_PICTURE_PLANE && system->dims >= 2;
+    report_coordinates(file, system->dof, system, coordinate_name, placed ? system->dims : 0);
     phys_hdf5_folder(file, "parameters");
     for (size_t k = 0; k < scene->n_params; k++)
         phys_hdf5_number(file, "parameters", scene->params[k].name,

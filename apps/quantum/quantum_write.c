@@ -3,6 +3,7 @@
 #include "apps/output/unit.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 static const char *const wall_names[] = {
     [QM_OPEN] = "open", [QM_REFLECT] = "reflecting", [QM_RING] = "a ring"};
@@ -106,6 +107,9 @@ enum ad_status quantum_file(const void *context, phys_hdf5 *file, struct ad_erro
     const struct qm_run_result *result = &run->result;
     const struct phys_scene *scene = run->system.scene;
     size_t n = run->settings.slice.grid.n;
+    double *x = malloc(n * sizeof *x);
+    if (!x)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
     phys_hdf5_folder(file, "parameters");
     for (size_t k = 0; k < scene->n_params; k++)
         phys_hdf5_number(file, "parameters", scene->params[k].name,
@@ -113,6 +117,11 @@ enum ad_status quantum_file(const void *context, phys_hdf5 *file, struct ad_erro
                          scene->params[k].unit);
     phys_hdf5_write(file, "time", AD_F64, 1, &result->n, result->t);
     phys_hdf5_text(file, "time", "unit", scene->time_unit);
+    for (size_t i = 0; i < n; i++)
+        x[i] = qm_x(&run->settings.slice.grid, i);
+    phys_hdf5_write(file, "x", AD_F64, 1, &n, x);
+    phys_hdf5_text(file, "x", "unit", scene->unit);
+    free(x);
     phys_hdf5_write(file, "density", AD_F64, 2, (size_t[]){result->n, n}, result->density);
     phys_hdf5_text(file, "density", "axes", "sample, point: |psi|^2 of the first packet");
     phys_hdf5_write(file, "moments", AD_F64, 3, (size_t[]){result->n, run->settings.packets, 3},

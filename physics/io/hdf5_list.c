@@ -49,5 +49,7 @@ enum ad_status phys_hdf5_list(phys_hdf5 *file,
                               void *context, struct ad_error *error)
 {
     struct listing listing = {visit, context, "", file, error};
+    if (file->error.status != AD_OK) /* of writing */
+        return ad_fail(error, file->error.status, "%s", file->error.message);
     return phys_h5_walk(file, list_object, &listing, error);
 }
