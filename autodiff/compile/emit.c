@@ -68,6 +68,48 @@ static inline bool tile_is_flat(const struct loc *l, const struct segment *s)
     return !l->list && l->cs == 1 && (s->tile_rows == 1 || l->rs == s->tile_cols);
 }
 
+/* ---- sine and cosine ---- */
+
+static bool are_sine_and_cosine(const struct value *a, const struct value *b)
+{
+    return ((a->op == AD_OP_sin && b->op == AD_OP_cos) ||
+            (a->op == AD_OP_cos && b->op == AD_OP_sin)) &&
+           a->in[0] == b->in[0];
+}
+
+/* Puts the sine behind the cosine of one argument, or the other way round. */
+static void bring_together(const struct graph *g, const struct group *group)
+{
+    enum { FARTHEST = 512 };
+    uint32_t *order = g->order + group->first, n = group->count;
+    for (uint32_t i = 0; i + 1 < n; i++) {
+        const struct value *v = &g->values[order[i]];
+        bool is_one = v->op == AD_OP_sin || v->op == AD_OP_cos;
+        for (uint32_t k = i + 1; is_one && k < n && k - i < FARTHEST; k++)
+            if (are_sine_and_cosine(v, &g->values[order[k]])) {
+                uint32_t other = order[k];
+                memmove(order + i + 2, order + i + 1, (k - i - 1) * sizeof *order);
+                order[++i] = other;
+                break;
+            }
+    }
+}
+
+/* Lets one kernel compute an instruction with the one before. */
+static void join(const struct plan *p, const struct segment *s, struct instruction *in)
+{
+    const struct ad_program *program = p->program;
+    struct instruction *before = program->instructions + program->n_instructions - 1;
+    const struct value *values = p->graph->values;
+    if (program->kernels->sin_and_cos && program->n_instructions > s->first && before->run &&
+        before->kind == DO_ELEMENTWISE && before->both == BOTH_NOT && before->flat == in->flat &&
+        before->loc[1] == in->loc[1] && p->graph->locs[in->loc[1]].cs &&
+        are_sine_and_cosine(&values[before->value], &values[in->value])) {
+        before->both = BOTH_FIRST;
+        in->both = BOTH_SECOND;
+    }
+}
+
 static bool emit_elementwise(struct plan *p, const struct segment *s, uint32_t id)
 {
     struct graph *g = p->graph;
@@ -85,6 +127,7 @@ static bool emit_elementwise(struct plan *p, const struct segment *s, uint32_t i
         in.flat = in.flat && tile_is_flat(l, s);
     }
     in.run = kernels->op[v->op][variant];
+    join(p, s, &in);
     return append_instruction(p, in);
 }
 
@@ -173,6 +216,7 @@ static bool emit_fused(struct plan *p, const struct group *group, struct segment
     s.rows = space->rows;
     s.cols = space->cols;
     s.count = group->count;
+    bring_together(g, group);
     if (!ad_plan_tiles(p, group, &s))
         return false;
     for (uint32_t i = 0; i < group->count; i++)

@@ -19,6 +19,7 @@ static struct call call_at(const struct instruction *in, size_t n, const struct 
     return (struct call){in->run,
                          n,
                          cursor_row(&c[0], row),
+                         NULL,
                          cursor_row(&c[1], row),
                          in->n_in > 1 ? cursor_row(&c[2], row) : NULL,
                          in->n_in > 2 ? cursor_row(&c[3], row) : NULL};
@@ -28,6 +29,13 @@ static size_t resolve(const ad_program *p, const struct instruction *in, const s
                       struct call *calls)
 {
     struct cursor c[4];
+    if (in->both == BOTH_SECOND)
+        return 0;
+    if (in->both == BOTH_FIRST) {
+        for (uint32_t r = 0; r < (in->flat ? 1 : t->rows); r++)
+            calls[r] = ad_sin_and_cos(p, in, t, r);
+        return in->flat ? 1 : t->rows;
+    }
     if (in->kind != DO_ELEMENTWISE && in->kind != DO_ADD_ROWS) {
         calls[0] = (struct call){.a = in, .n = t->row};
         return 1;

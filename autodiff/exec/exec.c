@@ -116,6 +116,10 @@ static void run_calls(const ad_program *p, const struct segment *g)
             c->run(c->n, c->o, c->a, c->b, c->c);
             continue;
         }
+        if (c->second) {
+            p->kernels->sin_and_cos(c->n, c->o, c->second, c->a);
+            continue;
+        }
         t.row = (uint32_t)c->n;
         t.rows = tile_rows_at(g, t.row);
         ad_run_instruction(p, g, c->a, &t);

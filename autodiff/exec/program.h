@@ -85,10 +85,13 @@ enum instruction_kind {
    in `scans`. */
 enum { MATMUL_TA = 1, MATMUL_TB = 2, MATMUL_ADDS = 4 };
 
+enum both { BOTH_NOT, BOTH_FIRST, BOTH_SECOND };
+
 struct instruction {
     ad_kernel *run;
     uint8_t kind, n_in;
     bool flat;      /* a tile is contiguous for every operand */
+    uint8_t both;   /* sine and cosine of one argument: one kernel computes both (enum both) */
     uint32_t value; /* the value it computes */
     uint32_t loc[4];
 };
@@ -132,11 +135,11 @@ struct segment {
 };
 
 /* A kernel call with precomputed addresses. run NULL: a is an instruction to run on the tile that
-   begins at row n. */
+   begins at row n. With `second`, o and second are the sine and the cosine of a. */
 struct call {
     ad_kernel *run;
     size_t n;
-    void *o;
+    void *o, *second;
     const void *a, *b, *c;
 };
 

@@ -2,8 +2,35 @@
    where an operand is not contiguous within the tile. */
 #include "exec.h"
 
+struct call ad_sin_and_cos(const ad_program *p, const struct instruction *in, const struct tile *t,
+                           uint32_t row)
+{
+    bool sine = p->values[in->value].op == AD_OP_sin;
+    const struct cursor s = cursor_at(p, &p->locs[in[!sine].loc[0]], t);
+    const struct cursor c = cursor_at(p, &p->locs[in[sine].loc[0]], t);
+    const struct cursor a = cursor_at(p, &p->locs[in->loc[1]], t);
+    return (struct call){.n = in->flat ? (size_t)t->rows * t->cols : t->cols,
+                         .o = cursor_row(&s, row),
+                         .second = cursor_row(&c, row),
+                         .a = cursor_row(&a, row)};
+}
+
+/* An instruction and the one behind it. */
+static void sin_and_cos(const ad_program *p, const struct instruction *in, const struct tile *t)
+{
+    for (uint32_t r = 0; r < (in->flat ? 1 : t->rows); r++) {
+        const struct call c = ad_sin_and_cos(p, in, t, r);
+        p->kernels->sin_and_cos(c.n, c.o, c.second, c.a);
+    }
+}
+
 static void elementwise(const ad_program *p, const struct instruction *in, const struct tile *t)
 {
+    if (in->both) {
+        if (in->both == BOTH_FIRST)
+            sin_and_cos(p, in, t);
+        return;
+    }
     const struct cursor o = cursor_at(p, &p->locs[in->loc[0]], t);
     const struct cursor a = cursor_at(p, &p->locs[in->loc[1]], t);
     const struct cursor b = in->n_in > 1 ? cursor_at(p, &p->locs[in->loc[2]], t) : a;

@@ -196,6 +196,14 @@ static void to_double(size_t n, double *o, const void *pa)
 #include "optim_step.h"
 #include "small_systems.h"
 
+/* Without OpenMP these files are the oracle of those with it: plain loops. */
+#if defined(__AVX512DQ__) && defined(AD_KERNEL_F64) && defined(_OPENMP)
+#include "functions512.h"
+#define SIN_AND_COS circle
+#else
+#define SIN_AND_COS NULL
+#endif
+
 extern const struct ad_kernels EXPAND(ad_kernels_, TYPE_NAME, _, AD_KERNEL_ISA);
 const struct ad_kernels EXPAND(ad_kernels_, TYPE_NAME, _, AD_KERNEL_ISA) = {
     .isa = EXPAND_TEXT(AD_KERNEL_ISA),
@@ -209,6 +217,7 @@ const struct ad_kernels EXPAND(ad_kernels_, TYPE_NAME, _, AD_KERNEL_ISA) = {
         name] = {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7},
 #include "autodiff/ops.def"
         },
+    .sin_and_cos = SIN_AND_COS,
     .sum = sum,
     .diff = diff,
     .collect = collect,

@@ -32,6 +32,8 @@ struct ad_step {
 struct ad_kernels {
     const char *isa;
     ad_kernel *op[AD_N_OPS][N_VARIANTS]; /* unary: the first two; binary: four */
+    /* sine and cosine of n lanes; either may lie where a does. NULL: two kernels are as fast */
+    void (*sin_and_cos)(size_t n, void *sin, void *cos, const void *a);
     double (*sum)(size_t n, const void *a);
     /* o[i] = scale*(a[i+1] - a[i]) */
     void (*diff)(size_t n, void *o, const void *a, double scale);
