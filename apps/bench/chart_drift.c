@@ -113,7 +113,7 @@ static void label_ends(size_t n, const struct drift *drifts, size_t last, FILE *
                 "set label '%s' at graph 1.012, first 10**(%.3g) left font ',11' textcolor "
                 "rgb '%s' noenhanced\n",
                 drifts[next].integrator->name, at[next],
-                drifts[next].integrator->symplectic ? "#1f5f99" : "#b8381b");
+                drifts[next].integrator->symplectic ? "#0072b2" : "#d55e00");
     }
 }
 
@@ -130,7 +130,14 @@ static double lowest(size_t n, const struct drift *drifts, size_t last)
 static void draw(size_t n, const struct drift *drifts, double periods, size_t last,
                  const struct sheet *sheet, struct plot *plot)
 {
-    static const struct layout layout = {860, 500, NULL, 1, 1, 0.1, 0.8, 0.11, 0.92, 0, 0, NULL, 0};
+    static const struct layout layout = {.width = 860,
+                                         .height = 500,
+                                         .rows = 1,
+                                         .columns = 1,
+                                         .left = 0.1,
+                                         .right = 0.8,
+                                         .bottom = 0.11,
+                                         .top = 0.92};
     static const int marks[] = {1, 2, 7, 5, 9, 11, 13, 4, 6, 8, 10, 12, 3};
     char title[96], x[32], y[32];
     struct figure figure;
@@ -151,11 +158,11 @@ static void draw(size_t n, const struct drift *drifts, double periods, size_t la
     label_ends(n, drifts, last, plot->script);
     for (size_t m = 0; m < n; m++)
         figure_curve(&figure, sheet, "periods", "error", NULL,
-                     STYLE(drifts[m].integrator->symplectic ? "#1f5f99" : "#b8381b",
+                     STYLE(drifts[m].integrator->symplectic ? "#0072b2" : "#d55e00",
                            marks[m % (sizeof marks / sizeof *marks)], 1.6, 0.5),
                      "method", drifts[m].integrator->name);
-    figure_element(&figure, "NaN with lines lw 3 lc rgb '#1f5f99' title 'symplectic'");
-    figure_element(&figure, "NaN with lines lw 3 lc rgb '#b8381b' title 'not symplectic'");
+    figure_element(&figure, "NaN with lines lw 3 lc rgb '#0072b2' title 'symplectic'");
+    figure_element(&figure, "NaN with lines lw 3 lc rgb '#d55e00' title 'not symplectic'");
     figure_end(&figure);
 }
 

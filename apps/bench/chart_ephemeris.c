@@ -6,7 +6,7 @@
 #include <ctype.h>
 
 static const char *const colours[PHYS_EPHEMERIS_MODELS] = {
-    "#9a9a9a", "#8fc7e8", "#3c8dc5", "#0b4f8a", "#84bf63", "#f2b134", "#b8261b", "#722a72"};
+    "#9a9a9a", "#8fc7e8", "#56b4e9", "#0b4f8a", "#84bf63", "#f2b134", "#b8261b", "#cc79a7"};
 
 static const struct column columns[] = {
     {.key = "model"}, {.key = "planet"}, {.key = "day"}, {.key = "km"}, {.key = NULL}};
@@ -73,8 +73,16 @@ static void draw_planet(struct figure *figure, const struct sheet *sheet, size_t
 
 static void draw(const struct sheet *sheet, size_t days, struct plot *plot)
 {
-    static const struct layout layout = {1040, 640,  NULL, 2,    2,    0.07, 0.99,
-                                         0.21, 0.95, 0.05, 0.09, NULL, 0};
+    static const struct layout layout = {.width = 1040,
+                                         .height = 640,
+                                         .rows = 2,
+                                         .columns = 2,
+                                         .left = 0.07,
+                                         .right = 0.99,
+                                         .bottom = 0.21,
+                                         .top = 0.95,
+                                         .gap_x = 0.05,
+                                         .gap_y = 0.09};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (size_t k = 0; k < PHYS_EPHEMERIS_PLANETS; k++)

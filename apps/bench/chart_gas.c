@@ -160,8 +160,15 @@ static enum ad_status measure_cooling(struct sheet *sheet, bool brief, struct ad
 
 static void draw(const struct sheet *sizes, const struct sheet *cooling, struct plot *plot)
 {
-    static const struct layout layout = {1040, 400, NULL, 1, 2,    0.07, 0.93,
-                                         0.14, 0.9, 0.09, 0, NULL, 0};
+    static const struct layout layout = {.width = 1040,
+                                         .height = 400,
+                                         .rows = 1,
+                                         .columns = 2,
+                                         .left = 0.07,
+                                         .right = 0.93,
+                                         .bottom = 0.14,
+                                         .top = 0.9,
+                                         .gap_x = 0.09};
     struct figure figure;
     char title[64];
     figure_begin(&figure, plot, &layout);
@@ -170,9 +177,9 @@ static void draw(const struct sheet *sizes, const struct sheet *cooling, struct 
                                           .y = "CPU time (s)",
                                           .log = "xy",
                                           .key = "top left"});
-    figure_curve(&figure, sizes, "bodies", "all_pairs_s", "all pairs", STYLE("#e8a33d", 7, 2, 0.6));
+    figure_curve(&figure, sizes, "bodies", "all_pairs_s", "all pairs", STYLE("#e69f00", 7, 2, 0.6));
     figure_curve(&figure, sizes, "bodies", "near_pairs_s", "near pairs",
-                 STYLE("#1f4e79", 7, 2, 0.6));
+                 STYLE("#0072b2", 7, 2, 0.6));
     snprintf(title, sizeof title, "Order of %d bodies that cool", COOLED);
     figure_panel(&figure, &(struct panel){.title = title,
                                           .x = "kT / depth of the well",
@@ -185,10 +192,10 @@ static void draw(const struct sheet *sizes, const struct sheet *cooling, struct 
                                           .more = "set y2range [0:1.05]\nset y2tics 0,0.2,1\nset "
                                                   "border 11\nset y2label 'hexatic order'\n"});
     figure_curve(&figure, cooling, "temperature", "neighbours", "neighbours",
-                 STYLE("#1f4e79", 7, 0, 0.7));
+                 STYLE("#0072b2", 7, 0, 0.7));
     figure_curve(
         &figure, cooling, "temperature", "hexatic", "hexatic order",
-        &(const struct style){.colour = "#c0392b", .mark = 7, .size = 0.7, .axes = "x1y2"});
+        &(const struct style){.colour = "#d55e00", .mark = 7, .size = 0.7, .axes = "x1y2"});
     figure_end(&figure);
 }
 

@@ -121,22 +121,20 @@ static void write_bars(const struct bars *bars, const struct race races[HAND_N],
 
 static void draw(const struct race races[HAND_N], struct plot *plot)
 {
-    static const struct layout layout = {1040,
-                                         400,
-                                         "Derivatives of the action beside hand-written C: "
-                                         "100 slices, one thread, f64; above the bars microseconds",
-                                         1,
-                                         N_PANELS,
-                                         0.06,
-                                         0.99,
-                                         0.11,
-                                         0.8,
-                                         0.06,
-                                         0,
-                                         NULL,
-                                         0};
+    static const struct layout layout = {
+        .width = 1040,
+        .height = 400,
+        .title = "Derivatives of the action beside hand-written C: "
+                 "100 slices, one thread, f64; above the bars microseconds",
+        .rows = 1,
+        .columns = N_PANELS,
+        .left = 0.06,
+        .right = 0.99,
+        .bottom = 0.11,
+        .top = 0.8,
+        .gap_x = 0.06};
     static const char *const names[] = {"interpreted", "compiled", "by hand"};
-    static const char *const colours[] = {"#1f4e79", "#3f9b6e", "#e8a33d"};
+    static const char *const colours[] = {"#0072b2", "#009e73", "#e69f00"};
     struct figure figure;
     char range[32];
     snprintf(range, sizeof range, "[-0.6:%d.6]", HAND_N - 1);

@@ -212,8 +212,16 @@ static void draw_panel(struct figure *figure, const struct sheet *sheet, size_t 
 static void draw(const struct sheet *sheet, size_t n, const struct network networks[],
                  struct plot *plot)
 {
-    static const struct layout layout = {1080, 640,  NULL, 2,     2,    0.075, 0.82,
-                                         0.11, 0.94, 0.05, 0.075, NULL, 0};
+    static const struct layout layout = {.width = 1080,
+                                         .height = 640,
+                                         .rows = 2,
+                                         .columns = 2,
+                                         .left = 0.075,
+                                         .right = 0.82,
+                                         .bottom = 0.11,
+                                         .top = 0.94,
+                                         .gap_x = 0.05,
+                                         .gap_y = 0.075};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (int p = 0; p < 4; p++)

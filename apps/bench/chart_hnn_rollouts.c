@@ -228,7 +228,7 @@ static void draw_panel(struct figure *figure, const struct rollouts *r, size_t t
              "set label 4 'error of the network' at graph 0.02, first %.3g left font ',10' "
              "textcolor rgb '#444444' front\n"
              "set label 3 'f32 ends: %.1e' at graph 0.02, first %.3g left font ',10' textcolor rgb "
-             "'#c0392b' front\n",
+             "'#d55e00' front\n",
              r->model_error / 1.7, r->least[1], r->least[1] / 1.7);
     figure_panel(figure,
                  &(struct panel){.title = titles[type],
@@ -247,13 +247,20 @@ static void draw_panel(struct figure *figure, const struct rollouts *r, size_t t
         work_curve_element(figure, &r->curve[type][c], "3:1", 2, 0.6, r->curve[type][c].name);
     figure_element(figure, "%.6g with lines lw 1.5 dt (3,3) lc rgb '#444444' notitle",
                    r->model_error);
-    figure_element(figure, "%.6g with lines lw 1.5 dt (1,3) lc rgb '#c0392b' notitle", r->least[1]);
+    figure_element(figure, "%.6g with lines lw 1.5 dt (1,3) lc rgb '#d55e00' notitle", r->least[1]);
 }
 
 static void draw(const struct rollouts *r, struct plot *plot)
 {
-    static const struct layout layout = {1040, 480,  NULL, 1, 2,    0.08, 0.8,
-                                         0.12, 0.92, 0.05, 0, NULL, 0};
+    static const struct layout layout = {.width = 1040,
+                                         .height = 480,
+                                         .rows = 1,
+                                         .columns = 2,
+                                         .left = 0.08,
+                                         .right = 0.8,
+                                         .bottom = 0.12,
+                                         .top = 0.92,
+                                         .gap_x = 0.05};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (size_t t = 0; t < ROLLOUT_TYPES; t++)

@@ -122,8 +122,15 @@ static void draw_panel(struct figure *figure, const struct panel *panel, int pub
 
 static void draw(size_t n, const struct job jobs[], struct plot *plot)
 {
-    const struct layout layout = {
-        1000, 170 + 27 * (int)n, NULL, 1, 2, 0.19, 0.985, 0.14, 0.8, 0.04, 0, NULL, 0};
+    const struct layout layout = {.width = 1000,
+                                  .height = 170 + 27 * (int)n,
+                                  .rows = 1,
+                                  .columns = 2,
+                                  .left = 0.19,
+                                  .right = 0.985,
+                                  .bottom = 0.14,
+                                  .top = 0.8,
+                                  .gap_x = 0.04};
     char range[32];
     struct figure figure;
     struct panel panel = {.title = "CPU time of the whole job (s)",

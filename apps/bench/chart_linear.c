@@ -44,8 +44,8 @@ enum { N_SERIES = sizeof series / sizeof *series };
 static const struct way {
     const char *name, *seconds, *ns, *prefix, *colour;
 } ways[WAYS] = {
-    {"interpreted", "interpreted_seconds", "ns", "", "#1f4e79"},
-    {"compiled", "compiled_seconds", "native_ns", "native_", "#3f9b6e"},
+    {"interpreted", "interpreted_seconds", "ns", "", "#0072b2"},
+    {"compiled", "compiled_seconds", "native_ns", "native_", "#009e73"},
 };
 
 /* ---- one size ---- */
@@ -246,8 +246,16 @@ static void draw_memory(struct figure *figure, const struct sheet *sheet, const 
 
 static void draw(const struct sheet *sheet, struct plot *plot)
 {
-    static const struct layout layout = {960,   600,  NULL, 2,    2,    0.08, 0.985,
-                                         0.115, 0.94, 0.1,  0.09, NULL, 0};
+    static const struct layout layout = {.width = 960,
+                                         .height = 600,
+                                         .rows = 2,
+                                         .columns = 2,
+                                         .left = 0.08,
+                                         .right = 0.985,
+                                         .bottom = 0.115,
+                                         .top = 0.94,
+                                         .gap_x = 0.1,
+                                         .gap_y = 0.09};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (size_t s = 0; s < N_SERIES; s++)

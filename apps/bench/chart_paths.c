@@ -1,8 +1,16 @@
 /* leastaction chart paths: runs its two parts. */
 #include "chart_paths.h"
 
-const struct layout figure_of_six = {1120, 640,  NULL,  2,   3,    0.06, 0.78,
-                                     0.08, 0.94, 0.045, 0.1, NULL, 0};
+const struct layout figure_of_six = {.width = 1120,
+                                     .height = 640,
+                                     .rows = 2,
+                                     .columns = 3,
+                                     .left = 0.06,
+                                     .right = 0.78,
+                                     .bottom = 0.08,
+                                     .top = 0.94,
+                                     .gap_x = 0.045,
+                                     .gap_y = 0.1};
 
 enum ad_status chart_paths(struct chart *chart, struct ad_error *error)
 {

@@ -45,7 +45,7 @@ static const struct way {
     {"kernel left", "left", &qm_method_kernel, QM_OPEN, 0, 0, "#8fc7e8", 6},
     {"kernel midpoint", "midpoint", &qm_method_kernel, QM_OPEN, 0, 0, "#c77dbb", 4},
     {"kernel trapezoid", "trapezoid", &qm_method_kernel, QM_OPEN, 0, 0, "#0b4f8a", 7},
-    {"fft", "trapezoid", &qm_method_fft, QM_OPEN, 0, 0, "#e8743b", 4},
+    {"fft", "trapezoid", &qm_method_fft, QM_OPEN, 0, 0, "#d55e00", 4},
     {"fft on a ring", "trapezoid", &qm_method_fft, QM_RING, 512, 0, "#b8261b", 5},
     {"crank-nicolson", "trapezoid", &qm_method_crank_nicolson, QM_REFLECT, 0, 16, "#4e9a37", 9},
 };
@@ -305,8 +305,15 @@ static void report(struct chart *chart, const struct sheet *sheet, const char *p
 /* One panel per problem: CPU time against error. */
 static void draw(const struct sheet *sheet, struct plot *plot)
 {
-    static const struct layout layout = {1040, 440,  NULL,  1, PROBLEMS, 0.07, 0.985,
-                                         0.14, 0.92, 0.045, 0, NULL,     0};
+    static const struct layout layout = {.width = 1040,
+                                         .height = 440,
+                                         .rows = 1,
+                                         .columns = PROBLEMS,
+                                         .left = 0.07,
+                                         .right = 0.985,
+                                         .bottom = 0.14,
+                                         .top = 0.92,
+                                         .gap_x = 0.045};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (size_t p = 0; p < PROBLEMS; p++) {

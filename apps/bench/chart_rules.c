@@ -193,8 +193,8 @@ static void report(struct chart *chart, const struct sheet *sheet, const struct 
 
 static void draw_panel(struct figure *figure, const struct sheet *sheet, size_t p, bool below)
 {
-    static const char *const colours[] = {"#9a9a9a", "#6b6b6b", "#e8a33d", "#d1622b",
-                                          "#8fc7e8", "#3c8dc5", "#0b4f8a", "#4d1654"};
+    static const char *const colours[] = {"#9a9a9a", "#6b6b6b", "#e69f00", "#d1622b",
+                                          "#8fc7e8", "#56b4e9", "#0b4f8a", "#4d1654"};
     const char *scene = boundaries[p].scene, *x = below ? "seconds" : "slices";
     size_t k = 0;
     figure_panel(

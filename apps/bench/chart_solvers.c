@@ -32,11 +32,11 @@ static const struct solver {
     double width;
 } solvers[] = {
     {"Adam as published", "adam", "left+repeat", 1, AS_PUBLISHED, 0, "#b8261b", 3},
-    {"Adam + 3 slices held", "adam", "left", 3, FREE, 0, "#e8743b", 1.6},
+    {"Adam + 3 slices held", "adam", "left", 3, FREE, 0, "#d55e00", 1.6},
     {"Adam + energy penalty", "adam", "left", 1, FROM_START, 0, "#f2b134", 1.6},
     {"Adam + local energy penalty", "adam", "left", 1, FROM_BEFORE, 0, "#a8703a", 1.6},
     {"momentum descent", "sgd", "left", 1, FREE, 0.9, "#9a9a9a", 1.6},
-    {"L-BFGS", "lbfgs", "left", 1, FREE, 0, "#3c8dc5", 1.6},
+    {"L-BFGS", "lbfgs", "left", 1, FREE, 0, "#56b4e9", 1.6},
     {"Newton", "newton", "left", 1, FREE, 0, "#0b4f8a", 3},
 };
 

@@ -242,11 +242,11 @@ static void draw(const struct sheet *sheet, struct plot *plot)
 {
     static const struct {
         const char *column, *title, *colour;
-    } curves[] = {{"record_ns", "record", "#1f4e79"},
+    } curves[] = {{"record_ns", "record", "#0072b2"},
                   {"gradient_ns", "first gradient", "#b8261b"},
                   {"again_ns", "gradient again", "#f2b134"},
                   {"compile_ns", "compile", "#555555"},
-                  {"replay_ns", "compiled value", "#3f9b6e"}};
+                  {"replay_ns", "compiled value", "#009e73"}};
     struct figure figure;
     figure_begin(&figure, plot, &figure_pair);
     for (size_t s = 0; s < N_PROGRAMS; s++) {

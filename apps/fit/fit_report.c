@@ -184,28 +184,34 @@ enum ad_status fit_picture(const void *context, struct plot *plot, struct ad_err
     const struct fit_run *run = context;
     const size_t d = 2 * run->system.dof;
     struct layout layout = figure_pair;
+    const struct axis t = {"t", run->system.scene->time_unit, {0, 0}, 0};
     struct figure figure;
-    char name[64];
+    struct line line = {0};
+    char name[64], title[120];
     size_t first = 0;
     while (first + 1 < d && isnan(run->fit.noise[first]))
         first++;
     fputs("# trial, t, held out, then data and model of each quantity\n", plot->data);
     write_rows(run, " ", plot->data);
-    fputs("name = ", plot->script);
-    quote_gnuplot_label(plot->script, run->system.scene->name);
-    fputs("\n", plot->script);
-    layout.expression = "sprintf('%s: fit', name)";
+    snprintf(title, sizeof title, "%.60s: parameters from %zu rows of measured motion",
+             run->system.scene->name, run->data.n);
+    for (size_t k = 0; k < run->fit.n_free; k++) {
+        phys_fit_name(&run->system, &run->settings, &run->fit, k, name, sizeof name);
+        line_add(&line, "%.24s = %.6g +- %.1g", name, run->fit.value[k], run->fit.deviation[k]);
+    }
+    layout.title = title;
+    layout.found = line.text;
     figure_begin(&figure, plot, &layout);
     fit_quantity(&run->system, first, name, sizeof name);
-    figure_panel(&figure, &(struct panel){.x = "t", .y = name, .key = KEY_ABOVE});
-    figure_draw(&figure, STYLE("#1f4e79", 7, 0, 0.4), "measured", "data using 2:%zu",
+    figure_panel(&figure, &(struct panel){.across = t, .y = name, .key = KEY_ABOVE});
+    figure_draw(&figure, STYLE("#0072b2", 7, 0, 0.4), "measured", "data using 2:%zu",
                 4 + 2 * first);
-    figure_draw(&figure, STYLE("#c0392b", 0, 1.2, 0), "model", "data using 2:%zu", 5 + 2 * first);
-    figure_panel(&figure, &(struct panel){.x = "t", .y = "residual / noise", .key = KEY_ABOVE});
+    figure_draw(&figure, STYLE("#d55e00", 0, 1.2, 0), "model", "data using 2:%zu", 5 + 2 * first);
+    figure_panel(&figure, &(struct panel){.across = t, .y = "residual / noise", .key = KEY_ABOVE});
     for (size_t i = 0; i < d; i++)
         if (!isnan(run->fit.noise[i])) {
             fit_quantity(&run->system, i, name, sizeof name);
-            figure_draw(&figure, STYLE(figure_colours[i % 8], 7, 0, 0.4), name,
+            figure_draw(&figure, STYLE(figure_colours[i % FIGURE_LEGEND], 7, 0, 0.4), name,
                         "data using 2:(($%zu-$%zu)/%.9g)", 4 + 2 * i, 5 + 2 * i, run->fit.noise[i]);
         }
     figure_end(&figure);

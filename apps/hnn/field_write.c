@@ -70,7 +70,7 @@ enum ad_status field_picture(const void *context, struct plot *plot, struct ad_e
         fprintf(plot->script,
                 "set contour base\nset cblabel 'H'\nset cntrparam levels auto %d\n"
                 "unset surface\nset table $levels\nsplot data index 0 using 1:2:3\nunset table\n"
-                "set palette defined (0 '#1f4e79', 0.5 '#8aa9a0', 1 '#d9a441')\n",
+                "set palette defined (0 '#0072b2', 0.5 '#8aa9a0', 1 '#d9a441')\n",
                 LEVELS);
     }
     figure_begin(&figure, plot, &layout);

@@ -11,11 +11,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STRIPS = ROLLOUT_MODELS + 1, SNAPSHOTS = 12, GRID = 61, GIF_FRAMES = 150, ROW = 84 };
+enum {
+    STRIPS = ROLLOUT_MODELS + 1,
+    SNAPSHOTS = 12,
+    GRID = 61,
+    GIF_FRAMES = 150,
+    ROW = 84,
+    ABOVE = 40
+};
 
 static const char *const truth_colour = "#808080",
                          *const colours[] = {
-                             [HNN_BASELINE] = "#c0392b", [HNN_HAMILTONIAN] = "#1f4e79"};
+                             [HNN_BASELINE] = "#d55e00", [HNN_HAMILTONIAN] = "#0072b2"};
 
 /* The picture's parts, and the offsets of their data, in floats. */
 struct drawing {
@@ -202,17 +209,18 @@ static void latent(struct figure *figure, const struct drawing *d, struct place 
 static void still(struct figure *figure, const struct drawing *d, double height)
 {
     for (size_t s = 0; s < d->n_strips; s++) {
-        double bottom = (height - 8 - ROW * (double)(s + 1)) / height;
+        double bottom = (height - ABOVE - ROW * (double)(s + 1)) / height;
         double top = bottom + (ROW - 4) / height;
         strip_panel(figure, NULL, SNAPSHOTS, (struct place){0.1, 0.99, bottom, top});
-        fputs("set label 1 ", figure->plot->script);
+        fputs("set label 3 ", figure->plot->script);
         quote_gnuplot(figure->plot->script, d->strip[s].name);
-        fprintf(figure->plot->script, " at screen 0.09,%.4f right\n", (bottom + top) / 2);
+        fprintf(figure->plot->script, " at screen 0.09,%.4f right noenhanced\n",
+                (bottom + top) / 2);
         image(figure, d, "for [j=0:shots-1] ", s, "int((n - 1) * j / (shots - 1.0))", "j");
     }
-    latent(figure, d, (struct place){0.08, 0.40, 60 / height, 250 / height});
+    latent(figure, d, (struct place){0.1, 0.42, 60 / height, 250 / height});
     energies(figure, d, "n",
-             (struct panel){.place = {0.51, 0.98, 60 / height, 250 / height},
+             (struct panel){.place = {0.52, 0.98, 60 / height, 250 / height},
                             .up = {.name = "energy of the frames", .unit = "J"},
                             .key = KEY_ABOVE});
 }
@@ -238,7 +246,8 @@ enum ad_status film_picture(const void *film, struct plot *plot, struct ad_error
         return error->status;
     size_t stride = (d.n + GIF_FRAMES - 1) / GIF_FRAMES;
     int strips = (int)d.n_strips;
-    struct layout layout = {.height = 300 + ROW * strips};
+    struct layout layout = {.title = "frames of the truth and as foreseen by networks",
+                            .height = 300 + ABOVE + ROW * strips};
     struct figure figure;
     if (plot->animated)
         layout = (struct layout){

@@ -8,10 +8,12 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { ARROWS = 15, PANEL_WIDTH = 330 };
+enum { ARROWS = 15, COLUMNS = 3, PANEL_HEIGHT = 330, ABOVE = 90 };
 
-static const char *const colour[] = {"#1f4e79", "#c0392b"};
+static const char *const colour[] = {"#0072b2", "#d55e00"};
 static const char truth_colour[] = "#9a9a9a";
+
+enum { SQUARE, MODEL_H, ENERGY, QUANTITIES };
 
 /* ---- data: one row an output; then, a block each, the arrows of the models ---- */
 
@@ -22,26 +24,40 @@ static size_t column(const struct rollout_run *run, size_t c, size_t k)
 }
 
 static void write_row(const struct rollout_run *run, const struct rollout_curve *c, size_t i,
-                      FILE *out)
+                      struct range range[QUANTITIES], FILE *out)
 {
     const struct phys_ode *H = &run->model[0].ode; /* one H for all: the first model's */
     size_t states = c->path->states;
+    const double value[QUANTITIES] = {
+        run->truth.n ? hnn_path_square(c->path, &run->truth, i) : (double)NAN,
+        hnn_path_energy(H, c->path, i), hnn_path_energy(&run->energy, c->path, i)};
     for (size_t k = 0; k < states; k++)
         fprintf(out, " %.9g", c->path->x[i * states + k]);
-    fprintf(out, " %.9g %.9g %.9g",
-            run->truth.n ? hnn_path_square(c->path, &run->truth, i) : (double)NAN,
-            hnn_path_energy(H, c->path, i), hnn_path_energy(&run->energy, c->path, i));
+    for (size_t k = 0; k < QUANTITIES; k++) {
+        range_widen(&range[k], value[k]);
+        fprintf(out, " %.9g", value[k]);
+    }
 }
 
+/* With the range of each quantity; one that is constant to rounding does not fill its panel. */
 static void write_rows(const struct rollout_run *run, const struct rollout_curve *curve, size_t n,
-                       FILE *out)
+                       struct range range[QUANTITIES], FILE *out)
 {
+    for (size_t k = 0; k < QUANTITIES; k++)
+        range[k] = (struct range){INFINITY, -INFINITY};
     fputs("# t; of every curve the state, squared error, H of the first model, true energy\n", out);
     for (size_t i = 0; i < run->settings.n; i++) {
         fprintf(out, "%.9g", run->t[i]);
         for (size_t c = 0; c < n; c++)
-            write_row(run, &curve[c], i, out);
+            write_row(run, &curve[c], i, range, out);
         fputc('\n', out);
+    }
+    for (size_t k = 0; k < QUANTITIES; k++) {
+        double size = fmax(fabs(range[k].low), fabs(range[k].high));
+        bool constant = range[k].high - range[k].low < 1e-6 * size;
+        range[k] = range_with_margins(range[k], 0.05, 0.05);
+        if (constant)
+            range[k] = (struct range){range[k].low - 0.01 * size, range[k].high + 0.01 * size};
     }
 }
 
@@ -102,32 +118,40 @@ static void motion_panel(struct figure *figure, const struct rollout_run *run,
     if (view == PHASE_PLANE)
         figure_element(figure,
                        "data index %zu using 1:2:3:4 with vectors head size screen 0.005,20 filled "
-                       "lw 0.8 lc rgb '#a3b4c6' notitle",
+                       "lw 0.8 lc rgb '#b8c4d0' notitle",
                        model + 1);
     if (run->truth.n)
         draw_motion(figure, run, view, n - 1, truth_colour, 3.5, "truth");
     draw_motion(figure, run, view, model, colour[model], 1.3, name);
 }
 
-/* A quantity over time, of all curves that have it. */
+/* A quantity over time, of all curves that have it; the truth has no error. */
 static void time_panel(struct figure *figure, const struct rollout_run *run,
                        const struct rollout_curve *curve, size_t n, const char *title,
-                       size_t quantity, bool of_truth)
+                       size_t quantity, const struct range range[QUANTITIES])
 {
     figure_panel(figure,
-                 &(struct panel){
-                     .title = title,
-                     .across = {"t", NULL, {run->t[0], run->t[run->settings.n - 1]}, 0},
-                     .key = of_truth /* all curves: one legend for all panels */
-                                ? "at screen 0.5,0.05 center horizontal reverse Left samplen 1.5 "
-                                  "width 1 font ',11'"
-                                : NULL});
+                 &(struct panel){.across = {"t", NULL, {run->t[0], run->t[run->settings.n - 1]}, 0},
+                                 .up = {title, NULL, range[quantity], 0},
+                                 .key = KEY_ABOVE});
     for (size_t c = n; c-- > 0;) {
         bool truth = !curve[c].model;
-        if (!truth || of_truth)
+        if (!truth || quantity != SQUARE)
             figure_draw(figure, STYLE(truth ? truth_colour : colour[c], 0, truth ? 3.5 : 1.5, 0),
                         truth ? "truth" : rollout_name(curve[c].model), "data index 0 using 1:%zu",
                         column(run, c, run->model[0].ode.n + quantity));
+    }
+}
+
+static void name_found(const struct rollout_run *run, struct line *line)
+{
+    for (size_t k = 0; k < run->n_models; k++) {
+        const struct rollout_model *m = &run->model[k];
+        if (isfinite(m->coordinate_mse))
+            line_add(line, "%s: mean square error %.2g%s", rollout_name(m), m->coordinate_mse,
+                     isfinite(m->energy_mse) ? "" : " of the state");
+        if (isfinite(m->energy_mse))
+            line_add(line, "%.2g of the energy", m->energy_mse);
     }
 }
 
@@ -152,28 +176,37 @@ enum ad_status rollout_picture(const void *context, struct plot *plot, struct ad
     size_t n = rollout_curves(run, curve);
     bool H = run->model[0].ode.energy, energy = run->truth.n && run->energy.n;
     int panels = (int)run->n_models + (run->truth.n > 0) + H + energy;
-    double share = 1.0 / panels;
-    struct layout layout = {.width = panels * PANEL_WIDTH,
-                            .height = 370,
-                            .rows = 1,
-                            .columns = panels,
-                            .left = 0.2 * share,
-                            .right = 1 - 0.05 * share,
-                            .bottom = 0.24,
-                            .top = 0.9,
-                            .gap_x = 0.22 * share};
+    int columns = panels < COLUMNS ? panels : COLUMNS, rows = (panels + columns - 1) / columns;
+    double width = 1.0 / columns, height = ABOVE + rows * PANEL_HEIGHT;
+    char title[120];
+    struct line line = {0};
+    struct range range[QUANTITIES];
+    struct layout layout = {.width = columns > 2 ? 1040 : 400 * columns,
+                            .height = (int)height,
+                            .title = title,
+                            .found = line.text,
+                            .rows = rows,
+                            .columns = columns,
+                            .left = 0.24 * width,
+                            .right = 1 - 0.05 * width,
+                            .bottom = 55 / height,
+                            .top = 1 - ABOVE / height,
+                            .gap_x = 0.27 * width,
+                            .gap_y = 85 / height};
     struct figure figure;
-    write_rows(run, curve, n, plot->data);
-    fputs("set tics font ',11'\n", plot->script);
+    snprintf(title, sizeof title, "motion of %zu network%s by %s, %zu outputs", run->n_models,
+             run->n_models > 1 ? "s" : "", run->settings.integrator->name, run->settings.n);
+    name_found(run, &line);
+    write_rows(run, curve, n, range, plot->data);
     figure_begin(&figure, plot, &layout);
     for (size_t k = run->n_models; k-- > 0;)
         motion_panel(&figure, run, curve, n, k);
     if (run->truth.n)
-        time_panel(&figure, run, curve, n, "state, mean square error", 0, false);
+        time_panel(&figure, run, curve, n, "mean square error of the state", SQUARE, range);
     if (H)
-        time_panel(&figure, run, curve, n, "H of the first model", 1, true);
+        time_panel(&figure, run, curve, n, "H of the first model", MODEL_H, range);
     if (energy)
-        time_panel(&figure, run, curve, n, "true energy", 2, true);
+        time_panel(&figure, run, curve, n, "true energy", ENERGY, range);
     figure_end(&figure);
     return write_arrows(run, curve, n, plot->data, error);
 }

@@ -168,20 +168,14 @@ static void place(const struct modes_run *run, const struct phys_mode *mode, dou
 static void draw_mode(const struct modes_run *run, struct figure *figure, const double *x, double T)
 {
     struct coordinates view;
-    char name[64];
-    const size_t dof = run->system.dof;
-    coordinates_begin(&view, &run->system, (struct range){0, T});
-    coordinates_widen(&view, SAMPLES + 1, x, 1, dof);
+    coordinates_begin(&view, &run->system, (struct range){0, T}, true);
+    coordinates_widen(&view, SAMPLES + 1, x, 1, run->system.dof);
+    fprintf(figure->plot->script, "rows = %d\n", SAMPLES + 1);
     coordinates_panel(&view, figure);
-    fputs("set key width 0\n", figure->plot->script);
-    for (size_t c = 0; c < view.n; c++) {
-        const char *colour = figure_colours[c % 8];
-        phys_coordinate_name(&run->system, c, name, sizeof name);
-        coordinates_draw(&view, figure, c, "index 0 every ::::n(f)", STYLE(colour, 0, 1.2, 0),
-                         view.plane || view.n > 8 ? NULL : name);
-        coordinates_draw(&view, figure, c, "index 0 every ::n(f)::n(f)", STYLE(colour, 7, 0, 0.8),
-                         NULL);
-    }
+    coordinates_draw(&view, figure, "index 0 every ::::n(f)", STYLE(NULL, 0, 1.4, 0), 0);
+    if (view.view != VIEW_MAP)
+        coordinates_draw(&view, figure, "index 0 every ::n(f)::n(f)", STYLE(NULL, 7, 0, 0.8), 0);
+    coordinates_legend(&view, figure);
 }
 
 enum ad_status modes_picture(const void *context, struct plot *plot, struct ad_error *error)
@@ -191,6 +185,8 @@ enum ad_status modes_picture(const void *context, struct plot *plot, struct ad_e
     const size_t dof = run->system.dof;
     struct layout layout = figure_pair;
     struct figure figure;
+    struct line line = {0};
+    char title[120];
     if (one->n_modes == 0)
         return ad_fail(error, AD_E_ARGUMENT, "--plot: equilibrium %zu has no modes: %s",
                        run->drawn + 1, phys_equilibrium_word(one->kind));
@@ -212,18 +208,20 @@ enum ad_status modes_picture(const void *context, struct plot *plot, struct ad_e
         fprintf(plot->data, "%zu %.12g %.12g\n", k + 1, one->mode[k].frequency,
                 one->mode[k].growth);
     layout.frames = plot->animated ? FRAMES : 1;
-    fputs("name = ", plot->script);
-    quote_gnuplot_label(plot->script, run->system.scene->name);
-    fprintf(plot->script, "\nn(f) = %d * (f + 1) / %zu\n", SAMPLES, layout.frames);
-    fprintf(plot->script, "what = 'equilibrium %zu (%s), mode %zu: frequency %.6g, growth %.6g'\n",
-            run->drawn + 1, phys_equilibrium_word(one->kind), run->drawn_mode + 1, mode->frequency,
-            mode->growth);
-    layout.expression = "sprintf('%s: %s', name, what)";
+    fprintf(plot->script, "n(f) = %d * (f + 1) / %zu\nf = 0\n", SAMPLES, layout.frames);
+    snprintf(title, sizeof title, "%.60s: equilibrium %zu, %s", run->system.scene->name,
+             run->drawn + 1, phys_equilibrium_word(one->kind));
+    line_add(&line, "left: mode %zu of %zu", run->drawn_mode + 1, one->n_modes);
+    line_add(&line, "frequency %.6g", mode->frequency);
+    line_add(&line, "growth %.6g", mode->growth);
+    layout.title = title;
+    layout.found = line.text;
     figure_begin(&figure, plot, &layout);
     draw_mode(run, &figure, x, T);
     char modes[64];
     snprintf(modes, sizeof modes, "[0.5:%zu.5]", one->n_modes);
     figure_panel(&figure, &(struct panel){.x = "mode",
+                                          .y = "rad per unit of time",
                                           .x_range = modes,
                                           .y_range = "[0:*]",
                                           .x_tics = one->n_modes <= 20 ? "1" : NULL,

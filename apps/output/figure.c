@@ -6,15 +6,16 @@
 #include <stdarg.h>
 #include <string.h>
 
-const struct layout figure_pair = {.rows = 1,
+const struct layout figure_pair = {.height = 480,
+                                   .rows = 1,
                                    .columns = 2,
-                                   .left = 0.07,
-                                   .right = 0.98,
-                                   .bottom = 0.12,
-                                   .top = 0.86,
-                                   .gap_x = 0.09};
-const char *const figure_colours[8] = {"#1f4e79", "#c0392b", "#27823b", "#e8a33d",
-                                       "#722a72", "#3c8dc5", "#84bf63", "#6b6b6b"};
+                                   .left = 0.085,
+                                   .right = 0.985,
+                                   .bottom = 0.115,
+                                   .top = 0.82,
+                                   .gap_x = 0.2};
+const char *const figure_colours[FIGURE_LEGEND] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
+                                                   "#e69f00", "#56b4e9", "#6b6b6b", "#000000"};
 
 void range_widen(struct range *range, double value)
 {
@@ -34,6 +35,19 @@ int range_exponent(struct range range)
     return most >= 1e5 || (most > 0 && most < 1e-2) ? (int)floor(log10(most)) : 0;
 }
 
+void line_add(struct line *line, const char *format, ...)
+{
+    char text[sizeof line->text];
+    va_list values;
+    va_start(values, format);
+    int length = vsnprintf(text, sizeof text, format, values);
+    va_end(values);
+    if (length > 0 && line->length + (size_t)length + 2 < sizeof line->text)
+        line->length +=
+            (size_t)snprintf(line->text + line->length, sizeof line->text - line->length, "%s%s",
+                             line->length ? ", " : "", text);
+}
+
 void figure_begin(struct figure *figure, struct plot *plot, const struct layout *layout)
 {
     FILE *out = plot->script;
@@ -42,12 +56,15 @@ void figure_begin(struct figure *figure, struct plot *plot, const struct layout 
     plot->height = layout->height ? layout->height : plot->height;
     if (layout->frames)
         fprintf(out, "do for [f = 0:%zu] {\n", layout->frames - 1);
-    fputs("set multiplot\nset grid lt 1 lc rgb '#e6e6e6'\nset label 1 ", out);
+    fputs("set multiplot\nset key font ',12'\nset grid lt 1 lc rgb '#e6e6e6'\nset label 1 ", out);
     if (layout->expression)
         fputs(layout->expression, out);
     else
-        quote_gnuplot(out, layout->title ? layout->title : "");
-    fputs(" at screen 0.5,0.97 center font ',14'\n", out);
+        quote_gnuplot_label(out, layout->title ? layout->title : "");
+    fprintf(out, " at screen 0.5,%.4f center font ',15'\nset label 2 ", 1 - 18.0 / plot->height);
+    quote_gnuplot_label(out, layout->found ? layout->found : "");
+    fprintf(out, " at screen 0.5,%.4f center font ',12' textcolor rgb '#404040'\n",
+            1 - 40.0 / plot->height);
 }
 
 static void end_panel(struct figure *figure)
@@ -91,6 +108,14 @@ static void write_label(const struct axis *axis, FILE *out)
     }
 }
 
+/* About three steps, for axes in space, whose labels meet at the corners. */
+static double wide_step(const struct axis *axis)
+{
+    double step = (axis->range.high - axis->range.low) / pow(10, axis->power) / 2.5;
+    double unit = pow(10, floor(log10(step)));
+    return unit * (step >= 5 * unit ? 5 : step >= 2 * unit ? 2 : 1);
+}
+
 static void set_axis(char which, const struct panel *panel, const char *title, const char *range,
                      const char *tics, const struct axis *axis, FILE *out)
 {
@@ -108,7 +133,28 @@ static void set_axis(char which, const struct panel *panel, const char *title, c
         write_label(axis, out);
     else
         quote_gnuplot(out, title ? title : "");
-    fputs(which == 'x' ? " offset 0,0.6\n" : "\n", out);
+    fputs(panel->depth.name ? which == 'z' ? " rotate parallel\n" : " offset 0,-0.4\n"
+          : which == 'x'    ? " offset 0,0.4\n"
+                            : " offset 0,0\n",
+          out);
+}
+
+/* Margins of the panel; a view in space takes a rectangle, with its axes inside. */
+static void set_place(const struct panel *panel, struct place p, FILE *out)
+{
+    if (panel->depth.name) {
+        fprintf(out,
+                "set lmargin\nset rmargin\nset tmargin\nset bmargin\nset origin %.4g,%.4g\n"
+                "set size %.4g,%.4g\nset border 4095 lc rgb '#b0b0b0'\nset xyplane 0\n"
+                "set view 62,32,1.5\nset view equal xyz\n",
+                p.left - 0.02, p.bottom - 0.06, p.right - p.left + 0.04, p.top - p.bottom + 0.1);
+        return;
+    }
+    fprintf(out,
+            "set origin 0,0\nset size 1,1\nset border 3 lc rgb '#606060'\n"
+            "set lmargin at screen %.4g\nset rmargin at screen %.4g\n"
+            "set tmargin at screen %.4g\nset bmargin at screen %.4g\n",
+            p.left, p.right, p.top, p.bottom);
 }
 
 void figure_panel(struct figure *figure, const struct panel *panel)
@@ -118,25 +164,35 @@ void figure_panel(struct figure *figure, const struct panel *panel)
     if (panel->equal)
         p = equal_units(panel, figure->plot, p);
     end_panel(figure);
+    figure->space = panel->depth.name != NULL;
     if (figure->panel > 0)
         fputs("unset label\n", out);
-    fprintf(out,
-            "unset object\nunset arrow\nunset y2tics\nunset y2label\n"
-            "set lmargin at screen %.4g\nset rmargin at screen %.4g\nset tmargin at screen %.4g\n"
-            "set bmargin at screen %.4g\n",
-            p.left, p.right, p.top, p.bottom);
+    fputs("unset object\nunset arrow\nunset y2tics\nunset y2label\n", out);
+    set_place(panel, p, out);
     set_axis('x', panel, panel->x, panel->x_range, panel->x_tics, &panel->across, out);
     set_axis('y', panel, panel->y, panel->y_range, panel->y_tics, &panel->up, out);
+    if (figure->space) {
+        set_axis('z', panel, NULL, NULL, NULL, &panel->depth, out);
+        fprintf(out, "set xtics %.6g\nset ytics %.6g\nset ztics %.6g\n", wide_step(&panel->across),
+                wide_step(&panel->up), wide_step(&panel->depth));
+    }
     fputs("set title ", out);
     quote_gnuplot(out, panel->title ? panel->title : "");
-    fprintf(out, " offset 0,-0.5\nset key %s\n%s", panel->key ? panel->key : "off",
-            panel->more ? panel->more : "");
+    fputs(" offset 0,-0.5\n", out);
+    if (figure->space && panel->key) /* there "graph" is not the rectangle */
+        fprintf(out, "set key at screen %.4g,%.4g %s\n", p.right + 0.01, p.top, panel->key);
+    else
+        fprintf(out, "set key %s\n", panel->key ? panel->key : "off");
+    fputs(panel->more ? panel->more : "", out);
     figure->panel++;
 }
 
 static void begin_element(struct figure *figure, const char *format, va_list values)
 {
-    fputs(figure->drawing ? ", \\\n    " : "plot ", figure->plot->script);
+    fputs(figure->drawing ? ", \\\n    "
+          : figure->space ? "splot "
+                          : "plot ",
+          figure->plot->script);
     figure->drawing = true;
     vfprintf(figure->plot->script, format, values);
 }
@@ -168,8 +224,10 @@ void figure_draw(struct figure *figure, const struct style *s, const char *title
     if (s->mark)
         fprintf(out, " pt %d ps %g", s->mark, s->size > 0 ? s->size : 0.6);
     fprintf(out, " lc rgb '%s' %s", s->colour, title ? "title " : "notitle");
-    if (title)
+    if (title) {
         quote_gnuplot(out, title);
+        fputs(" noenhanced", out);
+    }
 }
 
 static bool selected(const struct sheet *sheet, size_t row, va_list where)

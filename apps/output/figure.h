@@ -45,16 +45,23 @@ struct layout {
     double left, right, bottom, top; /* margins of all panels together */
     double gap_x, gap_y;
     const char *expression; /* the title as an expression of gnuplot's */
+    const char *found;      /* a second line: what the run found; NULL: none */
     size_t frames; /* of an animation, in which commands know the frame as f, from 0; 0: a still */
 };
 
-/* Two panels side by side, with room for legends above them (KEY_ABOVE). */
+/* Two panels side by side under a title of two lines, with room for a legend above the right one
+   (KEY_ABOVE) and one between them (KEY_BESIDE). */
 extern const struct layout figure_pair;
 #define KEY_ABOVE "at graph 0.5,1.01 center bottom horizontal samplen 1.5 width 0"
+#define KEY_BESIDE "at graph 1.03,1 " KEY_COLUMN
+#define KEY_COLUMN "left top vertical Left reverse samplen 1.5"
+/* The most entries of a legend; more curves are shown as groups. */
+enum { FIGURE_LEGEND = 8 };
 
 struct panel {
     const char *title, *x, *y; /* of the axes; NULL: none */
     struct axis across, up;    /* or these */
+    struct axis depth;         /* with a name: a view in space, of splot */
     struct place place;        /* all 0: the next of the layout */
     bool equal;                /* units of both axes are equally long; they have ranges */
     const char *log;           /* axes with powers of ten: "x", "y", "xy"; NULL: none */
@@ -75,11 +82,20 @@ struct style {
 #define STYLE(colour_, mark_, width_, size_)                                                       \
     (&(const struct style){                                                                        \
         .colour = (colour_), .mark = (mark_), .width = (width_), .size = (size_)})
-/* Of curves that differ in nothing but their number. */
-extern const char *const figure_colours[8];
+/* Of curves that differ in nothing but their number: those of Okabe and Ito, which colour-blind
+   readers tell apart. */
+extern const char *const figure_colours[FIGURE_LEGEND];
+#define COLOUR_REFERENCE "#c4c4c4"
 /* Of densities, white where there is nothing. */
 #define DENSITY_PALETTE                                                                            \
     "set palette defined (0 '#ffffff', .15 '#cfe3f3', .4 '#62acd8', .75 '#0b4f8a', 1 '#06264a')\n"
+
+/* A line of findings with commas between; what is longer than a picture is wide is left out. */
+struct line {
+    char text[180];
+    size_t length;
+};
+void line_add(struct line *line, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 struct figure {
     struct plot *plot;
@@ -87,6 +103,7 @@ struct figure {
     int panel;     /* how many there are */
     size_t blocks; /* of data */
     bool drawing;  /* a plot command is open */
+    bool space;    /* ... of splot */
 };
 
 void figure_begin(struct figure *figure, struct plot *plot, const struct layout *layout);

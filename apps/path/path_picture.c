@@ -1,14 +1,18 @@
-/* The picture of a path run (path.h), as in the paper: left the reference path, the start, some
-   paths on the way and the one found, or those of --all with their energies; right S, T and V over
-   the steps, if there are any. A GIF shows the path deform. */
+/* The picture of a path run (path.h): left the start, paths on the way and the one found over the
+   reference, or those of --all with their energies; right what the steps changed: of a descent S, T
+   and V, of a few steps of Newton's method the gradient. A GIF shows the path deform. */
 #include "apps/output/coordinates.h"
+#include "apps/output/unit.h"
 #include "path.h"
 
 #include <math.h>
+#include <stdarg.h>
+#include <string.h>
 
-/* Blocks of the data file: the reference, the frames (the start first), the path found, the
-   solutions of --all, the history. */
-enum { FIRST_FRAME = 1, HOLD = 15, LEGEND = 8 }; /* HOLD: frames that show an animation's end */
+/* Blocks of the data file: the reference, the start, the frames, the path found, the solutions of
+   --all, the history. */
+enum { START = 1, FIRST_FRAME = 2, HOLD = 15, FEW_STEPS = 30, WAY = 3 };
+/* HOLD: frames that show an animation's end */
 
 /* ---- data ---- */
 
@@ -31,6 +35,7 @@ static void write_data(const struct path_run *run, FILE *out)
     size_t size = run->system.dof * run->settings.slices;
     char name[48];
     write_path(run, "reference", run->reference ? run->reference : run->path, out);
+    write_path(run, "start", run->start, out);
     for (size_t f = 0; f < run->record.n_frames; f++) {
         snprintf(name, sizeof name, "step %zu", run->record.frame_step[f]);
         write_path(run, name, run->record.frames + f * size, out);
@@ -38,10 +43,12 @@ static void write_data(const struct path_run *run, FILE *out)
     write_path(run, "found", run->path, out);
     for (size_t k = 0; k < run->solutions.n; k++)
         write_path(run, "solution", run->solutions.solution[k].path, out);
-    fputs("# history: step, S, T, V\n", out);
-    for (size_t i = 0; i < run->record.n; i++)
-        fprintf(out, "%zu %.9g %.9g %.9g\n", i, run->record.figures[i].action_mean,
-                run->record.figures[i].kinetic_mean, run->record.figures[i].potential_mean);
+    fputs("# history: step, S, T, V, |gradient|\n", out);
+    for (size_t i = 0; i < run->record.n; i++) {
+        const struct phys_path_figures *f = &run->record.figures[i];
+        fprintf(out, "%zu %.9g %.9g %.9g %.9g\n", i, f->action_mean, f->kinetic_mean,
+                f->potential_mean, f->grad_norm);
+    }
 }
 
 /* The first steps may tower above the rest by powers of ten: they may leave the picture. */
@@ -56,101 +63,185 @@ static struct range history_range(const struct path_run *run)
         range_widen(&range, f->kinetic_mean);
         range_widen(&range, f->potential_mean);
     }
-    return range_with_margins(range, 0.3, 1);
+    return range_with_margins(range, 0.05, 0.1);
 }
 
-/* Plot elements of one path block, one a curve, the first with a title. */
-static void elements(struct figure *figure, const struct coordinates *view, const char *block,
-                     const struct style *style, const char *title)
-{
-    for (size_t c = 0; c < view->n; c++)
-        coordinates_draw(view, figure, c, block, style, c == 0 ? title : NULL);
-}
+/* ---- left: paths ---- */
 
-/* Of a still picture: with the frames nearest to steps 1/64, 1/16, 1/4 of the run. */
-static void left_still(struct figure *figure, const struct coordinates *view,
-                       const struct path_run *run)
+/* A picture shows a few paths on the way; colours fade from the path found back to the start. */
+static void still(struct figure *figure, const struct coordinates *view, const struct path_run *run)
 {
+    size_t n = run->record.n_frames, last = SIZE_MAX;
     char block[32];
-    elements(figure, view, "index 1", STYLE("#e8a33d", 7, 0.5, 0.25), "start");
-    size_t last = 0;
-    for (size_t part = 64; part >= 4; part /= 4) {
-        size_t frame = run->record.n_frames / part;
-        if (frame == last)
+    bool noisy = run->noise.sigma > 0;
+    coordinates_draw(
+        view, figure, "index 1",
+        noisy ? STYLE(NULL, 7, 0, 0.25) : &(struct style){.width = 1.3, .dash = "(3,4)"}, 0x40);
+    for (size_t part = 0; part < WAY && n > 1; part++) {
+        size_t frame = n > 16 ? n >> (6 - 2 * part) : part * n / WAY;
+        if (frame == last || (frame == 0 && run->settings.adam_steps == 0))
             continue;
         snprintf(block, sizeof block, "index %zu", FIRST_FRAME + frame);
-        elements(figure, view, block, STYLE("#7db3d9", 0, 1, 0), last ? NULL : "on the way");
+        coordinates_draw(view, figure, block, STYLE(NULL, 0, 1, 0), 0x90);
         last = frame;
     }
-    snprintf(block, sizeof block, "index %zu", FIRST_FRAME + run->record.n_frames);
-    elements(figure, view, block, STYLE("#1f4e79", 0, 1.8, 0), "found");
+    snprintf(block, sizeof block, "index %zu", FIRST_FRAME + n);
+    coordinates_draw(view, figure, block, STYLE(NULL, 0, 2, 0), 0);
+    figure_draw(figure,
+                noisy ? STYLE("#606060", 7, 0, 0.25)
+                      : &(struct style){.colour = "#606060", .width = 1.3, .dash = "(3,4)"},
+                "start", "NaN");
+    if (last != SIZE_MAX)
+        figure_draw(figure, STYLE("#a0a0a0", 0, 1, 0), "on the way", "NaN");
+    figure_draw(figure, STYLE(view->n > 1 ? "#303030" : figure_colours[0], 0, 2, 0), "found",
+                "NaN");
 }
 
-/* All of them, the result with a thick line. */
+/* All of them, the result with a thick line; beyond the legend in grey. */
 static void solutions(struct figure *figure, const struct coordinates *view,
                       const struct path_run *run)
 {
-    char block[32], title[32];
-    fputs("set key at graph 1.02,1 left top vertical Left reverse\n", figure->plot->script);
-    for (size_t k = 0; k < run->solutions.n; k++) {
+    const struct phys_solutions *all = &run->solutions;
+    size_t named = all->n <= FIGURE_LEGEND ? all->n : FIGURE_LEGEND - 2;
+    char block[32], title[96];
+    const char *unit = run->system.scene->energy_unit;
+    for (size_t k = all->n; k-- > 0;) {
+        const struct phys_solution *s = &all->solution[k];
+        bool result = k == run->chosen;
         snprintf(block, sizeof block, "index %zu", FIRST_FRAME + run->record.n_frames + 1 + k);
-        snprintf(title, sizeof title, "E = %.5g", run->solutions.solution[k].energy);
-        elements(figure, view, block,
-                 STYLE(figure_colours[k % LEGEND], 0, k == run->chosen ? 3 : 1.2, 0),
-                 k < LEGEND ? title : NULL);
+        snprintf(title, sizeof title, "E = %.7g%s%.16s%s", s->energy, unit_blank(unit),
+                 unit_shown(unit), result ? ", the result" : "");
+        const char *colour = k < named ? figure_colours[k] : result ? "#000000" : "#b0b0b0";
+        coordinates_draw(view, figure, block, STYLE(colour, 0, result ? 3 : 1.2, 0), 0);
+        if (k < named || result)
+            figure_draw(figure, STYLE(colour, 0, result ? 3 : 1.2, 0), title, "NaN");
     }
+    snprintf(title, sizeof title, "%zu more, up to %.7g", all->n - named,
+             all->n ? all->solution[all->n - 1].energy : 0);
+    if (named < all->n)
+        figure_draw(figure, STYLE("#b0b0b0", 0, 1.2, 0), title, "NaN");
 }
 
 static void left(struct figure *figure, const struct path_run *run)
 {
     struct coordinates view;
     size_t n = run->settings.slices;
-    coordinates_begin(&view, &run->system, (struct range){0, (double)(n - 1) * run->settings.dt});
-    const double *const paths[] = {run->reference ? run->reference : run->path, run->start,
-                                   run->path};
+    const struct phys_grid grid = phys_grid_of(&run->settings);
+    bool beside = run->reference && !run->solutions.n;
+    coordinates_begin(&view, &run->system, (struct range){0, phys_grid_time(&grid, n - 1)},
+                      !run->settings.mesh);
+    const double *const paths[] = {beside ? run->reference : run->path, run->start, run->path};
     for (size_t p = 0; p < 3; p++) /* all frames of an animation share the axes */
         coordinates_widen(&view, n, paths[p], n, 1);
     for (size_t k = 0; k < run->solutions.n; k++)
         coordinates_widen(&view, n, run->solutions.solution[k].path, n, 1);
+    fprintf(figure->plot->script, "rows = %zu\n", n);
     coordinates_panel(&view, figure);
-    if (run->reference && !run->solutions.n)
-        elements(figure, &view, "index 0", STYLE("#c8c8c8", 0, 6, 0), "reference");
-    if (run->solutions.n)
+    bool map = view.view == VIEW_MAP;
+    if (beside && !map) {
+        coordinates_draw(&view, figure, "index 0", STYLE(COLOUR_REFERENCE, 0, 6, 0), 0);
+        figure_draw(figure, STYLE(COLOUR_REFERENCE, 0, 6, 0), "reference", "NaN");
+    }
+    if (run->solutions.n && !map)
         solutions(figure, &view, run);
     else if (figure->layout.frames)
-        elements(figure, &view, "index frame(f)", STYLE("#1f4e79", 0, 2, 0), "path");
+        coordinates_draw(&view, figure, "index frame(f)", STYLE(NULL, 0, 2, 0), 0);
+    else if (map)
+        coordinates_draw(&view, figure, "index found", STYLE(NULL, 0, 0, 0), 0);
     else
-        left_still(figure, &view, run);
+        still(figure, &view, run);
+    coordinates_legend(&view, figure);
+}
+
+/* ---- right: what the steps changed ---- */
+
+static void gradient(struct figure *figure, const struct path_run *run, size_t block)
+{
+    const double steps = (double)run->found.info.steps;
+    figure_panel(figure, &(struct panel){.across = {"step", NULL, {-0.02 * steps, 1.02 * steps}, 0},
+                                         .y = "|gradient of the action|",
+                                         .x_tics = steps <= 10 ? "1" : "5",
+                                         .log = "y"});
+    figure_draw(figure, STYLE(figure_colours[0], 7, 1.5, 0.6), NULL,
+                "data index %zu%s using 1:($5 > 0 ? $5 : NaN)", block,
+                figure->layout.frames ? " every ::0::step(f)" : "");
 }
 
 /* S, T, V over the steps; dashed: their values on the reference path. An animation shows the
    history up to its frame. */
-static void right(struct figure *figure, const struct path_run *run)
+static void history(struct figure *figure, const struct path_run *run, size_t block)
 {
     const struct phys_path_figures *r = &run->found.info.compared;
     const struct {
-        const char *name, *colour;
+        const char *name;
         double reference;
-    } rows[] = {{"S", "#1f4e79", r->action_mean},
-                {"T", "#c0392b", r->kinetic_mean},
-                {"V", "#27823b", r->potential_mean}};
-    size_t steps = run->found.info.steps;
+    } rows[] = {{"S", r->action_mean}, {"T", r->kinetic_mean}, {"V", r->potential_mean}};
     struct range values = history_range(run);
     int power = range_exponent(values);
     figure_panel(
         figure,
-        &(struct panel){.across = {"step", NULL, {0, steps ? (double)steps : 1}, 0},
+        &(struct panel){.across = {"step", NULL, {0, (double)run->found.info.steps}, 0},
                         .up = {"mean per slice", run->system.scene->energy_unit, values, power},
                         .key = KEY_ABOVE});
     for (size_t k = 0; k < 3 && run->reference; k++)
         // cppcheck-suppress varFuncNullUB ; the title is no variable argument
-        figure_draw(figure, &(struct style){.colour = rows[k].colour, .width = 1, .dash = "2"},
-                    NULL, "%.9g", rows[k].reference / pow(10, power));
+        figure_draw(figure,
+                    &(struct style){.colour = figure_colours[k], .width = 1, .dash = "(6,4)"}, NULL,
+                    "%.9g", rows[k].reference / pow(10, power));
     for (size_t k = 0; k < 3; k++)
-        figure_draw(figure, STYLE(rows[k].colour, 0, 2, 0), rows[k].name,
-                    "data index %zu%s using 1:($%zu/1e%d)",
-                    FIRST_FRAME + run->record.n_frames + 1 + run->solutions.n,
+        figure_draw(figure, STYLE(figure_colours[k], 0, 2, 0), rows[k].name,
+                    "data index %zu%s using 1:($%zu/1e%d)", block,
                     figure->layout.frames ? " every ::0::step(f)" : "", k + 2, power);
+    if (run->reference)
+        figure_draw(figure, &(struct style){.colour = "#606060", .width = 1, .dash = "(6,4)"},
+                    "reference", "NaN");
+}
+
+/* ---- the lines above ---- */
+
+static void conjugate(const struct phys_spectrum *s, const char *unit, struct line *line)
+{
+    if (s->n_conjugate == 0)
+        line_add(line, "no conjugate points");
+    else
+        line_add(line, "conjugate at t = %.4g%s%.16s%s", s->conjugate[0].time, unit_blank(unit),
+                 unit_shown(unit), s->n_conjugate > 1 ? " and later" : "");
+}
+
+static void name_found(const struct path_run *run, struct line *line)
+{
+    const struct phys_path_found *found = &run->found;
+    const struct phys_scene *scene = run->system.scene;
+    const char *E = unit_shown(scene->energy_unit), *t = unit_shown(scene->time_unit);
+    double error = run->refined.n ? path_estimate(run) : found->discretisation;
+    if (run->solutions.n > 1)
+        line_add(line, "%zu stationary paths", run->solutions.n);
+    if (found->keeps_energy && isfinite(found->info.energy_mean))
+        line_add(line, "E = %.6g%s%.16s", found->info.energy_mean, unit_blank(E), E);
+    line_add(line, "S = %.6g%s%.16s%s%.16s", found->info.action, unit_blank(E), E,
+             *E ? unit_blank(t) : "", *E ? t : "");
+    if (!found->stationary)
+        line_add(line, "not stationary: |gradient| %.2g", found->info.grad_norm);
+    else if (found->spectrum.legendre == PHYS_POSITIVE && !found->spectrum.undetermined)
+        line_add(line, "Morse index %zu", found->spectrum.index);
+    if (found->stationary)
+        conjugate(&found->spectrum, t, line);
+    if (found->another && run->solutions.n == 0)
+        line_add(line, "the reference is another path");
+    if (isfinite(error))
+        line_add(line, "discretisation error %.2g%s%.16s", error, unit_blank(scene->unit),
+                 unit_shown(scene->unit));
+}
+
+static void name_run(const struct path_run *run, FILE *out)
+{
+    char text[160];
+    snprintf(text, sizeof text, "%.60s: path between two ends by %s, rule %s, %zu slices",
+             run->system.scene->name, run->solver->name, run->settings.rule->name,
+             run->settings.slices);
+    fputs("name = ", out);
+    quote_gnuplot_label(out, text);
+    fputc('\n', out);
 }
 
 enum ad_status path_picture(const void *context, struct plot *plot, struct ad_error *error)
@@ -158,30 +249,33 @@ enum ad_status path_picture(const void *context, struct plot *plot, struct ad_er
     const struct path_run *run = context;
     FILE *out = plot->script;
     size_t frames = run->record.n_frames, found = FIRST_FRAME + frames;
-    bool history = run->found.info.steps > 0 && run->solutions.n == 0;
+    size_t steps = run->found.info.steps, block = found + 1 + run->solutions.n;
+    bool changes = steps > 0 && run->solutions.n == 0;
     struct layout layout = figure_pair;
     struct figure figure;
+    struct line line = {0};
     write_data(run, plot->data);
-    fputs("set samples 2\nname = ", out);
-    quote_gnuplot_label(out, run->system.scene->name);
-    fputc('\n', out);
+    name_found(run, &line);
+    fprintf(out, "set samples 2\nfound = %zu\n", found);
+    name_run(run, out);
     layout.expression = "name";
-    if (!history) {
+    layout.found = line.text;
+    if (!changes) {
         layout.columns = 1;
-        layout.right = run->solutions.n ? 0.86 : layout.right; /* a legend beside */
+        layout.right = 0.78; /* a legend beside */
     }
     if (plot->animated) {
         layout.frames = frames + 1 + HOLD;
-        layout.expression = "sprintf('%s: step %d of %d', name, step(f), last)";
+        layout.expression = "sprintf('%s, step %d of %d', name, step(f), last)";
         fprintf(out,
                 "last = %zu\nframe(f) = f < %zu ? f + %d : %zu\n"
                 "step(f) = f < %zu ? f * %zu : last\n",
-                run->found.info.steps, frames, FIRST_FRAME, found, frames, run->record.frame_every);
+                steps, frames, FIRST_FRAME, found, frames, run->record.frame_every);
     }
     figure_begin(&figure, plot, &layout);
     left(&figure, run);
-    if (history)
-        right(&figure, run);
+    if (changes)
+        (steps < FEW_STEPS ? gradient : history)(&figure, run, block);
     figure_end(&figure);
     return error->status;
 }

@@ -87,24 +87,25 @@ enum ad_status paper_picture(const void *context, struct plot *plot, struct ad_e
     if (!K)
         return ad_fail(error, AD_E_MEMORY, "out of memory for a kernel of %zu x %zu", n, n);
     double end = fmax(result->t[result->n - 1], p->time[p->frames - 1]);
-    char hbar[32], title[160];
+    char hbar[64], title[160];
     struct layout layout = figure_pair;
     struct figure figure;
     if (qm_kernel(&run->settings.slice, K, error) == AD_OK)
         write_data(p, run, result, K, plot->data);
     free(K);
-    snprintf(hbar, sizeof hbar, "hbar = %.3g", p->hbar);
-    plot->height = 900;
+    snprintf(hbar, sizeof hbar, "a wave packet between walls, hbar = %.3g", p->hbar);
+    layout.height = 920;
     layout.title = hbar;
+    layout.found = "left: the kernel, its real part; right: the density over time";
     layout.rows = 2;
-    layout.bottom = 0.07;
-    layout.top = 0.92;
-    layout.gap_y = 0.12;
+    layout.gap_x = 0.1;
+    layout.bottom = 0.06;
+    layout.top = 0.9;
+    layout.gap_y = 0.13;
     fputs("unset colorbox\n", plot->script);
     figure_begin(&figure, plot, &layout);
     kernel_panel(&figure, "as published: Re K", 0);
-    snprintf(title, sizeof title,
-             "as published: aliased (%.3g rad), renormalised, no potential acts", p->phases);
+    snprintf(title, sizeof title, "as published: aliased (%.3g rad), no potential acts", p->phases);
     density_panel(&figure, title, 1, end, false);
     kernel_panel(&figure, "done right: Re K between walls", 2);
     snprintf(title, sizeof title, "done right: %.3g rad, norm 1 - %.1g", M_PI * run->aliasing.ratio,

@@ -28,15 +28,16 @@ static void plane(struct figure *figure, const struct qm_slit *s)
     FILE *out = figure->plot->script;
     double edges[] = {s->y.low, -s->setup.apart / 2, s->setup.apart / 2, s->y.high};
     double screen = s->setup.speed * s->setup.flight;
-    figure_panel(figure, &(struct panel){.across = {"x", NULL, {s->x.low, s->x.high}, 0},
-                                         .up = {"y", NULL, {s->y.low, s->y.high}, 0},
-                                         .more = "set cblabel 'square root of the density'\n"
-                                                 "set cbrange [0:*]\n"});
+    figure_panel(figure,
+                 &(struct panel){.across = {"x", NULL, {s->x.low, s->x.high}, 0},
+                                 .up = {"y", NULL, {s->y.low, s->y.high}, 0},
+                                 .more = "set cblabel 'square root of the density |\xcf\x88|^2'\n"
+                                         "set cbrange [0:*]\n"});
     for (size_t k = 0; k < 3; k++) /* between the slits and beyond them */
         fprintf(out, "set arrow from 0,%g to 0,%g nohead lw 4 lc rgb '#303030' front\n",
                 edges[k] + (k > 0 ? 1.5 * s->setup.sigma : 0),
                 edges[k + 1] - (k < 2 ? 1.5 * s->setup.sigma : 0));
-    fprintf(out, "set arrow from %g,%g to %g,%g nohead lw 1.5 dt (6,4) lc rgb '#e8743b' front\n",
+    fprintf(out, "set arrow from %g,%g to %g,%g nohead lw 1.5 dt (6,4) lc rgb '#d55e00' front\n",
             screen, s->y.low, screen, s->y.high);
     figure_element(figure, "data index 1+f using 1:2:3 with image");
 }
@@ -50,8 +51,8 @@ static void screen(struct figure *figure, const struct qm_slit *s)
     figure_panel(figure,
                  &(struct panel){.across = {"y along the screen", NULL, {s->y.low, s->y.high}, 0},
                                  .up = {"intensity", NULL, most, 0},
-                                 .key = "top right"});
-    figure_draw(figure, STYLE("#f2c9ae", 0, 4, 0), "thin slits (outer lobes arrive later)",
+                                 .key = KEY_ABOVE});
+    figure_draw(figure, STYLE("#f2c9ae", 0, 4, 0), "thin slits, same maximum",
                 "data index 0 using 1:3");
     snprintf(title, sizeof title, "screen, fringe %.4g", s->fringe);
     figure_draw(figure, STYLE("#0b4f8a", 0, 1.8, 0), title, "data index 0 using 1:2");
@@ -61,16 +62,19 @@ enum ad_status slit_picture(const void *run, struct plot *plot, struct ad_error 
 {
     const struct qm_slit *s = &((const struct slit_run *)run)->slit;
     char title[160];
+    struct line line = {0};
     size_t first = plot->animated ? 0 : s->frames - 1;
     struct layout layout = figure_pair;
     struct figure figure;
     write_data(s, first, plot->data);
-    snprintf(title, sizeof title,
-             "two slits, %g apart and %g wide, hbar = %g: fringe %.4g, of thin slits %.4g",
-             s->setup.apart, s->setup.sigma, s->setup.hbar, s->fringe, s->closed);
+    snprintf(title, sizeof title, "double slit: two slits, %g apart and %g wide, hbar = %g",
+             s->setup.apart, s->setup.sigma, s->setup.hbar);
+    line_add(&line, "fringe %.4g, of thin slits %.4g", s->fringe, s->closed);
+    line_add(&line, "the packet reaches the outer fringes later, so they are weaker");
+    line_add(&line, "norm behind the slits %.3g", s->norm);
     fputs(DENSITY_PALETTE, plot->script);
-    layout.gap_x = 0.2;
     layout.title = title;
+    layout.found = line.text;
     layout.frames = s->frames - first;
     figure_begin(&figure, plot, &layout);
     plane(&figure, s);

@@ -79,7 +79,7 @@ static void draw_bodies(struct figure *figure, const struct simulate_run *run,
             range_widen(&x, s->x[2 * frames->sample[f] * s->system->dof + k]);
             range_widen(&y, s->x[2 * frames->sample[f] * s->system->dof + k + 1]);
         }
-    figure_panel(figure, &(struct panel){.place = {0.07, 0.4, 0.15, 0.87},
+    figure_panel(figure, &(struct panel){.place = {0.07, 0.4, 0.13, 0.86},
                                          .across = {"x", NULL, range_with_margins(x, .03, .03), 0},
                                          .up = {"y", NULL, range_with_margins(y, .03, .03), 0},
                                          .equal = true});
@@ -91,31 +91,31 @@ static void draw_bodies(struct figure *figure, const struct simulate_run *run,
 
 static void draw_distributions(struct figure *figure, size_t block)
 {
-    figure_panel(figure, &(struct panel){.place = {0.6, 0.93, 0.54, 0.91},
+    figure_panel(figure, &(struct panel){.place = {0.6, 0.93, 0.55, 0.86},
                                          .x = "r / {/Symbol s}",
                                          .y = "g(r)",
                                          .x_range = "[0:5]",
                                          .y_range = "[0:*]",
-                                         .key = "top right"});
+                                         .key = KEY_ABOVE});
     figure_element(figure, "1 lc rgb '#b0b0b0' dt 2 notitle");
-    figure_draw(figure, STYLE("#e8a33d", 0, 1.5, 0), "start", "data index %zu using 1:2", block);
-    figure_draw(figure, STYLE("#1f4e79", 0, 1.8, 0), "end", "data index %zu using 3:4", block);
+    figure_draw(figure, STYLE("#e69f00", 0, 1.5, 0), "start", "data index %zu using 1:2", block);
+    figure_draw(figure, STYLE("#0072b2", 0, 1.8, 0), "end", "data index %zu using 3:4", block);
 }
 
 /* The grey line is the time of the frame. */
 static void draw_orders(struct figure *figure, const struct phys_motion_solution *s, size_t block)
 {
-    figure_panel(figure, &(struct panel){.place = {0.6, 0.93, 0.1, 0.44},
+    figure_panel(figure, &(struct panel){.place = {0.6, 0.93, 0.1, 0.41},
                                          .across = {"t", NULL, {0, s->t[s->n - 1]}, 0},
                                          .y = "neighbours",
                                          .y_range = "[0:6.3]",
                                          .y_tics = "0,1,6",
-                                         .key = "at graph 0.98,0.36",
+                                         .key = KEY_ABOVE,
                                          .more = "set y2range [0:1.05]\nset y2tics 0,0.2,1\n"
                                                  "set y2label 'hexatic order'\n"});
-    figure_draw(figure, STYLE("#1f4e79", 0, 1.8, 0), "neighbours", "data index %zu using 1:2",
+    figure_draw(figure, STYLE("#0072b2", 0, 1.8, 0), "neighbours", "data index %zu using 1:2",
                 block);
-    figure_draw(figure, &(struct style){.colour = "#c0392b", .width = 1.8, .axes = "x1y2"},
+    figure_draw(figure, &(struct style){.colour = "#d55e00", .width = 1.8, .axes = "x1y2"},
                 "hexatic order", "data index %zu using 1:3", block);
     figure_element(figure, "'+' using (time[f + 1]):(0):(0):(6.3) every ::0::0 with vectors nohead "
                            "lc rgb '#b0b0b0' notitle");
@@ -125,11 +125,18 @@ static void draw(const struct simulate_run *run, const struct frames *frames, st
 {
     const struct phys_motion_solution *s = &run->motion;
     char title[128];
-    struct layout layout = {.height = 520, .expression = title, .frames = frames->n};
+    struct line line = {0};
+    struct layout layout = {
+        .height = 540, .expression = title, .found = line.text, .frames = frames->n};
     struct figure figure;
     FILE *out = plot->script;
-    snprintf(title, sizeof title, "sprintf('gas: %zu bodies, friction %g, t = %%g', time[f + 1])",
-             run->system.bodies, phys_system_get(&run->system, "friction"));
+    snprintf(title, sizeof title,
+             "sprintf('gas: %zu bodies by %s, friction %g, t = %%g', time[f + 1])",
+             run->system.bodies, s->integrator->name, phys_system_get(&run->system, "friction"));
+    line_add(&line, "at the end: %.3g neighbours, hexatic order %.2g, peak of g %.3g",
+             run->order_end.mean.neighbours, run->order_end.mean.hexatic, run->order_end.peak);
+    if (s->keeps_energy)
+        line_add(&line, "largest relative drift of the energy %.2g", s->info.energy_drift);
     fputs("set palette defined (0 '#d9d9d9', 1 '#f2c879', 2 '#f2b134', 3 '#e8743b', 4 '#8fc7e8', "
           "5 '#3c8dc5', 6 '#0b4f8a', 7 '#3f0a50') maxcolors 8\nset cbrange [-0.5:7.5]\n"
           "set cblabel 'neighbours' offset 0.5\nset cbtics 0,1,7\n",

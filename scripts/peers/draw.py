@@ -4,7 +4,7 @@ import shutil
 import subprocess
 
 OURS = "leastaction"
-COLOURS = "#b8261b", "#e8743b", "#7a3fa0", "#f2b134", "#3f9b6e", "#3c8dc5", "#606060", "#a8703a", "#d05090"
+COLOURS = "#b8261b", "#d55e00", "#7a3fa0", "#f2b134", "#009e73", "#56b4e9", "#606060", "#a8703a", "#d05090"
 
 
 def script(rows, picture, origin):

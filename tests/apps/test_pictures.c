@@ -1,8 +1,10 @@
 /* Pictures: gnuplot draws them, is missing, or leaves a partial file. */
 #include "tests/close.h"
+#include "picture_text.h"
 #include "shell.h"
 #include "tests/mentions.h"
 
+#include <stdio.h>
 #include <string.h>
 
 static void test_picture_without_gnuplot(void **state)
@@ -62,9 +64,90 @@ static void test_picture_of_all_paths(void **state)
     (void)state;
     shell_works("mkdir none && PATH=$PWD/none $LA path pendulum --all --plot all.svg --quiet");
     shell_works(
-        "grep -c '^# solution' all.svg.dat; grep -o 'title \"E = [0-9.]*\"' all.svg.gp | wc -l; "
-        "grep -c '^plot' all.svg.gp");
+        "grep -c '^# solution' all.svg.dat; grep -o 'title \"E = [0-9.]* J[,a-z ]*\"' all.svg.gp | "
+        "wc -l; grep -c '^plot' all.svg.gp");
     assert_string_equal(shell_out(), "3\n3\n1\n");
+}
+
+/* D: no text of any kind of picture lies on another or leaves the picture. */
+static void test_texts_are_apart(void **state)
+{
+    (void)state;
+    static const char *const commands[] = {
+        "path pendulum",                            /* Newton's gradient over few steps */
+        "path pendulum --preset paper --steps 60",  /* S, T, V over the steps of a descent */
+        "path pendulum --all",                      /* several paths */
+        "path threebody --slices 40",               /* bodies by name, another reference */
+        "path dimer --slices 20",                   /* two bodies */
+        "path ephemeris --preset paper --steps 20", /* five bodies, powers of ten */
+        "path brachistochrone",                     /* several coordinates, odd units */
+        "path ./chain.so --set masses=20 --slices 11 --init ode", /* a map of site and time */
+        "modes dblpend",
+        "modes dimer",
+        "simulate kepler --time 20",                               /* a centre */
+        "simulate pendulum --event theta=0 --event 'v_theta>0.1'", /* events */
+        "simulate pythagorean --time 5",
+        "simulate arenstorf",
+        "simulate ./chain.so --time 5",
+        "simulate ephemeris --data $ROOT/tests/data/horizons --days 20", /* space */
+        "simulate gas --set bodies=20 --time 4",
+        "quantum", /* few samples: a curve each */
+        "quantum --scene harmonic --steps 40",
+        "quantum --scene double-slit --points 170",
+        "quantum --preset paper --scale 0.25",
+        "rollout hnn.h5 --against baseline.h5 --truth pendulum --x0 1,0 --time 4",
+        "rollout hnn.h5 --x0 1,0 --time 4",
+        "field hnn.h5",
+        "rollout pixels.h5 --truth pixels --time 9",
+        "fit pendulum motion.csv --free l",
+    };
+    static const char training[] = "--hidden 4 --steps 2 --batch 10 --quiet";
+    if (shell("command -v gnuplot") != 0)
+        skip();
+    shell_works("cp $ROOT/docs/examples/chain.c . && $LA build chain.c --quiet && "
+                "$LA dataset pendulum --trials 6 --points 9 --quiet --out p.h5 && "
+                "$LA dataset pixels --trials 6 --points 5 --size 8 --quiet --out f.h5 && "
+                "$LA train p.h5 --model hnn %s --out hnn.h5 && "
+                "$LA train p.h5 --model baseline %s --out baseline.h5 && "
+                "$LA train f.h5 --model pixel-hnn %s --out pixels.h5 && "
+                "$LA simulate pendulum --set theta0=.5 --samples 20 --csv motion.csv --quiet",
+                training, training, training);
+    for (size_t k = 0; k < sizeof commands / sizeof *commands; k++) {
+        shell("$LA %s --quiet --plot x.svg", commands[k]);
+        print_message("%s\n", commands[k]);
+        assert_true(picture_text_is_apart("x.svg") > 10);
+        shell_works("rm x.svg");
+    }
+}
+
+/* That the measurement sees what it is for. */
+static void test_texts_that_are_not_apart(void **state)
+{
+    (void)state;
+#define TEXT(x, y, anchor, turn, text)                                                             \
+    "<g transform=\"translate(" x "," y ")" turn "\" font-size=\"13.00\" text-anchor=\"" anchor    \
+    "\"><text><tspan>" text "</tspan></text></g>"
+    static const struct {
+        const char *svg;
+        size_t faults;
+    } cases[] = {
+        {TEXT("50", "50", "start", "", "one") TEXT("80", "50", "start", "", "two"), 0},
+        {TEXT("50", "50", "start", "", "one") TEXT("65", "50", "start", "", "two"), 1},
+        {TEXT("50", "50", "end", "", "one") TEXT("60", "50", "start", "", "two"), 0},
+        {TEXT("50", "50", "middle", "", "wider") TEXT("60", "56", "start", "", "two"), 1},
+        {TEXT("50", "50", "middle", " rotate(270)", "wider") TEXT("60", "50", "start", "", "a"), 0},
+        {TEXT("50", "50", "middle", " rotate(270)", "wider") TEXT("40", "40", "start", "", "a"), 1},
+        {TEXT("10", "50", "end", "", "leaves"), 1},
+        {TEXT("190", "50", "start", "", "leaves"), 1},
+        {TEXT("50", "4", "start", "", "leaves"), 1},
+    };
+#undef TEXT
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char svg[600], what[400];
+        size_t texts;
+        snprintf(svg, sizeof svg, "<svg viewBox=\"0 0 200 100\">%s</svg>", cases[k].svg);
+        assert_int_equal(picture_text_faults(svg, what, &texts), cases[k].faults);
+    }
 }
 
 int main(void)
@@ -74,6 +157,8 @@ int main(void)
         cmocka_unit_test_teardown(test_half_a_picture, shell_empty),
         cmocka_unit_test_teardown(test_pictures, shell_empty),
         cmocka_unit_test_teardown(test_picture_of_all_paths, shell_empty),
+        cmocka_unit_test_teardown(test_texts_are_apart, shell_empty),
+        cmocka_unit_test(test_texts_that_are_not_apart),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }

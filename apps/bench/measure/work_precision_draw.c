@@ -185,8 +185,14 @@ static void doubtful(double doubt, FILE *out)
 void work_draw(const char *title, size_t n, const struct work_curve curves[], double doubt,
                struct plot *plot)
 {
-    static const struct layout layout = {1120, 540,  NULL, 1, 2,    0.07, 0.79,
-                                         0.11, 0.92, 0,    0, NULL, 0};
+    static const struct layout layout = {.width = 1120,
+                                         .height = 540,
+                                         .rows = 1,
+                                         .columns = 2,
+                                         .left = 0.07,
+                                         .right = 0.79,
+                                         .bottom = 0.11,
+                                         .top = 0.92};
     struct decades d = fastest(n, curves);
     struct figure figure;
     char seconds[48], evaluations[48];
