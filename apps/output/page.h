@@ -38,6 +38,10 @@ enum ad_status page_may_replace(const char *name, struct ad_error *error);
 
 /* ---- numbers of a page (page_numbers.c) ---- */
 
+/* Of the finite ones of n numbers: the largest less the least, 1 where that is 0; and their
+ * indices.
+ */
+double page_span(size_t n, const double *value, size_t *least, size_t *most);
 /* At most `keep` (at least 2) of n samples, in order, into index[n]: the ends, and those that the
    polygon through the others misses most, in shares of the span of each of some rows [rows x n].
    With few rows their extremes are among them. Returns how many. */

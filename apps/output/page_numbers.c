@@ -36,7 +36,7 @@ static struct stretch stretch(size_t n, size_t rows, const double *value, const 
     return s;
 }
 
-static double find_span(size_t n, const double *row, size_t *least, size_t *most)
+double page_span(size_t n, const double *row, size_t *least, size_t *most)
 {
     *least = *most = 0;
     for (size_t i = 0; i < n; i++) {
@@ -63,7 +63,7 @@ size_t page_pick(size_t n, size_t rows, const double *value, size_t keep, size_t
     }
     kept[0] = kept[n - 1] = true;
     for (size_t r = 0; r < rows; r++) {
-        span[r] = find_span(n, value + r * n, &least, &most);
+        span[r] = page_span(n, value + r * n, &least, &most);
         if (2 * rows + 2 <= keep)
             kept[least] = kept[most] = true;
     }

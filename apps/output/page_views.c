@@ -32,6 +32,7 @@ struct series {
 
 struct view {
     size_t rank;             /* of the first dataset */
+    const char *mark;        /* another dataset that the file has; NULL: any file */
     const char *over, *name; /* dataset of the frames (NULL: one frame), and what it is */
     const char *along;       /* dataset of the axis; where there is none, numbers from 0 */
     struct group group[3];
@@ -39,7 +40,9 @@ struct view {
 };
 
 static const struct view views[] = {
+    {3, "columns", "row", "row", "time", {{"path", "FCN", "path", "line"}}, {{0}}},
     {3,
+     "step",
      "step",
      "step",
      "time",
@@ -53,11 +56,13 @@ static const struct view views[] = {
     {2,
      NULL,
      NULL,
+     NULL,
      "time",
      {{"path", "CN", "motion", "line"}},
      {{"time", false, {{"energy", "energy", 0, false}}},
       {"time", true, {{"energy", "energy drift", 0, true}, {"error", "error", 0, false}}}}},
     {2,
+     NULL,
      "time",
      "t",
      "x",
@@ -65,6 +70,7 @@ static const struct view views[] = {
      {{"time", false, {{"moments", "mean x", 1, false}, {"moments", "width", 2, false}}},
       {"time", false, {{"moments", "norm", 0, false}}}}},
     {2,
+     NULL,
      NULL,
      NULL,
      "time",
@@ -76,7 +82,20 @@ static const struct view views[] = {
        {{"energy", "energy of the model", 0, false},
         {"against_energy", "of the other", 0, false},
         {"truth_energy", "of the truth", 0, false}}}}},
-    {2, NULL, NULL, "t", {{"model", "NC", "model", "line"}, {"data", "NC", "data", "dots"}}, {{0}}},
+    {2,
+     NULL,
+     NULL,
+     NULL,
+     "t",
+     {{"model", "NC", "model", "line"}, {"data", "NC", "data", "dots"}},
+     {{0}}},
+    {1,
+     NULL,
+     NULL,
+     NULL,
+     "y",
+     {{"screen", "N", "on the screen", "line"}, {"thin_slits", "N", "thin slits", "dash"}},
+     {{0}}},
 };
 
 /* ---- datasets ---- */
@@ -93,8 +112,9 @@ static bool has(phys_hdf5 *file, const char *name, size_t rank, struct phys_hdf5
     return true;
 }
 
-/* n numbers of a dataset or, where it has not these, 0, 1, 2, ... */
-static double *axis(phys_hdf5 *file, const char *name, size_t n, struct ad_error *error)
+/* n numbers of a dataset or, where it has not these, `first` and on. */
+static double *axis(phys_hdf5 *file, const char *name, size_t n, double first,
+                    struct ad_error *error)
 {
     struct phys_hdf5_item item;
     double *value = malloc(n * sizeof *value);
@@ -104,15 +124,16 @@ static double *axis(phys_hdf5 *file, const char *name, size_t n, struct ad_error
         phys_hdf5_read(file, name, 0, n, value, error);
     else
         for (size_t i = 0; i < n; i++)
-            value[i] = (double)i;
+            value[i] = first + (double)i;
     return value;
 }
 
 /* What is written of an axis: all of it, or the samples picked. */
 static void write_axis(phys_hdf5 *file, struct json *json, const char *key, const char *name,
-                       size_t n, size_t kept, const size_t *pick, struct ad_error *error)
+                       size_t n, double first, size_t kept, const size_t *pick,
+                       struct ad_error *error)
 {
-    double *value = axis(file, name, n, error);
+    double *value = axis(file, name, n, first, error);
     for (size_t i = 0; value && i < kept; i++)
         value[i] = value[pick[i]];
     json_object(json, key);
@@ -262,8 +283,8 @@ static void write_panel(struct panel *p, struct json *json, struct ad_error *err
     json_text(json, "frame", view->name);
     json_count(json, "curves_of", p->C);
     if (view->over)
-        write_axis(p->file, json, "frames", view->over, p->F, p->frames, p->frame, error);
-    write_axis(p->file, json, "along", view->along, p->n, p->kept, p->pick, error);
+        write_axis(p->file, json, "frames", view->over, p->F, 1, p->frames, p->frame, error);
+    write_axis(p->file, json, "along", view->along, p->n, 0, p->kept, p->pick, error);
     json_array(json, "groups");
     for (size_t g = 0; g < 3; g++)
         if (p->item[g].rank)
@@ -284,7 +305,7 @@ static enum ad_status main_panel(phys_hdf5 *file, const struct view *view, struc
     p.n = length(view->group, &p.item[0], 'N');
     p.curves = p.C < CURVES ? p.C : CURVES;
     for (size_t g = 1; g < 3 && view->group[g].dataset; g++)
-        if (!has(file, view->group[g].dataset, 2, &p.item[g]) ||
+        if (!has(file, view->group[g].dataset, strlen(view->group[g].axes), &p.item[g]) ||
             length(&view->group[g], &p.item[g], 'N') != p.n)
             p.item[g].rank = 0;
     p.frame = calloc(p.F, sizeof *p.frame);
@@ -340,7 +361,7 @@ static void write_lines(phys_hdf5 *file, const struct series *series, size_t lin
     const size_t kept = page_pick(n, lines, seen, LINE, pick);
     json_object(json, NULL);
     json_bool(json, "log", series->log);
-    write_axis(file, json, "over", series->over, n, kept, pick, error);
+    write_axis(file, json, "over", series->over, n, 0, kept, pick, error);
     json_array(json, "lines");
     for (size_t k = 0; k < lines; k++) {
         for (size_t i = 0; i < kept; i++)
@@ -378,12 +399,104 @@ static void write_series(phys_hdf5 *file, const struct series *series, struct js
         }
         free(column);
     }
-    if (lines && error->status == AD_OK)
+    if (lines && n > 1 && error->status == AD_OK)
         write_lines(file, series, lines, line, n, value, json, error);
     free(value);
 }
 
+/* ---- images ---- */
+
+/* Densities in the plane, and frames of a film: [frames x rows x columns]. */
+static const struct image {
+    const char *dataset, *name, *over;
+    bool density; /* [frames x x x y], and shown by its square root */
+} images[] = {{"density", "density", "time", true},
+              {"model/frames", "frames of the model", "frame", false},
+              {"against/frames", "frames of the other", "frame", false},
+              {"truth/frames", "true frames", "frame", false}};
+enum { IMAGE_SIDE = 112, IMAGE_BYTES = 400000 };
+
+/* The largest number of each block, between the least and the largest of all, in 255 steps. */
+static void reduce(const double *value, size_t rows, size_t columns, size_t block, double *to)
+{
+    const size_t across = (columns + block - 1) / block, down = (rows + block - 1) / block;
+    for (size_t k = 0; k < across * down; k++)
+        to[k] = -INFINITY;
+    for (size_t r = 0; r < rows; r++)
+        for (size_t c = 0; c < columns; c++) {
+            double *cell = &to[r / block * across + c / block];
+            *cell = fmax(*cell, value[r * columns + c]);
+        }
+}
+
+/* Densities by the square root and each frame between its own numbers, since a packet that spreads
+   pales; others between those of all frames. */
+static void write_bytes(struct json *json, size_t frames, size_t size, const double *value,
+                        bool density)
+{
+    const size_t group = density ? size : frames * size;
+    unsigned char *bytes = malloc(frames * size + 1);
+    double *high = malloc(frames * sizeof *high), low = INFINITY;
+    for (size_t f = 0; bytes && high && f < frames; f++) {
+        const double *own = density ? value + f * size : value;
+        size_t least = 0, most = 0;
+        const double span = page_span(group, own, &least, &most);
+        high[f] = own[most];
+        low = fmin(low, own[least]);
+        for (size_t k = f * size; k < (f + 1) * size; k++) {
+            const double share = fmin(1, fmax(0, (value[k] - own[least]) / span));
+            bytes[k] = (unsigned char)lround(255 * (density ? sqrt(share) : share));
+        }
+    }
+    json_number(json, "low", low);
+    if (bytes && high) {
+        page_doubles(json, "high", frames, high);
+        json_base64(json, "bytes", frames * size, bytes);
+    }
+    AD_FREE(bytes, high);
+}
+
+static void write_image(phys_hdf5 *file, const struct image *image,
+                        const struct phys_hdf5_item *item, struct json *json,
+                        struct ad_error *error)
+{
+    const size_t F = item->dims[0], rows = item->dims[1], columns = item->dims[2];
+    const size_t longest = rows > columns ? rows : columns;
+    const size_t block = (longest + IMAGE_SIDE - 1) / IMAGE_SIDE;
+    const size_t down = (rows + block - 1) / block, across = (columns + block - 1) / block;
+    const size_t most = IMAGE_BYTES / (down * across), frames = F < most ? F : most;
+    double *value = malloc(rows * columns * sizeof *value);
+    double *all = malloc(frames * down * across * sizeof *all);
+    size_t *frame = malloc(frames * sizeof *frame);
+    if (!value || !all || !frame)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t f = 0; f < frames && error->status == AD_OK; f++) {
+        frame[f] = frames > 1 ? f * (F - 1) / (frames - 1) : F - 1;
+        if (phys_hdf5_read(file, image->dataset, frame[f], 1, value, error) == AD_OK)
+            reduce(value, rows, columns, block, all + f * down * across);
+    }
+    if (error->status == AD_OK) {
+        json_object(json, NULL);
+        json_text(json, "name", image->name);
+        json_bool(json, "density", image->density);
+        json_count(json, "rows", down);
+        json_count(json, "columns", across);
+        write_axis(file, json, "frames", image->over, F, 0, frames, frame, error);
+        write_bytes(json, frames, down * across, all, image->density);
+        json_end_object(json);
+    }
+    AD_FREE(value, all, frame);
+}
+
 /* ---- the page ---- */
+
+static bool fits(phys_hdf5 *file, const struct view *view)
+{
+    struct phys_hdf5_item item;
+    struct ad_error none = {0};
+    return has(file, view->group[0].dataset, view->rank, &item) &&
+           (!view->mark || phys_hdf5_shape(file, view->mark, &item, &none) == AD_OK);
+}
 
 enum ad_status page_of_run(phys_hdf5 *file, const char *name, FILE *out, struct ad_error *error)
 {
@@ -395,8 +508,7 @@ enum ad_status page_of_run(phys_hdf5 *file, const char *name, FILE *out, struct 
     json_text(&page.json, "kind", "run");
     json_text(&page.json, "file", name);
     page_attributes(&page.json, file, error);
-    while (v < sizeof views / sizeof *views &&
-           !has(file, views[v].group[0].dataset, views[v].rank, &item))
+    while (v < sizeof views / sizeof *views && !fits(file, &views[v]))
         v++;
     if (v < sizeof views / sizeof *views && error->status == AD_OK &&
         main_panel(file, &views[v], &page.json, error) == AD_OK) {
@@ -405,5 +517,10 @@ enum ad_status page_of_run(phys_hdf5 *file, const char *name, FILE *out, struct 
             write_series(file, &views[v].series[k], &page.json, error);
         json_end_array(&page.json);
     }
+    json_array(&page.json, "images");
+    for (size_t k = 0; k < sizeof images / sizeof *images && error->status == AD_OK; k++)
+        if (has(file, images[k].dataset, 3, &item))
+            write_image(file, &images[k], &item, &page.json, error);
+    json_end_array(&page.json);
     return page_end(&page, out, error);
 }

@@ -7,6 +7,7 @@
 #include "autodiff/clock.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* ---- options ---- */
@@ -115,6 +116,15 @@ static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad
     phys_hdf5_write(file, "time", AD_F64, 1, &s->frames, s->time);
     phys_hdf5_write(file, "density", AD_F64, 3, (size_t[]){s->frames, s->x.n, s->y.n}, s->density);
     phys_hdf5_text(file, "density", "axes", "frame, x, y: |psi|^2");
+    double *y = malloc(s->y.n * sizeof *y);
+    if (!y)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t b = 0; b < s->y.n; b++)
+        y[b] = qm_x(&s->y, b);
+    phys_hdf5_write(file, "y", AD_F64, 1, &s->y.n, y);
+    phys_hdf5_write(file, "screen", AD_F64, 1, &s->y.n, s->screen);
+    phys_hdf5_write(file, "thin_slits", AD_F64, 1, &s->y.n, s->expected);
+    free(y);
     return error->status;
 }
 
