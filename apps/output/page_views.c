@@ -414,7 +414,7 @@ static const struct image {
               {"model/frames", "frames of the model", "frame", false},
               {"against/frames", "frames of the other", "frame", false},
               {"truth/frames", "true frames", "frame", false}};
-enum { IMAGE_SIDE = 112, IMAGE_BYTES = 400000 };
+enum { IMAGE_SIDE = 128, IMAGE_BYTES = 400000 };
 
 /* The largest number of each block, between the least and the largest of all, in 255 steps. */
 static void reduce(const double *value, size_t rows, size_t columns, size_t block, double *to)
