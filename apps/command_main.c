@@ -2,6 +2,7 @@
  */
 #include "autodiff/free.h"
 #include "command.h"
+#include "output/scan.h"
 #include "quote.h"
 
 #include <stdio.h>
@@ -76,7 +77,8 @@ static int run(const struct command *command, int argc, char *const argv[], stru
         else if (common->version)
             puts("leastaction " LEASTACTION_VERSION);
         else
-            status = command->run(common, error);
+            status =
+                common->scan.n ? scan_run(command, common, error) : command->run(common, error);
         options_free(&command->line, common);
         AD_FREE(common, text);
         return status;

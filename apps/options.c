@@ -27,6 +27,13 @@ static const struct option scene[] = {
     {"set", "NAME=VALUE", OPTION_SETTINGS, NULL, "a parameter of the scene; repeatable", AT(set)},
 };
 
+static const struct option scans[] = {
+    {"scan", "NAME=FROM:TO:N", OPTION_TEXTS, NULL,
+     "runs at N values of a parameter, or, given twice, of two; :log spaces them so", AT(scan)},
+    {"curves", "KEY,...", OPTION_TEXT, NULL,
+     "which numbers of a scan are shown, by their JSON keys [those that vary]", AT(curves)},
+};
+
 static const struct option outputs[] = {
     {"out", "FILE.h5", OPTION_OUTPUT, NULL, "everything, as HDF5", AT(out)},
     {"csv", "FILE", OPTION_OUTPUT, NULL, "the result as CSV; - is standard output", AT(csv)},
@@ -43,6 +50,7 @@ enum { FILES_MOST = 16 }; /* arguments and options of a subcommand that name fil
 size_t options_rows(const struct command_line *line)
 {
     return line->n_options + (line->scene ? COUNT(scene) : 0) +
+           (line->scene && line->outputs ? COUNT(scans) : 0) +
            (line->outputs ? COUNT(outputs) : 0) + COUNT(general);
 }
 
@@ -54,6 +62,7 @@ const struct option *options_row(const struct command_line *line, size_t k)
     } part[] = {{line->options, line->n_options},
                 {scene, line->scene ? COUNT(scene) : 0},
                 {outputs, line->outputs ? COUNT(outputs) : 0},
+                {scans, line->scene && line->outputs ? COUNT(scans) : 0},
                 {general, COUNT(general)}};
     size_t p = 0;
     while (k >= part[p].n)

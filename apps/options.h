@@ -50,6 +50,8 @@ struct settings {
     struct phys_setting *setting; /* owned, and so are the names */
 };
 
+struct scan;
+
 /* What every subcommand takes. */
 struct common {
     bool help, version, json, quiet, verbose, no_native;
@@ -57,7 +59,10 @@ struct common {
     size_t threads;
     const char *out, *csv, *plot; /* where the subcommand has results to write */
     struct settings set;          /* where it opens a scene */
-    const char *argument[2];      /* what is not an option, in order; NULL beyond the last */
+    struct texts scan;            /* where it does both */
+    const char *curves;
+    struct scan *scanning;   /* that this run belongs to: its report goes there; NULL: none */
+    const char *argument[2]; /* what is not an option, in order; NULL beyond the last */
     size_t n_arguments;
     const char *command; /* the whole command line, quoted for a shell; set by main */
     const struct command_line *line;

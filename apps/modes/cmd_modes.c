@@ -96,7 +96,7 @@ static int run(const void *options, struct ad_error *error)
 #define AT(member) offsetof(struct modes_options, member)
 
 static const struct option table[] = {
-    {"starts", "N", OPTION_SOME, NULL, "starts of Newton's method [100]", AT(starts)},
+    {"starts", "N", OPTION_SOME, NULL, "starts of Newton's method [200]", AT(starts)},
     {"within", "NAME=LOW:HIGH", OPTION_TEXTS, NULL,
      "where starts are drawn, repeatable [about the scene's start; a turn for angles]", AT(within)},
     {"equilibrium", "N", OPTION_SOME, NULL, "which one the picture is of [1]", AT(equilibrium)},

@@ -1,5 +1,6 @@
 /* Equilibria and modes: the report, a row a mode, and the picture of one mode. */
 #include "apps/output/coordinates.h"
+#include "apps/output/unit.h"
 #include "apps/quote.h"
 #include "modes.h"
 
@@ -23,11 +24,11 @@ static void report_modes(const struct modes_run *run, struct report *report)
     const size_t dof = run->system.dof;
     double *shape = malloc(dof * sizeof *shape);
     char name[64], unit[64] = "";
-    if (scene->time_unit)
+    if (*unit_shown(scene->time_unit))
         snprintf(unit, sizeof unit, "rad/%s", scene->time_unit);
     const char *growth_unit = NULL;
     char per[64];
-    if (scene->time_unit) {
+    if (*unit_shown(scene->time_unit)) {
         snprintf(per, sizeof per, "1/%s", scene->time_unit);
         growth_unit = per;
     }

@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STARTS = 100, STEPS = 300, DESCENTS = 100, PLACES = 3, SURVEY = 15 };
+enum { STARTS = 200, STEPS = 300, DESCENTS = 100, PLACES = 3, SURVEY = 15 };
 
 static const double longest_step = 0.5; /* all in units of the box's half width */
 static const double escaped = 30;

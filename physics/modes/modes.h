@@ -19,7 +19,7 @@ enum { PHYS_MODES_DOF = 300 };
 
 /* Zero means the default. */
 struct phys_equilibria_settings {
-    size_t starts; /* of Newton's method, the scene's own and random ones; 0: 100 */
+    size_t starts; /* of Newton's method, the scene's own and random ones; 0: 200 */
     uint64_t seed; /* of these */
     /* [dof] each: the box of the random starts; NULL: about the scene's start, as large as its
        largest coordinate, or 1; a whole turn for angles. NaN: the same for that coordinate. */

@@ -1,0 +1,426 @@
+/* Scans of parameters (scan.h). */
+#include "scan.h"
+#include "apps/interrupt.h"
+#include "apps/quote.h"
+#include "autodiff/free.h"
+#include "figure.h"
+#include "outputs.h"
+#include "physics/io/grow.h"
+#include "report_rows.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define COUNT_OF(a) (sizeof(a) / sizeof(a)[0])
+
+enum { AXES = 2, PANELS = 4, MOST = 100000, LONGEST = 8, KEY = 96 };
+
+struct axis_of_scan {
+    char name[64];
+    char unit[64];
+    double from, to;
+    size_t n;
+    bool log;
+};
+
+/* A number of the reports: one a run, NaN where a report is without. */
+struct result_column {
+    char key[KEY];
+    char unit[40];
+    double *value; /* [runs] */
+    bool labelled, shown;
+};
+
+struct scan {
+    const struct command *command;
+    const struct common *common;
+    struct axis_of_scan axis[AXES];
+    const char *scene;
+    size_t axes, runs, run; /* run: which is on */
+    size_t n;
+    struct result_column *column;
+    int *status; /* [runs] */
+    size_t missed, done;
+    size_t first; /* that missed */
+    struct ad_error why;
+    bool no_memory;
+};
+
+static double value_of(const struct scan *scan, size_t axis, size_t run)
+{
+    const struct axis_of_scan *a = &scan->axis[axis];
+    const size_t k = axis + 1 < scan->axes ? run / scan->axis[1].n : run % a->n;
+    const double share = (double)k / (double)(a->n - 1);
+    if (k + 1 == a->n)
+        return a->to;
+    return a->log ? a->from * pow(a->to / a->from, share) : a->from + (a->to - a->from) * share;
+}
+
+/* NAME=FROM:TO:N, or NAME=FROM:TO:N:log */
+static enum ad_status read_axis(struct scan *scan, const char *text, struct ad_error *error)
+{
+    struct axis_of_scan *a = &scan->axis[scan->axes];
+    char copy[256], *part[4] = {NULL}, *rest;
+    uint64_t n = 0;
+    size_t parts = 0;
+    snprintf(copy, sizeof copy, "%s", text);
+    char *equals = strchr(copy, '=');
+    if (equals)
+        for (char *p = strtok_r(equals + 1, ":", &rest); p && parts < COUNT_OF(part);
+             p = strtok_r(NULL, ":", &rest))
+            part[parts++] = p;
+    if (!equals || parts < 3 || strlen(text) >= sizeof copy || !options_number(part[0], &a->from) ||
+        !options_number(part[1], &a->to) || !options_integer(part[2], MOST, &n) || n < 2 ||
+        a->from == a->to || (part[3] && strcmp(part[3], "log") != 0))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--scan: expected NAME=FROM:TO:N, N from 2, as in m=1:2:11, or "
+                       "m=1:100:5:log, got '%s'",
+                       text);
+    a->log = part[3] != NULL;
+    if (a->log && !(a->from > 0 && a->to > 0))
+        return ad_fail(error, AD_E_ARGUMENT, "--scan: log needs values above 0, got '%s'", text);
+    a->n = (size_t)n;
+    snprintf(a->name, sizeof a->name, "%.*s", (int)(equals - copy), copy);
+    scan->axes++;
+    return AD_OK;
+}
+
+/* Names and units of the parameters, before anything runs. */
+static enum ad_status check_axes(struct scan *scan, struct ad_error *error)
+{
+    struct phys_system system;
+    const struct settings *set = &scan->common->set;
+    for (size_t k = 0; k < COUNT_OF(scan->common->argument); k++)
+        if (scan->common->line->arguments[k] && strstr(scan->common->line->arguments[k], "SCENE"))
+            scan->scene = scan->common->argument[k];
+    if (!scan->scene)
+        return ad_fail(error, AD_E_ARGUMENT, "--scan needs a scene");
+    if (phys_system_open(scan->scene, &system, error) == AD_OK)
+        for (size_t k = 0; k < scan->axes && error->status == AD_OK; k++) {
+            struct axis_of_scan *a = &scan->axis[k];
+            for (size_t i = 0; i < set->n; i++)
+                if (strcmp(set->setting[i].name, a->name) == 0)
+                    ad_fail(error, AD_E_ARGUMENT, "--scan does not go with --set %s", a->name);
+            if (k == 1 && strcmp(a->name, scan->axis[0].name) == 0)
+                ad_fail(error, AD_E_ARGUMENT, "--scan: %s twice", a->name);
+            if (isnan(phys_system_get(&system, a->name)))
+                phys_system_set(&system, a->name, a->from, error); /* names the nearest */
+            for (size_t i = 0; i < system.scene->n_params; i++)
+                if (strcmp(system.scene->params[i].name, a->name) == 0)
+                    snprintf(a->unit, sizeof a->unit, "%s",
+                             system.scene->params[i].unit ? system.scene->params[i].unit : "");
+        }
+    phys_system_close(&system);
+    return error->status;
+}
+
+static struct result_column *column_of(struct scan *scan, const char *key, const char *unit,
+                                       bool labelled)
+{
+    for (size_t k = 0; k < scan->n; k++)
+        if (strcmp(scan->column[k].key, key) == 0)
+            return &scan->column[k];
+    double *value = malloc(scan->runs * sizeof *value);
+    if (!value || !phys_grow(&scan->column, scan->n, sizeof *scan->column)) {
+        free(value);
+        scan->no_memory = true;
+        return NULL;
+    }
+    for (size_t k = 0; k < scan->runs; k++)
+        value[k] = NAN;
+    struct result_column *column = &scan->column[scan->n++];
+    *column = (struct result_column){.value = value, .labelled = labelled};
+    snprintf(column->key, sizeof column->key, "%s", key);
+    snprintf(column->unit, sizeof column->unit, "%s", unit);
+    return column;
+}
+
+static void take(struct scan *scan, const struct report_row *row, const char *key, double value)
+{
+    struct result_column *column =
+        column_of(scan, key, row->unit, row->label && row->kind == NUMBER);
+    if (column)
+        column->value[scan->run] = value;
+}
+
+/* Items of arrays and lists are counted from 1: modes.1.frequency. */
+void scan_take(struct scan *scan, const struct report *report)
+{
+    for (size_t k = 0; k < report->n; k++) {
+        const struct report_row *row = &report->row[k];
+        char key[KEY], entry[KEY + 24];
+        if (!row->key || (row->passing && !row->array)) /* times of the machine */
+            continue;
+        if (row->array) {
+            size_t first = k;
+            while (first > 0 && report->row[first - 1].array &&
+                   strcmp(report->row[first - 1].array, row->array) == 0)
+                first--;
+            snprintf(key, sizeof key, "%s.%zu.%s", row->array,
+                     row->item - report->row[first].item + 1, row->key);
+        } else {
+            snprintf(key, sizeof key, "%s%s%s", row->object ? row->object : "",
+                     row->object ? "." : "", row->key);
+        }
+        if (row->kind == NUMBER)
+            take(scan, row, key, row->number);
+        else if (row->kind == COUNT || row->kind == FLAG)
+            take(scan, row, key, (double)row->n);
+        for (size_t i = 0; row->kind == LIST && row->n <= LONGEST && i < row->n; i++) {
+            snprintf(entry, sizeof entry, "%s.%zu", key, i + 1);
+            entry[KEY - 1] = '\0';
+            take(scan, row, entry, row->list[i]);
+        }
+    }
+}
+
+/* One run, with the scanned values behind the others of --set. */
+static void run_one(struct scan *scan, struct ad_error *error)
+{
+    struct ad_error missed = {0};
+    const struct settings *set = &scan->common->set;
+    struct common *member = malloc(scan->command->bytes);
+    struct phys_setting *settings = calloc(set->n + scan->axes, sizeof *settings);
+    if (member && settings) {
+        memcpy(member, scan->common, scan->command->bytes);
+        if (set->n)
+            memcpy(settings, set->setting, set->n * sizeof *settings);
+        for (size_t a = 0; a < scan->axes; a++)
+            settings[set->n + a] =
+                (struct phys_setting){scan->axis[a].name, value_of(scan, a, scan->run)};
+        member->set = (struct settings){set->n + scan->axes, settings};
+        member->out = member->csv = member->plot = NULL;
+        member->quiet = true;
+        member->json = false;
+        member->scanning = scan;
+        const int status = scan->command->run(member, &missed);
+        scan->status[scan->run] = status;
+        if (status == WRONG_USE && scan->done == 0) /* so would be all */
+            *error = missed;
+        if (status != DONE && scan->missed++ == 0) {
+            scan->first = scan->run;
+            scan->why = missed;
+        }
+        scan->done += status != WRONG_USE;
+    } else {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    }
+    AD_FREE(member, settings);
+}
+
+static bool varies(const struct scan *scan, const struct result_column *column)
+{
+    double low = INFINITY, high = -INFINITY;
+    for (size_t k = 0; k < scan->runs; k++) {
+        low = fmin(low, isnan(column->value[k]) ? low : column->value[k]);
+        high = fmax(high, isnan(column->value[k]) ? high : column->value[k]);
+    }
+    return low < high;
+}
+
+/* --curves KEY,...; else the first that the text has and that vary. */
+static enum ad_status choose(struct scan *scan, struct ad_error *error)
+{
+    size_t shown = 0;
+    const char *names = scan->common->curves;
+    for (size_t length; names && *names; names += length + (names[length] == ',')) {
+        length = strcspn(names, ",");
+        size_t k = 0;
+        while (k < scan->n && (strlen(scan->column[k].key) != length ||
+                               strncmp(scan->column[k].key, names, length) != 0))
+            k++;
+        if (k == scan->n)
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "--curves: no number '%.*s' in the results; --json lists them",
+                           (int)length, names);
+        if (shown == PANELS)
+            return ad_fail(error, AD_E_ARGUMENT, "--curves: expected at most %d", PANELS);
+        shown += !scan->column[k].shown;
+        scan->column[k].shown = true;
+    }
+    for (size_t k = 0; k < 2 * scan->n && !scan->common->curves && shown < PANELS; k++) {
+        struct result_column *column = &scan->column[k % scan->n]; /* those of the run first */
+        const bool item = strchr(column->key, '.') != NULL;
+        if (item == (k >= scan->n) && column->labelled && varies(scan, column)) {
+            column->shown = true;
+            shown++;
+        }
+    }
+    return AD_OK;
+}
+
+static enum ad_status run_all(void *context, struct ad_error *error)
+{
+    struct scan *scan = context;
+    for (; scan->run < scan->runs && error->status == AD_OK; scan->run++) {
+        run_one(scan, error);
+        if (interrupted() && error->status == AD_OK)
+            return ad_fail(error, AD_E_ACCURACY, "--scan: ended on request after %zu of %zu runs",
+                           scan->run + 1, scan->runs);
+    }
+    if (scan->no_memory)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    return error->status == AD_OK ? choose(scan, error) : error->status;
+}
+
+/* ---- the table ---- */
+
+static void write_report(const void *context, struct report *report)
+{
+    const struct scan *scan = context;
+    report_line(report, "%s of %s: %zu runs\n", scan->command->line.name, scan->scene, scan->runs);
+    report_count(report, "runs", NULL, scan->runs);
+    report_count(report, "missed", NULL, scan->missed);
+    report->passing = true; /* the file has datasets */
+    for (size_t r = 0; r < scan->runs; r++) {
+        report_item(report, "scan");
+        for (size_t a = 0; a < scan->axes; a++)
+            report_number(report, scan->axis[a].name, scan->axis[a].name, scan->axis[a].unit,
+                          value_of(scan, a, r));
+        report_count(report, "status", NULL, (size_t)scan->status[r]);
+        for (size_t k = 0; k < scan->n; k++)
+            report_number(report, scan->column[k].key,
+                          scan->column[k].shown ? scan->column[k].key : NULL, scan->column[k].unit,
+                          scan->column[k].value[r]);
+    }
+    report_item(report, NULL);
+    report->passing = false;
+}
+
+static void write_csv(const void *context, FILE *out)
+{
+    const struct scan *scan = context;
+    for (size_t a = 0; a < scan->axes; a++)
+        fprintf(out, "%s,", scan->axis[a].name);
+    fputs("status", out);
+    for (size_t k = 0; k < scan->n; k++)
+        fprintf(out, ",%s", scan->column[k].key);
+    fputc('\n', out);
+    for (size_t r = 0; r < scan->runs; r++) {
+        for (size_t a = 0; a < scan->axes; a++)
+            fprintf(out, "%.17g,", value_of(scan, a, r));
+        fprintf(out, "%d", scan->status[r]);
+        for (size_t k = 0; k < scan->n; k++)
+            csv_number(out, 17, scan->column[k].value[r]);
+        fputc('\n', out);
+    }
+}
+
+/* Numbers over the scanned values: [n], or [n of the first x n of the second]. */
+static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad_error *error)
+{
+    const struct scan *scan = context;
+    const size_t shape[AXES] = {scan->axis[0].n, scan->axis[1].n};
+    char name[KEY + 16];
+    for (size_t a = 0; a < scan->axes; a++) {
+        double *value = malloc(scan->axis[a].n * sizeof *value);
+        if (!value)
+            return ad_fail(error, AD_E_MEMORY, "out of memory");
+        for (size_t k = 0; k < scan->axis[a].n; k++)
+            value[k] = value_of(scan, a, a + 1 < scan->axes ? k * scan->axis[1].n : k);
+        snprintf(name, sizeof name, "scanned/%s", scan->axis[a].name);
+        phys_hdf5_write(file, name, AD_F64, 1, &shape[a], value);
+        phys_hdf5_text(file, name, "unit", scan->axis[a].unit);
+        free(value);
+    }
+    for (size_t k = 0; k < scan->n; k++) {
+        snprintf(name, sizeof name, "results/%s", scan->column[k].key);
+        phys_hdf5_write(file, name, AD_F64, scan->axes, shape, scan->column[k].value);
+    }
+    return error->status;
+}
+
+static void write_data(const struct scan *scan, FILE *out)
+{
+    fputs("# scanned values, then the numbers shown\n", out);
+    for (size_t r = 0; r < scan->runs; r++) {
+        for (size_t a = 0; a < scan->axes; a++)
+            fprintf(out, "%.12g ", value_of(scan, a, r));
+        for (size_t k = 0; k < scan->n; k++)
+            if (scan->column[k].shown)
+                fprintf(out, isnan(scan->column[k].value[r]) ? "NaN " : "%.12g ",
+                        scan->column[k].value[r]);
+        fputc('\n', out);
+        if (scan->axes == AXES && (r + 1) % scan->axis[1].n == 0)
+            fputc('\n', out);
+    }
+}
+
+static enum ad_status draw(const void *context, struct plot *plot, struct ad_error *error)
+{
+    const struct scan *scan = context;
+    size_t shown = 0, number = 0;
+    struct figure figure;
+    for (size_t k = 0; k < scan->n; k++)
+        shown += scan->column[k].shown;
+    if (shown == 0)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--plot: no number changes with the scan; choose with --curves");
+    struct layout layout = figure_pair;
+    layout.rows = shown > 2 ? 2 : 1;
+    layout.columns = shown > 1 ? 2 : 1;
+    layout.gap_y = 0.16;
+    layout.gap_x = scan->axes == AXES ? 0.16 : 0.1;
+    layout.right = scan->axes == AXES ? 0.9 : 0.98;
+    layout.height = shown > 2 ? 760 : 440;
+    write_data(scan, plot->data);
+    fputs("what = ", plot->script);
+    quote_gnuplot_label(plot->script, scan->command->line.name);
+    fputs("\nscene = ", plot->script);
+    quote_gnuplot_label(plot->script, scan->scene);
+    fputc('\n', plot->script);
+    layout.expression = "sprintf('%s %s', what, scene)";
+    figure_begin(&figure, plot, &layout);
+    for (size_t k = 0; k < scan->n; k++) {
+        const struct result_column *column = &scan->column[k];
+        if (!column->shown)
+            continue;
+        const bool map = scan->axes == AXES;
+        char name[KEY + 8];
+        snprintf(name, sizeof name, "%s", column->key);
+        const struct axis across = {scan->axis[0].name, scan->axis[0].unit, {0, 0}, 0};
+        const struct axis up = {
+            map ? scan->axis[1].name : name, map ? scan->axis[1].unit : column->unit, {0, 0}, 0};
+        figure_panel(&figure, &(struct panel){.title = map ? name : NULL,
+                                              .across = across,
+                                              .up = up,
+                                              .log = scan->axis[0].log ? "x" : NULL});
+        const size_t at = scan->axes + ++number;
+        if (map)
+            figure_element(&figure, "data using 1:2:%zu with image notitle", at);
+        else
+            figure_draw(&figure, STYLE(figure_colours[0], scan->runs <= 60 ? 7 : 0, 1.2, 0.4), NULL,
+                        "data using 1:%zu", at);
+    }
+    figure_end(&figure);
+    return error->status;
+}
+
+static const struct output_kind outputs = {write_report, write_file, write_csv, draw, NULL};
+
+int scan_run(const struct command *command, const struct common *common, struct ad_error *error)
+{
+    struct scan scan = {.command = command, .common = common, .runs = 1};
+    if (common->scan.n > AXES)
+        ad_fail(error, AD_E_ARGUMENT, "--scan: at most %d parameters, got %zu", AXES,
+                common->scan.n);
+    for (size_t k = 0; k < common->scan.n && error->status == AD_OK; k++)
+        if (read_axis(&scan, common->scan.text[k], error) == AD_OK)
+            scan.runs *= scan.axis[k].n;
+    if (error->status == AD_OK && scan.runs > MOST)
+        ad_fail(error, AD_E_ARGUMENT, "--scan: %zu runs; expected at most %d", scan.runs, MOST);
+    if (error->status == AD_OK && check_axes(&scan, error) == AD_OK) {
+        scan.status = calloc(scan.runs, sizeof *scan.status);
+        if (!scan.status)
+            ad_fail(error, AD_E_MEMORY, "out of memory");
+        else if (outputs_run(&outputs, common, &scan, run_all, error) == AD_OK && scan.missed)
+            ad_fail(error, AD_E_ACCURACY,
+                    "%zu of %zu runs did not reach what was asked; at %s = %g: %.300s", scan.missed,
+                    scan.runs, scan.axis[0].name, value_of(&scan, 0, scan.first), scan.why.message);
+    }
+    for (size_t k = 0; k < scan.n; k++)
+        free(scan.column[k].value);
+    AD_FREE(scan.column, scan.status);
+    return command_status(error);
+}
