@@ -1,4 +1,5 @@
 /* Writes the segments of a program: instructions over tiles, one segment per group of values. */
+#include "autodiff/free.h"
 #include "plan.h"
 
 #include <stdlib.h>
@@ -68,7 +69,7 @@ static inline bool tile_is_flat(const struct loc *l, const struct segment *s)
     return !l->list && l->cs == 1 && (s->tile_rows == 1 || l->rs == s->tile_cols);
 }
 
-/* ---- sine and cosine ---- */
+/* ---- two operations in one ---- */
 
 static bool are_sine_and_cosine(const struct value *a, const struct value *b)
 {
@@ -77,21 +78,50 @@ static bool are_sine_and_cosine(const struct value *a, const struct value *b)
            a->in[0] == b->in[0];
 }
 
-/* Puts the sine behind the cosine of one argument, or the other way round. */
-static void bring_together(const struct graph *g, const struct group *group)
+/* Operand k of v is a product on a tile that nothing else reads. */
+static bool is_own_product(const struct plan *p, const struct value *v, uint32_t k)
 {
-    enum { FARTHEST = 512 };
+    const struct graph *g = p->graph;
+    const struct value *x = &g->values[v->in[k]];
+    return (v->op == AD_OP_add || v->op == AD_OP_sub) &&
+           (x->op == AD_OP_mul || x->op == AD_OP_square) && !(x->flags & VALUE_STORED) &&
+           p->readers[v->in[k]] == 1 && operand_root(g, v, k) == v->in[k] && x->rows == v->rows &&
+           x->cols == v->cols;
+}
+
+static void move(uint32_t *order, uint32_t from, uint32_t to)
+{
+    uint32_t moved = order[from];
+    if (from < to)
+        memmove(order + from, order + from + 1, (to - from) * sizeof *order);
+    else
+        memmove(order + to + 1, order + to, (from - to) * sizeof *order);
+    order[to] = moved;
+}
+
+/* Puts the sine behind the cosine of one argument, or the other way round, and a product before the
+   sum that reads it, where they are not far apart. */
+static void bring_together(const struct plan *p, const struct group *group)
+{
+    enum { FARTHEST = 64 };
+    const struct graph *g = p->graph;
     uint32_t *order = g->order + group->first, n = group->count;
-    for (uint32_t i = 0; i + 1 < n; i++) {
+    for (uint32_t i = 0; i < n; i++) {
         const struct value *v = &g->values[order[i]];
-        bool is_one = v->op == AD_OP_sin || v->op == AD_OP_cos;
-        for (uint32_t k = i + 1; is_one && k < n && k - i < FARTHEST; k++)
-            if (are_sine_and_cosine(v, &g->values[order[k]])) {
-                uint32_t other = order[k];
-                memmove(order + i + 2, order + i + 1, (k - i - 1) * sizeof *order);
-                order[++i] = other;
-                break;
-            }
+        uint32_t k = is_own_product(p, v, 1) ? 1 : 0, near = i;
+        if (v->op == AD_OP_sin || v->op == AD_OP_cos) {
+            while (++near < n && near - i < FARTHEST)
+                if (are_sine_and_cosine(v, &g->values[order[near]])) {
+                    move(order, near, ++i);
+                    break;
+                }
+        } else if (k || is_own_product(p, v, 0)) {
+            while (near > 0 && i - near < FARTHEST)
+                if (order[--near] == v->in[k]) {
+                    move(order, near, i - 1);
+                    break;
+                }
+        }
     }
 }
 
@@ -99,15 +129,29 @@ static void bring_together(const struct graph *g, const struct group *group)
 static void join(const struct plan *p, const struct segment *s, struct instruction *in)
 {
     const struct ad_program *program = p->program;
+    const struct value *values = p->graph->values, *v = &values[in->value];
     struct instruction *before = program->instructions + program->n_instructions - 1;
-    const struct value *values = p->graph->values;
-    if (program->kernels->sin_and_cos && program->n_instructions > s->first && before->run &&
-        before->kind == DO_ELEMENTWISE && before->both == BOTH_NOT && before->flat == in->flat &&
-        before->loc[1] == in->loc[1] && p->graph->locs[in->loc[1]].cs &&
-        are_sine_and_cosine(&values[before->value], &values[in->value])) {
-        before->both = BOTH_FIRST;
-        in->both = BOTH_SECOND;
+    if (program->n_instructions == s->first || before->kind != DO_ELEMENTWISE || before->joined ||
+        before->flat != in->flat)
+        return;
+    const struct loc *locs = p->graph->locs;
+    bool joined = false;
+    if (are_sine_and_cosine(&values[before->value], v)) {
+        joined =
+            program->kernels->sin_and_cos && before->loc[1] == in->loc[1] && locs[in->loc[1]].cs;
+        before->joined = joined ? JOINED_CIRCLE : JOINED_NOT;
     }
+    for (uint32_t k = 0; k < 2 && !joined && s->rows * s->cols > 1; k++) {
+        if (!is_own_product(p, v, k) || in->loc[1 + k] != before->loc[0])
+            continue;
+        const uint32_t of[] = {before->loc[1], before->loc[before->n_in], in->loc[2 - k]};
+        unsigned kind = v->op == AD_OP_add ? PRODUCT_PLUS + k : PRODUCT_MINUS + k, variant = 0;
+        for (uint32_t j = 0; j < LENGTH(of); j++)
+            variant |= (locs[of[j]].cs == 0 ? 1u : 0) << j;
+        before->joined = (uint8_t)(JOINED_PRODUCT + kind * N_VARIANTS + variant);
+        joined = true;
+    }
+    in->joined = joined ? JOINED_BEHIND : JOINED_NOT;
 }
 
 static bool emit_elementwise(struct plan *p, const struct segment *s, uint32_t id)
@@ -216,7 +260,7 @@ static bool emit_fused(struct plan *p, const struct group *group, struct segment
     s.rows = space->rows;
     s.cols = space->cols;
     s.count = group->count;
-    bring_together(g, group);
+    bring_together(p, group);
     if (!ad_plan_tiles(p, group, &s))
         return false;
     for (uint32_t i = 0; i < group->count; i++)
@@ -287,8 +331,13 @@ static bool emit_groups(struct plan *p, uint32_t segments[])
 
 bool ad_plan_emit(struct plan *p)
 {
-    uint32_t *segments = calloc(p->graph->n_groups + 1, sizeof *segments);
-    bool done = segments && emit_groups(p, segments);
-    free(segments);
+    const struct graph *g = p->graph;
+    uint32_t *segments = calloc(g->n_groups + 1, sizeof *segments);
+    p->readers = ad_allocate_zeroed(g->n + 1, sizeof *p->readers);
+    for (uint32_t i = 0; p->readers && i < g->n; i++)
+        for (size_t k = 0; k < n_operands(g, &g->values[i]); k++)
+            p->readers[operand_root(g, &g->values[i], k)]++;
+    bool done = segments && p->readers && emit_groups(p, segments);
+    AD_FREE(segments, p->readers);
     return done;
 }

@@ -13,7 +13,8 @@ struct plan {
     uint32_t *last; /* last group that reads it */
     uint32_t
         *link; /* storage: lists of expiring and free memory; emit: 1 + last broadcast location */
-    uint32_t *spot; /* tiles: 1 if it has a slot; for accumulated values: their sink */
+    uint32_t *readers; /* emit: how many operands lie in its memory */
+    uint32_t *spot;    /* tiles: 1 if it has a slot; for accumulated values: their sink */
     /* growth of the program's arrays */
     size_t max_instructions, max_segments, max_sinks, max_parts, max_numbers, max_factors;
     size_t tile_bytes, window_bytes;

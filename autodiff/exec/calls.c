@@ -29,11 +29,11 @@ static size_t resolve(const ad_program *p, const struct instruction *in, const s
                       struct call *calls)
 {
     struct cursor c[4];
-    if (in->both == BOTH_SECOND)
+    if (in->joined == JOINED_BEHIND)
         return 0;
-    if (in->both == BOTH_FIRST) {
+    if (in->joined) {
         for (uint32_t r = 0; r < (in->flat ? 1 : t->rows); r++)
-            calls[r] = ad_sin_and_cos(p, in, t, r);
+            calls[r] = ad_joined_call(p, in, t, r);
         return in->flat ? 1 : t->rows;
     }
     if (in->kind != DO_ELEMENTWISE && in->kind != DO_ADD_ROWS) {

@@ -37,8 +37,8 @@ void ad_collect_sinks(const ad_program *program, const struct segment *segment,
 /* Runs the n segments of a pass (pass.c). */
 void ad_run_pass(const ad_program *program, const struct segment *segments, size_t n,
                  struct check *check);
-/* The call for a row, or a flat tile, of an instruction that is BOTH_FIRST. */
-struct call ad_sin_and_cos(const ad_program *program, const struct instruction *instruction,
+/* The call for a row, or a flat tile, of an instruction and the one behind it, which are joined. */
+struct call ad_joined_call(const ad_program *program, const struct instruction *instruction,
                            const struct tile *tile, uint32_t row);
 /* The tiles of a thread. */
 static inline char *tiles_of(const ad_program *p, size_t thread)

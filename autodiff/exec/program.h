@@ -85,13 +85,16 @@ enum instruction_kind {
    in `scans`. */
 enum { MATMUL_TA = 1, MATMUL_TB = 2, MATMUL_ADDS = 4 };
 
-enum both { BOTH_NOT, BOTH_FIRST, BOTH_SECOND };
+/* Whether one kernel computes an instruction and the one behind it: sine and cosine of one
+   argument, or a product that is read once, by a sum; from JOINED_PRODUCT on by enum product_sum
+   and variant. JOINED_BEHIND: the second one. */
+enum { JOINED_NOT, JOINED_BEHIND, JOINED_CIRCLE, JOINED_PRODUCT };
 
 struct instruction {
     ad_kernel *run;
     uint8_t kind, n_in;
     bool flat;      /* a tile is contiguous for every operand */
-    uint8_t both;   /* sine and cosine of one argument: one kernel computes both (enum both) */
+    uint8_t joined; /* JOINED_... */
     uint32_t value; /* the value it computes */
     uint32_t loc[4];
 };

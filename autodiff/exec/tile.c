@@ -2,35 +2,48 @@
    where an operand is not contiguous within the tile. */
 #include "exec.h"
 
-struct call ad_sin_and_cos(const ad_program *p, const struct instruction *in, const struct tile *t,
+struct call ad_joined_call(const ad_program *p, const struct instruction *in, const struct tile *t,
                            uint32_t row)
 {
-    bool sine = p->values[in->value].op == AD_OP_sin;
-    const struct cursor s = cursor_at(p, &p->locs[in[!sine].loc[0]], t);
-    const struct cursor c = cursor_at(p, &p->locs[in[sine].loc[0]], t);
-    const struct cursor a = cursor_at(p, &p->locs[in->loc[1]], t);
-    return (struct call){.n = in->flat ? (size_t)t->rows * t->cols : t->cols,
-                         .o = cursor_row(&s, row),
-                         .second = cursor_row(&c, row),
-                         .a = cursor_row(&a, row)};
+    const struct instruction *next = in + 1;
+    unsigned kind = in->joined - JOINED_PRODUCT;
+    bool circle = in->joined == JOINED_CIRCLE, sine = p->values[in->value].op == AD_OP_sin;
+    bool last = kind / N_VARIANTS == PRODUCT_PLUS || kind / N_VARIANTS == PRODUCT_MINUS;
+    const uint32_t locs[] = {(circle && !sine ? next
+                              : circle        ? in
+                                              : next)
+                                 ->loc[0],
+                             (circle && !sine ? in : next)->loc[0], in->loc[1], in->loc[in->n_in],
+                             next->loc[last ? 2 : 1]};
+    void *at[LENGTH(locs)];
+    for (size_t k = 0; k < LENGTH(locs); k++) {
+        const struct cursor c = cursor_at(p, &p->locs[locs[k]], t);
+        at[k] = cursor_row(&c, row);
+    }
+    size_t n = in->flat ? (size_t)t->rows * t->cols : t->cols;
+    if (circle)
+        return (struct call){.n = n, .o = at[0], .second = at[1], .a = at[2]};
+    return (struct call){.run = p->kernels->product_sum[kind / N_VARIANTS][kind % N_VARIANTS],
+                         .n = n,
+                         .o = at[0],
+                         .a = at[2],
+                         .b = at[3],
+                         .c = at[4]};
 }
 
-/* An instruction and the one behind it. */
-static void sin_and_cos(const ad_program *p, const struct instruction *in, const struct tile *t)
+static void run_joined(const ad_program *p, const struct instruction *in, const struct tile *t)
 {
     for (uint32_t r = 0; r < (in->flat ? 1 : t->rows); r++) {
-        const struct call c = ad_sin_and_cos(p, in, t, r);
-        p->kernels->sin_and_cos(c.n, c.o, c.second, c.a);
+        const struct call c = ad_joined_call(p, in, t, r);
+        if (c.run)
+            c.run(c.n, c.o, c.a, c.b, c.c);
+        else
+            p->kernels->sin_and_cos(c.n, c.o, c.second, c.a);
     }
 }
 
 static void elementwise(const ad_program *p, const struct instruction *in, const struct tile *t)
 {
-    if (in->both) {
-        if (in->both == BOTH_FIRST)
-            sin_and_cos(p, in, t);
-        return;
-    }
     const struct cursor o = cursor_at(p, &p->locs[in->loc[0]], t);
     const struct cursor a = cursor_at(p, &p->locs[in->loc[1]], t);
     const struct cursor b = in->n_in > 1 ? cursor_at(p, &p->locs[in->loc[2]], t) : a;
@@ -205,6 +218,10 @@ void ad_run_tile(const ad_program *p, const struct segment *g, const struct tile
 {
     const struct instruction *in = p->instructions + g->first, *end = in + g->count;
     for (; in < end; in++) {
+        if (in->joined > JOINED_BEHIND && !check && (in->flat || t->cols > 1)) {
+            run_joined(p, in++, t);
+            continue;
+        }
         ad_run_instruction(p, g, in, t);
         if (check && in->kind <= DO_DIFF_ADJOINT)
             look(p, in, t, check);

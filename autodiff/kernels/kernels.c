@@ -92,7 +92,7 @@ static inline R power(R a, R b)
     BINARY(name##_1, value, ONE, EACH)                                                             \
     BINARY(name##_2, value, EACH, ONE)                                                             \
     BINARY(name##_3, value, ONE, ONE)
-#define AD_TERNARY(name, value, da, db, dc, lo, hi)                                                \
+#define ALL_TERNARY(name, value)                                                                   \
     TERNARY(name##_0, value, EACH, EACH, EACH)                                                     \
     TERNARY(name##_1, value, ONE, EACH, EACH)                                                      \
     TERNARY(name##_2, value, EACH, ONE, EACH)                                                      \
@@ -101,7 +101,13 @@ static inline R power(R a, R b)
     TERNARY(name##_5, value, ONE, EACH, ONE)                                                       \
     TERNARY(name##_6, value, EACH, ONE, ONE)                                                       \
     TERNARY(name##_7, value, ONE, ONE, ONE)
+#define AD_TERNARY(name, value, da, db, dc, lo, hi) ALL_TERNARY(name, value)
 #include "autodiff/ops.def"
+
+/* Rounded twice, as one operation after the other. */
+ALL_TERNARY(product_plus, a *b + c)
+ALL_TERNARY(product_minus, a *b - c)
+ALL_TERNARY(minus_product, c - a * b)
 
 static double sum(size_t n, const void *pa)
 {
@@ -212,11 +218,17 @@ const struct ad_kernels EXPAND(ad_kernels_, TYPE_NAME, _, AD_KERNEL_ISA) = {
 #define AD_UNARY(name, value, dx, lo, hi) [AD_OP_##name] = {name##_0, name##_1},
 #define AD_BINARY(name, value, da, db, lo, hi)                                                     \
     [AD_OP_##name] = {name##_0, name##_1, name##_2, name##_3},
-#define AD_TERNARY(name, value, da, db, dc, lo, hi)                                                \
-    [AD_OP_##                                                                                      \
-        name] = {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7},
+#define OF_TERNARY(name)                                                                           \
+    {                                                                                              \
+        name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7             \
+    }
+#define AD_TERNARY(name, value, da, db, dc, lo, hi) [AD_OP_##name] = OF_TERNARY(name),
 #include "autodiff/ops.def"
         },
+    .product_sum = {[PRODUCT_PLUS] = OF_TERNARY(product_plus),
+                    [PLUS_PRODUCT] = OF_TERNARY(product_plus),
+                    [PRODUCT_MINUS] = OF_TERNARY(product_minus),
+                    [MINUS_PRODUCT] = OF_TERNARY(minus_product)},
     .sin_and_cos = SIN_AND_COS,
     .sum = sum,
     .diff = diff,

@@ -10,6 +10,9 @@ typedef void ad_kernel(size_t n, void *o, const void *a, const void *b, const vo
 /* Variants, one bit per input that is a single number for all lanes. */
 enum { VARIANT_A_NUMBER = 1, VARIANT_B_NUMBER = 2, VARIANT_C_NUMBER = 4, N_VARIANTS = 8 };
 
+/* ab + c, c + ab, ab - c, c - ab */
+enum product_sum { PRODUCT_PLUS, PLUS_PRODUCT, PRODUCT_MINUS, MINUS_PRODUCT, N_PRODUCT_SUMS };
+
 enum { AD_MOST_SIDE = 32 }; /* largest n of small systems, n x n */
 
 /* The first singular column, SIZE_MAX if none, and the largest condition number of the others (see
@@ -32,6 +35,7 @@ struct ad_step {
 struct ad_kernels {
     const char *isa;
     ad_kernel *op[AD_N_OPS][N_VARIANTS]; /* unary: the first two; binary: four */
+    ad_kernel *product_sum[N_PRODUCT_SUMS][N_VARIANTS];
     /* sine and cosine of n lanes; either may lie where a does. NULL: two kernels are as fast */
     void (*sin_and_cos)(size_t n, void *sin, void *cos, const void *a);
     double (*sum)(size_t n, const void *a);

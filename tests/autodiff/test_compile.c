@@ -248,6 +248,57 @@ static void test_many_index_lists(void **state)
     ad_tape_free(t);
 }
 
+/* A sum computes the product that it alone reads: of matrices and numbers (bits of `numbers`). */
+static void check_products(size_t rows, size_t cols, unsigned numbers)
+{
+    enum { FORMS = 6, N = 3 };
+    const size_t n = rows * cols;
+    ad_tape *t = ad_tape_new(AD_F64);
+    double *x = malloc((N + 1) * n * sizeof *x), *y = x + N * n;
+    ad_var in[N];
+    for (unsigned k = 0; k < N; k++) {
+        bool number = numbers >> k & 1;
+        in[k] = ad_input(t, number ? 1 : rows, number ? 1 : cols, NULL);
+        for (size_t i = 0; i < n; i++)
+            x[k * n + i] = cos(1.3 * (double)(number ? 0 : i) + k);
+    }
+    ad_var ab = ad_mul(in[0], in[1]), c = in[2];
+    ad_var out[FORMS] = {ad_add(ad_mul(2.0, ab), c),       ad_add(c, ad_mul(ab, 3.0)),
+                         ad_sub(ad_mul(in[0], c), in[1]),  ad_sub(in[1], ad_mul(c, in[0])),
+                         ad_add(ad_square(ad_sin(ab)), c), ad_sub(c, ad_square(ad_cos(ab)))};
+    ad_program *p = compile(t, FORMS, out);
+    for (unsigned k = 0; k < N; k++)
+        assert_int_equal(ad_set(p, in[k], x + k * n), AD_OK);
+    ad_run(p);
+    for (unsigned f = 0; f < FORMS; f++) {
+        if (ad_rows(out[f]) * ad_cols(out[f]) != n)
+            continue; /* of numbers alone */
+        assert_int_equal(ad_get(p, out[f], y), AD_OK);
+        for (size_t i = 0; i < n; i++) {
+            double A = x[i], B = x[n + i], C = x[2 * n + i];
+            double right[FORMS] = {2 * A * B + C,
+                                   C + 3 * A * B,
+                                   A * C - B,
+                                   B - C * A,
+                                   sin(A * B) * sin(A * B) + C,
+                                   C - cos(A * B) * cos(A * B)};
+            assert_close(y[i], right[f], 0, 4e-15);
+        }
+    }
+    free(x);
+    ad_program_free(p);
+    ad_tape_free(t);
+}
+
+static void test_sums_take_their_products(void **state)
+{
+    (void)state;
+    static const size_t shapes[][2] = {{1, 2}, {3, 5}, {3, 100}, {1, 3001}};
+    for (size_t k = 0; k < LENGTH(shapes); k++)
+        for (unsigned numbers = 0; numbers < 8; numbers++)
+            check_products(shapes[k][0], shapes[k][1], numbers);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -259,6 +310,7 @@ int main(void)
         cmocka_unit_test(test_values_wait),
         cmocka_unit_test(test_products_add_themselves),
         cmocka_unit_test(test_reciprocals_are_reused),
+        cmocka_unit_test(test_sums_take_their_products),
         cmocka_unit_test(test_memory_is_reused),
         cmocka_unit_test(test_many_index_lists),
     };
