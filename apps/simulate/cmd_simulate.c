@@ -1,4 +1,5 @@
 /* leastaction simulate: the motion from a start. */
+#include "autodiff/free.h"
 #include "apps/command.h"
 #include "apps/interrupt.h"
 #include "apps/set_fault.h"
@@ -93,7 +94,7 @@ static enum ad_status setup(const struct simulate_options *o, struct simulate_ru
 static void release(struct simulate_run *run)
 {
     phys_motion_solution_free(&run->motion);
-    free(run->exponents);
+    AD_FREE(run->exponents, run->cyclic, run->kept);
     simulate_sensitivity_free(run);
     simulate_ephemeris_free(run);
     free(run->crossings);
@@ -161,6 +162,21 @@ static void refuse(const struct simulate_run *run, const struct ad_error *cause,
     simulate_refuse(option, cause, error);
 }
 
+/* Of L alone: a scene with equations of its own may have friction. */
+static enum ad_status find_cyclic(struct simulate_run *run, struct ad_error *error)
+{
+    const struct phys_motion_solution *m = &run->motion;
+    const size_t dof = run->system.dof;
+    if (m->n == 0 || run->system.scene->ode)
+        return AD_OK;
+    run->cyclic = calloc(dof, sizeof *run->cyclic);
+    run->kept = calloc(2 * dof, sizeof *run->kept);
+    if (!run->cyclic || !run->kept)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    return phys_cyclic(&run->system, m->n, m->x, m->t, run->cyclic, run->kept, run->kept + dof,
+                       error);
+}
+
 static enum ad_status follow(void *context, struct ad_error *error)
 {
     struct simulate_run *run = context;
@@ -181,6 +197,8 @@ static enum ad_status follow(void *context, struct ad_error *error)
         measure_order(run, error);
     phys_motion_diagnose(&run->settings, &run->motion, option_number_or(run->options->horizon, 0),
                          &run->diagnosis, error);
+    if (error->status == AD_OK)
+        find_cyclic(run, error);
     if (error->status == AD_OK)
         find_exponents(run, error);
     if (error->status == AD_OK)

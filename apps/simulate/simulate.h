@@ -38,6 +38,8 @@ struct simulate_run {
     const char *by[SIMULATE_PARAMETERS];
     char *by_text;
     double *by_parameters;
+    bool *cyclic;   /* [dof], of coordinates: their momenta, and how much these change */
+    double *kept;   /* [2][dof] */
     bool has_order; /* a gas */
     struct phys_gas_order order_start, order_end;
 

@@ -140,6 +140,24 @@ static void report_total(struct report *report, const struct simulate_run *run, 
                             : "L changes under translation of all bodies (an external force)");
 }
 
+/* Momenta of coordinates that L does not depend on. */
+static void report_cyclic(const struct simulate_run *run, struct report *report)
+{
+    const size_t dof = run->system.dof;
+    char name[64];
+    for (size_t k = 0; run->cyclic && k < dof; k++) {
+        if (!run->cyclic[k])
+            continue;
+        report_item(report, "cyclic");
+        phys_coordinate_name(&run->system, k, name, sizeof name);
+        report_text(report, "coordinate", "cyclic", name);
+        report_number(report, "momentum", "its momentum", NULL, run->kept[k]);
+        report_number(report, "change", "change of it", NULL,
+                      phys_known_digits(run->kept[dof + k], 0.01 * run->kept[dof + k]));
+    }
+    report_item(report, NULL);
+}
+
 /* ---- events ---- */
 
 static void report_crossing(const struct simulate_run *run, size_t i, struct report *report)
@@ -277,4 +295,5 @@ void simulate_report(const void *context, struct report *report)
     report_diagnosis(run, report);
     report_total(report, run, false);
     report_total(report, run, true);
+    report_cyclic(run, report);
 }

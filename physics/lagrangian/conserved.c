@@ -145,3 +145,50 @@ enum ad_status phys_conserved(const struct phys_system *system, size_t n, const 
     phys_legendre_free(legendre);
     return error->status;
 }
+
+/* Keeps of `cyclic` the coordinates without a force at x. */
+static void judge_cyclic(phys_legendre *legendre, size_t dof, const double *x, double t,
+                         double *force, bool *cyclic)
+{
+    phys_legendre_momentum(legendre, x, x + dof, t, NULL, force);
+    for (size_t k = 0; k < dof; k++)
+        if (!isfinite(force[k]))
+            return; /* as above */
+    for (size_t k = 0; k < dof; k++)
+        cyclic[k] = cyclic[k] && force[k] == 0;
+}
+
+enum ad_status phys_cyclic(const struct phys_system *system, size_t n, const double *x,
+                           const double *t, bool *cyclic, double *value, double *change,
+                           struct ad_error *error)
+{
+    phys_legendre *legendre;
+    if (AD_LACKS(error, system, cyclic, value, change) ||
+        AD_LACKS(error, n ? x : NULL, n ? t : NULL) ||
+        phys_legendre_new(system, &legendre, error) != AD_OK)
+        return error->status;
+    const size_t dof = system->dof, stride = (n + PLACES - 1) / PLACES;
+    double *aside = malloc(3 * dof * sizeof *aside), *p = aside ? aside + 2 * dof : NULL;
+    if (!aside)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; k < dof; k++) {
+        cyclic[k] = aside != NULL;
+        change[k] = 0;
+    }
+    if (aside)
+        phys_legendre_momentum(legendre, x, x + dof, t[0], value, NULL);
+    for (size_t i = 0; aside && i < n; i++) {
+        const double *state = x + 2 * i * dof;
+        phys_legendre_momentum(legendre, state, state + dof, t[i], p, NULL);
+        for (size_t k = 0; k < dof; k++)
+            change[k] = fmax(change[k], fabs(p[k] - value[k]));
+        if (i % stride)
+            continue;
+        judge_cyclic(legendre, dof, state, t[i], p, cyclic);
+        move_aside(dof, i, state, aside);
+        judge_cyclic(legendre, dof, aside, t[i], p, cyclic);
+    }
+    free(aside);
+    phys_legendre_free(legendre);
+    return error->status;
+}

@@ -25,5 +25,12 @@ enum ad_status phys_conserved(const struct phys_system *system, size_t n, const 
                               const double *t, struct phys_conserved *conserved,
                               struct ad_error *error);
 
+/* Cyclic coordinates: those that L does not depend on, by L_q = 0 exactly at n states x [n][2 dof]
+   of a motion at the times t and beside them. Their momenta L_v are constant: value [dof] at the
+   first state, change [dof] the largest from it. */
+enum ad_status phys_cyclic(const struct phys_system *system, size_t n, const double *x,
+                           const double *t, bool *cyclic, double *value, double *change,
+                           struct ad_error *error);
+
 AD_HEADER_END
 #endif
