@@ -96,7 +96,8 @@ static void add_rows(const struct drift *d, double periods, struct sheet *sheet,
                       error);
 }
 
-/* Labels at the ends of the curves, moved apart where they would overlap. */
+/* Labels beside the ends of the curves, moved apart where they would overlap, with a line to each.
+ */
 static void label_ends(size_t n, const struct drift *drifts, size_t last, FILE *out)
 {
     double at[MOST_METHODS], above = INFINITY;
@@ -107,13 +108,15 @@ static void label_ends(size_t n, const struct drift *drifts, size_t last, FILE *
             if (!done[m] && (next == n || drifts[m].worst[last] > drifts[next].worst[last]))
                 next = m;
         done[next] = true;
-        at[next] = fmin(log10(fmax(drifts[next].worst[last], 1e-16)), above - 0.62);
+        const char *colour = drifts[next].integrator->symplectic ? "#0072b2" : "#d55e00";
+        double end = log10(fmax(drifts[next].worst[last], 1e-16));
+        at[next] = fmin(end, above - 0.62);
         above = at[next];
         fprintf(out,
-                "set label '%s' at graph 1.012, first 10**(%.3g) left font ',11' textcolor "
-                "rgb '%s' noenhanced\n",
-                drifts[next].integrator->name, at[next],
-                drifts[next].integrator->symplectic ? "#0072b2" : "#d55e00");
+                "set label '%s' at graph 1.05, first 10**(%.3g) left font ',11' textcolor "
+                "rgb '%s' noenhanced\nset arrow from graph 1, first 10**(%.3g) to graph 1.045, "
+                "first 10**(%.3g) nohead lw 0.7 lc rgb '%s'\n",
+                drifts[next].integrator->name, at[next], colour, end, at[next], colour);
     }
 }
 

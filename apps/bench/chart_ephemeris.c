@@ -74,13 +74,14 @@ static void draw_planet(struct figure *figure, const struct sheet *sheet, size_t
 static void draw(const struct sheet *sheet, size_t days, struct plot *plot)
 {
     static const struct layout layout = {.width = 1040,
-                                         .height = 640,
+                                         .height = 670,
+                                         .title = "Distance of models from the tables",
                                          .rows = 2,
                                          .columns = 2,
                                          .left = 0.07,
                                          .right = 0.99,
                                          .bottom = 0.21,
-                                         .top = 0.95,
+                                         .top = 0.9,
                                          .gap_x = 0.05,
                                          .gap_y = 0.09};
     struct figure figure;

@@ -161,18 +161,19 @@ static enum ad_status measure_cooling(struct sheet *sheet, bool brief, struct ad
 static void draw(const struct sheet *sizes, const struct sheet *cooling, struct plot *plot)
 {
     static const struct layout layout = {.width = 1040,
-                                         .height = 400,
+                                         .height = 440,
                                          .rows = 1,
                                          .columns = 2,
                                          .left = 0.07,
                                          .right = 0.93,
                                          .bottom = 0.14,
-                                         .top = 0.9,
+                                         .top = 0.84,
+                                         .title = "A gas of Lennard-Jones bodies",
                                          .gap_x = 0.09};
     struct figure figure;
     char title[64];
     figure_begin(&figure, plot, &layout);
-    figure_panel(&figure, &(struct panel){.title = "A step of Verlet, cutoff 3 {/Symbol s}",
+    figure_panel(&figure, &(struct panel){.title = "A step of Verlet, cutoff 3 \xcf\x83",
                                           .x = "bodies",
                                           .y = "CPU time (s)",
                                           .log = "xy",

@@ -213,13 +213,14 @@ static void draw(const struct sheet *sheet, size_t n, const struct network netwo
                  struct plot *plot)
 {
     static const struct layout layout = {.width = 1080,
-                                         .height = 640,
+                                         .height = 660,
+                                         .title = "Learning a pendulum: errors over CPU time",
                                          .rows = 2,
                                          .columns = 2,
                                          .left = 0.075,
                                          .right = 0.82,
                                          .bottom = 0.11,
-                                         .top = 0.94,
+                                         .top = 0.89,
                                          .gap_x = 0.05,
                                          .gap_y = 0.075};
     struct figure figure;

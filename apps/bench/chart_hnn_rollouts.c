@@ -223,28 +223,28 @@ static void draw_panel(struct figure *figure, const struct rollouts *r, size_t t
 {
     static const char *const titles[ROLLOUT_TYPES] = {"field in f64", "the same field in f32"};
     char y[64], labels[400];
-    snprintf(y, sizeof y, "error at t = %g, relative", r->time);
+    snprintf(y, sizeof y, "relative error at t = %g", r->time);
     snprintf(labels, sizeof labels,
              "set label 4 'error of the network' at graph 0.02, first %.3g left font ',10' "
              "textcolor rgb '#444444' front\n"
              "set label 3 'f32 ends: %.1e' at graph 0.02, first %.3g left font ',10' textcolor rgb "
              "'#d55e00' front\n",
-             r->model_error / 1.7, r->least[1], r->least[1] / 1.7);
-    figure_panel(figure,
-                 &(struct panel){.title = titles[type],
-                                 .x = "evaluations of the field",
-                                 .y = type ? NULL : y,
-                                 .log = "xy",
-                                 .x_range = "[30:2e4]",
-                                 .y_range = "[1e-12:3]",
-                                 .y_tics = "100",
-                                 .key = type ? "at screen 0.998,0.92 right top Left reverse "
-                                               "samplen 2.5 spacing 1.3"
-                                             : NULL,
-                                 .more = labels});
+             r->model_error * 1.9, r->least[1], r->least[1] * 1.9);
+    figure_panel(figure, &(struct panel){.title = titles[type],
+                                         .x = "evaluations of the field",
+                                         .y = type ? NULL : y,
+                                         .log = "xy",
+                                         .x_range = "[30:2e4]",
+                                         .y_range = "[1e-12:3]",
+                                         .y_tics = "100",
+                                         .key = type ? "at screen 0.81,0.85 left top Left reverse "
+                                                       "samplen 2.5 spacing 1.3"
+                                                     : NULL,
+                                         .more = labels});
     name_missing(r, type, figure->plot->script);
     for (size_t c = 0; c < r->n; c++)
-        work_curve_element(figure, &r->curve[type][c], "3:1", 2, 0.6, r->curve[type][c].name);
+        work_curve_element(figure, &r->curve[type][c], "3:1", 2, 0.6);
+    work_legend(figure, r->n, r->curve[0]);
     figure_element(figure, "%.6g with lines lw 1.5 dt (3,3) lc rgb '#444444' notitle",
                    r->model_error);
     figure_element(figure, "%.6g with lines lw 1.5 dt (1,3) lc rgb '#d55e00' notitle", r->least[1]);
@@ -258,8 +258,9 @@ static void draw(const struct rollouts *r, struct plot *plot)
                                          .columns = 2,
                                          .left = 0.08,
                                          .right = 0.8,
+                                         .title = "A network followed by several methods",
                                          .bottom = 0.12,
-                                         .top = 0.92,
+                                         .top = 0.85,
                                          .gap_x = 0.05};
     struct figure figure;
     figure_begin(&figure, plot, &layout);

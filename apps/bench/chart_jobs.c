@@ -143,7 +143,7 @@ static void draw(size_t n, const struct job jobs[], struct plot *plot)
     draw_panel(&figure, &panel, 2, 4, ":ytic(1)");
     figure_element(&figure, "data using 6:0 with points pt 6 ps 1.5 lw 1.5 lc rgb '#0b4f8a' title "
                             "'ours, until as exact as published'");
-    panel.title = "error at the end";
+    panel.title = "relative error at the end";
     panel.key = NULL;
     panel.y_tics = "1 format ''";
     draw_panel(&figure, &panel, 3, 5, "");

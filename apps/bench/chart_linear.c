@@ -221,7 +221,7 @@ static void draw_times(struct figure *figure, const struct sheet *sheet, const s
                                          .key = "top right samplen 2",
                                          .more = "set offsets 0,0,graph 0.35,0\n"});
     for (const struct way *w = ways; w < ways + WAYS; w++) {
-        snprintf(title, sizeof title, "%s: %s^{%.2f}, at the end ^{%.2f}", w->name, s->name,
+        snprintf(title, sizeof title, "%s: %s^%.2f, at the end ^%.2f", w->name, s->name,
                  exponent(sheet, s->name, w->seconds, 0),
                  exponent(sheet, s->name, w->seconds, 0.099 * most_units(sheet, s->name)));
         figure_curve(figure, sheet, "units", w->ns, title, STYLE(w->colour, 7, 2, 0.6), "over",
@@ -247,13 +247,14 @@ static void draw_memory(struct figure *figure, const struct sheet *sheet, const 
 static void draw(const struct sheet *sheet, struct plot *plot)
 {
     static const struct layout layout = {.width = 960,
-                                         .height = 600,
+                                         .height = 640,
+                                         .title = "Gradients of the action: cost over size",
                                          .rows = 2,
                                          .columns = 2,
                                          .left = 0.08,
                                          .right = 0.985,
                                          .bottom = 0.115,
-                                         .top = 0.94,
+                                         .top = 0.88,
                                          .gap_x = 0.1,
                                          .gap_y = 0.09};
     struct figure figure;

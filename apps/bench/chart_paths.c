@@ -2,13 +2,13 @@
 #include "chart_paths.h"
 
 const struct layout figure_of_six = {.width = 1120,
-                                     .height = 640,
+                                     .height = 680,
                                      .rows = 2,
                                      .columns = 3,
-                                     .left = 0.06,
+                                     .left = 0.075,
                                      .right = 0.78,
                                      .bottom = 0.08,
-                                     .top = 0.94,
+                                     .top = 0.9,
                                      .gap_x = 0.045,
                                      .gap_y = 0.1};
 

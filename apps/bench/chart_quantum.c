@@ -306,13 +306,14 @@ static void report(struct chart *chart, const struct sheet *sheet, const char *p
 static void draw(const struct sheet *sheet, struct plot *plot)
 {
     static const struct layout layout = {.width = 1040,
-                                         .height = 440,
+                                         .height = 480,
+                                         .title = "Wave packets: CPU time to reach an error",
                                          .rows = 1,
                                          .columns = PROBLEMS,
                                          .left = 0.07,
                                          .right = 0.985,
                                          .bottom = 0.14,
-                                         .top = 0.92,
+                                         .top = 0.85,
                                          .gap_x = 0.045};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
@@ -320,7 +321,7 @@ static void draw(const struct sheet *sheet, struct plot *plot)
         figure_panel(
             &figure,
             &(struct panel){.title = problems[p].title,
-                            .x = "error",
+                            .x = "relative error",
                             .y = p ? NULL : "CPU time, building included (s)",
                             .log = "xy",
                             .x_range = "[2:1e-14] noextend",

@@ -234,7 +234,9 @@ enum ad_status chart_rules(struct chart *chart, struct ad_error *error)
     }
     if (error->status != AD_OK)
         return error->status;
-    figure_begin(&figure, plot, &figure_of_six);
+    struct layout layout = figure_of_six;
+    layout.title = "Rules of the action: error of the path over slices and CPU time";
+    figure_begin(&figure, plot, &layout);
     for (size_t p = 0; p < 2 * N_BOUNDARIES; p++)
         draw_panel(&figure, problem.sheet, p % N_BOUNDARIES, p >= N_BOUNDARIES);
     figure_end(&figure);

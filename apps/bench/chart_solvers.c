@@ -293,7 +293,7 @@ static void draw_panel(struct figure *figure, const struct sheet *sheet, const c
     int p = figure->panel;
     figure_panel(figure, &(struct panel){.title = scene,
                                          .x = p < 3 ? NULL : "CPU time (s)",
-                                         .y = p % 3 ? NULL : "distance from the path",
+                                         .y = p % 3 ? NULL : "largest distance",
                                          .log = "xy",
                                          .y_range = "[1e-16:30]",
                                          .y_tics = "1000",
@@ -308,8 +308,10 @@ enum ad_status chart_solvers(struct chart *chart, struct ad_error *error)
     struct sheet *sheet = chart_sheet(chart, "paths", columns, error);
     struct plot *plot = chart_picture(chart, "paths", error);
     struct figure figure;
+    struct layout layout = figure_of_six;
+    layout.title = "Path solvers: largest distance from the stationary path over CPU time";
     if (error->status == AD_OK)
-        figure_begin(&figure, plot, &figure_of_six);
+        figure_begin(&figure, plot, &layout);
     for (size_t k = 0; k < N_CONTESTS && error->status == AD_OK; k++)
         if ((!chart->quick || !contests[k].slow) &&
             one_scene(chart, &contests[k], sheet, error) == AD_OK)

@@ -248,14 +248,16 @@ static void draw(const struct sheet *sheet, struct plot *plot)
                   {"compile_ns", "compile", "#555555"},
                   {"replay_ns", "compiled value", "#009e73"}};
     struct figure figure;
-    figure_begin(&figure, plot, &figure_pair);
+    struct layout layout = figure_pair;
+    layout.title = "Cost of an operation of the tape";
+    figure_begin(&figure, plot, &layout);
     for (size_t s = 0; s < N_PROGRAMS; s++) {
         figure_panel(&figure, &(struct panel){.title = programs[s].title,
                                               .x = "operations",
                                               .y = s ? NULL : "CPU time per operation (ns)",
                                               .log = "xy",
                                               .y_range = "[1:1000]",
-                                              .key = "bottom left samplen 2"});
+                                              .key = s ? NULL : KEY_BESIDE});
         for (size_t c = 0; c < sizeof curves / sizeof *curves; c++)
             figure_curve(&figure, sheet, "operations", curves[c].column, curves[c].title,
                          STYLE(curves[c].colour, 7, 2, 0.6), "program", programs[s].name);

@@ -2,6 +2,7 @@
 #include "picture_text.h"
 #include "shell.h"
 
+#include <glob.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -131,7 +132,7 @@ size_t picture_text_is_apart(const char *file)
 {
     char what[400] = "";
     size_t texts = 0;
-    FILE *in = fopen(shell_path(file), "rb");
+    FILE *in = fopen(*file == '/' ? file : shell_path(file), "rb");
     assert_non_null(in);
     fseek(in, 0, SEEK_END);
     size_t size = (size_t)ftell(in);
@@ -146,4 +147,13 @@ size_t picture_text_is_apart(const char *file)
     if (faults)
         fail_msg("%s: %zu of %zu texts: %s", file, faults, texts, what);
     return texts;
+}
+
+void picture_texts_are_apart(void)
+{
+    glob_t found;
+    if (glob(shell_path("*.svg"), 0, NULL, &found) == 0)
+        for (size_t k = 0; k < found.gl_pathc; k++)
+            picture_text_is_apart(found.gl_pathv[k]);
+    globfree(&found);
 }

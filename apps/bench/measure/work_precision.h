@@ -36,7 +36,9 @@ void work_draw(const char *title, size_t n, const struct work_curve curves[], do
    members by shade and mark. Runs with a larger error than a coarser one, from rounding or by
    chance, are left out. */
 void work_curve_element(struct figure *figure, const struct work_curve *curve, const char *columns,
-                        double width, double size, const char *title);
+                        double width, double size);
+/* The families of methods among the curves. */
+void work_legend(struct figure *figure, size_t n, const struct work_curve curves[]);
 /* The fastest at 1e-3, 1e-6, 1e-9 and 1e-12: setting, steps, seconds. */
 void work_print(FILE *out, const char *title, size_t n, const struct work_curve curves[]);
 

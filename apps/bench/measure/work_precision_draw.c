@@ -9,32 +9,48 @@ enum { FIRST_DECADE = 1, LAST_DECADE = 13 }; /* errors 10^-k */
 /* A method less than this factor slower than the fastest stays in the strip. */
 static const double a_tie = 0.15;
 
-static const struct work_style {
-    const char *name, *colour;
+/* Shades of one hue are one family, which the legend names; `brief` fits in the strip. */
+static const struct work_family {
+    const char *title, *colour;
     int mark;
     bool dashed;
-} styles[] = {
-    {"euler", "#9a9a9a", 1, false},
-    {"semi-implicit", "#6b6b6b", 2, false},
-    {"verlet", "#8fc7e8", 7, false},
-    {"velocity-verlet", "#62acd8", 6, false},
-    {"yoshida4", "#3c8dc5", 5, false},
-    {"yoshida6", "#0b4f8a", 9, false},
-    {"rk4", "#f2b134", 7, false},
-    {"dopri5", "#e8743b", 5, false},
-    {"dop853", "#b8261b", 9, false},
+} families[] = {
     {"taylor", "#1a1a1a", 11, false},
-    {"implicit-midpoint", "#b9dba0", 7, true},
-    {"gauss2", "#84bf63", 5, true},
-    {"gauss3", "#4e9a37", 9, true},
-    {"gauss4", "#2c7327", 11, true},
-    {"gauss5", "#134a16", 13, true},
-    {"variational-left", "#d9a3cf", 4, true},
-    {"variational-midpoint", "#c77dbb", 6, true},
-    {"variational-trapezoid", "#b05aa3", 8, true},
-    {"variational-gauss2", "#94408c", 10, true},
-    {"variational-gauss3", "#722a72", 12, true},
-    {"variational-gauss4", "#4d1654", 14, true},
+    {"dopri5, dop853", "#d55e00", 9, false},
+    {"rk4", "#e69f00", 7, false},
+    {"verlet, yoshida4, 6", "#0072b2", 5, false},
+    {"euler, semi-implicit", "#6b6b6b", 2, false},
+    {"gauss1 to gauss5", "#009e73", 9, true},
+    {"variational", "#cc79a7", 8, true},
+};
+
+enum { TAYLOR, DORMAND_PRINCE, RUNGE_KUTTA, SPLITTING, EULER, GAUSS, VARIATIONAL, N_FAMILIES };
+
+static const struct work_style {
+    const char *name, *brief, *colour;
+    int mark, family;
+} styles[] = {
+    {"euler", "Euler", "#9a9a9a", 1, EULER},
+    {"semi-implicit", "s.-i.", "#6b6b6b", 2, EULER},
+    {"verlet", "Verlet", "#8fc7e8", 7, SPLITTING},
+    {"velocity-verlet", "v.-V.", "#56b4e9", 6, SPLITTING},
+    {"yoshida4", "Y4", "#0072b2", 5, SPLITTING},
+    {"yoshida6", "Y6", "#004a75", 9, SPLITTING},
+    {"rk4", "RK4", "#e69f00", 7, RUNGE_KUTTA},
+    {"dopri5", "DP5", "#ee8a45", 5, DORMAND_PRINCE},
+    {"dop853", "DP853", "#d55e00", 9, DORMAND_PRINCE},
+    {"taylor", "Taylor", "#1a1a1a", 11, TAYLOR},
+    {"implicit-midpoint", "G1", "#8fd3bd", 7, GAUSS},
+    {"gauss2", "G2", "#5fc2a3", 5, GAUSS},
+    {"gauss3", "G3", "#2fb088", 9, GAUSS},
+    {"gauss4", "G4", "#009e73", 11, GAUSS},
+    {"gauss5", "G5", "#006a4d", 13, GAUSS},
+    {"variational-left", "v.-l.", "#e8bfd4", 4, VARIATIONAL},
+    {"variational-midpoint", "v.-m.", "#dda5c2", 6, VARIATIONAL},
+    {"variational-trapezoid", "v.-t.", "#d48fb4", 8, VARIATIONAL},
+    {"variational-gauss2", "v.-G2", "#cc79a7", 10, VARIATIONAL},
+    {"variational-gauss3", "v.-G3", "#a8578a", 12, VARIATIONAL},
+    {"variational-gauss4", "v.-G4", "#7d3364", 14, VARIATIONAL},
 };
 
 enum { N_STYLES = sizeof styles / sizeof *styles };
@@ -44,7 +60,29 @@ static struct work_style work_style_of(const char *name)
     for (size_t k = 0; k < N_STYLES; k++)
         if (strcmp(styles[k].name, name) == 0)
             return styles[k];
-    return (struct work_style){name, "#000000", 3, true};
+    return (struct work_style){name, name, "#000000", 3, VARIATIONAL};
+}
+
+static struct style line_of(const char *colour, int mark, bool dashed, double width, double size)
+{
+    return (struct style){.colour = colour,
+                          .mark = mark,
+                          .width = width,
+                          .size = size,
+                          .dash = dashed ? "(8,3)" : NULL};
+}
+
+void work_legend(struct figure *figure, size_t n, const struct work_curve curves[])
+{
+    for (int f = 0; f < N_FAMILIES; f++) {
+        const struct style style =
+            line_of(families[f].colour, families[f].mark, families[f].dashed, 1.5, 0.6);
+        bool there = false;
+        for (size_t c = 0; c < n; c++)
+            there = there || (curves[c].n && work_style_of(curves[c].name).family == f);
+        if (there)
+            figure_draw(figure, &style, families[f].title, "NaN");
+    }
 }
 
 /* ---- data: a block a curve, `error seconds evaluations` ---- */
@@ -66,13 +104,11 @@ static void write_curve(const struct work_curve *curve, FILE *out)
 }
 
 void work_curve_element(struct figure *figure, const struct work_curve *curve, const char *columns,
-                        double width, double size, const char *title)
+                        double width, double size)
 {
     struct work_style s = work_style_of(curve->name);
-    figure_draw(
-        figure,
-        &(const struct style){s.colour, s.mark, width, size, s.dashed ? "(8,3)" : NULL, NULL},
-        title, "data index %zu using %s", figure->blocks++, columns);
+    const struct style style = line_of(s.colour, s.mark, families[s.family].dashed, width, size);
+    figure_draw(figure, &style, NULL, "data index %zu using %s", figure->blocks++, columns);
     write_curve(curve, figure->plot->data);
 }
 
@@ -104,21 +140,16 @@ static bool wins(const struct decades *d, size_t curve)
     return false;
 }
 
-/* Font size of a name in a box of this many decades, 35 pixels each; 0: none is small enough, and
-   the legend has it in bold. */
-static int font_of(const char *name, int decades)
+/* Whether a name fits a box of this many decades, 33 pixels each. */
+static bool fits(const char *name, int decades)
 {
-    static const int fonts[] = {12, 9};
-    for (size_t f = 0; f < sizeof fonts / sizeof *fonts; f++)
-        if (0.6 * fonts[f] * (double)strlen(name) < 35 * decades)
-            return fonts[f];
-    return 0;
+    return 6.5 * (double)strlen(name) < 33 * decades;
 }
 
 /* Decade k spans the errors around 10^-k; neighbours with one winner share a box. */
 static void strip(size_t n, const struct work_curve curves[], const struct decades *d, FILE *out)
 {
-    int object = 1;
+    int object = 11; /* the labels 1 and 2 are the title */
     for (int k = FIRST_DECADE, next; k <= LAST_DECADE; k = next) {
         for (next = k; next <= LAST_DECADE && d->best[next] == d->best[k];)
             next++;
@@ -130,12 +161,11 @@ static void strip(size_t n, const struct work_curve curves[], const struct decad
                 "set object %d rectangle from first 1e-%d*sqrt(10), graph 0 to first "
                 "1e-%d*sqrt(10), graph 0.075 fs solid noborder fc rgb '%s' front\n",
                 object, k, next, style.colour);
-        int font = font_of(name, next - k);
-        if (font)
-            fprintf(out,
-                    "set label %d '%s' at first 10**(-%g), graph 0.036 center textcolor rgb "
-                    "'white' font ',%d' front\n",
-                    object, name, 0.5 * (k + next - 1), font);
+        bool whole = fits(name, next - k);
+        fprintf(out,
+                "set label %d '%s' at first 10**(-%g), graph 0.036 center textcolor rgb "
+                "'white' font ',%d' front noenhanced\n",
+                object, whole ? name : style.brief, 0.5 * (k + next - 1), whole ? 11 : 9);
         object++;
     }
 }
@@ -146,12 +176,11 @@ static void curve_elements(struct figure *figure, size_t n, const struct work_cu
                            const struct decades *d, const char *columns, bool titles)
 {
     for (size_t c = 0; c < n; c++) {
-        char bold[64];
         bool best = wins(d, c);
-        snprintf(bold, sizeof bold, best ? "{/:Bold %s}" : "%s", curves[c].name);
-        work_curve_element(figure, &curves[c], columns, best ? 3 : 1.5, best ? 0.9 : 0.6,
-                           titles ? bold : NULL);
+        work_curve_element(figure, &curves[c], columns, best ? 3 : 1.5, best ? 0.9 : 0.6);
     }
+    if (titles)
+        work_legend(figure, n, curves);
     figure_element(figure, "NaN notitle");
 }
 
@@ -185,14 +214,17 @@ static void doubtful(double doubt, FILE *out)
 void work_draw(const char *title, size_t n, const struct work_curve curves[], double doubt,
                struct plot *plot)
 {
-    static const struct layout layout = {.width = 1120,
-                                         .height = 540,
-                                         .rows = 1,
-                                         .columns = 2,
-                                         .left = 0.07,
-                                         .right = 0.79,
-                                         .bottom = 0.11,
-                                         .top = 0.92};
+    const struct layout layout = {.width = 1120,
+                                  .height = 560,
+                                  .title = title,
+                                  .found = "strip: the fastest method to reach each error, drawn "
+                                           "thick; darker shades are of higher order",
+                                  .rows = 1,
+                                  .columns = 2,
+                                  .left = 0.07,
+                                  .right = 0.81,
+                                  .bottom = 0.11,
+                                  .top = 0.85};
     struct decades d = fastest(n, curves);
     struct figure figure;
     char seconds[48], evaluations[48];
@@ -200,8 +232,8 @@ void work_draw(const char *title, size_t n, const struct work_curve curves[], do
     y_axis(n, curves, false, 0, evaluations);
     figure_begin(&figure, plot, &layout);
     figure_panel(&figure,
-                 &(struct panel){.title = title,
-                                 .x = "error at the end, relative",
+                 &(struct panel){.title = "CPU time",
+                                 .x = "relative error at the end",
                                  .y = "CPU time (s)",
                                  .log = "xy",
                                  .x_range = "[0.5:1e-14]",
@@ -213,17 +245,17 @@ void work_draw(const char *title, size_t n, const struct work_curve curves[], do
     doubtful(doubt, plot->script);
     strip(n, curves, &d, plot->script);
     curve_elements(&figure, n, curves, &d, "1:2", false);
-    figure_panel(&figure, &(struct panel){
-                              .title = "field evaluations",
-                              .x = "error at the end, relative",
-                              .log = "xy",
-                              .x_range = "[0.5:1e-14]",
-                              .x_tics = "('10^{-3}' 1e-3, '10^{-6}' 1e-6, '10^{-9}' 1e-9, "
-                                        "'10^{-12}' 1e-12)",
-                              .y_range = evaluations,
-                              .key = "at screen 0.995, screen 0.93 right top Left reverse samplen "
-                                     "2.5 spacing 1.25 font ',11'",
-                              .more = "set lmargin at screen 0.555\n"});
+    figure_panel(&figure,
+                 &(struct panel){.title = "field evaluations",
+                                 .x = "relative error at the end",
+                                 .log = "xy",
+                                 .x_range = "[0.5:1e-14]",
+                                 .x_tics = "('10^{-3}' 1e-3, '10^{-6}' 1e-6, '10^{-9}' 1e-9, "
+                                           "'10^{-12}' 1e-12)",
+                                 .y_range = evaluations,
+                                 .key = "at screen 0.82, screen 0.85 left top Left reverse samplen "
+                                        "2.5 spacing 1.25",
+                                 .more = "set lmargin at screen 0.555\n"});
     curve_elements(&figure, n, curves, &d, "1:3", true);
     figure_end(&figure);
 }

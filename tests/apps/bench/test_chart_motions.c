@@ -1,6 +1,7 @@
 /* Charts of motions and paths: their files have the documented columns, rows and numbers, and the
    numbers are those of the methods. No times are asserted. */
 #include "chart_table.h"
+#include "tests/apps/picture_text.h"
 #include "tests/apps/shell.h"
 #include "tests/close.h"
 #include "apps/bench/measure/exact.h"
@@ -70,6 +71,7 @@ static void test_integrators(void **state)
     (void)state;
     static const char header[] = "problem,method,knob,setting,steps,evaluations,seconds,error";
     assert_int_equal(shell("$LA chart integrators --quick --quiet --out ."), 0);
+    picture_texts_are_apart();
     struct table *t = table_read("integrators.csv");
     table_expect_header(t, header);
     check_integrator_rows(t);
@@ -169,6 +171,7 @@ static void test_rules(void **state)
 {
     (void)state;
     assert_int_equal(shell("$LA chart paths --quick --quiet --out ."), 0);
+    picture_texts_are_apart();
     struct table *t = table_read("rules.csv");
     table_expect_header(t, "scene,solver,rule,slices,seconds,error");
     for (size_t r = 0; r < t->rows; r++)

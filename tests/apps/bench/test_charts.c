@@ -1,6 +1,7 @@
 /* Charts of derivatives, jobs and networks: their files have the documented columns, rows and
    numbers. No times are asserted. */
 #include "chart_table.h"
+#include "tests/apps/picture_text.h"
 #include "tests/apps/shell.h"
 #include "tests/close.h"
 #include "apps/bench/hand/hand.h"
@@ -12,6 +13,7 @@ static void test_gradients(void **state)
 {
     (void)state;
     assert_int_equal(shell("$LA chart gradients --quick --quiet --out ."), 0);
+    picture_texts_are_apart();
     struct table *t = table_read("gradients.csv");
     assert_int_equal(t->rows, HAND_N);
     for (size_t r = 0; r < t->rows; r++) {
@@ -56,6 +58,7 @@ static void test_linear(void **state)
     (void)state;
     static const char *const names[] = {"program_bytes", "tape_bytes"};
     assert_int_equal(shell("$LA chart linear --quick --quiet --out ."), 0);
+    picture_texts_are_apart();
     struct table *t = table_read("linear.csv");
     assert_int_equal(t->rows, 3 + 4); /* of slices, of bodies */
     for (size_t r = 1; r < t->rows; r++) {
@@ -78,6 +81,7 @@ static void test_tape(void **state)
 {
     (void)state;
     assert_int_equal(shell("$LA chart tape --quick --quiet --out ."), 0);
+    picture_texts_are_apart();
     struct table *t = table_read("tape.csv");
     assert_int_equal(t->rows, 2 * 3);
     for (size_t r = 0; r < t->rows; r++) {
@@ -111,6 +115,7 @@ static void test_jobs(void **state)
 {
     (void)state;
     assert_int_equal(shell("$LA chart jobs --quick --quiet --out ."), 0);
+    picture_texts_are_apart();
     struct table *t = table_read("jobs.csv");
     size_t paths = 0;
     for (size_t r = 0; r < t->rows; r++) {
@@ -131,6 +136,7 @@ static void test_hnn_steps(void **state)
 {
     (void)state;
     assert_int_equal(shell("$LA chart hnn --quick --quiet --out ."), 0);
+    picture_texts_are_apart();
     struct table *t = table_read("hnn-steps.csv");
     assert_int_equal(t->rows, 2 * 2 * 2); /* kinds, precisions, threads */
     for (size_t r = 0; r < t->rows; r++) {
