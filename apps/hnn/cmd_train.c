@@ -25,6 +25,7 @@ static int train(struct train_run *run, struct ad_error *error)
         result_begin(&log, run->options->log, error) != AD_OK)
         return command_status(error);
     progress_start(&run->progress, common->quiet);
+    run->progress.from = (double)hnn_trainer_step(run->trainer);
     interrupt_catch();
     hnn_trainer_run(run->trainer, &stop, error);
     interrupt_finish();

@@ -11,13 +11,14 @@ static void show(struct train_run *run)
     if (rows == 0 || !progress_due(&run->progress))
         return;
     const struct hnn_row *row = &history[rows - 1];
+    double done = (double)hnn_trainer_step(run->trainer), all = (double)run->settings.steps;
     if (isfinite(row->test_loss))
-        progress_line(&run->progress, "step %zu of %zu, train loss %.4g, test loss %.4g",
-                      hnn_trainer_step(run->trainer), run->settings.steps, row->train_loss,
-                      row->test_loss);
+        progress_line(&run->progress, done, all,
+                      "step %.0f of %.0f, train loss %.4g, test loss %.4g", done, all,
+                      row->train_loss, row->test_loss);
     else
-        progress_line(&run->progress, "step %zu of %zu, train loss %.4g",
-                      hnn_trainer_step(run->trainer), run->settings.steps, row->train_loss);
+        progress_line(&run->progress, done, all, "step %.0f of %.0f, train loss %.4g", done, all,
+                      row->train_loss);
 }
 
 enum ad_status train_save(struct train_run *run, struct ad_error *error)

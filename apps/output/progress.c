@@ -2,6 +2,7 @@
 #include "progress.h"
 #include "autodiff/clock.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <unistd.h>
@@ -12,8 +13,8 @@ static const double first[] = {60, 0.2}, between[] = {60, 0.1};
 void progress_start(struct progress *progress, bool quiet)
 {
     bool terminal = isatty(STDERR_FILENO);
-    *progress = (struct progress){
-        .shown = !quiet, .terminal = terminal, .next = ad_now() + first[terminal]};
+    *progress = (struct progress){.shown = !quiet, .terminal = terminal, .started = ad_now()};
+    progress->next = progress->started + first[terminal];
 }
 
 /* The clock without the processor's counter, where there is one: 7 ns instead of 36, and a few
@@ -40,7 +41,25 @@ bool progress_due(struct progress *progress)
     return true;
 }
 
-void progress_line(struct progress *progress, const char *format, ...)
+/* "35/s, 2 min left"; nothing where the rate is not known. */
+static void print_rate(const struct progress *progress, double done, double total)
+{
+    double rate = (done - progress->from) / (ad_now() - progress->started);
+    double left = (total - done) / rate;
+    if (!(rate > 0) || !isfinite(rate))
+        return;
+    fprintf(stderr, ", %.3g/s", rate);
+    if (total > 0 && left >= 0)
+        fprintf(stderr,
+                left < 90     ? ", %.0f s left"
+                : left < 5400 ? ", %.0f min left"
+                              : ", %.1f h left",
+                left < 90     ? left
+                : left < 5400 ? left / 60
+                              : left / 3600);
+}
+
+void progress_line(struct progress *progress, double done, double total, const char *format, ...)
 {
     if (!progress->shown)
         return;
@@ -48,6 +67,7 @@ void progress_line(struct progress *progress, const char *format, ...)
     va_start(arguments, format);
     fputs(progress->terminal ? "\r\033[K" : "leastaction: ", stderr);
     vfprintf(stderr, format, arguments);
+    print_rate(progress, done, total);
     if (!progress->terminal)
         fputc('\n', stderr);
     va_end(arguments);

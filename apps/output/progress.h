@@ -6,17 +6,20 @@
 
 struct progress {
     bool shown, terminal;
-    double next; /* time of the next update, s */
+    double next;    /* time of the next update, s */
+    double started; /* ... and of the start */
+    double from;    /* what was done before it, of a run that is resumed */
 };
 
 /* `quiet`: nothing is ever shown. */
 void progress_start(struct progress *progress, bool quiet);
 /* True at most ten times a second, or once a minute: when a line is worth formatting. */
 bool progress_due(struct progress *progress);
-/* Replaces the line, or prints another. */
-void progress_line(struct progress *progress, const char *format, ...)
+/* Replaces the line, or prints another, with the rate so far and the time left for the rest of
+   `total` at that rate; total 0: how much there is to do is not known. */
+void progress_line(struct progress *progress, double done, double total, const char *format, ...)
 #if defined(__GNUC__)
-    __attribute__((format(printf, 2, 3)))
+    __attribute__((format(printf, 4, 5)))
 #endif
     ;
 /* Removes the line of a terminal. */

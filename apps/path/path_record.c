@@ -56,10 +56,17 @@ static bool keep_frame(struct path_record *record, const struct phys_path_step *
     return true;
 }
 
+/* Descents take them all; newton ends where the path is stationary: 0, not known. */
+static double all_steps(const struct path_record *record)
+{
+    return record->run->solver->rated ? (double)record->run->settings.steps : 0;
+}
+
 static void show(struct path_record *record, const struct phys_path_step *step)
 {
     if (progress_due(&record->progress))
-        progress_line(&record->progress, "%s  step %zu of %zu  S %.6g  |gradient| %.3g",
+        progress_line(&record->progress, (double)step->step, all_steps(record),
+                      "%s  step %zu of %zu  S %.6g  |gradient| %.3g",
                       record->run->system.scene->name, step->step, record->run->settings.steps,
                       step->action_mean, step->grad_norm);
 }
@@ -84,10 +91,11 @@ bool path_record_proceed(void *context)
 {
     struct path_record *record = context;
     if (record->n == 0 && progress_due(&record->progress))
-        progress_line(&record->progress, "%s  looking for paths, %zu so far",
+        progress_line(&record->progress, 0, 0, "%s  looking for paths, %zu so far",
                       record->run->system.scene->name, record->run->solutions.n);
     else if (progress_due(&record->progress))
-        progress_line(&record->progress, "%s  step %zu of %zu is under way",
-                      record->run->system.scene->name, record->n, record->run->settings.steps);
+        progress_line(&record->progress, (double)record->n, all_steps(record),
+                      "%s  step %zu of %zu is under way", record->run->system.scene->name,
+                      record->n, record->run->settings.steps);
     return !interrupted();
 }

@@ -6,7 +6,8 @@ static bool after_slice(void *context, size_t slice)
 {
     struct quantum_run *run = context;
     if (progress_due(&run->progress))
-        progress_line(&run->progress, "slice %zu of %zu", slice, run->settings.steps);
+        progress_line(&run->progress, (double)slice, (double)run->settings.steps,
+                      "slice %zu of %zu", slice, run->settings.steps);
     return !interrupted();
 }
 

@@ -68,7 +68,8 @@ static enum ad_status follow(void *context, struct ad_error *error)
     while (!run->interrupted && qm_slit_advance(slit)) {
         run->interrupted = interrupted();
         if (progress_due(&progress))
-            progress_line(&progress, "slice %zu of %zu", slit->done, slit->setup.steps);
+            progress_line(&progress, (double)slit->done, (double)slit->setup.steps,
+                          "slice %zu of %zu", slit->done, slit->setup.steps);
     }
     progress_end(&progress);
     qm_slit_measure(slit);

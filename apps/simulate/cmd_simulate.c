@@ -112,7 +112,7 @@ static bool watch(void *context, double t)
 {
     struct watch *w = context;
     if (progress_due(&w->progress))
-        progress_line(&w->progress, "t = %.6g of %.6g", t, w->time);
+        progress_line(&w->progress, t, w->time, "t = %.6g of %.6g", t, w->time);
     return !interrupted();
 }
 

@@ -17,11 +17,11 @@ static void print(bool quiet, char *text, size_t size)
     progress_start(&progress, quiet);
     for (int k = 1; k <= 3; k++) {
         if (progress_due(&progress)) /* not for a minute */
-            progress_line(&progress, "early");
+            progress_line(&progress, 0, 0, "early");
         double next = progress.next;
         progress.next = 0;
         if (progress_due(&progress))
-            progress_line(&progress, "step %d", k);
+            progress_line(&progress, 0, 0, "step %d", k);
         assert_true(quiet || progress.next > next - 1);
     }
     progress_end(&progress);
@@ -40,6 +40,34 @@ static void test_lines(void **state)
     assert_string_equal(text, "leastaction: step 1\nleastaction: step 2\nleastaction: step 3\n");
 }
 
+/* The rate counts from where a resumed run began. */
+static void test_rate(void **state)
+{
+    char text[200] = "";
+    FILE *file = tmpfile();
+    int before = dup(STDERR_FILENO);
+    struct progress progress;
+    (void)state;
+    assert_non_null(file);
+    dup2(fileno(file), STDERR_FILENO);
+    progress_start(&progress, false);
+    progress.started -= 100;
+    progress.from = 1000;
+    progress_line(&progress, 1200, 1320, "step");
+    progress_line(&progress, 1200, 2200, "step");
+    progress_line(&progress, 1200, 201200, "step");
+    progress_line(&progress, 1200, 0, "step");
+    dup2(before, STDERR_FILENO);
+    close(before);
+    rewind(file);
+    text[fread(text, 1, sizeof text - 1, file)] = 0;
+    fclose(file);
+    assert_string_equal(text, "leastaction: step, 2/s, 60 s left\n"
+                              "leastaction: step, 2/s, 8 min left\n"
+                              "leastaction: step, 2/s, 27.8 h left\n"
+                              "leastaction: step, 2/s\n");
+}
+
 static void test_quiet(void **state)
 {
     char text[200];
@@ -50,6 +78,7 @@ static void test_quiet(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_lines), cmocka_unit_test(test_quiet)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_lines), cmocka_unit_test(test_rate),
+                                       cmocka_unit_test(test_quiet)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
