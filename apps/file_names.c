@@ -58,7 +58,7 @@ static bool same_place(const struct place *a, const struct place *b)
 /* Folders are read for tables and for frames; these are neither. */
 static bool is_read_from_folders(const char *name)
 {
-    static const char *const others[] = {".h5", ".hdf5", ".svg", ".gif"};
+    static const char *const others[] = {".h5", ".hdf5", ".svg", ".gif", ".html"};
     const char *dot = strrchr(last_part(name), '.');
     for (size_t k = 0; dot && k < sizeof others / sizeof *others; k++)
         if (strcasecmp(dot, others[k]) == 0)

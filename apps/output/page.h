@@ -47,9 +47,11 @@ double page_span(size_t n, const double *value, size_t *least, size_t *most);
    With few rows their extremes are among them. Returns how many. */
 size_t page_pick(size_t n, size_t rows, const double *value, size_t keep, size_t index[]);
 /* n numbers as they are, in base64. */
-void page_doubles(struct json *json, const char *key, size_t n, const double value[]);
+void page_doubles(struct json *json, const char *key, size_t n, const double value[],
+                  struct ad_error *error);
 /* {"offset", "scale", "values"}: value = offset + scale float32, with a relative error of 6e-8;
    those not finite are NaN. */
-void page_floats(struct json *json, const char *key, size_t n, const double value[]);
+void page_floats(struct json *json, const char *key, size_t n, const double value[],
+                 struct ad_error *error);
 
 #endif

@@ -99,7 +99,8 @@ static void put(unsigned char *to, size_t bytes, uint64_t bits)
         to[b] = (unsigned char)(bits >> 8 * b);
 }
 
-void page_doubles(struct json *json, const char *key, size_t n, const double value[])
+void page_doubles(struct json *json, const char *key, size_t n, const double value[],
+                  struct ad_error *error)
 {
     unsigned char *bytes = malloc(8 * n + 1);
     for (size_t i = 0; bytes && i < n; i++) {
@@ -110,11 +111,12 @@ void page_doubles(struct json *json, const char *key, size_t n, const double val
     if (bytes)
         json_base64(json, key, 8 * n, bytes);
     else
-        json_null(json, key);
+        ad_fail(error, AD_E_MEMORY, "out of memory");
     free(bytes);
 }
 
-void page_floats(struct json *json, const char *key, size_t n, const double value[])
+void page_floats(struct json *json, const char *key, size_t n, const double value[],
+                 struct ad_error *error)
 {
     double least = INFINITY, most = -INFINITY;
     int exponent = 0;
@@ -143,7 +145,7 @@ void page_floats(struct json *json, const char *key, size_t n, const double valu
     if (bytes)
         json_base64(json, "values", 4 * n, bytes);
     else
-        json_null(json, "values");
+        ad_fail(error, AD_E_MEMORY, "out of memory");
     json_end_object(json);
     free(bytes);
 }

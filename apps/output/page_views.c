@@ -140,7 +140,7 @@ static void write_axis(phys_hdf5 *file, struct json *json, const char *key, cons
     json_text(json, "dataset", name);
     json_count(json, "of", n);
     if (value)
-        page_doubles(json, "values", kept, value);
+        page_doubles(json, "values", kept, value, error);
     json_end_object(json);
     free(value);
 }
@@ -240,7 +240,7 @@ static void write_group(const struct panel *p, size_t g, struct json *json, stru
     json_text(json, "style", group->style);
     json_array(json, "curves");
     for (size_t c = 0; c < curves && error->status == AD_OK; c++)
-        page_floats(json, NULL, frames * kept, value + c * frames * kept);
+        page_floats(json, NULL, frames * kept, value + c * frames * kept, error);
     json_end_array(json);
     json_end_object(json);
     AD_FREE(all, value);
@@ -267,7 +267,7 @@ static void write_distance(const struct panel *p, struct json *json, struct ad_e
             }
     }
     if (error->status == AD_OK)
-        page_floats(json, "distance", p->frames * p->kept, far);
+        page_floats(json, "distance", p->frames * p->kept, far, error);
     free(far);
 }
 
@@ -369,7 +369,7 @@ static void write_lines(phys_hdf5 *file, const struct series *series, size_t lin
         json_object(json, NULL);
         json_text(json, "name", line[k]->name);
         json_text(json, "dataset", line[k]->change ? NULL : line[k]->dataset);
-        page_floats(json, "data", kept, seen);
+        page_floats(json, "data", kept, seen, error);
         json_end_object(json);
     }
     json_end_array(json);
@@ -432,7 +432,7 @@ static void reduce(const double *value, size_t rows, size_t columns, size_t bloc
 /* Densities by the square root and each frame between its own numbers, since a packet that spreads
    pales; others between those of all frames. */
 static void write_bytes(struct json *json, size_t frames, size_t size, const double *value,
-                        bool density)
+                        bool density, struct ad_error *error)
 {
     const size_t group = density ? size : frames * size;
     unsigned char *bytes = malloc(frames * size + 1);
@@ -450,8 +450,10 @@ static void write_bytes(struct json *json, size_t frames, size_t size, const dou
     }
     json_number(json, "low", low);
     if (bytes && high) {
-        page_doubles(json, "high", frames, high);
+        page_doubles(json, "high", frames, high, error);
         json_base64(json, "bytes", frames * size, bytes);
+    } else {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
     }
     AD_FREE(bytes, high);
 }
@@ -482,7 +484,7 @@ static void write_image(phys_hdf5 *file, const struct image *image,
         json_count(json, "rows", down);
         json_count(json, "columns", across);
         write_axis(file, json, "frames", image->over, F, 0, frames, frame, error);
-        write_bytes(json, frames, down * across, all, image->density);
+        write_bytes(json, frames, down * across, all, image->density, error);
         json_end_object(json);
     }
     AD_FREE(value, all, frame);

@@ -22,7 +22,7 @@ static const char *const table[] = {
     "path pendulum --slices 8 --out a.h5 --csv a.csv --quiet",
     "path kepler --all --slices 8 --json",
     "path pendulum --tol 1e-3 --quiet",
-    "simulate kepler --time 1 --samples 5 --event x=0 --out a.h5 --csv a.csv --reverse --quiet",
+    "simulate kepler --samples 5 --event x=0 --out a.h5 --csv a.csv --plot a.html --reverse",
     "quantum --points 257 --steps 3 --out a.h5 --csv a.csv --quiet",
     "dataset spring --trials 2 --points 5 --out a.csv --quiet",
     "dataset pixels --trials 1 --points 3 --out a.h5 --quiet",
@@ -31,6 +31,8 @@ static const char *const table[] = {
     "field model.h5 --grid 3 --out a.h5 --csv a.csv --quiet",
     "chart gas --quick --out . --quiet",
     "dump model.h5 --json",
+    "view model.h5 --plot a.html --quiet",
+    "report . --plot a.html --quiet",
     "manual path",
     "completion",
 };

@@ -45,7 +45,9 @@ static void carried(size_t n, const double value[], double back[])
     unsigned char bytes[4096];
     FILE *out = open_memstream(&text, &length);
     json_open(&json, out);
-    page_floats(&json, "curve", n, value);
+    struct ad_error error = {0};
+    page_floats(&json, "curve", n, value, &error);
+    assert_int_equal(error.status, AD_OK);
     json_close(&json);
     fclose(out);
     const char *at = strstr(text, "\"values\": \"");
@@ -99,7 +101,9 @@ static void test_doubles(void **state)
     unsigned char bytes[64];
     FILE *out = open_memstream(&text, &length);
     json_open(&json, out);
-    page_doubles(&json, "t", 4, t);
+    struct ad_error error = {0};
+    page_doubles(&json, "t", 4, t, &error);
+    assert_int_equal(error.status, AD_OK);
     json_close(&json);
     fclose(out);
     assert_int_equal(decode(strstr(text, ": \"") + 3, bytes), 32);
@@ -241,7 +245,7 @@ static void test_report(void **state)
     assert_null(strstr(shell_out(), "note.txt"));
     assert_non_null(strstr(shell_out(), "[\"b.h5\", \"kepler\", "));
     assert_non_null(strstr(shell_out(), action));
-    shell_works("$LA report runs --quiet && $LA report runs --quiet"); /* it replaces its own */
+    shell_works("$LA report runs --quiet && $LA report runs --plot runs/index.html --quiet");
 }
 
 int main(void)
