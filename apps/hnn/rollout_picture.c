@@ -176,7 +176,10 @@ enum ad_status rollout_picture(const void *context, struct plot *plot, struct ad
     size_t n = rollout_curves(run, curve);
     bool H = run->model[0].ode.energy, energy = run->truth.n && run->energy.n;
     int panels = (int)run->n_models + (run->truth.n > 0) + H + energy;
-    int columns = panels < COLUMNS ? panels : COLUMNS, rows = (panels + columns - 1) / columns;
+    int columns = panels == 4        ? 2
+                  : panels < COLUMNS ? panels
+                                     : COLUMNS,
+        rows = (panels + columns - 1) / columns;
     double width = 1.0 / columns, height = ABOVE + rows * PANEL_HEIGHT;
     char title[120];
     struct line line = {0};

@@ -103,7 +103,7 @@ static void write_label(const struct axis *axis, FILE *out)
     if (axis->power)
         fprintf(out, ".\" / 10^{%d}\"", axis->power);
     if (*unit) {
-        fputs(axis->power ? ".\" \"." : ".\" / \".", out);
+        fputs(axis->power ? ".\"\\302\\240\"." : ".\" / \".", out); /* viewers drop a plain blank */
         quote_gnuplot_label(out, unit);
     }
 }

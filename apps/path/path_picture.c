@@ -221,7 +221,8 @@ static void name_found(const struct path_run *run, struct line *line)
     line_add(line, "S = %.6g%s%.16s%s%.16s", found->info.action, unit_blank(E), E,
              *E ? unit_blank(t) : "", *E ? t : "");
     if (!found->stationary)
-        line_add(line, "not stationary: |gradient| %.2g", found->info.grad_norm);
+        line_add(line, "not stationary: gradient %.2g of the start's",
+                 found->info.grad_norm / found->info.start.grad_norm);
     else if (found->spectrum.legendre == PHYS_POSITIVE && !found->spectrum.undetermined)
         line_add(line, "Morse index %zu", found->spectrum.index);
     if (found->stationary)

@@ -14,8 +14,9 @@ def script(rows, picture, origin):
     lines = [
         f"set terminal svg size 900,{120 + 17 * len(jobs)} font 'Helvetica,12' background 'white'",
         f"set output '{picture}'",
-        f"set label 1 '{origin}' at screen 0.004,0.985 left font ',7' textcolor rgb '#808080' noenhanced",
+        f"set label 1 '{origin}' at screen 0.004,0.015 left font ',7' textcolor rgb '#808080' noenhanced",
         "set title 'The same jobs in other tools, one thread: times as long as leastaction'",
+        "set bmargin 5",
         "set logscale x",
         "set xrange [0.2:*]",
         f"set yrange [{len(jobs) - 0.4}:-0.6]",
