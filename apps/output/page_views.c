@@ -404,6 +404,44 @@ static void write_series(phys_hdf5 *file, const struct series *series, struct js
     free(value);
 }
 
+/* ---- scans ---- */
+
+enum { PANELS = 24, NAME = 120 };
+
+/* Names of the datasets of a scan of one parameter. */
+struct scanned {
+    size_t n;
+    char over[NAME], result[PANELS][NAME];
+};
+
+static void find_scanned(void *context, const struct phys_hdf5_item *item)
+{
+    struct scanned *scanned = context;
+    const bool over = strncmp(item->object, "scanned/", 8) == 0;
+    if (item->attribute || item->rank != 1 || strlen(item->object) >= NAME)
+        return;
+    if (over)
+        strcpy(scanned->over, item->object);
+    else if (strncmp(item->object, "results/", 8) == 0 && scanned->n < PANELS)
+        strcpy(scanned->result[scanned->n++], item->object);
+}
+
+/* A panel for each number that changes with the parameter. */
+static void write_scan(phys_hdf5 *file, struct json *json, struct ad_error *error)
+{
+    struct scanned scanned = {0};
+    phys_hdf5_list(file, find_scanned, &scanned, error);
+    for (size_t k = 0; *scanned.over && k < scanned.n && error->status == AD_OK; k++) {
+        const char *name = scanned.result[k];
+        const struct series series = {scanned.over, false, {{name, name + 8, 0, false}}};
+        size_t n = 0, least, most;
+        double *value = read_line(file, &series.line[0], &n, error);
+        if (value && page_span(n, value, &least, &most) > 0 && value[least] < value[most])
+            write_series(file, &series, json, error);
+        free(value);
+    }
+}
+
 /* ---- images ---- */
 
 /* Densities in the plane, and frames of a film: [frames x rows x columns]. */
@@ -512,13 +550,15 @@ enum ad_status page_of_run(phys_hdf5 *file, const char *name, FILE *out, struct 
     page_attributes(&page.json, file, error);
     while (v < sizeof views / sizeof *views && !fits(file, &views[v]))
         v++;
-    if (v < sizeof views / sizeof *views && error->status == AD_OK &&
-        main_panel(file, &views[v], &page.json, error) == AD_OK) {
-        json_array(&page.json, "series");
-        for (size_t k = 0; k < 3; k++)
-            write_series(file, &views[v].series[k], &page.json, error);
-        json_end_array(&page.json);
-    }
+    const bool viewed = v < sizeof views / sizeof *views && error->status == AD_OK;
+    if (viewed)
+        main_panel(file, &views[v], &page.json, error);
+    json_array(&page.json, "series");
+    for (size_t k = 0; viewed && k < 3 && error->status == AD_OK; k++)
+        write_series(file, &views[v].series[k], &page.json, error);
+    if (error->status == AD_OK)
+        write_scan(file, &page.json, error);
+    json_end_array(&page.json);
     json_array(&page.json, "images");
     for (size_t k = 0; k < sizeof images / sizeof *images && error->status == AD_OK; k++)
         if (has(file, images[k].dataset, 3, &item))

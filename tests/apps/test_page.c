@@ -151,12 +151,15 @@ static void test_view(void **state)
 {
     (void)state;
     static const char *const runs[] = {"path kepler --solver adam --steps 20",
-                                       "simulate figure8 --time 1", "quantum --no-reference"};
+                                       "simulate figure8 --time 1", "quantum --no-reference",
+                                       "simulate pendulum --scan l=1:2:3"};
     for (size_t k = 0; k < LENGTH(runs); k++) {
         shell_works("$LA %s --out run.h5 --plot both.html --quiet", runs[k]);
         shell_works("$LA view run.h5 --quiet");
         shell_works("sed 's/\"file\": \"[^\"]*\"//' both.html >a; sed 's/\"file\": \"[^\"]*\"//' "
                     "run.html >b; cmp a b && test $(wc -c <a) -gt 40000");
+        shell_works("sed -n 's/.*\"series\": .*\"values\": .*/series/p' run.html");
+        assert_string_equal(shell_out(), "series\n");
         shell_works("$LA %s --plot alone.html --quiet && ls", runs[k]);
         assert_mentions(shell_out(), "alone.html");
         assert_int_equal(shell_files(), 6); /* no file of the page's own stays */
