@@ -120,7 +120,7 @@ def difference(ours, theirs):
     return np.abs(np.asarray(theirs) - ours).max() / np.abs(ours).max()
 
 
-def report(job, peer, version, run, ours, get=np.asarray):
-    """Times run(), and compares get(run()) with ours (None: nothing to compare)."""
+def report(job, peer, version, run, ours, get=np.asarray, calls=1):
+    """Times run(), which does the job `calls` times, and compares get(run()) with ours (None: nothing)."""
     error = "" if ours is None else f"{difference(ours, get(run())):.2g}"
-    print(f"{job},{peer},{version},{median_seconds(run, 0.5):.4g},{error}", flush=True)
+    print(f"{job},{peer},{version},{median_seconds(run, 0.5) / calls:.4g},{error}", flush=True)

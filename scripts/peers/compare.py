@@ -6,8 +6,8 @@ quantum and tape in FOLDER.
     scripts/peers/compare.py COMMAND [FOLDER] [--quick]
 
 A row of peers.csv: job, peer, version, CPU seconds (one thread), ratio to ours, largest
-relative difference of the result from ours where there is one to compare, and a note where we are
-behind. Ours are rows, too; those of ratio 1 are what others are divided by.
+relative difference of the result from ours where there is one to compare, what the time contains
+(`CONTAINS`; else the job alone), and a note where we are behind. Ours are rows, too; those of ratio 1 are what others are divided by.
 """
 import csv
 import importlib.util
@@ -25,9 +25,20 @@ from draw import draw
 HERE = pathlib.Path(__file__).parent
 ACCURACIES = 1e-3, 1e-6, 1e-9
 PACKET_ACCURACIES = 1e-2, 1e-3, 1e-4
-COLUMNS = "job", "peer", "version", "seconds", "ratio", "difference", "note"
+COLUMNS = "job", "peer", "version", "seconds", "ratio", "difference", "contains", "note"
 US, INTERPRETED, BY_HAND = "leastaction", "leastaction, interpreted", "C by hand"
 ADAM_STEPS = 100
+CONTAINS = {  # what a time contains, by the beginning of a peer's name; compiling is in none
+    "JAX jit; loop": "the job, in a loop of one jit",
+    "JAX": "the job and its dispatch from Python",
+    "CasADi as C; loop": "the job, called in a loop in C",
+    "CasADi": "the job and a call from Python",
+    "PyTorch": "the job and its dispatch from Python",
+    "SciPy": "steps and fields in Python",
+    "heyoka": "all steps, one call from Python",
+    "REBOUND": "all steps and the set-up, from Python",
+    "NumPy": "array operations, called from Python",
+}
 
 
 def read(text):
@@ -110,18 +121,21 @@ def fastest(rows, accuracy):
     return min(((s, m) for m, s in times.items() if s is not None), default=(None, None))
 
 
-def to_errors(kind, accuracies, ours, theirs, peer, version):
-    """The fastest of either side at some errors, where both get there."""
-    for problem in dict.fromkeys(row["problem"] for row in theirs):
+def to_errors(kind, accuracies, ours, peers):
+    """The fastest of every side at some errors, where it and ours get there; peers: name -> rows, version."""
+    for problem in dict.fromkeys(row["problem"] for rows, _ in peers.values() for row in rows):
         for accuracy in accuracies:
-            a, b = (
-                fastest([r for r in rows if r["problem"] == problem], accuracy)
-                for rows in (ours, theirs)
-            )
-            if a[0] and b[0]:
-                job = f"{kind} {problem} to {accuracy:.0e}".replace("e-0", "e-")
-                yield job, US, "", a[0], ""
-                yield job, f"{peer} ({b[1].replace('scipy ', '')})", version, b[0], ""
+            job = f"{kind} {problem} to {accuracy:.0e}".replace("e-0", "e-")
+            seconds, _ = fastest([r for r in ours if r["problem"] == problem], accuracy)
+            found = {
+                peer: (*fastest([r for r in rows if r["problem"] == problem], accuracy), version)
+                for peer, (rows, version) in peers.items()
+            }
+            if seconds and any(s for s, _, _ in found.values()):
+                yield job, US, "", seconds, ""
+            for peer, (s, method, version) in found.items():
+                if seconds and s:
+                    yield job, f"{peer} ({method.removeprefix(peer.lower() + ' ')})", version, s, ""
 
 
 def version_of(module):
@@ -130,15 +144,20 @@ def version_of(module):
 
 def motions(folder, quick):
     theirs = read(python("scipy_ivp.py", ["numpy", "scipy"], *quick))
+    theirs += read(python("motions_taylor.py", ["numpy", "scipy", "heyoka", "rebound"], *quick))
     ours = read((folder / "integrators.csv").read_text())
-    return list(to_errors("motion", ACCURACIES, ours, theirs, "SciPy", theirs and version_of("scipy")))
+    peers = {}
+    for peer in "SciPy", "heyoka", "REBOUND":
+        rows = [r for r in theirs if r["method"].split()[0] == peer.lower()]
+        peers[peer] = rows, rows and version_of(peer.lower())
+    return list(to_errors("motion", ACCURACIES, ours, peers))
 
 
 def packets(folder, quick):
     theirs = read(python("quantum_numpy.py", ["numpy"], *quick))
     ours = read((folder / "quantum.csv").read_text())
-    version = theirs and version_of("numpy")
-    return list(to_errors("packet", PACKET_ACCURACIES, ours, theirs, "NumPy", version))
+    peers = {"NumPy": (theirs, theirs and version_of("numpy"))}
+    return list(to_errors("packet", PACKET_ACCURACIES, ours, peers))
 
 
 def scalars(folder, quick):
@@ -201,7 +220,8 @@ def table(rows):
     order = {job: (kinds.index(job.split()[0]), jobs.index(job)) for job in jobs}
     for job, peer, version, s, difference in sorted(rows, key=lambda r: order[r[0]]):
         ratio = s / ours[job]
-        values = job, peer, version, f"{s:.4g}", f"{ratio:.3g}", difference, note(ratio, peer)
+        contains = next((text for name, text in CONTAINS.items() if peer.startswith(name)), "the job alone")
+        values = job, peer, version, f"{s:.4g}", f"{ratio:.3g}", difference, contains, note(ratio, peer)
         yield dict(zip(COLUMNS, values))
 
 
@@ -223,7 +243,7 @@ def write(rows, folder):
 def show(rows):
     for row in rows:
         line = f"{row['job']:<28} {row['peer']:<26} {row['version']:<8} {float(row['seconds']):10.3g} s"
-        line += f" {float(row['ratio']):10.3g} x  {row['difference']:>8}  {row['note']}"
+        line += f" {float(row['ratio']):10.3g} x  {row['difference']:>8}  {row['contains']:<38} {row['note']}"
         print(line.rstrip())
     behind = sum(bool(row["note"]) for row in rows)
     print(f"\n{len(rows)} rows, ahead or level in all but {behind}; ratio: times as long as ours")

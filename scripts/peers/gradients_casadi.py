@@ -4,10 +4,16 @@ over slices, differentiated as a whole; by its virtual machine, and as C where t
 
     scripts/peers/gradients_casadi.py charts/gradients-values.csv [--quick]
 """
+import ctypes
+import pathlib
+import statistics
+import subprocess
+import tempfile
+
 import casadi as ca
 import numpy as np
 
-from actions import G, GM, QUICK, SLICES, report, scenes, values
+from actions import G, GM, QUICK, SLICES, difference, report, scenes, values
 
 MOST = 15  # coordinates of a scene whose C is compiled
 
@@ -72,6 +78,41 @@ def measure(name, peer, options, x, u, gradient, product):
         report(f"{job} {name}", peer, version, evaluate, ours, lambda _: out.T)
 
 
+LOOP = """
+#include <time.h>
+static double now(void) { struct timespec t; clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t); return t.tv_sec + 1e-9 * t.tv_nsec; }
+/* seconds of a call; arguments and results as CasADi's functions have them */
+double loop(const double *x, const double *u, double *y, long calls) {
+  const double *arg[SZ_ARG] = {x, u}; double *res[SZ_RES] = {y}; static casadi_int iw[SZ_IW + 1]; static double w[SZ_W + 1];
+  double began = now();
+  for (long k = 0; k < calls; k++) F(arg, res, iw, w, 0);
+  return (now() - began) / (double)calls;
+}
+"""
+
+
+def from_c(name, x, u, gradient, product):
+    """The C that CasADi writes, called in a loop in C."""
+    address = lambda a: ctypes.c_void_p(a.ctypes.data)
+    for job, f, ours in zip(("gradient", "product"), functions(name, {}), (gradient, product)):
+        with tempfile.TemporaryDirectory() as folder:
+            sizes = "".join(f"#define SZ_{k} {getattr(f, 'sz_' + k.lower())()}\n" for k in ("ARG", "RES", "IW", "W"))
+            c = ca.CodeGenerator("f.c")
+            c.add(f)
+            text = c.dump() + f"#define F {f.name()}\n" + sizes + LOOP
+            pathlib.Path(folder, "f.c").write_text(text)
+            words = ["gcc", "-O3", "-march=native", "-w", "-shared", "-fPIC", "f.c", "-o", "f.so", "-lm"]
+            subprocess.run(words, cwd=folder, check=True)
+            loop = ctypes.CDLL(f"{folder}/f.so").loop
+        loop.restype = ctypes.c_double
+        given, out = [np.ascontiguousarray(a.T) for a in (x, u)], np.zeros_like(x.T, order="C")
+        call = lambda n: loop(*(address(a) for a in (*given, out)), ctypes.c_long(n))
+        calls = max(1, int(0.02 / max(call(3), 1e-9)))
+        seconds = statistics.median(call(calls) for _ in range(5 if QUICK else 25))
+        row = f"{job} {name}", "CasADi as C; loop in C", ca.CasadiMeta.version()
+        print(*row, f"{seconds:.4g}", f"{difference(ours, out.T):.2g}", sep=",", flush=True)
+
+
 compiled = {
     "jit": True,
     "compiler": "shell",
@@ -81,3 +122,4 @@ for name, (x, u, gradient, product, _) in values().items():
     measure(name, "CasADi", {}, x, u, gradient, product)
     if len(x) <= MOST and not QUICK:
         measure(name, "CasADi as C", compiled, x, u, gradient, product)
+        from_c(name, x, u, gradient, product)
