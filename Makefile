@@ -8,7 +8,7 @@ BUILD  ?= build
 PREFIX ?= /usr/local
 CFLAGS ?= -O2 -g
 PYTHON ?= python3
-VERSION := $(shell sed -n 's/.*LEASTACTION_VERSION "\(.*\)"/\1/p' apps/command.h 2>/dev/null)
+VERSION := $(shell sed -n 's/.*LEASTACTION_VERSION "\(.*\)"/\1/p' autodiff/version.h 2>/dev/null)
 
 ifeq ($(origin CC),default)
 CC = gcc
@@ -77,7 +77,7 @@ FUZZ_SECONDS ?= 10
 # 0: another one each time
 FUZZ_SEED ?= 0
 KILLS ?= 200
-PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/status.h autodiff/tape.h autodiff/operations.h \
+PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/status.h autodiff/version.h autodiff/tape.h autodiff/operations.h \
               autodiff/program.h autodiff/derivatives.h autodiff/series.h autodiff/ops.def autodiff/optim.h autodiff/lbfgs.h \
               physics/physics.h physics/system/system.h physics/io/names.h \
               physics/lagrangian/check.h physics/lagrangian/conserved.h physics/lagrangian/euler_lagrange.h \
@@ -91,7 +91,7 @@ PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/status.h autodiff/tape.h aut
               quantum/run.h quantum/slit.h quantum/published.h)
 
 # Raised whenever a public struct changes its size (scripts/check-abi).
-SOVERSION = 2
+SOVERSION = 3
 
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
@@ -202,7 +202,7 @@ $(A): $(LIB_OBJ)
 $(BUILD)/leastaction.map: $(PUBLIC)
 	@mkdir -p $(@D)
 	$(Q){ echo '{ global:'; cat $(PUBLIC) | tr '\n' ' ' | sed 's:/\*[^*]*\*\+\([^/*][^*]*\*\+\)*/::g' | \
-	    grep -oE '\b(ad|phys|hnn|qm)_[A-Za-z0-9_]+' | sort -u | sed 's/$$/;/'; echo 'local: *; };'; } > $@
+	    grep -oE '\b(ad|phys|hnn|qm|leastaction)_[A-Za-z0-9_]+' | sort -u | sed 's/$$/;/'; echo 'local: *; };'; } > $@
 
 $(SO): $(LIB_OBJ) $(BUILD)/leastaction.map
 	$(call say,LD,$@)

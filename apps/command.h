@@ -11,9 +11,8 @@
 #ifndef APPS_COMMAND_H
 #define APPS_COMMAND_H
 
+#include "autodiff/version.h"
 #include "options.h"
-
-#define LEASTACTION_VERSION "0.1.0"
 
 enum {
     DONE = 0,

@@ -219,6 +219,7 @@ ad_var ad_diff_adjoint(ad_var u, double scale, bool repeat, size_t cols);
    programs; what it points to may change between runs. With ad_set_threads several threads call at
    once. */
 struct ad_custom {
+    size_t size;      /* sizeof(struct ad_custom) */
     const char *name; /* for messages; 31 characters are kept; may be NULL */
     size_t rows;      /* of y */
     int (*value)(void *user, size_t cols, const double *const x[], double *y);
@@ -243,6 +244,7 @@ ad_var ad_custom(size_t n, const ad_var x[], const struct ad_custom *operation);
 
 /* One step of a loop, recorded on a tape of its own, whose inputs are all named here, each once. */
 struct ad_body {
+    size_t size; /* sizeof(struct ad_body) */
     ad_tape *tape;
     /* Carried from step to step: state[k] as a step finds it, next[k], of its shape, as it leaves
        it. */

@@ -11,6 +11,7 @@ enum ad_optimiser_method { AD_SGD, AD_ADAM };
 
 /* learning_rate, beta1, beta2 and epsilon of 0 mean the default; the other members are off at 0. */
 struct ad_optimiser_settings {
+    size_t size; /* sizeof(struct ad_optimiser_settings) */
     enum ad_optimiser_method method;
     double learning_rate;
     double momentum;              /* SGD: v = momentum v + g, x -= rate v */
@@ -23,7 +24,15 @@ struct ad_optimiser_settings {
 };
 
 /* The defaults of a method: rate 1e-3, betas .9 and .999, epsilon 1e-8, the rest 0. */
-struct ad_optimiser_settings ad_optimiser_defaults(enum ad_optimiser_method method);
+void ad_optimiser_defaults_to(struct ad_optimiser_settings *settings,
+                              enum ad_optimiser_method method);
+static inline struct ad_optimiser_settings ad_optimiser_defaults(enum ad_optimiser_method method)
+{
+    struct ad_optimiser_settings settings;
+    settings.size = sizeof settings;
+    ad_optimiser_defaults_to(&settings, method);
+    return settings;
+}
 
 typedef struct ad_optimiser ad_optimiser;
 

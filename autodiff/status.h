@@ -2,6 +2,8 @@
 #ifndef AUTODIFF_STATUS_H
 #define AUTODIFF_STATUS_H
 
+#include "version.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>

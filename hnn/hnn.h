@@ -49,10 +49,12 @@ struct hnn_network {
        parameters [1 x size], H [1 x samples]; with HNN_BOTH F and H [2 x samples]; of a baseline
        the rates [2n x samples]. Column k of the value depends on column k of x alone. */
     ad_var (*record)(void *context, ad_var parameters, ad_var x);
-    void *context; /* of the caller; outlives the model */
+    void *context;           /* of the caller; outlives the model */
+    const void *reserved[4]; /* NULL: room for what later releases add */
 };
 
 struct hnn_settings {
+    size_t size; /* sizeof(struct hnn_settings) */
     enum hnn_kind kind;
     size_t dof;                         /* n: a state has 2n components */
     size_t layers;                      /* linear maps, 1 ... HNN_LAYERS_MOST */
@@ -74,9 +76,22 @@ struct hnn_settings {
 };
 
 /* As published: 200 and 200 units, tanh, orthogonal, symplectic, f32, seed 0. */
-struct hnn_settings hnn_defaults(enum hnn_kind kind, size_t dof);
+void hnn_defaults_to(struct hnn_settings *settings, enum hnn_kind kind, size_t dof);
+static inline struct hnn_settings hnn_defaults(enum hnn_kind kind, size_t dof)
+{
+    struct hnn_settings settings;
+    settings.size = sizeof settings;
+    hnn_defaults_to(&settings, kind, dof);
+    return settings;
+}
 /* The same on a latent q and p, with an autoencoder of width 200. */
-struct hnn_settings hnn_pixel_defaults(enum hnn_kind kind, size_t pixels);
+static inline struct hnn_settings hnn_pixel_defaults(enum hnn_kind kind, size_t pixels)
+{
+    struct hnn_settings s = hnn_defaults(kind, 1);
+    s.pixels = pixels;
+    s.autoencoder = 200;
+    return s;
+}
 
 /* Names used on the command line and in files; NULL-terminated, in the order of the enums. */
 extern const char *const hnn_kinds[], *const hnn_field_types[], *const hnn_starts[],
@@ -216,6 +231,7 @@ struct hnn_samples {
     const float *frames;
     const size_t *first; /* [n] */
     size_t frame;
+    void *reserved[4]; /* NULL: room for what later releases add */
 };
 
 struct hnn_optimiser;
@@ -237,6 +253,7 @@ struct hnn_trainer;
 typedef struct hnn_trainer hnn_trainer;
 
 struct hnn_training {
+    size_t size; /* sizeof(struct hnn_training) */
     const struct hnn_optimiser *optimiser;
     const struct hnn_schedule *schedule;
     size_t steps;
@@ -267,10 +284,26 @@ struct hnn_training {
 };
 /* As published: adam, constant, 2000 steps, full batch, rate 1e-3, weight decay 1e-4; except for
    the average over the last tenth of the steps, where published models have their last weights. */
-struct hnn_training hnn_training_defaults(void);
+void hnn_training_defaults_to(struct hnn_training *settings);
+static inline struct hnn_training hnn_training_defaults(void)
+{
+    struct hnn_training settings;
+    settings.size = sizeof settings;
+    hnn_training_defaults_to(&settings);
+    return settings;
+}
 /* The same for models of pixels: 10000 steps of batches of 200, weight decay 1e-5, no average,
    losses every 200 steps. */
-struct hnn_training hnn_pixel_training_defaults(void);
+static inline struct hnn_training hnn_pixel_training_defaults(void)
+{
+    struct hnn_training s = hnn_training_defaults();
+    s.steps = 10000;
+    s.batch = 200;
+    s.weight_decay = 1e-5;
+    s.average = 0;
+    s.every = 200;
+    return s;
+}
 
 enum hnn_stop {
     HNN_STOP_STEPS = 1,   /* all steps taken */

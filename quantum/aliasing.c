@@ -2,6 +2,7 @@
    the box to the other, the potential's where it is steepest: paths from all points to a few points
    across the grid show both. */
 #include "internal.h"
+#include "autodiff/sized.h"
 
 #include <math.h>
 #include <string.h>
@@ -132,8 +133,10 @@ enum ad_status qm_aliasing(const struct qm_slice *slice, struct qm_aliasing *ali
                            struct ad_error *error)
 {
     struct sample sample = {0};
-    if (AD_LACKS_RESULT(error, aliasing) || qm_slice_check(slice, error) != AD_OK ||
-        sample_new(&slice->grid, &sample, error) != AD_OK)
+    if (AD_LACKS_RESULT(error, aliasing) || qm_slice_check(slice, error) != AD_OK)
+        return error->status;
+    AD_OWN(qm_slice, slice, threads, error);
+    if (sample_new(&slice->grid, &sample, error) != AD_OK)
         return error->status;
     if (evaluate(slice, &sample, error) == AD_OK) {
         double dx = qm_dx(&slice->grid), ratio = ratio_of(&sample, slice->hbar);

@@ -1,5 +1,6 @@
 /* The classical particle that starts at a packet's mean, between the same walls (quantum.h). */
 #include "internal.h"
+#include "autodiff/sized.h"
 #include "physics/motion/motion.h"
 
 #include <math.h>
@@ -30,7 +31,8 @@ static bool advance(const struct phys_ode *ode, const struct walls *walls, doubl
     struct walls context = *walls;
     struct phys_events events = {
         .n = 2, .values = outside, .direction = 1, .found = hit, .context = &context};
-    struct phys_simulation settings = {.integrator = phys_integrator_find("dop853", error),
+    struct phys_simulation settings = {.size = sizeof settings,
+                                       .integrator = phys_integrator_find("dop853", error),
                                        .rtol = 1e-12,
                                        .atol = 1e-12,
                                        .events = &events,
@@ -74,6 +76,7 @@ enum ad_status qm_classical(const struct qm_slice *slice, const struct qm_gaussi
 {
     if (AD_LACKS(error, packet, t, x) || qm_slice_check(slice, error) != AD_OK)
         return error->status;
+    AD_OWN(qm_slice, slice, threads, error);
     const struct qm_grid *grid = &slice->grid;
     const struct walls walls = {slice->walls == QM_RING ? -INFINITY : grid->low,
                                 slice->walls == QM_RING ? INFINITY : grid->high,

@@ -1,6 +1,7 @@
 /* The error of packets (quantum.h): against closed forms, Schroedinger's equation, or, for an L
    without a separate potential, finer slices. */
 #include "internal.h"
+#include "autodiff/sized.h"
 
 #include <complex.h>
 #include <math.h>
@@ -175,13 +176,14 @@ enum ad_status qm_error(const struct qm_method *method, const struct qm_slice *s
                        t);
     if (qm_slice_check(slice, error) != AD_OK)
         return error->status;
+    AD_OWN(qm_slice, slice, threads, error);
     qm_complex *truth = calloc(slice->grid.n, sizeof *truth);
     if (!truth)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", slice->grid.n);
     *off = 0;
     for (size_t p = 0; p < packets && error->status == AD_OK; p++) {
         const struct question ask = {method, slice, &packet[p], t};
-        double one;
+        double one = 0;
         if (error_of(&ask, packets, psi + p, truth, &one, against, error) == AD_OK)
             *off = fmax(*off, one);
     }

@@ -1,6 +1,7 @@
 /* The matrix of amplitudes exp(i S_ab / hbar) (quantum.h). Real and imaginary parts are nodes of
    the program that computes the actions; it runs over a few rows at a time, which stay in cache. */
 #include "internal.h"
+#include "autodiff/sized.h"
 #include "physics/linear/linear.h"
 
 #include <complex.h>
@@ -155,8 +156,10 @@ enum ad_status qm_kernel_rows(const struct qm_slice *slice, size_t first, size_t
 
 enum ad_status qm_kernel(const struct qm_slice *slice, qm_complex *K, struct ad_error *error)
 {
-    if (qm_slice_check(slice, error) == AD_OK &&
-        qm_kernel_rows(slice, 0, slice->grid.n, K, error) == AD_OK && slice->absorb > 0)
+    if (qm_slice_check(slice, error) != AD_OK)
+        return error->status;
+    AD_OWN(qm_slice, slice, threads, error);
+    if (qm_kernel_rows(slice, 0, slice->grid.n, K, error) == AD_OK && slice->absorb > 0)
         absorb(slice, K, error);
     return error->status;
 }

@@ -2,6 +2,7 @@
    first wave. Derivatives are those of the trigonometric interpolant (Trefethen, Spectral Methods
    in MATLAB, 2000, chapter 3): on a ring of psi, between walls of psi and its mirror images, whose
    sign changes. */
+#include "autodiff/sized.h"
 #include "internal.h"
 
 #include <complex.h>
@@ -79,8 +80,10 @@ enum ad_status qm_observe(const struct qm_slice *slice, size_t stride, const qm_
 {
     double mass, norm, p = 0, p2 = 0, V = 0;
     if (AD_LACKS_RESULT(error, o) || AD_LACKS(error, psi, stride) ||
-        qm_slice_check(slice, error) != AD_OK ||
-        check_wave(slice, stride, psi, &norm, error) != AD_OK)
+        qm_slice_check(slice, error) != AD_OK)
+        return error->status;
+    AD_OWN(qm_slice, slice, threads, error);
+    if (check_wave(slice, stride, psi, &norm, error) != AD_OK)
         return error->status;
     size_t n = slice->grid.n;
     qm_complex *slope = malloc(n * sizeof *slope);

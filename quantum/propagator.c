@@ -1,5 +1,6 @@
 /* The table of propagation methods, and the handle of one in use. */
 #include "internal.h"
+#include "autodiff/sized.h"
 
 #include <complex.h>
 #include <math.h>
@@ -29,6 +30,7 @@ enum ad_status qm_propagator_new(const struct qm_method *method, const struct qm
     if (AD_LACKS_RESULT(error, propagator) || AD_LACKS(error, method) ||
         qm_slice_check(slice, error) != AD_OK)
         return error->status;
+    AD_OWN(qm_slice, slice, threads, error);
     qm_propagator *p = calloc(1, sizeof *p);
     if (!p)
         return ad_fail(error, AD_E_MEMORY, "out of memory");

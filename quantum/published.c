@@ -1,4 +1,5 @@
 /* The published matrix, and the same scene with a correct kernel (published.h). */
+#include "autodiff/sized.h"
 #include "published.h"
 #include "autodiff/free.h"
 
@@ -164,18 +165,21 @@ enum ad_status qm_published_new(double scale, struct qm_published *p, struct ad_
 enum ad_status qm_published_right(double scale, struct phys_system *system, struct qm_slice *slice,
                                   struct qm_gaussian *packet, size_t *steps, struct ad_error *error)
 {
-    if (AD_LACKS_RESULT(error, system) || AD_LACKS(error, slice, packet, steps) ||
-        check_scale(scale, error) != AD_OK ||
+    struct qm_slice right;
+    if (AD_LACKS_RESULT(error, system) || AD_LACKS(error, packet, steps) ||
+        !AD_TAKE(&right, slice, threads, error) || check_scale(scale, error) != AD_OK ||
         phys_system_open("freebody", system, error) != AD_OK ||
         phys_system_set(system, "g", 0, error) != AD_OK)
         return error->status;
     size_t points = (size_t)fmax(POINTS / 2, POINTS * scale); /* 50 slices or more */
-    *slice = (struct qm_slice){.system = system,
-                               .rule = phys_rule_find("trapezoid", error),
-                               .grid = {0, box, points},
-                               .walls = QM_REFLECT,
-                               .dt = box * box * scale / (M_PI * (double)points),
-                               .hbar = 1 / scale};
+    right = (struct qm_slice){.size = sizeof right,
+                              .system = system,
+                              .rule = phys_rule_find("trapezoid", error),
+                              .grid = {0, box, points},
+                              .walls = QM_REFLECT,
+                              .dt = box * box * scale / (M_PI * (double)points),
+                              .hbar = 1 / scale};
+    AD_GIVE(slice, &right);
     *packet = (struct qm_gaussian){box / 2, sqrt(0.5 / scale), speed};
     *steps = (size_t)ceil(1 / slice->dt);
     return error->status;

@@ -34,7 +34,8 @@ void qm_published_free(struct qm_published *published);
 
 /* The same scene: a free particle between walls, slices whose kernel is unitary (the box, mirrored,
    is one ghost long), and the packet that spreads least in the time, with the speed 15 whatever
-   hbar. *system is opened, for phys_system_close even after a failure; slice->system is system. */
+   hbar. *system is opened, for phys_system_close even after a failure; slice->system is system. Of
+   *slice the size is given. */
 enum ad_status qm_published_right(double scale, struct phys_system *system, struct qm_slice *slice,
                                   struct qm_gaussian *packet, size_t *steps,
                                   struct ad_error *error);

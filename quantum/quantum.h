@@ -4,11 +4,10 @@
    action of the straight path between them (Feynman, Rev. Mod. Phys. 20, 1948). On a grid this is a
    matrix, by which a wave function is multiplied:
 
-       struct qm_slice slice = {.system = &system, .grid = {-10, 10, 256}, .dt = .5, .hbar = 1};
-       qm_propagator *propagator;
-       qm_packet(&slice.grid, slice.hbar, &(struct qm_gaussian){-2, .5, 1}, 1, 0, psi);
-       qm_propagator_new(&qm_method_kernel, &slice, &propagator, &error);
-       qm_propagate(propagator, 1, psi, &error);          psi [256] is the wave dt later
+       struct qm_slice slice = {.size = sizeof slice, .system = &system, .grid = {-10, 10, 256}, .dt
+   = .5, .hbar = 1}; qm_propagator *propagator; qm_packet(&slice.grid, slice.hbar, &(struct
+   qm_gaussian){-2, .5, 1}, 1, 0, psi); qm_propagator_new(&qm_method_kernel, &slice, &propagator,
+   &error); qm_propagate(propagator, 1, psi, &error);          psi [256] is the wave dt later
        qm_propagator_free(propagator);
 
    Any scene of one coordinate whose L does not depend on time can be used. Units are the scene's;
@@ -51,6 +50,7 @@ enum qm_walls {
 /* ---- one time slice ---- */
 
 struct qm_slice {
+    size_t size;                      /* sizeof(struct qm_slice) */
     const struct phys_system *system; /* of one coordinate */
     const struct phys_rule *rule;     /* left, midpoint or trapezoid; NULL: trapezoid */
     struct qm_grid grid;

@@ -3,6 +3,7 @@
    are halved until two Richardson extrapolations agree, the grid is refined until the highest wave
    numbers are empty, and open boxes are widened until their ends are empty. */
 #include "fft.h"
+#include "autodiff/sized.h"
 #include "internal.h"
 
 #include <complex.h>
@@ -235,6 +236,7 @@ enum ad_status qm_reference(const struct qm_slice *slice, const struct qm_gaussi
     *reference = (struct qm_reference){.uncertainty = INFINITY};
     if (qm_slice_check(slice, error) != AD_OK)
         return error->status;
+    AD_OWN(qm_slice, slice, threads, error);
     if (!(packet->sigma > 0) || !isfinite(packet->x + packet->p) || !(t >= 0) || !isfinite(t))
         return ad_fail(error, AD_E_ARGUMENT,
                        "reference: expected finite numbers, a width above 0 and a time from 0 on, "

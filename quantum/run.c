@@ -1,5 +1,6 @@
 /* Complete runs of wave packets (run.h). */
 #include "run.h"
+#include "autodiff/sized.h"
 #include "autodiff/free.h"
 #include "internal.h"
 #include "autodiff/clock.h"
@@ -12,7 +13,7 @@
 static enum ad_status reserve(const struct qm_run_settings *run, struct qm_run_result *result,
                               struct ad_error *error)
 {
-    size_t most = run->steps / run->every + 2, n = run->slice.grid.n;
+    size_t most = run->steps / run->every + 2, n = run->slice->grid.n;
     *result = (struct qm_run_result){
         .error = (double)NAN,
         .t = malloc(most * sizeof *result->t),
@@ -36,10 +37,10 @@ void qm_run_free(struct qm_run_result *result)
 
 static void sample(const struct qm_run_settings *run, double t, struct qm_run_result *result)
 {
-    size_t n = run->slice.grid.n, packets = run->packets;
+    size_t n = run->slice->grid.n, packets = run->packets;
     for (size_t p = 0; p < packets; p++)
         result->moments[result->n * packets + p] =
-            qm_moments(&run->slice.grid, packets, result->psi + p);
+            qm_moments(&run->slice->grid, packets, result->psi + p);
     for (size_t a = 0; a < n; a++) {
         double size = cabs(result->psi[a * packets]);
         result->density[result->n * n + a] = size * size;
@@ -50,8 +51,8 @@ static void sample(const struct qm_run_settings *run, double t, struct qm_run_re
 static void normalise(const struct qm_run_settings *run, qm_complex *psi)
 {
     for (size_t p = 0; p < run->packets; p++) {
-        double norm = qm_moments(&run->slice.grid, run->packets, psi + p).norm;
-        for (size_t a = 0; a < run->slice.grid.n; a++)
+        double norm = qm_moments(&run->slice->grid, run->packets, psi + p).norm;
+        for (size_t a = 0; a < run->slice->grid.n; a++)
             psi[a * run->packets + p] /= sqrt(norm);
     }
 }
@@ -61,7 +62,7 @@ static enum ad_status step_by_step(const struct qm_run_settings *run, struct qm_
 {
     qm_propagator *propagator;
     double start = ad_now();
-    if (qm_propagator_new(run->method, &run->slice, &propagator, error) != AD_OK)
+    if (qm_propagator_new(run->method, run->slice, &propagator, error) != AD_OK)
         return error->status;
     result->setup_seconds = ad_now() - start;
     for (size_t k = 1; k <= run->steps && !result->stopped; k++) {
@@ -71,7 +72,7 @@ static enum ad_status step_by_step(const struct qm_run_settings *run, struct qm_
             normalise(run, result->psi);
         result->stopped = run->progress && !run->progress(run->context, k);
         if (k % run->every == 0 || k == run->steps || result->stopped)
-            sample(run, (double)k * run->slice.dt, result);
+            sample(run, (double)k * run->slice->dt, result);
     }
     result->seconds = ad_now() - start - result->setup_seconds;
     qm_propagator_free(propagator);
@@ -82,13 +83,13 @@ static enum ad_status step_by_step(const struct qm_run_settings *run, struct qm_
 static enum ad_status leap(const struct qm_run_settings *run, struct qm_run_result *result,
                            struct ad_error *error)
 {
-    size_t n = run->slice.grid.n, packets = run->packets;
-    double start = ad_now(), t = ldexp(run->slice.dt, (int)run->power);
+    size_t n = run->slice->grid.n, packets = run->packets;
+    double start = ad_now(), t = ldexp(run->slice->dt, (int)run->power);
     qm_complex *K = n < SIZE_MAX / n / sizeof *K ? malloc(n * n * sizeof *K) : NULL;
     qm_complex *before = malloc(n * packets * sizeof *before);
     if (!K || !before)
         ad_fail(error, AD_E_MEMORY, "out of memory for a kernel of %zu x %zu", n, n);
-    else if (qm_kernel(&run->slice, K, error) == AD_OK &&
+    else if (qm_kernel(run->slice, K, error) == AD_OK &&
              qm_kernel_square(n, run->power, K, error) == AD_OK) {
         result->setup_seconds = ad_now() - start;
         memcpy(before, result->psi, n * packets * sizeof *before);
@@ -105,22 +106,24 @@ enum ad_status qm_run(const struct qm_run_settings *run, struct qm_run_result *r
 {
     if (result)
         *result = (struct qm_run_result){0};
-    if (!run || !result || !run->method || !run->packet || run->packets == 0 || run->every == 0)
+    if (!run || !result || !run->slice || !run->method || !run->packet || run->packets == 0 ||
+        run->every == 0)
         return ad_fail(error, AD_E_ARGUMENT,
                        "a run needs settings with a method, packets and samples, and a result");
+    AD_OWN(qm_run_settings, run, context, error);
     if (reserve(run, result, error) != AD_OK)
         return error->status;
     for (size_t p = 0; p < run->packets; p++)
-        if (qm_packet_wound(&run->slice, &run->slice.grid, &run->packet[p], run->packets, p,
+        if (qm_packet_wound(run->slice, &run->slice->grid, &run->packet[p], run->packets, p,
                             result->psi, error) != AD_OK)
             return error->status;
     sample(run, 0, result);
     if ((run->leap ? leap : step_by_step)(run, result, error) != AD_OK ||
-        qm_classical(&run->slice, run->packet, result->n, result->t, result->classical, error) !=
+        qm_classical(run->slice, run->packet, result->n, result->t, result->classical, error) !=
             AD_OK)
         return error->status;
     if (!run->reference || result->stopped)
         return AD_OK;
-    return qm_error(run->method, &run->slice, run->packets, run->packet, result->t[result->n - 1],
+    return qm_error(run->method, run->slice, run->packets, run->packet, result->t[result->n - 1],
                     result->psi, &result->error, &result->truth, error);
 }

@@ -28,7 +28,8 @@ struct qm_advice qm_aliasing_advice(const struct qm_slice *slice,
 /* ---- a run ---- */
 
 struct qm_run_settings {
-    struct qm_slice slice;
+    size_t size; /* sizeof(struct qm_run_settings) */
+    const struct qm_slice *slice;
     const struct qm_method *method;
     size_t steps, every; /* slices; from sample to sample */
     bool leap;           /* one slice of 2^power instead, by squaring the kernel */

@@ -63,7 +63,8 @@ static void recorded(void *user, const ad_var x[], ad_var y, ad_var gy, ad_var g
 static ad_var record(const struct derivative *d, ad_var q)
 {
     return ad_custom(1, &q,
-                     &(struct ad_custom){.name = "potential",
+                     &(struct ad_custom){.size = sizeof(struct ad_custom),
+                                         .name = "potential",
                                          .rows = 1,
                                          .value = value,
                                          .recorded = recorded,

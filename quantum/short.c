@@ -2,6 +2,7 @@
    long slice backwards is the inverse of one forwards, so K(dt) = K(T)^H K(T + dt), and the grid
    resolves both factors. */
 #include "internal.h"
+#include "autodiff/sized.h"
 #include "physics/linear/linear.h"
 
 #include <complex.h>
@@ -30,6 +31,7 @@ enum ad_status qm_kernel_short(const struct qm_slice *slice, qm_complex *K, stru
     double mass;
     if (AD_LACKS(error, K) || qm_slice_check(slice, error) != AD_OK)
         return error->status;
+    AD_OWN(qm_slice, slice, threads, error);
     size_t n = slice->grid.n;
     struct qm_slice ring = *slice;
     if (check_free(slice, &mass, error) != AD_OK)

@@ -18,16 +18,24 @@ AD_HEADER_BEGIN
 /* Lengths are in units of the spreading of waves behind slits of width sigma; x crosses the barrier
    at 0, y runs along it. All values are positive. */
 struct qm_slit_setup {
+    size_t size;          /* sizeof(struct qm_slit_setup) */
     double apart, sigma;  /* distance of the slits, centre to centre, and their width */
     double speed, flight; /* of the packet; time from the slits to the screen */
     double mass, hbar;
     size_t points, steps; /* of the grid along x and along y; slices */
     size_t threads;
 };
-struct qm_slit_setup qm_slit_defaults(void);
+void qm_slit_defaults_to(struct qm_slit_setup *settings);
+static inline struct qm_slit_setup qm_slit_defaults(void)
+{
+    struct qm_slit_setup settings;
+    settings.size = sizeof settings;
+    qm_slit_defaults_to(&settings);
+    return settings;
+}
 
 struct qm_slit {
-    struct qm_slit_setup setup;
+    struct qm_slit_setup *setup;
     double dt;
     struct qm_grid x, y;
     size_t done, every;                      /* slices done; between frames */

@@ -8,8 +8,8 @@
 /* |sum of two spread Gaussians|^2, where one has spread by z = 1 + i theta. */
 static void fill_expected(struct qm_slit *s, double most)
 {
-    const struct qm_slit_setup *p = &s->setup;
-    double theta = s->setup.hbar * p->flight / (2 * p->mass * p->sigma * p->sigma), highest = 0;
+    const struct qm_slit_setup *p = s->setup;
+    double theta = s->setup->hbar * p->flight / (2 * p->mass * p->sigma * p->sigma), highest = 0;
     for (size_t b = 0; b < s->y.n; b++) {
         qm_complex sum = 0;
         for (int side = -1; side <= 1; side += 2) {
@@ -46,8 +46,8 @@ void qm_slit_measure(struct qm_slit *s)
 {
     if (!s || !s->psi)
         return;
-    const struct qm_slit_setup *p = &s->setup;
-    double at = (s->setup.speed * s->setup.flight - s->x.low) / qm_dx(&s->x), most = 0;
+    const struct qm_slit_setup *p = s->setup;
+    double at = (s->setup->speed * s->setup->flight - s->x.low) / qm_dx(&s->x), most = 0;
     size_t row = (size_t)at;
     for (size_t b = 0; b < s->y.n; b++) {
         qm_complex z = s->psi[row * s->y.n + b];

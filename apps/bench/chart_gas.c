@@ -65,7 +65,8 @@ static enum ad_status motion_open(struct gas_motion *m, enum phys_gas_pairs pair
 static double seconds_a_step(struct gas_motion *m, size_t steps, struct ad_error *error)
 {
     const double dt = 0.1;
-    struct phys_simulation s = {.integrator = phys_integrator_find("verlet", error), .dt = dt};
+    struct phys_simulation s = {
+        .size = sizeof s, .integrator = phys_integrator_find("verlet", error), .dt = dt};
     struct phys_simulation_info info = {0};
     s.t1 = dt * (double)steps;
     double start = processor_seconds();
@@ -137,7 +138,8 @@ static enum ad_status measure_cooling(struct sheet *sheet, bool brief, struct ad
 {
     const double friction = brief ? 0.01 : 0.002, time = 6 / friction;
     struct gas_motion m;
-    struct phys_simulation s = {.integrator = phys_integrator_find("verlet", error), .dt = 0.1};
+    struct phys_simulation s = {
+        .size = sizeof s, .integrator = phys_integrator_find("verlet", error), .dt = 0.1};
     struct phys_simulation_info info;
     struct phys_order order;
     motion_open(&m, PHYS_GAS_AUTO, COOLED, friction, error);

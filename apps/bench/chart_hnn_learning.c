@@ -64,7 +64,7 @@ static bool go_on(void *context, hnn_trainer *trainer)
 enum ad_status network_energy_error(hnn_model *model, const struct hnn_task *task, size_t starts,
                                     double *mse, struct ad_error *error)
 {
-    const struct hnn_trials trials = {.starts = starts, .rtol = accuracy};
+    const struct hnn_trials trials = {.size = sizeof trials, .starts = starts, .rtol = accuracy};
     struct phys_ode ode = {0};
     struct hnn_score score;
     struct ad_error lost = {0};

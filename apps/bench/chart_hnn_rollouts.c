@@ -39,7 +39,8 @@ static enum ad_status follow(const struct phys_ode *ode, const struct phys_integ
                              struct phys_simulation_info *info, struct ad_error *error)
 {
     double scale[2];
-    const struct phys_simulation simulation = {.integrator = integrator,
+    const struct phys_simulation simulation = {.size = sizeof simulation,
+                                               .integrator = integrator,
                                                .t1 = time_end,
                                                .dt = integrator->adaptive ? 0 : setting,
                                                .rtol = setting,

@@ -25,7 +25,7 @@ static void published_side(double scale, double end, struct job_side *side, stru
 static void right_side(double scale, double *end, struct job_side *side, struct ad_error *error)
 {
     struct phys_system system;
-    struct qm_slice slice;
+    struct qm_slice slice = {.size = sizeof slice};
     struct qm_gaussian packet;
     qm_propagator *propagator = NULL;
     qm_complex *psi = NULL;

@@ -130,7 +130,8 @@ static enum ad_status sweep(const struct way *way, const struct phys_system *sys
     size_t most = way->method == &qm_method_kernel ? effort->dense : effort->sparse;
     double seconds = 0;
     for (size_t steps = 4; steps < 4 << LEVELS && seconds <= effort->seconds; steps *= 2) {
-        struct qm_slice slice = {.system = system,
+        struct qm_slice slice = {.size = sizeof slice,
+                                 .system = system,
                                  .rule = phys_rule_find(way->rule, error),
                                  .grid = {problem->low, problem->high, 0},
                                  .walls = way->walls,
@@ -204,7 +205,8 @@ static void slices_free(struct slices *s)
 static enum ad_status slices_new(const struct phys_system *system, size_t n, size_t packets,
                                  struct slices *s, struct ad_error *error)
 {
-    struct qm_slice slice = {.system = system,
+    struct qm_slice slice = {.size = sizeof slice,
+                             .system = system,
                              .grid = {-10, 10, n},
                              .dt = 20 * 20 / (2 * M_PI * (double)n),
                              .hbar = 1,

@@ -16,7 +16,8 @@ enum ad_status quantum_reference_new(const struct quantum_problem *problem,
         (struct quantum_reference){.problem = problem, .grid = {problem->low, problem->high, n}};
     if (problem->exact)
         return AD_OK;
-    struct qm_slice slice = {.system = system,
+    struct qm_slice slice = {.size = sizeof slice,
+                             .system = system,
                              .grid = reference->grid,
                              .walls = QM_REFLECT,
                              .dt = problem->time,

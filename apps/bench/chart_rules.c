@@ -44,7 +44,8 @@ static enum ad_status motion_at(const struct problem *problem, size_t slices, do
                                 struct ad_error *error)
 {
     size_t dof = problem->system.dof, each = (SUBSTEPS + slices - 2) / (slices - 1);
-    struct phys_simulation s = {.integrator = phys_integrator_find("gauss5", error),
+    struct phys_simulation s = {.size = sizeof s,
+                                .integrator = phys_integrator_find("gauss5", error),
                                 .t1 = problem->boundary->time,
                                 .every = each};
     struct phys_ode ode = {0};
@@ -117,7 +118,8 @@ static enum ad_status measure(struct problem *problem, const char *solver,
 static enum ad_status newton_point(struct problem *problem, const struct phys_rule *rule,
                                    size_t slices, size_t rounds, struct ad_error *error)
 {
-    const struct phys_path_settings settings = {.rule = rule,
+    const struct phys_path_settings settings = {.size = sizeof settings,
+                                                .rule = rule,
                                                 .slices = slices,
                                                 .steps = 50,
                                                 .dt =
@@ -131,7 +133,8 @@ static enum ad_status newton_point(struct problem *problem, const struct phys_ru
 static enum ad_status adam_point(struct problem *problem, size_t rounds, struct ad_error *error)
 {
     const struct phys_preset *paper = problem->system.scene->paper;
-    const struct phys_path_settings settings = {.rule = phys_rule_find("left+repeat", error),
+    const struct phys_path_settings settings = {.size = sizeof settings,
+                                                .rule = phys_rule_find("left+repeat", error),
                                                 .slices = paper->slices,
                                                 .steps = paper->steps,
                                                 .dt = paper->dt,

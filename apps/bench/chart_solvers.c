@@ -95,7 +95,8 @@ static enum ad_status open_scene(struct scene_run *run, const struct contest *co
     const struct phys_preset *paper = run->system.scene->paper;
     if (phys_system_set_all(&run->system, paper->n_set, paper->set, error) != AD_OK)
         return error->status;
-    run->settings = (struct phys_path_settings){.slices = paper->slices,
+    run->settings = (struct phys_path_settings){.size = sizeof(struct phys_path_settings),
+                                                .slices = paper->slices,
                                                 .steps = paper->steps,
                                                 .dt = paper->dt,
                                                 .learning_rate = paper->learning_rate,

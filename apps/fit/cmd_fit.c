@@ -85,7 +85,8 @@ static enum ad_status setup(const struct fit_options *o, struct fit_run *run,
         split("free", o->free, false, &run->free, error) != AD_OK ||
         split("columns", o->columns, true, &run->columns, error) != AD_OK)
         return error->status;
-    run->settings = (struct phys_fit_settings){.n_free = run->free.n,
+    run->settings = (struct phys_fit_settings){.size = sizeof(struct phys_fit_settings),
+                                               .n_free = run->free.n,
                                                .free = run->free.name,
                                                .fixed_start = o->fixed_start,
                                                .seed = o->common.seed,

@@ -130,7 +130,8 @@ static enum ad_status arrange(struct fit_run *run, struct ad_error *error)
     }
     free(run->values);
     run->values = t;
-    run->data = (struct phys_fit_data){n, t, run->trials, t + n};
+    run->data =
+        (struct phys_fit_data){.size = sizeof(struct phys_fit_data), n, t, run->trials, t + n};
     return AD_OK;
 }
 

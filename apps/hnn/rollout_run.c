@@ -87,7 +87,8 @@ static enum ad_status average_starts(struct rollout_run *run, struct ad_error *e
 {
     const struct rollout_options *o = run->options;
     const struct hnn_rollout_settings *s = &run->settings;
-    struct hnn_trials trials = {.starts = o->starts,
+    struct hnn_trials trials = {.size = sizeof trials,
+                                .starts = o->starts,
                                 .points = s->n,
                                 .time = s->t[s->n - 1],
                                 .strength = option_number_or(o->strength, 0),

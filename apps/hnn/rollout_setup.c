@@ -42,6 +42,7 @@ enum ad_status rollout_steps(const struct rollout_options *o, struct hnn_rollout
                              struct ad_error *error)
 {
     const char *name = o->integrator ? o->integrator : "dop853";
+    s->size = sizeof *s;
     s->integrator = phys_integrator_find(name, error);
     if (!s->integrator)
         return error->status;
@@ -116,7 +117,8 @@ static enum ad_status use_energy(struct rollout_run *run, const char *name, stru
 static enum ad_status read_truth(struct rollout_run *run, struct ad_error *error)
 {
     const struct rollout_options *o = run->options;
-    struct hnn_dataset_settings s = {.file = o->truth,
+    struct hnn_dataset_settings s = {.size = sizeof s,
+                                     .file = o->truth,
                                      .state = o->state,
                                      .time = o->time_column,
                                      .trial = o->trial,

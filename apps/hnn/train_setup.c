@@ -110,7 +110,8 @@ static enum ad_status read_data(struct train_run *run, struct ad_error *error)
             AD_OK ||
         choose("split", o->split, hnn_split_names, &split, error) != AD_OK)
         return error->status;
-    struct hnn_dataset_settings s = {.file = o->common.argument[0],
+    struct hnn_dataset_settings s = {.size = sizeof s,
+                                     .file = o->common.argument[0],
                                      .state = o->state,
                                      .rate = o->rate,
                                      .time = o->time,

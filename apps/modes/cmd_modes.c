@@ -53,6 +53,7 @@ static enum ad_status solve(void *context, struct ad_error *error)
 {
     struct modes_run *run = context;
     const struct phys_equilibria_settings how = {
+        .size = sizeof how,
         .starts = option_count_or(run->options->starts, 0),
         .seed = run->options->common.seed,
         .low = run->low,

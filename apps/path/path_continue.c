@@ -21,6 +21,7 @@ enum ad_status path_continuation(struct path_run *run, struct ad_error *error)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--continue: expected NAME=FROM:TO, as in m=1:0.01, got '%s'", text);
     snprintf(run->followed, sizeof run->followed, "%.*s", (int)(equals - text), text);
+    run->follow.size = sizeof run->follow;
     run->follow.name = run->followed;
     if (!path_wants_tolerance(run->options))
         return ad_fail(error, AD_E_ARGUMENT, "--continue needs --tol, the error of the last path");

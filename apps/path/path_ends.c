@@ -156,6 +156,7 @@ enum ad_status path_ends(struct path_run *run, struct ad_error *error)
     if (options_conflicts(sizeof rows / sizeof *rows, rows, error) != AD_OK ||
         read_time(run, error) != AD_OK)
         return error->status;
+    run->ends.size = sizeof run->ends;
     run->ends.free_time = free_time;
     run->ends.energy = option_number_or(options->energy, 0);
     run->settings.ends = &run->ends;

@@ -53,6 +53,7 @@ static void choose_settings(const struct path_options *options, struct path_run 
     const struct phys_preset *preset = run->preset;
     const struct phys_path_settings usual = phys_path_defaults(&run->system);
     struct phys_path_settings *settings = &run->settings;
+    settings->size = sizeof *settings;
     settings->slices = option_count_or(options->slices, preset ? preset->slices : usual.slices);
     settings->dt = option_number_or(options->dt, preset ? preset->dt : usual.dt);
     settings->steps = option_count_or(options->steps, usual.steps);

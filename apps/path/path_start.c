@@ -26,8 +26,10 @@ double *path_new(const struct path_run *run, struct ad_error *error)
 enum ad_status path_motion(const struct path_run *run, size_t slices, double dt, double tolerance,
                            double *path, struct ad_error *error)
 {
-    const struct phys_simulation how = {
-        .rtol = tolerance, .max_steps = PHYS_MOTION_STEPS, .proceed = interrupt_proceed};
+    const struct phys_simulation how = {.size = sizeof how,
+                                        .rtol = tolerance,
+                                        .max_steps = PHYS_MOTION_STEPS,
+                                        .proceed = interrupt_proceed};
     return phys_scene_path(&run->system, run->options->common.seed, &how, slices, dt, path, error);
 }
 

@@ -68,7 +68,8 @@ static enum ad_status motion_on_mesh(const struct path_run *run, double *path,
     size_t s = table.degree, dof = run->system.dof, n = s * (grid.slices - 1) + 1;
     double dt = phys_grid_time(&grid, grid.slices - 1) / (double)(n - 1);
     double *times = malloc((dof + 1) * n * sizeof *times), *nodes = times + n;
-    const struct phys_simulation how = {.rtol = PATH_TIGHTEST,
+    const struct phys_simulation how = {.size = sizeof how,
+                                        .rtol = PATH_TIGHTEST,
                                         .max_steps = PHYS_MOTION_STEPS,
                                         .times = times + 1,
                                         .proceed = interrupt_proceed};
@@ -92,16 +93,16 @@ static enum ad_status motion_on_mesh(const struct path_run *run, double *path,
 static enum ad_status adopt(struct path_run *run, struct ad_error *error)
 {
     struct phys_refined *r = &run->refined;
-    const struct phys_rule *rule = r->settings.rule;
-    size_t n = r->settings.slices, dof = run->system.dof;
+    const struct phys_rule *rule = r->settings->rule;
+    size_t n = r->settings->slices, dof = run->system.dof;
     AD_FREE(run->start, run->path);
     run->start = r->start;
     r->start = NULL;
     run->settings.rule = rule;
     run->settings.slices = n;
-    run->settings.dt = r->settings.dt;
-    run->settings.mesh = r->settings.mesh;
-    run->settings.adam_steps = r->settings.adam_steps;
+    run->settings.dt = r->settings->dt;
+    run->settings.mesh = r->settings->mesh;
+    run->settings.adam_steps = r->settings->adam_steps;
     run->settings.refined = r;
     run->path = path_new(run, error);
     if (!run->path)
@@ -114,7 +115,7 @@ static enum ad_status adopt(struct path_run *run, struct ad_error *error)
     if (run->reference && run->settings.mesh)
         motion_on_mesh(run, run->reference, error);
     else if (run->reference &&
-             path_motion(run, n, r->settings.dt, PATH_TIGHTEST, run->reference, error) == AD_OK)
+             path_motion(run, n, r->settings->dt, PATH_TIGHTEST, run->reference, error) == AD_OK)
         phys_rule_interpolate(rule, dof, n, run->reference);
     return error->status;
 }

@@ -24,6 +24,7 @@ struct quantum_run {
     const struct quantum_options *options;
     const char *name; /* of the scene, as asked for */
     struct phys_system system;
+    struct qm_slice slice;
     struct qm_run_settings settings; /* its packets are owned */
     struct qm_aliasing aliasing;
     struct qm_run_result result;

@@ -38,9 +38,8 @@ static void report_paper(const void *context, struct report *report)
                 "as published");
     report_text(report, "preset", NULL, "paper");
     report_number(report, "hbar", NULL, NULL, p->hbar);
-    pair(report, "points", "points", (double)run->settings.slice.grid.n, "points",
-         (double)p->grid.n);
-    pair(report, "dt", "dt", run->settings.slice.dt, "dt", p->dt);
+    pair(report, "points", "points", (double)run->slice.grid.n, "points", (double)p->grid.n);
+    pair(report, "dt", "dt", run->slice.dt, "dt", p->dt);
     pair(report, "phases", "phases of neighbours", M_PI * run->aliasing.ratio, "phases", p->phases);
     pair(report, "ghost", "ghosts at a distance of", run->aliasing.ghost, "ghost", p->ghost);
     pair(report, "norm_after_a_slice", "norm after a slice", result->moments[1].norm / start,
@@ -97,12 +96,17 @@ int quantum_paper(const struct quantum_options *options, struct ad_error *error)
     struct qm_gaussian packet;
     struct paper paper = {.run = {.options = options, .name = "free"}};
     struct quantum_run *run = &paper.run;
-    run->settings = (struct qm_run_settings){
-        .method = &qm_method_kernel, .every = 1, .packets = 1, .packet = &packet};
-    if (qm_published_right(options->scale, &run->system, &run->settings.slice, &packet,
-                           &run->settings.steps, error) == AD_OK &&
-        qm_aliasing(&run->settings.slice, &run->aliasing, error) == AD_OK) {
-        run->settings.slice.threads = options->common.threads;
+    run->settings = (struct qm_run_settings){.size = sizeof(struct qm_run_settings),
+                                             .slice = &run->slice,
+                                             .method = &qm_method_kernel,
+                                             .every = 1,
+                                             .packets = 1,
+                                             .packet = &packet};
+    run->slice.size = sizeof run->slice;
+    if (qm_published_right(options->scale, &run->system, &run->slice, &packet, &run->settings.steps,
+                           error) == AD_OK &&
+        qm_aliasing(&run->slice, &run->aliasing, error) == AD_OK) {
+        run->slice.threads = options->common.threads;
         outputs_run(&outputs, &options->common, &paper, both, error);
     }
     qm_published_free(&paper.old);

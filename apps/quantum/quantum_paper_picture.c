@@ -39,7 +39,7 @@ static void write_kernel(size_t n, const qm_complex *K, double low, double dx, F
 static void write_data(const struct qm_published *p, const struct quantum_run *run,
                        const struct qm_run_result *result, const qm_complex *K, FILE *out)
 {
-    const struct qm_grid *grid = &run->settings.slice.grid;
+    const struct qm_grid *grid = &run->slice.grid;
     write_kernel(p->grid.n, p->K, 0, qm_dx(&p->grid), out);
     quantum_density(p->frames, p->grid.n, p->time, p->density, 0, qm_dx(&p->grid), out);
     write_kernel(grid->n, K, qm_x(grid, 0), qm_dx(grid), out);
@@ -82,7 +82,7 @@ enum ad_status paper_picture(const void *context, struct plot *plot, struct ad_e
     const struct qm_published *p = &paper->old;
     const struct quantum_run *run = &paper->run;
     const struct qm_run_result *result = &run->result;
-    size_t n = run->settings.slice.grid.n;
+    size_t n = run->slice.grid.n;
     qm_complex *K = malloc(n * n * sizeof *K);
     if (!K)
         return ad_fail(error, AD_E_MEMORY, "out of memory for a kernel of %zu x %zu", n, n);
@@ -90,7 +90,7 @@ enum ad_status paper_picture(const void *context, struct plot *plot, struct ad_e
     char hbar[64], title[160];
     struct layout layout = figure_pair;
     struct figure figure;
-    if (qm_kernel(&run->settings.slice, K, error) == AD_OK)
+    if (qm_kernel(&run->slice, K, error) == AD_OK)
         write_data(p, run, result, K, plot->data);
     free(K);
     snprintf(hbar, sizeof hbar, "a wave packet between walls, hbar = %.3g", p->hbar);

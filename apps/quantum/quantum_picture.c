@@ -17,7 +17,7 @@ enum { FRAMES = 100, ACROSS = 400, FEW = 24 };
 static void write_data(const struct quantum_run *run, const struct qm_run_result *result,
                        const double *V, size_t frames, FILE *out)
 {
-    const struct qm_grid *grid = &run->settings.slice.grid;
+    const struct qm_grid *grid = &run->slice.grid;
     size_t n = grid->n;
     quantum_density(result->n, n, result->t, result->density, grid->low + 0.5 * qm_dx(grid),
                     qm_dx(grid), out);
@@ -80,7 +80,7 @@ static void carpet(struct figure *figure, const struct quantum_run *run, const s
 {
     const struct qm_run_result *result = &run->result;
     FILE *out = figure->plot->script;
-    size_t n = run->settings.slice.grid.n, samples = result->n;
+    size_t n = run->slice.grid.n, samples = result->n;
     double end = result->t[samples - 1], apart = samples > 1 ? end / (double)(samples - 1) : 1;
     bool few = samples < FEW;
     char name[64];
@@ -107,10 +107,10 @@ static void carpet(struct figure *figure, const struct quantum_run *run, const s
 /* Of the start, a Gaussian packet; NaN where the potential is not known. */
 static double mean_energy(const struct quantum_run *run, const double *V, double mass)
 {
-    const struct qm_grid *grid = &run->settings.slice.grid;
+    const struct qm_grid *grid = &run->slice.grid;
     const struct qm_run_result *result = &run->result;
     double p = run->settings.packet[0].p;
-    double width = 0.5 * run->settings.slice.hbar / result->moments[0].std_x, sum = 0;
+    double width = 0.5 * run->slice.hbar / result->moments[0].std_x, sum = 0;
     for (size_t a = 0; a < grid->n; a++)
         sum += V[a] * result->density[a] * qm_dx(grid);
     return (p * p + width * width) / (2 * mass) + sum / result->moments[0].norm;
@@ -171,7 +171,7 @@ static void name_found(const struct quantum_run *run, struct line *line)
     line_add(line, "norm - 1 = %.1g", end->norm / result->moments[0].norm - 1);
     if (isfinite(result->error))
         line_add(line, "error %.2g against %.60s", result->error, result->truth);
-    if (run->aliasing.ratio > 1 + 1e-9 && run->settings.method->aliases(&run->settings.slice))
+    if (run->aliasing.ratio > 1 + 1e-9 && run->settings.method->aliases(&run->slice))
         line_add(line, "ALIASED, run by force");
 }
 
@@ -187,7 +187,7 @@ static void times(const struct qm_run_result *result, size_t frames, FILE *out)
 static void draw(const struct quantum_run *run, const struct range *V, double energy, double most,
                  size_t frames, struct plot *plot)
 {
-    const struct qm_grid *grid = &run->settings.slice.grid;
+    const struct qm_grid *grid = &run->slice.grid;
     bool file = run->name[0] == '.' || run->name[0] == '/';
     char name[48];
     struct axis x = {name, run->system.scene->unit, {grid->low, grid->high}, 0};
@@ -200,7 +200,7 @@ static void draw(const struct quantum_run *run, const struct range *V, double en
     fputs(DENSITY_PALETTE, out);
     snprintf(title, sizeof title, "%.48s: wave packet by %s, hbar = %g, %zu points",
              file ? run->system.scene->name : run->name, run->settings.method->name,
-             run->settings.slice.hbar, grid->n);
+             run->slice.hbar, grid->n);
     name_found(run, &line);
     times(&run->result, frames, out);
     layout.right = 0.92;
@@ -217,13 +217,13 @@ enum ad_status quantum_picture(const void *context, struct plot *plot, struct ad
 {
     const struct quantum_run *run = context;
     const struct qm_run_result *result = &run->result;
-    size_t n = run->settings.slice.grid.n;
+    size_t n = run->slice.grid.n;
     size_t frames = plot->animated ? (result->n < FRAMES ? result->n : FRAMES) : 1;
     struct ad_error unknown = {0};
     double mass, most, *V = malloc(n * sizeof *V);
     if (!V)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    bool known = qm_potential(&run->system, &run->settings.slice.grid, V, &mass, &unknown) == AD_OK;
+    bool known = qm_potential(&run->system, &run->slice.grid, V, &mass, &unknown) == AD_OK;
     for (size_t a = 0; a < n && !known; a++)
         V[a] = 0;
     double energy = known ? mean_energy(run, V, mass) : 0;

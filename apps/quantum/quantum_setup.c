@@ -109,11 +109,12 @@ static enum ad_status make_slice(const struct preset *preset, struct quantum_run
 {
     const struct quantum_options *options = run->options;
     double box[2] = {preset->low, preset->high};
-    struct qm_slice *slice = &run->settings.slice;
+    struct qm_slice *slice = &run->slice;
     if (options->box &&
         numbers_read("box", options->box, 2, "positions of the walls", box, error) != AD_OK)
         return error->status;
     *slice = (struct qm_slice){
+        .size = sizeof(struct qm_slice),
         .system = &run->system,
         .grid = {box[0], box[1], option_count_or(options->points, preset->points)},
         .walls = preset->walls,
@@ -143,12 +144,12 @@ static enum ad_status make_slice(const struct preset *preset, struct quantum_run
 static enum ad_status check_box(const struct preset *preset, const struct quantum_run *run,
                                 struct ad_error *error)
 {
-    const struct qm_slice *slice = &run->settings.slice;
+    const struct qm_slice *slice = &run->slice;
     const struct qm_grid *box = &slice->grid;
     if (!preset->name && !run->options->box && run->system.dof == 1 &&
         phys_keeps_energy(&run->system, error)) {
         double low, high;
-        qm_box(&run->system, run->settings.slice.hbar, run->settings.packet, &low, &high);
+        qm_box(&run->system, run->slice.hbar, run->settings.packet, &low, &high);
         return ad_fail(error, AD_E_ARGUMENT,
                        "--box: %s has none of its own; expected A,B, positions of the walls; try "
                        "--box=%.3g,%.3g",
@@ -177,7 +178,7 @@ static enum ad_status check_box(const struct preset *preset, const struct quantu
 
 static enum ad_status look_for_aliasing(struct quantum_run *run, struct ad_error *error)
 {
-    struct qm_slice *slice = &run->settings.slice;
+    struct qm_slice *slice = &run->slice;
     bool choose = isnan(slice->dt);
     if (choose)
         slice->dt = 0.1;
@@ -211,9 +212,9 @@ static const double patience = 3600;
 static enum ad_status look_for_cost(const struct quantum_run *run, struct ad_error *error)
 {
     struct qm_cost cost;
-    double n = (double)run->settings.slice.grid.n,
+    double n = (double)run->slice.grid.n,
            samples = (double)(run->settings.steps / run->settings.every + 2);
-    run->settings.method->cost(&run->settings.slice, &cost);
+    run->settings.method->cost(&run->slice, &cost);
     if (run->options->power != OPTION_NO_COUNT)
         cost.setup += 8 * n * n * n * (double)run->options->power, cost.bytes *= 2;
     double bytes = cost.bytes + 8 * n * samples;
@@ -236,7 +237,9 @@ static enum ad_status look_for_cost(const struct quantum_run *run, struct ad_err
 enum ad_status quantum_setup(const struct quantum_options *options, struct quantum_run *run,
                              struct ad_error *error)
 {
-    *run = (struct quantum_run){.options = options, .name = options->scene};
+    *run = (struct quantum_run){.options = options,
+                                .name = options->scene,
+                                .settings = {.size = sizeof run->settings, .slice = &run->slice}};
     const struct preset *preset = preset_of(run->name);
     if (open_scene(preset, run, error) != AD_OK || make_slice(preset, run, error) != AD_OK ||
         read_packets(preset, run, error) != AD_OK || check_box(preset, run, error) != AD_OK ||

@@ -68,8 +68,8 @@ static enum ad_status follow(void *context, struct ad_error *error)
     while (!run->interrupted && qm_slit_advance(slit)) {
         run->interrupted = interrupted();
         if (progress_due(&progress))
-            progress_line(&progress, (double)slit->done, (double)slit->setup.steps,
-                          "slice %zu of %zu", slit->done, slit->setup.steps);
+            progress_line(&progress, (double)slit->done, (double)slit->setup->steps,
+                          "slice %zu of %zu", slit->done, slit->setup->steps);
     }
     progress_end(&progress);
     qm_slit_measure(slit);
@@ -85,12 +85,12 @@ static void report_slit(const void *context, struct report *report)
     const struct qm_slit *s = &run->slit;
     report_line(report,
                 "double slit: %zu x %zu points, %zu slices of %.4g in %.3g s, set up in %.3g s\n",
-                s->x.n, s->y.n, s->setup.steps, s->dt, run->setup_seconds + run->seconds,
+                s->x.n, s->y.n, s->setup->steps, s->dt, run->setup_seconds + run->seconds,
                 run->setup_seconds);
     report_text(report, "scene", NULL, "double-slit");
     report_text(report, "method", NULL, "kernel");
     report_count(report, "points", NULL, s->x.n);
-    report_count(report, "steps", NULL, s->setup.steps);
+    report_count(report, "steps", NULL, s->setup->steps);
     report_number(report, "dt", NULL, NULL, s->dt);
     report_number(report, "norm", "norm at the end", NULL, s->norm);
     report_number(report, "fringe", "fringe", NULL, s->fringe);

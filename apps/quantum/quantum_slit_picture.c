@@ -26,8 +26,8 @@ static void write_data(const struct qm_slit *s, size_t first, FILE *out)
 static void plane(struct figure *figure, const struct qm_slit *s)
 {
     FILE *out = figure->plot->script;
-    double edges[] = {s->y.low, -s->setup.apart / 2, s->setup.apart / 2, s->y.high};
-    double screen = s->setup.speed * s->setup.flight;
+    double edges[] = {s->y.low, -s->setup->apart / 2, s->setup->apart / 2, s->y.high};
+    double screen = s->setup->speed * s->setup->flight;
     figure_panel(figure,
                  &(struct panel){.across = {"x", NULL, {s->x.low, s->x.high}, 0},
                                  .up = {"y", NULL, {s->y.low, s->y.high}, 0},
@@ -35,8 +35,8 @@ static void plane(struct figure *figure, const struct qm_slit *s)
                                          "set cbrange [0:*]\n"});
     for (size_t k = 0; k < 3; k++) /* between the slits and beyond them */
         fprintf(out, "set arrow from 0,%g to 0,%g nohead lw 4 lc rgb '#303030' front\n",
-                edges[k] + (k > 0 ? 1.5 * s->setup.sigma : 0),
-                edges[k + 1] - (k < 2 ? 1.5 * s->setup.sigma : 0));
+                edges[k] + (k > 0 ? 1.5 * s->setup->sigma : 0),
+                edges[k + 1] - (k < 2 ? 1.5 * s->setup->sigma : 0));
     fprintf(out, "set arrow from %g,%g to %g,%g nohead lw 1.5 dt (6,4) lc rgb '#d55e00' front\n",
             screen, s->y.low, screen, s->y.high);
     figure_element(figure, "data index 1+f using 1:2:3 with image");
@@ -68,7 +68,7 @@ enum ad_status slit_picture(const void *run, struct plot *plot, struct ad_error 
     struct figure figure;
     write_data(s, first, plot->data);
     snprintf(title, sizeof title, "double slit: two slits, %g apart and %g wide, hbar = %g",
-             s->setup.apart, s->setup.sigma, s->setup.hbar);
+             s->setup->apart, s->setup->sigma, s->setup->hbar);
     line_add(&line, "fringe %.4g, of thin slits %.4g", s->fringe, s->closed);
     line_add(&line, "the packet reaches the outer fringes later, so they are weaker");
     line_add(&line, "norm behind the slits %.3g", s->norm);

@@ -18,7 +18,7 @@ static void report_run(const struct quantum_run *run, struct report *report)
 {
     const struct qm_run_result *result = &run->result;
     const struct phys_scene *scene = run->system.scene;
-    const struct qm_slice *slice = &run->settings.slice;
+    const struct qm_slice *slice = &run->slice;
     double t = result->t[result->n - 1];
     report_line(report,
                 "%s by %s (rule %s): %zu points from %g to %g, walls %s, to t = %g%s%s in %.3g s, "
@@ -106,7 +106,7 @@ enum ad_status quantum_file(const void *context, phys_hdf5 *file, struct ad_erro
     const struct quantum_run *run = context;
     const struct qm_run_result *result = &run->result;
     const struct phys_scene *scene = run->system.scene;
-    size_t n = run->settings.slice.grid.n;
+    size_t n = run->slice.grid.n;
     double *x = malloc(n * sizeof *x);
     if (!x)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
@@ -118,7 +118,7 @@ enum ad_status quantum_file(const void *context, phys_hdf5 *file, struct ad_erro
     phys_hdf5_write(file, "time", AD_F64, 1, &result->n, result->t);
     phys_hdf5_text(file, "time", "unit", scene->time_unit);
     for (size_t i = 0; i < n; i++)
-        x[i] = qm_x(&run->settings.slice.grid, i);
+        x[i] = qm_x(&run->slice.grid, i);
     phys_hdf5_write(file, "x", AD_F64, 1, &n, x);
     phys_hdf5_text(file, "x", "unit", scene->unit);
     free(x);

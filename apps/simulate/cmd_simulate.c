@@ -79,6 +79,7 @@ static enum ad_status setup(const struct simulate_options *o, struct simulate_ru
         return error->status;
     const struct phys_scene *scene = run->system.scene;
     run->settings = (struct phys_motion_settings){
+        .size = sizeof(struct phys_motion_settings),
         .seed = o->common.seed,
         .time = option_number_or(o->time, (double)(scene->slices - 1) * scene->dt),
         .every = option_count_or(o->every, 0),
@@ -133,8 +134,10 @@ static enum ad_status find_exponents(struct simulate_run *run, struct ad_error *
     const size_t k = m->info.stop == PHYS_SIMULATION_INTERRUPTED
                          ? 0
                          : option_count_or(run->options->lyapunov, 0);
-    const struct phys_lyapunov_settings how = {
-        .t1 = m->info.t, .proceed = run->settings.proceed, .context = run->settings.context};
+    const struct phys_lyapunov_settings how = {.size = sizeof how,
+                                               .t1 = m->info.t,
+                                               .proceed = run->settings.proceed,
+                                               .context = run->settings.context};
     struct ad_error cause = {0};
     double *values = k ? malloc(2 * k * sizeof *values) : NULL;
     if (k && !values)

@@ -78,8 +78,10 @@ enum ad_status simulate_ensemble(const struct simulate_run *run, struct ad_error
 {
     static const struct output_kind outputs = {simulate_ensemble_report, simulate_ensemble_file,
                                                simulate_ensemble_csv, NULL, NULL};
-    struct ensemble_run r = {
-        .run = run, .settings = {.motion = run->settings, .threads = run->options->common.threads}};
+    struct ensemble_run r = {.run = run,
+                             .settings = {.size = sizeof(struct phys_ensemble_settings),
+                                          .motion = &run->settings,
+                                          .threads = run->options->common.threads}};
     if (check(run, error) == AD_OK && read_table(&r, error) == AD_OK &&
         outputs_run(&outputs, &run->options->common, &r, follow, error) == AD_OK)
         judge(&r, error);

@@ -93,7 +93,7 @@ void simulate_ensemble_report(const void *context, struct report *report)
         events += e->member[i].crossed.n;
     }
     report_line(report, "%s: %zu motions by %s to t = %g%s%s, %zu steps in %.3g s\n", scene->name,
-                e->n, e->integrator->name, r->settings.motion.time, unit_blank(scene->time_unit),
+                e->n, e->integrator->name, r->settings.motion->time, unit_blank(scene->time_unit),
                 unit_shown(scene->time_unit), steps, e->seconds);
     report_text(report, "scene", NULL, scene->name);
     report_count(report, "dof", NULL, e->dof);
@@ -103,11 +103,12 @@ void simulate_ensemble_report(const void *context, struct report *report)
     report_count(report, "failed", e->failed ? "members that failed" : NULL, e->failed);
     report_count(report, "missed", e->missed ? "members that miss the error" : NULL, e->missed);
     report_count(report, "unknown",
-                 e->unknown && !r->settings.motion.no_reference ? "members of unknown error" : NULL,
+                 e->unknown && !r->settings.motion->no_reference ? "members of unknown error"
+                                                                 : NULL,
                  e->unknown);
-    report_number(report, "time", NULL, scene->time_unit, r->settings.motion.time);
+    report_number(report, "time", NULL, scene->time_unit, r->settings.motion->time);
     report_count(report, "steps", NULL, steps);
-    report_count(report, "crossings", r->settings.motion.n_crossings ? "events" : NULL, events);
+    report_count(report, "crossings", r->settings.motion->n_crossings ? "events" : NULL, events);
     report->passing = true;
     report_number(report, "seconds", NULL, "s", e->seconds);
     report_flag(report, "vectors", NULL, e->vectors);

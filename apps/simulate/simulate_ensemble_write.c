@@ -85,7 +85,7 @@ static enum ad_status file_events(const struct ensemble_run *r, phys_hdf5 *file,
     size_t n = 0, states = 2 * e->dof;
     for (size_t i = 0; i < e->n; i++)
         n += e->member[i].crossed.n;
-    if (r->settings.motion.n_crossings == 0)
+    if (r->settings.motion->n_crossings == 0)
         return AD_OK;
     double *values = malloc((n + 1) * states * sizeof *values);
     if (!values)

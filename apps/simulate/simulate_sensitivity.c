@@ -11,7 +11,8 @@ enum { MOST_STATES = 1000 }; /* coordinates and velocities with a matrix */
 
 static struct phys_lyapunov_settings until_the_end(const struct simulate_run *run)
 {
-    return (struct phys_lyapunov_settings){.t1 = run->motion.info.t,
+    return (struct phys_lyapunov_settings){.size = sizeof(struct phys_lyapunov_settings),
+                                           .t1 = run->motion.info.t,
                                            .proceed = run->settings.proceed,
                                            .context = run->settings.context};
 }

@@ -2,6 +2,7 @@
    stochastic optimization", ICLR 2015, algorithm 1; AdamW: I. Loshchilov, F. Hutter, "Decoupled
    weight decay regularization", ICLR 2019. */
 #include "autodiff/free.h"
+#include "autodiff/sized.h"
 #include "autodiff/internal.h"
 #include "autodiff/kernels/kernels.h"
 #include "autodiff/optim.h"
@@ -19,22 +20,27 @@ struct ad_optimiser {
     char *state;           /* [moments x n] */
 };
 
-struct ad_optimiser_settings ad_optimiser_defaults(enum ad_optimiser_method method)
+void ad_optimiser_defaults_to(struct ad_optimiser_settings *settings,
+                              enum ad_optimiser_method method)
 {
-    return (struct ad_optimiser_settings){
-        .method = method, .learning_rate = 1e-3, .beta1 = 0.9, .beta2 = 0.999, .epsilon = 1e-8};
+    const struct ad_optimiser_settings defaults = {.size = sizeof defaults,
+                                                   .method = method,
+                                                   .learning_rate = 1e-3,
+                                                   .beta1 = 0.9,
+                                                   .beta2 = 0.999,
+                                                   .epsilon = 1e-8};
+    AD_GIVE(settings, &defaults);
 }
 
 /* Replaces zeros by defaults. */
-static struct ad_optimiser_settings with_defaults(const struct ad_optimiser_settings *settings)
+static void set_defaults(struct ad_optimiser_settings *s)
 {
-    struct ad_optimiser_settings s = *settings, usual = ad_optimiser_defaults(s.method);
-    double *const given[] = {&s.learning_rate, &s.beta1, &s.beta2, &s.epsilon};
+    const struct ad_optimiser_settings usual = ad_optimiser_defaults(s->method);
+    double *const given[] = {&s->learning_rate, &s->beta1, &s->beta2, &s->epsilon};
     const double defaults[] = {usual.learning_rate, usual.beta1, usual.beta2, usual.epsilon};
     for (size_t k = 0; k < LENGTH(given); k++)
         if (*given[k] == 0)
             *given[k] = defaults[k];
-    return s;
 }
 
 static enum ad_status check_settings(const struct ad_optimiser_settings *s, struct ad_error *error)
@@ -64,11 +70,10 @@ static enum ad_status check_settings(const struct ad_optimiser_settings *s, stru
 ad_optimiser *ad_optimiser_new(const struct ad_optimiser_settings *settings, enum ad_type type,
                                size_t n, struct ad_error *error)
 {
-    if (!settings) {
-        ad_fail(error, AD_E_ARGUMENT, "optimiser: no settings");
+    struct ad_optimiser_settings s;
+    if (!AD_TAKE(&s, settings, least, error))
         return NULL;
-    }
-    struct ad_optimiser_settings s = with_defaults(settings);
+    set_defaults(&s);
     if (check_settings(&s, error) != AD_OK)
         return NULL;
     ad_optimiser *o = n > SIZE_MAX / 4 / sizeof(double) ? NULL : malloc(sizeof *o);

@@ -1,5 +1,6 @@
 /* Recording of a user's own operation: its inputs lie one above the other in one operand. */
 #include "autodiff/internal.h"
+#include "autodiff/sized.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -22,8 +23,7 @@ static uint32_t number_of(ad_tape *tape, const struct custom *c)
 /* What is wrong with an operation on n inputs; NULL: nothing. */
 static const char *mistake(size_t n, const struct ad_custom *operation)
 {
-    return !operation          ? "got no operation (NULL)"
-           : !operation->value ? "got no value callback (NULL)"
+    return !operation->value   ? "got no value callback (NULL)"
            : !operation->rows  ? "got a result of 0 rows"
            : n > CUSTOM_INPUTS ? "got more than 16 inputs"
                                : NULL;
@@ -35,11 +35,14 @@ ad_var ad_custom(size_t n, const ad_var x[], const struct ad_custom *operation)
     if (!x || !ad_operands(AD_OP_custom, n, x, &none))
         return x ? none : (ad_var){0};
     ad_tape *tape = none.tape;
-    const char *wrong = mistake(n, operation);
+    struct ad_custom own;
+    struct ad_error error = {0};
+    const char *wrong = AD_TAKE(&own, operation, user, &error) ? mistake(n, &own) : error.message;
     if (wrong)
         return ad_refuse_operands(tape, AD_E_ARGUMENT, AD_OP_custom, n > 3 ? 0 : n, x, "%s", wrong);
     struct custom c;
     memset(&c, 0, sizeof c);
+    operation = &own;
     memcpy(&c.by, operation, sizeof c.by);
     c.by.name = NULL;
     c.n = (uint32_t)n;

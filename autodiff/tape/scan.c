@@ -1,6 +1,7 @@
 /* Recording of loops: a node of the tape runs a copy of the body a given number of times. All
    results of the node are concatenated in one row, of which the caller receives slices. */
 #include "autodiff/free.h"
+#include "autodiff/sized.h"
 #include "autodiff/internal.h"
 
 #include <stdlib.h>
@@ -161,7 +162,7 @@ enum { VARIABLES_MOST = 1 << 20 }; /* of a kind */
 
 static bool is_body(ad_tape *tape, const struct ad_body *b, size_t steps)
 {
-    const char *wrong = !b || !b->tape    ? "got no body, or none with a tape (NULL)"
+    const char *wrong = !b->tape          ? "got no body, or none with a tape (NULL)"
                         : b->tape == tape ? "the body is recorded on the tape of the loop"
                         : b->tape->type != tape->type ? "the body's tape is of another type"
                         : b->n_state > VARIABLES_MOST || b->n_in > VARIABLES_MOST ||
@@ -251,6 +252,7 @@ static enum ad_status record(ad_tape *tape, const struct ad_body *b, size_t step
                              const ad_var start[], const ad_var in[], const ad_var shared[],
                              ad_var last[], ad_var out[])
 {
+    AD_OWN(ad_body, b, context, &tape->error);
     if (tape->error.status != AD_OK || !is_body(tape, b, steps))
         return tape->error.status;
     uint32_t loop = new_loop(tape, b, steps);

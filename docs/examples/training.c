@@ -20,10 +20,18 @@ int main(void)
     for (int i = 0; i < 200; i++)
         q[i] = 2 * sin(i), p[i] = cos(1.7 * i), dq[i] = p[i] / 2, dp[i] = -3 * sin(q[i]);
     struct hnn_columns arrays = {4, 200, (const double *[]){q, p, dq, dp}, NULL};
-    struct hnn_dataset_settings from = {
-        .columns = &arrays, .state = "1,2", .rate = "3,4", .test_fraction = .2};
-    struct hnn_network network = {"pendulum", 2, (double[]){1, 1}, energy, NULL};
-    struct hnn_settings kind = {HNN_HAMILTONIAN, 1, .precision = AD_F64, .network = &network};
+    struct hnn_dataset_settings from = {.size = sizeof from,
+                                        .columns = &arrays,
+                                        .state = "1,2",
+                                        .rate = "3,4",
+                                        .test_fraction = .2};
+    struct hnn_network network = {
+        .name = "pendulum", .size = 2, .start = (double[]){1, 1}, .record = energy};
+    struct hnn_settings kind = {.size = sizeof kind,
+                                .kind = HNN_HAMILTONIAN,
+                                .dof = 1,
+                                .precision = AD_F64,
+                                .network = &network};
     struct hnn_training how = hnn_training_defaults();
     struct hnn_dataset data;
     struct ad_error error = {0}; /* while it holds one, functions do nothing */

@@ -1,6 +1,7 @@
 /* Reads data sets (data.h): a table is read, its rows are divided into training and test and become
    samples. */
 #include "autodiff/free.h"
+#include "autodiff/sized.h"
 #include "data_table.h"
 
 #include <math.h>
@@ -186,6 +187,7 @@ enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
         *dataset = (struct hnn_dataset){0};
     if (AD_LACKS(error, settings, dataset))
         return error->status;
+    AD_OWN(hnn_dataset_settings, settings, seed, error);
     if (check_settings(settings, error) == AD_OK &&
         hnn_table_read(settings, settings->file, settings->columns, &table, error) == AD_OK &&
         assign(settings, &table, dataset, error) == AD_OK) {

@@ -1,11 +1,10 @@
 /* Data sets: states and their rates from columns of a file, or from a published system.
 
        struct hnn_dataset data;
-       struct hnn_dataset_settings s = {.file = "motion.csv", .state = "q,p", .rate = "dqdt,dpdt",
-                                        .split = HNN_SPLIT_RANDOM, .test_fraction = 0.2};
-       if (hnn_dataset_read(&s, &data, &error) == AD_OK)
-           hnn_trainer_new(model, &training, &data.train, &data.test, &trainer, &error);
-       hnn_dataset_free(&data);
+       struct hnn_dataset_settings s = {.size = sizeof s, .file = "motion.csv", .state = "q,p",
+   .rate = "dqdt,dpdt", .split = HNN_SPLIT_RANDOM, .test_fraction = 0.2}; if (hnn_dataset_read(&s,
+   &data, &error) == AD_OK) hnn_trainer_new(model, &training, &data.train, &data.test, &trainer,
+   &error); hnn_dataset_free(&data);
 
    A file is CSV or text in columns of blanks (with or without a line of names, comments from # or
    %, quoted names, CRLF, a byte order mark, commas, semicolons, blanks), plain or compressed by
@@ -48,6 +47,7 @@ struct hnn_columns {
 
 /* Zero means the default. All is read during a call only. */
 struct hnn_dataset_settings {
+    size_t size;                       /* sizeof(struct hnn_dataset_settings) */
     const char *file;                  /* one of these two */
     const struct hnn_columns *columns; /* ... */
     /* Coordinates, then as many momenta: "q,p". NULL: every column X that has a column dXdt; or, if
@@ -115,6 +115,7 @@ enum ad_status hnn_dataset_normalise(const struct hnn_dataset *dataset, hnn_mode
 
 /* Sampling of the trajectories of a system. */
 struct hnn_sampling {
+    size_t size;                   /* sizeof(struct hnn_sampling) */
     size_t trials, points;         /* trajectories, and observations of each, both ends included */
     double time;                   /* from 0 */
     double noise;                  /* standard deviation, added to states, not to rates */
@@ -133,7 +134,6 @@ struct hnn_task {
     phys_hamiltonian *H;            /* params: const double *strength */
     /* y [2 dof] = (q, p) at time 0 */
     void (*start)(struct phys_random *random, const struct hnn_sampling *sampling, double *y);
-    struct hnn_sampling published;
     /* How the published energy errors were computed: starts drawn otherwise than the data's (NULL:
        alike); an energy other than H (NULL: H); the models' time longer than the true one by a
        factor (0: 1). */
@@ -141,6 +141,7 @@ struct hnn_task {
                             double *y);
     phys_hamiltonian *published_energy;
     double time_stretch;
+    struct hnn_sampling published; /* last, so that it may grow */
 };
 extern const struct hnn_task *const hnn_tasks[]; /* NULL-terminated */
 /* By name; NULL and AD_E_ARGUMENT, naming the nearest, if there is none. */

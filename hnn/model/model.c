@@ -1,5 +1,6 @@
 /* A model: settings, parameters, notes. */
 #include "autodiff/free.h"
+#include "autodiff/sized.h"
 #include "internal.h"
 
 #include <math.h>
@@ -42,6 +43,7 @@ enum ad_status hnn_model_blank(const struct hnn_settings *settings, hnn_model **
     if (!model)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     model->settings = *settings;
+    model->settings.size = sizeof model->settings;
     model->settings.activation = activation->name;
     model->activation = activation;
     if (settings->network) {
@@ -74,8 +76,10 @@ enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **ou
 {
     if (out)
         *out = NULL;
-    if (AD_LACKS(error, settings, out) ||
-        (settings->network && AD_LACKS(error, settings->network->start)) ||
+    if (AD_LACKS(error, settings, out))
+        return error->status;
+    AD_OWN(hnn_settings, settings, network, error);
+    if ((settings->network && AD_LACKS(error, settings->network->start)) ||
         hnn_model_blank(settings, out, error) != AD_OK)
         return error->status;
     hnn_model *model = *out;

@@ -1,5 +1,6 @@
 /* Settings of a model: defaults, names, and checks. */
 #include "internal.h"
+#include "autodiff/sized.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -17,24 +18,18 @@ const struct hnn_activation hnn_activations[] = {
     {NULL, NULL},
 };
 
-struct hnn_settings hnn_defaults(enum hnn_kind kind, size_t dof)
+void hnn_defaults_to(struct hnn_settings *settings, enum hnn_kind kind, size_t dof)
 {
-    return (struct hnn_settings){.kind = kind,
-                                 .dof = dof,
-                                 .layers = 3,
-                                 .hidden = {200, 200},
-                                 .activation = "tanh",
-                                 .field = HNN_SYMPLECTIC,
-                                 .precision = AD_F32,
-                                 .start = HNN_ORTHOGONAL};
-}
-
-struct hnn_settings hnn_pixel_defaults(enum hnn_kind kind, size_t pixels)
-{
-    struct hnn_settings s = hnn_defaults(kind, 1);
-    s.pixels = pixels;
-    s.autoencoder = 200;
-    return s;
+    const struct hnn_settings defaults = {.size = sizeof defaults,
+                                          .kind = kind,
+                                          .dof = dof,
+                                          .layers = 3,
+                                          .hidden = {200, 200},
+                                          .activation = "tanh",
+                                          .field = HNN_SYMPLECTIC,
+                                          .precision = AD_F32,
+                                          .start = HNN_ORTHOGONAL};
+    AD_GIVE(settings, &defaults);
 }
 
 enum ad_status hnn_find(const char *what, const char *name, const char *const names[],

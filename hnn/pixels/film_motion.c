@@ -29,8 +29,10 @@ static enum ad_status follow_film(hnn_model *model, const struct hnn_frames *f, 
     struct ad_error exploded = {0};
     hnn_times(0, (double)(n - 1), n, work);
     enum ad_status status =
-        hnn_pixels_predict(model, frames, &(struct hnn_rollout_settings){.n = n, .t = work}, frame,
-                           &path, foreseen, NULL, &exploded);
+        hnn_pixels_predict(model, frames,
+                           &(struct hnn_rollout_settings){
+                               .size = sizeof(struct hnn_rollout_settings), .n = n, .t = work},
+                           frame, &path, foreseen, NULL, &exploded);
     if (status == AD_E_NONFINITE || status == AD_E_ACCURACY) {
         m->kind = HNN_MOTION_RUNS_AWAY;
     } else if (status != AD_OK) {

@@ -1,5 +1,6 @@
 /* Motion in the latent space of a model of pixels (latent.h). */
 #include "latent.h"
+#include "autodiff/sized.h"
 #include "hnn/model/internal.h"
 
 #include <stdlib.h>
@@ -61,6 +62,7 @@ enum ad_status hnn_pixels_predict(hnn_model *model, const float *observation,
         *path = (struct hnn_path){0};
     if (AD_LACKS(error, model, observation, settings, path, frames))
         return error->status;
+    AD_OWN(hnn_rollout_settings, settings, reverse, error);
     struct phys_ode ode = {0};
     double *x0 = malloc(hnn_states(model) * sizeof *x0);
     if (!x0)

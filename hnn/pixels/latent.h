@@ -2,8 +2,8 @@
    the model's field, and the result is decoded.
 
        hnn_times(0, 300, 301, t);
-       hnn_pixels_predict(model, pair, &(struct hnn_rollout_settings){.n = 301, .t = t}, 784, &path,
-                          frames, &info, &error);
+       hnn_pixels_predict(model, pair, &(struct hnn_rollout_settings){.size = sizeof(struct
+   hnn_rollout_settings), .n = 301, .t = t}, 784, &path, frames, &info, &error);
 
    Time is counted in frames, as in the loss. */
 #ifndef HNN_LATENT_H

@@ -1,18 +1,21 @@
 /* Frames of the pendulum from random starts, as published (experiment-pixels of S. Greydanus et
    al., arXiv 1906.01563, appendix B). */
 #include "frames.h"
+#include "autodiff/sized.h"
 
 #include <math.h>
 
-struct hnn_filming hnn_filming_published(void)
+void hnn_filming_published_to(struct hnn_filming *settings)
 {
-    return (struct hnn_filming){.rod = hnn_rod_published(),
-                                .trajectories = 200,
-                                .frames = 102,
-                                .height = 28,
-                                .width = 28,
-                                .angle_max = acos(-1) / 6,
-                                .speed_max = 1};
+    const struct hnn_filming defaults = {.size = sizeof defaults,
+                                         .rod = hnn_rod_published(),
+                                         .trajectories = 200,
+                                         .frames = 102,
+                                         .height = 28,
+                                         .width = 28,
+                                         .angle_max = acos(-1) / 6,
+                                         .speed_max = 1};
+    AD_GIVE(settings, &defaults);
 }
 
 static enum ad_status check(const struct hnn_filming *f, struct ad_error *error)
@@ -42,7 +45,10 @@ enum ad_status hnn_rod_film(const struct hnn_filming *filming, uint64_t seed, st
                             struct ad_error *error)
 {
     struct phys_random random;
-    if (AD_LACKS_RESULT(error, f) || check(filming, error) != AD_OK ||
+    if (AD_LACKS_RESULT(error, f))
+        return error->status;
+    AD_OWN(hnn_filming, filming, speed_max, error);
+    if (check(filming, error) != AD_OK ||
         hnn_frames_new(f, filming->trajectories, filming->frames, filming->height, filming->width,
                        error) != AD_OK ||
         hnn_frames_new_motion(f, error) != AD_OK)

@@ -2,6 +2,7 @@
    that outputs are steps and the way back takes the same ones; adaptive steps ignore outputs, which
    are interpolated. */
 #include "rollout.h"
+#include "autodiff/sized.h"
 #include "hnn/model/internal.h"
 
 #include <math.h>
@@ -110,7 +111,8 @@ static enum ad_status climb(struct motion *m, double energy)
 {
     struct phys_ode up = {
         .name = "the motion along the gradient", .n = m->ode->n, .field = ascent, .context = m};
-    struct phys_simulation s = {.integrator = phys_integrator_find("dop853", m->error),
+    struct phys_simulation s = {.size = sizeof s,
+                                .integrator = phys_integrator_find("dop853", m->error),
                                 .t1 = energy,
                                 .rtol = 1e-12,
                                 .atol = 1e-12,
@@ -158,8 +160,11 @@ static enum ad_status prepare(struct motion *m, const double *x0)
     memcpy(m->path->t, s->t, s->n * sizeof *s->t);
     memcpy(m->y, x0, states * sizeof *x0);
     double rtol = s->rtol > 0 ? s->rtol : default_tolerance;
-    m->simulation = (struct phys_simulation){
-        .integrator = s->integrator, .rtol = rtol, .atol = rtol, .scale = m->y + states};
+    m->simulation = (struct phys_simulation){.size = sizeof(struct phys_simulation),
+                                             .integrator = s->integrator,
+                                             .rtol = rtol,
+                                             .atol = rtol,
+                                             .scale = m->y + states};
     if (!s->integrator)
         m->simulation.integrator = phys_integrator_find("dop853", m->error);
     if (!m->simulation.integrator->adaptive)
@@ -198,12 +203,13 @@ enum ad_status hnn_rollout(const struct phys_ode *ode, const struct hnn_rollout_
 {
     struct hnn_rollout_info unused = {0};
     info = info ? info : &unused;
-    struct motion m = {
-        .ode = ode, .settings = settings, .path = path, .info = info, .error = error};
+    struct motion m = {.ode = ode, .path = path, .info = info, .error = error};
     if (path)
         *path = (struct hnn_path){0};
     if (AD_LACKS(error, ode, settings, x0, path))
         return error->status;
+    AD_OWN(hnn_rollout_settings, settings, reverse, error);
+    m.settings = settings;
     *info = (struct hnn_rollout_info){.reversal_error = NAN};
     if (check(ode, settings, error) == AD_OK && prepare(&m, x0) == AD_OK)
         follow(&m, x0);

@@ -1,9 +1,10 @@
 /* Motion by a model, and its distance from the truth.
 
        hnn_model_ode(model, &ode, &error);
-       struct hnn_rollout_settings settings = {.n = 100, .t = t};
+       struct hnn_rollout_settings settings = {.size = sizeof settings, .n = 100, .t = t};
        hnn_rollout(&ode, &settings, x0, &path, &info, &error);
-       hnn_task_trials(&ode, task, &(struct hnn_trials){.starts = 15}, &score, &error);
+       hnn_task_trials(&ode, task, &(struct hnn_trials){.size = sizeof(struct hnn_trials), .starts =
+   15}, &score, &error);
 
    A rollout needs a struct phys_ode: a vector field y' = f(t, y), y = (q, p), and, for energies,
    E(t, y). A model gives one (hnn_model_ode), so does a published system (hnn_task_ode); any other
@@ -40,6 +41,7 @@ enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double
 
 /* Zero means the default, except for n and t. */
 struct hnn_rollout_settings {
+    size_t size;                              /* sizeof(struct hnn_rollout_settings) */
     const struct phys_integrator *integrator; /* NULL: dop853 */
     double dt;       /* fixed steps; shortened to divide the time to the next output evenly */
     double rtol;     /* tolerance of adaptive steps: error relative to the state, by component where
@@ -100,6 +102,7 @@ size_t hnn_path_outside(hnn_model *model, const struct hnn_path *path, char *wha
 
 /* Trials of a model against a published system from random starts. Zero: as published. */
 struct hnn_trials {
+    size_t size;           /* sizeof(struct hnn_trials) */
     size_t starts, points; /* 0: 15; outputs of each, both ends included, 0: 100 */
     double time;           /* 0: 20 */
     double strength;       /* of the system; 0: as published */

@@ -1,5 +1,6 @@
 /* Paths, and measures of them (rollout.h). */
 #include "autodiff/free.h"
+#include "autodiff/sized.h"
 #include "rollout.h"
 #include "hnn/data/data_table.h"
 
@@ -83,7 +84,9 @@ enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double
         *path = (struct hnn_path){0};
     if (AD_LACKS(error, settings, path, settings->file))
         return error->status;
-    struct hnn_dataset_settings s = {.file = settings->file,
+    AD_OWN(hnn_dataset_settings, settings, seed, error);
+    struct hnn_dataset_settings s = {.size = sizeof s,
+                                     .file = settings->file,
                                      .state = settings->state,
                                      .time = settings->time,
                                      .trial = settings->trial,

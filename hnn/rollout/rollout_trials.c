@@ -1,6 +1,7 @@
 /* Energy errors as in the table of arXiv 1906.01563: model and truth from the same random starts
    (rollout.h). */
 #include "rollout.h"
+#include "autodiff/sized.h"
 #include "hnn/model/internal.h"
 #include "hnn/tasks/task.h"
 
@@ -42,6 +43,7 @@ enum ad_status hnn_task_published_mse(const struct hnn_task *task, double streng
     struct phys_ode energy = {0};
     if (AD_LACKS(error, task, model, settings, path, truth, mse))
         return error->status;
+    AD_OWN(hnn_rollout_settings, settings, reverse, error);
     strength = hnn_task_strength(task, strength);
     if (phys_ode_hamiltonian(task->published_energy ? task->published_energy : task->H, task->dof,
                              &strength, &energy, error) == AD_OK &&
@@ -77,12 +79,14 @@ static enum ad_status prepare(const struct hnn_task *task, const struct hnn_tria
     s->sampling = task->published;
     s->sampling.strength = hnn_task_strength(task, trials->strength);
     hnn_times(0, time, points, s->t);
-    s->of_model = (struct hnn_rollout_settings){.integrator = trials->integrator,
+    s->of_model = (struct hnn_rollout_settings){.size = sizeof(struct hnn_rollout_settings),
+                                                .integrator = trials->integrator,
                                                 .dt = trials->dt,
                                                 .rtol = trials->rtol,
                                                 .n = points,
                                                 .t = s->t};
-    s->of_truth = (struct hnn_rollout_settings){.rtol = accuracy, .n = points, .t = s->t};
+    s->of_truth = (struct hnn_rollout_settings){
+        .size = sizeof(struct hnn_rollout_settings), .rtol = accuracy, .n = points, .t = s->t};
     phys_random_seed(&s->random, trials->seed);
     return hnn_task_ode(task, s->sampling.strength, &s->truth, error);
 }
@@ -123,6 +127,7 @@ enum ad_status hnn_task_trials(const struct phys_ode *model, const struct hnn_ta
 {
     if (AD_LACKS(error, model, task, trials, score))
         return error->status;
+    AD_OWN(hnn_trials, trials, rtol, error);
     struct setting s = {.model = model, .task = task};
     size_t starts = trials->starts ? trials->starts : STARTS;
     double x0[HNN_TASK_STATES_MOST], share = 1 / (double)starts;

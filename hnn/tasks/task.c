@@ -1,5 +1,6 @@
 /* Published systems: their motion from random starts, observed at equal intervals of time. */
 #include "task.h"
+#include "autodiff/sized.h"
 #include "autodiff/free.h"
 
 #include <math.h>
@@ -159,7 +160,8 @@ static enum ad_status follow_trial(const struct hnn_sampling *s, const struct ph
     double ones[HNN_TASK_STATES_MOST]; /* the published tolerance is absolute */
     for (size_t k = 0; k < HNN_TASK_STATES_MOST; k++)
         ones[k] = 1;
-    const struct phys_simulation simulation = {.integrator = phys_integrator_find("dop853", error),
+    const struct phys_simulation simulation = {.size = sizeof simulation,
+                                               .integrator = phys_integrator_find("dop853", error),
                                                .t1 = s->time,
                                                .rtol = accuracy,
                                                .atol = smallest,
@@ -198,6 +200,7 @@ enum ad_status hnn_task_observe(const struct hnn_task *task, const struct hnn_sa
     double y[HNN_TASK_STATES_MOST];
     if (AD_LACKS(error, task, sampling, observations))
         return error->status;
+    AD_OWN(hnn_sampling, sampling, strength, error);
     *observations = (struct hnn_observations){0};
     size_t points = sampling->points;
     phys_random_seed(&random, seed);

@@ -1,6 +1,7 @@
 /* Training: each step runs one program (forward, gradient in the graph, loss, backward) over the
    blocks of a batch, then one step of an optimiser on the flat parameters. */
 #include "train.h"
+#include "autodiff/sized.h"
 #include "autodiff/free.h"
 #include "train_speed.h"
 #include "autodiff/clock.h"
@@ -10,27 +11,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct hnn_training hnn_training_defaults(void)
+void hnn_training_defaults_to(struct hnn_training *settings)
 {
-    return (struct hnn_training){.optimiser = hnn_optimisers[0],
-                                 .schedule = hnn_schedules[0],
-                                 .steps = 2000,
-                                 .learning_rate = 1e-3,
-                                 .weight_decay = 1e-4,
-                                 .average = 0.1,
-                                 .every = 10,
-                                 .threads = 1};
-}
-
-struct hnn_training hnn_pixel_training_defaults(void)
-{
-    struct hnn_training s = hnn_training_defaults();
-    s.steps = 10000;
-    s.batch = 200;
-    s.weight_decay = 1e-5;
-    s.average = 0;
-    s.every = 200;
-    return s;
+    const struct hnn_training defaults = {.size = sizeof defaults,
+                                          .optimiser = hnn_optimisers[0],
+                                          .schedule = hnn_schedules[0],
+                                          .steps = 2000,
+                                          .learning_rate = 1e-3,
+                                          .weight_decay = 1e-4,
+                                          .average = 0.1,
+                                          .every = 10,
+                                          .threads = 1};
+    AD_GIVE(settings, &defaults);
 }
 
 static bool steps_are_positive(const struct hnn_training *s, const struct hnn_samples *samples)
@@ -142,6 +134,7 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
         *out = NULL;
     if (AD_LACKS(error, model, training, train, out))
         return error->status;
+    AD_OWN(hnn_training, training, loss_context, error);
     test = test ? test : &none;
     if (AD_LACKS(error, training->optimiser, training->schedule) ||
         check(model, training, train, test, error) != AD_OK)

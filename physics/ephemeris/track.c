@@ -88,7 +88,8 @@ enum ad_status phys_ephemeris_follow(const struct phys_ephemeris_motion *motion,
     struct phys_simulation_info info = {0};
     size_t dof = motion->system.dof;
     bool adaptive = motion->integrator->adaptive;
-    const struct phys_simulation settings = {.integrator = motion->integrator,
+    const struct phys_simulation settings = {.size = sizeof settings,
+                                             .integrator = motion->integrator,
                                              .t1 = (double)days * DAY,
                                              .n_samples = days,
                                              .dt = adaptive ? 0 : motion->setting,

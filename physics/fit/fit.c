@@ -1,6 +1,7 @@
 /* Fits by the method of Levenberg and Marquardt on the motions of stretches (fit.h): the best of
    several minima. */
 #include "internal.h"
+#include "autodiff/sized.h"
 #include "physics/io/random.h"
 #include "physics/system/internal.h"
 #include "physics/system/params.h"
@@ -131,6 +132,8 @@ enum ad_status phys_fit_solve(const struct phys_system *system, const struct phy
         AD_LACKS(error, system, system->scene, data, data->t, data->x, settings) ||
         (settings->n_free && AD_LACKS(error, settings->free)))
         return error->status;
+    AD_OWN(phys_fit_settings, settings, context, error);
+    AD_OWN(phys_fit_data, data, x, error);
     if (phys_fit_prepare(system, data, settings, fit, error) == AD_OK &&
         phys_fitting_new(system, data, settings, fit, &s, error) == AD_OK) {
         for (size_t k = 0; k < LENGTH(p); k++) {

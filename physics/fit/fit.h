@@ -2,7 +2,7 @@
 
        struct phys_fit fit;
        const char *const names[] = {"l", "damping"};
-       struct phys_fit_settings how = {.n_free = 2, .free = names};
+       struct phys_fit_settings how = {.size = sizeof how, .n_free = 2, .free = names};
        phys_fit_solve(&system, &data, &how, &fit, error);      fit.value[0] +- fit.deviation[0]
        phys_fit_free(&fit);
 
@@ -18,6 +18,7 @@
 AD_HEADER_BEGIN
 
 struct phys_fit_data {
+    size_t size;         /* sizeof(struct phys_fit_data) */
     size_t n;            /* rows */
     const double *t;     /* [n], increasing within a trial */
     const size_t *trial; /* [n] numbers of the trials from 0, not decreasing; NULL: one trial */
@@ -26,6 +27,7 @@ struct phys_fit_data {
 
 /* Zero means the default. */
 struct phys_fit_settings {
+    size_t size; /* sizeof(struct phys_fit_settings) */
     size_t n_free;
     const char *const *free; /* parameters, which L has by PHYS_PARAM (phys_param_use) */
     /* Trials start at t = 0 with the scene's start, drawn from `seed`; else at their first row, and

@@ -66,7 +66,8 @@ static enum ad_status run(struct phys_fitting *s, double t0, double t1, struct r
     if (t1 > (n ? times[n - 1] : t0))
         times[n++] = t1;
     struct ad_error none = {0};
-    const struct phys_simulation how = {.integrator = phys_integrator_find("taylor", error),
+    const struct phys_simulation how = {.size = sizeof how,
+                                        .integrator = phys_integrator_find("taylor", error),
                                         .t0 = t0,
                                         .t1 = n ? times[n - 1] : t0,
                                         .rtol = 1e-12,

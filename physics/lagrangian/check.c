@@ -1,5 +1,6 @@
 /* Checks of a scene's Lagrangian (check.h): finite values, correct gradient, independent slices. */
 #include "internal.h"
+#include "autodiff/sized.h"
 #include "autodiff/series.h"
 
 #include <math.h>
@@ -49,6 +50,7 @@ enum ad_status phys_check_finite(const struct phys_system *system, const struct 
 {
     if (AD_LACKS(error, system, system->scene, at, at->q, at->v, at->t))
         return error->status;
+    AD_OWN(phys_points, at, t, error);
     struct probe probe;
     ad_program *program = NULL;
     if (probe_new(&probe, system, at->n, error) == AD_OK) {
@@ -71,6 +73,7 @@ enum ad_status phys_check_gradient(const struct phys_system *system, const struc
 {
     if (AD_LACKS(error, system, system->scene, at, at->q, at->v, at->t, report))
         return error->status;
+    AD_OWN(phys_points, at, t, error);
     struct probe probe;
     *report = (struct ad_check){0};
     if (order != 1 && order != 2)
@@ -148,6 +151,7 @@ enum ad_status phys_check_locality(const struct phys_system *system, const struc
 {
     if (AD_LACKS(error, system, system->scene, at, at->q, at->v, at->t, report))
         return error->status;
+    AD_OWN(phys_points, at, t, error);
     struct probe probe;
     ad_program *program = NULL;
     size_t n = at->n;

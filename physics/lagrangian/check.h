@@ -8,6 +8,7 @@ AD_HEADER_BEGIN
 
 /* The points of a check: n slices of coordinates, velocities and time. */
 struct phys_points {
+    size_t size; /* sizeof(struct phys_points) */
     size_t n;
     const double *q, *v; /* [dof x n] */
     const double *t;     /* [1 x n] */

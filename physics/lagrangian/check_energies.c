@@ -1,6 +1,7 @@
 /* Checks that kinetic and potential energy of a scene are those of its Lagrangian: V does not
    depend on the velocities, T - V is L, and T + V is the energy v L_v - L. */
 #include "internal.h"
+#include "autodiff/sized.h"
 
 #include <math.h>
 
@@ -71,6 +72,7 @@ enum ad_status phys_check_energies(const struct phys_system *system, const struc
     ad_program *program = NULL;
     if (AD_LACKS(error, system, system->scene, at))
         return error->status;
+    AD_OWN(phys_points, at, t, error);
     if (!system->scene->kinetic || !system->scene->potential)
         return AD_OK;
     ad_tape *tape = ad_tape_new(AD_F64);

@@ -1,6 +1,7 @@
 /* Equilibria by Newton's method from many starts: the sum of squares of the forces L_q(q, 0) is
    made less by steps of Levenberg's and Marquardt's kind, in coordinates measured by the box, along
    the eigenvectors of L_qq, so that directions without a force take no part. */
+#include "autodiff/sized.h"
 #include "internal.h"
 #include "autodiff/free.h"
 #include "physics/io/random.h"
@@ -506,13 +507,12 @@ enum ad_status phys_equilibria_find(const struct phys_system *system,
                                     const struct phys_equilibria_settings *settings,
                                     struct phys_equilibria *found, struct ad_error *error)
 {
-    static const struct phys_equilibria_settings defaults;
+    static const struct phys_equilibria_settings defaults = {.size = sizeof defaults};
     if (AD_LACKS_RESULT(error, found) || AD_LACKS(error, system, system->scene))
         return error->status;
-    struct search s = {.system = system,
-                       .settings = settings ? settings : &defaults,
-                       .n = system->dof,
-                       .found = found};
+    settings = settings ? settings : &defaults;
+    AD_OWN(phys_equilibria_settings, settings, context, error);
+    struct search s = {.system = system, .settings = settings, .n = system->dof, .found = found};
     if (prepare(&s, error) == AD_OK)
         try_starts(&s, error);
     phys_curvature_free(&s.curvature);

@@ -19,6 +19,7 @@ enum { PHYS_MODES_DOF = 300 };
 
 /* Zero means the default. */
 struct phys_equilibria_settings {
+    size_t size;   /* sizeof(struct phys_equilibria_settings) */
     size_t starts; /* of Newton's method, the scene's own and random ones; 0: 200 */
     uint64_t seed; /* of these */
     /* [dof] each: the box of the random starts; NULL: about the scene's start, as large as its

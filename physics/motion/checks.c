@@ -1,5 +1,6 @@
 /* All checks of a Lagrangian along the motion of its scene (checks.h). */
 #include "checks.h"
+#include "autodiff/sized.h"
 #include "motion.h"
 #include "physics/ode/internal.h"
 
@@ -13,7 +14,8 @@ enum { MOST_FOR_JUMPS = 64 }; /* coordinates */
 static void follow(const struct phys_system *system, const double *q, const double *v,
                    size_t slices, double dt, double *path, struct ad_error *no_path)
 {
-    const struct phys_simulation closely = {.rtol = 1e-10, .max_steps = PHYS_MOTION_STEPS};
+    const struct phys_simulation closely = {
+        .size = sizeof closely, .rtol = 1e-10, .max_steps = PHYS_MOTION_STEPS};
     struct ad_error lost = {0};
     phys_motion *motion = NULL;
     if (phys_motion_new(system, &motion, no_path) == AD_OK &&
@@ -138,7 +140,12 @@ enum ad_status phys_check_scene(const struct phys_system *system, uint64_t seed,
     size_t n = slices - 1;
     double *q = find_points(system, seed, slices, dt, &checks->no_path, error);
     if (q)
-        examine(system, &(struct phys_points){n, q, q + system->dof * n, q + 2 * system->dof * n},
+        examine(system,
+                &(struct phys_points){.size = sizeof(struct phys_points),
+                                      n,
+                                      q,
+                                      q + system->dof * n,
+                                      q + 2 * system->dof * n},
                 tolerance, entries, checks, error);
     free(q);
     return error->status;
@@ -155,6 +162,7 @@ enum ad_status phys_check_all(const struct phys_system *system, const struct phy
                                 checks, error);
     if (AD_LACKS(error, at->q, at->v, at->t))
         return error->status;
+    AD_OWN(phys_points, at, t, error);
     if (at->n < 2)
         return ad_fail(error, AD_E_ARGUMENT, "points: expected at least 2, got %zu", at->n);
     examine(system, at, tolerance, 0, checks, error);

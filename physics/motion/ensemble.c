@@ -1,5 +1,6 @@
 /* Ensembles of motions (ensemble.h): the division among threads, tolerances, errors. */
 #include "autodiff/free.h"
+#include "autodiff/sized.h"
 #include "ensemble_run.h"
 #include "autodiff/clock.h"
 #include "autodiff/exec/pool.h"
@@ -20,7 +21,7 @@ struct team {
     struct ensemble_worker **worker; /* [threads] */
 };
 
-static double wanted(const struct ensemble_task *task) { return task->settings->motion.error; }
+static double wanted(const struct ensemble_task *task) { return task->settings->motion->error; }
 
 /* The error that was asked for is missed, and a smaller tolerance is to be tried. */
 static bool tighten(const struct ensemble_task *task, size_t i)
@@ -52,7 +53,7 @@ static void run_chunk(void *context, size_t thread, size_t k)
                 items[left++] = (struct ensemble_item){items[i].member, true};
         n = left;
         left = 0;
-        if (task->settings->motion.no_reference)
+        if (task->settings->motion->no_reference)
             return;
         phys_ensemble_run(team->worker[thread], n, items);
         for (size_t i = 0; i < n && try + 1 < TRIES; i++)
@@ -64,7 +65,7 @@ static void run_chunk(void *context, size_t thread, size_t k)
 /* The method, and the tolerance of each member's steps. */
 static enum ad_status choose(const struct ensemble_task *task, struct ad_error *error)
 {
-    const struct phys_motion_settings *s = &task->settings->motion;
+    const struct phys_motion_settings *s = task->settings->motion;
     struct phys_ensemble *e = task->ensemble;
     double *scale = malloc(4 * e->dof * sizeof *scale);
     struct phys_ode ode = {0};
@@ -141,7 +142,7 @@ static void count(const struct ensemble_task *task)
         m->missed = !failed && wanted(task) > 0 && !(m->error <= wanted(task));
         e->failed += failed;
         e->missed += m->missed;
-        e->unknown += !failed && isnan(m->error) && !task->settings->motion.no_reference;
+        e->unknown += !failed && isnan(m->error) && !task->settings->motion->no_reference;
     }
 }
 
@@ -150,7 +151,7 @@ static double distance(const struct ensemble_task *task, size_t i, double *uncer
                        struct ad_error *error)
 {
     struct phys_ensemble *e = task->ensemble;
-    const struct phys_motion_settings *s = &task->settings->motion;
+    const struct phys_motion_settings *s = task->settings->motion;
     const double *start = e->start + 2 * e->dof * i, *x = e->x + 2 * e->dof * e->n_times * i;
     struct phys_reference r = {0};
     struct phys_system system = {0};
@@ -198,8 +199,9 @@ static void check(const struct ensemble_task *task, struct ad_error *error)
 enum ad_status phys_ensemble_met(const struct phys_ensemble_settings *settings,
                                  const struct phys_ensemble *e, struct ad_error *error)
 {
-    if (AD_LACKS(error, settings, e))
+    if (AD_LACKS(error, settings, settings->motion, e))
         return error->status;
+    AD_OWN(phys_ensemble_settings, settings, at_once, error);
     for (size_t i = 0; e->failed && i < e->n; i++)
         if (e->member[i].failure.status != AD_OK)
             return ad_fail(error, AD_E_ACCURACY, "%zu of %zu members failed; row %zu: %.300s",
@@ -214,7 +216,7 @@ enum ad_status phys_ensemble_met(const struct phys_ensemble_settings *settings,
         if (e->member[i].missed)
             return ad_fail(error, AD_E_ACCURACY,
                            "an error of %g: %zu of %zu members miss it; row %zu: %.3g",
-                           settings->motion.error, e->missed, e->n, i + 1, e->member[i].error);
+                           settings->motion->error, e->missed, e->n, i + 1, e->member[i].error);
     return AD_OK;
 }
 
@@ -222,18 +224,18 @@ enum ad_status phys_ensemble_met(const struct phys_ensemble_settings *settings,
 
 static enum ad_status refuse(const struct phys_ensemble_settings *s, struct ad_error *error)
 {
-    const struct phys_integrator *given = s->motion.integrator;
+    const struct phys_integrator *given = s->motion->integrator;
     if (s->n == 0 || (s->n_columns && (!s->names || !s->values)))
         return ad_fail(error, AD_E_ARGUMENT, "an ensemble of %zu members and %zu columns", s->n,
                        s->n_columns);
-    if (!(s->motion.time > 0) || !isfinite(s->motion.time))
-        return ad_fail(error, AD_E_ARGUMENT, "time: expected more than 0, got %g", s->motion.time);
+    if (!(s->motion->time > 0) || !isfinite(s->motion->time))
+        return ad_fail(error, AD_E_ARGUMENT, "time: expected more than 0, got %g", s->motion->time);
     if (given && !given->adaptive)
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s has fixed steps; expected one that chooses them: taylor, dop853 or "
                        "dopri5",
                        given->name);
-    if (given && s->motion.error > 0)
+    if (given && s->motion->error > 0)
         return ad_fail(error, AD_E_ARGUMENT, "an error and an integrator; expected one of them");
     return AD_OK;
 }
@@ -266,7 +268,14 @@ enum ad_status phys_ensemble_solve(const struct phys_system *system,
     if (AD_LACKS(error, ensemble))
         return error->status;
     *e = (struct phys_ensemble){.system = system};
-    if (AD_LACKS(error, system, system->scene, settings) || refuse(settings, error) != AD_OK)
+    if (AD_LACKS(error, system, system->scene, settings, settings->motion))
+        return error->status;
+    AD_OWN(phys_ensemble_settings, settings, at_once, error);
+    struct phys_motion_settings motion;
+    if (!AD_TAKE(&motion, settings->motion, context, error))
+        return error->status;
+    settings_own.motion = &motion;
+    if (refuse(settings, error) != AD_OK)
         return error->status;
     const size_t threads = settings->threads ? settings->threads : 1;
     struct team team = {.task = {settings, e,
@@ -275,17 +284,17 @@ enum ad_status phys_ensemble_solve(const struct phys_system *system,
     e->n = settings->n;
     e->dof = system->dof;
     e->n_times =
-        (settings->motion.n_samples ? settings->motion.n_samples : PHYS_ENSEMBLE_TIMES) + 1;
+        (settings->motion->n_samples ? settings->motion->n_samples : PHYS_ENSEMBLE_TIMES) + 1;
     if (!team.task.columns)
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    else if (allocate(e, settings->motion.time, error) == AD_OK &&
+    else if (allocate(e, settings->motion->time, error) == AD_OK &&
              phys_ensemble_columns(&team.task, error) == AD_OK &&
              phys_ensemble_starts(&team.task, error) == AD_OK &&
              choose(&team.task, error) == AD_OK) {
         const double before = ad_now();
         run_all(&team, threads, error);
         e->seconds = ad_now() - before;
-        if (error->status == AD_OK && !settings->motion.no_reference)
+        if (error->status == AD_OK && !settings->motion->no_reference)
             check(&team.task, error);
         count(&team.task);
         if (error->status == AD_OK)

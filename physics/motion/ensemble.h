@@ -1,9 +1,8 @@
 /* Ensembles: many motions of one system, which differ by starts or parameters.
 
        const char *names[] = {"theta1", "g"};                  values [n][2], a row a member
-       struct phys_ensemble_settings settings = {.n = n, .n_columns = 2, .names = names,
-                                                 .values = values, .motion.time = 10};
-       struct phys_ensemble ensemble;
+       struct phys_ensemble_settings settings = {.size = sizeof settings, .n = n, .n_columns = 2,
+   .names = names, .values = values, .motion.time = 10}; struct phys_ensemble ensemble;
        phys_ensemble_solve(&system, &settings, &ensemble, &error);
        ... ensemble.x[(i * ensemble.n_times + j) * 2 * dof + k]: member i at ensemble.t[j] ...
        phys_ensemble_free(&ensemble);
@@ -23,6 +22,7 @@ extern const double phys_ensemble_quantile[PHYS_ENSEMBLE_QUANTILES]; /* 0.05 ...
 
 /* Zero means the default, except for n and the time. */
 struct phys_ensemble_settings {
+    size_t size;      /* sizeof(struct phys_ensemble_settings) */
     size_t n;         /* members */
     size_t n_columns; /* coordinates, v_ and a coordinate, or parameters, each once; what has no
                          column is the system's, and its scene's start of motion.seed */
@@ -32,7 +32,7 @@ struct phys_ensemble_settings {
        called from all threads. integrator: one that chooses its steps [taylor, dop853 where there
        is no series]. tolerance: of a step [1e-9]; or error: of each motion, without an integrator.
      */
-    struct phys_motion_settings motion;
+    const struct phys_motion_settings *motion;
     size_t threads; /* [1] */
     size_t at_once; /* 1: one by one; more: several by machine code; 0: where that pays */
 };

@@ -112,7 +112,7 @@ enum ad_status phys_ensemble_starts(const struct ensemble_task *task, struct ad_
         if (i > 0 && !task->has_parameters)
             memcpy(start, e->start, states * sizeof *start);
         else if (phys_ensemble_system(task, i, &own, error) == AD_OK)
-            phys_motion_start(&own, s->motion.seed, NULL, NULL, start, error);
+            phys_motion_start(&own, s->motion->seed, NULL, NULL, start, error);
         phys_system_close(&own);
     }
     for (size_t i = 0; i < e->n; i++)

@@ -71,7 +71,7 @@ static void land(struct ensemble_worker *w, struct ensemble_place *place, const 
     if (e->system->scene->ode)
         return;
     if (own || !w->scanned)
-        scan_time(own ? &place->system : e->system, start, task->settings->motion.time, scan,
+        scan_time(own ? &place->system : e->system, start, task->settings->motion->time, scan,
                   &place->error);
     w->scanned = !own;
     place->blind = scan->n > 0 && isfinite(scan->unresolved);
@@ -104,13 +104,13 @@ static struct phys_simulation how_of(const struct ensemble_place *place)
     const double tolerance = e->member[place->item.member].tolerance;
     struct phys_simulation how = phys_simulation_of(
         e->integrator, place->item.fine ? fmax(tolerance * finer, least_tolerance) : tolerance,
-        task->settings->motion.time);
+        task->settings->motion->time);
     how.n_samples = e->n_times - 1;
     how.sample = take_sample;
-    how.proceed = task->settings->motion.proceed;
+    how.proceed = task->settings->motion->proceed;
     how.context = (void *)place;
     how.events = place->events;
-    how.n_events = task->settings->motion.n_crossings;
+    how.n_events = task->settings->motion->n_crossings;
     return how;
 }
 
@@ -118,7 +118,7 @@ static struct phys_simulation how_of(const struct ensemble_place *place)
 static bool proceed(void *context)
 {
     const struct ensemble_place *place = context;
-    const struct phys_motion_settings *s = &place->task->settings->motion;
+    const struct phys_motion_settings *s = place->task->settings->motion;
     return s->proceed(s->context);
 }
 
@@ -126,7 +126,7 @@ void phys_place_enter(struct ensemble_worker *w, struct ensemble_place *place,
                       struct ensemble_item item)
 {
     const struct ensemble_task *task = w->task;
-    const struct phys_motion_settings *settings = &task->settings->motion;
+    const struct phys_motion_settings *settings = task->settings->motion;
     struct phys_ensemble *e = task->ensemble;
     struct phys_motion_solution *m = &place->solution;
     const double *start = e->start + 2 * e->dof * item.member;
@@ -243,7 +243,7 @@ void phys_place_finish(struct ensemble_place *place)
         ad_fail(&place->error, AD_E_MEMORY, "out of memory for events");
     if (place->info.stop == PHYS_SIMULATION_INTERRUPTED)
         __atomic_store_n(&e->interrupted, true, __ATOMIC_RELAXED);
-    if (place->error.status == AD_OK && place->task->settings->motion.n_crossings > 0)
+    if (place->error.status == AD_OK && place->task->settings->motion->n_crossings > 0)
         phys_crossings_settle(&place->solving, &place->error);
     if (place->item.fine) {
         estimate_error(place);

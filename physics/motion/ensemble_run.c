@@ -155,7 +155,7 @@ void phys_ensemble_worker_free(struct ensemble_worker *w)
 struct ensemble_worker *phys_ensemble_worker_new(const struct ensemble_task *task,
                                                  struct ad_error *error)
 {
-    const size_t events = task->settings->motion.n_crossings + 1;
+    const size_t events = task->settings->motion->n_crossings + 1;
     const size_t dof = task->ensemble->dof, times = task->ensemble->n_times;
     struct ensemble_worker *w = calloc(1, sizeof *w);
     bool done = w;
@@ -166,7 +166,7 @@ struct ensemble_worker *phys_ensemble_worker_new(const struct ensemble_task *tas
         place->watches = calloc(events, sizeof *place->watches);
         place->y = calloc(2 * dof, sizeof *place->y);
         place->x = calloc(2 * dof * (times + 1), sizeof *place->x);
-        place->solving = (struct solving){.settings = &task->settings->motion,
+        place->solving = (struct solving){.settings = task->settings->motion,
                                           .solution = &place->solution,
                                           .state = calloc(2 * dof, sizeof(double))};
         done = place->events && place->watches && place->y && place->x && place->solving.state;

@@ -2,10 +2,9 @@
 
        struct phys_ode ode;
        phys_ode_lagrangian(&system, &ode, error);                     y = (q, v)
-       struct phys_simulation s = {.integrator = phys_integrator_find("dop853", error),
-                                   .t1 = 10, .rtol = 1e-10, .atol = 1e-10};
-       phys_simulate(&s, &ode, y, &info, error);                      y: from t0 to t1, in place
-       phys_ode_free(&ode);
+       struct phys_simulation s = {.size = sizeof s, .integrator = phys_integrator_find("dop853",
+   error), .t1 = 10, .rtol = 1e-10, .atol = 1e-10}; phys_simulate(&s, &ode, y, &info, error); y:
+   from t0 to t1, in place phys_ode_free(&ode);
 
    Vector fields: physics/ode/ode.h; methods: physics/integrators/integrators.h. */
 #ifndef PHYSICS_INTEGRATE_H
@@ -33,6 +32,7 @@ struct phys_events {
        of a step is isolated. */
     bool coarse;
     int *signs; /* [n] last signs that were not 0, in: before the start, out: at the end; or NULL */
+    void *reserved[4]; /* NULL: room for what later releases add */
 };
 
 enum phys_simulation_stop {
@@ -43,6 +43,7 @@ enum phys_simulation_stop {
 
 /* Zero means the default wherever there is one. */
 struct phys_simulation {
+    size_t size; /* sizeof(struct phys_simulation) */
     const struct phys_integrator *integrator;
     double t0, t1; /* t1 < t0 runs backwards */
     /* Fixed steps: their length, shortened a little where whole steps do not fill the time.
@@ -92,8 +93,18 @@ enum ad_status phys_simulate(const struct phys_simulation *settings, const struc
 
 /* A simulation from t = 0 to t1: steps of dt, or adaptive within a tolerance, whichever the method
    takes. */
-struct phys_simulation phys_simulation_of(const struct phys_integrator *integrator, double setting,
-                                          double t1);
+static inline struct phys_simulation phys_simulation_of(const struct phys_integrator *integrator,
+                                                        double setting, double t1)
+{
+    struct phys_simulation how;
+    memset(&how, 0, sizeof how);
+    how.size = sizeof how;
+    how.integrator = integrator;
+    how.t1 = t1;
+    if (integrator)
+        *(integrator->adaptive ? &how.rtol : &how.dt) = setting;
+    return how;
+}
 /* The vector field of a system in the form that suits a method: y = (q, p) for methods that are
    symplectic in conjugate coordinates, unless the system separates; else (q, v). */
 enum ad_status phys_ode_for(const struct phys_system *system,

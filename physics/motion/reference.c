@@ -240,7 +240,8 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
     r->x = malloc(states * n * sizeof *r->x);
     r->uncertainty = malloc(2 * n * sizeof *r->uncertainty);
     struct runs runs = {.ode = &ode,
-                        .how = {.integrator = &phys_extrapolation,
+                        .how = {.size = sizeof(struct phys_simulation),
+                                .integrator = &phys_extrapolation,
                                 .rtol = tolerance,
                                 .atol = tolerance,
                                 .scale = scale,

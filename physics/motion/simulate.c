@@ -1,5 +1,6 @@
 /* The driver of a simulation: steps, events, samples and energy. */
 #include "run.h"
+#include "autodiff/sized.h"
 #include "autodiff/clock.h"
 #include "physics/ode/internal.h"
 
@@ -352,6 +353,7 @@ enum ad_status phys_simulate(const struct phys_simulation *settings, const struc
     struct run run;
     if (AD_LACKS(error, settings, settings->integrator, ode, ode->field, y))
         return error->status;
+    AD_OWN(phys_simulation, settings, proceed, error);
     if (phys_run_open(&run, settings, ode, y, info ? info : &unwanted, true, error) == AD_OK)
         while (phys_run_goes_on(&run, error))
             if (phys_run_step(&run, error) != AD_OK || phys_run_accept(&run, error) != AD_OK)

@@ -74,7 +74,8 @@ static enum ad_status follow(struct within *w, const struct phys_events *events,
                              double *y, struct ad_error *error)
 {
     const struct run *run = w->outer;
-    const struct phys_simulation settings = {.integrator = phys_integrator_find("dop853", error),
+    const struct phys_simulation settings = {.size = sizeof settings,
+                                             .integrator = phys_integrator_find("dop853", error),
                                              .t0 = w->t,
                                              .t1 = w->t + w->h,
                                              .dt = fabs(w->h),

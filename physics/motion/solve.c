@@ -1,5 +1,6 @@
 /* Solves for a motion and measures its error (solve.h). */
 #include "autodiff/free.h"
+#include "autodiff/sized.h"
 #include "solving.h"
 #include "physics/system/internal.h"
 
@@ -295,13 +296,15 @@ enum ad_status phys_motion_solve(const struct phys_system *system,
                                  struct phys_motion_solution *solution, struct ad_error *error)
 {
     struct phys_motion_solution *m = solution;
-    struct solving s = {.settings = settings, .solution = m};
+    struct solving s = {.solution = m};
     if (AD_LACKS(error, solution))
         return error->status;
     *m = (struct phys_motion_solution){.system = system};
     forget_samples(m);
     if (AD_LACKS(error, system, system->scene, settings))
         return error->status;
+    AD_OWN(phys_motion_settings, settings, context, error);
+    s.settings = settings;
     if (begin(&s, error) == AD_OK && phys_ode_for(system, m->integrator, &m->ode, error) == AD_OK)
         run(&s, error);
     struct ad_error start = {0};
@@ -318,6 +321,7 @@ enum ad_status phys_motion_met(const struct phys_motion_settings *settings,
     const struct phys_motion_solution *m = solution;
     if (AD_LACKS(error, settings, solution))
         return error->status;
+    AD_OWN(phys_motion_settings, settings, context, error);
     if (m->n_trials > 0 && isfinite(m->time_unresolved))
         return ad_fail(
             error, AD_E_ACCURACY,

@@ -1,7 +1,7 @@
 /* A complete motion: from its start to a time, by a method and steps chosen where none are given,
    with its measured error and the events on the way:
 
-       struct phys_motion_settings settings = {.time = 10, .error = 1e-9};
+       struct phys_motion_settings settings = {.size = sizeof settings, .time = 10, .error = 1e-9};
        struct phys_motion_solution motion;
        phys_motion_solve(&system, &settings, &motion, &error);
        ... motion.x[2 * dof * i + k] at motion.t[i], known to motion.error ...
@@ -62,6 +62,7 @@ struct phys_crossed {
 
 /* Zero means the default, except for the time. */
 struct phys_motion_settings {
+    size_t size;         /* sizeof(struct phys_motion_settings) */
     const double *q, *v; /* [dof] at t = 0; NULL: the scene's start of this seed */
     uint64_t seed;
     double time;

@@ -1,18 +1,10 @@
 /* Simulations stored as paths on equal slices (motion.h). */
 #include "motion.h"
+#include "autodiff/sized.h"
 #include "physics/ode/internal.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-struct phys_simulation phys_simulation_of(const struct phys_integrator *integrator, double setting,
-                                          double t1)
-{
-    struct phys_simulation how = {.integrator = integrator, .t1 = t1};
-    if (integrator)
-        *(integrator->adaptive ? &how.rtol : &how.dt) = setting;
-    return how;
-}
 
 enum ad_status phys_ode_for(const struct phys_system *system,
                             const struct phys_integrator *integrator, struct phys_ode *ode,
@@ -61,9 +53,10 @@ enum ad_status phys_trajectory(const struct phys_simulation *how, const struct p
 {
     struct phys_simulation_info unwanted = {0};
     info = info ? info : &unwanted;
-    struct collector collector = {how, rows, columns, 0, path};
     if (AD_LACKS(error, how, path))
         return error->status;
+    AD_OWN(phys_simulation, how, proceed, error);
+    struct collector collector = {how, rows, columns, 0, path};
     struct phys_simulation settings = *how;
     settings.sample = keep;
     settings.proceed = proceed;
@@ -79,9 +72,12 @@ enum ad_status phys_motion_path(const struct phys_system *system, const struct p
                                 double *path, struct ad_error *error)
 {
     struct phys_ode ode = {0};
-    struct phys_simulation settings = how ? *how : (struct phys_simulation){.rtol = 1e-13};
+    static const struct phys_simulation tightly = {.size = sizeof tightly, .rtol = 1e-13};
     if (AD_LACKS(error, system, system->scene, q, v))
         return error->status;
+    how = how ? how : &tightly;
+    AD_OWN(phys_simulation, how, proceed, error);
+    struct phys_simulation settings = *how;
     size_t dof = system->dof;
     double *y = malloc(2 * dof * sizeof *y);
     if (!y)

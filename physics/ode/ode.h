@@ -46,6 +46,7 @@ struct phys_ode {
     const struct phys_system *system; /* the system, n = 2 dof; NULL: not made from one */
     void *context;
     void (*free)(void *context); /* or NULL */
+    void *reserved[8];           /* NULL: room for what later releases add */
 };
 
 /* The Euler-Lagrange equations of any Lagrangian in y = (q, v). They separate if the masses are

@@ -5,6 +5,7 @@
    is symmetric and loses as much rank as J. Where L_vv is positive definite its eigenvalues begin
    at +inf and decrease, so each one that ends below zero has crossed it once; a point counts as
    often as the fields lose rank there (Morse; Duistermaat, Adv. Math. 21, 1976). */
+#include "internal.h"
 #include "autodiff/free.h"
 #include "shooting.h"
 #include "physics/io/grow.h"
@@ -259,6 +260,7 @@ enum ad_status phys_path_conjugate(const struct phys_system *system,
     struct times rough = {0}, fine = {0};
     if (AD_LACKS(error, system, system->scene, settings, path, spectrum, settings->rule))
         return error->status;
+    PHYS_OWN_PATH(settings, error);
     if (system->dof > PHYS_SHOOTING_DOF)
         return AD_OK;
     if (phys_shooting_new(&s, system, settings, path, error) && phys_shooting_solve(&s, loose) &&

@@ -3,6 +3,7 @@
    path moves far, or faster than it did, or where a rule of higher order does not find it near:
    what is followed is then one branch, as long as nothing turns back. */
 #include "autodiff/free.h"
+#include "autodiff/sized.h"
 #include "mesh.h"
 #include "newton.h"
 #include "physics/io/grow.h"
@@ -194,9 +195,9 @@ static enum ad_status begin(struct branch *b, const struct phys_path_settings *s
     if (phys_path_refine(b->system, settings, guess, ends_error, tolerance, &first, &b->lost) !=
         AD_OK) {
         ad_fail(error, b->lost.status, "%s = %g: %s", b->of->name, b->of->from, b->lost.message);
-    } else if (phys_path_spectrum(b->system, &first.settings, first.path, &spectrum, error) ==
+    } else if (phys_path_spectrum(b->system, first.settings, first.path, &spectrum, error) ==
                AD_OK) {
-        adopt(b, &first.settings, first.path, first.mesh);
+        adopt(b, first.settings, first.path, first.mesh);
         first.path = first.mesh = NULL;
         if (!note(b, b->of->from, &spectrum))
             ad_fail(error, AD_E_MEMORY, "out of memory");
@@ -217,7 +218,7 @@ static enum ad_status end(struct branch *b, const struct phys_rule *rule, double
     if (phys_path_refine(b->system, &settings, b->path, ends_error, b->tolerance, refined, error) !=
         AD_OK)
         return error->status;
-    const struct phys_grid from = phys_grid_of(&refined->settings), to = phys_grid_of(&b->settings);
+    const struct phys_grid from = phys_grid_of(refined->settings), to = phys_grid_of(&b->settings);
     struct phys_grid scaled = from;
     scaled.dt = phys_grid_time(&to, to.slices - 1) / (double)(from.slices - 1); /* a free time */
     double *path = phys_path_resample(&scaled, refined->path, &to, dof, error);
@@ -237,6 +238,8 @@ enum ad_status phys_path_continue(struct phys_system *system,
     if (AD_LACKS_RESULT(error, refined) || AD_LACKS_RESULT(error, continued) ||
         AD_LACKS(error, system, system->scene, settings, guess, of))
         return error->status;
+    AD_OWN(phys_continuation, of, to, error);
+    PHYS_OWN_PATH(settings, error);
     if (!isfinite(of->from) || !isfinite(of->to))
         return ad_fail(error, AD_E_ARGUMENT, "%s from %g to %g, expected numbers", of->name,
                        of->from, of->to);

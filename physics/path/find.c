@@ -110,7 +110,8 @@ static enum ad_status follow(const struct search *s, const struct phys_ode *ode,
                 times[n++] = scan->times[k];
         times[n++] = t;
     }
-    const struct phys_simulation how = {.integrator = phys_integrator_find("dop853", error),
+    const struct phys_simulation how = {.size = sizeof how,
+                                        .integrator = phys_integrator_find("dop853", error),
                                         .t1 = (double)(s->slices - 1) * settings->dt,
                                         .n_samples = n - 1,
                                         .times = settings->mesh || scan->n ? times + 1 : NULL,
@@ -223,7 +224,7 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
 /* Whether the path is the one that was refined, on the same grid. */
 static bool is_refined(const struct search *s, const struct phys_refined *refined)
 {
-    const struct phys_path_settings *own = s->settings, *theirs = &refined->settings;
+    const struct phys_path_settings *own = s->settings, *theirs = refined->settings;
     return refined->path && own->rule == theirs->rule && own->slices == theirs->slices &&
            own->dt == theirs->dt &&
            largest(s->path, refined->path, s->dof * s->slices) <=
@@ -271,6 +272,7 @@ enum ad_status phys_path_find(const struct phys_solver *solver, const struct phy
                                       .free_momentum = NAN};
     if (phys_path_check(solver, system, settings, path, &found->info, error) != AD_OK)
         return error->status;
+    PHYS_OWN_PATH(settings, error);
     struct phys_path_settings own = *settings;
     struct phys_refined *refined = settings->refined;
     double *momentum = malloc(system->dof * sizeof *momentum);

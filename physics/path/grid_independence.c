@@ -27,7 +27,8 @@ static double sum_defects(const struct phys_ode *ode, const struct phys_path_nod
     double range[2] = {0}, sum[2] = {0};
     struct ad_error lost = {0};
     struct phys_simulation_info info;
-    struct phys_simulation run = {.integrator = phys_integrator_find("dop853", &lost),
+    struct phys_simulation run = {.size = sizeof run,
+                                  .integrator = phys_integrator_find("dop853", &lost),
                                   .rtol = SLICE_TOLERANCE,
                                   .atol = SLICE_TOLERANCE,
                                   .scale = scale,

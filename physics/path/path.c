@@ -21,18 +21,21 @@ const struct phys_solver *phys_solver_find(const char *name, struct ad_error *er
     return phys_solvers[phys_find("solver", name, N_SOLVERS, names, error)];
 }
 
-struct phys_path_settings phys_path_defaults(const struct phys_system *system)
+void phys_path_defaults_to(struct phys_path_settings *settings, const struct phys_system *system)
 {
-    if (!system || !system->scene)
-        return (struct phys_path_settings){0};
-    const struct phys_scene *scene = system->scene;
-    return (struct phys_path_settings){
-        .rule = &phys_rule_left,
-        .slices = scene->slices,
-        .dt = scene->dt,
-        .steps = scene->paper ? scene->paper->steps : 500,
-        .learning_rate = scene->paper ? scene->paper->learning_rate : 1e-2,
-    };
+    struct phys_path_settings defaults = {.size = sizeof defaults};
+    if (system && system->scene) {
+        const struct phys_scene *scene = system->scene;
+        defaults = (struct phys_path_settings){
+            .size = sizeof(struct phys_path_settings),
+            .rule = &phys_rule_left,
+            .slices = scene->slices,
+            .dt = scene->dt,
+            .steps = scene->paper ? scene->paper->steps : 500,
+            .learning_rate = scene->paper ? scene->paper->learning_rate : 1e-2,
+        };
+    }
+    AD_GIVE(settings, &defaults);
 }
 
 static bool positive(double x) { return x > 0 && isfinite(x); }
@@ -111,5 +114,6 @@ enum ad_status phys_path_solve(const struct phys_solver *solver, const struct ph
 {
     if (phys_path_check(solver, system, settings, path, info, error) != AD_OK)
         return error->status;
+    PHYS_OWN_PATH(settings, error);
     return solver->solve(system, settings, path, info, error);
 }

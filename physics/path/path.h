@@ -47,6 +47,7 @@ enum { PHYS_PATIENCE = 50 };
 
 /* What is left free at the ends of a path. */
 struct phys_ends {
+    size_t size;         /* sizeof(struct phys_ends) */
     const bool *free[2]; /* [dof]: coordinates of the first and of the last slice that are found,
                             too (their momentum there is then 0); NULL: none */
     bool free_time;      /* phys_path_refine: the duration is found, too, ... */
@@ -54,6 +55,7 @@ struct phys_ends {
 };
 
 struct phys_path_settings {
+    size_t size; /* sizeof(struct phys_path_settings) */
     const struct phys_rule *rule;
     size_t slices, steps;
     double dt;
@@ -90,7 +92,14 @@ struct phys_path_settings {
 
 /* Defaults: rule left, the scene's slices and time step, 500 steps at a learning rate of 1e-2, or
    the steps and rate of a scene of the paper; all else 0. */
-struct phys_path_settings phys_path_defaults(const struct phys_system *system);
+void phys_path_defaults_to(struct phys_path_settings *settings, const struct phys_system *system);
+static inline struct phys_path_settings phys_path_defaults(const struct phys_system *system)
+{
+    struct phys_path_settings settings;
+    settings.size = sizeof settings;
+    phys_path_defaults_to(&settings, system);
+    return settings;
+}
 
 enum phys_stop {
     PHYS_STOP_STEPS = 1,   /* all steps taken */
@@ -199,7 +208,7 @@ struct phys_refined {
     size_t n; /* levels, coarse to fine; the last is the result */
     struct phys_level level[PHYS_LEVELS];
     struct phys_path_settings
-        settings; /* the settings given, with rule, slices, dt and adam_steps of the result */
+        *settings; /* the settings given, with rule, slices, dt and adam_steps of the result */
     double *start, *path; /* [degree*dof x slices] each: its start, and the path ... */
     double *mesh;         /* [slices] that of the settings; NULL: its elements are even */
     struct phys_spectrum spectrum;
@@ -224,6 +233,7 @@ void phys_refined_free(struct phys_refined *refined);
 
 /* A parameter of the scene that changes: by equal ratios where both values have one sign. */
 struct phys_continuation {
+    size_t size; /* sizeof(struct phys_continuation) */
     const char *name;
     double from, to;
 };

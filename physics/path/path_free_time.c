@@ -87,16 +87,19 @@ enum ad_status phys_path_free_time(const struct phys_system *system,
 {
     if (AD_LACKS(error, system, system->scene, settings, path, info, settings->rule))
         return error->status;
+    const struct phys_path_settings *given = settings;
+    PHYS_OWN_PATH(given, error);
+    struct phys_path_settings found = *given;
     struct phys_derivatives of = {0};
     if (!phys_lacks_energy(system, error) &&
         phys_derivatives_new(&of, system, PHYS_LADDER_COLUMNS, NULL, error) == AD_OK &&
-        phys_newton_free_time(system, settings, &of, energy, path, info, error) == AD_OK &&
+        phys_newton_free_time(system, &found, &of, energy, path, info, error) == AD_OK &&
         info->stop != PHYS_STOP_INTERRUPTED) {
-        struct phys_path_settings found = *settings;
         found.progress = NULL;
         found.adam_steps = 0;
         phys_path_solve(&phys_solver_newton, system, &found, path, info, error);
     }
+    settings->dt = found.dt;
     phys_derivatives_free(&of);
     return error->status;
 }

@@ -26,7 +26,8 @@ bool phys_path_jumps(const struct phys_system *system, const struct phys_path_se
                 v[k * n + i] = x[dof + k];
             }
         }
-        jumps = phys_check_jumps(system, &(struct phys_points){n, q, v, t});
+        jumps = phys_check_jumps(
+            system, &(struct phys_points){.size = sizeof(struct phys_points), n, q, v, t});
     }
     phys_path_nodes_free(&nodes);
     free(q);

@@ -217,7 +217,8 @@ static bool integrate(struct phys_shooting *s, size_t i, double t)
     }
     for (size_t k = d; k < n; k++)
         units[k] = 1;
-    struct phys_simulation run = {.integrator = phys_integrator_find("dop853", &error),
+    struct phys_simulation run = {.size = sizeof run,
+                                  .integrator = phys_integrator_find("dop853", &error),
                                   .t0 = s->time[i],
                                   .t1 = t,
                                   .rtol = s->tolerance,

@@ -1,5 +1,6 @@
 /* Morse index, conjugate points and smallest eigenvalue of the action's Hessian, by the inertia of
    its shifts (inertia.h). */
+#include "internal.h"
 #include "spectrum.h"
 #include "inertia.h"
 #include "autodiff/blas.h"
@@ -184,6 +185,7 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
     *spectrum = unknown;
     if (AD_LACKS(error, system, system->scene, settings, settings->rule, path))
         return error->status;
+    PHYS_OWN_PATH(settings, error);
     if (phys_hessian_new(&h, system, settings->rule, settings->slices, settings->dt, NULL, error) ==
         AD_OK) {
         h.proceed = settings->proceed;

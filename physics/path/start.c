@@ -81,7 +81,9 @@ enum ad_status phys_path_motion(const struct phys_system *system,
 {
     if (AD_LACKS(error, system, system->scene, settings, settings->rule, path, which))
         return error->status;
-    const struct phys_simulation tightly = {.rtol = 1e-13,
+    PHYS_OWN_PATH(settings, error);
+    const struct phys_simulation tightly = {.size = sizeof tightly,
+                                            .rtol = 1e-13,
                                             .max_steps = PHYS_MOTION_STEPS,
                                             .proceed = settings->proceed,
                                             .context = settings->context};

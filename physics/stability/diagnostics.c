@@ -1,5 +1,6 @@
 /* Diagnostics of a motion (diagnostics.h). */
 #include "diagnostics.h"
+#include "autodiff/sized.h"
 #include "autodiff/free.h"
 #include "physics/system/internal.h"
 
@@ -174,7 +175,8 @@ static enum ad_status find_horizon(const struct phys_motion_settings *settings,
     struct phys_ode ode = {0};
     size_t dof = m->system->dof, n = 2 * dof;
     double *y = malloc(2 * n * sizeof *y), *scale = y ? y + n : NULL;
-    const struct phys_lyapunov_settings how = {.t1 = settings->time,
+    const struct phys_lyapunov_settings how = {.size = sizeof how,
+                                               .t1 = settings->time,
                                                .scale = scale,
                                                .known = known,
                                                .lost = PHYS_MOTION_LOST,
@@ -204,6 +206,7 @@ enum ad_status phys_motion_diagnose(const struct phys_motion_settings *settings,
     *d = (struct phys_diagnosis){.error_before = NAN};
     if (AD_LACKS(error, settings, solution))
         return error->status;
+    AD_OWN(phys_motion_settings, settings, context, error);
     if (m->n == 0)
         return error->status; /* it did not begin */
     if (m->system->bodies <= PHYS_MOTION_FEW) {

@@ -8,6 +8,7 @@
    growth of the motion itself is that of its rate f(y), which in an autonomous system obeys the
    same linearised field. Chaos is growth beyond that of f. */
 #include "stability.h"
+#include "autodiff/sized.h"
 #include "physics/ode/internal.h"
 
 #include <float.h>
@@ -156,7 +157,8 @@ static enum ad_status follow_tangents(struct lyapunov_run *m, double *y, const d
     size_t n = m->tangent->ode->n;
     const struct phys_ode both = {
         .name = m->tangent->ode->name, .n = 2 * n, .field = field, .context = m->tangent};
-    struct phys_simulation step = {.integrator = phys_integrator_find("dop853", error),
+    struct phys_simulation step = {.size = sizeof step,
+                                   .integrator = phys_integrator_find("dop853", error),
                                    .rtol = m->tolerance,
                                    .atol = m->tolerance,
                                    .scale = scale,
@@ -213,6 +215,7 @@ enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
     *result = (struct phys_lyapunov){.time = INFINITY, .horizon = INFINITY, .latest = INFINITY};
     if (AD_LACKS(error, ode, y, settings, ode->field))
         return error->status;
+    AD_OWN(phys_lyapunov_settings, settings, context, error);
     size_t n = ode->n;
     double tolerance = settings->tolerance > 0 ? settings->tolerance : usual;
     if (!(settings->t1 > settings->t0))

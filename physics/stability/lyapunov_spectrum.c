@@ -2,6 +2,7 @@
    intervals; the logarithms of their lengths add up (Benettin, Galgani, Giorgilli, Strelcyn,
    Meccanica 15, 1980). */
 #include "stability.h"
+#include "autodiff/sized.h"
 #include "physics/ode/internal.h"
 
 #include <math.h>
@@ -58,7 +59,8 @@ static double make_orthonormal(const struct spectrum *s, double *log_length)
 static enum ad_status follow(struct spectrum *s, double *t, double *length, struct ad_error *error)
 {
     const struct phys_lyapunov_settings *how = s->settings;
-    struct phys_simulation step = {.integrator = phys_integrator_find("taylor", error),
+    struct phys_simulation step = {.size = sizeof step,
+                                   .integrator = phys_integrator_find("taylor", error),
                                    .rtol = how->tolerance > 0 ? how->tolerance : usual,
                                    .scale = s->scale,
                                    .proceed = how->proceed,
@@ -132,10 +134,12 @@ enum ad_status phys_lyapunov_spectrum(const struct phys_system *system, const do
                                       const struct phys_lyapunov_settings *settings, size_t k,
                                       double *exponents, double *spread, struct ad_error *error)
 {
-    struct spectrum s = {.settings = settings, .k = k};
+    struct spectrum s = {.k = k};
     struct phys_ode ode = {0};
     if (AD_LACKS(error, system, system->scene, x, settings, exponents, spread))
         return error->status;
+    AD_OWN(phys_lyapunov_settings, settings, context, error);
+    s.settings = settings;
     s.d = 2 * system->dof;
     if (k == 0 || k > s.d)
         return ad_fail(error, AD_E_ARGUMENT, "%zu exponents: expected 1 to %zu", k, s.d);

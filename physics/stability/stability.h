@@ -60,6 +60,7 @@ enum ad_status phys_step_advise(const struct phys_integrator *integrator,
 /* ---- chaos (lyapunov.c) ---- */
 
 struct phys_lyapunov_settings {
+    size_t size;      /* sizeof(struct phys_lyapunov_settings) */
     double t0, t1;    /* t1 > t0 */
     double tolerance; /* of the integration; 0: 1e-13 */
     const double

@@ -43,7 +43,8 @@ static void end(struct probe *p)
 
 static enum ad_status turn(struct probe *p, double h, struct turn *turn, struct ad_error *error)
 {
-    const struct phys_simulation step = {.integrator = p->integrator, .t1 = h, .dt = h};
+    const struct phys_simulation step = {
+        .size = sizeof step, .integrator = p->integrator, .t1 = h, .dt = h};
     struct phys_simulation_info info;
     double a[2] = {1, 0}, b[2] = {0, 1}; /* columns */
     if (phys_simulate(&step, &p->ode, a, &info, error) != AD_OK ||

@@ -3,6 +3,7 @@
    steps end where its forces change abruptly: a pulse that both runs step over would not show in
    their difference. */
 #include "internal.h"
+#include "autodiff/sized.h"
 #include "physics/motion/time_scan.h"
 #include "physics/ode/internal.h"
 
@@ -26,7 +27,8 @@ static enum ad_status follow(const struct phys_ode *ode, const double *size,
 {
     struct phys_simulation_info info = {.stop = PHYS_SIMULATION_END};
     const bool back = settings->t1 < settings->t0;
-    struct phys_simulation how = {.integrator = phys_integrator_find("taylor", error),
+    struct phys_simulation how = {.size = sizeof how,
+                                  .integrator = phys_integrator_find("taylor", error),
                                   .t1 = settings->t0,
                                   .rtol = tolerance,
                                   .atol = tolerance,
@@ -135,6 +137,7 @@ enum ad_status phys_transition(const struct phys_system *system, const double *x
     struct phys_ode ode = {0}, plain = {0};
     if (AD_LACKS(error, system, system->scene, x, settings, matrix, uncertainty))
         return error->status;
+    AD_OWN(phys_lyapunov_settings, settings, context, error);
     const size_t d = 2 * system->dof;
     if (begin_checked(settings, d * d, matrix, uncertainty, error) != AD_OK)
         return error->status;
@@ -164,6 +167,7 @@ enum ad_status phys_sensitivity(const struct phys_system *system, const double *
     struct phys_ode ode = {0};
     if (AD_LACKS(error, system, system->scene, settings, names, matrix, uncertainty))
         return error->status;
+    AD_OWN(phys_lyapunov_settings, settings, context, error);
     const size_t d = 2 * system->dof;
     if (begin_checked(settings, d * n, matrix, uncertainty, error) != AD_OK)
         return error->status;

@@ -130,6 +130,7 @@ struct phys_system {
     size_t dof, bodies, dims; /* dof = bodies * dims */
     void *params;             /* owned; scene->params_bytes */
     void *library;            /* shared object of a scene from outside, or NULL */
+    void *reserved[2];        /* NULL: room for what later releases add */
 };
 
 /* Opens a scene by name, or by the path of a shared object (anything with a slash or ending in

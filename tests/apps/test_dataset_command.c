@@ -16,7 +16,9 @@ static struct hnn_dataset read_dataset(const char *name)
     struct ad_error error = {0};
     char path[512];
     snprintf(path, sizeof path, "%s", shell_path(name));
-    if (hnn_dataset_read(&(struct hnn_dataset_settings){.file = path}, &d, &error) != AD_OK)
+    if (hnn_dataset_read(&(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings),
+                                                        .file = path},
+                         &d, &error) != AD_OK)
         fail_msg("%s", error.message);
     return d;
 }

@@ -38,10 +38,12 @@ static void test_as_from_c(void **state)
     assert_int_equal(hnn_model_load(shell_path("m.h5"), &model, &error), AD_OK);
     hnn_times(0, N - 1, N, t);
     size_t first = 2 * f.frames;
-    assert_int_equal(hnn_pixels_predict(model, hnn_frames_pair(&f, first),
-                                        &(struct hnn_rollout_settings){.n = N, .t = t}, AREA, &path,
-                                        foreseen, &info, &error),
-                     AD_OK);
+    assert_int_equal(
+        hnn_pixels_predict(model, hnn_frames_pair(&f, first),
+                           &(struct hnn_rollout_settings){
+                               .size = sizeof(struct hnn_rollout_settings), .n = N, .t = t},
+                           AREA, &path, foreseen, &info, &error),
+        AD_OK);
     double a = f.angle[first], w = f.speed[first], E = hnn_rod_energy(&f.rod, a, w);
     for (size_t k = 0; k < N; k++, hnn_rod_step(&f.rod, &a, &w))
         hnn_rod_draw(&f.rod, a, 8, 8, truth + k * AREA);

@@ -64,7 +64,8 @@ static void products_recorded(void *user, const ad_var x[], ad_var y, ad_var gy,
 
 static ad_var multiplied(const ad_var x[2])
 {
-    const struct ad_custom operation = {.name = "products",
+    const struct ad_custom operation = {.size = sizeof operation,
+                                        .name = "products",
                                         .rows = 2,
                                         .value = products,
                                         .adjoint = products_adjoint,

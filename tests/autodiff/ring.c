@@ -54,7 +54,8 @@ static void recorded(void *user, const ad_var x[], ad_var y, ad_var gy, ad_var g
 struct ad_custom ring_operation(size_t rows)
 {
     sizes[rows] = rows;
-    return (struct ad_custom){.name = "ring",
+    return (struct ad_custom){.size = sizeof(struct ad_custom),
+                              .name = "ring",
                               .rows = rows,
                               .value = value,
                               .adjoint = adjoint,

@@ -162,8 +162,11 @@ static void test_slopes_broadcast(void **state)
 {
     (void)state;
     enum { WIDTH = 5 };
-    const struct ad_custom operation = {
-        .name = "sums", .rows = 1, .value = sums, .recorded = sums_recorded};
+    const struct ad_custom operation = {.size = sizeof operation,
+                                        .name = "sums",
+                                        .rows = 1,
+                                        .value = sums,
+                                        .recorded = sums_recorded};
     double at[3 * WIDTH] = {0}, g[3 * WIDTH];
     ad_tape *t = ad_tape_new(AD_F64);
     ad_var x[] = {ad_input(t, 3, WIDTH, "a"), ad_input(t, 2, WIDTH, "b")}, slope[2];

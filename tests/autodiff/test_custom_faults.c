@@ -52,8 +52,12 @@ static void wrong_recorded(void *user, const ad_var x[], ad_var y, ad_var gy, ad
 
 static ad_var squared(ad_var x, struct box *box)
 {
-    struct ad_custom operation = {
-        .name = "square", .rows = 1, .value = square, .adjoint = square_adjoint, .user = box};
+    struct ad_custom operation = {.size = sizeof operation,
+                                  .name = "square",
+                                  .rows = 1,
+                                  .value = square,
+                                  .adjoint = square_adjoint,
+                                  .user = box};
     return ad_custom(1, &x, &operation);
 }
 
@@ -150,7 +154,8 @@ static void test_checks_find(void **state)
     assert_int_equal(ad_check_gradient(y, 1, &x, where, 1e-8, 0, &report), AD_OK);
     assert_false(report.passed);
     box.adjoint = RIGHT;
-    const struct ad_custom operation = {.name = "square",
+    const struct ad_custom operation = {.size = sizeof operation,
+                                        .name = "square",
                                         .rows = 1,
                                         .value = square,
                                         .adjoint = square_adjoint,
@@ -207,7 +212,8 @@ static void test_refused(void **state)
     (void)state;
     struct box box = {.factor = 1};
     ad_tape *t = ad_tape_new(AD_F64);
-    struct ad_custom f = {.name = "square", .rows = 1, .value = square, .user = &box};
+    struct ad_custom f = {
+        .size = sizeof f, .name = "square", .rows = 1, .value = square, .user = &box};
     ad_var many[17];
     ad_custom(1, NULL, &f);
     assert_int_equal(refused(1, (ad_var[]){ad_input(t, 1, 5, "x")}, NULL), AD_E_ARGUMENT);

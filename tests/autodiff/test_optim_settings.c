@@ -19,7 +19,8 @@ static void test_settings_left_out(void **state)
 {
     (void)state;
     for (int k = 2 * AD_SGD; k <= 2 * AD_ADAM + 1; k++) {
-        struct ad_optimiser_settings s = {.method = (enum ad_optimiser_method)(k / 2),
+        struct ad_optimiser_settings s = {.size = sizeof s,
+                                          .method = (enum ad_optimiser_method)(k / 2),
                                           .learning_rate = k % 2 ? 0 : 0.1},
                                      usual = ad_optimiser_defaults(s.method);
         if (s.learning_rate > 0)
@@ -64,7 +65,8 @@ static void test_settings_out_of_range(void **state)
     assert_null(ad_optimiser_new(&s, AD_F64, 3, &error));
     assert_int_equal(error.status, AD_E_ARGUMENT);
     error = (struct ad_error){0};
-    s = (struct ad_optimiser_settings){.method = (enum ad_optimiser_method)7};
+    s = (struct ad_optimiser_settings){.size = sizeof(struct ad_optimiser_settings),
+                                       .method = (enum ad_optimiser_method)7};
     assert_null(ad_optimiser_new(&s, AD_F64, 3, &error));
     assert_int_equal(error.status, AD_E_ARGUMENT);
     error = (struct ad_error){0};

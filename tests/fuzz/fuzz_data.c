@@ -30,6 +30,7 @@ int fuzz_data(const uint8_t *data, size_t size)
     if (size == 0)
         return 0;
     struct hnn_dataset_settings settings = kinds[data[0] % 8];
+    settings.size = sizeof settings;
     struct hnn_dataset d;
     struct ad_error error = {0};
     settings.file = fuzz_file(data + 1, size - 1);

@@ -33,7 +33,8 @@ static void assert_survives(enum ad_status (*job)(const char *file, struct ad_er
 static enum ad_status read_text(const char *file, struct ad_error *error)
 {
     struct hnn_dataset d;
-    struct hnn_dataset_settings s = {.file = file,
+    struct hnn_dataset_settings s = {.size = sizeof s,
+                                     .file = file,
                                      .state = "o,v",
                                      .time = "t",
                                      .test_fraction = 0.4,
@@ -55,7 +56,7 @@ static void test_text(void **state)
 static enum ad_status read_hdf5(const char *file, struct ad_error *error)
 {
     struct hnn_dataset d;
-    struct hnn_dataset_settings s = {.file = file, .test_file = file};
+    struct hnn_dataset_settings s = {.size = sizeof s, .file = file, .test_file = file};
     hnn_dataset_read(&s, &d, error);
     hnn_dataset_free(&d);
     return error->status;
@@ -91,7 +92,8 @@ static long most_held(size_t columns, size_t rows)
     struct path file = files_write("columns.csv", text, (size_t)(p - text));
     free(text);
     struct hnn_dataset d;
-    struct hnn_dataset_settings s = {.file = file.text, .state = "1,3", .rate = "2,4"};
+    struct hnn_dataset_settings s = {
+        .size = sizeof s, .file = file.text, .state = "1,3", .rate = "2,4"};
     struct ad_error error = {0};
     alloc = (struct alloc){0};
     assert_int_equal(hnn_dataset_read(&s, &d, &error), AD_OK);

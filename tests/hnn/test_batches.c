@@ -38,7 +38,7 @@ static void test_batches(void **state)
     }
     struct hnn_data data;
     struct ad_error error = {0};
-    hnn_data_new(&data, AD_F64, &(struct hnn_training){0},
+    hnn_data_new(&data, AD_F64, &(struct hnn_training){.size = sizeof(struct hnn_training)},
                  &(struct hnn_samples){.n = N, .x = x, .target = target}, NULL, 1, 1);
     assert_int_equal(hnn_data_shuffle(&data, 3, &error), AD_OK);
     for (int k = 0; k < N; k++) {

@@ -25,8 +25,12 @@
 static void test_null(void **state)
 {
     (void)state;
-    hnn_model *model = small_model(&(struct hnn_settings){
-        .kind = HNN_HAMILTONIAN, .dof = 1, .layers = 2, .hidden = {4}, .activation = "tanh"});
+    hnn_model *model = small_model(&(struct hnn_settings){.size = sizeof(struct hnn_settings),
+                                                          .kind = HNN_HAMILTONIAN,
+                                                          .dof = 1,
+                                                          .layers = 2,
+                                                          .hidden = {4},
+                                                          .activation = "tanh"});
     struct hnn_settings settings = *hnn_model_settings(model);
     struct hnn_samples samples = small_pendulum(1, 8, 0);
     struct hnn_training training = hnn_training_defaults();
@@ -35,7 +39,7 @@ static void test_null(void **state)
     struct phys_ode ode;
     struct hnn_rod rod = hnn_rod_published();
     struct hnn_frames frames = {0};
-    struct hnn_rollout_settings rollout = {.n = 2, .t = (double[]){0, 1}};
+    struct hnn_rollout_settings rollout = {.size = sizeof rollout, .n = 2, .t = (double[]){0, 1}};
     struct hnn_observations o;
     struct hnn_score score;
     hnn_model *made;
@@ -139,12 +143,20 @@ static void test_null(void **state)
     assert_null(hnn_optimiser_name(NULL));
 
     REFUSED(hnn_dataset_read(NULL, &data, &error));
-    REFUSED(hnn_dataset_read(&(struct hnn_dataset_settings){0}, &data, &error));
-    REFUSED(hnn_dataset_read(&(struct hnn_dataset_settings){.file = "x"}, NULL, &error));
-    REFUSED(
-        hnn_dataset_read(&(struct hnn_dataset_settings){.file = "x", .split = 7}, &data, &error));
-    REFUSED(hnn_dataset_read(&(struct hnn_dataset_settings){.file = "x", .differences = 7}, &data,
-                             &error));
+    REFUSED(hnn_dataset_read(
+        &(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings)}, &data,
+        &error));
+    REFUSED(hnn_dataset_read(
+        &(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings), .file = "x"},
+        NULL, &error));
+    REFUSED(hnn_dataset_read(
+        &(struct hnn_dataset_settings){
+            .size = sizeof(struct hnn_dataset_settings), .file = "x", .split = 7},
+        &data, &error));
+    REFUSED(hnn_dataset_read(
+        &(struct hnn_dataset_settings){
+            .size = sizeof(struct hnn_dataset_settings), .file = "x", .differences = 7},
+        &data, &error));
     hnn_dataset_free(NULL);
     REFUSED(hnn_task_ode(NULL, 0, &ode, &error));
     REFUSED(hnn_task_observe(NULL, &hnn_tasks[0]->published, 0, &o, &error));
@@ -160,12 +172,21 @@ static void test_null(void **state)
     REFUSED(hnn_rollout(&ode, NULL, x, &none, NULL, &error));
     REFUSED(hnn_rollout(&ode, &rollout, NULL, &none, NULL, &error));
     REFUSED(hnn_rollout(&ode, &rollout, x, NULL, NULL, &error));
-    REFUSED(hnn_rollout(&ode, &(struct hnn_rollout_settings){.n = 2}, x, &none, NULL, &error));
+    REFUSED(hnn_rollout(
+        &ode, &(struct hnn_rollout_settings){.size = sizeof(struct hnn_rollout_settings), .n = 2},
+        x, &none, NULL, &error));
     REFUSED(hnn_path_read(NULL, 0, 1, &none, &error));
-    REFUSED(hnn_path_read(&(struct hnn_dataset_settings){.time = "t"}, 0, 1, &none, &error));
-    REFUSED(hnn_path_read(&(struct hnn_dataset_settings){.file = "x"}, 0, 1, &none, &error));
-    REFUSED(hnn_task_trials(NULL, hnn_tasks[0], &(struct hnn_trials){0}, &score, &error));
-    REFUSED(hnn_task_trials(&ode, NULL, &(struct hnn_trials){0}, &score, &error));
+    REFUSED(hnn_path_read(
+        &(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings), .time = "t"}, 0,
+        1, &none, &error));
+    REFUSED(hnn_path_read(
+        &(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings), .file = "x"}, 0,
+        1, &none, &error));
+    REFUSED(hnn_task_trials(NULL, hnn_tasks[0],
+                            &(struct hnn_trials){.size = sizeof(struct hnn_trials)}, &score,
+                            &error));
+    REFUSED(hnn_task_trials(&ode, NULL, &(struct hnn_trials){.size = sizeof(struct hnn_trials)},
+                            &score, &error));
     REFUSED(hnn_task_trials(&ode, hnn_tasks[0], NULL, &score, &error));
     REFUSED(hnn_task_published_mse(NULL, 0, &ode, &rollout, &path, &path, x, &error));
     /* G10: other shapes are no distance of 0 */
@@ -239,8 +260,10 @@ static void test_held_errors(void **state)
                              AD_E_ARGUMENT);
         if (k == 3) {
             assert_int_equal(hnn_model_ode(model, &ode, &error), AD_OK);
-            struct hnn_rollout_settings s = {
-                .integrator = phys_integrator_find("dop85", &error), .n = 2, .t = (double[]){0, 1}};
+            struct hnn_rollout_settings s = {.size = sizeof s,
+                                             .integrator = phys_integrator_find("dop85", &error),
+                                             .n = 2,
+                                             .t = (double[]){0, 1}};
             assert_int_equal(hnn_rollout(&ode, &s, x, &path, NULL, &error), AD_E_ARGUMENT);
             phys_ode_free(&ode);
         }

@@ -43,8 +43,8 @@ static void test_forward_differences(void **state)
 {
     (void)state;
     struct path file = write_trajectories();
-    struct hnn_dataset d =
-        dataset_of(&(struct hnn_dataset_settings){.file = file.text, .time = "t"});
+    struct hnn_dataset d = dataset_of(&(struct hnn_dataset_settings){
+        .size = sizeof(struct hnn_dataset_settings), .file = file.text, .time = "t"});
     size_t n = d.train.n, s = 0;
     assert_string_equal(d.state_names, "q,p");
     assert_int_equal(d.trials, TRIALS);
@@ -66,8 +66,11 @@ static void test_central_differences(void **state)
 {
     (void)state;
     struct path file = write_trajectories();
-    struct hnn_dataset d = dataset_of(
-        &(struct hnn_dataset_settings){.file = file.text, .time = "t", .differences = HNN_CENTRAL});
+    struct hnn_dataset d =
+        dataset_of(&(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings),
+                                                  .file = file.text,
+                                                  .time = "t",
+                                                  .differences = HNN_CENTRAL});
     size_t n = d.train.n, s = 0;
     for (size_t k = 0; k < TRIALS; k++)
         for (size_t i = 1; i + 1 < length_of(k); i++, s++) {
@@ -85,12 +88,17 @@ static void test_trials_are_asked_for(void **state)
 {
     (void)state;
     struct path file = write_trajectories();
-    dataset_refused(
-        &(struct hnn_dataset_settings){.file = file.text, .state = "q,p", .time = "t", .trial = ""},
-        AD_E_INPUT, "trial");
-    dataset_refused(
-        &(struct hnn_dataset_settings){.file = file.text, .time = "t", .trial = "trail"},
-        AD_E_INPUT, "'trial'");
+    dataset_refused(&(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings),
+                                                   .file = file.text,
+                                                   .state = "q,p",
+                                                   .time = "t",
+                                                   .trial = ""},
+                    AD_E_INPUT, "trial");
+    dataset_refused(&(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings),
+                                                   .file = file.text,
+                                                   .time = "t",
+                                                   .trial = "trail"},
+                    AD_E_INPUT, "'trial'");
 }
 
 /* The real pendulum: one trajectory, columns named after trial and time; the first test row of the
@@ -99,7 +107,8 @@ static void test_real_pendulum(void **state)
 {
     (void)state;
     struct path file = files_data("schmidt-lipson/real_pend_h_1.txt");
-    struct hnn_dataset_settings s = {.file = file.text, .time = "t", .test_fraction = 0.2};
+    struct hnn_dataset_settings s = {
+        .size = sizeof s, .file = file.text, .time = "t", .test_fraction = 0.2};
     struct hnn_dataset d = dataset_of(&s);
     assert_string_equal(d.state_names, "o,v");
     assert_int_equal(d.trials, 1);
@@ -118,7 +127,7 @@ static void test_sizes(void **state)
     (void)state;
     struct path file = files_write_text(
         "sizes.csv", "q,p,dqdt,dpdt\n1,5,3,0\n2,5,-4,0\n6,5,0,0\n100,100,100,100\n");
-    struct hnn_dataset_settings s = {.file = file.text, .test_fraction = 0.25};
+    struct hnn_dataset_settings s = {.size = sizeof s, .file = file.text, .test_fraction = 0.25};
     struct hnn_dataset d = dataset_of(&s);
     assert_close(d.centre[0], 3, 1e-15, 0);
     assert_close(d.scale[0], sqrt(14.0 / 3), 1e-15, 0);
@@ -134,8 +143,11 @@ static void test_shared_column(void **state)
 {
     (void)state;
     struct path file = dataset_rows("shared.csv", 30, 30);
-    struct hnn_dataset_settings s = {
-        .file = file.text, .state = "q,p", .rate = "p,dpdt", .test_fraction = 0.5};
+    struct hnn_dataset_settings s = {.size = sizeof s,
+                                     .file = file.text,
+                                     .state = "q,p",
+                                     .rate = "p,dpdt",
+                                     .test_fraction = 0.5};
     struct hnn_dataset d = dataset_of(&s);
     for (size_t i = 0; i < 15; i++)
         assert_true(d.train.target[i] == d.train.x[15 + i] && d.train.target[15 + i] == 7 &&
@@ -182,8 +194,11 @@ static void test_hdf5(void **state)
                 {"all.1,all.2", "all.3,all.4"},
                 {"6,5", "8,4"}}; /* in the order of names */
     for (size_t k = 0; k < LENGTH(same); k++) {
-        struct hnn_dataset d = dataset_of(&(struct hnn_dataset_settings){
-            .file = file.text, .state = same[k].state, .rate = same[k].rate});
+        struct hnn_dataset d =
+            dataset_of(&(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings),
+                                                      .file = file.text,
+                                                      .state = same[k].state,
+                                                      .rate = same[k].rate});
         assert_int_equal(d.train.n, N);
         for (size_t i = 0; i < N; i++)
             if (d.train.x[i] != (double)i / 3 || d.train.x[N + i] != -(double)i ||
@@ -197,7 +212,7 @@ static void test_hdf5_refused(void **state)
 {
     (void)state;
     struct path file = write_hdf5(5000, true);
-    struct hnn_dataset_settings s = {.file = file.text};
+    struct hnn_dataset_settings s = {.size = sizeof s, .file = file.text};
     dataset_refused(&s, AD_E_INPUT, "state");
     s.state = "motion/q,motion/p";
     s.rate = "rates.1,rates.2";

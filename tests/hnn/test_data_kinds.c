@@ -18,7 +18,7 @@ static void test_gaps(void **state)
 {
     (void)state;
     struct path file = files_write_text("gaps.csv", times);
-    struct hnn_dataset_settings s = {.file = file.text, .time = "t"};
+    struct hnn_dataset_settings s = {.size = sizeof s, .file = file.text, .time = "t"};
     struct hnn_dataset d = dataset_of(&s);
     assert_int_equal(d.trials, 2);
     assert_true(d.trials_by_time);
@@ -37,7 +37,8 @@ static void test_gaps(void **state)
     d = dataset_of(&s);
     assert_true(d.train.n + d.test.n == 4 && d.test.n > 0);
     hnn_dataset_free(&d);
-    s = (struct hnn_dataset_settings){.file = file.text, .time = "t", .trial = ""};
+    s = (struct hnn_dataset_settings){
+        .size = sizeof(struct hnn_dataset_settings), .file = file.text, .time = "t", .trial = ""};
     dataset_refused(&s, AD_E_INPUT, "trial");
 }
 
@@ -53,8 +54,11 @@ static void test_trials_without_a_way_back(void **state)
             n += (size_t)sprintf(text + n, "%d %.3f %d 1\n", i / 4,
                                  8 + 0.01 * i + 0.18 * (i > 1) + 14 * (i > 3), i);
         struct path file = files_write_text("two.txt", text);
-        struct hnn_dataset d = dataset_of(
-            &(struct hnn_dataset_settings){.file = file.text, .state = "3,4", .time = "2"});
+        struct hnn_dataset d =
+            dataset_of(&(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings),
+                                                      .file = file.text,
+                                                      .state = "3,4",
+                                                      .time = "2"});
         assert_int_equal(d.trials, k == 0 ? 2 : 1);
         assert_int_equal(d.gaps, k == 0 ? 1 : 2);
         assert_int_equal(d.train.n, 5);
@@ -71,7 +75,7 @@ static void test_published_names(void **state)
     (void)state;
     struct path file = files_write_text(
         "six.txt", "% o v\n0 0.0 1 2 3 4\n0 0.1 5 6 7 8\n1 0.0 2 2 2 3\n1 0.1 5 1 3 4\n");
-    struct hnn_dataset_settings s = {.file = file.text};
+    struct hnn_dataset_settings s = {.size = sizeof s, .file = file.text};
     struct hnn_dataset d = dataset_of(&s);
     assert_string_equal(d.state_names, "o,v");
     assert_string_equal(d.rate_names, "dodt,dvdt");
@@ -111,8 +115,10 @@ static void test_read(void **state)
     };
     for (size_t k = 0; k < LENGTH(cases); k++) {
         struct path file = files_write_text("rows.csv", cases[k].text);
-        struct hnn_dataset d = dataset_of(
-            &(struct hnn_dataset_settings){.file = file.text, .skip_rows = cases[k].skip});
+        struct hnn_dataset d =
+            dataset_of(&(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings),
+                                                      .file = file.text,
+                                                      .skip_rows = cases[k].skip});
         static const double x[] = {1, 2, 2, 3}, rate[] = {3, 5, 4, 6};
         assert_int_equal(d.train.n, 2);
         assert_memory_equal(d.train.x, x, sizeof x);
@@ -133,7 +139,7 @@ static void test_gzip(void **state)
     for (int i = 0; i < MANY; i++)
         gzprintf(out, "%d,%d,%d,1.25\n", i, -i, 3 * i % 7);
     assert_int_equal(gzclose(out), Z_OK);
-    struct hnn_dataset_settings s = {.file = path.text};
+    struct hnn_dataset_settings s = {.size = sizeof s, .file = path.text};
     struct hnn_dataset d = dataset_of(&s);
     assert_int_equal(d.train.n, MANY);
     for (size_t i = 0; i < MANY; i++)
@@ -173,12 +179,15 @@ static void test_named(void **state)
     };
     for (size_t k = 0; k < LENGTH(cases); k++) {
         struct path file = files_write("kind.csv", cases[k].bytes, cases[k].n);
-        dataset_refused(&(struct hnn_dataset_settings){.file = file.text}, AD_E_INPUT,
-                        cases[k].says);
+        dataset_refused(&(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings),
+                                                       .file = file.text},
+                        AD_E_INPUT, cases[k].says);
     }
     struct path file = files_write_text("short.csv", ROWS);
-    dataset_refused(&(struct hnn_dataset_settings){.file = file.text, .skip_rows = 4}, AD_E_INPUT,
-                    "has 3 lines");
+    dataset_refused(&(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings),
+                                                   .file = file.text,
+                                                   .skip_rows = 4},
+                    AD_E_INPUT, "has 3 lines");
 }
 
 /* Only what the chosen columns lack counts; a row left out leaves a longer step, or a gap. */
@@ -188,7 +197,8 @@ static void test_missing(void **state)
     struct path file = files_write_text("missing.csv", "t,q,p,note\n0,0,1,x\n1,NA,1,\n2,2,1,NaN\n"
                                                        "3,3,,\n4,nan,1,\n5,5,null,\n6,6,1,z\n"
                                                        "7,7,1,\n8,8,1,\n9,9,1,\n10,10,1,\n");
-    struct hnn_dataset_settings s = {.file = file.text, .state = "q,p", .time = "t"};
+    struct hnn_dataset_settings s = {
+        .size = sizeof s, .file = file.text, .state = "q,p", .time = "t"};
     dataset_refused(&s, AD_E_INPUT, ":3:3: 'q' 'NA'");
     s.skip_missing = true;
     struct hnn_dataset d = dataset_of(&s);

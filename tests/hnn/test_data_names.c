@@ -72,7 +72,8 @@ static void test_pairs(void **state)
     (void)state;
     for (size_t k = 0; k < LENGTH(headers); k++) {
         struct path file = write_columns(headers[k].header, headers[k].time);
-        struct hnn_dataset_settings s = {.file = file.text, .time = headers[k].time};
+        struct hnn_dataset_settings s = {
+            .size = sizeof s, .file = file.text, .time = headers[k].time};
         struct hnn_dataset d;
         struct ad_error error = {0};
         enum ad_status status = hnn_dataset_read(&s, &d, &error);
@@ -99,7 +100,7 @@ static void test_names_are_told(void **state)
     struct path file =
         files_write_text("said.csv", "\"p, kg\",\"the \"\"q\"\"\",a,b\n1,2,3,4\n5,6,7,9\n");
     struct hnn_dataset_settings s = {
-        .file = file.text, .state = "\"the \"\"q\"\"\",\"p, kg\"", .rate = "a,b"};
+        .size = sizeof s, .file = file.text, .state = "\"the \"\"q\"\"\",\"p, kg\"", .rate = "a,b"};
     struct hnn_dataset d = dataset_of(&s);
     assert_string_equal(d.coordinates, "\"the \"\"q\"\"\"");
     assert_string_equal(d.momenta, "\"p, kg\"");
@@ -117,7 +118,8 @@ static void test_rates_by_name(void **state)
 {
     (void)state;
     struct path file = files_write_text("rates.csv", "q,p,dqdt,dpdt,f\n1,2,3,4,5\n2,1,5,7,8\n");
-    struct hnn_dataset_settings s = {.file = file.text, .state = "q,p", .rate = "dpdt,dqdt"};
+    struct hnn_dataset_settings s = {
+        .size = sizeof s, .file = file.text, .state = "q,p", .rate = "dpdt,dqdt"};
     struct hnn_dataset d = dataset_of(&s);
     assert_string_equal(d.rate_names, "dqdt,dpdt");
     assert_close(d.train.target[0], 3, 0, 0);
@@ -149,7 +151,8 @@ static void test_refused(void **state)
     };
     for (size_t k = 0; k < LENGTH(wrong); k++) {
         struct path file = files_write_text("wrong.csv", wrong[k].text);
-        struct hnn_dataset_settings s = {.file = file.text,
+        struct hnn_dataset_settings s = {.size = sizeof s,
+                                         .file = file.text,
                                          .state = wrong[k].state,
                                          .rate = wrong[k].rate,
                                          .time = wrong[k].time};
@@ -205,7 +208,7 @@ static void test_arrays(void **state)
                  {other, 1, NULL, 0, 0, 0, 0}};
     for (size_t k = 0; k < LENGTH(cases); k++) {
         struct path file = write_arrays(4, cases[k].names, cases[k].cols);
-        struct hnn_dataset_settings s = {.file = file.text};
+        struct hnn_dataset_settings s = {.size = sizeof s, .file = file.text};
         if (!cases[k].state) {
             dataset_refused(&s, AD_E_INPUT, "order");
             continue;

@@ -8,7 +8,7 @@ static void test_rollouts(void **state)
     (void)state;
     struct path file = dataset_rows("rollout.csv", 60, 15);
     struct hnn_dataset_settings s = {
-        .file = file.text, .time = "t", .rollout = 3, .test_fraction = 0.25};
+        .size = sizeof s, .file = file.text, .time = "t", .rollout = 3, .test_fraction = 0.25};
     struct hnn_dataset d = dataset_of(&s);
     assert_close(d.dt, 0.25, 0, 0);
     assert_null(d.rate);
@@ -35,7 +35,7 @@ static void test_rollouts_do_not_see_the_test(void **state)
     (void)state;
     struct path file = dataset_rows("rollout.csv", 60, 60);
     struct hnn_dataset_settings s = {
-        .file = file.text, .rollout = 3, .dt = 0.1, .test_fraction = 0.25};
+        .size = sizeof s, .file = file.text, .rollout = 3, .dt = 0.1, .test_fraction = 0.25};
     struct hnn_dataset d = dataset_of(&s);
     assert_close(d.dt, 0.1, 0, 0);
     assert_true(d.train.x[d.train.n - 1] + 3 < d.test.x[0]);
@@ -53,8 +53,8 @@ static void test_uneven_steps(void **state)
     (void)state;
     struct path file = files_write_text(
         "uneven.csv", "t,q,p\n0,1,2\n1,2,3\n2.5,1,1\n4,1,4\n9,1,1\n10,2,2\n11,0,0\n");
-    struct hnn_dataset d =
-        dataset_of(&(struct hnn_dataset_settings){.file = file.text, .time = "t", .rollout = 2});
+    struct hnn_dataset d = dataset_of(&(struct hnn_dataset_settings){
+        .size = sizeof(struct hnn_dataset_settings), .file = file.text, .time = "t", .rollout = 2});
     assert_int_equal(d.train.n, 3); /* from 0, 1 and 9: 2.5 to 9 crosses the gap of 5 */
     static const double steps[] = {1, 1.5, 1, 1.5, 1.5, 1};
     for (size_t k = 0; k < 6; k++)
@@ -62,9 +62,12 @@ static void test_uneven_steps(void **state)
     assert_int_equal(d.gaps, 1);
     hnn_dataset_free(&d);
     file = dataset_rows("even.csv", 9, 9);
-    dataset_refused(
-        &(struct hnn_dataset_settings){.file = file.text, .time = "t", .rollout = 1, .dt = 0.5},
-        AD_E_ARGUMENT, "0.25 0.5");
+    dataset_refused(&(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings),
+                                                   .file = file.text,
+                                                   .time = "t",
+                                                   .rollout = 1,
+                                                   .dt = 0.5},
+                    AD_E_ARGUMENT, "0.25 0.5");
 }
 
 /* A model is normalised by means, deviations and the rates of first steps, here by hand. */
@@ -72,8 +75,8 @@ static void test_normalised_by_rollouts(void **state)
 {
     (void)state;
     struct path file = files_write_text("steps.csv", "t,q,p\n0,1,2\n1,2,5\n3,1,1\n");
-    struct hnn_dataset d =
-        dataset_of(&(struct hnn_dataset_settings){.file = file.text, .time = "t", .rollout = 1});
+    struct hnn_dataset d = dataset_of(&(struct hnn_dataset_settings){
+        .size = sizeof(struct hnn_dataset_settings), .file = file.text, .time = "t", .rollout = 1});
     struct hnn_settings settings = hnn_defaults(HNN_BASELINE, 1);
     settings.hidden[0] = settings.hidden[1] = 4;
     double rate[2][2];

@@ -30,7 +30,7 @@ static void test_splits(void **state)
 {
     (void)state;
     struct path file = dataset_rows("split.csv", ROWS, EACH);
-    struct hnn_dataset_settings s = {.file = file.text, .test_fraction = 0.3};
+    struct hnn_dataset_settings s = {.size = sizeof s, .file = file.text, .test_fraction = 0.3};
     static const enum hnn_split kinds[] = {HNN_SPLIT_TAIL, HNN_SPLIT_RANDOM, HNN_SPLIT_TRIAL};
     for (size_t k = 0; k < LENGTH(kinds); k++) {
         bool first[ROWS] = {0}, again[ROWS] = {0}, other[ROWS] = {0};
@@ -63,8 +63,12 @@ static void test_random_is_fair(void **state)
     static size_t times[ROWS];
     memset(times, 0, sizeof times);
     for (uint64_t seed = 0; seed < DRAWS; seed++) {
-        struct hnn_dataset d = dataset_of(&(struct hnn_dataset_settings){
-            .file = file.text, .split = HNN_SPLIT_RANDOM, .test_fraction = 0.3, .seed = seed});
+        struct hnn_dataset d =
+            dataset_of(&(struct hnn_dataset_settings){.size = sizeof(struct hnn_dataset_settings),
+                                                      .file = file.text,
+                                                      .split = HNN_SPLIT_RANDOM,
+                                                      .test_fraction = 0.3,
+                                                      .seed = seed});
         for (size_t i = 0; i < d.test.n; i++)
             times[(size_t)d.test.x[i]]++;
         hnn_dataset_free(&d);
@@ -79,7 +83,7 @@ static void test_splits_that_leave_nothing(void **state)
 {
     (void)state;
     struct path file = dataset_rows("tiny.csv", 4, 2);
-    struct hnn_dataset_settings s = {.file = file.text, .test_fraction = 0.1};
+    struct hnn_dataset_settings s = {.size = sizeof s, .file = file.text, .test_fraction = 0.1};
     dataset_refused(&s, AD_E_ARGUMENT, "0.1 4 test");
     s.test_fraction = 0.9;
     dataset_refused(&s, AD_E_ARGUMENT, "train");
@@ -104,8 +108,11 @@ static void test_test_file(void **state)
     (void)state;
     struct path file = dataset_rows("train.csv", 50, 50);
     struct path other = files_write_text("test.txt", "dpdt dqdt p q\n1 2 3 4\n5 6 7 8\n");
-    struct hnn_dataset_settings s = {
-        .file = file.text, .state = "q,p", .rate = "dqdt,dpdt", .test_file = other.text};
+    struct hnn_dataset_settings s = {.size = sizeof s,
+                                     .file = file.text,
+                                     .state = "q,p",
+                                     .rate = "dqdt,dpdt",
+                                     .test_file = other.text};
     struct hnn_dataset d = dataset_of(&s);
     static const double x[] = {4, 8, 3, 7}, rate[] = {2, 6, 1, 5};
     assert_int_equal(d.train.n, 50);

@@ -76,7 +76,7 @@ static void test_shapes(void **state)
     for (size_t k = 0; k < LENGTH(shapes); k++) {
         struct path file = files_write_text("shape.txt", shapes[k].text);
         struct hnn_dataset_settings s = {
-            .file = file.text, .state = shapes[k].state, .rate = shapes[k].rate};
+            .size = sizeof s, .file = file.text, .state = shapes[k].state, .rate = shapes[k].rate};
         struct hnn_dataset d;
         struct ad_error error = {0};
         if (hnn_dataset_read(&s, &d, &error) != AD_OK)
@@ -139,7 +139,8 @@ static void test_refused(void **state)
     (void)state;
     for (size_t k = 0; k < LENGTH(wrong); k++) {
         struct path file = files_write_text("wrong.csv", wrong[k].text);
-        struct hnn_dataset_settings s = {.file = file.text,
+        struct hnn_dataset_settings s = {.size = sizeof s,
+                                         .file = file.text,
                                          .state = wrong[k].state,
                                          .rate = wrong[k].rate,
                                          .time = wrong[k].time};
@@ -161,7 +162,7 @@ static void test_cannot_be_read(void **state)
     for (size_t k = 0; k < LENGTH(names); k++) {
         struct hnn_dataset d;
         struct ad_error error = {0};
-        struct hnn_dataset_settings s = {.file = names[k]};
+        struct hnn_dataset_settings s = {.size = sizeof s, .file = names[k]};
         assert_int_equal(hnn_dataset_read(&s, &d, &error), AD_E_IO);
         assert_mentions(error.message, names[k]);
         hnn_dataset_free(&d);
@@ -175,7 +176,7 @@ static void test_truncated(void **state)
     static const char text[] = "\xef\xbb\xbf# x\n\"q\",p,dqdt,dpdt\r\n.25,-3e0,4,-.5\n1.5,7,2,11\n";
     for (size_t n = 0; n < sizeof text - 1; n++) {
         struct path file = files_write("short.csv", text, n);
-        struct hnn_dataset_settings s = {.file = file.text};
+        struct hnn_dataset_settings s = {.size = sizeof s, .file = file.text};
         struct hnn_dataset d;
         struct ad_error error = {0};
         enum ad_status status = hnn_dataset_read(&s, &d, &error);
@@ -204,7 +205,7 @@ static void test_long_stream(void **state)
             fprintf(out, "%.17g;%*s;%d;%d;%.6g\n", i / 7.0, i % 97, "", -i, i % 11, i * 0.5);
         _exit(fclose(out) != 0);
     }
-    struct hnn_dataset_settings s = {.file = pipe.text};
+    struct hnn_dataset_settings s = {.size = sizeof s, .file = pipe.text};
     struct hnn_dataset d;
     struct ad_error error = {0};
     if (hnn_dataset_read(&s, &d, &error) != AD_OK)
@@ -233,7 +234,7 @@ static void test_long_lines(void **state)
         n += lengths[k];
         n += (size_t)sprintf(text + n, ",2,3,4\n");
         struct path file = files_write("long.csv", text, n);
-        struct hnn_dataset_settings s = {.file = file.text};
+        struct hnn_dataset_settings s = {.size = sizeof s, .file = file.text};
         struct hnn_dataset d;
         struct ad_error error = {0};
         enum ad_status status = hnn_dataset_read(&s, &d, &error);
@@ -253,7 +254,7 @@ static void test_zero_bytes(void **state)
     (void)state;
     static const char text[] = "q,p,dqdt,dpdt\n1,2\0,3,4\n";
     struct path file = files_write("zero.csv", text, sizeof text - 1);
-    struct hnn_dataset_settings s = {.file = file.text};
+    struct hnn_dataset_settings s = {.size = sizeof s, .file = file.text};
     struct hnn_dataset d;
     struct ad_error error = {0};
     assert_int_equal(hnn_dataset_read(&s, &d, &error), AD_E_INPUT);

@@ -39,7 +39,7 @@ static void test_foresee(void **state)
         double t[N], pair[PIXELS], z[2], seen[PIXELS];
         observation(pixels);
         hnn_times(0, N - 1, N, t);
-        struct hnn_rollout_settings s = {.n = N, .t = t};
+        struct hnn_rollout_settings s = {.size = sizeof s, .n = N, .t = t};
         assert_int_equal(hnn_pixels_predict(model, pixels, &s, FRAME, &path, frames, &info, &error),
                          AD_OK);
         assert_true(path.n == N && path.states == 2 && info.evaluations > 0);
@@ -73,7 +73,7 @@ static void test_added_energy(void **state)
     double t[N];
     observation(pixels);
     hnn_times(0, N - 1, N, t);
-    struct hnn_rollout_settings s = {.n = N, .t = t, .add = 0.05, .add_at = 10};
+    struct hnn_rollout_settings s = {.size = sizeof s, .n = N, .t = t, .add = 0.05, .add_at = 10};
     if (hnn_pixels_predict(model, pixels, &s, FRAME, &path, frames, &info, &error) != AD_OK)
         fail_msg("%s", error.message);
     double H = hnn_model_energy(model, path.x);
@@ -94,7 +94,7 @@ static void test_refusals(void **state)
     float pixels[PIXELS], frames[2 * FRAME];
     double t[2] = {0, 1};
     observation(pixels);
-    struct hnn_rollout_settings s = {.n = 2, .t = t};
+    struct hnn_rollout_settings s = {.size = sizeof s, .n = 2, .t = t};
     assert_int_equal(hnn_pixels_predict(of_states, pixels, &s, FRAME, &path, frames, &info, &error),
                      AD_E_ARGUMENT);
     assert_mentions(error.message, "autoencoder");

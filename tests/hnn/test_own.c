@@ -23,12 +23,16 @@ static ad_var quadratic(void *context, ad_var w, ad_var x)
 
 static double once = 1, twice = 2;
 static const double start[3] = {1.3, 0.7, 0.2};
-static const struct hnn_network oscillator = {"oscillator", 3, start, quadratic, &once};
+static const struct hnn_network oscillator = {
+    .name = "oscillator", .size = 3, .start = start, .record = quadratic, .context = &once};
 
 static struct hnn_settings own(const struct hnn_network *network, enum ad_type precision)
 {
-    return (struct hnn_settings){
-        .kind = HNN_HAMILTONIAN, .dof = 1, .precision = precision, .network = network};
+    return (struct hnn_settings){.size = sizeof(struct hnn_settings),
+                                 .kind = HNN_HAMILTONIAN,
+                                 .dof = 1,
+                                 .precision = precision,
+                                 .network = network};
 }
 
 static void assert_field(hnn_model *model, double scale)
@@ -80,8 +84,12 @@ static void test_network_and_its_file(void **state)
         assert_mentions(error.message, "own.h5");
     }
     struct ad_error error = {0};
-    hnn_model *model = small_model(&(struct hnn_settings){
-        .kind = HNN_HAMILTONIAN, .dof = 1, .layers = 2, .hidden = {4}, .activation = "tanh"});
+    hnn_model *model = small_model(&(struct hnn_settings){.size = sizeof(struct hnn_settings),
+                                                          .kind = HNN_HAMILTONIAN,
+                                                          .dof = 1,
+                                                          .layers = 2,
+                                                          .hidden = {4},
+                                                          .activation = "tanh"});
     assert_int_equal(hnn_model_save(model, plain.text, NULL, &error), AD_OK);
     hnn_model_free(model);
     assert_int_equal(hnn_model_load_network(plain.text, &oscillator, &model, &error), AD_E_INPUT);
@@ -391,6 +399,7 @@ static void test_columns(void **state)
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         struct hnn_dataset_settings s = cases[k];
+        s.size = sizeof s;
         struct hnn_dataset a, b;
         struct ad_error error = {0};
         s.file = file.text;
@@ -421,13 +430,17 @@ static void test_refused_columns(void **state)
     none.column = lacks;
     empty.rows = 0;
     const struct hnn_dataset_settings wrong[] = {
-        {.columns = &none, .state = "1,2", .rate = "2,3"},
-        {.columns = &empty, .state = "1,2", .rate = "2,3"},
-        {.columns = &columns, .file = "x.csv", .state = "1,2", .rate = "2,3"},
-        {.columns = &columns, .skip_rows = 1, .state = "1,2", .rate = "2,3"},
-        {.columns = &columns, .test_file = "x", .test_columns = &columns, .state = "1,2"},
-        {.columns = &columns, .test_columns = &columns, .test_fraction = 0.5, .state = "1,2"},
-        {.state = "1,2"},
+        {sizeof(struct hnn_dataset_settings), .columns = &none, .state = "1,2", .rate = "2,3"},
+        {sizeof(struct hnn_dataset_settings), .columns = &empty, .state = "1,2", .rate = "2,3"},
+        {sizeof(struct hnn_dataset_settings), .columns = &columns, .file = "x.csv", .state = "1,2",
+         .rate = "2,3"},
+        {sizeof(struct hnn_dataset_settings), .columns = &columns, .skip_rows = 1, .state = "1,2",
+         .rate = "2,3"},
+        {sizeof(struct hnn_dataset_settings), .columns = &columns, .test_file = "x",
+         .test_columns = &columns, .state = "1,2"},
+        {sizeof(struct hnn_dataset_settings), .columns = &columns, .test_columns = &columns,
+         .test_fraction = 0.5, .state = "1,2"},
+        {sizeof(struct hnn_dataset_settings), .state = "1,2"},
     };
     struct hnn_dataset data;
     for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
@@ -436,7 +449,8 @@ static void test_refused_columns(void **state)
             fail_msg("%zu: %d %s", k, error.status, error.message);
         hnn_dataset_free(&data);
     }
-    struct hnn_dataset_settings s = {.columns = &columns, .state = "1,4", .rate = "2,3"};
+    struct hnn_dataset_settings s = {
+        .size = sizeof s, .columns = &columns, .state = "1,4", .rate = "2,3"};
     struct ad_error error = {0}, nan = {0}, back = {0};
     assert_int_equal(hnn_dataset_read(&s, &data, &error), AD_E_INPUT);
     s.state = "1,2";
@@ -458,7 +472,7 @@ static void test_example(void **state)
     (void)state;
     struct path folder = files_temporary(".");
     char *from = getcwd(NULL, 0);
-    struct hnn_network network = {"pendulum", 2, NULL, energy, NULL};
+    struct hnn_network network = {.name = "pendulum", .size = 2, .record = energy};
     struct ad_error error = {0};
     hnn_model *model;
     assert_int_equal(chdir(folder.text), 0);

@@ -26,7 +26,8 @@ static void open_task(struct world *w, const char *name, double time)
     assert_non_null(task);
     assert_int_equal(hnn_task_ode(task, task->published.strength, &w->ode, &w->error), AD_OK);
     hnn_times(0, time, POINTS, w->t);
-    w->settings = (struct hnn_rollout_settings){.n = POINTS, .t = w->t, .rtol = 1e-9};
+    w->settings = (struct hnn_rollout_settings){
+        .size = sizeof(struct hnn_rollout_settings), .n = POINTS, .t = w->t, .rtol = 1e-9};
 }
 
 static void use(struct world *w, const char *integrator, double dt)
@@ -85,7 +86,8 @@ static void test_reversal_of_model(void **state)
     hnn_model *model = small_model(&s);
     struct world w = {0};
     hnn_times(0, 20, POINTS, w.t);
-    w.settings = (struct hnn_rollout_settings){.n = POINTS, .t = w.t, .reverse = true};
+    w.settings = (struct hnn_rollout_settings){
+        .size = sizeof(struct hnn_rollout_settings), .n = POINTS, .t = w.t, .reverse = true};
     assert_int_equal(hnn_model_ode(model, &w.ode, &w.error), AD_OK);
     const double x0[] = {0.4, -0.3, 0.2, 0.5};
     roll(&w, x0);
@@ -174,7 +176,8 @@ static void test_trials(void **state)
         struct world w;
         struct hnn_score score;
         open_task(&w, names[k], 1);
-        struct hnn_trials trials = {.starts = 3, .points = 30, .time = 4, .seed = 5};
+        struct hnn_trials trials = {
+            .size = sizeof trials, .starts = 3, .points = 30, .time = 4, .seed = 5};
         assert_int_equal(
             hnn_task_trials(&w.ode, hnn_task_find(names[k], &w.error), &trials, &score, &w.error),
             AD_OK);
@@ -199,7 +202,8 @@ static enum ad_status spiral(void *context, double t, const double *y, double *r
 static struct hnn_score score_of(const char *task, double pace)
 {
     struct phys_ode model = {.name = "a spiral", .n = 2, .field = spiral, .context = &pace};
-    struct hnn_trials trials = {.starts = 4, .time = 5, .seed = 1, .rtol = 1e-11};
+    struct hnn_trials trials = {
+        .size = sizeof trials, .starts = 4, .time = 5, .seed = 1, .rtol = 1e-11};
     struct hnn_score score;
     struct ad_error error = {0};
     if (hnn_task_trials(&model, hnn_task_find(task, &error), &trials, &score, &error) != AD_OK)
@@ -227,7 +231,8 @@ static void test_trajectory_from_file(void **state)
     struct path file = files_write_text("trajectory.csv", "trial,t,q,p\n"
                                                           "1,0,1,2\n1,0.5,1.5,2.5\n1,1,3,4\n"
                                                           "2,0.2,5,6\n2,0.7,7,8\n");
-    struct hnn_dataset_settings s = {.file = file.text, .state = "q,p", .time = "t"};
+    struct hnn_dataset_settings s = {
+        .size = sizeof s, .file = file.text, .state = "q,p", .time = "t"};
     struct hnn_path path;
     struct ad_error error = {0};
     /* A22: a time beyond the trajectory's end is refused, not filled with the next one */

@@ -182,7 +182,7 @@ static void compare_with_file(const struct by_hand *task, const char *part)
     char name[64];
     snprintf(name, sizeof name, "hnn/%s_%s.csv", task->reference, part);
     struct path file = files_data(name);
-    struct hnn_dataset_settings settings = {.file = file.text};
+    struct hnn_dataset_settings settings = {.size = sizeof settings, .file = file.text};
     struct hnn_dataset d;
     struct ad_error error = {0};
     if (hnn_dataset_read(&settings, &d, &error) != AD_OK)
@@ -217,7 +217,7 @@ static void test_noise_as_published(void **state)
 {
     (void)state;
     struct path file = files_data("hnn/spring_train.csv");
-    struct hnn_dataset_settings settings = {.file = file.text};
+    struct hnn_dataset_settings settings = {.size = sizeof settings, .file = file.text};
     struct hnn_dataset d;
     struct ad_error error = {0};
     assert_int_equal(hnn_dataset_read(&settings, &d, &error), AD_OK);
@@ -238,14 +238,14 @@ static void test_refused(void **state)
         struct hnn_sampling sampling;
         const char *says;
     } wrong[] = {
-        {{0, 2, 1, 0, 1, 1, 0, 1}, "trials 1 0"},
-        {{1, 1, 1, 0, 1, 1, 0, 1}, "points 2 1"},
-        {{1, 2, 0, 0, 1, 1, 0, 1}, "time 0"},
-        {{1, 2, 1, -1, 1, 1, 0, 1}, "noise 0 -1"},
-        {{1, 2, 1, 0, 0, 1, 0, 1}, "smallest radius 0"},
-        {{1, 2, 1, 0, 2, 1, 0, 1}, "largest radius 1"},
-        {{1, 2, 1, 0, 1, 1, 1, 1}, "spread speeds 0 1"},
-        {{1, 2, 1, 0, 1, 1, 0, -1}, "strength 0 -1"},
+        {{sizeof(struct hnn_sampling), 0, 2, 1, 0, 1, 1, 0, 1}, "trials 1 0"},
+        {{sizeof(struct hnn_sampling), 1, 1, 1, 0, 1, 1, 0, 1}, "points 2 1"},
+        {{sizeof(struct hnn_sampling), 1, 2, 0, 0, 1, 1, 0, 1}, "time 0"},
+        {{sizeof(struct hnn_sampling), 1, 2, 1, -1, 1, 1, 0, 1}, "noise 0 -1"},
+        {{sizeof(struct hnn_sampling), 1, 2, 1, 0, 0, 1, 0, 1}, "smallest radius 0"},
+        {{sizeof(struct hnn_sampling), 1, 2, 1, 0, 2, 1, 0, 1}, "largest radius 1"},
+        {{sizeof(struct hnn_sampling), 1, 2, 1, 0, 1, 1, 1, 1}, "spread speeds 0 1"},
+        {{sizeof(struct hnn_sampling), 1, 2, 1, 0, 1, 1, 0, -1}, "strength 0 -1"},
     };
     for (size_t k = 0; k < LENGTH(wrong); k++) {
         struct hnn_observations o;
@@ -257,7 +257,7 @@ static void test_refused(void **state)
     }
     struct hnn_observations o;
     struct ad_error memory = {0};
-    struct hnn_sampling huge = {SIZE_MAX / 8, 2, 1, 0, 1, 1, 0, 1};
+    struct hnn_sampling huge = {.size = sizeof huge, SIZE_MAX / 8, 2, 1, 0, 1, 1, 0, 1};
     assert_int_equal(hnn_task_observe(hnn_tasks[0], &huge, 0, &o, &memory), AD_E_MEMORY);
     hnn_observations_free(&o);
 }

@@ -29,6 +29,7 @@ void motion_close(struct motion *m)
 void motion_run_by(struct motion *m, const struct phys_integrator *integrator, double dt, double t1,
                    enum ad_status status)
 {
+    m->settings.size = sizeof m->settings;
     m->settings.integrator = integrator;
     m->settings.t1 = t1;
     if (integrator->adaptive)

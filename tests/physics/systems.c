@@ -75,7 +75,7 @@ void system_check(const struct phys_system *system)
     double *q = malloc((2 * system->dof + 1) * N * sizeof *q), *v = q + system->dof * N;
     double *t = v + system->dof * N;
     scatter_states(system, N, q, v, t);
-    struct phys_points at = {N, q, v, t};
+    struct phys_points at = {.size = sizeof at, N, q, v, t};
     phys_check_finite(system, &at, &error);
     assert_no_error(&error);
     for (int order = 1; order <= 2; order++) {

@@ -9,7 +9,7 @@
 enum { N = 7, DOF = 2 };
 
 static double q[DOF * N], v[DOF * N], t[N];
-static const struct phys_points at = {N, q, v, t};
+static const struct phys_points at = {.size = sizeof at, N, q, v, t};
 
 static int fill(void **state)
 {
@@ -126,12 +126,12 @@ static void test_wrong_use(void **state)
     }
     for (size_t n = 0; n < 2; n++) {
         error = (struct ad_error){0};
-        struct phys_points few = {n, at.q, at.v, at.t};
+        struct phys_points few = {.size = sizeof few, n, at.q, at.v, at.t};
         struct phys_locality report = {.passed = true};
         assert_int_equal(phys_check_locality(&system, &few, &report, &error), AD_E_ARGUMENT);
         assert_false(report.passed);
     }
-    struct phys_points two = {2, at.q, at.v, at.t};
+    struct phys_points two = {.size = sizeof two, 2, at.q, at.v, at.t};
     struct phys_locality report = {0};
     error = (struct ad_error){0};
     assert_int_equal(phys_check_locality(&system, &two, &report, &error), AD_OK);
@@ -303,7 +303,7 @@ static void all_checks_on_the_motion_of_the_scene(void **state)
     struct phys_system pendulum;
     struct phys_checks c;
     struct ad_error error = {0}, none = {0}, few = {0}, not_positive = {0};
-    const struct phys_points one = {1, q, v, t};
+    const struct phys_points one = {.size = sizeof one, 1, q, v, t};
     (void)state;
     phys_system_open("pendulum", &pendulum, &error);
     assert_int_equal(phys_check_all(&pendulum, NULL, 0, &c, &error), AD_OK);

@@ -28,7 +28,8 @@ static void add_trial(struct measured *m, const struct phys_system *system, cons
     memcpy(y, start, d * sizeof *y);
     assert_int_equal(phys_ode_lagrangian(system, &ode, &error), AD_OK);
     for (size_t k = 0; k < rows; k++) {
-        const struct phys_simulation how = {.integrator = phys_integrator_find("taylor", &error),
+        const struct phys_simulation how = {.size = sizeof how,
+                                            .integrator = phys_integrator_find("taylor", &error),
                                             .t0 = t0 + dt * ((double)k - 1),
                                             .t1 = t0 + dt * (double)k,
                                             .rtol = 1e-14};
@@ -41,7 +42,8 @@ static void add_trial(struct measured *m, const struct phys_system *system, cons
                 y[i] + (noise ? noise[i >= d / 2] * phys_random_normal(random) : 0);
     }
     phys_ode_free(&ode);
-    m->data = (struct phys_fit_data){at + rows, m->t, m->trial, m->x};
+    m->data = (struct phys_fit_data){
+        .size = sizeof(struct phys_fit_data), at + rows, m->t, m->trial, m->x};
 }
 
 static void forget_velocities(struct measured *m, size_t dof)
@@ -85,7 +87,7 @@ static void exact_data_give_the_truth(void **state)
         m.x[2 * k] = NAN;
     phys_system_close(&system);
     system = spring(1, 0, 0);
-    const struct phys_fit_settings how = {.n_free = 3, .free = names};
+    const struct phys_fit_settings how = {.size = sizeof how, .n_free = 3, .free = names};
     struct phys_fit fit = fitted(&system, &m, &how);
     assert_int_equal(fit.n_trials, 2);
     assert_int_equal(fit.n_unknown, 7);
@@ -116,8 +118,11 @@ static void pulls(bool known, bool velocities, size_t repeats)
         add_trial(&m, &system, truth + 2, 0, 0.3, 14, noise, &random);
         if (!velocities)
             forget_velocities(&m, 1);
-        const struct phys_fit_settings how = {
-            .n_free = 2, .free = names, .tries = 1, .noise = known ? noise : NULL};
+        const struct phys_fit_settings how = {.size = sizeof how,
+                                              .n_free = 2,
+                                              .free = names,
+                                              .tries = 1,
+                                              .noise = known ? noise : NULL};
         struct phys_fit fit = fitted(&system, &m, &how);
         for (size_t j = 0; j < 4; j++) {
             const double pull = (fit.value[j] - truth[j]) / fit.deviation[j];
@@ -161,7 +166,7 @@ static void what_the_data_cannot_tell_is_named(void **state)
     add_trial(&m, &system, (double[]){1.2, 0}, 0, 0.05, 80, NULL, NULL);
     struct phys_fit fit;
     struct ad_error error = {0};
-    const struct phys_fit_settings how = {.n_free = 3, .free = names};
+    const struct phys_fit_settings how = {.size = sizeof how, .n_free = 3, .free = names};
     assert_int_equal(phys_fit_solve(&system, &m.data, &how, &fit, &error), AD_E_ACCURACY);
     assert_mentions(error.message, "l, g apart");
     assert_true(isinf(fit.deviation[0]));
@@ -188,7 +193,7 @@ static void starts_of_the_scene_are_followed(void **state)
     for (size_t k = 0; k < 4; k++)
         system_set(&system, names[k], truth[k] * (k % 2 ? 1.2 : 0.75));
     const struct phys_fit_settings how = {
-        .n_free = 4, .free = names, .fixed_start = true, .held_out = 0.2};
+        .size = sizeof how, .n_free = 4, .free = names, .fixed_start = true, .held_out = 0.2};
     struct phys_fit fit = fitted(&system, &m, &how);
     assert_int_equal(fit.n_unknown, 4);
     assert_true(fit.held[80] && !fit.held[79]);
@@ -220,7 +225,8 @@ static void stretches_join(void **state)
         system_set(&system, "l", 3);
         system_set(&system, "damping", 0);
         for (size_t rows = 120; rows >= 5; rows /= 2) {
-            const struct phys_fit_settings how = {.n_free = 2, .free = names, .stretch = rows};
+            const struct phys_fit_settings how = {
+                .size = sizeof how, .n_free = 2, .free = names, .stretch = rows};
             struct phys_fit fit = fitted(&system, &m, &how);
             for (size_t k = 0; k < 2; k++) {
                 whole[k] = rows == 120 ? fit.value[k] : whole[k];
@@ -251,7 +257,8 @@ static void chaotic_motions_are_fitted(void **state)
     system_set(&system, "l1", 1.2);
     system_set(&system, "m2", 0.7);
     system_set(&system, "g", 1.15);
-    const struct phys_fit_settings how = {.n_free = 3, .free = names, .stretch = 10, .tries = 1};
+    const struct phys_fit_settings how = {
+        .size = sizeof how, .n_free = 3, .free = names, .stretch = 10, .tries = 1};
     struct phys_fit fit = fitted(&system, &m, &how);
     for (size_t k = 0; k < 3; k++)
         assert_true(fabs(fit.value[k] - truth[k]) < 4 * fit.deviation[k]);
@@ -301,7 +308,8 @@ static void another_form_of_L_is_no_fit(void **state)
     assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
     memset(&m, 0, sizeof m);
     add_trial(&m, &truth, (double[]){1, 0}, 0, 0.1, 60, NULL, NULL);
-    const struct phys_fit_settings how = {.n_free = 2, .free = names, .tries = 1};
+    const struct phys_fit_settings how = {
+        .size = sizeof how, .n_free = 2, .free = names, .tries = 1};
     assert_int_equal(phys_fit_solve(&system, &m.data, &how, &fit, &error), AD_E_ACCURACY);
     assert_mentions(error.message, "another form");
     phys_fit_free(&fit);
@@ -328,16 +336,18 @@ static void misuse_is_refused(void **state)
     for (size_t i = 0; i < LENGTH(wrong); i++) {
         struct phys_fit fit;
         struct ad_error error = {0};
+        struct phys_fit_settings how = wrong[i].how;
+        how.size = sizeof how;
         m.data.n = wrong[i].rows;
-        assert_int_equal(phys_fit_solve(&system, &m.data, &wrong[i].how, &fit, &error),
-                         AD_E_ARGUMENT);
+        assert_int_equal(phys_fit_solve(&system, &m.data, &how, &fit, &error), AD_E_ARGUMENT);
         phys_fit_free(&fit);
     }
     m.data.n = 20;
     m.t[7] = m.t[6];
     struct phys_fit fit;
     struct ad_error error = {0};
-    assert_int_equal(phys_fit_solve(&system, &m.data, &wrong[3].how, &fit, &error), AD_E_ARGUMENT);
+    const struct phys_fit_settings how = {.size = sizeof how, .n_free = 1, .free = k};
+    assert_int_equal(phys_fit_solve(&system, &m.data, &how, &fit, &error), AD_E_ARGUMENT);
     assert_mentions(error.message, "row 8");
     phys_fit_free(&fit);
     phys_system_close(&system);

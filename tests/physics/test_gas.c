@@ -41,7 +41,8 @@ static struct phys_simulation_info gas_run_to(struct gas_run *g, const char *met
                                               double time)
 {
     struct phys_simulation_info info;
-    struct phys_simulation settings = {.integrator = phys_integrator_find(method, &g->error),
+    struct phys_simulation settings = {.size = sizeof settings,
+                                       .integrator = phys_integrator_find(method, &g->error),
                                        .t1 = time,
                                        .dt = settings.integrator->adaptive ? 0 : dt,
                                        .rtol = dt,

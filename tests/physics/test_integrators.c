@@ -270,8 +270,10 @@ static void test_units(void **state)
             struct phys_ode ode = {.n = 2, .field = pendulum_in, .context = &unit};
             struct phys_simulation_info info;
             struct ad_error error = {0};
-            struct phys_simulation s = {
-                .integrator = phys_integrator_find(methods[k], &error), .t1 = 9, .dt = 0.6};
+            struct phys_simulation s = {.size = sizeof s,
+                                        .integrator = phys_integrator_find(methods[k], &error),
+                                        .t1 = 9,
+                                        .dt = 0.6};
             if (phys_simulate(&s, &ode, y, &info, &error) != AD_OK)
                 fail_msg("%s, unit %g: %s", methods[k], unit, error.message);
             if (i == 0)

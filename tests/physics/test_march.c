@@ -34,7 +34,8 @@ static void left_marches_the_ode_path(void **state)
         struct ad_error error = {0};
         phys_system_open(scenes[k], &system, &error);
         assert_no_error(&error);
-        struct phys_path_settings settings = {.rule = phys_rule_find("left", &error),
+        struct phys_path_settings settings = {.size = sizeof settings,
+                                              .rule = phys_rule_find("left", &error),
                                               .slices = system.scene->slices,
                                               .dt = system.scene->dt,
                                               .learning_rate = 1};
@@ -65,7 +66,8 @@ static void marched_paths_are_stationary(void **state)
     struct ad_error error = {0};
     phys_system_open("dblpend", &system, &error); /* does not separate */
     for (size_t k = 0; k < sizeof rules / sizeof *rules; k++) {
-        struct phys_path_settings settings = {.rule = phys_rule_find(rules[k], &error),
+        struct phys_path_settings settings = {.size = sizeof settings,
+                                              .rule = phys_rule_find(rules[k], &error),
                                               .slices = 40,
                                               .dt = 0.06,
                                               .steps = 20,
@@ -94,8 +96,11 @@ static void a_rule_that_cannot_march_is_refused(void **state)
     struct phys_system system;
     struct ad_error error = {0};
     phys_system_open("spring", &system, &error);
-    struct phys_path_settings settings = {
-        .rule = phys_rule_find("left+repeat", &error), .slices = 10, .dt = 0.1, .learning_rate = 1};
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find("left+repeat", &error),
+                                          .slices = 10,
+                                          .dt = 0.1,
+                                          .learning_rate = 1};
     struct phys_path_info info;
     double path[10] = {1, 1};
     assert_int_equal(phys_path_solve(&phys_solver_march, &system, &settings, path, &info, &error),

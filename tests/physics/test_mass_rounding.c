@@ -84,7 +84,8 @@ static void follow(const struct numbers *p, double *claimed, double *worst)
                                      .start = start,
                                      .slices = 101,
                                      .dt = 0.1};
-    const struct phys_motion_settings settings = {.time = 10,
+    const struct phys_motion_settings settings = {.size = sizeof settings,
+                                                  .time = 10,
 
                                                   .integrator =
                                                       phys_integrator_find("dop853", &error),

@@ -17,8 +17,10 @@ static void test_failed_searches(void **state)
     double y[2] = {1, 0}, path[9] = {0};
     assert_int_equal(phys_system_open("pendulum", &pendulum, &error), AD_OK);
     assert_int_equal(phys_ode_lagrangian(&pendulum, &ode, &error), AD_OK);
-    struct phys_simulation s = {
-        .integrator = phys_integrator_find("dop85", &error), .t1 = 1, .rtol = 1e-9};
+    struct phys_simulation s = {.size = sizeof s,
+                                .integrator = phys_integrator_find("dop85", &error),
+                                .t1 = 1,
+                                .rtol = 1e-9};
     assert_int_equal(phys_simulate(&s, &ode, y, &info, &error), AD_E_ARGUMENT);
     assert_non_null(strstr(error.message, "dop85"));
     error = (struct ad_error){0};
@@ -51,10 +53,10 @@ static void test_nothing_given(void **state)
     double path[12] = {0}, q[2] = {1, 1}, v[2] = {0, 0};
     struct ad_error e = {0};
     assert_int_equal(phys_system_open("pendulum", &pendulum, &e), AD_OK);
-    const struct phys_points no_time = {2, q, v, NULL};
-    struct phys_path_settings no_rule = {.slices = 5, .dt = 0.1};
-    const struct phys_simulation nothing = {.t1 = 1};
-    const struct phys_motion_settings asked = {.time = 1};
+    const struct phys_points no_time = {.size = sizeof no_time, 2, q, v, NULL};
+    struct phys_path_settings no_rule = {.size = sizeof no_rule, .slices = 5, .dt = 0.1};
+    const struct phys_simulation nothing = {.size = sizeof nothing, .t1 = 1};
+    const struct phys_motion_settings asked = {.size = sizeof asked, .time = 1};
     struct phys_motion_solution solution;
     struct phys_crossing crossing;
     phys_rule_interpolate(NULL, 1, 3, path);
@@ -108,8 +110,8 @@ static void test_all_null(void **state)
     double q[3] = {1, 1, 1}, v[3] = {0}, path[12] = {0};
     assert_int_equal(phys_system_open("pendulum", &pendulum, &e), AD_OK);
     struct phys_path_settings settings = phys_path_defaults(&pendulum);
-    const struct phys_points points = {2, q, v, v};
-    const struct phys_motion_settings asked = {.time = 1};
+    const struct phys_points points = {.size = sizeof points, 2, q, v, v};
+    const struct phys_motion_settings asked = {.size = sizeof asked, .time = 1};
     const struct phys_ephemeris_motion empty = {0};
     struct phys_ephemeris_track track;
     REFUSED(phys_system_open(NULL, NULL, &e));
@@ -205,8 +207,10 @@ static void test_start_at_rest(void **state)
         assert_int_equal(phys_system_open(scenes[k], &system, &error), AD_OK);
         assert_int_equal(phys_ode_lagrangian(&system, &ode, &error), AD_OK);
         assert_int_equal(system.scene->start(system.params, 1, y, y + system.dof, &error), AD_OK);
-        struct phys_simulation s = {
-            .integrator = phys_integrator_find("dop853", &error), .t1 = 1, .rtol = 1e-9};
+        struct phys_simulation s = {.size = sizeof s,
+                                    .integrator = phys_integrator_find("dop853", &error),
+                                    .t1 = 1,
+                                    .rtol = 1e-9};
         if (phys_simulate(&s, &ode, y, &info, &error) != AD_OK)
             print_error("%s: %s\n", scenes[k], error.message);
         assert_int_equal(error.status, AD_OK);

@@ -162,7 +162,8 @@ static void a_chain_has_its_frequencies(void **state)
     struct ad_error error = {0};
     assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
     struct phys_equilibria found =
-        found_of(&system, &(struct phys_equilibria_settings){.starts = 3});
+        found_of(&system, &(struct phys_equilibria_settings){
+                              .size = sizeof(struct phys_equilibria_settings), .starts = 3});
     assert_int_equal(found.n, 1);
     assert_int_equal(found.one[0].reached, 3);
     for (size_t k = 0; k < LINKS; k++)
@@ -303,8 +304,11 @@ static void what_has_none_is_refused(void **state)
     error = (struct ad_error){0};
     system = system_opened("spring");
     assert_int_equal(
-        phys_equilibria_find(&system, &(struct phys_equilibria_settings){.low = low, .high = high},
-                             &found, &error),
+        phys_equilibria_find(
+            &system,
+            &(struct phys_equilibria_settings){
+                .size = sizeof(struct phys_equilibria_settings), .low = low, .high = high},
+            &found, &error),
         AD_E_ARGUMENT);
     phys_equilibria_free(&found);
     phys_system_close(&system);

@@ -84,7 +84,8 @@ static void test_perihelion(void **state)
         y[2] = a * (1 - e);
         y[7] = sqrt(gm / a * (1 + e) / (1 - e));
         double scale[8] = {a, a, a, a, y[7], y[7], y[7], y[7]};
-        const struct phys_simulation settings = {.integrator =
+        const struct phys_simulation settings = {.size = sizeof settings,
+                                                 .integrator =
                                                      phys_integrator_find("dop853", &error),
                                                  .t1 = 10 * period,
                                                  .rtol = 1e-13,

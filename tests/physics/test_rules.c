@@ -76,7 +76,8 @@ static double *stationary(const struct phys_system *system, const struct phys_ru
                           double *action)
 {
     size_t dof = system->dof, slices = n + 1;
-    struct phys_path_settings settings = {.rule = rule,
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = rule,
                                           .slices = slices,
                                           .dt = problem->time / (double)n,
                                           .steps = 60,
@@ -207,8 +208,12 @@ static void orders_on_kepler(void **state)
 static double action_of(const struct phys_system *system, const char *rule, size_t slices,
                         double dt, double *path)
 {
-    struct phys_path_settings settings = {
-        .rule = rule_named(rule), .slices = slices, .dt = dt, .steps = 100, .learning_rate = 1};
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = rule_named(rule),
+                                          .slices = slices,
+                                          .dt = dt,
+                                          .steps = 100,
+                                          .learning_rate = 1};
     struct phys_path_info info;
     struct ad_error error = {0};
     phys_rule_interpolate(settings.rule, system->dof, slices, path);

@@ -31,7 +31,8 @@ static ad_var potential(ad_var q, ad_var v, ad_var t, const void *params)
     ad_tape *tape = ad_tape_new(AD_F64);
     ad_var state = ad_input(tape, 1, ad_cols(q), "x"), shared = ad_input(tape, 1, ad_cols(q), "q");
     ad_var next = step(state, shared);
-    const struct ad_body body = {.tape = tape,
+    const struct ad_body body = {.size = sizeof body,
+                                 .tape = tape,
                                  .n_state = 1,
                                  .state = &state,
                                  .next = &next,

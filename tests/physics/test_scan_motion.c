@@ -77,7 +77,8 @@ static void test_variational_equations(void **state)
     ad_var x = ad_input(body, STATES, 1, "x"), w = ad_input(body, 1, 1, "w");
     ad_var next = recorded_step(table, x, w), last, by[4];
     ad_var in[] = {ad_input(tape, STATES, 1, "start"), ad_input(tape, 1, 1, "w")};
-    const struct ad_body b = {.tape = body,
+    const struct ad_body b = {.size = sizeof b,
+                              .tape = body,
                               .n_state = 1,
                               .state = &x,
                               .next = &next,

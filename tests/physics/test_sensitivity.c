@@ -18,7 +18,7 @@ static struct result sensitivity(const struct phys_system *system, double t, siz
 {
     struct result r;
     struct ad_error error = {0};
-    const struct phys_lyapunov_settings how = {.t1 = t};
+    const struct phys_lyapunov_settings how = {.size = sizeof how, .t1 = t};
     assert_true(2 * system->dof <= MOST && n <= PARAMS);
     phys_sensitivity(system, NULL, 1, &how, n, names, r.matrix, r.u, &error);
     assert_string_equal(error.message, "");
@@ -60,8 +60,10 @@ static void the_start_counts(void **state)
     struct phys_ode ode;
     struct ad_error error = {0};
     double y[4];
-    const struct phys_simulation how = {
-        .integrator = phys_integrator_find("taylor", &error), .t1 = t, .rtol = 1e-15};
+    const struct phys_simulation how = {.size = sizeof how,
+                                        .integrator = phys_integrator_find("taylor", &error),
+                                        .t1 = t,
+                                        .rtol = 1e-15};
     assert_int_equal(phys_ode_lagrangian(&system, &ode, &error), AD_OK);
     system_start(&system, 1, y, y + 2);
     assert_int_equal(phys_simulate(&how, &ode, y, NULL, &error), AD_OK);
@@ -79,8 +81,10 @@ static void follow(struct phys_system *system, const char *name, double p, doubl
 {
     struct phys_ode ode;
     struct ad_error error = {0};
-    const struct phys_simulation how = {
-        .integrator = phys_integrator_find("dop853", &error), .t1 = t, .rtol = 1e-14};
+    const struct phys_simulation how = {.size = sizeof how,
+                                        .integrator = phys_integrator_find("dop853", &error),
+                                        .t1 = t,
+                                        .rtol = 1e-14};
     const double before = phys_system_get(system, name);
     system_set(system, name, p);
     assert_int_equal(phys_ode_lagrangian(system, &ode, &error), AD_OK);
@@ -195,7 +199,7 @@ static void pulses_are_not_stepped_over(void **state)
     const struct result r = sensitivity(&system, 10, 1, names);
     assert_close(r.matrix[1], 1, 1e-9, 0); /* v = f */
     assert_close(r.matrix[0], 5, 1e-9, 0);
-    const struct phys_lyapunov_settings how = {.t1 = 10};
+    const struct phys_lyapunov_settings how = {.size = sizeof how, .t1 = 10};
     assert_int_equal(phys_sensitivity(&system, NULL, 0, &how, 1, plain, none, u, &error),
                      AD_E_ARGUMENT);
     assert_mentions(error.message, "plain");
@@ -210,7 +214,7 @@ static void what_is_lost_is_refused(void **state)
     (void)state;
     struct phys_system system = system_opened("dblpend");
     struct ad_error error = {0};
-    const struct phys_lyapunov_settings how = {.t1 = 120};
+    const struct phys_lyapunov_settings how = {.size = sizeof how, .t1 = 120};
     double matrix[4], u[4];
     assert_int_equal(phys_sensitivity(&system, NULL, 0, &how, 1, names, matrix, u, &error),
                      AD_E_ACCURACY);

@@ -254,8 +254,10 @@ static void test_driven_from_rest(void **state)
             double k = stiffness[j], w = sqrt(k), y[2] = {0}, T = 3;
             struct ad_error error = {0};
             struct phys_ode ode = {.n = 2, .field = drive, .context = &k};
-            struct phys_simulation how = {
-                .integrator = phys_integrator_find(methods[i], &error), .t1 = T, .dt = 0.01};
+            struct phys_simulation how = {.size = sizeof how,
+                                          .integrator = phys_integrator_find(methods[i], &error),
+                                          .t1 = T,
+                                          .dt = 0.01};
             assert_int_equal(phys_simulate(&how, &ode, y, NULL, &error), AD_OK);
             double x = k == 0 ? T - sin(T) : (sin(T) - sin(w * T) / w) / (k - 1);
             assert_close(y[0], x, 0, i == 0 ? 1e-4 : 1e-6); /* the first is of order 2 */
@@ -280,8 +282,10 @@ static void test_kicks_from_rest(void **state)
         struct ad_error error = {0};
         struct phys_ode ode = {
             .n = 2, .field = drive, .kick = drive_alone, .canonical = true, .context = &k};
-        struct phys_simulation how = {
-            .integrator = phys_integrator_find(methods[i], &error), .t1 = 3, .dt = 0.01};
+        struct phys_simulation how = {.size = sizeof how,
+                                      .integrator = phys_integrator_find(methods[i], &error),
+                                      .t1 = 3,
+                                      .dt = 0.01};
         assert_int_equal(phys_simulate(&how, &ode, y, NULL, &error), AD_OK);
         assert_close(y[0], 3 - sin(3), 0, 1e-4);
         assert_close(y[1], 1 - cos(3), 0, 1e-2);
@@ -304,8 +308,10 @@ static void test_a_force_at_the_start_alone(void **state)
     double y[2] = {0};
     struct ad_error error = {0};
     struct phys_ode ode = {.n = 2, .field = kick_at_once};
-    struct phys_simulation how = {
-        .integrator = phys_integrator_find("gauss5", &error), .t1 = 1, .dt = 0.01};
+    struct phys_simulation how = {.size = sizeof how,
+                                  .integrator = phys_integrator_find("gauss5", &error),
+                                  .t1 = 1,
+                                  .dt = 0.01};
     assert_int_equal(phys_simulate(&how, &ode, y, NULL, &error), AD_OK);
     assert_true(y[0] == 0 && y[1] == 0);
 }

@@ -34,7 +34,8 @@ static double miss(const struct units *u, const char *method, double rtol, doubl
 {
     struct ad_error error = {0};
     const struct phys_ode ode = {.name = "orbit", .n = N, .field = field, .context = (void *)u};
-    struct phys_simulation s = {.integrator = phys_integrator_find(method, &error),
+    struct phys_simulation s = {.size = sizeof s,
+                                .integrator = phys_integrator_find(method, &error),
                                 .t1 = acos(-1) * u->time,
                                 .rtol = rtol,
                                 .atol = atol,
@@ -98,7 +99,8 @@ static void test_from_zero(void **state)
     (void)state;
     struct ad_error error = {0};
     const struct phys_ode ode = {.n = 2, .field = from_zero};
-    struct phys_simulation s = {.integrator = phys_integrator_find("dop853", &error),
+    struct phys_simulation s = {.size = sizeof s,
+                                .integrator = phys_integrator_find("dop853", &error),
                                 .t1 = 2,
                                 .rtol = 1e-10,
                                 .atol = 1e-10};
@@ -116,7 +118,8 @@ static void test_own_scale(void **state)
     struct ad_error error = {0};
     const struct phys_ode ode = {.n = 2, .field = from_zero};
     const double ones[] = {1, 1};
-    struct phys_simulation s = {.integrator = phys_integrator_find("dopri5", &error),
+    struct phys_simulation s = {.size = sizeof s,
+                                .integrator = phys_integrator_find("dopri5", &error),
                                 .t1 = 200,
                                 .rtol = 1e-10,
                                 .atol = 1,

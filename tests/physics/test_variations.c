@@ -28,7 +28,8 @@ static void transition(const struct phys_system *system, const double *x, double
         y[d + k * d + k] = 1;
     for (size_t k = 0; k < d * (d + 1); k++)
         scale[k] = 1;
-    const struct phys_simulation how = {.integrator = phys_integrator_find(taylor, &error),
+    const struct phys_simulation how = {.size = sizeof how,
+                                        .integrator = phys_integrator_find(taylor, &error),
                                         .t1 = t,
                                         .rtol = 1e-14,
                                         .atol = 1e-14,
@@ -43,8 +44,10 @@ static void follow(const struct phys_system *system, const double *x, double t, 
 {
     struct ad_error error = {0};
     struct phys_ode ode;
-    const struct phys_simulation how = {
-        .integrator = phys_integrator_find("dop853", &error), .t1 = t, .rtol = 1e-14};
+    const struct phys_simulation how = {.size = sizeof how,
+                                        .integrator = phys_integrator_find("dop853", &error),
+                                        .t1 = t,
+                                        .rtol = 1e-14};
     assert_int_equal(phys_ode_lagrangian(system, &ode, &error), AD_OK);
     memcpy(end, x, ode.n * sizeof *x);
     assert_int_equal(phys_simulate(&how, &ode, end, NULL, &error), AD_OK);
@@ -72,7 +75,7 @@ static void test_transition(void **state)
     struct phys_system system;
     struct ad_error error = {0};
     double x[MOST], matrix[MOST * MOST], u[MOST * MOST];
-    struct phys_lyapunov_settings how = {.t1 = 2};
+    struct phys_lyapunov_settings how = {.size = sizeof how, .t1 = 2};
     open_system(&system, "spring", x);
     assert_int_equal(phys_system_set(&system, "m", 1, &error), AD_OK);
     assert_int_equal(phys_system_set(&system, "k", 9, &error), AD_OK);
@@ -118,7 +121,8 @@ static void test_transition_through_a_pulse(void **state)
     scene.kinetic = scene.potential = NULL;
     system.scene = &scene;
     for (int back = 0; back < 2; back++) {
-        const struct phys_lyapunov_settings how = {.t0 = back ? 8 : 0, .t1 = back ? 0 : 8};
+        const struct phys_lyapunov_settings how = {
+            .size = sizeof how, .t0 = back ? 8 : 0, .t1 = back ? 0 : 8};
         const double a = back ? -3 : 5, b = back ? -5 : 3,
                      kick = (back ? -400 : 400) * sqrt(M_PI / 1e8);
         const double exact[] = {
@@ -202,7 +206,8 @@ static void spectrum_of(const struct phys_system *system, const double *x, doubl
 {
     struct ad_error error = {0};
     const double ones[MOST] = {1, 1, 1, 1, 1, 1, 1, 1};
-    const struct phys_lyapunov_settings settings = {.t1 = t, .tolerance = 1e-12, .scale = ones};
+    const struct phys_lyapunov_settings settings = {
+        .size = sizeof settings, .t1 = t, .tolerance = 1e-12, .scale = ones};
     assert_int_equal(phys_lyapunov_spectrum(system, x, &settings, k, exponents, spread, &error),
                      status);
 }
@@ -239,7 +244,7 @@ static void test_double_pendulum(void **state)
     double x[4], exponents[4], spread[4], sum = 0;
     const double ones[4] = {1, 1, 1, 1};
     const struct phys_lyapunov_settings settings = {
-        .t1 = 30, .scale = ones, .known = 1e-12, .lost = 0.1};
+        .size = sizeof settings, .t1 = 30, .scale = ones, .known = 1e-12, .lost = 0.1};
     open_system(&system, "dblpend", x);
     spectrum_of(&system, x, 1, 4, exponents, spread, AD_OK);
     for (size_t k = 1; k < 4; k++) /* before they have settled */
@@ -268,10 +273,13 @@ static void test_interrupted(void **state)
     const double x[2] = {1, 0};
     double exponents[2] = {1, 1}, change[2] = {1, 1};
     assert_int_equal(phys_system_open("pendulum", &system, &error), AD_OK);
-    assert_int_equal(phys_lyapunov_spectrum(
-                         &system, x, &(struct phys_lyapunov_settings){.t1 = 10, .proceed = never},
-                         2, exponents, change, &error),
-                     AD_E_ACCURACY);
+    assert_int_equal(
+        phys_lyapunov_spectrum(
+            &system, x,
+            &(struct phys_lyapunov_settings){
+                .size = sizeof(struct phys_lyapunov_settings), .t1 = 10, .proceed = never},
+            2, exponents, change, &error),
+        AD_E_ACCURACY);
     for (size_t k = 0; k < 2; k++)
         assert_true(isnan(exponents[k]) && isnan(change[k]));
     phys_system_close(&system);

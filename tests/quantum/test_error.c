@@ -76,7 +76,8 @@ static void odd_lagrangians_have_no_mirror(void **state)
         struct qm_aliasing aliasing;
         for (int walls = QM_OPEN; walls <= QM_RING; walls++) {
             struct ad_error error = {0};
-            const struct qm_slice slice = {.system = &system,
+            const struct qm_slice slice = {.size = sizeof slice,
+                                           .system = &system,
                                            .grid = {-4, 4, 64},
                                            .walls = (enum qm_walls)walls,
                                            .dt = 0.4,
@@ -117,7 +118,8 @@ static void finer_slices_tell_the_error(void **state)
     } rows[] = {{"trapezoid", 8, 400, 0.1}, {"midpoint", 12, 500, 0.1}, {"left", 20, 700, 0.2}};
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
         struct phys_system plain = system_with("spring", 0, NULL), system = system_of(shifted);
-        struct qm_slice slice = {.system = &plain,
+        struct qm_slice slice = {.size = sizeof slice,
+                                 .system = &plain,
                                  .rule = rule_named(rows[k].rule),
                                  .grid = {-7, 7, rows[k].n},
                                  .dt = 3.0 / (double)rows[k].steps,
@@ -144,7 +146,8 @@ static void eckart_barrier(void **state)
     enum { N = 800, FINE = 5 * N };
     struct phys_system system = system_of(eckart);
     struct qm_gaussian packet = {-6, 0.8, 2};
-    struct qm_slice slice = {.system = &system, .grid = {-25, 25, N}, .dt = 5, .hbar = 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, .system = &system, .grid = {-25, 25, N}, .dt = 5, .hbar = 1};
     const char *against;
     double crude = error_after(&qm_method_fft, &slice, &packet, 1, &against);
     qm_complex *psi = calloc(N + FINE, sizeof *psi), *truth = psi + N;
@@ -175,7 +178,8 @@ static void amplitude_of_a_slice(void **state)
     (void)state;
     enum { N = 40 };
     struct phys_system system = system_of(hill); /* V'' = -1 */
-    struct qm_slice slice = {.system = &system, .grid = {-2, 2, N}, .dt = 1.3, .hbar = 0.8};
+    struct qm_slice slice = {
+        .size = sizeof slice, .system = &system, .grid = {-2, 2, N}, .dt = 1.3, .hbar = 0.8};
     static const char *const rules[] = {"midpoint", "trapezoid", "left"};
     static qm_complex K[N * N];
     for (int k = 0; k < 3; k++) {
@@ -196,7 +200,8 @@ static void slices_without_amplitude(void **state)
 {
     (void)state;
     struct phys_system system = system_of(hill);
-    struct qm_slice slice = {.system = &system, .grid = {-12, 12, 400}, .dt = 2.1, .hbar = 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, .system = &system, .grid = {-12, 12, 400}, .dt = 2.1, .hbar = 1};
     struct qm_gaussian packet = {0.1, 0.7, -0.3};
     struct qm_aliasing aliasing;
     struct ad_error error = {0};
@@ -228,7 +233,8 @@ static void particle_between_walls(void **state)
     (void)state;
     const struct parameter set[] = {{"g", 0}};
     struct phys_system system = system_with("freebody", 1, set);
-    struct qm_slice slice = {.system = &system, .grid = {-1, 1, 8}, .dt = 1, .hbar = 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, .system = &system, .grid = {-1, 1, 8}, .dt = 1, .hbar = 1};
     struct qm_gaussian packet = {0, 0.1, 1};
     const double t[] = {0, 0.5, 1.5, 2.5, 4};
     static const struct {
@@ -321,7 +327,8 @@ static void bad_arguments(void **state)
 {
     (void)state;
     struct phys_system system = system_of(hill);
-    const struct qm_slice good = {.system = &system, .grid = {-4, 4, 8}, .dt = 3, .hbar = 1};
+    const struct qm_slice good = {
+        .size = sizeof good, .system = &system, .grid = {-4, 4, 8}, .dt = 3, .hbar = 1};
     const double t = 0;
     double off, x;
     const char *against;

@@ -38,7 +38,8 @@ static void free_kernel_is_exact(void **state)
     (void)state;
     static const char *const rules[] = {"left", "midpoint", "trapezoid"};
     struct phys_system system = system_with("freebody", 1, weightless);
-    struct qm_slice slice = {&system, NULL, {-7, 9, 100}, QM_OPEN, 0, 1.3, 0.7, 2};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-7, 9, 100}, QM_OPEN, 0, 1.3, 0.7, 2};
     for (size_t k = 0; k < 3; k++) {
         slice.rule = rule_named(rules[k]);
         assert_close(kernel_error(&slice, &(struct qm_quadratic){1, 0, 0}, slice.dt), 0, 0, 1e-12);
@@ -53,7 +54,8 @@ static void oscillator_is_mehler(void **state)
     (void)state;
     static const struct parameter values[] = {{"m", 1.7}, {"k", 2.3}};
     struct phys_system system = system_with("spring", 2, values);
-    struct qm_slice slice = {&system, NULL, {-3, 2.5, 90}, QM_OPEN, 0, 0.9, 1.1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-3, 2.5, 90}, QM_OPEN, 0, 0.9, 1.1, 1};
     double w2 = 2.3 / 1.7, angle = acos(1 - w2 * slice.dt * slice.dt / 2), W = angle / slice.dt;
     struct qm_quadratic leapfrog = {1.7 * sin(angle) / angle, W * W, 0};
     assert_close(kernel_error(&slice, &leapfrog, slice.dt), 0, 0, 1e-12);
@@ -75,7 +77,8 @@ static void gravity_misses_a_phase(void **state)
     (void)state;
     static const struct parameter values[] = {{"m", 1.7}, {"g", 2.1}};
     struct phys_system system = system_with("freebody", 2, values);
-    struct qm_slice slice = {&system, NULL, {-3, 2.5, 64}, QM_OPEN, 0, 0.9, 1.1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-3, 2.5, 64}, QM_OPEN, 0, 0.9, 1.1, 1};
     struct qm_quadratic exact = {1.7, 0, 2.1};
     qm_complex *K = kernel_of(&slice);
     double missing = 1.7 * 2.1 * 2.1 * pow(slice.dt, 3) / 24 / slice.hbar;
@@ -104,7 +107,8 @@ static void aliasing_is_foreseen(void **state)
 {
     (void)state;
     struct phys_system system = system_with("freebody", 1, weightless);
-    struct qm_slice slice = {&system, NULL, {-10, 10, 256}, QM_OPEN, 0, 0.5, 1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-10, 10, 256}, QM_OPEN, 0, 0.5, 1, 1};
     double dx = 20.0 / 256, limit = (20 - 2 * dx) * dx / M_PI; /* from first to last but one */
     struct qm_aliasing a = aliasing_of(&slice);
     assert_close(a.dt_least, limit, 1e-2, 0);
@@ -127,7 +131,8 @@ static void aliasing_strikes_where_foreseen(void **state)
         double dt, least, most; /* error of psi */
     } cases[] = {{0.5, 0, 2e-15}, {0.25, 1e-10, 2e-9}, {0.125, 10, 30}};
     struct phys_system system = system_with("freebody", 1, weightless);
-    struct qm_slice slice = {&system, NULL, {-10, 10, 256}, QM_OPEN, 0, 0, 1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-10, 10, 256}, QM_OPEN, 0, 0, 1, 1};
     for (size_t k = 0; k < 3; k++) {
         slice.dt = cases[k].dt;
         double error = packet_error(&qm_method_kernel, &slice, &(struct qm_quadratic){1, 0, 0},
@@ -143,7 +148,8 @@ static void ghosts_stand_where_said(void **state)
 {
     (void)state;
     struct phys_system system = system_with("freebody", 1, weightless);
-    struct qm_slice slice = {&system, NULL, {-10, 10, 256}, QM_OPEN, 0, 0.06, 1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-10, 10, 256}, QM_OPEN, 0, 0.06, 1, 1};
     double ghost = aliasing_of(&slice).ghost;
     qm_complex psi[256];
     qm_packet(&slice.grid, 1, &(struct qm_gaussian){-2, 0.4, 0}, 1, 0, psi);
@@ -182,7 +188,8 @@ static void norm_is_kept_between_walls(void **state)
     (void)state;
     static const struct parameter stiff[] = {{"k", 3}};
     struct phys_system system = system_with("spring", 1, stiff);
-    struct qm_slice slice = {&system, NULL, {-6, 6, 128}, QM_REFLECT, 0, 0, 1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-6, 6, 128}, QM_REFLECT, 0, 0, 1, 1};
     slice.dt = 12 * qm_dx(&slice.grid) / M_PI; /* the mirrored ring of 24 is one ghost long */
     assert_close(norm_after(&slice, &(struct qm_gaussian){2, 0.5, 3}, 300), 1, 1e-12, 0);
     slice.walls = QM_RING;
@@ -198,7 +205,8 @@ static void box_revives(void **state)
     enum { N = 128, TIMES = 9 };
     struct ad_error error = {0};
     struct phys_system system = system_with("freebody", 1, weightless);
-    struct qm_slice slice = {&system, NULL, {0, 5, N}, QM_REFLECT, 0, 25 / (M_PI * N), 1, 2};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {0, 5, N}, QM_REFLECT, 0, 25 / (M_PI * N), 1, 2};
     assert_close(ldexp(slice.dt, TIMES), 4 * 25 / M_PI, 1e-14, 0);
     static qm_complex K[N * N], start[N], end[N], half[N];
     qm_packet(&slice.grid, 1, &(struct qm_gaussian){1.4, 0.2, 2}, 1, 0, start);
@@ -226,7 +234,8 @@ static void short_slices_are_right(void **state)
     enum { N = 256, STEPS = 200 };
     struct ad_error error = {0};
     struct phys_system system = system_with("freebody", 1, weightless);
-    struct qm_slice slice = {&system, NULL, {-15, 15, N}, QM_RING, 0, 0.01, 1, 2};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-15, 15, N}, QM_RING, 0, 0.01, 1, 2};
     struct qm_gaussian packet = {-3, 1, 3};
     static qm_complex K[N * N], psi[2][N];
     assert_true(aliasing_of(&slice).ratio > 10);
@@ -248,7 +257,8 @@ static void absorbing_layers_absorb(void **state)
 {
     (void)state;
     struct phys_system system = system_with("freebody", 1, weightless);
-    struct qm_slice slice = {&system, NULL, {-10, 10, 256}, QM_OPEN, 4, 0.5, 1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-10, 10, 256}, QM_OPEN, 4, 0.5, 1, 1};
     struct qm_gaussian packet = {0, 0.8, 6};
     assert_true(norm_after(&slice, &packet, 1) > 0.999);
     assert_true(norm_after(&slice, &packet, 8) < 1e-5);
@@ -270,7 +280,8 @@ static void misuse_is_refused(void **state)
     (void)state;
     struct phys_system system = system_with("spring", 0, NULL),
                        plane = system_with("dblpend", 0, NULL);
-    struct qm_slice good = {&system, NULL, {-3, 3, 64}, QM_OPEN, 0, 0.5, 1, 1}, bad;
+    struct qm_slice good = {.size = sizeof good, &system, NULL, {-3, 3, 64}, QM_OPEN, 0, 0.5, 1, 1},
+                    bad;
     bad = good, bad.dt = 0;
     refused(&bad, "dt 0");
     bad = good, bad.hbar = (double)NAN;
@@ -296,7 +307,8 @@ static void threads_change_nothing(void **state)
 {
     (void)state;
     struct phys_system system = system_with("spring", 0, NULL);
-    struct qm_slice slice = {&system, NULL, {-6, 6, 300}, QM_REFLECT, 0, 0.2, 1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-6, 6, 300}, QM_REFLECT, 0, 0.2, 1, 1};
     qm_complex *one = kernel_of(&slice);
     slice.threads = 3;
     qm_complex *three = kernel_of(&slice);

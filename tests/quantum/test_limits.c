@@ -50,7 +50,8 @@ static void splitting_is_the_same_twice(void **state)
 {
     (void)state;
     struct phys_system system = system_with("double-well", 0, NULL);
-    struct qm_slice slice = {&system, NULL, {-3.5, 3.5, N}, QM_REFLECT, 0, 0, planck, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-3.5, 3.5, N}, QM_REFLECT, 0, 0, planck, 1};
     double expected = splitting(&system), found[2];
     for (size_t k = 0; k < 2; k++) {
         slice.dt = k ? 0.06 : 0.12;
@@ -70,7 +71,8 @@ static void packet_tunnels(void **state)
     struct phys_system system = system_with("double-well", 0, NULL);
     static double states[2 * N];
     static qm_complex K[N * N], left[N], right[N], moved[N];
-    struct qm_slice slice = {&system, NULL, {-3.5, 3.5, N}, QM_REFLECT, 0, 0, planck, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-3.5, 3.5, N}, QM_REFLECT, 0, 0, planck, 1};
     double energy[2], time = M_PI * slice.hbar / splitting(&system);
     slice.dt = ldexp(time, -TIMES);
     qm_eigenstates(&system, &slice.grid, slice.hbar, 2, energy, states, &error);
@@ -99,7 +101,8 @@ static const double span = 4;
 
 static struct phys_path_settings settings(void)
 {
-    return (struct phys_path_settings){.rule = rule_named("trapezoid"),
+    return (struct phys_path_settings){.size = sizeof(struct phys_path_settings),
+                                       .rule = rule_named("trapezoid"),
                                        .slices = SLICES,
                                        .steps = 50,
                                        .dt = span / (SLICES - 1),
@@ -163,7 +166,8 @@ static qm_complex by_the_kernel(const struct phys_system *system, const double *
 {
     enum { POINTS = 8191 };
     static qm_complex psi[POINTS];
-    struct qm_slice slice = {.system = system, .dt = span / (SLICES - 1), .hbar = hbar};
+    struct qm_slice slice = {
+        .size = sizeof slice, .system = system, .dt = span / (SLICES - 1), .hbar = hbar};
     double dx = 4.0 / POINTS; /* a point lies at the end of the path */
     slice.grid.low = path[SLICES - 1] - ((POINTS / 2) + 0.5) * dx;
     slice.grid.high = slice.grid.low + 4;

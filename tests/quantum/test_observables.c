@@ -35,8 +35,12 @@ static void test_sampled_is_the_scene(void **state)
         for (size_t m = 0; m < 3; m++) {
             static qm_complex a[N], b[N];
             struct qm_gaussian packet = {1.5, 0.7, 0.4};
-            struct qm_slice slice = {
-                .system = &scene, .rule = rule_named(rules[r]), .grid = box, .dt = 0.4, .hbar = 1};
+            struct qm_slice slice = {.size = sizeof slice,
+                                     .system = &scene,
+                                     .rule = rule_named(rules[r]),
+                                     .grid = box,
+                                     .dt = 0.4,
+                                     .hbar = 1};
             qm_packet(&box, 1, &packet, 1, 0, a);
             memcpy(b, a, sizeof a);
             move(qm_methods[m], &slice, 5, 1, a);
@@ -105,7 +109,8 @@ static void slope(void *user, const ad_var x[], ad_var y, ad_var gy, ad_var gx[]
 static const int *which;
 static ad_var forced(ad_var q, ad_var v, ad_var t, const void *params)
 {
-    const struct ad_custom own = {.rows = 1, .value = square, .recorded = slope};
+    const struct ad_custom own = {
+        .size = sizeof own, .rows = 1, .value = square, .recorded = slope};
     ad_var in[] = {q, t, ad_sign(ad_sin(t)), q};
     ad_var V = ad_custom(1, &in[*which], &own);
     (void)params;
@@ -165,7 +170,8 @@ static void test_refused_potentials(void **state)
     static qm_complex K[N * N];
     const struct qm_grid narrow = {-7, 8, N};
     system = parabola(&narrow, 1, 1);
-    struct qm_slice slice = {.system = &system, .grid = box, .dt = 0.4, .hbar = 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, .system = &system, .grid = box, .dt = 0.4, .hbar = 1};
     assert_int_equal(qm_kernel(&slice, K, &e[5]), AD_E_NONFINITE);
     phys_system_close(&system);
 }
@@ -179,7 +185,8 @@ static void test_gaussian(void **state)
     for (int walls = QM_OPEN; walls <= QM_RING; walls++)
         for (size_t n = N - 1; n <= N; n++) {
             static qm_complex psi[2 * N];
-            struct qm_slice slice = {.system = &system,
+            struct qm_slice slice = {.size = sizeof slice,
+                                     .system = &system,
                                      .grid = {-8, 8, n},
                                      .walls = (enum qm_walls)walls,
                                      .dt = 0.1,
@@ -209,8 +216,12 @@ static void test_box(void **state)
 {
     (void)state;
     struct phys_system system = parabola(&box, 0, 2);
-    struct qm_slice slice = {
-        .system = &system, .grid = box, .walls = QM_REFLECT, .dt = 0.1, .hbar = 1};
+    struct qm_slice slice = {.size = sizeof slice,
+                             .system = &system,
+                             .grid = box,
+                             .walls = QM_REFLECT,
+                             .dt = 0.1,
+                             .hbar = 1};
     static qm_complex psi[N];
     for (int k = 1; k < 60; k += 7) {
         struct qm_observables o;
@@ -229,7 +240,8 @@ static void test_refused_waves(void **state)
 {
     (void)state;
     struct phys_system system = parabola(&box, 1, 1), relative;
-    struct qm_slice slice = {.system = &system, .grid = box, .dt = 0.1, .hbar = 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, .system = &system, .grid = box, .dt = 0.1, .hbar = 1};
     struct qm_observables o;
     struct ad_error zero = {0}, cut = {0}, nan = {0}, null = {0}, none = {0};
     static qm_complex psi[N];
@@ -268,8 +280,12 @@ static void test_correlation(void **state)
     (void)state;
     const struct qm_gaussian coherent = {1.5, M_SQRT1_2, 0}, still = {0, M_SQRT1_2, 0};
     struct phys_system system = parabola(&box, 1, 1);
-    struct qm_slice slice = {
-        .system = &system, .grid = {-8, 8, N}, .walls = QM_RING, .dt = 2 * M_PI / 400, .hbar = 1};
+    struct qm_slice slice = {.size = sizeof slice,
+                             .system = &system,
+                             .grid = {-8, 8, N},
+                             .walls = QM_RING,
+                             .dt = 2 * M_PI / 400,
+                             .hbar = 1};
     static qm_complex psi[2 * N], c[2 * 801];
     struct ad_error error = {0};
     qm_propagator *propagator;

@@ -58,7 +58,8 @@ static void free_packet_spreads(void **state)
 {
     (void)state;
     struct phys_system system = system_with("freebody", 1, weightless);
-    struct qm_slice slice = {&system, NULL, {-10, 10, 256}, QM_OPEN, 0, 0.5, 1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-10, 10, 256}, QM_OPEN, 0, 0.5, 1, 1};
     qm_complex psi[256];
     qm_packet(&slice.grid, 1, &(struct qm_gaussian){0, 0.5, 0}, 1, 0, psi);
     move(&qm_method_kernel, &slice, 2, 1, psi);
@@ -74,7 +75,8 @@ static void gravity_packet_falls(void **state)
     (void)state;
     static const struct parameter values[] = {{"m", 1.5}, {"g", 2}};
     struct phys_system system = system_with("freebody", 2, values);
-    struct qm_slice slice = {&system, NULL, {-14, 10, 400}, QM_OPEN, 0, 0.7, 1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-14, 10, 400}, QM_OPEN, 0, 0.7, 1, 1};
     struct qm_gaussian packet = {0, 0.6, 3};
     qm_complex psi[400], exact[400];
     qm_packet(&slice.grid, 1, &packet, 1, 0, psi);
@@ -93,7 +95,7 @@ static void coherent_state_swings(void **state)
 {
     (void)state;
     struct phys_system system = system_with("spring", 0, NULL);
-    struct qm_slice slice = {&system, NULL, {-8, 8, 0}, QM_OPEN, 0, 0, 1, 1};
+    struct qm_slice slice = {.size = sizeof slice, &system, NULL, {-8, 8, 0}, QM_OPEN, 0, 0, 1, 1};
     struct qm_gaussian packet = {1.5, M_SQRT1_2, 0};
     double before = 0;
     for (size_t steps = 32; steps <= 128; steps *= 2) {
@@ -118,7 +120,8 @@ static void rules_have_their_orders(void **state)
         double order;
     } rules[] = {{"left", 1}, {"midpoint", 2}, {"trapezoid", 2}};
     struct phys_system system = system_with("spring", 0, NULL);
-    struct qm_slice slice = {&system, NULL, {-8, 8, 850}, QM_OPEN, 0, 0, 1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-8, 8, 850}, QM_OPEN, 0, 0, 1, 1};
     for (size_t r = 0; r < 3; r++) {
         double before = 0;
         slice.rule = rule_named(rules[r].name);
@@ -145,7 +148,8 @@ static void fft_is_the_kernel(void **state)
     static qm_complex psi[300 * 3], other[300 * 3];
     for (size_t k = 0; k < 6; k++) {
         struct phys_system system = system_with(scenes[k % 3], 0, NULL);
-        struct qm_slice slice = {&system, NULL, {-6, 5, 300}, walls[k / 3], 1.5, 0.15, 1, 1};
+        struct qm_slice slice = {
+            .size = sizeof slice, &system, NULL, {-6, 5, 300}, walls[k / 3], 1.5, 0.15, 1, 1};
         slice.rule = rule_named(k % 2 ? "left" : "trapezoid");
         for (size_t p = 0; p < 3; p++)
             qm_packet(&slice.grid, 1, &(struct qm_gaussian){(double)p - 1, 0.6, 1}, 3, p, psi);
@@ -164,7 +168,8 @@ static void fft_on_a_ring_has_no_shortest_slice(void **state)
 {
     (void)state;
     struct phys_system system = system_with("spring", 0, NULL);
-    struct qm_slice slice = {&system, NULL, {-8, 8, 512}, QM_RING, 0, 0.2, 1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-8, 8, 512}, QM_RING, 0, 0.2, 1, 1};
     static qm_complex psi[512], other[512];
     struct qm_gaussian packet = {1.5, 0.6, 0.4};
     qm_packet(&slice.grid, 1, &packet, 1, 0, psi);
@@ -190,7 +195,8 @@ static void fft_refuses_what_is_no_convolution(void **state)
 {
     (void)state;
     struct phys_system system = system_with("double-well", 0, NULL);
-    struct qm_slice slice = {&system, rule_named("midpoint"), {-4, 4, 100}, QM_OPEN, 0, 0.2, 1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, rule_named("midpoint"), {-4, 4, 100}, QM_OPEN, 0, 0.2, 1, 1};
     qm_propagator *propagator;
     for (int k = 0; k < 2; k++) {
         struct ad_error error = {0};
@@ -211,7 +217,8 @@ static void crank_nicolson_agrees(void **state)
     struct qm_gaussian packet = {-1.5, 0.4, 2};
     static qm_complex coarse[729], fine[2187];
     static qm_complex short_slices[729], long_slices[729];
-    struct qm_slice cn = {&system, NULL, {-4, 4, 729}, QM_REFLECT, 0, 2.0 / 300, 1, 1};
+    struct qm_slice cn = {
+        .size = sizeof cn, &system, NULL, {-4, 4, 729}, QM_REFLECT, 0, 2.0 / 300, 1, 1};
     qm_packet(&cn.grid, 1, &packet, 1, 0, coarse);
     double norm = qm_moments(&cn.grid, 1, coarse).norm;
     move(&qm_method_crank_nicolson, &cn, 300, 1, coarse);
@@ -221,7 +228,8 @@ static void crank_nicolson_agrees(void **state)
     move(&qm_method_crank_nicolson, &cn, 900, 1, fine);
     for (size_t a = 0; a < 729; a++)
         coarse[a] = (9 * fine[3 * a + 1] - coarse[a]) / 8;
-    struct qm_slice slice = {&system, NULL, {-4, 4, 729}, QM_REFLECT, 0, 2.0 / 40, 1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-4, 4, 729}, QM_REFLECT, 0, 2.0 / 40, 1, 1};
     qm_packet(&slice.grid, 1, &packet, 1, 0, long_slices);
     move(&qm_method_kernel, &slice, 40, 1, long_slices);
     slice.dt /= 2;

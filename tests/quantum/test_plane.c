@@ -12,7 +12,8 @@ static void product_is_the_whole(void **state)
     enum { NX = 12, NY = 9 };
     struct ad_error error = {0};
     struct phys_system system = system_with("spring", 0, NULL);
-    struct qm_slice slice = {&system, NULL, {-2, 2, NX}, QM_OPEN, 0, 0.7, 1, 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, &system, NULL, {-2, 2, NX}, QM_OPEN, 0, 0.7, 1, 1};
     qm_complex Kx[NX * NX], Ky[NY * NY], psi[NX * NY], work[NX * NY], mask[NX * NY], out[NX * NY];
     qm_kernel(&slice, Kx, &error);
     slice.grid = (struct qm_grid){-1, 3, NY};
@@ -43,7 +44,7 @@ static void fringes_are_where_they_should_be(void **state)
     enum { NX = 32, NY = 1024 };
     struct ad_error error = {0};
     struct phys_system system = system_with("freebody", 1, weightless);
-    struct qm_slice slice = {&system, NULL, {-6, 6, NX}, QM_OPEN, 0, 3, 1, 1};
+    struct qm_slice slice = {.size = sizeof slice, &system, NULL, {-6, 6, NX}, QM_OPEN, 0, 3, 1, 1};
     struct qm_grid y = {-40, 40, NY};
     qm_complex *Kx = malloc((NX * NX + NY * NY + 2 * NX * NY) * sizeof *Kx);
     assert_non_null(Kx);

@@ -40,7 +40,8 @@ static void test_closed_forms(void **state)
     };
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
         struct phys_system system = system_with(rows[k].scene, 1, rows[k].set);
-        struct qm_slice slice = {.system = &system,
+        struct qm_slice slice = {.size = sizeof slice,
+                                 .system = &system,
                                  .grid = {rows[k].low, rows[k].high, rows[k].n},
                                  .dt = 0.5,
                                  .hbar = rows[k].hbar};
@@ -63,7 +64,8 @@ static void test_walls(void **state)
     struct qm_gaussian packet = {0.5, 0.4, 3};
     enum { N = 90, IMAGES = 6 };
     for (int ring = 0; ring < 2; ring++) {
-        struct qm_slice slice = {.system = &system,
+        struct qm_slice slice = {.size = sizeof slice,
+                                 .system = &system,
                                  .grid = {-4, 4, N},
                                  .walls = ring ? QM_RING : QM_REFLECT,
                                  .dt = 1,
@@ -97,8 +99,9 @@ static void test_bad_arguments(void **state)
     (void)state;
     struct parameter set[] = {{"g", 0}};
     struct phys_system system = system_with("freebody", 1, set);
-    const struct qm_slice good = {.system = &system, .grid = {-4, 4, 8}, .dt = 3, .hbar = 1};
-    struct qm_slice none = {0}, walls = good;
+    const struct qm_slice good = {
+        .size = sizeof good, .system = &system, .grid = {-4, 4, 8}, .dt = 3, .hbar = 1};
+    struct qm_slice none = {.size = sizeof none}, walls = good;
     walls.walls = (enum qm_walls)7;
     const struct qm_slice *const bad[] = {NULL, &none, &walls};
     struct qm_gaussian packet = {0, 1, 0}, flat = {0, 0, 0};
@@ -142,7 +145,8 @@ static void test_waves_that_are_not_finite(void **state)
     (void)state;
     struct parameter set[] = {{"g", 0}};
     struct phys_system system = system_with("freebody", 1, set);
-    struct qm_slice slice = {.system = &system, .grid = {-4, 4, 8}, .dt = 3, .hbar = 1};
+    struct qm_slice slice = {
+        .size = sizeof slice, .system = &system, .grid = {-4, 4, 8}, .dt = 3, .hbar = 1};
     for (size_t k = 0; qm_methods[k]; k++)
         for (size_t at = 0; at < 16; at += 5) {
             struct ad_error error = {0};

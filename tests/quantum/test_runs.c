@@ -24,7 +24,8 @@ static void box_holds_the_motion(void **state)
     assert_true(low < packet.x && packet.x < high);
     assert_true(low * low / 2 > energy && high * high / 2 > energy);
     assert_true(high - low < 40 * packet.sigma);
-    struct qm_slice box = {.grid = {low, high, 100}}, half = {.grid = {packet.x, high, 100}};
+    struct qm_slice box = {.size = sizeof box, .grid = {low, high, 100}},
+                    half = {.grid = {packet.x, high, 100}};
     assert_close(qm_inside(&box, &packet), 1, 0, 1e-9);
     assert_close(qm_inside(&half, &packet), 0.5, 0, 1e-9);
     half.walls = QM_RING;
@@ -46,11 +47,14 @@ static void rings_have_no_seam(void **state)
     enum { N = 64 };
     struct phys_system system = system_with("pendulum", 1, (struct parameter[]){{"l", 1}});
     struct ad_error error = {0};
-    struct qm_run_settings run = {.slice = {.system = &system,
-                                            .grid = {-M_PI, M_PI, N},
-                                            .walls = QM_RING,
-                                            .dt = 0.1,
-                                            .hbar = 1},
+    const struct qm_slice slice = {.size = sizeof slice,
+                                   .system = &system,
+                                   .grid = {-M_PI, M_PI, N},
+                                   .walls = QM_RING,
+                                   .dt = 0.1,
+                                   .hbar = 1};
+    struct qm_run_settings run = {.size = sizeof run,
+                                  .slice = &slice,
                                   .method = &qm_method_fft,
                                   .packet = packets,
                                   .packets = 3,
@@ -89,7 +93,9 @@ static void rings_have_no_seam(void **state)
     /* cut on the other side, the points are the same */
     struct qm_run_settings other = run;
     struct qm_run_result turned;
-    other.slice.grid = (struct qm_grid){0, 2 * M_PI, N};
+    struct qm_slice moved = slice;
+    moved.grid = (struct qm_grid){0, 2 * M_PI, N};
+    other.slice = &moved;
     qm_run(&run, &result, &error);
     qm_run(&other, &turned, &error);
     assert_no_error(&error);
@@ -108,7 +114,8 @@ static void advice_does(void **state)
     struct qm_aliasing aliasing;
     struct ad_error error = {0};
     open_spring(&system);
-    const struct qm_slice slice = {.system = &system, .grid = {-6, 6, 100}, .dt = 0.05, .hbar = 1};
+    const struct qm_slice slice = {
+        .size = sizeof slice, .system = &system, .grid = {-6, 6, 100}, .dt = 0.05, .hbar = 1};
     struct qm_slice with[3] = {slice, slice, slice};
     qm_aliasing(&slice, &aliasing, &error);
     assert_no_error(&error);
@@ -135,16 +142,18 @@ static bool count(void *context, size_t slice)
 
 static const struct qm_gaussian packets[2] = {{1, 0.7, 0}, {-1, 0.7, 1}};
 
-static struct qm_run_settings run_of(const struct phys_system *system)
+static struct qm_run_settings run_of(const struct phys_system *system, struct qm_slice *slice)
 {
-    return (struct qm_run_settings){
-        .slice = {.system = system, .grid = {-7, 7, 400}, .dt = 0.2, .hbar = 1},
-        .method = &qm_method_kernel,
-        .steps = 8,
-        .every = 3,
-        .packets = 2,
-        .packet = packets,
-        .reference = true};
+    *slice = (struct qm_slice){
+        .size = sizeof *slice, .system = system, .grid = {-7, 7, 400}, .dt = 0.2, .hbar = 1};
+    return (struct qm_run_settings){.size = sizeof(struct qm_run_settings),
+                                    .slice = slice,
+                                    .method = &qm_method_kernel,
+                                    .steps = 8,
+                                    .every = 3,
+                                    .packets = 2,
+                                    .packet = packets,
+                                    .reference = true};
 }
 
 static void samples_and_error(void **state)
@@ -154,7 +163,8 @@ static void samples_and_error(void **state)
     struct qm_run_result result, leapt;
     struct ad_error error = {0};
     open_spring(&system);
-    struct qm_run_settings run = run_of(&system);
+    struct qm_slice slice;
+    struct qm_run_settings run = run_of(&system, &slice);
     qm_run(&run, &result, &error);
     assert_no_error(&error);
     assert_int_equal(result.n, 4); /* 0, 3, 6, 8 */
@@ -184,7 +194,8 @@ static void stopped_on_the_way(void **state)
     struct ad_error error = {0};
     size_t last = 0;
     open_spring(&system);
-    struct qm_run_settings run = run_of(&system);
+    struct qm_slice slice;
+    struct qm_run_settings run = run_of(&system, &slice);
     run.progress = count;
     run.context = &last;
     qm_run(&run, &result, &error);

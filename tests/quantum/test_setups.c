@@ -85,7 +85,7 @@ static void published_scene_done_right(void **state)
     for (size_t k = 0; k < 3; k++) {
         struct ad_error error = {0};
         struct phys_system system;
-        struct qm_slice slice;
+        struct qm_slice slice = {.size = sizeof slice};
         struct qm_gaussian packet;
         size_t steps;
         qm_published_right(scales[k], &system, &slice, &packet, &steps, &error);
@@ -108,7 +108,7 @@ static void scales_that_make_no_sense(void **state)
     for (size_t k = 0; k < 4; k++) {
         struct qm_published p;
         struct phys_system system;
-        struct qm_slice slice;
+        struct qm_slice slice = {.size = sizeof slice};
         struct qm_gaussian packet;
         size_t steps;
         struct ad_error e[3] = {0};

@@ -22,15 +22,20 @@ static bool follow(struct motion *m, const char *integrator, struct phys_simulat
 bool follow_steps(struct motion *m, const char *integrator, double dt, size_t steps)
 {
     double t1 = dt * (double)steps;
-    return follow(m, integrator, (struct phys_simulation){.dt = dt, .t1 = t1});
+    return follow(
+        m, integrator,
+        (struct phys_simulation){.size = sizeof(struct phys_simulation), .dt = dt, .t1 = t1});
 }
 
 bool follow_to(struct motion *m, const char *integrator, double tolerance, double t1)
 {
     static const double ones[2 * MOTION_DOF] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
-    return follow(
-        m, integrator,
-        (struct phys_simulation){.rtol = tolerance, .atol = tolerance, .scale = ones, .t1 = t1});
+    return follow(m, integrator,
+                  (struct phys_simulation){.size = sizeof(struct phys_simulation),
+                                           .rtol = tolerance,
+                                           .atol = tolerance,
+                                           .scale = ones,
+                                           .t1 = t1});
 }
 
 double follow_energy_error(const struct motion *m)

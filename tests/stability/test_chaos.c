@@ -23,7 +23,10 @@ static void a_double_pendulum_forgets_its_start(void **state)
     struct motion m;
     struct phys_lyapunov found;
     follow_open(&m, "dblpend", NULL, 0);
-    lyapunov(&m, (struct phys_lyapunov_settings){.t1 = 400}, &found);
+    lyapunov(
+        &m,
+        (struct phys_lyapunov_settings){.size = sizeof(struct phys_lyapunov_settings), .t1 = 400},
+        &found);
     assert_close(found.exponent, 0.33, 0, 0.03);
     assert_close(found.time * found.exponent, 1, 1e-15, 0);
     assert_true(found.chaotic && found.megno > 30);
@@ -41,7 +44,10 @@ static void the_growth_is_that_of_two_trajectories(void **state)
     double square = 0;
     follow_open(&a, "dblpend", NULL, 0);
     follow_open(&b, "dblpend", NULL, 0);
-    lyapunov(&a, (struct phys_lyapunov_settings){.t1 = 40, .direction = direction}, &found);
+    lyapunov(&a,
+             (struct phys_lyapunov_settings){
+                 .size = sizeof(struct phys_lyapunov_settings), .t1 = 40, .direction = direction},
+             &found);
     b.y[0] += 1e-8;
     assert_true(follow_to(&a, "dop853", 1e-13, 40));
     assert_true(follow_to(&b, "dop853", 1e-13, 40));
@@ -61,7 +67,11 @@ static void runs_agree_up_to_the_horizon_alone(void **state)
     struct phys_lyapunov found;
     struct motion m;
     follow_open(&m, "dblpend", NULL, 0);
-    lyapunov(&m, (struct phys_lyapunov_settings){.t1 = 120, .known = tolerance, .lost = 0.1},
+    lyapunov(&m,
+             (struct phys_lyapunov_settings){.size = sizeof(struct phys_lyapunov_settings),
+                                             .t1 = 120,
+                                             .known = tolerance,
+                                             .lost = 0.1},
              &found);
     assert_true(found.horizon > 30 && found.horizon < 80);
     for (int after = 0; after < 2; after++) {
@@ -93,7 +103,10 @@ static void regular_motions_are_told_apart(void **state)
         struct motion m;
         struct phys_lyapunov found;
         follow_open(&m, cases[k].scene, cases[k].parameter, cases[k].value);
-        lyapunov(&m, (struct phys_lyapunov_settings){.t1 = cases[k].t1}, &found);
+        lyapunov(&m,
+                 (struct phys_lyapunov_settings){.size = sizeof(struct phys_lyapunov_settings),
+                                                 .t1 = cases[k].t1},
+                 &found);
         assert_false(found.chaotic);
         assert_close(found.megno, cases[k].megno, 0, 0.3);
         assert_true(found.exponent < 0.03);
@@ -118,7 +131,7 @@ static void the_exponent_of_a_hilltop_is_exact(void **state)
     static const double along[] = {1, 1}, top[] = {0, 0};
     const struct phys_ode ode = {.n = 2, .field = hilltop};
     const struct phys_lyapunov_settings settings = {
-        .t1 = 20, .direction = along, .known = 1e-6, .lost = 1e-2};
+        .size = sizeof settings, .t1 = 20, .direction = along, .known = 1e-6, .lost = 1e-2};
     struct phys_lyapunov found;
     struct ad_error error = {0};
     assert_int_equal(phys_lyapunov(&ode, top, &settings, &found, &error), AD_OK);
@@ -145,7 +158,8 @@ static void a_linear_saddle_is_not_chaotic(void **state)
     (void)state;
     static const double starts[][2] = {{1, 0}, {0, 0.3}, {1e-6, 1e-6}, {1, -0.9}};
     const struct phys_ode odes[] = {{.n = 2, .field = hilltop}, {.n = 2, .field = swaying_hill}};
-    const struct phys_lyapunov_settings settings = {.t1 = 30, .known = 1e-9, .lost = 0.1};
+    const struct phys_lyapunov_settings settings = {
+        .size = sizeof settings, .t1 = 30, .known = 1e-9, .lost = 0.1};
     for (size_t k = 0; k < sizeof starts / sizeof *starts; k++)
         for (size_t j = 0; j < 2; j++) {
             struct phys_lyapunov found;
@@ -176,7 +190,8 @@ static void an_island_is_told_from_the_sea(void **state)
     (void)state;
     static const double island[] = {0, 0.55, 0.2417, 0}, sea[] = {0, -0.25, 0.42, 0};
     const struct phys_ode ode = {.n = 4, .field = henon_heiles};
-    const struct phys_lyapunov_settings settings = {.t1 = 500, .known = 1e-9, .lost = 0.1};
+    const struct phys_lyapunov_settings settings = {
+        .size = sizeof settings, .t1 = 500, .known = 1e-9, .lost = 0.1};
     struct phys_lyapunov found;
     struct ad_error error = {0};
     assert_int_equal(phys_lyapunov(&ode, island, &settings, &found, &error), AD_OK);
@@ -202,8 +217,11 @@ static void finite_times_of_growth_are_those_of_another_program(void **state)
         direction[k] = 1;
         follow_open(&m, "dblpend", NULL, 0);
         lyapunov(&m,
-                 (struct phys_lyapunov_settings){
-                     .t1 = 80, .direction = direction, .known = 1e-9, .lost = 0.1},
+                 (struct phys_lyapunov_settings){.size = sizeof(struct phys_lyapunov_settings),
+                                                 .t1 = 80,
+                                                 .direction = direction,
+                                                 .known = 1e-9,
+                                                 .lost = 0.1},
                  &found);
         assert_close(found.exponent, other[k][0], 0, 0.02); /* known to t = 70 alone */
         assert_close(found.horizon, other[k][1], 0, 0.2);
@@ -223,7 +241,7 @@ static void a_measurement_can_be_stopped(void **state)
     (void)state;
     const struct phys_ode ode = {.n = 4, .field = henon_heiles};
     const struct phys_lyapunov_settings settings = {
-        .t1 = 1e6, .known = 1e-9, .lost = 0.1, .proceed = no};
+        .size = sizeof settings, .t1 = 1e6, .known = 1e-9, .lost = 0.1, .proceed = no};
     struct phys_lyapunov found;
     struct ad_error error = {0};
     assert_int_equal(phys_lyapunov(&ode, (double[]){0, -0.25, 0.42, 0}, &settings, &found, &error),
@@ -251,7 +269,10 @@ static void sizes_at_rest_are_those_of_a_fall(void **state)
         phys_typical_sizes(&m.ode, 0, m.y, scale, &m.error);
         assert_close(scale[0], 1e-6, 1e-15, 0);
         assert_true(scale[2] > 0.5e-6 && scale[2] < 3e-6);
-        lyapunov(&m, (struct phys_lyapunov_settings){.t1 = 40, .scale = scale}, &found);
+        lyapunov(&m,
+                 (struct phys_lyapunov_settings){
+                     .size = sizeof(struct phys_lyapunov_settings), .t1 = 40, .scale = scale},
+                 &found);
         assert_true(found.exponent < 0.05);
         motion_close(&m);
     }
@@ -259,7 +280,10 @@ static void sizes_at_rest_are_those_of_a_fall(void **state)
     motion_open(&m, "pendulum", false,
                 (const struct phys_setting[]){{"l", 1}, {"theta0", M_PI}, {0}});
     phys_typical_sizes(&m.ode, 0, m.y, scale, &m.error);
-    lyapunov(&m, (struct phys_lyapunov_settings){.t1 = 20, .scale = scale}, &found);
+    lyapunov(&m,
+             (struct phys_lyapunov_settings){
+                 .size = sizeof(struct phys_lyapunov_settings), .t1 = 20, .scale = scale},
+             &found);
     assert_close(found.exponent, 1, 0, 0.05);
     motion_close(&m);
 }
@@ -271,9 +295,9 @@ static void wrong_questions_are_refused(void **state)
         struct phys_lyapunov_settings settings;
         const char *says;
     } cases[] = {
-        {{.t1 = 0, .known = 1, .lost = 2}, "t 0 end"},
-        {{.t1 = 1, .known = 0, .lost = 2}, "0 start"},
-        {{.t1 = 1, .known = 2, .lost = 1}, "1 horizon"},
+        {{sizeof(struct phys_lyapunov_settings), .t1 = 0, .known = 1, .lost = 2}, "t 0 end"},
+        {{sizeof(struct phys_lyapunov_settings), .t1 = 1, .known = 0, .lost = 2}, "0 start"},
+        {{sizeof(struct phys_lyapunov_settings), .t1 = 1, .known = 2, .lost = 1}, "1 horizon"},
     };
     struct motion m;
     follow_open(&m, "spring", NULL, 0);

@@ -30,7 +30,8 @@ static void question_open(struct question *c)
     *c = (struct question){0};
     phys_system_open("pendulum", &c->system, &c->error);
     phys_system_set(&c->system, "l", 1, &c->error);
-    c->settings = (struct phys_path_settings){.rule = phys_rule_find("midpoint", &c->error),
+    c->settings = (struct phys_path_settings){.size = sizeof(struct phys_path_settings),
+                                              .rule = phys_rule_find("midpoint", &c->error),
                                               .slices = SLICES,
                                               .steps = 5000,
                                               .dt = 10. / (SLICES - 1),

@@ -135,8 +135,10 @@ static const char *said(hnn_model *model, double E, char *what, size_t size)
     on_level(E, 0.3, x0);
     hnn_times(0, 2, POINTS, t);
     if (hnn_model_ode(model, &ode, &error) != AD_OK ||
-        hnn_rollout(&ode, &(struct hnn_rollout_settings){.n = POINTS, .t = t}, x0, &path, &info,
-                    &error) != AD_OK)
+        hnn_rollout(&ode,
+                    &(struct hnn_rollout_settings){
+                        .size = sizeof(struct hnn_rollout_settings), .n = POINTS, .t = t},
+                    x0, &path, &info, &error) != AD_OK)
         fail_msg("%s", error.message);
     bool outside = hnn_path_outside(model, &path, what, size) < path.n;
     hnn_path_free(&path);

@@ -55,7 +55,10 @@ static void laws_with_a_cap_stay_finite(void **state)
         for (size_t k = 0; k < system.dof; k++)
             assert_true(isfinite(a[k]));
         assert_int_equal(
-            phys_check_finite(&system, &(struct phys_points){1, q, v, &(double){0}}, &error),
+            phys_check_finite(
+                &system,
+                &(struct phys_points){.size = sizeof(struct phys_points), 1, q, v, &(double){0}},
+                &error),
             AD_OK);
         free(q);
         phys_motion_free(motion);

@@ -19,7 +19,8 @@ static struct phys_path_info solve(const char *solver, double T, size_t steps, d
     struct phys_path_info info = {0};
     struct ad_error error = {0};
     phys_system_open("spring", &spring, &error);
-    const struct phys_path_settings settings = {.rule = phys_rule_find("left", &error),
+    const struct phys_path_settings settings = {.size = sizeof settings,
+                                                .rule = phys_rule_find("left", &error),
                                                 .slices = SLICES,
                                                 .steps = steps,
                                                 .dt = T / LAST,

@@ -60,7 +60,8 @@ void adbench_lstm_loop(struct problem *p, const size_t size[3])
     for (size_t k = 0; k < n; k++)
         state[k] = next[k] = ad_input(body, b, 1, "state");
     ad_var out = step(size, shared[0], shared[1], in[0], in[1], next);
-    const struct ad_body loop = {.tape = body,
+    const struct ad_body loop = {.size = sizeof loop,
+                                 .tape = body,
                                  .n_state = n,
                                  .state = state,
                                  .next = next,

@@ -22,7 +22,8 @@ static void follow(const struct phys_system *system, double dt, double *path,
     if (phys_ode_lagrangian(system, &ode, error) != AD_OK)
         return;
     for (size_t i = 0; i < SLICES && error->status == AD_OK; i++) {
-        const struct phys_simulation s = {.integrator = phys_integrator_find("dop853", error),
+        const struct phys_simulation s = {.size = sizeof s,
+                                          .integrator = phys_integrator_find("dop853", error),
                                           .t0 = ((double)i - 1) * dt,
                                           .t1 = (double)i * dt,
                                           .rtol = 1e-12,

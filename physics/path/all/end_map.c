@@ -124,6 +124,7 @@ static enum end follow(struct phys_end_map *m, const double *w, bool vary, doubl
     struct ad_error lost = {0};
     struct phys_simulation_info info = {0};
     const struct phys_simulation how = {
+        .size = sizeof how,
         .integrator = phys_integrator_find(ode->series ? "taylor" : "dop853", &lost),
         .t1 = m->time,
         .rtol = tolerance,

@@ -70,7 +70,8 @@ enum ad_status phys_multistart_take(struct phys_multistart *s, double *begun,
 static bool shoot(struct phys_multistart *s)
 {
     struct ad_error lost = {0};
-    const struct phys_simulation how = {.integrator = phys_integrator_find("rk4", &lost),
+    const struct phys_simulation how = {.size = sizeof how,
+                                        .integrator = phys_integrator_find("rk4", &lost),
                                         .t1 = s->settings.dt * (double)(s->slices - 1),
                                         .dt = s->settings.dt / SUBSTEPS,
                                         .n_samples = s->slices - 1};
@@ -249,6 +250,7 @@ enum ad_status phys_path_all(const struct phys_system *system,
     if (AD_LACKS_RESULT(error, solutions) ||
         AD_LACKS(error, system, system->scene, settings, settings->rule, path))
         return error->status;
+    PHYS_OWN_PATH(settings, error);
     if (settings->mesh)
         return ad_fail(error, AD_E_ARGUMENT,
                        "mesh: expected even slices in a search for all paths");

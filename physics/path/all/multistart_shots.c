@@ -53,6 +53,7 @@ static enum ad_status take(struct phys_multistart *s, size_t dimension, double *
     size_t degree = s->settings.rule->degree, paths = 0, now = 0, listed = s->solutions->n;
     struct ad_error lost = {0};
     const struct phys_simulation how = {
+        .size = sizeof how,
         .integrator = phys_integrator_find(s->motion.series ? "taylor" : "dop853", &lost),
         .t1 = times[m - 1],
         .rtol = ROUNDING,

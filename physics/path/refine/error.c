@@ -67,7 +67,7 @@ static enum ad_status find_spectrum(struct phys_climb *c, struct phys_spectrum *
                                     struct ad_error *error)
 {
     struct phys_newton newton = {0};
-    if (phys_newton_new(&newton, c->system, &c->to->settings, c->to->of, error) == AD_OK)
+    if (phys_newton_new(&newton, c->system, c->to->settings, c->to->of, error) == AD_OK)
         phys_newton_spectrum(&newton, c->here.path, spectrum, error);
     phys_newton_free(&newton);
     return error->status;
@@ -80,7 +80,7 @@ bool phys_climb_verified(struct phys_climb *c, struct phys_level *level, struct 
     if (!level->found || !(c->high || level->estimate < c->tolerance))
         return false;
     if (find_spectrum(c, spectrum, error) == AD_OK)
-        phys_path_discretisation(c->system, &c->to->settings, c->to->of, c->here.path, true, finer,
+        phys_path_discretisation(c->system, c->to->settings, c->to->of, c->here.path, true, finer,
                                  spectrum, error);
     if (c->high) {
         c->here.distance = *finer;

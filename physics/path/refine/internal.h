@@ -41,7 +41,7 @@ static inline bool phys_climb_settled(const struct phys_climb *c, const struct p
 
 static inline bool phys_climb_free_time(const struct phys_climb *c)
 {
-    return c->to->settings.ends && c->to->settings.ends->free_time;
+    return c->to->settings->ends && c->to->settings->ends->free_time;
 }
 
 /* Elements of c->here: placed by the level before, or its own, or those given, divided. */

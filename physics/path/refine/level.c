@@ -44,7 +44,7 @@ enum ad_status phys_climb_mesh(struct phys_climb *c, struct ad_error *error)
 static enum ad_status begin(struct phys_climb *c, struct ad_error *error)
 {
     struct phys_stage *stage = &c->here;
-    struct phys_path_settings *settings = &c->to->settings;
+    struct phys_path_settings *settings = c->to->settings;
     size_t dof = c->system->dof, n = stage->grid.slices, m = c->given.slices;
     bool again =
         phys_climb_settled(c, &c->before) || (c->before.path && c->to->n > PHYS_CLIMB_PARTED);
@@ -76,7 +76,7 @@ enum ad_status phys_climb_solve(struct phys_climb *c, struct phys_level *level,
     struct ad_error lost = {0};
     if (begin(c, error) != AD_OK)
         return error->status;
-    struct phys_path_settings *settings = &c->to->settings;
+    struct phys_path_settings *settings = c->to->settings;
     bool free_time = phys_climb_free_time(c);
     if (free_time)
         phys_newton_free_time(c->system, settings, c->to->of, settings->ends->energy, c->here.path,

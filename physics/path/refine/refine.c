@@ -161,6 +161,7 @@ enum ad_status phys_path_refine(const struct phys_system *system,
 {
     if (AD_LACKS_RESULT(error, refined) || AD_LACKS(error, system, system->scene, settings, guess))
         return error->status;
+    PHYS_OWN_PATH(settings, error);
     if (!(tolerance > 0))
         return ad_fail(error, AD_E_ARGUMENT, "error %g, expected a positive number", tolerance);
     if (settings->slices < 2)
@@ -178,13 +179,16 @@ enum ad_status phys_path_refine(const struct phys_system *system,
         .before.distance = NAN,
         .to = refined};
     refined->finer = (double)NAN;
-    refined->settings = *settings;
-    refined->settings.progress = NULL;
-    refined->settings.reference = refined->settings.compare = NULL;
-    refined->settings.refined = NULL;
-    refined->settings.start_momentum = NULL;
-    refined->settings.tolerance = 0;
-    refined->settings.hold = 0;
+    refined->settings = malloc(sizeof *refined->settings);
+    if (!refined->settings)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    *refined->settings = *settings;
+    refined->settings->progress = NULL;
+    refined->settings->reference = refined->settings->compare = NULL;
+    refined->settings->refined = NULL;
+    refined->settings->start_momentum = NULL;
+    refined->settings->tolerance = 0;
+    refined->settings->hold = 0;
     refined->of = calloc(1, sizeof *refined->of);
     if (!refined->of)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
@@ -197,7 +201,7 @@ enum ad_status phys_path_refine(const struct phys_system *system,
         refined->mesh = c.here.mesh;
         c.here.start = c.here.path = c.here.mesh = NULL;
     }
-    refined->settings.mesh = refined->mesh;
+    refined->settings->mesh = refined->mesh;
     drop(&c.before);
     drop(&c.here);
     return error->status;
@@ -210,6 +214,6 @@ void phys_refined_free(struct phys_refined *refined)
     if (refined->of)
         phys_derivatives_free(refined->of);
     phys_spectrum_free(&refined->spectrum);
-    AD_FREE(refined->of, refined->start, refined->path, refined->mesh);
+    AD_FREE(refined->of, refined->settings, refined->start, refined->path, refined->mesh);
     *refined = (struct phys_refined){0};
 }

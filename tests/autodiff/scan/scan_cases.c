@@ -87,7 +87,8 @@ static void nested(const ad_var s[], const ad_var in[], const ad_var w[], ad_var
     ad_var a = ad_input(inner, 2, 1, "a"), k = ad_input(inner, 1, 1, "k");
     ad_var b = ad_input(inner, 1, 1, "b");
     ad_var after = ad_sin(ad_add(ad_mul(a, k), b)), half = ad_mul(0.5, ad_sum(after));
-    const struct ad_body body = {.tape = inner,
+    const struct ad_body body = {.size = sizeof body,
+                                 .tape = inner,
                                  .n_state = 1,
                                  .state = &a,
                                  .next = &after,
@@ -139,7 +140,8 @@ struct ad_body scan_body(const struct scan_case *c, ad_tape *tape, struct scan_v
     inputs(tape, c->n_in, c->in, 1, v->in);
     inputs(tape, c->n_shared, c->shared, 1, v->shared);
     c->step(v->state, v->in, v->shared, v->next, v->out);
-    return (struct ad_body){.tape = tape,
+    return (struct ad_body){.size = sizeof(struct ad_body),
+                            .tape = tape,
                             .n_state = c->n_state,
                             .state = v->state,
                             .next = v->next,

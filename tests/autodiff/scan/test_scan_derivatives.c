@@ -159,8 +159,13 @@ static void test_infinite_where_unused(void **state)
     (void)state;
     ad_tape *body = ad_tape_new(AD_F64), *tape = ad_tape_new(AD_F64);
     ad_var s = ad_input(body, 1, 1, "s"), next = ad_sub(s, 1.0), log = ad_log(s);
-    const struct ad_body of = {
-        .tape = body, .n_state = 1, .state = &s, .next = &next, .n_out = 1, .out = &log};
+    const struct ad_body of = {.size = sizeof of,
+                               .tape = body,
+                               .n_state = 1,
+                               .state = &s,
+                               .next = &next,
+                               .n_out = 1,
+                               .out = &log};
     ad_var x = ad_input(tape, 1, 1, "x"), last, y, g[4];
     ad_scan(tape, &of, 4, &x, NULL, NULL, &last, &y);
     ad_var used = ad_sum(ad_slice_cols(y, 0, 3));

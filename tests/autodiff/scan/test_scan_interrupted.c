@@ -28,7 +28,8 @@ static struct loop_of record(struct asked *asked, size_t checkpoints, bool neste
     ad_tape *body = ad_tape_new(AD_F64), *outer = ad_tape_new(AD_F64);
     ad_var s = ad_input(body, 1, 1, "s"), w = ad_input(body, 1, 1, "w");
     ad_var next = ad_mul(w, ad_sin(s)), middle;
-    struct ad_body b = {.tape = body,
+    struct ad_body b = {.size = sizeof b,
+                        .tape = body,
                         .n_state = 1,
                         .state = &s,
                         .next = &next,
@@ -40,7 +41,8 @@ static struct loop_of record(struct asked *asked, size_t checkpoints, bool neste
     if (nested) {
         ad_var u = ad_input(outer, 1, 1, "u"), v = ad_input(outer, 1, 1, "v");
         ad_scan(outer, &b, 3, &u, NULL, &v, &middle, NULL);
-        b = (struct ad_body){.tape = outer,
+        b = (struct ad_body){.size = sizeof(struct ad_body),
+                             .tape = outer,
                              .n_state = 1,
                              .state = &u,
                              .next = &middle,
@@ -140,7 +142,8 @@ static void test_constant(void **state)
     struct asked asked = {0, 10};
     ad_tape *body = ad_tape_new(AD_F64), *tape = ad_tape_new(AD_F64);
     ad_var s = ad_input(body, 1, 1, "s"), next = ad_sin(s), x = ad_scalar(tape, 1), y;
-    struct ad_body b = {.tape = body,
+    struct ad_body b = {.size = sizeof b,
+                        .tape = body,
                         .n_state = 1,
                         .state = &s,
                         .next = &next,

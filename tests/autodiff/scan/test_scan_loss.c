@@ -31,7 +31,8 @@ static ad_program *loss(bool unrolled, ad_tape **tape, ad_var in[WEIGHTS + 1], a
             parts[t] = x = network_step(x, in);
         all = ad_concat_cols(TURNS, parts);
     } else {
-        struct ad_body b = {.tape = body,
+        struct ad_body b = {.size = sizeof b,
+                            .tape = body,
                             .n_state = 1,
                             .state = &z,
                             .next = &next,

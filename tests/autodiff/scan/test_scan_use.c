@@ -56,7 +56,8 @@ static void test_constants(void **state)
     ad_tape *body = ad_tape_new(AD_F64), *tape = ad_tape_new(AD_F64);
     ad_var s = ad_input(body, 1, 1, "s"), w = ad_input(body, 1, 1, "w"), y, g[2];
     ad_var next = ad_mul(w, ad_sin(s));
-    const struct ad_body of = {.tape = body,
+    const struct ad_body of = {.size = sizeof of,
+                               .tape = body,
                                .n_state = 1,
                                .state = &s,
                                .next = &next,
@@ -211,10 +212,12 @@ static void test_custom_in_the_body(void **state)
     (void)state;
     for (int held = 0; held < 2; held++) {
         double factor = 2, value;
-        struct ad_custom custom = {"scaled", 1, scaled_value, scaled_adjoint, NULL, &factor};
+        struct ad_custom custom = {
+            .size = sizeof custom, "scaled", 1, scaled_value, scaled_adjoint, NULL, &factor};
         ad_tape *body = ad_tape_new(AD_F64), *tape = ad_tape_new(AD_F64);
         ad_var s = ad_input(body, 1, 1, "s"), next = ad_custom(1, &s, &custom), last;
-        struct ad_body b = {.tape = body, .n_state = 1, .state = &s, .next = &next};
+        struct ad_body b = {
+            .size = sizeof b, .tape = body, .n_state = 1, .state = &s, .next = &next};
         ad_var x = held ? ad_hold(ad_input(tape, 1, 1, "x")) : ad_scalar(tape, 1);
         ad_program *p;
         assert_int_equal(ad_scan(tape, &b, 3, &x, NULL, NULL, &last, NULL), AD_OK);
@@ -241,8 +244,13 @@ static void test_results_in_place(void **state)
     (void)state;
     ad_tape *body = ad_tape_new(AD_F64), *tape = ad_tape_new(AD_F64);
     ad_var s = ad_input(body, 1, 1, "s"), h = ad_input(body, 1, 1, "h"), next = ad_mul(s, h);
-    struct ad_body b = {
-        .tape = body, .n_state = 1, .state = &s, .next = &next, .n_shared = 1, .shared = &h};
+    struct ad_body b = {.size = sizeof b,
+                        .tape = body,
+                        .n_state = 1,
+                        .state = &s,
+                        .next = &next,
+                        .n_shared = 1,
+                        .shared = &h};
     ad_var x = ad_input(tape, 1, 1, "x"), g = ad_input(tape, 1, 1, "g"), y[3] = {x, x, x};
     ad_var direction = ad_scalar(tape, 1);
     const double at[] = {2, 3}, *values[] = {&at[0], &at[1]};

@@ -95,7 +95,8 @@ static void test_leads_out(void **state)
         assert_mentions(error.message, cases[k].name);
         assert_int_equal(hnn_model_load(path.text, &model, &of_model), AD_E_INPUT);
         struct hnn_dataset data;
-        struct hnn_dataset_settings settings = {.file = path.text, .state = "q,q"};
+        struct hnn_dataset_settings settings = {
+            .size = sizeof settings, .file = path.text, .state = "q,q"};
         struct ad_error of_data = {0};
         assert_int_equal(hnn_dataset_read(&settings, &data, &of_data), AD_E_INPUT);
         assert_mentions(of_data.message, cases[k].name);

@@ -17,8 +17,11 @@ enum ad_status follow_own(const struct phys_scene *scene, const char *method, do
     struct phys_ode ode;
     struct ad_error error = {0};
     struct phys_simulation_info info;
-    struct phys_simulation how = {
-        .integrator = phys_integrator_find(method, &error), .t1 = t, .rtol = 1e-14, .atol = 1e-14};
+    struct phys_simulation how = {.size = sizeof how,
+                                  .integrator = phys_integrator_find(method, &error),
+                                  .t1 = t,
+                                  .rtol = 1e-14,
+                                  .atol = 1e-14};
     assert_int_equal(phys_system_make(scene, &system, &error), AD_OK);
     assert_int_equal(phys_ode_lagrangian(&system, &ode, &error), AD_OK);
     y[0] = 0.5;

@@ -17,7 +17,8 @@ static void crossings_are_found_in_their_order(void **state)
     phys_system_set(&system, "k", 1, &error);
     assert_int_equal(phys_crossing_read(&system, "q>0", &crossings[0], &error), AD_OK);
     assert_int_equal(phys_crossing_read(&system, "v_q=0.5", &crossings[1], &error), AD_OK);
-    const struct phys_motion_settings settings = {.time = 20,
+    const struct phys_motion_settings settings = {.size = sizeof settings,
+                                                  .time = 20,
                                                   .q = &one,
                                                   .v = &zero,
                                                   .tolerance = 1e-12,

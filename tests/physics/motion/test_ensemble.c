@@ -30,11 +30,12 @@ static void solve(const struct case_of *c, size_t threads, size_t at_once,
                   struct phys_system *system, struct phys_ensemble *ensemble)
 {
     struct ad_error error = {0};
-    const struct phys_ensemble_settings settings = {.n = c->n,
+    const struct phys_ensemble_settings settings = {.size = sizeof settings,
+                                                    .n = c->n,
                                                     .n_columns = c->n_columns,
                                                     .names = c->names,
                                                     .values = c->values,
-                                                    .motion = c->motion,
+                                                    .motion = &c->motion,
                                                     .threads = threads,
                                                     .at_once = at_once};
     *system = system_opened(c->scene);
@@ -118,7 +119,10 @@ static struct case_of double_pendula(size_t n)
                         .n = n,
                         .n_columns = 3,
                         .names = {"b", "v_a", "l1"},
-                        .motion = {.time = 5, .tolerance = 1e-9, .n_samples = 7}};
+                        .motion = {.size = sizeof(struct phys_motion_settings),
+                                   .time = 5,
+                                   .tolerance = 1e-9,
+                                   .n_samples = 7}};
     for (size_t i = 0; i < n; i++) {
         c.values[3 * i] = 3 * irregular(3 * i);
         c.values[3 * i + 1] = 2 * irregular(3 * i + 1) - 1;
@@ -158,7 +162,10 @@ static struct case_of orbits(void)
                         .n = 21,
                         .n_columns = 3,
                         .names = {"x", "v_x", "v_y"},
-                        .motion = {.time = 9, .tolerance = 1e-8, .n_samples = 9}};
+                        .motion = {.size = sizeof(struct phys_motion_settings),
+                                   .time = 9,
+                                   .tolerance = 1e-8,
+                                   .n_samples = 9}};
     for (size_t i = 0; i < c.n; i++) {
         c.values[3 * i] = 0.3 + irregular(2 * i);
         c.values[3 * i + 2] = 0.2 + 2 * irregular(2 * i + 1);
@@ -176,7 +183,8 @@ static void test_failures_stay_alone(void **state)
     struct phys_system system;
     struct phys_ensemble e;
     struct ad_error missed = {0};
-    const struct phys_ensemble_settings settings = {.n = c.n, .motion = c.motion};
+    const struct phys_ensemble_settings settings = {
+        .size = sizeof settings, .n = c.n, .motion = &c.motion};
     solve(&c, 2, 2, &system, &e);
     assert_true(e.vectors);
     assert_int_equal(e.failed, 2);
@@ -325,8 +333,13 @@ static void test_kinks_take_dop853(void **state)
     const struct phys_scene scene = scene_of("kink", 1, with_a_kink, 11, 0.1, at_one);
     const char *const names[] = {"x1"};
     const double values[] = {1, 2, 0.5};
-    const struct phys_ensemble_settings settings = {
-        .n = 3, .n_columns = 1, .names = names, .values = values, .motion = {.time = 1}};
+    const struct phys_motion_settings motion = {.size = sizeof motion, .time = 1};
+    const struct phys_ensemble_settings settings = {.size = sizeof settings,
+                                                    .n = 3,
+                                                    .n_columns = 1,
+                                                    .names = names,
+                                                    .values = values,
+                                                    .motion = &motion};
     struct phys_system system;
     struct phys_ensemble e;
     struct ad_error error = {0};
@@ -356,13 +369,15 @@ static void test_refusals(void **state)
     for (size_t i = 0; i < LENGTH(cases); i++) {
         struct phys_ensemble e;
         struct ad_error error = {0};
-        struct phys_ensemble_settings settings = {.n = 2,
+        struct phys_motion_settings motion = {.size = sizeof motion, .time = 1};
+        struct phys_ensemble_settings settings = {.size = sizeof settings,
+                                                  .n = 2,
                                                   .n_columns = 2,
                                                   .names = cases[i].names,
                                                   .values = cases[i].values,
-                                                  .motion = {.time = 1}};
+                                                  .motion = &motion};
         if (cases[i].integrator)
-            settings.motion.integrator = phys_integrator_find(cases[i].integrator, &error);
+            motion.integrator = phys_integrator_find(cases[i].integrator, &error);
         assert_int_equal(phys_ensemble_solve(&system, &settings, &e, &error), AD_E_ARGUMENT);
         if (!strstr(error.message, cases[i].word))
             fail_msg("%s", error.message);

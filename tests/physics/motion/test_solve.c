@@ -33,7 +33,8 @@ static void an_error_asked_for_is_met(void **state)
     (void)state;
     struct solved s;
     const double at_1[] = {-0.628948176826624, 0.799664730970039};
-    const struct phys_motion_settings settings = {.time = 1, .error = 1e-9, .n_samples = 4};
+    const struct phys_motion_settings settings = {
+        .size = sizeof settings, .time = 1, .error = 1e-9, .n_samples = 4};
     solve(&s, "kepler", &settings);
     const struct phys_motion_solution *m = &s.motion;
     assert_int_equal(s.error.status, AD_OK);
@@ -116,7 +117,8 @@ static void an_error_counts_the_rounding_of_the_start(void **state)
                 {"0.6", 12, 1e-13}};
     for (size_t r = 0; r < LENGTH(runs); r++) {
         struct solved s = {0};
-        const struct phys_motion_settings settings = {.time = runs[r].time,
+        const struct phys_motion_settings settings = {.size = sizeof settings,
+                                                      .time = runs[r].time,
                                                       .integrator =
                                                           phys_integrator_find("dop853", &s.error),
                                                       .tolerance = runs[r].tol,
@@ -169,7 +171,8 @@ static void the_clock_does_not_drift(void **state)
     (void)state;
     struct solved s = {0};
     const double q = 1, v = 0;
-    const struct phys_motion_settings settings = {.time = 5, .error = 1e-9, .q = &q, .v = &v};
+    const struct phys_motion_settings settings = {
+        .size = sizeof settings, .time = 5, .error = 1e-9, .q = &q, .v = &v};
     phys_system_open("spring", &s.system, &s.error);
     phys_system_set(&s.system, "m", 1, &s.error);
     phys_system_set(&s.system, "k", 1e6, &s.error);
@@ -196,7 +199,7 @@ static void a_small_coordinate_is_judged_by_its_own_size(void **state)
     (void)state;
     struct solved s = {0};
     const double q[] = {1e-6, 1e3}, v[] = {0, 0};
-    struct phys_motion_settings settings = {.time = 5, .q = q, .v = v};
+    struct phys_motion_settings settings = {.size = sizeof settings, .time = 5, .q = q, .v = v};
     phys_system_open("spring", &s.system, &s.error);
     struct phys_scene scene = *s.system.scene;
     scene.lagrangian = two_scales;
@@ -249,14 +252,20 @@ static void defaults_follow_the_scenes_start_or_a_given_one(void **state)
     (void)state;
     struct solved s;
     const double q = 0.3, v = -0.2;
-    solve(&s, "spring", &(struct phys_motion_settings){.time = 1, .reverse = true});
+    solve(&s, "spring",
+          &(struct phys_motion_settings){
+              .size = sizeof(struct phys_motion_settings), .time = 1, .reverse = true});
     assert_int_equal(s.error.status, AD_OK);
     assert_true(s.motion.n == 1001 && s.motion.n_trials == 0);
     assert_string_equal(s.motion.integrator->name, "dop853");
     assert_close(s.motion.reversal, 0, 0, 1e-7);
     end(&s);
     solve(&s, "spring",
-          &(struct phys_motion_settings){.time = 1, .q = &q, .v = &v, .no_reference = true});
+          &(struct phys_motion_settings){.size = sizeof(struct phys_motion_settings),
+                                         .time = 1,
+                                         .q = &q,
+                                         .v = &v,
+                                         .no_reference = true});
     assert_true(s.motion.x[0] == 0.3 && s.motion.x[1] == -0.2);
     assert_true(!s.motion.distance && isnan(s.motion.error));
     end(&s);
@@ -266,11 +275,14 @@ static void what_is_out_of_reach_is_an_error(void **state)
 {
     (void)state;
     struct solved s;
-    solve(&s, "kepler", &(struct phys_motion_settings){.time = 60, .error = 1e-15});
+    solve(&s, "kepler",
+          &(struct phys_motion_settings){
+              .size = sizeof(struct phys_motion_settings), .time = 60, .error = 1e-15});
     assert_int_equal(s.error.status, AD_E_ACCURACY);
     assert_true(s.motion.n_trials > 0 && s.motion.n == 0);
     end(&s);
-    solve(&s, "kepler", &(struct phys_motion_settings){.time = 0});
+    solve(&s, "kepler",
+          &(struct phys_motion_settings){.size = sizeof(struct phys_motion_settings), .time = 0});
     assert_int_equal(s.error.status, AD_E_ARGUMENT);
     end(&s);
 }
@@ -284,7 +296,8 @@ static void an_interruption_keeps_what_was_reached(void **state)
     int asked = 0;
     struct ad_error none = {0};
     solve(&s, "kepler",
-          &(struct phys_motion_settings){.time = 100,
+          &(struct phys_motion_settings){.size = sizeof(struct phys_motion_settings),
+                                         .time = 100,
                                          .integrator = phys_integrator_find("rk4", &none),
                                          .dt = 0.01,
                                          .every = 1,
@@ -301,7 +314,7 @@ static void diagnoses_name_what_is_wrong(void **state)
 {
     (void)state;
     struct solved s;
-    struct phys_motion_settings settings = {.time = 60, .dt = 0.8};
+    struct phys_motion_settings settings = {.size = sizeof settings, .time = 60, .dt = 0.8};
     struct ad_error none = {0};
     settings.integrator = phys_integrator_find("verlet", &none);
     solve(&s, "kepler", &settings); /* too long for the pericentre */
@@ -310,7 +323,8 @@ static void diagnoses_name_what_is_wrong(void **state)
     assert_true(s.diagnosis.n_warnings > 0 && !s.diagnosis.has_horizon);
     assert_close(s.diagnosis.mass_condition, 1, 1e-12, 0);
     end(&s);
-    settings = (struct phys_motion_settings){.time = 60, .no_reference = true};
+    settings = (struct phys_motion_settings){
+        .size = sizeof(struct phys_motion_settings), .time = 60, .no_reference = true};
     solve(&s, "dblpend", &settings);
     phys_motion_diagnose(&settings, &s.motion, 1e-6, &s.diagnosis, &s.error);
     assert_int_equal(s.error.status, AD_OK);

@@ -35,7 +35,7 @@ static void pulses_are_never_missed(void **state)
         struct forced s = {0};
         const double q = 0, v = 0;
         const struct phys_motion_settings settings = {
-            .time = 100, .q = &q, .v = &v, .error = 1e-6, .n_samples = 10};
+            .size = sizeof settings, .time = 100, .q = &q, .v = &v, .error = 1e-6, .n_samples = 10};
         width = widths[k / 2];
         rectangle = k % 2 == 1;
         centre = 10 + 7.3856 * (double)k;
@@ -79,7 +79,8 @@ static void switches_of_time_keep_no_energy(void **state)
     (void)state;
     struct forced s = {0};
     const double q = 0, v = 0;
-    const struct phys_motion_settings settings = {.time = 6, .q = &q, .v = &v, .error = 1e-9};
+    const struct phys_motion_settings settings = {
+        .size = sizeof settings, .time = 6, .q = &q, .v = &v, .error = 1e-9};
     phys_system_open("spring", &s.system, &s.error);
     struct phys_scene scene = *s.system.scene;
     scene.lagrangian = switched;

@@ -191,8 +191,10 @@ static void test_fields_without_a_series_are_refused(void **state)
     struct ad_error error = {0};
     struct phys_simulation_info info;
     struct phys_ode ode = {.n = 1, .field = decay};
-    struct phys_simulation how = {
-        .integrator = phys_integrator_find(taylor, &error), .t1 = 1, .rtol = 1e-9};
+    struct phys_simulation how = {.size = sizeof how,
+                                  .integrator = phys_integrator_find(taylor, &error),
+                                  .t1 = 1,
+                                  .rtol = 1e-9};
     double y = 1;
     assert_int_equal(phys_simulate(&how, &ode, &y, &info, &error), AD_E_ARGUMENT);
 }

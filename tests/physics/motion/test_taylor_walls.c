@@ -36,7 +36,8 @@ static void test_what_the_series_does_not_see(void **state)
     struct phys_system system;
     struct phys_motion_solution motion;
     struct ad_error error = {0};
-    const struct phys_motion_settings settings = {.time = 20, .error = 1e-6};
+    const struct phys_motion_settings settings = {
+        .size = sizeof settings, .time = 20, .error = 1e-6};
     assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
     assert_int_equal(phys_motion_solve(&system, &settings, &motion, &error), AD_OK);
     assert_string_equal(motion.trial[0].integrator->name, taylor);
@@ -72,7 +73,7 @@ static void test_what_is_tightened(void **state)
     struct phys_motion_solution motion;
     struct ad_error error = {0};
     const struct phys_motion_settings settings = {
-        .time = 20, .error = 1e-8, .proceed = count_calls};
+        .size = sizeof settings, .time = 20, .error = 1e-8, .proceed = count_calls};
     assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
     calls = 0, last_call = INT_MAX;
     assert_int_equal(phys_motion_solve(&system, &settings, &motion, &error), AD_OK);

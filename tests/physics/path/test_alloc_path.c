@@ -34,7 +34,8 @@ static enum ad_status run(const char *scene, struct result *result, struct ad_er
         size_t dof = system.dof;
         double dt = system.scene->dt;
         struct phys_path_info info;
-        struct phys_path_settings settings = {.rule = phys_rule_find("left", error),
+        struct phys_path_settings settings = {.size = sizeof settings,
+                                              .rule = phys_rule_find("left", error),
                                               .slices = SLICES,
                                               .steps = STEPS,
                                               .dt = dt,

@@ -63,8 +63,11 @@ static struct phys_spectrum examine(const struct phys_system *system, const char
     struct ad_error error = {0};
     struct phys_spectrum found;
     struct phys_path_info info;
-    struct phys_path_settings settings = {
-        .rule = phys_rule_find(rule, &error), .slices = SLICES, .steps = 100, .dt = dt};
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find(rule, &error),
+                                          .slices = SLICES,
+                                          .steps = 100,
+                                          .dt = dt};
     double q[20], v[20], *path = calloc(settings.rule->degree * system->dof * SLICES, sizeof *path);
     system->scene->start(system->params, 1, q, v, &error);
     phys_motion_path(system, NULL, q, v, SLICES, dt, path, &error);
@@ -156,7 +159,8 @@ static double determinant(const struct phys_system *system, double t)
     for (size_t c = 0; c < n; c++)
         for (int side = -2; side <= 2; side++) {
             static const double weight[] = {1. / 12, -2. / 3, 0, 2. / 3, -1. / 12};
-            struct phys_simulation run = {.integrator = phys_integrator_find("dop853", &error),
+            struct phys_simulation run = {.size = sizeof run,
+                                          .integrator = phys_integrator_find("dop853", &error),
                                           .t1 = t,
                                           .rtol = 1e-13,
                                           .atol = 1e-13};
@@ -337,7 +341,8 @@ static void conjugate_ends_have_no_index(void **state)
     struct ad_error error = {0};
     phys_system_open("spring", &spring, &error);
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        struct phys_path_settings settings = {.rule = phys_rule_find(cases[k].rule, &error),
+        struct phys_path_settings settings = {.size = sizeof settings,
+                                              .rule = phys_rule_find(cases[k].rule, &error),
                                               .slices = cases[k].slices,
                                               .steps = 100,
                                               .dt = cases[k].time / (double)(cases[k].slices - 1)};
@@ -368,7 +373,8 @@ static void an_eigenvalue_within_rounding_has_no_sign(void **state)
     struct ad_error error = {0};
     phys_system_open("spring", &spring, &error);
     for (int conjugate = 0; conjugate < 2; conjugate++) {
-        struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+        struct phys_path_settings settings = {.size = sizeof settings,
+                                              .rule = phys_rule_find("gauss4", &error),
                                               .slices = SLICES,
                                               .dt = (conjugate ? M_PI : 3) / (SLICES - 1)};
         struct phys_spectrum found;

@@ -82,7 +82,7 @@ static enum ad_status follow(phys_lagrangian *lagrangian, double end, double hei
         guess[i] = end * (double)i / 8 + (i % 8 ? height * sin(M_PI * (double)i / 8) : 0);
     struct phys_path_settings settings = phys_path_defaults(&f->system);
     settings.rule = NULL;
-    const struct phys_continuation of = {"p", from, to};
+    const struct phys_continuation of = {.size = sizeof of, "p", from, to};
     phys_path_continue(&f->system, &settings, guess, 0, tolerance, &of, &f->refined, &f->continued,
                        &f->error);
     assert_close(phys_system_get(&f->system, "p"), to, 0, 0);
@@ -104,7 +104,7 @@ static void a_layer(void **state)
     (void)state;
     struct followed f;
     assert_int_equal(follow(layer, 1, 0, 1, 1e-3, 1e-9, &f), AD_OK);
-    const struct phys_grid grid = phys_grid_of(&f.refined.settings);
+    const struct phys_grid grid = phys_grid_of(f.refined.settings);
     for (size_t i = 0; i < grid.slices; i++)
         assert_close(f.refined.path[i], tanh(phys_grid_time(&grid, i) / 1e-3), 0, 1e-9);
     assert_true(grid.slices < 600);
@@ -131,8 +131,8 @@ static void a_fold(void **state)
     (void)state;
     struct followed f;
     assert_int_equal(follow(bratu, 0, 0.1, 1, 3.5, 1e-8, &f), AD_OK);
-    size_t middle = (f.refined.settings.slices - 1) / 2;
-    const struct phys_grid grid = phys_grid_of(&f.refined.settings);
+    size_t middle = (f.refined.settings->slices - 1) / 2;
+    const struct phys_grid grid = phys_grid_of(f.refined.settings);
     if (phys_grid_time(&grid, middle) == 0.5)
         assert_close(f.refined.path[middle], bratu_middle(3.5), 0, 1e-8);
     for (size_t k = 0; k < f.continued.n; k++)
@@ -166,7 +166,7 @@ static void a_bifurcation(void **state)
     assert_int_equal(follow(column, 0, 2, 15, 10.5, 1e-8, &f), AD_OK);
     assert_int_equal(f.continued.step[f.continued.n - 1].index, 0);
     double most = 0;
-    for (size_t i = 0; i < f.refined.settings.slices; i++)
+    for (size_t i = 0; i < f.refined.settings->slices; i++)
         most = fmax(most, f.refined.path[i]);
     assert_true(most > 0.4 && most < 1);
     end(&f);

@@ -11,7 +11,8 @@ enum { SLICES = 41 };
 static struct phys_path_settings settings_of(double time)
 {
     struct ad_error error = {0};
-    return (struct phys_path_settings){.rule = phys_rule_find("left", &error),
+    return (struct phys_path_settings){.size = sizeof(struct phys_path_settings),
+                                       .rule = phys_rule_find("left", &error),
                                        .slices = SLICES,
                                        .dt = time / (SLICES - 1),
                                        .steps = 4000,

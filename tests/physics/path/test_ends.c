@@ -17,7 +17,8 @@ static double error_of(const struct phys_system *system, const char *rule, size_
                        double (*exact)(double t, double T), struct phys_path_found *found)
 {
     struct ad_error error = {0};
-    struct phys_path_settings settings = {.rule = phys_rule_find(rule, &error),
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find(rule, &error),
                                           .slices = slices,
                                           .steps = 100,
                                           .dt = T / (double)(slices - 1),
@@ -43,7 +44,8 @@ static double start_at_rest(double t, double T) { return 0.7 * cos(t) / cos(T); 
 static void oscillator_with_a_free_end(void **state)
 {
     (void)state;
-    const struct phys_ends end = {.free = {NULL, free_one}}, start = {.free = {free_one, NULL}};
+    const struct phys_ends end = {.size = sizeof end, .free = {NULL, free_one}},
+                           start = {.size = sizeof start, .free = {free_one, NULL}};
     const struct {
         const struct phys_ends *ends;
         double T, first, last;
@@ -84,7 +86,7 @@ static double thrown(double t, double T) { return 0.4 + T * t - t * t / 2; }
 static void body_in_gravity(void **state)
 {
     (void)state;
-    const struct phys_ends end = {.free = {NULL, free_one}};
+    const struct phys_ends end = {.size = sizeof end, .free = {NULL, free_one}};
     struct phys_system system = system_opened("freebody");
     struct phys_path_found found;
     double error = error_of(&system, "gauss2", 9, 3.1, &end, 0.4, 0.4, thrown, &found);
@@ -143,10 +145,11 @@ static void chute_to_a_wall(void **state)
     struct phys_system system;
     phys_system_make(&wall, &system, &error);
     assert_no_error(&error);
-    const struct phys_ends ends = {.free = {NULL, (const bool[]){false, true}}, .free_time = true};
+    const struct phys_ends ends = {
+        .size = sizeof ends, .free = {NULL, (const bool[]){false, true}}, .free_time = true};
     const double u0 = sqrt(2 * r) * sin(phi / 2);
     struct phys_path_settings settings = {
-        .slices = N, .steps = 100, .dt = 3.0 / (N - 1), .ends = &ends};
+        .size = sizeof settings, .slices = N, .steps = 100, .dt = 3.0 / (N - 1), .ends = &ends};
     double line[2 * N];
     for (size_t i = 0; i < N; i++) {
         line[i] = x0 + (x1 - x0) * (double)i / (N - 1);
@@ -155,7 +158,7 @@ static void chute_to_a_wall(void **state)
     struct phys_refined refined;
     phys_path_refine(&system, &settings, line, 0, 1e-9, &refined, &error);
     assert_no_error(&error);
-    const struct phys_path_settings *s = &refined.settings;
+    const struct phys_path_settings *s = refined.settings;
     size_t n = s->slices;
     assert_close(s->dt * (double)(n - 1), T, 0, 1e-9);
     for (size_t i = 0; i < n; i++) {
@@ -189,14 +192,16 @@ static void pendulum_that_turns_over(void **state)
     (void)state;
     struct phys_system system = system_opened("pendulum");
     system_set(&system, "l", 1);
-    const struct phys_ends of_energy = {.free_time = true, .energy = W * W / 2};
+    const struct phys_ends of_energy = {
+        .size = sizeof of_energy, .free_time = true, .energy = W * W / 2};
     for (int turns = -2; turns <= 2; turns++)
         for (int free_time = 0; turns != 0 && free_time < 2; free_time++) {
             double line[N], p, time = turn * abs(turns) * (free_time ? 1.1 : 1);
             struct ad_error error = {0};
             struct phys_refined refined;
             struct phys_path_info info;
-            struct phys_path_settings settings = {.slices = N,
+            struct phys_path_settings settings = {.size = sizeof settings,
+                                                  .slices = N,
                                                   .steps = 100,
                                                   .dt = time / (N - 1),
                                                   .ends = free_time ? &of_energy : NULL};
@@ -204,7 +209,7 @@ static void pendulum_that_turns_over(void **state)
                 line[i] = 2 * M_PI * turns * (double)i / (N - 1);
             phys_path_refine(&system, &settings, line, 0, 1e-8, &refined, &error);
             assert_no_error(&error);
-            struct phys_path_settings s = refined.settings;
+            struct phys_path_settings s = *refined.settings;
             size_t n = s.slices;
             assert_true(refined.path[n - 1] == line[N - 1]);
             assert_close(s.dt * (double)(n - 1), turn * abs(turns), 0, 1e-8);
@@ -229,7 +234,7 @@ static ad_var driven(ad_var q, ad_var v, ad_var t, const void *p)
 static void what_is_refused(void **state)
 {
     (void)state;
-    const struct phys_ends end = {.free = {NULL, free_one}};
+    const struct phys_ends end = {.size = sizeof end, .free = {NULL, free_one}};
     struct phys_system spring = system_opened("spring"), body = system_opened("freebody"), pushed;
     struct phys_path_settings settings = phys_path_defaults(&spring);
     struct phys_path_info info;
@@ -268,7 +273,8 @@ static void what_is_refused(void **state)
 static void shared_derivatives_find_the_same(void **state)
 {
     enum { SLICES = 33 };
-    static const struct phys_ends given = {0}, end = {.free = {NULL, free_one}};
+    static const struct phys_ends given = {.size = sizeof given},
+                                  end = {.size = sizeof end, .free = {NULL, free_one}};
     static const struct {
         const char *rule;
         size_t hold;
@@ -282,7 +288,8 @@ static void shared_derivatives_find_the_same(void **state)
         double path[2][4 * SLICES];
         struct phys_path_info info[2];
         struct phys_derivatives of = {0};
-        const struct phys_path_settings settings = {.rule = phys_rule_find(cases[c].rule, &error),
+        const struct phys_path_settings settings = {.size = sizeof settings,
+                                                    .rule = phys_rule_find(cases[c].rule, &error),
                                                     .slices = SLICES,
                                                     .steps = 100,
                                                     .dt = 2.0 / (SLICES - 1),

@@ -27,7 +27,8 @@ static void quickest_descent(void **state)
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         size_t n = cases[k].slices;
         phys_system_set(&system, "x1", cases[k].x1, &error);
-        struct phys_path_settings settings = {.rule = phys_rule_find(cases[k].rule, &error),
+        struct phys_path_settings settings = {.size = sizeof settings,
+                                              .rule = phys_rule_find(cases[k].rule, &error),
                                               .slices = n,
                                               .steps = 60,
                                               .dt = 2.5 / (double)(n - 1),
@@ -61,7 +62,8 @@ static void time_of_a_given_energy(void **state)
     struct ad_error error = {0};
     phys_system_open("freebody", &body, &error); /* m = g = 1 */
     assert_no_error(&error);
-    struct phys_path_settings settings = {.rule = phys_rule_find("gauss2", &error),
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find("gauss2", &error),
                                           .slices = SLICES,
                                           .steps = 20,
                                           .dt = 0.03,

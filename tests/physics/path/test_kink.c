@@ -58,7 +58,7 @@ static double error_from(double t0, double width)
     settings.rule = NULL;
     settings.dt = (1 - t0) / (SLICES - 1);
     phys_path_refine(&system, &settings, line, 0, 1e-6, &refined, &error);
-    size_t slices = refined.settings.slices;
+    size_t slices = refined.settings->slices;
     for (size_t i = 0; error.status == AD_OK && i < slices; i++) {
         double t = t0 + (1 - t0) * (double)i / (double)(slices - 1);
         most = fmax(most, fabs(refined.path[i] - tanh(t / eps)));

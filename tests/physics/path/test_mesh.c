@@ -233,7 +233,7 @@ static struct refined refine(phys_lagrangian *lagrangian, double (*closed)(doubl
     settings.dt = time / 8;
     struct refined r = {
         .status = phys_path_refine(&system, &settings, guess, 0, tolerance, &refined, &error)};
-    const struct phys_grid grid = phys_grid_of(&refined.settings);
+    const struct phys_grid grid = phys_grid_of(refined.settings);
     r.elements = grid.slices - 1;
     for (size_t i = 0; r.status == AD_OK && i < grid.slices; i++) {
         r.error = fmax(r.error, fabs(refined.path[i] - closed(phys_grid_time(&grid, i))));

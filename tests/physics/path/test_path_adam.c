@@ -12,7 +12,8 @@ static struct phys_path_settings published_settings(const struct phys_system *sy
 {
     const struct phys_preset *paper = system->scene->paper;
     struct ad_error error = {0};
-    return (struct phys_path_settings){.rule = phys_rule_find("left+repeat", &error),
+    return (struct phys_path_settings){.size = sizeof(struct phys_path_settings),
+                                       .rule = phys_rule_find("left+repeat", &error),
                                        .slices = paper->slices,
                                        .steps = paper->steps,
                                        .dt = paper->dt,
@@ -176,7 +177,8 @@ static struct phys_path_settings spring_settings(struct log *log)
 {
     struct ad_error error = {0};
     *log = (struct log){.slices = SLICES, .stop_at = SIZE_MAX};
-    return (struct phys_path_settings){.rule = phys_rule_find("left", &error),
+    return (struct phys_path_settings){.size = sizeof(struct phys_path_settings),
+                                       .rule = phys_rule_find("left", &error),
                                        .slices = SLICES,
                                        .steps = 4000,
                                        .dt = 0.08,

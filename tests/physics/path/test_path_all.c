@@ -26,7 +26,8 @@ static void four_answers_of_the_pendulum(void **state)
     struct ad_error error = {0};
     phys_system_open("pendulum", &pendulum, &error);
     phys_system_set(&pendulum, "l", 1, &error);
-    struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find("gauss4", &error),
                                           .slices = SLICES,
                                           .dt = 10. / (SLICES - 1),
                                           .learning_rate = 1};
@@ -56,8 +57,11 @@ static void the_energy_of_a_spring_is_that_of_its_recurrence(void **state)
     struct ad_error error = {0};
     const double dt = 0.025, w = acos(1 - dt * dt / 2);
     phys_system_open("spring", &spring, &error);
-    struct phys_path_settings settings = {
-        .rule = phys_rule_find("left", &error), .slices = SLICES, .dt = dt, .learning_rate = 1};
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find("left", &error),
+                                          .slices = SLICES,
+                                          .dt = dt,
+                                          .learning_rate = 1};
     double path[SLICES], mean = 0;
     for (size_t i = 0; i < SLICES; i++)
         path[i] = cos(((double)i - 0.5) * w) / cos(0.5 * w);
@@ -101,7 +105,8 @@ static void none_is_left_out_from_the_top(void **state)
     struct ad_error error = {0};
     (void)state;
     assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
-    const struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+    const struct phys_path_settings settings = {.size = sizeof settings,
+                                                .rule = phys_rule_find("gauss4", &error),
                                                 .slices = SLICES,
                                                 .dt = 20. / (SLICES - 1),
                                                 .learning_rate = 1};
@@ -139,7 +144,8 @@ static void a_search_ends_where_it_is_asked_to(void **state)
     phys_system_open("pendulum", &pendulum, &error);
     phys_system_set(&pendulum, "l", 1, &error);
     struct patience patience = {.least = SIZE_MAX};
-    struct phys_path_settings settings = {.rule = phys_rule_find("gauss2", &error),
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find("gauss2", &error),
                                           .slices = SLICES,
                                           .dt = 10. / (SLICES - 1),
                                           .steps = 50,
@@ -191,7 +197,8 @@ static void one_answer_of_a_free_body(void **state)
     struct phys_system body;
     struct ad_error error = {0};
     phys_system_open("freebody", &body, &error);
-    struct phys_path_settings settings = {.rule = phys_rule_find("midpoint", &error),
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find("midpoint", &error),
                                           .slices = SLICES,
                                           .dt = 0.1,
                                           .learning_rate = 1};
@@ -224,7 +231,8 @@ static void every_path_of_the_pendulum(void **state)
     struct ad_error error = {0};
     phys_system_open("pendulum", &pendulum, &error);
     for (size_t c = 0; c < LENGTH(cases); c++) {
-        struct phys_path_settings settings = {.rule = phys_rule_find(cases[c].rule, &error),
+        struct phys_path_settings settings = {.size = sizeof settings,
+                                              .rule = phys_rule_find(cases[c].rule, &error),
                                               .slices = cases[c].slices,
                                               .dt = cases[c].dt,
                                               .learning_rate = 1};
@@ -289,7 +297,8 @@ static void every_motion_is_a_path_or_counted(void **state)
     }
     const double least = time_of_one_turn(a);
     for (size_t c = 0; c < LENGTH(rules); c++) {
-        const struct phys_path_settings settings = {.rule = phys_rule_find(rules[c], &error),
+        const struct phys_path_settings settings = {.size = sizeof settings,
+                                                    .rule = phys_rule_find(rules[c], &error),
                                                     .slices = SLICES,
                                                     .dt = least * (1 + 1e-8) / (SLICES - 1),
                                                     .learning_rate = 1};

@@ -18,7 +18,8 @@ static void two_ways_around_a_centre(void **state)
     struct phys_system kepler;
     struct ad_error error = {0};
     phys_system_open("kepler", &kepler, &error);
-    struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find("gauss4", &error),
                                           .slices = SLICES,
                                           .dt = M_PI / (SLICES - 1),
                                           .learning_rate = 1};
@@ -51,7 +52,8 @@ static void paths_of_the_grid_alone_are_left_out(void **state)
     struct phys_system kepler;
     struct ad_error error = {0};
     phys_system_open("kepler", &kepler, &error);
-    struct phys_path_settings settings = {.rule = phys_rule_find("left", &error),
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find("left", &error),
                                           .slices = SLICES,
                                           .dt = M_PI / (SLICES - 1),
                                           .learning_rate = 1};
@@ -80,12 +82,14 @@ static void a_false_path_is_not_confirmed(void **state)
     struct phys_system kepler;
     struct ad_error error = {0};
     phys_system_open("kepler", &kepler, &error);
-    struct phys_path_settings settings = {.rule = phys_rule_find("gauss2", &error),
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find("gauss2", &error),
                                           .slices = SLICES,
                                           .dt = 10. / (SLICES - 1),
                                           .steps = 60,
                                           .learning_rate = 1};
-    const struct phys_simulation how = {.integrator = phys_integrator_find("rk4", &error),
+    const struct phys_simulation how = {.size = sizeof how,
+                                        .integrator = phys_integrator_find("rk4", &error),
                                         .dt = settings.dt / 4};
     const double q[] = {1, 0};
     struct phys_newton newton;
@@ -151,7 +155,8 @@ static void every_motion_of_lambert(void **state)
     struct ad_error error = {0};
     phys_system_open("kepler", &kepler, &error);
     for (size_t c = 0; c < LENGTH(cases); c++) {
-        struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+        struct phys_path_settings settings = {.size = sizeof settings,
+                                              .rule = phys_rule_find("gauss4", &error),
                                               .slices = SLICES,
                                               .dt = cases[c].time / (SLICES - 1),
                                               .learning_rate = 1};

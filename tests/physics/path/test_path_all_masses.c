@@ -54,7 +54,8 @@ static void a_mass_that_depends_on_the_velocity(void **state)
     size_t expected = 1;
     (void)state;
     phys_system_make(&scene, &system, &error);
-    struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find("gauss4", &error),
                                           .slices = SLICES,
                                           .dt = scene.dt,
                                           .learning_rate = 1};
@@ -113,7 +114,8 @@ static void a_mass_that_depends_on_the_place(void **state)
     double path[4 * SLICES] = {0};
     (void)state;
     phys_system_make(&scene, &system, &error);
-    struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find("gauss4", &error),
                                           .slices = SLICES,
                                           .dt = scene.dt,
                                           .learning_rate = 1};
@@ -163,7 +165,8 @@ static void many_coordinates_are_listed(void **state)
     (void)state;
     phys_system_make(&scene, &system, &error);
     for (size_t c = 0; c < LENGTH(steps); c++) {
-        struct phys_path_settings settings = {.rule = phys_rule_find("left", &error),
+        struct phys_path_settings settings = {.size = sizeof settings,
+                                              .rule = phys_rule_find("left", &error),
                                               .slices = SLICES,
                                               .dt = steps[c],
                                               .learning_rate = 1};
@@ -198,7 +201,8 @@ static void a_search_that_is_ended(void **state)
     phys_system_open("pendulum", &pendulum, &error);
     phys_system_set(&pendulum, "l", 1, &error);
     int left = 20000; /* a spectrum asks at every slice */
-    struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find("gauss4", &error),
                                           .slices = SLICES,
                                           .steps = 50,
                                           .dt = 10. / (SLICES - 1),
@@ -233,7 +237,8 @@ static void newton_refuses_what_does_not_fit(void **state)
     struct ad_error error = {0};
     phys_system_open("gas", &gas, &error);
     phys_system_set(&gas, "bodies", 20000, &error);
-    struct phys_path_settings settings = {.rule = phys_rule_find("gauss5", &error),
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = phys_rule_find("gauss5", &error),
                                           .slices = 1000,
                                           .steps = 1,
                                           .dt = 1,

@@ -74,7 +74,8 @@ static void search(phys_lagrangian *L, const double *ends, double time, uint64_t
     struct ad_error error = {0};
     double path[8 * SLICES];
     assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
-    const struct phys_path_settings settings = {.rule = phys_rule_find("gauss4", &error),
+    const struct phys_path_settings settings = {.size = sizeof settings,
+                                                .rule = phys_rule_find("gauss4", &error),
                                                 .slices = SLICES,
                                                 .dt = time / (SLICES - 1),
                                                 .proceed = goes_on,

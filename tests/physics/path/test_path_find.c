@@ -21,7 +21,8 @@ static struct phys_system unit_pendulum_opened(void)
 static struct phys_path_settings settings_of(const char *rule)
 {
     struct ad_error error = {0};
-    return (struct phys_path_settings){.rule = phys_rule_find(rule, &error),
+    return (struct phys_path_settings){.size = sizeof(struct phys_path_settings),
+                                       .rule = phys_rule_find(rule, &error),
                                        .slices = SLICES,
                                        .steps = 50,
                                        .dt = 10. / (SLICES - 1),
@@ -130,13 +131,14 @@ static void the_coarsest_setting_that_meets_an_error(void **state)
     struct ad_error error = {0};
     const double guess[] = {0, 0.4, 0.8, sin(1.5)};
     for (double tolerance = 1e-3; tolerance > 1e-11; tolerance /= 100) {
-        struct phys_path_settings settings = {.slices = 4, .dt = 0.5, .steps = 50};
+        struct phys_path_settings settings = {
+            .size = sizeof settings, .slices = 4, .dt = 0.5, .steps = 50};
         struct phys_refined refined;
         struct phys_path_found found;
         assert_int_equal(
             phys_path_refine(&spring, &settings, guess, 0, tolerance, &refined, &error), AD_OK);
         const struct phys_level *last = &refined.level[refined.n - 1];
-        size_t slices = refined.settings.slices;
+        size_t slices = refined.settings->slices;
         assert_int_equal(last->elements, slices - 1);
         assert_true(last->estimate < tolerance);
         double worst = 0;
@@ -146,7 +148,7 @@ static void the_coarsest_setting_that_meets_an_error(void **state)
         assert_true(worst < last->estimate);
         assert_true(refined.path[0] == 0 && refined.path[slices - 1] == guess[3]);
         assert_int_equal(phys_path_find(phys_solver_find("newton", &error), &spring,
-                                        &refined.settings, refined.path, &found, &error),
+                                        refined.settings, refined.path, &found, &error),
                          AD_OK);
         assert_true(found.stationary && found.discretisation < tolerance);
         phys_path_found_free(&found);
@@ -180,6 +182,7 @@ static void errors_out_of_reach_are_told(void **state)
         struct ad_error error = {0}, none = {0};
         struct phys_refined refined;
         struct phys_path_settings settings = {
+            .size = sizeof settings,
             .slices = 4,
             .dt = 0.5,
             .steps = 50,

@@ -74,12 +74,12 @@ static double true_error(const struct problem *p, const struct phys_refined *r)
 {
     struct phys_shooting s;
     struct ad_error error = {0};
-    size_t n = r->settings.slices, dof = p->system.dof;
+    size_t n = r->settings->slices, dof = p->system.dof;
     double most = 0, flow[4 * DOF * DOF], state[2 * DOF];
-    bool known = phys_shooting_new(&s, &p->system, &r->settings, r->path, &error) &&
+    bool known = phys_shooting_new(&s, &p->system, r->settings, r->path, &error) &&
                  phys_shooting_solve(&s, 1e-15);
     for (size_t i = 0, node = 0; known && i < n; i += (n + MEASURED - 1) / MEASURED) {
-        double t = (double)i * r->settings.dt;
+        double t = (double)i * r->settings->dt;
         while (node + 1 < s.n && s.time[node + 1] <= t)
             node++;
         known = phys_shooting_flow(&s, node, t, flow, state);
@@ -103,7 +103,7 @@ static void estimates_are_rarely_under_the_error(void **state)
             double estimate = refined.level[refined.n - 1].estimate;
             double error_made = true_error(&p, &refined), ratio = error_made / estimate;
             print_message("%-36s %4zu slices, tolerance %.1e, estimate %.1e, true/estimate %.3f\n",
-                          p.name, refined.settings.slices, p.tolerance, estimate, ratio);
+                          p.name, refined.settings->slices, p.tolerance, estimate, ratio);
             assert_true(estimate <= p.tolerance);
             solved++;
             known += isnan(ratio) ? 0 : 1;

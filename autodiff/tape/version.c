@@ -1,0 +1,3 @@
+#include "autodiff/version.h"
+
+const char *leastaction_version(void) { return LEASTACTION_VERSION; }
