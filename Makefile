@@ -33,13 +33,13 @@ WARN = -Wall -Wextra -Wpedantic -Wshadow -Wstrict-prototypes -Wconversion $(if $
 MATH = -fno-math-errno -fno-trapping-math $(if $(CLANG),$(if $(X86),-fveclib=libmvec))
 ifdef SAN
 # With clang the objects are instrumented for the fuzzers, except the tape and the rooms of numbers, which read
-# no files and whose loops would take up to twice as long. UBSan's pointer checks would double the time of the
-# kernels again, whose addresses ASan checks already.
-SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer $(COVERAGE)
-COVERAGE = $(if $(CLANG),-fsanitize=fuzzer-no-link)
-NUMBERS = autodiff quantum $(addprefix physics/,action gas integrators lagrangian linear motion ode path stability)
-$(foreach d,$(NUMBERS),$(BUILD)/$d/%.o): COVERAGE =
-$(BUILD)/autodiff/kernels/%.o: COVERAGE = -fno-sanitize=pointer-overflow,null,alignment
+# no files and whose loops would take up to twice as long. They are optimized, without UBSan's checks of pointers,
+# whose accesses ASan checks already: that halves their time. Tests are compiled quickly.
+SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer $(SAN_ROOM)
+SAN_ROOM = $(if $(CLANG),-fsanitize=fuzzer-no-link)
+NUMBERS = autodiff quantum $(addprefix physics/,action gas integrators lagrangian linear modes motion ode path stability)
+$(foreach d,$(NUMBERS),$(BUILD)/$d/%.o): SAN_ROOM = -O2 -fno-sanitize=pointer-overflow,null,alignment,object-size
+$(BUILD)/tests/%.o: SAN_ROOM = -O0
 endif
 PKG_CFLAGS := $(patsubst -I%,-isystem %,$(filter-out -I/usr/include/$(MACHINE),$(shell pkg-config --cflags hdf5 openblas lapacke libpng zlib 2>/dev/null)))
 PKG_LIBS   := $(shell pkg-config --libs hdf5 openblas lapacke libpng zlib 2>/dev/null)
@@ -97,7 +97,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests objects test check demo abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan test-page run-threaded recipes fuzz run-fuzzers install uninstall clean help FORCE
+.PHONY: all build-tests objects test check demo abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan test-page run-threaded recipes fuzz run-fuzzers $(FUZZERS:%=%.run) install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -158,10 +158,17 @@ $(BUILD)/apps/output/page.o: $(BUILD)/apps/output/page.html.inc
 
 compile = $(CC) $(ALL_CFLAGS) -MMD -MP -c $< -o $@
 
+# With OBJECTS=FOLDER only kernels are compiled; the other objects are those of that build.
+ifdef OBJECTS
+$(BUILD)/%.o: $(OBJECTS)/%.o
+	@mkdir -p $(@D)
+	@ln -f $< $@
+else
 $(BUILD)/%.o: %.c $(BUILD)/flags
 	$(call say,CC,$<)
 	@mkdir -p $(@D)
 	$(Q)$(compile)
+endif
 
 # $(1) f32 or f64, $(2) instruction set
 define kernel_rule
@@ -324,7 +331,7 @@ format:
 # All tests, then each fuzzer from its corpus, by clang, because gcc has no libFuzzer. OpenBLAS uses one thread,
 # because its threads may end while LeakSanitizer scans them. intercept_tls_get_addr=0: LeakSanitizer guesses the
 # size of dynamic thread-local blocks from their allocator's header, and sometimes crashes on the guess.
-SANITIZED = --no-print-directory BUILD=$(BUILD)/sanitize CC=clang SAN=1 CFLAGS='-O1 -g -Wno-pass-failed' \
+SANITIZED = --no-print-directory BUILD=$(BUILD)/sanitize CC=clang SAN=1 CFLAGS='-O1 -gline-tables-only -Wno-pass-failed' \
             $(if $(shell command -v ld.lld),LDFLAGS=-fuse-ld=lld)
 sanitize:
 	@OPENBLAS_NUM_THREADS=1 ASAN_OPTIONS=detect_leaks=1:detect_stack_use_after_return=1:intercept_tls_get_addr=0 \
@@ -335,18 +342,19 @@ sanitize:
 fuzz:
 	@$(MAKE) $(SANITIZED) run-fuzzers
 
-test-o1:
-	@FUZZ_SHARE=1 $(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 TEST_DIRS=tests/autodiff check
+WITH_O1 = --no-print-directory BUILD=$(BUILD)/o1 O1=1 OBJECTS=$(BUILD)
+test-o1: $(A) $(filter $(BUILD)/tests/autodiff/%.o,$(TESTS:%=%.o)) $(HELP_OBJ)
+	@FUZZ_SHARE=1 $(MAKE) $(WITH_O1) TEST_DIRS=tests/autodiff check
 
 # Random programs against a plain evaluation. A failure is repeated by PROGRAMS=1 SEED=its seed.
 PROGRAMS ?= 1000
 SEED ?= 1
-fuzz-native: $(BUILD)/tests/autodiff/native/test_native_fuzz
+fuzz-native: $(A) $(HELP_OBJ) $(BUILD)/tests/autodiff/native/test_native_fuzz
 	@for cc in gcc clang; do \
 	    if command -v $$cc >/dev/null; then echo "by $$cc"; CC=$$cc $< $(PROGRAMS) $(SEED) || exit; \
 	    else echo "$$cc: skipped, not installed"; fi; \
 	done
-	@$(MAKE) --no-print-directory BUILD=$(BUILD)/o1 O1=1 $(BUILD)/o1/tests/autodiff/native/test_native_fuzz
+	@$(MAKE) $(WITH_O1) $(BUILD)/o1/tests/autodiff/native/test_native_fuzz
 	@echo 'interpreted, kernels at -O1'; \
 	    FUZZ_INTERPRETED=1 $(BUILD)/o1/tests/autodiff/native/test_native_fuzz $(PROGRAMS) $(SEED)
 
@@ -385,14 +393,13 @@ tsan:
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/tsan CC=clang SANITIZE=-fsanitize=thread \
 	    CFLAGS='-O1 -g -Wno-pass-failed' run-threaded
 
-run-fuzzers: $(FUZZERS)
-	@for f in $^; do \
-	    mkdir -p $$f.corpus; \
-	    echo "$$f ($(FUZZ_SECONDS) s)"; \
-	    TMPDIR=$${TMPDIR:-/dev/shm} $$f -max_total_time=$(FUZZ_SECONDS) -seed=$(FUZZ_SEED) -max_len=4096 \
-	        -artifact_prefix=$$f. $$f.corpus tests/fuzz/corpus/$${f##*fuzz_} >$$f.log 2>&1 \
-	        || { tail -n 30 $$f.log; exit 1; }; \
-	done
+run-fuzzers: $(FUZZERS:%=%.run)
+$(FUZZERS:%=%.run): %.run: %
+	@mkdir -p $*.corpus
+	@echo "$* ($(FUZZ_SECONDS) s)"
+	@TMPDIR=$${TMPDIR:-/dev/shm} $* -max_total_time=$(FUZZ_SECONDS) -seed=$(FUZZ_SEED) -max_len=4096 \
+	    -artifact_prefix=$*. $*.corpus tests/fuzz/corpus/$(subst fuzz_,,$(*F)) >$*.log 2>&1 \
+	    || { tail -n 30 $*.log; exit 1; }
 
 # ---- install ----
 
