@@ -61,8 +61,14 @@ void inject_words(struct words *words, const char *line)
 size_t inject_step(size_t all)
 {
     const char *given = getenv("FAULTS");
-    size_t tried = given ? strtoul(given, NULL, 10) : 6;
+    size_t tried = given ? strtoul(given, NULL, 10) : 3;
     return tried ? (all + tried - 1) / tried : all + 1;
+}
+
+size_t inject_first(size_t step)
+{
+    const char *share = getenv("FUZZ_SHARE");
+    return 1 + (share ? strtoul(share, NULL, 10) % 3 : 0) * step / 3;
 }
 
 /* Asks for the calls of this process from now on; returns where they are to be read. */

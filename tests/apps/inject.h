@@ -15,9 +15,10 @@ struct words {
 };
 void inject_words(struct words *words, const char *line);
 
-/* From one fault that is tried to the next, of `all` in a run: 6 are tried, or FAULTS of the
-   environment. */
+/* From one fault that is tried to the next, of `all` in a run: 3 are tried, or FAULTS of the
+   environment. The first: others by each build, which FUZZ_SHARE, 0 to 2, numbers. */
 size_t inject_step(size_t all);
+size_t inject_first(size_t step);
 
 /* Which calls fail. Counted are those that open for writing, write, sync, truncate, rename, and
    close what was open for writing, in the work folder, in the child and its children. */

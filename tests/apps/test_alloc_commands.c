@@ -87,7 +87,7 @@ static void test_every_allocation(void **state)
         if (run(table[k], 0, false) != 0)
             fail_msg("%s: %s", table[k], shell_err());
         size_t all = *calls, step = inject_step(all);
-        for (size_t call = 1 + k % step; call <= all; call += step)
+        for (size_t call = 1 + (inject_first(step) - 1 + k) % step; call <= all; call += step)
             fail_at(table[k], call, call / step % 2);
     }
 }

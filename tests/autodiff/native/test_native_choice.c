@@ -26,7 +26,7 @@ static void test_few_runs(void **state)
  */
 static void test_in_time(void **state)
 {
-    enum { N = 3000, MOST = 20000, TERMS = 100 };
+    enum { N = 3000, MOST = 20000, TERMS = 60 };
     (void)state;
     native_need_compiler();
     ad_tape *tape = ad_tape_new(AD_F64);
@@ -45,7 +45,7 @@ static void test_in_time(void **state)
         held[k] = 0.01 * (double)k;
     ad_set(p, h, held);
     ad_set(interpreted, h, held);
-    assert_true(ad_program_info(p).instructions > 1000);
+    assert_true(ad_program_info(p).instructions > 512); /* of a part */
     assert_mentions(ad_native_note(p), "requested");
     ad_native_lazy(p);
     assert_mentions(ad_native_note(p), "runs");

@@ -174,7 +174,7 @@ static void claims_hold_where_the_number_is_known(void **state)
     size_t complete = 0, wrong = 0, saturated = 0;
     (void)state;
     for (uint64_t k = 0; k < PROBLEMS; k++) {
-        double ends[4], time = 6 + 0.7 * (double)k;
+        double ends[4], time = 5 + 0.7 * (double)k;
         for (size_t i = 0; i < 4; i++)
             ends[i] = 1.5 * sin(1.7 * (double)k + 2.3 * (double)i + 0.4);
         struct phys_solutions all;
