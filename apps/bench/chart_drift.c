@@ -197,7 +197,7 @@ static enum ad_status measure(const struct problem *motion, double periods, stru
 
 enum ad_status chart_drift(struct chart *chart, struct ad_error *error)
 {
-    double periods = chart->quick ? 30 : 1000;
+    double periods = chart->quick ? 24 : 1000;
     struct problem motion = {0};
     struct sheet *sheet = chart_sheet(chart, "drift", columns, error);
     struct plot *plot = chart_picture(chart, "drift", error);

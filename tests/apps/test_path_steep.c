@@ -135,8 +135,8 @@ static void test_a_path_that_nothing_holds(void **state)
     shell_works("${CC:-cc} -std=c11 -shared -fPIC -I$ROOT "
                 "'-DV(x)=ad_mul(-2500.0,ad_square(ad_sub(1.0,ad_square(x))))' "
                 "$ROOT/tests/apps/scenes/kink.c -o k.so");
-    shell_works("awk 'BEGIN { for (i = -64; i <= 64; i++) print i / 64 }' >line.csv");
-    assert_int_equal(shell("$LA path ./k.so --init line.csv --slices 129 --dt 0.015625 --tol 1e-6"),
+    shell_works("awk 'BEGIN { for (i = -32; i <= 32; i++) print i / 32 }' >line.csv");
+    assert_int_equal(shell("$LA path ./k.so --init line.csv --slices 65 --dt 0.03125 --tol 1e-6"),
                      1);
 }
 
