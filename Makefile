@@ -277,6 +277,9 @@ demo:
 # The problems of ADBench, a program as a reader would write it.
 ADBENCH = $(wildcard docs/examples/adbench/*.c)
 
+# By hand: for this machine, as we compile machine code for it.
+$(BUILD)/docs/examples/adbench/%_by_hand.o: private CFLAGS += $(SIMD) $(if $(X86),-march=native) -ffp-contract=fast
+
 $(BUILD)/adbench: $(ADBENCH:%.c=$(BUILD)/%.o) $(A)
 	$(call say,LD,$@)
 	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) $(filter %.o,$^) $(A) $(LIBS) -o $@

@@ -9,8 +9,8 @@ enum { MOST_INPUTS = 3 };
 
 struct problem {
     ad_tape *tape;
-    ad_var x[MOST_INPUTS], y; /* a scalar, or the vector of a Jacobian */
-    double *at[MOST_INPUTS];
+    ad_var x[MOST_INPUTS], y;        /* a scalar, or the vector of a Jacobian */
+    double *at[MOST_INPUTS], *fixed; /* values of inputs, and of the last constant */
     size_t n;
 };
 
@@ -26,7 +26,7 @@ static inline double number(uint64_t series, uint64_t k)
 /* An input of numbers offset + scale * number(series, k), kept in the problem. */
 ad_var adbench_input(struct problem *p, size_t rows, size_t cols, uint64_t series, double offset,
                      double scale);
-/* The same as a constant. */
+/* The same as a constant, the last one kept in the problem. */
 ad_var adbench_constant(struct problem *p, size_t rows, size_t cols, uint64_t series, double offset,
                         double scale);
 /* Rotation of the columns of v by the axis and angle r (3 x 1, or a column each). */
@@ -38,8 +38,8 @@ void adbench_lstm(struct problem *p, const size_t size[3]); /* layers, units, st
 void adbench_lstm_loop(struct problem *p, const size_t size[3]);
 void adbench_hand(struct problem *p, const size_t size[3]); /* points, whether of triangles */
 
-/* The entries of the Jacobian of bundle adjustment, row by row. */
-void adbench_ba_by_hand(const struct problem *p, const size_t size[3], const double *seen,
-                        double *value);
+/* By hand: the derivatives by all inputs; the entries of the Jacobian row by row. */
+void adbench_gmm_by_hand(const struct problem *p, const size_t size[3], double *gradient);
+void adbench_ba_by_hand(const struct problem *p, const size_t size[3], double *value);
 
 #endif

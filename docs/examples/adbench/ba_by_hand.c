@@ -31,9 +31,9 @@ static void rotate(const double r[3], const double p[3], double v[3], double by_
     }
 }
 
-void adbench_ba_by_hand(const struct problem *p, const size_t size[3], const double *seen,
-                        double *value)
+void adbench_ba_by_hand(const struct problem *p, const size_t size[3], double *value)
 {
+    const double *seen = p->fixed;
     const size_t cameras = size[0], points = size[1], n = size[2];
     for (size_t k = 0; k < n; k++) {
         const size_t camera = k % cameras, point = (k * 7 + k / cameras) % points;
