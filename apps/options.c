@@ -37,6 +37,8 @@ static const struct option scans[] = {
 static const struct option outputs[] = {
     {"out", "FILE.h5", OPTION_OUTPUT, NULL, "everything, as HDF5", AT(out)},
     {"csv", "FILE", OPTION_OUTPUT, NULL, "the result as CSV; - is standard output", AT(csv)},
+    {"log", "FILE", OPTION_OUTPUT, NULL,
+     "progress while it runs, as CSV: seconds, done, total, seconds left", AT(log)},
     {"plot", "FILE", OPTION_PICTURE, NULL,
      "picture: .svg, .png or animated .gif; .html: a page to explore", AT(plot)},
 };

@@ -57,9 +57,9 @@ struct common {
     bool help, version, json, quiet, verbose, no_native;
     uint64_t seed;
     size_t threads;
-    const char *out, *csv, *plot; /* where the subcommand has results to write */
-    struct settings set;          /* where it opens a scene */
-    struct texts scan;            /* where it does both */
+    const char *out, *csv, *log, *plot; /* where the subcommand has results to write */
+    struct settings set;                /* where it opens a scene */
+    struct texts scan;                  /* where it does both */
     const char *curves;
     struct scan *scanning;   /* that this run belongs to: its report goes there; NULL: none */
     const char *argument[2]; /* what is not an option, in order; NULL beyond the last */

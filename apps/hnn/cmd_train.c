@@ -24,7 +24,7 @@ static int train(struct train_run *run, struct ad_error *error)
     if (check_out(common->out, error) != AD_OK ||
         result_begin(&log, run->options->log, error) != AD_OK)
         return command_status(error);
-    progress_start(&run->progress, common->quiet);
+    progress_start(&run->progress, common->quiet, NULL);
     run->progress.from = (double)hnn_trainer_step(run->trainer);
     interrupt_catch();
     hnn_trainer_run(run->trainer, &stop, error);

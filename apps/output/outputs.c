@@ -1,5 +1,6 @@
 /* The output files of a run (outputs.h). */
 #include "outputs.h"
+#include "progress.h"
 #include "apps/command.h"
 #include "apps/interrupt.h"
 #include "page.h"
@@ -20,6 +21,8 @@ static enum ad_status begin(const struct common *common, struct outputs *outputs
     const bool page = page_wanted(common->plot);
     const char *file = page && !common->out ? common->plot : common->out;
     *outputs = (struct outputs){0};
+    if (common->log && !progress_log_begin(common->log))
+        return ad_fail(error, AD_E_IO, "%s: cannot be written", common->log);
     if ((file && phys_hdf5_create(file, &outputs->file, error) != AD_OK) ||
         result_begin(&outputs->csv, common->csv, error) != AD_OK ||
         (page && result_begin(&outputs->page, common->plot, error) != AD_OK) ||

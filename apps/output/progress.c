@@ -8,13 +8,21 @@
 #include <unistd.h>
 
 /* Seconds before the first line, so that short runs print none, and between lines. */
-static const double first[] = {60, 0.2}, between[] = {60, 0.1};
+static const double first[] = {60, 0.2}, between[] = {60, 0.1}, row_between = 0.2;
 
-void progress_start(struct progress *progress, bool quiet)
+bool progress_log_begin(const char *log)
+{
+    FILE *out = fopen(log, "w");
+    bool begun = out && fputs("seconds,done,total,seconds_left\n", out) >= 0;
+    return out && fclose(out) == 0 && begun;
+}
+
+void progress_start(struct progress *progress, bool quiet, const char *log)
 {
     bool terminal = isatty(STDERR_FILENO);
     *progress = (struct progress){.shown = !quiet, .terminal = terminal, .started = ad_now()};
     progress->next = progress->started + first[terminal];
+    progress->log = log ? fopen(log, "a") : NULL;
 }
 
 /* The clock without the processor's counter, where there is one: 7 ns instead of 36, and a few
@@ -32,13 +40,11 @@ static double coarse_now(void)
 
 bool progress_due(struct progress *progress)
 {
-    if (!progress->shown)
+    if (!progress->shown && !progress->log)
         return false;
     double time = coarse_now();
-    if (time < progress->next)
-        return false;
-    progress->next = time + between[progress->terminal];
-    return true;
+    return (progress->shown && time >= progress->next) ||
+           (progress->log && time >= progress->next_row);
 }
 
 /* "35/s, 2 min left"; nothing where the rate is not known. */
@@ -59,10 +65,30 @@ static void print_rate(const struct progress *progress, double done, double tota
                               : left / 3600);
 }
 
+static void write_row(const struct progress *progress, double done, double total)
+{
+    double seconds = ad_now() - progress->started;
+    double left = (total - done) * seconds / (done - progress->from);
+    fprintf(progress->log, "%.3f,%.9g,", seconds, done);
+    if (total > 0)
+        fprintf(progress->log, "%.9g", total);
+    if (total > 0 && isfinite(left) && left >= 0)
+        fprintf(progress->log, ",%.3g\n", left);
+    else
+        fputs(",\n", progress->log);
+    fflush(progress->log);
+}
+
 void progress_line(struct progress *progress, double done, double total, const char *format, ...)
 {
-    if (!progress->shown)
+    double time = coarse_now();
+    if (progress->log && time >= progress->next_row) {
+        write_row(progress, done, total);
+        progress->next_row = time + row_between;
+    }
+    if (!progress->shown || time < progress->next)
         return;
+    progress->next = time + between[progress->terminal];
     va_list arguments;
     va_start(arguments, format);
     fputs(progress->terminal ? "\r\033[K" : "leastaction: ", stderr);
@@ -78,4 +104,7 @@ void progress_end(struct progress *progress)
 {
     if (progress->shown && progress->terminal)
         fputs("\r\033[K", stderr);
+    if (progress->log)
+        fclose(progress->log);
+    progress->log = NULL;
 }

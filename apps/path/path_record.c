@@ -20,7 +20,7 @@ void path_record_begin(struct path_record *record, const struct path_run *run, p
     *record = (struct path_record){.run = run, .file = file};
     if (pictures)
         record->frame_every = run->settings.steps / FRAMES + 1;
-    progress_start(&record->progress, run->options->common.quiet);
+    progress_start(&record->progress, run->options->common.quiet, run->options->common.log);
 }
 
 void path_record_free(struct path_record *record)

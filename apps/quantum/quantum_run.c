@@ -16,7 +16,7 @@ enum ad_status quantum_run(void *context, struct ad_error *error)
     struct quantum_run *run = context;
     run->settings.progress = after_slice;
     run->settings.context = run;
-    progress_start(&run->progress, run->options->common.quiet);
+    progress_start(&run->progress, run->options->common.quiet, run->options->common.log);
     interrupt_catch();
     qm_run(&run->settings, &run->result, error);
     progress_end(&run->progress);

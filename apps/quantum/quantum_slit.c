@@ -63,7 +63,7 @@ static enum ad_status follow(void *context, struct ad_error *error)
     struct progress progress;
     struct qm_slit *slit = &run->slit;
     double from = ad_now();
-    progress_start(&progress, run->options->common.quiet);
+    progress_start(&progress, run->options->common.quiet, run->options->common.log);
     interrupt_catch();
     while (!run->interrupted && qm_slit_advance(slit)) {
         run->interrupted = interrupted();

@@ -186,7 +186,7 @@ static enum ad_status follow(void *context, struct ad_error *error)
     const struct common *common = &run->options->common;
     struct watch w = {.time = run->settings.time};
     struct ad_error cause = {0};
-    progress_start(&w.progress, common->quiet);
+    progress_start(&w.progress, common->quiet, common->log);
     interrupt_catch();
     run->settings.progress = watch;
     run->settings.context = &w;

@@ -83,6 +83,7 @@ static void test_texts_are_apart(void **state)
         "path brachistochrone",                     /* several coordinates, odd units */
         "path ./chain.so --set masses=20 --slices 11 --init ode", /* a map of site and time */
         "modes dblpend",
+        "simulate pendulum --time 9 --scan theta0=0.1:3:5",
         "modes dimer",
         "simulate kepler --time 20",                               /* a centre */
         "simulate pendulum --event theta=0 --event 'v_theta>0.1'", /* events */

@@ -3,6 +3,7 @@
 #include "tests/close.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -14,7 +15,7 @@ static void print(bool quiet, char *text, size_t size)
     struct progress progress;
     assert_non_null(file);
     dup2(fileno(file), STDERR_FILENO);
-    progress_start(&progress, quiet);
+    progress_start(&progress, quiet, NULL);
     for (int k = 1; k <= 3; k++) {
         if (progress_due(&progress)) /* not for a minute */
             progress_line(&progress, 0, 0, "early");
@@ -50,12 +51,16 @@ static void test_rate(void **state)
     (void)state;
     assert_non_null(file);
     dup2(fileno(file), STDERR_FILENO);
-    progress_start(&progress, false);
+    progress_start(&progress, false, NULL);
+    progress.next = 0;
     progress.started -= 100;
     progress.from = 1000;
     progress_line(&progress, 1200, 1320, "step");
+    progress.next = 0;
     progress_line(&progress, 1200, 2200, "step");
+    progress.next = 0;
     progress_line(&progress, 1200, 201200, "step");
+    progress.next = 0;
     progress_line(&progress, 1200, 0, "step");
     dup2(before, STDERR_FILENO);
     close(before);
@@ -66,6 +71,35 @@ static void test_rate(void **state)
                               "leastaction: step, 2/s, 8 min left\n"
                               "leastaction: step, 2/s, 27.8 h left\n"
                               "leastaction: step, 2/s\n");
+}
+
+/* Rows of a log, whether lines are shown or not. */
+static void test_log(void **state)
+{
+    char name[] = "/tmp/progressXXXXXX", text[200] = "";
+    struct progress progress;
+    double seconds, left;
+    (void)state;
+    int file = mkstemp(name);
+    assert_true(file >= 0 && progress_log_begin(name));
+    progress_start(&progress, true, name);
+    progress.started -= 100;
+    assert_true(progress_due(&progress));
+    progress_line(&progress, 50, 200, "step");
+    assert_false(progress_due(&progress)); /* not at once again */
+    progress.next_row = 0;
+    progress_line(&progress, 60, 0, "step");
+    progress_end(&progress);
+    assert_true(read(file, text, sizeof text - 1) > 0);
+    close(file);
+    remove(name);
+    const char *row = strchr(text, '\n') + 1;
+    assert_memory_equal(text, "seconds,done,total,seconds_left\n", 32);
+    assert_int_equal(sscanf(row, "%lf,50,200,%lf", &seconds, &left), 2);
+    assert_close(seconds, 100, 0.01, 0);
+    assert_close(left, 300, 0.01, 0);
+    assert_true(strstr(row, ",60,,\n"));
+    assert_false(progress_log_begin("/nowhere/at/all"));
 }
 
 static void test_quiet(void **state)
@@ -79,6 +113,6 @@ static void test_quiet(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_lines), cmocka_unit_test(test_rate),
-                                       cmocka_unit_test(test_quiet)};
+                                       cmocka_unit_test(test_log), cmocka_unit_test(test_quiet)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
