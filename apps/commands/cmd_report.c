@@ -79,7 +79,8 @@ static enum ad_status folder_read(const char *name, struct folder *folder, struc
         if (m->d_name[0] != '.')
             add(folder, name, m->d_name, error);
     closedir(members);
-    qsort(folder->member, folder->n, sizeof *folder->member, by_name);
+    if (folder->n)
+        qsort(folder->member, folder->n, sizeof *folder->member, by_name);
     return error->status;
 }
 
