@@ -6,6 +6,8 @@
 
 BUILD  ?= build
 PREFIX ?= /usr/local
+# below PREFIX
+LIBDIR ?= lib
 CFLAGS ?= -O2 -g
 PYTHON ?= python3
 VERSION := $(shell sed -n 's/.*LEASTACTION_VERSION "\(.*\)"/\1/p' autodiff/version.h 2>/dev/null)
@@ -72,7 +74,7 @@ TEST_SRC := $(wildcard $(foreach d,$(TEST_DIRS),$d/test_*.c $d/*/test_*.c))
 TESTS    := $(TEST_SRC:%.c=$(BUILD)/%)
 FUZZERS  := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
 HELP_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(filter-out $(wildcard tests/*/test_*.c tests/*/*/test_*.c tests/fuzz/*.c \
-              tests/apps/scenes/*.c),$(wildcard tests/*.c tests/*/*.c tests/*/*/*.c)))
+              tests/apps/scenes/*.c tests/abi/*.c),$(wildcard tests/*.c tests/*/*.c tests/*/*/*.c)))
 FUZZ_SECONDS ?= 10
 # 0: another one each time
 FUZZ_SEED ?= 0
@@ -90,14 +92,14 @@ PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/status.h autodiff/version.h 
               hnn/pixels/pixels.h hnn/pixels/pixel_energy.h hnn/rollout/rollout.h quantum/quantum.h \
               quantum/run.h quantum/slit.h quantum/published.h)
 
-# Raised whenever a public struct changes its size (scripts/check-abi).
+# Raised whenever a program compiled before could fail (docs/compatibility.md, scripts/abi).
 SOVERSION = 3
 
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests objects test check demo abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan test-page run-threaded recipes fuzz run-fuzzers $(FUZZERS:%=%.run) install uninstall clean help FORCE
+.PHONY: all build-tests objects test check demo abi abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan test-page run-threaded recipes fuzz run-fuzzers $(FUZZERS:%=%.run) install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -116,6 +118,7 @@ help:
 	@echo '  peers      the same jobs in SciPy, PyTorch, JAX, where installed (PYTHON=python3)'
 	@echo '  bench      gradients by the tape against hand-written C; fails if slower than the stored baseline'
 	@echo '  adbench    Microsoft'"'"'s ADBench on the tape: gradient beside value, each against stored values'
+	@echo '  abi        the shared library beside the first of its soname (libabigail, and a program compiled then)'
 	@echo '  lint       warnings as errors (gcc, clang), cppcheck, format, exported names, dependencies between folders'
 	@echo '  format     clang-format all files'
 	@echo '  sanitize   all tests under ASan and UBSan, each parser under libFuzzer for 2 s (clang)'
@@ -322,8 +325,10 @@ hnn-table: all
 	@scripts/hnn-table $(BUILD)/leastaction hnn-table
 
 lint:
-	@scripts/check-abi
 	@scripts/lint $(BUILD)
+
+abi: $(SO)
+	@scripts/abi $(BUILD)
 
 abi-headers:
 	@echo $(SOVERSION) $(PUBLIC)
@@ -407,30 +412,41 @@ $(FUZZERS:%=%.run): %.run: %
 # ---- install ----
 
 ROOT = $(DESTDIR)$(PREFIX)
+LIB  = $(ROOT)/$(LIBDIR)
 
 MAN1 = $(ROOT)/share/man/man1
 COMPLETIONS = $(ROOT)/share/bash-completion/completions
 
 install: all
-	install -d $(ROOT)/bin $(ROOT)/lib/pkgconfig $(MAN1) $(COMPLETIONS)
+	install -d $(ROOT)/bin $(LIB)/pkgconfig $(LIB)/cmake/leastaction $(MAN1) $(COMPLETIONS)
 	install $(BUILD)/leastaction $(ROOT)/bin/
-	install -m 644 $(A) $(ROOT)/lib/
-	install $(SO) $(ROOT)/lib/libleastaction.so.$(VERSION)
-	ln -sf libleastaction.so.$(VERSION) $(ROOT)/lib/libleastaction.so.$(SOVERSION)
-	ln -sf libleastaction.so.$(SOVERSION) $(ROOT)/lib/libleastaction.so
+	install -m 644 $(A) $(LIB)/
+	install $(SO) $(LIB)/libleastaction.so.$(VERSION)
+	ln -sf libleastaction.so.$(VERSION) $(LIB)/libleastaction.so.$(SOVERSION)
+	ln -sf libleastaction.so.$(SOVERSION) $(LIB)/libleastaction.so
 	for h in $(PUBLIC); do install -D -m 644 $$h $(ROOT)/include/leastaction/$$h; done
 	install -D -m 644 physics/cmocka.h $(ROOT)/include/leastaction/leastaction/cmocka.h
-	sed 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' scripts/leastaction.pc.in > $(ROOT)/lib/pkgconfig/leastaction.pc
+	echo '#include "autodiff/version.h"' > $(ROOT)/include/leastaction/leastaction/version.h
+	for f in pkgconfig/leastaction.pc cmake/leastaction/leastactionConfig.cmake cmake/leastaction/leastactionConfigVersion.cmake; do \
+	    sed 's|@PREFIX@|$(PREFIX)|; s|@LIBDIR@|$(LIBDIR)|; s|@VERSION@|$(VERSION)|; s|@SOVERSION@|$(SOVERSION)|' \
+	        scripts/$${f##*/}.in > $(LIB)/$$f || exit; \
+	done
 	$(BUILD)/leastaction manual > $(MAN1)/leastaction.1
 	for c in $$($(BUILD)/leastaction manual | sed -n 's/^\.BR leastaction.-\([a-z]*\).*/\1/p'); do \
 	    $(BUILD)/leastaction manual $$c > $(MAN1)/leastaction-$$c.1 || exit; \
 	done
 	$(BUILD)/leastaction completion > $(COMPLETIONS)/leastaction
 
+# Those that `install` may have made, and no others of the system.
+FOLDERS = $(LIBDIR)/pkgconfig $(LIBDIR)/cmake share/man/man1 share/bash-completion/completions share/bash-completion
+
 uninstall:
-	rm -f $(ROOT)/bin/leastaction $(ROOT)/lib/libleastaction.* $(ROOT)/lib/pkgconfig/leastaction.pc \
+	rm -f $(ROOT)/bin/leastaction $(LIB)/libleastaction.* $(LIB)/pkgconfig/leastaction.pc \
 	    $(MAN1)/leastaction.1 $(MAN1)/leastaction-*.1 $(COMPLETIONS)/leastaction
-	rm -rf $(ROOT)/include/leastaction
+	rm -rf $(ROOT)/include/leastaction $(LIB)/cmake/leastaction
+	@for d in $(FOLDERS) $(if $(filter /usr /usr/local,$(ROOT)),,$(LIBDIR) lib share/man share include bin); do \
+	    test ! -d $(ROOT)/$$d || rmdir --ignore-fail-on-non-empty $(ROOT)/$$d; \
+	done
 
 clean:
 	rm -rf $(BUILD) leastaction
