@@ -204,12 +204,16 @@ static double end_of_step(const struct run *run)
 static void grow_sizes(struct run *run)
 {
     const struct phys_stepper *m = &run->stepper;
-    for (size_t k = 0; run->growing && k < m->n; k++) {
-        size_t first = !run->halves ? k : k < m->n / 2 ? 0 : m->n / 2;
-        run->growing[first] = fmax(run->growing[first], fabs(m->next[k]));
+    const size_t group = run->halves ? m->n / 2 : 1;
+    for (size_t first = 0; run->growing && first < m->n; first += group) {
+        double size = 0, next = 0;
+        for (size_t k = first; k < first + group; k++) {
+            size = fmax(size, run->growing[k]);
+            next = fmax(next, fabs(m->next[k]));
+        }
+        for (size_t k = first; next > size && k < first + group; k++)
+            run->growing[k] = size > 0 ? run->growing[k] * (next / size) : next; /* of one ratio */
     }
-    for (size_t k = 0; run->growing && run->halves && k < m->n; k++)
-        run->growing[k] = run->growing[k < m->n / 2 ? 0 : m->n / 2];
 }
 
 static enum ad_status out_of_steps(const struct run *run, struct ad_error *error)

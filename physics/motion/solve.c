@@ -165,9 +165,12 @@ static void find_worst(const struct phys_reference *r, const size_t *samples, si
 
 /* From the horizon on none are known. */
 static void measure_distance(const struct phys_reference *reference, const size_t *samples,
-                             struct phys_motion_solution *m)
+                             const double *sizes, struct phys_motion_solution *m)
 {
     size_t dof = m->system->dof;
+    double common = 0;
+    for (size_t k = 0; k < dof; k++)
+        common = fmax(common, sizes[k]);
     for (size_t i = 0; i < m->n; i++)
         m->distance[i] = (double)NAN;
     m->error = m->error_end = m->reference_uncertainty = 0;
@@ -179,7 +182,8 @@ static void measure_distance(const struct phys_reference *reference, const size_
         if (m->t[at] >= reference->horizon)
             break;
         for (size_t k = 0; k < dof; k++)
-            sum += pow(m->x[2 * at * dof + k] - reference->x[2 * i * dof + k], 2);
+            sum += pow((m->x[2 * at * dof + k] - reference->x[2 * i * dof + k]) * common / sizes[k],
+                       2);
         m->reference_uncertainty = fmax(m->reference_uncertainty, reference->uncertainty[i]);
         m->distance[at] = m->error_end = bound_distance(sqrt(sum), reference->uncertainty[i]);
         m->error = fmax(m->error, m->error_end);
@@ -203,15 +207,19 @@ static enum ad_status compare(struct solving *s, struct ad_error *error)
     size_t n = m->n < 2 ? 0 : (m->n - 1 + stride - 1) / stride + 1;
     if (n == 0)
         return AD_OK; /* it did not begin */
-    double *times = malloc(n * sizeof *times);
+    size_t dof = m->system->dof;
+    double *times = malloc((n + 4 * dof) * sizeof *times), *sizes = times + n;
     size_t *samples = malloc(n * sizeof *samples);
     for (size_t i = 0; times && samples && i < n; i++)
         times[i] = m->t[samples[i] = sample_of(m, n, i)];
     if (!times || !samples || !(m->distance = malloc(m->n * sizeof *m->distance)))
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else if (phys_reference(m->system, m->start, m->start + m->system->dof, n, times,
-                            PHYS_MOTION_LOST, solving_proceed, s, &reference, &cause) == AD_OK) {
-        measure_distance(&reference, samples, m);
+                            PHYS_MOTION_LOST, solving_proceed, s, &reference, &cause) == AD_OK &&
+             phys_ode_enter(&m->ode, 0, m->start, m->start + dof, sizes + 2 * dof, &cause) ==
+                 AD_OK &&
+             phys_typical_sizes(&m->ode, 0, sizes + 2 * dof, sizes, &cause) == AD_OK) {
+        measure_distance(&reference, samples, sizes, m);
         if (s->settings->n_crossings > 0)
             phys_crossings_measure(s, &reference, samples, error);
     } else if (s->interrupted) {

@@ -102,6 +102,57 @@ static double size_of_fall(const struct phys_ode *ode, double t, const double *y
     return isfinite(size) ? size : 0;
 }
 
+/* d2E / dy_k^2, where E is even in y_k about 0, from the smallest y_k = 2^j that E shows. */
+static double energy_curvature(const struct phys_ode *ode, double t, size_t k, double *y)
+{
+    y[k] = 0;
+    const double none = ode->energy(ode->context, t, y);
+    for (int j = -200; j <= 200; j += 10) {
+        y[k] = ldexp(1, j);
+        double more = ode->energy(ode->context, t, y) - none;
+        if (fabs(more) > 1e-3 * fabs(none) || (none == 0 && fabs(more) > 1e-250))
+            return 2 * more / (y[k] * y[k]);
+    }
+    return NAN;
+}
+
+enum { FEW = 64 }; /* coordinates */
+static const double another_unit = 0.1;
+
+/* Coordinates of different units have different masses: sqrt(m_k) q_k are of one unit. A coordinate
+   whose size is by that less than a tenth of the common one gets its own, and its velocity or
+   momentum, too; not those of bodies, whose masses differ in one unit. scale: x_size, v_size. */
+static void separate_units(const struct phys_ode *ode, double t, const double *start, double *scale)
+{
+    const size_t dof = ode->n / 2;
+    const struct phys_system *s = ode->system;
+    double mass[FEW], y[2 * FEW], most = 0, ratio[FEW], largest_momentum = 0;
+    if (!s || !ode->energy || dof > FEW || dof < 2 || (s->dims > 1 && s->bodies > 1))
+        return;
+    memcpy(y, start, dof * sizeof *y);
+    for (size_t k = 0; k < dof; k++) {
+        memset(y + dof, 0, dof * sizeof *y);
+        double curvature = energy_curvature(ode, t, dof + k, y);
+        mass[k] = ode->enter ? 1 / curvature : curvature; /* of p and of v */
+        if (!(mass[k] > 0 && isfinite(mass[k])))
+            return;
+        most = fmax(most, sqrt(mass[k]) * fabs(start[k]));
+    }
+    for (size_t k = 0; k < dof; k++) {
+        ratio[k] = most > 0 ? most / sqrt(mass[k]) / scale[0] : 1;
+        ratio[k] = ratio[k] < another_unit ? ratio[k] : 1;
+        largest_momentum = fmax(largest_momentum, ratio[k] * mass[k]);
+    }
+    for (size_t k = 0; k < dof; k++) {
+        double of_momentum = ratio[k] * mass[k] / largest_momentum;
+        scale[k] *= ratio[k];
+        if (!ode->enter)
+            scale[dof + k] *= ratio[k];
+        else if (of_momentum < another_unit)
+            scale[dof + k] *= of_momentum;
+    }
+}
+
 enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const double *y,
                                   double *scale, struct ad_error *error)
 {
@@ -120,5 +171,7 @@ enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const do
         double size = k < first ? x_size : v_size;
         scale[k] = size > 0 && isfinite(size) ? size : 1;
     }
+    if (halves)
+        separate_units(ode, t, y, scale);
     return error->status;
 }

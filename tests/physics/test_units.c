@@ -1,5 +1,6 @@
 /* Adaptive methods in units of any size: the same relative error, but for the first steps. */
 #include "motion.h"
+#include "systems.h"
 #include "tests/close.h"
 
 #include <math.h>
@@ -174,6 +175,69 @@ static void test_units_of_a_scene(void **state)
     }
 }
 
+/* Two coupled pendulums, one of them in a unit of its own. */
+static double unit;
+static size_t other;
+
+static ad_var two_units(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t;
+    (void)params;
+    ad_var x = ad_row(q, 1 - other), y = ad_mul(1 / unit, ad_row(q, other));
+    ad_var squares =
+        ad_add(ad_square(ad_row(v, 1 - other)), ad_square(ad_mul(1 / unit, ad_row(v, other))));
+    ad_var potential =
+        ad_sub(ad_mul(0.1, ad_mul(x, y)), ad_add(ad_cos(x), ad_mul(2, ad_cos(ad_mul(3, y)))));
+    return ad_sub(ad_mul(0.5, squares), potential);
+}
+
+static enum ad_status two_starts(const void *params, uint64_t seed, double *q, double *v,
+                                 struct ad_error *error)
+{
+    (void)params;
+    (void)seed;
+    (void)error;
+    q[1 - other] = 1;
+    q[other] = 0.9 * unit;
+    v[0] = v[1] = 0;
+    return AD_OK;
+}
+
+/* A coordinate of 1e-9 beside one of 1 had all of its digits wrong, and no error was seen. */
+static void test_coordinates_of_different_units(void **state)
+{
+    (void)state;
+    static const double units[] = {1, 1e-6, 1e-12};
+    const struct phys_scene scene = scene_of("two", 2, two_units, 41, 0.5, two_starts);
+    for (other = 0; other < 2; other++) {
+        double end[LENGTH(units)];
+        for (size_t k = 0; k < LENGTH(units); k++) {
+            struct phys_system system;
+            struct phys_motion_solution m;
+            struct ad_error error = {0};
+            unit = units[k];
+            assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+            const struct phys_motion_settings how = {.size = sizeof how, .time = 20, .error = 1e-8};
+            if (phys_motion_solve(&system, &how, &m, &error) != AD_OK)
+                fail_msg("unit %g: %s", unit, error.message);
+            assert_true(m.error <= 1e-8);
+            end[k] = m.x[4 * (m.n - 1) + other] / unit;
+            assert_close(end[k], end[0], 3e-8, 0);
+            phys_motion_solution_free(&m);
+            /* where no digit of it is right that is seen */
+            const struct phys_motion_settings fixed = {.size = sizeof fixed,
+                                                       .time = 20,
+                                                       .integrator =
+                                                           phys_integrator_find("verlet", &error),
+                                                       .dt = 0.2};
+            assert_int_equal(phys_motion_solve(&system, &fixed, &m, &error), AD_OK);
+            assert_true(!(m.error < 0.1));
+            phys_motion_solution_free(&m);
+            phys_system_close(&system);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -181,6 +245,7 @@ int main(void)
         cmocka_unit_test(test_from_zero),
         cmocka_unit_test(test_own_scale),
         cmocka_unit_test(test_units_of_a_scene),
+        cmocka_unit_test(test_coordinates_of_different_units),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
