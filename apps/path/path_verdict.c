@@ -52,7 +52,7 @@ static void report_conjugate(const struct path_run *run, const struct phys_spect
     for (size_t k = 0; k < s->n_conjugate; k++) {
         values[k] = s->conjugate[k].time;
         values[s->n_conjugate + k] = s->conjugate[k].error;
-        n += (size_t)snprintf(text + n, sizeof text - n, "%s%.*g", k ? ", " : "",
+        n += (size_t)snprintf(text + n, sizeof text - n, "%s%.*g", n ? ", " : "",
                               digits(&s->conjugate[k]), s->conjugate[k].time);
         if (n > sizeof text - 24 || k + 1 == s->n_conjugate) {
             report_line(report, "  conjugate to the start%s%s: %s", *unit ? ", in " : "", unit,
