@@ -394,7 +394,7 @@ test-page: all
 	@scripts/test-page $(BUILD)
 
 # By clang, whose OpenMP reports barriers and locks to the sanitizer (libarcher); gcc's does not.
-THREADED = autodiff/test_threads autodiff/native/test_native hnn/test_batches
+THREADED = autodiff/test_threads autodiff/native/test_native hnn/test_batches contract/test_concurrent
 run-threaded: $(THREADED:%=$(BUILD)/tests/%)
 	@TSAN_OPTIONS=ignore_noninstrumented_modules=1 OPENBLAS_NUM_THREADS=1 scripts/run-tests $^
 tsan:

@@ -34,6 +34,7 @@ static void put(phys_hdf5 *file, const char *object, const char *name, hid_t fil
 
 void phys_hdf5_text(phys_hdf5 *file, const char *object, const char *name, const char *text)
 {
+    PHYS_H5_ALONE;
     hid_t type = text_type();
     put(file, object, name, type, type, &text);
     H5Tclose(type);
@@ -51,6 +52,7 @@ static void put_unit(phys_hdf5 *file, const char *object, const char *name, cons
 void phys_hdf5_number(phys_hdf5 *file, const char *object, const char *name, double value,
                       const char *unit)
 {
+    PHYS_H5_ALONE;
     put(file, object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
     put_unit(file, object, name, unit);
 }
@@ -58,6 +60,7 @@ void phys_hdf5_number(phys_hdf5 *file, const char *object, const char *name, dou
 void phys_hdf5_integer(phys_hdf5 *file, const char *object, const char *name, int64_t value,
                        const char *unit)
 {
+    PHYS_H5_ALONE;
     put(file, object, name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
     put_unit(file, object, name, unit);
 }
@@ -120,6 +123,7 @@ static enum ad_status get(phys_hdf5 *file, const char *object, const char *name,
 enum ad_status phys_hdf5_get(phys_hdf5 *file, const char *object, const char *name, double *value,
                              struct ad_error *error)
 {
+    PHYS_H5_ALONE;
     struct phys_hdf5_item item;
     char *text = NULL;
     enum ad_status status = get(file, object, name, &item, &text, error);
@@ -133,6 +137,7 @@ enum ad_status phys_hdf5_get(phys_hdf5 *file, const char *object, const char *na
 enum ad_status phys_hdf5_get_text(phys_hdf5 *file, const char *object, const char *name,
                                   char **text, struct ad_error *error)
 {
+    PHYS_H5_ALONE;
     struct phys_hdf5_item item;
     *text = NULL;
     enum ad_status status = get(file, object, name, &item, text, error);

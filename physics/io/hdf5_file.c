@@ -6,6 +6,7 @@
 #include "checksum.h"
 
 #include <errno.h>
+#include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,6 +21,32 @@ void *phys_hdf5_load(void **slot, const char *name)
 static char *_Atomic reading;
 
 const char *phys_hdf5_reading(void) { return atomic_load(&reading); }
+
+/* ---- one call at a time ---- */
+
+static pthread_mutex_t one_call;
+static pthread_once_t once = PTHREAD_ONCE_INIT;
+
+static void make_alone(void)
+{
+    pthread_mutexattr_t recursive;
+    pthread_mutexattr_init(&recursive);
+    pthread_mutexattr_settype(&recursive, PTHREAD_MUTEX_RECURSIVE);
+    pthread_mutex_init(&one_call, &recursive);
+    pthread_mutexattr_destroy(&recursive);
+}
+
+int phys_h5_enter(void)
+{
+    pthread_once(&once, make_alone);
+    return pthread_mutex_lock(&one_call);
+}
+
+void phys_h5_leave(int *entered)
+{
+    if (*entered == 0)
+        pthread_mutex_unlock(&one_call);
+}
 
 /* ---- errors ---- */
 
@@ -105,6 +132,7 @@ static hid_t file_access(void)
 
 enum ad_status phys_hdf5_create(const char *target, phys_hdf5 **out, struct ad_error *error)
 {
+    PHYS_H5_ALONE;
     *out = NULL;
     phys_hdf5 *file = handle_new(target, error);
     if (!file)
@@ -131,6 +159,7 @@ enum ad_status phys_hdf5_create(const char *target, phys_hdf5 **out, struct ad_e
 
 enum ad_status phys_hdf5_commit(phys_hdf5 *file, struct ad_error *error)
 {
+    PHYS_H5_ALONE;
     if (!file)
         return AD_OK;
     if (H5Fclose(file->id) < 0)
@@ -150,6 +179,7 @@ enum ad_status phys_hdf5_commit(phys_hdf5 *file, struct ad_error *error)
 
 void phys_hdf5_abandon(phys_hdf5 *file)
 {
+    PHYS_H5_ALONE;
     if (!file)
         return;
     H5Fclose(file->id);
@@ -161,12 +191,14 @@ void phys_hdf5_abandon(phys_hdf5 *file)
 
 bool phys_hdf5_is(const char *name)
 {
+    PHYS_H5_ALONE;
     start_hdf5();
     return H5Fis_hdf5(name) > 0;
 }
 
 enum ad_status phys_hdf5_open(const char *name, phys_hdf5 **out, struct ad_error *error)
 {
+    PHYS_H5_ALONE;
     *out = NULL;
     if (phys_checksum_check(name, name, error) != AD_OK)
         return AD_E_INPUT;
@@ -193,6 +225,7 @@ enum ad_status phys_hdf5_open(const char *name, phys_hdf5 **out, struct ad_error
 
 void phys_hdf5_close(phys_hdf5 *file)
 {
+    PHYS_H5_ALONE;
     if (!file)
         return;
     H5Fclose(file->id);

@@ -96,6 +96,12 @@ struct phys_hdf5 {
     struct ad_error error;        /* first failure of writing */
 };
 
+/* In each function of hdf5_file.h: HDF5, as distributions build it, is not thread-safe, so that
+   calls wait for each other. A function may call another one. */
+#define PHYS_H5_ALONE int alone __attribute__((cleanup(phys_h5_leave), unused)) = phys_h5_enter()
+int phys_h5_enter(void);
+void phys_h5_leave(int *alone);
+
 /* "FILE: cannot WHAT 'ITEM': " and HDF5's innermost reason for its last failure; returns status. */
 enum ad_status phys_h5_fail(struct ad_error *error, enum ad_status status, const char *file,
                             const char *what, const char *item);

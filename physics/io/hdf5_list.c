@@ -48,6 +48,7 @@ enum ad_status phys_hdf5_list(phys_hdf5 *file,
                               void (*visit)(void *context, const struct phys_hdf5_item *item),
                               void *context, struct ad_error *error)
 {
+    PHYS_H5_ALONE;
     struct listing listing = {visit, context, "", file, error};
     if (file->error.status != AD_OK) /* of writing */
         return ad_fail(error, file->error.status, "%s", file->error.message);

@@ -32,6 +32,7 @@ static hid_t dataset_open(phys_hdf5 *file, const char *name, struct phys_hdf5_it
 enum ad_status phys_hdf5_shape(phys_hdf5 *file, const char *name, struct phys_hdf5_item *item,
                                struct ad_error *error)
 {
+    PHYS_H5_ALONE;
     hid_t id = dataset_open(file, name, item, error);
     if (id < 0)
         return AD_E_INPUT;
@@ -77,6 +78,7 @@ static hid_t numbers_open(phys_hdf5 *file, const char *name, struct phys_hdf5_it
 enum ad_status phys_hdf5_read(phys_hdf5 *file, const char *name, size_t first, size_t count,
                               double *values, struct ad_error *error)
 {
+    PHYS_H5_ALONE;
     struct phys_hdf5_item item;
     hid_t id = numbers_open(file, name, &item, error);
     if (id < 0)
@@ -92,6 +94,7 @@ enum ad_status phys_hdf5_read(phys_hdf5 *file, const char *name, size_t first, s
 enum ad_status phys_hdf5_read_block(phys_hdf5 *file, const char *name, const size_t first[],
                                     const size_t count[], double *values, struct ad_error *error)
 {
+    PHYS_H5_ALONE;
     struct phys_hdf5_item item;
     hid_t id = numbers_open(file, name, &item, error);
     if (id < 0)

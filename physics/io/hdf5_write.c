@@ -39,6 +39,7 @@ static hid_t dataset_new(phys_hdf5 *file, const char *name, enum ad_type type, s
 void phys_hdf5_write(phys_hdf5 *file, const char *name, enum ad_type type, size_t rank,
                      const size_t dims[], const void *values)
 {
+    PHYS_H5_ALONE;
     assert(rank >= 1 && rank <= PHYS_HDF5_RANK);
     if (file->error.status != AD_OK)
         return;
@@ -65,6 +66,7 @@ static hsize_t chunk_records(enum ad_type type, size_t rank, const size_t dims[]
 void phys_hdf5_extendable(phys_hdf5 *file, const char *name, enum ad_type type, size_t rank,
                           const size_t dims[])
 {
+    PHYS_H5_ALONE;
     assert(rank >= 1 && rank <= PHYS_HDF5_RANK);
     if (file->error.status != AD_OK)
         return;
@@ -115,6 +117,7 @@ static bool append(hid_t id, const void *record)
 
 void phys_hdf5_append(phys_hdf5 *file, const char *name, const void *record)
 {
+    PHYS_H5_ALONE;
     if (file->error.status != AD_OK)
         return;
     hid_t id = H5Dopen2(file->id, name, H5P_DEFAULT);
@@ -125,6 +128,7 @@ void phys_hdf5_append(phys_hdf5 *file, const char *name, const void *record)
 
 void phys_hdf5_folder(phys_hdf5 *file, const char *name)
 {
+    PHYS_H5_ALONE;
     if (file->error.status != AD_OK)
         return;
     hid_t link = link_properties();
