@@ -16,7 +16,9 @@
 
 enum { DENSITY = 6, DOUBLINGS = 3, BISECTIONS = 60 };
 
-static const double FLAT = 1e-3;  /* a time that grows less in an e-fold does not diverge */
+static const double FLAT = 1e-3; /* a time that grows less in an e-fold does not diverge */
+static const double SMALL =
+    1e-8; /* oscillations smaller than that are rounding, not other motions */
 static const double COARSE = 0.7; /* cells of integrals */
 
 double phys_energy_of(const struct phys_energy_root *r)
@@ -134,11 +136,26 @@ static bool goes_on(struct phys_energy_sweep *s)
     return !s->ended;
 }
 
+/* Whether a level is that of minima alone: above it times are smooth, down to small oscillations.
+ */
+static bool is_bottom(const struct phys_energy_sweep *s, double level)
+{
+    bool any = false;
+    for (size_t k = 0; k < s->n_places; k++)
+        if (fabs(s->place[k].U - level) <= 2 * PHYS_ENERGY_NEAREST * s->size) {
+            if (!(s->place[k].bend > 0))
+                return false;
+            any = true;
+        }
+    return any;
+}
+
 /* Energies on one side of a level, up to a gap. */
 static bool sweep_side(struct phys_energy_sweep *s, double level, double side, double gap,
                        size_t density)
 {
-    double least = log(PHYS_ENERGY_NEAREST * s->size), most = log(gap);
+    double nearest = side > 0 && is_bottom(s, level) ? SMALL : PHYS_ENERGY_NEAREST;
+    double least = log(nearest * s->size), most = log(gap);
     size_t n = 3 + (size_t)(fmax(most - least, 0) * (double)(DENSITY * density));
     size_t functions = 2 * (s->ask.most_turns + 2);
     double *x = malloc((n + functions * n) * sizeof *x), *f = x ? x + n : NULL;
