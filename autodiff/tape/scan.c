@@ -252,9 +252,18 @@ static enum ad_status record(ad_tape *tape, const struct ad_body *b, size_t step
                              const ad_var start[], const ad_var in[], const ad_var shared[],
                              ad_var last[], ad_var out[])
 {
-    AD_OWN(ad_body, b, context, &tape->error);
-    if (tape->error.status != AD_OK || !is_body(tape, b, steps))
+    struct ad_body own;
+    struct ad_error lacks = {0};
+    if (tape->error.status != AD_OK)
         return tape->error.status;
+    if (!AD_TAKE(&own, b, context, &lacks))
+        ad_refuse_operands(tape, AD_E_ARGUMENT, AD_OP_scan, 0, NULL, "got no body: %s",
+                           lacks.message);
+    else
+        is_body(tape, &own, steps);
+    if (tape->error.status != AD_OK)
+        return tape->error.status;
+    b = &own;
     uint32_t loop = new_loop(tape, b, steps);
     if (loop == UINT32_MAX)
         return tape->error.status;
