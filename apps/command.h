@@ -36,6 +36,10 @@ extern const struct command *const commands[];
 /* The one of this name; an AD_E_ARGUMENT suggests the nearest, and is returned as NULL. */
 const struct command *command_find(const char *name, struct ad_error *error);
 
+/* --scan (output/scan.h): a subcommand for each value of a parameter. Exit status 1 where a run did
+   not reach what was asked; its row is empty then, or has what it reported. */
+int scan_run(const struct command *command, const struct common *common, struct ad_error *error);
+
 /* All that main does: the exit status of a command line. */
 int command_main(int argc, char *argv[]);
 

@@ -2,7 +2,6 @@
  */
 #include "autodiff/free.h"
 #include "command.h"
-#include "output/scan.h"
 #include "quote.h"
 
 #include <stdio.h>

@@ -1,12 +1,9 @@
 /* Scans of parameters (scan.h). */
-#include "scan.h"
 #include "apps/interrupt.h"
-#include "apps/quote.h"
 #include "autodiff/free.h"
-#include "figure.h"
-#include "outputs.h"
 #include "physics/io/grow.h"
 #include "report_rows.h"
+#include "scan_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,40 +11,7 @@
 
 #define COUNT_OF(a) (sizeof(a) / sizeof(a)[0])
 
-enum { AXES = 2, PANELS = 4, MOST = 100000, LONGEST = 8, KEY = 96 };
-
-struct axis_of_scan {
-    char name[64];
-    char unit[64];
-    double from, to;
-    size_t n;
-    bool log;
-};
-
-/* A number of the reports: one a run, NaN where a report is without. */
-struct result_column {
-    char key[KEY];
-    char unit[40];
-    double *value; /* [runs] */
-    bool labelled, shown;
-};
-
-struct scan {
-    const struct command *command;
-    const struct common *common;
-    struct axis_of_scan axis[AXES];
-    const char *scene;
-    size_t axes, runs, run; /* run: which is on */
-    size_t n;
-    struct result_column *column;
-    int *status; /* [runs] */
-    size_t missed, done;
-    size_t first; /* that missed */
-    struct ad_error why;
-    bool no_memory;
-};
-
-static double value_of(const struct scan *scan, size_t axis, size_t run)
+double scan_value(const struct scan *scan, size_t axis, size_t run)
 {
     const struct axis_of_scan *a = &scan->axis[axis];
     const size_t k = axis + 1 < scan->axes ? run / scan->axis[1].n : run % a->n;
@@ -188,7 +152,7 @@ static void run_one(struct scan *scan, struct ad_error *error)
             memcpy(settings, set->setting, set->n * sizeof *settings);
         for (size_t a = 0; a < scan->axes; a++)
             settings[set->n + a] =
-                (struct phys_setting){scan->axis[a].name, value_of(scan, a, scan->run)};
+                (struct phys_setting){scan->axis[a].name, scan_value(scan, a, scan->run)};
         member->set = (struct settings){set->n + scan->axes, settings};
         member->out = member->csv = member->plot = NULL;
         member->quiet = true;
@@ -264,141 +228,6 @@ static enum ad_status run_all(void *context, struct ad_error *error)
     return error->status == AD_OK ? choose(scan, error) : error->status;
 }
 
-/* ---- the table ---- */
-
-static void write_report(const void *context, struct report *report)
-{
-    const struct scan *scan = context;
-    report_line(report, "%s of %s: %zu runs\n", scan->command->line.name, scan->scene, scan->runs);
-    report_count(report, "runs", NULL, scan->runs);
-    report_count(report, "missed", NULL, scan->missed);
-    report->passing = true; /* the file has datasets */
-    for (size_t r = 0; r < scan->runs; r++) {
-        report_item(report, "scan");
-        for (size_t a = 0; a < scan->axes; a++)
-            report_number(report, scan->axis[a].name, scan->axis[a].name, scan->axis[a].unit,
-                          value_of(scan, a, r));
-        report_count(report, "status", NULL, (size_t)scan->status[r]);
-        for (size_t k = 0; k < scan->n; k++)
-            report_number(report, scan->column[k].key,
-                          scan->column[k].shown ? scan->column[k].key : NULL, scan->column[k].unit,
-                          scan->column[k].value[r]);
-    }
-    report_item(report, NULL);
-    report->passing = false;
-}
-
-static void write_csv(const void *context, FILE *out)
-{
-    const struct scan *scan = context;
-    for (size_t a = 0; a < scan->axes; a++)
-        fprintf(out, "%s,", scan->axis[a].name);
-    fputs("status", out);
-    for (size_t k = 0; k < scan->n; k++)
-        fprintf(out, ",%s", scan->column[k].key);
-    fputc('\n', out);
-    for (size_t r = 0; r < scan->runs; r++) {
-        for (size_t a = 0; a < scan->axes; a++)
-            fprintf(out, "%.17g,", value_of(scan, a, r));
-        fprintf(out, "%d", scan->status[r]);
-        for (size_t k = 0; k < scan->n; k++)
-            csv_number(out, 17, scan->column[k].value[r]);
-        fputc('\n', out);
-    }
-}
-
-/* Numbers over the scanned values: [n], or [n of the first x n of the second]. */
-static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad_error *error)
-{
-    const struct scan *scan = context;
-    const size_t shape[AXES] = {scan->axis[0].n, scan->axis[1].n};
-    char name[KEY + 16];
-    for (size_t a = 0; a < scan->axes; a++) {
-        double *value = malloc(scan->axis[a].n * sizeof *value);
-        if (!value)
-            return ad_fail(error, AD_E_MEMORY, "out of memory");
-        for (size_t k = 0; k < scan->axis[a].n; k++)
-            value[k] = value_of(scan, a, a + 1 < scan->axes ? k * scan->axis[1].n : k);
-        snprintf(name, sizeof name, "scanned/%s", scan->axis[a].name);
-        phys_hdf5_write(file, name, AD_F64, 1, &shape[a], value);
-        phys_hdf5_text(file, name, "unit", scan->axis[a].unit);
-        free(value);
-    }
-    for (size_t k = 0; k < scan->n; k++) {
-        snprintf(name, sizeof name, "results/%s", scan->column[k].key);
-        phys_hdf5_write(file, name, AD_F64, scan->axes, shape, scan->column[k].value);
-    }
-    return error->status;
-}
-
-static void write_data(const struct scan *scan, FILE *out)
-{
-    fputs("# scanned values, then the numbers shown\n", out);
-    for (size_t r = 0; r < scan->runs; r++) {
-        for (size_t a = 0; a < scan->axes; a++)
-            fprintf(out, "%.12g ", value_of(scan, a, r));
-        for (size_t k = 0; k < scan->n; k++)
-            if (scan->column[k].shown)
-                fprintf(out, isnan(scan->column[k].value[r]) ? "NaN " : "%.12g ",
-                        scan->column[k].value[r]);
-        fputc('\n', out);
-        if (scan->axes == AXES && (r + 1) % scan->axis[1].n == 0)
-            fputc('\n', out);
-    }
-}
-
-static enum ad_status draw(const void *context, struct plot *plot, struct ad_error *error)
-{
-    const struct scan *scan = context;
-    size_t shown = 0, number = 0;
-    struct figure figure;
-    for (size_t k = 0; k < scan->n; k++)
-        shown += scan->column[k].shown;
-    if (shown == 0)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "--plot: no number changes with the scan; choose with --curves");
-    struct layout layout = figure_pair;
-    layout.rows = shown > 2 ? 2 : 1;
-    layout.columns = shown > 1 ? 2 : 1;
-    layout.gap_y = 0.16;
-    layout.gap_x = scan->axes == AXES ? 0.16 : 0.1;
-    layout.right = scan->axes == AXES ? 0.9 : 0.98;
-    layout.height = shown > 2 ? 760 : 440;
-    write_data(scan, plot->data);
-    fputs("what = ", plot->script);
-    quote_gnuplot_label(plot->script, scan->command->line.name);
-    fputs("\nscene = ", plot->script);
-    quote_gnuplot_label(plot->script, scan->scene);
-    fputc('\n', plot->script);
-    layout.expression = "sprintf('%s %s', what, scene)";
-    figure_begin(&figure, plot, &layout);
-    for (size_t k = 0; k < scan->n; k++) {
-        const struct result_column *column = &scan->column[k];
-        if (!column->shown)
-            continue;
-        const bool map = scan->axes == AXES;
-        char name[KEY + 8];
-        snprintf(name, sizeof name, "%s", column->key);
-        const struct axis across = {scan->axis[0].name, scan->axis[0].unit, {0, 0}, 0};
-        const struct axis up = {
-            map ? scan->axis[1].name : name, map ? scan->axis[1].unit : column->unit, {0, 0}, 0};
-        figure_panel(&figure, &(struct panel){.title = map ? name : NULL,
-                                              .across = across,
-                                              .up = up,
-                                              .log = scan->axis[0].log ? "x" : NULL});
-        const size_t at = scan->axes + ++number;
-        if (map)
-            figure_element(&figure, "data using 1:2:%zu with image notitle", at);
-        else
-            figure_draw(&figure, STYLE(figure_colours[0], scan->runs <= 60 ? 7 : 0, 1.2, 0.4), NULL,
-                        "data using 1:%zu", at);
-    }
-    figure_end(&figure);
-    return error->status;
-}
-
-static const struct output_kind outputs = {write_report, write_file, write_csv, draw, NULL};
-
 int scan_run(const struct command *command, const struct common *common, struct ad_error *error)
 {
     struct scan scan = {.command = command, .common = common, .runs = 1};
@@ -414,10 +243,11 @@ int scan_run(const struct command *command, const struct common *common, struct 
         scan.status = calloc(scan.runs, sizeof *scan.status);
         if (!scan.status)
             ad_fail(error, AD_E_MEMORY, "out of memory");
-        else if (outputs_run(&outputs, common, &scan, run_all, error) == AD_OK && scan.missed)
+        else if (outputs_run(&scan_outputs, common, &scan, run_all, error) == AD_OK && scan.missed)
             ad_fail(error, AD_E_ACCURACY,
                     "%zu of %zu runs did not reach what was asked; at %s = %g: %.300s", scan.missed,
-                    scan.runs, scan.axis[0].name, value_of(&scan, 0, scan.first), scan.why.message);
+                    scan.runs, scan.axis[0].name, scan_value(&scan, 0, scan.first),
+                    scan.why.message);
     }
     for (size_t k = 0; k < scan.n; k++)
         free(scan.column[k].value);

@@ -6,9 +6,6 @@
 #include "apps/command.h"
 #include "report.h"
 
-/* The exit status: 1 where a run did not reach what was asked; its row is empty then, or has what
-   it reported. */
-int scan_run(const struct command *command, const struct common *common, struct ad_error *error);
 /* Adds the report of the run that is on: common->scanning. */
 void scan_take(struct scan *scan, const struct report *report);
 

@@ -1,0 +1,46 @@
+/* Inside of scans (scan.h): running (scan.c), the table (scan_table.c). */
+#ifndef APPS_OUTPUT_SCAN_PARTS_H
+#define APPS_OUTPUT_SCAN_PARTS_H
+
+#include "outputs.h"
+#include "scan.h"
+
+enum { AXES = 2, PANELS = 4, MOST = 100000, LONGEST = 8, KEY = 96 };
+
+struct axis_of_scan {
+    char name[64];
+    char unit[64];
+    double from, to;
+    size_t n;
+    bool log;
+};
+
+/* A number of the reports: one a run, NaN where a report is without. */
+struct result_column {
+    char key[KEY];
+    char unit[40];
+    double *value; /* [runs] */
+    bool labelled, shown;
+};
+
+struct scan {
+    const struct command *command;
+    const struct common *common;
+    struct axis_of_scan axis[AXES];
+    const char *scene;
+    size_t axes, runs, run; /* run: which is on */
+    size_t n;
+    struct result_column *column;
+    int *status; /* [runs] */
+    size_t missed, done;
+    size_t first; /* that missed */
+    struct ad_error why;
+    bool no_memory;
+};
+
+/* A scanned value of a run. */
+double scan_value(const struct scan *scan, size_t axis, size_t run);
+/* The outputs of the table. */
+extern const struct output_kind scan_outputs;
+
+#endif

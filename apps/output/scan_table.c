@@ -1,0 +1,140 @@
+/* The table of a scan (scan_parts.h): text, JSON, CSV, HDF5, and curves or maps. */
+#include "apps/quote.h"
+#include "figure.h"
+#include "scan_parts.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static void write_report(const void *context, struct report *report)
+{
+    const struct scan *scan = context;
+    report_line(report, "%s of %s: %zu runs\n", scan->command->line.name, scan->scene, scan->runs);
+    report_count(report, "runs", NULL, scan->runs);
+    report_count(report, "missed", NULL, scan->missed);
+    report->passing = true; /* the file has datasets */
+    for (size_t r = 0; r < scan->runs; r++) {
+        report_item(report, "scan");
+        for (size_t a = 0; a < scan->axes; a++)
+            report_number(report, scan->axis[a].name, scan->axis[a].name, scan->axis[a].unit,
+                          scan_value(scan, a, r));
+        report_count(report, "status", NULL, (size_t)scan->status[r]);
+        for (size_t k = 0; k < scan->n; k++)
+            report_number(report, scan->column[k].key,
+                          scan->column[k].shown ? scan->column[k].key : NULL, scan->column[k].unit,
+                          scan->column[k].value[r]);
+    }
+    report_item(report, NULL);
+    report->passing = false;
+}
+
+static void write_csv(const void *context, FILE *out)
+{
+    const struct scan *scan = context;
+    for (size_t a = 0; a < scan->axes; a++)
+        fprintf(out, "%s,", scan->axis[a].name);
+    fputs("status", out);
+    for (size_t k = 0; k < scan->n; k++)
+        fprintf(out, ",%s", scan->column[k].key);
+    fputc('\n', out);
+    for (size_t r = 0; r < scan->runs; r++) {
+        for (size_t a = 0; a < scan->axes; a++)
+            fprintf(out, "%.17g,", scan_value(scan, a, r));
+        fprintf(out, "%d", scan->status[r]);
+        for (size_t k = 0; k < scan->n; k++)
+            csv_number(out, 17, scan->column[k].value[r]);
+        fputc('\n', out);
+    }
+}
+
+/* Numbers over the scanned values: [n], or [n of the first x n of the second]. */
+static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad_error *error)
+{
+    const struct scan *scan = context;
+    const size_t shape[AXES] = {scan->axis[0].n, scan->axis[1].n};
+    char name[KEY + 16];
+    for (size_t a = 0; a < scan->axes; a++) {
+        double *value = malloc(scan->axis[a].n * sizeof *value);
+        if (!value)
+            return ad_fail(error, AD_E_MEMORY, "out of memory");
+        for (size_t k = 0; k < scan->axis[a].n; k++)
+            value[k] = scan_value(scan, a, a + 1 < scan->axes ? k * scan->axis[1].n : k);
+        snprintf(name, sizeof name, "scanned/%s", scan->axis[a].name);
+        phys_hdf5_write(file, name, AD_F64, 1, &shape[a], value);
+        phys_hdf5_text(file, name, "unit", scan->axis[a].unit);
+        free(value);
+    }
+    for (size_t k = 0; k < scan->n; k++) {
+        snprintf(name, sizeof name, "results/%s", scan->column[k].key);
+        phys_hdf5_write(file, name, AD_F64, scan->axes, shape, scan->column[k].value);
+    }
+    return error->status;
+}
+
+static void write_data(const struct scan *scan, FILE *out)
+{
+    fputs("# scanned values, then the numbers shown\n", out);
+    for (size_t r = 0; r < scan->runs; r++) {
+        for (size_t a = 0; a < scan->axes; a++)
+            fprintf(out, "%.12g ", scan_value(scan, a, r));
+        for (size_t k = 0; k < scan->n; k++)
+            if (scan->column[k].shown)
+                fprintf(out, isnan(scan->column[k].value[r]) ? "NaN " : "%.12g ",
+                        scan->column[k].value[r]);
+        fputc('\n', out);
+        if (scan->axes == AXES && (r + 1) % scan->axis[1].n == 0)
+            fputc('\n', out);
+    }
+}
+
+static enum ad_status draw(const void *context, struct plot *plot, struct ad_error *error)
+{
+    const struct scan *scan = context;
+    size_t shown = 0, number = 0;
+    struct figure figure;
+    for (size_t k = 0; k < scan->n; k++)
+        shown += scan->column[k].shown;
+    if (shown == 0)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--plot: no number changes with the scan; choose with --curves");
+    struct layout layout = figure_pair;
+    layout.rows = shown > 2 ? 2 : 1;
+    layout.columns = shown > 1 ? 2 : 1;
+    layout.gap_y = 0.16;
+    layout.gap_x = scan->axes == AXES ? 0.16 : 0.1;
+    layout.right = scan->axes == AXES ? 0.9 : 0.98;
+    layout.height = shown > 2 ? 760 : 440;
+    write_data(scan, plot->data);
+    fputs("what = ", plot->script);
+    quote_gnuplot_label(plot->script, scan->command->line.name);
+    fputs("\nscene = ", plot->script);
+    quote_gnuplot_label(plot->script, scan->scene);
+    fputc('\n', plot->script);
+    layout.expression = "sprintf('%s %s', what, scene)";
+    figure_begin(&figure, plot, &layout);
+    for (size_t k = 0; k < scan->n; k++) {
+        const struct result_column *column = &scan->column[k];
+        if (!column->shown)
+            continue;
+        const bool map = scan->axes == AXES;
+        char name[KEY + 8];
+        snprintf(name, sizeof name, "%s", column->key);
+        const struct axis across = {scan->axis[0].name, scan->axis[0].unit, {0, 0}, 0};
+        const struct axis up = {
+            map ? scan->axis[1].name : name, map ? scan->axis[1].unit : column->unit, {0, 0}, 0};
+        figure_panel(&figure, &(struct panel){.title = map ? name : NULL,
+                                              .across = across,
+                                              .up = up,
+                                              .log = scan->axis[0].log ? "x" : NULL});
+        const size_t at = scan->axes + ++number;
+        if (map)
+            figure_element(&figure, "data using 1:2:%zu with image notitle", at);
+        else
+            figure_draw(&figure, STYLE(figure_colours[0], scan->runs <= 60 ? 7 : 0, 1.2, 0.4), NULL,
+                        "data using 1:%zu", at);
+    }
+    figure_end(&figure);
+    return error->status;
+}
+
+const struct output_kind scan_outputs = {write_report, write_file, write_csv, draw, NULL};
