@@ -35,9 +35,10 @@ static enum ad_status differentiate(const struct qm_grid *grid, bool ring, size_
 {
     size_t n = grid->n;
     double length = (ring ? 1 : 2) * (grid->high - grid->low);
-    double *weight = malloc(4 * n * sizeof *weight), *image = weight + 2 * n;
+    double *weight = malloc(4 * n * sizeof *weight);
     if (!weight)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu points", n);
+    double *image = weight + 2 * n;
     fill_weights(n, ring ? n : 2 * n, length, weight);
     for (size_t k = 0; k + 1 < 2 * n; k++)
         image[k] = ring ? 0 : mirrored(n, k, length);

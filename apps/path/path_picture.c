@@ -183,11 +183,10 @@ static void history(struct figure *figure, const struct path_run *run, size_t bl
         &(struct panel){.across = {"step", NULL, {0, (double)run->found.info.steps}, 0},
                         .up = {"mean per slice", run->system.scene->energy_unit, values, power},
                         .key = KEY_ABOVE});
-    for (size_t k = 0; k < 3 && run->reference; k++)
-        // cppcheck-suppress varFuncNullUB ; the title is no variable argument
-        figure_draw(figure,
-                    &(struct style){.colour = figure_colours[k], .width = 1, .dash = "(6,4)"}, NULL,
-                    "%.9g", rows[k].reference / pow(10, power));
+    for (size_t k = 0; k < 3 && run->reference; k++) {
+        const struct style dashed = {.colour = figure_colours[k], .width = 1, .dash = "(6,4)"};
+        figure_draw(figure, &dashed, NULL, "%.9g", rows[k].reference / pow(10, power));
+    }
     for (size_t k = 0; k < 3; k++)
         figure_draw(figure, STYLE(figure_colours[k], 0, 2, 0), rows[k].name,
                     "data index %zu%s using 1:($%zu/1e%d)", block,

@@ -184,7 +184,7 @@ static enum ad_status set_box(struct search *s, struct ad_error *error)
 static void survey(struct search *s)
 {
     struct phys_random random;
-    double forces[SURVEY];
+    double forces[SURVEY] = {0};
     size_t n = 0;
     phys_random_seed(&random, 1);
     for (size_t k = 0; k < SURVEY; k++) {
