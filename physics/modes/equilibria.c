@@ -264,7 +264,8 @@ static enum ad_status try_starts(struct search *s, struct ad_error *error)
                        "%s: at none of %zu places has L finite derivatives, and a mass matrix that "
                        "is not singular, at rest",
                        s->system->scene->name, starts);
-    qsort(s->found->one, s->found->n, sizeof *s->found->one, by_energy);
+    if (s->found->n > 1)
+        qsort(s->found->one, s->found->n, sizeof *s->found->one, by_energy);
     return error->status;
 }
 

@@ -1,6 +1,6 @@
 /* What a caller gives to training: a network, a loss, columns in memory, a loop of its own. */
 #define main training_main
-#include "docs/examples/training.c"
+#include "docs/examples/linked/training.c"
 #undef main
 #include "small.h"
 #include "tests/close.h"
