@@ -104,10 +104,16 @@ static inline R power(R a, R b)
 #define AD_TERNARY(name, value, da, db, dc, lo, hi) ALL_TERNARY(name, value)
 #include "autodiff/ops.def"
 
-/* Rounded twice, as one operation after the other. */
+/* Rounded twice, as one operation after the other: clang would contract them. */
+#ifdef __clang__
+#pragma STDC FP_CONTRACT OFF
+#endif
 ALL_TERNARY(product_plus, a *b + c)
 ALL_TERNARY(product_minus, a *b - c)
 ALL_TERNARY(minus_product, c - a * b)
+#ifdef __clang__
+#pragma STDC FP_CONTRACT DEFAULT
+#endif
 
 static double sum(size_t n, const void *pa)
 {

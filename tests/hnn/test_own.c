@@ -74,6 +74,7 @@ static void test_network_and_its_file(void **state)
     other[0].name = "pendulum";
     other[1].context = &twice;
     other[2].size = 4;
+    other[2].start = (const double[]){1, 1, 1, 1};
     for (size_t k = 0; k < 4; k++) {
         struct ad_error error = {0};
         hnn_model *loaded;
