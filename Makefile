@@ -38,10 +38,12 @@ ifdef SAN
 # no files and whose loops would take up to twice as long. They are optimized, without UBSan's checks of pointers,
 # whose accesses ASan checks already: that halves their time. Tests are compiled quickly.
 SANITIZE = -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer $(SAN_ROOM)
-SAN_ROOM = $(if $(CLANG),-fsanitize=fuzzer-no-link)
+COVERED = $(if $(CLANG),-fsanitize=fuzzer-no-link)
+SAN_ROOM = $(COVERED)
 NUMBERS = autodiff quantum $(addprefix physics/,action gas integrators lagrangian linear modes motion ode path stability)
 $(foreach d,$(NUMBERS),$(BUILD)/$d/%.o): SAN_ROOM = -O2 -fno-sanitize=pointer-overflow,null,alignment,object-size
 $(BUILD)/tests/%.o: SAN_ROOM = -O0
+$(BUILD)/tests/fuzz/%.o: SAN_ROOM = $(COVERED)
 endif
 PKG_CFLAGS := $(patsubst -I%,-isystem %,$(filter-out -I/usr/include/$(MACHINE),$(shell pkg-config --cflags hdf5 openblas lapacke libpng zlib 2>/dev/null)))
 PKG_LIBS   := $(shell pkg-config --libs hdf5 openblas lapacke libpng zlib 2>/dev/null)
