@@ -44,6 +44,17 @@ bool options_number(const char *text, double *value)
     return isfinite(*value);
 }
 
+bool options_range(const char *text, char *name, size_t size, double *from, double *to)
+{
+    const char *equals = strchr(text, '='), *colon = equals ? strchr(equals, ':') : NULL;
+    char low[64];
+    if (!colon || (size_t)(equals - text) >= size || colon - equals > (ptrdiff_t)sizeof low)
+        return false;
+    snprintf(name, size, "%.*s", (int)(equals - text), text);
+    snprintf(low, sizeof low, "%.*s", (int)(colon - equals - 1), equals + 1);
+    return options_number(low, from) && options_number(colon + 1, to);
+}
+
 bool options_integer(const char *text, uint64_t most, uint64_t *value)
 {
     if (*text == '\0' || strspn(text, "0123456789") != strlen(text))

@@ -133,6 +133,8 @@ size_t options_choose(const char *option, const char *given, size_t n, const cha
 /* A number, all of `text`, or multiples of pi with it, as in 1.2+2pi or -pi/2: false for anything
    else, infinities and NaN. */
 bool options_number(const char *text, double *value);
+/* NAME=FROM:TO, the name of at most size - 1 characters and the numbers as above. */
+bool options_range(const char *text, char *name, size_t size, double *from, double *to);
 /* A whole number from 0 to `most`, in decimal digits alone. */
 bool options_integer(const char *text, uint64_t most, uint64_t *value);
 

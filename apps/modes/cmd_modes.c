@@ -10,25 +10,21 @@
 /* --within NAME=LOW:HIGH */
 static enum ad_status read_box(struct modes_run *run, const char *text, struct ad_error *error)
 {
-    const char *equals = strchr(text, '='), *colon = equals ? strchr(equals, ':') : NULL;
-    const size_t dof = run->system.dof;
-    char low[64], name[64];
+    char name[64], given[64];
     double from, to;
-    if (colon)
-        snprintf(low, sizeof low, "%.*s", (int)(colon - equals - 1), equals + 1);
-    if (!colon || !options_number(low, &from) || !options_number(colon + 1, &to) || !(from < to))
+    if (!options_range(text, given, sizeof given, &from, &to) || !(from < to))
         return ad_fail(error, AD_E_ARGUMENT,
                        "--within: expected NAME=LOW:HIGH, LOW less than HIGH, got '%s'", text);
-    for (size_t k = 0; k < dof; k++) {
+    for (size_t k = 0; k < run->system.dof; k++) {
         phys_coordinate_name(&run->system, k, name, sizeof name);
-        if (strlen(name) == (size_t)(equals - text) && strncmp(name, text, strlen(name)) == 0) {
+        if (strcmp(name, given) == 0) {
             run->low[k] = from;
             run->high[k] = to;
             return AD_OK;
         }
     }
-    return ad_fail(error, AD_E_ARGUMENT, "--within: expected a coordinate of %s, got '%.*s'",
-                   run->system.scene->name, (int)(equals - text), text);
+    return ad_fail(error, AD_E_ARGUMENT, "--within: expected a coordinate of %s, got '%s'",
+                   run->system.scene->name, given);
 }
 
 static enum ad_status setup(const struct modes_options *o, struct modes_run *run,

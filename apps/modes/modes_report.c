@@ -3,6 +3,7 @@
 #include "apps/output/unit.h"
 #include "apps/quote.h"
 #include "modes.h"
+#include "physics/stability/diagnostics.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -11,26 +12,16 @@ enum { SHOWN = 6, FRAMES = 60, SAMPLES = 240 };
 
 static const double swing = 0.15; /* of a picture's amplitude, in sizes of the place */
 
-/* Places and modes in as many digits as they are known to. */
-static double known(double x, double off)
-{
-    const double unit = off > 0 ? pow(10, floor(log10(off))) : 0;
-    return unit > 0 && fabs(x) / unit < 1e15 ? round(x / unit) * unit : x;
-}
-
 static void report_modes(const struct modes_run *run, struct report *report)
 {
     const struct phys_scene *scene = run->system.scene;
     const size_t dof = run->system.dof;
     double *shape = malloc(dof * sizeof *shape);
     char name[64], unit[64] = "";
-    if (*unit_shown(scene->time_unit))
-        snprintf(unit, sizeof unit, "rad/%s", scene->time_unit);
-    const char *growth_unit = NULL;
-    char per[64];
+    char per[64] = "";
     if (*unit_shown(scene->time_unit)) {
+        snprintf(unit, sizeof unit, "rad/%s", scene->time_unit);
         snprintf(per, sizeof per, "1/%s", scene->time_unit);
-        growth_unit = per;
     }
     report->failed = report->failed || !shape;
     for (size_t k = 0; shape && k < run->found.n; k++)
@@ -39,17 +30,18 @@ static void report_modes(const struct modes_run *run, struct report *report)
             report_item(report, "modes");
             report_count(report, "equilibrium", "equilibrium", k + 1);
             report_count(report, "mode", "mode", m + 1);
-            report_number(report, "frequency", "frequency", *unit ? unit : NULL,
-                          known(mode->frequency, 0.1 * mode->uncertainty));
-            report_number(report, "period", "period", scene->time_unit,
-                          mode->frequency > 0
-                              ? known(2 * M_PI / mode->frequency,
-                                      0.6 * mode->uncertainty / mode->frequency / mode->frequency)
-                              : NAN);
-            report_number(report, "growth", "growth", growth_unit,
-                          known(mode->growth, 0.1 * mode->uncertainty));
+            report_number(report, "frequency", "frequency", unit,
+                          phys_known_digits(mode->frequency, 0.1 * mode->uncertainty));
+            report_number(
+                report, "period", "period", scene->time_unit,
+                mode->frequency > 0
+                    ? phys_known_digits(2 * M_PI / mode->frequency,
+                                        0.6 * mode->uncertainty / mode->frequency / mode->frequency)
+                    : NAN);
+            report_number(report, "growth", "growth", per,
+                          phys_known_digits(mode->growth, 0.1 * mode->uncertainty));
             report_number(report, "uncertainty", "+-", NULL,
-                          known(mode->uncertainty, 0.01 * mode->uncertainty));
+                          phys_known_digits(mode->uncertainty, 0.01 * mode->uncertainty));
             phys_coordinate_name(&run->system, mode->coordinate, name, sizeof name);
             report_text(report, "mostly", "mostly", name);
             for (int part = 0; part < 2; part++) {

@@ -25,18 +25,21 @@ double scan_value(const struct scan *scan, size_t axis, size_t run)
 static enum ad_status read_axis(struct scan *scan, const char *text, struct ad_error *error)
 {
     struct axis_of_scan *a = &scan->axis[scan->axes];
-    char copy[256], *part[4] = {NULL}, *rest;
+    char copy[256], *part[4] = {NULL}, *next = NULL;
     uint64_t n = 0;
     size_t parts = 0;
     snprintf(copy, sizeof copy, "%s", text);
     char *equals = strchr(copy, '=');
-    if (equals)
-        for (char *p = strtok_r(equals + 1, ":", &rest); p && parts < COUNT_OF(part);
-             p = strtok_r(NULL, ":", &rest))
-            part[parts++] = p;
-    if (!equals || parts < 3 || strlen(text) >= sizeof copy || !options_number(part[0], &a->from) ||
-        !options_number(part[1], &a->to) || !options_integer(part[2], MOST, &n) || n < 2 ||
-        a->from == a->to || (part[3] && strcmp(part[3], "log") != 0))
+    for (char *p = equals ? equals + 1 : NULL; p && parts < COUNT_OF(part); p = next) {
+        next = strchr(p, ':');
+        if (next)
+            *next++ = '\0';
+        part[parts++] = p;
+    }
+    if (!equals || parts < 3 || next || strlen(text) >= sizeof copy ||
+        !options_number(part[0], &a->from) || !options_number(part[1], &a->to) ||
+        !options_integer(part[2], MOST, &n) || n < 2 || a->from == a->to ||
+        (part[3] && strcmp(part[3], "log") != 0))
         return ad_fail(error, AD_E_ARGUMENT,
                        "--scan: expected NAME=FROM:TO:N, N from 2, as in m=1:2:11, or "
                        "m=1:100:5:log, got '%s'",

@@ -8,20 +8,14 @@
 
 enum ad_status path_continuation(struct path_run *run, struct ad_error *error)
 {
-    const char *text = run->options->follow, *equals = text ? strchr(text, '=') : NULL;
-    const char *colon = equals ? strchr(equals, ':') : NULL;
+    const char *text = run->options->follow;
     const struct settings *set = &run->options->common.set;
-    char from[64];
     if (!text)
         return AD_OK;
-    if (colon)
-        snprintf(from, sizeof from, "%.*s", (int)(colon - equals - 1), equals + 1);
-    if (!colon || !options_number(from, &run->follow.from) ||
-        !options_number(colon + 1, &run->follow.to))
+    if (!options_range(text, run->followed, sizeof run->followed, &run->follow.from,
+                       &run->follow.to))
         return ad_fail(error, AD_E_ARGUMENT,
                        "--continue: expected NAME=FROM:TO, as in m=1:0.01, got '%s'", text);
-    snprintf(run->followed, sizeof run->followed, "%.*s", (int)(equals - text), text);
-    run->follow.size = sizeof run->follow;
     run->follow.name = run->followed;
     if (!path_wants_tolerance(run->options))
         return ad_fail(error, AD_E_ARGUMENT, "--continue needs --tol, the error of the last path");

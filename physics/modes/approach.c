@@ -34,12 +34,14 @@ bool phys_equilibrium_evaluate(struct search *s, const double *y)
     return true;
 }
 
+/* Of numbers whose squares may be too small for a double. */
 double phys_equilibrium_length(size_t n, const double *x)
 {
+    const double most = phys_equilibrium_largest(n, x);
     double sum = 0;
-    for (size_t i = 0; i < n; i++)
-        sum += x[i] * x[i];
-    return sqrt(sum);
+    for (size_t i = 0; i < n && most > 0; i++)
+        sum += x[i] / most * (x[i] / most);
+    return most * sqrt(sum);
 }
 
 double phys_equilibrium_largest(size_t n, const double *x)
@@ -77,7 +79,7 @@ static double set_step(struct search *s, double damping)
         const double value = s->value[k], share = damping * most;
         if (fabs(value) <= cut * most)
             continue;
-        const double by = -value * s->along[k] / (value * value + share * share);
+        const double by = -s->along[k] / value / (1 + share / value * (share / value));
         for (size_t i = 0; i < n; i++)
             s->step[i] += by * s->vector[k * n + i];
     }

@@ -95,6 +95,8 @@ static void misuse_is_refused(void **state)
         {"--scan l=1:2", "--scan: expected NAME=FROM:TO:N"},
         {"--scan l=1:2:1", "--scan: expected NAME=FROM:TO:N"},
         {"--scan l=1:2:3:cubic", "--scan: expected NAME=FROM:TO:N"},
+        {"--scan l=1::2:3", "--scan: expected NAME=FROM:TO:N"},
+        {"--scan l=1:2:3:log:more", "--scan: expected NAME=FROM:TO:N"},
         {"--scan l=-1:2:3:log", "--scan: log needs values above 0"},
         {"--scan length=1:2:3", "length"},
         {"--scan l=1:2:3 --set l=4", "--scan does not go with --set l"},

@@ -288,6 +288,19 @@ static void a_cluster_is_found_once(void **state)
     phys_system_close(&system);
 }
 
+/* Squares of these forces are too small for a double. */
+static void the_softest_spring_rests_once(void **state)
+{
+    (void)state;
+    struct phys_system system = system_opened("spring");
+    system_set(&system, "k", 1e-300);
+    struct phys_equilibria found = found_of(&system, NULL);
+    assert_int_equal(found.n, 1);
+    assert_frequency(&found.one[0].mode[0], 1e-150);
+    phys_equilibria_free(&found);
+    phys_system_close(&system);
+}
+
 static void what_has_none_is_refused(void **state)
 {
     struct phys_scene scene = scene_of("driven", 1, driven, 3, 0.1, near_rest);
@@ -329,6 +342,7 @@ int main(void)
         cmocka_unit_test(kinks_have_no_modes),
         cmocka_unit_test(forces_that_only_fade_are_no_equilibria),
         cmocka_unit_test(a_cluster_is_found_once),
+        cmocka_unit_test(the_softest_spring_rests_once),
         cmocka_unit_test(what_has_none_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
