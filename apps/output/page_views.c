@@ -5,29 +5,17 @@
    A page has about NUMBERS numbers of curves. Where a file has more, some frames and some samples
    along the curves are left out; those that are there are those of the file. */
 #include "autodiff/free.h"
-#include "page.h"
+#include "page_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { NUMBERS = 49152, FRAMES = 16, SAMPLES = 2000, LINE = 600, CURVES = 1000 };
+enum { NUMBERS = 49152, FRAMES = 16, SAMPLES = 2000, CURVES = 1000 };
 
 /* Curves of one dataset. Axes: F frames, C curves, N samples along them. */
 struct group {
     const char *dataset, *axes, *name, *style; /* "line", "dash", "dots" */
-};
-
-struct line {
-    const char *dataset, *name;
-    size_t column; /* of a dataset [n x columns] */
-    bool change;   /* its change since the start, relative where that is not 0 */
-};
-
-struct series {
-    const char *over; /* dataset; NULL: the number of the row */
-    bool log;
-    struct line line[3];
 };
 
 struct view {
@@ -97,53 +85,6 @@ static const struct view views[] = {
      {{"screen", "N", "on the screen", "line"}, {"thin_slits", "N", "thin slits", "dash"}},
      {{0}}},
 };
-
-/* ---- datasets ---- */
-
-static bool has(phys_hdf5 *file, const char *name, size_t rank, struct phys_hdf5_item *item)
-{
-    struct ad_error none = {0};
-    if (!name || phys_hdf5_shape(file, name, item, &none) != AD_OK || item->rank != rank ||
-        item->kind > PHYS_HDF5_INTEGER)
-        return false;
-    for (size_t k = 0, room = SIZE_MAX / 64; k < rank; room /= item->dims[k++])
-        if (item->dims[k] == 0 || item->dims[k] > room)
-            return false;
-    return true;
-}
-
-/* n numbers of a dataset or, where it has not these, `first` and on. */
-static double *axis(phys_hdf5 *file, const char *name, size_t n, double first,
-                    struct ad_error *error)
-{
-    struct phys_hdf5_item item;
-    double *value = malloc(n * sizeof *value);
-    if (!value)
-        ad_fail(error, AD_E_MEMORY, "out of memory");
-    else if (has(file, name, 1, &item) && item.dims[0] == n)
-        phys_hdf5_read(file, name, 0, n, value, error);
-    else
-        for (size_t i = 0; i < n; i++)
-            value[i] = first + (double)i;
-    return value;
-}
-
-/* What is written of an axis: all of it, or the samples picked. */
-static void write_axis(phys_hdf5 *file, struct json *json, const char *key, const char *name,
-                       size_t n, double first, size_t kept, const size_t *pick,
-                       struct ad_error *error)
-{
-    double *value = axis(file, name, n, first, error);
-    for (size_t i = 0; value && i < kept; i++)
-        value[i] = value[pick[i]];
-    json_object(json, key);
-    json_text(json, "dataset", name);
-    json_count(json, "of", n);
-    if (value)
-        page_doubles(json, "values", kept, value, error);
-    json_end_object(json);
-    free(value);
-}
 
 /* ---- the main panel ---- */
 
@@ -283,8 +224,8 @@ static void write_panel(struct panel *p, struct json *json, struct ad_error *err
     json_text(json, "frame", view->name);
     json_count(json, "curves_of", p->C);
     if (view->over)
-        write_axis(p->file, json, "frames", view->over, p->F, 1, p->frames, p->frame, error);
-    write_axis(p->file, json, "along", view->along, p->n, 0, p->kept, p->pick, error);
+        page_write_axis(p->file, json, "frames", view->over, p->F, 1, p->frames, p->frame, error);
+    page_write_axis(p->file, json, "along", view->along, p->n, 0, p->kept, p->pick, error);
     json_array(json, "groups");
     for (size_t g = 0; g < 3; g++)
         if (p->item[g].rank)
@@ -299,13 +240,13 @@ static enum ad_status main_panel(phys_hdf5 *file, const struct view *view, struc
                                  struct ad_error *error)
 {
     struct panel p = {.file = file, .view = view};
-    has(file, view->group[0].dataset, view->rank, &p.item[0]);
+    page_has(file, view->group[0].dataset, view->rank, &p.item[0]);
     p.F = length(view->group, &p.item[0], 'F');
     p.C = length(view->group, &p.item[0], 'C');
     p.n = length(view->group, &p.item[0], 'N');
     p.curves = p.C < CURVES ? p.C : CURVES;
     for (size_t g = 1; g < 3 && view->group[g].dataset; g++)
-        if (!has(file, view->group[g].dataset, strlen(view->group[g].axes), &p.item[g]) ||
+        if (!page_has(file, view->group[g].dataset, strlen(view->group[g].axes), &p.item[g]) ||
             length(&view->group[g], &p.item[g], 'N') != p.n)
             p.item[g].rank = 0;
     p.frame = calloc(p.F, sizeof *p.frame);
@@ -319,228 +260,18 @@ static enum ad_status main_panel(phys_hdf5 *file, const struct view *view, struc
     return error->status;
 }
 
-/* ---- panels beside it ---- */
-
-/* A column of a dataset [n], or [n x columns], or [n x sets x columns], of the first set. */
-static double *read_line(phys_hdf5 *file, const struct line *line, size_t *n,
-                         struct ad_error *error)
-{
-    struct phys_hdf5_item item;
-    size_t rank = 1, width = 1;
-    while (rank < 4 && !has(file, line->dataset, rank, &item))
-        rank++;
-    if (rank == 4)
-        return NULL;
-    for (size_t k = 1; k < rank; k++)
-        width *= item.dims[k];
-    double *value = line->column < width ? malloc(item.dims[0] * width * sizeof *value) : NULL;
-    *n = item.dims[0];
-    if (value)
-        phys_hdf5_read(file, line->dataset, 0, *n, value, error);
-    for (size_t i = 0; value && i < *n; i++)
-        value[i] = value[i * width + line->column];
-    const double start = value ? value[0] : 0;
-    for (size_t i = 0; value && line->change && i < *n; i++)
-        value[i] = fabs(value[i] - start) / (start != 0 ? fabs(start) : 1);
-    return value;
-}
-
-static void write_lines(phys_hdf5 *file, const struct series *series, size_t lines,
-                        const struct line *const line[], size_t n, double *value, struct json *json,
-                        struct ad_error *error)
-{
-    size_t *pick = malloc(n * sizeof *pick);
-    double *seen = malloc(lines * n * sizeof *seen);
-    if (!pick || !seen) {
-        ad_fail(error, AD_E_MEMORY, "out of memory");
-        AD_FREE(pick, seen);
-        return;
-    }
-    for (size_t i = 0; i < lines * n; i++)
-        seen[i] = !series->log ? value[i] : value[i] > 0 ? log(value[i]) : (double)NAN;
-    const size_t kept = page_pick(n, lines, seen, LINE, pick);
-    json_object(json, NULL);
-    json_bool(json, "log", series->log);
-    write_axis(file, json, "over", series->over, n, 0, kept, pick, error);
-    json_array(json, "lines");
-    for (size_t k = 0; k < lines; k++) {
-        for (size_t i = 0; i < kept; i++)
-            seen[i] = value[k * n + pick[i]];
-        json_object(json, NULL);
-        json_text(json, "name", line[k]->name);
-        json_text(json, "dataset", line[k]->change ? NULL : line[k]->dataset);
-        page_floats(json, "data", kept, seen, error);
-        json_end_object(json);
-    }
-    json_end_array(json);
-    json_end_object(json);
-    AD_FREE(pick, seen);
-}
-
-static void write_series(phys_hdf5 *file, const struct series *series, struct json *json,
-                         struct ad_error *error)
-{
-    const struct line *line[3];
-    double *value = NULL;
-    size_t n = 0, lines = 0;
-    for (size_t k = 0; k < 3 && series->line[k].dataset && error->status == AD_OK; k++) {
-        size_t length = 0;
-        double *column = read_line(file, &series->line[k], &length, error);
-        if (column && (lines == 0 || length == n)) {
-            double *more = realloc(value, (lines + 1) * length * sizeof *value);
-            if (more) {
-                value = more;
-                n = length;
-                memcpy(value + lines * n, column, n * sizeof *column);
-                line[lines++] = &series->line[k];
-            } else {
-                ad_fail(error, AD_E_MEMORY, "out of memory");
-            }
-        }
-        free(column);
-    }
-    if (lines && n > 1 && error->status == AD_OK)
-        write_lines(file, series, lines, line, n, value, json, error);
-    free(value);
-}
-
-/* ---- scans ---- */
-
-enum { PANELS = 24, NAME = 120 };
-
-/* Names of the datasets of a scan of one parameter. */
-struct scanned {
-    size_t n;
-    char over[NAME], result[PANELS][NAME];
-};
-
-static void find_scanned(void *context, const struct phys_hdf5_item *item)
-{
-    struct scanned *scanned = context;
-    const bool over = strncmp(item->object, "scanned/", 8) == 0;
-    if (item->attribute || item->rank != 1 || strlen(item->object) >= NAME)
-        return;
-    if (over)
-        strcpy(scanned->over, item->object);
-    else if (strncmp(item->object, "results/", 8) == 0 && scanned->n < PANELS)
-        strcpy(scanned->result[scanned->n++], item->object);
-}
-
-/* A panel for each number that changes with the parameter. */
-static void write_scan(phys_hdf5 *file, struct json *json, struct ad_error *error)
-{
-    struct scanned scanned = {0};
-    phys_hdf5_list(file, find_scanned, &scanned, error);
-    for (size_t k = 0; *scanned.over && k < scanned.n && error->status == AD_OK; k++) {
-        const char *name = scanned.result[k];
-        const struct series series = {scanned.over, false, {{name, name + 8, 0, false}}};
-        size_t n = 0, least, most;
-        double *value = read_line(file, &series.line[0], &n, error);
-        if (value && page_span(n, value, &least, &most) > 0 && value[least] < value[most])
-            write_series(file, &series, json, error);
-        free(value);
-    }
-}
-
-/* ---- images ---- */
-
-/* Densities in the plane, and frames of a film: [frames x rows x columns]. */
-static const struct image {
-    const char *dataset, *name, *over;
-    bool density; /* [frames x x x y], and shown by its square root */
-} images[] = {{"density", "density", "time", true},
-              {"model/frames", "frames of the model", "frame", false},
-              {"against/frames", "frames of the other", "frame", false},
-              {"truth/frames", "true frames", "frame", false}};
-enum { IMAGE_SIDE = 128, IMAGE_BYTES = 400000 };
-
-/* The largest number of each block, between the least and the largest of all, in 255 steps. */
-static void reduce(const double *value, size_t rows, size_t columns, size_t block, double *to)
-{
-    const size_t across = (columns + block - 1) / block, down = (rows + block - 1) / block;
-    for (size_t k = 0; k < across * down; k++)
-        to[k] = -INFINITY;
-    for (size_t r = 0; r < rows; r++)
-        for (size_t c = 0; c < columns; c++) {
-            double *cell = &to[r / block * across + c / block];
-            *cell = fmax(*cell, value[r * columns + c]);
-        }
-}
-
-/* Densities by the square root and each frame between its own numbers, since a packet that spreads
-   pales; others between those of all frames. */
-static void write_bytes(struct json *json, size_t frames, size_t size, const double *value,
-                        bool density, struct ad_error *error)
-{
-    const size_t group = density ? size : frames * size;
-    unsigned char *bytes = malloc(frames * size + 1);
-    double *high = malloc(frames * sizeof *high), low = INFINITY;
-    for (size_t f = 0; bytes && high && f < frames; f++) {
-        const double *own = density ? value + f * size : value;
-        size_t least = 0, most = 0;
-        const double span = page_span(group, own, &least, &most);
-        high[f] = own[most];
-        low = fmin(low, own[least]);
-        for (size_t k = f * size; k < (f + 1) * size; k++) {
-            const double share = fmin(1, fmax(0, (value[k] - own[least]) / span));
-            bytes[k] = (unsigned char)lround(255 * (density ? sqrt(share) : share));
-        }
-    }
-    json_number(json, "low", low);
-    if (bytes && high) {
-        page_doubles(json, "high", frames, high, error);
-        json_base64(json, "bytes", frames * size, bytes);
-    } else {
-        ad_fail(error, AD_E_MEMORY, "out of memory");
-    }
-    AD_FREE(bytes, high);
-}
-
-static void write_image(phys_hdf5 *file, const struct image *image,
-                        const struct phys_hdf5_item *item, struct json *json,
-                        struct ad_error *error)
-{
-    const size_t F = item->dims[0], rows = item->dims[1], columns = item->dims[2];
-    const size_t longest = rows > columns ? rows : columns;
-    const size_t block = (longest + IMAGE_SIDE - 1) / IMAGE_SIDE;
-    const size_t down = (rows + block - 1) / block, across = (columns + block - 1) / block;
-    const size_t most = IMAGE_BYTES / (down * across), frames = F < most ? F : most;
-    double *value = malloc(rows * columns * sizeof *value);
-    double *all = malloc(frames * down * across * sizeof *all);
-    size_t *frame = malloc(frames * sizeof *frame);
-    if (!value || !all || !frame)
-        ad_fail(error, AD_E_MEMORY, "out of memory");
-    for (size_t f = 0; f < frames && error->status == AD_OK; f++) {
-        frame[f] = frames > 1 ? f * (F - 1) / (frames - 1) : F - 1;
-        if (phys_hdf5_read(file, image->dataset, frame[f], 1, value, error) == AD_OK)
-            reduce(value, rows, columns, block, all + f * down * across);
-    }
-    if (error->status == AD_OK) {
-        json_object(json, NULL);
-        json_text(json, "name", image->name);
-        json_bool(json, "density", image->density);
-        json_count(json, "rows", down);
-        json_count(json, "columns", across);
-        write_axis(file, json, "frames", image->over, F, 0, frames, frame, error);
-        write_bytes(json, frames, down * across, all, image->density, error);
-        json_end_object(json);
-    }
-    AD_FREE(value, all, frame);
-}
-
 /* ---- the page ---- */
 
 static bool fits(phys_hdf5 *file, const struct view *view)
 {
     struct phys_hdf5_item item;
     struct ad_error none = {0};
-    return has(file, view->group[0].dataset, view->rank, &item) &&
+    return page_has(file, view->group[0].dataset, view->rank, &item) &&
            (!view->mark || phys_hdf5_shape(file, view->mark, &item, &none) == AD_OK);
 }
 
 enum ad_status page_of_run(phys_hdf5 *file, const char *name, FILE *out, struct ad_error *error)
 {
-    struct phys_hdf5_item item;
     struct page page;
     size_t v = 0;
     if (page_begin(&page, error) != AD_OK)
@@ -555,14 +286,12 @@ enum ad_status page_of_run(phys_hdf5 *file, const char *name, FILE *out, struct 
         main_panel(file, &views[v], &page.json, error);
     json_array(&page.json, "series");
     for (size_t k = 0; viewed && k < 3 && error->status == AD_OK; k++)
-        write_series(file, &views[v].series[k], &page.json, error);
+        page_write_series(file, &views[v].series[k], &page.json, error);
     if (error->status == AD_OK)
-        write_scan(file, &page.json, error);
+        page_write_scan(file, &page.json, error);
     json_end_array(&page.json);
     json_array(&page.json, "images");
-    for (size_t k = 0; k < sizeof images / sizeof *images && error->status == AD_OK; k++)
-        if (has(file, images[k].dataset, 3, &item))
-            write_image(file, &images[k], &item, &page.json, error);
+    page_write_images(file, &page.json, error);
     json_end_array(&page.json);
     return page_end(&page, out, error);
 }
