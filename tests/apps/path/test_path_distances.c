@@ -1,6 +1,6 @@
 /* What a path is compared with (A2, A4, A5, H6, H8): never itself, never a diverging motion. */
 #include "tests/close.h"
-#include "shell.h"
+#include "tests/apps/shell.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* leastaction path --tol and --continue where paths are steep: kinks, pulses, layers, close passes.
  */
 #include "tests/close.h"
-#include "shell.h"
+#include "tests/apps/shell.h"
 #include "physics/io/csv.h"
 #include "tests/mentions.h"
 

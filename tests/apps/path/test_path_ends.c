@@ -1,7 +1,7 @@
 /* leastaction path --start, --end, --time: what is given stands in the path found, to the last bit,
    and what is left free is where its momentum vanishes. */
 #include "tests/close.h"
-#include "shell.h"
+#include "tests/apps/shell.h"
 #include "physics/io/csv.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* leastaction path --tol, from outside: on motions with known solutions the estimated error is true
    to a factor of ten, and the error is what was asked for. */
 #include "tests/close.h"
-#include "shell.h"
+#include "tests/apps/shell.h"
 #include "apps/bench/measure/exact.h"
 #include "physics/io/csv.h"
 #include "tests/mentions.h"
