@@ -16,6 +16,7 @@ enum ad_status path_continuation(struct path_run *run, struct ad_error *error)
                        &run->follow.to))
         return ad_fail(error, AD_E_ARGUMENT,
                        "--continue: expected NAME=FROM:TO, as in m=1:0.01, got '%s'", text);
+    run->follow.size = sizeof run->follow;
     run->follow.name = run->followed;
     if (!path_wants_tolerance(run->options))
         return ad_fail(error, AD_E_ARGUMENT, "--continue needs --tol, the error of the last path");
