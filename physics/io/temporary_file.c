@@ -34,17 +34,18 @@ static bool is_named(int file, int at, const char *name)
            open.st_dev == named.st_dev && open.st_ino == named.st_ino;
 }
 
-/* Creates and locks one of this name; 0, or the error number. A file system without locks does
-   without; then nothing there is ever taken for left over. */
+/* Creates and locks one of this name; 0, or the error number. Between the two another process may
+   take the file for left over: it has the lock (EWOULDBLOCK) or has removed the name. A file system
+   without locks does without; then nothing there is ever taken for left over. */
 static int create(const char *name, int *file)
 {
     *file = open(name, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (*file < 0)
         return errno;
-    flock(*file, LOCK_EX | LOCK_NB);
-    if (is_named(*file, AT_FDCWD, name))
+    bool taken = flock(*file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    if (!taken && is_named(*file, AT_FDCWD, name))
         return 0;
-    close(*file); /* taken for left over before it was locked */
+    close(*file);
     return EEXIST;
 }
 
