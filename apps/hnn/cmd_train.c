@@ -1,28 +1,16 @@
 /* leastaction train: trains a Hamiltonian neural network, or a baseline, on measured motion. */
 #include "apps/command.h"
 #include "apps/interrupt.h"
-#include "apps/output/result.h"
 #include "train.h"
 
 #include <string.h>
-
-/* A model that cannot be written is found before anything is computed. */
-static enum ad_status check_out(const char *name, struct ad_error *error)
-{
-    struct phys_atomic_file file;
-    if (phys_atomic_file_begin(&file, name, error) == AD_OK)
-        phys_atomic_file_abandon(&file);
-    return error->status;
-}
 
 static int train(struct train_run *run, struct ad_error *error)
 {
     const struct common *common = &run->options->common;
     struct report report = {0};
-    struct result log;
     enum hnn_stop stop = HNN_STOP_STEPS;
-    if (check_out(common->out, error) != AD_OK ||
-        result_begin(&log, run->options->log, error) != AD_OK)
+    if (train_check_outputs(run->options, error) != AD_OK)
         return command_status(error);
     progress_start(&run->progress, common->quiet, NULL);
     run->progress.from = (double)hnn_trainer_step(run->trainer);
@@ -34,13 +22,8 @@ static int train(struct train_run *run, struct ad_error *error)
         ad_fail(error, run->failed.status, "%s", run->failed.message);
     if (error->status != AD_OK || train_save(run, error) != AD_OK ||
         (run->pixels &&
-         hnn_film_motion(run->model, &run->frames, &run->pairs, &run->motion, error) != AD_OK)) {
-        result_abandon(&log);
-        return command_status(error);
-    }
-    if (log.out)
-        train_write_log(run, log.out);
-    if (result_commit(&log, error) != AD_OK)
+         hnn_film_motion(run->model, &run->frames, &run->pairs, &run->motion, error) != AD_OK) ||
+        train_publish(run, true, error) != AD_OK)
         return command_status(error);
     train_report(run, &report);
     report_show(&report, common, error);
@@ -126,7 +109,9 @@ static const struct option table[] = {
     {"out", "FILE.h5", OPTION_OUTPUT, "model.h5", "the model, and all that --resume needs",
      AT(common.out)},
     {"log", "FILE", OPTION_OUTPUT, NULL, "losses as CSV; - is standard output", AT(log)},
-    {"checkpoint", "SECONDS", OPTION_SIZE, "10", "between checkpoints to --out", AT(checkpoint)},
+    {"plot", "FILE", OPTION_PICTURE, NULL, "losses as .svg or .png", AT(common.plot)},
+    {"checkpoint", "SECONDS", OPTION_SIZE, "10",
+     "between checkpoints to --out, and new --log and --plot", AT(checkpoint)},
     {"resume", NULL, OPTION_FLAG, NULL, "resume from --out, if it exists", AT(resume)},
 };
 

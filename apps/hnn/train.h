@@ -1,5 +1,6 @@
 /* The parts of `leastaction train`: setup of samples, model and method from the options
-   (train_setup), progress and checkpoints (train_watch), output (train_report). */
+   (train_setup), progress and checkpoints (train_watch), output
+   (train_report, train_curve). */
 #ifndef APPS_TRAIN_H
 #define APPS_TRAIN_H
 
@@ -58,8 +59,14 @@ enum ad_status train_save(struct train_run *run, struct ad_error *error);
 /* The progress callback of the trainer; context is the run. */
 bool train_after_step(void *context, hnn_trainer *trainer);
 
-/* Writes the history as CSV. */
-void train_write_log(const struct train_run *run, FILE *out);
+/* Writes --log and --plot, whole, over what they were; --log to standard output at the end only
+   (train_curve.c). */
+enum ad_status train_publish(const struct train_run *run, bool last, struct ad_error *error);
+/* Before anything is computed: whether --out, --log and --plot can be written. */
+enum ad_status train_check_outputs(const struct train_options *options, struct ad_error *error);
+
+/* The loss of a field that is 0 everywhere; NaN for pixels. */
+double train_loss_of_zero(const struct train_run *run);
 void train_report(const struct train_run *run, struct report *report);
 
 #endif

@@ -1,23 +1,7 @@
-/* Results of a training: report, and the history as CSV. */
+/* The report of a training. */
 #include "train.h"
-#include "apps/output/result.h"
 
 #include <math.h>
-
-/* Seconds of steps before a resume are not known any more: their cells are empty. */
-void train_write_log(const struct train_run *run, FILE *out)
-{
-    size_t n;
-    const struct hnn_row *row = hnn_trainer_history(run->trainer, &n);
-    fputs("step,train_loss,test_loss,seconds\n", out);
-    for (size_t k = 0; k < n; k++) {
-        fprintf(out, "%zu", row[k].step);
-        csv_number(out, 9, row[k].train_loss);
-        csv_number(out, 9, row[k].test_loss);
-        csv_number(out, 9, row[k].seconds);
-        fputc('\n', out);
-    }
-}
 
 static double ms_per_step(const struct train_run *run)
 {
@@ -47,9 +31,11 @@ static void report_columns(const struct train_run *run, struct report *report)
 }
 
 /* The loss of a field that is 0 everywhere: of samples whose targets are rates, or the states that
-   follow. Units are those of the loss (train_loss.c). */
-static double loss_of_zero(const struct train_run *run)
+   follow. Units are those of the loss (train_loss.c). NaN for pixels. */
+double train_loss_of_zero(const struct train_run *run)
 {
+    if (run->pixels)
+        return NAN;
     const struct hnn_samples *s = &run->train;
     const struct hnn_dataset *d = &run->data;
     size_t states = 2 * d->dof, rows = states * (run->settings.rollout ? run->settings.rollout : 1);
@@ -66,12 +52,10 @@ static double loss_of_zero(const struct train_run *run)
 
 static void report_loss(const struct train_run *run, struct report *report)
 {
-    double loss = hnn_trainer_train_loss(run->trainer), zero = NAN;
+    double loss = hnn_trainer_train_loss(run->trainer), zero = train_loss_of_zero(run);
     report_number(report, "train_loss", "train loss", NULL, loss);
-    if (!run->pixels) {
-        zero = loss_of_zero(run);
+    if (!run->pixels)
         report_number(report, "zero_loss", "  of a field of 0", NULL, zero);
-    }
     report_number(report, "test_loss", "test loss", NULL, hnn_trainer_test_loss(run->trainer));
     if (loss >= 0.99 * zero)
         report_line(report, "  the model is no better than a field that is 0: try --normalise, "

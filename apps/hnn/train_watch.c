@@ -32,7 +32,8 @@ bool train_after_step(void *context, hnn_trainer *trainer)
     struct train_run *run = context;
     show(run);
     if (hnn_trainer_seconds(trainer) >= run->next_checkpoint) {
-        train_save(run, &run->failed);
+        if (train_save(run, &run->failed) == AD_OK)
+            train_publish(run, false, &run->failed);
         run->next_checkpoint = hnn_trainer_seconds(trainer) + run->options->checkpoint;
     }
     return !interrupted() && run->failed.status == AD_OK;

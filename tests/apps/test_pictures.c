@@ -101,6 +101,8 @@ static void test_texts_are_apart(void **state)
         "field hnn.h5",
         "rollout pixels.h5 --truth pixels --time 9",
         "fit pendulum motion.csv --free l",
+        "train p.h5 --hidden 4 --steps 40 --test-fraction .2 --out t.h5",
+        "train f.h5 --model pixel-hnn --hidden 4 --steps 2 --batch 10 --out t.h5",
     };
     static const char training[] = "--hidden 4 --steps 2 --batch 10 --quiet";
     if (shell("command -v gnuplot") != 0)

@@ -152,6 +152,23 @@ static void test_interrupted(void **state)
     assert_int_equal(shell("$LA dump model.h5 >/dev/null && test -s log.csv"), 0);
 }
 
+/* Log and picture are there, whole, before the training ends. */
+static void test_live_curves(void **state)
+{
+    (void)state;
+    if (shell("command -v gnuplot") != 0)
+        skip();
+    assert_int_equal(shell("mkdir early && $LA train pendulum.csv " SMALL
+                           "--steps 10000000 --quiet --log log.csv --plot loss.svg "
+                           "--checkpoint 0.1 & pid=$!; "
+                           "until test -e loss.svg; do kill -0 $pid || exit; done; "
+                           "cp loss.svg log.csv early; kill -INT $pid; wait $pid"),
+                     1);
+    shell_works("grep -q '</svg>' early/loss.svg && test $(wc -l <early/log.csv) -gt 1 && "
+                "test $(wc -l <early/log.csv) -lt $(wc -l <log.csv) && "
+                "head -n $(wc -l <early/log.csv) log.csv | cmp - early/log.csv");
+}
+
 static void refused(const char *options, const char *why)
 {
     assert_int_equal(shell("$LA train %s", options), 2);
@@ -177,6 +194,8 @@ static void test_refusals(void **state)
     refused("frames.h5 --model pixel-hnn --state q,p", "--state");
     refused("pendulum.csv --model pixel-hnn", "pendulum.csv");
     refused("pendulum.csv --log /nonexistent/log.csv", "/nonexistent/log.csv");
+    refused("pendulum.csv --plot loss.html", "--plot loss.html");
+    refused("pendulum.csv --plot /nonexistent/loss.svg", "/nonexistent/loss.svg");
     refused("pendulum.csv --skip-rows 1000000000000", "61 1000000000000");
     /* options that the training would not look at */
     refused("pendulum.csv --model baseline --field both", "--field baseline");
@@ -248,6 +267,7 @@ int main(void)
         cmocka_unit_test_setup(test_killed, setup),
         cmocka_unit_test_setup(test_pixels, setup),
         cmocka_unit_test_setup(test_interrupted, setup),
+        cmocka_unit_test_setup(test_live_curves, setup),
         cmocka_unit_test_setup(test_nothing_learnt, setup),
         cmocka_unit_test_setup(test_refusals, setup),
         cmocka_unit_test_setup(test_resume_refusals, setup),
