@@ -40,7 +40,7 @@ void page_write_axis(phys_hdf5 *file, struct json *json, const char *key, const 
 {
     double *value = page_axis(file, name, n, first, error);
     for (size_t i = 0; value && i < kept; i++)
-        value[i] = value[pick[i]];
+        value[i] = value[pick ? pick[i] : i];
     json_object(json, key);
     json_text(json, "dataset", name);
     json_count(json, "of", n);
@@ -131,41 +131,4 @@ void page_write_series(phys_hdf5 *file, const struct series *series, struct json
     if (lines && n > 1 && error->status == AD_OK)
         write_lines(file, series, lines, line, n, value, json, error);
     free(value);
-}
-
-/* ---- scans ---- */
-
-enum { PANELS = 24, NAME = 120 };
-
-/* Names of the datasets of a scan of one parameter. */
-struct scanned {
-    size_t n;
-    char over[NAME], result[PANELS][NAME];
-};
-
-static void find_scanned(void *context, const struct phys_hdf5_item *item)
-{
-    struct scanned *scanned = context;
-    const bool over = strncmp(item->object, "scanned/", 8) == 0;
-    if (item->attribute || item->rank != 1 || strlen(item->object) >= NAME)
-        return;
-    if (over)
-        strcpy(scanned->over, item->object);
-    else if (strncmp(item->object, "results/", 8) == 0 && scanned->n < PANELS)
-        strcpy(scanned->result[scanned->n++], item->object);
-}
-
-void page_write_scan(phys_hdf5 *file, struct json *json, struct ad_error *error)
-{
-    struct scanned scanned = {0};
-    phys_hdf5_list(file, find_scanned, &scanned, error);
-    for (size_t k = 0; *scanned.over && k < scanned.n && error->status == AD_OK; k++) {
-        const char *name = scanned.result[k];
-        const struct series series = {scanned.over, false, {{name, name + 8, 0, false}}};
-        size_t n = 0, least, most;
-        double *value = read_line(file, &series.line[0], &n, error);
-        if (value && page_span(n, value, &least, &most) > 0 && value[least] < value[most])
-            page_write_series(file, &series, json, error);
-        free(value);
-    }
 }

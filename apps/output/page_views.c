@@ -290,6 +290,9 @@ enum ad_status page_of_run(phys_hdf5 *file, const char *name, FILE *out, struct 
     if (error->status == AD_OK)
         page_write_scan(file, &page.json, error);
     json_end_array(&page.json);
+    json_array(&page.json, "maps");
+    page_write_maps(file, &page.json, error);
+    json_end_array(&page.json);
     json_array(&page.json, "images");
     page_write_images(file, &page.json, error);
     json_end_array(&page.json);

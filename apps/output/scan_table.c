@@ -62,11 +62,14 @@ static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad
         snprintf(name, sizeof name, "scanned/%s", scan->axis[a].name);
         phys_hdf5_write(file, name, AD_F64, 1, &shape[a], value);
         phys_hdf5_text(file, name, "unit", scan->axis[a].unit);
+        phys_hdf5_integer(file, name, "axis", (int64_t)a, NULL);
         free(value);
     }
     for (size_t k = 0; k < scan->n; k++) {
         snprintf(name, sizeof name, "results/%s", scan->column[k].key);
         phys_hdf5_write(file, name, AD_F64, scan->axes, shape, scan->column[k].value);
+        if (*scan->column[k].unit)
+            phys_hdf5_text(file, name, "unit", scan->column[k].unit);
     }
     return error->status;
 }
