@@ -196,13 +196,20 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
 
 /* ---- other stationary paths ---- */
 
-/* Whether settings->compare is, or leads on the same grid to, another stationary path. */
+/* Whether settings->compare is, or leads on the same grid to, another stationary path. A true motion
+   that is clearly apart is one. */
 static enum ad_status compare_given(const struct search *s, struct ad_error *error)
 {
     const struct phys_path_settings *settings = s->settings;
     size_t n = s->slices, dof = s->dof, size = settings->rule->degree * dof * n;
     struct phys_path_info info;
-    double *path = malloc(size * sizeof *path), wide = phys_path_extent(s->path, dof, n);
+    double wide = phys_path_extent(s->path, dof, n);
+    s->found->another =
+        settings->compare_true && !isnan(s->found->discretisation) &&
+        s->found->reference_distance > fmax(APART * s->found->discretisation, CLEAR * wide);
+    if (s->found->another)
+        return AD_OK;
+    double *path = malloc(size * sizeof *path);
     if (!path)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     memcpy(path, settings->compare, size * sizeof *path);
@@ -212,9 +219,6 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
     }
     s->found->another = phys_newton_settle(s->newton, path, &info, error) &&
                         largest(path, s->path, n * dof) > SAME * wide;
-    if (settings->compare_true && !isnan(s->found->discretisation) &&
-        s->found->reference_distance > fmax(APART * s->found->discretisation, CLEAR * wide))
-        s->found->another = true;
     free(path);
     return error->status;
 }
