@@ -1,4 +1,4 @@
-/* leastaction chart paths: runs its two parts. */
+/* leastaction chart paths: runs its three parts. */
 #include "chart_paths.h"
 
 const struct layout figure_of_six = {.width = 1120,
@@ -21,5 +21,7 @@ enum ad_status chart_paths(struct chart *chart, struct ad_error *error)
     if (error->status == AD_OK)
         chart_solvers(chart, error);
     json_end_object(&chart->json);
+    if (error->status == AD_OK)
+        chart_boundaries(chart, error);
     return error->status;
 }

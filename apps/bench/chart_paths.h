@@ -12,6 +12,8 @@ enum ad_status chart_rules(struct chart *chart, struct ad_error *error);
 /* Solvers: distance from the stationary path on the way, over CPU time, from the published noise.
  */
 enum ad_status chart_solvers(struct chart *chart, struct ad_error *error);
+/* Boundaries: CPU time of a path to an error, from a straight line, and its true error. */
+enum ad_status chart_boundaries(struct chart *chart, struct ad_error *error);
 
 /* Three columns of two panels, room for a legend at their right. */
 extern const struct layout figure_of_six;

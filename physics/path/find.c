@@ -196,8 +196,8 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
 
 /* ---- other stationary paths ---- */
 
-/* Whether settings->compare is, or leads on the same grid to, another stationary path. A true motion
-   that is clearly apart is one. */
+/* Whether settings->compare is, or leads on the same grid to, another stationary path. A true
+   motion that is clearly apart is one. */
 static enum ad_status compare_given(const struct search *s, struct ad_error *error)
 {
     const struct phys_path_settings *settings = s->settings;

@@ -201,6 +201,22 @@ static void test_solvers(void **state)
     table_free(t);
 }
 
+/* Of the same run: errors against the motion are those asked for and estimated. */
+static void test_boundaries(void **state)
+{
+    (void)state;
+    struct table *t = table_read("boundaries.csv");
+    table_expect_header(t, "problem,method,tol,rule,elements,seconds,estimate,largest,error");
+    assert_int_equal(t->rows, 6 * 3);
+    for (size_t r = 0; r < t->rows; r++) {
+        double tol = table_number(t, r, "tol"), error = table_number(t, r, "error");
+        assert_true(error > 0 && error < tol && table_number(t, r, "seconds") > 0);
+        assert_true(table_number(t, r, "largest") <= table_number(t, r, "estimate") + 1e-12);
+        assert_true(r % 3 == 0 || error < table_number(t, r - 1, "error"));
+    }
+    table_free(t);
+}
+
 /* ---- the parts ---- */
 
 static void test_kepler_answer(void **state)
@@ -284,6 +300,7 @@ int main(void)
         cmocka_unit_test(test_integrator_files),
         cmocka_unit_test_setup(test_rules, shell_empty),
         cmocka_unit_test(test_solvers),
+        cmocka_unit_test(test_boundaries),
     };
     return cmocka_run_group_tests_name("charts of motions", tests, shell_setup, shell_teardown);
 }
