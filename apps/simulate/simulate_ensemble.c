@@ -58,6 +58,31 @@ static enum ad_status follow(void *context, struct ad_error *error)
                                            r->run->options->ensemble, cause.message);
 }
 
+/* Every member has come to its last crossing. */
+static enum ad_status judge_until(const struct ensemble_run *r, struct ad_error *error)
+{
+    const struct phys_ensemble *e = &r->ensemble;
+    const struct phys_motion_settings *s = r->settings.motion;
+    char rows[96] = "";
+    size_t n = 0, length = 0;
+    for (size_t i = 0; i < e->n; i++) {
+        const struct phys_crossed *c = &e->member[i].crossed;
+        if (c->n > 0 && s->crossings[(size_t)c->which[c->n - 1] - 1].last)
+            continue;
+        n++;
+        if (length + 32 < sizeof rows)
+            length += (size_t)snprintf(rows + length, sizeof rows - length, "%s%zu",
+                                       length ? ", " : "", i + 1);
+        else if (rows[length - 1] != '.')
+            length += (size_t)snprintf(rows + length, sizeof rows - length, ", ...");
+    }
+    return n ? ad_fail(error, AD_E_ACCURACY,
+                       "--until %s: %zu of %zu members not before t = %g; row%s %s; try a longer "
+                       "--time",
+                       r->run->options->until, n, e->n, s->time, n > 1 ? "s" : "", rows)
+             : AD_OK;
+}
+
 static enum ad_status judge(const struct ensemble_run *r, struct ad_error *error)
 {
     const struct phys_ensemble *e = &r->ensemble;
@@ -66,12 +91,7 @@ static enum ad_status judge(const struct ensemble_run *r, struct ad_error *error
     struct ad_error missed = {0};
     if (phys_ensemble_met(&r->settings, e, &missed) != AD_OK)
         return simulate_refuse(e->missed && !e->failed ? "--tol: " : "", &missed, error);
-    for (size_t i = 0; r->run->options->until && i < e->n; i++)
-        if (e->member[i].info.stop == PHYS_SIMULATION_END)
-            return ad_fail(error, AD_E_ACCURACY,
-                           "--until %s: row %zu: not before t = %g; try a longer --time",
-                           r->run->options->until, i + 1, e->member[i].info.t);
-    return AD_OK;
+    return r->run->options->until ? judge_until(r, error) : AD_OK;
 }
 
 enum ad_status simulate_ensemble(const struct simulate_run *run, struct ad_error *error)

@@ -11,8 +11,8 @@ enum { MOST_FAILURES = 12 };
 void simulate_ensemble_quantity(const struct phys_ensemble *e, size_t k, char *name)
 {
     char coordinate[64];
-    if (k == 2 * e->dof) {
-        memcpy(name, "energy", sizeof "energy");
+    if (k >= 2 * e->dof) {
+        snprintf(name, ENSEMBLE_NAME, "%s", k == 2 * e->dof ? "energy" : "t");
         return;
     }
     phys_coordinate_name(e->system, k % e->dof, coordinate, sizeof coordinate);
@@ -24,8 +24,8 @@ static void report_spread(const struct phys_ensemble *e, struct report *report)
     static const char *const keys[PHYS_ENSEMBLE_QUANTILES] = {"q05", "q25", "q50", "q75", "q95"};
     static const char *const labels[PHYS_ENSEMBLE_QUANTILES] = {"5 %", NULL, "median", NULL,
                                                                 "95 %"};
-    for (size_t k = 0; k <= 2 * e->dof; k++) {
-        const struct phys_spread *s = &e->spread[(e->n_times - 1) * (2 * e->dof + 1) + k];
+    for (size_t k = 0; k <= 2 * e->dof + 1; k++) {
+        const struct phys_spread *s = &e->spread[e->n_times * (2 * e->dof + 1) + k];
         char name[ENSEMBLE_NAME];
         simulate_ensemble_quantity(e, k, name);
         report_item(report, "end");

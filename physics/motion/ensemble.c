@@ -248,15 +248,15 @@ static enum ad_status allocate(struct phys_ensemble *e, double time, struct ad_e
     e->start = calloc(e->n * states, sizeof *e->start);
     e->t = calloc(e->n_times, sizeof *e->t);
     e->x = malloc(rows * states * sizeof *e->x);
-    e->energy = malloc(rows * sizeof *e->energy);
+    e->energy = malloc((rows + e->n) * sizeof *e->energy);
     e->member = calloc(e->n, sizeof *e->member);
-    e->spread = calloc(e->n_times * (states + 1), sizeof *e->spread);
+    e->spread = calloc((e->n_times + 1) * (states + 1) + 1, sizeof *e->spread);
     if (!e->start || !e->t || !e->x || !e->energy || !e->member || !e->spread)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu members", e->n);
     for (size_t j = 0; j < e->n_times; j++)
         e->t[j] = j + 1 == e->n_times ? time : time * (double)j / (double)(e->n_times - 1);
     for (size_t i = 0; i < e->n; i++)
-        e->member[i].error = (double)NAN;
+        e->member[i].error = e->energy[rows + i] = (double)NAN;
     return AD_OK;
 }
 
@@ -298,7 +298,7 @@ enum ad_status phys_ensemble_solve(const struct phys_system *system,
             check(&team.task, error);
         count(&team.task);
         if (error->status == AD_OK)
-            phys_ensemble_spread(e, threads, error);
+            phys_ensemble_spread(&team.task, threads, error);
     }
     free(team.task.columns);
     return error->status;

@@ -63,9 +63,11 @@ struct phys_ensemble {
     double *start;  /* [n][2 dof] */
     double *t;      /* [n_times], from 0 on */
     double *x;      /* [n][n_times][2 dof]: q, then v; NaN beyond the end of a motion */
-    double *energy; /* [n][n_times] */
+    double *energy; /* [n][n_times]; then [n]: at the end of each motion */
     struct phys_member *member;
-    struct phys_spread *spread; /* [n_times][2 dof + 1]: q, v, energy */
+    /* [n_times][2 dof + 1]: q, v, energy; then [2 dof + 2]: at the end of each motion, and when
+       that is. Of crossings that end motions: only of those that they ended. */
+    struct phys_spread *spread;
     /* Members that failed, that miss the error asked for, whose error is not known. */
     size_t failed, missed, unknown;
     bool vectors; /* several at once */

@@ -204,12 +204,25 @@ static void estimate_error(struct ensemble_place *place)
         most = apart <= most ? most : apart;
         size = fmax(size, length(e->dof, a, NULL));
     }
+    const struct phys_crossed *c = &member->crossed, *fine = &place->solution.crossed;
+    if (cut && c->n > 0 && c->n == fine->n)
+        most = fmax(most, length(e->dof, c->x + (c->n - 1) * 2 * e->dof,
+                                 fine->x + (c->n - 1) * 2 * e->dof));
     double error = caution * most + DBL_EPSILON * size;
     member->error =
         place->error.status == AD_OK && !place->blind && error <= PHYS_MOTION_LOST * size
             ? error
             : (double)NAN;
     compare_crossed(&place->solution.crossed, &member->crossed);
+}
+
+static double energy_at(struct ensemble_place *place, double t, const double *x)
+{
+    const struct phys_ode *ode = &place->solution.ode;
+    const size_t dof = place->task->ensemble->dof;
+    return ode->energy && phys_ode_enter(ode, t, x, x + dof, place->y, &place->error) == AD_OK
+               ? ode->energy(ode->context, t, place->y)
+               : (double)NAN;
 }
 
 static void find_energies(struct ensemble_place *place, double *energy)
@@ -220,13 +233,8 @@ static void find_energies(struct ensemble_place *place, double *energy)
         phys_ensemble_energies(place->energy, m->n, m->x, energy);
         return;
     }
-    for (size_t j = 0; j < e->n_times; j++) {
-        const double *x = m->x + 2 * e->dof * j;
-        energy[j] = (double)NAN;
-        if (j < m->n && m->ode.energy &&
-            phys_ode_enter(&m->ode, m->t[j], x, x + e->dof, place->y, &place->error) == AD_OK)
-            energy[j] = m->ode.energy(m->ode.context, m->t[j], place->y);
-    }
+    for (size_t j = 0; j < e->n_times; j++)
+        energy[j] = j < m->n ? energy_at(place, m->t[j], m->x + 2 * e->dof * j) : (double)NAN;
 }
 
 void phys_place_finish(struct ensemble_place *place)
@@ -255,6 +263,10 @@ void phys_place_finish(struct ensemble_place *place)
     member->failure = place->error;
     member->crossed = m->crossed;
     m->crossed = (struct phys_crossed){0};
+    double t;
+    const double *end = phys_ensemble_end(place->task, place->item.member, &t);
+    if (end)
+        e->energy[e->n * e->n_times + place->item.member] = energy_at(place, t, end);
 }
 
 void phys_place_run(struct ensemble_place *place)

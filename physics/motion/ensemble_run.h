@@ -50,7 +50,10 @@ struct ensemble_energy *phys_ensemble_energy_new(const struct phys_system *syste
 void phys_ensemble_energies(struct ensemble_energy *energy, size_t known, const double *x,
                             double *energies);
 void phys_ensemble_energy_free(struct ensemble_energy *energy); /* takes NULL */
-enum ad_status phys_ensemble_spread(struct phys_ensemble *ensemble, size_t threads,
+/* The state of a member at its end, and when that is: at its last crossing, where one ended it.
+   NULL: it failed, or has not come to a crossing that was to end it. */
+const double *phys_ensemble_end(const struct ensemble_task *task, size_t member, double *t);
+enum ad_status phys_ensemble_spread(const struct ensemble_task *task, size_t threads,
                                     struct ad_error *error);
 
 #endif

@@ -9,7 +9,7 @@
 const double phys_ensemble_quantile[PHYS_ENSEMBLE_QUANTILES] = {0.05, 0.25, 0.5, 0.75, 0.95};
 
 struct spread_task {
-    struct phys_ensemble *ensemble;
+    const struct ensemble_task *task;
     double *values; /* [threads][n] */
 };
 
@@ -73,17 +73,46 @@ static struct phys_spread spread_of(size_t n, double *x)
     return s;
 }
 
+const double *phys_ensemble_end(const struct ensemble_task *task, size_t i, double *t)
+{
+    const struct phys_ensemble *e = task->ensemble;
+    const struct phys_motion_settings *s = task->settings->motion;
+    const struct phys_member *m = &e->member[i];
+    const struct phys_crossed *c = &m->crossed;
+    bool until = false;
+    for (size_t k = 0; k < s->n_crossings; k++)
+        until |= s->crossings[k].last;
+    *t = until && c->n ? c->t[c->n - 1] : e->t[e->n_times - 1];
+    if (m->failure.status != AD_OK ||
+        (until && !(c->n > 0 && s->crossings[(size_t)c->which[c->n - 1] - 1].last)))
+        return NULL;
+    return until ? c->x + (c->n - 1) * 2 * e->dof : e->x + ((i + 1) * e->n_times - 1) * 2 * e->dof;
+}
+
+/* Of member i at time j, NaN where it has not come that far; j = n_times: at its end. */
+static double value_at(const struct ensemble_task *task, size_t i, size_t j, size_t k)
+{
+    const struct phys_ensemble *e = task->ensemble;
+    const size_t states = 2 * e->dof, at = i * e->n_times + j;
+    double t;
+    const double *x = j < e->n_times ? e->x + at * states : phys_ensemble_end(task, i, &t);
+    if (!x)
+        return (double)NAN;
+    if (k > states)
+        return t;
+    return k < states ? x[k] : j < e->n_times ? e->energy[at] : e->energy[e->n * e->n_times + i];
+}
+
 static void at_time(void *context, size_t thread, size_t j)
 {
     const struct spread_task *task = context;
-    struct phys_ensemble *e = task->ensemble;
+    struct phys_ensemble *e = task->task->ensemble;
     const size_t quantities = 2 * e->dof + 1;
     double *values = task->values + thread * e->n;
-    for (size_t k = 0; k < quantities; k++) {
+    for (size_t k = 0; k < quantities + (j == e->n_times); k++) {
         size_t n = 0;
         for (size_t i = 0; i < e->n; i++) {
-            const size_t at = i * e->n_times + j;
-            double x = k < 2 * e->dof ? e->x[at * 2 * e->dof + k] : e->energy[at];
+            const double x = value_at(task->task, i, j, k);
             if (isfinite(x))
                 values[n++] = x;
         }
@@ -91,13 +120,14 @@ static void at_time(void *context, size_t thread, size_t j)
     }
 }
 
-enum ad_status phys_ensemble_spread(struct phys_ensemble *e, size_t threads, struct ad_error *error)
+enum ad_status phys_ensemble_spread(const struct ensemble_task *all, size_t threads,
+                                    struct ad_error *error)
 {
-    struct spread_task task = {.ensemble = e,
-                               .values = malloc(threads * e->n * sizeof *task.values)};
+    const struct phys_ensemble *e = all->ensemble;
+    struct spread_task task = {.task = all, .values = malloc(threads * e->n * sizeof *task.values)};
     if (!task.values)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    ad_parallel(threads, e->n_times, at_time, &task);
+    ad_parallel(threads, e->n_times + 1, at_time, &task);
     free(task.values);
     return AD_OK;
 }

@@ -279,6 +279,12 @@ static void test_ensemble(void **state)
     assert_non_null(strstr(shell_err(), "row 2"));
     assert_int_equal(shell("$LA simulate kepler --ensemble e.csv --time 3 --tol 1e-30"), 1);
     assert_int_equal(shell("$LA simulate kepler --ensemble e.csv --event y=0 --until x=9"), 1);
+    shell_works("printf 'e\\n0.1\\n0.5\\n0.2\\n' > u.csv; "
+                "$LA simulate kepler --ensemble u.csv --time 9 --until 'x<0' --json");
+    assert_true(shell_number("members") == 3 && shell_number("mean") < 1e-12);
+    assert_int_equal(shell("$LA simulate kepler --ensemble u.csv --time 9 --until 'x<-1.3'"), 1);
+    assert_non_null(strstr(shell_err(), "2 of 3"));
+    assert_non_null(strstr(shell_err(), "rows 1, 3"));
     const char *const wrong[] = {
         "printf '1,2\\n3,4\\n' > f.csv; $LA simulate kepler --ensemble f.csv",
         "printf 'x,x\\n3,4\\n' > f.csv; $LA simulate kepler --ensemble f.csv",

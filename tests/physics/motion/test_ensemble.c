@@ -198,6 +198,30 @@ static void test_failures_stay_alone(void **state)
     close_all(&system, &e);
 }
 
+/* The statistics of the ends are of the states at the last crossings of those that came to one. */
+static void ends_are_crossings(const struct phys_ensemble *e)
+{
+    const struct phys_spread *end = e->spread + 5 * e->n_times;
+    double mean[6] = {0};
+    size_t n = 0;
+    for (size_t i = 0; i < e->n; i++) {
+        const struct phys_crossed *c = &e->member[i].crossed;
+        const double *x = c->x + 4 * (c->n - 1);
+        if (c->n == 0 || c->which[c->n - 1] != 2)
+            continue;
+        assert_close(x[0], -0.4, 0, 1e-12);
+        n++;
+        for (size_t k = 0; k < 4; k++)
+            mean[k] += x[k];
+        mean[4] += (x[2] * x[2] + x[3] * x[3]) / 2 - 1 / hypot(x[0], x[1]);
+        mean[5] += c->t[c->n - 1];
+    }
+    for (size_t k = 0; k < 6; k++) {
+        assert_int_equal(end[k].n, n);
+        assert_close(end[k].mean, mean[k] / (double)n, 1e-12, 1e-13);
+    }
+}
+
 static void test_events_of_members(void **state)
 {
     (void)state;
@@ -223,6 +247,7 @@ static void test_events_of_members(void **state)
             known += e.member[i].crossed.uncertainty[k] < 1e-3;
     }
     assert_true(events > 20 && known > events - 5 && stopped > 3 && stopped < e.n);
+    ends_are_crossings(&e);
     close_all(&system, &e);
 }
 
