@@ -95,9 +95,8 @@ static double power_of(double a, double number)
     return pow(a, number);
 }
 
-double ad_jet_evaluate(const struct jet *it, const double x[4])
+static inline double value_of(const struct jet *it, double a, double b)
 {
-    const double a = x[0], b = x[1];
     switch (it->kind) {
     case JET_COMBINE:
         return a + it->number * b;
@@ -123,11 +122,16 @@ double ad_jet_evaluate(const struct jet *it, const double x[4])
         return sqrt(a);
     case JET_POWER:
         return power_of(a, it->number);
-    case JET_SELECT:
-        return a != 0 ? x[2] : x[3];
     default: /* JET_INTEGRAL, JET_PIECEWISE */
         return ad_jet_value((enum ad_op)it->op, a, it->b == JET_NONE ? a : b, 0);
     }
+}
+
+double ad_jet_evaluate(const struct jet *it, const double x[4])
+{
+    if (it->kind == JET_SELECT)
+        return x[0] != 0 ? x[2] : x[3];
+    return value_of(it, x[0], x[1]);
 }
 
 /* The values: coefficients 0. Numbers are set once, inputs by the caller. */
@@ -136,12 +140,12 @@ static void evaluate(ad_series *series)
     const size_t stride = series->stride;
     double *c = series->coefficients, *y = c;
     for (const struct jet *it = series->jets; it < series->jets + series->n; it++, y += stride) {
-        const uint32_t operands[] = {it->a, it->b, it->da, it->db};
-        double x[LENGTH(operands)];
-        for (size_t k = 0; k < LENGTH(operands); k++)
-            x[k] = operands[k] == JET_NONE ? 0 : c[operands[k] * stride];
-        if (it->kind != JET_NUMBER && it->kind != JET_INPUT)
-            *y = ad_jet_evaluate(it, x);
+        const double a = it->a == JET_NONE ? 0 : c[it->a * stride],
+                     b = it->b == JET_NONE ? 0 : c[it->b * stride];
+        if (it->kind == JET_SELECT)
+            *y = c[(a != 0 ? it->da : it->db) * stride];
+        else if (it->kind != JET_NUMBER && it->kind != JET_INPUT)
+            *y = value_of(it, a, b);
     }
 }
 

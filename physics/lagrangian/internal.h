@@ -27,6 +27,9 @@ bool phys_motion_has_plain_momenta(phys_motion *motion, struct ad_error *error);
 void phys_motion_round_mass(phys_motion *motion, double share);
 /* v L_v - L, from the same recording; NaN when out of memory. */
 double phys_motion_energy(phys_motion *motion, const double *q, const double *v, double t);
+/* Makes that ready. A recording that has no series is refused for good once it was asked for one.
+ */
+void phys_motion_record_energy(phys_motion *motion);
 /* Why its forces are interpreted (ad_native_note). */
 const char *phys_motion_interpreted(const phys_motion *motion);
 /* Whether the mass matrix has no element off its diagonal, by its values at irregular states. */

@@ -221,6 +221,7 @@ enum ad_status phys_motion_series_new(phys_motion *motion, size_t order, size_t 
     *s = (struct phys_motion_series){
         .motion = motion, .dof = n, .order = order, .n_params = phys_motion_parameters(motion)};
     s->columns = columns + s->n_params;
+    phys_motion_record_energy(motion);
     if (record(s, error) == AD_OK) {
         s->a = calloc((order + 1) * n, sizeof *s->a);
         s->factor = calloc(s->constant_mass ? 1 : (n + 2) * n, sizeof *s->factor);

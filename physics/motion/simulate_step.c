@@ -172,7 +172,8 @@ static enum ad_status fixed(struct run *run, struct ad_error *error)
 {
     const struct phys_simulation *s = run->settings;
     struct phys_stepper *m = &run->stepper;
-    struct ad_error local = {0};
+    struct ad_error local; /* its message is longer than a short step takes to clear */
+    local.status = AD_OK;
     m->h = (s->t1 - s->t0) / (double)run->n_steps;
     m->has_next_rate = false;
     if (m->integrator->scheme->step(m, m->h, &local) != AD_OK)

@@ -102,18 +102,26 @@ static double size_of_fall(const struct phys_ode *ode, double t, const double *y
     return isfinite(size) ? size : 0;
 }
 
-/* d2E / dy_k^2, where E is even in y_k about 0, from the smallest y_k = 2^j that E shows. */
+/* d2E / dy_k^2, where E is even in y_k about 0, from the smallest y_k = 2^(10 j) that E shows; it
+   shows all that are larger. */
 static double energy_curvature(const struct phys_ode *ode, double t, size_t k, double *y)
 {
     y[k] = 0;
     const double none = ode->energy(ode->context, t, y);
-    for (int j = -200; j <= 200; j += 10) {
-        y[k] = ldexp(1, j);
+    double curvature = NAN;
+    for (int low = -20, high = 21; low < high;) {
+        const int j = (low + high + 42) / 2 - 21;
+        y[k] = ldexp(1, 10 * j);
         double more = ode->energy(ode->context, t, y) - none;
-        if (fabs(more) > 1e-3 * fabs(none) || (none == 0 && fabs(more) > 1e-250))
-            return 2 * more / (y[k] * y[k]);
+        bool shown = none == 0 ? fabs(more) > 1e-250 : fabs(more) > 1e-3 * fabs(none);
+        if (shown || isnan(more))
+            high = j;
+        else
+            low = j + 1;
+        if (shown)
+            curvature = 2 * more / (y[k] * y[k]);
     }
-    return NAN;
+    return curvature;
 }
 
 enum { FEW = 64 }; /* coordinates */

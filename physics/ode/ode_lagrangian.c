@@ -19,10 +19,10 @@ enum { THIN_MOST = 12 }; /* coordinates; beyond, columns of a program are worth 
 /* Whether the rates come from the series, which has them in straight code for one point. */
 static bool is_thin(struct context *c, struct ad_error *error)
 {
+    if (!c->thin || c->series)
+        return c->thin;
     struct ad_error none = {0};
-    if (c->thin && !c->series)
-        c->thin =
-            phys_motion_series_new(c->motion, PHYS_SERIES_MOST, 0, &c->series, &none) == AD_OK;
+    c->thin = phys_motion_series_new(c->motion, PHYS_SERIES_MOST, 0, &c->series, &none) == AD_OK;
     phys_keep_memory(&none, error);
     return c->thin;
 }
