@@ -60,6 +60,10 @@ enum ad_status qm_slice_check(const struct qm_slice *slice, struct ad_error *err
     if (slice->system->dof != 1)
         return ad_fail(error, AD_E_ARGUMENT, "%s has %zu coordinates; expected a scene of one",
                        scene, slice->system->dof);
+    if (phys_system_has_forces(slice->system))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s has forces that are not in L (dissipation, forces); expected L alone",
+                       scene);
     if (!phys_keeps_energy(slice->system, error))
         return ad_fail(error, AD_E_ARGUMENT, "L of %s depends on time; expected one that does not",
                        scene);

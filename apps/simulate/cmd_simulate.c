@@ -180,6 +180,29 @@ static enum ad_status find_cyclic(struct simulate_run *run, struct ad_error *err
                        error);
 }
 
+/* The energy balance of forces outside of L; unknown where their work cannot be integrated. */
+static enum ad_status find_work(struct simulate_run *run, struct ad_error *error)
+{
+    const struct phys_motion_solution *m = &run->motion;
+    struct ad_error cause = {0};
+    run->work = run->balance = run->work_unknown = (double)NAN;
+    if (m->n < 2 || !phys_system_has_forces(&run->system))
+        return AD_OK;
+    double *work = malloc(m->n * sizeof *work), off = 0;
+    if (!work)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (phys_motion_work(m, work, &run->work_unknown, &cause) == AD_OK) {
+        for (size_t i = 0; i < m->n; i++)
+            off = fmax(off, fabs(m->energy[i] - m->energy[0] - work[i]));
+        run->work = work[m->n - 1];
+        run->balance = off;
+    } else {
+        run->work_unknown = (double)NAN;
+    }
+    free(work);
+    return cause.status == AD_E_MEMORY ? ad_fail(error, cause.status, "%s", cause.message) : AD_OK;
+}
+
 static enum ad_status follow(void *context, struct ad_error *error)
 {
     struct simulate_run *run = context;
@@ -202,6 +225,8 @@ static enum ad_status follow(void *context, struct ad_error *error)
                          &run->diagnosis, error);
     if (error->status == AD_OK)
         find_cyclic(run, error);
+    if (error->status == AD_OK)
+        find_work(run, error);
     if (error->status == AD_OK)
         find_exponents(run, error);
     if (error->status == AD_OK)

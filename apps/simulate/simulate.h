@@ -38,8 +38,11 @@ struct simulate_run {
     const char *by[SIMULATE_PARAMETERS];
     char *by_text;
     double *by_parameters;
-    bool *cyclic;   /* [dof], of coordinates: their momenta, and how much these change */
-    double *kept;   /* [2][dof] */
+    bool *cyclic; /* [dof], of coordinates: their momenta, and how much these change */
+    double *kept; /* [2][dof] */
+    /* Of forces outside of L: at the end, the largest |energy - start - work|, and what the work
+       may be off by; NaN: not known. */
+    double work, balance, work_unknown;
     bool has_order; /* a gas */
     struct phys_gas_order order_start, order_end;
 

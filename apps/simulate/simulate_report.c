@@ -78,7 +78,12 @@ static void report_energy(const struct simulate_run *run, struct report *report)
                   kept ? info->energy_drift : (double)NAN);
     report_number(report, "energy_change", kept ? NULL : "change of energy", scene->energy_unit,
                   change);
-    if (!kept && !isnan(info->energy_drift))
+    report_number(report, "work", "  work of the forces", scene->energy_unit, run->work);
+    report_number(report, "energy_balance", "  energy less work, changes by", scene->energy_unit,
+                  run->balance);
+    report_number(report, "work_uncertainty", "  work known to", scene->energy_unit,
+                  run->work_unknown);
+    if (!kept && !isnan(info->energy_drift) && !phys_system_has_forces(&run->system))
         report_line(report,
                     "    not conserved: L depends on time explicitly (a drive, or friction)");
 }

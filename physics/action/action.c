@@ -51,6 +51,11 @@ enum ad_status phys_action_record(ad_tape *tape, const struct phys_system *syste
         ad_refuse(tape, none.status, "%s", none.message);
         return none.status;
     }
+    if (phys_refuse_forces(system, "paths", &none) != AD_OK) {
+        *action = (struct phys_action){0};
+        ad_refuse(tape, none.status, "%s", none.message);
+        return none.status;
+    }
     double bodies = system->scene->per_body ? (double)system->bodies : 1;
     double share = 1 / ((double)slices * bodies); /* of one slice and body in a mean */
     ad_var kinetic, potential;

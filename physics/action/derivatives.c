@@ -42,6 +42,8 @@ static enum ad_status record(struct phys_derivatives *d, const struct phys_syste
     ad_grad(ad_dot(d->L_v, d->seed), 2, at, by);
     d->L_qv = by[0];
     d->L_vv = by[1];
+    if (!action) /* discrete d'Alembert: the virtual work of all forces at the rule's points */
+        d->L_q = phys_system_add_forces(system, d->L_q, d->q, d->v, d->t);
     if (phys_tape_status(tape, error) != AD_OK)
         return error->status;
     if ((!action && ad_compile(tape, 3, (ad_var[]){d->L, d->L_q, d->L_v}, &d->first) != AD_OK) ||

@@ -31,6 +31,13 @@ static enum ad_status probe_new(struct probe *probe, const struct phys_system *s
     return AD_OK;
 }
 
+/* L and, mixed, the forces beside it. */
+static void probe_forces(struct probe *p, const struct phys_system *system)
+{
+    if (phys_system_has_forces(system))
+        p->L = ad_add(p->L, phys_mixed(phys_system_add_forces(system, p->q, p->q, p->v, p->t), 0));
+}
+
 static enum ad_status probe_compile(const struct probe *probe, size_t n_out, const ad_var out[],
                                     const struct phys_points *at, ad_program **program,
                                     struct ad_error *error)
@@ -57,7 +64,8 @@ enum ad_status phys_check_finite(const struct phys_system *system, const struct 
         ad_var out[3] = {probe.L};
         if (ad_grad(probe.L, 2, (ad_var[]){probe.q, probe.v}, out + 1) != AD_OK)
             phys_tape_status(probe.tape, error);
-        else if (probe_compile(&probe, 3, out, at, &program, error) == AD_OK)
+        out[1] = phys_system_add_forces(system, out[1], probe.q, probe.v, probe.t);
+        if (error->status == AD_OK && probe_compile(&probe, 3, out, at, &program, error) == AD_OK)
             ad_run_checked(program, error);
     }
     ad_program_free(program);
@@ -164,7 +172,9 @@ enum ad_status phys_check_locality(const struct phys_system *system, const struc
     report->passed = true;
     if (!base)
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (probe_new(&probe, system, n, error) == AD_OK &&
+    if (probe_new(&probe, system, n, error) == AD_OK)
+        probe_forces(&probe, system);
+    if (error->status == AD_OK &&
         probe_compile(&probe, 1, &probe.L, at, &program, error) == AD_OK) {
         ad_run(program);
         ad_get(program, probe.L, base);
@@ -193,8 +203,10 @@ const char *phys_check_kinks(const struct phys_system *system)
     struct probe probe = {0};
     ad_series *series = NULL;
     if (!AD_LACKS(&none, system, system->scene) && system->dof <= most &&
-        probe_new(&probe, system, 1, &none) == AD_OK)
+        probe_new(&probe, system, 1, &none) == AD_OK) {
+        probe_forces(&probe, system);
         ad_series_new(1, &probe.L, 3, (ad_var[]){probe.q, probe.v, probe.t}, 1, &series);
+    }
     const char *kink = ad_series_kink(series);
     ad_series_free(series);
     ad_tape_free(probe.tape);

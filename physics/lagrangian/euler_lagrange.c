@@ -1,5 +1,5 @@
 /* Accelerations of any Lagrangian. With p = L_v the Euler-Lagrange equation dp/dt = L_q is
-       M a = L_q - L_vq v - L_vt,   M = L_vv.
+       M a = L_q - L_vq v - L_vt + Q - D_v,   M = L_vv.
    L_vq v + L_vt is the derivative of p along (v, 1) in (q, t). M comes from one run over dof lanes
    with the same state: column j of the gradient of sum_j p_j(lane j) with respect to the lanes' v
    is column j of M. A constant M is folded at compile time, and is evaluated and factored once. */
@@ -58,7 +58,9 @@ static void record_force(phys_motion *m)
     const ad_var rate[2] = {m->v, ad_scalar(m->tape, 1)};
     ad_var L = phys_system_lagrangian(m->system, m->q, m->v, m->t), L_by[2], along;
     if (ad_grad(L, 2, by, L_by) == AD_OK && ad_jvp(L_by[1], 2, place, rate, &along) == AD_OK)
-        m->force = ad_label(ad_sub(L_by[0], along), "generalised force");
+        m->force =
+            ad_label(ad_sub(phys_system_add_forces(m->system, L_by[0], m->q, m->v, m->t), along),
+                     "generalised force");
     m->p = L_by[1];
     m->energy = ad_sub(ad_dot(m->p, m->v), L);
 }

@@ -6,7 +6,8 @@
 
 AD_HEADER_BEGIN
 
-/* Accelerations of any Lagrangian from the tape: M(q,v) a = L_q - L_vq v - L_vt, M = L_vv. */
+/* Accelerations of any Lagrangian from the tape: M(q,v) a = L_q - L_vq v - L_vt + Q - D_v,
+   M = L_vv. */
 typedef struct phys_motion phys_motion;
 /* The system must outlive it. Errors of its callbacks are returned: AD_E_SHAPE, AD_E_MEMORY. */
 enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **motion,

@@ -33,6 +33,7 @@ static enum ad_status record(struct section *s, const struct phys_system *system
     s->v = ad_input(s->tape, system->dof, PARTS + 1, "v");
     s->t = ad_input(s->tape, 1, PARTS + 1, "t");
     ad_grad(ad_sum(phys_system_lagrangian(system, s->q, s->v, s->t)), 2, (ad_var[]){s->q, s->v}, g);
+    g[0] = phys_system_add_forces(system, g[0], s->q, s->v, s->t);
     s->force = ad_add(phys_mixed(g[0], 0.3), phys_mixed(g[1], 0.7));
     ad_compile(s->tape, 1, &s->force, &s->program);
     return phys_tape_status(s->tape, error);

@@ -35,7 +35,7 @@ static void record(phys_legendre *l)
     ad_var L = phys_system_lagrangian(l->system, l->q, l->v, l->t);
     if (ad_grad(L, 2, (ad_var[]){l->q, l->v}, by) != AD_OK)
         return;
-    l->force = by[0];
+    l->force = phys_system_add_forces(l->system, by[0], l->q, l->v, l->t);
     l->p = ad_label(by[1], "momentum");
     l->energy = ad_sub(ad_dot(l->p, l->v), L);
     l->mass = phys_record_mass(l->system, l->q, l->v, l->t, l->p);

@@ -14,7 +14,7 @@ enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre
 void phys_legendre_free(phys_legendre *legendre); /* takes NULL */
 /* The energy v . L_v - L of any Lagrangian; q, v [dof]. */
 double phys_legendre_energy(phys_legendre *legendre, const double *q, const double *v, double t);
-/* p [dof] = L_v, and force [dof] = L_q; either may be NULL. */
+/* p [dof] = L_v, and its rate, force [dof] = L_q + Q - D_v; either may be NULL. */
 void phys_legendre_momentum(phys_legendre *legendre, const double *q, const double *v, double t,
                             double *p, double *force);
 /* v [dof] that solves L_v(q, v, t) = p. AD_E_NONFINITE names the coordinate where there is no

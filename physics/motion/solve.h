@@ -129,6 +129,11 @@ enum ad_status phys_motion_solve(const struct phys_system *system,
                                  const struct phys_motion_settings *settings,
                                  struct phys_motion_solution *solution, struct ad_error *error);
 void phys_motion_solution_free(struct phys_motion_solution *solution);
+/* work [n]: what the forces outside of L, and L's own dependence on time, have done at each sample
+   since the first; the energy there less that is the start's, but for the method's error.
+   `unknown`: how far the work may be off: large where forces jump. */
+enum ad_status phys_motion_work(const struct phys_motion_solution *motion, double *work,
+                                double *unknown, struct ad_error *error);
 /* Whether a motion can begin at q, v [dof] (NULL: at the scene's start of this seed): AD_E_ARGUMENT
    where the mass matrix is singular or the forces are not finite. */
 enum ad_status phys_motion_check_start(const struct phys_system *system, uint64_t seed,

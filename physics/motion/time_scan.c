@@ -56,6 +56,7 @@ static enum ad_status record(struct scan *s, const struct phys_system *system, c
     ad_var g[2];
     s->t = ad_input(s->tape, 1, COLUMNS, "t");
     ad_grad(ad_sum(phys_system_lagrangian(system, in[0], in[1], s->t)), 2, in, g);
+    g[0] = phys_system_add_forces(system, g[0], in[0], in[1], s->t);
     s->force = ad_add(phys_mixed(g[0], 0.3), phys_mixed(g[1], 0.7));
     if (ad_compile(s->tape, 1, &s->force, &s->program) == AD_OK) {
         ad_set(s->program, in[0], x);

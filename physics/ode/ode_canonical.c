@@ -1,4 +1,4 @@
-/* The motion of a Lagrangian in y = (q, p): q' = v with L_v(q, v) = p, and p' = L_q. */
+/* The motion of a Lagrangian in y = (q, p): q' = v with L_v(q, v) = p, and p' = L_q + Q - D_v. */
 #include "autodiff/free.h"
 #include "internal.h"
 
@@ -79,7 +79,7 @@ enum ad_status phys_ode_canonical(const struct phys_system *system, struct phys_
     ode->name = system->scene->name;
     ode->n = 2 * system->dof;
     ode->field = field;
-    ode->canonical = true;
+    ode->canonical = !phys_system_has_forces(system);
     ode->energy = energy;
     ode->enter = enter;
     ode->leave = leave;

@@ -137,7 +137,7 @@ enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys
     ode->field = field;
     if (phys_motion_separates(c->motion, error))
         ode->kick = kick;
-    ode->canonical = ode->kick != NULL;
+    ode->canonical = ode->kick && !phys_system_has_forces(system);
     ode->series = series;
     ode->energy = energy;
     ode->interpreted = interpreted;

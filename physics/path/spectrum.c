@@ -185,6 +185,8 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
     *spectrum = unknown;
     if (AD_LACKS(error, system, system->scene, settings, settings->rule, path))
         return error->status;
+    if (phys_refuse_forces(system, "paths", error) != AD_OK)
+        return error->status;
     PHYS_OWN_PATH(settings, error);
     if (phys_hessian_new(&h, system, settings->rule, settings->slices, settings->dt, NULL, error) ==
         AD_OK) {

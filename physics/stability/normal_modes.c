@@ -25,7 +25,8 @@ static void record(struct matrices *m)
     m->w = ad_input(m->tape, n, 1, "direction");
     ad_var L = phys_system_lagrangian(m->system, m->q, m->v, m->t);
     if (ad_grad(L, 2, (ad_var[]){m->q, m->v}, by) != AD_OK ||
-        ad_grad(ad_dot(by[0], m->w), 1, &m->q, &by_q_again) != AD_OK)
+        ad_grad(ad_dot(phys_system_add_forces(m->system, by[0], m->q, m->v, m->t), m->w), 1, &m->q,
+                &by_q_again) != AD_OK)
         return;
     m->stiffness = ad_label(ad_neg(by_q_again), "stiffness");
     m->mass = phys_record_mass(m->system, m->q, m->v, m->t, by[1]);

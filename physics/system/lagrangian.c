@@ -11,16 +11,22 @@ static ad_var call(const struct phys_system *system, phys_lagrangian *callback, 
     return y;
 }
 
-/* One value a slice, or a refusal that names the callback's mistake. */
-static ad_var checked(const struct phys_system *system, const char *what, ad_var q, ad_var y)
+/* So many values a slice, or a refusal that names the callback's mistake. */
+static ad_var of_shape(const struct phys_system *system, const char *what, size_t rows, ad_var q,
+                       ad_var y)
 {
     if (!y.tape || y.tape != q.tape)
         return ad_refuse(q.tape, AD_E_TAPE, "%s: the %s is not on the tape of q",
                          system->scene->name, what);
-    if (ad_tape_error(q.tape)->status == AD_OK && (ad_rows(y) != 1 || ad_cols(y) != ad_cols(q)))
-        return ad_refuse(q.tape, AD_E_SHAPE, "%s: the %s is %zu x %zu, expected 1 x %zu",
-                         system->scene->name, what, ad_rows(y), ad_cols(y), ad_cols(q));
+    if (ad_tape_error(q.tape)->status == AD_OK && (ad_rows(y) != rows || ad_cols(y) != ad_cols(q)))
+        return ad_refuse(q.tape, AD_E_SHAPE, "%s: the %s is %zu x %zu, expected %zu x %zu",
+                         system->scene->name, what, ad_rows(y), ad_cols(y), rows, ad_cols(q));
     return y;
+}
+
+static ad_var checked(const struct phys_system *system, const char *what, ad_var q, ad_var y)
+{
+    return of_shape(system, what, 1, q, y);
 }
 
 static bool lacks_scene(const struct phys_system *system, ad_var q)
@@ -63,4 +69,37 @@ void phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, 
     ad_var energy = ad_sub(ad_sum_rows(ad_mul(momentum, v)), L);
     *kinetic = ad_mul(0.5, ad_add(energy, L));
     *potential = ad_mul(0.5, ad_sub(energy, L));
+}
+
+bool phys_system_has_forces(const struct phys_system *system)
+{
+    return system && system->scene && (system->scene->dissipation || system->scene->forces);
+}
+
+ad_var phys_system_add_forces(const struct phys_system *system, ad_var force, ad_var q, ad_var v,
+                              ad_var t)
+{
+    if (lacks_scene(system, q))
+        return q;
+    const struct phys_scene *scene = system->scene;
+    if (scene->forces)
+        force = ad_add(
+            force, of_shape(system, "force", system->dof, q, call(system, scene->forces, q, v, t)));
+    if (scene->dissipation) {
+        ad_var D = checked(system, "dissipation", q, call(system, scene->dissipation, q, v, t)), by;
+        if (ad_grad(ad_sum(D), 1, &v, &by) == AD_OK)
+            force = ad_sub(force, by);
+    }
+    return force;
+}
+
+enum ad_status phys_refuse_forces(const struct phys_system *system, const char *what,
+                                  struct ad_error *error)
+{
+    return phys_system_has_forces(system)
+               ? ad_fail(error, AD_E_ARGUMENT,
+                         "%s has forces that are not in L (dissipation, forces); %s are of L "
+                         "alone; try simulate",
+                         system->scene->name, what)
+               : AD_OK;
 }

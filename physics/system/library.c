@@ -58,6 +58,10 @@ const char *phys_scene_flaw(const struct phys_scene *s)
         return "without dims, the coordinates of one body";
     if (!s->lagrangian && !(s->kinetic && s->potential))
         return "without a Lagrangian (or kinetic and potential energy)";
+    if (s->ode && (s->dissipation || s->forces))
+        return "with forces beside equations of motion of its own, which know nothing of them";
+    if (s->free_time && (s->dissipation || s->forces))
+        return "with forces, whose time is free: its paths are of L alone";
     if (!s->start)
         return "without a start";
     if (s->slices < 3 || !(s->dt > 0) || !isfinite(s->dt))

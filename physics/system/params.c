@@ -94,6 +94,7 @@ static ad_tape *record(const struct phys_system *system, size_t n, const size_t 
     const struct phys_variables old = phys_variables_bind((struct phys_variables){
         .system = system, .n = n, .which = which, .vars = p, .taken = taken});
     phys_system_lagrangian(system, q, v, t);
+    phys_system_add_forces(system, q, q, v, t);
     phys_variables_bind(old);
     return tape;
 }

@@ -119,6 +119,10 @@ struct phys_scene {
        equations. */
     enum ad_status (*ode)(const struct phys_system *system, struct phys_ode *ode,
                           struct ad_error *error);
+    /* What no Lagrangian gives, or NULL: d/dt L_v = L_q + Q - D_v with Rayleigh's function D
+       [1 x n] and generalised forces Q [dof x n]. Motion alone has them; paths, equilibria and
+       waves refuse such a scene. */
+    phys_lagrangian *dissipation, *forces;
 };
 
 /* Built-in scenes, a NULL-terminated table. */
@@ -173,6 +177,12 @@ enum phys_param_use {
    PHYS_PARAM_FIXED. */
 enum phys_param_use phys_param_use(const struct phys_system *system, const char *name,
                                    struct ad_error *error);
+/* Whether the scene has forces that are not in L. */
+bool phys_system_has_forces(const struct phys_system *system);
+/* Records force + Q - D_v, or `force` [dof x n] itself where the scene has neither. AD_E_SHAPE if a
+   callback returns another shape. */
+ad_var phys_system_add_forces(const struct phys_system *system, ad_var force, ad_var q, ad_var v,
+                              ad_var t);
 /* Records kinetic and potential energy [1 x n]: the scene's own, or, where its L does not split, (E
    + L)/2 and (E - L)/2 with E = v L_v - L. */
 void phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, ad_var t,

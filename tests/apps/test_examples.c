@@ -115,6 +115,27 @@ static void test_driven(void **state)
     assert_true(fabs(end[1] - PI) > 0.5);
 }
 
+/* Damped and driven in closed form: tests/physics/test_forces.c has the same one. */
+static void test_damped(void **state)
+{
+    (void)state;
+    double end[3];
+    build("damped", "");
+    end_of("damped", "--time 20 --tol 1e-12", end, 3);
+    assert_close(end[1], -0.0477178707035095, 0, 1e-10);
+    shell_works("$LA simulate ./damped.so --integrator rk4 --dt 0.01 --time 20 --json");
+    assert_close(shell_number("energy_balance"), 0, 0, 1e-7);
+    assert_true(shell_number("energy_balance") > 10 * shell_number("work_uncertainty"));
+    assert_close(shell_number("work"), -1.9317871, 0, 1e-4);
+    assert_true(isnan(shell_number("energy_drift")));
+    shell_works("$LA simulate pendulum --time 1 --json");
+    assert_true(isnan(shell_number("work")));
+    assert_int_equal(shell("$LA path ./damped.so"), 2);
+    assert_int_equal(shell("$LA path ./damped.so --tol 1e-6"), 2);
+    assert_int_equal(shell("$LA path ./damped.so --all"), 2);
+    assert_int_equal(shell("$LA modes ./damped.so"), 2);
+}
+
 /* A small swing about the tilted rest comes back after 2 pi/(w sin theta). */
 static void test_hoop(void **state)
 {
@@ -191,8 +212,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_refusals),     cmocka_unit_test(test_magnetic),
         cmocka_unit_test(test_relativistic), cmocka_unit_test(test_driven),
-        cmocka_unit_test(test_hoop),         cmocka_unit_test(test_chain),
-        cmocka_unit_test(test_torus),        cmocka_unit_test(test_elastic),
+        cmocka_unit_test(test_damped),       cmocka_unit_test(test_hoop),
+        cmocka_unit_test(test_chain),        cmocka_unit_test(test_torus),
+        cmocka_unit_test(test_elastic),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }

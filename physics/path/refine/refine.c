@@ -161,6 +161,8 @@ enum ad_status phys_path_refine(const struct phys_system *system,
 {
     if (AD_LACKS_RESULT(error, refined) || AD_LACKS(error, system, system->scene, settings, guess))
         return error->status;
+    if (phys_refuse_forces(system, "paths", error) != AD_OK)
+        return error->status;
     PHYS_OWN_PATH(settings, error);
     if (!(tolerance > 0))
         return ad_fail(error, AD_E_ARGUMENT, "error %g, expected a positive number", tolerance);
