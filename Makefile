@@ -315,7 +315,7 @@ docs-pictures: all
 
 # Peers, those that $(PYTHON) can import, on the jobs of our charts.
 peers: all
-	@for kind in gradients integrators hnn quantum tape; do \
+	@for kind in gradients integrators paths hnn quantum tape; do \
 	    test -f charts/$$kind.csv || test -f charts/$$kind-losses.csv || \
 	        $(BUILD)/leastaction chart $$kind --out charts $(if $(QUICK),--quick) || exit; \
 	done

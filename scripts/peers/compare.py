@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the peers that are installed beside our charts in FOLDER, writes FOLDER/peers.csv and its
-picture, and prints both sides. Needs the CSV files of `leastaction chart` gradients, integrators, hnn,
-quantum and tape in FOLDER.
+picture, and prints both sides. Needs the CSV files of `leastaction chart` gradients, integrators, paths,
+hnn, quantum and tape in FOLDER.
 
     scripts/peers/compare.py COMMAND [FOLDER] [--quick]
 
@@ -37,6 +37,7 @@ CONTAINS = {  # what a time contains, by the beginning of a peer's name; compili
     "SciPy": "steps and fields in Python",
     "heyoka": "all steps, one call from Python",
     "REBOUND": "all steps and the set-up, from Python",
+    "COLNEW": "the solution, fields and slopes in C++",
     "NumPy": "array operations, called from Python",
 }
 
@@ -76,12 +77,27 @@ def compiled(script, package, *arguments):
         print(f"{script}: skipped, no C++ compiler or {package}", file=sys.stderr)
         return ""
     flags = subprocess.run(["pkg-config", "--cflags", "--libs", package], capture_output=True, text=True)
+    return build(script, compiler, [f'-DPEER_VERSION="{version.stdout.strip()}"'], flags.stdout.split(), *arguments)
+
+
+def build(script, compiler, defines, libraries, *arguments):
     with tempfile.TemporaryDirectory() as folder:
         program = f"{folder}/peer"
-        define = f'-DPEER_VERSION="{version.stdout.strip()}"'
-        words = [compiler, "-O2", "-DNDEBUG", "-march=native", "-std=c++17", define]
-        built = subprocess.run([*words, str(HERE / script), *flags.stdout.split(), "-o", program])
+        words = [compiler, "-O2", "-DNDEBUG", "-march=native", "-std=c++17", *defines]
+        built = subprocess.run([*words, str(HERE / script), *libraries, "-o", program])
         return run(script, [program, *arguments], cwd=folder) if built.returncode == 0 else ""
+
+
+def colnew(script):
+    """With COLNEW as it is part of Scilab, whose libraries need each other."""
+    compiler, scilab = shutil.which("c++") or shutil.which("g++"), shutil.which("scilab-cli-bin")
+    if not compiler or not scilab:
+        print(f"{script}: skipped, no C++ compiler or scilab-cli", file=sys.stderr)
+        return ""
+    needs = subprocess.run(["ldd", scilab], capture_output=True, text=True).stdout.split()
+    libraries = [word for word in needs if word.startswith("/") and "/libsci" in word]
+    paths = {f"-Wl,-rpath,{pathlib.Path(word).parent}" for word in libraries}
+    return build(script, compiler, [], ["-Wl,--no-as-needed,--allow-shlib-undefined", *paths, *libraries])
 
 
 def peers(folder, quick):
@@ -153,6 +169,16 @@ def motions(folder, quick):
     return list(to_errors("motion", ACCURACIES, ours, peers))
 
 
+def boundaries(folder, quick):
+    ours = read((folder / "boundaries.csv").read_text())
+    scipy = read(python("boundaries_scipy.py", ["numpy", "scipy"], *quick))
+    peers = {
+        "SciPy": (scipy, scipy and version_of("scipy")),
+        "COLNEW": (read(colnew("boundaries_colnew.cpp")), "Scilab"),
+    }
+    return list(to_errors("path", ACCURACIES, ours, peers))
+
+
 def packets(folder, quick):
     theirs = read(python("quantum_numpy.py", ["numpy"], *quick))
     ours = read((folder / "quantum.csv").read_text())
@@ -213,7 +239,7 @@ def note(ratio, peer):
 def table(rows):
     """Rows by job, in the order of jobs, ours first, with ratio and note."""
     rows = [(job, peer, version, float(s), difference) for job, peer, version, s, difference in rows]
-    kinds = "gradient", "product", "hessian", "adam", "training", "motion", "packet", "scalars"
+    kinds = "gradient", "product", "hessian", "adam", "training", "motion", "path", "packet", "scalars"
     ours = {job: s for job, peer, _, s, _ in rows if peer == US}
     rows = [r for r in rows if r[0] in ours]
     jobs = list(dict.fromkeys(r[0] for r in rows))
@@ -258,7 +284,8 @@ def main():
     try:
         rows = [r for row in read((folder / "gradients.csv").read_text()) for r in our_derivatives(row)]
         rows += our_training(read((folder / "hnn-steps.csv").read_text()))
-        rows += peers(folder, quick) + motions(folder, quick) + packets(folder, quick)
+        rows += peers(folder, quick) + motions(folder, quick)
+        rows += boundaries(folder, quick) + packets(folder, quick)
         rows += scalars(folder, quick)
     except OSError as e:
         sys.exit(f"{e.filename}: {e.strerror}; run `make charts` first")
