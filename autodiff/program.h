@@ -47,12 +47,17 @@ double ad_run_timed(ad_program *program);
    in any case (up to 65536 instructions). Returns true if the program now runs as machine code.
    False if it stays interpreted, with the reason in `note` (may be NULL): compiling does not pay,
    there is no compiler or no safe folder, or LEASTACTION_NATIVE=0 is in the environment. Values
-   agree to rounding. */
+   agree to rounding.
+
+   The first run of new machine code times it and the interpreter in turn (but for INFINITY). Where
+   it is slower, as long segments may be whose values do not fit registers, the program goes back to
+   the interpreter, ad_native_note says so, and the cache keeps it for later programs. */
 bool ad_native(ad_program *program, double runs, struct ad_error *note);
 
 /* As ad_native, for an unknown number of runs: ad_run or ad_rerun compiles the program first once
    the earlier runs would have saved as much time as compiling takes. The moment depends on the
-   program alone, so that the same work gives the same bits. */
+   program and on what the cache knows of its machine code alone, so that the same work gives the
+   same bits. */
 void ad_native_lazy(ad_program *program);
 /* For the handler of a signal that ends the process: removes the files of unfinished compilations.
  */

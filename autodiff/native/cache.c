@@ -91,6 +91,38 @@ bool ad_native_is_intact(const char *path, const char *source)
     return whole;
 }
 
+/* ---- names ---- */
+
+uint64_t ad_native_key(const char *source)
+{
+    return ad_hash(AD_HASH_BEGIN, source, strlen(source));
+}
+
+static bool entry_path(char path[PATH_MAX], uint64_t key, const char *kind, struct ad_error *note)
+{
+    if (!cache_folder(path, note))
+        return false;
+    size_t length = strlen(path);
+    snprintf(path + length, PATH_MAX - length, "/%016llx.%s", (unsigned long long)key, kind);
+    return true;
+}
+
+bool ad_native_is_slow(uint64_t key)
+{
+    char path[PATH_MAX];
+    return entry_path(path, key, "slow", NULL) && access(path, F_OK) == 0;
+}
+
+void ad_native_mark_slow(uint64_t key)
+{
+    char path[PATH_MAX];
+    int file = entry_path(path, key, "slow", NULL)
+                   ? open(path, O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600)
+                   : -1;
+    if (file >= 0)
+        close(file);
+}
+
 /* ---- loading ---- */
 
 /* The object at `path`, if it loads and has the functions run0 ... run<n - 1>. */
@@ -116,15 +148,12 @@ static void *open_functions(const char *path, size_t n, ad_segment_code *functio
 }
 
 void *ad_native_load(const char *source, const char *isa, const struct compiler *c, size_t n,
-                     ad_segment_code *functions[], struct ad_error *note)
+                     ad_segment_code *functions[], bool *built, struct ad_error *note)
 {
     char path[PATH_MAX], reason[200];
     void *library;
-    if (!cache_folder(path, note))
+    if (!entry_path(path, ad_native_key(source), "so", note))
         return NULL;
-    size_t length = strlen(path);
-    snprintf(path + length, PATH_MAX - length, "/%016llx.so",
-             (unsigned long long)ad_hash(AD_HASH_BEGIN, source, strlen(source)));
     if (ad_native_is_intact(path, source)) {
         if ((library = open_functions(path, n, functions, reason, sizeof reason)))
             return library;
@@ -136,6 +165,8 @@ void *ad_native_load(const char *source, const char *isa, const struct compiler 
     }
     if (!ad_native_build(path, source, isa, c, note))
         return NULL;
+    if (built)
+        *built = true;
     if (!(library = open_functions(path, n, functions, reason, sizeof reason))) {
         unlink(path);
         ad_fail(note, AD_E_IO, "%.80s wrote an object that cannot be loaded: %s", c->words[0],

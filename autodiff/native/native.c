@@ -1,8 +1,10 @@
 /* The native back end: decides when compiling pays, and replaces the interpreter. */
 #include "native.h"
+#include "autodiff/clock.h"
 #include "autodiff/free.h"
 
 #include <dlfcn.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -46,6 +48,7 @@ struct state {
     struct native *native; /* NULL: interpreted */
     double saved, price;   /* seconds: saved by machine code so far, cost of compiling; price 0:
                               ad_native_lazy was not called */
+    double budget;         /* seconds for measuring machine code just compiled; 0: none is */
     struct ad_error why;   /* interpreted */
 };
 
@@ -82,7 +85,8 @@ static bool load(ad_program *p, struct native *native, const char *source,
         ad_fail(note, AD_E_MEMORY, "out of memory");
         return false;
     }
-    native->library = ad_native_load(source, p->kernels->isa, compiler, n, functions, note);
+    native->library =
+        ad_native_load(source, p->kernels->isa, compiler, n, functions, &native->built, note);
     bool put = native->library && ad_native_put(p, native, functions);
     free(functions);
     return put;
@@ -152,6 +156,11 @@ static void note_too_few(const ad_program *p, double seconds, struct ad_error *w
             p->n_instructions, seconds);
 }
 
+static void note_slow(struct ad_error *why)
+{
+    ad_fail(why, AD_E_ARGUMENT, "measured on this machine, machine code is slower");
+}
+
 static void install(ad_program *p, double worth, const struct compiler *compiler,
                     struct state *state)
 {
@@ -160,13 +169,19 @@ static void install(ad_program *p, double worth, const struct compiler *compiler
     char *source =
         native ? ad_native_full_source(ad_native_source(p, native), isa, compiler) : NULL;
     double seconds = source ? to_compile(native) : 0;
-    bool pays = worth > seconds;
-    bool loaded = source && pays && load(p, native, source, compiler, &state->why);
+    bool pays = worth > seconds, wanted_anyway = !(worth < INFINITY);
+    if (source)
+        native->key = ad_native_key(source);
+    bool slow = source && !wanted_anyway && ad_native_is_slow(native->key);
+    bool loaded = source && pays && !slow && load(p, native, source, compiler, &state->why);
     if (!source)
         ad_fail(&state->why, AD_E_MEMORY, "out of memory");
+    else if (slow)
+        note_slow(&state->why);
     else if (!pays)
         note_too_few(p, seconds, &state->why);
-    state->price = pays ? 0 : seconds;
+    state->price = pays || slow ? 0 : seconds;
+    state->budget = loaded && native->built && !wanted_anyway ? 0.1 * seconds : 0;
     free(source);
     if (!loaded)
         ad_native_free(native);
@@ -244,6 +259,49 @@ void ad_native_lazy(ad_program *p)
     note_too_few(p, state->price, &state->why);
 }
 
+/* ---- whether it is faster, measured once ---- */
+
+/* CPU time of what machine code replaces among segments [first, last). A run behind this computes
+   all that it leaves in memory anew. */
+static double seconds_of(const ad_program *p, const struct segment *segments, size_t first,
+                         size_t last)
+{
+    double began = ad_thread_seconds();
+    for (size_t i = first, n; i < last; i += n + 1) {
+        for (n = 0; i + n < last && (segments[i + n].fused || segments[i + n].pass); n++)
+            ;
+        ad_execute(p, segments, i, i + n, NULL);
+    }
+    return ad_thread_seconds() - began;
+}
+
+/* Times both in turn and goes back to the interpreter where it is faster, which is noted in the
+   cache: the next process takes the same, and gets the same bits. */
+static void choose(ad_program *p, struct state *state, bool again, size_t first, size_t last)
+{
+    enum { LEAST_ROUNDS = 3, MOST_ROUNDS = 50 };
+    static const double NOISE = 1.05;
+    const struct native *native = state->native;
+    double machine = INFINITY, interpreter = INFINITY, spent = 0;
+    size_t threads = p->threads;
+    p->threads = 1;
+    for (size_t k = 0; k < LEAST_ROUNDS || (k < MOST_ROUNDS && spent < state->budget); k++) {
+        double a = seconds_of(p, native->segments, again ? native->n_held : 0, native->n_segments);
+        double b = seconds_of(p, p->segments, first, last);
+        machine = fmin(machine, a);
+        interpreter = fmin(interpreter, b);
+        spent += a + b;
+    }
+    p->threads = threads;
+    state->budget = 0;
+    if (machine <= NOISE * interpreter)
+        return;
+    ad_native_mark_slow(native->key);
+    note_slow(&state->why);
+    ad_native_free(state->native);
+    state->native = NULL;
+}
+
 /* Adds the seconds that machine code would have saved, and compiles once they exceed the cost. */
 static const struct segment *prepare(ad_program *p, bool again, size_t *first, size_t *last)
 {
@@ -253,6 +311,8 @@ static const struct segment *prepare(ad_program *p, bool again, size_t *first, s
         if (state->saved > state->price)
             compile(p, state, state->saved);
     }
+    if (state->native && state->budget > 0)
+        choose(p, state, again, *first, *last);
     if (!state->native)
         return NULL;
     *first = again ? state->native->n_held : 0;

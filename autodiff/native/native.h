@@ -22,6 +22,8 @@ struct native {
     struct segment *segments;
     size_t n_segments, n_held;   /* held: the first ones, skipped by ad_rerun */
     size_t bytes, loops, sincos; /* in the source of the functions */
+    uint64_t key;                /* of the whole source, in the cache */
+    bool built;                  /* by this program, not found in the cache */
     void *library;
 };
 
@@ -74,9 +76,15 @@ bool ad_native_turned_off(void);
    machine code depends on. NULL when out of memory, or of NULL. */
 char *ad_native_full_source(char *body, const char *isa, const struct compiler *compiler);
 /* The shared object of this source and its functions run0 ... run<n - 1>: loaded from the cache if
-   intact, else compiled, unless compiler is NULL, and cached. NULL, with a reason in `note`, if
-   that fails; an object that does not load is not kept. The caller calls dlclose. */
+   intact, else compiled (*built, may be NULL), unless compiler is NULL, and cached. NULL, with a
+   reason in `note`, if that fails; an object that does not load is not kept. The caller calls
+   dlclose. */
 void *ad_native_load(const char *source, const char *isa, const struct compiler *compiler, size_t n,
-                     ad_segment_code *functions[], struct ad_error *note);
+                     ad_segment_code *functions[], bool *built, struct ad_error *note);
+/* The name of a source in the cache, and the mark there that its machine code was found slower than
+   the interpreter. */
+uint64_t ad_native_key(const char *source);
+bool ad_native_is_slow(uint64_t key);
+void ad_native_mark_slow(uint64_t key);
 
 #endif

@@ -4,7 +4,10 @@
 #include "tests/mentions.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
 
 /* Programs that would not run long are not compiled. */
 static void test_few_runs(void **state)
@@ -23,10 +26,10 @@ static void test_few_runs(void **state)
 
 /* Nobody says how often it will run: after enough runs it is compiled, and goes on as before, in
    the middle of runs again with a held input, in a segment of more than one part that holds sums.
- */
+   On so few columns machine code is surely faster. */
 static void test_in_time(void **state)
 {
-    enum { N = 3000, MOST = 20000, TERMS = 60 };
+    enum { N = 16, MOST = 400000, TERMS = 26 };
     (void)state;
     native_need_compiler();
     ad_tape *tape = ad_tape_new(AD_F64);
@@ -55,7 +58,7 @@ static void test_in_time(void **state)
         ad_set(p, x, &at);
         assert_int_equal(runs ? ad_rerun(p) : (ad_run(p), AD_OK), AD_OK);
         after += !*ad_native_note(p);
-        if (after == 0 && runs % 16)
+        if (after == 0 && runs % 512)
             continue;
         ad_set(interpreted, x, &at);
         ad_run(interpreted);
@@ -86,12 +89,99 @@ static void test_large_programs_stay_interpreted(void **state)
     ad_tape_free(tape);
 }
 
+/* From now on CC is the system's, whose functions lose some time first. */
+static void use_slow_compiler(void)
+{
+    const char *cc = getenv("CC");
+    struct path header = files_write_text(
+        "slow.h", "#define HOOK __attribute__((no_instrument_function, visibility(\"hidden\")))\n"
+                  "HOOK void __cyg_profile_func_exit(void *f, void *c) { (void)f; (void)c; }\n"
+                  "HOOK void __cyg_profile_func_enter(void *f, void *c)\n"
+                  "{ (void)f; (void)c; for (volatile int i = 0; i < 300000; i++); }\n");
+    struct path name = files_temporary("slow-cc");
+    FILE *script = fopen(name.text, "w");
+    assert_non_null(script);
+    fprintf(script, "#!/bin/sh\nexec %s -finstrument-functions -include %s \"$@\"\n",
+            cc && *cc ? cc : "cc", header.text);
+    fclose(script);
+    assert_int_equal(chmod(name.text, 0700), 0);
+    setenv("CC", name.text, 1);
+}
+
+static int doubled(void *calls, size_t cols, const double *const x[], double *y)
+{
+    for (size_t c = 0; c < cols; c++)
+        y[c] = 2 * x[0][c];
+    ++*(size_t *)calls;
+    return 0;
+}
+
+/* Runs and reruns give the bits of the interpreter, and each calls a user's function once. */
+static void run_both(ad_program *p, ad_program *interpreted, ad_var x, ad_var y, size_t *calls)
+{
+    for (int k = 0; k < 4; k++) {
+        double at = 0.3 + 0.1 * k, value[2];
+        ad_program *both[] = {p, interpreted};
+        for (int i = 0; i < 2; i++) {
+            size_t before = *calls;
+            ad_set(both[i], x, &at);
+            assert_int_equal(k % 2 ? ad_rerun(both[i]) : (ad_run(both[i]), AD_OK), AD_OK);
+            assert_int_equal(*calls, before + 1);
+            ad_get(both[i], y, &value[i]);
+        }
+        assert_memory_equal(&value[0], &value[1], sizeof value[0]);
+    }
+}
+
+/* Machine code that is measured to be slower is not taken, by this program and by later ones, and
+   the values are those of the interpreter; unless it is asked for in any case. */
+static void test_slower_is_not_taken(void **state)
+{
+    enum { N = 60, TERMS = 20 };
+    (void)state;
+    native_need_compiler();
+    use_slow_compiler();
+    struct ad_error note = {0};
+    size_t calls = 0;
+    const struct ad_custom twice = {
+        .size = sizeof twice, .name = "twice", .rows = 1, .value = doubled, .user = &calls};
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var h = ad_hold(ad_input(tape, 1, N, "h")), x = ad_input(tape, 1, 1, "x");
+    ad_var y = ad_mul(x, ad_exp(h)), square = ad_matmul(h, true, h, false);
+    for (size_t k = 0; k < TERMS; k++)
+        y = ad_add(ad_mul(0.5, y), ad_mul(x, ad_sin(y)));
+    y = ad_custom(1, &y, &twice);
+    y = ad_sum(ad_exp(ad_mul(0.01, ad_matmul(ad_sin(y), false, square, false))));
+    ad_program *p = compile(tape, 1, &y), *interpreted = compile(tape, 1, &y);
+    double held[N];
+    for (size_t k = 0; k < N; k++)
+        held[k] = 0.01 * (double)k;
+    ad_set(interpreted, h, held);
+    ad_set(p, h, held);
+    assert_true(ad_native(p, 1e9, NULL)); /* not measured yet */
+    run_both(p, interpreted, x, y, &calls);
+    assert_mentions(ad_native_note(p), "slower");
+    ad_program_free(p);
+    p = compile(tape, 1, &y); /* the same in a later program, from the cache */
+    ad_set(p, h, held);
+    assert_false(ad_native(p, 1e9, &note));
+    assert_mentions(note.message, "slower");
+    run_both(p, interpreted, x, y, &calls);
+    native_make(p);
+    ad_run(p);
+    assert_string_equal(ad_native_note(p), "");
+    assert_same_values(interpreted, p, y, 1e-13, "in any case");
+    ad_program_free(p);
+    ad_program_free(interpreted);
+    ad_tape_free(tape);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_few_runs),
-        cmocka_unit_test(test_in_time),
+        cmocka_unit_test(test_few_runs), cmocka_unit_test(test_in_time),
         cmocka_unit_test(test_large_programs_stay_interpreted),
+        cmocka_unit_test(test_slower_is_not_taken), /* last: changes CC */
     };
     return cmocka_run_group_tests_name("choice of machine code", tests, native_open_cache,
                                        native_remove_cache);
