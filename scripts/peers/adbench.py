@@ -26,7 +26,7 @@ def run(command, columns):
 
 
 print("on the tape:", flush=True)
-status, ours = run([program, reference], (4, 6))
+status, ours = run([program, reference], (4, 9))
 theirs = {"C by hand": {name: row[1] for name, row in ours.items() if row[1]}}
 for package, peer in PEERS.items():
     if not importlib.util.find_spec(package):

@@ -1,6 +1,7 @@
-/* Runs the problems: the time of a gradient (or Jacobian) beside that of a value, and both against
-   stored values by complex steps in Python (reference.py), and the derivatives of the mixture and
-   of bundle adjustment beside those by hand. Ends with 1 if one is off by more than 1e-10.
+/* Runs the problems: the time of a gradient (or Jacobian) beside that of a value, of machine code
+   beside the interpreter, of compiling, and of derivatives by hand, where there are some; results
+   against stored values by complex steps in Python (reference.py). Ends with 1 if one is off by
+   more than 1e-10.
 
        adbench REFERENCE.csv */
 #include "adbench.h"
@@ -59,17 +60,26 @@ static double now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* Milliseconds of CPU time: the least of some runs. */
-static double least_of(void (*run)(void *), void *what)
+/* What is timed, in turn with others. */
+struct job {
+    void (*run)(void *);
+    void *what;
+    double ms; /* of CPU time, the least of some runs */
+};
+
+static void time_in_turn(size_t n, struct job jobs[])
 {
-    double least = INFINITY;
-    for (int k = 0; k < 5; k++) {
-        double began = now();
-        run(what);
-        double took = now() - began;
-        least = took < least ? took : least;
-    }
-    return 1e3 * least;
+    enum { ROUNDS = 5 };
+    static const double LEAST_SECONDS = 0.3;
+    for (size_t i = 0; i < n; i++)
+        jobs[i].ms = INFINITY;
+    double began = now();
+    for (size_t round = 0; round < ROUNDS || now() < began + LEAST_SECONDS; round++)
+        for (size_t i = 0; i < n; i++) {
+            double from = now();
+            jobs[i].run(jobs[i].what);
+            jobs[i].ms = fmin(jobs[i].ms, 1e3 * (now() - from));
+        }
 }
 
 static void run_program(void *p) { ad_run(p); }
@@ -115,70 +125,92 @@ static void *checked(enum ad_status status, const struct problem *p, void *made)
     exit(1);
 }
 
-static ad_program *compiled(const struct problem *p, size_t n, const ad_var out[])
+static void set(const struct problem *p, ad_program *program, bool native)
+{
+    for (size_t k = 0; k < p->n; k++)
+        ad_set(program, p->x[k], p->at[k]);
+    if (native)
+        ad_native(program, RUNS, NULL);
+}
+
+static ad_program *compiled(const struct problem *p, size_t n, const ad_var out[], bool native)
 {
     ad_program *program;
     checked(ad_compile(p->tape, n, out, &program), p, NULL);
-    for (size_t k = 0; k < p->n; k++)
-        ad_set(program, p->x[k], p->at[k]);
+    set(p, program, native);
     return program;
 }
 
 struct derivative {
-    double took, by_hand, error; /* milliseconds; of the entries by hand. NaN: there are none */
+    /* milliseconds: as machine code, interpreted, by hand (NAN: there is none), to compile */
+    double took, interpreted, by_hand, compile;
+    double error; /* of the entries by hand, relative to the largest */
     size_t runs;
 };
 
-/* Times n derivatives by hand, and compares them with ours, relative to the largest. */
-static void compare_by_hand(struct derivative *d, const struct problem *p, const size_t size[3],
-                            by_hand *run, size_t n, const double *ours)
+/* Times a derivative both ways, and n numbers by hand, which are compared with ours. */
+static void time_derivative(struct derivative *d, void (*run)(void *), void *native, void *plain,
+                            const struct problem *p, const size_t size[3], by_hand *hand, size_t n,
+                            const double *ours)
 {
-    struct hand_run h = {run, p, size, numbers(n, 0, 0, 0)};
+    struct hand_run h = {hand, p, size, numbers(n, 0, 0, 0)};
+    struct job jobs[] = {{run, native, 0}, {run, plain, 0}, {run_by_hand, &h, NAN}};
     double largest = 0, off = 0;
-    d->by_hand = least_of(run_by_hand, &h);
-    for (size_t e = 0; e < n; e++) {
+    time_in_turn(hand ? 3 : 2, jobs);
+    d->took = jobs[0].ms;
+    d->interpreted = jobs[1].ms;
+    d->by_hand = jobs[2].ms;
+    for (size_t e = 0; hand && e < n; e++) {
         largest = fmax(largest, fabs(h.value[e]));
         off = fmax(off, fabs(h.value[e] - ours[e]));
     }
-    d->error = off / largest;
+    d->error = hand ? off / largest : 0;
     free(h.value);
 }
 
-/* The gradient of y into `all`, or of its weighted sum by way of its Jacobian. */
-static struct derivative differentiate(const struct problem *p, double *all, const size_t size[3],
-                                       by_hand *hand)
+static struct derivative of_gradient(const struct problem *p, double *all, const size_t size[3],
+                                     by_hand *hand)
 {
-    struct derivative d = {.by_hand = NAN, .error = 0, .runs = 1};
-    if (size_of(p->y) == 1) {
-        ad_var g[MOST_INPUTS + 1];
-        checked(ad_grad(p->y, p->n, p->x, g), p, NULL);
-        g[p->n] = p->y;
-        ad_program *program = compiled(p, p->n + 1, g);
-        ad_native(program, RUNS, NULL);
-        d.took = least_of(run_program, program);
-        size_t n = 0;
-        for (size_t k = 0; k < p->n; n += size_of(p->x[k++]))
-            ad_get(program, g[k], all + n);
-        if (hand)
-            compare_by_hand(&d, p, size, hand, n, all);
-        ad_program_free(program);
-        return d;
-    }
-    ad_jacobian *j;
-    checked(ad_jacobian_new(p->y, p->n, p->x, &j), p, NULL);
-    for (size_t k = 0; k < p->n; k++)
-        ad_set(ad_jacobian_program(j), p->x[k], p->at[k]);
-    ad_native(ad_jacobian_program(j), RUNS, NULL);
-    d.took = least_of(run_jacobian, j);
-    d.runs = ad_jacobian_runs(j);
-    const struct ad_sparse *m = ad_jacobian_matrix(j);
-    if (hand)
-        compare_by_hand(&d, p, size, hand, m->start[m->rows], m->value);
+    struct derivative d = {.runs = 1};
+    ad_var g[MOST_INPUTS + 1];
+    double began = now();
+    checked(ad_grad(p->y, p->n, p->x, g), p, NULL);
+    g[p->n] = p->y;
+    ad_program *plain = compiled(p, p->n + 1, g, false);
+    d.compile = 1e3 * (now() - began);
+    ad_program *native = compiled(p, p->n + 1, g, true);
+    size_t n = 0;
+    ad_run(native);
+    for (size_t k = 0; k < p->n; n += size_of(p->x[k++]))
+        ad_get(native, g[k], all + n);
+    time_derivative(&d, run_program, native, plain, p, size, hand, n, all);
+    ad_program_free(plain);
+    ad_program_free(native);
+    return d;
+}
+
+/* The gradient of the weighted sum of y into `all`, by way of its Jacobian. */
+static struct derivative of_jacobian(const struct problem *p, double *all, const size_t size[3],
+                                     by_hand *hand)
+{
+    struct derivative d = {0};
+    ad_jacobian *native, *plain;
+    double began = now();
+    checked(ad_jacobian_new(p->y, p->n, p->x, &plain), p, NULL);
+    d.compile = 1e3 * (now() - began);
+    checked(ad_jacobian_new(p->y, p->n, p->x, &native), p, NULL);
+    set(p, ad_jacobian_program(plain), false);
+    set(p, ad_jacobian_program(native), true);
+    d.runs = ad_jacobian_runs(native);
+    ad_jacobian_run(native);
+    const struct ad_sparse *m = ad_jacobian_matrix(native);
     memset(all, 0, m->cols * sizeof *all);
     for (size_t r = 0; r < m->rows; r++)
         for (size_t e = m->start[r]; e < m->start[r + 1]; e++)
             all[m->col[e]] += number(WEIGHTS, r) * m->value[e];
-    ad_jacobian_free(j);
+    time_derivative(&d, run_jacobian, native, plain, p, size, hand, m->start[m->rows], m->value);
+    ad_jacobian_free(plain);
+    ad_jacobian_free(native);
     return d;
 }
 
@@ -209,17 +241,17 @@ static bool run(const char *reference, const char *name,
     size_t inputs = 0, outputs = size_of(p.y);
     for (size_t k = 0; k < p.n; k++)
         inputs += size_of(p.x[k]);
-    ad_program *value = compiled(&p, 1, &p.y);
-    ad_native(value, RUNS, NULL);
-    double took = least_of(run_program, value), sum = 0, worst,
-           *gradient = malloc(inputs * sizeof *gradient);
+    ad_program *value = compiled(&p, 1, &p.y, true), *plain = compiled(&p, 1, &p.y, false);
+    struct job jobs[] = {{run_program, value, 0}, {run_program, plain, 0}};
+    double sum = 0, worst, *gradient = malloc(inputs * sizeof *gradient);
     if (!gradient)
         abort();
+    time_in_turn(2, jobs);
     const double *y = ad_data(value, p.y);
     for (size_t k = 0; k < outputs; k++)
         sum += outputs == 1 ? y[k] : number(WEIGHTS, k) * y[k];
     worst = error_of(reference, name, "value", sum);
-    struct derivative d = differentiate(&p, gradient, size, hand);
+    struct derivative d = (outputs == 1 ? of_gradient : of_jacobian)(&p, gradient, size, hand);
     worst = fmax(worst, d.error);
     for (size_t i = 0; i < DIRECTIONS; i++) {
         char what[16];
@@ -227,16 +259,19 @@ static bool run(const char *reference, const char *name,
         double error = error_of(reference, name, what, along(&p, i, gradient));
         worst = error > worst ? error : worst;
     }
-    printf("%-16s %8zu %8zu %6zu %10.3f %10.3f %8.1f", name, inputs, outputs, d.runs, took, d.took,
-           d.took / took);
+    printf("%-16s %8zu %8zu %6zu %10.3f %10.3f %8.1f %10.1f %8.2f %8.2f", name, inputs, outputs,
+           d.runs, jobs[0].ms, d.took, d.took / jobs[0].ms, d.compile, jobs[0].ms / jobs[1].ms,
+           d.took / d.interpreted);
     if (hand)
         printf(" %10.3f %8.2f", d.by_hand, d.took / d.by_hand);
     else
         printf(" %10s %8s", "", "");
     printf("   %.1e\n", worst);
+    ad_program_free(plain);
     ad_program_free(value);
     free(gradient);
     free(p.fixed);
+    free(p.start);
     for (size_t k = 0; k < p.n; k++)
         free(p.at[k]);
     ad_tape_free(p.tape);
@@ -255,7 +290,8 @@ int main(int argc, char **argv)
         {"gmm d20 K50", adbench_gmm, {20, 50, 1000}, adbench_gmm_by_hand},
         {"ba 1", adbench_ba, {49, 7776, 31843}, adbench_ba_by_hand},
         {"lstm l2 c1024", adbench_lstm, {2, 14, 1024}, NULL},
-        {"lstm loop", adbench_lstm_loop, {2, 14, 1024}, NULL},
+        {"lstm loop", adbench_lstm_loop, {2, 14, 1024}, adbench_lstm_by_hand},
+        {"lstm l2 c65536", adbench_lstm_loop, {2, 14, 65536}, adbench_lstm_by_hand},
         {"hand c100", adbench_hand, {100, false}, NULL},
         {"hand c100000", adbench_hand, {100000, false}, NULL},
         {"hand us c100", adbench_hand, {100, true}, NULL},
@@ -266,8 +302,9 @@ int main(int argc, char **argv)
         fputs("usage: adbench REFERENCE.csv\n", stderr);
         return 2;
     }
-    printf("%-16s %8s %8s %6s %10s %10s %8s %10s %8s   %s\n", "problem", "inputs", "outputs",
-           "runs", "value ms", "deriv. ms", "ratio", "by hand", "ratio", "error");
+    printf("%-16s %8s %8s %6s %10s %10s %8s %10s %17s %10s %8s   %s\n", "problem", "inputs",
+           "outputs", "runs", "value ms", "deriv. ms", "ratio", "compile ms", "/ interpreted",
+           "by hand", "ratio", "error");
     for (size_t k = 0; k < sizeof problems / sizeof *problems; k++)
         right &=
             run(argv[1], problems[k].name, problems[k].record, problems[k].size, problems[k].hand);

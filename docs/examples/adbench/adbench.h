@@ -11,6 +11,7 @@ struct problem {
     ad_tape *tape;
     ad_var x[MOST_INPUTS], y;        /* a scalar, or the vector of a Jacobian */
     double *at[MOST_INPUTS], *fixed; /* values of inputs, and of the last constant */
+    double *start;                   /* of the LSTM's state */
     size_t n;
 };
 
@@ -36,10 +37,14 @@ void adbench_gmm(struct problem *p, const size_t size[3]);  /* dimensions, compo
 void adbench_ba(struct problem *p, const size_t size[3]);   /* cameras, points, observations */
 void adbench_lstm(struct problem *p, const size_t size[3]); /* layers, units, steps */
 void adbench_lstm_loop(struct problem *p, const size_t size[3]);
+/* How likely `next` follows x; state[] goes on by a step. */
+ad_var adbench_lstm_step(const size_t size[3], ad_var main, ad_var extra, ad_var x, ad_var next,
+                         ad_var state[]);
 void adbench_hand(struct problem *p, const size_t size[3]); /* points, whether of triangles */
 
 /* By hand: the derivatives by all inputs; the entries of the Jacobian row by row. */
 void adbench_gmm_by_hand(const struct problem *p, const size_t size[3], double *gradient);
 void adbench_ba_by_hand(const struct problem *p, const size_t size[3], double *value);
+void adbench_lstm_by_hand(const struct problem *p, const size_t size[3], double *gradient);
 
 #endif

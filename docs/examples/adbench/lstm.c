@@ -12,14 +12,15 @@ static ad_var weights(struct problem *p, const size_t size[3], ad_var *extra, ad
     ad_var main = adbench_input(p, 4 * b, 2 * layers, 21, 0, 0.5); /* weights, bias of each layer */
     *extra = adbench_input(p, b, 3, 22, 0, 0.5);
     ad_var start = adbench_constant(p, b, 2 * layers, 24, 0, 0.5);
+    p->start = p->fixed;
+    p->fixed = NULL;
     for (size_t i = 0; i < 2 * layers; i++)
         state[i] = ad_col(start, i);
     return main;
 }
 
-/* How likely `next` follows x; state[] goes on by a step. */
-static ad_var step(const size_t size[3], ad_var main, ad_var extra, ad_var x, ad_var next,
-                   ad_var state[])
+ad_var adbench_lstm_step(const size_t size[3], ad_var main, ad_var extra, ad_var x, ad_var next,
+                         ad_var state[])
 {
     const size_t b = size[1];
     x = ad_mul(x, ad_col(extra, 0));
@@ -43,8 +44,8 @@ void adbench_lstm(struct problem *p, const size_t size[3])
     ad_var extra, state[2 * MOST_LAYERS], main = weights(p, size, &extra, state);
     ad_var sequence = adbench_constant(p, b, steps, 23, 0, 1), total = ad_scalar(p->tape, 0);
     for (size_t t = 0; t + 1 < steps; t++)
-        total = ad_add(
-            total, step(size, main, extra, ad_col(sequence, t), ad_col(sequence, t + 1), state));
+        total = ad_add(total, adbench_lstm_step(size, main, extra, ad_col(sequence, t),
+                                                ad_col(sequence, t + 1), state));
     p->y = ad_mul(-1.0 / (double)((steps - 1) * b), total);
 }
 
@@ -59,7 +60,7 @@ void adbench_lstm_loop(struct problem *p, const size_t size[3])
     ad_var state[2 * MOST_LAYERS], next[2 * MOST_LAYERS];
     for (size_t k = 0; k < n; k++)
         state[k] = next[k] = ad_input(body, b, 1, "state");
-    ad_var out = step(size, shared[0], shared[1], in[0], in[1], next);
+    ad_var out = adbench_lstm_step(size, shared[0], shared[1], in[0], in[1], next);
     const struct ad_body loop = {.size = sizeof loop,
                                  .tape = body,
                                  .n_state = n,
