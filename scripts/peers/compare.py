@@ -275,6 +275,14 @@ def show(rows):
     print(f"\n{len(rows)} rows, ahead or level in all but {behind}; ratio: times as long as ours")
 
 
+def drifts(command, folder, quick):
+    """Energies over many orbits, in a file of their own."""
+    text = python("drift.py", ["numpy", "heyoka", "rebound"], command, *quick)
+    if text:
+        (folder / "drift-peers.csv").write_text(text)
+        print("\n" + text.replace(",", "\t"))
+
+
 def main():
     arguments = [a for a in sys.argv[1:] if not a.startswith("--")]
     quick = ["--quick"] if "--quick" in sys.argv else []
@@ -294,6 +302,7 @@ def main():
     rows = list(table(rows))
     draw(rows, folder / "peers", write(rows, folder))
     show(rows)
+    drifts(command, folder, quick)
 
 
 if __name__ == "__main__":
