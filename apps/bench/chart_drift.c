@@ -10,7 +10,7 @@
 enum {
     PER_PERIOD = 1200, /* evaluations of the field a period */
     TRIAL_PERIODS = 10,
-    BISECTIONS = 30,
+    BISECTIONS = 16,
     PER_DECADE = 12, /* points of a curve a factor ten of time */
     MOST_BINS = 64,
     MOST_METHODS = 32

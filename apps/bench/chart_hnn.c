@@ -1,16 +1,16 @@
 /* leastaction chart hnn: runs its parts. */
 #include "chart_hnn.h"
 
-size_t networks_of_chart(bool quick, struct network networks[NETWORKS_MOST])
+size_t networks_of_chart(size_t width, struct network networks[NETWORKS_MOST])
 {
-    static const size_t widths[] = {50, 100, PUBLISHED_WIDTH, 400};
+    static const size_t widths[] = {QUICK_WIDTH, 100, PUBLISHED_WIDTH, 400};
     static const enum hnn_kind kinds[] = {HNN_HAMILTONIAN, HNN_BASELINE};
     static const enum ad_type types[] = {AD_F32, AD_F64};
     size_t n = 0;
     for (size_t w = 0; w < sizeof widths / sizeof *widths; w++)
         for (size_t k = 0; k < 2; k++)
             for (size_t t = 0; t < 2; t++)
-                if (!quick || widths[w] == PUBLISHED_WIDTH)
+                if (!width || widths[w] == width)
                     networks[n++] = (struct network){kinds[k], types[t], widths[w]};
     return n;
 }

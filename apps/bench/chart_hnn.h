@@ -6,8 +6,9 @@
 #include "hnn/data/data.h"
 #include "hnn/hnn.h"
 
-/* The published network: two hidden layers of 200, steps on 750 samples at once. */
-enum { PUBLISHED_WIDTH = 200, PUBLISHED_BATCH = 750 };
+/* The published network: two hidden layers of 200, steps on 750 samples at once; and the width that
+   is measured by --quick. */
+enum { QUICK_WIDTH = 50, PUBLISHED_WIDTH = 200, PUBLISHED_BATCH = 750 };
 
 /* One network that is measured; the published one but for these. */
 struct network {
@@ -18,8 +19,9 @@ struct network {
 
 enum { NETWORKS_MOST = 16 };
 
-/* Every width, narrow to wide, as HNN and baseline, in f32 and f64; returns how many. */
-size_t networks_of_chart(bool quick, struct network networks[NETWORKS_MOST]);
+/* One width, or with 0 every width, narrow to wide, as HNN and baseline, in f32 and f64; returns how
+   many. */
+size_t networks_of_chart(size_t width, struct network networks[NETWORKS_MOST]);
 struct hnn_settings network_settings(const struct network *network);
 
 /* Mean square error of the energy along motions to t = 20 from a few starts; infinite where one is

@@ -240,7 +240,7 @@ enum ad_status chart_learning(struct chart *chart, hnn_model **kept, struct ad_e
                             .most_seconds = chart->quick ? INFINITY : budget,
                             .sheet = sheet,
                             .last = &last};
-    size_t n = networks_of_chart(chart->quick, networks);
+    size_t n = networks_of_chart(chart->quick ? QUICK_WIDTH : 0, networks);
     if (error->status != AD_OK)
         return error->status;
     sheet_open(&last, last_columns, NULL, chart_terminal(chart));
@@ -250,7 +250,7 @@ enum ad_status chart_learning(struct chart *chart, hnn_model **kept, struct ad_e
             lesson.network = &networks[k];
             one_network(&lesson, &model, error);
             if (networks[k].kind == HNN_HAMILTONIAN && networks[k].type == AD_F32 &&
-                networks[k].width == PUBLISHED_WIDTH)
+                networks[k].width == (chart->quick ? QUICK_WIDTH : PUBLISHED_WIDTH))
                 *kept = model;
             else
                 hnn_model_free(model);

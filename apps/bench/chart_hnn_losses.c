@@ -73,7 +73,7 @@ enum ad_status chart_losses(struct chart *chart, struct ad_error *error)
     const struct hnn_samples samples = {.n = SAMPLES, .x = values, .target = values + 2 * SAMPLES};
     struct network networks[NETWORKS_MOST];
     struct sheet *sheet = chart_sheet(chart, "hnn-losses", columns, error);
-    size_t n = networks_of_chart(true, networks);
+    size_t n = networks_of_chart(PUBLISHED_WIDTH, networks);
     for (size_t k = 0; k < 2 * SAMPLES; k++)
         values[k] = number(k);
     for (size_t k = 0; k < SAMPLES; k++) {

@@ -78,7 +78,7 @@ static enum ad_status one_network(bool quick, const struct network *network, str
 enum ad_status chart_steps(struct chart *chart, struct ad_error *error)
 {
     struct network networks[NETWORKS_MOST];
-    size_t n = networks_of_chart(chart->quick, networks);
+    size_t n = networks_of_chart(chart->quick ? QUICK_WIDTH : 0, networks);
     struct sheet *sheet = chart_sheet(chart, "hnn-steps", columns, error);
     for (size_t k = 0; k < n && error->status == AD_OK; k++)
         one_network(chart->quick, &networks[k], sheet, error);

@@ -311,17 +311,18 @@ static void test_not_converged(void **state)
 /* Half of the ellipse e = .6 takes the energy -1/2 either way; nothing has another. */
 static void test_energy_that_no_path_has(void **state)
 {
+    static const char shorter[] = "--rule gauss3 --slices 30";
     (void)state;
-    assert_int_equal(shell("$LA path kepler --energy 0 --csv found.csv"), 1);
+    assert_int_equal(shell("$LA path kepler %s --energy 0 --csv found.csv", shorter), 1);
     assert_mentions(shell_err(), "energy 0");
-    assert_non_null(strstr(shell_err(), " -0.500"));
+    assert_non_null(strstr(shell_err(), " -0.5 "));
     assert_int_equal(shell_files(), 0);
-    shell_works("$LA path kepler --energy -0.5 --json");
+    shell_works("$LA path kepler %s --energy -0.5 --json", shorter);
     assert_non_null(strstr(shell_last_line(), "\"unseen_paths\": "));
     assert_true(fabs(shell_number("energy") + 0.5) <= shell_number("energy_tolerance"));
     assert_close(shell_number("energy_tolerance"), 1e-3, 1e-12, 0);
-    assert_int_equal(shell("$LA path kepler --energy -0.4985"), 1); /* A11: 0.45 % off is none */
-    assert_non_null(strstr(shell_err(), "-0.500755"));
+    assert_int_equal(shell("$LA path kepler %s --energy -0.4985", shorter), 1);
+    assert_non_null(strstr(shell_err(), "has -0.5,")); /* A11: 0.3 % off is none */
 }
 
 static void test_not_finite(void **state)
